@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Names of the point and field arrays that carry surfels between filters and renderer.
+ * Components, units and ranges: Documentation/DataContract.md.
+ */
+#pragma once
+
+namespace SurfelSplatting
+{
+namespace Arrays
+{
+constexpr const char* Origin = "SurfelOrigin";         // field data, double[3], world units
+constexpr const char* Covariance = "SurfelCovariance"; // float[6], XX YY ZZ XY YZ XZ
+constexpr const char* AreaVector = "SurfelAreaVector"; // float[3], outward, world units squared
+constexpr const char* TwoSided = "SurfelTwoSided";     // unsigned char[1], 0 or 1
+constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
+}
+}

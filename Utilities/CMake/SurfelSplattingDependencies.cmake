@@ -1,0 +1,37 @@
+# Finds VTK, Python, PCL and OpenEXR so that nothing more than what is used comes along.
+
+set(surfelsplatting_vtk_components
+  CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
+  FiltersCore FiltersGeneral FiltersSources
+  ImagingCore IOImage IOPLY IOXML InteractionStyle
+  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2
+  opengl glew)
+if (SURFELSPLATTING_WRAP_PYTHON)
+  # Debian's interpreter, which sees python3-vtk9: a pyenv or conda python3 is often first on PATH.
+  if (NOT Python3_EXECUTABLE AND EXISTS "/usr/bin/python3")
+    set(Python3_EXECUTABLE "/usr/bin/python3" CACHE FILEPATH "Interpreter that has vtkmodules")
+  endif ()
+  find_package(Python3 REQUIRED COMPONENTS Interpreter Development.Module)
+  list(APPEND surfelsplatting_vtk_components WrappingPythonCore Python)
+endif ()
+if (SURFELSPLATTING_BUILD_TESTING)
+  list(APPEND surfelsplatting_vtk_components TestingCore TestingRendering)
+endif ()
+# Without COMPONENTS the package demands Qt5's development files.
+find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components})
+
+# PCL's configuration finds VTK again for modules we do not use; its targets pcl_2d and pcl_features would link 35 VTK
+# libraries and Qt into ours.
+find_package(PCL 1.13 QUIET REQUIRED COMPONENTS common kdtree octree search features filters io)
+foreach (pcl_target IN ITEMS pcl_2d pcl_features)
+  if (TARGET ${pcl_target})
+    get_target_property(pcl_links ${pcl_target} INTERFACE_LINK_LIBRARIES)
+    if (pcl_links)
+      list(FILTER pcl_links EXCLUDE REGEX "^VTK::")
+      set_target_properties(${pcl_target} PROPERTIES INTERFACE_LINK_LIBRARIES "${pcl_links}")
+    endif ()
+  endif ()
+endforeach ()
+
+find_package(OpenEXR 3.1 REQUIRED)
+find_package(Threads REQUIRED)
