@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "BruteForceSplatter.h"
+
+#include "TestScene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+constexpr double Pi = 3.14159265358979324;
+constexpr double Epsilon = 0x1p-24; // half a unit in the last place of a float in [1, 2)
+
+/// Symmetric and general 3x3 matrices as nested arrays: nothing of Geometry.h's shortcuts.
+using Matrix3 = std::array<Vector3, 3>;
+
+Matrix3 Multiply(const Matrix3& a, const Matrix3& b)
+{
+  Matrix3 c{};
+  for (int i = 0; i < 3; ++i)
+  {
+    for (int j = 0; j < 3; ++j)
+    {
+      for (int k = 0; k < 3; ++k)
+      {
+        c[i][j] += a[i][k] * b[k][j];
+      }
+    }
+  }
+  return c;
+}
+
+Matrix3 Transpose(const Matrix3& a)
+{
+  Matrix3 t;
+  for (int i = 0; i < 3; ++i)
+  {
+    for (int j = 0; j < 3; ++j)
+    {
+      t[i][j] = a[j][i];
+    }
+  }
+  return t;
+}
+
+Vector3 Multiply(const Matrix3& a, const Vector3& v)
+{
+  return { Dot(a[0], v), Dot(a[1], v), Dot(a[2], v) };
+}
+
+/// A surfel in camera space.
+struct CameraSurfel
+{
+  Vector3 Position;
+  Matrix3 Covariance;
+  Vector3 AreaU, AreaV; ///< their cross product is the area vector, up to its sign
+  Vector3 Area;
+};
+
+/// One evaluated splat: everything that does not depend on the pixel.
+struct ReferenceSplat
+{
+  double X, Y, Weight;
+  double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
+  double Inverse[2][2]; ///< its inverse
+  double Near, Far, Depth, DepthX, DepthY;
+  double Color[3], Opacity;
+};
+
+struct Fragment
+{
+  double Near, Far, Weight, Depth;
+  double Error;      ///< of the weight, relative
+  double DepthError; ///< world units
+  const ReferenceSplat* Splat;
+};
+
+CameraSurfel ToCamera(const View& view, const SurfelCloud& cloud, std::size_t i)
+{
+  const Matrix3& l = cloud.LocalToWorld.L;
+  const Matrix3& c = view.WorldToCamera.L;
+  const Matrix3 m = Multiply(c, l);
+  Vector3 world = Multiply(l, cloud.Position(i));
+  for (int k = 0; k < 3; ++k)
+  {
+    world[k] += cloud.LocalToWorld.T[k];
+  }
+  CameraSurfel s;
+  s.Position = Multiply(c, world);
+  for (int k = 0; k < 3; ++k)
+  {
+    s.Position[k] += view.WorldToCamera.T[k];
+  }
+  const float* v = cloud.Covariances + 6 * i;
+  const Matrix3 local{ { { v[0], v[3], v[5] }, { v[3], v[1], v[4] }, { v[5], v[4], v[2] } } };
+  s.Covariance = Multiply(Multiply(m, local), Transpose(m));
+
+  // The area vector as a parallelogram's, whose sides transform like any displacement.
+  const Vector3 area = cloud.AreaVector(i);
+  const double length = Norm(area);
+  const Vector3 normal{ area[0] / length, area[1] / length, area[2] / length };
+  Vector3 tu, tv;
+  Tangents(normal, tu, tv);
+  for (double& x : tu)
+  {
+    x *= length;
+  }
+  s.AreaU = Multiply(m, tu);
+  s.AreaV = Multiply(m, tv);
+  s.Area = Cross(s.AreaU, s.AreaV);
+  const bool mirrored = Dot(m[0], Cross(m[1], m[2])) < 0.0;
+  if (mirrored)
+  {
+    s.Area = { -s.Area[0], -s.Area[1], -s.Area[2] };
+  }
+  return s;
+}
+
+void Jacobian(const View& view, const Vector3& p, Vector3 rows[2])
+{
+  const double z = p[2];
+  rows[0] = view.Parallel ? Vector3{ view.Fx, 0, 0 }
+                          : Vector3{ view.Fx / z, 0, -view.Fx * p[0] / (z * z) };
+  rows[1] = view.Parallel ? Vector3{ 0, view.Fy, 0 }
+                          : Vector3{ 0, view.Fy / z, -view.Fy * p[1] / (z * z) };
+}
+
+/// Variance of the lens's Gaussian for a circle of confusion of radius c px (Lens.h).
+double LensVariance(double c)
+{
+  return c * c / (2.0 * std::log(4.0));
+}
+
+double LargestEigenvalue(const Matrix3& m)
+{
+  // Power iteration on the matrix itself: positive semi-definite.
+  Vector3 v{ 0.57, 0.61, 0.55 };
+  double lambda = 0.0;
+  for (int i = 0; i < 2000; ++i)
+  {
+    const Vector3 next = Multiply(m, v);
+    lambda = Norm(next) / Norm(v);
+    v = next;
+    for (double& x : v)
+    {
+      x /= lambda > 0.0 ? lambda : 1.0;
+    }
+  }
+  return lambda;
+}
+
+void ReferenceColor(const SplatContext& context, const SurfelCloud& cloud, std::size_t i,
+  const CameraSurfel& s, bool back, ReferenceSplat& splat)
+{
+  const std::array<double, 4> rgba = cloud.Color(i);
+  const std::array<double, 3> color{ rgba[0], rgba[1], rgba[2] };
+  const bool own = cloud.ColorsFloat || cloud.ColorsUChar;
+  Vector3 normal = s.Area, toViewer{ 0, 0, -1 };
+  const double length = (back ? -1.0 : 1.0) * Norm(s.Area);
+  for (int k = 0; k < 3; ++k)
+  {
+    normal[k] /= length;
+    toViewer[k] = context.Camera.Parallel ? toViewer[k] : -s.Position[k] / Norm(s.Position);
+  }
+  const std::array<double, 3> shaded = Shade(cloud.Surface, context.Lights, color,
+    own ? color : cloud.Surface.AmbientColor, s.Position, normal, toViewer);
+  std::copy(shaded.begin(), shaded.end(), splat.Color);
+  splat.Opacity = std::clamp(rgba[3], 0.0, 1.0);
+}
+
+/// Depth range and slope: extended depth test of ABuffer.h, constants of the set-up's DepthExtent.
+void ReferenceDepth(const CameraSurfel& s, const Vector3 rows[2], const double w[2][2], double blur,
+  ReferenceSplat& splat)
+{
+  const double alongZ = std::sqrt(std::max(0.0, s.Covariance[2][2]));
+  const double longest = std::sqrt(LargestEigenvalue(s.Covariance));
+  const double half = (1.5 - 0.5 * blur) * alongZ + (0.75 - 0.65 * blur) * longest;
+  splat.Depth = s.Position[2];
+  splat.Near = splat.Depth - half;
+  splat.Far = splat.Depth + half;
+  const double det = w[0][0] * w[1][1] - w[0][1] * w[0][1];
+  const double cx = Dot(rows[0], s.Covariance[2]), cy = Dot(rows[1], s.Covariance[2]);
+  splat.DepthX = (w[1][1] * cx - w[0][1] * cy) / det;
+  splat.DepthY = (w[0][0] * cy - w[0][1] * cx) / det;
+}
+
+/// False where the surfel is not seen.
+bool MakeReferenceSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t i,
+  ReferenceSplat& splat)
+{
+  const View& view = context.Camera;
+  const CameraSurfel s = ToCamera(view, cloud, i);
+  const Vector3& p = s.Position;
+  if (!(p[2] >= view.Near && p[2] <= view.Far))
+  {
+    return false;
+  }
+  const double facing = view.Parallel ? -s.Area[2] : -Dot(s.Area, p);
+  const bool back = facing < 0.0;
+  if (facing == 0.0 || (back && !(cloud.TwoSided && cloud.TwoSided[i])))
+  {
+    return false;
+  }
+  Vector3 rows[2];
+  Jacobian(view, p, rows);
+  const double deposit = std::abs(Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) -
+    Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
+
+  const double confusion = view.Parallel
+    ? 0.0
+    : context.Optics.Radius * std::abs(1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
+  const double lensX = LensVariance(view.Fx * confusion), lensY = LensVariance(view.Fy * confusion);
+  const double h = context.Settings.Prefilter;
+  double w[2][2];
+  for (int a = 0; a < 2; ++a)
+  {
+    for (int b = 0; b < 2; ++b)
+    {
+      w[a][b] = Dot(rows[a], Multiply(s.Covariance, rows[b]));
+    }
+  }
+  w[0][0] += h + lensX;
+  w[1][1] += h + lensY;
+  const double det = w[0][0] * w[1][1] - w[0][1] * w[1][0];
+
+  const double c = context.Settings.Cutoff;
+  const double mass = 1.0 - std::exp(-c);
+  const double tau = 1.0 - c * std::exp(-c) / mass;
+  const double blur = std::sqrt(lensX * lensY / det);
+  const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
+  const double ripple = 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
+  splat.Weight = deposit * ripple * tau / (2.0 * Pi * std::sqrt(det) * mass);
+  splat.Inverse[0][0] = tau * w[1][1] / det;
+  splat.Inverse[1][1] = tau * w[0][0] / det;
+  splat.Inverse[0][1] = splat.Inverse[1][0] = -tau * w[0][1] / det;
+  std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
+  splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
+  splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
+  ReferenceDepth(s, rows, w, blur, splat);
+  ReferenceColor(context, cloud, i, s, back, splat);
+  return true;
+}
+
+std::vector<ReferenceSplat> MakeReferenceSplats(
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds)
+{
+  std::vector<ReferenceSplat> splats;
+  for (const SurfelCloud& cloud : clouds)
+  {
+    for (std::size_t i = 0; i < cloud.NumberOfSurfels; ++i)
+    {
+      ReferenceSplat splat;
+      if (MakeReferenceSplat(context, cloud, i, splat))
+      {
+        splats.push_back(splat);
+      }
+    }
+  }
+  return splats;
+}
+
+/**
+ * What rounding to float does to q at offset d: the raster computes u = column + (1/2 - x + K dy), x and y relative to a
+ * tile, so every term is rounded to within Epsilon of its size (three operations each, the splat's own fields included);
+ * dq/dx = 2 (W^-1 d)_x, and four factors of q carry a relative error each.
+ */
+double ErrorOfQ(const ReferenceSplat& s, double dx, double dy, double q)
+{
+  const double gx = s.Inverse[0][0] * dx + s.Inverse[0][1] * dy;
+  const double gy = s.Inverse[1][0] * dx + s.Inverse[1][1] * dy;
+  const double sheared = std::abs(s.W[0][1] / s.W[1][1] * dy);
+  const double errorX = 3.0 * Epsilon * (std::abs(s.X) + 32.0 + sheared);
+  const double errorY = 3.0 * Epsilon * (std::abs(s.Y) + 32.0);
+  return 2.0 * std::abs(gx) * errorX + 2.0 * std::abs(gy) * errorY + 4.0 * Epsilon * q;
+}
+
+std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats, double cutoff,
+  double x, double y, bool& undecided)
+{
+  std::vector<Fragment> fragments;
+  for (const ReferenceSplat& s : splats)
+  {
+    const double dx = x - s.X, dy = y - s.Y;
+    const double q = s.Inverse[0][0] * dx * dx + 2.0 * s.Inverse[0][1] * dx * dy +
+      s.Inverse[1][1] * dy * dy;
+    const double error = ErrorOfQ(s, dx, dy, q);
+    undecided = undecided || std::abs(q - 2.0 * cutoff) <= error;
+    if (q < 2.0 * cutoff)
+    {
+      // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one rounding each.
+      const double relative = 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon;
+      // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the largest term.
+      const double depthError = 5.0 * Epsilon *
+        (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
+          std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
+      fragments.push_back({ s.Near, s.Far, s.Weight * std::exp(-0.5 * q),
+        s.Depth + s.DepthX * dx + s.DepthY * dy, relative, depthError, &s });
+    }
+  }
+  std::stable_sort(fragments.begin(), fragments.end(),
+    [](const Fragment& a, const Fragment& b) { return a.Near < b.Near; });
+  return fragments;
+}
+
+struct ReferenceLayer
+{
+  double Near = 0, Far = 0, Weight = 0, Opacity = 0, Color[3] = { 0, 0, 0 }, Depth = 0;
+  double Error = 0;      ///< sum of weights times their relative error
+  double DepthError = 0; ///< sum of weights times the error of their depths
+  int Count = 0;
+
+  void Add(const Fragment& f)
+  {
+    const double opaque = f.Weight * f.Splat->Opacity;
+    Near = Count == 0 ? f.Near : std::min(Near, f.Near);
+    Far = Count == 0 ? f.Far : std::max(Far, f.Far);
+    Weight += f.Weight;
+    Opacity += opaque;
+    for (int k = 0; k < 3; ++k)
+    {
+      Color[k] += opaque * f.Splat->Color[k];
+    }
+    Depth += f.Weight * f.Depth;
+    Error += f.Weight * f.Error;
+    DepthError += f.Weight * f.DepthError;
+    ++Count;
+  }
+};
+
+/// Unions of overlapping intervals, of fragments sorted by their near ends.
+std::vector<ReferenceLayer> MergeFragments(const std::vector<Fragment>& fragments, bool& undecided)
+{
+  std::vector<ReferenceLayer> layers;
+  for (const Fragment& f : fragments)
+  {
+    const bool first = layers.empty();
+    const double gap = first ? 0.0 : f.Near - layers.back().Far;
+    // Near and Far are rounded once each.
+    undecided = undecided || (!first && std::abs(gap) <= 2.0 * Epsilon * (std::abs(f.Near) + 1e-30));
+    if (first || gap > 0.0)
+    {
+      layers.emplace_back();
+    }
+    layers.back().Add(f);
+  }
+  return layers;
+}
+
+Layer ToLayer(const ReferenceLayer& layer)
+{
+  Layer l;
+  l.Near = static_cast<float>(layer.Near);
+  l.Far = static_cast<float>(layer.Far);
+  l.Weight = static_cast<float>(layer.Weight);
+  l.Opacity = static_cast<float>(layer.Opacity);
+  l.Red = static_cast<float>(layer.Color[0]);
+  l.Green = static_cast<float>(layer.Color[1]);
+  l.Blue = static_cast<float>(layer.Color[2]);
+  l.Depth = static_cast<float>(layer.Depth);
+  return l;
+}
+
+/// Front to back "over" with the depth limit; the running bounds of ReferencePixel.
+void Composite(const std::vector<ReferenceLayer>& layers, double limit, ReferencePixel& pixel)
+{
+  double transmittance = 1.0;
+  for (const ReferenceLayer& layer : layers)
+  {
+    const double depth = layer.Depth / layer.Weight;
+    // A sum of n terms is off by n roundings at most; both sums of a quotient are.
+    const double relative = layer.Error / layer.Weight + (layer.Count + 4) * Epsilon;
+    const double depthBound =
+      2.0 * relative * std::abs(depth) + layer.DepthError / layer.Weight;
+    pixel.Undecided = pixel.Undecided || std::abs(depth - limit) <= depthBound;
+    if (!(depth <= limit))
+    {
+      continue;
+    }
+    const double share = transmittance / std::max(1.0, layer.Weight);
+    for (int k = 0; k < 3; ++k)
+    {
+      pixel.Color[k] += share * layer.Color[k];
+    }
+    const double after = std::max(0.0, transmittance - share * layer.Opacity);
+    // The layer's own terms carry 2 relative; all that lies behind it sees that error again in the transmittance.
+    pixel.ColorBound += 2.0 * 2.0 * relative * share * layer.Weight + Epsilon;
+    pixel.DepthUndecided = pixel.DepthUndecided || std::abs(after - 0.5) <= pixel.ColorBound;
+    if (transmittance > 0.5 && after <= 0.5)
+    {
+      pixel.Depth = depth;
+      pixel.DepthBound = depthBound;
+    }
+    transmittance = after;
+  }
+  pixel.Color[3] = 1.0 - transmittance;
+  pixel.Layers = static_cast<int>(layers.size());
+}
+}
+
+std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
+  const std::vector<SurfelCloud>& clouds, const float* depthLimit)
+{
+  const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
+  const int width = context.Camera.Width, height = context.Camera.Height;
+  std::vector<ReferencePixel> pixels(static_cast<std::size_t>(width) * height);
+  for (int y = 0; y < height; ++y)
+  {
+    for (int x = 0; x < width; ++x)
+    {
+      const std::size_t index = static_cast<std::size_t>(y) * width + x;
+      ReferencePixel& pixel = pixels[index];
+      const std::vector<Fragment> fragments = CollectFragments(
+        splats, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
+      const double limit = depthLimit ? static_cast<double>(depthLimit[index]) : INFINITY;
+      Composite(MergeFragments(fragments, pixel.Undecided), limit, pixel);
+    }
+  }
+  return pixels;
+}
+
+std::vector<std::vector<Layer>> LayersByBruteForce(
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds)
+{
+  const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
+  std::vector<std::vector<Layer>> result;
+  for (int y = 0; y < context.Camera.Height; ++y)
+  {
+    for (int x = 0; x < context.Camera.Width; ++x)
+    {
+      bool undecided = false;
+      const std::vector<ReferenceLayer> layers = MergeFragments(
+        CollectFragments(splats, context.Settings.Cutoff, x + 0.5, y + 0.5, undecided), undecided);
+      result.emplace_back();
+      for (const ReferenceLayer& layer : layers)
+      {
+        result.back().push_back(ToLayer(layer));
+      }
+    }
+  }
+  return result;
+}
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The method in double precision without a shortcut: every pixel evaluates every surfel, keeps all fragments, and merges
+ * their z-ranges by sorting. What the Splatter is compared with; shares no code with it but the input structures and the
+ * light model.
+ *
+ * Beside each pixel goes a bound on how far single precision may move it, from the rounding of a splat's fields and of
+ * the raster's sums, and a mark where that rounding may change a decision: whether the pixel lies inside a support, whether
+ * two z-ranges overlap, or whether a layer lies behind the depth limit. There no bound holds.
+ */
+#pragma once
+
+#include "Splatter.h"
+
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct ReferencePixel
+{
+  double Color[4] = { 0, 0, 0, 0 }; ///< as in Frame::Color
+  double Depth = 0;                 ///< as in Frame::Depth
+  double ColorBound = 0;            ///< largest difference that rounding explains, for colours up to 1
+  double DepthBound = 0;
+  bool Undecided = false;      ///< rounding may decide otherwise
+  bool DepthUndecided = false; ///< rounding may move the median to another layer
+  int Layers = 0;
+};
+
+/// Pixels row by row. @param depthLimit as in Splatter::Render.
+std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
+  const std::vector<SurfelCloud>& clouds, const float* depthLimit = nullptr);
+
+/// Layers of every pixel, front to back, un-normalised, rounded to float at the end.
+std::vector<std::vector<Layer>> LayersByBruteForce(
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds);
+}

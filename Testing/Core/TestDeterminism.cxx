@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The same frame, bit for bit, at any number of threads, in any order of the pieces of work, and every time.
+ */
+#include "Check.h"
+#include "TestScene.h"
+
+#include <cstring>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+/// Pieces of another size, last first: what a scheduler is free to do.
+class BackwardExecutor : public Executor
+{
+public:
+  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
+  {
+    const std::size_t piece = 3 * grain;
+    for (std::size_t end = size; end > 0;)
+    {
+      const std::size_t begin = end > piece ? end - piece : 0;
+      function(begin, end);
+      end = begin;
+    }
+  }
+};
+
+/// Enough surfels for several chunks of every stage; equal near depths, where ties must be broken alike.
+TestCloud MakeCloud()
+{
+  Random random(4);
+  TestCloud cloud;
+  for (int i = 0; i < 30000; ++i)
+  {
+    TestSurfel s;
+    const double z = i % 2 ? 2.0 : random.Uniform(1.0, 3.0);
+    s.Position = { random.Uniform(-1, 1) * z, random.Uniform(-1, 1) * z, z };
+    s.Normal = i % 2 ? Vector3{ 0, 0, -1 } : random.Direction();
+    s.SigmaU = random.Uniform(0.002, 0.02);
+    s.SigmaV = i % 2 ? s.SigmaU : 0.01;
+    s.Area = 4.0 * s.SigmaU * s.SigmaV;
+    s.Opacity = static_cast<float>(random.Uniform(0.2, 1.0));
+    s.Color = { { static_cast<float>(random.Uniform(0, 1)), 0.5f, 0.1f, 1.0f } };
+    s.TwoSided = true;
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+bool Same(const Picture& a, const Picture& b)
+{
+  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
+    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
+}
+}
+
+int main()
+{
+  const TestCloud cloud = MakeCloud();
+  const std::vector<SurfelCloud> clouds(2, cloud.Get());
+  SplatContext context;
+  context.Camera = PinholeView(193, 130, 100.0);
+  context.Optics = { 0.03, 2.0 };
+  const Picture expected = RenderPicture(context, clouds);
+
+  double alpha = 0.0;
+  for (std::size_t i = 3; i < expected.Color.size(); i += 4)
+  {
+    alpha += expected.Color[i];
+  }
+  CHECK(alpha > 0.5 * 193 * 130); // a picture of something
+  CHECK(Same(expected, RenderPicture(context, clouds)));
+  CHECK(Same(expected, RenderPicture(context, clouds, BackwardExecutor())));
+  for (unsigned int threads : { 1u, 2u, 3u, 8u })
+  {
+    for (int repeat = 0; repeat < 3; ++repeat)
+    {
+      CHECK(Same(expected, RenderPicture(context, clouds, ThreadExecutor(threads))));
+    }
+  }
+
+  // A Splatter that has rendered something else before.
+  Splatter splatter;
+  Picture picture(193, 130);
+  splatter.Render(context, { clouds[0] }, SerialExecutor(), picture.Get());
+  splatter.Render(context, clouds, ThreadExecutor(3), picture.Get());
+  CHECK(Same(expected, picture));
+  return Checks().Report("determinism");
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Mass, variance and bounding box of the resampling kernel, by numerical integration of the form that the raster
+ * evaluates, for cut-offs and covariances of all kinds.
+ */
+#include "Check.h"
+#include "ResamplingKernel.h"
+#include "TestScene.h"
+
+#include <algorithm>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr double Pi = 3.14159265358979324;
+
+struct Moments
+{
+  double Mass = 0, XX = 0, YY = 0, XY = 0;
+};
+
+/**
+ * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy = sqrt(q / B) sin(t),
+ * dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments, and
+ * five-point Gauss-Legendre panels of length 1/2 in q exact to rounding.
+ */
+Moments Integrate(const ResamplingKernel& k, double support)
+{
+  constexpr double Nodes[5] = { -0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683,
+    0.906179845938664 };
+  constexpr double Weights[5] = { 0.236926885056189, 0.478628670499366, 0.568888888888889,
+    0.478628670499366, 0.236926885056189 };
+  const int panels = static_cast<int>(std::ceil(2.0 * support));
+  Moments m;
+  for (int i = 0; i < 5 * panels; ++i)
+  {
+    const double q = support / panels * (i / 5 + 0.5 + 0.5 * Nodes[i % 5]);
+    const double dq = 0.5 * support / panels * Weights[i % 5];
+    for (int j = 0; j < 8; ++j)
+    {
+      const double t = Pi * j / 4.0;
+      const double dy = std::sqrt(q / k.B) * std::sin(t);
+      const double dx = std::sqrt(q / k.A) * std::cos(t) - k.K * dy;
+      const double u = dx + k.K * dy;
+      const double value = k.Peak * std::exp(-0.5 * (k.A * u * u + k.B * dy * dy));
+      const double share = value * dq * Pi / 4.0 / (2.0 * std::sqrt(k.A * k.B));
+      m.Mass += share;
+      m.XX += share * dx * dx;
+      m.YY += share * dy * dy;
+      m.XY += share * dx * dy;
+    }
+  }
+  return m;
+}
+
+/// Random positive semi-definite matrix; every third of rank one, some very long.
+Symmetric2 RandomCovariance(Random& random, int index)
+{
+  const double angle = random.Uniform(0.0, Pi);
+  const double major = std::pow(10.0, random.Uniform(-6.0, 6.0));
+  const double minor = index % 3 == 0 ? 0.0 : major * random.Uniform(0.0, 1.0);
+  const double c = std::cos(angle), s = std::sin(angle);
+  return { major * c * c + minor * s * s, major * s * s + minor * c * c, (major - minor) * c * s };
+}
+
+void CheckBox(const ResamplingKernel& k, double support)
+{
+  double right = 0.0, top = 0.0;
+  constexpr int Steps = 4000;
+  for (int i = 0; i < Steps; ++i)
+  {
+    const double angle = 2.0 * Pi * i / Steps;
+    const double dy = std::sqrt(support / k.B) * std::sin(angle);
+    const double dx = std::sqrt(support / k.A) * std::cos(angle) - k.K * dy;
+    right = std::max(right, dx);
+    top = std::max(top, dy);
+  }
+  // Rounding in double, amplified by up to 1e6 = the condition of the longest covariances.
+  CHECK(right <= k.HalfWidth * (1.0 + 1e-9));
+  CHECK(top <= k.HalfHeight * (1.0 + 1e-9));
+  // Not larger than needed: the samples miss the extreme by at most 1 - cos(pi / Steps).
+  const double missed = 1.0 - std::cos(Pi / Steps) + 1e-9;
+  CHECK(right >= k.HalfWidth * (1.0 - missed));
+  CHECK(top >= k.HalfHeight * (1.0 - missed));
+}
+
+void CheckKernel(const Symmetric2& projected, const double variance[2], double cutoff)
+{
+  const TruncatedGaussian gaussian(cutoff);
+  const ResamplingKernel k = MakeResamplingKernel(projected, variance, gaussian);
+  const Moments m = Integrate(k, gaussian.Support());
+  const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
+  const double determinant = wxx * wyy - projected.XY * projected.XY;
+  // The integration is exact to rounding; tau loses digits as c^2 at small c, and the determinant those of its terms.
+  const double rounding = 1e-12 + 1e-15 / (cutoff * cutoff);
+  const double condition = 1e-15 * wxx * wyy / determinant;
+  CHECK_NEAR(m.Mass, 1.0, rounding + condition);
+  CHECK_NEAR(m.XX / wxx, 1.0, rounding + condition);
+  CHECK_NEAR(m.YY / wyy, 1.0, rounding + condition);
+  CHECK_NEAR(m.XY / std::sqrt(wxx * wyy), projected.XY / std::sqrt(wxx * wyy), rounding + condition);
+  CHECK_NEAR(k.Determinant / determinant, 1.0, rounding + condition);
+  CheckBox(k, gaussian.Support());
+}
+
+void TestMoments()
+{
+  Random random(2);
+  for (double cutoff : { 0.01, 0.1, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0, 8.0, 20.0 })
+  {
+    for (int i = 0; i < 40; ++i)
+    {
+      const Symmetric2 projected = RandomCovariance(random, i);
+      const double v = random.Uniform(0.1, 100.0);
+      const double variance[2] = { v, i % 2 ? v : v * random.Uniform(0.2, 5.0) };
+      CheckKernel(projected, variance, cutoff);
+    }
+  }
+}
+
+/// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over t = q/2 < c.
+void TestTruncation()
+{
+  const TruncatedGaussian paper(2.5);
+  CHECK_NEAR(paper.Mass, 0.917915001, 1e-9);
+  CHECK_NEAR(paper.Tau, 0.776436275, 1e-9);
+  for (double c : { 0.05, 1.0, 2.5, 6.0 })
+  {
+    constexpr int Steps = 20000; // midpoint rule: c^3 / (24 Steps^2) times the second derivative (<= 3)
+    double mass = 0.0, moment = 0.0;
+    for (int i = 0; i < Steps; ++i)
+    {
+      const double t = c * (i + 0.5) / Steps;
+      mass += std::exp(-t) * c / Steps;
+      moment += t * std::exp(-t) * c / Steps;
+    }
+    const double error = 3.0 * c * c * c / (24.0 * Steps * Steps);
+    const TruncatedGaussian gaussian(c);
+    CHECK_NEAR(gaussian.Mass, mass, error + 1e-14);
+    CHECK_NEAR(gaussian.Tau * mass, moment, 2.0 * error + 1e-14);
+    CHECK_NEAR(gaussian.Support(), 2.0 * c, 0.0);
+  }
+}
+
+/// Rounding can make a projected covariance indefinite: the kernel stays positive definite, its box holds the support.
+void TestIndefinite()
+{
+  const TruncatedGaussian gaussian(2.5);
+  const double variance[2] = { 1.0, 1.0 };
+  for (double excess : { 1e-7, 1e-3, 0.3 })
+  {
+    const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
+    const ResamplingKernel k = MakeResamplingKernel(projected, variance, gaussian);
+    CHECK(k.A > 0.0 && k.B > 0.0 && k.Determinant > 0.0);
+    CHECK_NEAR(Integrate(k, gaussian.Support()).Mass, 1.0, 1e-12);
+    CheckBox(k, gaussian.Support());
+  }
+}
+}
+
+int main()
+{
+  TestTruncation();
+  TestMoments();
+  TestIndefinite();
+  return Checks().Report("resampling kernel");
+}

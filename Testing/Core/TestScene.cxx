@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TestScene.h"
+
+#include <cmath>
+#include <limits>
+
+namespace SurfelSplatting
+{
+std::uint64_t Random::Bits()
+{
+  std::uint64_t z = this->State += 0x9e3779b97f4a7c15u;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+  return z ^ z >> 31;
+}
+
+double Random::Uniform(double low, double high)
+{
+  return low + (high - low) * (static_cast<double>(this->Bits() >> 11) * 0x1p-53);
+}
+
+int Random::Integer(int low, int high)
+{
+  return low + static_cast<int>(this->Bits() % static_cast<std::uint64_t>(high - low + 1));
+}
+
+Vector3 Random::Direction()
+{
+  const double z = this->Uniform(-1.0, 1.0);
+  const double angle = this->Uniform(0.0, 6.283185307179586);
+  const double r = std::sqrt(1.0 - z * z);
+  return { r * std::cos(angle), r * std::sin(angle), z };
+}
+
+Vector3 Cross(const Vector3& a, const Vector3& b)
+{
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
+void Tangents(const Vector3& normal, Vector3& u, Vector3& v)
+{
+  const Vector3 axis = std::abs(normal[0]) < 0.6 ? Vector3{ 1, 0, 0 } : Vector3{ 0, 1, 0 };
+  u = Cross(normal, axis);
+  const double length = Norm(u);
+  u = { u[0] / length, u[1] / length, u[2] / length };
+  v = Cross(normal, u);
+}
+
+void TestCloud::Add(const TestSurfel& s)
+{
+  Vector3 u, v;
+  Tangents(s.Normal, u, v);
+  const double uu = s.SigmaU * s.SigmaU, vv = s.SigmaV * s.SigmaV;
+  const int order[6][2] = { { 0, 0 }, { 1, 1 }, { 2, 2 }, { 0, 1 }, { 1, 2 }, { 0, 2 } };
+  for (const auto& ij : order)
+  {
+    this->Covariances.push_back(
+      static_cast<float>(uu * u[ij[0]] * u[ij[1]] + vv * v[ij[0]] * v[ij[1]]));
+  }
+  for (int i = 0; i < 3; ++i)
+  {
+    this->Positions.push_back(s.Position[i]);
+    this->AreaVectors.push_back(static_cast<float>(s.Area * s.Normal[i]));
+  }
+  this->Colors.insert(this->Colors.end(), s.Color.begin(), s.Color.end());
+  this->Opacities.push_back(s.Opacity);
+  this->TwoSided.push_back(s.TwoSided ? 1 : 0);
+}
+
+SurfelCloud TestCloud::Get() const
+{
+  SurfelCloud cloud;
+  cloud.NumberOfSurfels = this->TwoSided.size();
+  cloud.PositionsDouble = this->Positions.data();
+  cloud.Covariances = this->Covariances.data();
+  cloud.AreaVectors = this->AreaVectors.data();
+  cloud.Opacities = this->Opacities.data();
+  cloud.ColorsFloat = this->Colors.data();
+  cloud.TwoSided = this->TwoSided.data();
+  cloud.Opacity = this->Opacity;
+  cloud.LocalToWorld = this->LocalToWorld;
+  cloud.Surface = this->Surface;
+  return cloud;
+}
+
+Picture::Picture(int width, int height)
+  : Width(width)
+  , Height(height)
+  , Color(static_cast<std::size_t>(width) * height * 4, std::numeric_limits<float>::quiet_NaN())
+  , Depth(static_cast<std::size_t>(width) * height, std::numeric_limits<float>::quiet_NaN())
+{
+}
+
+Frame Picture::Get()
+{
+  return { this->Width, this->Height, this->Color.data(), this->Depth.data() };
+}
+
+View PinholeView(int width, int height, double focalLength)
+{
+  View view;
+  view.Width = width;
+  view.Height = height;
+  view.Fx = view.Fy = focalLength;
+  view.Cx = 0.5 * width;
+  view.Cy = 0.5 * height;
+  view.Near = 1e-3;
+  return view;
+}
+
+Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor, const float* depthLimit, LayerSink* sink)
+{
+  Picture picture(context.Camera.Width, context.Camera.Height);
+  Splatter().Render(context, clouds, executor, picture.Get(), depthLimit, sink);
+  return picture;
+}
+
+Picture RenderPicture(const SplatContext& context, const TestCloud& cloud)
+{
+  return RenderPicture(context, std::vector<SurfelCloud>{ cloud.Get() });
+}
+}

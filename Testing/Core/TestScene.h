@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the tests of the core share: clouds built surfel by surfel, pictures, and random numbers that are the same
+ * everywhere.
+ */
+#pragma once
+
+#include "Splatter.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+/// SplitMix64: the distributions of the standard library differ from one library to the next.
+class Random
+{
+public:
+  explicit Random(std::uint64_t seed)
+    : State(seed)
+  {
+  }
+  std::uint64_t Bits();
+  double Uniform(double low, double high);
+  int Integer(int low, int high); ///< both ends included
+  Vector3 Direction();            ///< unit length, uniform on the sphere
+
+private:
+  std::uint64_t State;
+};
+
+struct TestSurfel
+{
+  Vector3 Position{ 0, 0, 1 };
+  Vector3 Normal{ 0, 0, -1 }; ///< unit length
+  double SigmaU = 0.01;       ///< standard deviations of the reconstruction kernel, in the tangent plane
+  double SigmaV = 0.01;
+  double Area = 1e-4;
+  std::array<float, 4> Color{ { 1, 1, 1, 1 } };
+  float Opacity = 1.0f;
+  bool TwoSided = false;
+};
+
+/// Owns the arrays that a SurfelCloud points into.
+class TestCloud
+{
+public:
+  Affine3 LocalToWorld;
+  Material Surface;
+  double Opacity = 1.0;
+
+  std::vector<double> Positions;
+  std::vector<float> Covariances, AreaVectors, Opacities, Colors;
+  std::vector<unsigned char> TwoSided;
+
+  void Add(const TestSurfel& surfel);
+  SurfelCloud Get() const;
+};
+
+/// A frame with memory of its own, filled with NaN so that a pixel that is not written is seen.
+class Picture
+{
+public:
+  Picture(int width, int height);
+  Frame Get();
+
+  const int Width, Height;
+  std::vector<float> Color, Depth;
+
+  float At(int x, int y, int channel) const { return Color[4 * Index(x, y) + channel]; }
+  float DepthAt(int x, int y) const { return Depth[Index(x, y)]; }
+  std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y) * Width + x; }
+};
+
+/// Looks along z from the origin; principal point in the middle of the picture.
+View PinholeView(int width, int height, double focalLength);
+
+Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor = SerialExecutor(), const float* depthLimit = nullptr,
+  LayerSink* sink = nullptr);
+Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
+
+/// Unit vectors that span the plane across a unit normal.
+void Tangents(const Vector3& normal, Vector3& u, Vector3& v);
+Vector3 Cross(const Vector3& a, const Vector3& b);
+}
