@@ -90,9 +90,10 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
   b.Depth += weight * (row.Depth0 + s.DepthX * column);
 }
 
+/// NaN becomes low: no pixel outside of the tile is ever touched.
 SURFELSPLATTING_INLINE float Clamp(float x, float low, float high)
 {
-  return x < low ? low : x > high ? high : x;
+  return x > low ? (x < high ? x : high) : low;
 }
 
 std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, int rowBegin, int rowEnd, float x,

@@ -113,7 +113,6 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     const double major = std::pow(10.0, random.Uniform(-0.3, 2.5));
     const double minor = std::max(0.5, major * random.Uniform(0.0, 1.0));
     const double angle = random.Uniform(0.0, 3.14159), c = std::cos(angle), s = std::sin(angle);
-    const double xx = major * major * c * c + minor * minor * s * s;
     const double yy = major * major * s * s + minor * minor * c * c;
     const double xy = (major * major - minor * minor) * c * s;
     p.S.A = static_cast<float>(yy / (major * major * minor * minor));
