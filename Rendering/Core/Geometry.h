@@ -67,6 +67,13 @@ struct Affine3
     return { Dot(L[0], x), Dot(L[1], x), Dot(L[2], x) };
   }
 
+  /// L S L'.
+  Symmetric3 ApplyToCovariance(const Symmetric3& s) const
+  {
+    const Vector3 x = s.Multiply(L[0]), y = s.Multiply(L[1]), z = s.Multiply(L[2]);
+    return { Dot(L[0], x), Dot(L[1], y), Dot(L[2], z), Dot(L[0], y), Dot(L[1], z), Dot(L[0], z) };
+  }
+
   double Determinant() const
   {
     return L[0][0] * (L[1][1] * L[2][2] - L[1][2] * L[2][1]) -

@@ -33,23 +33,12 @@ double RippleCompensation(double blur, double cosine)
   return 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
 }
 
-/// N S N' for the projection's Jacobian in local coordinates, px^2.
-Symmetric2 ProjectCovariance(const Symmetric3& s, const Vector3& nx, const Vector3& ny)
+/// M S M' for the projection's Jacobian M, px^2.
+Symmetric2 ProjectCovariance(const Symmetric3& s, const ProjectionJacobian& m)
 {
-  const Vector3 sx = s.Multiply(nx);
-  const Vector3 sy = s.Multiply(ny);
-  return { std::fmax(0.0, Dot(nx, sx)), std::fmax(0.0, Dot(ny, sy)), Dot(nx, sy) };
-}
-
-/// Row of the Jacobian times the linear part of local-to-camera.
-Vector3 RowTimes(const Vector3& row, const Affine3& m)
-{
-  Vector3 r;
-  for (int j = 0; j < 3; ++j)
-  {
-    r[j] = row[0] * m.L[0][j] + row[1] * m.L[1][j] + row[2] * m.L[2][j];
-  }
-  return r;
+  const Vector3 sx = s.Multiply(m.X);
+  const Vector3 sy = s.Multiply(m.Y);
+  return { std::fmax(0.0, Dot(m.X, sx)), std::fmax(0.0, Dot(m.Y, sy)), Dot(m.X, sy) };
 }
 
 /// First pixel whose centre is not left of x, clamped to [0, size] in floating point before it becomes an integer.
@@ -105,9 +94,9 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const View& view = context.Camera;
   const Vector3 local = cloud.Position(surfel);
   const Vector3 localArea = cloud.AreaVector(surfel);
-  const Symmetric3 s = cloud.Covariance(surfel);
-  if (!Finite(local) || !Finite(localArea) || !Finite({ s.XX, s.YY, s.ZZ }) ||
-    !Finite({ s.XY, s.YZ, s.XZ }))
+  const Symmetric3 localS = cloud.Covariance(surfel);
+  if (!Finite(local) || !Finite(localArea) || !Finite({ localS.XX, localS.YY, localS.ZZ }) ||
+    !Finite({ localS.XY, localS.YZ, localS.XZ }))
   {
     return SplatStatus::Invalid;
   }
@@ -130,9 +119,8 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   }
 
   const ProjectionJacobian jacobian(view, p);
-  const Vector3 nx = RowTimes(jacobian.X, localToCamera);
-  const Vector3 ny = RowTimes(jacobian.Y, localToCamera);
-  const Symmetric2 projected = ProjectCovariance(s, nx, ny);
+  const Symmetric3 s = localToCamera.ApplyToCovariance(localS);
+  const Symmetric2 projected = ProjectCovariance(s, jacobian);
   const double relative =
     view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
   const double defocus[2] = { DefocusVariance(view.Fx * relative),
@@ -166,15 +154,13 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
 
   // Covariance of screen position and depth gives the depth's regression over the footprint: the plane itself in focus,
   // flat where blur, which knows no depth, makes most of the footprint.
-  const Vector3 szLocal = s.Multiply(localToCamera.L[2]);
-  const double varianceZ = std::fmax(0.0, Dot(localToCamera.L[2], szLocal));
-  const double cx = Dot(nx, szLocal), cy = Dot(ny, szLocal);
+  const Vector3 sz{ s.XZ, s.YZ, s.ZZ };
+  const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
   const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
 
   const DepthExtent extent(blur);
-  const double scale = std::cbrt(std::abs(localToCamera.Determinant()));
-  const double halfRange = extent.AlongZ * std::sqrt(varianceZ) +
-    extent.Isotropic * scale * std::sqrt(s.LargestEigenvalueOfRankTwo());
+  const double halfRange = extent.AlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
+    extent.Isotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
 
   splat.X = static_cast<float>(x);
   splat.Y = static_cast<float>(y);
