@@ -52,6 +52,35 @@ bool Finite(const Vector3& v)
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
+/// Whether |x| <= limit; false for NaN.
+bool Within(float x, float limit)
+{
+  return std::abs(x) <= limit;
+}
+
+/// What the raster's float sums hold: 2^32 splats of weight 1e12 and colour 1e12, or depth 1e16, stay below 3e38, so that no
+/// infinity arises that could become NaN under a transmittance of zero.
+constexpr float LargestWeight = 1e12f, LargestColor = 1e12f, LargestDepth = 1e16f;
+constexpr float LargestCoordinate = 1e30f; // px
+constexpr float SmallestWeight = 1e-20f;   // 2^32 of them are invisible; e^-20 of it is not yet denormal
+
+bool Representable(const Splat& s)
+{
+  return Within(s.X, LargestCoordinate) && Within(s.Y, LargestCoordinate) &&
+    Within(s.K, LargestCoordinate) && Within(s.A, LargestCoordinate) &&
+    Within(s.B, LargestCoordinate) && Within(s.Weight, LargestWeight) &&
+    Within(s.Near, LargestDepth) && Within(s.Far, LargestDepth) &&
+    Within(s.DepthX, LargestDepth) && Within(s.DepthY, LargestDepth) &&
+    std::isfinite(s.Red) && std::isfinite(s.Green) && std::isfinite(s.Blue) &&
+    std::isfinite(s.Opacity);
+}
+
+/// To [0, high]; NaN and infinity stay what they are, to be found by Representable.
+float Clamp(double x, double high)
+{
+  return static_cast<float>(std::isfinite(x) ? std::fmin(std::fmax(x, 0.0), high) : x);
+}
+
 void ShadeSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t surfel,
   const Vector3& position, const Vector3& area, double areaLength, bool backSide, Splat& splat)
 {
@@ -72,10 +101,10 @@ void ShadeSplat(const SplatContext& context, const SurfelCloud& cloud, std::size
     shaded = Shade(cloud.Surface, context.Lights, color,
       ownColor ? color : cloud.Surface.AmbientColor, position, normal, toViewer);
   }
-  splat.Red = static_cast<float>(shaded[0]);
-  splat.Green = static_cast<float>(shaded[1]);
-  splat.Blue = static_cast<float>(shaded[2]);
-  splat.Opacity = static_cast<float>(std::fmin(std::fmax(rgba[3], 0.0), 1.0));
+  splat.Red = Clamp(shaded[0], LargestColor);
+  splat.Green = Clamp(shaded[1], LargestColor);
+  splat.Blue = Clamp(shaded[2], LargestColor);
+  splat.Opacity = Clamp(rgba[3], 1.0);
 }
 }
 
@@ -147,9 +176,9 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double blur =
     std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / kernel.Determinant));
   const double weight = deposit * kernel.Peak * RippleCompensation(blur, cosine);
-  if (!std::isfinite(weight) || !(weight > 0.0))
+  if (!(weight >= SmallestWeight))
   {
-    return std::isfinite(weight) ? SplatStatus::Culled : SplatStatus::Invalid;
+    return std::isnan(weight) ? SplatStatus::Invalid : SplatStatus::Culled;
   }
 
   // Covariance of screen position and depth gives the depth's regression over the footprint: the plane itself in focus,
@@ -175,10 +204,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   splat.DepthY = static_cast<float>((wxx * cy - projected.XY * cx) / kernel.Determinant);
   splat.HalfHeight = static_cast<float>(kernel.HalfHeight);
   ShadeSplat(context, cloud, surfel, p, area, areaLength, backSide, splat);
-  const bool finite = std::isfinite(splat.Red) && std::isfinite(splat.Green) &&
-    std::isfinite(splat.Blue) && std::isfinite(splat.Opacity) && std::isfinite(splat.Near) &&
-    std::isfinite(splat.Far);
-  return finite ? SplatStatus::Visible : SplatStatus::Invalid;
+  return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }
 
 void AppendSplats(const SplatContext& context, const SurfelCloud& cloud, const Executor& executor,

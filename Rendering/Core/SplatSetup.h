@@ -28,7 +28,7 @@ struct SplatList
   std::vector<Splat> Splats;
   std::vector<PixelBox> Boxes;
   std::uint64_t NumberOfSurfels = 0;
-  std::uint64_t NumberOfInvalidSurfels = 0; ///< non-finite values, not drawn
+  std::uint64_t NumberOfInvalidSurfels = 0; ///< not drawn: non-finite values, or too large for float sums
 
   void Clear();
 };

@@ -160,7 +160,7 @@ void TestWideSpot()
   Light light;
   light.Positional = true;
   light.Position = { 0, 0, 2 };
-  light.Direction = { 0, 0, 1 };
+  light.Direction = { 0.8, 0, 0.6 };
   light.ConeCosine = -0.99;
   light.Exponent = 0.5;
   Material material;
