@@ -32,7 +32,9 @@ double Incidence(const Light& light, const Vector3& position, Vector3& toLight)
   if (light.ConeCosine > -1.0)
   {
     const double cosine = -Dot(toLight, light.Direction);
-    strength *= cosine >= light.ConeCosine ? std::pow(cosine, light.Exponent) : 0.0;
+    // Behind a spot wider than a half space the cosine is negative.
+    strength *=
+      cosine >= light.ConeCosine ? std::pow(std::max(cosine, 0.0), light.Exponent) : 0.0;
   }
   return strength;
 }
