@@ -121,16 +121,10 @@ CameraSurfel ToCamera(const View& view, const SurfelCloud& cloud, std::size_t i)
 void Jacobian(const View& view, const Vector3& p, Vector3 rows[2])
 {
   const double z = p[2];
-  rows[0] = view.Parallel ? Vector3{ view.Fx, 0, 0 }
-                          : Vector3{ view.Fx / z, 0, -view.Fx * p[0] / (z * z) };
-  rows[1] = view.Parallel ? Vector3{ 0, view.Fy, 0 }
-                          : Vector3{ 0, view.Fy / z, -view.Fy * p[1] / (z * z) };
-}
-
-/// Variance of the lens's Gaussian for a circle of confusion of radius c px (Lens.h).
-double LensVariance(double c)
-{
-  return c * c / (2.0 * std::log(4.0));
+  rows[0] =
+    view.Parallel ? Vector3{ view.Fx, 0, 0 } : Vector3{ view.Fx / z, 0, -view.Fx * p[0] / (z * z) };
+  rows[1] =
+    view.Parallel ? Vector3{ 0, view.Fy, 0 } : Vector3{ 0, view.Fy / z, -view.Fy * p[1] / (z * z) };
 }
 
 double LargestEigenvalue(const Matrix3& m)
@@ -187,8 +181,8 @@ void ReferenceDepth(const CameraSurfel& s, const Vector3 rows[2], const double w
 }
 
 /// False where the surfel is not seen.
-bool MakeReferenceSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t i,
-  ReferenceSplat& splat)
+bool MakeReferenceSplat(
+  const SplatContext& context, const SurfelCloud& cloud, std::size_t i, ReferenceSplat& splat)
 {
   const View& view = context.Camera;
   const CameraSurfel s = ToCamera(view, cloud, i);
@@ -205,13 +199,15 @@ bool MakeReferenceSplat(const SplatContext& context, const SurfelCloud& cloud, s
   }
   Vector3 rows[2];
   Jacobian(view, p, rows);
-  const double deposit = std::abs(Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) -
-    Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
+  const double deposit = std::abs(
+    Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) - Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
 
   const double confusion = view.Parallel
     ? 0.0
     : context.Optics.Radius * std::abs(1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
-  const double lensX = LensVariance(view.Fx * confusion), lensY = LensVariance(view.Fy * confusion);
+  const double c = context.Settings.Cutoff;
+  const double lensX = ReferenceLensVariance(view.Fx * confusion, c);
+  const double lensY = ReferenceLensVariance(view.Fy * confusion, c);
   const double h = context.Settings.Prefilter;
   double w[2][2];
   for (int a = 0; a < 2; ++a)
@@ -225,13 +221,12 @@ bool MakeReferenceSplat(const SplatContext& context, const SurfelCloud& cloud, s
   w[1][1] += h + lensY;
   const double det = w[0][0] * w[1][1] - w[0][1] * w[1][0];
 
-  const double c = context.Settings.Cutoff;
   const double mass = 1.0 - std::exp(-c);
   const double tau = 1.0 - c * std::exp(-c) / mass;
   const double blur = std::sqrt(lensX * lensY / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  const double ripple = 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
-  splat.Weight = deposit * ripple * tau / (2.0 * Pi * std::sqrt(det) * mass);
+  splat.Weight =
+    deposit * ReferenceRippleCompensation(blur, cosine) * tau / (2.0 * Pi * std::sqrt(det) * mass);
   splat.Inverse[0][0] = tau * w[1][1] / det;
   splat.Inverse[1][1] = tau * w[0][0] / det;
   splat.Inverse[0][1] = splat.Inverse[1][0] = -tau * w[0][1] / det;
@@ -262,9 +257,10 @@ std::vector<ReferenceSplat> MakeReferenceSplats(
 }
 
 /**
- * What rounding to float does to q at offset d: the raster computes u = column + (1/2 - x + K dy), x and y relative to a
- * tile, so every term is rounded to within Epsilon of its size (three operations each, the splat's own fields included);
- * dq/dx = 2 (W^-1 d)_x, and four factors of q carry a relative error each.
+ * What rounding to float does to q at offset d: the raster computes u = column + (1/2 - x + K dy),
+ * x and y relative to a tile, so every term is rounded to within Epsilon of its size (three
+ * operations each, the splat's own fields included); dq/dx = 2 (W^-1 d)_x, and four factors of q
+ * carry a relative error each.
  */
 double ErrorOfQ(const ReferenceSplat& s, double dx, double dy, double q)
 {
@@ -276,22 +272,24 @@ double ErrorOfQ(const ReferenceSplat& s, double dx, double dy, double q)
   return 2.0 * std::abs(gx) * errorX + 2.0 * std::abs(gy) * errorY + 4.0 * Epsilon * q;
 }
 
-std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats, double cutoff,
-  double x, double y, bool& undecided)
+std::vector<Fragment> CollectFragments(
+  const std::vector<ReferenceSplat>& splats, double cutoff, double x, double y, bool& undecided)
 {
   std::vector<Fragment> fragments;
   for (const ReferenceSplat& s : splats)
   {
     const double dx = x - s.X, dy = y - s.Y;
-    const double q = s.Inverse[0][0] * dx * dx + 2.0 * s.Inverse[0][1] * dx * dy +
-      s.Inverse[1][1] * dy * dy;
+    const double q =
+      s.Inverse[0][0] * dx * dx + 2.0 * s.Inverse[0][1] * dx * dy + s.Inverse[1][1] * dy * dy;
     const double error = ErrorOfQ(s, dx, dy, q);
     undecided = undecided || std::abs(q - 2.0 * cutoff) <= error;
     if (q < 2.0 * cutoff)
     {
-      // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one rounding each.
+      // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one
+      // rounding each.
       const double relative = 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon;
-      // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the largest term.
+      // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the
+      // largest term.
       const double depthError = 5.0 * Epsilon *
         (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
           std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
@@ -338,7 +336,8 @@ std::vector<ReferenceLayer> MergeFragments(const std::vector<Fragment>& fragment
     const bool first = layers.empty();
     const double gap = first ? 0.0 : f.Near - layers.back().Far;
     // Near and Far are rounded once each.
-    undecided = undecided || (!first && std::abs(gap) <= 2.0 * Epsilon * (std::abs(f.Near) + 1e-30));
+    undecided =
+      undecided || (!first && std::abs(gap) <= 2.0 * Epsilon * (std::abs(f.Near) + 1e-30));
     if (first || gap > 0.0)
     {
       layers.emplace_back();
@@ -371,8 +370,7 @@ void Composite(const std::vector<ReferenceLayer>& layers, double limit, Referenc
     const double depth = layer.Depth / layer.Weight;
     // A sum of n terms is off by n roundings at most; both sums of a quotient are.
     const double relative = layer.Error / layer.Weight + (layer.Count + 4) * Epsilon;
-    const double depthBound =
-      2.0 * relative * std::abs(depth) + layer.DepthError / layer.Weight;
+    const double depthBound = 2.0 * relative * std::abs(depth) + layer.DepthError / layer.Weight;
     pixel.Undecided = pixel.Undecided || std::abs(depth - limit) <= depthBound;
     if (!(depth <= limit))
     {
@@ -384,7 +382,8 @@ void Composite(const std::vector<ReferenceLayer>& layers, double limit, Referenc
       pixel.Color[k] += share * layer.Color[k];
     }
     const double after = std::max(0.0, transmittance - share * layer.Opacity);
-    // The layer's own terms carry 2 relative; all that lies behind it sees that error again in the transmittance.
+    // The layer's own terms carry 2 relative; all that lies behind it sees that error again in the
+    // transmittance.
     pixel.ColorBound += 2.0 * 2.0 * relative * share * layer.Weight + Epsilon;
     pixel.DepthUndecided = pixel.DepthUndecided || std::abs(after - 0.5) <= pixel.ColorBound;
     if (transmittance > 0.5 && after <= 0.5)
@@ -399,8 +398,18 @@ void Composite(const std::vector<ReferenceLayer>& layers, double limit, Referenc
 }
 }
 
-std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* depthLimit)
+double ReferenceLensVariance(double c, double)
+{
+  return c * c / (2.0 * std::log(4.0));
+}
+
+double ReferenceRippleCompensation(double blur, double cosine)
+{
+  return 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
+}
+
+std::vector<ReferencePixel> RenderByBruteForce(
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds, const float* depthLimit)
 {
   const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
   const int width = context.Camera.Width, height = context.Camera.Height;
@@ -411,8 +420,8 @@ std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
     {
       const std::size_t index = static_cast<std::size_t>(y) * width + x;
       ReferencePixel& pixel = pixels[index];
-      const std::vector<Fragment> fragments = CollectFragments(
-        splats, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
+      const std::vector<Fragment> fragments =
+        CollectFragments(splats, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
       const double limit = depthLimit ? static_cast<double>(depthLimit[index]) : INFINITY;
       Composite(MergeFragments(fragments, pixel.Undecided), limit, pixel);
     }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The method in double precision without a shortcut: every pixel evaluates every surfel, keeps all fragments, and merges
- * their z-ranges by sorting. What the Splatter is compared with; shares no code with it but the input structures and the
- * light model.
+ * The method in double precision without a shortcut: every pixel evaluates every surfel, keeps all
+ * fragments, and merges their z-ranges by sorting. What the Splatter is compared with; shares no
+ * code with it but the input structures and the light model.
  *
- * Beside each pixel goes a bound on how far single precision may move it, from the rounding of a splat's fields and of
- * the raster's sums, and a mark where that rounding may change a decision: whether the pixel lies inside a support, whether
- * two z-ranges overlap, or whether a layer lies behind the depth limit. There no bound holds.
+ * Beside each pixel goes a bound on how far single precision may move it, from the rounding of a
+ * splat's fields and of the raster's sums, and a mark where that rounding may change a decision:
+ * whether the pixel lies inside a support, whether two z-ranges overlap, or whether a layer lies
+ * behind the depth limit. There no bound holds.
  */
 #pragma once
 
@@ -20,12 +21,18 @@ struct ReferencePixel
 {
   double Color[4] = { 0, 0, 0, 0 }; ///< as in Frame::Color
   double Depth = 0;                 ///< as in Frame::Depth
-  double ColorBound = 0;            ///< largest difference that rounding explains, for colours up to 1
+  double ColorBound = 0; ///< largest difference that rounding explains, for colours up to 1
   double DepthBound = 0;
   bool Undecided = false;      ///< rounding may decide otherwise
   bool DepthUndecided = false; ///< rounding may move the median to another layer
   int Layers = 0;
 };
+
+/// Variance in px^2 of the lens's Gaussian for a circle of confusion of radius c px, and the factor
+/// on a splat's weight that makes up for what min(1, sum w) loses to ripple; blur is the lens's
+/// share of the footprint.
+double ReferenceLensVariance(double c, double cutoff);
+double ReferenceRippleCompensation(double blur, double cosine);
 
 /// Pixels row by row. @param depthLimit as in Splatter::Render.
 std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Checks that count their failures and print where and with what values they failed. A test's main ends with
- * `return Checks().Report("name");`.
+ * Checks that count their failures and print where and with what values they failed. A test's main
+ * ends with `return Checks().Report("name");`.
  */
 #pragma once
 
@@ -21,8 +21,8 @@ public:
   }
 
   /// |actual - expected| <= tolerance; NaN fails.
-  void CountNear(double actual, double expected, double tolerance, const char* file, int line,
-    const char* what)
+  void CountNear(
+    double actual, double expected, double tolerance, const char* file, int line, const char* what)
   {
     this->Total++;
     if (!(std::abs(actual - expected) <= tolerance) && ++this->Failed <= MaximumPrinted)
@@ -52,5 +52,5 @@ inline CheckCounter& Checks()
 }
 
 #define CHECK(condition) Checks().Count((condition), __FILE__, __LINE__, #condition)
-#define CHECK_NEAR(actual, expected, tolerance)                                                    \
+#define CHECK_NEAR(actual, expected, tolerance) \
   Checks().CountNear((actual), (expected), (tolerance), __FILE__, __LINE__, #actual)

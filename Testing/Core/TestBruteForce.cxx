@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The Splatter against the double-precision reference, on random scenes of every kind of view and cloud.
+ * The Splatter against the double-precision reference, on random scenes of every kind of view and
+ * cloud.
  */
 #include "BruteForceSplatter.h"
 #include "Check.h"
@@ -227,8 +228,8 @@ void CompareScene(const Scene& scene)
     scene.Name.c_str(), worst.Color, worst.Bound, worst.Depth, worst.DepthBound, worst.Undecided,
     worst.DepthUndecided, reference.size(), worst.Layers, alpha / reference.size());
 
-  // The bounds of single pixels are worst cases; in fact rounding must stay below a thousandth of an 8-bit step, and
-  // pixels that it may decide must be rare.
+  // The bounds of single pixels are worst cases; in fact rounding must stay below a thousandth of
+  // an 8-bit step, and pixels that it may decide must be rare.
   CHECK(worst.Color <= 0.001 / 255.0);
   CHECK(worst.Undecided + worst.DepthUndecided <= 0.02 * static_cast<double>(reference.size()) + 1);
   CHECK(alpha > 0.05 * static_cast<double>(reference.size())); // a scene that shows something

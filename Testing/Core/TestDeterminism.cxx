@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The same frame, bit for bit, at any number of threads, in any order of the pieces of work, and every time.
+ * The same frame, bit for bit, at any number of threads, in any order of the pieces of work, and
+ * every time.
  */
 #include "Check.h"
 #include "TestScene.h"
@@ -27,7 +28,8 @@ public:
   }
 };
 
-/// Enough surfels for several chunks of every stage; equal near depths, where ties must be broken alike.
+/// Enough surfels for several chunks of every stage; equal near depths, where ties must be broken
+/// alike.
 TestCloud MakeCloud()
 {
   Random random(4);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Layers of the A-buffer: the stream with one open layer per pixel gives the unions of all overlapping z-ranges, front to
- * back; joining and resolving layers.
+ * Layers of the A-buffer: the stream with one open layer per pixel gives the unions of all
+ * overlapping z-ranges, front to back; joining and resolving layers.
  */
 #include "BruteForceSplatter.h"
 #include "Check.h"
@@ -130,12 +130,13 @@ std::vector<Layer> UnionsByJoining(std::vector<Layer> layers)
       }
     }
   }
-  std::sort(layers.begin(), layers.end(),
-    [](const Layer& a, const Layer& b) { return a.Near < b.Near; });
+  std::sort(
+    layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.Near < b.Near; });
   return layers;
 }
 
-/// The stream itself, on z-ranges of few bits: ends that touch exactly, equal ranges, ranges within ranges.
+/// The stream itself, on z-ranges of few bits: ends that touch exactly, equal ranges, ranges within
+/// ranges.
 void TestStream(Random& random)
 {
   constexpr int Size = 16;
@@ -193,8 +194,9 @@ TestCloud RandomCloud()
   return cloud;
 }
 
-/// Bound on the relative difference of a layer's sums: q is off by at most 2 sqrt(q tau / h) times the rounding of a
-/// position in a picture of 40 px (three operations, two axes); n terms add n roundings.
+/// Bound on the relative difference of a layer's sums: q is off by at most 2 sqrt(q tau / h) times
+/// the rounding of a position in a picture of 40 px (three operations, two axes); n terms add n
+/// roundings.
 constexpr double SumTolerance = 2.0 * 2.0 * 6 * 40 * 0x1p-24 + 250 * 0x1p-24;
 
 void CompareLayers(const std::vector<Layer>& actual, const std::vector<Layer>& expected)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The raster kernel of every instruction set that this machine has, against a scalar evaluation in double; the
- * exponential; the choice of the kernel.
+ * The raster kernel of every instruction set that this machine has, against a scalar evaluation in
+ * double; the exponential; the choice of the kernel.
  */
 #include "Check.h"
 #include "RasterKernel.h"
@@ -35,7 +35,8 @@ struct Tile
   }
 };
 
-/// A pixel of the scalar evaluation: one open layer, what is finished, and a bound on float's error.
+/// A pixel of the scalar evaluation: one open layer, what is finished, and a bound on float's
+/// error.
 struct ScalarPixel
 {
   double Far = 0, Weight = 0, Opacity = 0, Red = 0, Error = 0;
@@ -48,7 +49,8 @@ struct ScalarPixel
     {
       const double share = this->Transmittance / std::max(1.0, this->Weight);
       this->OutRed += share * this->Red;
-      // Twice: sums are divided by a sum that is off too. Behind, the error is met again in the transmittance.
+      // Twice: sums are divided by a sum that is off too. Behind, the error is met again in the
+      // transmittance.
       this->OutError += 2.0 * 2.0 * share * this->Error + 8.0 * Epsilon;
       this->Transmittance -= share * this->Opacity;
     }
@@ -58,7 +60,8 @@ struct ScalarPixel
 
 using ScalarTile = std::vector<ScalarPixel>;
 
-std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, int rowBegin, int rowEnd, double x, double y)
+std::uint64_t AddScalar(
+  ScalarTile& tile, const Splat& s, int rowBegin, int rowEnd, double x, double y)
 {
   std::uint64_t fragments = 0;
   for (int j = rowBegin; j < rowEnd; ++j)
@@ -68,7 +71,8 @@ std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, int rowBegin, int rowE
       ScalarPixel& p = tile[static_cast<std::size_t>(j) * TileSize + i];
       const double dy = j + 0.5 - y, u = i + 0.5 - x + static_cast<double>(s.K) * dy;
       const double q = s.A * u * u + s.B * dy * dy;
-      // u and dy are sums of at most three terms, each off by its own rounding; q by four relative ones.
+      // u and dy are sums of at most three terms, each off by its own rounding; q by four relative
+      // ones.
       const double errorU = 3.0 * Epsilon * (TileSize + std::abs(x) + std::abs(s.K * dy));
       const double errorY = 3.0 * Epsilon * (TileSize + std::abs(y));
       const double error = 2.0 * s.A * std::abs(u) * (errorU + std::abs(s.K) * errorY) +
@@ -102,7 +106,8 @@ struct PlacedSplat
   int RowBegin, RowEnd;
 };
 
-/// By ascending near depth, as the raster gets them; a few far outside of the tile, very long or very small.
+/// By ascending near depth, as the raster gets them; a few far outside of the tile, very long or
+/// very small.
 std::vector<PlacedSplat> RandomSplats(Random& random, int count)
 {
   std::vector<PlacedSplat> splats;
@@ -211,16 +216,16 @@ void TestExtremes(const RasterKernel& kernel)
         s.B = 1e-3f;
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
-        CHECK(kernel.AddSplat(tile->Blocks, s, 0, TileSize, x, 1.0f, Support, { nullptr, nullptr }) <=
-          static_cast<std::uint64_t>(TileSize * TileSize));
+        CHECK(kernel.AddSplat(tile->Blocks, s, 0, TileSize, x, 1.0f, Support,
+                { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }
     }
   }
 }
 
 /**
- * exp(-x) over [0, 80]. t = -x log2(e) is rounded to within Epsilon |t| and its constant by 1.3e-8: that is 7.3e-8 x of the
- * result; polynomial and its evaluation, 2e-7.
+ * exp(-x) over [0, 80]. t = -x log2(e) is rounded to within Epsilon |t| and its constant by 1.3e-8:
+ * that is 7.3e-8 x of the result; polynomial and its evaluation, 2e-7.
  */
 void TestExponential()
 {
@@ -254,7 +259,8 @@ int main()
   const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
     __builtin_cpu_supports("avx512dq");
-  avx2 ? kernels.push_back(&RasterKernelAVX2) : void(std::puts("AVX2: skipped, not on this machine"));
+  avx2 ? kernels.push_back(&RasterKernelAVX2)
+       : void(std::puts("AVX2: skipped, not on this machine"));
   avx512 ? kernels.push_back(&RasterKernelAVX512)
          : void(std::puts("AVX-512: skipped, not on this machine"));
 #else

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Mass, variance and bounding box of the resampling kernel, by numerical integration of the form that the raster
- * evaluates, for cut-offs and covariances of all kinds.
+ * Mass, variance and bounding box of the resampling kernel, by numerical integration of the form
+ * that the raster evaluates, for cut-offs and covariances of all kinds.
  */
 #include "Check.h"
 #include "ResamplingKernel.h"
@@ -21,9 +21,9 @@ struct Moments
 };
 
 /**
- * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy = sqrt(q / B) sin(t),
- * dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments, and
- * five-point Gauss-Legendre panels of length 1/2 in q exact to rounding.
+ * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy
+ * = sqrt(q / B) sin(t), dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments,
+ * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding.
  */
 Moments Integrate(const ResamplingKernel& k, double support)
 {
@@ -92,13 +92,15 @@ void CheckKernel(const Symmetric2& projected, const double variance[2], double c
   const Moments m = Integrate(k, gaussian.Support());
   const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
   const double determinant = wxx * wyy - projected.XY * projected.XY;
-  // The integration is exact to rounding; tau loses digits as c^2 at small c, and the determinant those of its terms.
+  // The integration is exact to rounding; tau loses digits as c^2 at small c, and the determinant
+  // those of its terms.
   const double rounding = 1e-12 + 1e-15 / (cutoff * cutoff);
   const double condition = 1e-15 * wxx * wyy / determinant;
   CHECK_NEAR(m.Mass, 1.0, rounding + condition);
   CHECK_NEAR(m.XX / wxx, 1.0, rounding + condition);
   CHECK_NEAR(m.YY / wyy, 1.0, rounding + condition);
-  CHECK_NEAR(m.XY / std::sqrt(wxx * wyy), projected.XY / std::sqrt(wxx * wyy), rounding + condition);
+  CHECK_NEAR(
+    m.XY / std::sqrt(wxx * wyy), projected.XY / std::sqrt(wxx * wyy), rounding + condition);
   CHECK_NEAR(k.Determinant / determinant, 1.0, rounding + condition);
   CheckBox(k, gaussian.Support());
 }
@@ -118,7 +120,8 @@ void TestMoments()
   }
 }
 
-/// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over t = q/2 < c.
+/// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over
+/// t = q/2 < c.
 void TestTruncation()
 {
   const TruncatedGaussian paper(2.5);
@@ -126,7 +129,8 @@ void TestTruncation()
   CHECK_NEAR(paper.Tau, 0.776436275, 1e-9);
   for (double c : { 0.05, 1.0, 2.5, 6.0 })
   {
-    constexpr int Steps = 20000; // midpoint rule: c^3 / (24 Steps^2) times the second derivative (<= 3)
+    constexpr int Steps =
+      20000; // midpoint rule: c^3 / (24 Steps^2) times the second derivative (<= 3)
     double mass = 0.0, moment = 0.0;
     for (int i = 0; i < Steps; ++i)
     {
@@ -142,7 +146,8 @@ void TestTruncation()
   }
 }
 
-/// Rounding can make a projected covariance indefinite: the kernel stays positive definite, its box holds the support.
+/// Rounding can make a projected covariance indefinite: the kernel stays positive definite, its box
+/// holds the support.
 void TestIndefinite()
 {
   const TruncatedGaussian gaussian(2.5);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the tests of the core share: clouds built surfel by surfel, pictures, and random numbers that are the same
- * everywhere.
+ * What the tests of the core share: clouds built surfel by surfel, pictures, and random numbers
+ * that are the same everywhere.
  */
 #pragma once
 
@@ -33,7 +33,7 @@ struct TestSurfel
 {
   Vector3 Position{ 0, 0, 1 };
   Vector3 Normal{ 0, 0, -1 }; ///< unit length
-  double SigmaU = 0.01;       ///< standard deviations of the reconstruction kernel, in the tangent plane
+  double SigmaU = 0.01; ///< standard deviations of the reconstruction kernel, in the tangent plane
   double SigmaV = 0.01;
   double Area = 1e-4;
   std::array<float, 4> Color{ { 1, 1, 1, 1 } };

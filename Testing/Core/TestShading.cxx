@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The light model against the formulas of VTK's shader (vtkOpenGLPolyDataMapper, positional lights), written out here.
+ * The light model against the formulas of VTK's shader (vtkOpenGLPolyDataMapper, positional
+ * lights), written out here.
  */
 #include "Check.h"
 #include "TestScene.h"
@@ -125,14 +126,15 @@ void TestAgainstShader()
     const std::array<double, 3> ambient{ 0.3, random.Uniform(0, 1), random.Uniform(0, 1) };
     const Vector3 position{ random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(0.5, 5) };
     const Vector3 normal = random.Direction();
-    const std::array<double, 3> result = Shade(
-      material, lights, color, ambient, position, normal, Normalized(Scaled(position, -1.0)));
+    const std::array<double, 3> result =
+      Shade(material, lights, color, ambient, position, normal, Normalized(Scaled(position, -1.0)));
     for (int c = 0; c < 3; ++c)
     {
       double expected = material.Ambient * ambient[c];
       for (std::size_t l = 0; l < lights.size(); ++l)
       {
-        const Lambert s = ShaderLight(lights[l], cones[l], material.SpecularPower, position, normal);
+        const Lambert s =
+          ShaderLight(lights[l], cones[l], material.SpecularPower, position, normal);
         expected += lights[l].Color[c] *
           (material.Diffuse * color[c] * s.Diffuse +
             material.Specular * material.SpecularColor[c] * s.Specular);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Input that nobody should send but somebody will: no crash, no NaN, no negative pixel, alpha in [0, 1], bounded time. Most
- * useful under -DSURFELSPLATTING_SANITIZE=address,undefined.
+ * Input that nobody should send but somebody will: no crash, no NaN, no negative pixel, alpha in
+ * [0, 1], bounded time. Most useful under -DSURFELSPLATTING_SANITIZE=address,undefined.
  */
 #include "Check.h"
 #include "TestScene.h"
@@ -112,7 +112,8 @@ void TestOddFields()
       Picture picture(40, 36);
       splatter.Render(MakeContext(), { cloud.Get() }, SerialExecutor(), picture.Get());
       CHECK(IsSane(picture));
-      // The data contract: not drawn, and counted. The near surfel is in front of everything else and unharmed.
+      // The data contract: not drawn, and counted. The near surfel is in front of everything else
+      // and unharmed.
       CHECK(std::isfinite(value) || splatter.Statistics().InvalidSurfels == 1);
       CHECK(splatter.Statistics().Splats >= 2);
     }
@@ -250,7 +251,8 @@ void TestViewAngles()
   }
 }
 
-/// Coordinates of a map projection: the picture is the same as near the origin, since T is subtracted in double.
+/// Coordinates of a map projection: the picture is the same as near the origin, since T is
+/// subtracted in double.
 void TestFarFromOrigin()
 {
   TestCloud near, far;
@@ -268,7 +270,8 @@ void TestFarFromOrigin()
   const Picture picture = RenderPicture(context, far);
   CHECK(std::equal(expected.Color.begin(), expected.Color.end(), picture.Color.begin()));
 
-  // The same coordinates in the points themselves: 3e7 * 2^-52 = 7e-9 world units, 1.3e-7 px at z = 2 and f = 40.
+  // The same coordinates in the points themselves: 3e7 * 2^-52 = 7e-9 world units, 1.3e-7 px at z =
+  // 2 and f = 40.
   for (std::size_t i = 0; i < far.Positions.size(); ++i)
   {
     far.Positions[i] += far.LocalToWorld.T[i % 3];
@@ -301,8 +304,7 @@ void TestFarAway()
     int Layers[40 * 36] = {};
     void Receive(int x, int y, const Layer&) override { ++this->Layers[y * 40 + x]; }
   } sink;
-  const Picture picture =
-    RenderPicture(context, { cloud.Get() }, SerialExecutor(), nullptr, &sink);
+  const Picture picture = RenderPicture(context, { cloud.Get() }, SerialExecutor(), nullptr, &sink);
   CHECK(IsSane(picture));
   CHECK(*std::max_element(std::begin(sink.Layers), std::end(sink.Layers)) == 1);
 }
@@ -415,7 +417,8 @@ void TestCoincident()
     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   CHECK(IsSane(picture));
   CHECK_NEAR(picture.At(20, 18, 3), 1.0, 1e-4);
-  // A few tenths of a second in a release build; a sanitizer multiplies it by ten. Quadratic work would take hours.
+  // A few tenths of a second in a release build; a sanitizer multiplies it by ten. Quadratic work
+  // would take hours.
   CHECK(seconds < 60.0);
   std::printf("a million coincident surfels: %.2f s\n", seconds);
 }
