@@ -1,0 +1,20 @@
+# Fails where a header of VTK, OpenGL, PCL or any other library is included by the core.
+#   cmake -DSOURCE_DIR=<folder> -P CheckIncludes.cmake
+file(GLOB sources "${SOURCE_DIR}/*.h" "${SOURCE_DIR}/*.cxx")
+list(LENGTH sources count)
+if (count LESS 10)
+  message(FATAL_ERROR "Only ${count} sources in ${SOURCE_DIR}: wrong folder?")
+endif ()
+foreach (source IN LISTS sources)
+  file(STRINGS "${source}" includes REGEX "^[ \t]*#[ \t]*include")
+  foreach (line IN LISTS includes)
+    if (line MATCHES "\"([^\"]+)\"")
+      if (NOT EXISTS "${SOURCE_DIR}/${CMAKE_MATCH_1}")
+        message(SEND_ERROR "${source}: ${line}: not a header of the core")
+      endif ()
+    elseif (NOT line MATCHES "<[a-z_]+>") # the standard library's have neither a dot nor a folder
+      message(SEND_ERROR "${source}: ${line}: not a header of the C++ standard library")
+    endif ()
+  endforeach ()
+endforeach ()
+message(STATUS "${count} sources include the core and the standard library alone")
