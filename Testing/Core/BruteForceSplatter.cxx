@@ -398,9 +398,11 @@ void Composite(const std::vector<ReferenceLayer>& layers, double limit, Referenc
 }
 }
 
-double ReferenceLensVariance(double c, double)
+double ReferenceLensVariance(double c, double cutoff)
 {
-  return c * c / (2.0 * std::log(4.0));
+  // The paper's a, of which a Gaussian ended at the cut-off keeps the share tau.
+  const double tau = 1.0 - cutoff * std::exp(-cutoff) / (1.0 - std::exp(-cutoff));
+  return tau * c * c / (2.0 * std::log(4.0));
 }
 
 double ReferenceRippleCompensation(double blur, double cosine)

@@ -106,10 +106,17 @@ double DistanceFromDisc(double v, double cutoff)
 
 void TestDefocusVariance()
 {
-  // The paper's derivation: exp(-C^2 / 2a) = 1/4.
-  CHECK_NEAR(std::exp(-0.5 / DefocusVariance(1.0)), 0.25, 1e-15);
-  CHECK_NEAR(DefocusVariance(7.0), 49.0 * DefocusVariance(1.0), 1e-14);
-  const double v = DefocusVariance(1.0), best = DistanceFromDisc(v, NoTruncation);
+  // The paper's derivation, exp(-C^2 / 2a) = 1/4, for the Gaussian that is then ended at the
+  // cut-off.
+  for (double cutoff : { 0.5, 2.5, NoTruncation })
+  {
+    const TruncatedGaussian gaussian(cutoff);
+    const double a = DefocusVariance(1.0, gaussian) / gaussian.Tau;
+    CHECK_NEAR(std::exp(-0.5 / a), 0.25, 1e-15);
+    CHECK_NEAR(DefocusVariance(7.0, gaussian), 49.0 * DefocusVariance(1.0, gaussian), 1e-14);
+  }
+  const double v = DefocusVariance(1.0, TruncatedGaussian(NoTruncation));
+  const double best = DistanceFromDisc(v, NoTruncation);
   for (double factor : { 0.9, 0.99, 0.999, 1.001, 1.01, 1.1 })
   {
     CHECK(DistanceFromDisc(factor * v, NoTruncation) > best);
