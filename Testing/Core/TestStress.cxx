@@ -386,6 +386,27 @@ void TestEmpty()
   CHECK_NEAR(SumOfAlpha(threads), 0.0, 0.0);
 }
 
+/// Settings outside of their ranges draw nothing or something, and break nothing.
+void TestSettings()
+{
+  TestCloud cloud;
+  cloud.Add(BigSurfel(2.0));
+  const double values[] = { 0.0, -1.0, 1e-9, 1e-300, 1e6, 1e300, -1e300, INFINITY, NAN };
+  for (double value : values)
+  {
+    SplatContext context = MakeContext();
+    context.Settings.Cutoff = value;
+    CHECK(IsSane(RenderPicture(context, cloud)));
+    context = MakeContext();
+    context.Settings.Prefilter = value;
+    CHECK(IsSane(RenderPicture(context, cloud)));
+    context = MakeContext();
+    context.Camera.Cx = value;
+    context.Camera.Far = value;
+    CHECK(IsSane(RenderPicture(context, cloud)));
+  }
+}
+
 /// A limit that is NaN, zero or infinite hides or does not hide; it breaks nothing.
 void TestDepthLimits()
 {
@@ -439,6 +460,7 @@ int main()
   TestOpacitiesAndColors();
   TestLights();
   TestFrameSizes();
+  TestSettings();
   TestDepthLimits();
   TestCoincident();
   return Checks().Report("stress");
