@@ -246,15 +246,18 @@ private:
   void PassArrays(vtkPointSet* input, vtkPolyData* output)
   {
     vtkNew<vtkIdList> from;
+    vtkNew<vtkIdList> to;
     from->SetNumberOfIds(this->Cloud.Size());
+    to->SetNumberOfIds(this->Cloud.Size());
     for (int i = 0; i < this->Cloud.Size(); ++i)
     {
       from->SetId(i, this->Cloud.InputIds[this->Order[i]]);
+      to->SetId(i, i);
     }
     vtkPointData* pointData = output->GetPointData();
     pointData->CopyAllOn();
     pointData->CopyAllocate(input->GetPointData(), this->Cloud.Size());
-    pointData->CopyData(input->GetPointData(), from);
+    pointData->CopyData(input->GetPointData(), from, to);
     output->GetFieldData()->PassData(input->GetFieldData());
   }
 
