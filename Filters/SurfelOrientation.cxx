@@ -450,7 +450,9 @@ bool OrientConsistently(const SurfelCloud& cloud, const std::vector<int>& graph,
       }
       sides.TwoSided[ids[m]] = sign != 0 && !fit.Isolated && !fit.Degenerate ? 0 : 1;
     }
-    if (!monitor.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
+    // Components may be as many as points: not a report for each.
+    const bool report = c % 1024 == 0 || size > 1024;
+    if (report && !monitor.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
     {
       return false;
     }

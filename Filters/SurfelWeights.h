@@ -36,7 +36,7 @@ struct WeightSurfel
 
 struct WeightSettings
 {
-  int SamplesPerPoint = 8;
+  int SamplesPerPoint = 16;
   int NumberOfIterations = 12;
   int NumberOfNeighbors = 24;
   double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this
