@@ -42,8 +42,9 @@ constexpr double SmallAgreement = 0.3;
 constexpr double LargestConflict = 0.03;
 
 /// A component is closed if the winding number at its surfels is at least ClosedMean on average
-/// and beyond ClosedLeast at ClosedShare of the samples.
-constexpr double ClosedMean = 0.3;
+/// and beyond ClosedLeast at ClosedShare of the samples. On a sphere of which a share f is missing
+/// the mean is (1 - f) / 2: up to a fifth may be missing; half a sphere, 0.32, is open.
+constexpr double ClosedMean = 0.4;
 constexpr double ClosedLeast = 0.15;
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
