@@ -230,8 +230,8 @@ void StopAt(vtkAlgorithm* algorithm, double progress, vtkCallbackCommand* comman
 {
   *limit = progress;
   command->SetClientData(limit);
-  command->SetCallback([](vtkObject* caller, unsigned long, void* limit, void* progress) {
-    if (*static_cast<double*>(progress) >= *static_cast<double*>(limit))
+  command->SetCallback([](vtkObject* caller, unsigned long, void* client, void* call) {
+    if (*static_cast<double*>(call) >= *static_cast<double*>(client))
     {
       static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(1);
     }
