@@ -291,6 +291,28 @@ void BoundIsolated(double factor, const std::vector<int>& graph, std::vector<Sur
 }
 }
 
+bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d)
+{
+  const double cosine = Dot(a.Normal, b.Normal);
+  return (eitherTwoSided ? std::abs(cosine) : cosine) >= SheetCosine &&
+    std::abs(Dot(a.Normal, d)) <= SheetClimb * Length(d);
+}
+
+double LargestGap(std::vector<double>& angles)
+{
+  if (angles.empty())
+  {
+    return 2.0 * Pi;
+  }
+  std::sort(angles.begin(), angles.end());
+  double gap = angles.front() + 2.0 * Pi - angles.back();
+  for (size_t k = 1; k < angles.size(); ++k)
+  {
+    gap = std::max(gap, angles[k] - angles[k - 1]);
+  }
+  return gap;
+}
+
 bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
   std::vector<SurfelFit>& fits, std::vector<int>& graph)
@@ -328,10 +350,8 @@ bool RefineExtents(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
   const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits)
 {
   const auto isOfSheet = [&](int i, int j) {
-    const double cosine = Dot(fits[i].Normal, fits[j].Normal);
-    const Vector3 d = Load(cloud.Position(j)) - Load(cloud.Position(i));
-    return (twoSided[i] || twoSided[j] ? std::abs(cosine) : cosine) >= SheetCosine &&
-      std::abs(Dot(fits[i].Normal, d)) <= SheetClimb * Length(d);
+    return AreOfOneSheet(fits[i], fits[j], twoSided[i] || twoSided[j],
+      Load(cloud.Position(j)) - Load(cloud.Position(i)));
   };
   const Fitter fitter(cloud, tree, settings);
   return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {

@@ -45,6 +45,13 @@ constexpr int GraphDegree = 12;
 /// The neighbour whose distance tells whether a point is far from everything.
 constexpr int ReachRank = 6;
 
+/// Whether two points whose difference is d can be of one sheet: normals that agree (up to sign where eitherTwoSided), and
+/// an edge that does not climb out of the tangent plane.
+bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d);
+
+/// Largest angle between directions that follow each other, radians; sorts them. 2 pi without any.
+double LargestGap(std::vector<double>& angles);
+
 /// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
 /// `graph`: [GraphDegree * n] ids of the nearest neighbours, -1 where there are fewer.
 /// Returns false if stopped.

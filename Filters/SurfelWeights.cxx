@@ -2,6 +2,7 @@
 #include "SurfelWeights.h"
 
 #include "SurfelCloud.h"
+#include "SurfelFit.h"
 #include "SurfelNeighborhood.h"
 
 #include <algorithm>
@@ -60,22 +61,6 @@ double Hash(std::uint64_t x)
 bool AreCompatible(const WeightSurfel& a, const WeightSurfel& b)
 {
   return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
-}
-
-/// Largest angle between directions that follow each other. Sorts them.
-double LargestGap(std::vector<double>& angles)
-{
-  if (angles.empty())
-  {
-    return 2.0 * Pi;
-  }
-  std::sort(angles.begin(), angles.end());
-  double gap = angles.front() + 2.0 * Pi - angles.back();
-  for (size_t k = 1; k < angles.size(); ++k)
-  {
-    gap = std::max(gap, angles[k] - angles[k - 1]);
-  }
-  return gap;
 }
 
 /// Makes the samples of one surfel after the other.

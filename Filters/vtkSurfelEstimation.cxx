@@ -2,6 +2,7 @@
 #include "vtkSurfelEstimation.h"
 
 #include "SurfelArrays.h"
+#include "SurfelCell.h"
 #include "SurfelCloud.h"
 #include "SurfelFit.h"
 #include "SurfelNeighborhood.h"
@@ -65,24 +66,50 @@ vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)
   return array;
 }
 
-/// Standard deviation squared along AxisU and across it: round, or with the fit's variances and
-/// their ratio bounded; the product is the same.
-void KernelVariances(const SurfelFit& fit, double scale, bool round, double maximumRatio,
-  double& varianceU, double& varianceV)
+/// A Gaussian in the tangent plane, the area it stands for, and its centre minus the point.
+struct SurfelKernel
+{
+  Vector3 AxisU;
+  double VarianceU, VarianceV; // world units squared
+  double Area;
+  Vector3 Offset;
+};
+
+/// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale spacing)^2 in both.
+SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
 {
   const double area = fit.Spacing * fit.Spacing;
-  const double ratio = round
-    ? 1.0
-    : std::min(std::sqrt(fit.VarianceU / std::max(fit.VarianceV, 1e-300)), maximumRatio);
-  varianceU = scale * scale * area * ratio;
-  varianceV = scale * scale * area / ratio;
+  const double ratio =
+    elliptical ? std::sqrt(fit.VarianceU / std::max(fit.VarianceV, 1e-300)) : 1.0;
+  return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area, {} };
+}
+
+/// The cell's indicator function blurred by a Gaussian; of the variance scale^2 spacing^2 a square cell of side `spacing`
+/// has 1/12 spacing^2 itself.
+SurfelKernel CellKernel(const SurfelFit& fit, const SurfelCell& cell, double scale)
+{
+  const double blur = std::max(scale * scale - 1.0 / 12.0, 0.01) * fit.Spacing * fit.Spacing;
+  return { cell.AxisU, cell.VarianceU + blur, cell.VarianceV + blur, cell.Area, cell.Centroid };
+}
+
+void BoundAxes(double maximumRatio, SurfelKernel& kernel)
+{
+  const double bound = maximumRatio * maximumRatio;
+  if (kernel.VarianceU > bound * kernel.VarianceV)
+  {
+    // Same product, smaller ratio.
+    const double product = std::sqrt(kernel.VarianceU * kernel.VarianceV);
+    kernel.VarianceU = product * maximumRatio;
+    kernel.VarianceV = product / maximumRatio;
+  }
 }
 
 /// S = s_u^2 u u' + s_v^2 v v' with v = n x u, in VTK's order of a symmetric tensor.
-void StoreCovariance(const SurfelFit& fit, double varianceU, double varianceV, float* s)
+void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s)
 {
-  const Vector3 u = fit.AxisU;
-  const Vector3 v = Cross(fit.Normal, u);
+  const Vector3 u = kernel.AxisU;
+  const Vector3 v = Cross(normal, u);
+  const double varianceU = kernel.VarianceU, varianceV = kernel.VarianceV;
   s[0] = static_cast<float>(varianceU * u.X * u.X + varianceV * v.X * v.X);
   s[1] = static_cast<float>(varianceU * u.Y * u.Y + varianceV * v.Y * v.Y);
   s[2] = static_cast<float>(varianceU * u.Z * u.Z + varianceV * v.Z * v.Z);
@@ -123,11 +150,32 @@ public:
         this->Graph) &&
       this->Orient(monitor.Part(0.6, 0.85)) &&
       RefineExtents(this->Cloud, tree, settings, this->Sides.TwoSided, this->Graph,
-        monitor.Part(0.85, 0.95), this->Fits);
+        monitor.Part(0.85, 0.9), this->Fits) &&
+      (this->Self->KernelMode != CELL ||
+        MeasureCells(this->Cloud, tree, this->Sides.TwoSided, this->Fits, monitor.Part(0.9, 0.98),
+          this->Cells));
+  }
+
+  /// Kernel, area and centre of every surfel.
+  void MakeKernels()
+  {
+    this->Kernels.resize(this->Fits.size());
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType i = begin; i < end; ++i)
+      {
+        const SurfelFit& fit = this->Fits[i];
+        const bool cell = !this->Cells.empty() && this->Cells[i].Area > 0.0;
+        this->Kernels[i] = cell ? CellKernel(fit, this->Cells[i], this->Self->KernelScale)
+                                : SpacingKernel(fit, this->Self->KernelScale,
+                                    this->Self->KernelMode == ELLIPTICAL);
+        BoundAxes(this->Self->MaximumAxisRatio, this->Kernels[i]);
+      }
+    });
   }
 
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
+    this->MakeKernels();
     this->SortByInput();
     this->WritePoints(output);
     this->PassArrays(input, output);
@@ -247,7 +295,9 @@ private:
     }
     for (vtkIdType i = 0; i < count; ++i)
     {
-      points->SetPoint(i, this->Cloud.Position(this->Order[i]));
+      const Vector3 p =
+        Load(this->Cloud.Position(this->Order[i])) + this->Kernels[this->Order[i]].Offset;
+      points->SetPoint(i, p.X, p.Y, p.Z);
       vertices->InsertCellPoint(i);
     }
     output->SetPoints(points);
@@ -278,16 +328,13 @@ private:
     auto covariances = MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count);
     auto areas = MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count);
     auto twoSided = MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count);
-    const bool round = this->Self->KernelMode == CIRCULAR;
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
         const SurfelFit& fit = this->Fits[this->Order[i]];
-        double varianceU, varianceV;
-        KernelVariances(
-          fit, this->Self->KernelScale, round, this->Self->MaximumAxisRatio, varianceU, varianceV);
-        StoreCovariance(fit, varianceU, varianceV, covariances->GetPointer(6 * i));
-        Store(fit.Spacing * fit.Spacing * fit.Normal, areas->GetPointer(3 * i));
+        const SurfelKernel& kernel = this->Kernels[this->Order[i]];
+        StoreCovariance(kernel, fit.Normal, covariances->GetPointer(6 * i));
+        Store(kernel.Area * fit.Normal, areas->GetPointer(3 * i));
         twoSided->SetValue(i, this->Sides.TwoSided[this->Order[i]]);
       }
     });
@@ -306,6 +353,8 @@ private:
   std::vector<int> Graph;
   std::vector<int> Order; // output id -> cloud index
   Sidedness Sides;
+  std::vector<SurfelCell> Cells;
+  std::vector<SurfelKernel> Kernels;
 };
 
 //------------------------------------------------------------------------------

@@ -48,7 +48,8 @@ public:
   enum KernelModes
   {
     CIRCULAR = 0,
-    ELLIPTICAL = 1
+    ELLIPTICAL = 1,
+    CELL = 2
   };
   enum OrientationModes
   {
@@ -99,10 +100,11 @@ public:
   /**
    * Shape of the kernels: CIRCULAR (default) or ELLIPTICAL, see the class's description.
    */
-  vtkSetClampMacro(KernelMode, int, CIRCULAR, ELLIPTICAL);
+  vtkSetClampMacro(KernelMode, int, CIRCULAR, CELL);
   vtkGetMacro(KernelMode, int);
   void SetKernelModeToCircular() { this->SetKernelMode(CIRCULAR); }
   void SetKernelModeToElliptical() { this->SetKernelMode(ELLIPTICAL); }
+  void SetKernelModeToCell() { this->SetKernelMode(CELL); }
   ///@}
 
   ///@{
