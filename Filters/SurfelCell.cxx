@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <cmath>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 namespace
 {
 constexpr double Pi = 3.14159265358979323846;
 
-/// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and hardly ever one that is
-/// not among the 20 nearest.
+/// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
+/// hardly ever one that is not among the 20 nearest.
 constexpr int CellNeighbors = 20;
 
 /// Cells end at this many spacings, where a point has no neighbours on one side.
@@ -24,7 +24,8 @@ constexpr int ReachCorners = 12;
 /// A point whose neighbours leave an angle of this much free may lie on a border.
 constexpr double BorderGap = 0.75 * Pi;
 
-/// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half of the plane.
+/// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half
+/// of the plane.
 constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.5;
 constexpr int BorderSteps = 12;
@@ -164,8 +165,8 @@ public:
   }
 
 private:
-  /// Neighbours of one's own sheet in the tangent plane, nearest first, at their distance in space: the plane is
-  /// unrolled around the point, so that a thin tube's far points do not come too near.
+  /// Neighbours of one's own sheet in the tangent plane, nearest first, at their distance in space:
+  /// the plane is unrolled around the point, so that a thin tube's far points do not come too near.
   void Unfold(int i, const Vector3& u, const Vector3& v)
   {
     this->Tree.FindNearest(i, CellNeighbors, this->Found);

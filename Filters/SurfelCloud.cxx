@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 namespace
 {

@@ -12,7 +12,7 @@
 
 class vtkPoints;
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 /// Points about a local origin along a Morton curve. `n` below is Size().
 struct SurfelCloud

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 namespace
 {

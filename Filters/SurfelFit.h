@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct SurfelCloud;
 class SurfelNeighborhood;
@@ -45,8 +45,8 @@ constexpr int GraphDegree = 12;
 /// The neighbour whose distance tells whether a point is far from everything.
 constexpr int ReachRank = 6;
 
-/// Whether two points whose difference is d can be of one sheet: normals that agree (up to sign where eitherTwoSided), and
-/// an edge that does not climb out of the tangent plane.
+/// Whether two points whose difference is d can be of one sheet: normals that agree (up to sign
+/// where eitherTwoSided), and an edge that does not climb out of the tangent plane.
 bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d);
 
 /// Largest angle between directions that follow each other, radians; sorts them. 2 pi without any.

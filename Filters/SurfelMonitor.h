@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 /// Progress of one stage of a filter: the stage's 0..1 is the filter's From..To.
 class SurfelMonitor

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct SurfelNeighborhood::Tree
 {

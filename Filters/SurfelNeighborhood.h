@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 /// Answer of a query, nearest first. One per thread, reused.
 struct Neighbors

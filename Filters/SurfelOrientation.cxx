@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <numeric>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 namespace
 {

@@ -13,7 +13,7 @@
 
 #include "SurfelFit.h"
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct SurfelCloud;
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 /// Union-find with parity: besides "same set", it knows by which sign two members differ.
 class SurfelSigns

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct Vector3
 {

@@ -19,7 +19,7 @@
 
 #include <vector>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct SurfelCloud;
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 double WindingNumber(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits,
   const int* members, int count, int at)

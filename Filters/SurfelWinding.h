@@ -12,7 +12,7 @@
 
 #include "SurfelFit.h"
 
-namespace SurfelSplatting
+namespace SurfelGeometry
 {
 struct SurfelCloud;
 

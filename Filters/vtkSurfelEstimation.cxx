@@ -30,7 +30,8 @@
 #include <numeric>
 #include <sstream>
 
-using namespace SurfelSplatting;
+using namespace SurfelGeometry;
+namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelEstimation);
 
@@ -75,7 +76,8 @@ struct SurfelKernel
   Vector3 Offset;
 };
 
-/// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale spacing)^2 in both.
+/// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale
+/// spacing)^2 in both.
 SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
 {
   const double area = fit.Spacing * fit.Spacing;
@@ -84,12 +86,12 @@ SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
   return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area, {} };
 }
 
-/// The cell's indicator function blurred by a Gaussian; of the variance scale^2 spacing^2 a square cell of side `spacing`
-/// has 1/12 spacing^2 itself.
-SurfelKernel CellKernel(const SurfelFit& fit, const SurfelCell& cell, double scale)
+/// The cell's indicator function, blurred by a Gaussian of this many spacings.
+SurfelKernel CellKernel(const SurfelFit& fit, const SurfelCell& cell, double blur)
 {
-  const double blur = std::max(scale * scale - 1.0 / 12.0, 0.01) * fit.Spacing * fit.Spacing;
-  return { cell.AxisU, cell.VarianceU + blur, cell.VarianceV + blur, cell.Area, cell.Centroid };
+  const double variance = blur * blur * fit.Spacing * fit.Spacing;
+  return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area,
+    cell.Centroid };
 }
 
 void BoundAxes(double maximumRatio, SurfelKernel& kernel)
@@ -165,9 +167,9 @@ public:
       {
         const SurfelFit& fit = this->Fits[i];
         const bool cell = !this->Cells.empty() && this->Cells[i].Area > 0.0;
-        this->Kernels[i] = cell ? CellKernel(fit, this->Cells[i], this->Self->KernelScale)
-                                : SpacingKernel(fit, this->Self->KernelScale,
-                                    this->Self->KernelMode == ELLIPTICAL);
+        this->Kernels[i] = cell
+          ? CellKernel(fit, this->Cells[i], this->Self->CellBlur)
+          : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
         BoundAxes(this->Self->MaximumAxisRatio, this->Kernels[i]);
       }
     });
@@ -470,6 +472,7 @@ void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MaximumNumberOfNeighbors: " << this->MaximumNumberOfNeighbors << "\n";
   os << indent << "KernelMode: " << this->KernelMode << "\n";
   os << indent << "KernelScale: " << this->KernelScale << "\n";
+  os << indent << "CellBlur: " << this->CellBlur << "\n";
   os << indent << "MaximumAxisRatio: " << this->MaximumAxisRatio << "\n";
   os << indent << "KeepNormals: " << this->KeepNormals << "\n";
   os << indent << "OrientationMode: " << this->OrientationMode << "\n";

@@ -13,9 +13,8 @@
  * 2. Neighbours of each point (PCL's KdTreeFLANN): the NumberOfNeighbors nearest, or those
  *    within Radius. Their covariance gives the normal and the area that the point stands for;
  *    the spacing is the square root of that area.
- * 3. The reconstruction kernel is a Gaussian in the tangent plane: round, with the standard
- *    deviation KernelScale times the spacing, or of the same area and as stretched as the
- *    neighbours are, up to MaximumAxisRatio.
+ * 3. The reconstruction kernel is a Gaussian in the tangent plane, made from the point's Voronoi
+ *    cell on the surface, or from the spacing alone: see KernelMode.
  * 4. Sides, see OrientationMode. A surfel whose outside cannot be known is marked two-sided:
  *    a wrong outside is a hole in the picture.
  *
@@ -98,7 +97,15 @@ public:
 
   ///@{
   /**
-   * Shape of the kernels: CIRCULAR (default) or ELLIPTICAL, see the class's description.
+   * Shape of the kernels.
+   * - CIRCULAR: round, with the standard deviation KernelScale times the spacing.
+   * - ELLIPTICAL: of the same area, and as stretched as the neighbours are.
+   * - CELL (default): area, centroid and covariance of the point's Voronoi cell on the surface,
+   *   blurred by CellBlur. The surfel sits at the cell's centroid, a fraction of the spacing
+   *   from the point, in its tangent plane. Cells tile the surface, so these kernels sum to one
+   *   where the others leave holes and heaps: on random samplings their sum varies by 0.10
+   *   before normalization, that of round kernels by 0.30 before and 0.18 after, and pictures
+   *   were 1.1 to 1.5 dB nearer to a ray tracer's.
    */
   vtkSetClampMacro(KernelMode, int, CIRCULAR, CELL);
   vtkGetMacro(KernelMode, int);
@@ -109,8 +116,8 @@ public:
 
   ///@{
   /**
-   * Standard deviation of the kernel over the spacing. Default 0.5, range 0.1 to 4. Smaller
-   * kernels leave gaps between the points, larger ones than 0.6 blur the surface.
+   * For CIRCULAR and ELLIPTICAL: standard deviation of the kernel over the spacing. Default 0.5,
+   * range 0.1 to 4. Below 0.45 the surface gets holes, above 0.6 it gets blurred.
    */
   vtkSetClampMacro(KernelScale, double, 0.1, 4.0);
   vtkGetMacro(KernelScale, double);
@@ -118,7 +125,16 @@ public:
 
   ///@{
   /**
-   * Longest over shortest axis of an elliptical kernel, at most. Default 4, range 1 to 100.
+   * For CELL: standard deviation of the blur over the spacing. Default 0.28, range 0.1 to 4.
+   * Below 0.2 the sum of the kernels ripples, above 0.4 the surface gets blurred.
+   */
+  vtkSetClampMacro(CellBlur, double, 0.1, 4.0);
+  vtkGetMacro(CellBlur, double);
+  ///@}
+
+  ///@{
+  /**
+   * Longest over shortest axis of a kernel, at most. Default 4, range 1 to 100.
    */
   vtkSetClampMacro(MaximumAxisRatio, double, 1.0, 100.0);
   vtkGetMacro(MaximumAxisRatio, double);
@@ -220,8 +236,9 @@ protected:
   int NumberOfNeighbors = 16;
   double Radius = 0.0;
   int MaximumNumberOfNeighbors = 128;
-  int KernelMode = CIRCULAR;
+  int KernelMode = CELL;
   double KernelScale = 0.5;
+  double CellBlur = 0.28;
   double MaximumAxisRatio = 4.0;
   vtkTypeBool KeepNormals = 1;
   int OrientationMode = CONSISTENT;

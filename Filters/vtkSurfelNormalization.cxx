@@ -17,7 +17,8 @@
 #include <limits>
 #include <sstream>
 
-using namespace SurfelSplatting;
+using namespace SurfelGeometry;
+namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelNormalization);
 
