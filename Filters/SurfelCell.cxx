@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelCell.h"
+
+#include "SurfelCloud.h"
+#include "SurfelNeighborhood.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelGeometry
+{
+namespace
+{
+constexpr double Pi = 3.14159265358979323846;
+
+/// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
+/// hardly ever one that is not among the 20 nearest.
+constexpr int CellNeighbors = 20;
+
+/// Cells end at this many spacings, where a point has no neighbours on one side.
+constexpr double CellReach = 2.0;
+constexpr int ReachCorners = 12;
+
+/// A point whose neighbours leave an angle of this much free may lie on a border.
+constexpr double BorderGap = 0.75 * Pi;
+
+/// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half
+/// of the plane.
+constexpr double BorderSmoothing = 1.0;
+constexpr double BorderCoverage = 0.5;
+constexpr int BorderSteps = 12;
+
+struct Point2
+{
+  double X, Y;
+};
+
+/// A convex polygon that is cut by half-planes.
+class Polygon
+{
+public:
+  void Reset(double radius)
+  {
+    this->Corners.clear();
+    const double outer = radius / std::cos(Pi / ReachCorners);
+    for (int k = 0; k < ReachCorners; ++k)
+    {
+      const double angle = 2.0 * Pi * k / ReachCorners;
+      this->Corners.push_back({ outer * std::cos(angle), outer * std::sin(angle) });
+    }
+  }
+
+  /// Keeps what has n.x <= d.
+  void Cut(const Point2& n, double d)
+  {
+    const std::size_t count = this->Corners.size();
+    this->Kept.clear();
+    for (std::size_t k = 0; k < count; ++k)
+    {
+      const Point2 a = this->Corners[k];
+      const Point2 b = this->Corners[(k + 1) % count];
+      const double da = n.X * a.X + n.Y * a.Y - d;
+      const double db = n.X * b.X + n.Y * b.Y - d;
+      if (da <= 0.0)
+      {
+        this->Kept.push_back(a);
+      }
+      if ((da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0))
+      {
+        const double t = da / (da - db);
+        this->Kept.push_back({ a.X + t * (b.X - a.X), a.Y + t * (b.Y - a.Y) });
+      }
+    }
+    this->Corners.swap(this->Kept);
+  }
+
+  double SquaredRadius() const
+  {
+    double largest = 0.0;
+    for (const Point2& c : this->Corners)
+    {
+      largest = std::max(largest, c.X * c.X + c.Y * c.Y);
+    }
+    return largest;
+  }
+
+  /// Area, first and second moments about the origin, as sums over the triangles with the origin.
+  void Moments(double& area, Point2& first, double second[3]) const
+  {
+    area = 0.0;
+    first = { 0.0, 0.0 };
+    second[0] = second[1] = second[2] = 0.0;
+    const std::size_t count = this->Corners.size();
+    for (std::size_t k = 0; k < count; ++k)
+    {
+      const Point2& a = this->Corners[k];
+      const Point2& b = this->Corners[(k + 1) % count];
+      const double cross = a.X * b.Y - a.Y * b.X;
+      area += cross / 2.0;
+      first.X += cross * (a.X + b.X) / 6.0;
+      first.Y += cross * (a.Y + b.Y) / 6.0;
+      second[0] += cross * (a.X * a.X + a.X * b.X + b.X * b.X) / 12.0;
+      second[1] += cross * (a.Y * a.Y + a.Y * b.Y + b.Y * b.Y) / 12.0;
+      second[2] += cross * (2.0 * a.X * a.Y + a.X * b.Y + b.X * a.Y + 2.0 * b.X * b.Y) / 24.0;
+    }
+  }
+
+private:
+  std::vector<Point2> Corners, Kept;
+};
+
+class CellMeasurer
+{
+public:
+  CellMeasurer(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+    const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits)
+    : Cloud(cloud)
+    , Tree(tree)
+    , TwoSided(twoSided)
+    , Fits(fits)
+  {
+  }
+
+  SurfelCell Measure(int i)
+  {
+    const SurfelFit& fit = this->Fits[i];
+    SurfelCell cell;
+    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
+    {
+      return cell;
+    }
+    Vector3 u, v;
+    TangentFrame(fit.Normal, u, v);
+    this->Unfold(i, u, v);
+    this->Cell.Reset(CellReach * fit.Spacing);
+    for (const Point2& p : this->Sheet)
+    {
+      const double squared = p.X * p.X + p.Y * p.Y;
+      if (squared < 4.0 * this->Cell.SquaredRadius() && squared > 0.0)
+      {
+        this->Cell.Cut(p, 0.5 * squared);
+      }
+    }
+    this->CutAtBorder(fit.Spacing);
+
+    double area, second[3];
+    Point2 first;
+    this->Cell.Moments(area, first, second);
+    if (!(area > 0.0))
+    {
+      return cell;
+    }
+    const double mx = first.X / area, my = first.Y / area;
+    const double xx = second[0] / area - mx * mx;
+    const double yy = second[1] / area - my * my;
+    const double xy = second[2] / area - mx * my;
+    const double half = 0.5 * std::hypot(xx - yy, 2.0 * xy);
+    const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+    cell.Area = area;
+    cell.Centroid = mx * u + my * v;
+    cell.AxisU = std::cos(angle) * u + std::sin(angle) * v;
+    cell.VarianceU = std::max(0.0, 0.5 * (xx + yy) + half);
+    cell.VarianceV = std::max(0.0, 0.5 * (xx + yy) - half);
+    return cell;
+  }
+
+private:
+  /// Neighbours of one's own sheet in the tangent plane, nearest first, at their distance in space:
+  /// the plane is unrolled around the point, so that a thin tube's far points do not come too near.
+  void Unfold(int i, const Vector3& u, const Vector3& v)
+  {
+    this->Tree.FindNearest(i, CellNeighbors, this->Found);
+    this->Sheet.clear();
+    this->Areas.clear();
+    const Vector3 p = Load(this->Cloud.Position(i));
+    for (const int j : this->Found.Ids)
+    {
+      const Vector3 d = Load(this->Cloud.Position(j)) - p;
+      if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
+      {
+        continue;
+      }
+      const double x = Dot(d, u), y = Dot(d, v);
+      const double flat = std::hypot(x, y);
+      const double scale = flat > 0.0 ? Length(d) / flat : 0.0;
+      this->Sheet.push_back({ scale * x, scale * y });
+      this->Areas.push_back(this->Fits[j].Spacing * this->Fits[j].Spacing);
+    }
+  }
+
+  /// Where all neighbours are on one side: cuts the cell where the surface ends on the other.
+  void CutAtBorder(double spacing)
+  {
+    this->Angles.clear();
+    Point2 mean{ 0.0, 0.0 };
+    for (const Point2& p : this->Sheet)
+    {
+      this->Angles.push_back(std::atan2(p.Y, p.X));
+      mean.X += p.X;
+      mean.Y += p.Y;
+    }
+    const double length = std::hypot(mean.X, mean.Y);
+    if (!(length > 0.0) || LargestGap(this->Angles) < BorderGap)
+    {
+      return;
+    }
+    const Point2 outward{ -mean.X / length, -mean.Y / length };
+    double inside = 0.0, outside = CellReach * spacing;
+    for (int step = 0; step < BorderSteps; ++step)
+    {
+      const double middle = 0.5 * (inside + outside);
+      const bool covered =
+        this->Coverage({ middle * outward.X, middle * outward.Y }, spacing) >= BorderCoverage;
+      (covered ? inside : outside) = middle;
+    }
+    this->Cell.Cut(outward, std::max(inside, 0.05 * spacing));
+  }
+
+  /// Share of the plane that the areas about cover at a place.
+  double Coverage(const Point2& at, double spacing) const
+  {
+    const double sigma = BorderSmoothing * spacing;
+    double sum = spacing * spacing * std::exp(-0.5 * (at.X * at.X + at.Y * at.Y) / (sigma * sigma));
+    for (std::size_t k = 0; k < this->Sheet.size(); ++k)
+    {
+      const double dx = this->Sheet[k].X - at.X, dy = this->Sheet[k].Y - at.Y;
+      sum += this->Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / (sigma * sigma));
+    }
+    return sum / (2.0 * Pi * sigma * sigma);
+  }
+
+  const SurfelCloud& Cloud;
+  const SurfelNeighborhood& Tree;
+  const std::vector<unsigned char>& TwoSided;
+  const std::vector<SurfelFit>& Fits;
+  Neighbors Found;
+  std::vector<Point2> Sheet;
+  std::vector<double> Areas, Angles;
+  Polygon Cell;
+};
+}
+
+bool MeasureCells(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits,
+  const SurfelMonitor& monitor, std::vector<SurfelCell>& cells)
+{
+  cells.resize(fits.size());
+  return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+    CellMeasurer measurer(cloud, tree, twoSided, fits);
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      cells[i] = measurer.Measure(static_cast<int>(i));
+    }
+  });
+}
+}
