@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Layers of the A-buffer (Carpenter 1984) with the extended depth test by z-ranges (Levoy and Whitted 1985, Rasanen 2002).
+ * Layers of the A-buffer (Carpenter 1984) with the extended depth test by z-ranges (Levoy and
+ * Whitted 1985, Rasanen 2002).
  *
- * Splats of one surface overlap in depth: a layer is the union of overlapping z-ranges at one pixel. Its sums stay
- * un-normalised until it is resolved, so that layers of tiles, of other props' pixels and of other processes can be
- * joined by the one rule below, in any order.
+ * Splats of one surface overlap in depth: a layer is the union of overlapping z-ranges at one
+ * pixel. Its sums stay un-normalised until it is resolved, so that layers of tiles, of other props'
+ * pixels and of other processes can be joined by the one rule below, in any order.
  *
  *       near ------ splat 1 ------ far
  *                 near --- splat 2 --- far             near - splat 3 - far
@@ -21,10 +22,10 @@ struct Layer
 {
   float Near = std::numeric_limits<float>::infinity(); ///< world units along the view direction
   float Far = -std::numeric_limits<float>::infinity();
-  float Weight = 0;                    ///< sum w, coverage before it is limited to 1
-  float Opacity = 0;                   ///< sum w o
-  float Red = 0, Green = 0, Blue = 0;  ///< sum w o colour
-  float Depth = 0;                     ///< sum w z
+  float Weight = 0;                   ///< sum w, coverage before it is limited to 1
+  float Opacity = 0;                  ///< sum w o
+  float Red = 0, Green = 0, Blue = 0; ///< sum w o colour
+  float Depth = 0;                    ///< sum w z
 
   bool Overlaps(const Layer& other) const { return Near <= other.Far && other.Near <= Far; }
 
@@ -48,8 +49,8 @@ struct ResolvedLayer
   float Red, Green, Blue, Alpha, Depth;
 };
 
-/// Coverage min(1, sum w) times mean opacity: the sums divided by max(1, sum w). Dividing by the sum itself would turn
-/// partial coverage into full.
+/// Coverage min(1, sum w) times mean opacity: the sums divided by max(1, sum w). Dividing by the
+/// sum itself would turn partial coverage into full.
 inline ResolvedLayer Resolve(const Layer& layer)
 {
   const float scale = 1.0f / std::max(1.0f, layer.Weight);
@@ -57,8 +58,8 @@ inline ResolvedLayer Resolve(const Layer& layer)
     layer.Weight > 0 ? layer.Depth / layer.Weight : 0.0f };
 }
 
-/// Receives every layer of every pixel, front to back, as it is closed. Called from the raster's threads, never twice at
-/// once for one pixel.
+/// Receives every layer of every pixel, front to back, as it is closed. Called from the raster's
+/// threads, never twice at once for one pixel.
 class LayerSink
 {
 public:

@@ -8,8 +8,7 @@
 
 namespace SurfelSplatting
 {
-void SerialExecutor::For(
-  std::size_t size, std::size_t grain, const RangeFunction& function) const
+void SerialExecutor::For(std::size_t size, std::size_t grain, const RangeFunction& function) const
 {
   for (std::size_t begin = 0; begin < size; begin += grain)
   {
@@ -22,8 +21,7 @@ ThreadExecutor::ThreadExecutor(unsigned int numberOfThreads)
 {
 }
 
-void ThreadExecutor::For(
-  std::size_t size, std::size_t grain, const RangeFunction& function) const
+void ThreadExecutor::For(std::size_t size, std::size_t grain, const RangeFunction& function) const
 {
   std::atomic<std::size_t> next{ 0 };
   auto work = [&]() {

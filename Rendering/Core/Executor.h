@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The threads that the core runs on are lent by its caller: vtkSMPTools in VTK, std::thread in tests, none in the
- * reference. Every stage writes results by index, so that pixels do not depend on the number of threads.
+ * The threads that the core runs on are lent by its caller: vtkSMPTools in VTK, std::thread in
+ * tests, none in the reference. Every stage writes results by index, so that pixels do not depend
+ * on the number of threads.
  */
 #pragma once
 
@@ -18,7 +19,8 @@ public:
 
   virtual ~Executor() = default;
 
-  /// Runs function over [0, size) in pieces of about grain (>= 1) elements and returns when all is done.
+  /// Runs function over [0, size) in pieces of about grain (>= 1) elements and returns when all is
+  /// done.
   virtual void For(std::size_t size, std::size_t grain, const RangeFunction& function) const = 0;
 };
 

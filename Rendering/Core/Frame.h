@@ -10,8 +10,8 @@ struct Frame
   int Height = 0;
   /// [Height][Width][4] RGBA, premultiplied, linear; alpha = coverage times opacity.
   float* Color = nullptr;
-  /// [Height][Width] distance along the view direction to the layer in which alpha passes one half, world units; 0 where
-  /// it does not.
+  /// [Height][Width] distance along the view direction to the layer in which alpha passes one half,
+  /// world units; 0 where it does not.
   float* Depth = nullptr;
 };
 }

@@ -35,7 +35,8 @@ struct Symmetric3
 
   double Trace() const { return XX + YY + ZZ; }
 
-  /// Largest eigenvalue where S has rank 2 at most, from its two invariants; an upper bound (the trace) is never passed.
+  /// Largest eigenvalue where S has rank 2 at most, from its two invariants; an upper bound (the
+  /// trace) is never passed.
   double LargestEigenvalueOfRankTwo() const
   {
     const double minors = XX * YY - XY * XY + YY * ZZ - YZ * YZ + XX * ZZ - XZ * XZ;
@@ -96,8 +97,8 @@ struct Affine3
     return c;
   }
 
-  /// |det L| L^-T: how area vectors transform; its absolute value keeps a mirrored surface's outside (method of the
-  /// data contract). Cofactors, so that a singular L gives no infinity.
+  /// |det L| L^-T: how area vectors transform; its absolute value keeps a mirrored surface's
+  /// outside (method of the data contract). Cofactors, so that a singular L gives no infinity.
   std::array<Vector3, 3> AreaMatrix() const
   {
     std::array<Vector3, 3> c;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Eight floats at a time in the compiler's own vector types (GCC, Clang), lowered to whatever the target has.
- * A comparison gives a mask, all bits of a lane set or none; mask ? a : b selects lane by lane.
+ * Eight floats at a time in the compiler's own vector types (GCC, Clang), lowered to whatever the
+ * target has. A comparison gives a mask, all bits of a lane set or none; mask ? a : b selects lane
+ * by lane.
  */
 #pragma once
 
@@ -41,12 +42,13 @@ SURFELSPLATTING_INLINE bool Any(const LaneMask& mask)
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
-/// x = exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative error
-/// 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
+/// x = exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative
+/// error 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
 SURFELSPLATTING_INLINE void ExpOfMinus(Lanes& x)
 {
   const Lanes t = x * -1.44269504f;
-  const Lanes shifted = t + 12582912.0f; // 1.5 * 2^23: rounds to the nearest integer in the low bits
+  const Lanes shifted =
+    t + 12582912.0f; // 1.5 * 2^23: rounds to the nearest integer in the low bits
   const Lanes f = t - (shifted - 12582912.0f);
   Lanes p = 1.535336188e-4f * f + 1.339887440e-3f;
   p = p * f + 9.618437357e-3f;

@@ -9,17 +9,17 @@
 
 #include <cmath>
 
-
 namespace SurfelSplatting
 {
-/// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a pinhole.
+/// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a
+/// pinhole.
 struct Lens
 {
   double Radius = 0.0;        ///< world units, >= 0
   double FocalDistance = 1.0; ///< distance in focus along the view direction, world units, > 0
 
-  /// Radius of the circle of confusion in units of the focal length f in px: C = f * R |1/z_f - 1/z|
-  /// (Potmesil and Chakravarty 1981, with the sensor scaled to pixels). z > 0.
+  /// Radius of the circle of confusion in units of the focal length f in px: C = f * R |1/z_f -
+  /// 1/z| (Potmesil and Chakravarty 1981, with the sensor scaled to pixels). z > 0.
   double RelativeCircleOfConfusion(double z) const
   {
     return this->Radius * std::abs(1.0 / this->FocalDistance - 1.0 / z);
@@ -27,11 +27,12 @@ struct Lens
 };
 
 /**
- * Variance in px^2 that the lens adds to a splat. The Gaussian closest in L2 to the uniform disc of radius C has
- * a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) = 1/4). It is the splat's kernel, ended
- * at the cut-off, that blurs: tau(c) a of the variance remains, 0.28 C^2 at c = 2.5, where the disc has 0.25 C^2. Undoing
- * that, as for the reconstruction kernel and the prefilter, was measured to be farther from a ray tracer's lens at every
- * aperture (by 0.3 to 0.9 dB): the infinite Gaussian's tail is what the disc does not have.
+ * Variance in px^2 that the lens adds to a splat. The Gaussian closest in L2 to the uniform disc of
+ * radius C has a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) =
+ * 1/4). It is the splat's kernel, ended at the cut-off, that blurs: tau(c) a of the variance
+ * remains, 0.28 C^2 at c = 2.5, where the disc has 0.25 C^2. Undoing that, as for the
+ * reconstruction kernel and the prefilter, was measured to be farther from a ray tracer's lens at
+ * every aperture (by 0.3 to 0.9 dB): the infinite Gaussian's tail is what the disc does not have.
  */
 inline double DefocusVariance(double circleOfConfusion, const TruncatedGaussian& gaussian)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * The raster's inner loops, one translation unit per instruction set (RasterKernel*.cxx, all from
- * RasterKernelImplementation.h), chosen when the library is loaded. These files use no inline function of the standard
- * library: one compiled for AVX could end up in code that runs everywhere.
+ * RasterKernelImplementation.h), chosen when the library is loaded. These files use no inline
+ * function of the standard library: one compiled for AVX could end up in code that runs everywhere.
  */
 #pragma once
 
@@ -40,7 +40,8 @@ struct CloseCallback
 
 struct RasterKernel
 {
-  /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the number of fragments.
+  /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the
+  /// number of fragments.
   std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, int rowBegin, int rowEnd,
     float x, float y, float support, const CloseCallback& callback);
   /// Composites all open layers of a tile.

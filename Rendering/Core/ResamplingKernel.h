@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The screen-space EWA resampling kernel of a splat: a truncated Gaussian whose mass and variance are exactly what they
- * are said to be.
+ * The screen-space EWA resampling kernel of a splat: a truncated Gaussian whose mass and variance
+ * are exactly what they are said to be.
  *
- * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, and a cut-off c on the exponent. Their
- * compensation 1 / (1 - e^-c) fits the exponent beta = q/2 of the Gaussian, q = x' W^-1 x: a splat ends at q = 2c and
- * keeps the mass 1 - e^-c. Truncation also takes variance away: of a Gaussian ended at q = 2c there remains the factor
+ * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, and a cut-off c on the
+ * exponent. Their compensation 1 / (1 - e^-c) fits the exponent beta = q/2 of the Gaussian, q = x'
+ * W^-1 x: a splat ends at q = 2c and keeps the mass 1 - e^-c. Truncation also takes variance away:
+ * of a Gaussian ended at q = 2c there remains the factor
  *
  *   tau(c) = 1 - c e^-c / (1 - e^-c)            (0.776 at c = 2.5)
  *
- * (q/2 is exponentially distributed). So that surfaces and pixels are not filtered differently at each cut-off, the
- * Gaussian that is truncated has covariance W / tau: mass 1, variance W, for every c. (What the lens adds to W: Lens.h.)
+ * (q/2 is exponentially distributed). So that surfaces and pixels are not filtered differently at
+ * each cut-off, the Gaussian that is truncated has covariance W / tau: mass 1, variance W, for
+ * every c. (What the lens adds to W: Lens.h.)
  */
 #pragma once
 
@@ -52,7 +54,8 @@ struct ResamplingKernel
 
 /**
  * @param projected M S M', px^2
- * @param variance  isotropic part h + V_I in x and y (they differ only for non-square pixels), px^2, > 0
+ * @param variance  isotropic part h + V_I in x and y (they differ only for non-square pixels),
+ * px^2, > 0
  */
 inline ResamplingKernel MakeResamplingKernel(
   const Symmetric2& projected, const double variance[2], const TruncatedGaussian& gaussian)
@@ -68,8 +71,7 @@ inline ResamplingKernel MakeResamplingKernel(
   kernel.A = gaussian.Tau * wyy / determinant;
   kernel.K = -projected.XY / wyy;
   kernel.B = gaussian.Tau / wyy;
-  kernel.Peak =
-    gaussian.Tau / (2.0 * 3.14159265358979324 * std::sqrt(determinant) * gaussian.Mass);
+  kernel.Peak = gaussian.Tau / (2.0 * 3.14159265358979324 * std::sqrt(determinant) * gaussian.Mass);
   const double scale = gaussian.Support() / gaussian.Tau;
   // W_xx, but larger where rounding made the projected covariance indefinite.
   kernel.HalfWidth = std::sqrt(scale * (determinant + projected.XY * projected.XY) / wyy);

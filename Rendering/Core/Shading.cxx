@@ -7,7 +7,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Direction from the surfel to the light and what reaches the surfel of it, 0 outside a spot's cone.
+/// Direction from the surfel to the light and what reaches the surfel of it, 0 outside a spot's
+/// cone.
 double Incidence(const Light& light, const Vector3& position, Vector3& toLight)
 {
   if (!light.Positional)
@@ -33,8 +34,7 @@ double Incidence(const Light& light, const Vector3& position, Vector3& toLight)
   {
     const double cosine = -Dot(toLight, light.Direction);
     // Behind a spot wider than a half space the cosine is negative.
-    strength *=
-      cosine >= light.ConeCosine ? std::pow(std::max(cosine, 0.0), light.Exponent) : 0.0;
+    strength *= cosine >= light.ConeCosine ? std::pow(std::max(cosine, 0.0), light.Exponent) : 0.0;
   }
   return strength;
 }

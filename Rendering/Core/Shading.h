@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Per-splat shading: VTK's light model (ambient, Lambert, Phong) evaluated once for each surfel, so that highlights blur
- * with their surface (Krivanek, Zara, Bouatouch 2003, section 4, "Shading").
+ * Per-splat shading: VTK's light model (ambient, Lambert, Phong) evaluated once for each surfel, so
+ * that highlights blur with their surface (Krivanek, Zara, Bouatouch 2003, section 4, "Shading").
  */
 #pragma once
 
@@ -16,11 +16,12 @@ struct Light
 {
   std::array<double, 3> Color{ 1, 1, 1 }; ///< times the light's intensity
   bool Positional = false;
-  Vector3 Position{ 0, 0, 0 };            ///< camera space
-  Vector3 Direction{ 0, 0, 1 };           ///< from the light, camera space, unit length
-  std::array<double, 3> Attenuation{ 1, 0, 0 }; ///< 1 / (a0 + a1 d + a2 d^2), positional lights only
-  double ConeCosine = -1.0;               ///< cosine of the spot's half angle; -1: no spot
-  double Exponent = 1.0;                  ///< of the spot
+  Vector3 Position{ 0, 0, 0 };  ///< camera space
+  Vector3 Direction{ 0, 0, 1 }; ///< from the light, camera space, unit length
+  std::array<double, 3> Attenuation{ 1, 0,
+    0 };                    ///< 1 / (a0 + a1 d + a2 d^2), positional lights only
+  double ConeCosine = -1.0; ///< cosine of the spot's half angle; -1: no spot
+  double Exponent = 1.0;    ///< of the spot
 };
 
 struct Material

@@ -13,11 +13,11 @@ struct alignas(64) Splat
   float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
   float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
   float Far;
-  float Depth;                   ///< of the centre, world units
-  float DepthX, DepthY;          ///< slope of the depth over the footprint, world units per px
-  float Red, Green, Blue;        ///< straight, shaded, linear
-  float Opacity;                 ///< [0, 1]
-  float HalfHeight;              ///< of the support's bounding box, px
+  float Depth;            ///< of the centre, world units
+  float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
+  float Red, Green, Blue; ///< straight, shaded, linear
+  float Opacity;          ///< [0, 1]
+  float HalfHeight;       ///< of the support's bounding box, px
 };
 static_assert(sizeof(Splat) == 64, "a splat is one cache line");
 

@@ -10,9 +10,10 @@ namespace
 {
 constexpr std::size_t SetupGrain = 4096;
 
-/// Half of the z-range in standard deviations along z, in focus and strongly blurred, and in those of the kernel's
-/// longest axis: 2 * 0.75 s is what neighbours of one surface differ by where it is rough. Measured (design notes):
-/// too small tears surfaces apart, too large merges what lies behind.
+/// Half of the z-range in standard deviations along z, in focus and strongly blurred, and in those
+/// of the kernel's longest axis: 2 * 0.75 s is what neighbours of one surface differ by where it is
+/// rough. Measured (design notes): too small tears surfaces apart, too large merges what lies
+/// behind.
 struct DepthExtent
 {
   double AlongZ, Isotropic;
@@ -25,12 +26,14 @@ struct DepthExtent
   }
 };
 
-/// Where weights ripple about 1, min(1, sum) loses the part above 1 and an opaque surface in focus would be slightly
-/// dark. Measured loss at sigma = spacing / 2, falling with blur and towards silhouettes (where a correction would make
-/// them grow): 0.2 (1 - blur) cos^2(theta).
-double RippleCompensation(double blur, double cosine)
+/// Where weights ripple about 1, min(1, sum) loses the part above 1, and an opaque surface would be
+/// slightly dark. The loss falls with the share of the footprint that lens and pixel filter have
+/// smoothed, (h + V_I) / sqrt(det W) in [0, 1]: surfels below a pixel ripple no more and keep their
+/// mass. It is left alone towards silhouettes, which a correction would make grow: 0.2 (1 - smooth)
+/// cos^2(theta), measured against ray-traced scenes.
+double RippleCompensation(double smooth, double cosine)
 {
-  return 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
+  return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
 /// M S M' for the projection's Jacobian M, px^2.
@@ -41,7 +44,8 @@ Symmetric2 ProjectCovariance(const Symmetric3& s, const ProjectionJacobian& m)
   return { std::fmax(0.0, Dot(m.X, sx)), std::fmax(0.0, Dot(m.Y, sy)), Dot(m.X, sy) };
 }
 
-/// First pixel whose centre is not left of x, clamped to [0, size] in floating point before it becomes an integer.
+/// First pixel whose centre is not left of x, clamped to [0, size] in floating point before it
+/// becomes an integer.
 int FirstPixel(double x, int size)
 {
   return static_cast<int>(std::fmin(std::fmax(std::ceil(x - 0.5), 0.0), size));
@@ -58,21 +62,21 @@ bool Within(float x, float limit)
   return std::abs(x) <= limit;
 }
 
-/// What the raster's float sums hold: 2^32 splats of weight 1e12 and colour 1e12, or depth 1e16, stay below 3e38, so that no
-/// infinity arises that could become NaN under a transmittance of zero.
+/// What the raster's float sums hold: 2^32 splats of weight 1e12 and colour 1e12, or depth 1e16,
+/// stay below 3e38, so that no infinity arises that could become NaN under a transmittance of zero.
 constexpr float LargestWeight = 1e12f, LargestColor = 1e12f, LargestDepth = 1e16f;
 constexpr float LargestCoordinate = 1e30f; // px
-constexpr float SmallestWeight = 1e-20f;   // 2^32 of them are invisible; e^-20 of it is not yet denormal
+constexpr float SmallestWeight =
+  1e-20f; // 2^32 of them are invisible; e^-20 of it is not yet denormal
 
 bool Representable(const Splat& s)
 {
   return Within(s.X, LargestCoordinate) && Within(s.Y, LargestCoordinate) &&
     Within(s.K, LargestCoordinate) && Within(s.A, LargestCoordinate) &&
     Within(s.B, LargestCoordinate) && Within(s.Weight, LargestWeight) &&
-    Within(s.Near, LargestDepth) && Within(s.Far, LargestDepth) &&
-    Within(s.DepthX, LargestDepth) && Within(s.DepthY, LargestDepth) &&
-    std::isfinite(s.Red) && std::isfinite(s.Green) && std::isfinite(s.Blue) &&
-    std::isfinite(s.Opacity);
+    Within(s.Near, LargestDepth) && Within(s.Far, LargestDepth) && Within(s.DepthX, LargestDepth) &&
+    Within(s.DepthY, LargestDepth) && std::isfinite(s.Red) && std::isfinite(s.Green) &&
+    std::isfinite(s.Blue) && std::isfinite(s.Opacity);
 }
 
 /// To [0, high]; NaN and infinity stay what they are, to be found by Representable.
@@ -150,8 +154,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const ProjectionJacobian jacobian(view, p);
   const Symmetric3 s = localToCamera.ApplyToCovariance(localS);
   const Symmetric2 projected = ProjectCovariance(s, jacobian);
-  const double relative =
-    view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
+  const double relative = view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
   const double defocus[2] = { DefocusVariance(view.Fx * relative, gaussian),
     DefocusVariance(view.Fy * relative, gaussian) };
   const double variance[2] = { context.Settings.Prefilter + defocus[0],
@@ -173,16 +176,16 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double cosine = std::fmin(1.0,
     view.Parallel ? std::abs(area[2]) / areaLength
                   : std::abs(Dot(area, p)) / (areaLength * Norm(p)));
-  const double blur =
-    std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / kernel.Determinant));
-  const double weight = deposit * kernel.Peak * RippleCompensation(blur, cosine);
+  const double blur = std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / kernel.Determinant));
+  const double smooth = std::fmin(1.0, std::sqrt(variance[0] * variance[1] / kernel.Determinant));
+  const double weight = deposit * kernel.Peak * RippleCompensation(smooth, cosine);
   if (!(weight >= SmallestWeight))
   {
     return std::isnan(weight) ? SplatStatus::Invalid : SplatStatus::Culled;
   }
 
-  // Covariance of screen position and depth gives the depth's regression over the footprint: the plane itself in focus,
-  // flat where blur, which knows no depth, makes most of the footprint.
+  // Covariance of screen position and depth gives the depth's regression over the footprint: the
+  // plane itself in focus, flat where blur, which knows no depth, makes most of the footprint.
   const Vector3 sz{ s.XZ, s.YZ, s.ZZ };
   const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
   const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
@@ -207,8 +210,8 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }
 
-void AppendSplats(const SplatContext& context, const SurfelCloud& cloud, const Executor& executor,
-  SplatList& list)
+void AppendSplats(
+  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor, SplatList& list)
 {
   const Affine3 localToCamera = Affine3::Compose(context.Camera.WorldToCamera, cloud.LocalToWorld);
   const std::array<Vector3, 3> areaToCamera = localToCamera.AreaMatrix();
@@ -216,7 +219,8 @@ void AppendSplats(const SplatContext& context, const SurfelCloud& cloud, const E
   const std::size_t n = cloud.NumberOfSurfels;
   const std::size_t chunks = (n + SetupGrain - 1) / SetupGrain;
 
-  // Every chunk writes into its own part; the parts are then joined in order, whatever thread made them.
+  // Every chunk writes into its own part; the parts are then joined in order, whatever thread made
+  // them.
   std::vector<Splat> splats(n);
   std::vector<PixelBox> boxes(n);
   std::vector<std::size_t> counts(chunks, 0), invalid(chunks, 0);

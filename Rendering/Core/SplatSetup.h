@@ -28,7 +28,8 @@ struct SplatList
   std::vector<Splat> Splats;
   std::vector<PixelBox> Boxes;
   std::uint64_t NumberOfSurfels = 0;
-  std::uint64_t NumberOfInvalidSurfels = 0; ///< not drawn: non-finite values, or too large for float sums
+  std::uint64_t NumberOfInvalidSurfels =
+    0; ///< not drawn: non-finite values, or too large for float sums
 
   void Clear();
 };
@@ -55,6 +56,6 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, Splat& splat, PixelBox& box);
 
 /// Appends the visible splats of a cloud to the list.
-void AppendSplats(const SplatContext& context, const SurfelCloud& cloud, const Executor& executor,
-  SplatList& list);
+void AppendSplats(
+  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor, SplatList& list);
 }

@@ -31,9 +31,10 @@ class Splatter
 {
 public:
   /**
-   * Renders all clouds into one A-buffer and from there into the frame, whose size must be the view's.
-   * @param depthLimit [Height][Width] distance along the view direction of opaque things drawn by others, infinity where
-   *                   there are none; layers behind it are hidden. May be null.
+   * Renders all clouds into one A-buffer and from there into the frame, whose size must be the
+   * view's.
+   * @param depthLimit [Height][Width] distance along the view direction of opaque things drawn by
+   * others, infinity where there are none; layers behind it are hidden. May be null.
    * @param sink       receives every layer before it is composited; may be null.
    * The same frame, bit for bit, at any number of threads.
    */

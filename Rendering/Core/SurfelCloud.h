@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the core reads of one cloud of surfels: pointers into the caller's arrays (Documentation/DataContract.md), the
- * transform that places it, and how it is coloured. Nothing is copied or owned.
+ * What the core reads of one cloud of surfels: pointers into the caller's arrays
+ * (Documentation/DataContract.md), the transform that places it, and how it is coloured. Nothing is
+ * copied or owned.
  */
 #pragma once
 
@@ -24,18 +25,19 @@ struct SurfelCloud
   const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
 
   const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
-  const float* ColorsFloat = nullptr;         ///< [n][4] RGBA, straight alpha; or neither: Material.Color
-  double Opacity = 1.0;                       ///< of the whole cloud, [0, 1]
+  const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color
+  double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
 
   Affine3 LocalToWorld; ///< of the points: local origin and actor matrix
   Material Surface;
 
   Vector3 Position(std::size_t i) const
   {
-    return this->PositionsFloat ? Vector3{ this->PositionsFloat[3 * i],
-                                    this->PositionsFloat[3 * i + 1], this->PositionsFloat[3 * i + 2] }
-                                : Vector3{ this->PositionsDouble[3 * i],
-                                    this->PositionsDouble[3 * i + 1], this->PositionsDouble[3 * i + 2] };
+    return this->PositionsFloat
+      ? Vector3{ this->PositionsFloat[3 * i], this->PositionsFloat[3 * i + 1],
+          this->PositionsFloat[3 * i + 2] }
+      : Vector3{ this->PositionsDouble[3 * i], this->PositionsDouble[3 * i + 1],
+          this->PositionsDouble[3 * i + 2] };
   }
 
   Symmetric3 Covariance(std::size_t i) const

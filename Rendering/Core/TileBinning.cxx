@@ -89,9 +89,8 @@ void BinSplats(
     for (std::size_t chunk = begin; chunk < end; ++chunk)
     {
       std::uint64_t* cursor = cursors.data() + chunk * tiles;
-      ForEachPair(list, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t splat) {
-        bins.Indices[cursor[tile]++] = splat;
-      });
+      ForEachPair(list, chunk, bins.TilesX,
+        [&](std::size_t tile, std::uint32_t splat) { bins.Indices[cursor[tile]++] = splat; });
     }
   });
 }
@@ -107,8 +106,7 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       keys.clear();
       for (auto it = first; it != last; ++it)
       {
-        keys.push_back(
-          static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
+        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
       }
       std::sort(keys.begin(), keys.end());
       std::transform(keys.begin(), keys.end(), first,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which splats touch which tile, sorted by near depth: what lets the raster keep one open layer per pixel.
+ * Which splats touch which tile, sorted by near depth: what lets the raster keep one open layer per
+ * pixel.
  */
 #pragma once
 

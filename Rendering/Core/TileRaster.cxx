@@ -68,8 +68,7 @@ std::uint64_t TileRaster::AddSplat(const Splat& s, const PixelBox& box)
     { this->Sink ? &TileRaster::SendToSink : nullptr, this });
 }
 
-void TileRaster::SendToSink(
-  void* self, const PixelBlock& block, int index, const LaneMask& lanes)
+void TileRaster::SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes)
 {
   const auto* raster = static_cast<const TileRaster*>(self);
   const int y = raster->OriginY + index / BlocksPerRow;

@@ -2,9 +2,9 @@
 /**
  * Streams the sorted splats of one tile through one open A-buffer layer per pixel.
  *
- * Splats come by ascending near depth. Once a splat begins behind the far end of a pixel's open layer, nothing later can
- * join that layer: it is closed, composited front to back and forgotten. This equals the merge of all z-ranges into
- * their unions and needs no list per pixel.
+ * Splats come by ascending near depth. Once a splat begins behind the far end of a pixel's open
+ * layer, nothing later can join that layer: it is closed, composited front to back and forgotten.
+ * This equals the merge of all z-ranges into their unions and needs no list per pixel.
  */
 #pragma once
 

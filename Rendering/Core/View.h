@@ -3,7 +3,8 @@
  * Camera space and its projection.
  *
  * Camera space: lens at the origin, x right, y up, z > 0 along the view direction, world units.
- * Screen: pixels, origin at the lower left corner of the picture, pixel (i, j) is centred at (i + 1/2, j + 1/2).
+ * Screen: pixels, origin at the lower left corner of the picture, pixel (i, j) is centred at (i +
+ * 1/2, j + 1/2).
  *
  *   perspective  X = Fx x/z + Cx      parallel  X = Fx x + Cx
  *                Y = Fy y/z + Cy                Y = Fy y + Cy
@@ -24,7 +25,8 @@ struct View
   double Cy = 0.0;
   int Width = 0; ///< px
   int Height = 0;
-  double Near = 0.0; ///< surfels with centres outside [Near, Far] are not drawn; world units along z
+  double Near =
+    0.0; ///< surfels with centres outside [Near, Far] are not drawn; world units along z
   double Far = 1e300;
 };
 
@@ -48,9 +50,9 @@ struct ProjectionJacobian
 };
 
 /**
- * Signed area on the screen, px^2, of an infinitesimal surface with area vector a (world units squared) at p: positive
- * where a faces the lens. Projected area f^2 (-a.p)/z^3 needs no division by a Jacobian's determinant, so that surfaces
- * seen edge-on deposit nothing instead of infinity.
+ * Signed area on the screen, px^2, of an infinitesimal surface with area vector a (world units
+ * squared) at p: positive where a faces the lens. Projected area f^2 (-a.p)/z^3 needs no division
+ * by a Jacobian's determinant, so that surfaces seen edge-on deposit nothing instead of infinity.
  */
 inline double ProjectedArea(const View& view, const Vector3& a, const Vector3& p)
 {

@@ -224,9 +224,10 @@ bool MakeReferenceSplat(
   const double mass = 1.0 - std::exp(-c);
   const double tau = 1.0 - c * std::exp(-c) / mass;
   const double blur = std::sqrt(lensX * lensY / det);
+  const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  splat.Weight =
-    deposit * ReferenceRippleCompensation(blur, cosine) * tau / (2.0 * Pi * std::sqrt(det) * mass);
+  splat.Weight = deposit * ReferenceRippleCompensation(smooth, cosine) * tau /
+    (2.0 * Pi * std::sqrt(det) * mass);
   splat.Inverse[0][0] = tau * w[1][1] / det;
   splat.Inverse[1][1] = tau * w[0][0] / det;
   splat.Inverse[0][1] = splat.Inverse[1][0] = -tau * w[0][1] / det;
@@ -405,9 +406,9 @@ double ReferenceLensVariance(double c, double cutoff)
   return tau * c * c / (2.0 * std::log(4.0));
 }
 
-double ReferenceRippleCompensation(double blur, double cosine)
+double ReferenceRippleCompensation(double smooth, double cosine)
 {
-  return 1.0 / (1.0 - 0.2 * (1.0 - blur) * cosine * cosine);
+  return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
 std::vector<ReferencePixel> RenderByBruteForce(

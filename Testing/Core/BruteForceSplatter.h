@@ -29,10 +29,10 @@ struct ReferencePixel
 };
 
 /// Variance in px^2 of the lens's Gaussian for a circle of confusion of radius c px, and the factor
-/// on a splat's weight that makes up for what min(1, sum w) loses to ripple; blur is the lens's
-/// share of the footprint.
+/// on a splat's weight that makes up for what min(1, sum w) loses to ripple; smooth is the
+/// share of the footprint that lens and pixel filter make.
 double ReferenceLensVariance(double c, double cutoff);
-double ReferenceRippleCompensation(double blur, double cosine);
+double ReferenceRippleCompensation(double smooth, double cosine);
 
 /// Pixels row by row. @param depthLimit as in Splatter::Render.
 std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,

@@ -166,8 +166,8 @@ void TestMass()
       w[1] += y * y;
       w[2] += x * y;
     }
-    const double blur = variance / std::sqrt(w[0] * w[1] - w[2] * w[2]);
-    const double expected = deposit * ReferenceRippleCompensation(blur, along / Norm(s.Position));
+    const double smooth = (1.0 + variance) / std::sqrt(w[0] * w[1] - w[2] * w[2]);
+    const double expected = deposit * ReferenceRippleCompensation(smooth, along / Norm(s.Position));
     // Sampling a Gaussian of variance >= 1 px^2 at pixels: 4 exp(-2 pi^2) = 1e-8. Rounding of the
     // centre and of offsets, 3 * 160 px * 2^-24, times the mean slope of log k, <= 1.3 per px and
     // axis: 5e-5. Area and covariance are floats.
@@ -250,7 +250,10 @@ void TestGridSum()
     LayerCollector sink(context.Camera);
     const Picture picture =
       RenderPicture(context, { cloud.Get() }, SerialExecutor(), nullptr, &sink);
-    const double compensation = ReferenceRippleCompensation(0.0, cosine);
+    const double sigma = 20.0 * d / 2.0; // px; the pixel filter's share of the footprint:
+    const double smooth =
+      1.0 / std::sqrt((1.0 + sigma * sigma) * (1.0 + sigma * sigma * cosine * cosine));
+    const double compensation = ReferenceRippleCompensation(smooth, cosine);
     const double ripple = RippleBound(20.0 * d, cosine);
     // The grid's borders are 6.3 standard deviations away from the middle: Gaussian tails below
     // 1e-8. Rounding: as in TestMass, with 3 * 52 px.
@@ -279,15 +282,16 @@ void TestBlurredEdge()
   TestCloud cloud;
   AddGrid(cloud, { -0.37, 0, 1 }, { 0.01, 0, 0 }, { 0, -0.01, 0 }, 74, 90, White);
   const Picture picture = RenderPicture(context, cloud);
-  const double compensation =
-    ReferenceRippleCompensation(lens / variance, 1.0); // the cosine is 1 within 0.07, see below
+  const double compensation = ReferenceRippleCompensation(
+    (1.0 + lens) / variance, 1.0); // the cosine is 1 within 0.07, see below
   for (int x = 0; x < 64; ++x)
   {
     const double t = (x + 0.5 - 32.0) / std::sqrt(variance); // the half plane is left of x = 32
     const double sum = compensation * 0.5 * std::erfc(t / std::sqrt(2.0));
     // Cells of 1 px for an integral: 1/24 of the largest slope of the Gaussian, 0.242 / variance.
-    // The compensation varies by 0.2 (1 - blur) sin^2 of up to 35 degrees over the grid.
-    const double tolerance = 0.242 / variance / 24.0 + 0.2 * (1.0 - lens / variance) * 0.33 + 1e-6;
+    // The compensation varies by 0.2 (1 - smooth) sin^2 of up to 35 degrees over the grid.
+    const double tolerance =
+      0.242 / variance / 24.0 + 0.2 * (1.0 - (1.0 + lens) / variance) * 0.33 + 1e-6;
     CHECK_NEAR(picture.At(x, 4, 3), std::min(1.0, sum), tolerance);
   }
   CHECK_NEAR(picture.DepthAt(2, 4), 1.0, 1e-6);

@@ -62,6 +62,7 @@ void TestSpacing()
     MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 1.0, Random(4));
   vtkNew<vtkSurfelEstimation> estimation;
   estimation->SetInputData(ToPolyData(plane.Points));
+  estimation->SetKernelModeToCircular(); // its area is the spacing's square
   estimation->Update();
   const Surfels surfels(estimation->GetOutput());
   CHECK_NEAR(estimation->GetMedianSpacing() / pitch, 1.0, 0.05);
@@ -86,6 +87,7 @@ void TestCircularKernels()
   {
     vtkNew<vtkSurfelEstimation> estimation;
     estimation->SetInputData(ToPolyData(sphere.Points));
+    estimation->SetKernelModeToCircular();
     estimation->SetKernelScale(scale);
     estimation->Update();
     const Surfels surfels(estimation->GetOutput());
@@ -142,6 +144,111 @@ void TestEllipticalKernels()
     CHECK_NEAR(Spread(sigmas).Minimum, 0.5, 1e-4);
     CHECK_NEAR(Spread(sigmas).Maximum, 0.5, 1e-4);
   }
+}
+
+/// On a regular grid a cell is a square of side d: area d^2, variance d^2 / 12 an axis, and the
+/// blur; the surfel stays at its point.
+void TestCellsOfGrid()
+{
+  const double pitch = 0.01, blur = 0.3;
+  const Sampled plane =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 0.0, Random(21));
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(plane.Points));
+  estimation->SetCellBlur(blur);
+  estimation->Update();
+  const double spacing = estimation->GetMedianSpacing();
+  const double variance = pitch * pitch / 12.0 + blur * blur * spacing * spacing;
+  const Surfels surfels(estimation->GetOutput());
+  double worstArea = 0.0, worstVariance = 0.0, worstPlace = 0.0, total = 0.0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const Vec p = surfels.Position(i);
+    total += surfels.Area(i);
+    if (std::min({ p[0], p[1], 1.0 - p[0], 1.0 - p[1] }) < 3.0 * pitch)
+    {
+      continue;
+    }
+    const auto s = surfels.Covariance(i);
+    worstArea = std::max(worstArea, std::abs(surfels.Area(i) / (pitch * pitch) - 1.0));
+    // The blur follows the local spacing, which the choice among equally far neighbours sways.
+    worstVariance =
+      std::max({ worstVariance, std::abs(s[0] / variance - 1.0), std::abs(s[1] / variance - 1.0) });
+    worstPlace = std::max(worstPlace, Length(Minus(p, plane.Points[i])) / pitch);
+  }
+  CHECK_BELOW(worstArea, 1e-4); // of coordinates with a rounding of 2^-24 / pitch
+  CHECK_BELOW(worstVariance, 0.12);
+  CHECK_BELOW(worstPlace, 1e-4);
+  CHECK_NEAR(total, 1.0, 0.005);
+}
+
+/// Cells tile a surface whatever the sampling: their areas sum to its area, and their kernels to
+/// nearly one before any normalization, where round kernels ripple three times as much.
+void TestCellsOfRandomPoints()
+{
+  Sampled sphere, probes;
+  Random random(22);
+  for (int i = 0; i < 21000; ++i)
+  {
+    const double z = 2.0 * random() - 1.0, angle = 2.0 * Pi * random();
+    const double r = std::sqrt(1.0 - z * z);
+    const Vec p{ r * std::cos(angle), r * std::sin(angle), z };
+    (i < 20000 ? sphere : probes).Add(p, p);
+  }
+  double deviation[2];
+  for (const int mode : { vtkSurfelEstimation::CIRCULAR, vtkSurfelEstimation::CELL })
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(ToPolyData(sphere.Points));
+    estimation->SetKernelMode(mode);
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    std::vector<double> sums;
+    for (size_t i = 0; i < probes.Points.size(); ++i)
+    {
+      sums.push_back(surfels.Sum(probes.Points[i], probes.Normals[i]));
+    }
+    deviation[mode == vtkSurfelEstimation::CELL] = Spread(sums).Deviation;
+    if (mode == vtkSurfelEstimation::CELL)
+    {
+      CHECK_NEAR(surfels.TotalArea() / (4.0 * Pi), 1.0, 0.005);
+      CHECK_NEAR(Spread(sums).Mean, 1.0, 0.02);
+    }
+  }
+  CHECK_BELOW(deviation[1], 0.16);
+  CHECK_BELOW(deviation[1], deviation[0] / 3.0);
+}
+
+/// Scan lines six times as far apart as their points: cells reach from line to line.
+void TestCellsOfScanLines()
+{
+  Sampled lines;
+  for (int row = 0; row < 40; ++row)
+  {
+    for (int column = 0; column < 240; ++column)
+    {
+      lines.Add({ 0.01 * column, 0.06 * row, 0.0 }, { 0, 0, 1 });
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(lines.Points));
+  estimation->SetMaximumAxisRatio(10.0);
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  std::vector<double> areas;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const Vec p = surfels.Position(i);
+    const auto s = surfels.Covariance(i);
+    if (p[0] > 0.5 && p[0] < 1.9 && p[1] > 0.3 && p[1] < 2.0)
+    {
+      areas.push_back(surfels.Area(i) / (0.01 * 0.06));
+      CHECK_ABOVE(s[1], 0.06 * 0.06 / 12.0);
+      CHECK_BELOW(s[0], 0.25 * s[1]);
+    }
+  }
+  CHECK_NEAR(Spread(areas).Minimum, 1.0, 0.01);
+  CHECK_NEAR(Spread(areas).Maximum, 1.0, 0.01);
 }
 
 /// Neighbours within a radius, or as many nearest ones, agree; the bound on their number holds.
@@ -251,6 +358,9 @@ int main()
   TestSpacing();
   TestCircularKernels();
   TestEllipticalKernels();
+  TestCellsOfGrid();
+  TestCellsOfRandomPoints();
+  TestCellsOfScanLines();
   TestRadiusMode();
   TestScanLines();
   TestGivenNormals();

@@ -29,12 +29,13 @@ Sampled MakeScene()
   return scene;
 }
 
-vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data)
+vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data, int kernelMode = vtkSurfelEstimation::CELL)
 {
   vtkNew<vtkSurfelEstimation> estimation;
   vtkNew<vtkSurfelNormalization> normalization;
   Messages quiet(estimation);
   estimation->SetInputData(data);
+  estimation->SetKernelMode(kernelMode);
   normalization->SetInputConnection(estimation->GetOutputPort());
   normalization->Update();
   return normalization->GetOutput();
@@ -108,7 +109,7 @@ void TestPassing()
   data->GetPointData()->AddArray(ids);
   data->GetPointData()->AddArray(names);
   data->GetFieldData()->AddArray(field);
-  const auto result = Process(data);
+  const auto result = Process(data, vtkSurfelEstimation::CIRCULAR); // leaves points in place
   vtkPointData* arrays = result->GetPointData();
   CHECK(result->GetNumberOfPoints() == count - 2);
   CHECK(arrays->GetScalars() && arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR);
