@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The little linear algebra that the core needs, in double.
+ */
+#pragma once
+
+#include <array>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+using Vector3 = std::array<double, 3>;
+
+inline double Dot(const Vector3& a, const Vector3& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+inline double Norm(const Vector3& a)
+{
+  return std::sqrt(Dot(a, a));
+}
+
+/// Symmetric 3x3 matrix in VTK's component order XX, YY, ZZ, XY, YZ, XZ.
+struct Symmetric3
+{
+  double XX, YY, ZZ, XY, YZ, XZ;
+
+  /// S v.
+  Vector3 Multiply(const Vector3& v) const
+  {
+    return { XX * v[0] + XY * v[1] + XZ * v[2], XY * v[0] + YY * v[1] + YZ * v[2],
+      XZ * v[0] + YZ * v[1] + ZZ * v[2] };
+  }
+
+  double Trace() const { return XX + YY + ZZ; }
+
+  /// Largest eigenvalue where S has rank 2 at most, from its two invariants; an upper bound (the trace) is never passed.
+  double LargestEigenvalueOfRankTwo() const
+  {
+    const double minors = XX * YY - XY * XY + YY * ZZ - YZ * YZ + XX * ZZ - XZ * XZ;
+    const double trace = this->Trace();
+    const double discriminant = trace * trace - 4.0 * minors;
+    return 0.5 * (trace + (discriminant > 0.0 ? std::sqrt(discriminant) : 0.0));
+  }
+};
+
+/// Symmetric 2x2 matrix.
+struct Symmetric2
+{
+  double XX, YY, XY;
+};
+
+/// Affine map x -> L x + t, L row by row.
+struct Affine3
+{
+  std::array<Vector3, 3> L{ { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
+  Vector3 T{ 0, 0, 0 };
+
+  Vector3 Apply(const Vector3& x) const
+  {
+    return { Dot(L[0], x) + T[0], Dot(L[1], x) + T[1], Dot(L[2], x) + T[2] };
+  }
+
+  Vector3 ApplyLinear(const Vector3& x) const
+  {
+    return { Dot(L[0], x), Dot(L[1], x), Dot(L[2], x) };
+  }
+
+  double Determinant() const
+  {
+    return L[0][0] * (L[1][1] * L[2][2] - L[1][2] * L[2][1]) -
+      L[0][1] * (L[1][0] * L[2][2] - L[1][2] * L[2][0]) +
+      L[0][2] * (L[1][0] * L[2][1] - L[1][1] * L[2][0]);
+  }
+
+  /// a after b.
+  static Affine3 Compose(const Affine3& a, const Affine3& b)
+  {
+    Affine3 c;
+    for (int i = 0; i < 3; ++i)
+    {
+      for (int j = 0; j < 3; ++j)
+      {
+        c.L[i][j] = a.L[i][0] * b.L[0][j] + a.L[i][1] * b.L[1][j] + a.L[i][2] * b.L[2][j];
+      }
+      c.T[i] = Dot(a.L[i], b.T) + a.T[i];
+    }
+    return c;
+  }
+
+  /// |det L| L^-T: how area vectors transform; its absolute value keeps a mirrored surface's outside (method of the
+  /// data contract). Cofactors, so that a singular L gives no infinity.
+  std::array<Vector3, 3> AreaMatrix() const
+  {
+    std::array<Vector3, 3> c;
+    const double sign = this->Determinant() < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < 3; ++i)
+    {
+      for (int j = 0; j < 3; ++j)
+      {
+        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+        c[i][j] = sign * (L[i1][j1] * L[i2][j2] - L[i1][j2] * L[i2][j1]);
+      }
+    }
+    return c;
+  }
+};
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The thin lens: circle of confusion and the variance of the blur it causes.
+ */
+#pragma once
+
+#include "View.h"
+
+#include <cmath>
+
+namespace SurfelSplatting
+{
+/// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a pinhole.
+struct Lens
+{
+  double Radius = 0.0;        ///< world units, >= 0
+  double FocalDistance = 1.0; ///< distance in focus along the view direction, world units, > 0
+
+  /// Radius of the circle of confusion in units of the focal length f in px: C = f * R |1/z_f - 1/z|
+  /// (Potmesil and Chakravarty 1981, with the sensor scaled to pixels). z > 0.
+  double RelativeCircleOfConfusion(double z) const
+  {
+    return this->Radius * std::abs(1.0 / this->FocalDistance - 1.0 / z);
+  }
+};
+
+/// Variance in px^2 of the Gaussian that is closest in L2 to the uniform disc of radius C:
+/// a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) = 1/4).
+inline double DefocusVariance(double circleOfConfusion)
+{
+  constexpr double twoLogFour = 2.7725887222397811; // 2 ln 4
+  return circleOfConfusion * circleOfConfusion / twoLogFour;
+}
+}

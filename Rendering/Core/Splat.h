@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A surfel on the screen, ready to be rasterised: one cache line.
+ */
+#pragma once
+
+namespace SurfelSplatting
+{
+struct alignas(64) Splat
+{
+  float X, Y;    ///< centre, px
+  float A, K, B; ///< q = A (dx + K dy)^2 + B dy^2 (ResamplingKernel.h)
+  float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
+  float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
+  float Far;
+  float Depth;                   ///< of the centre, world units
+  float DepthX, DepthY;          ///< slope of the depth over the footprint, world units per px
+  float Red, Green, Blue;        ///< straight, shaded, linear
+  float Opacity;                 ///< [0, 1]
+  float HalfHeight;              ///< of the support's bounding box, px
+};
+static_assert(sizeof(Splat) == 64, "a splat is one cache line");
+
+/// Half-open pixel box of a splat's support, clipped to the picture; empty where X0 >= X1.
+struct PixelBox
+{
+  int X0, Y0, X1, Y1;
+};
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A frame from clouds of surfels: set-up, binning, sorting, raster. The core's front door.
+ */
+#pragma once
+
+#include "ABuffer.h"
+#include "Frame.h"
+#include "SplatSetup.h"
+#include "TileBinning.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct FrameStatistics
+{
+  std::uint64_t Surfels = 0;        ///< handed in
+  std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
+  std::uint64_t Splats = 0;         ///< on the screen
+  std::uint64_t Pairs = 0;          ///< of splat and tile
+  std::uint64_t Fragments = 0;
+  double SetupMilliseconds = 0; ///< wall clock
+  double BinningMilliseconds = 0;
+  double SortMilliseconds = 0;
+  double RasterMilliseconds = 0;
+};
+
+class Splatter
+{
+public:
+  /**
+   * Renders all clouds into one A-buffer and from there into the frame, whose size must be the view's.
+   * @param depthLimit [Height][Width] distance along the view direction of opaque things drawn by others, infinity where
+   *                   there are none; layers behind it are hidden. May be null.
+   * @param sink       receives every layer before it is composited; may be null.
+   * The same frame, bit for bit, at any number of threads.
+   */
+  void Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+    const Executor& executor, const Frame& frame, const float* depthLimit = nullptr,
+    LayerSink* sink = nullptr);
+
+  const FrameStatistics& Statistics() const { return this->Stats; }
+
+private:
+  SplatList List;
+  TileBins Bins;
+  FrameStatistics Stats;
+};
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the core reads of one cloud of surfels: pointers into the caller's arrays (Documentation/DataContract.md), the
+ * transform that places it, and how it is coloured. Nothing is copied or owned.
+ */
+#pragma once
+
+#include "Geometry.h"
+#include "Shading.h"
+
+#include <cstddef>
+
+namespace SurfelSplatting
+{
+struct SurfelCloud
+{
+  std::size_t NumberOfSurfels = 0;
+
+  const float* PositionsFloat = nullptr;   ///< [n][3] local units; one of the two
+  const double* PositionsDouble = nullptr; ///< [n][3]
+  const float* Covariances = nullptr;      ///< [n][6] XX YY ZZ XY YZ XZ
+  const float* AreaVectors = nullptr;      ///< [n][3]
+  const unsigned char* TwoSided = nullptr; ///< [n], null: all one-sided
+  const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
+
+  const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
+  const float* ColorsFloat = nullptr;         ///< [n][4] RGBA, straight alpha; or neither: Material.Color
+  double Opacity = 1.0;                       ///< of the whole cloud, [0, 1]
+
+  Affine3 LocalToWorld; ///< of the points: local origin and actor matrix
+  Material Surface;
+
+  Vector3 Position(std::size_t i) const
+  {
+    return this->PositionsFloat ? Vector3{ this->PositionsFloat[3 * i],
+                                    this->PositionsFloat[3 * i + 1], this->PositionsFloat[3 * i + 2] }
+                                : Vector3{ this->PositionsDouble[3 * i],
+                                    this->PositionsDouble[3 * i + 1], this->PositionsDouble[3 * i + 2] };
+  }
+
+  Symmetric3 Covariance(std::size_t i) const
+  {
+    const float* s = this->Covariances + 6 * i;
+    return { s[0], s[1], s[2], s[3], s[4], s[5] };
+  }
+
+  Vector3 AreaVector(std::size_t i) const
+  {
+    const float* a = this->AreaVectors + 3 * i;
+    return { a[0], a[1], a[2] };
+  }
+
+  /// Straight RGBA of a surfel before lighting, the cloud's and the surfel's opacity included.
+  std::array<double, 4> Color(std::size_t i) const
+  {
+    std::array<double, 4> c{ Surface.Color[0], Surface.Color[1], Surface.Color[2], 1.0 };
+    if (this->ColorsUChar)
+    {
+      const unsigned char* u = this->ColorsUChar + 4 * i;
+      c = { u[0] / 255.0, u[1] / 255.0, u[2] / 255.0, u[3] / 255.0 };
+    }
+    else if (this->ColorsFloat)
+    {
+      const float* f = this->ColorsFloat + 4 * i;
+      c = { f[0], f[1], f[2], f[3] };
+    }
+    c[3] *= this->Opacity * (this->Opacities ? this->Opacities[i] : 1.0);
+    return c;
+  }
+};
+}

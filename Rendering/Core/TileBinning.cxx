@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TileBinning.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Chunks of splats that count and write on their own; few, since each keeps a counter per tile.
+constexpr std::size_t NumberOfChunks = 16;
+
+struct TileRange
+{
+  int X0, Y0, X1, Y1; // inclusive
+
+  explicit TileRange(const PixelBox& box)
+    : X0(box.X0 / TileSize)
+    , Y0(box.Y0 / TileSize)
+    , X1((box.X1 - 1) / TileSize)
+    , Y1((box.Y1 - 1) / TileSize)
+  {
+  }
+};
+
+/// Calls function(tile, splat) for every tile that a chunk's splats touch.
+template <typename Function>
+void ForEachPair(const SplatList& list, std::size_t chunk, int tilesX, Function&& function)
+{
+  const std::size_t n = list.Boxes.size();
+  const std::size_t begin = n * chunk / NumberOfChunks;
+  const std::size_t end = n * (chunk + 1) / NumberOfChunks;
+  for (std::size_t i = begin; i < end; ++i)
+  {
+    const TileRange range(list.Boxes[i]);
+    for (int ty = range.Y0; ty <= range.Y1; ++ty)
+    {
+      for (int tx = range.X0; tx <= range.X1; ++tx)
+      {
+        function(static_cast<std::size_t>(ty) * tilesX + tx, static_cast<std::uint32_t>(i));
+      }
+    }
+  }
+}
+
+/// Order of floats as unsigned integers.
+std::uint32_t SortableBits(float value)
+{
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+}
+
+void BinSplats(
+  const SplatList& list, int width, int height, const Executor& executor, TileBins& bins)
+{
+  bins.TilesX = (width + TileSize - 1) / TileSize;
+  bins.TilesY = (height + TileSize - 1) / TileSize;
+  const std::size_t tiles = bins.NumberOfTiles();
+
+  std::vector<std::uint64_t> cursors(NumberOfChunks * tiles, 0); // [chunk][tile]
+  executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t chunk = begin; chunk < end; ++chunk)
+    {
+      std::uint64_t* counts = cursors.data() + chunk * tiles;
+      ForEachPair(
+        list, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t) { ++counts[tile]; });
+    }
+  });
+
+  bins.Offsets.assign(tiles + 1, 0);
+  std::uint64_t total = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile)
+  {
+    bins.Offsets[tile] = total;
+    for (std::size_t chunk = 0; chunk < NumberOfChunks; ++chunk)
+    {
+      const std::uint64_t count = cursors[chunk * tiles + tile];
+      cursors[chunk * tiles + tile] = total;
+      total += count;
+    }
+  }
+  bins.Offsets[tiles] = total;
+
+  bins.Indices.resize(total);
+  executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t chunk = begin; chunk < end; ++chunk)
+    {
+      std::uint64_t* cursor = cursors.data() + chunk * tiles;
+      ForEachPair(list, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t splat) {
+        bins.Indices[cursor[tile]++] = splat;
+      });
+    }
+  });
+}
+
+void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
+{
+  executor.For(bins.NumberOfTiles(), 4, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> keys; // near depth above, index below
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      const auto first = bins.Indices.begin() + bins.Offsets[tile];
+      const auto last = bins.Indices.begin() + bins.Offsets[tile + 1];
+      keys.clear();
+      for (auto it = first; it != last; ++it)
+      {
+        keys.push_back(
+          static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
+      }
+      std::sort(keys.begin(), keys.end());
+      std::transform(keys.begin(), keys.end(), first,
+        [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+    }
+  });
+}
+}

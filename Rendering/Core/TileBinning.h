@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Which splats touch which tile, sorted by near depth: what lets the raster keep one open layer per pixel.
+ */
+#pragma once
+
+#include "Executor.h"
+#include "SplatSetup.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+constexpr int TileSize = 32; ///< px
+
+struct TileBins
+{
+  int TilesX = 0;
+  int TilesY = 0;
+  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
+  std::vector<std::uint32_t> Indices; ///< splats of each tile, by ascending (Near, index)
+
+  std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
+};
+
+void BinSplats(
+  const SplatList& list, int width, int height, const Executor& executor, TileBins& bins);
+
+/// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
+void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
+}

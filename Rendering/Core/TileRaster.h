@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Streams the sorted splats of one tile through one open A-buffer layer per pixel.
+ *
+ * Splats come by ascending near depth. Once a splat begins behind the far end of a pixel's open layer, nothing later can
+ * join that layer: it is closed, composited front to back and forgotten. This equals the merge of all z-ranges into
+ * their unions and needs no list per pixel.
+ */
+#pragma once
+
+#include "ABuffer.h"
+#include "Frame.h"
+#include "TileBinning.h"
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+/// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
+constexpr int BlockWidth = 8;
+constexpr int BlocksPerRow = TileSize / BlockWidth;
+constexpr int BlocksPerTile = BlocksPerRow * TileSize;
+
+/// Open layers and finished pixels of eight neighbours; the fields of Layer and of the frame.
+struct alignas(64) PixelBlock
+{
+  float Near[BlockWidth], Far[BlockWidth];
+  float Weight[BlockWidth], Opacity[BlockWidth];
+  float Red[BlockWidth], Green[BlockWidth], Blue[BlockWidth], Depth[BlockWidth];
+
+  float Transmittance[BlockWidth];
+  float OutRed[BlockWidth], OutGreen[BlockWidth], OutBlue[BlockWidth], OutDepth[BlockWidth];
+  float Limit[BlockWidth]; ///< layers behind this depth are hidden by another prop
+};
+
+class TileRaster
+{
+public:
+  /// @param support squared radius q of the kernels' support
+  /// @param limit   [height][width] depth of opaque props, or null
+  /// @param sink    receives the closed layers, or null
+  TileRaster(float support, const float* limit, LayerSink* sink)
+    : Support(support)
+    , DepthLimit(limit)
+    , Sink(sink)
+  {
+  }
+
+  /// Rasterises a tile into the frame; returns the number of fragments.
+  std::uint64_t Render(
+    const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame);
+
+private:
+  void Clear(int tileX, int tileY, const Frame& frame);
+  void Store(int tileX, int tileY, const Frame& frame) const;
+  void SendToSink(const PixelBlock& block, std::size_t index, unsigned int lanes) const;
+  std::uint64_t AddSplat(const Splat& splat, const PixelBox& box);
+  void CloseAll();
+
+  float Support;
+  const float* DepthLimit;
+  LayerSink* Sink;
+  int OriginX = 0;
+  int OriginY = 0;
+  int Width = 0; // of the frame
+  int Height = 0;
+  PixelBlock Blocks[BlocksPerTile];
+};
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelFrameBlit.h"
+
+#include "SurfelFrameBlitFS.h"
+
+#include <vtk_glew.h>
+
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkShaderProgram.h>
+#include <vtkTextureObject.h>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on both sides.
+GLint DepthFormat(int framebuffer)
+{
+  GLint format = GL_DEPTH_COMPONENT24;
+  if (framebuffer == 0)
+  {
+    GLint bits = 24, stencil = 0;
+    glGetFramebufferAttachmentParameteriv(
+      GL_DRAW_FRAMEBUFFER, GL_DEPTH, GL_FRAMEBUFFER_ATTACHMENT_DEPTH_SIZE, &bits);
+    glGetFramebufferAttachmentParameteriv(
+      GL_DRAW_FRAMEBUFFER, GL_STENCIL, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE, &stencil);
+    return bits == 32 ? GL_DEPTH_COMPONENT32 : stencil ? GL_DEPTH24_STENCIL8 : GL_DEPTH_COMPONENT24;
+  }
+  GLint type = GL_NONE, name = 0;
+  glGetFramebufferAttachmentParameteriv(
+    GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE, &type);
+  glGetFramebufferAttachmentParameteriv(
+    GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME, &name);
+  if (type == GL_RENDERBUFFER)
+  {
+    GLint bound = 0;
+    glGetIntegerv(GL_RENDERBUFFER_BINDING, &bound);
+    glBindRenderbuffer(GL_RENDERBUFFER, name);
+    glGetRenderbufferParameteriv(GL_RENDERBUFFER, GL_RENDERBUFFER_INTERNAL_FORMAT, &format);
+    glBindRenderbuffer(GL_RENDERBUFFER, bound);
+  }
+  else if (type == GL_TEXTURE)
+  {
+    GLint bound = 0;
+    glGetIntegerv(GL_TEXTURE_BINDING_2D_MULTISAMPLE, &bound);
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, name);
+    glGetTexLevelParameteriv(GL_TEXTURE_2D_MULTISAMPLE, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, bound);
+  }
+  return format;
+}
+
+void ReadDepthPixels(const PixelRectangle& r, int x, int y, float* depth)
+{
+  GLint alignment = 4;
+  glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(x, y, r.Width, r.Height, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
+  glPixelStorei(GL_PACK_ALIGNMENT, alignment);
+}
+}
+
+FrameBlit::FrameBlit() = default;
+FrameBlit::~FrameBlit() = default;
+
+bool FrameBlit::ReadDepth(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth)
+{
+  depth.resize(static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
+  while (glGetError() != GL_NO_ERROR)
+  {
+  }
+  GLint drawFramebuffer = 0, samples = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &drawFramebuffer);
+  glGetIntegerv(GL_SAMPLES, &samples);
+  vtkOpenGLState* state = window->GetState();
+  state->PushReadFramebufferBinding();
+  bool good = true;
+  if (samples > 0)
+  {
+    good = this->ResolveDepth(rectangle, drawFramebuffer, depth);
+  }
+  else
+  {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, drawFramebuffer);
+    ReadDepthPixels(rectangle, rectangle.X, rectangle.Y, depth.data());
+  }
+  good = glGetError() == GL_NO_ERROR && good;
+  state->PopReadFramebufferBinding();
+  return good;
+}
+
+bool FrameBlit::ResolveDepth(
+  const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
+{
+  GLuint resolved = 0, buffer = 0;
+  GLint boundRenderbuffer = 0;
+  const GLint format = DepthFormat(framebuffer);
+  const bool stencil = format == GL_DEPTH24_STENCIL8 || format == GL_DEPTH32F_STENCIL8;
+  glGetIntegerv(GL_RENDERBUFFER_BINDING, &boundRenderbuffer);
+  glGenRenderbuffers(1, &buffer);
+  glBindRenderbuffer(GL_RENDERBUFFER, buffer);
+  glRenderbufferStorage(GL_RENDERBUFFER, format, r.Width, r.Height);
+  glBindRenderbuffer(GL_RENDERBUFFER, boundRenderbuffer);
+
+  glGenFramebuffers(1, &resolved);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved);
+  glFramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER,
+    stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffer);
+  const bool complete =
+    glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  if (complete)
+  {
+    glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,
+      GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved);
+    ReadDepthPixels(r, 0, 0, depth.data());
+  }
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+  glDeleteFramebuffers(1, &resolved);
+  glDeleteRenderbuffers(1, &buffer);
+  return complete;
+}
+
+bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
+  const float* color, const float* windowDepth)
+{
+  if (!this->Quad)
+  {
+    this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, SurfelFrameBlitFS, nullptr));
+  }
+  else
+  {
+    window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
+  }
+  if (!this->Quad->Program || !this->Quad->Program->GetCompiled())
+  {
+    return false;
+  }
+  const unsigned int width = static_cast<unsigned int>(rectangle.Width);
+  const unsigned int height = static_cast<unsigned int>(rectangle.Height);
+  for (vtkTextureObject* texture : { this->Color.Get(), this->Depth.Get() })
+  {
+    texture->SetContext(window);
+    texture->SetMinificationFilter(vtkTextureObject::Nearest);
+    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+    texture->SetWrapS(vtkTextureObject::ClampToEdge);
+    texture->SetWrapT(vtkTextureObject::ClampToEdge);
+  }
+  if (!this->Color->Create2DFromRaw(width, height, 4, VTK_FLOAT, const_cast<float*>(color)) ||
+    !this->Depth->Create2DFromRaw(width, height, 1, VTK_FLOAT, const_cast<float*>(windowDepth)))
+  {
+    return false;
+  }
+
+  vtkOpenGLState* state = window->GetState();
+  vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
+  vtkOpenGLState::ScopedglEnableDisable depthTest(state, GL_DEPTH_TEST);
+  vtkOpenGLState::ScopedglEnableDisable cull(state, GL_CULL_FACE);
+  vtkOpenGLState::ScopedglBlendFuncSeparate blendFunction(state);
+  vtkOpenGLState::ScopedglDepthFunc depthFunction(state);
+  vtkOpenGLState::ScopedglDepthMask depthMask(state);
+  vtkOpenGLState::ScopedglViewport viewport(state);
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  state->vtkglEnable(GL_BLEND);
+  state->vtkglBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglDepthFunc(GL_ALWAYS); // hidden layers were left out by the splatter
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglDisable(GL_CULL_FACE);
+  state->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+
+  this->Color->Activate();
+  this->Depth->Activate();
+  this->Quad->Program->SetUniformi("frameColor", this->Color->GetTextureUnit());
+  this->Quad->Program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
+  this->Quad->Render();
+  this->Depth->Deactivate();
+  this->Color->Deactivate();
+  return true;
+}
+
+void FrameBlit::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Quad.reset();
+  this->Color->ReleaseGraphicsResources(window);
+  this->Depth->ReleaseGraphicsResources(window);
+}
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Between the core's frames and OpenGL: reads the depth that other props have left and blends a finished frame over them.
+ * Internal to the module.
+ */
+#pragma once
+
+#include <vtkNew.h>
+
+#include <memory>
+#include <vector>
+
+class vtkOpenGLQuadHelper;
+class vtkOpenGLRenderWindow;
+class vtkTextureObject;
+class vtkWindow;
+
+namespace SurfelSplatting
+{
+/// A rectangle of the current framebuffer, px.
+struct PixelRectangle
+{
+  int X = 0, Y = 0, Width = 0, Height = 0;
+};
+
+/// Window depth [0, 1] <-> distance along the view direction, from a projection matrix for z in [-1, 1].
+struct DepthRange
+{
+  double P22, P23;
+  bool Parallel;
+
+  double DistanceOf(double windowDepth) const
+  {
+    const double ndc = 2.0 * windowDepth - 1.0;
+    return this->Parallel ? (this->P23 - ndc) / this->P22 : this->P23 / (ndc + this->P22);
+  }
+
+  double WindowDepthOf(double distance) const
+  {
+    const double ndc =
+      this->Parallel ? this->P23 - this->P22 * distance : this->P23 / distance - this->P22;
+    return 0.5 * (ndc + 1.0);
+  }
+};
+
+class FrameBlit
+{
+public:
+  FrameBlit();
+  ~FrameBlit();
+
+  /// Depth of the current draw framebuffer, multisampled or not, row 0 at the bottom. False: it could not be read.
+  bool ReadDepth(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth);
+
+  /**
+   * Blends a premultiplied RGBA frame over the current draw framebuffer.
+   * @param color       [height][width][4]
+   * @param windowDepth [height][width] what the depth buffer shall hold where alpha > 0
+   */
+  bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
+    const float* windowDepth);
+
+  void ReleaseGraphicsResources(vtkWindow* window);
+
+private:
+  bool ResolveDepth(const PixelRectangle& rectangle, int framebuffer, std::vector<float>& depth);
+
+  vtkNew<vtkTextureObject> Color;
+  vtkNew<vtkTextureObject> Depth;
+  std::unique_ptr<vtkOpenGLQuadHelper> Quad;
+};
+}

@@ -1,0 +1,22 @@
+//VTK::System::Dec
+
+// Blends the splatter's frame over what is there: colour premultiplied (blend function ONE, ONE_MINUS_SRC_ALPHA), depth in
+// window coordinates. Pixels that no splat touched stay as they are.
+
+in vec2 texCoord;
+
+uniform sampler2D frameColor; // RGBA, premultiplied
+uniform sampler2D frameDepth; // R, window depth
+
+//VTK::Output::Dec
+
+void main()
+{
+  vec4 color = texture(frameColor, texCoord);
+  if (color.a <= 0.0)
+  {
+    discard;
+  }
+  gl_FragData[0] = color;
+  gl_FragDepth = texture(frameDepth, texCoord).r;
+}

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelImageRenderer.h"
+
+#include "vtkSurfelMapper.h"
+#include "vtkSurfelSplatter.h"
+
+#include <vtkActor.h>
+#include <vtkActorCollection.h>
+#include <vtkCamera.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkLight.h>
+#include <vtkLightCollection.h>
+#include <vtkMatrix4x4.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkTrivialProducer.h>
+
+#include <algorithm>
+
+vtkStandardNewMacro(vtkSurfelImageRenderer);
+
+vtkSurfelImageRenderer::vtkSurfelImageRenderer()
+{
+  this->SetNumberOfInputPorts(1);
+}
+
+vtkSurfelImageRenderer::~vtkSurfelImageRenderer() = default;
+
+void vtkSurfelImageRenderer::AddActor(vtkActor* actor)
+{
+  if (!actor || this->Actors->IsItemPresent(actor))
+  {
+    return;
+  }
+  if (!vtkSurfelMapper::SafeDownCast(actor->GetMapper()))
+  {
+    vtkWarningMacro("An actor whose mapper is not a vtkSurfelMapper is not drawn: meshes and other "
+                    "props need a window and vtkSurfelSplattingPass.");
+    return;
+  }
+  this->Actors->AddItem(actor);
+  this->Modified();
+}
+
+void vtkSurfelImageRenderer::RemoveActor(vtkActor* actor)
+{
+  this->Actors->RemoveItem(actor);
+  this->Modified();
+}
+
+void vtkSurfelImageRenderer::RemoveAllActors()
+{
+  this->Actors->RemoveAllItems();
+  this->Modified();
+}
+
+vtkActorCollection* vtkSurfelImageRenderer::GetActors()
+{
+  return this->Actors;
+}
+
+void vtkSurfelImageRenderer::AddLight(vtkLight* light)
+{
+  if (light && !this->Lights->IsItemPresent(light))
+  {
+    this->Lights->AddItem(light);
+    this->Modified();
+  }
+}
+
+void vtkSurfelImageRenderer::RemoveAllLights()
+{
+  this->Lights->RemoveAllItems();
+  this->Modified();
+}
+
+vtkLightCollection* vtkSurfelImageRenderer::GetLights()
+{
+  return this->Lights;
+}
+
+void vtkSurfelImageRenderer::SetCamera(vtkCamera* camera)
+{
+  if (this->Camera != camera)
+  {
+    this->Camera = camera;
+    this->Modified();
+  }
+}
+
+vtkCamera* vtkSurfelImageRenderer::GetCamera()
+{
+  return this->Camera;
+}
+
+void vtkSurfelImageRenderer::SetSize(int width, int height)
+{
+  if (width < 1 || height < 1 || width > 65536 || height > 65536)
+  {
+    vtkErrorMacro("A picture of " << width << " x " << height
+                                  << " pixels cannot be made: each side must be in [1, 65536].");
+    return;
+  }
+  if (this->Size[0] != width || this->Size[1] != height)
+  {
+    this->Size[0] = width;
+    this->Size[1] = height;
+    this->Modified();
+  }
+}
+
+vtkSurfelSplatter* vtkSurfelImageRenderer::GetSplatter()
+{
+  return this->Splatter;
+}
+
+vtkMTimeType vtkSurfelImageRenderer::GetMTime()
+{
+  vtkMTimeType time = std::max(this->Superclass::GetMTime(), this->Splatter->GetMTime());
+  if (this->Camera)
+  {
+    time = std::max(time, this->Camera->GetMTime());
+  }
+  vtkCollectionSimpleIterator it;
+  this->Actors->InitTraversal(it);
+  while (vtkActor* actor = this->Actors->GetNextActor(it))
+  {
+    // The mapper's input is updated here, since no pipeline connects it to this algorithm.
+    time = std::max(time, actor->GetRedrawMTime());
+    vtkSurfelMapper* mapper = vtkSurfelMapper::SafeDownCast(actor->GetMapper());
+    if (mapper && mapper->GetInputAlgorithm() && !mapper->GetStatic())
+    {
+      mapper->GetInputAlgorithm()->Update();
+      time = std::max(time, mapper->GetInput() ? mapper->GetInput()->GetMTime() : 0);
+    }
+  }
+  this->Lights->InitTraversal(it);
+  while (vtkLight* light = this->Lights->GetNextLight(it))
+  {
+    time = std::max(time, light->GetMTime());
+  }
+  return time;
+}
+
+int vtkSurfelImageRenderer::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  info->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
+  return 1;
+}
+
+int vtkSurfelImageRenderer::RequestInformation(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  const int extent[6] = { 0, this->Size[0] - 1, 0, this->Size[1] - 1, 0, 0 };
+  info->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  vtkDataObject::SetPointDataActiveScalarInfo(info, VTK_FLOAT, 4);
+  return 1;
+}
+
+int vtkSurfelImageRenderer::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!this->Camera)
+  {
+    vtkErrorMacro("There is no camera to see the surfels with: call SetCamera().");
+    return 0;
+  }
+  std::vector<vtkSurfelSplatter::Item> items;
+  vtkCollectionSimpleIterator it;
+  this->Actors->InitTraversal(it);
+  while (vtkActor* actor = this->Actors->GetNextActor(it))
+  {
+    vtkSurfelSplatter::CollectItems(actor, items);
+  }
+  for (int i = 0; i < inputVector[0]->GetNumberOfInformationObjects(); ++i)
+  {
+    vtkNew<vtkTrivialProducer> producer;
+    producer->SetOutput(vtkPolyData::GetData(inputVector[0], i));
+    vtkSurfelSplatter::Item item;
+    item.Mapper = vtkSmartPointer<vtkSurfelMapper>::New();
+    item.Mapper->SetInputConnection(producer->GetOutputPort());
+    item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+    item.Property = vtkSmartPointer<vtkProperty>::New();
+    item.Property->LightingOff();
+    items.push_back(item);
+  }
+
+  vtkNew<vtkLight> headlight;
+  headlight->SetLightTypeToHeadlight();
+  vtkNew<vtkLightCollection> headlightOnly;
+  headlightOnly->AddItem(headlight);
+
+  vtkSurfelSplatter::View view;
+  view.Camera = this->Camera;
+  view.Lights = this->Lights->GetNumberOfItems() > 0 ? this->Lights.Get() : headlightOnly.Get();
+  std::copy_n(this->Size, 2, view.Size);
+  view.Aspect = static_cast<double>(this->Size[0]) / this->Size[1];
+  this->Camera->GetClippingRange(view.ClippingRange);
+  if (this->AutomaticClippingRange)
+  {
+    // Only what is at the lens itself has no image; a near limit costs no precision here, unlike in OpenGL.
+    view.ClippingRange[0] =
+      this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
+    view.ClippingRange[1] = VTK_DOUBLE_MAX;
+  }
+  this->Splatter->Render(items, view);
+  vtkImageData* output = vtkImageData::GetData(outputVector);
+  output->ShallowCopy(this->Splatter->GetOutput());
+  this->BlendBackground(output);
+  return 1;
+}
+
+void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)
+{
+  if (this->BackgroundAlpha <= 0.0)
+  {
+    return;
+  }
+  // A copy: the splatter's own output stays without background.
+  vtkNew<vtkFloatArray> color;
+  color->DeepCopy(picture->GetPointData()->GetScalars());
+  picture->GetPointData()->SetScalars(color);
+  const double a = this->BackgroundAlpha;
+  const float under[4] = { static_cast<float>(a * this->Background[0]),
+    static_cast<float>(a * this->Background[1]), static_cast<float>(a * this->Background[2]),
+    static_cast<float>(a) };
+  float* rgba = color->GetPointer(0);
+  for (vtkIdType i = 0; i < color->GetNumberOfTuples(); ++i, rgba += 4)
+  {
+    const float through = 1.0f - rgba[3];
+    for (int c = 0; c < 4; ++c)
+    {
+      rgba[c] += through * under[c];
+    }
+  }
+}
+
+void vtkSurfelImageRenderer::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Size: " << this->Size[0] << " x " << this->Size[1] << "\n";
+  os << indent << "Background: " << this->Background[0] << ", " << this->Background[1] << ", "
+     << this->Background[2] << ", " << this->BackgroundAlpha << "\n";
+  os << indent << "AutomaticClippingRange: " << this->AutomaticClippingRange << "\n";
+  os << indent << "Camera: " << this->Camera.Get() << "\n";
+  os << indent << "Actors: " << this->Actors->GetNumberOfItems() << "\n";
+  os << indent << "Splatter:\n";
+  this->Splatter->PrintSelf(os, indent.GetNextIndent());
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelMapper
+ * @brief   makes an actor of surfels
+ *
+ * Put it into an ordinary vtkActor. Its input is a vtkPolyData with the arrays of Documentation/DataContract.md
+ * (SurfelCovariance, SurfelAreaVector and so on: the output of vtkSurfelEstimation and vtkSurfelNormalization).
+ * Colours come as in every mapper: scalars through a lookup table, direct RGB(A) scalars, or the actor's property.
+ * Opacity is the product of the property's, the colour's and the array SurfelOpacity. Lighting is evaluated once per
+ * surfel; vtkProperty::LightingOff() gives the colours as they are.
+ *
+ * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without) splat what it holds. In a renderer without
+ * the pass, it draws each surfel as an opaque dot of about the right size.
+ *
+ * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
+ */
+#ifndef vtkSurfelMapper_h
+#define vtkSurfelMapper_h
+
+#include "vtkNew.h" // for members
+#include "vtkPolyDataMapper.h"
+#include "vtkSurfelRenderingModule.h" // for export macro
+
+class vtkPointGaussianMapper;
+class vtkTrivialProducer;
+
+class VTKSURFELRENDERING_EXPORT vtkSurfelMapper : public vtkPolyDataMapper
+{
+public:
+  static vtkSurfelMapper* New();
+  vtkTypeMacro(vtkSurfelMapper, vtkPolyDataMapper);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /**
+   * Draws dots, unless a pass splats the surfels of this frame.
+   */
+  void RenderPiece(vtkRenderer* renderer, vtkActor* actor) override;
+
+  /**
+   * The local origin of the input (field array SurfelOrigin): what to add to its points.
+   */
+  void GetOrigin(double origin[3]);
+
+  ///@{
+  /**
+   * Set by a pass while it takes care of these surfels itself. Not for general use.
+   */
+  void SetSplatted(bool splatted) { this->Splatted = splatted; }
+  bool GetSplatted() const { return this->Splatted; }
+  ///@}
+
+  void ReleaseGraphicsResources(vtkWindow* window) override;
+  bool GetSupportsSelection() override { return true; }
+  void ProcessSelectorPixelBuffers(
+    vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop) override;
+
+protected:
+  vtkSurfelMapper();
+  ~vtkSurfelMapper() override;
+
+  /**
+   * Bounds of the surfels' centres, local origin added, widened by the largest kernel's standard deviation.
+   */
+  void ComputeBounds() override;
+
+  /**
+   * Never: splats take colours, not texture coordinates.
+   */
+  int CanUseTextureMapForColoring(vtkDataObject* input) override;
+
+private:
+  vtkSurfelMapper(const vtkSurfelMapper&) = delete;
+  void operator=(const vtkSurfelMapper&) = delete;
+
+  void UpdatePreview();
+
+  vtkNew<vtkPointGaussianMapper> Preview;
+  vtkNew<vtkTrivialProducer> PreviewInput;
+  vtkTimeStamp PreviewTime;
+  vtkTimeStamp BoundsTime;
+  bool Splatted = false;
+};
+
+#endif

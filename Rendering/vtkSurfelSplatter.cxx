@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelSplatter.h"
+
+#include "Splatter.h"
+#include "SurfelSceneAdapter.h"
+#include "vtkSurfelMapper.h"
+
+#include <vtkActor.h>
+#include <vtkAssemblyNode.h>
+#include <vtkAssemblyPath.h>
+#include <vtkCamera.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkLightCollection.h>
+#include <vtkMatrix4x4.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkProperty.h>
+
+#include <chrono>
+
+namespace
+{
+constexpr const char* StageNames[] = { "scene", "setup", "binning", "sort", "raster" };
+constexpr int NumberOfStages = 5;
+
+vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, vtkIdType pixels)
+{
+  vtkSmartPointer<vtkFloatArray> array = vtkSmartPointer<vtkFloatArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(pixels);
+  return array;
+}
+}
+
+struct vtkSurfelSplatter::Internals
+{
+  SurfelSplatting::Splatter Core;
+  vtkNew<vtkImageData> Output;
+  double SceneMilliseconds = 0.0;
+  bool WarnedParallel = false;
+};
+
+vtkStandardNewMacro(vtkSurfelSplatter);
+
+vtkSurfelSplatter::vtkSurfelSplatter()
+  : Internal(new Internals)
+{
+}
+
+vtkSurfelSplatter::~vtkSurfelSplatter() = default;
+
+void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
+{
+  if (!prop || !prop->GetVisibility())
+  {
+    return;
+  }
+  prop->InitPathTraversal();
+  while (vtkAssemblyPath* path = prop->GetNextPath())
+  {
+    vtkAssemblyNode* node = path->GetLastNode();
+    vtkActor* actor = vtkActor::SafeDownCast(node->GetViewProp());
+    vtkSurfelMapper* mapper =
+      actor ? vtkSurfelMapper::SafeDownCast(actor->GetMapper()) : nullptr;
+    if (!mapper || !actor->GetVisibility())
+    {
+      continue;
+    }
+    Item item;
+    item.Mapper = mapper;
+    item.Property = actor->GetProperty();
+    item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+    item.Matrix->DeepCopy(node->GetMatrix());
+    items.push_back(item);
+  }
+}
+
+void vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
+{
+  namespace Core = SurfelSplatting;
+  vtkCamera* camera = view.Camera;
+  const auto start = std::chrono::steady_clock::now();
+  auto elapsed = [&start]() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double, std::milli>(now - start).count();
+  };
+
+  Core::SplatContext context;
+  context.Camera = Core::MakeView(camera, view.Size, view.Aspect);
+  context.Camera.Near = view.ClippingRange[0];
+  context.Camera.Far = view.ClippingRange[1];
+  context.Lights = Core::MakeLights(view.Lights, camera, context.Camera);
+  context.Settings.Cutoff = this->Cutoff;
+  context.Settings.Prefilter = this->Prefilter;
+
+  context.Optics.FocalDistance =
+    camera->GetFocalDistance() > 0.0 ? camera->GetFocalDistance() : camera->GetDistance();
+  if (this->LensMode == LENS_CAMERA)
+  {
+    context.Optics.Radius = 0.5 * camera->GetFocalDisk();
+  }
+  else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
+  {
+    context.Optics.Radius =
+      this->CircleOfConfusion * context.Optics.FocalDistance / context.Camera.Fy;
+  }
+  if (context.Camera.Parallel && context.Optics.Radius > 0.0 && !this->Internal->WarnedParallel)
+  {
+    this->Internal->WarnedParallel = true;
+    vtkWarningMacro("Parallel projection has no lens: the picture is sharp. Use a perspective "
+                    "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
+  }
+
+  std::vector<Core::SurfelCloudSource> sources(items.size());
+  std::vector<Core::SurfelCloud> clouds;
+  for (std::size_t i = 0; i < items.size(); ++i)
+  {
+    vtkSurfelMapper* mapper = items[i].Mapper;
+    if (!mapper->GetStatic() && mapper->GetInputAlgorithm())
+    {
+      mapper->GetInputAlgorithm()->Update();
+    }
+    const std::string problem =
+      Core::MakeCloud(mapper, items[i].Matrix, items[i].Property, sources[i]);
+    if (!problem.empty())
+    {
+      vtkErrorMacro(<< problem);
+      continue;
+    }
+    clouds.push_back(sources[i].Cloud);
+  }
+
+  const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
+  vtkSmartPointer<vtkFloatArray> color = NewPixelArray("Color", 4, pixels);
+  vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
+  const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
+  this->Internal->SceneMilliseconds = elapsed();
+  this->Internal->Core.Render(context, clouds, Core::SMPExecutor(), frame, view.DepthLimit);
+
+  vtkImageData* output = this->Internal->Output;
+  output->Initialize();
+  output->SetDimensions(view.Size[0], view.Size[1], 1);
+  output->GetPointData()->SetScalars(color);
+  output->GetPointData()->AddArray(depth);
+  this->FrameMilliseconds = elapsed();
+}
+
+vtkImageData* vtkSurfelSplatter::GetOutput()
+{
+  return this->Internal->Output;
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfSurfels()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Surfels);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfInvalidSurfels()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().InvalidSurfels);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfSplats()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Splats);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfFragments()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Fragments);
+}
+
+int vtkSurfelSplatter::GetNumberOfStages()
+{
+  return NumberOfStages;
+}
+
+const char* vtkSurfelSplatter::GetStageName(int stage)
+{
+  return stage >= 0 && stage < NumberOfStages ? StageNames[stage] : nullptr;
+}
+
+double vtkSurfelSplatter::GetStageMilliseconds(int stage)
+{
+  const SurfelSplatting::FrameStatistics& s = this->Internal->Core.Statistics();
+  const double times[NumberOfStages] = { this->Internal->SceneMilliseconds, s.SetupMilliseconds,
+    s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
+  return stage >= 0 && stage < NumberOfStages ? times[stage] : 0.0;
+}
+
+void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "LensMode: " << this->LensMode << "\n";
+  os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
+  os << indent << "Cutoff: " << this->Cutoff << "\n";
+  os << indent << "Prefilter: " << this->Prefilter << " px^2\n";
+  os << indent << "FrameMilliseconds: " << this->FrameMilliseconds << "\n";
+}

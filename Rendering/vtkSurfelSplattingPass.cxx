@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelSplattingPass.h"
+
+#include "SurfelFrameBlit.h"
+#include "vtkSurfelMapper.h"
+#include "vtkSurfelSplatter.h"
+
+#include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkFloatArray.h>
+#include <vtkFrameBufferObjectBase.h>
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpaquePass.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkPointData.h>
+#include <vtkPropCollection.h>
+#include <vtkRenderState.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderer.h>
+#include <vtkWeakPointer.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace
+{
+/// A pass that is a function: the surfels' place among the steps of the default sequence.
+class OpaqueStep : public vtkRenderPass
+{
+public:
+  static OpaqueStep* New();
+  vtkTypeMacro(OpaqueStep, vtkRenderPass);
+  std::function<void(const vtkRenderState*)> Function;
+  void Render(const vtkRenderState* state) override { this->Function(state); }
+};
+vtkStandardNewMacro(OpaqueStep);
+
+/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while later passes draw
+/// translucent props.
+class SplattedMarks
+{
+public:
+  ~SplattedMarks() { this->Clear(); }
+
+  void Set(vtkRenderer* renderer, const std::vector<vtkSurfelSplatter::Item>& items)
+  {
+    this->Clear();
+    for (const vtkSurfelSplatter::Item& item : items)
+    {
+      item.Mapper->SetSplatted(true);
+      this->Mappers.push_back(item.Mapper);
+    }
+    vtkNew<vtkCallbackCommand> command;
+    command->SetClientData(this);
+    command->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      static_cast<SplattedMarks*>(self)->Clear();
+    });
+    this->Renderer = renderer;
+    this->Observer = renderer->AddObserver(vtkCommand::EndEvent, command);
+  }
+
+  void Clear()
+  {
+    for (vtkSurfelMapper* mapper : this->Mappers)
+    {
+      mapper->SetSplatted(false);
+    }
+    this->Mappers.clear();
+    if (this->Renderer)
+    {
+      this->Renderer->RemoveObserver(this->Observer);
+      this->Renderer = nullptr;
+    }
+  }
+
+private:
+  std::vector<vtkSmartPointer<vtkSurfelMapper>> Mappers;
+  vtkWeakPointer<vtkRenderer> Renderer;
+  unsigned long Observer = 0;
+};
+}
+
+struct vtkSurfelSplattingPass::Internals
+{
+  SurfelSplatting::FrameBlit Blit;
+  SplattedMarks Marks;
+  vtkNew<vtkRenderStepsPass> Steps;
+  vtkNew<vtkOpaquePass> OpaqueProps;
+  vtkNew<OpaqueStep> Step;
+  std::vector<float> WindowDepth;
+  std::vector<float> Limit;
+};
+
+vtkStandardNewMacro(vtkSurfelSplattingPass);
+
+vtkSurfelSplattingPass::vtkSurfelSplattingPass()
+  : Internal(new Internals)
+{
+  this->Internal->Step->Function = [this](const vtkRenderState* state) {
+    this->RenderOpaqueStep(state, this->Internal->OpaqueProps);
+  };
+  this->Internal->Steps->SetOpaquePass(this->Internal->Step);
+}
+
+vtkSurfelSplattingPass::~vtkSurfelSplattingPass() = default;
+
+void vtkSurfelSplattingPass::SetDelegatePass(vtkRenderPass* pass)
+{
+  if (this->DelegatePass != pass)
+  {
+    this->DelegatePass = pass;
+    this->Modified();
+  }
+}
+
+vtkRenderPass* vtkSurfelSplattingPass::GetDelegatePass()
+{
+  return this->DelegatePass;
+}
+
+vtkSurfelSplatter* vtkSurfelSplattingPass::GetSplatter()
+{
+  return this->Splatter;
+}
+
+vtkMTimeType vtkSurfelSplattingPass::GetMTime()
+{
+  return std::max(this->Superclass::GetMTime(), this->Splatter->GetMTime());
+}
+
+void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
+{
+  this->NumberOfRenderedProps = 0;
+  if (this->DelegatePass)
+  {
+    this->RenderOpaqueStep(state, this->DelegatePass);
+    return;
+  }
+  this->Internal->Steps->Render(state);
+  this->NumberOfRenderedProps += this->Internal->Steps->GetNumberOfRenderedProps();
+}
+
+void vtkSurfelSplattingPass::RenderOpaqueStep(
+  const vtkRenderState* state, vtkRenderPass* delegate)
+{
+  vtkRenderer* renderer = state->GetRenderer();
+  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from outside.
+  std::vector<vtkSurfelSplatter::Item> items;
+  if (!renderer->GetSelector()) // hardware selection draws the mapper's dots instead
+  {
+    vtkCollectionSimpleIterator it;
+    renderer->GetViewProps()->InitTraversal(it);
+    while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
+    {
+      vtkSurfelSplatter::CollectItems(prop, items);
+    }
+  }
+  this->Internal->Marks.Set(renderer, items);
+  delegate->Render(state);
+  this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  if (items.empty() || !window)
+  {
+    return;
+  }
+
+  SurfelSplatting::PixelRectangle rectangle;
+  renderer->GetTiledSizeAndOrigin(
+    &rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
+  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
+  {
+    int size[2];
+    framebuffer->GetLastSize(size);
+    rectangle = { 0, 0, size[0], size[1] };
+  }
+  if (rectangle.Width < 1 || rectangle.Height < 1)
+  {
+    return;
+  }
+
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double aspect = renderer->GetTiledAspectRatio();
+  vtkMatrix4x4* projection = camera->GetProjectionTransformMatrix(aspect, -1, 1);
+  const SurfelSplatting::DepthRange range{ projection->GetElement(2, 2),
+    projection->GetElement(2, 3), camera->GetParallelProjection() != 0 };
+
+  std::vector<float>& windowDepth = this->Internal->WindowDepth;
+  std::vector<float>& limit = this->Internal->Limit;
+  if (!this->Internal->Blit.ReadDepth(window, rectangle, windowDepth))
+  {
+    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels are drawn over "
+                  "them. Try vtkRenderWindow::SetMultiSamples(0).");
+    std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
+  }
+  limit.resize(windowDepth.size());
+  std::transform(windowDepth.begin(), windowDepth.end(), limit.begin(), [&range](float depth) {
+    return depth >= 1.0f ? std::numeric_limits<float>::infinity()
+                         : static_cast<float>(range.DistanceOf(depth));
+  });
+
+  vtkSurfelSplatter::View view;
+  view.Camera = camera;
+  view.Lights = renderer->GetLights();
+  view.Size[0] = rectangle.Width;
+  view.Size[1] = rectangle.Height;
+  view.Aspect = aspect;
+  camera->GetClippingRange(view.ClippingRange);
+  view.DepthLimit = limit.data();
+  this->Splatter->Render(items, view);
+  this->NumberOfRenderedProps += static_cast<int>(items.size());
+
+  vtkPointData* picture = this->Splatter->GetOutput()->GetPointData();
+  const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
+  const float* depth = vtkFloatArray::SafeDownCast(picture->GetArray("Depth"))->GetPointer(0);
+  std::transform(windowDepth.begin(), windowDepth.end(), depth, windowDepth.begin(),
+    [&range](float others, float distance) {
+      if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
+      {
+        return others;
+      }
+      const double d = range.WindowDepthOf(distance);
+      return std::min(others, static_cast<float>(std::min(std::max(d, 0.0), 1.0)));
+    });
+  if (!this->Internal->Blit.Draw(window, rectangle, color, windowDepth.data()))
+  {
+    vtkErrorMacro("The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
+  }
+}
+
+void vtkSurfelSplattingPass::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Internal->Blit.ReleaseGraphicsResources(window);
+  this->Internal->Steps->ReleaseGraphicsResources(window);
+  if (this->DelegatePass)
+  {
+    this->DelegatePass->ReleaseGraphicsResources(window);
+  }
+}
+
+void vtkSurfelSplattingPass::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "DelegatePass: " << this->DelegatePass.Get() << "\n";
+  os << indent << "Splatter:\n";
+  this->Splatter->PrintSelf(os, indent.GetNextIndent());
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelSplattingPass
+ * @brief   draws surfels with depth of field among other props
+ *
+ * Splats every surfel actor of a renderer (vtkActor with a vtkSurfelMapper) into one A-buffer and lets a delegate draw
+ * all other props.
+ *
+ *   renderer->SetPass(pass);   // that is all: camera, lights, props, surfels, translucent props, volumes, overlay
+ *
+ * Without a delegate pass it stands for a whole vtkRenderStepsPass, with the surfels right after the opaque props. With
+ * one it is that step alone, to be used inside a sequence of passes:
+ *
+ *   pass->SetDelegatePass(opaquePass); steps->SetOpaquePass(pass); renderer->SetPass(steps);
+ *
+ * Stages of the step:
+ *   1. the delegate draws the other opaque props;
+ *   2. their depth is read back: what lies behind them is hidden, layer by layer;
+ *   3. the core splats all surfels (vtkSurfelSplatter);
+ *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame and depth (R 32-bit float) written where the
+ *      surfels' alpha passes one half, so that later props are hidden correctly.
+ * Other props are drawn sharp.
+ *
+ * The float picture, unclipped, is GetSplatter()->GetOutput().
+ *
+ * @sa vtkSurfelMapper vtkSurfelSplatter vtkSurfelImageRenderer
+ */
+#ifndef vtkSurfelSplattingPass_h
+#define vtkSurfelSplattingPass_h
+
+#include "vtkNew.h" // for members
+#include "vtkRenderPass.h"
+#include "vtkSmartPointer.h"          // for members
+#include "vtkSurfelRenderingModule.h" // for export macro
+
+#include <memory> // for the implementation
+
+class vtkSurfelSplatter;
+
+class VTKSURFELRENDERING_EXPORT vtkSurfelSplattingPass : public vtkRenderPass
+{
+public:
+  static vtkSurfelSplattingPass* New();
+  vtkTypeMacro(vtkSurfelSplattingPass, vtkRenderPass);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  void Render(const vtkRenderState* state) override;
+  void ReleaseGraphicsResources(vtkWindow* window) override;
+
+  ///@{
+  /**
+   * Draws the props that are not surfels, in place of the whole default sequence. Default none.
+   */
+  void SetDelegatePass(vtkRenderPass* pass);
+  vtkRenderPass* GetDelegatePass();
+  ///@}
+
+  /**
+   * Lens, kernel, statistics and the float picture.
+   */
+  vtkSurfelSplatter* GetSplatter();
+
+  /**
+   * Changes of the settings count.
+   */
+  vtkMTimeType GetMTime() override;
+
+protected:
+  vtkSurfelSplattingPass();
+  ~vtkSurfelSplattingPass() override;
+
+private:
+  vtkSurfelSplattingPass(const vtkSurfelSplattingPass&) = delete;
+  void operator=(const vtkSurfelSplattingPass&) = delete;
+
+  void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
+
+  vtkSmartPointer<vtkRenderPass> DelegatePass;
+  vtkNew<vtkSurfelSplatter> Splatter;
+  struct Internals;
+  std::unique_ptr<Internals> Internal;
+};
+
+#endif
