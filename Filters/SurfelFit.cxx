@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelFit.h"
+
+#include "SurfelCloud.h"
+#include "SurfelNeighborhood.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Below this ratio of the two larger variances the neighbours are a line: one scan line of a
+/// cloud whose lines are far apart. More neighbours are asked for, to see the next line.
+constexpr double LineRatio = 0.02;
+constexpr int LineGrowth = 4;
+
+/// Below this ratio they are a line even so, and the normal about it is arbitrary.
+constexpr double CollinearRatio = 1e-6;
+
+/// A line of points of pitch p gets the area p^2 a point if its variance across is this many
+/// p^2: along, n points have p^2 n^2 / 12, and area = 4 pi sqrt(product) / n gives
+/// 12 / (16 pi^2).
+constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
+
+constexpr double Pi = 3.14159265358979323846;
+
+/// Covariance of point i and its neighbours, de-meaned, over the number of neighbours: an
+/// unbiased estimate, and with the point itself, which sits in the middle, and the outermost
+/// neighbour, which sits on the rim, exactly r^2/4 an axis in a disc of radius r.
+Eigen::Matrix3d Covariance(const SurfelCloud& cloud, int i, const Neighbors& neighbors)
+{
+  const Vector3 p = Load(cloud.Position(i));
+  const int count = neighbors.Count();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (const int j : neighbors.Ids)
+  {
+    // Differences to the point itself: exact where neighbours are near each other.
+    const Vector3 d = Load(cloud.Position(j)) - p;
+    const Eigen::Vector3d e(d.X, d.Y, d.Z);
+    sum += e;
+    squares.noalias() += e * e.transpose();
+  }
+  return (squares - sum * sum.transpose() / (count + 1.0)) / std::max(count, 1);
+}
+
+Vector3 ToVector(const Eigen::Vector3d& a)
+{
+  return { a[0], a[1], a[2] };
+}
+
+class Fitter
+{
+public:
+  Fitter(const SurfelCloud& cloud, const SurfelNeighborhood& tree, const FitSettings& settings)
+    : Cloud(cloud)
+    , Tree(tree)
+    , Settings(settings)
+  {
+  }
+
+  SurfelFit Fit(int i, const float* given, int* graph, Neighbors& neighbors) const
+  {
+    this->Find(i, 1, neighbors);
+    Eigen::Matrix3d covariance = Covariance(this->Cloud, i, neighbors);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+    SurfelFit fit;
+    fit.Reach = this->KeepNearest(neighbors, graph);
+    if (neighbors.Count() >= 3 && eigen.eigenvalues()[1] < LineRatio * eigen.eigenvalues()[2])
+    {
+      this->Find(i, LineGrowth, neighbors);
+      covariance = Covariance(this->Cloud, i, neighbors);
+      eigen.compute(covariance);
+    }
+    this->SetNormal(eigen, given, fit);
+    this->SetExtent(covariance, neighbors, fit);
+    return fit;
+  }
+
+private:
+  void Find(int i, int growth, Neighbors& neighbors) const
+  {
+    const int count = growth * this->Settings.NumberOfNeighbors;
+    if (!this->Settings.UseRadius)
+    {
+      this->Tree.FindNearest(i, count, neighbors);
+      return;
+    }
+    this->Tree.FindWithin(
+      i, growth * this->Settings.Radius, this->Settings.MaximumNumberOfNeighbors, neighbors);
+    if (neighbors.Count() < ReachRank)
+    {
+      // A radius too small for this place: a plane still needs some points.
+      this->Tree.FindNearest(i, ReachRank, neighbors);
+    }
+  }
+
+  /// Copies the nearest neighbours into the graph; returns the point's reach.
+  double KeepNearest(const Neighbors& neighbors, int* graph) const
+  {
+    for (int k = 0; k < GraphDegree; ++k)
+    {
+      graph[k] = k < neighbors.Count() ? neighbors.Ids[k] : -1;
+    }
+    const int rank = std::min(ReachRank, neighbors.Count());
+    return rank > 0 ? std::sqrt(static_cast<double>(neighbors.SquaredDistances[rank - 1])) : 0.0;
+  }
+
+  void SetNormal(const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& eigen, const float* given,
+    SurfelFit& fit) const
+  {
+    const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.0);
+    fit.Flatness = values[1] > 0.0 ? values[0] / values[1] : 1.0;
+    fit.Degenerate = !(values[1] > CollinearRatio * values[2]);
+    fit.Normal = Normalized(ToVector(eigen.eigenvectors().col(0)), { 0.0, 0.0, 1.0 });
+    if (given)
+    {
+      const Vector3 normal = Load(given);
+      fit.Given = Dot(normal, normal) > 0.0;
+      fit.Normal = Normalized(normal, fit.Normal);
+    }
+  }
+
+  /// Principal variances in the tangent plane, and from them the area per point: k neighbours in
+  /// a disc of radius r have the variance r^2/4, so pi r^2 / k = 4 pi sqrt(lu lv) / k. With the
+  /// mean taken out, this holds within 7 % on borders and corners and in narrow strips as well,
+  /// where pi r^2 / k is wrong by factors.
+  void SetExtent(
+    const Eigen::Matrix3d& covariance, const Neighbors& neighbors, SurfelFit& fit) const
+  {
+    Vector3 u, v;
+    TangentFrame(fit.Normal, u, v);
+    const Eigen::Vector3d eu(u.X, u.Y, u.Z);
+    const Eigen::Vector3d ev(v.X, v.Y, v.Z);
+    const double uu = eu.dot(covariance * eu);
+    const double vv = ev.dot(covariance * ev);
+    const double uv = eu.dot(covariance * ev);
+    const double half = 0.5 * std::hypot(uu - vv, 2.0 * uv);
+    const double angle = 0.5 * std::atan2(2.0 * uv, uu - vv);
+    fit.AxisU = std::cos(angle) * u + std::sin(angle) * v;
+
+    const int count = neighbors.Count();
+    if (count < 3)
+    {
+      // One or two points: their distance is all there is. A lone point has no scale at all.
+      fit.Degenerate = true;
+      fit.Spacing = count > 0 ? fit.Reach : 0.0;
+      fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
+      return;
+    }
+    const double pitch2 = neighbors.SquaredDistances[1];
+    const double larger = std::max(0.5 * (uu + vv) + half, LineVariance * pitch2);
+    const double smaller = std::max(0.5 * (uu + vv) - half, LineVariance * pitch2);
+    const double scale = 4.0 * Pi / count;
+    fit.VarianceU = scale * larger;
+    fit.VarianceV = scale * smaller;
+    fit.Spacing = std::sqrt(std::sqrt(fit.VarianceU * fit.VarianceV));
+  }
+
+  const SurfelCloud& Cloud;
+  const SurfelNeighborhood& Tree;
+  const FitSettings& Settings;
+};
+
+double Median(std::vector<double>& values)
+{
+  if (values.empty())
+  {
+    return 0.0;
+  }
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void MakeRound(double spacing, SurfelFit& fit)
+{
+  fit.Spacing = spacing;
+  fit.VarianceU = fit.VarianceV = spacing * spacing;
+}
+
+/// A point far from everything would become a giant disc. Far: its reach exceeds `factor` times
+/// the median reach of its neighbours, or factor^2 times that of the whole cloud (a group of
+/// outliers, whose reaches are all large). It gets the median spacing of its neighbours, or of
+/// the cloud.
+class IsolationTest
+{
+public:
+  IsolationTest(const std::vector<SurfelFit>& fits, double factor)
+    : Fits(fits)
+    , Factor(factor)
+  {
+    std::vector<double> values(fits.size());
+    std::transform(
+      fits.begin(), fits.end(), values.begin(), [](const SurfelFit& fit) { return fit.Reach; });
+    this->MedianReach = Median(values);
+    std::transform(
+      fits.begin(), fits.end(), values.begin(), [](const SurfelFit& fit) { return fit.Spacing; });
+    this->MedianSpacing = Median(values);
+  }
+
+  /// Spacing to use for an isolated point; negative if it is not isolated.
+  double Spacing(int i, const int* graph, std::vector<double>& reaches) const
+  {
+    const SurfelFit& fit = this->Fits[i];
+    if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
+    {
+      return std::min(fit.Spacing, this->MedianSpacing);
+    }
+    reaches.clear();
+    for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
+    {
+      reaches.push_back(this->Fits[graph[k]].Reach);
+    }
+    const double local = Median(reaches);
+    if (reaches.empty() || fit.Reach <= this->Factor * local)
+    {
+      return -1.0;
+    }
+    reaches.clear();
+    for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
+    {
+      reaches.push_back(this->Fits[graph[k]].Spacing);
+    }
+    return std::min(fit.Spacing, Median(reaches));
+  }
+
+private:
+  const std::vector<SurfelFit>& Fits;
+  double Factor;
+  double MedianReach = 0.0;
+  double MedianSpacing = 0.0;
+};
+
+void BoundIsolated(double factor, const std::vector<int>& graph, std::vector<SurfelFit>& fits)
+{
+  const int count = static_cast<int>(fits.size());
+  const IsolationTest test(fits, factor);
+  std::vector<double> spacings(count); // first all tests, then all changes
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    std::vector<double> scratch;
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      spacings[i] = test.Spacing(static_cast<int>(i), graph.data() + GraphDegree * i, scratch);
+    }
+  });
+  for (int i = 0; i < count; ++i)
+  {
+    if (spacings[i] >= 0.0)
+    {
+      fits[i].Isolated = true;
+      MakeRound(spacings[i], fits[i]);
+    }
+  }
+}
+}
+
+bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
+  std::vector<SurfelFit>& fits, std::vector<int>& graph)
+{
+  const size_t count = static_cast<size_t>(cloud.Size());
+  fits.resize(count);
+  graph.assign(GraphDegree * count, -1);
+  const Fitter fitter(cloud, tree, settings);
+  const bool finished = ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+    Neighbors neighbors;
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      fits[i] = fitter.Fit(static_cast<int>(i), given.empty() ? nullptr : given.data() + 3 * i,
+        graph.data() + GraphDegree * i, neighbors);
+    }
+  });
+  if (!finished)
+  {
+    return false;
+  }
+  BoundIsolated(settings.IsolationFactor, graph, fits);
+  for (SurfelFit& fit : fits)
+  {
+    if (!(fit.Spacing > 0.0))
+    {
+      // A lone point: any radius is as good as another.
+      MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0, fit);
+    }
+  }
+  return true;
+}
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Tangent plane, spacing and tangential extent of every point from its neighbours.
+ */
+#pragma once
+
+#include "SurfelMonitor.h"
+#include "SurfelVector.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct SurfelCloud;
+class SurfelNeighborhood;
+
+struct FitSettings
+{
+  bool UseRadius = false; // neighbours within Radius instead of the nearest ones
+  int NumberOfNeighbors = 16;
+  double Radius = 0.0;                // world units
+  int MaximumNumberOfNeighbors = 256; // bounds UseRadius
+  double IsolationFactor = 6.0;
+};
+
+/// What the neighbours of one point say. Lengths in world units.
+struct SurfelFit
+{
+  Vector3 Normal;          // unit; its sign means nothing yet
+  Vector3 AxisU;           // unit, tangential: direction of the larger variance
+  double VarianceU = 0.0;  // of the neighbours along AxisU, scaled so that
+  double VarianceV = 0.0;  // sqrt(VarianceU VarianceV) = Spacing^2
+  double Spacing = 0.0;    // square root of the area per point
+  double Reach = 0.0;      // distance to the neighbour of rank ReachRank
+  double Flatness = 0.0;   // variance along the normal over the smaller tangential one; 0 = plane
+  bool Degenerate = false; // too few neighbours, or all on a line
+  bool Isolated = false;
+  bool Given = false; // the normal was given, not fitted
+};
+
+/// Neighbours per point that are kept as the graph over which signs are propagated.
+constexpr int GraphDegree = 12;
+
+/// The neighbour whose distance tells whether a point is far from everything.
+constexpr int ReachRank = 6;
+
+/// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
+/// `graph`: [GraphDegree * n] ids of the nearest neighbours, -1 where there are fewer.
+/// Returns false if stopped.
+bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
+  std::vector<SurfelFit>& fits, std::vector<int>& graph);
+}

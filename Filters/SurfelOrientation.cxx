@@ -1,0 +1,460 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelOrientation.h"
+
+#include "SurfelCloud.h"
+#include "SurfelSigns.h"
+#include "SurfelWinding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// An edge that climbs more than this (sine of its angle to either tangent plane) leads to
+/// another sheet.
+constexpr double LargestClimb = 0.8;
+
+/// For the patches: smallest vote, largest climb and largest flatness of both ends.
+constexpr double SureVote = 0.9;
+constexpr double SureClimb = 0.5;
+constexpr double SureFlatness = 0.15;
+
+/// Edges longer than this many spacings of the closer-spaced end bridge a gap.
+constexpr double LongestEdge = 4.0;
+
+/// Patches are joined if the votes between them agree this much: |sum| / sum of absolute values.
+constexpr double Agreement = 0.8;
+
+/// Larger patches need more than a chance contact: sum of votes, per square root of the size of
+/// the smaller patch, and at most LargestEvidence.
+constexpr double EvidencePerRoot = 0.5;
+constexpr double LargestEvidence = 8.0;
+
+/// A patch below this size is joined to its surest neighbour if the votes agree only this much.
+constexpr int SmallPatch = 30;
+constexpr double SmallAgreement = 0.3;
+
+/// Share of the edges within a component that may contradict its orientation.
+constexpr double LargestConflict = 0.03;
+
+/// A component is closed if the winding number at its surfels is at least ClosedMean on average
+/// and beyond ClosedLeast at ClosedShare of the samples.
+constexpr double ClosedMean = 0.3;
+constexpr double ClosedLeast = 0.15;
+constexpr double ClosedShare = 0.85;
+constexpr int WindingSamples = 192;
+constexpr int SmallestClosed = 30; // points; fewer tell nothing
+
+struct Edge
+{
+  int A, B;
+  float Vote;
+};
+
+/// Sum of votes between two sets.
+struct Pair
+{
+  std::uint64_t Key; // smaller root in the high half
+  double Sum, Absolute;
+
+  int First() const { return static_cast<int>(this->Key >> 32); }
+  int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
+};
+
+Vector3 Between(const SurfelCloud& cloud, int a, int b)
+{
+  return Normalized(Load(cloud.Position(b)) - Load(cloud.Position(a)), { 0.0, 0.0, 0.0 });
+}
+
+/// Vote in [-1, 1] on the relative sign of two normals: n_b against n_a mirrored at the plane
+/// halfway between the points, which is exact on planes and circular arcs of any bend
+/// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
+/// 0 where the edge must not count.
+float VoteOf(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, int a, int b)
+{
+  const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
+  const double length = Length(d);
+  if (!(length > 0.0) || length > LongestEdge * std::min(fits[a].Spacing, fits[b].Spacing))
+  {
+    return 0.0f;
+  }
+  const double climbA = Dot(fits[a].Normal, d) / length;
+  const double climbB = Dot(fits[b].Normal, d) / length;
+  if (std::max(std::abs(climbA), std::abs(climbB)) > LargestClimb)
+  {
+    return 0.0f;
+  }
+  return static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
+}
+
+bool IsSure(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const Edge& edge)
+{
+  const Vector3 d = Between(cloud, edge.A, edge.B);
+  return std::abs(edge.Vote) >= SureVote && std::abs(Dot(fits[edge.A].Normal, d)) <= SureClimb &&
+    std::abs(Dot(fits[edge.B].Normal, d)) <= SureClimb &&
+    std::max(fits[edge.A].Flatness, fits[edge.B].Flatness) <= SureFlatness;
+}
+
+/// Calls visit(j) for each neighbour j of i whose edge is i's to report: each edge once.
+template <typename Visit>
+void VisitEdges(const std::vector<int>& graph, int i, Visit&& visit)
+{
+  const int* mine = graph.data() + static_cast<size_t>(GraphDegree) * i;
+  for (int k = 0; k < GraphDegree && mine[k] >= 0; ++k)
+  {
+    const int j = mine[k];
+    const int* theirs = graph.data() + static_cast<size_t>(GraphDegree) * j;
+    const bool mutual = std::find(theirs, theirs + GraphDegree, i) != theirs + GraphDegree;
+    if (!mutual || i < j)
+    {
+      visit(j);
+    }
+  }
+}
+
+/// All edges of the graph that have a vote, ordered by their points.
+std::vector<Edge> CollectEdges(
+  const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const std::vector<int>& graph)
+{
+  const vtkIdType count = cloud.Size();
+  std::vector<float> votes(graph.size(), 0.0f);
+  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      const int* mine = graph.data() + GraphDegree * i;
+      VisitEdges(graph, static_cast<int>(i), [&](int j) {
+        const auto slot = std::find(mine, mine + GraphDegree, j) - graph.data();
+        votes[slot] = VoteOf(cloud, fits, static_cast<int>(i), j);
+      });
+    }
+  });
+  std::vector<Edge> edges;
+  edges.reserve(graph.size() - std::count(votes.begin(), votes.end(), 0.0f));
+  for (size_t slot = 0; slot < graph.size(); ++slot)
+  {
+    if (votes[slot] != 0.0f)
+    {
+      edges.push_back({ static_cast<int>(slot / GraphDegree), graph[slot], votes[slot] });
+    }
+  }
+  return edges;
+}
+
+/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in 256 classes.
+void JoinSureEdges(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits,
+  const std::vector<Edge>& edges, SurfelSigns& signs)
+{
+  constexpr int classes = 256;
+  std::vector<std::vector<int>> buckets(classes);
+  for (size_t e = 0; e < edges.size(); ++e)
+  {
+    if (IsSure(cloud, fits, edges[e]))
+    {
+      const double doubt = (1.0 - std::abs(edges[e].Vote)) / (1.0 - SureVote);
+      buckets[std::clamp(static_cast<int>(doubt * classes), 0, classes - 1)].push_back(
+        static_cast<int>(e));
+    }
+  }
+  for (const auto& bucket : buckets)
+  {
+    for (const int e : bucket)
+    {
+      signs.Join(edges[e].A, edges[e].B, edges[e].Vote < 0.0f);
+    }
+  }
+}
+
+/// Keeps the edges that lead from one set to another, as votes between the sets' roots.
+std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, SurfelSigns& signs)
+{
+  std::vector<Pair> votes;
+  size_t kept = 0;
+  for (const Edge& edge : edges)
+  {
+    const auto [rootA, flipA] = signs.Find(edge.A);
+    const auto [rootB, flipB] = signs.Find(edge.B);
+    if (rootA == rootB)
+    {
+      continue;
+    }
+    const double vote = flipA != flipB ? -edge.Vote : edge.Vote;
+    const std::uint64_t key = static_cast<std::uint64_t>(std::min(rootA, rootB)) << 32 |
+      static_cast<std::uint64_t>(std::max(rootA, rootB));
+    votes.push_back({ key, vote, std::abs(vote) });
+    edges[kept++] = edge;
+  }
+  edges.resize(kept);
+  std::stable_sort(
+    votes.begin(), votes.end(), [](const Pair& a, const Pair& b) { return a.Key < b.Key; });
+  size_t pairs = 0;
+  for (size_t v = 0; v < votes.size(); ++v)
+  {
+    if (pairs > 0 && votes[pairs - 1].Key == votes[v].Key)
+    {
+      votes[pairs - 1].Sum += votes[v].Sum;
+      votes[pairs - 1].Absolute += votes[v].Absolute;
+    }
+    else
+    {
+      votes[pairs++] = votes[v];
+    }
+  }
+  votes.resize(pairs);
+  return votes;
+}
+
+bool IsTrusted(const Pair& pair, const SurfelSigns& signs, bool last)
+{
+  const int size = std::min(signs.Size(pair.First()), signs.Size(pair.Second()));
+  const double evidence = std::abs(pair.Sum);
+  if (last)
+  {
+    return size < SmallPatch && evidence >= SmallAgreement * pair.Absolute;
+  }
+  return evidence >= Agreement * pair.Absolute &&
+    evidence >= std::min(EvidencePerRoot * std::sqrt(double(size)), LargestEvidence);
+}
+
+/// One round: of the trusted pairs, each set's surest one is joined (Boruvka's algorithm).
+/// Returns whether anything was joined.
+bool JoinSets(std::vector<Edge>& edges, SurfelSigns& signs, int count, bool last)
+{
+  std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                [&](const Pair& pair) { return !IsTrusted(pair, signs, last); }),
+    pairs.end());
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
+    const double x = std::abs(a.Sum);
+    const double y = std::abs(b.Sum);
+    return x != y ? x > y : a.Key < b.Key;
+  });
+  std::vector<char> served(count, 0);
+  for (const Pair& pair : pairs)
+  {
+    const int a = pair.First();
+    const int b = pair.Second();
+    if (!served[a] || !served[b])
+    {
+      served[a] = served[b] = 1;
+      signs.Join(a, b, pair.Sum < 0.0);
+    }
+  }
+  return !pairs.empty();
+}
+
+void Flip(SurfelFit& fit)
+{
+  fit.Normal = -1.0 * fit.Normal;
+}
+
+/// Members of each component, one after the other.
+struct Members
+{
+  std::vector<int> Ids;
+  std::vector<int> Starts; // [components + 1]
+
+  int Count(int c) const { return this->Starts[c + 1] - this->Starts[c]; }
+  const int* Begin(int c) const { return this->Ids.data() + this->Starts[c]; }
+};
+
+/// Numbers the sets and turns every normal to the sign of its set's root.
+Members ApplySigns(SurfelSigns& signs, std::vector<SurfelFit>& fits, Sidedness& sides)
+{
+  const int count = static_cast<int>(fits.size());
+  std::vector<int> numbers(count, -1);
+  sides.Components.resize(count);
+  Members members;
+  members.Starts.push_back(0);
+  for (int i = 0; i < count; ++i)
+  {
+    const auto [root, flip] = signs.Find(i);
+    if (numbers[root] < 0)
+    {
+      numbers[root] = sides.NumberOfComponents++;
+      members.Starts.push_back(members.Starts.back() + signs.Size(root));
+    }
+    sides.Components[i] = numbers[root];
+    if (flip)
+    {
+      Flip(fits[i]);
+    }
+  }
+  std::vector<int> next(members.Starts.begin(), members.Starts.end() - 1);
+  members.Ids.resize(count);
+  for (int i = 0; i < count; ++i)
+  {
+    members.Ids[next[sides.Components[i]]++] = i;
+  }
+  return members;
+}
+
+/// Share of each component's votes that contradict its orientation.
+std::vector<double> Conflicts(
+  const std::vector<Edge>& edges, const Sidedness& sides, SurfelSigns& signs)
+{
+  std::vector<double> against(sides.NumberOfComponents, 0.0);
+  std::vector<double> all(sides.NumberOfComponents, 0.0);
+  for (const Edge& edge : edges)
+  {
+    const int c = sides.Components[edge.A];
+    if (c != sides.Components[edge.B])
+    {
+      continue;
+    }
+    const bool differ = signs.Find(edge.A).second != signs.Find(edge.B).second;
+    all[c] += std::abs(edge.Vote);
+    against[c] += differ != (edge.Vote < 0.0f) ? std::abs(edge.Vote) : 0.0;
+  }
+  for (size_t c = 0; c < all.size(); ++c)
+  {
+    against[c] = all[c] > 0.0 ? against[c] / all[c] : 1.0;
+  }
+  return against;
+}
+
+/// +1: closed, normals outward. -1: closed, inward. 0: open or doubtful.
+int ClosedSign(
+  const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const int* members, int count)
+{
+  if (count < SmallestClosed)
+  {
+    return 0;
+  }
+  const int samples = std::min(count, WindingSamples);
+  std::vector<double> windings(samples);
+  vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType s = begin; s < end; ++s)
+    {
+      const int at = members[static_cast<size_t>(s) * count / samples];
+      windings[s] = WindingNumber(cloud, fits, members, count, at);
+    }
+  });
+  const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
+  const double sign = mean < 0.0 ? -1.0 : 1.0;
+  const auto agreeing = std::count_if(
+    windings.begin(), windings.end(), [sign](double w) { return sign * w > ClosedLeast; });
+  const bool closed = std::abs(mean) >= ClosedMean && agreeing >= ClosedShare * samples;
+  return closed ? static_cast<int>(sign) : 0;
+}
+
+/// +1 or -1 if that much of the area faces the viewpoint, or faces away from it; else 0.
+int FacingSign(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const int* members,
+  int count, const OrientationSettings& settings)
+{
+  double toward = 0.0;
+  double away = 0.0;
+  for (int m = 0; m < count; ++m)
+  {
+    const SurfelFit& fit = fits[members[m]];
+    const Vector3 direction =
+      Normalized(settings.Viewpoint - Load(cloud.Position(members[m])), { 0.0, 0.0, 0.0 });
+    const double facing = fit.Spacing * fit.Spacing * Dot(fit.Normal, direction);
+    (facing > 0.0 ? toward : away) += std::abs(facing);
+  }
+  const double needed = settings.FacingAgreement * (toward + away);
+  return toward > needed ? 1 : (away > needed ? -1 : 0);
+}
+
+/// Sign by which given normals, where the component has any, agree or disagree with it.
+int GivenSign(const std::vector<SurfelFit>& fits, const std::vector<Vector3>& given,
+  const int* members, int count)
+{
+  double sum = 0.0;
+  double absolute = 0.0;
+  for (int m = 0; m < count; ++m)
+  {
+    if (fits[members[m]].Given)
+    {
+      const double agreement = Dot(fits[members[m]].Normal, given[members[m]]);
+      sum += agreement;
+      absolute += std::abs(agreement);
+    }
+  }
+  return std::abs(sum) > Agreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
+}
+}
+
+void FaceViewpoint(const SurfelCloud& cloud, const Vector3& viewpoint, std::vector<SurfelFit>& fits)
+{
+  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      if (Dot(fits[i].Normal, viewpoint - Load(cloud.Position(static_cast<int>(i)))) < 0.0)
+      {
+        Flip(fits[i]);
+      }
+    }
+  });
+}
+
+bool OrientConsistently(const SurfelCloud& cloud, const std::vector<int>& graph,
+  const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
+  Sidedness& sides)
+{
+  const int count = cloud.Size();
+  const std::vector<Edge> edges = CollectEdges(cloud, fits, graph);
+  SurfelSigns signs(count);
+  JoinSureEdges(cloud, fits, edges, signs);
+  if (!monitor.Step(0.4))
+  {
+    return false;
+  }
+  std::vector<Edge> open = edges;
+  for (const bool last : { false, true })
+  {
+    while (JoinSets(open, signs, count, last))
+    {
+      if (!monitor.Step(0.6))
+      {
+        return false;
+      }
+    }
+  }
+
+  std::vector<Vector3> given(count);
+  std::transform(
+    fits.begin(), fits.end(), given.begin(), [](const SurfelFit& fit) { return fit.Normal; });
+  const Members members = ApplySigns(signs, fits, sides);
+  const std::vector<double> conflicts = Conflicts(edges, sides, signs);
+  sides.TwoSided.assign(count, 1);
+  for (int c = 0; c < sides.NumberOfComponents; ++c)
+  {
+    const int* ids = members.Begin(c);
+    const int size = members.Count(c);
+    int sign = GivenSign(fits, given, ids, size);
+    if (sign == 0 && conflicts[c] <= LargestConflict)
+    {
+      sign = ClosedSign(cloud, fits, ids, size);
+      sides.NumberOfClosedComponents += sign != 0 ? 1 : 0;
+      if (sign == 0 && settings.UseViewpoint)
+      {
+        sign = FacingSign(cloud, fits, ids, size, settings);
+      }
+    }
+    for (int m = 0; m < size; ++m)
+    {
+      SurfelFit& fit = fits[ids[m]];
+      if (fit.Given)
+      {
+        fit.Normal = given[ids[m]];
+        sides.TwoSided[ids[m]] = 0;
+        continue;
+      }
+      if (sign < 0)
+      {
+        Flip(fit);
+      }
+      sides.TwoSided[ids[m]] = sign != 0 && !fit.Isolated && !fit.Degenerate ? 0 : 1;
+    }
+    if (!monitor.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+}

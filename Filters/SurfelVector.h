@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The few operations on 3-vectors that the filters' loops need, in double.
+ */
+#pragma once
+
+#include <cmath>
+
+namespace SurfelSplatting
+{
+struct Vector3
+{
+  double X = 0.0, Y = 0.0, Z = 0.0;
+};
+
+inline Vector3 Load(const float* p)
+{
+  return { p[0], p[1], p[2] };
+}
+inline void Store(const Vector3& a, float* p)
+{
+  p[0] = static_cast<float>(a.X);
+  p[1] = static_cast<float>(a.Y);
+  p[2] = static_cast<float>(a.Z);
+}
+inline Vector3 operator+(const Vector3& a, const Vector3& b)
+{
+  return { a.X + b.X, a.Y + b.Y, a.Z + b.Z };
+}
+inline Vector3 operator-(const Vector3& a, const Vector3& b)
+{
+  return { a.X - b.X, a.Y - b.Y, a.Z - b.Z };
+}
+inline Vector3 operator*(double s, const Vector3& a)
+{
+  return { s * a.X, s * a.Y, s * a.Z };
+}
+inline double Dot(const Vector3& a, const Vector3& b)
+{
+  return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
+}
+inline Vector3 Cross(const Vector3& a, const Vector3& b)
+{
+  return { a.Y * b.Z - a.Z * b.Y, a.Z * b.X - a.X * b.Z, a.X * b.Y - a.Y * b.X };
+}
+inline double Length(const Vector3& a)
+{
+  return std::sqrt(Dot(a, a));
+}
+/// a / |a|, or `fallback` where a has no usable direction.
+inline Vector3 Normalized(const Vector3& a, const Vector3& fallback)
+{
+  const double length = Length(a);
+  return length > 0.0 && std::isfinite(length) ? (1.0 / length) * a : fallback;
+}
+
+/// Two unit vectors that make a right-handed frame (u, v, n) with the unit vector n, without
+/// a branch that loses digits (Duff et al. 2017, "Building an orthonormal basis, revisited").
+inline void TangentFrame(const Vector3& n, Vector3& u, Vector3& v)
+{
+  const double sign = std::copysign(1.0, n.Z);
+  const double a = -1.0 / (sign + n.Z);
+  const double b = n.X * n.Y * a;
+  u = { 1.0 + sign * n.X * n.X * a, sign * b, -sign * n.X };
+  v = { b, sign + n.Y * n.Y * a, -n.Y };
+}
+}

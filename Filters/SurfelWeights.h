@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Weights that make the kernels of a surfel cloud sum to one over the surface.
+ *
+ * Zwicker et al. 2001 ("Surface splatting", sec. 5) and Ren et al. 2002 ("Object space EWA
+ * surface splatting") normalize each surfel; here the sum is taken over the surface rather than
+ * at the points, since a point sits on its own kernel's peak. The equation
+ * sum_i a_i K_i(x) = 1 for x on the surface, a_i >= 0, is solved by Richardson-Lucy steps
+ *
+ *   a_i <- a_i [sum_j w_j K_ji / s_j] / [sum_j w_j K_ji],   s_j = sum_i a_i K_ji,
+ *
+ * over samples x_j that stand for the area w_j each.
+ */
+#pragma once
+
+#include "SurfelMonitor.h"
+#include "SurfelVector.h"
+
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct SurfelCloud;
+
+/// A surfel as the normalization sees it: K(x) = Peak exp(-|B (x - p)|^2 / 2) in its tangent plane.
+struct WeightSurfel
+{
+  Vector3 Normal; // unit
+  Vector3 B1, B2; // tangential rows of the inverse square root of the covariance, 1 / length
+  double Area;    // initial |A|
+  double Peak;    // 1 / (2 pi sqrt(det S)), 1 / area
+  double Sigma;   // (det S)^(1/4)
+  bool TwoSided;
+  bool Usable; // false: no direction, no area or no extent; takes no part
+};
+
+struct WeightSettings
+{
+  int SamplesPerPoint = 8;
+  int NumberOfIterations = 12;
+  int NumberOfNeighbors = 24;
+  double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this
+  double SampleRadius = 1.2; // of the disc of samples, in spacings
+  double NormalOffset = 2.0; // a kernel covers points up to this many sigma off its plane
+  double MinimumFactor = 0.25;
+  double MaximumFactor = 4.0;
+};
+
+/// Sum of the kernels over the samples, weighted by their areas.
+struct SumStatistics
+{
+  double Mean = 0.0, StandardDeviation = 0.0, Minimum = 0.0, Maximum = 0.0;
+};
+
+struct WeightReport
+{
+  SumStatistics Before, After;
+  double SampledArea = 0.0; // world units squared
+  vtkIdType NumberOfSamples = 0;
+};
+
+/// Fills all of a WeightSurfel but TwoSided from the contract's arrays.
+WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covariance[6]);
+
+/// areas: [n] in: |A|, out: the weighted area. Returns false if stopped.
+bool SolveWeights(const SurfelCloud& cloud, const std::vector<WeightSurfel>& surfels,
+  const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<double>& areas,
+  WeightReport& report);
+}

@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelEstimation.h"
+
+#include "SurfelArrays.h"
+#include "SurfelCloud.h"
+#include "SurfelFit.h"
+#include "SurfelNeighborhood.h"
+#include "SurfelOrientation.h"
+
+#include "vtkCellArray.h"
+#include "vtkDataArray.h"
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
+#include "vtkFloatArray.h"
+#include "vtkIdList.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkPoints.h"
+#include "vtkPolyData.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+using namespace SurfelSplatting;
+
+vtkStandardNewMacro(vtkSurfelEstimation);
+
+namespace
+{
+vtkDataArray* FindNormals(vtkPointSet* input)
+{
+  vtkDataArray* normals = input->GetPointData()->GetNormals();
+  if (!normals)
+  {
+    normals = input->GetPointData()->GetArray("Normals");
+  }
+  return normals && normals->GetNumberOfComponents() == 3 ? normals : nullptr;
+}
+
+/// Origin of points that are surfels already, else 0.
+void ReadOrigin(vtkPointSet* input, double origin[3])
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  if (array && array->GetNumberOfComponents() == 3 && array->GetNumberOfTuples() > 0)
+  {
+    array->GetTuple(0, origin);
+  }
+}
+
+template <typename Array>
+vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)
+{
+  vtkNew<Array> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(count);
+  return array;
+}
+
+/// Standard deviation squared along AxisU and across it: round, or with the fit's variances and
+/// their ratio bounded; the product is the same.
+void KernelVariances(const SurfelFit& fit, double scale, bool round, double maximumRatio,
+  double& varianceU, double& varianceV)
+{
+  const double area = fit.Spacing * fit.Spacing;
+  const double ratio = round
+    ? 1.0
+    : std::min(std::sqrt(fit.VarianceU / std::max(fit.VarianceV, 1e-300)), maximumRatio);
+  varianceU = scale * scale * area * ratio;
+  varianceV = scale * scale * area / ratio;
+}
+
+/// S = s_u^2 u u' + s_v^2 v v' with v = n x u, in VTK's order of a symmetric tensor.
+void StoreCovariance(const SurfelFit& fit, double varianceU, double varianceV, float* s)
+{
+  const Vector3 u = fit.AxisU;
+  const Vector3 v = Cross(fit.Normal, u);
+  s[0] = static_cast<float>(varianceU * u.X * u.X + varianceV * v.X * v.X);
+  s[1] = static_cast<float>(varianceU * u.Y * u.Y + varianceV * v.Y * v.Y);
+  s[2] = static_cast<float>(varianceU * u.Z * u.Z + varianceV * v.Z * v.Z);
+  s[3] = static_cast<float>(varianceU * u.X * u.Y + varianceV * v.X * v.Y);
+  s[4] = static_cast<float>(varianceU * u.Y * u.Z + varianceV * v.Y * v.Z);
+  s[5] = static_cast<float>(varianceU * u.X * u.Z + varianceV * v.X * v.Z);
+}
+}
+
+/// One execution: from the input's points to the output's arrays.
+class vtkSurfelEstimation::Execution
+{
+public:
+  explicit Execution(vtkSurfelEstimation* self)
+    : Self(self)
+  {
+  }
+
+  /// Returns false if stopped.
+  bool Run(vtkPointSet* input)
+  {
+    double origin[3] = { 0.0, 0.0, 0.0 };
+    ReadOrigin(input, origin);
+    if (input->GetPoints())
+    {
+      GatherCloud(input->GetPoints(), origin, this->Cloud);
+    }
+    else
+    {
+      std::copy_n(origin, 3, this->Cloud.Origin);
+    }
+    this->ReadNormals(input);
+    return SurfelMonitor(this->Self, 0.0, 1.0).Step(0.05) && this->Fit() && this->Orient();
+  }
+
+  void Write(vtkPointSet* input, vtkPolyData* output)
+  {
+    this->SortByInput();
+    this->WritePoints(output);
+    this->PassArrays(input, output);
+    this->WriteSurfels(output);
+  }
+
+  void Count()
+  {
+    vtkSurfelEstimation* self = this->Self;
+    self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
+    self->NumberOfDuplicatePoints = this->Cloud.Duplicates;
+    std::vector<double> spacings;
+    for (size_t i = 0; i < this->Fits.size(); ++i)
+    {
+      const SurfelFit& fit = this->Fits[i];
+      self->NumberOfIsolatedPoints += fit.Isolated ? 1 : 0;
+      self->NumberOfDegeneratePoints += fit.Degenerate ? 1 : 0;
+      self->NumberOfTwoSidedSurfels += this->Sides.TwoSided[i];
+      spacings.push_back(fit.Spacing);
+    }
+    self->NumberOfComponents = this->Sides.NumberOfComponents;
+    self->NumberOfClosedComponents = this->Sides.NumberOfClosedComponents;
+    if (!spacings.empty())
+    {
+      const auto middle = spacings.begin() + spacings.size() / 2;
+      std::nth_element(spacings.begin(), middle, spacings.end());
+      self->MedianSpacing = *middle;
+    }
+  }
+
+private:
+  void ReadNormals(vtkPointSet* input)
+  {
+    vtkDataArray* normals = this->Self->KeepNormals ? FindNormals(input) : nullptr;
+    if (!normals)
+    {
+      return;
+    }
+    this->Given.assign(3 * static_cast<size_t>(this->Cloud.Size()), 0.0f);
+    for (int i = 0; i < this->Cloud.Size(); ++i)
+    {
+      double tuple[3];
+      normals->GetTuple(this->Cloud.InputIds[i], tuple);
+      const Vector3 zero;
+      const Vector3 normal = Normalized({ tuple[0], tuple[1], tuple[2] }, zero);
+      this->Self->NumberOfInvalidNormals += Dot(normal, normal) > 0.0 ? 0 : 1;
+      Store(normal, this->Given.data() + 3 * static_cast<size_t>(i));
+    }
+  }
+
+  bool Fit()
+  {
+    FitSettings settings;
+    settings.UseRadius = this->Self->NeighborhoodMode == RADIUS;
+    settings.NumberOfNeighbors = this->Self->NumberOfNeighbors;
+    settings.Radius = this->Self->Radius;
+    settings.MaximumNumberOfNeighbors = this->Self->MaximumNumberOfNeighbors;
+    settings.IsolationFactor = this->Self->IsolationFactor;
+    const SurfelNeighborhood tree(this->Cloud.Positions.data(), this->Cloud.Size());
+    return FitSurfels(this->Cloud, tree, settings, this->Given, SurfelMonitor(this->Self, 0.1, 0.6),
+      this->Fits, this->Graph);
+  }
+
+  Vector3 LocalViewpoint() const
+  {
+    const double* world = this->Self->Viewpoint;
+    const double* origin = this->Cloud.Origin;
+    return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
+  }
+
+  bool Orient()
+  {
+    const size_t count = this->Fits.size();
+    switch (this->Self->OrientationMode)
+    {
+      case VIEWPOINT:
+        FaceViewpoint(this->Cloud, this->LocalViewpoint(), this->Fits);
+        this->Sides.TwoSided.assign(count, 0);
+        return true;
+      case TWO_SIDED:
+        this->Sides.TwoSided.assign(count, 1);
+        return true;
+      default:
+        break;
+    }
+    OrientationSettings settings;
+    settings.UseViewpoint = this->Self->UseViewpoint != 0;
+    settings.Viewpoint = this->LocalViewpoint();
+    const SurfelMonitor monitor(this->Self, 0.6, 0.95);
+    return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
+  }
+
+  /// Order of the output: that of the input.
+  void SortByInput()
+  {
+    this->Order.resize(this->Cloud.Size());
+    std::iota(this->Order.begin(), this->Order.end(), 0);
+    const auto& ids = this->Cloud.InputIds;
+    vtkSMPTools::Sort(
+      this->Order.begin(), this->Order.end(), [&ids](int a, int b) { return ids[a] < ids[b]; });
+  }
+
+  void WritePoints(vtkPolyData* output)
+  {
+    const vtkIdType count = this->Cloud.Size();
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToFloat();
+    points->SetNumberOfPoints(count);
+    vtkNew<vtkCellArray> vertices;
+    if (count > 0)
+    {
+      vertices->AllocateExact(1, count);
+      vertices->InsertNextCell(static_cast<int>(count));
+    }
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      points->SetPoint(i, this->Cloud.Position(this->Order[i]));
+      vertices->InsertCellPoint(i);
+    }
+    output->SetPoints(points);
+    output->SetVerts(vertices);
+  }
+
+  void PassArrays(vtkPointSet* input, vtkPolyData* output)
+  {
+    vtkNew<vtkIdList> from;
+    vtkNew<vtkIdList> to;
+    from->SetNumberOfIds(this->Cloud.Size());
+    to->SetNumberOfIds(this->Cloud.Size());
+    for (int i = 0; i < this->Cloud.Size(); ++i)
+    {
+      from->SetId(i, this->Cloud.InputIds[this->Order[i]]);
+      to->SetId(i, i);
+    }
+    vtkPointData* pointData = output->GetPointData();
+    pointData->CopyAllOn();
+    pointData->CopyAllocate(input->GetPointData(), this->Cloud.Size());
+    pointData->CopyData(input->GetPointData(), from, to);
+    output->GetFieldData()->PassData(input->GetFieldData());
+  }
+
+  void WriteSurfels(vtkPolyData* output)
+  {
+    const vtkIdType count = this->Cloud.Size();
+    auto covariances = MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count);
+    auto areas = MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count);
+    auto twoSided = MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count);
+    const bool round = this->Self->KernelMode == CIRCULAR;
+    vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType i = begin; i < end; ++i)
+      {
+        const SurfelFit& fit = this->Fits[this->Order[i]];
+        double varianceU, varianceV;
+        KernelVariances(
+          fit, this->Self->KernelScale, round, this->Self->MaximumAxisRatio, varianceU, varianceV);
+        StoreCovariance(fit, varianceU, varianceV, covariances->GetPointer(6 * i));
+        Store(fit.Spacing * fit.Spacing * fit.Normal, areas->GetPointer(3 * i));
+        twoSided->SetValue(i, this->Sides.TwoSided[this->Order[i]]);
+      }
+    });
+    output->GetPointData()->AddArray(covariances);
+    output->GetPointData()->AddArray(areas);
+    output->GetPointData()->AddArray(twoSided);
+    auto origin = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
+    origin->SetTuple(0, this->Cloud.Origin);
+    output->GetFieldData()->AddArray(origin);
+  }
+
+  vtkSurfelEstimation* Self;
+  SurfelCloud Cloud;
+  std::vector<float> Given;
+  std::vector<SurfelFit> Fits;
+  std::vector<int> Graph;
+  std::vector<int> Order; // output id -> cloud index
+  Sidedness Sides;
+};
+
+//------------------------------------------------------------------------------
+vtkSurfelEstimation::vtkSurfelEstimation() = default;
+vtkSurfelEstimation::~vtkSurfelEstimation() = default;
+
+//------------------------------------------------------------------------------
+int vtkSurfelEstimation::FillInputPortInformation(int vtkNotUsed(port), vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
+  vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
+  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  this->ResetCounts();
+  if (!this->CheckSettings(input))
+  {
+    return 0;
+  }
+  Execution execution(this);
+  if (!execution.Run(input))
+  {
+    return 1; // stopped by the user: empty output
+  }
+  execution.Count();
+  execution.Write(input, output);
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelEstimation::ResetCounts()
+{
+  this->NumberOfNonFinitePoints = 0;
+  this->NumberOfDuplicatePoints = 0;
+  this->NumberOfIsolatedPoints = 0;
+  this->NumberOfDegeneratePoints = 0;
+  this->NumberOfInvalidNormals = 0;
+  this->NumberOfTwoSidedSurfels = 0;
+  this->NumberOfComponents = 0;
+  this->NumberOfClosedComponents = 0;
+  this->MedianSpacing = 0.0;
+}
+
+//------------------------------------------------------------------------------
+bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
+{
+  if (!input)
+  {
+    vtkErrorMacro("No input, or an input that is no vtkPointSet: connect one with points.");
+    return false;
+  }
+  if (input->GetNumberOfPoints() > std::numeric_limits<int>::max() / 2)
+  {
+    vtkErrorMacro("The input has " << input->GetNumberOfPoints()
+                                   << " points; the neighbour search takes up to "
+                                   << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
+    return false;
+  }
+  if (this->NeighborhoodMode == RADIUS && !(this->Radius > 0.0))
+  {
+    vtkErrorMacro("NeighborhoodMode is RADIUS but Radius is "
+      << this->Radius << ": set a Radius above 0, or use K_NEAREST.");
+    return false;
+  }
+  if (this->OrientationMode == AS_GIVEN && input->GetNumberOfPoints() > 0 &&
+    !(this->KeepNormals && FindNormals(input)))
+  {
+    vtkErrorMacro("OrientationMode is AS_GIVEN but there are no normals to keep ("
+      << (this->KeepNormals ? "no active normals and no three-component array \"Normals\""
+                            : "KeepNormals is off")
+      << "): give the input normals, or use CONSISTENT, VIEWPOINT or TWO_SIDED.");
+    return false;
+  }
+  return true;
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelEstimation::WarnOfTroubles()
+{
+  std::ostringstream message;
+  const auto add = [&message](vtkIdType count, const char* what) {
+    if (count > 0)
+    {
+      message << (message.tellp() > 0 ? "; " : "") << count << ' ' << what;
+    }
+  };
+  add(this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped");
+  add(this->NumberOfDuplicatePoints, "duplicates dropped");
+  add(this->NumberOfIsolatedPoints, "isolated points kept with a bounded radius");
+  add(this->NumberOfDegeneratePoints,
+    "points with fewer than three neighbours, or all of them on a line: normals arbitrary");
+  add(this->NumberOfInvalidNormals, "given normals zero or not finite, estimated instead");
+  if (message.tellp() > 0)
+  {
+    vtkWarningMacro(<< message.str() << '.');
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "NeighborhoodMode: " << this->NeighborhoodMode << "\n";
+  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
+  os << indent << "Radius: " << this->Radius << "\n";
+  os << indent << "MaximumNumberOfNeighbors: " << this->MaximumNumberOfNeighbors << "\n";
+  os << indent << "KernelMode: " << this->KernelMode << "\n";
+  os << indent << "KernelScale: " << this->KernelScale << "\n";
+  os << indent << "MaximumAxisRatio: " << this->MaximumAxisRatio << "\n";
+  os << indent << "KeepNormals: " << this->KeepNormals << "\n";
+  os << indent << "OrientationMode: " << this->OrientationMode << "\n";
+  os << indent << "Viewpoint: (" << this->Viewpoint[0] << ", " << this->Viewpoint[1] << ", "
+     << this->Viewpoint[2] << ")\n";
+  os << indent << "UseViewpoint: " << this->UseViewpoint << "\n";
+  os << indent << "IsolationFactor: " << this->IsolationFactor << "\n";
+  os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
+  os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
+  os << indent << "NumberOfIsolatedPoints: " << this->NumberOfIsolatedPoints << "\n";
+  os << indent << "NumberOfDegeneratePoints: " << this->NumberOfDegeneratePoints << "\n";
+  os << indent << "NumberOfInvalidNormals: " << this->NumberOfInvalidNormals << "\n";
+  os << indent << "NumberOfTwoSidedSurfels: " << this->NumberOfTwoSidedSurfels << "\n";
+  os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
+  os << indent << "NumberOfClosedComponents: " << this->NumberOfClosedComponents << "\n";
+  os << indent << "MedianSpacing: " << this->MedianSpacing << "\n";
+}

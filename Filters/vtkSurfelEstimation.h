@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelEstimation
+ * @brief   surfels from points: normals, sides, spacing and reconstruction kernels
+ *
+ * Turns the points of any vtkPointSet into surfels as Documentation/DataContract.md defines
+ * them: positions about a local origin, and the arrays SurfelCovariance, SurfelAreaVector and
+ * SurfelTwoSided beside every point array of the input. Cells of the input are ignored; the
+ * output has one poly-vertex, so that any mapper can draw its points.
+ *
+ * Steps:
+ * 1. Points that are not finite and exact duplicates are dropped.
+ * 2. Neighbours of each point (PCL's KdTreeFLANN): the NumberOfNeighbors nearest, or those
+ *    within Radius. Their covariance gives the normal and the area that the point stands for;
+ *    the spacing is the square root of that area.
+ * 3. The reconstruction kernel is a Gaussian in the tangent plane: round, with the standard
+ *    deviation KernelScale times the spacing, or of the same area and as stretched as the
+ *    neighbours are, up to MaximumAxisRatio.
+ * 4. Sides, see OrientationMode. A surfel whose outside cannot be known is marked two-sided:
+ *    a wrong outside is a hole in the picture.
+ *
+ * Troubles are counted (see the GetNumberOf... methods) and reported in one warning.
+ *
+ * The result does not depend on the number of threads.
+ *
+ * @sa vtkSurfelNormalization
+ */
+#ifndef vtkSurfelEstimation_h
+#define vtkSurfelEstimation_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSurfelFiltersModule.h" // for export macro
+
+class vtkPointSet;
+
+class VTKSURFELFILTERS_EXPORT vtkSurfelEstimation : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkSurfelEstimation* New();
+  vtkTypeMacro(vtkSurfelEstimation, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum NeighborhoodModes
+  {
+    K_NEAREST = 0,
+    RADIUS = 1
+  };
+  enum KernelModes
+  {
+    CIRCULAR = 0,
+    ELLIPTICAL = 1
+  };
+  enum OrientationModes
+  {
+    CONSISTENT = 0,
+    VIEWPOINT = 1,
+    AS_GIVEN = 2,
+    TWO_SIDED = 3
+  };
+
+  ///@{
+  /**
+   * Which neighbours of a point count: the NumberOfNeighbors nearest (K_NEAREST, the default),
+   * or all within Radius, but not more than the MaximumNumberOfNeighbors nearest (RADIUS). A
+   * point with fewer than 6 within the radius uses its 6 nearest.
+   */
+  vtkSetClampMacro(NeighborhoodMode, int, K_NEAREST, RADIUS);
+  vtkGetMacro(NeighborhoodMode, int);
+  void SetNeighborhoodModeToKNearest() { this->SetNeighborhoodMode(K_NEAREST); }
+  void SetNeighborhoodModeToRadius() { this->SetNeighborhoodMode(RADIUS); }
+  ///@}
+
+  ///@{
+  /**
+   * Number of nearest neighbours for K_NEAREST, the point itself not counted.
+   * Default 16, range 4 to 256. More for noisy scans; fewer cost accuracy on thin tubes.
+   */
+  vtkSetClampMacro(NumberOfNeighbors, int, 4, 256);
+  vtkGetMacro(NumberOfNeighbors, int);
+  ///@}
+
+  ///@{
+  /**
+   * Radius for RADIUS, world units. Default 0, which is an error in that mode.
+   */
+  vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Radius, double);
+  ///@}
+
+  ///@{
+  /**
+   * Bound on the neighbours within Radius. Default 128, range 6 to 4096.
+   */
+  vtkSetClampMacro(MaximumNumberOfNeighbors, int, 6, 4096);
+  vtkGetMacro(MaximumNumberOfNeighbors, int);
+  ///@}
+
+  ///@{
+  /**
+   * Shape of the kernels: CIRCULAR (default) or ELLIPTICAL, see the class's description.
+   */
+  vtkSetClampMacro(KernelMode, int, CIRCULAR, ELLIPTICAL);
+  vtkGetMacro(KernelMode, int);
+  void SetKernelModeToCircular() { this->SetKernelMode(CIRCULAR); }
+  void SetKernelModeToElliptical() { this->SetKernelMode(ELLIPTICAL); }
+  ///@}
+
+  ///@{
+  /**
+   * Standard deviation of the kernel over the spacing. Default 0.5, range 0.1 to 4. Below 0.45
+   * the surface gets holes, above 0.6 it gets blurred.
+   */
+  vtkSetClampMacro(KernelScale, double, 0.1, 4.0);
+  vtkGetMacro(KernelScale, double);
+  ///@}
+
+  ///@{
+  /**
+   * Longest over shortest axis of an elliptical kernel, at most. Default 4, range 1 to 100.
+   */
+  vtkSetClampMacro(MaximumAxisRatio, double, 1.0, 100.0);
+  vtkGetMacro(MaximumAxisRatio, double);
+  ///@}
+
+  ///@{
+  /**
+   * Whether normals of the input (its active normals, or a point array "Normals") are kept.
+   * Their signs are then the orientation too, unless OrientationMode is VIEWPOINT or TWO_SIDED.
+   * Points whose normal is zero or not finite get an estimated one. Default on.
+   */
+  vtkSetMacro(KeepNormals, vtkTypeBool);
+  vtkGetMacro(KeepNormals, vtkTypeBool);
+  vtkBooleanMacro(KeepNormals, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Which side of a surfel is its outside.
+   * - CONSISTENT (default): signs are propagated over neighbours; closed components are turned
+   *   outward and are one-sided; open or doubtful ones are two-sided, unless UseViewpoint.
+   * - VIEWPOINT: every surfel faces Viewpoint and is one-sided. For scans from one place.
+   * - AS_GIVEN: as the kept normals say, one-sided. An error if there are none to keep.
+   * - TWO_SIDED: every surfel is seen from both sides.
+   */
+  vtkSetClampMacro(OrientationMode, int, CONSISTENT, TWO_SIDED);
+  vtkGetMacro(OrientationMode, int);
+  void SetOrientationModeToConsistent() { this->SetOrientationMode(CONSISTENT); }
+  void SetOrientationModeToViewpoint() { this->SetOrientationMode(VIEWPOINT); }
+  void SetOrientationModeToAsGiven() { this->SetOrientationMode(AS_GIVEN); }
+  void SetOrientationModeToTwoSided() { this->SetOrientationMode(TWO_SIDED); }
+  ///@}
+
+  ///@{
+  /**
+   * Position of the sensor, world units. Default (0, 0, 0). Used by VIEWPOINT, and by
+   * CONSISTENT if UseViewpoint is on.
+   */
+  vtkSetVector3Macro(Viewpoint, double);
+  vtkGetVector3Macro(Viewpoint, double);
+  ///@}
+
+  ///@{
+  /**
+   * For CONSISTENT: components that are not closed face Viewpoint, one-sided, where more than
+   * 80 % of their facing area agrees. Default off.
+   */
+  vtkSetMacro(UseViewpoint, vtkTypeBool);
+  vtkGetMacro(UseViewpoint, vtkTypeBool);
+  vtkBooleanMacro(UseViewpoint, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * A point is isolated where its sixth neighbour is farther than this many times the median of
+   * that distance among its neighbours, or than the square of it times the whole cloud's. It
+   * then gets the median spacing around it and is two-sided. Default 6, range 2 to 1000.
+   */
+  vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);
+  vtkGetMacro(IsolationFactor, double);
+  ///@}
+
+  ///@{
+  /**
+   * What the last execution met.
+   * - NonFinitePoints: dropped; a coordinate was NaN, infinite or beyond 1e17.
+   * - DuplicatePoints: dropped; same position as an earlier point.
+   * - IsolatedPoints: kept with a bounded radius, see IsolationFactor.
+   * - DegeneratePoints: kept; fewer than three neighbours or all of them on one line, so that
+   *   the direction of the normal is arbitrary.
+   * - InvalidNormals: points whose given normal was zero or not finite.
+   * - TwoSidedSurfels, Components, ClosedComponents: of the output; components are counted by
+   *   CONSISTENT only.
+   */
+  vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
+  vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
+  vtkGetMacro(NumberOfIsolatedPoints, vtkIdType);
+  vtkGetMacro(NumberOfDegeneratePoints, vtkIdType);
+  vtkGetMacro(NumberOfInvalidNormals, vtkIdType);
+  vtkGetMacro(NumberOfTwoSidedSurfels, vtkIdType);
+  vtkGetMacro(NumberOfComponents, vtkIdType);
+  vtkGetMacro(NumberOfClosedComponents, vtkIdType);
+  ///@}
+
+  /**
+   * Median spacing of the last execution's surfels, world units; 0 without any.
+   */
+  vtkGetMacro(MedianSpacing, double);
+
+protected:
+  vtkSurfelEstimation();
+  ~vtkSurfelEstimation() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+  int NeighborhoodMode = K_NEAREST;
+  int NumberOfNeighbors = 16;
+  double Radius = 0.0;
+  int MaximumNumberOfNeighbors = 128;
+  int KernelMode = CIRCULAR;
+  double KernelScale = 0.5;
+  double MaximumAxisRatio = 4.0;
+  vtkTypeBool KeepNormals = 1;
+  int OrientationMode = CONSISTENT;
+  double Viewpoint[3] = { 0.0, 0.0, 0.0 };
+  vtkTypeBool UseViewpoint = 0;
+  double IsolationFactor = 6.0;
+
+private:
+  vtkSurfelEstimation(const vtkSurfelEstimation&) = delete;
+  void operator=(const vtkSurfelEstimation&) = delete;
+
+  void ResetCounts();
+  bool CheckSettings(vtkPointSet* input);
+  void WarnOfTroubles();
+
+  class Execution;
+
+  vtkIdType NumberOfNonFinitePoints = 0;
+  vtkIdType NumberOfDuplicatePoints = 0;
+  vtkIdType NumberOfIsolatedPoints = 0;
+  vtkIdType NumberOfDegeneratePoints = 0;
+  vtkIdType NumberOfInvalidNormals = 0;
+  vtkIdType NumberOfTwoSidedSurfels = 0;
+  vtkIdType NumberOfComponents = 0;
+  vtkIdType NumberOfClosedComponents = 0;
+  double MedianSpacing = 0.0;
+};
+
+#endif

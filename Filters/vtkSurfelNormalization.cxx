@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelNormalization.h"
+
+#include "SurfelArrays.h"
+#include "SurfelCloud.h"
+#include "SurfelWeights.h"
+
+#include "vtkDataArray.h"
+#include "vtkFloatArray.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointData.h"
+#include "vtkPolyData.h"
+
+#include <limits>
+#include <sstream>
+
+using namespace SurfelSplatting;
+
+vtkStandardNewMacro(vtkSurfelNormalization);
+
+/// One execution: unpacks the arrays, solves, packs.
+class vtkSurfelNormalization::Execution
+{
+public:
+  explicit Execution(vtkSurfelNormalization* self)
+    : Self(self)
+  {
+  }
+
+  /// Returns false if stopped.
+  bool Run(vtkPolyData* input, vtkFloatArray* result)
+  {
+    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
+    result->DeepCopy(areaVectors);
+    result->SetName(Arrays::AreaVector);
+    const double origin[3] = { 0.0, 0.0, 0.0 };
+    if (input->GetPoints())
+    {
+      GatherCloud(input->GetPoints(), origin, this->Cloud);
+    }
+    this->ReadSurfels(input);
+    std::vector<double> areas(this->Surfels.size());
+    for (size_t i = 0; i < areas.size(); ++i)
+    {
+      areas[i] = this->Surfels[i].Usable ? this->Surfels[i].Area : 0.0;
+      this->Self->TotalAreaBefore += areas[i];
+    }
+    if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(),
+          SurfelMonitor(this->Self, 0.1, 1.0), areas, this->Report))
+    {
+      return false;
+    }
+    this->WriteAreas(areas, input, result);
+    this->WriteReport(areas);
+    return true;
+  }
+
+private:
+  WeightSettings Settings() const
+  {
+    WeightSettings settings;
+    settings.SamplesPerPoint = this->Self->SamplesPerPoint;
+    settings.NumberOfIterations = this->Self->NumberOfIterations;
+    settings.NumberOfNeighbors = this->Self->NumberOfNeighbors;
+    settings.Support = this->Self->Support;
+    settings.SampleRadius = this->Self->SampleRadius;
+    settings.NormalOffset = this->Self->NormalOffset;
+    settings.MinimumFactor = this->Self->MinimumFactor;
+    settings.MaximumFactor = this->Self->MaximumFactor;
+    return settings;
+  }
+
+  void ReadSurfels(vtkPolyData* input)
+  {
+    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
+    vtkDataArray* covariances = input->GetPointData()->GetArray(Arrays::Covariance);
+    vtkDataArray* twoSided = input->GetPointData()->GetArray(Arrays::TwoSided);
+    this->Surfels.resize(this->Cloud.Size());
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType i = begin; i < end; ++i)
+      {
+        const vtkIdType id = this->Cloud.InputIds[i];
+        double areaVector[3];
+        double covariance[6];
+        areaVectors->GetTuple(id, areaVector);
+        covariances->GetTuple(id, covariance);
+        this->Surfels[i] = MakeWeightSurfel(areaVector, covariance);
+        this->Surfels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
+      }
+    });
+  }
+
+  void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
+  {
+    std::vector<char> seen(input->GetNumberOfPoints(), 0);
+    for (size_t i = 0; i < areas.size(); ++i)
+    {
+      const vtkIdType id = this->Cloud.InputIds[i];
+      seen[id] = 1;
+      if (this->Surfels[i].Usable)
+      {
+        Store(areas[i] * this->Surfels[i].Normal, result->GetPointer(3 * id));
+      }
+    }
+    if (this->Cloud.Duplicates > 0)
+    {
+      for (vtkIdType id = 0; id < input->GetNumberOfPoints(); ++id)
+      {
+        double p[3];
+        input->GetPoint(id, p);
+        if (!seen[id] && std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < LargestCoordinate)
+        {
+          Store(Vector3(), result->GetPointer(3 * id));
+        }
+      }
+    }
+  }
+
+  void WriteReport(const std::vector<double>& areas)
+  {
+    vtkSurfelNormalization* self = this->Self;
+    self->MeanBefore = this->Report.Before.Mean;
+    self->StandardDeviationBefore = this->Report.Before.StandardDeviation;
+    self->MinimumBefore = this->Report.Before.Minimum;
+    self->MaximumBefore = this->Report.Before.Maximum;
+    self->MeanAfter = this->Report.After.Mean;
+    self->StandardDeviationAfter = this->Report.After.StandardDeviation;
+    self->MinimumAfter = this->Report.After.Minimum;
+    self->MaximumAfter = this->Report.After.Maximum;
+    self->NumberOfSamples = this->Report.NumberOfSamples;
+    self->NumberOfDuplicateSurfels = this->Cloud.Duplicates;
+    self->NumberOfUnusableSurfels = this->Cloud.NonFinite;
+    for (size_t i = 0; i < areas.size(); ++i)
+    {
+      self->TotalAreaAfter += areas[i];
+      self->NumberOfUnusableSurfels += this->Surfels[i].Usable ? 0 : 1;
+    }
+  }
+
+  vtkSurfelNormalization* Self;
+  SurfelCloud Cloud;
+  std::vector<WeightSurfel> Surfels;
+  WeightReport Report;
+};
+
+//------------------------------------------------------------------------------
+vtkSurfelNormalization::vtkSurfelNormalization() = default;
+vtkSurfelNormalization::~vtkSurfelNormalization() = default;
+
+//------------------------------------------------------------------------------
+int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
+  vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPolyData* input = vtkPolyData::GetData(inputVector[0]);
+  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  this->ResetReport();
+  if (!this->CheckInput(input))
+  {
+    return 0;
+  }
+  vtkNew<vtkFloatArray> areaVectors;
+  Execution execution(this);
+  if (!execution.Run(input, areaVectors))
+  {
+    return 1; // stopped by the user: empty output
+  }
+  output->ShallowCopy(input);
+  output->GetPointData()->AddArray(areaVectors);
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
+{
+  if (!input)
+  {
+    vtkErrorMacro("No input: connect surfels, as vtkSurfelEstimation makes them.");
+    return false;
+  }
+  if (input->GetNumberOfPoints() > std::numeric_limits<int>::max() / 2)
+  {
+    vtkErrorMacro("The input has " << input->GetNumberOfPoints()
+                                   << " surfels; the neighbour search takes up to "
+                                   << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
+    return false;
+  }
+  const struct
+  {
+    const char* Name;
+    int Components;
+  } needed[] = { { Arrays::AreaVector, 3 }, { Arrays::Covariance, 6 } };
+  for (const auto& array : needed)
+  {
+    vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
+    if (!found || found->GetNumberOfComponents() != array.Components)
+    {
+      vtkErrorMacro("The input has no point array \""
+        << array.Name << "\" of " << array.Components
+        << " components: it is no surfel cloud. Run vtkSurfelEstimation first.");
+      return false;
+    }
+  }
+  return true;
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelNormalization::ResetReport()
+{
+  this->MeanBefore = this->StandardDeviationBefore = 0.0;
+  this->MinimumBefore = this->MaximumBefore = 0.0;
+  this->MeanAfter = this->StandardDeviationAfter = 0.0;
+  this->MinimumAfter = this->MaximumAfter = 0.0;
+  this->TotalAreaBefore = this->TotalAreaAfter = 0.0;
+  this->NumberOfSamples = 0;
+  this->NumberOfUnusableSurfels = 0;
+  this->NumberOfDuplicateSurfels = 0;
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelNormalization::WarnOfTroubles()
+{
+  if (this->NumberOfUnusableSurfels > 0 || this->NumberOfDuplicateSurfels > 0)
+  {
+    vtkWarningMacro(<< this->NumberOfUnusableSurfels
+                    << " surfels left as they were (values not finite, no area or no extent); "
+                    << this->NumberOfDuplicateSurfels
+                    << " surfels at the position of another one got the weight 0.");
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelNormalization::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "SamplesPerPoint: " << this->SamplesPerPoint << "\n";
+  os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
+  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
+  os << indent << "Support: " << this->Support << "\n";
+  os << indent << "SampleRadius: " << this->SampleRadius << "\n";
+  os << indent << "NormalOffset: " << this->NormalOffset << "\n";
+  os << indent << "MinimumFactor: " << this->MinimumFactor << "\n";
+  os << indent << "MaximumFactor: " << this->MaximumFactor << "\n";
+  os << indent << "Sum before: mean " << this->MeanBefore << ", standard deviation "
+     << this->StandardDeviationBefore << ", range " << this->MinimumBefore << " to "
+     << this->MaximumBefore << "\n";
+  os << indent << "Sum after: mean " << this->MeanAfter << ", standard deviation "
+     << this->StandardDeviationAfter << ", range " << this->MinimumAfter << " to "
+     << this->MaximumAfter << "\n";
+  os << indent << "TotalAreaBefore: " << this->TotalAreaBefore << "\n";
+  os << indent << "TotalAreaAfter: " << this->TotalAreaAfter << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "NumberOfUnusableSurfels: " << this->NumberOfUnusableSurfels << "\n";
+  os << indent << "NumberOfDuplicateSurfels: " << this->NumberOfDuplicateSurfels << "\n";
+}
