@@ -17,21 +17,21 @@ from demo_shapes import (
     Cloud, blades, ellipsoids, ground_height, ground_sheet, lathe, noise, smoothstep, wall)
 
 SEED = 5
-SUN = np.array([-0.55, 0.5, 0.67])  # from behind on the left: rims light up
+SUN = np.array([-0.80, -0.12, 0.55])  # low on the left, a little in front
 SUN = SUN / np.linalg.norm(SUN)
-SUN_COLOR = np.array([1.15, 0.98, 0.72])
-SKY_COLOR = np.array([0.30, 0.38, 0.46])
-BOUNCE_COLOR = np.array([0.20, 0.21, 0.12])
+SUN_COLOR = np.array([1.05, 0.86, 0.58])
+SKY_COLOR = np.array([0.42, 0.50, 0.58])
+BOUNCE_COLOR = np.array([0.34, 0.33, 0.18])
 HAZE_COLOR = np.array([0.16, 0.25, 0.27])
 
 CAMERA = {
     "name": "demo",
-    "position": [0.12, -4.7, 0.62],
-    "focalPoint": [-0.02, 0.0, 0.66],
+    "position": [0.10, -4.7, 0.40],
+    "focalPoint": [-0.02, 0.0, 0.60],
     "viewUp": [0, 0, 1],
     "viewAngle": 22.0,
     "size": [1280, 800],
-    "focalDisk": 0.2,
+    "focalDisk": 0.12,
     "focalDistance": 4.45,
 }
 
@@ -188,15 +188,15 @@ def meadow(rng):
     def scatter(n, x, y):
         return np.column_stack([rng.uniform(*x, n), rng.uniform(*y, n)])
 
-    middle = scatter(300, (-1.7, 1.7), (-0.7, 0.9))
-    behind = scatter(900, (-1, 1), (1.0, 9.0))
+    middle = scatter(230, (-1.7, 1.7), (-0.7, 0.9))
+    behind = scatter(700, (-1, 1), (1.0, 9.0))
     behind[:, 0] *= 1.3 + 0.28 * behind[:, 1]
     corner = np.vstack([scatter(26, (-0.72, -0.34), (-2.9, -2.2)),
                         scatter(16, (0.42, 0.70), (-2.9, -2.3))])
     return [
-        grass(rng, middle, 0.40, 0.011, 420, green),
-        grass(rng, behind, 0.42, 0.016, 170, green),
-        grass(rng, corner, 0.34, 0.012, 900, ([0.2, 0.42, 0.06], [0.62, 0.7, 0.16]), False),
+        grass(rng, middle, 0.36, 0.014, 1000, green),
+        grass(rng, behind, 0.40, 0.026, 300, green),
+        grass(rng, corner, 0.34, 0.012, 1200, ([0.2, 0.42, 0.06], [0.62, 0.7, 0.16]), False),
     ]
 
 
@@ -232,7 +232,9 @@ def fireflies(rng, count):
     y = rng.uniform(2.5, 13, count)
     x = rng.uniform(-1, 1, count) * (0.35 * (y + 4.7))
     z = 0.25 + rng.beta(1.6, 2.2, count) * 0.36 * (y + 4.7)
-    size = rng.uniform(0.016, 0.034, count) * (y + 4.7) / 8
+    # As large as their blur there, or they would drown in it.
+    lens = 0.5 * CAMERA["focalDisk"]
+    size = rng.uniform(0.5, 1.0, count) * lens * (y + 4.7) * (1 / 4.45 - 1 / (y + 4.7))
     cloud = ellipsoids(rng, np.column_stack([x, y, z]), size, np.tile([0, 0, 1.0], (count, 1)),
                        flatness=1.0, bumps=0.0, per_item=110)
     warm = rng.uniform(0, 1, count).repeat(110)

@@ -7,6 +7,7 @@ from typing import Optional
 import numpy as np
 
 GOLDEN = (np.sqrt(5) - 1) / 2
+SECTION = 0.5  # of a blade: thickness over width
 # Roberts' R2 sequence: 1/p and 1/p^2, p the real root of p^3 = p + 1.
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
 
@@ -125,7 +126,9 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     heading = rng.uniform(0, 2 * np.pi, (n, 1))
     lean = rng.uniform(0.05, 0.75, (n, 1)) ** 1.5 * tall[:, None]
     uv = evenly(per_blade)
-    s = 1 - np.sqrt(1 - uv[:, 0] * 0.998)  # even in area: the width falls linearly
+    taper = np.linspace(0, 1, 200)
+    taper_area = np.cumsum(1.05 - taper ** 2.5)
+    s = np.interp(uv[:, 0], taper_area / taper_area[-1], taper)  # even in area
     turn = 2 * np.pi * uv[:, 1]
     spine_along = lean * s ** 2
     spine_up = tall[:, None] * s * (1 - 0.22 * (lean / tall[:, None]) * s)
@@ -136,13 +139,13 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     up = np.array([0, 0, 1.0])
     direction = _unit(slope_along[..., None] * out + slope_up[..., None] * up)
     front = np.cross(np.broadcast_to(across, direction.shape), direction)
-    broad = width * rng.uniform(0.7, 1.3, (n, 1)) * (1 - s) + 0.0012
-    thin = 0.35 * broad
+    broad = width * rng.uniform(0.7, 1.3, (n, 1)) * (1.05 - s ** 2.5)
+    thin = SECTION * broad
     foot = np.column_stack([feet, ground_height(feet) - 0.02])[:, None, :]
     spine = foot + spine_along[..., None] * out + spine_up[..., None] * up
     points = (spine + (broad * np.cos(turn))[..., None] * across
               + (thin * np.sin(turn))[..., None] * front)
-    normals = (0.35 * np.cos(turn))[:, None] * across + np.sin(turn)[:, None] * front
+    normals = (SECTION * np.cos(turn))[:, None] * across + np.sin(turn)[:, None] * front
     cloud = Cloud(points.reshape(-1, 3), _unit(normals).reshape(-1, 3))
     along = np.tile(s, n)
     if not tips:

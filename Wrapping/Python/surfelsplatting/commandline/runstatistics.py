@@ -24,7 +24,7 @@ class RunStatistics:
         self._milliseconds[name] = 1000 * (time.perf_counter() - began)
 
     def note_estimation(self, estimation):
-        self._invalid["points"] = estimation.GetNumberOfInvalidPoints()
+        self._invalid["points"] = estimation.GetNumberOfNonFinitePoints()
 
     def note_frame(self, splatter):
         frame = {splatter.GetStageName(i): splatter.GetStageMilliseconds(i)
