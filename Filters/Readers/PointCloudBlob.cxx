@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PointCloudBlob.h"
 
+#include "PointCloudHeader.h"
+
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
-#include <limits>
-#include <sstream>
 #include <stdexcept>
 
 namespace PointCloud
@@ -31,86 +32,6 @@ public:
 private:
   pcl::console::VERBOSITY_LEVEL Level;
 };
-
-struct Header
-{
-  std::uint64_t Points = 0;
-  bool Compressed = false;
-};
-
-// What the header declares, without building anything of that size.
-Header ReadHeader(const std::string& path, Format format)
-{
-  Header header;
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  while (std::getline(file, line))
-  {
-    std::istringstream words(line);
-    std::string key, kind;
-    words >> key;
-    if (format == Format::PLY && key == "element" && words >> kind && kind == "vertex")
-    {
-      words >> header.Points;
-    }
-    else if (format == Format::PCD && key == "POINTS")
-    {
-      words >> header.Points;
-    }
-    else if (key == "DATA")
-    {
-      header.Compressed = words >> kind && kind == "binary_compressed";
-      break;
-    }
-    else if (key == "end_header")
-    {
-      break;
-    }
-  }
-  return header;
-}
-
-// A wrong count would make PCL reserve, and search for, all that it promises: a point takes at
-// least three bytes unless it is compressed, and VTK's dimensions are int.
-void CheckHeader(const std::string& path, Format format)
-{
-  const Header header = ReadHeader(path, format);
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  const auto bytes = static_cast<std::uint64_t>(file.tellg());
-  if ((!header.Compressed && header.Points > bytes / 3) ||
-    header.Points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
-  {
-    throw std::runtime_error("the header announces " + std::to_string(header.Points) +
-      " points, the file has only " + std::to_string(bytes) +
-      " bytes; it is cut short or its header is wrong.");
-  }
-}
-}
-
-//------------------------------------------------------------------------------
-Format FindFormat(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  // A .pcd file may begin with comments; a binary file of another kind has no short lines.
-  for (int number = 0; number < 64 && std::getline(file, line) && line.size() < 4096; ++number)
-  {
-    std::string key;
-    std::istringstream(line) >> key;
-    if (number == 0 && key == "ply")
-    {
-      return Format::PLY;
-    }
-    if (key == "VERSION" || key == "FIELDS" || key == "COLUMNS")
-    {
-      return Format::PCD;
-    }
-    if (!key.empty() && key[0] != '#')
-    {
-      return Format::Unknown;
-    }
-  }
-  return Format::Unknown;
 }
 
 //------------------------------------------------------------------------------

@@ -10,24 +10,12 @@
 
 namespace PointCloud
 {
-enum class Format
-{
-  Unknown,
-  PLY,
-  PCD
-};
-
 struct Blob
 {
   pcl::PCLPointCloud2 Cloud;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 }; // of the sensor, in the points' coordinates
   bool HasViewpoint = false;
 };
-
-/**
- * The format by the file's first bytes; Unknown also where it cannot be opened.
- */
-Format FindFormat(const std::string& path);
 
 /**
  * Throws std::runtime_error that says what is wrong with the file, or std::bad_alloc.

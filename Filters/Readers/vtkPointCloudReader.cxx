@@ -3,6 +3,7 @@
 
 #include "PointCloudBlob.h"
 #include "PointCloudFields.h"
+#include "PointCloudHeader.h"
 
 #include "vtkErrorCode.h"
 #include "vtkInformation.h"

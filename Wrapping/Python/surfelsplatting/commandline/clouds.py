@@ -75,8 +75,6 @@ def _check_file(path):
         raise UserProblem(f"{path} does not exist")
     if not os.access(path, os.R_OK):
         raise UserProblem(f"{path} is not readable; check its permissions")
-    if os.path.getsize(path) == 0:
-        raise UserProblem(f"{path} is empty")
 
 
 def read_cloud(path, messages, progress):
@@ -86,6 +84,8 @@ def read_cloud(path, messages, progress):
     if extension not in _READERS:
         raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is "
                           ".ply, .pcd, .xyz, .txt or .vtp")
+    if os.path.getsize(path) == 0 and _READERS[extension] is not _refuse_las:
+        raise UserProblem(f"{path} is empty")
     cloud = _READERS[extension](path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:
         raise UserProblem(f"{path} holds no points")

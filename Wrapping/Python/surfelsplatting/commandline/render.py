@@ -141,6 +141,9 @@ def render(arguments):
         _render_frames(renderer, arguments.repeat, messages, progress, run)
     finally:
         progress.clear()
+    if run.is_empty():
+        print("surfelsplat: warning: the camera sees nothing of the cloud; check its position and "
+              "focal point", file=sys.stderr)
 
     with run.stage("write"):
         write_picture(renderer.GetOutput(), arguments.output, messages)

@@ -42,6 +42,9 @@ class RunStatistics:
         return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
                 for name in names}
 
+    def is_empty(self):
+        return self._counts["splats"] == 0
+
     def summary(self, cloud, surfels, view):
         milliseconds = {**self._milliseconds, **self._frame_medians(),
                         "first_frame": self._frames[0]["frame"]}
@@ -53,7 +56,7 @@ class RunStatistics:
             "invalid": self._invalid,
             "size": list(view.size),
             "threads": self._threads,
-            "frames": len(self._frames),
+            "frames": [frame["frame"] for frame in self._frames],
             "peak_memory_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
             "milliseconds": {name: round(value, 3) for name, value in milliseconds.items()},
         }
