@@ -12,7 +12,7 @@
 
 int main(int argc, char** argv)
 {
-  if (argc != 2 || !Imf::checkOpenEXRFile(argv[1]))
+  if (argc != 2 || Imf::checkOpenEXRFile(argv[1])) // true: broken
   {
     std::cerr << "not a sound OpenEXR file\n";
     return 1;

@@ -38,8 +38,8 @@ def cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def are_parallel(a, b):
-    return math.hypot(*cross(a, b)) <= PARALLEL * math.hypot(*a) * math.hypot(*b)
+def are_parallel(a, b, sine=PARALLEL):
+    return math.hypot(*cross(a, b)) <= sine * math.hypot(*a) * math.hypot(*b)
 
 
 class _FileView:

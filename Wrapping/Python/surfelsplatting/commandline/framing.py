@@ -141,8 +141,8 @@ def _sensor_directions(cloud):
 
 
 def _other_than(up, direction):
-    """Up, or another axis where that is the view direction."""
-    if not are_parallel(up, direction):
+    """Up, or another axis where that is nearly the view direction."""
+    if not are_parallel(up, direction, sine=0.1):
         return up
     return np.eye(3)[int(np.argmin(np.abs(direction)))]
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat render: cloud -> surfels -> picture."""
 
+import os
 import sys
 
 from vtkmodules.vtkCommonCore import vtkSMPTools
@@ -122,7 +123,8 @@ def render(arguments):
     view = asked_view(arguments)
     _check_outputs(arguments)
     if arguments.threads:
-        vtkSMPTools.Initialize(arguments.threads)
+        # TBB complains about more threads than cores.
+        vtkSMPTools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
     run = RunStatistics(vtkSMPTools.GetEstimatedNumberOfThreads())
 
     def say(text):

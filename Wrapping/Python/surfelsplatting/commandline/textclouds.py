@@ -30,8 +30,8 @@ def _find_layout(path):
     """-> lines to skip at the top, delimiter."""
     with open(path, encoding="utf-8", errors="replace") as file:
         head = list(itertools.islice(file, 1000))
-    rows = [(number, line) for number, line in enumerate(head)
-            if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    without_comments = [re.split("|".join(COMMENTS), line)[0] for line in head]
+    rows = [(number, line) for number, line in enumerate(without_comments) if line.strip()]
     if not rows:
         raise UserProblem(f"{path} holds no points")
     skip = 0
@@ -48,8 +48,10 @@ def _find_layout(path):
 def _read_columns(path):
     skip, delimiter = _find_layout(path)
     try:
-        columns = np.loadtxt(path, ndmin=2, comments=COMMENTS, delimiter=delimiter, skiprows=skip,
-                             encoding="utf-8")
+        with open(path, encoding="utf-8") as file:
+            # Not by loadtxt's skiprows, which does not count blank lines.
+            lines = itertools.islice(file, skip, None)
+            columns = np.loadtxt(lines, ndmin=2, comments=COMMENTS, delimiter=delimiter)
     except (ValueError, UnicodeDecodeError) as problem:
         reason = str(problem).split(";")[0].rstrip(".")
         raise UserProblem(f"{path} is not a table of numbers: {reason}") from problem
