@@ -42,8 +42,9 @@ constexpr double SmallAgreement = 0.3;
 constexpr double LargestConflict = 0.03;
 
 /// A component is closed if the winding number at its surfels is at least ClosedMean on average
-/// and beyond ClosedLeast at ClosedShare of the samples.
-constexpr double ClosedMean = 0.3;
+/// and beyond ClosedLeast at ClosedShare of the samples. On a sphere of which a share f is missing
+/// the mean is (1 - f) / 2: up to a fifth may be missing; half a sphere, 0.32, is open.
+constexpr double ClosedMean = 0.4;
 constexpr double ClosedLeast = 0.15;
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
@@ -450,7 +451,9 @@ bool OrientConsistently(const SurfelCloud& cloud, const std::vector<int>& graph,
       }
       sides.TwoSided[ids[m]] = sign != 0 && !fit.Isolated && !fit.Degenerate ? 0 : 1;
     }
-    if (!monitor.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
+    // Components may be as many as points: not a report for each.
+    const bool report = c % 1024 == 0 || size > 1024;
+    if (report && !monitor.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
     {
       return false;
     }

@@ -16,12 +16,14 @@ namespace
 {
 constexpr double Pi = 3.14159265358979323846;
 
-/// A point whose neighbours leave an angle of this much free lies on a border: in a random cloud
-/// of 24 neighbours an inner point does so once in 2000.
-constexpr double BorderGap = 0.8 * Pi;
+/// A point whose neighbours leave an angle of this much free may lie on a border: of 24 random
+/// neighbours inside a surface, one point in 1000 has such a gap.
+constexpr double BorderGap = 0.75 * Pi;
 
-/// The surface ends this many spacings beyond its outermost points: half a cell.
-constexpr double BorderMargin = 0.5;
+/// Near a border, the surface ends where the areas about, smoothed by a Gaussian of this many
+/// spacings, cover half of the plane: at the edge of the outermost cells.
+constexpr double BorderSmoothing = 1.0;
+constexpr double BorderCoverage = 0.5;
 
 /// Sums of weights below this are treated as this: it bounds one step of the iteration.
 constexpr double SmallestSum = 1e-3;
@@ -40,6 +42,7 @@ struct SampleBlock
   std::vector<float> Kernels; // [entries] K at the sample, 1 / area
   std::vector<int> Ends{ 0 }; // [samples + 1]
   std::vector<float> Weights; // [samples] area
+  std::vector<char> Inside;   // [samples] whether it is on the surface, or beyond its border
 
   size_t Count() const { return this->Weights.size(); }
 };
@@ -59,62 +62,20 @@ bool AreCompatible(const WeightSurfel& a, const WeightSurfel& b)
   return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
 }
 
-/// Half-planes beyond which a border point's surroundings are no surface. Without a border, none.
-struct BorderCut
+/// Largest angle between directions that follow each other. Sorts them.
+double LargestGap(std::vector<double>& angles)
 {
-  int Count = 0;
-  double X[2], Y[2]; // unit normals, in the tangent frame
-
-  bool Excludes(double x, double y, double margin) const
-  {
-    for (int c = 0; c < this->Count; ++c)
-    {
-      if (this->X[c] * x + this->Y[c] * y > margin)
-      {
-        return true;
-      }
-    }
-    return false;
-  }
-
-  void Add(double angle)
-  {
-    this->X[this->Count] = std::cos(angle);
-    this->Y[this->Count] = std::sin(angle);
-    ++this->Count;
-  }
-};
-
-/// From the angles of the neighbours about a point. A gap up to pi is cut across its middle; a
-/// larger one is a corner, cut along both edges.
-BorderCut FindBorder(std::vector<double>& angles)
-{
-  BorderCut cut;
   if (angles.empty())
   {
-    return cut;
+    return 2.0 * Pi;
   }
   std::sort(angles.begin(), angles.end());
   double gap = angles.front() + 2.0 * Pi - angles.back();
-  double start = angles.back();
   for (size_t k = 1; k < angles.size(); ++k)
   {
-    if (angles[k] - angles[k - 1] > gap)
-    {
-      gap = angles[k] - angles[k - 1];
-      start = angles[k - 1];
-    }
+    gap = std::max(gap, angles[k] - angles[k - 1]);
   }
-  if (gap > Pi)
-  {
-    cut.Add(start + 0.5 * Pi);
-    cut.Add(start + gap - 0.5 * Pi);
-  }
-  else if (gap > BorderGap)
-  {
-    cut.Add(start + 0.5 * gap);
-  }
-  return cut;
+  return gap;
 }
 
 /// Makes the samples of one surfel after the other.
@@ -140,7 +101,7 @@ public:
     }
     Vector3 u, v;
     TangentFrame(surfel.Normal, u, v);
-    const BorderCut border = this->Gather(owner, u, v);
+    const bool border = this->Gather(owner, u, v) > BorderGap;
     const double spacing = std::sqrt(surfel.Area);
     const double radius = this->Settings.SampleRadius * spacing;
     const int count = this->Settings.SamplesPerPoint;
@@ -154,13 +115,15 @@ public:
       // Vogel's disc: equal areas, golden angle.
       const double r = radius * std::sqrt((s + shift) / count);
       const double angle = turn + 2.39996322972865332 * s;
-      const double x = r * std::cos(angle);
-      const double y = r * std::sin(angle);
-      const Vector3 offset = x * u + y * v;
-      if (border.Excludes(x, y, BorderMargin * spacing) || !this->IsInCell(r * r, offset))
+      const Vector3 offset = (r * std::cos(angle)) * u + (r * std::sin(angle)) * v;
+      if (!this->IsInCell(r * r, offset))
       {
         continue;
       }
+      // Beyond the border the sum should be 0. Without samples there, it would be 1 up to the
+      // very edge, at the price of a rim of surfels that are too heavy.
+      block.Inside.push_back(
+        !border || this->Coverage(offset, BorderSmoothing * spacing) >= BorderCoverage);
       this->AddEntries(offset, block);
       block.Weights.push_back(weight);
       block.Ends.push_back(static_cast<int>(block.Ids.size()));
@@ -174,8 +137,8 @@ private:
     Vector3 Offset; // from the owner
   };
 
-  /// Finds the owner's sheet around it, itself first; returns the border.
-  BorderCut Gather(int owner, const Vector3& u, const Vector3& v)
+  /// Finds the owner's sheet around it, itself first; returns the largest angle without one.
+  double Gather(int owner, const Vector3& u, const Vector3& v)
   {
     const WeightSurfel& surfel = this->Surfels[owner];
     const Vector3 p = Load(this->Cloud.Position(owner));
@@ -199,7 +162,7 @@ private:
         this->Angles.push_back(std::atan2(y, x));
       }
     }
-    return FindBorder(this->Angles);
+    return LargestGap(this->Angles);
   }
 
   /// Whether the sample is nearer to its owner than to any other surfel of the sheet.
@@ -214,6 +177,18 @@ private:
       }
     }
     return true;
+  }
+
+  /// Share of the plane that the areas of the sheet cover about a place.
+  double Coverage(const Vector3& offset, double sigma) const
+  {
+    double sum = 0.0;
+    for (const Near& near : this->Sheet)
+    {
+      const Vector3 d = offset - near.Offset;
+      sum += this->Surfels[near.Id].Area * std::exp(-0.5 * Dot(d, d) / (sigma * sigma));
+    }
+    return sum / (2.0 * Pi * sigma * sigma);
   }
 
   void AddEntries(const Vector3& offset, SampleBlock& block) const
@@ -325,7 +300,8 @@ double SumAt(const SampleBlock& block, size_t sample, const std::vector<double>&
   return sum;
 }
 
-/// sums_i = sum_j w_j K_ji / s_j, or with s_j = 1 if `areas` is null.
+/// sums_i = sum_j w_j K_ji d_j / s_j with d_j = 1 on the surface and 0 beyond its border; or
+/// sum_j w_j K_ji if `areas` is null.
 void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSums& sums)
 {
   sums.Clear();
@@ -340,6 +316,10 @@ void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSum
         std::fill(own.begin(), own.end(), 0);
         for (size_t s = 0; s < block.Count(); ++s)
         {
+          if (areas && !block.Inside[s])
+          {
+            continue;
+          }
           const double sum = areas ? std::max(SumAt(block, s, *areas), SmallestSum) : 1.0;
           const double factor = block.Weights[s] / sum;
           for (int e = block.Ends[s]; e < block.Ends[s + 1]; ++e)
@@ -375,6 +355,10 @@ SumStatistics Measure(const Blocks& blocks, const std::vector<double>& areas, We
   {
     for (size_t s = 0; s < block.Count(); ++s)
     {
+      if (!block.Inside[s])
+      {
+        continue;
+      }
       const double sum = SumAt(block, s, areas);
       result.Minimum = samples == 0 ? sum : std::min(result.Minimum, sum);
       result.Maximum = samples == 0 ? sum : std::max(result.Maximum, sum);

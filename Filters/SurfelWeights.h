@@ -7,9 +7,10 @@
  * at the points, since a point sits on its own kernel's peak. The equation
  * sum_i a_i K_i(x) = 1 for x on the surface, a_i >= 0, is solved by Richardson-Lucy steps
  *
- *   a_i <- a_i [sum_j w_j K_ji / s_j] / [sum_j w_j K_ji],   s_j = sum_i a_i K_ji,
+ *   a_i <- a_i [sum_j w_j K_ji d_j / s_j] / [sum_j w_j K_ji],   s_j = sum_i a_i K_ji,
  *
- * over samples x_j that stand for the area w_j each.
+ * over samples x_j that stand for the area w_j each; d_j, the sum that is wanted, is 1 on the
+ * surface and 0 just beyond its borders, so that the total area is kept.
  */
 #pragma once
 
@@ -36,7 +37,7 @@ struct WeightSurfel
 
 struct WeightSettings
 {
-  int SamplesPerPoint = 8;
+  int SamplesPerPoint = 16;
   int NumberOfIterations = 12;
   int NumberOfNeighbors = 24;
   double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this

@@ -12,9 +12,9 @@ double WindingNumber(const SurfelCloud& cloud, const std::vector<SurfelFit>& fit
 {
   constexpr double fourPi = 4.0 * 3.14159265358979323846;
   const Vector3 q = Load(cloud.Position(at));
-  // Softened by one spacing: a near surfel is not a point, and noise along the normal over a
+  // Softened by half a spacing: a near surfel is not a point, and noise along the normal over a
   // small distance would outweigh the whole rest.
-  const double soft = fits[at].Spacing * fits[at].Spacing;
+  const double soft = 0.25 * fits[at].Spacing * fits[at].Spacing;
   double sum = 0.0;
   for (int m = 0; m < count; ++m)
   {

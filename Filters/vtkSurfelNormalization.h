@@ -33,7 +33,7 @@ public:
   ///@{
   /**
    * Samples drawn about each surfel, of which those in its own cell (about one in four) count.
-   * Default 8, range 1 to 256.
+   * Default 16, range 1 to 256: 8 overestimate the total area by 1 %.
    */
   vtkSetClampMacro(SamplesPerPoint, int, 1, 256);
   vtkGetMacro(SamplesPerPoint, int);
@@ -134,7 +134,7 @@ protected:
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
-  int SamplesPerPoint = 8;
+  int SamplesPerPoint = 16;
   int NumberOfIterations = 12;
   int NumberOfNeighbors = 24;
   double Support = 4.0;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "Executor.h"
+#include "RasterKernel.h"
 #include "SplatSetup.h"
 
 #include <cstdint>
@@ -12,8 +13,6 @@
 
 namespace SurfelSplatting
 {
-constexpr int TileSize = 32; ///< px
-
 struct TileBins
 {
   int TilesX = 0;

@@ -10,29 +10,13 @@
 
 #include "ABuffer.h"
 #include "Frame.h"
+#include "RasterKernel.h"
 #include "TileBinning.h"
 
 #include <cstdint>
 
 namespace SurfelSplatting
 {
-/// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
-constexpr int BlockWidth = 8;
-constexpr int BlocksPerRow = TileSize / BlockWidth;
-constexpr int BlocksPerTile = BlocksPerRow * TileSize;
-
-/// Open layers and finished pixels of eight neighbours; the fields of Layer and of the frame.
-struct alignas(64) PixelBlock
-{
-  float Near[BlockWidth], Far[BlockWidth];
-  float Weight[BlockWidth], Opacity[BlockWidth];
-  float Red[BlockWidth], Green[BlockWidth], Blue[BlockWidth], Depth[BlockWidth];
-
-  float Transmittance[BlockWidth];
-  float OutRed[BlockWidth], OutGreen[BlockWidth], OutBlue[BlockWidth], OutDepth[BlockWidth];
-  float Limit[BlockWidth]; ///< layers behind this depth are hidden by another prop
-};
-
 class TileRaster
 {
 public:
@@ -53,7 +37,7 @@ public:
 private:
   void Clear(int tileX, int tileY, const Frame& frame);
   void Store(int tileX, int tileY, const Frame& frame) const;
-  void SendToSink(const PixelBlock& block, std::size_t index, unsigned int lanes) const;
+  static void SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes);
   std::uint64_t AddSplat(const Splat& splat, const PixelBox& box);
   void CloseAll();
 

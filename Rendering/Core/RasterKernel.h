@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The raster's inner loops, one translation unit per instruction set (RasterKernel*.cxx, all from
+ * RasterKernelImplementation.h), chosen when the library is loaded. These files use no inline function of the standard
+ * library: one compiled for AVX could end up in code that runs everywhere.
+ */
+#pragma once
+
+#include "Lanes.h"
+#include "Splat.h"
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+constexpr int TileSize = 32; ///< px
+
+/// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
+constexpr int BlocksPerRow = TileSize / LaneCount;
+constexpr int BlocksPerTile = BlocksPerRow * TileSize;
+
+/// Open layers and finished pixels of eight neighbours; the fields of Layer and of the frame.
+struct alignas(64) PixelBlock
+{
+  Lanes Near, Far;
+  Lanes Weight, Opacity;
+  Lanes Red, Green, Blue, Depth;
+
+  Lanes Transmittance;
+  Lanes OutRed, OutGreen, OutBlue, OutDepth;
+  Lanes Limit; ///< layers behind this depth are hidden by another prop
+};
+
+/// Called with the lanes of a block whose layers are about to be closed; null: nobody listens.
+struct CloseCallback
+{
+  void (*Function)(void* user, const PixelBlock& block, int index, const LaneMask& lanes);
+  void* User;
+};
+
+struct RasterKernel
+{
+  /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the number of fragments.
+  std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, int rowBegin, int rowEnd,
+    float x, float y, float support, const CloseCallback& callback);
+  /// Composites all open layers of a tile.
+  void (*CloseAll)(PixelBlock* blocks);
+  const char* Name;
+};
+
+extern const RasterKernel RasterKernelBaseline;
+#ifdef SURFELSPLATTING_X86_KERNELS
+extern const RasterKernel RasterKernelAVX2;
+extern const RasterKernel RasterKernelAVX512;
+#endif
+
+/// The best that this processor runs.
+inline const RasterKernel& SelectRasterKernel()
+{
+#ifdef SURFELSPLATTING_X86_KERNELS
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+    __builtin_cpu_supports("avx512dq"))
+  {
+    return RasterKernelAVX512;
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+  {
+    return RasterKernelAVX2;
+  }
+#endif
+  return RasterKernelBaseline;
+}
+}

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "RasterKernelImplementation.h"
+
+const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelAVX512 = {
+  SurfelSplatting::AddSplat, SurfelSplatting::CloseAll, "AVX-512" };

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Normals, spacing and kernels on surfaces whose truth is known.
+#include "SurfelTesting.h"
+
+#include "vtkSurfelEstimation.h"
+
+#include <algorithm>
+
+using namespace SurfelTesting;
+
+namespace
+{
+/// Angles between estimated and true normals, degrees, sorted. Signs do not matter.
+std::vector<double> NormalErrors(const Surfels& surfels, const Sampled& truth)
+{
+  std::vector<double> errors;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const double cosine = std::abs(Dot(surfels.Normal(i), truth.Normals[i]));
+    errors.push_back(std::acos(std::min(cosine, 1.0)) * 180.0 / Pi);
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+double AtShare(const std::vector<double>& sorted, double share)
+{
+  return sorted[static_cast<size_t>(share * (sorted.size() - 1))];
+}
+
+void TestNormals()
+{
+  const struct
+  {
+    Sampled Surface;
+    double Median, Most; // degrees: at half and at 99 % of the points
+  } cases[] = {
+    { MakeSphere(2.0, 20000, Random(1)), 0.8, 2.5 },
+    { MakeTube(0.1, 1.0, 0.02, false, Random(2)), 3.0, 16.0 },
+    { MakeRectangle({ 0, 0, 1 }, { 1, 0, 0 }, 1, { 0, 0.6, 0.8 }, 1, 0.01, 1.0, Random(3)), 1e-3,
+      1e-2 },
+  };
+  for (const auto& test : cases)
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(ToPolyData(test.Surface.Points));
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    CHECK(surfels.HasArrays());
+    CHECK(surfels.Count() == static_cast<vtkIdType>(test.Surface.Points.size()));
+    const auto errors = NormalErrors(surfels, test.Surface);
+    CHECK_BELOW(AtShare(errors, 0.5), test.Median);
+    CHECK_BELOW(AtShare(errors, 0.99), test.Most);
+  }
+}
+
+/// The area per point, and with it the radius, also on borders and corners.
+void TestSpacing()
+{
+  const double pitch = 0.01;
+  const Sampled plane =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 1.0, Random(4));
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(plane.Points));
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  CHECK_NEAR(estimation->GetMedianSpacing() / pitch, 1.0, 0.05);
+  std::vector<double> inside, border;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const Vec p = surfels.Position(i);
+    const double edge = std::min({ p[0], p[1], 1.0 - p[0], 1.0 - p[1] });
+    (edge < pitch ? border : inside).push_back(surfels.Area(i) / (pitch * pitch));
+  }
+  CHECK_NEAR(Spread(inside).Mean, 1.0, 0.1);
+  CHECK_BELOW(Spread(inside).Deviation, 0.2);
+  CHECK_NEAR(Spread(border).Mean, 1.0, 0.2);
+  CHECK_BELOW(Spread(border).Maximum, 2.5);
+}
+
+/// Covariance: rank 2, in the plane of the normal, sigma = KernelScale spacing.
+void TestCircularKernels()
+{
+  const Sampled sphere = MakeSphere(1.0, 5000, Random(5));
+  for (const double scale : { 0.5, 0.6, 1.0 })
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(ToPolyData(sphere.Points));
+    estimation->SetKernelScale(scale);
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    double worstTrace = 0.0, worstNormal = 0.0;
+    for (vtkIdType i = 0; i < surfels.Count(); ++i)
+    {
+      const auto s = surfels.Covariance(i);
+      const Vec n = surfels.Normal(i);
+      const double variance = scale * scale * surfels.Area(i);
+      worstTrace = std::max(worstTrace, std::abs((s[0] + s[1] + s[2]) / (2.0 * variance) - 1.0));
+      const Vec along{ s[0] * n[0] + s[3] * n[1] + s[5] * n[2],
+        s[3] * n[0] + s[1] * n[1] + s[4] * n[2], s[5] * n[0] + s[4] * n[1] + s[2] * n[2] };
+      worstNormal = std::max(worstNormal, Length(along) / variance);
+    }
+    CHECK_BELOW(worstTrace, 1e-5);
+    CHECK_BELOW(worstNormal, 1e-5);
+  }
+}
+
+/// Larger over smaller standard deviation in the plane z = const, and the product's root.
+void Axes(const std::array<double, 6>& s, double& ratio, double& sigma)
+{
+  const double mean = 0.5 * (s[0] + s[1]);
+  const double half = std::hypot(0.5 * (s[0] - s[1]), s[3]);
+  ratio = std::sqrt((mean + half) / std::max(mean - half, 1e-30));
+  sigma = std::sqrt(std::sqrt((mean + half) * (mean - half)));
+}
+
+/// A strip three points wide: elliptical kernels stretch along it, of the same area as round
+/// ones, up to the bound.
+void TestEllipticalKernels()
+{
+  const double pitch = 0.01;
+  const Sampled strip =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 3 * pitch, pitch, 0.3, Random(6));
+  for (const double bound : { 1.0, 1.5, 4.0 })
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    estimation->SetInputData(ToPolyData(strip.Points));
+    estimation->SetKernelModeToElliptical();
+    estimation->SetMaximumAxisRatio(bound);
+    estimation->Update();
+    const Surfels surfels(estimation->GetOutput());
+    std::vector<double> ratios, sigmas;
+    for (vtkIdType i = 0; i < surfels.Count(); ++i)
+    {
+      double ratio, sigma;
+      Axes(surfels.Covariance(i), ratio, sigma);
+      ratios.push_back(ratio);
+      sigmas.push_back(sigma / std::sqrt(surfels.Area(i)));
+    }
+    CHECK_BELOW(Spread(ratios).Maximum, bound * 1.001);
+    CHECK_ABOVE(Spread(ratios).Mean, std::min(bound * 0.999, 1.5));
+    CHECK_NEAR(Spread(sigmas).Minimum, 0.5, 1e-4);
+    CHECK_NEAR(Spread(sigmas).Maximum, 0.5, 1e-4);
+  }
+}
+
+/// Neighbours within a radius, or as many nearest ones, agree; the bound on their number holds.
+void TestRadiusMode()
+{
+  const double pitch = 0.01;
+  const Sampled plane =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 0.5, { 0, 1, 0 }, 0.5, pitch, 1.0, Random(7));
+  for (const int bound : { 12, 128 })
+  {
+    for (const double radius : { 0.2 * pitch, 3.0 * pitch })
+    {
+      vtkNew<vtkSurfelEstimation> estimation;
+      estimation->SetInputData(ToPolyData(plane.Points));
+      estimation->SetNeighborhoodModeToRadius();
+      estimation->SetRadius(radius);
+      estimation->SetMaximumNumberOfNeighbors(bound);
+      estimation->Update();
+      const Surfels surfels(estimation->GetOutput());
+      CHECK_NEAR(estimation->GetMedianSpacing() / pitch, 1.0, 0.15);
+      CHECK_BELOW(AtShare(NormalErrors(surfels, plane), 1.0), 0.1);
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  Messages messages(estimation);
+  estimation->SetInputData(ToPolyData(plane.Points));
+  estimation->SetNeighborhoodModeToRadius();
+  estimation->Update();
+  CHECK(!messages.Errors.empty() && messages.Errors[0].find("Radius") != std::string::npos);
+  CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+/// Scan lines 6 times as far apart as their points: the normal is that of the surface, since
+/// more neighbours are asked for where the nearest ones are a line.
+void TestScanLines()
+{
+  Sampled lines;
+  Random random(8);
+  for (int row = 0; row < 40; ++row)
+  {
+    for (int column = 0; column < 240; ++column)
+    {
+      lines.Add({ 0.01 * (column + 0.2 * random()), 0.12 * row, 0.0 }, { 0, 0, 1 });
+    }
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(lines.Points));
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  CHECK_BELOW(AtShare(NormalErrors(surfels, lines), 0.99), 1.0);
+  CHECK(estimation->GetNumberOfDegeneratePoints() == 0);
+}
+
+/// Given normals are kept to the letter, with kernels perpendicular to them; unusable ones are
+/// replaced.
+void TestGivenNormals()
+{
+  Sampled sphere = MakeSphere(1.0, 4000, Random(9));
+  for (Vec& n : sphere.Normals)
+  {
+    n = { -n[0], -n[1], -n[2] + 0.3 }; // inward and tilted: nothing an estimate would find
+    const double length = Length(n);
+    n = { n[0] / length, n[1] / length, n[2] / length };
+  }
+  auto data = ToPolyData(sphere.Points);
+  std::vector<Vec> given = sphere.Normals;
+  given[17] = { 0, 0, 0 };
+  given[18] = { std::nan(""), 0, 1 };
+  AddNormals(data, given);
+  vtkNew<vtkSurfelEstimation> estimation;
+  Messages messages(estimation);
+  estimation->SetInputData(data);
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  CHECK(estimation->GetNumberOfInvalidNormals() == 2);
+  CHECK(messages.Warnings.size() == 1 && messages.Errors.empty());
+  CHECK(surfels.IsFinite());
+  double worst = 0.0, worstKernel = 0.0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const double cosine = Dot(surfels.Normal(i), sphere.Normals[i]);
+    const auto s = surfels.Covariance(i);
+    const Vec n = surfels.Normal(i);
+    worstKernel = std::max(worstKernel,
+      std::abs(s[0] * n[0] * n[0] + s[1] * n[1] * n[1] + s[2] * n[2] * n[2] +
+        2.0 * (s[3] * n[0] * n[1] + s[4] * n[1] * n[2] + s[5] * n[0] * n[2])) /
+        (s[0] + s[1] + s[2]));
+    worst = i == 17 || i == 18 ? worst : std::max(worst, 1.0 - cosine);
+  }
+  CHECK_BELOW(worst, 1e-6);
+  CHECK_BELOW(worstKernel, 1e-5);
+  CHECK(estimation->GetNumberOfTwoSidedSurfels() <= 2);
+  CHECK_ABOVE(Dot(surfels.Normal(17), sphere.Normals[17]), 0.5); // follows its neighbours
+
+  estimation->KeepNormalsOff();
+  estimation->Update();
+  CHECK_ABOVE(Surfels(estimation->GetOutput()).Normal(100)[0] * sphere.Points[100][0] +
+      Surfels(estimation->GetOutput()).Normal(100)[1] * sphere.Points[100][1] +
+      Surfels(estimation->GetOutput()).Normal(100)[2] * sphere.Points[100][2],
+    0.99);
+}
+}
+
+int main()
+{
+  TestNormals();
+  TestSpacing();
+  TestCircularKernels();
+  TestEllipticalKernels();
+  TestRadiusMode();
+  TestScanLines();
+  TestGivenNormals();
+  return Failures() == 0 ? 0 : 1;
+}

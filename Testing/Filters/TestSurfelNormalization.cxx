@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Weights: the kernels sum to one over known surfaces, measured apart from the filter, and the
+// total area is the surface's.
+#include "SurfelTesting.h"
+
+#include "vtkSurfelEstimation.h"
+#include "vtkSurfelNormalization.h"
+
+using namespace SurfelTesting;
+
+namespace
+{
+struct Pipeline
+{
+  vtkNew<vtkSurfelEstimation> Estimation;
+  vtkNew<vtkSurfelNormalization> Normalization;
+
+  explicit Pipeline(const Sampled& surface)
+  {
+    this->Estimation->SetInputData(ToPolyData(surface.Points));
+    this->Normalization->SetInputConnection(this->Estimation->GetOutputPort());
+  }
+  Surfels Run()
+  {
+    this->Normalization->Update();
+    return Surfels(this->Normalization->GetOutput());
+  }
+};
+
+/// Sums at every `stride`-th of points of the surface that are not surfels.
+Spread SumsOver(const Surfels& surfels, const Sampled& probes, size_t stride)
+{
+  std::vector<double> sums;
+  for (size_t i = 0; i < probes.Points.size(); i += stride)
+  {
+    sums.push_back(surfels.Sum(probes.Points[i], probes.Normals[i]));
+  }
+  return Spread(sums);
+}
+
+void TestClosedSurfaces()
+{
+  const struct
+  {
+    Sampled Surface, Probes;
+    double Area, AreaTolerance;
+  } cases[] = {
+    { MakeSphere(1.0, 20000, Random(1)), MakeSphere(1.0, 30011, Random(2)), 4.0 * Pi, 0.01 },
+    { MakeTube(0.1, 1.0, 0.015, true, Random(3)), MakeTube(0.1, 1.0, 0.011, false, Random(4)),
+      2.0 * Pi * 0.1 * (1.0 + 0.1), 0.02 },
+    { MakeBox(1.0, 0.7, 0.4, 0.02, Random(5)), MakeBox(1.0, 0.7, 0.4, 0.017, Random(6)),
+      2.0 * (0.7 + 0.4 + 0.28), 0.03 },
+  };
+  for (const auto& test : cases)
+  {
+    Pipeline pipeline(test.Surface);
+    const Surfels surfels = pipeline.Run();
+    CHECK_NEAR(surfels.TotalArea() / test.Area, 1.0, test.AreaTolerance);
+    const Spread before = SumsOver(Surfels(pipeline.Estimation->GetOutput()), test.Probes, 30);
+    const Spread after = SumsOver(surfels, test.Probes, 30);
+    CHECK_NEAR(after.Mean, 1.0, 0.02);
+    CHECK_BELOW(after.Deviation, 0.8 * before.Deviation);
+    CHECK_BELOW(after.Deviation, 0.25);
+  }
+}
+
+/// A square: its total area, the sum inside, and no excess on the border.
+void TestBorders()
+{
+  for (const double jitter : { 0.0, 1.0 })
+  {
+    const double pitch = 0.01;
+    const Sampled plane =
+      MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, jitter, Random(7));
+    Pipeline pipeline(plane);
+    const Surfels surfels = pipeline.Run();
+    CHECK_NEAR(surfels.TotalArea(), 1.0, 0.01);
+    const Spread inside = SumsOver(surfels,
+      MakeRectangle({ .05, .05, 0 }, { 1, 0, 0 }, .9, { 0, 1, 0 }, .9, 0.03, 1.0, Random(8)), 1);
+    CHECK_NEAR(inside.Mean, 1.0, 0.02);
+    const Spread border = SumsOver(surfels,
+      MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, pitch, 0.005, 1.0, Random(9)), 1);
+    CHECK_NEAR(border.Mean, 0.9, 0.2);
+    CHECK_BELOW(border.Maximum, 2.0);
+    double largest = 0.0;
+    for (vtkIdType i = 0; i < surfels.Count(); ++i)
+    {
+      largest = std::max(largest, surfels.Area(i) / (pitch * pitch));
+    }
+    CHECK_BELOW(largest, 4.0);
+  }
+}
+
+/// Two sheets half a spacing apart that face away from each other, and two that cross: each
+/// keeps its own area.
+void TestSheets()
+{
+  Sampled sheets =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(10));
+  sheets.Append(
+    MakeRectangle({ 0, 0, -0.005 }, { 0, 1, 0 }, 1, { 1, 0, 0 }, 1, 0.01, 1.0, Random(11)));
+  auto data = ToPolyData(sheets.Points);
+  AddNormals(data, sheets.Normals);
+  Pipeline pipeline(sheets);
+  pipeline.Estimation->SetInputData(data);
+  CHECK_NEAR(pipeline.Run().TotalArea(), 2.0, 0.1);
+
+  Sampled crossing =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(12));
+  crossing.Append(
+    MakeRectangle({ 0.5, 0, -0.5 }, { 0, 1, 0 }, 1, { 0, 0, 1 }, 1, 0.01, 1.0, Random(13)));
+  Pipeline second(crossing);
+  CHECK_NEAR(second.Run().TotalArea(), 2.0, 0.05);
+}
+
+/// The report, the bounds, and settings that must not matter much.
+void TestSettings()
+{
+  const Sampled sphere = MakeSphere(1.0, 10000, Random(14));
+  Pipeline pipeline(sphere);
+  pipeline.Run();
+  vtkSurfelNormalization* filter = pipeline.Normalization;
+  CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
+  CHECK_BELOW(filter->GetStandardDeviationAfter(), filter->GetStandardDeviationBefore());
+  CHECK_NEAR(filter->GetTotalAreaAfter(), 4.0 * Pi, 0.15);
+  CHECK(filter->GetNumberOfSamples() > 10000);
+  CHECK(filter->GetMinimumAfter() > 0.0 && filter->GetMaximumAfter() < 3.0);
+  const double area = filter->GetTotalAreaAfter();
+  filter->SetSupport(3.5);
+  pipeline.Run();
+  CHECK_NEAR(filter->GetTotalAreaAfter() / area, 1.0, 0.005);
+  filter->SetSupport(4.0);
+
+  filter->SetMinimumFactor(0.95);
+  filter->SetMaximumFactor(1.05);
+  const Surfels bounded = pipeline.Run();
+  const Surfels start(pipeline.Estimation->GetOutput());
+  double lowest = 1.0, highest = 1.0;
+  for (vtkIdType i = 0; i < bounded.Count(); ++i)
+  {
+    lowest = std::min(lowest, bounded.Area(i) / start.Area(i));
+    highest = std::max(highest, bounded.Area(i) / start.Area(i));
+  }
+  CHECK_ABOVE(lowest, 0.95 - 1e-5);
+  CHECK_BELOW(highest, 1.05 + 1e-5);
+
+  filter->SetNumberOfIterations(0);
+  CHECK_NEAR(pipeline.Run().TotalArea(), start.TotalArea(), 1e-6 * start.TotalArea());
+  CHECK(filter->GetMeanBefore() == filter->GetMeanAfter());
+}
+
+/// Input that is no surfel cloud, an empty one, and surfels with faults.
+void TestTrouble()
+{
+  vtkNew<vtkSurfelNormalization> filter;
+  Messages messages(filter);
+  filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(15)).Points));
+  filter->Update();
+  CHECK(
+    !messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos);
+
+  Pipeline empty{ Sampled() };
+  CHECK(empty.Run().Count() == 0);
+  CHECK(empty.Run().HasArrays());
+
+  Sampled sphere = MakeSphere(1.0, 5000, Random(16));
+  Pipeline pipeline(sphere);
+  pipeline.Estimation->Update();
+  vtkNew<vtkPolyData> faulty;
+  faulty->DeepCopy(pipeline.Estimation->GetOutput());
+  vtkPointData* arrays = faulty->GetPointData();
+  const double zero[6] = {};
+  arrays->GetArray("SurfelAreaVector")->SetTuple(7, zero);
+  arrays->GetArray("SurfelCovariance")->SetTuple(8, zero);
+  arrays->GetArray("SurfelAreaVector")->SetComponent(9, 1, std::nan(""));
+  faulty->GetPoints()->SetPoint(10, faulty->GetPoint(11));
+  faulty->GetPoints()->SetPoint(12, std::nan(""), 0, 0);
+  messages.Errors.clear();
+  filter->SetInputData(faulty);
+  filter->Update();
+  CHECK(messages.Errors.empty() && messages.Warnings.size() == 1);
+  CHECK(filter->GetNumberOfUnusableSurfels() == 4);
+  CHECK(filter->GetNumberOfDuplicateSurfels() == 1);
+  CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
+  CHECK(Surfels(filter->GetOutput()).Area(11) == 0.0);
+}
+}
+
+int main()
+{
+  TestClosedSurfaces();
+  TestBorders();
+  TestSheets();
+  TestSettings();
+  TestTrouble();
+  return Failures() == 0 ? 0 : 1;
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Outsides: closed things are turned outward and are one-sided, open or doubtful ones are
+// two-sided.
+#include "SurfelTesting.h"
+
+#include "vtkSurfelEstimation.h"
+
+using namespace SurfelTesting;
+
+namespace
+{
+/// Shares of a range of points.
+struct Sides
+{
+  double Right = 0.0, Wrong = 0.0, TwoSided = 0.0;
+};
+
+Sides CountSides(const Surfels& surfels, const Sampled& truth, size_t begin, size_t end)
+{
+  Sides sides;
+  for (size_t i = begin; i < end; ++i)
+  {
+    double& share = surfels.IsTwoSided(i)
+      ? sides.TwoSided
+      : (Dot(surfels.Normal(i), truth.Normals[i]) > 0.0 ? sides.Right : sides.Wrong);
+    share += 1.0 / (end - begin);
+  }
+  return sides;
+}
+
+Sides Estimate(const Sampled& truth, vtkSurfelEstimation* estimation)
+{
+  estimation->SetInputData(ToPolyData(truth.Points));
+  estimation->Update();
+  return CountSides(Surfels(estimation->GetOutput()), truth, 0, truth.Points.size());
+}
+
+Sampled Turned(const Sampled& surface) // z becomes x
+{
+  Sampled result;
+  for (size_t i = 0; i < surface.Points.size(); ++i)
+  {
+    const Vec& p = surface.Points[i];
+    const Vec& n = surface.Normals[i];
+    result.Add({ p[2], p[0], p[1] }, { n[2], n[0], n[1] });
+  }
+  return result;
+}
+
+void TestClosed()
+{
+  const Sampled surfaces[] = {
+    MakeSphere(1.0, 10000, Random(1)), MakeBox(1.0, 0.7, 0.4, 0.02, Random(2)),
+    MakeTube(0.05, 2.0, 0.012, true, Random(3)),  // thin
+    MakeTube(0.05, 2.0, 0.012, false, Random(4)), // thin, open at its ends
+    MakeBox(1.0, 1.0, 0.08, 0.02, Random(5)),     // thin plate
+  };
+  for (const Sampled& surface : surfaces)
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    const Sides sides = Estimate(surface, estimation);
+    CHECK_ABOVE(sides.Right, 0.995);
+    CHECK_BELOW(sides.Wrong, 0.001);
+    CHECK(estimation->GetNumberOfClosedComponents() >= 1);
+  }
+}
+
+/// A sphere with a hole at its bottom is closed; half a sphere is not.
+void TestHoles()
+{
+  for (const double cut : { -0.9, 0.0 })
+  {
+    const Sampled full = MakeSphere(1.0, 20000, Random(6));
+    Sampled open;
+    for (size_t i = 0; i < full.Points.size(); ++i)
+    {
+      if (full.Points[i][2] > cut)
+      {
+        open.Add(full.Points[i], full.Normals[i]);
+      }
+    }
+    vtkNew<vtkSurfelEstimation> estimation;
+    const Sides sides = Estimate(open, estimation);
+    if (cut < -0.5)
+    {
+      CHECK_ABOVE(sides.Right, 0.99);
+    }
+    else
+    {
+      CHECK_ABOVE(sides.TwoSided, 0.99);
+    }
+  }
+}
+
+void TestOpen()
+{
+  Sampled wave;
+  Random random(7);
+  for (int i = 0; i < 20000; ++i)
+  {
+    const double x = 4.0 * random(), y = 4.0 * random();
+    wave.Add({ x, y, 0.2 * std::sin(3.0 * x) * std::cos(2.0 * y) }, { 0, 0, 1 });
+  }
+  const Sampled plane =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(8));
+  for (const Sampled& surface : { wave, plane })
+  {
+    vtkNew<vtkSurfelEstimation> estimation;
+    CHECK_ABOVE(Estimate(surface, estimation).TwoSided, 0.9999);
+    // A viewpoint that all of it faces decides.
+    estimation->SetViewpoint(2, 2, -30);
+    estimation->UseViewpointOn();
+    const Sides seen = Estimate(surface, estimation);
+    CHECK_ABOVE(seen.Wrong, 0.9999); // all of them face down, where the viewpoint is
+    // One in its plane does not.
+    estimation->SetViewpoint(100, 2, 0);
+    CHECK_ABOVE(Estimate(surface, estimation).TwoSided, 0.9999);
+  }
+}
+
+/// Things near each other: each its own verdict.
+void TestScene()
+{
+  Sampled scene = MakeTube(0.05, 2.0, 0.012, true, Random(9));
+  scene.Shift({ 0.5, 0.5, 0.0 });
+  const size_t first = scene.Points.size();
+  Sampled across = Turned(MakeTube(0.05, 2.0, 0.012, true, Random(10)));
+  across.Shift({ -0.5, 0.65, 1.0 }); // passes the first tube at a distance of 0.05
+  scene.Append(across);
+  const size_t second = scene.Points.size();
+  scene.Append(MakeRectangle(
+    { -0.5, 0, -0.05 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, 0.015, 1.0, Random(11))); // floor
+  vtkNew<vtkSurfelEstimation> estimation;
+  Estimate(scene, estimation);
+  const Surfels surfels(estimation->GetOutput());
+  CHECK_ABOVE(CountSides(surfels, scene, 0, first).Right, 0.995);
+  CHECK_ABOVE(CountSides(surfels, scene, first, second).Right, 0.995);
+  CHECK_ABOVE(CountSides(surfels, scene, second, scene.Points.size()).TwoSided, 0.9999);
+  CHECK(estimation->GetNumberOfComponents() == 3);
+}
+
+/// Surfaces that cross: no verdict runs across the crossing, and next to nothing is wrong.
+void TestCrossing()
+{
+  Sampled sheets =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(12));
+  sheets.Append(
+    MakeRectangle({ 0.5, 0, -0.5 }, { 0, 1, 0 }, 1, { 0, 0, 1 }, 1, 0.01, 1.0, Random(13)));
+  vtkNew<vtkSurfelEstimation> estimation;
+  CHECK_ABOVE(Estimate(sheets, estimation).TwoSided, 0.999);
+
+  Sampled tubes = MakeTube(0.1, 2.0, 0.015, true, Random(14));
+  tubes.Shift({ 0, 0, -1.0 });
+  Sampled across = Turned(MakeTube(0.1, 2.0, 0.015, true, Random(15)));
+  across.Shift({ -1.0, 0.06, 0.0 });
+  tubes.Append(across);
+  const Sides crossing = Estimate(tubes, estimation);
+  CHECK_ABOVE(crossing.Right, 0.9);
+  CHECK_BELOW(crossing.Wrong, 0.01);
+
+  Sampled ball = MakeSphere(1.0, 20000, Random(16)); // sunk into a floor
+  ball.Append(
+    MakeRectangle({ -2, -2, -0.4 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 4, 0.025, 1.0, Random(17)));
+  Estimate(ball, estimation);
+  const Surfels surfels(estimation->GetOutput());
+  const Sides sphere = CountSides(surfels, ball, 0, 20000);
+  CHECK_BELOW(sphere.Wrong, 0.01);
+  CHECK_ABOVE(CountSides(surfels, ball, 20000, ball.Points.size()).TwoSided, 0.95);
+}
+
+void TestModes()
+{
+  const Sampled sphere = MakeSphere(1.0, 5000, Random(18));
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetViewpoint(0, 0, 5);
+  estimation->SetOrientationModeToViewpoint();
+  Estimate(sphere, estimation);
+  {
+    const Surfels surfels(estimation->GetOutput());
+    vtkIdType wrong = 0;
+    for (vtkIdType i = 0; i < surfels.Count(); ++i)
+    {
+      const Vec toward = Minus({ 0, 0, 5 }, surfels.Position(i));
+      wrong += surfels.IsTwoSided(i) || Dot(toward, surfels.Normal(i)) < 0.0 ? 1 : 0;
+    }
+    CHECK(wrong == 0);
+  }
+  estimation->SetOrientationModeToTwoSided();
+  CHECK_ABOVE(Estimate(sphere, estimation).TwoSided, 0.9999);
+  CHECK(estimation->GetNumberOfTwoSidedSurfels() == 5000);
+
+  estimation->SetOrientationModeToAsGiven();
+  {
+    auto data = ToPolyData(sphere.Points);
+    AddNormals(data, sphere.Normals);
+    estimation->SetInputData(data);
+    estimation->Update();
+    const Sides given =
+      CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
+    CHECK_ABOVE(given.Right, 0.9999);
+  }
+  Messages messages(estimation);
+  estimation->SetInputData(ToPolyData(sphere.Points));
+  estimation->Update();
+  CHECK(!messages.Errors.empty() && messages.Errors[0].find("AS_GIVEN") != std::string::npos);
+  CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
+}
+}
+
+int main()
+{
+  TestClosed();
+  TestHoles();
+  TestOpen();
+  TestScene();
+  TestCrossing();
+  TestModes();
+  return Failures() == 0 ? 0 : 1;
+}
