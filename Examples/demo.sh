@@ -15,8 +15,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/../Utilities/setup.sh" >&2
 
 picture=$root/demo.png
 if [ -n "$cloud" ]; then
-  what="$cloud, with a lens that blurs infinity by 12 px"
-  options=(--size 1280 800 --circle-of-confusion 12)
+  what="${cloud##*/}, focused on its middle"
+  options=(--size 1280 800 --circle-of-confusion 60)
 else
   cloud=$build/demo/scene.ply
   what="toadstools in a meadow at dusk"

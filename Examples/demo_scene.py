@@ -102,18 +102,32 @@ def paint_cap(cloud, gills, radius):
     return cloud
 
 
-def warts(rng, radius, height, count):
-    """Flakes on the cap: flattened balls, half sunk in."""
+def wart_places(rng, radius, height, count):
+    """-> centres on the cap, its normals there, sizes."""
     t = np.sqrt((np.arange(count) + 0.5) / count) * 0.93
     angle = np.arange(count) * 2.39996 + rng.normal(0, 0.25, count)
     t = np.clip(t + rng.normal(0, 0.02, count), 0.02, 0.95) * np.pi / 2
     centers = np.column_stack([radius * np.sin(t) * np.cos(angle),
                                radius * np.sin(t) * np.sin(angle), height * np.cos(t) ** 0.9])
-    normals = centers / np.array([radius, radius, height]) ** 2
     size = radius * rng.uniform(0.045, 0.095, count) * (1.1 - 0.35 * t)
-    cloud = ellipsoids(rng, centers, size, normals, flatness=0.55, bumps=0.16, per_item=420)
-    albedo = mix([0.80, 0.72, 0.58], [0.98, 0.95, 0.86], noise(cloud.points[:, :2] * 60))
+    return centers, centers / np.array([radius, radius, height]) ** 2, size
+
+
+def warts(rng, places, radius, height):
+    """Flakes on the cap: flattened balls, half sunk in; what is inside the cap is left out."""
+    centers, normals, size = places
+    cloud = ellipsoids(rng, centers, size, normals, flatness=0.55, bumps=0.16, per_item=700)
+    r = np.minimum(1, np.hypot(cloud.points[:, 0], cloud.points[:, 1]) / radius)
+    cloud = cloud.where(cloud.points[:, 2] > height * (1 - r ** 2) ** 0.45 - 0.001)
+    albedo = mix([0.84, 0.77, 0.63], [1.0, 0.97, 0.88], noise(cloud.points[:, :2] * 60))
     return shade(cloud, albedo, glow=0.15)
+
+
+def uncovered(cloud, places):
+    """Where the cap shows between its warts."""
+    centers, _, size = places
+    distance = np.linalg.norm(cloud.points[:, None, :] - centers, axis=2)
+    return (distance > 0.8 * size).all(axis=1)
 
 
 def stem(height, radius, count):
@@ -142,20 +156,38 @@ def skirt(height, radius, count):
     return shade(cloud, mix([0.78, 0.70, 0.54], [0.97, 0.93, 0.82], stripes), glow=0.35)
 
 
-def toadstool(rng, x, y, height, radius, tall, lean, share):
-    base = np.array([x, y, ground_height(np.array([[x, y]]))[0] - 0.03])
-    lid, gills = cap(radius, tall * radius, int(52000 * share))
-    parts = [paint_cap(lid, gills, radius)]
-    if share > 0.2:
-        parts.append(warts(rng, radius, tall * radius, 56))
+def bend(cloud, height, lean):
+    """Bends the stem by `lean` at its top; what is above keeps its shape and is tilted."""
+    level = np.clip(cloud.points[:, 2], 0, height)
+    above = cloud.points[:, 2] - level
+    slope = 2 * lean * level / height ** 2
+    cos, sin = 1 / np.hypot(1, slope), slope / np.hypot(1, slope)
+    x = cloud.points[:, 0].copy()
+    cloud.points[:, 0] = lean * (level / height) ** 2 + cos * x + sin * above
+    cloud.points[:, 2] = level - sin * x + cos * above
+    nx, nz = cloud.normals[:, 0].copy(), cloud.normals[:, 2].copy()
+    cloud.normals[:, 0], cloud.normals[:, 2] = cos * nx + sin * nz, cos * nz - sin * nx
+
+
+def toadstool(rng, x, y, height, radius, tall, lean, is_near):
+    share = 1.0 if is_near else 0.15
+    lid, gills = cap(radius, tall * radius, int(60000 * share))
+    if is_near:
+        places = wart_places(rng, radius, tall * radius, 56)
+        show = uncovered(lid, places) | gills
+        lid, gills = lid.where(show), gills[show]
+        parts = [lid, warts(rng, places, radius, tall * radius)]
+    else:
+        parts = [lid]
+    paint_cap(lid, gills, radius)
     for part in parts:
         part.points[:, 2] += height
-    parts.append(stem(height * 1.04, radius, int(24000 * share)))
-    parts.append(skirt(height, radius, int(12000 * share)))
+    parts.append(stem(height * 1.04, radius, int(30000 * share)))
+    if is_near:
+        parts.append(skirt(height, radius, 14000))
     whole = Cloud.join(parts)
-    bend = whole.points[:, 2] / height
-    whole.points[:, 0] += lean * bend ** 2
-    whole.points += base
+    bend(whole, height, lean)
+    whole.points += [x, y, ground_height(np.array([[x, y]]))[0] - 0.03]
     return whole
 
 
@@ -167,7 +199,7 @@ def moss(count):
     albedo = mix([0.10, 0.15, 0.03], [0.42, 0.46, 0.10], tone)
     litter = smoothstep(0.60, 0.80, noise(p[:, :2] * 5.3 + 40))
     albedo = mix(albedo, np.tile([0.36, 0.20, 0.09], (len(p), 1)), 0.75 * litter)
-    return shade(cloud, albedo, contact_shadow(p)), contact_shadow(p)
+    return shade(cloud, albedo, contact_shadow(p))
 
 
 def grass(rng, where, height, width, per_blade, color, keep_clear=True):
@@ -191,30 +223,61 @@ def meadow(rng):
     middle = scatter(230, (-1.7, 1.7), (-0.7, 0.9))
     behind = scatter(700, (-1, 1), (1.0, 9.0))
     behind[:, 0] *= 1.3 + 0.28 * behind[:, 1]
-    corner = np.vstack([scatter(26, (-0.72, -0.34), (-2.9, -2.2)),
-                        scatter(16, (0.42, 0.70), (-2.9, -2.3))])
+    corner = np.vstack([scatter(15, (-0.66, -0.30), (-2.7, -2.2)),
+                        scatter(9, (0.46, 0.72), (-2.7, -2.3))])
     return [
-        grass(rng, middle, 0.36, 0.014, 1000, green),
-        grass(rng, behind, 0.40, 0.026, 300, green),
-        grass(rng, corner, 0.34, 0.012, 1200, ([0.2, 0.42, 0.06], [0.62, 0.7, 0.16]), False),
+        grass(rng, middle, 0.36, 0.0115, 1000, green),
+        grass(rng, behind, 0.40, 0.022, 300, green),
+        grass(rng, corner, 0.58, 0.016, 1600, ([0.2, 0.42, 0.06], [0.62, 0.7, 0.16]), False),
     ]
 
 
-def stalks(rng):
-    """Thin flowering stems before and behind the plane in focus, with seeds like beads."""
-    feet = np.array([[-0.62, -2.35], [-0.47, -2.6], [0.60, -2.5], [-0.95, -0.35], [1.12, 0.1],
-                     [-0.72, 0.5], [0.62, 0.75], [-1.3, 1.2]])
-    tall = np.array([0.92, 0.78, 0.80, 0.98, 0.86, 1.10, 1.28, 1.2])
-    cloud, along, tips = blades(rng, feet, tall, 0.006, 2600, tips=True)
+def heads(rng, centers, size, count, color, flatness):
+    beads = ellipsoids(rng, centers, np.full(len(centers), size),
+                       np.tile([0, 0, 1.0], (len(centers), 1)), flatness, 0.05, count)
+    return shade(beads, np.tile(color, (len(beads.points), 1)), glow=0.4)
+
+
+def seed_stalks(rng):
+    """Thin stems near the plane in focus, with seeds like beads."""
+    feet = np.array([[-1.32, -0.30], [1.12, 0.1], [-0.98, 0.6], [0.62, 0.75], [-1.3, 1.2]])
+    tall = np.array([0.98, 0.86, 1.10, 1.28, 1.2])
+    cloud, along, tips = blades(rng, feet, tall, 0.006, 3000, tips=True)
     parts = [shade(cloud, mix([0.22, 0.33, 0.08], [0.62, 0.56, 0.22], along), glow=0.4)]
+    k = np.arange(26)
+    swing = np.column_stack([np.cos(k * 2.4), np.sin(k * 2.4), 0 * k]) * (0.012 + 0.0004 * k[:, None])
     for tip in tips:
-        k = np.arange(26)
-        level = tip[None, :] - np.outer(k * 0.0095, [0, 0, 1])
-        swing = np.column_stack([np.cos(k * 2.4), np.sin(k * 2.4), 0 * k]) * (0.012 + 0.0004 * k[:, None])
-        beads = ellipsoids(rng, level + swing, np.full(26, 0.011), np.tile([0, 0, 1.0], (26, 1)),
-                           flatness=1.5, bumps=0.05, per_item=150)
-        parts.append(shade(beads, np.tile([0.74, 0.50, 0.26], (len(beads.points), 1)), glow=0.4))
+        row = tip - np.outer(k * 0.0095, [0, 0, 1]) + swing
+        parts.append(heads(rng, row, 0.011, 180, [0.74, 0.50, 0.26], 1.5))
     return parts
+
+
+def bellflowers(rng):
+    """Close to the lens, all blur: colour for the corners."""
+    feet = np.array([[-0.60, -2.2], [-0.50, -2.45], [0.64, -2.3], [-0.68, -2.0]])
+    cloud, along, tips = blades(rng, feet, np.array([0.62, 0.50, 0.56, 0.76]), 0.006, 2600, tips=True)
+    parts = [shade(cloud, mix([0.2, 0.33, 0.08], [0.4, 0.5, 0.2], along), glow=0.4)]
+    around = np.array([[0, 0, 0.0], [0.05, 0.01, -0.05], [-0.045, 0, -0.07], [0.02, 0, -0.12]])
+    for tip in tips:
+        parts.append(heads(rng, tip + around, 0.028, 900, [0.50, 0.36, 0.86], 1.25))
+    return parts
+
+
+def silk(rng, begin, end, sag, drops):
+    """A spider's thread with dew on it."""
+    t = np.linspace(0, 1, 1400)
+    line = np.outer(1 - t, begin) + np.outer(t, end) - np.outer(4 * sag * t * (1 - t), [0, 0, 1])
+    turn = np.arange(len(t)) * 2.39996
+    out = np.column_stack([0 * t, np.cos(turn), np.sin(turn)])
+    thread = Cloud(line + 0.0011 * out, out)
+    shade(thread, np.full((len(t), 3), 0.8))
+    s = (np.arange(drops) + 0.5) / drops
+    places = np.column_stack([np.interp(s, t, line[:, i]) for i in range(3)])
+    dew = ellipsoids(rng, places, rng.uniform(0.004, 0.008, drops),
+                     np.tile([0, 0, 1.0], (drops, 1)), 1.0, 0.0, 160)
+    glint = np.clip(dew.normals @ SUN, 0, 1) ** 6 + 0.8 * np.clip(-dew.normals @ SUN, 0, 1) ** 3
+    dew.colors = mix([0.30, 0.36, 0.38], [1.0, 0.98, 0.92], np.clip(glint, 0, 1))
+    return [thread, dew]
 
 
 def pebbles(rng, count):
@@ -279,10 +342,15 @@ def haze(cloud):
 
 def build_scene():
     rng = np.random.default_rng(SEED)
-    ground, _ = moss(330_000)
-    parts = [ground, *meadow(rng), *stalks(rng), pebbles(rng, 36), *forest(rng, 11)]
-    for number, toadstool_shape in enumerate(TOADSTOOLS):
-        parts.append(toadstool(rng, *toadstool_shape, share=1.0 if number < 3 else 0.15))
+    ground = moss(330_000)
+    plants = [*meadow(rng), *seed_stalks(rng), *bellflowers(rng), pebbles(rng, 36)]
+    plants += [toadstool(rng, *shape, is_near=number < 3) for number, shape in enumerate(TOADSTOOLS)]
+    standing = Cloud.join(plants)
+    # What is in the ground would shine through it.
+    standing = standing.where(standing.points[:, 2] > ground_height(standing.points[:, :2]) - 0.003)
+    threads = [*silk(rng, [-0.155, -0.06, 0.83], [-0.52, -0.02, 0.68], 0.05, 19),
+               *silk(rng, [-0.15, -0.05, 0.80], [-0.27, 0.0, 0.66], 0.02, 8)]
+    parts = [ground, standing, *threads, *forest(rng, 11)]
     return Cloud.join([haze(Cloud.join(parts)), dusk(24_000), fireflies(rng, 90)])
 
 
@@ -291,7 +359,6 @@ def main(cloud_path, camera_path):
     scene.write_ply(cloud_path)
     with open(camera_path, "w", encoding="utf-8") as file:
         json.dump({"views": [CAMERA]}, file, indent=1)
-    print(len(scene.points))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,10 @@ class Cloud:
     normals: np.ndarray  # [n, 3], outward, length 1
     colors: Optional[np.ndarray] = None  # [n, 3], 0 to 1
 
+    def where(self, mask):
+        return Cloud(self.points[mask], self.normals[mask],
+                     None if self.colors is None else self.colors[mask])
+
     @staticmethod
     def join(clouds):
         return Cloud(*(np.concatenate([getattr(cloud, name) for cloud in clouds])
@@ -127,7 +131,7 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     lean = rng.uniform(0.05, 0.75, (n, 1)) ** 1.5 * tall[:, None]
     uv = evenly(per_blade)
     taper = np.linspace(0, 1, 200)
-    taper_area = np.cumsum(1.05 - taper ** 2.5)
+    taper_area = np.cumsum(1.3 - taper ** 2.5)
     s = np.interp(uv[:, 0], taper_area / taper_area[-1], taper)  # even in area
     turn = 2 * np.pi * uv[:, 1]
     spine_along = lean * s ** 2
@@ -139,7 +143,7 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     up = np.array([0, 0, 1.0])
     direction = _unit(slope_along[..., None] * out + slope_up[..., None] * up)
     front = np.cross(np.broadcast_to(across, direction.shape), direction)
-    broad = width * rng.uniform(0.7, 1.3, (n, 1)) * (1.05 - s ** 2.5)
+    broad = width * rng.uniform(0.7, 1.3, (n, 1)) * (1.3 - s ** 2.5)
     thin = SECTION * broad
     foot = np.column_stack([feet, ground_height(feet) - 0.02])[:, None, :]
     spine = foot + spine_along[..., None] * out + spine_up[..., None] * up

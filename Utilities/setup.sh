@@ -37,7 +37,7 @@ is_configured() {
 # ninja itself configures anew when a CMake file has changed.
 configure_and_build() {
   is_configured || cmake -S "$root" -B "$build" -G Ninja -DPython3_EXECUTABLE="$python"
-  cmake --build "$build"
+  ninja -C "$build" -n | grep -q 'no work to do' || cmake --build "$build"
 }
 
 if ! command -v dpkg-query >/dev/null; then

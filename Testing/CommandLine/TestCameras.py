@@ -153,6 +153,19 @@ class TestFraming(unittest.TestCase):
             view = self.view_of(half, half)
             self.assertGreater(view.position[axis] * sign, view.focal_point[axis] * sign)
 
+    def test_focus_is_on_the_front_of_the_middle(self):
+        view = self.view_of(self.points, self.normals)
+        position, target = np.array(view.position), np.array(view.focal_point)
+        forward = (target - position) / np.linalg.norm(target - position)
+        local = self.points - position
+        axis = np.linalg.norm(local - np.outer(local @ forward, forward), axis=1) < 0.3
+        front = (local @ forward)[axis & (self.normals @ forward < 0)]
+        self.assertTrue(front.min() <= view.focal_distance <= front.max())
+        kept = self.view_of(self.points, self.normals, View(focal_distance=3.5))
+        self.assertEqual(kept.focal_distance, 3.5)
+        given = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
+        self.assertEqual(given.focal_distance, 0)
+
     def test_what_is_given_stays(self):
         view = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
         self.assertEqual(view.position, (0, 9, 0))

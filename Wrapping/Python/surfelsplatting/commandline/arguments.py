@@ -108,8 +108,8 @@ def _add_lens_options(parser):
     lens.add_argument("--focal-disk", type=_not_negative, metavar="D",
                       help="diameter of the lens in world units, 0 = pinhole")
     lens.add_argument("--focal-distance", type=_not_negative, metavar="F",
-                      help="distance in focus along the view direction; "
-                           "0, the default, is the distance to the focal point")
+                      help="distance in focus along the view direction (default: 0, the distance "
+                           "to the focal point; without a camera, the surface in the middle)")
     lens.add_argument("--circle-of-confusion", type=_not_negative, metavar="PX",
                       help="instead of --focal-disk: the lens that blurs a point at infinity to "
                            "a disc of this radius in pixels")

@@ -13,6 +13,7 @@ from .problems import UserProblem
 SAMPLES = 200_000
 MARGIN = 0.92  # of the picture that the cloud fills
 AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
+MIDDLE = 0.25  # half-height of the picture's middle, of the picture's half-height
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
 OPEN = 0.05  # net area over area above which a surface has an open side
 
@@ -147,6 +148,19 @@ def _other_than(up, direction):
     return np.eye(3)[int(np.argmin(np.abs(direction)))]
 
 
+def _surface_in_the_middle(samples, position, focal_point, view):
+    """Distance along the view direction of what a photographer would focus on: the front of the
+    surface in the middle of the picture."""
+    forward = _unit(focal_point - position)
+    local = samples.points - position
+    depth = local @ forward
+    off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
+    window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
+    facing = samples.two_sided | (samples.areas @ forward < 0)
+    in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
+    return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
+
+
 def complete_view(view, cloud, surfels):
     """The view, with what was not asked for found from the cloud."""
     if view.position and view.focal_point and view.view_up:
@@ -166,7 +180,11 @@ def complete_view(view, cloud, surfels):
         focal_point = np.asarray(view.focal_point)
     if not view.view_up:
         up = _other_than(up, focal_point - position)
+    focal_distance = view.focal_distance
+    if focal_distance == 0 and not view.position and not view.focal_point:
+        focal_distance = _surface_in_the_middle(samples, position, focal_point, view)
     completed = replace(view, position=tuple(map(float, position)),
+                        focal_distance=focal_distance,
                         focal_point=tuple(map(float, focal_point)),
                         view_up=tuple(map(float, up)))
     check_view(completed)
