@@ -9,8 +9,8 @@
  *
  *   tau(c) = 1 - c e^-c / (1 - e^-c)            (0.776 at c = 2.5)
  *
- * (q/2 is exponentially distributed). So that blur does not depend on the cut-off, the Gaussian that is truncated has
- * covariance W / tau: mass 1, variance W, for every c.
+ * (q/2 is exponentially distributed). So that surfaces and pixels are not filtered differently at each cut-off, the
+ * Gaussian that is truncated has covariance W / tau: mass 1, variance W, for every c. (What the lens adds to W: Lens.h.)
  */
 #pragma once
 

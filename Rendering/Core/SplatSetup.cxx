@@ -135,8 +135,8 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const Symmetric2 projected = ProjectCovariance(s, nx, ny);
   const double relative =
     view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
-  const double defocus[2] = { DefocusVariance(view.Fx * relative),
-    DefocusVariance(view.Fy * relative) };
+  const double defocus[2] = { DefocusVariance(view.Fx * relative, gaussian),
+    DefocusVariance(view.Fy * relative, gaussian) };
   const double variance[2] = { context.Settings.Prefilter + defocus[0],
     context.Settings.Prefilter + defocus[1] };
   const ResamplingKernel kernel = MakeResamplingKernel(projected, variance, gaussian);
