@@ -26,6 +26,14 @@ constexpr double CollinearRatio = 1e-6;
 /// 12 / (16 pi^2).
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 
+/// A neighbour is of the same sheet if the normals' cosine is at least this (signed between
+/// one-sided points) and the edge to it climbs no more than this out of the tangent plane (sine).
+constexpr double SheetCosine = 0.3;
+constexpr double SheetClimb = 0.6;
+
+/// A neighbourhood is mixed if this many of the GraphDegree nearest are of another sheet.
+constexpr int MixedNeighbors = 3;
+
 constexpr double Pi = 3.14159265358979323846;
 
 /// Covariance of point i and its neighbours, de-meaned, over the number of neighbours: an
@@ -79,6 +87,30 @@ public:
     this->SetNormal(eigen, given, fit);
     this->SetExtent(covariance, neighbors, fit);
     return fit;
+  }
+
+  /// Spacing and extent of point i from the neighbours for which isOfSheet(j).
+  template <typename Test>
+  void Refit(int i, Neighbors& neighbors, SurfelFit& fit, Test&& isOfSheet) const
+  {
+    const int wanted = this->Settings.NumberOfNeighbors;
+    this->Find(i, 2, neighbors);
+    int kept = 0;
+    for (int k = 0; k < neighbors.Count() && kept < wanted; ++k)
+    {
+      if (isOfSheet(neighbors.Ids[k]))
+      {
+        neighbors.Ids[kept] = neighbors.Ids[k];
+        neighbors.SquaredDistances[kept] = neighbors.SquaredDistances[k];
+        ++kept;
+      }
+    }
+    if (kept >= ReachRank)
+    {
+      neighbors.Ids.resize(kept);
+      neighbors.SquaredDistances.resize(kept);
+      this->SetExtent(Covariance(this->Cloud, i, neighbors), neighbors, fit);
+    }
   }
 
 private:
@@ -289,5 +321,33 @@ bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
     }
   }
   return true;
+}
+
+bool RefineExtents(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  const FitSettings& settings, const std::vector<unsigned char>& twoSided,
+  const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits)
+{
+  const auto isOfSheet = [&](int i, int j) {
+    const double cosine = Dot(fits[i].Normal, fits[j].Normal);
+    const Vector3 d = Load(cloud.Position(j)) - Load(cloud.Position(i));
+    return (twoSided[i] || twoSided[j] ? std::abs(cosine) : cosine) >= SheetCosine &&
+      std::abs(Dot(fits[i].Normal, d)) <= SheetClimb * Length(d);
+  };
+  const Fitter fitter(cloud, tree, settings);
+  return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+    Neighbors neighbors;
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      const int self = static_cast<int>(i);
+      const auto isOfMySheet = [&](int j) { return isOfSheet(self, j); };
+      const int* nearest = graph.data() + GraphDegree * i;
+      const auto others = std::count_if(
+        nearest, nearest + GraphDegree, [&](int j) { return j >= 0 && !isOfMySheet(j); });
+      if (others >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
+      {
+        fitter.Refit(self, neighbors, fits[i], isOfMySheet);
+      }
+    }
+  });
 }
 }

@@ -51,4 +51,12 @@ constexpr int ReachRank = 6;
 bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
   std::vector<SurfelFit>& fits, std::vector<int>& graph);
+
+/// Measures spacing and extent again, from neighbours on the same sheet only, where the normals
+/// (now known, and turned) say that the neighbours are of more than one: both sides of a thin
+/// plate, or where surfaces cross. Without it the points of the other sheet count as density.
+/// Returns false if stopped.
+bool RefineExtents(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  const FitSettings& settings, const std::vector<unsigned char>& twoSided,
+  const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits);
 }

@@ -17,7 +17,7 @@ namespace
 constexpr double Pi = 3.14159265358979323846;
 
 /// A point whose neighbours leave an angle of this much free may lie on a border: of 24 random
-/// neighbours inside a surface, one point in 1000 has such a gap.
+/// neighbours inside a surface, one point in 2000 has such a gap.
 constexpr double BorderGap = 0.75 * Pi;
 
 /// Near a border, the surface ends where the areas about, smoothed by a Gaussian of this many

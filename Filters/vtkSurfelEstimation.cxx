@@ -115,7 +115,15 @@ public:
       std::copy_n(origin, 3, this->Cloud.Origin);
     }
     this->ReadNormals(input);
-    return SurfelMonitor(this->Self, 0.0, 1.0).Step(0.05) && this->Fit() && this->Orient();
+    const SurfelNeighborhood tree(this->Cloud.Positions.data(), this->Cloud.Size());
+    const SurfelMonitor monitor(this->Self, 0.0, 1.0);
+    const FitSettings settings = this->GetFitSettings();
+    return monitor.Step(0.1) &&
+      FitSurfels(this->Cloud, tree, settings, this->Given, monitor.Part(0.1, 0.6), this->Fits,
+        this->Graph) &&
+      this->Orient(monitor.Part(0.6, 0.85)) &&
+      RefineExtents(this->Cloud, tree, settings, this->Sides.TwoSided, this->Graph,
+        monitor.Part(0.85, 0.95), this->Fits);
   }
 
   void Write(vtkPointSet* input, vtkPolyData* output)
@@ -170,7 +178,7 @@ private:
     }
   }
 
-  bool Fit()
+  FitSettings GetFitSettings() const
   {
     FitSettings settings;
     settings.UseRadius = this->Self->NeighborhoodMode == RADIUS;
@@ -178,9 +186,7 @@ private:
     settings.Radius = this->Self->Radius;
     settings.MaximumNumberOfNeighbors = this->Self->MaximumNumberOfNeighbors;
     settings.IsolationFactor = this->Self->IsolationFactor;
-    const SurfelNeighborhood tree(this->Cloud.Positions.data(), this->Cloud.Size());
-    return FitSurfels(this->Cloud, tree, settings, this->Given, SurfelMonitor(this->Self, 0.1, 0.6),
-      this->Fits, this->Graph);
+    return settings;
   }
 
   Vector3 LocalViewpoint() const
@@ -190,7 +196,7 @@ private:
     return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
   }
 
-  bool Orient()
+  bool Orient(const SurfelMonitor& monitor)
   {
     const size_t count = this->Fits.size();
     switch (this->Self->OrientationMode)
@@ -205,10 +211,15 @@ private:
       default:
         break;
     }
+    if (std::all_of(
+          this->Fits.begin(), this->Fits.end(), [](const SurfelFit& fit) { return fit.Given; }))
+    {
+      this->Sides.TwoSided.assign(count, 0);
+      return true;
+    }
     OrientationSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
     settings.Viewpoint = this->LocalViewpoint();
-    const SurfelMonitor monitor(this->Self, 0.6, 0.95);
     return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
   }
 

@@ -107,8 +107,8 @@ public:
 
   ///@{
   /**
-   * Standard deviation of the kernel over the spacing. Default 0.5, range 0.1 to 4. Below 0.45
-   * the surface gets holes, above 0.6 it gets blurred.
+   * Standard deviation of the kernel over the spacing. Default 0.5, range 0.1 to 4. Smaller
+   * kernels leave gaps between the points, larger ones than 0.6 blur the surface.
    */
   vtkSetClampMacro(KernelScale, double, 0.1, 4.0);
   vtkGetMacro(KernelScale, double);

@@ -32,7 +32,7 @@ public:
 
   ///@{
   /**
-   * Samples drawn about each surfel, of which those in its own cell (about one in four) count.
+   * Samples drawn about each surfel, of which those in its own cell (about one in five) count.
    * Default 16, range 1 to 256: 8 overestimate the total area by 1 %.
    */
   vtkSetClampMacro(SamplesPerPoint, int, 1, 256);

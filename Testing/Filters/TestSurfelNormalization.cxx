@@ -103,14 +103,14 @@ void TestSheets()
   AddNormals(data, sheets.Normals);
   Pipeline pipeline(sheets);
   pipeline.Estimation->SetInputData(data);
-  CHECK_NEAR(pipeline.Run().TotalArea(), 2.0, 0.1);
+  CHECK_NEAR(pipeline.Run().TotalArea(), 2.0, 0.03);
 
   Sampled crossing =
     MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(12));
   crossing.Append(
     MakeRectangle({ 0.5, 0, -0.5 }, { 0, 1, 0 }, 1, { 0, 0, 1 }, 1, 0.01, 1.0, Random(13)));
   Pipeline second(crossing);
-  CHECK_NEAR(second.Run().TotalArea(), 2.0, 0.05);
+  CHECK_NEAR(second.Run().TotalArea(), 2.0, 0.03);
 }
 
 /// The report, the bounds, and settings that must not matter much.
