@@ -242,24 +242,23 @@ def seed_stalks(rng):
     """Thin stems near the plane in focus, with seeds like beads."""
     feet = np.array([[-1.32, -0.30], [1.12, 0.1], [-0.98, 0.6], [0.62, 0.75], [-1.3, 1.2]])
     tall = np.array([0.98, 0.86, 1.10, 1.28, 1.2])
-    cloud, along, tips = blades(rng, feet, tall, 0.006, 3000, tips=True)
+    cloud, along, crests = blades(rng, feet, tall, 0.006, 3000, crest=26)
     parts = [shade(cloud, mix([0.22, 0.33, 0.08], [0.62, 0.56, 0.22], along), glow=0.4)]
     k = np.arange(26)
     swing = np.column_stack([np.cos(k * 2.4), np.sin(k * 2.4), 0 * k]) * (0.012 + 0.0004 * k[:, None])
-    for tip in tips:
-        row = tip - np.outer(k * 0.0095, [0, 0, 1]) + swing
-        parts.append(heads(rng, row, 0.011, 180, [0.74, 0.50, 0.26], 1.5))
+    for crest in crests:
+        parts.append(heads(rng, crest + swing, 0.011, 180, [0.74, 0.50, 0.26], 1.5))
     return parts
 
 
 def bellflowers(rng):
     """Close to the lens, all blur: colour for the corners."""
     feet = np.array([[-0.60, -2.2], [-0.50, -2.45], [0.64, -2.3], [-0.68, -2.0]])
-    cloud, along, tips = blades(rng, feet, np.array([0.62, 0.50, 0.56, 0.76]), 0.006, 2600, tips=True)
+    cloud, along, crests = blades(rng, feet, np.array([0.62, 0.50, 0.56, 0.76]), 0.006, 2600, crest=1)
     parts = [shade(cloud, mix([0.2, 0.33, 0.08], [0.4, 0.5, 0.2], along), glow=0.4)]
     around = np.array([[0, 0, 0.0], [0.05, 0.01, -0.05], [-0.045, 0, -0.07], [0.02, 0, -0.12]])
-    for tip in tips:
-        parts.append(heads(rng, tip + around, 0.028, 900, [0.50, 0.36, 0.86], 1.25))
+    for crest in crests:
+        parts.append(heads(rng, crest[0] + around, 0.028, 900, [0.50, 0.36, 0.86], 1.25))
     return parts
 
 

@@ -121,10 +121,11 @@ def ellipsoids(rng, centers, size, axes, flatness, bumps, per_item):
     return Cloud(points.reshape(-1, 3), normals.reshape(-1, 3))
 
 
-def blades(rng, feet, tall, width, per_blade, tips=False):
+def blades(rng, feet, tall, width, per_blade, crest=0):
     """Bent, tapering blades of elliptic section, feet [n, 2] on the ground.
 
-    -> Cloud, position along the blade (0 foot, 1 tip)[, tips [n, 3]].
+    -> Cloud, position along the blade (0 foot, 1 tip)[, `crest` points of each blade's axis from
+    its tip down, [n, crest, 3]].
     """
     n = len(feet)
     heading = rng.uniform(0, 2 * np.pi, (n, 1))
@@ -134,8 +135,6 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     taper_area = np.cumsum(1.3 - taper ** 2.5)
     s = np.interp(uv[:, 0], taper_area / taper_area[-1], taper)  # even in area
     turn = 2 * np.pi * uv[:, 1]
-    spine_along = lean * s ** 2
-    spine_up = tall[:, None] * s * (1 - 0.22 * (lean / tall[:, None]) * s)
     slope_along = 2 * lean * s
     slope_up = tall[:, None] * (1 - 0.44 * (lean / tall[:, None]) * s)
     out = np.stack([np.cos(heading), np.sin(heading), 0 * heading], axis=-1)
@@ -146,16 +145,19 @@ def blades(rng, feet, tall, width, per_blade, tips=False):
     broad = width * rng.uniform(0.7, 1.3, (n, 1)) * (1.3 - s ** 2.5)
     thin = SECTION * broad
     foot = np.column_stack([feet, ground_height(feet) - 0.02])[:, None, :]
-    spine = foot + spine_along[..., None] * out + spine_up[..., None] * up
-    points = (spine + (broad * np.cos(turn))[..., None] * across
+
+    def axis(s):
+        rise = tall[:, None] * s * (1 - 0.22 * (lean / tall[:, None]) * s)
+        return foot + (lean * s ** 2)[..., None] * out + rise[..., None] * up
+
+    points = (axis(s) + (broad * np.cos(turn))[..., None] * across
               + (thin * np.sin(turn))[..., None] * front)
     normals = (SECTION * np.cos(turn))[:, None] * across + np.sin(turn)[:, None] * front
     cloud = Cloud(points.reshape(-1, 3), _unit(normals).reshape(-1, 3))
     along = np.tile(s, n)
-    if not tips:
+    if not crest:
         return cloud, along
-    shrink = 1 - 0.22 * lean / tall[:, None]
-    return cloud, along, foot[:, 0] + lean * out[:, 0] + tall[:, None] * shrink * up
+    return cloud, along, axis(1 - np.arange(crest) * 0.25 / crest)
 
 
 # --- the ground ---------------------------------------------------------------------------------
