@@ -245,7 +245,8 @@ def seed_stalks(rng):
     cloud, along, crests = blades(rng, feet, tall, 0.006, 3000, crest=26)
     parts = [shade(cloud, mix([0.22, 0.33, 0.08], [0.62, 0.56, 0.22], along), glow=0.4)]
     k = np.arange(26)
-    swing = np.column_stack([np.cos(k * 2.4), np.sin(k * 2.4), 0 * k]) * (0.012 + 0.0004 * k[:, None])
+    swing = np.column_stack([np.cos(k * 2.4), np.sin(k * 2.4), 0 * k])
+    swing *= 0.012 + 0.0004 * k[:, None]
     for crest in crests:
         parts.append(heads(rng, crest + swing, 0.011, 180, [0.74, 0.50, 0.26], 1.5))
     return parts
@@ -254,7 +255,8 @@ def seed_stalks(rng):
 def bellflowers(rng):
     """Close to the lens, all blur: colour for the corners."""
     feet = np.array([[-0.60, -2.2], [-0.50, -2.45], [0.64, -2.3], [-0.68, -2.0]])
-    cloud, along, crests = blades(rng, feet, np.array([0.62, 0.50, 0.56, 0.76]), 0.006, 2600, crest=1)
+    tall = np.array([0.62, 0.50, 0.56, 0.76])
+    cloud, along, crests = blades(rng, feet, tall, 0.006, 2600, crest=1)
     parts = [shade(cloud, mix([0.2, 0.33, 0.08], [0.4, 0.5, 0.2], along), glow=0.4)]
     around = np.array([[0, 0, 0.0], [0.05, 0.01, -0.05], [-0.045, 0, -0.07], [0.02, 0, -0.12]])
     for crest in crests:
@@ -343,7 +345,8 @@ def build_scene():
     rng = np.random.default_rng(SEED)
     ground = moss(330_000)
     plants = [*meadow(rng), *seed_stalks(rng), *bellflowers(rng), pebbles(rng, 36)]
-    plants += [toadstool(rng, *shape, is_near=number < 3) for number, shape in enumerate(TOADSTOOLS)]
+    plants += [toadstool(rng, *shape, is_near=number < 3)
+               for number, shape in enumerate(TOADSTOOLS)]
     standing = Cloud.join(plants)
     # What is in the ground would shine through it.
     standing = standing.where(standing.points[:, 2] > ground_height(standing.points[:, :2]) - 0.003)

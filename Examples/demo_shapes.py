@@ -164,7 +164,8 @@ def blades(rng, feet, tall, width, per_blade, crest=0):
 def ground_height(xy):
     """Rolling, with humps of moss."""
     xy = np.asarray(xy, float)
-    return 0.35 * (noise(xy * 0.35 + 3) - 0.5) + 0.07 * noise(xy * 2.6) + 0.016 * noise(xy * 13) - 0.12
+    hills = 0.35 * (noise(xy * 0.35 + 3) - 0.5)
+    return hills + 0.07 * noise(xy * 2.6) + 0.016 * noise(xy * 13) - 0.12
 
 
 def ground_sheet(eye, count, near=1.2, far=27.0):

@@ -4,8 +4,8 @@
 
     scene.py [CLOUD.ply] [OUT.png]
 
-Needs the package surfelsplatting (PYTHONPATH=build/lib/python3/dist-packages) and an X display; without one:
-xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" scene.py
+Needs the package surfelsplatting (PYTHONPATH=build/lib/python3/dist-packages) and an X display;
+without one: xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" scene.py
 """
 
 import sys

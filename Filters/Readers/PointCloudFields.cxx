@@ -80,7 +80,8 @@ int VTKType(const Field& field)
 
 // Copies `count` values that lie side by side in each point to component `component` on.
 template <typename In, typename Out>
-void CopyValues(const pcl::PCLPointCloud2& cloud, const Field& field, int count, Out* to, int stride)
+void CopyValues(
+  const pcl::PCLPointCloud2& cloud, const Field& field, int count, Out* to, int stride)
 {
   const std::uint8_t* from = cloud.data.data() + field.offset;
   for (vtkIdType point = 0; point < Count(cloud); ++point)
@@ -108,6 +109,7 @@ void CopyComponent(const pcl::PCLPointCloud2& cloud, const Field& field, Out* to
 
 vtkSmartPointer<vtkPoints> DecodePoints(const pcl::PCLPointCloud2& cloud, const Triple& xyz)
 {
+  // An int does not fit into a float either.
   const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
     [](const Field* field) { return VTKType(*field) == VTK_DOUBLE || VTKType(*field) == VTK_INT; });
   auto points = vtkSmartPointer<vtkPoints>::New();
@@ -170,27 +172,38 @@ vtkSmartPointer<vtkDataArray> DecodePackedColors(
   return colors;
 }
 
-// Three fields of their own: bytes as they are; float, 0 to 1, as some scanners' .ply files have.
+// What brings a colour channel to bytes: real numbers up to 1 and 16 bits are other scales.
+float ScaleToBytes(int type, const std::vector<float>& values)
+{
+  const bool isReal = type == VTK_FLOAT || type == VTK_DOUBLE;
+  const auto aboveOne = [](float value) { return value > 1.f; };
+  if (isReal && std::none_of(values.begin(), values.end(), aboveOne))
+  {
+    return 255.f;
+  }
+  return type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
+}
+
+// Three fields of their own; all three on one scale.
 vtkSmartPointer<vtkDataArray> DecodeSeparateColors(
   const pcl::PCLPointCloud2& cloud, const Triple& rgb)
 {
-  const int type = VTKType(*rgb[0]);
-  const float scale =
-    type == VTK_FLOAT || type == VTK_DOUBLE ? 255.f : type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
+  const vtkIdType points = Count(cloud);
+  std::vector<float> values(3 * points);
+  for (int i = 0; i < 3 && points > 0; ++i)
+  {
+    CopyComponent(cloud, *rgb[i], values.data() + i, 3);
+  }
+  const float scale = ScaleToBytes(VTKType(*rgb[0]), values);
   auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
   colors->SetName("RGB");
   colors->SetNumberOfComponents(3);
   colors->SetNumberOfTuples(Count(cloud));
-  std::vector<float> values(Count(cloud));
-  for (int i = 0; i < 3 && Count(cloud) > 0; ++i)
+  for (vtkIdType i = 0; i < 3 * points; ++i)
   {
-    CopyComponent(cloud, *rgb[i], values.data(), 1);
-    for (vtkIdType point = 0; point < Count(cloud); ++point)
-    {
-      // The order of the arguments makes NaN 0.
-      const float byte = std::min(255.f, std::max(0.f, values[point] * scale));
-      colors->SetValue(3 * point + i, static_cast<unsigned char>(byte + 0.5f));
-    }
+    // The order of the arguments makes NaN 0.
+    const float byte = std::min(255.f, std::max(0.f, values[i] * scale));
+    colors->SetValue(i, static_cast<unsigned char>(byte + 0.5f));
   }
   return colors;
 }
@@ -207,8 +220,8 @@ vtkSmartPointer<vtkDataArray> DecodeOther(const pcl::PCLPointCloud2& cloud, cons
     void* to = array->GetVoidPointer(0);
     switch (VTKType(field))
     {
-      vtkTemplateMacro((CopyValues<VTK_TT>(
-        cloud, field, components, static_cast<VTK_TT*>(to), components)));
+      vtkTemplateMacro(
+        (CopyValues<VTK_TT>(cloud, field, components, static_cast<VTK_TT*>(to), components)));
     }
   }
   return array;

@@ -154,7 +154,8 @@ void CheckCompressed(
   file.read(reinterpret_cast<char*>(&packed), sizeof(packed));
   file.read(reinterpret_cast<char*>(&unpacked), sizeof(unpacked));
   const bool isWhole = file && packed + std::uint64_t(8) <= dataBytes;
-  const bool isLikely = unpacked == points * size.All || unpacked == points * (size.All - size.Padded);
+  const bool isLikely =
+    unpacked == points * size.All || unpacked == points * (size.All - size.Padded);
   if (!isWhole || !isLikely || unpacked / 88 > packed) // LZF packs at most 264 bytes into 3
   {
     throw std::runtime_error("the compressed data is cut short or damaged.");

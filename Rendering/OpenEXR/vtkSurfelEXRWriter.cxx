@@ -106,8 +106,8 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(
   const int components = colors ? colors->GetNumberOfComponents() : 0;
   if (components != 3 && components != 4)
   {
-    throw std::runtime_error("the picture's scalars must have 3 or 4 components, not " +
-      std::to_string(components) + ".");
+    throw std::runtime_error(
+      "the picture's scalars must have 3 or 4 components, not " + std::to_string(components) + ".");
   }
   Planes planes;
   const double largest = LargestValue(colors);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// DumpEXR FILE: the file's window, compression and channels as one line of text, then the channels' values as raw
-// 32-bit floats, one channel after the other, top row first. Fails where OpenEXR finds the file broken.
+// DumpEXR FILE: the file's window, compression and channels as one line of text, then the channels'
+// values as raw 32-bit floats, one channel after the other, top row first. Fails where OpenEXR
+// finds the file broken.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfCheckFile.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -116,7 +116,7 @@ class TestFormats(ToolCase):
         surfels = self.read_vtp("surfels.vtp")
         arrays = arrays_of(surfels)
         points = vtk_to_numpy(surfels.GetPoints().GetData())
-        self.assertEqual(len(points), (~np.isnan(z.ravel()[np.arange(columns * rows) % 37 != 0])).sum())
+        self.assertEqual(len(points), (np.arange(columns * rows) % 37 != 0).sum())
         self.assertTrue(((arrays["SurfelAreaVector"] * points).sum(axis=1) < 0).all())
 
     def test_cloud_without_colors_is_grey(self):

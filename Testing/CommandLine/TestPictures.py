@@ -73,7 +73,8 @@ class TestPictures(ToolCase):
         lit = self.picture(*CAMERA, *SMALL)
         unlit = self.picture(*CAMERA, *SMALL, "--unlit")
         np.testing.assert_array_equal(lit[..., 3], unlit[..., 3])
-        rim = (unlit[..., 3] > 0.9) & (np.hypot(*(np.indices((48, 64)) - [[[23.5]], [[31.5]]])) > 13)
+        rows, columns = np.indices((48, 64))
+        rim = (unlit[..., 3] > 0.9) & (np.hypot(rows - 23.5, columns - 31.5) > 13)
         self.assertLess(lit[rim, 0].sum(), 0.9 * unlit[rim, 0].sum())
 
     def test_lens_options(self):
@@ -166,7 +167,8 @@ class TestPictures(ToolCase):
         result = self.run_tool("render", "ball.ply", *SMALL, "--position", "0", "0", "9",
                                "--focal-point", "0", "0", "99", "-o", "out.png")
         self.assertEqual(result.returncode, 0)
-        self.assertRegex(result.stderr, r"\Asurfelsplat: warning: the camera sees nothing[^\n]+\n\Z")
+        self.assertRegex(result.stderr,
+                         r"\Asurfelsplat: warning: the camera sees nothing[^\n]+\n\Z")
         self.assertTrue(os.path.exists("out.png"))
 
     def test_nothing_but_the_outputs_is_left(self):

@@ -162,12 +162,19 @@ class TestReader(ToolCase):
                        "property float x\r\nproperty float y\r\nproperty float z\r\n"
                        "property float red\r\nproperty float green\r\nproperty float blue\r\n"
                        "property double time\r\nend_header\r\n3 0 1 0\r\n1 2 3 0 0.5 1 7.25\r\n"
-                       "4 5 6 nan 0 2 8\r\n")
+                       "4 5 6 nan -1 0.25 8\r\n")
         reader = self.read("mesh.ply")
         np.testing.assert_array_equal(self.points(reader), [[1, 2, 3], [4, 5, 6]])
         arrays = arrays_of(reader.GetOutput())
-        np.testing.assert_array_equal(arrays["RGB"], [[0, 128, 255], [0, 0, 255]])
+        np.testing.assert_array_equal(arrays["RGB"], [[0, 128, 255], [0, 0, 64]])
         np.testing.assert_array_equal(arrays["time"], [7.25, 8])
+
+    def test_real_colors_above_one_are_bytes(self):
+        columns = [(name, [0, 1], "f4") for name in "xyz"]
+        columns += [(name, [v, 300], "f4") for name, v in (("red", 1), ("green", 2.4), ("blue", 99))]
+        write_pcd("cloud.pcd", columns, "ascii")
+        colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
+        np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]])
 
     def test_can_read_goes_by_content(self):
         write_ply("cloud.dat", sphere(10)[0])

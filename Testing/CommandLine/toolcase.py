@@ -23,8 +23,9 @@ def sphere(count=3000, radius=1.0):
     z = 1 - 2 * k / count
     ring = np.sqrt(1 - z * z)
     points = np.column_stack([ring * np.cos(k * 2.39996), ring * np.sin(k * 2.39996), z])
-    colors = np.column_stack([np.where(points[:, 0] > 0, 230, 40), np.where(points[:, 1] > 0, 200, 20),
-                              np.full(count, 90)]).astype(np.uint8)
+    colors = np.column_stack([np.where(points[:, 0] > 0, 230, 40),
+                              np.where(points[:, 1] > 0, 200, 20), np.full(count, 90)])
+    colors = colors.astype(np.uint8)
     return points * radius, colors
 
 
@@ -80,8 +81,8 @@ class ToolCase(unittest.TestCase):
 
     def read_exr(self, path):
         """{channel: [height, width]}, top row first."""
-        dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True).stdout
-        line, values = dump.split(b"\n", 1)
+        dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
+        line, values = dump.stdout.split(b"\n", 1)
         width, height, _compression, *channels = line.decode().split()
         planes = np.frombuffer(values, np.float32).reshape(len(channels), int(height), int(width))
         return {channel.split(":")[0]: plane for channel, plane in zip(channels, planes)}

@@ -22,8 +22,9 @@ class TestDemoScene(unittest.TestCase):
 
         with tempfile.TemporaryDirectory() as folder:
             cloud, camera = (os.path.join(folder, name) for name in ("s.ply", "c.json"))
-            made = subprocess.run([sys.executable, "-s", "-B", os.path.join(EXAMPLES, "demo_scene.py"),
-                                   cloud, camera], check=True, capture_output=True)
+            script = os.path.join(EXAMPLES, "demo_scene.py")
+            made = subprocess.run([sys.executable, "-s", "-B", script, cloud, camera], check=True,
+                                  capture_output=True)
             self.assertEqual(made.stdout + made.stderr, b"")
             self.assertGreater(read_view(camera).focal_disk, 0)
             reader = vtkPointCloudReader()
@@ -59,7 +60,8 @@ class TestDemoScene(unittest.TestCase):
         import demo_shapes as shapes
 
         rng = np.random.default_rng(2)
-        stone = shapes.ellipsoids(rng, np.zeros((1, 3)), np.ones(1), np.eye(3)[:1], 0.6, 0.12, 20000)
+        stone = shapes.ellipsoids(rng, np.zeros((1, 3)), np.ones(1), np.eye(3)[:1], 0.6, 0.12,
+                                  20000)
         # The nearest other points lie in the tangent plane.
         for i in range(0, 20000, 997):
             offset = stone.points - stone.points[i]

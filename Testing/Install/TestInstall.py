@@ -47,9 +47,9 @@ class TestInstall(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def test_example_project(self):
-        run(ENV["CMAKE"], "-S", os.path.join(ENV["SOURCE"], "Examples", "Cxx"), "-B", self.path("ex"),
-            "-G", ENV["GENERATOR"], "-DCMAKE_BUILD_TYPE=Release",
-            f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        source = os.path.join(ENV["SOURCE"], "Examples", "Cxx")
+        run(ENV["CMAKE"], "-S", source, "-B", self.path("ex"), "-G", ENV["GENERATOR"],
+            "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_PREFIX_PATH={self.prefix}")
         with open(self.path("ex/CMakeCache.txt")) as cache:
             self.assertIn(f"SurfelSplatting_DIR:PATH={self.prefix}/", cache.read())
         run(ENV["CMAKE"], "--build", self.path("ex"))
@@ -65,7 +65,8 @@ class TestInstall(unittest.TestCase):
         where = run(sys.executable, "-s", "-c", "import surfelsplatting as s\n"
                     "s.vtkSurfelEstimation(), s.vtkSurfelSplattingPass(), s.vtkSurfelEXRWriter()\n"
                     "print(s.__file__)", PYTHONPATH=self.python_path)
-        self.assertEqual(where.strip(), os.path.join(self.python_path, "surfelsplatting/__init__.py"))
+        self.assertEqual(where.strip(),
+                         os.path.join(self.python_path, "surfelsplatting/__init__.py"))
 
     def test_libraries_come_from_the_prefix(self):
         loaded = run(sys.executable, "-s", "-c", "import surfelsplatting\n"

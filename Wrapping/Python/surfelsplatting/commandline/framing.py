@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A view that fits a cloud: bounds that stray points do not move, what is up, and where to stand."""
+"""A view that fits a cloud: bounds that stray points do not move, what is up, where to stand."""
 
 import math
 from dataclasses import replace
