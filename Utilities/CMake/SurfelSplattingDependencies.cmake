@@ -20,18 +20,21 @@ endif ()
 # Without COMPONENTS the package demands Qt5's development files.
 find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components})
 
-# PCL's configuration finds VTK again for modules we do not use; its targets pcl_2d and pcl_features would link 35 VTK
-# libraries and Qt into ours.
+# PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features and
+# pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS common kdtree octree search features filters io)
-foreach (pcl_target IN ITEMS pcl_2d pcl_features)
+foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)
   if (TARGET ${pcl_target})
     get_target_property(pcl_links ${pcl_target} INTERFACE_LINK_LIBRARIES)
     if (pcl_links)
-      list(FILTER pcl_links EXCLUDE REGEX "^VTK::")
+      list(FILTER pcl_links EXCLUDE REGEX "^VTK::|OpenNI|libusb")
       set_target_properties(${pcl_target} PROPERTIES INTERFACE_LINK_LIBRARIES "${pcl_links}")
     endif ()
   endif ()
 endforeach ()
 
+# Debian's Imath tells at length that it does not ship a Python library which nobody asked for.
+set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)
 find_package(OpenEXR 3.1 REQUIRED)
+unset(CMAKE_MESSAGE_LOG_LEVEL)
 find_package(Threads REQUIRED)

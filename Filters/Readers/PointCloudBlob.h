@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Reads a .pcd or .ply file into PCL's untyped cloud: bytes and a list of fields.
+ */
+#pragma once
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <string>
+
+namespace PointCloud
+{
+struct Blob
+{
+  pcl::PCLPointCloud2 Cloud;
+  double Viewpoint[3] = { 0.0, 0.0, 0.0 }; // of the sensor, in the points' coordinates
+  bool HasViewpoint = false;
+};
+
+/**
+ * Throws std::runtime_error that says what is wrong with the file, or std::bad_alloc.
+ */
+Blob ReadBlob(const std::string& path);
+}

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "PointCloudFields.h"
+
+#include "vtkCellArray.h"
+#include "vtkDataArray.h"
+#include "vtkFloatArray.h"
+#include "vtkNew.h"
+#include "vtkPointData.h"
+#include "vtkPoints.h"
+#include "vtkPolyData.h"
+#include "vtkSmartPointer.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <pcl/common/io.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace PointCloud
+{
+namespace
+{
+using Field = pcl::PCLPointField;
+using Triple = std::array<const Field*, 3>;
+
+vtkIdType Count(const pcl::PCLPointCloud2& cloud)
+{
+  return static_cast<vtkIdType>(cloud.width) * cloud.height;
+}
+
+const Field* Find(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  const auto found = std::find_if(cloud.fields.begin(), cloud.fields.end(),
+    [&](const Field& field) { return field.name == name && field.count > 0; });
+  return found == cloud.fields.end() ? nullptr : &*found;
+}
+
+// All three fields, or three null pointers.
+Triple FindTriple(const pcl::PCLPointCloud2& cloud, const std::array<const char*, 3>& names)
+{
+  Triple triple = { Find(cloud, names[0]), Find(cloud, names[1]), Find(cloud, names[2]) };
+  return triple[0] && triple[1] && triple[2] ? triple : Triple{};
+}
+
+int VTKType(const Field& field)
+{
+  switch (field.datatype)
+  {
+    case Field::INT8:
+      return VTK_SIGNED_CHAR;
+    case Field::BOOL:
+    case Field::UINT8:
+      return VTK_UNSIGNED_CHAR;
+    case Field::INT16:
+      return VTK_SHORT;
+    case Field::UINT16:
+      return VTK_UNSIGNED_SHORT;
+    case Field::INT32:
+      return VTK_INT;
+    case Field::UINT32:
+      return VTK_UNSIGNED_INT;
+    case Field::INT64:
+      return VTK_LONG_LONG;
+    case Field::UINT64:
+      return VTK_UNSIGNED_LONG_LONG;
+    case Field::FLOAT32:
+      return VTK_FLOAT;
+    case Field::FLOAT64:
+      return VTK_DOUBLE;
+    default:
+      throw std::runtime_error("the field " + field.name + " has an unknown type.");
+  }
+}
+
+// Copies `count` values that lie side by side in each point to component `component` on.
+template <typename In, typename Out>
+void CopyValues(
+  const pcl::PCLPointCloud2& cloud, const Field& field, int count, Out* to, int stride)
+{
+  const std::uint8_t* from = cloud.data.data() + field.offset;
+  for (vtkIdType point = 0; point < Count(cloud); ++point)
+  {
+    for (int i = 0; i < count; ++i)
+    {
+      In value;
+      std::memcpy(&value, from + i * sizeof(In), sizeof(In));
+      to[i] = static_cast<Out>(value);
+    }
+    from += cloud.point_step;
+    to += stride;
+  }
+}
+
+// One component from a field of any type.
+template <typename Out>
+void CopyComponent(const pcl::PCLPointCloud2& cloud, const Field& field, Out* to, int stride)
+{
+  switch (VTKType(field))
+  {
+    vtkTemplateMacro((CopyValues<VTK_TT, Out>(cloud, field, 1, to, stride)));
+  }
+}
+
+vtkSmartPointer<vtkPoints> DecodePoints(const pcl::PCLPointCloud2& cloud, const Triple& xyz)
+{
+  // An int does not fit into a float either.
+  const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
+    [](const Field* field) { return VTKType(*field) == VTK_DOUBLE || VTKType(*field) == VTK_INT; });
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetDataType(isDouble ? VTK_DOUBLE : VTK_FLOAT);
+  points->SetNumberOfPoints(Count(cloud));
+  for (int i = 0; i < 3 && Count(cloud) > 0; ++i)
+  {
+    if (isDouble)
+    {
+      CopyComponent(cloud, *xyz[i], static_cast<double*>(points->GetVoidPointer(0)) + i, 3);
+    }
+    else
+    {
+      CopyComponent(cloud, *xyz[i], static_cast<float*>(points->GetVoidPointer(0)) + i, 3);
+    }
+  }
+  return points;
+}
+
+vtkSmartPointer<vtkDataArray> DecodeNormals(const pcl::PCLPointCloud2& cloud, const Triple& normal)
+{
+  auto normals = vtkSmartPointer<vtkFloatArray>::New();
+  normals->SetName("Normals");
+  normals->SetNumberOfComponents(3);
+  normals->SetNumberOfTuples(Count(cloud));
+  for (int i = 0; i < 3 && Count(cloud) > 0; ++i)
+  {
+    CopyComponent(cloud, *normal[i], normals->GetPointer(i), 3);
+  }
+  return normals;
+}
+
+// PCL packs a colour into four bytes, 0xAARRGGBB, under a float or an integer type.
+vtkSmartPointer<vtkDataArray> DecodePackedColors(
+  const pcl::PCLPointCloud2& cloud, const Field& field)
+{
+  std::vector<std::uint32_t> packed(Count(cloud));
+  CopyValues<std::uint32_t>(cloud, field, 1, packed.data(), 1);
+  const auto alphaIs = [&](std::uint32_t alpha) {
+    return std::all_of(
+      packed.begin(), packed.end(), [=](std::uint32_t color) { return color >> 24 == alpha; });
+  };
+  const bool hasAlpha = field.name == "rgba" && !alphaIs(0) && !alphaIs(255);
+
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  colors->SetName(hasAlpha ? "RGBA" : "RGB");
+  colors->SetNumberOfComponents(hasAlpha ? 4 : 3);
+  colors->SetNumberOfTuples(Count(cloud));
+  unsigned char* to = colors->GetPointer(0);
+  for (const std::uint32_t color : packed)
+  {
+    *to++ = static_cast<unsigned char>(color >> 16);
+    *to++ = static_cast<unsigned char>(color >> 8);
+    *to++ = static_cast<unsigned char>(color);
+    if (hasAlpha)
+    {
+      *to++ = static_cast<unsigned char>(color >> 24);
+    }
+  }
+  return colors;
+}
+
+// What brings a colour channel to bytes: real numbers up to 1 and 16 bits are other scales.
+float ScaleToBytes(int type, const std::vector<float>& values)
+{
+  const bool isReal = type == VTK_FLOAT || type == VTK_DOUBLE;
+  const auto aboveOne = [](float value) { return value > 1.f; };
+  if (isReal && std::none_of(values.begin(), values.end(), aboveOne))
+  {
+    return 255.f;
+  }
+  return type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
+}
+
+// Three fields of their own; all three on one scale.
+vtkSmartPointer<vtkDataArray> DecodeSeparateColors(
+  const pcl::PCLPointCloud2& cloud, const Triple& rgb)
+{
+  const vtkIdType points = Count(cloud);
+  std::vector<float> values(3 * points);
+  for (int i = 0; i < 3 && points > 0; ++i)
+  {
+    CopyComponent(cloud, *rgb[i], values.data() + i, 3);
+  }
+  const float scale = ScaleToBytes(VTKType(*rgb[0]), values);
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  colors->SetName("RGB");
+  colors->SetNumberOfComponents(3);
+  colors->SetNumberOfTuples(Count(cloud));
+  for (vtkIdType i = 0; i < 3 * points; ++i)
+  {
+    // The order of the arguments makes NaN 0.
+    const float byte = std::min(255.f, std::max(0.f, values[i] * scale));
+    colors->SetValue(i, static_cast<unsigned char>(byte + 0.5f));
+  }
+  return colors;
+}
+
+vtkSmartPointer<vtkDataArray> DecodeOther(const pcl::PCLPointCloud2& cloud, const Field& field)
+{
+  const int components = static_cast<int>(field.count);
+  auto array = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(VTKType(field)));
+  array->SetName(field.name.c_str());
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(Count(cloud));
+  if (Count(cloud) > 0)
+  {
+    void* to = array->GetVoidPointer(0);
+    switch (VTKType(field))
+    {
+      vtkTemplateMacro(
+        (CopyValues<VTK_TT>(cloud, field, components, static_cast<VTK_TT*>(to), components)));
+    }
+  }
+  return array;
+}
+
+// Every field must lie inside its point, or the copies above would read past the data.
+void CheckFields(const pcl::PCLPointCloud2& cloud)
+{
+  for (const Field& field : cloud.fields)
+  {
+    const std::uint64_t end =
+      field.offset + std::uint64_t(field.count) * pcl::getFieldSize(field.datatype);
+    if (end > cloud.point_step)
+    {
+      throw std::runtime_error("the field " + field.name + " reaches beyond its point.");
+    }
+  }
+}
+
+void AddColors(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<const Field*>& used)
+{
+  const Field* packed = Find(cloud, "rgba") ? Find(cloud, "rgba") : Find(cloud, "rgb");
+  const Triple separate = FindTriple(cloud, { "red", "green", "blue" });
+  if (packed && pcl::getFieldSize(packed->datatype) == 4)
+  {
+    data->SetScalars(DecodePackedColors(cloud, *packed));
+    used.insert(packed);
+  }
+  else if (separate[0])
+  {
+    data->SetScalars(DecodeSeparateColors(cloud, separate));
+    used.insert(separate.begin(), separate.end());
+  }
+}
+
+void AddNormals(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<const Field*>& used)
+{
+  Triple normal = FindTriple(cloud, { "normal_x", "normal_y", "normal_z" });
+  if (!normal[0])
+  {
+    normal = FindTriple(cloud, { "nx", "ny", "nz" });
+  }
+  if (normal[0])
+  {
+    data->SetNormals(DecodeNormals(cloud, normal));
+    used.insert(normal.begin(), normal.end());
+  }
+}
+}
+
+//------------------------------------------------------------------------------
+void DecodeFields(const pcl::PCLPointCloud2& cloud, vtkPolyData* output)
+{
+  if (cloud.is_bigendian)
+  {
+    throw std::runtime_error("big-endian .pcd data is not supported; convert it to ascii.");
+  }
+  CheckFields(cloud);
+  const Triple xyz = FindTriple(cloud, { "x", "y", "z" });
+  if (!xyz[0])
+  {
+    throw std::runtime_error("no point cloud: the fields x, y and z are not all there.");
+  }
+  output->SetPoints(DecodePoints(cloud, xyz));
+
+  std::set<const Field*> used(xyz.begin(), xyz.end());
+  AddColors(cloud, output->GetPointData(), used);
+  AddNormals(cloud, output->GetPointData(), used);
+  for (const Field& field : cloud.fields)
+  {
+    if (!used.count(&field) && field.name != "_" && field.count > 0) // "_" pads
+    {
+      output->GetPointData()->AddArray(DecodeOther(cloud, field));
+    }
+  }
+
+  vtkNew<vtkCellArray> vertices;
+  vertices->InsertNextCell(static_cast<int>(Count(cloud)));
+  for (vtkIdType point = 0; point < Count(cloud); ++point)
+  {
+    vertices->InsertCellPoint(point);
+  }
+  output->SetVerts(vertices);
+}
+}

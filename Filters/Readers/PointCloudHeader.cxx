@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "PointCloudHeader.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace PointCloud
+{
+namespace
+{
+using Words = std::vector<std::string>;
+
+constexpr std::size_t LongestLine = 1 << 16; // longer is binary data of some other format
+
+Words Split(const std::string& line)
+{
+  std::istringstream stream(line);
+  Words words;
+  for (std::string word; stream >> word;)
+  {
+    words.push_back(word);
+  }
+  return words;
+}
+
+[[noreturn]] void Fail(const std::string& what)
+{
+  throw std::runtime_error(what + "; the header is damaged.");
+}
+
+// A whole number in decimal digits, or a failure.
+std::uint64_t ParseCount(const std::string& key, const std::string& word)
+{
+  const bool isNumber = !word.empty() && word.size() < 19 &&
+    std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!isNumber)
+  {
+    Fail(key + " is not a whole number");
+  }
+  return std::stoull(word);
+}
+
+// Points that do not fit into the file, or into VTK's int dimensions.
+void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
+{
+  if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
+    points * leastBytes > fileBytes)
+  {
+    throw std::runtime_error("the header announces " + std::to_string(points) +
+      " points, the file has only " + std::to_string(fileBytes) +
+      " bytes; it is cut short or its header is wrong.");
+  }
+}
+
+void CheckPLY(std::istream& file, std::uint64_t fileBytes)
+{
+  std::string line;
+  while (std::getline(file, line) && line.size() < LongestLine)
+  {
+    const Words words = Split(line);
+    if (words.size() > 2 && words[0] == "element")
+    {
+      CheckSize(ParseCount("the number of elements " + words[1], words[2]), 1, fileBytes);
+    }
+    if (!words.empty() && words[0] == "end_header")
+    {
+      return;
+    }
+  }
+  throw std::runtime_error("the header has no end_header; the file is cut short.");
+}
+
+// Key -> values of a .pcd header, up to DATA.
+std::map<std::string, Words> ReadPCDLines(std::istream& file)
+{
+  static const Words known = { "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT",
+    "VIEWPOINT", "POINTS", "DATA" };
+  std::map<std::string, Words> lines;
+  std::string line;
+  while (!lines.count("DATA") && std::getline(file, line) && line.size() < LongestLine)
+  {
+    Words words = Split(line);
+    if (words.empty() || words[0][0] == '#')
+    {
+      continue;
+    }
+    const std::string key = words[0] == "COLUMNS" ? "FIELDS" : words[0];
+    words.erase(words.begin());
+    // pcl_io sizes its tables by FIELDS when it meets the other lines.
+    const bool early = !lines.count("FIELDS") && (key == "SIZE" || key == "TYPE" || key == "COUNT");
+    if (std::find(known.begin(), known.end(), key) == known.end() || early ||
+      !lines.emplace(key, words).second)
+    {
+      Fail("the line " + key.substr(0, 40) + " is unknown, out of order or there twice");
+    }
+  }
+  for (const char* key : { "FIELDS", "SIZE", "TYPE", "WIDTH", "DATA" })
+  {
+    if (lines[key].empty())
+    {
+      Fail(std::string("the line ") + key + " is missing");
+    }
+  }
+  return lines;
+}
+
+struct PointSize
+{
+  std::uint64_t All = 0;    // bytes of a point
+  std::uint64_t Padded = 0; // of these, bytes of fields named "_"
+};
+
+PointSize CheckPCDFields(std::map<std::string, Words>& lines)
+{
+  const std::size_t fields = lines["FIELDS"].size();
+  if (lines["COUNT"].empty())
+  {
+    lines["COUNT"] = Words(fields, "1");
+  }
+  if (lines["SIZE"].size() != fields || lines["TYPE"].size() != fields ||
+    lines["COUNT"].size() != fields)
+  {
+    Fail("FIELDS, SIZE, TYPE and COUNT differ in length");
+  }
+  static const Words types = { "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8", "F4", "F8", "B1" };
+  PointSize size;
+  for (std::size_t i = 0; i < fields; ++i)
+  {
+    const std::uint64_t count = ParseCount("COUNT", lines["COUNT"][i]);
+    const std::string type = lines["TYPE"][i] + lines["SIZE"][i];
+    if (std::find(types.begin(), types.end(), type) == types.end() || count < 1 || count > 65536)
+    {
+      Fail("the field " + lines["FIELDS"][i].substr(0, 40) + " has an unknown type or count");
+    }
+    const std::uint64_t bytes = ParseCount("SIZE", lines["SIZE"][i]) * count;
+    size.All += bytes;
+    size.Padded += lines["FIELDS"][i] == "_" ? bytes : 0;
+  }
+  return size;
+}
+
+// The data begins with its sizes, packed and unpacked; pcl_io leaves the padding out when packing.
+void CheckCompressed(
+  std::istream& file, std::uint64_t points, const PointSize& size, std::uint64_t dataBytes)
+{
+  std::uint32_t packed = 0;
+  std::uint32_t unpacked = 0;
+  file.read(reinterpret_cast<char*>(&packed), sizeof(packed));
+  file.read(reinterpret_cast<char*>(&unpacked), sizeof(unpacked));
+  const bool isWhole = file && packed + std::uint64_t(8) <= dataBytes;
+  const bool isLikely =
+    unpacked == points * size.All || unpacked == points * (size.All - size.Padded);
+  if (!isWhole || !isLikely || unpacked / 88 > packed) // LZF packs at most 264 bytes into 3
+  {
+    throw std::runtime_error("the compressed data is cut short or damaged.");
+  }
+}
+
+void CheckPCD(std::istream& file, std::uint64_t fileBytes)
+{
+  std::map<std::string, Words> lines = ReadPCDLines(file);
+  const PointSize size = CheckPCDFields(lines);
+  const std::uint64_t width = ParseCount("WIDTH", lines["WIDTH"][0]);
+  const std::uint64_t height =
+    lines["HEIGHT"].empty() ? 1 : ParseCount("HEIGHT", lines["HEIGHT"][0]);
+  const std::uint64_t points =
+    lines["POINTS"].empty() ? width * height : ParseCount("POINTS", lines["POINTS"][0]);
+  if (width > (1u << 31) || height > (1u << 31) || width * height != points)
+  {
+    Fail("POINTS is not WIDTH times HEIGHT");
+  }
+  const std::string& data = lines["DATA"][0];
+  if (data != "ascii" && data != "binary" && data != "binary_compressed")
+  {
+    Fail("DATA is neither ascii, binary nor binary_compressed");
+  }
+  const auto dataBytes = fileBytes - static_cast<std::uint64_t>(file.tellg());
+  if (data == "binary_compressed")
+  {
+    CheckSize(points, 0, dataBytes);
+    CheckCompressed(file, points, size, dataBytes);
+  }
+  else
+  {
+    // In ascii a value takes at least a digit and a blank.
+    CheckSize(points, data == "binary" ? size.All : 2 * lines["FIELDS"].size() - 1, dataBytes);
+  }
+}
+}
+
+//------------------------------------------------------------------------------
+Format FindFormat(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  for (bool first = true; std::getline(file, line) && line.size() < LongestLine; first = false)
+  {
+    const Words words = Split(line);
+    if (first && words.size() == 1 && words[0] == "ply")
+    {
+      return Format::PLY;
+    }
+    if (!words.empty() && words[0][0] != '#') // a .pcd file may begin with comments
+    {
+      const bool isPCD = words[0] == "VERSION" || words[0] == "FIELDS" || words[0] == "COLUMNS";
+      return isPCD ? Format::PCD : Format::Unknown;
+    }
+  }
+  return Format::Unknown;
+}
+
+//------------------------------------------------------------------------------
+void CheckHeader(const std::string& path, Format format)
+{
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const auto fileBytes = static_cast<std::uint64_t>(file.tellg());
+  file.seekg(0);
+  if (format == Format::PLY)
+  {
+    CheckPLY(file, fileBytes);
+  }
+  else
+  {
+    CheckPCD(file, fileBytes);
+  }
+}
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkPointCloudReader.h"
+
+#include "PointCloudBlob.h"
+#include "PointCloudFields.h"
+#include "PointCloudHeader.h"
+
+#include "vtkErrorCode.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkObjectFactory.h"
+#include "vtkPolyData.h"
+
+#include <algorithm>
+#include <exception>
+
+vtkStandardNewMacro(vtkPointCloudReader);
+
+//------------------------------------------------------------------------------
+vtkPointCloudReader::vtkPointCloudReader()
+{
+  this->SetNumberOfInputPorts(0);
+}
+
+//------------------------------------------------------------------------------
+vtkPointCloudReader::~vtkPointCloudReader()
+{
+  this->SetFileName(nullptr);
+}
+
+//------------------------------------------------------------------------------
+int vtkPointCloudReader::CanReadFile(const char* fileName)
+{
+  return fileName && PointCloud::FindFormat(fileName) != PointCloud::Format::Unknown ? 1 : 0;
+}
+
+//------------------------------------------------------------------------------
+int vtkPointCloudReader::RequestData(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
+  std::fill_n(this->Viewpoint, 3, 0.0);
+  std::fill_n(this->Dimensions, 2, 0);
+  this->HasViewpoint = false;
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (!this->FileName)
+  {
+    this->SetErrorCode(vtkErrorCode::NoFileNameError);
+    vtkErrorMacro("No file to read: call SetFileName first.");
+    return 0;
+  }
+
+  try
+  {
+    const PointCloud::Blob blob = PointCloud::ReadBlob(this->FileName);
+    this->UpdateProgress(0.6);
+    PointCloud::DecodeFields(blob.Cloud, output);
+    std::copy_n(blob.Viewpoint, 3, this->Viewpoint);
+    this->HasViewpoint = blob.HasViewpoint;
+    this->Dimensions[0] = static_cast<int>(blob.Cloud.width);
+    this->Dimensions[1] = static_cast<int>(blob.Cloud.height);
+  }
+  catch (const std::bad_alloc&)
+  {
+    output->Initialize();
+    this->SetErrorCode(vtkErrorCode::FileFormatError);
+    vtkErrorMacro(<< this->FileName << " does not fit into memory: thin the cloud out first.");
+    return 0;
+  }
+  catch (const std::exception& problem)
+  {
+    output->Initialize();
+    this->SetErrorCode(vtkErrorCode::FileFormatError);
+    vtkErrorMacro(<< this->FileName << ": " << problem.what());
+    return 0;
+  }
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPointCloudReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "HasViewpoint: " << this->HasViewpoint << "\n";
+  os << indent << "Viewpoint: " << this->Viewpoint[0] << " " << this->Viewpoint[1] << " "
+     << this->Viewpoint[2] << "\n";
+  os << indent << "Dimensions: " << this->Dimensions[0] << " " << this->Dimensions[1] << "\n";
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkPointCloudReader
+ * @brief   reads .pcd and .ply point clouds with all their point fields
+ *
+ * Reads PCL's .pcd files (ascii, binary, binary_compressed) and the vertices of .ply files (ascii,
+ * binary of either byte order; faces and lists are passed over). The format is told from the
+ * content, not from the file's name. What becomes of the fields:
+ *
+ * | field                              | output                                                  |
+ * |------------------------------------|---------------------------------------------------------|
+ * | x y z                              | points; double where the file has doubles               |
+ * | rgb, rgba; red green blue (alpha)  | unsigned char scalars "RGB" or "RGBA"                   |
+ * | normal_x .. normal_z, nx ny nz     | float "Normals", set as the normals                     |
+ * | any other                          | an array of the field's name, type and component count  |
+ *
+ * An alpha that is 0 in every point or 255 in every point says nothing (depth cameras write 0)
+ * and is left out. Points with NaN coordinates are kept, so that an organized cloud keeps its
+ * rows; the surfel filters drop and count them. All points form one poly-vertex cell, so that
+ * an ordinary mapper shows them.
+ *
+ * @sa vtkSurfelEstimation
+ */
+#ifndef vtkPointCloudReader_h
+#define vtkPointCloudReader_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSurfelReadersModule.h" // for the export macro
+
+class VTKSURFELREADERS_EXPORT vtkPointCloudReader : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkPointCloudReader* New();
+  vtkTypeMacro(vtkPointCloudReader, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The file to read. Default: none.
+   */
+  vtkSetFilePathMacro(FileName);
+  vtkGetFilePathMacro(FileName);
+  ///@}
+
+  /**
+   * 1 if the file begins like a .ply or .pcd file, else 0.
+   */
+  static int CanReadFile(VTK_FILEPATH const char* fileName);
+
+  ///@{
+  /**
+   * Where the sensor stood, in the coordinates of the points, and whether the file says so. Valid
+   * after an update. A .pcd header always has a viewpoint; its default (0, 0, 0) counts only for
+   * an organized cloud, which is one depth image seen from the origin.
+   */
+  vtkGetVector3Macro(Viewpoint, double);
+  vtkGetMacro(HasViewpoint, bool);
+  ///@}
+
+  /**
+   * Columns and rows of an organized cloud (one depth image, row by row); (number of points, 1)
+   * for any other. Valid after an update.
+   */
+  vtkGetVector2Macro(Dimensions, int);
+
+protected:
+  vtkPointCloudReader();
+  ~vtkPointCloudReader() override;
+
+  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+
+  char* FileName = nullptr;
+  double Viewpoint[3] = { 0.0, 0.0, 0.0 };
+  bool HasViewpoint = false;
+  int Dimensions[2] = { 0, 0 };
+
+private:
+  vtkPointCloudReader(const vtkPointCloudReader&) = delete;
+  void operator=(const vtkPointCloudReader&) = delete;
+};
+
+#endif

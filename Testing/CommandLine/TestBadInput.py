@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bad input: one line that says what is wrong, exit code 2, nothing written."""
+
+import json
+import os
+import resource
+import unittest
+
+import numpy as np
+
+from toolcase import SMALL, ToolCase, sphere, write_ply
+
+
+def write(path, content):
+    with open(path, "wb" if isinstance(content, bytes) else "w") as file:
+        file.write(content)
+    return path
+
+
+class TestBadInput(ToolCase):
+    def setUp(self):
+        super().setUp()
+        points, colors = sphere(500)
+        write_ply("ok.ply", points, colors)
+
+    def refuse(self, *words, says, **options):
+        """Every text of `says` must be in the one line on stderr."""
+        before = sorted(os.listdir("."))
+        result = self.run_tool(*words, **options)
+        self.assertEqual(result.returncode, 2, (words, result))
+        self.assertEqual(result.stdout, "")
+        self.assertRegex(result.stderr, r"\Asurfelsplat: [^\n]+\n\Z")
+        for text in says:
+            self.assertIn(text, result.stderr)
+        self.assertEqual(sorted(os.listdir(".")), before)
+
+    def refuse_cloud(self, name, *says):
+        self.refuse("render", name, "-o", "out.png", says=(name, *says))
+
+    def refuse_options(self, *options, says):
+        self.refuse("render", "ok.ply", *SMALL, *options,
+                    *([] if "-o" in options else ["-o", "out.exr"]), says=says)
+
+    def refuse_view(self, view, *says):
+        write("camera.json", view if isinstance(view, str) else json.dumps(view))
+        self.refuse_options("--camera", "camera.json", says=says)
+
+    # --- clouds ---------------------------------------------------------------------------------
+    def test_files_that_are_no_clouds(self):
+        self.refuse_cloud("missing.ply", "does not exist")
+        os.mkdir("folder.ply")
+        self.refuse_cloud("folder.ply", "is a folder")
+        self.refuse_cloud(write("empty.ply", ""), "empty")
+        self.refuse_cloud(write("empty.xyz", ""), "empty")
+        self.refuse_cloud(write("junk.ply", b"\0\1\2\3" * 500), "neither a .ply nor a .pcd")
+        self.refuse_cloud(write("junk.pcd", "hello"), "neither a .ply nor a .pcd")
+        self.refuse_cloud(write("cloud.obj", "v 1 2 3"), "unknown extension", ".ply", ".vtp")
+        self.refuse_cloud(write("cloud", "1 2 3"), "unknown extension")
+        self.refuse_cloud(write("broken.vtp", "<VTKFile><oops"), "not a readable .vtp")
+        self.refuse_cloud(write("image.vtp", "<VTKFile type='ImageData'/>"), "not a readable .vtp")
+
+    def test_las_says_how_to_convert(self):
+        self.refuse_cloud(write("scan.las", b"LASF" + b"\0" * 400), "pdal translate")
+        self.refuse_cloud(write("scan.laz", b""), "pdal translate")
+
+    def test_files_that_are_cut_short(self):
+        with open("ok.ply", "rb") as file:
+            content = file.read()
+        self.refuse_cloud(write("cut.ply", content[:-100]), "cut short")
+        self.refuse_cloud(write("header.ply", content[:60]), "cut short")
+        self.refuse_cloud(write("many.ply", content.replace(b"vertex 500", b"vertex 99999999999")),
+                          "99999999999 points")
+        write("lots.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 4000000\n"
+              "HEIGHT 1\nPOINTS 4000000\nDATA binary\n")
+        self.refuse_cloud("lots.pcd", "4000000 points")
+
+    def test_clouds_without_points(self):
+        write_ply("none.ply", np.zeros((0, 3)))
+        self.refuse_cloud("none.ply", "no points")
+        write_ply("nan.ply", np.full((50, 3), np.nan))
+        self.refuse_cloud("nan.ply", "none of its 50 points", "finite")
+        self.refuse_cloud(write("comment.xyz", "# nothing\n"), "no points")
+        write("fields.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\n"
+              "property float v\nend_header\n1 2\n")
+        self.refuse_cloud("fields.ply", "x, y and z")
+
+    def test_text_that_is_no_table(self):
+        self.refuse_cloud(write("words.txt", "one two three\n"), "not a table of numbers")
+        self.refuse_cloud(write("ragged.xyz", "1 2 3\n4 5\n"), "columns changed from 3 to 2")
+        self.refuse_cloud(write("two.xyz", "1 2\n3 4\n"), "2 columns")
+        self.refuse_cloud(write("five.xyz", "1 2 3 4 5\n3 4 5 6 7\n"), "5 columns")
+        self.refuse_cloud(write("binary.xyz", bytes(range(128, 256)) * 9), "not a table of numbers")
+
+    # --- cameras --------------------------------------------------------------------------------
+    def test_camera_files(self):
+        self.refuse_options("--camera", "missing.json", says=["missing.json", "No such file"])
+        self.refuse_view("{", "camera.json", "JSON")
+        self.refuse_view([], "no views")
+        self.refuse_view({"views": 3}, "no views")
+        self.refuse_view({"colour": 3}, "describes no camera")
+        self.refuse_view({"position": [0, 0]}, "position is [0, 0]", "three finite numbers")
+        self.refuse_view({"position": [0, 0, "5"]}, "three finite numbers")
+        self.refuse_view('{"position": [0, 0, NaN]}', "three finite numbers")
+        self.refuse_view({"viewAngle": 0}, "viewAngle is 0")
+        self.refuse_view({"viewAngle": 180}, "viewAngle is 180")
+        self.refuse_view({"viewAngle": "wide"}, "viewAngle")
+        self.refuse_view({"viewAngle": 30, "size": [0, 10]}, "size is [0, 10]")
+        self.refuse_view({"viewAngle": 30, "focalDisk": -1}, "focalDisk is -1")
+        self.refuse_view({"viewAngle": 30, "focalDistance": -1}, "focalDistance is -1")
+        self.refuse_view({"position": [1, 2, 3], "focalPoint": [1, 2, 3]}, "same point")
+        self.refuse_view({"position": [0, 0, 5], "focalPoint": [0, 0, 0], "viewUp": [0, 0, -2]},
+                         "parallel")
+        self.refuse_view({"viewUp": [0, 0, 0]}, "view-up vector is 0 0 0")
+
+    def test_unknown_view_names_the_known_ones(self):
+        write("views.json", json.dumps({"views": [{"name": n, "viewAngle": 20} for n in "ab"]}))
+        self.refuse_options("--camera", "views.json:c", says=["'c'", "a, b"])
+
+    def test_camera_options(self):
+        self.refuse_options("--position", "1", "2", "x", says=["--position", "'x'"])
+        self.refuse_options("--position", "1", "2", says=["--position", "3 arguments"])
+        self.refuse_options("--position", "1", "2", "nan", says=["not a finite number"])
+        self.refuse_options("--focal-point", "1", "2", "-inf", says=["not a finite number"])
+        self.refuse_options("--position", "1", "2", "3", "--focal-point", "1", "2", "3",
+                            says=["same point"])
+        self.refuse_options("--position", "0", "0", "-1e-3", "--focal-point", "0", "0", "0",
+                            "--view-up", "0", "0", "1", says=["parallel"])
+        for angle in ("0", "180", "-20", "wide"):
+            self.refuse_options("--view-angle", angle, says=["--view-angle", angle])
+        for size in (("0", "10"), ("10", "-1"), ("10", "2.5"), ("10", "big")):
+            self.refuse_options("--size", *size, says=["--size", "whole number"])
+        self.refuse_options("--size", "70000", "10", says=["too large"])
+
+    def test_picture_size_of_a_camera_file(self):
+        write("camera.json", json.dumps({"viewAngle": 30, "size": [1000000, 1000000]}))
+        self.refuse("render", "ok.ply", "--camera", "camera.json", "-o", "out.png",
+                    says=["too large"])
+
+    def test_other_options(self):
+        self.refuse_options("--focal-disk", "-1", says=["--focal-disk", "negative"])
+        self.refuse_options("--focal-disk", "1", "--pinhole", says=["exclude each other"])
+        self.refuse_options("--background", "0", "0", "2", says=["between 0 and 1"])
+        self.refuse_options("--cutoff", "0", says=["between 1 and 20"])
+        self.refuse_options("--threads", "0", says=["--threads"])
+        self.refuse_options("--repeat", "none", says=["--repeat"])
+        self.refuse_options("--nonsense", says=["--nonsense"])
+        self.refuse(says=["COMMAND"])
+        self.refuse("paint", says=["paint"])
+        self.refuse("render", says=["CLOUD"])
+        self.refuse("render", "ok.ply", says=["--output"])
+
+    # --- outputs --------------------------------------------------------------------------------
+    def test_outputs_that_cannot_be(self):
+        self.refuse_options("-o", "out.jpg", says=["out.jpg", ".png or .exr"])
+        self.refuse_options("-o", "out", says=[".png or .exr"])
+        self.refuse_options("-o", "nowhere/out.png", says=["nowhere", "does not exist"])
+        os.mkdir("out.png")
+        self.refuse_options("-o", "out.png", says=["is a folder"])
+        self.refuse_options("--surfels", "surfels.ply", says=["surfels.ply", ".vtp"])
+        self.refuse_options("--surfels", "nowhere/surfels.vtp", says=["does not exist"])
+        self.refuse_options("--stats", "nowhere/stats.json", says=["does not exist"])
+
+    def test_folder_that_takes_no_files(self):
+        # Where not even root can create a file.
+        for name in ("/proc/out.png", "/proc/out.exr"):
+            self.refuse_options("-o", name, says=[name])
+
+    def test_full_disk(self):
+        def limit_file_size():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+
+        for options in (["-o", "out.exr"], ["-o", "out.png"]):
+            self.refuse("render", "ok.ply", "--size", "200", "200", *options,
+                        says=["annot write", "out."], preexec_fn=limit_file_size)
+
+    def test_full_disk_for_surfels(self):
+        def limit_file_size():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000))
+
+        result = self.run_tool("render", "ok.ply", "--size", "8", "8", "-o", "out.png",
+                               "--surfels", "surfels.vtp", preexec_fn=limit_file_size)
+        self.assertEqual(result.returncode, 2, result)
+        self.assertRegex(result.stderr, r"\Asurfelsplat: cannot write surfels.vtp[^\n]+\n\Z")
+        self.assertEqual(sorted(os.listdir(".")), ["ok.ply", "out.png"])
+
+    def test_old_output_survives_a_failure(self):
+        write("out.exr", "old")
+        self.run_tool("render", "ok.ply", "-o", "out.exr", "--position", "0", "0", "x")
+
+        def limit_file_size():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+
+        self.refuse("render", "ok.ply", "-o", "out.exr", says=["out.exr"],
+                    preexec_fn=limit_file_size)
+        with open("out.exr") as file:
+            self.assertEqual(file.read(), "old")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Camera files, what overrides them, and the view that is found where none is asked for."""
+
+import json
+import math
+import unittest
+from types import SimpleNamespace
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from surfelsplatting.commandline.arguments import parse_arguments
+from surfelsplatting.commandline.cameras import View, asked_view, read_view
+from surfelsplatting.commandline.framing import Samples, complete_view, up_axis
+from toolcase import ToolCase, sphere
+
+VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
+        "viewAngle": 25.0, "size": [320, 200], "focalDisk": 0.5, "focalDistance": 4}
+
+
+def surfels_of(points, normals, origin=None, two_sided=False):
+    surfels = vtkPolyData()
+    vertices = vtkPoints()
+    vertices.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
+    surfels.SetPoints(vertices)
+    for name, values, kind in (("SurfelAreaVector", normals, np.float32),
+                               ("SurfelTwoSided", np.full(len(points), two_sided), np.uint8)):
+        array = numpy_to_vtk(np.ascontiguousarray(values, kind), deep=True)
+        array.SetName(name)
+        surfels.GetPointData().AddArray(array)
+    if origin is not None:
+        array = numpy_to_vtk(np.array([origin], np.float64), deep=True)
+        array.SetName("SurfelOrigin")
+        surfels.GetFieldData().AddArray(array)
+    return surfels
+
+
+def on_screen(view, points):
+    """Where points come to lie: [n, 2], -1 to 1 over the picture, and their depths."""
+    position, target, up = (np.array(v) for v in (view.position, view.focal_point, view.view_up))
+    forward = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    local = points - position
+    depth = local @ forward
+    tan_y = math.tan(math.radians(view.view_angle) / 2)
+    tan_x = tan_y * view.size[0] / view.size[1]
+    return np.column_stack([local @ right / depth / tan_x,
+                            local @ np.cross(right, forward) / depth / tan_y]), depth
+
+
+class TestCameras(ToolCase):
+    def write(self, content):
+        with open("camera.json", "w") as file:
+            json.dump(content, file)
+
+    def asked(self, *options):
+        return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))
+
+    def test_file_of_views(self):
+        self.write({"points": 3, "views": [VIEW, dict(VIEW, name="two", viewAngle=40)]})
+        expected = View((1, 2, 3), (0, 0, 0), (0, 0, 1), 25.0, (320, 200), 0.5, 4.0)
+        self.assertEqual(read_view("camera.json:one"), expected)
+        self.assertEqual(read_view("camera.json"), expected)
+        self.assertEqual(read_view("camera.json:two").view_angle, 40)
+
+    def test_single_view(self):
+        self.write(VIEW)
+        self.assertEqual(read_view("camera.json").size, (320, 200))
+        self.assertEqual(read_view("camera.json:one").focal_disk, 0.5)
+
+    def test_every_option_overrides(self):
+        self.write(VIEW)
+        view = self.asked("--camera", "camera.json", "--position", "-1", "-2.5", "-1e-3",
+                          "--focal-point", "0", "1", "0", "--view-up", "1", "0", "0",
+                          "--view-angle", "50", "--size", "10", "20", "--focal-disk", "0.25",
+                          "--focal-distance", "7")
+        self.assertEqual(view, View((-1, -2.5, -1e-3), (0, 1, 0), (1, 0, 0), 50, (10, 20), 0.25, 7))
+        self.assertEqual(self.asked("--camera", "camera.json", "--pinhole").focal_disk, 0)
+        kept = self.asked("--camera", "camera.json", "--view-angle", "50")
+        self.assertEqual((kept.position, kept.view_angle, kept.focal_disk), ((1, 2, 3), 50, 0.5))
+
+    def test_default_is_sharp(self):
+        view = self.asked()
+        self.assertEqual((view.focal_disk, view.circle_of_confusion), (0, None))
+        self.assertEqual(view.size, (800, 600))
+
+
+class TestFraming(unittest.TestCase):
+    def setUp(self):
+        self.cloud = SimpleNamespace(viewpoint=None, columns=0)
+        points, _ = sphere(5000)
+        self.points, self.normals = points * [2, 1, 1], points
+
+    def view_of(self, points, normals, view=View(), **options):
+        return complete_view(view, self.cloud, surfels_of(points, normals, **options))
+
+    def test_cloud_fills_the_picture(self):
+        for size in ((800, 600), (300, 900), (2000, 300)):
+            view = self.view_of(self.points, self.normals, View(size=size))
+            screen, depth = on_screen(view, self.points)
+            self.assertTrue((depth > 0).all())
+            self.assertLess(np.abs(screen).max(), 1.0, size)
+            self.assertGreater(np.abs(screen).max(), 0.85, size)
+            middle = (screen.min(axis=0) + screen.max(axis=0)) / 2
+            np.testing.assert_allclose(middle, 0, atol=0.06)
+
+    def test_view_is_a_three_quarter_view(self):
+        view = self.view_of(self.points, self.normals)
+        direction = np.subtract(view.position, view.focal_point)
+        direction /= np.linalg.norm(direction)
+        self.assertTrue((np.abs(direction) > 0.2).all(), direction)
+        self.assertGreater(direction @ np.array(view.view_up), 0.2)
+
+    def test_stray_points_do_not_shrink_the_cloud(self):
+        rng = np.random.default_rng(1)
+        stray = rng.uniform(-1, 1, (40, 3)) * 5000
+        points = np.vstack([self.points, stray, [[np.nan] * 3]])
+        normals = np.vstack([self.normals, np.ones((41, 3))])
+        view = self.view_of(points, normals)
+        screen, _ = on_screen(view, self.points)
+        self.assertTrue(0.85 < np.abs(screen).max() < 1.0)
+
+    def test_local_origin_counts(self):
+        origin = np.array([691000.0, 5334000.0, 512.0])
+        near = self.view_of(self.points, self.normals)
+        far = self.view_of(self.points, self.normals, origin=origin)
+        np.testing.assert_allclose(np.subtract(far.position, origin), near.position, atol=1e-6)
+
+    def test_terrain_lies_flat(self):
+        x, y = np.random.default_rng(1).uniform(-50, 50, (2, 4000))
+        ground = np.column_stack([x, y, np.sin(x / 7)])
+        up = np.tile([0, 0, 1.0], (4000, 1))
+        for two_sided in (False, True):
+            view = self.view_of(ground, up, two_sided=two_sided)
+            self.assertEqual(view.view_up, (0, 0, 1))
+            self.assertGreater(view.position[2], 5)
+        sideways = self.view_of(ground[:, [0, 2, 1]], up[:, [0, 2, 1]])
+        self.assertEqual(sideways.view_up, (0, 1, 0))
+
+    def test_open_bottom_tells_what_is_up(self):
+        bowl = sphere(5000)[0]
+        bowl = bowl[bowl[:, 2] > -0.6]
+        np.testing.assert_array_equal(up_axis(Samples(surfels_of(bowl, bowl))), [0, 0, 1])
+        np.testing.assert_array_equal(
+            up_axis(Samples(surfels_of(bowl[:, [0, 2, 1]], bowl[:, [0, 2, 1]]))), [0, 1, 0])
+
+    def test_shell_is_seen_from_its_outside(self):
+        shell = sphere(8000)[0]
+        for axis, sign in ((2, -1), (0, 1), (0, -1)):
+            half = shell[shell[:, axis] * sign > 0.2]
+            view = self.view_of(half, half)
+            self.assertGreater(view.position[axis] * sign, view.focal_point[axis] * sign)
+
+    def test_focus_is_on_the_front_of_the_middle(self):
+        view = self.view_of(self.points, self.normals)
+        position, target = np.array(view.position), np.array(view.focal_point)
+        forward = (target - position) / np.linalg.norm(target - position)
+        local = self.points - position
+        axis = np.linalg.norm(local - np.outer(local @ forward, forward), axis=1) < 0.3
+        front = (local @ forward)[axis & (self.normals @ forward < 0)]
+        self.assertTrue(front.min() <= view.focal_distance <= front.max())
+        kept = self.view_of(self.points, self.normals, View(focal_distance=3.5))
+        self.assertEqual(kept.focal_distance, 3.5)
+        given = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
+        self.assertEqual(given.focal_distance, 0)
+
+    def test_what_is_given_stays(self):
+        view = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
+        self.assertEqual(view.position, (0, 9, 0))
+        np.testing.assert_allclose(view.focal_point, 0, atol=0.05)
+        self.assertGreater(np.linalg.norm(np.cross(view.view_up, (0, 1, 0))), 0.5)
+        view = self.view_of(self.points, self.normals, View(focal_point=(1, 2, 3)))
+        self.assertEqual(view.focal_point, (1, 2, 3))
+        view = self.view_of(self.points, self.normals, View(view_up=(1, 0, 0)))
+        self.assertEqual(view.view_up, (1, 0, 0))
+        complete = View((1, 2, 3), (0, 0, 0), (0, 1, 0))
+        self.assertIs(self.view_of(self.points, self.normals, complete), complete)
+
+    def test_single_surfel(self):
+        view = self.view_of(np.array([[1.0, 2, 3]]), np.array([[0, 0, 1.0]]))
+        self.assertTrue(np.isfinite(view.position).all())
+        self.assertGreater(np.linalg.norm(np.subtract(view.position, view.focal_point)), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

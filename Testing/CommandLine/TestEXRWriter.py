@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""vtkSurfelEXRWriter: values, order of rows, channels, errors."""
+
+import os
+import subprocess
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from surfelsplatting import vtkSurfelEXRWriter
+from toolcase import ToolCase
+
+HALF, FLOAT, ZIP = 1, 2, 3  # OpenEXR's numbers
+
+
+def image_of(values):
+    """values: [height, width, components], top row first."""
+    image = vtkImageData()
+    image.SetDimensions(values.shape[1], values.shape[0], 1)
+    rows = np.ascontiguousarray(values[::-1].reshape(-1, values.shape[2]))
+    image.GetPointData().SetScalars(numpy_to_vtk(rows, deep=True))
+    return image
+
+
+class TestEXRWriter(ToolCase):
+    def setUp(self):
+        super().setUp()
+        rng = np.random.default_rng(2)
+        self.colors = rng.normal(0, 3, (17, 31, 4)).astype(np.float32)
+        self.errors = []
+
+    def writer(self, image, path="out.exr"):
+        def note(_caller, _event, text):
+            self.errors.append(text)
+
+        note.CallDataType = "string0"
+        writer = vtkSurfelEXRWriter()
+        writer.AddObserver("ErrorEvent", note)
+        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        writer.SetInputData(image)
+        writer.SetFileName(path)
+        return writer
+
+    def write(self, image, *channels):
+        writer = self.writer(image)
+        for array, channel in channels:
+            writer.AddChannel(array, channel)
+        writer.Write()
+        self.assertEqual((writer.GetErrorCode(), self.errors), (0, []))
+        self.assertEqual(os.listdir("."), ["out.exr"])
+
+    def test_floats_come_back_bit_by_bit(self):
+        self.write(image_of(self.colors))
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), self.colors)
+
+    def test_format_of_the_file(self):
+        self.write(image_of(self.colors))
+        dump = subprocess.run([os.environ["DUMP_EXR"], "out.exr"], capture_output=True, check=True)
+        self.assertEqual(dump.stdout.split(b"\n")[0].decode(),
+                         f"31 17 {ZIP} A:{FLOAT} B:{FLOAT} G:{FLOAT} R:{FLOAT}")
+
+    def test_rgb_doubles_and_bytes(self):
+        self.write(image_of(self.colors[..., :3].astype(np.float64)))
+        planes = self.read_exr("out.exr")
+        self.assertEqual(sorted(planes), ["B", "G", "R"])
+        np.testing.assert_array_equal(planes["G"], self.colors[..., 1])
+        bytes_ = np.arange(17 * 31 * 3, dtype=np.uint8).reshape(17, 31, 3)
+        self.write(image_of(bytes_))
+        np.testing.assert_allclose(self.read_exr("out.exr")["B"], bytes_[..., 2] / 255.0, rtol=1e-6)
+
+    def test_further_channels(self):
+        image = image_of(self.colors)
+        depth = np.arange(17 * 31, dtype=np.float32).reshape(17, 31)
+        array = numpy_to_vtk(np.ascontiguousarray(depth[::-1].ravel()), deep=True)
+        array.SetName("Depth")
+        image.GetPointData().AddArray(array)
+        self.write(image, ("Depth", "Z"))
+        planes = self.read_exr("out.exr")
+        np.testing.assert_array_equal(planes["Z"], depth)
+        np.testing.assert_array_equal(planes["R"], self.colors[..., 0])
+
+    def test_writes_anew_at_every_call(self):
+        writer = self.writer(image_of(self.colors))
+        writer.Write()
+        os.remove("out.exr")
+        writer.Write()
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), self.colors)
+
+    def refuse(self, writer, says):
+        writer.Write()
+        self.assertNotEqual(writer.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        self.assertIn(says, self.errors[0])
+        self.assertEqual(os.listdir("."), [])
+        self.errors.clear()
+
+    def test_errors(self):
+        image = image_of(self.colors)
+        self.refuse(self.writer(image, None), "SetFileName")
+        self.refuse(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
+        self.refuse(self.writer(image_of(self.colors[..., :2])), "3 or 4 components, not 2")
+        lacking = self.writer(image)
+        lacking.AddChannel("Depth", "Z")
+        self.refuse(lacking, "no point array Depth")
+        volume = vtkImageData()
+        volume.SetDimensions(4, 4, 4)
+        self.refuse(self.writer(volume), "4 x 4 x 4")
+        unconnected = self.writer(image)
+        unconnected.RemoveAllInputs()
+        self.refuse(unconnected, "input")
+
+    def test_color_channels_are_taken(self):
+        writer = self.writer(image_of(self.colors))
+        writer.AddChannel("Depth", "R")
+        self.assertEqual(writer.GetNumberOfChannels(), 0)
+        self.assertIn("other than R, G, B and A", self.errors[0])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tool reads every format, and the same cloud makes the same picture in each of them."""
+
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+from TestReader import write_pcd
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
+
+
+def pcd_columns(points, colors, kind="f4"):
+    packed = (colors[:, :3].astype(np.uint32) << [16, 8, 0]).sum(axis=1).astype(np.uint32)
+    if colors.shape[1] == 4:
+        packed |= colors[:, 3].astype(np.uint32) << 24
+    name = "rgba" if colors.shape[1] == 4 else "rgb"
+    return [(axis, points[:, i], kind) for i, axis in enumerate("xyz")] + [(name, packed, "u4")]
+
+
+def write_vtp(path, points, colors):
+    cloud = vtkPolyData()
+    vertices = vtkPoints()
+    vertices.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    cloud.SetPoints(vertices)
+    array = numpy_to_vtk(np.ascontiguousarray(colors), deep=True)
+    array.SetName("paint")
+    cloud.GetPointData().SetScalars(array)
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(cloud)
+    writer.SetFileName(path)
+    writer.Write()
+
+
+class TestFormats(ToolCase):
+    def picture(self, cloud):
+        self.render(cloud, *CAMERA, *SMALL, "-o", "out.exr")
+        return self.read_rgba("out.exr")
+
+    def test_same_picture_from_every_format(self):
+        points, colors = sphere()
+        points = points.astype(np.float32).astype(np.float64)
+        write_ply("ref.ply", points, colors)
+        reference = self.picture("ref.ply")
+        self.assertGreater(reference[24, 32, 3], 0.9)
+
+        write_ply("ascii.ply", points, colors, form="ascii")
+        write_ply("big.ply", points, colors, form="binary_big_endian")
+        write_ply("double.ply", points, colors, kind="double")
+        write_ply("UPPER.PLY", points, colors)
+        for form in ("ascii", "binary", "binary_compressed"):
+            write_pcd(f"{form}.pcd", pcd_columns(points, colors), form)
+        write_vtp("cloud.vtp", points.astype(np.float32), colors)
+        rows = np.column_stack([points, colors])
+        np.savetxt("cloud.xyz", rows, fmt="%.17g")
+        np.savetxt("cloud.txt", rows, fmt="%.17g", delimiter=",", header="x,y,z,r,g,b")
+        for name in ("ascii.ply", "big.ply", "double.ply", "UPPER.PLY", "ascii.pcd", "binary.pcd",
+                     "binary_compressed.pcd", "cloud.vtp", "cloud.xyz", "cloud.txt"):
+            np.testing.assert_allclose(self.picture(name), reference, atol=2e-3, err_msg=name)
+
+    def test_alpha_makes_a_cloud_translucent(self):
+        points, colors = sphere()
+        half = np.column_stack([colors, np.full(len(colors), 128, np.uint8)])
+        write_ply("half.ply", points, half)
+        write_pcd("half.pcd", pcd_columns(points, half), "binary_compressed")
+        for name in ("half.ply", "half.pcd"):
+            self.assertAlmostEqual(self.picture(name)[24, 32, 3], 128 / 255, delta=0.05)
+
+    def test_given_normals_decide_what_is_outside(self):
+        points, colors = sphere()
+        write_ply("out.ply", points, colors, normals=points)
+        write_ply("in.ply", points, colors, normals=-points)
+        # Seen from +z: the near half, or, inside out, the far half through the culled near one.
+        surfels = {}
+        for name in ("out.ply", "in.ply"):
+            self.render(name, *CAMERA, *SMALL, "-o", "out.exr", "--surfels", "s.vtp")
+            surfels[name] = self.read_exr("out.exr")["Z"][24, 32]
+        self.assertAlmostEqual(surfels["out.ply"], 5, delta=0.05)
+        self.assertAlmostEqual(surfels["in.ply"], 7, delta=0.05)
+
+    def test_utm_coordinates_keep_their_detail(self):
+        points, colors = sphere(2000, radius=0.05)
+        utm = points + [691000.123, 5334000.456, 512.789]
+        write_ply("utm.ply", utm, colors, kind="double")
+        np.savetxt("utm.xyz", np.column_stack([utm, colors]), fmt="%.9f")
+        write_pcd("utm.pcd", pcd_columns(utm, colors, "f8"), "binary_compressed")
+        for name in ("utm.ply", "utm.xyz", "utm.pcd"):
+            self.render(name, *SMALL, "-o", "out.exr", "--surfels", "surfels.vtp")
+            surfels = self.read_vtp("surfels.vtp")
+            origin = vtk_to_numpy(surfels.GetFieldData().GetArray("SurfelOrigin")).reshape(3)
+            world = vtk_to_numpy(surfels.GetPoints().GetData()).astype(np.float64) + origin
+            # Single precision alone would be off by 0.03 in x and 0.25 in y.
+            np.testing.assert_allclose(world, utm, rtol=0, atol=1e-5, err_msg=name)
+            self.assertGreater((self.read_rgba("out.exr")[..., 3] > 0.9).mean(), 0.2, name)
+
+    def test_depth_image_faces_its_sensor(self):
+        # A wall seen by a sensor at the origin, as PCL stores it: y down, z forward, holes as NaN.
+        columns, rows = 80, 60
+        u, v = np.meshgrid(np.arange(columns) - 39.5, np.arange(rows) - 29.5)
+        z = 2 + 0.2 * np.sin(u / 9)
+        points = np.stack([u * z / 70, v * z / 70, z], axis=-1).reshape(-1, 3)
+        points[::37] = np.nan
+        colors = np.zeros((len(points), 3), np.uint8)
+        colors[:, 0] = np.where(v.ravel() < 0, 255, 0)  # red above
+        colors[:, 2] = np.where(u.ravel() > 0, 255, 0)  # blue on the right
+        write_pcd("depth.pcd", pcd_columns(points, colors), "binary", columns, rows)
+        self.render("depth.pcd", "--unlit", *SMALL, "-o", "out.exr", "--surfels", "surfels.vtp")
+        picture = self.read_rgba("out.exr")
+        self.assertGreater(picture[18, 32, 0], 0.8)
+        self.assertLess(picture[30, 32, 0], 0.2)
+        self.assertGreater(picture[24, 40, 2], 0.8)
+        self.assertLess(picture[24, 24, 2], 0.2)
+        surfels = self.read_vtp("surfels.vtp")
+        arrays = arrays_of(surfels)
+        points = vtk_to_numpy(surfels.GetPoints().GetData())
+        self.assertEqual(len(points), (np.arange(columns * rows) % 37 != 0).sum())
+        self.assertTrue(((arrays["SurfelAreaVector"] * points).sum(axis=1) < 0).all())
+
+    def test_cloud_without_colors_is_grey(self):
+        write_ply("plain.ply", sphere()[0])
+        self.render("plain.ply", *CAMERA, *SMALL, "--unlit", "-o", "out.exr")
+        color = self.read_rgba("out.exr")[24, 32]
+        np.testing.assert_allclose(color[:3] / color[3], 0.8, atol=1e-3)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Python package: every class, from a fresh interpreter, whatever was imported before."""
+
+import os
+import subprocess
+import sys
+import unittest
+
+from toolcase import TOOL, ToolCase
+
+CLASSES = ["vtkPointCloudReader", "vtkSurfelEXRWriter", "vtkSurfelEstimation",
+           "vtkSurfelImageRenderer", "vtkSurfelMapper", "vtkSurfelNormalization",
+           "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
+
+
+class TestPackage(ToolCase):
+    def run_python(self, code):
+        environment = {k: v for k, v in os.environ.items() if k != "DISPLAY"}
+        return subprocess.run([sys.executable, "-s", "-c", code], capture_output=True, text=True,
+                              env=environment, check=True).stdout
+
+    def test_every_class_in_one_namespace(self):
+        made = self.run_python("import surfelsplatting as s\n"
+                               f"for name in {CLASSES}:\n"
+                               "    print(getattr(s, name)().GetClassName())\n")
+        self.assertEqual(made.split(), CLASSES)
+
+    def test_classes_derive_from_those_of_vtk(self):
+        made = self.run_python(
+            "from surfelsplatting import *\n"
+            "from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkRenderPass\n"
+            "from vtkmodules.vtkIOImage import vtkImageWriter\n"
+            "from vtkmodules.vtkCommonExecutionModel import vtkPolyDataAlgorithm as a\n"
+            "print(isinstance(vtkSurfelMapper(), vtkPolyDataMapper),\n"
+            "      isinstance(vtkSurfelSplattingPass(), vtkRenderPass),\n"
+            "      isinstance(vtkSurfelEXRWriter(), vtkImageWriter),\n"
+            "      isinstance(vtkSurfelEstimation(), a))\n")
+        self.assertEqual(made.split(), ["True"] * 4)
+
+    def test_every_object_prints_itself(self):
+        printed = self.run_python("import surfelsplatting as s\n"
+                                  f"for name in {CLASSES}: print(getattr(s, name)())\n")
+        for name in CLASSES:
+            self.assertIn(name + " (0x", printed)
+
+    def test_module_runs_the_tool(self):
+        result = subprocess.run([sys.executable, "-s", "-m", "surfelsplatting.commandline",
+                                 "--version"], capture_output=True, text=True, check=True)
+        self.assertRegex(result.stdout, r"\Asurfelsplat \d+\.\d+\.\d+\n\Z")
+
+    def test_launcher_through_a_link_and_a_foreign_python(self):
+        os.symlink(TOOL, "link")
+        os.mkdir("bin")
+        with open("bin/python3", "w") as file:
+            file.write("#!/bin/sh\nexit 99\n")
+        os.chmod("bin/python3", 0o755)
+        result = subprocess.run(["./link", "render", "--help"], capture_output=True, text=True,
+                                env={"PATH": os.path.abspath("bin") + ":/usr/bin:/bin"}, check=True)
+        for option in ("--camera", "--focal-disk", "--background", "0.16 0.17 0.19", "--stats"):
+            self.assertIn(option, result.stdout)
+        self.assertEqual(result.stderr, "")
+
+
+if __name__ == "__main__":
+    unittest.main()

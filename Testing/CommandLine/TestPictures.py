@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tool writes: .exr, .png, surfels and statistics."""
+
+import json
+import math
+import os
+import unittest
+
+import numpy as np
+
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
+
+
+class TestPictures(ToolCase):
+    def setUp(self):
+        super().setUp()
+        points, colors = sphere(6000)
+        write_ply("ball.ply", points, colors)
+
+    def picture(self, *options, cloud="ball.ply"):
+        self.render(cloud, *options, "-o", "out.exr")
+        return self.read_rgba("out.exr")
+
+    def test_coverage_and_place_of_a_ball(self):
+        alpha = self.picture(*CAMERA, "--size", "160", "120", "--unlit")[..., 3]
+        # Silhouette of the unit ball seen from 6: sin = 1/6.
+        radius = 60 / math.tan(math.radians(15)) * math.tan(math.asin(1 / 6))
+        self.assertAlmostEqual(alpha.sum() / (math.pi * radius ** 2), 1, delta=0.03)
+        rows, columns = np.indices(alpha.shape) + 0.5
+        self.assertAlmostEqual((alpha * rows).sum() / alpha.sum(), 60, delta=0.3)
+        self.assertAlmostEqual((alpha * columns).sum() / alpha.sum(), 80, delta=0.3)
+        self.assertGreater(alpha[60, 80], 0.97)
+        self.assertEqual(alpha[0, 0], 0)
+
+    def test_colors_are_where_they_belong(self):
+        picture = self.picture(*CAMERA, *SMALL, "--unlit")
+        # +x is right and red, +y is up and green.
+        for row, column, expected in ((14, 40, (230, 200, 90)), (34, 40, (230, 20, 90)),
+                                      (14, 24, (40, 200, 90)), (34, 24, (40, 20, 90))):
+            color = picture[row, column]
+            np.testing.assert_allclose(255 * color[:3] / color[3], expected, atol=3)
+
+    def test_values_are_premultiplied(self):
+        picture = self.picture(*CAMERA, *SMALL, "--unlit", "--focal-disk", "0.8",
+                               "--focal-distance", "3")
+        self.assertGreater(((picture[..., 3] > 0.1) & (picture[..., 3] < 0.9)).sum(), 300)
+        self.assertTrue((picture[..., 0] <= picture[..., 3] * 230 / 255 + 1e-5).all())
+
+    def test_depth_channel(self):
+        self.picture(*CAMERA, *SMALL)
+        depth = self.read_exr("out.exr")["Z"]
+        self.assertAlmostEqual(depth[24, 32], 5.0, delta=0.05)
+        self.assertEqual(depth[0, 0], 0)
+
+    def test_background_is_composited(self):
+        plain = self.picture(*CAMERA, *SMALL)
+        opaque = self.picture(*CAMERA, *SMALL, "--background", "0.2", "0.4", "1")
+        np.testing.assert_array_equal(opaque[..., 3], 1)
+        expected = plain[..., :3] + (1 - plain[..., 3:]) * [0.2, 0.4, 1]
+        np.testing.assert_allclose(opaque[..., :3], expected, atol=1e-5)
+
+    def test_png_is_the_same_picture_in_bytes(self):
+        for options, background in (([], (0.16, 0.17, 0.19)), (["--unlit"], (0, 0, 0)),
+                                    (["--background", "0.5", "0", "0.25"], (0.5, 0, 0.25))):
+            exr = self.picture(*CAMERA, *SMALL, *options[:1 if "--unlit" in options else 0])
+            self.render("ball.ply", *CAMERA, *SMALL, *options, "-o", "out.png")
+            expected = exr[..., :3] + (1 - exr[..., 3:]) * np.array(background)
+            png = self.read_png("out.png")
+            self.assertEqual(png.shape, (48, 64, 3))
+            np.testing.assert_allclose(png, 255 * expected, atol=0.51)
+
+    def test_light_changes_the_picture(self):
+        lit = self.picture(*CAMERA, *SMALL)
+        unlit = self.picture(*CAMERA, *SMALL, "--unlit")
+        np.testing.assert_array_equal(lit[..., 3], unlit[..., 3])
+        rows, columns = np.indices((48, 64))
+        rim = (unlit[..., 3] > 0.9) & (np.hypot(rows - 23.5, columns - 31.5) > 13)
+        self.assertLess(lit[rim, 0].sum(), 0.9 * unlit[rim, 0].sum())
+
+    def test_lens_options(self):
+        sharp = self.picture(*CAMERA, *SMALL)
+        lens = ["--focal-disk", "1.8", "--focal-distance", "9"]
+        blurred = self.picture(*CAMERA, *SMALL, *lens)
+        self.assertGreater(np.abs(blurred - sharp).max(), 0.2)
+        # The same lens by its blur at infinity: f R / z_f px.
+        blur = 24 / math.tan(math.radians(15)) * 0.9 / 9
+        by_blur = self.picture(*CAMERA, *SMALL, "--focal-distance", "9", "--circle-of-confusion",
+                               str(blur))
+        np.testing.assert_allclose(by_blur, blurred, atol=1e-3)
+        with open("camera.json", "w") as file:
+            json.dump({"position": [0, 0, 6], "focalPoint": [0, 0, 0], "viewUp": [0, 1, 0],
+                       "viewAngle": 30, "size": [64, 48], "focalDisk": 1.8, "focalDistance": 9},
+                      file)
+        np.testing.assert_array_equal(self.picture("--camera", "camera.json"), blurred)
+        np.testing.assert_array_equal(self.picture("--camera", "camera.json", "--pinhole"), sharp)
+
+    def test_cutoff_reaches_the_splatter(self):
+        counts = []
+        for cutoff in ("1.5", "6"):
+            self.picture(*CAMERA, *SMALL, "--cutoff", cutoff, "--stats", "stats.json")
+            with open("stats.json") as file:
+                counts.append(json.load(file)["fragments"])
+        self.assertGreater(counts[1], 1.5 * counts[0])
+
+    def test_threads_do_not_change_the_picture(self):
+        lens = ["--focal-disk", "0.3", "--focal-distance", "4"]
+        one = self.picture(*CAMERA, *SMALL, *lens, "--threads", "1")
+        np.testing.assert_array_equal(
+            self.picture(*CAMERA, *SMALL, *lens, "--threads", "2"), one)
+        # More than there are cores: as many as there are.
+        np.testing.assert_array_equal(
+            self.picture(*CAMERA, *SMALL, *lens, "--threads", "999"), one)
+
+    def test_surfels_are_drawn_as_they_are(self):
+        first = self.picture(*CAMERA, *SMALL, "--surfels", "surfels.vtp")
+        again = self.picture(*CAMERA, *SMALL, "--surfels", "again.vtp", cloud="surfels.vtp")
+        np.testing.assert_array_equal(again, first)
+        before, after = (self.read_vtp(name) for name in ("surfels.vtp", "again.vtp"))
+        self.assertEqual(before.GetNumberOfPoints(), 6000)
+        old, new = arrays_of(before), arrays_of(after)
+        self.assertLessEqual({"SurfelCovariance", "SurfelAreaVector", "RGB"}, set(old))
+        self.assertEqual(list(old), list(new))
+        for name, values in old.items():
+            np.testing.assert_array_equal(new[name], values, err_msg=name)
+
+    def test_statistics(self):
+        self.render("ball.ply", *CAMERA, *SMALL, "-o", "out.png", "--stats", "stats.json",
+                    "--repeat", "4", "--threads", "2")
+        with open("stats.json") as file:
+            stats = json.load(file)
+        self.assertEqual(stats["points"], 6000)
+        self.assertEqual(stats["surfels"], 6000)
+        self.assertEqual(stats["invalid"], {"points": 0, "surfels": 0})
+        self.assertEqual(stats["threads"], 2)
+        self.assertTrue(2000 < stats["splats"] <= 6000)
+        self.assertGreater(stats["fragments"], stats["splats"])
+        self.assertTrue(20 < stats["peak_memory_mib"] < 20000)
+        # Four frames that were timed one by one.
+        self.assertEqual(len(set(stats["frames"])), 4)
+        times = stats["milliseconds"]
+        self.assertAlmostEqual(times["first_frame"], stats["frames"][0], delta=1e-3)
+        self.assertAlmostEqual(times["frame"], np.median(stats["frames"][1:]), delta=1e-3)
+        for stage in ("read", "estimation", "normalization", "write"):
+            self.assertGreater(times[stage], 0)
+        frame_stages = set(times) - {"read", "estimation", "normalization", "write", "frame",
+                                     "first_frame"}
+        self.assertGreaterEqual(len(frame_stages), 3)
+        self.assertLess(sum(times[stage] for stage in frame_stages), 2 * times["frame"])
+
+    def test_invalid_points_are_counted(self):
+        points, colors = sphere(1000)
+        points[::100] = np.nan
+        write_ply("holes.ply", points, colors)
+        self.render("holes.ply", *SMALL, "-o", "out.png", "--stats", "stats.json")
+        with open("stats.json") as file:
+            stats = json.load(file)
+        self.assertEqual(stats["invalid"]["points"], 10)
+        self.assertEqual((stats["points"], stats["surfels"]), (1000, 990))
+
+    def test_verbose_speaks_on_stderr_only(self):
+        result = self.run_tool("render", "ball.ply", *SMALL, "-o", "out.png", "-v")
+        self.assertEqual((result.returncode, result.stdout), (0, ""))
+        self.assertIn("6000 points", result.stderr)
+        self.assertIn("out.png", result.stderr)
+
+    def test_camera_that_looks_away_is_told(self):
+        result = self.run_tool("render", "ball.ply", *SMALL, "--position", "0", "0", "9",
+                               "--focal-point", "0", "0", "99", "-o", "out.png")
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stderr,
+                         r"\Asurfelsplat: warning: the camera sees nothing[^\n]+\n\Z")
+        self.assertTrue(os.path.exists("out.png"))
+
+    def test_nothing_but_the_outputs_is_left(self):
+        self.render("ball.ply", *SMALL, "-o", "out.exr", "--surfels", "s.vtp", "--stats", "s.json")
+        self.render("ball.ply", *SMALL, "-o", "out.png")
+        self.assertEqual(sorted(os.listdir(".")),
+                         ["ball.ply", "out.exr", "out.png", "s.json", "s.vtp"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The progress bar: on a terminal only, and gone when done."""
+
+import os
+import pty
+import subprocess
+import unittest
+from unittest import mock
+
+from surfelsplatting.commandline import progress
+from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+
+
+class Terminal:
+    def __init__(self, is_terminal=True):
+        self.text = ""
+        self._is_terminal = is_terminal
+
+    def isatty(self):
+        return self._is_terminal
+
+    def write(self, text):
+        self.text += text
+
+    def flush(self):
+        pass
+
+
+class TestProgress(ToolCase):
+    def test_bar(self):
+        terminal = Terminal()
+        with mock.patch.object(progress, "PATIENCE", 0.0):
+            bar = progress.Progress(terminal)
+            bar.show("estimation", 0.5)
+            self.assertIn("\restimation   [" + "#" * 15 + " " * 15 + "]  50 %", terminal.text)
+            bar.show("estimation", 1.0)
+            self.assertIn("100 %", terminal.text)
+            bar.clear()
+        self.assertTrue(terminal.text.endswith("\r"))
+        self.assertEqual(terminal.text.split("\r")[-2].strip(), "")
+
+    def test_short_things_show_nothing(self):
+        terminal = Terminal()
+        bar = progress.Progress(terminal)
+        bar.show("reading", 0.1)
+        bar.clear()
+        self.assertEqual(terminal.text, "")
+
+    def test_no_terminal_no_bar(self):
+        terminal = Terminal(is_terminal=False)
+        with mock.patch.object(progress, "PATIENCE", 0.0):
+            progress.Progress(terminal).show("reading", 0.1)
+        self.assertEqual(terminal.text, "")
+
+    def test_tool_on_a_terminal(self):
+        points, colors = sphere(150_000)
+        write_ply("ball.ply", points, colors)
+        ours, theirs = pty.openpty()
+        self.addCleanup(os.close, ours)
+        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "-o", "out.png"],
+                              stderr=theirs) as process:
+            os.close(theirs)
+            shown = b""
+            try:
+                while chunk := os.read(ours, 4096):
+                    shown += chunk
+            except OSError:  # how a terminal says that nobody writes any more
+                pass
+        self.assertEqual(process.returncode, 0)
+        self.assertRegex(shown.decode(), r"\r(estimation|normalization) +\[#* *\] +\d+ %")
+        self.assertEqual(shown.decode().split("\r")[-2].strip(), "")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""vtkPointCloudReader: fields, types and containers of .ply and .pcd."""
+
+import struct
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
+
+from surfelsplatting import vtkPointCloudReader
+from toolcase import ToolCase, arrays_of, sphere, write_ply
+
+
+def compress_lzf(data):
+    """LZF without any back reference: literal runs of up to 32 bytes."""
+    return b"".join(bytes([len(data[i:i + 32]) - 1]) + data[i:i + 32]
+                    for i in range(0, len(data), 32))
+
+
+def write_pcd(path, columns, form, width=None, height=1, viewpoint="0 0 0 1 0 0 0"):
+    """columns: [(name, values, numpy type)], stored as ascii, binary or binary_compressed."""
+    count = len(columns[0][1])
+    types = [np.dtype(kind) for _, _, kind in columns]
+    letters = {"f": "F", "u": "U", "i": "I"}
+    header = ["# .PCD v0.7", "VERSION 0.7", "FIELDS " + " ".join(name for name, _, _ in columns),
+              "SIZE " + " ".join(str(t.itemsize) for t in types),
+              "TYPE " + " ".join(letters[t.kind] for t in types),
+              "COUNT " + " ".join("1" for _ in columns), f"WIDTH {width or count}",
+              f"HEIGHT {height}", f"VIEWPOINT {viewpoint}", f"POINTS {count}", f"DATA {form}", ""]
+    values = [np.asarray(v).astype(t) for (_, v, _), t in zip(columns, types)]
+    with open(path, "wb") as file:
+        file.write("\n".join(header).encode())
+        if form == "ascii":
+            for row in zip(*(v.tolist() for v in values)):
+                file.write((" ".join(map(repr, row)) + "\n").encode())
+        elif form == "binary":
+            record = np.empty(count, [(f"c{i}", t) for i, t in enumerate(types)])
+            for i, v in enumerate(values):
+                record[f"c{i}"] = v
+            file.write(record.tobytes())
+        else:
+            raw = b"".join(v.tobytes() for v in values)
+            packed = compress_lzf(raw)
+            file.write(struct.pack("<II", len(packed), len(raw)) + packed)
+
+
+class TestReader(ToolCase):
+    def read(self, path):
+        reader = vtkPointCloudReader()
+        reader.SetFileName(path)
+        reader.Update()
+        self.assertEqual(reader.GetErrorCode(), 0)
+        return reader
+
+    def failure(self, path):
+        errors = []
+
+        def note(_caller, _event, text):
+            errors.append(text)
+
+        note.CallDataType = "string0"
+        reader = vtkPointCloudReader()
+        reader.AddObserver("ErrorEvent", note)
+        reader.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        reader.SetFileName(path)
+        reader.Update()
+        self.assertEqual(reader.GetOutput().GetNumberOfPoints(), 0)
+        self.assertNotEqual(reader.GetErrorCode(), 0)
+        self.assertEqual(len(errors), 1)
+        return errors[0]
+
+    def points(self, reader):
+        return vtk_to_numpy(reader.GetOutput().GetPoints().GetData())
+
+    def test_ply_containers(self):
+        points, colors = sphere(100)
+        for form in ("ascii", "binary_little_endian", "binary_big_endian"):
+            write_ply("cloud.ply", points, colors, -points, form=form)
+            reader = self.read("cloud.ply")
+            np.testing.assert_array_equal(self.points(reader), points.astype(np.float32))
+            self.assertEqual(reader.GetOutput().GetPoints().GetDataType(), VTK_FLOAT)
+            data = reader.GetOutput().GetPointData()
+            np.testing.assert_array_equal(vtk_to_numpy(data.GetScalars()), colors)
+            np.testing.assert_array_equal(vtk_to_numpy(data.GetNormals()),
+                                          -points.astype(np.float32))
+            self.assertEqual(set(arrays_of(reader.GetOutput())), {"RGB", "Normals"})
+
+    def test_doubles_stay_doubles(self):
+        utm = np.array([[691000.0, 5334000.0, 512.0]]) + np.arange(30).reshape(10, 3) * 1e-4
+        columns = [(name, utm[:, i], "f8") for i, name in enumerate("xyz")]
+        write_ply("utm.ply", utm, kind="double")
+        write_ply("text.ply", utm, kind="double", form="ascii")
+        write_pcd("utm.pcd", columns, "binary")
+        write_pcd("packed.pcd", columns, "binary_compressed")
+        write_pcd("text.pcd", columns, "ascii")
+        for path in ("utm.ply", "text.ply", "utm.pcd", "packed.pcd", "text.pcd"):
+            reader = self.read(path)
+            self.assertEqual(reader.GetOutput().GetPoints().GetDataType(), VTK_DOUBLE, path)
+            np.testing.assert_array_equal(self.points(reader), utm, path)
+
+    def test_pcd_containers(self):
+        points, colors = sphere(100)
+        packed = (colors.astype(np.uint32) << [16, 8, 0]).sum(axis=1).astype(np.uint32)
+        columns = [(name, points[:, i], "f4") for i, name in enumerate("xyz")]
+        columns += [("rgb", packed, "u4"), ("intensity", np.arange(100), "f4"),
+                    ("label", np.arange(100) * 500, "u2")]
+        for form in ("ascii", "binary", "binary_compressed"):
+            write_pcd("cloud.pcd", columns, form)
+            reader = self.read("cloud.pcd")
+            np.testing.assert_array_equal(self.points(reader), points.astype(np.float32))
+            arrays = arrays_of(reader.GetOutput())
+            np.testing.assert_array_equal(arrays["RGB"], colors)
+            np.testing.assert_array_equal(arrays["intensity"], np.arange(100))
+            np.testing.assert_array_equal(arrays["label"], np.arange(100) * 500)
+            self.assertEqual(arrays["label"].dtype, np.uint16)
+            self.assertFalse(reader.GetHasViewpoint())
+            self.assertEqual(reader.GetDimensions(), (100, 1))
+
+    def test_colors_packed_into_floats(self):
+        packed = np.array([0x00FF8001, 0x00102030], np.uint32).view(np.float32)
+        columns = [(name, [0, 1], "f4") for name in "xyz"] + [("rgb", packed, "f4")]
+        for form in ("binary", "binary_compressed"):
+            write_pcd("cloud.pcd", columns, form)
+            colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
+            np.testing.assert_array_equal(colors, [[255, 128, 1], [16, 32, 48]])
+
+    def test_alpha_that_says_nothing_is_dropped(self):
+        columns = [(name, [0, 1], "f4") for name in "xyz"]
+        for alphas, expected in (((0, 0), "RGB"), ((255, 255), "RGB"), ((255, 128), "RGBA"),
+                                 ((7, 7), "RGBA")):
+            packed = np.array([(alpha << 24) | 0x102030 for alpha in alphas], np.uint32)
+            write_pcd("cloud.pcd", columns + [("rgba", packed, "u4")], "binary")
+            arrays = arrays_of(self.read("cloud.pcd").GetOutput())
+            self.assertEqual(list(arrays), [expected], alphas)
+            np.testing.assert_array_equal(arrays[expected][:, :3], [[16, 32, 48]] * 2)
+            if expected == "RGBA":
+                np.testing.assert_array_equal(arrays["RGBA"][:, 3], alphas)
+
+    def test_viewpoint(self):
+        columns = [(name, np.arange(6), "f4") for name in "xyz"]
+        write_pcd("grid.pcd", columns, "ascii", width=3, height=2)
+        reader = self.read("grid.pcd")
+        self.assertTrue(reader.GetHasViewpoint())
+        self.assertEqual(reader.GetViewpoint(), (0, 0, 0))
+        self.assertEqual(reader.GetDimensions(), (3, 2))
+        write_pcd("seen.pcd", columns, "ascii", viewpoint="1 -2 3.5 1 0 0 0")
+        reader.SetFileName("seen.pcd")
+        reader.Update()
+        self.assertTrue(reader.GetHasViewpoint())
+        self.assertEqual(reader.GetViewpoint(), (1, -2, 3.5))
+
+    def test_nan_points_are_kept(self):
+        write_pcd("nan.pcd", [(name, [1, np.nan, 3], "f4") for name in "xyz"], "binary")
+        points = self.points(self.read("nan.pcd"))
+        np.testing.assert_array_equal(np.isnan(points[:, 0]), [False, True, False])
+
+    def test_ply_with_more_than_points(self):
+        with open("mesh.ply", "w") as file:
+            file.write("ply\r\nformat ascii 1.0\r\ncomment from elsewhere\r\nelement face 1\r\n"
+                       "property list uchar int vertex_indices\r\nelement vertex 2\r\n"
+                       "property float x\r\nproperty float y\r\nproperty float z\r\n"
+                       "property float red\r\nproperty float green\r\nproperty float blue\r\n"
+                       "property double time\r\nend_header\r\n3 0 1 0\r\n1 2 3 0 0.5 1 7.25\r\n"
+                       "4 5 6 nan -1 0.25 8\r\n")
+        reader = self.read("mesh.ply")
+        np.testing.assert_array_equal(self.points(reader), [[1, 2, 3], [4, 5, 6]])
+        arrays = arrays_of(reader.GetOutput())
+        np.testing.assert_array_equal(arrays["RGB"], [[0, 128, 255], [0, 0, 64]])
+        np.testing.assert_array_equal(arrays["time"], [7.25, 8])
+
+    def test_real_colors_above_one_are_bytes(self):
+        columns = [(name, [0, 1], "f4") for name in "xyz"]
+        columns += [(name, [v, 300], "f4") for name, v in (("red", 1), ("green", 2.4), ("blue", 99))]
+        write_pcd("cloud.pcd", columns, "ascii")
+        colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
+        np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]])
+
+    def test_can_read_goes_by_content(self):
+        write_ply("cloud.dat", sphere(10)[0])
+        write_pcd("cloud.bin", [(name, [1, 2], "f4") for name in "xyz"], "binary")
+        with open("fake.ply", "w") as file:
+            file.write("plywood\n")
+        found = [vtkPointCloudReader.CanReadFile(name)
+                 for name in ("cloud.dat", "cloud.bin", "fake.ply", "missing.ply")]
+        self.assertEqual(found, [1, 1, 0, 0])
+        self.assertEqual(self.read("cloud.dat").GetOutput().GetNumberOfPoints(), 10)
+
+    def test_failures_name_the_file(self):
+        self.assertIn("missing.ply", self.failure("missing.ply"))
+        write_ply("cut.ply", sphere(100)[0])
+        with open("cut.ply", "r+b") as file:
+            file.truncate(700)
+        self.assertIn("cut.ply", self.failure("cut.ply"))
+
+    def test_damaged_files_do_not_crash(self):
+        points, colors = sphere(40)
+        write_ply("whole.ply", points, colors, form="ascii")
+        write_pcd("whole.pcd", [(name, points[:, i], "f4") for i, name in enumerate("xyz")],
+                  "binary_compressed")
+        rng = np.random.default_rng(3)
+        for name in ("whole.ply", "whole.pcd"):
+            with open(name, "rb") as file:
+                whole = file.read()
+            for _ in range(150):
+                damaged = bytearray(whole)
+                for place in rng.integers(0, min(len(whole), 400), 3):
+                    damaged[place] = rng.integers(0, 256)
+                with open("damaged" + name[-4:], "wb") as file:
+                    file.write(damaged)
+                reader = vtkPointCloudReader()
+                reader.AddObserver("ErrorEvent", lambda *_: None)
+                reader.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+                reader.SetFileName("damaged" + name[-4:])
+                reader.Update()
+                if reader.GetErrorCode():
+                    self.assertEqual(reader.GetOutput().GetNumberOfPoints(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tests share: a folder of their own, the tool, clouds to feed it, and its pictures."""
+
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+TOOL = os.environ["SURFELSPLAT"]
+CAMERA = ["--position", "0", "0", "6", "--focal-point", "0", "0", "0", "--view-up", "0", "1", "0",
+          "--view-angle", "30"]
+SMALL = ["--size", "64", "48"]
+
+
+def sphere(count=3000, radius=1.0):
+    """[n, 3] points on the unit sphere, evenly spread, and their colours: +x red, +y green."""
+    k = np.arange(count) + 0.5
+    z = 1 - 2 * k / count
+    ring = np.sqrt(1 - z * z)
+    points = np.column_stack([ring * np.cos(k * 2.39996), ring * np.sin(k * 2.39996), z])
+    colors = np.column_stack([np.where(points[:, 0] > 0, 230, 40),
+                              np.where(points[:, 1] > 0, 200, 20), np.full(count, 90)])
+    colors = colors.astype(np.uint8)
+    return points * radius, colors
+
+
+def write_ply(path, points, colors=None, normals=None, kind="float", form="binary_little_endian"):
+    """x y z [nx ny nz] [red green blue [alpha]], as plain as a file can be."""
+    columns = [(name, points[:, i], kind) for i, name in enumerate("xyz")]
+    if normals is not None:
+        columns += [("n" + name, normals[:, i], "float") for i, name in enumerate("xyz")]
+    if colors is not None:
+        names = ("red", "green", "blue", "alpha")[:colors.shape[1]]
+        columns += [(name, colors[:, i], "uchar") for i, name in enumerate(names)]
+    header = ["ply", f"format {form} 1.0", f"element vertex {len(points)}"]
+    header += [f"property {kind} {name}" for name, _, kind in columns] + ["end_header", ""]
+    order = ">" if "big" in form else "<"
+    types = {"float": order + "f4", "double": order + "f8", "uchar": "u1"}
+    record = np.empty(len(points), [(name, types[kind]) for name, _, kind in columns])
+    for name, values, _ in columns:
+        record[name] = values
+    with open(path, "wb") as file:
+        file.write("\n".join(header).encode())
+        if form == "ascii":
+            for row in record.tolist():
+                file.write((" ".join(repr(value) for value in row) + "\n").encode())
+        else:
+            file.write(record.tobytes())
+
+
+def arrays_of(polydata):
+    data = polydata.GetPointData()
+    return {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i))
+            for i in range(data.GetNumberOfArrays())}
+
+
+class ToolCase(unittest.TestCase):
+    """Runs in a temporary folder."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(folder.name)
+
+    def run_tool(self, *words, **options):
+        """Without a display, as on a server."""
+        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "PYTHONPATH")}
+        return subprocess.run([TOOL, *map(str, words)], capture_output=True, text=True,
+                              env=environment, timeout=200, check=False, **options)
+
+    def render(self, *words):
+        """A run that must succeed, and in silence."""
+        result = self.run_tool("render", *words)
+        self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""), words)
+
+    def read_exr(self, path):
+        """{channel: [height, width]}, top row first."""
+        dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
+        line, values = dump.stdout.split(b"\n", 1)
+        width, height, _compression, *channels = line.decode().split()
+        planes = np.frombuffer(values, np.float32).reshape(len(channels), int(height), int(width))
+        return {channel.split(":")[0]: plane for channel, plane in zip(channels, planes)}
+
+    def read_rgba(self, path):
+        planes = self.read_exr(path)
+        return np.stack([planes[channel] for channel in "RGBA"], axis=-1)
+
+    def read_png(self, path):
+        """[height, width, components], top row first."""
+        reader = vtkPNGReader()
+        reader.SetFileName(path)
+        reader.Update()
+        picture = reader.GetOutput()
+        width, height, _ = picture.GetDimensions()
+        values = vtk_to_numpy(picture.GetPointData().GetScalars())
+        return values.reshape(height, width, -1)[::-1]
+
+    def read_vtp(self, path):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(path)
+        reader.Update()
+        return reader.GetOutput()

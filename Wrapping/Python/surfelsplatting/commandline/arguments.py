@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The options of surfelsplat, and what their values must be."""
+
+import argparse
+import math
+import re
+
+from .problems import UserProblem
+
+LARGEST_SIDE = 65536  # px, vtkSurfelImageRenderer's
+LARGEST_PICTURE = 1 << 28  # px; 4 GiB of float RGBA
+
+DESCRIPTION = """\
+Renders a point cloud as a surface, with depth of field where a lens is given.
+
+CLOUD is a .ply, .pcd, .xyz, .txt or .vtp file. Colours, alpha and normals in it are used. Text
+files have columns x y z, then intensity, r g b, or normals. A .vtp that holds surfels already
+(see --surfels) is drawn as it is.
+
+OUT.exr holds linear RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the
+view direction. OUT.png holds 8 bits, 255 times the linear value, over the background.
+"""
+
+EXAMPLES = """\
+examples:
+  surfelsplat render bunny.ply -o bunny.png
+  surfelsplat render bunny.ply --circle-of-confusion 12 -o bunny.png
+  surfelsplat render scene.ply --camera scene.json:coc12 --unlit -o scene.exr
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, allow_abbrev=False, **kwargs)
+        # argparse takes -1e-3 for an option.
+        self._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf|nan)", re.IGNORECASE)
+
+    def error(self, message):
+        raise UserProblem(message + " (surfelsplat render --help lists the options)")
+
+
+def _number(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
+
+
+def _not_negative(text):
+    value = _number(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
+def _cutoff(text):
+    value = _number(text)
+    if not 1 <= value <= 20:
+        raise argparse.ArgumentTypeError(f"{text} is not between 1 and 20")
+    return value
+
+
+def _fraction(text):
+    value = _number(text)
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 1")
+    return value
+
+
+def _angle(text):
+    value = _number(text)
+    if not 0 < value < 180:
+        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 180 degrees")
+    return value
+
+
+def _count(text):
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 on")
+    return value
+
+
+def _add_camera_options(parser):
+    camera = parser.add_argument_group(
+        "camera", "Each of these overrides what --camera says. Without any of them: a "
+        "three-quarter view that fits the cloud.")
+    camera.add_argument("--camera", metavar="FILE.json[:VIEW]",
+                        help="a view of this file (the first one where VIEW is left out)")
+    triple = dict(nargs=3, type=_number, metavar=("X", "Y", "Z"))
+    camera.add_argument("--position", help="where the lens stands", **triple)
+    camera.add_argument("--focal-point", help="what it looks at", **triple)
+    camera.add_argument("--view-up", help="what is up", **triple)
+    camera.add_argument("--view-angle", type=_angle, metavar="A", help="vertical, in degrees")
+    camera.add_argument("--size", nargs=2, type=_count, metavar=("W", "H"),
+                        help="of the picture in pixels (default: the view's, else 800 600)")
+
+
+def _add_lens_options(parser):
+    lens = parser.add_argument_group(
+        "lens", "Everything is sharp unless --camera or one of these gives a lens.")
+    lens.add_argument("--focal-disk", type=_not_negative, metavar="D",
+                      help="diameter of the lens in world units, 0 = pinhole")
+    lens.add_argument("--focal-distance", type=_not_negative, metavar="F",
+                      help="distance in focus along the view direction (default: 0, the distance "
+                           "to the focal point; without a camera, the surface in the middle)")
+    lens.add_argument("--circle-of-confusion", type=_not_negative, metavar="PX",
+                      help="instead of --focal-disk: the lens that blurs a point at infinity to "
+                           "a disc of this radius in pixels")
+    lens.add_argument("--pinhole", action="store_true", help="no lens, whatever the camera says")
+
+
+def _add_look_options(parser):
+    look = parser.add_argument_group("look")
+    look.add_argument("--unlit", action="store_true",
+                      help="colours as they are (default: a light at the camera)")
+    look.add_argument("--background", nargs=3, type=_fraction, metavar=("R", "G", "B"),
+                      help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
+                           "0.16 0.17 0.19, or black with --unlit)")
+    look.add_argument("--cutoff", type=_cutoff, metavar="C",
+                      help="where a splat ends: exponent of its Gaussian, 1 to 20 (default: 2.5)")
+
+
+def _add_run_options(parser):
+    run = parser.add_argument_group("run")
+    run.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
+    run.add_argument("--threads", type=_count, metavar="N", help="default: all cores")
+    run.add_argument("--repeat", type=_count, default=1, metavar="N",
+                     help="render N times (for --stats)")
+    run.add_argument("--stats", metavar="FILE.json",
+                     help="write counts and times: medians over the frames after the first one")
+    run.add_argument("-v", "--verbose", action="store_true", help="say what is done")
+
+
+def _build_parser():
+    from ..version import __version__
+
+    parser = _Parser(prog="surfelsplat", description="Depth-of-field splatting of point clouds.",
+                     epilog="surfelsplat render --help lists the options.")
+    parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
+                                     parser_class=_Parser)
+    render = commands.add_parser("render", help="render a point cloud to .png or .exr",
+                                 formatter_class=argparse.RawDescriptionHelpFormatter,
+                                 description=DESCRIPTION, epilog=EXAMPLES)
+    render.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    render.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.png or OUT.exr")
+    _add_camera_options(render)
+    _add_lens_options(render)
+    _add_look_options(render)
+    _add_run_options(render)
+    return parser
+
+
+def _check(arguments):
+    lenses = [name for name, given in (
+        ("--pinhole", arguments.pinhole),
+        ("--focal-disk", arguments.focal_disk is not None),
+        ("--circle-of-confusion", arguments.circle_of_confusion is not None)) if given]
+    if len(lenses) > 1:
+        raise UserProblem(f"{' and '.join(lenses)} exclude each other: give one of them")
+    check_size(arguments.size)
+
+
+def check_size(size):
+    if size and (max(size) > LARGEST_SIDE or size[0] * size[1] > LARGEST_PICTURE):
+        raise UserProblem(f"the picture's size {size[0]} x {size[1]} is too large; at most "
+                          f"{LARGEST_SIDE} pixels a side and {LARGEST_PICTURE} in all")
+
+
+def parse_arguments(words):
+    arguments = _build_parser().parse_args(words)
+    _check(arguments)
+    return arguments

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Views: the camera of a file, what options override of it, and whether it makes sense."""
+
+import json
+import math
+import os
+from dataclasses import dataclass, replace
+from typing import Optional, Tuple
+
+from .arguments import check_size
+from .problems import UserProblem
+
+Vector = Tuple[float, float, float]
+DEFAULT_SIZE = (800, 600)
+DEFAULT_ANGLE = 30.0
+PARALLEL = 1e-6  # sine of the angle below which two directions are one
+
+
+@dataclass(frozen=True)
+class View:
+    """What is None is left to framing.py; keys and units as vtkCamera's."""
+
+    position: Optional[Vector] = None
+    focal_point: Optional[Vector] = None
+    view_up: Optional[Vector] = None
+    view_angle: float = DEFAULT_ANGLE  # vertical, degrees
+    size: Tuple[int, int] = DEFAULT_SIZE
+    focal_disk: float = 0.0  # lens diameter, world units; 0 = pinhole
+    focal_distance: float = 0.0  # along the view direction; 0 = to the focal point
+    circle_of_confusion: Optional[float] = None  # px at infinity, in place of focal_disk
+
+
+def subtract(a, b):
+    return tuple(x - y for x, y in zip(a, b))
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def are_parallel(a, b, sine=PARALLEL):
+    return math.hypot(*cross(a, b)) <= sine * math.hypot(*a) * math.hypot(*b)
+
+
+class _FileView:
+    """One view of a camera file, and the checks of its values."""
+
+    def __init__(self, where, values):
+        self._where = where
+        self._values = values
+
+    def _fail(self, key, wanted):
+        raise UserProblem(f"{self._where}: {key} is {json.dumps(self._values[key])}; it must be "
+                          f"{wanted}")
+
+    @staticmethod
+    def _is_number(value):
+        return (isinstance(value, (int, float)) and not isinstance(value, bool)
+                and math.isfinite(value))
+
+    def number(self, key, default, is_valid, wanted):
+        value = self._values.get(key, default)
+        if not self._is_number(value) or not is_valid(value):
+            self._fail(key, wanted)
+        return float(value)
+
+    def vector(self, key):
+        value = self._values.get(key)
+        if value is None:
+            return None
+        if (not isinstance(value, list) or len(value) != 3
+                or not all(self._is_number(v) for v in value)):
+            self._fail(key, "three finite numbers")
+        return tuple(float(v) for v in value)
+
+    def size(self):
+        value = self._values.get("size", list(DEFAULT_SIZE))
+        if (not isinstance(value, list) or len(value) != 2
+                or not all(self._is_number(v) and v >= 1 and v == int(v) for v in value)):
+            self._fail("size", "two whole numbers from 1 on")
+        return tuple(int(v) for v in value)
+
+
+def _split_name(text):
+    """FILE.json:VIEW -> FILE.json, VIEW; VIEW is None where there is none."""
+    if not os.path.exists(text) and ":" in text:
+        path, name = text.rsplit(":", 1)
+        return path, name
+    return text, None
+
+
+def _load(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)
+    except OSError as problem:
+        raise UserProblem(f"cannot read the camera file {path}: {problem.strerror}") from problem
+    except (ValueError, RecursionError) as problem:
+        raise UserProblem(f"{path} is not a camera file in JSON: {problem}") from problem
+
+
+def _pick(path, content, name):
+    """The object of the view that is asked for."""
+    views = content.get("views", [content]) if isinstance(content, dict) else content
+    if not isinstance(views, list) or not views or not all(isinstance(v, dict) for v in views):
+        raise UserProblem(f"{path} holds no views; expected {{\"views\": [{{\"name\": .., "
+                          "\"position\": [x, y, z], ..}]}")
+    if name is None:
+        return views[0]
+    for view in views:
+        if view.get("name") == name:
+            return view
+    names = ", ".join(str(view.get("name")) for view in views)
+    raise UserProblem(f"{path} has no view {name!r}; it has: {names}")
+
+
+def read_view(text):
+    """The view of FILE.json[:VIEW]."""
+    path, name = _split_name(text)
+    values = _pick(path, _load(path), name)
+    if not any(key in values for key in ("position", "focalPoint", "viewAngle", "viewUp")):
+        raise UserProblem(f"{path} describes no camera; expected keys such as position, "
+                          "focalPoint, viewUp, viewAngle, size, focalDisk, focalDistance")
+    view = _FileView(text, values)
+    return View(
+        position=view.vector("position"),
+        focal_point=view.vector("focalPoint"),
+        view_up=view.vector("viewUp"),
+        view_angle=view.number("viewAngle", DEFAULT_ANGLE, lambda a: 0 < a < 180,
+                               "between 0 and 180 degrees"),
+        size=view.size(),
+        focal_disk=view.number("focalDisk", 0.0, lambda d: d >= 0, "a number from 0 on"),
+        focal_distance=view.number("focalDistance", 0.0, lambda d: d >= 0, "a number from 0 on"))
+
+
+def _vector_or(option, default):
+    return tuple(option) if option is not None else default
+
+
+def asked_view(arguments):
+    """The view of --camera with every option on top."""
+    view = read_view(arguments.camera) if arguments.camera else View()
+    view = replace(
+        view,
+        position=_vector_or(arguments.position, view.position),
+        focal_point=_vector_or(arguments.focal_point, view.focal_point),
+        view_up=_vector_or(arguments.view_up, view.view_up),
+        view_angle=arguments.view_angle or view.view_angle,
+        size=tuple(arguments.size or view.size))
+    if arguments.focal_distance is not None:
+        view = replace(view, focal_distance=arguments.focal_distance)
+    if arguments.pinhole:
+        view = replace(view, focal_disk=0.0)
+    elif arguments.focal_disk is not None:
+        view = replace(view, focal_disk=arguments.focal_disk)
+    elif arguments.circle_of_confusion is not None:
+        view = replace(view, circle_of_confusion=arguments.circle_of_confusion)
+    check_view(view)
+    return view
+
+
+def check_view(view):
+    """What can be told without the cloud."""
+    check_size(view.size)
+    if view.view_up is not None and not any(view.view_up):
+        raise UserProblem("the view-up vector is 0 0 0; it must be a direction")
+    if view.position is None or view.focal_point is None:
+        return
+    direction = subtract(view.focal_point, view.position)
+    if not any(direction):
+        raise UserProblem("the camera's position and focal point are the same point "
+                          f"{' '.join(f'{x:g}' for x in view.position)}; move one of them")
+    if view.view_up is not None and are_parallel(view.view_up, direction):
+        raise UserProblem("the view-up vector is parallel to the view direction; turn it")

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads point clouds of every kind the tool takes."""
+
+import os
+from dataclasses import dataclass, field
+from typing import Optional, Tuple
+
+from .problems import UserProblem
+
+SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
+
+
+@dataclass
+class Cloud:
+    data: object  # vtkPolyData
+    viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, where the file knows it
+    columns: int = 0  # of a depth image, stored row by row; 0 for any other cloud
+    is_surfels: bool = field(init=False)
+
+    def __post_init__(self):
+        points = self.data.GetPointData()
+        self.is_surfels = all(points.HasArray(name) for name in SURFEL_ARRAYS)
+
+
+def _read_scan(path, messages, progress):
+    from ..vtkSurfelReaders import vtkPointCloudReader
+
+    reader = vtkPointCloudReader()
+    reader.SetFileName(path)
+    progress.watch(reader, "reading")
+    reader.Update()
+    messages.check()
+    columns, rows = reader.GetDimensions()
+    return Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
+                 columns if rows > 1 else 0)
+
+
+def _read_vtp(path, messages, progress):
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(path)
+    progress.watch(reader, "reading")
+    reader.Update()
+    messages.check(f"{path} is not a readable .vtp file: ")
+    return Cloud(reader.GetOutput())
+
+
+def _read_text(path, _messages, _progress):
+    from .textclouds import read_text_cloud
+
+    return Cloud(read_text_cloud(path))
+
+
+def _refuse_las(path, _messages, _progress):
+    raise UserProblem(f"{path}: .las and .laz files are not read; convert it first, for example "
+                      "with `pdal translate in.las out.ply`")
+
+
+_READERS = {
+    ".ply": _read_scan,
+    ".pcd": _read_scan,
+    ".vtp": _read_vtp,
+    ".xyz": _read_text,
+    ".txt": _read_text,
+    ".las": _refuse_las,
+    ".laz": _refuse_las,
+}
+
+
+def _check_file(path):
+    if os.path.isdir(path):
+        raise UserProblem(f"{path} is a folder; give a point cloud file")
+    if not os.path.exists(path):
+        raise UserProblem(f"{path} does not exist")
+    if not os.access(path, os.R_OK):
+        raise UserProblem(f"{path} is not readable; check its permissions")
+
+
+def read_cloud(path, messages, progress):
+    """-> Cloud with at least one point, or UserProblem."""
+    extension = os.path.splitext(path)[1].lower()
+    _check_file(path)
+    if extension not in _READERS:
+        raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is "
+                          ".ply, .pcd, .xyz, .txt or .vtp")
+    if os.path.getsize(path) == 0 and _READERS[extension] is not _refuse_las:
+        raise UserProblem(f"{path} is empty")
+    cloud = _READERS[extension](path, messages, progress)
+    if cloud.data.GetNumberOfPoints() == 0:
+        raise UserProblem(f"{path} holds no points")
+    return cloud

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A view that fits a cloud: bounds that stray points do not move, what is up, where to stand."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from .cameras import are_parallel, check_view
+from .problems import UserProblem
+
+SAMPLES = 200_000
+MARGIN = 0.92  # of the picture that the cloud fills
+AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
+MIDDLE = 0.25  # half-height of the picture's middle, of the picture's half-height
+FLAT = 0.35  # thickness over width below which a cloud is a terrain
+OPEN = 0.05  # net area over area above which a surface has an open side
+
+
+class Samples:
+    """Up to SAMPLES surfels: centres in the world and area vectors, stray ones left out."""
+
+    def __init__(self, surfels):
+        data = surfels.GetPointData()
+        step = max(1, surfels.GetNumberOfPoints() // SAMPLES)
+        points = vtk_to_numpy(surfels.GetPoints().GetData())[::step].astype(np.float64)
+        areas = vtk_to_numpy(data.GetArray("SurfelAreaVector"))[::step].astype(np.float64)
+        origin = surfels.GetFieldData().GetArray("SurfelOrigin")
+        if origin:
+            points += vtk_to_numpy(origin).reshape(3)
+        two_sided = data.GetArray("SurfelTwoSided")
+        self.two_sided = (vtk_to_numpy(two_sided)[::step].astype(bool) if two_sided
+                          else np.zeros(len(points), bool))
+        keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
+        keep &= _near_the_bulk(points, keep)
+        self.points, self.areas = points[keep], areas[keep]
+        self.two_sided = self.two_sided[keep]
+        self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
+
+    @property
+    def center(self):
+        return (self.low + self.high) / 2
+
+    @property
+    def extent(self):
+        return self.high - self.low
+
+
+def _near_the_bulk(points, finite):
+    """Which points lie within half a width of the box that holds the middle 96 % on every axis."""
+    if not finite.any():
+        raise UserProblem("none of the surfels has finite values; nothing can be drawn")
+    low, high = np.percentile(points[finite], (2, 98), axis=0)
+    # The largest width for all axes: the noise of a flat thing is none of the stray points.
+    slack = 0.5 * max((high - low).max(), 1e-30)
+    with np.errstate(invalid="ignore"):
+        return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+
+
+def _unit(vector):
+    return vector / max(np.linalg.norm(vector), 1e-300)
+
+
+def _up_of_openings(samples):
+    """An object is rarely scanned from below: its area vectors sum up to what is up."""
+    one_sided = samples.areas[~samples.two_sided]
+    total = np.linalg.norm(one_sided, axis=1).sum()
+    net = one_sided.sum(axis=0)
+    axis = int(np.argmax(np.abs(net)))
+    if total == 0 or net[axis] < OPEN * total or axis == 0:
+        return None
+    return np.eye(3)[axis]
+
+
+def up_axis(samples):
+    """Terrain: its normal. Object with an open bottom: away from it. Else y, models' custom."""
+    thin = int(np.argmin(samples.extent))
+    if thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min():
+        return np.eye(3)[thin]
+    up = _up_of_openings(samples)
+    return np.array([0.0, 1.0, 0.0]) if up is None else up
+
+
+def _directions(up):
+    """Where to look from, the customary side first, then in steps of 45 degrees around."""
+    front = np.array([0.0, -1.0, 0.0]) if abs(up[2]) > 0.7 else np.array([0.0, 0.0, 1.0])
+    front = _unit(front - (front @ up) * up)
+    right = np.cross(up, front)
+    for turn in range(8):
+        angle = AZIMUTH + turn * math.pi / 4
+        level = math.cos(angle) * front + math.sin(angle) * right
+        yield math.cos(ELEVATION) * level + math.sin(ELEVATION) * up
+
+
+def _three_quarter_direction(samples, up):
+    """From the object towards the lens: the customary side, unless another one shows much more."""
+    def facing(direction):
+        projected = samples.areas @ direction
+        return np.where(samples.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
+
+    directions = list(_directions(up))
+    shown = [facing(direction) for direction in directions]
+    best = int(np.argmax(shown))
+    return directions[best] if shown[best] > 1.5 * shown[0] else directions[0]
+
+
+def _fit(samples, direction, up, view):
+    """-> position, focal point: the nearest such that all samples lie inside the picture."""
+    right = np.cross(up, direction)
+    right /= np.linalg.norm(right)
+    above = np.cross(direction, right)
+    tan_y = MARGIN * math.tan(math.radians(view.view_angle) / 2)
+    tan_x = tan_y * view.size[0] / view.size[1]
+    local = samples.points - samples.center
+    x, y, z = local @ right, local @ above, local @ direction
+    shift = np.zeros(2)
+    distance = 0.0
+    for _ in range(3):
+        reach = np.maximum(np.abs(x - shift[0]) / tan_x, np.abs(y - shift[1]) / tan_y) + z
+        distance = max(reach.max(), z.max() + 1e-3 * max(np.ptp(z), np.ptp(x), 1e-12))
+        # The middle of what is seen moves with the distance.
+        depth = distance - z
+        for i, along in enumerate((x, y)):
+            slope = (along - shift[i]) / depth
+            shift[i] += 0.5 * (slope.min() + slope.max()) * distance
+    focal_point = samples.center + shift[0] * right + shift[1] * above
+    return focal_point + distance * direction, focal_point
+
+
+def _sensor_directions(cloud):
+    """Of a depth image: towards the sensor, and up in the image."""
+    points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
+    rays = points - np.asarray(cloud.viewpoint)
+    rows = np.arange(len(rays)) // cloud.columns
+    keep = np.isfinite(rays).all(axis=1) & (np.linalg.norm(rays, axis=1) > 0)
+    rays, rows = rays[keep], rows[keep]
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    forward = _unit(rays.mean(axis=0))
+    down = (rows - rows.mean()) @ rays
+    return -forward, _unit(-(down - (down @ forward) * forward))
+
+
+def _other_than(up, direction):
+    """Up, or another axis where that is nearly the view direction."""
+    if not are_parallel(up, direction, sine=0.1):
+        return up
+    return np.eye(3)[int(np.argmin(np.abs(direction)))]
+
+
+def _surface_in_the_middle(samples, position, focal_point, view):
+    """Distance along the view direction of what a photographer would focus on: the front of the
+    surface in the middle of the picture."""
+    forward = _unit(focal_point - position)
+    local = samples.points - position
+    depth = local @ forward
+    off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
+    window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
+    facing = samples.two_sided | (samples.areas @ forward < 0)
+    in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
+    return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
+
+
+def complete_view(view, cloud, surfels):
+    """The view, with what was not asked for found from the cloud."""
+    if view.position and view.focal_point and view.view_up:
+        return view
+    samples = Samples(surfels)
+    if cloud.viewpoint and cloud.columns and not view.view_up:
+        direction, up = _sensor_directions(cloud)
+    else:
+        up = _unit(np.asarray(view.view_up)) if view.view_up else up_axis(samples)
+        direction = _three_quarter_direction(samples, up)
+    position, focal_point = _fit(samples, direction, up, view)
+    if view.position:
+        focal_point = np.asarray(view.focal_point or samples.center)
+        position = np.asarray(view.position)
+    elif view.focal_point:
+        position = position - focal_point + np.asarray(view.focal_point)
+        focal_point = np.asarray(view.focal_point)
+    if not view.view_up:
+        up = _other_than(up, focal_point - position)
+    focal_distance = view.focal_distance
+    if focal_distance == 0 and not view.position and not view.focal_point:
+        focal_distance = _surface_in_the_middle(samples, position, focal_point, view)
+    completed = replace(view, position=tuple(map(float, position)),
+                        focal_distance=focal_distance,
+                        focal_point=tuple(map(float, focal_point)),
+                        view_up=tuple(map(float, up)))
+    check_view(completed)
+    return completed

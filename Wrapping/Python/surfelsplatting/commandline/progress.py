@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A bar on the terminal for what takes long, driven by VTK's progress events."""
+
+import sys
+import time
+
+WIDTH = 30
+PATIENCE = 0.3  # s before a bar shows up
+
+
+class Progress:
+    """Draws on stderr where that is a terminal, else does nothing."""
+
+    def __init__(self, stream=None):
+        self._stream = stream or sys.stderr
+        self._active = self._stream.isatty()
+        self._label = ""
+        self._drawn = None  # what stands on the line
+        self._began = 0.0
+
+    def watch(self, algorithm, label):
+        if self._active:
+            algorithm.AddObserver(
+                "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
+
+    def show(self, label, fraction):
+        now = time.monotonic()
+        if label != self._label:
+            self._label, self._began = label, now
+        if not self._active or now - self._began < PATIENCE:
+            return
+        done = round(WIDTH * min(1.0, max(0.0, fraction)))
+        line = f"{label:<12} [{'#' * done}{' ' * (WIDTH - done)}] {100 * fraction:3.0f} %"
+        if line != self._drawn:
+            self._stream.write("\r" + line)
+            self._stream.flush()
+            self._drawn = line
+
+    def clear(self):
+        if self._drawn:
+            self._stream.write("\r" + " " * len(self._drawn) + "\r")
+            self._stream.flush()
+            self._drawn = None

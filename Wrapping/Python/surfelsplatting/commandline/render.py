@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat render: cloud -> surfels -> picture."""
+
+import os
+import sys
+
+from vtkmodules.vtkCommonCore import vtkSMPTools
+from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
+
+from ..vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelNormalization
+from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+from .cameras import asked_view
+from .clouds import read_cloud
+from .framing import complete_view
+from .outputs import PICTURES, check_output, write_json, write_picture, write_surfels
+from .problems import UserProblem
+from .progress import Progress
+from .runstatistics import RunStatistics
+from .vtkmessages import VtkMessages
+
+LIGHT_GREY = (0.8, 0.8, 0.8)  # of clouds without colours
+BACKDROP = (0.16, 0.17, 0.19)  # of lit .png pictures
+
+
+def _check_outputs(arguments):
+    check_output(arguments.output, PICTURES)
+    if arguments.surfels:
+        check_output(arguments.surfels, (".vtp",))
+    if arguments.stats:
+        check_output(arguments.stats)
+
+
+def _has_colors(surfels):
+    scalars = surfels.GetPointData().GetScalars()
+    return (scalars is not None and scalars.GetDataTypeAsString() == "unsigned char"
+            and scalars.GetNumberOfComponents() in (3, 4))
+
+
+def _make_surfels(cloud, path, messages, progress, run):
+    """-> vtkPolyData with the arrays of the data contract."""
+    if cloud.is_surfels:
+        return cloud.data
+    estimation = vtkSurfelEstimation()
+    estimation.SetInputData(cloud.data)
+    if cloud.viewpoint:
+        estimation.SetOrientationModeToViewpoint()
+        estimation.SetViewpoint(cloud.viewpoint)
+    normalization = vtkSurfelNormalization()
+    normalization.SetInputConnection(estimation.GetOutputPort())
+    for algorithm, stage in ((estimation, "estimation"), (normalization, "normalization")):
+        progress.watch(algorithm, stage)
+        with run.stage(stage):
+            algorithm.Update()
+        messages.check(f"{path}: ")
+    run.note_estimation(estimation)
+    surfels = normalization.GetOutput()
+    if surfels.GetNumberOfPoints() == 0:
+        raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points makes a "
+                          "surfel; are the coordinates finite and not all the same?")
+    return surfels
+
+
+def _make_actor(surfels, arguments):
+    mapper = vtkSurfelMapper()
+    mapper.SetInputData(surfels)
+    mapper.SetScalarVisibility(_has_colors(surfels))
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(LIGHT_GREY)
+    actor.GetProperty().SetLighting(not arguments.unlit)
+    return actor
+
+
+def _make_camera(view):
+    camera = vtkCamera()
+    camera.SetPosition(view.position)
+    camera.SetFocalPoint(view.focal_point)
+    camera.SetViewUp(view.view_up)
+    camera.SetViewAngle(view.view_angle)
+    camera.SetFocalDisk(view.focal_disk)
+    camera.SetFocalDistance(view.focal_distance)
+    return camera
+
+
+def _set_background(renderer, arguments):
+    background = arguments.background
+    if background is None and arguments.output.lower().endswith(".png"):
+        background = (0.0, 0.0, 0.0) if arguments.unlit else BACKDROP
+    if background is not None:
+        renderer.SetBackground(background)
+        renderer.SetBackgroundAlpha(1.0)
+
+
+def _make_renderer(surfels, view, arguments):
+    renderer = vtkSurfelImageRenderer()
+    renderer.AddActor(_make_actor(surfels, arguments))
+    renderer.SetCamera(_make_camera(view))
+    renderer.SetSize(*view.size)
+    _set_background(renderer, arguments)
+    splatter = renderer.GetSplatter()
+    if view.circle_of_confusion is not None:
+        splatter.SetLensModeToCircleOfConfusion()
+        splatter.SetCircleOfConfusion(view.circle_of_confusion)
+    elif view.focal_disk == 0:
+        splatter.SetLensModeToPinhole()
+    if arguments.cutoff is not None:
+        splatter.SetCutoff(arguments.cutoff)
+    return renderer
+
+
+def _render_frames(renderer, count, messages, progress, run):
+    for number in range(count):
+        progress.show("rendering", number / count)
+        renderer.Modified()  # every frame is rendered, although nothing has changed
+        renderer.Update()
+        messages.check()
+        run.note_frame(renderer.GetSplatter())
+
+
+def render(arguments):
+    messages = VtkMessages(arguments.verbose)
+    progress = Progress()
+    view = asked_view(arguments)
+    _check_outputs(arguments)
+    if arguments.threads:
+        # TBB complains about more threads than cores.
+        vtkSMPTools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
+    run = RunStatistics(vtkSMPTools.GetEstimatedNumberOfThreads())
+
+    def say(text):
+        progress.clear()
+        if arguments.verbose:
+            print("surfelsplat: " + text, file=sys.stderr)
+
+    try:
+        with run.stage("read"):
+            cloud = read_cloud(arguments.cloud, messages, progress)
+        say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
+        surfels = _make_surfels(cloud, arguments.cloud, messages, progress, run)
+        view = complete_view(view, cloud, surfels)
+        say(f"{surfels.GetNumberOfPoints()} surfels, {view}")
+        renderer = _make_renderer(surfels, view, arguments)
+        _render_frames(renderer, arguments.repeat, messages, progress, run)
+    finally:
+        progress.clear()
+    if run.is_empty():
+        print("surfelsplat: warning: the camera sees nothing of the cloud; check its position and "
+              "focal point", file=sys.stderr)
+
+    with run.stage("write"):
+        write_picture(renderer.GetOutput(), arguments.output, messages)
+        if arguments.surfels:
+            write_surfels(surfels, arguments.surfels, messages)
+    if arguments.stats:
+        write_json(run.summary(cloud, surfels, view), arguments.stats)
+    say(f"{arguments.output} written")

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Counts and times of one run, for --stats."""
+
+import resource
+import statistics
+import time
+from contextlib import contextmanager
+
+from ..version import __version__
+
+
+class RunStatistics:
+    def __init__(self, threads):
+        self._threads = threads
+        self._milliseconds = {}
+        self._frames = []  # one {stage: ms} for each frame
+        self._counts = {"splats": 0, "fragments": 0}
+        self._invalid = {"points": 0, "surfels": 0}
+
+    @contextmanager
+    def stage(self, name):
+        began = time.perf_counter()
+        yield
+        self._milliseconds[name] = 1000 * (time.perf_counter() - began)
+
+    def note_estimation(self, estimation):
+        self._invalid["points"] = estimation.GetNumberOfNonFinitePoints()
+
+    def note_frame(self, splatter):
+        frame = {splatter.GetStageName(i): splatter.GetStageMilliseconds(i)
+                 for i in range(splatter.GetNumberOfStages())}
+        frame["frame"] = splatter.GetFrameMilliseconds()
+        self._frames.append(frame)
+        self._counts = {"splats": splatter.GetNumberOfSplats(),
+                        "fragments": splatter.GetNumberOfFragments()}
+        self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
+
+    def _frame_medians(self):
+        """Of the frames after the first one, which also fills caches; of that one if alone."""
+        frames = self._frames[1:] or self._frames
+        names = {name: None for frame in frames for name in frame}
+        return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
+                for name in names}
+
+    def is_empty(self):
+        return self._counts["splats"] == 0
+
+    def summary(self, cloud, surfels, view):
+        milliseconds = {**self._milliseconds, **self._frame_medians(),
+                        "first_frame": self._frames[0]["frame"]}
+        return {
+            "version": __version__,
+            "points": cloud.data.GetNumberOfPoints(),
+            "surfels": surfels.GetNumberOfPoints(),
+            **self._counts,
+            "invalid": self._invalid,
+            "size": list(view.size),
+            "threads": self._threads,
+            "frames": [frame["frame"] for frame in self._frames],
+            "peak_memory_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+            "milliseconds": {name: round(value, 3) for name, value in milliseconds.items()},
+        }

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""VTK's errors and warnings as Python data: no windows, no traces on stderr."""
+
+import re
+import sys
+
+from vtkmodules.vtkCommonCore import VTK_STRING, vtkLogger, vtkOutputWindow
+
+from .problems import UserProblem
+
+# "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
+_PREFIX = re.compile(
+    r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\S+ \(\w+\): )?")
+
+
+def plain_text(message):
+    """The message proper, without the file, the line and the object's address."""
+    return _PREFIX.sub("", message).strip()
+
+
+class VtkMessages:
+    """Collects what VTK reports from its construction on.
+
+    check() raises the first error as a UserProblem. Warnings are printed where verbose.
+    """
+
+    def __init__(self, verbose=False):
+        self.errors = []
+        self.verbose = verbose
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+        self._window = vtkOutputWindow.GetInstance()
+        self._window.SetDisplayModeToNever()
+        self._observe("ErrorEvent", self._on_error)
+        self._observe("WarningEvent", self._on_warning)
+
+    def _observe(self, event, method):
+        def call(_caller, _event, text):
+            method(plain_text(text))
+
+        call.CallDataType = VTK_STRING
+        self._window.AddObserver(event, call)
+
+    def _on_error(self, text):
+        self.errors.append(text)
+
+    def _on_warning(self, text):
+        if self.verbose:
+            print("surfelsplat: warning: " + " ".join(text.split()), file=sys.stderr)
+
+    def check(self, prefix=""):
+        if self.errors:
+            raise UserProblem(prefix + self.errors[0])
