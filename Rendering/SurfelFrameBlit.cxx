@@ -81,7 +81,7 @@ bool FrameBlit::ReadDepth(
   bool good = true;
   if (samples > 0)
   {
-    good = this->ResolveDepth(rectangle, drawFramebuffer, depth);
+    good = this->ResolveDepth(state, rectangle, drawFramebuffer, depth);
   }
   else
   {
@@ -93,9 +93,12 @@ bool FrameBlit::ReadDepth(
   return good;
 }
 
-bool FrameBlit::ResolveDepth(
-  const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
+bool FrameBlit::ResolveDepth(vtkOpenGLState* state, const PixelRectangle& r, int framebuffer,
+  std::vector<float>& depth)
 {
+  // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
+  vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
+  state->vtkglDisable(GL_SCISSOR_TEST);
   GLuint resolved = 0, buffer = 0;
   GLint boundRenderbuffer = 0;
   const GLint format = DepthFormat(framebuffer);

@@ -12,6 +12,7 @@
 
 class vtkOpenGLQuadHelper;
 class vtkOpenGLRenderWindow;
+class vtkOpenGLState;
 class vtkTextureObject;
 class vtkWindow;
 
@@ -64,7 +65,8 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool ResolveDepth(const PixelRectangle& rectangle, int framebuffer, std::vector<float>& depth);
+  bool ResolveDepth(vtkOpenGLState* state, const PixelRectangle& rectangle, int framebuffer,
+    std::vector<float>& depth);
 
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;

@@ -131,7 +131,7 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
   }
   view.WorldToCamera.T[2] = -view.WorldToCamera.T[2];
 
-  // Normalised device coordinates: P00 x/z - P02 (perspective), P00 x + P03 (parallel).
+  // Normalised device coordinates: (P00 x + P03)/z - P02 (perspective), P00 x + P03 (parallel).
   vtkMatrix4x4* projection = camera->GetProjectionTransformMatrix(aspect, -1, 1);
   const double halfWidth = 0.5 * size[0], halfHeight = 0.5 * size[1];
   view.Fx = halfWidth * projection->GetElement(0, 0);
@@ -140,6 +140,12 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
     (1.0 + (view.Parallel ? projection->GetElement(0, 3) : -projection->GetElement(0, 2)));
   view.Cy = halfHeight *
     (1.0 + (view.Parallel ? projection->GetElement(1, 3) : -projection->GetElement(1, 2)));
+  if (!view.Parallel)
+  {
+    // A stereo camera's eyes stand beside its position; VTK moves them in the projection.
+    view.WorldToCamera.T[0] += projection->GetElement(0, 3) / projection->GetElement(0, 0);
+    view.WorldToCamera.T[1] += projection->GetElement(1, 3) / projection->GetElement(1, 1);
+  }
   return view;
 }
 

@@ -21,8 +21,8 @@
 #include "vtkPolyDataMapper.h"
 #include "vtkSurfelRenderingModule.h" // for export macro
 
+class vtkMatrix4x4;
 class vtkPointGaussianMapper;
-class vtkTrivialProducer;
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelMapper : public vtkPolyDataMapper
 {
@@ -72,11 +72,15 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
-  void UpdatePreview();
+  void UpdatePreview(double scale);
+  double MeanSpacing();
 
   vtkNew<vtkPointGaussianMapper> Preview;
-  vtkNew<vtkTrivialProducer> PreviewInput;
+  vtkNew<vtkActor> PreviewActor;
+  vtkNew<vtkMatrix4x4> PreviewMatrix;
   vtkTimeStamp PreviewTime;
+  double Spacing = 0.0;
+  vtkTimeStamp SpacingTime;
   vtkTimeStamp BoundsTime;
   bool Splatted = false;
 };

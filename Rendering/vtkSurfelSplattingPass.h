@@ -73,6 +73,7 @@ private:
   vtkSurfelSplattingPass(const vtkSurfelSplattingPass&) = delete;
   void operator=(const vtkSurfelSplattingPass&) = delete;
 
+  void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
 
   vtkSmartPointer<vtkRenderPass> DelegatePass;
