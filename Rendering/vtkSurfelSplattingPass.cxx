@@ -54,7 +54,7 @@ void UpdateStereo(vtkRenderer* renderer)
     vtkOpenGLState::ScopedglViewport viewport(state);
     vtkOpenGLState::ScopedglScissor scissor(state);
     vtkOpenGLState::ScopedglEnableDisable scissorTest(state, GL_SCISSOR_TEST);
-    renderer->UpdateCamera();
+    renderer->GetActiveCamera()->Render(renderer);
   }
 }
 
