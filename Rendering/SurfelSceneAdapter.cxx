@@ -6,6 +6,7 @@
 
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLightCollection.h>
@@ -90,7 +91,23 @@ std::string CheckArray(vtkPolyData* input, const char* name, int components, boo
       std::to_string(array->GetNumberOfComponents()) + " components instead of " +
       std::to_string(components) + ": see the data contract in the documentation.";
   }
+  if (array->GetNumberOfTuples() != input->GetNumberOfPoints())
+  {
+    return std::string("Point array ") + name + " has " +
+      std::to_string(array->GetNumberOfTuples()) + " tuples for " +
+      std::to_string(input->GetNumberOfPoints()) + " points: each surfel needs one.";
+  }
   return std::string();
+}
+
+std::string CheckOrigin(vtkPolyData* input)
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  return array && array->GetNumberOfValues() != 3
+    ? std::string("Field array ") + Arrays::Origin + " has " +
+      std::to_string(array->GetNumberOfValues()) +
+      " values instead of 3: where the surfels are is not known."
+    : std::string();
 }
 
 Material MakeMaterial(vtkProperty* property)
@@ -201,7 +218,8 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   }
   for (const std::string& problem : { CheckArray(input, Arrays::Covariance, 6, true),
          CheckArray(input, Arrays::AreaVector, 3, true),
-         CheckArray(input, Arrays::TwoSided, 1, false), CheckArray(input, Arrays::Opacity, 1, false) })
+         CheckArray(input, Arrays::TwoSided, 1, false), CheckArray(input, Arrays::Opacity, 1, false),
+         CheckOrigin(input) })
   {
     if (!problem.empty())
     {

@@ -4,6 +4,7 @@
 #include "SurfelArrays.h"
 
 #include <vtkActor.h>
+#include <vtkBoundingBox.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
@@ -66,23 +67,45 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  double origin[3];
-  this->GetOrigin(origin);
+  // Surfels that are not drawn do not count: one NaN, as organised scans have them, would spoil ResetCamera.
+  vtkBoundingBox box;
   double largest = 0.0;
-  if (vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance))
+  vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance);
+  if (covariance &&
+    (covariance->GetNumberOfComponents() != 6 ||
+      covariance->GetNumberOfTuples() != input->GetNumberOfPoints()))
   {
-    for (vtkIdType i = 0; covariance->GetNumberOfComponents() == 6 && i < covariance->GetNumberOfTuples(); ++i)
+    covariance = nullptr;
+  }
+  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+  {
+    double p[3], s[6] = { 0, 0, 0, 0, 0, 0 };
+    input->GetPoint(i, p);
+    if (covariance)
     {
-      const double trace = covariance->GetComponent(i, 0) + covariance->GetComponent(i, 1) +
-        covariance->GetComponent(i, 2);
-      largest = std::isfinite(trace) ? std::max(largest, trace) : largest;
+      covariance->GetTuple(i, s);
+    }
+    const double trace = s[0] + s[1] + s[2];
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) && std::isfinite(trace))
+    {
+      box.AddPoint(p);
+      largest = std::max(largest, trace);
     }
   }
-  input->GetPoints()->GetBounds(this->Bounds);
-  for (int i = 0; i < 3; ++i)
+  if (box.IsValid())
   {
-    this->Bounds[2 * i] += origin[i] - std::sqrt(largest);
-    this->Bounds[2 * i + 1] += origin[i] + std::sqrt(largest);
+    double origin[3];
+    this->GetOrigin(origin);
+    box.Inflate(std::sqrt(largest));
+    box.GetBounds(this->Bounds);
+    for (int i = 0; i < 6; ++i)
+    {
+      this->Bounds[i] += origin[i / 2];
+    }
+  }
+  else
+  {
+    vtkMath::UninitializeBounds(this->Bounds);
   }
   this->BoundsTime.Modified();
 }
