@@ -133,9 +133,11 @@ bool FrameBlit::ResolveDepth(vtkOpenGLState* state, const PixelRectangle& r, int
 bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
   const float* color, const float* windowDepth)
 {
-  if (!this->Quad)
+  // Programs belong to a window's context; textures see to that themselves.
+  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
   {
     this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, SurfelFrameBlitFS, nullptr));
+    this->QuadWindow = window;
   }
   else
   {

@@ -6,12 +6,13 @@
 #pragma once
 
 #include <vtkNew.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkWeakPointer.h>
 
 #include <memory>
 #include <vector>
 
 class vtkOpenGLQuadHelper;
-class vtkOpenGLRenderWindow;
 class vtkOpenGLState;
 class vtkTextureObject;
 class vtkWindow;
@@ -71,5 +72,6 @@ private:
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;
   std::unique_ptr<vtkOpenGLQuadHelper> Quad;
+  vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
 };
 }
