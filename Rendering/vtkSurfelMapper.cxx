@@ -16,6 +16,7 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
+#include <vtkRenderer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,15 +27,13 @@ vtkStandardNewMacro(vtkSurfelMapper);
 
 vtkSurfelMapper::vtkSurfelMapper()
 {
-  this->Preview->EmissiveOff();
-  // An opaque disc instead of a Gaussian: dots that hide what is behind them.
-  this->Preview->SetSplatShaderCode("//VTK::Color::Impl\n"
-                                    "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
-  this->PreviewActor->SetMapper(this->Preview);
   this->PreviewActor->SetUserMatrix(this->PreviewMatrix);
 }
 
-vtkSurfelMapper::~vtkSurfelMapper() = default;
+vtkSurfelMapper::~vtkSurfelMapper()
+{
+  this->ReleasePreview();
+}
 
 int vtkSurfelMapper::CanUseTextureMapForColoring(vtkDataObject*)
 {
@@ -136,9 +135,45 @@ double vtkSurfelMapper::MeanSpacing()
   return this->Spacing;
 }
 
-void vtkSurfelMapper::UpdatePreview(double scale)
+void vtkSurfelMapper::ReleasePreview()
 {
-  if (this->GetMTime() > this->PreviewTime)
+  // vtkPointGaussianMapper does not tie its OpenGL objects to their window: freed while another context is current, they
+  // take that one's objects along. Where their own context is gone, there is nothing left to free but memory.
+  this->PreviewActor->SetMapper(nullptr);
+  if (this->Preview && this->PreviewWindow)
+  {
+    this->PreviewWindow->PushContext();
+    this->Preview = nullptr;
+    this->PreviewWindow->PopContext();
+  }
+  else if (this->Preview)
+  {
+    this->Preview->Register(nullptr);
+    this->Preview = nullptr;
+  }
+  this->PreviewWindow = nullptr;
+}
+
+void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  if (this->PreviewWindow != window)
+  {
+    this->ReleasePreview();
+  }
+  const bool fresh = !this->Preview;
+  if (fresh)
+  {
+    this->PreviewWindow = window;
+    this->Preview = vtkSmartPointer<vtkPointGaussianMapper>::New();
+    this->Preview->EmissiveOff();
+    // An opaque disc instead of a Gaussian: dots that hide what is behind them.
+    this->Preview->SetSplatShaderCode(
+      "//VTK::Color::Impl\n"
+      "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
+    this->PreviewActor->SetMapper(this->Preview);
+  }
+  if (fresh || this->GetMTime() > this->PreviewTime)
   {
     this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
     this->PreviewTime.Modified();
@@ -180,7 +215,7 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     this->PreviewMatrix->DeepCopy(matrix);
   }
-  this->UpdatePreview(scale);
+  this->UpdatePreview(renderer, scale);
   this->PreviewActor->SetProperty(actor->GetProperty());
   this->PreviewActor->SetPropertyKeys(actor->GetPropertyKeys());
   this->Preview->Render(renderer, this->PreviewActor);
@@ -189,12 +224,15 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
 void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop)
 {
-  this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
+  if (this->Preview)
+  {
+    this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
+  }
 }
 
 void vtkSurfelMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->Preview->ReleaseGraphicsResources(window);
+  this->ReleasePreview();
   this->Superclass::ReleaseGraphicsResources(window);
 }
 

@@ -17,9 +17,12 @@
 #ifndef vtkSurfelMapper_h
 #define vtkSurfelMapper_h
 
-#include "vtkNew.h" // for members
+#include "vtkNew.h"                // for members
+#include "vtkOpenGLRenderWindow.h" // for the weak pointer
 #include "vtkPolyDataMapper.h"
+#include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
+#include "vtkWeakPointer.h"           // for members
 
 class vtkMatrix4x4;
 class vtkPointGaussianMapper;
@@ -72,10 +75,12 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
-  void UpdatePreview(double scale);
+  void UpdatePreview(vtkRenderer* renderer, double scale);
+  void ReleasePreview();
   double MeanSpacing();
 
-  vtkNew<vtkPointGaussianMapper> Preview;
+  vtkSmartPointer<vtkPointGaussianMapper> Preview;
+  vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
   vtkNew<vtkActor> PreviewActor;
   vtkNew<vtkMatrix4x4> PreviewMatrix;
   vtkTimeStamp PreviewTime;

@@ -230,7 +230,7 @@ SURFEL_TEST(Compose, NumberOfRenderedProps)
 
 SURFEL_TEST(Compose, HardwareSelection)
 {
-  for (bool withPass : { false, true })
+  for (bool withPass : { false, true, false })
   {
     Scene scene(100, 100, 0, withPass);
     vtkSmartPointer<vtkActor> sphere = SurfelActor(UnitSphere());
