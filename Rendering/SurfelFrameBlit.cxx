@@ -16,7 +16,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on both sides.
+/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on
+/// both sides.
 GLint DepthFormat(int framebuffer)
 {
   GLint format = GL_DEPTH_COMPONENT24;
@@ -93,8 +94,8 @@ bool FrameBlit::ReadDepth(
   return good;
 }
 
-bool FrameBlit::ResolveDepth(vtkOpenGLState* state, const PixelRectangle& r, int framebuffer,
-  std::vector<float>& depth)
+bool FrameBlit::ResolveDepth(
+  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
 {
   // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
   vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
@@ -114,8 +115,7 @@ bool FrameBlit::ResolveDepth(vtkOpenGLState* state, const PixelRectangle& r, int
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved);
   glFramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER,
     stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffer);
-  const bool complete =
-    glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  const bool complete = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
   if (complete)
   {
     glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,

@@ -47,9 +47,8 @@ void LightGeometry(vtkLight* light, vtkCamera* camera, double position[3], doubl
   }
   light->GetPosition(position);
   light->GetFocalPoint(focalPoint);
-  vtkMatrix4x4* matrix = light->LightTypeIsCameraLight()
-    ? camera->GetCameraLightTransformMatrix()
-    : light->GetTransformMatrix();
+  vtkMatrix4x4* matrix = light->LightTypeIsCameraLight() ? camera->GetCameraLightTransformMatrix()
+                                                         : light->GetTransformMatrix();
   if (matrix)
   {
     for (double* point : { position, focalPoint })
@@ -61,7 +60,8 @@ void LightGeometry(vtkLight* light, vtkCamera* camera, double position[3], doubl
   }
 }
 
-/// The array itself where it is of type Array, a converted copy otherwise; kept alive by the source.
+/// The array itself where it is of type Array, a converted copy otherwise; kept alive by the
+/// source.
 template <typename Array>
 typename Array::ValueType* Pointer(vtkDataArray* array, SurfelCloudSource& source)
 {
@@ -103,11 +103,10 @@ std::string CheckArray(vtkPolyData* input, const char* name, int components, boo
 std::string CheckOrigin(vtkPolyData* input)
 {
   vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
-  return array && array->GetNumberOfValues() != 3
-    ? std::string("Field array ") + Arrays::Origin + " has " +
-      std::to_string(array->GetNumberOfValues()) +
+  return array && array->GetNumberOfValues() != 3 ? std::string("Field array ") + Arrays::Origin +
+      " has " + std::to_string(array->GetNumberOfValues()) +
       " values instead of 3: where the surfels are is not known."
-    : std::string();
+                                                  : std::string();
 }
 
 Material MakeMaterial(vtkProperty* property)
@@ -185,8 +184,8 @@ std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, con
       light.Color[c] = source->GetDiffuseColor()[c] * source->GetIntensity();
     }
     light.Position = view.WorldToCamera.Apply({ position[0], position[1], position[2] });
-    light.Direction = view.WorldToCamera.ApplyLinear({ focalPoint[0] - position[0],
-      focalPoint[1] - position[1], focalPoint[2] - position[2] });
+    light.Direction = view.WorldToCamera.ApplyLinear(
+      { focalPoint[0] - position[0], focalPoint[1] - position[1], focalPoint[2] - position[2] });
     const double length = Norm(light.Direction);
     if (!(length > 0.0))
     {
@@ -216,10 +215,10 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   {
     return std::string();
   }
-  for (const std::string& problem : { CheckArray(input, Arrays::Covariance, 6, true),
-         CheckArray(input, Arrays::AreaVector, 3, true),
-         CheckArray(input, Arrays::TwoSided, 1, false), CheckArray(input, Arrays::Opacity, 1, false),
-         CheckOrigin(input) })
+  for (const std::string& problem :
+    { CheckArray(input, Arrays::Covariance, 6, true),
+      CheckArray(input, Arrays::AreaVector, 3, true), CheckArray(input, Arrays::TwoSided, 1, false),
+      CheckArray(input, Arrays::Opacity, 1, false), CheckOrigin(input) })
   {
     if (!problem.empty())
     {

@@ -66,7 +66,8 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  // Surfels that are not drawn do not count: one NaN, as organised scans have them, would spoil ResetCamera.
+  // Surfels that are not drawn do not count: one NaN, as organised scans have them, would spoil
+  // ResetCamera.
   vtkBoundingBox box;
   double largest = 0.0;
   vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance);
@@ -119,7 +120,8 @@ double vtkSurfelMapper::MeanSpacing()
   double sum = 0.0;
   vtkIdType count = 0;
   vtkDataArray* area = input->GetPointData()->GetArray(Arrays::AreaVector);
-  for (vtkIdType i = 0; area && area->GetNumberOfComponents() == 3 && i < area->GetNumberOfTuples(); ++i)
+  for (vtkIdType i = 0; area && area->GetNumberOfComponents() == 3 && i < area->GetNumberOfTuples();
+       ++i)
   {
     double a[3];
     area->GetTuple(i, a);
@@ -137,8 +139,9 @@ double vtkSurfelMapper::MeanSpacing()
 
 void vtkSurfelMapper::ReleasePreview()
 {
-  // vtkPointGaussianMapper does not tie its OpenGL objects to their window: freed while another context is current, they
-  // take that one's objects along. Where their own context is gone, there is nothing left to free but memory.
+  // vtkPointGaussianMapper does not tie its OpenGL objects to their window: freed while another
+  // context is current, they take that one's objects along. Where their own context is gone, there
+  // is nothing left to free but memory.
   this->PreviewActor->SetMapper(nullptr);
   if (this->Preview && this->PreviewWindow)
   {
@@ -178,8 +181,8 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
     this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
     this->PreviewTime.Modified();
   }
-  // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world units whatever the
-  // actor's matrix.
+  // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
+  // units whatever the actor's matrix.
   this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
 }
 
@@ -198,8 +201,8 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     return;
   }
-  // The local origin goes into the matrix, in double: added to the points it would cost a copy of them and, in the single
-  // precision of vertex buffers, their detail.
+  // The local origin goes into the matrix, in double: added to the points it would cost a copy of
+  // them and, in the single precision of vertex buffers, their detail.
   double origin[3];
   this->GetOrigin(origin);
   vtkNew<vtkMatrix4x4> matrix;

@@ -58,8 +58,8 @@ void UpdateStereo(vtkRenderer* renderer)
   }
 }
 
-/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while later passes draw
-/// translucent props.
+/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
+/// later passes draw translucent props.
 class SplattedMarks
 {
 public:
@@ -124,7 +124,8 @@ vtkSurfelSplattingPass::vtkSurfelSplattingPass()
     this->RenderOpaqueStep(state, this->Internal->OpaqueProps);
   };
   this->Internal->Steps->SetOpaquePass(this->Internal->Step);
-  // The renderer's own translucent step instead of vtkTranslucentPass: depth peeling where it is switched on.
+  // The renderer's own translucent step instead of vtkTranslucentPass: depth peeling where it is
+  // switched on.
   this->Internal->TranslucentStep->Function = [](const vtkRenderState* state) {
     state->GetRenderer()->DeviceRenderTranslucentPolygonalGeometry(state->GetFrameBuffer());
   };
@@ -177,8 +178,8 @@ void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
 
 void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
 {
-  // Hardware selection counts and colours the props itself, which the default passes know nothing of; surfels take part
-  // as their mapper's dots.
+  // Hardware selection counts and colours the props itself, which the default passes know nothing
+  // of; surfels take part as their mapper's dots.
   std::vector<vtkProp*> props(
     state->GetPropArray(), state->GetPropArray() + state->GetPropArrayCount());
   vtkNew<FunctionPass> selection;
@@ -192,11 +193,11 @@ void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
   camera->Render(state);
 }
 
-void vtkSurfelSplattingPass::RenderOpaqueStep(
-  const vtkRenderState* state, vtkRenderPass* delegate)
+void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate)
 {
   vtkRenderer* renderer = state->GetRenderer();
-  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from outside.
+  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from
+  // outside.
   std::vector<vtkSurfelSplatter::Item> items;
   vtkCollectionSimpleIterator it;
   renderer->GetViewProps()->InitTraversal(it);
@@ -214,8 +215,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   }
 
   SurfelSplatting::PixelRectangle rectangle;
-  renderer->GetTiledSizeAndOrigin(
-    &rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
+  renderer->GetTiledSizeAndOrigin(&rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
   if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
   {
     int size[2];
@@ -237,7 +237,8 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   std::vector<float>& limit = this->Internal->Limit;
   if (!this->Internal->Blit.ReadDepth(window, rectangle, windowDepth))
   {
-    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels are drawn over "
+    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
+                  "are drawn over "
                   "them. Try vtkRenderWindow::SetMultiSamples(0).");
     std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
   }
@@ -255,7 +256,14 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   view.Aspect = aspect;
   camera->GetClippingRange(view.ClippingRange);
   view.DepthLimit = limit.data();
-  this->Splatter->Render(items, view);
+  int tiledWidth = 0, tiledHeight = 0;
+  renderer->GetTiledSize(&tiledWidth, &tiledHeight);
+  view.Oversampling =
+    static_cast<double>(window->GetTileScale()[1]) * rectangle.Height / std::max(1, tiledHeight);
+  if (!this->Splatter->Render(items, view))
+  {
+    return;
+  }
 
   vtkPointData* picture = this->Splatter->GetOutput()->GetPointData();
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
@@ -271,7 +279,8 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
     });
   if (!this->Internal->Blit.Draw(window, rectangle, color, windowDepth.data()))
   {
-    vtkErrorMacro("The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
+    vtkErrorMacro(
+      "The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
   }
 }
 

@@ -115,7 +115,8 @@ SurfelBuilder::SurfelBuilder()
 {
   vtkNew<vtkPoints> points;
   this->Data->SetPoints(points);
-  const std::pair<const char*, int> arrays[] = { { "SurfelCovariance", 6 }, { "SurfelAreaVector", 3 } };
+  const std::pair<const char*, int> arrays[] = { { "SurfelCovariance", 6 },
+    { "SurfelAreaVector", 3 } };
   for (const auto& entry : arrays)
   {
     vtkNew<vtkFloatArray> array;
@@ -147,8 +148,8 @@ void SurfelBuilder::AddSphere(const Vector& center, double radius, int count)
     const double r = std::sqrt(1.0 - z * z);
     const double angle = i * vtkMath::Pi() * (3.0 - std::sqrt(5.0));
     const Vector n{ r * std::cos(angle), r * std::sin(angle), z };
-    this->Add({ center[0] + radius * n[0], center[1] + radius * n[1], center[2] + radius * n[2] }, n,
-      0.5 * std::sqrt(area), area);
+    this->Add({ center[0] + radius * n[0], center[1] + radius * n[1], center[2] + radius * n[2] },
+      n, 0.5 * std::sqrt(area), area);
   }
 }
 
@@ -290,7 +291,8 @@ std::vector<float> Values(vtkImageData* picture, const char* name)
   {
     return {};
   }
-  return std::vector<float>(array->GetPointer(0), array->GetPointer(0) + array->GetNumberOfValues());
+  return std::vector<float>(
+    array->GetPointer(0), array->GetPointer(0) + array->GetNumberOfValues());
 }
 
 Difference Compare(vtkImageData* a, vtkImageData* b)
@@ -298,7 +300,8 @@ Difference Compare(vtkImageData* a, vtkImageData* b)
   Difference difference;
   vtkDataArray* first = a->GetPointData()->GetScalars();
   vtkDataArray* second = b->GetPointData()->GetScalars();
-  if (!first || !second || !std::equal(a->GetDimensions(), a->GetDimensions() + 3, b->GetDimensions()) ||
+  if (!first || !second ||
+    !std::equal(a->GetDimensions(), a->GetDimensions() + 3, b->GetDimensions()) ||
     first->GetNumberOfComponents() != second->GetNumberOfComponents())
   {
     difference.Max = difference.Mean = std::numeric_limits<double>::infinity();

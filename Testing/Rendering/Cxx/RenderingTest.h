@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the rendering tests share: suites of named tests, checks that say what they saw, analytic surfels, windows and
- * pictures.
+ * What the rendering tests share: suites of named tests, checks that say what they saw, analytic
+ * surfels, windows and pictures.
  */
 #pragma once
 
@@ -42,15 +42,15 @@ void ReportNear(
 /// VTK's errors and warnings since the last call, joined. What a test does not take makes it fail.
 std::string TakeMessages();
 
-#define SURFEL_TEST(suite, name)                                                                   \
-  static void name();                                                                              \
-  static const RenderingTest::Registration name##Registration(#suite, #name, name);                \
+#define SURFEL_TEST(suite, name)                                                    \
+  static void name();                                                               \
+  static const RenderingTest::Registration name##Registration(#suite, #name, name); \
   static void name()
 
 #define CHECK(condition) RenderingTest::Report((condition), __FILE__, __LINE__, #condition)
 
 /// |a - b| <= bound; the reason for the bound belongs beside it.
-#define CHECK_NEAR(a, b, bound)                                                                    \
+#define CHECK_NEAR(a, b, bound) \
   RenderingTest::ReportNear((a), (b), (bound), __FILE__, __LINE__, #a " = " #b)
 
 /// Surfels made from formulas: kernels of half the spacing, area vectors of the whole area.
@@ -85,7 +85,8 @@ vtkSmartPointer<vtkActor> SurfelActor(vtkPolyData* surfels);
 vtkSmartPointer<vtkActor> QuadActor(
   const Vector& corner, const Vector& u, const Vector& v, const Vector& color);
 
-/// A camera at (0, 0, distance) that looks at the origin; f = height / 2 / tan(viewAngle / 2) px. Without lens.
+/// A camera at (0, 0, distance) that looks at the origin; f = height / 2 / tan(viewAngle / 2) px.
+/// Without lens.
 vtkSmartPointer<vtkCamera> FrontCamera(double distance, double viewAngle = 30.0);
 
 /// A window off screen with one renderer, one headlight and, if wanted, the pass.
@@ -130,8 +131,8 @@ vtkSmartPointer<vtkImageData> Crop(vtkImageData* picture, int x, int y, int widt
 /// Number of pixels whose components exceed a value somewhere.
 int CountBrighter(vtkImageData* picture, double value);
 
-/// Folder of the pictures to compare with, and whether they are to be written anew (environment variable
-/// SURFELSPLATTING_WRITE_BASELINES).
+/// Folder of the pictures to compare with, and whether they are to be written anew (environment
+/// variable SURFELSPLATTING_WRITE_BASELINES).
 std::string BaselineFolder();
 bool WriteBaselines();
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Pictures that someone has looked at. Compared pixel by pixel: VTK's own comparison lets a shift, noise of +-40 and a
- * colour that is off by 60 of 255 pass.
+ * Pictures that someone has looked at. Compared pixel by pixel: VTK's own comparison lets a shift,
+ * noise of +-40 and a colour that is off by 60 of 255 pass.
  *
- * To make them anew, look at them and commit them: SURFELSPLATTING_WRITE_BASELINES=1 ctest -R Baseline
+ * To make them anew, look at them and commit them: SURFELSPLATTING_WRITE_BASELINES=1 ctest -R
+ * Baseline
  */
 #include "RenderingTest.h"
 
@@ -37,8 +38,9 @@ using namespace RenderingTest;
 
 namespace
 {
-/// Largest and mean difference in levels of 255. The splats are the same on every machine but for the last bits of float
-/// arithmetic (instruction sets): one level. Meshes and text are the graphics driver's: edges may move.
+/// Largest and mean difference in levels of 255. The splats are the same on every machine but for
+/// the last bits of float arithmetic (instruction sets): one level. Meshes and text are the
+/// graphics driver's: edges may move.
 void CheckBaseline(vtkImageData* picture, const std::string& name, double max, double mean)
 {
   const std::string path = BaselineFolder() + "/" + name + ".png";
@@ -157,13 +159,12 @@ SURFEL_TEST(Baselines, PassWithMeshAndText)
   mesh->SetMapper(mapper);
   mesh->GetProperty()->SetColor(0.3, 0.7, 0.3);
   scene.Renderer->AddActor(mesh);
-  scene.Renderer->AddActor(
-    [] {
-      vtkSmartPointer<vtkActor> glass =
-        QuadActor({ -1.9, -0.9, 1.4 }, { 1.5, 0, 0 }, { 0, 1.6, 0 }, { 0.3, 0.5, 1.0 });
-      glass->GetProperty()->SetOpacity(0.4);
-      return glass;
-    }());
+  scene.Renderer->AddActor([] {
+    vtkSmartPointer<vtkActor> glass =
+      QuadActor({ -1.9, -0.9, 1.4 }, { 1.5, 0, 0 }, { 0, 1.6, 0 }, { 0.3, 0.5, 1.0 });
+    glass->GetProperty()->SetOpacity(0.4);
+    return glass;
+  }());
   vtkNew<vtkTextActor> text;
   text->SetInput("surfels");
   text->SetPosition(6, 6);
@@ -171,6 +172,7 @@ SURFEL_TEST(Baselines, PassWithMeshAndText)
   text->GetTextProperty()->SetColor(1, 1, 0.4);
   scene.Renderer->AddActor2D(text);
   scene.See(LowCamera());
-  // Edges of meshes and letters of another graphics driver or font library: 300 of 19200 px may be another colour.
+  // Edges of meshes and letters of another graphics driver or font library: 300 of 19200 px may be
+  // another colour.
   CheckBaseline(scene.Render(), "PassWithMeshAndText", 255.0, 1.0);
 }

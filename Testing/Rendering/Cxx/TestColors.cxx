@@ -29,8 +29,8 @@ using namespace RenderingTest;
 
 namespace
 {
-/// A wall of surfels that fills the picture and leaves the colour as it is: opaque everywhere by having each surfel stand
-/// for twice its area.
+/// A wall of surfels that fills the picture and leaves the colour as it is: opaque everywhere by
+/// having each surfel stand for twice its area.
 struct WallScene
 {
   WallScene()
@@ -146,7 +146,8 @@ SURFEL_TEST(Colors, LookupTable)
 
 namespace
 {
-/// Mean and largest difference of a lit sphere of surfels from VTK's mesh, away from the silhouette.
+/// Mean and largest difference of a lit sphere of surfels from VTK's mesh, away from the
+/// silhouette.
 Difference LitDifference(const std::function<void(vtkRenderer*, vtkProperty*)>& setUp)
 {
   vtkSmartPointer<vtkImageData> pictures[2];
@@ -197,14 +198,16 @@ Difference LitDifference(const std::function<void(vtkRenderer*, vtkProperty*)>& 
   return result;
 }
 
-/// Shading per surfel, blurred over 1 px, of a sphere of 40000: one level of rounding, and one of 1.5 % ripple.
+/// Shading per surfel, blurred over 1 px, of a sphere of 40000: one level of rounding, and one
+/// of 1.5 % ripple.
 constexpr double LitMean = 2.0;
 constexpr double LitMax = 6.0;
 }
 
 SURFEL_TEST(Colors, LightingIsVTKs)
 {
-  // Not compared: the highlight of a lone headlight, for which VTK takes n.l in place of the mirror direction.
+  // Not compared: the highlight of a lone headlight, for which VTK takes n.l in place of the mirror
+  // direction.
   const std::pair<const char*, std::function<void(vtkRenderer*, vtkProperty*)>> cases[] = {
     { "headlight", [](vtkRenderer*, vtkProperty*) {} },
     { "ambient and diffuse",
@@ -276,7 +279,8 @@ SURFEL_TEST(Colors, LightingIsVTKs)
   for (const auto& entry : cases)
   {
     const Difference difference = LitDifference(entry.second);
-    ReportNear(difference.Mean, 0.0, LitMean, __FILE__, __LINE__, std::string(entry.first) + ", mean");
+    ReportNear(
+      difference.Mean, 0.0, LitMean, __FILE__, __LINE__, std::string(entry.first) + ", mean");
     ReportNear(difference.Max, 0.0, LitMax, __FILE__, __LINE__, std::string(entry.first) + ", max");
   }
 }

@@ -107,17 +107,20 @@ SURFEL_TEST(Compose, PostProcessing)
   CHECK_NEAR(Compare(Crop(picture, 42, 18, 6, 6), Crop(reference, 42, 18, 6, 6)).Max, 0.0, 1.0);
   CHECK(Compare(picture, reference).Mean < 1.5);
 
-  // Supersampling: the pass sees a framebuffer of a multiple of the size; averaged, the same picture but for the
-  // prefilter, which is as wide as a pixel of the larger frame, and the mesh's smoother edges.
+  // Supersampling: the pass sees a framebuffer of a multiple of the size; averaged, the same
+  // picture but for the prefilter, which is as wide as a pixel of the larger frame, and the mesh's
+  // smoother edges.
   vtkNew<vtkSSAAPass> ssaa;
   ssaa->SetDelegatePass(scene.Pass);
   scene.Renderer->SetPass(ssaa);
   picture = scene.Render();
   CHECK(scene.Float()->GetDimensions()[0] > 2 * 90);
   CHECK_NEAR(Compare(picture, reference).Mean, 0.0, 3.0);
-  CHECK_NEAR(Compare(Crop(picture, 42, 42, 6, 6), Crop(reference, 42, 42, 6, 6)).Max, 0.0, 0.03 * 255);
+  CHECK_NEAR(
+    Compare(Crop(picture, 42, 42, 6, 6), Crop(reference, 42, 42, 6, 6)).Max, 0.0, 0.03 * 255);
 
-  // The blur pass enlarges its framebuffer and the camera's angle: surfels must still lie on the mesh of their place.
+  // The blur pass enlarges its framebuffer and the camera's angle: surfels must still lie on the
+  // mesh of their place.
   vtkNew<vtkGaussianBlurPass> blur;
   blur->SetDelegatePass(scene.Pass);
   scene.Renderer->SetPass(blur);
@@ -131,11 +134,11 @@ SURFEL_TEST(Compose, PostProcessing)
   scene.See(scene.Renderer->GetActiveCamera());
   vtkSmartPointer<vtkImageData> splats = scene.Render();
   scene.Renderer->RemoveActor(surfels);
-  scene.Renderer->AddActor(
-    QuadActor({ 0.6, -1.2, 0 }, { 1.2, 0, 0 }, { 0, 1.2, 0 }, { 1, 1, 1 }));
+  scene.Renderer->AddActor(QuadActor({ 0.6, -1.2, 0 }, { 1.2, 0, 0 }, { 0, 1.2, 0 }, { 1, 1, 1 }));
   vtkSmartPointer<vtkImageData> polygons = scene.Render();
-  // The prefilter (1 px) softens the edges a little more than the blur pass does the mesh's: up to a fifth of white; a
-  // shift of one pixel would be more than a quarter on this edge, and one of the border's two pixels twice that.
+  // The prefilter (1 px) softens the edges a little more than the blur pass does the mesh's: up to
+  // a fifth of white; a shift of one pixel would be more than a quarter on this edge, and one of
+  // the border's two pixels twice that.
   CHECK_NEAR(Compare(splats, polygons).Max, 0.0, 0.2 * 255);
 }
 
@@ -154,8 +157,8 @@ SURFEL_TEST(Compose, ReleaseAndRenderAgain)
 
 SURFEL_TEST(Compose, OnePassInTwoWindows)
 {
-  // OpenGL objects belong to a context; a pass that moves between windows must not carry them along. The second window
-  // has made other objects before, so that names do not agree by chance.
+  // OpenGL objects belong to a context; a pass that moves between windows must not carry them
+  // along. The second window has made other objects before, so that names do not agree by chance.
   vtkSmartPointer<vtkImageData> reference;
   {
     Scene scene(90, 70);
@@ -183,7 +186,8 @@ SURFEL_TEST(Compose, OnePassInTwoWindows)
 
 SURFEL_TEST(Compose, LifeTimes)
 {
-  // The pass outlives its renderer and window, and the other way round, in the middle of an event too.
+  // The pass outlives its renderer and window, and the other way round, in the middle of an event
+  // too.
   vtkSmartPointer<vtkSurfelSplattingPass> pass;
   vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
   {
@@ -267,7 +271,8 @@ SURFEL_TEST(Compose, HardwareSelection)
       {
         double p[3];
         surfels->GetPoint(static_cast<vtkIdType>(ids->GetTuple1(i)), p);
-        // 31 px per unit at the sphere's front: the area is at (0, 0.28) on its near side; a dot is 0.05 wide.
+        // 31 px per unit at the sphere's front: the area is at (0, 0.28) on its near side; a dot is
+        // 0.05 wide.
         CHECK_NEAR(std::hypot(p[0], p[1] - 0.27), 0.0, 0.2);
         CHECK(p[2] > 0.0);
       }

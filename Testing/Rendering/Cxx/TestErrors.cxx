@@ -26,6 +26,8 @@
 #include <limits>
 #include <string>
 
+#include <sys/resource.h>
+
 using namespace RenderingTest;
 
 namespace
@@ -208,9 +210,31 @@ SURFEL_TEST(Errors, ImageRendererSettings)
   renderer->Update();
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // which need the address space
+SURFEL_TEST(Errors, OutOfMemory)
+{
+  rlimit before;
+  getrlimit(RLIMIT_AS, &before);
+  rlimit limit = before;
+  limit.rlim_cur = rlim_t(16) << 30;
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  renderer->AddActor(SurfelActor(UnitSphere()));
+  renderer->SetCamera(FrontCamera(5.0));
+  renderer->SetSize(65536, 65536); // 68 GB
+  setrlimit(RLIMIT_AS, &limit);
+  renderer->Update();
+  setrlimit(RLIMIT_AS, &before);
+  Contains(TakeMessages(), "Memory does not suffice");
+  renderer->SetSize(20, 20);
+  renderer->Update();
+  CHECK(CountBrighter(renderer->GetOutput(), 0.5) > 20);
+}
+#endif
+
 SURFEL_TEST(Errors, DegenerateCameras)
 {
-  // A disk below zero or far too large, a focus behind the camera, an angle next to nothing: finite pictures, no crash.
+  // A disk below zero or far too large, a focus behind the camera, an angle next to nothing: finite
+  // pictures, no crash.
   const std::function<void(vtkCamera*)> changes[] = {
     [](vtkCamera* camera) { camera->SetFocalDisk(-1.0); },
     [](vtkCamera* camera) { camera->SetFocalDisk(1e9); },

@@ -90,9 +90,11 @@ SURFEL_TEST(Frame, SolidAndGradientBackground)
       touched += rgba[4 * i + 3] > 0.0f && rgba[4 * i + 3] < 1.0f;
     }
     CHECK(touched > 300);
-    // Blending in 8 bits: the surfels' colour, the background's share and its opacity are each rounded.
+    // Blending in 8 bits: the surfels' colour, the background's share and its opacity are each
+    // rounded.
     CHECK_NEAR(worst, 0.0, 1.5);
-    CHECK(gradient == (Compare(Crop(background, 0, 0, 80, 1), Crop(background, 0, 59, 80, 1)).Max > 50));
+    CHECK(gradient ==
+      (Compare(Crop(background, 0, 0, 80, 1), Crop(background, 0, 59, 80, 1)).Max > 50));
   }
 }
 
@@ -120,8 +122,8 @@ SURFEL_TEST(Frame, ViewportIsAWindowOfItsSize)
 
 SURFEL_TEST(Frame, RenderersSideBySide)
 {
-  // The same actor left with the pass, right without: the pass's marks must not reach into the other renderer. A third
-  // renderer shares the actor with a pass of its own.
+  // The same actor left with the pass, right without: the pass's marks must not reach into the
+  // other renderer. A third renderer shares the actor with a pass of its own.
   for (int samples : { 0, 4 })
   {
     Scene scene(240, 80, samples);
@@ -171,7 +173,8 @@ SURFEL_TEST(Frame, LayerOnTop)
     camera->SetClippingRange(3.0, 9.0);
     top->SetActiveCamera(camera);
     vtkSmartPointer<vtkImageData> picture = scene.Render();
-    // The layer below shows where there are no surfels, and where they are behind its preserved depth.
+    // The layer below shows where there are no surfels, and where they are behind its preserved
+    // depth.
     CHECK_NEAR(At(picture, 2, 40, 0), 255.0, 0.0);
     CHECK_NEAR(At(picture, 78, 78, 1), std::round(0.4 * 255), 0.0);
     CHECK(At(picture, 45, 40, 2) > 200);
@@ -198,8 +201,8 @@ SURFEL_TEST(Frame, ResizeBetweenFrames)
 
 SURFEL_TEST(Frame, MultiSamples)
 {
-  // Surfels know no samples. Pictures may differ where the mesh's edges (270 px) and its line of intersection with the
-  // sphere (50 px) have other samples.
+  // Surfels know no samples. Pictures may differ where the mesh's edges (270 px) and its line of
+  // intersection with the sphere (50 px) have other samples.
   vtkSmartPointer<vtkImageData> reference;
   std::vector<float> referenceColor;
   for (int samples : { 0, 4, 8 })
@@ -219,7 +222,8 @@ SURFEL_TEST(Frame, MultiSamples)
     int different = 0, hiddenOtherwise = 0;
     for (int i = 0; i < 100 * 80; ++i)
     {
-      different += std::abs(At(picture, i % 100, i / 100, 1) - At(reference, i % 100, i / 100, 1)) > 30;
+      different +=
+        std::abs(At(picture, i % 100, i / 100, 1) - At(reference, i % 100, i / 100, 1)) > 30;
       hiddenOtherwise += std::abs(color[4 * i + 3] - referenceColor[4 * i + 3]) > 1e-3f;
     }
     CHECK_NEAR(different, 0, 320);
@@ -230,8 +234,9 @@ SURFEL_TEST(Frame, MultiSamples)
 
 SURFEL_TEST(Frame, PosterOfTilesHasNoSeams)
 {
-  // SetScale(2) renders four tiles through a quarter of the lens's picture each; a window of twice the size is the same
-  // picture. Tiles differ in rounding only: view angle and window centre instead of the size.
+  // SetScale(2) renders four tiles through a quarter of the lens's picture each; a window of twice
+  // the size is the same picture. Tiles differ in rounding only: view angle and window centre
+  // instead of the size.
   Scene scene(80, 60);
   AddSphereAndQuad(scene.Renderer);
   scene.Renderer->SetBackground(0.1, 0.1, 0.3);
@@ -249,7 +254,8 @@ SURFEL_TEST(Frame, PosterOfTilesHasNoSeams)
   large.Renderer->SetBackground(0.1, 0.1, 0.3);
   large.See(BlurredCamera());
   const Difference difference = Compare(poster->GetOutput(), large.Render());
-  // One level for a value that rounds the other way. The mesh's edge may cover one pixel more in one of the two.
+  // One level for a value that rounds the other way. The mesh's edge may cover one pixel more in
+  // one of the two.
   CHECK_NEAR(difference.Mean, 0.0, 0.1);
   vtkSmartPointer<vtkImageData> picture = large.Render();
   int different = 0;
@@ -263,10 +269,34 @@ SURFEL_TEST(Frame, PosterOfTilesHasNoSeams)
   CHECK(different <= 20);
 }
 
+SURFEL_TEST(Frame, PosterKeepsTheBlurInWindowPixels)
+{
+  // A lens given in pixels means the window's: a poster of twice the size looks the same, a window
+  // of twice the size with twice the circle of confusion is that poster.
+  Scene scene(60, 60);
+  scene.Renderer->AddActor(SurfelActor(StripedSphere()));
+  scene.See(BlurredCamera());
+  scene.Pass->GetSplatter()->SetLensModeToCircleOfConfusion();
+  scene.Pass->GetSplatter()->SetCircleOfConfusion(40.0);
+  scene.Window->Render();
+  vtkNew<vtkWindowToImageFilter> poster;
+  poster->SetInput(scene.Window);
+  poster->SetScale(2);
+  poster->ReadFrontBufferOff();
+  poster->FixBoundaryOff();
+  poster->Update();
+  Scene large(120, 120);
+  large.Renderer->AddActor(SurfelActor(StripedSphere()));
+  large.See(BlurredCamera());
+  large.Pass->GetSplatter()->SetLensModeToCircleOfConfusion();
+  large.Pass->GetSplatter()->SetCircleOfConfusion(80.0);
+  CHECK_NEAR(Compare(poster->GetOutput(), large.Render()).Max, 0.0, 1.0); // rounding
+}
+
 SURFEL_TEST(Frame, ParallelProjection)
 {
-  // Orthographic: a grid of surfels lands where height / (2 * parallel scale) px per world unit puts it. The lens is said
-  // to have no effect, once.
+  // Orthographic: a grid of surfels lands where height / (2 * parallel scale) px per world unit
+  // puts it. The lens is said to have no effect, once.
   Scene scene(120, 80);
   SurfelBuilder builder;
   builder.AddGrid({ -0.5, -0.25, 0.7 }, { 0.01, 0, 0 }, { 0, 0.01, 0 }, 100, 50);
@@ -281,8 +311,9 @@ SURFEL_TEST(Frame, ParallelProjection)
   CHECK(warning.find("Parallel projection has no lens") != std::string::npos);
   const std::vector<float> rgba = Values(scene.Float(), "Color");
   const std::vector<float> depth = Values(scene.Float(), "Depth");
-  // 40 px per unit: x from 40 to 80, y from 30 to 50. The edges are one prefilter wide (s = 1 px, kernel half a spacing
-  // of 0.4 px): 1/2 at the edge, within 0.01 of 0 and 1 three standard deviations away; ripple at most 2 %.
+  // 40 px per unit: x from 40 to 80, y from 30 to 50. The edges are one prefilter wide (s = 1 px,
+  // kernel half a spacing of 0.4 px): 1/2 at the edge, within 0.01 of 0 and 1 three standard
+  // deviations away; ripple at most 2 %.
   double area = 0.0;
   for (int y = 0; y < 80; ++y)
   {
@@ -301,8 +332,9 @@ SURFEL_TEST(Frame, ParallelProjection)
       }
     }
   }
-  // Coverage is kept but for the ripple compensation, which makes up to 1.25 of it where the sum stays below 1: over an edge
-  // of s = 1.08 px, the integral of min(1, 1.25 Phi) - Phi = 0.35 s px a px of outline (120 px).
+  // Coverage is kept but for the ripple compensation, which makes up to 1.25 of it where the sum
+  // stays below 1: over an edge of s = 1.08 px, the integral of min(1, 1.25 Phi) - Phi = 0.35 s px
+  // a px of outline (120 px).
   CHECK(area > 800.0 - 0.02 * 800.0 && area < 800.0 + 0.35 * 1.08 * 120);
 
   scene.Render();
@@ -339,7 +371,8 @@ SURFEL_TEST(Frame, StereoEyesAgreeWithMeshes)
     camera->SetEyeAngle(0.0);
     vtkSmartPointer<vtkImageData> mono = scene.Render();
     CHECK(Compare(mono, polygons).Mean > 1.0); // the eyes do differ
-    // Centre of the white pixels of a row: half a pixel for the mesh's rasterisation, a tenth for the surfels' edges.
+    // Centre of the white pixels of a row: half a pixel for the mesh's rasterisation, a tenth for
+    // the surfels' edges.
     auto center = [](vtkImageData* picture) {
       double sum = 0.0, weight = 0.0;
       for (int x = 0; x < 120; ++x)

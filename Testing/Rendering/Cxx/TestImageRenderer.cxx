@@ -41,8 +41,8 @@ vtkSmartPointer<vtkPolyData> ColoredSphere()
   SurfelBuilder builder;
   builder.AddSphere({ 0, 0, 0 }, 1.0, 3000);
   builder.Color([](const Vector& p) {
-    return std::array<int, 4>{ static_cast<int>(128 + 127 * p[0]), std::sin(9 * p[1]) > 0 ? 220 : 30,
-      90, 255 };
+    return std::array<int, 4>{ static_cast<int>(128 + 127 * p[0]),
+      std::sin(9 * p[1]) > 0 ? 220 : 30, 90, 255 };
   });
   return builder.Data;
 }
@@ -82,7 +82,8 @@ SURFEL_TEST(ImageRenderer, RunsWithoutADisplay)
   const int* whole = information->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT());
   CHECK(whole[1] == 119 && whole[3] == 89);
   CHECK(At(picture, 60, 45, 3) > 0.97);
-  // Distance along the view direction to the sphere's front; a pixel from the axis it curves by 1e-4.
+  // Distance along the view direction to the sphere's front; a pixel from the axis it curves by
+  // 1e-4.
   CHECK_NEAR(Values(picture, "Depth")[45 * 120 + 60], 4.0, 0.01);
   CHECK(At(picture, 2, 2, 3) == 0.0 && Values(picture, "Depth")[0] == 0.0f);
 }
@@ -129,22 +130,28 @@ SURFEL_TEST(ImageRenderer, ExecutesWhenSomethingChanged)
     { "opacity", [&] { actor->GetProperty()->SetOpacity(0.6); } },
     { "position", [&] { actor->SetPosition(0.2, 0, 0); } },
     { "user matrix", [&] { matrix->SetElement(1, 3, 0.3); } },
-    { "color array", [&] {
-       mapper->SetScalarModeToUsePointFieldData();
-       mapper->SelectColorArray("Height");
-       mapper->SetLookupTable(table);
-     } },
+    { "color array",
+      [&] {
+        mapper->SetScalarModeToUsePointFieldData();
+        mapper->SelectColorArray("Height");
+        mapper->SetLookupTable(table);
+      } },
     { "lookup table", [&] { table->SetHueRange(0.1, 0.3); } },
-    { "data", [&] {
-       data->GetPointData()->GetArray("SurfelAreaVector")->SetComponent(5, 0, 3.0);
-       data->GetPointData()->GetArray("SurfelAreaVector")->Modified();
-       data->Modified();
-     } },
+    { "data",
+      [&] {
+        data->GetPointData()->GetArray("SurfelAreaVector")->SetComponent(5, 0, 3.0);
+        data->GetPointData()->GetArray("SurfelAreaVector")->Modified();
+        data->Modified();
+      } },
     { "new data", [&] { mapper->SetInputData(ColoredSphere()); } },
     { "light", [&] { light->SetIntensity(0.5); } },
     { "lights", [&] { renderer->RemoveAllLights(); } },
     { "size", [&] { renderer->SetSize(70, 50); } },
-    { "background", [&] { renderer->SetBackground(0.1, 0.2, 0.3); renderer->SetBackgroundAlpha(1); } },
+    { "background",
+      [&] {
+        renderer->SetBackground(0.1, 0.2, 0.3);
+        renderer->SetBackgroundAlpha(1);
+      } },
     { "splatter", [&] { renderer->GetSplatter()->SetPrefilter(2.0); } },
     { "actor added", [&] { renderer->AddActor(second); } },
     { "invisible", [&] { second->VisibilityOff(); } },
@@ -286,7 +293,8 @@ SURFEL_TEST(ImageRenderer, FileRoundTrip)
 
 SURFEL_TEST(ImageRenderer, ClippingRange)
 {
-  // Fitted: nothing in front of the lens is cut off, and the camera stays as it is. Not fitted: the camera's.
+  // Fitted: nothing in front of the lens is cut off, and the camera stays as it is. Not fitted: the
+  // camera's.
   vtkNew<vtkSurfelImageRenderer> renderer;
   renderer->AddActor(SurfelActor(ColoredSphere()));
   vtkSmartPointer<vtkCamera> camera = FrontCamera(5.0);

@@ -55,7 +55,8 @@ struct Moments
   }
 };
 
-/// One surfel at distance z from a camera at the origin of a picture of Size px; its kernel is a point.
+/// One surfel at distance z from a camera at the origin of a picture of Size px; its kernel is a
+/// point.
 struct PointScene
 {
   explicit PointScene(double z, double area = 1e-4)
@@ -74,17 +75,15 @@ struct PointScene
     return this->Renderer->GetOutput();
   }
 
-  double FocalLength() const
-  {
-    return 0.5 * Size / std::tan(vtkMath::RadiansFromDegrees(15.0));
-  }
+  double FocalLength() const { return 0.5 * Size / std::tan(vtkMath::RadiansFromDegrees(15.0)); }
 
   vtkSmartPointer<vtkCamera> Camera;
   vtkNew<vtkSurfelImageRenderer> Renderer;
 };
 
-/// The kernel ends at 2.5 on its exponent. Its variance is kept, but a picture samples it at pixels: where it is one pixel
-/// wide, a ring of pixels with 8 % of the mass lies just inside or outside of its end.
+/// The kernel ends at 2.5 on its exponent. Its variance is kept, but a picture samples it at
+/// pixels: where it is one pixel wide, a ring of pixels with 8 % of the mass lies just inside or
+/// outside of its end.
 constexpr double Sampling = 0.15;
 
 const double TwoLogFour = 2.0 * std::log(4.0);
@@ -92,7 +91,8 @@ const double TwoLogFour = 2.0 * std::log(4.0);
 
 SURFEL_TEST(Lens, VarianceOfAPoint)
 {
-  // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance C^2 / (2 ln 4) + prefilter, on both sides of the focus.
+  // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance C^2 / (2 ln 4) + prefilter, on both sides of
+  // the focus.
   const double disk = 0.8, focus = 5.0;
   for (double z : { 2.5, 3.5, 5.0, 8.0, 40.0 })
   {
@@ -110,7 +110,8 @@ SURFEL_TEST(Lens, VarianceOfAPoint)
       CHECK_NEAR(moments.VarianceY, expected, bound);
       CHECK_NEAR(moments.X, 0.5 * Size, 0.01);
       CHECK_NEAR(moments.Y, 0.5 * Size, 0.01);
-      // f^2 A / z^2, and the ripple compensation's 1.25 in focus down to 1 when blurred; sampled at pixels.
+      // f^2 A / z^2, and the ripple compensation's 1.25 in focus down to 1 when blurred; sampled at
+      // pixels.
       const double mass = scene.FocalLength() * scene.FocalLength() * 1e-4 / (z * z);
       CHECK(moments.Mass > 0.96 * mass && moments.Mass < 1.25 * 1.04 * mass);
     }
@@ -192,14 +193,16 @@ SURFEL_TEST(Lens, PictureScalesWithSize)
 
 SURFEL_TEST(Lens, WideAndNarrowPictures)
 {
-  // The view angle is the vertical one, or the horizontal one where the camera says so; pixels stay square.
+  // The view angle is the vertical one, or the horizontal one where the camera says so; pixels stay
+  // square.
   PointScene scene(3.0);
   scene.Camera->SetFocalDisk(0.5);
   scene.Camera->SetFocalDistance(6.0);
   const Moments square(scene.Picture());
   scene.Renderer->SetSize(2 * Size, Size);
   const Moments wide(scene.Picture());
-  CHECK_NEAR(wide.VarianceX, square.VarianceX, 1e-3); // the same kernel on other pixel columns: rounding
+  CHECK_NEAR(
+    wide.VarianceX, square.VarianceX, 1e-3); // the same kernel on other pixel columns: rounding
   CHECK_NEAR(wide.VarianceY, square.VarianceY, 1e-3);
   CHECK_NEAR(wide.X, Size, 1e-3);
   scene.Camera->UseHorizontalViewAngleOn();

@@ -8,6 +8,7 @@
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkActor.h>
+#include <vtkActorCollection.h>
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
@@ -52,7 +53,8 @@ vtkSmartPointer<vtkActor> MeshSphere()
   return actor;
 }
 
-/// Pixels of the mesh that the dots leave open, and pixels of dots outside of the mesh grown by some pixels.
+/// Pixels of the mesh that the dots leave open, and pixels of dots outside of the mesh grown by
+/// some pixels.
 struct Silhouette
 {
   int Open = 0, Outside = 0, Covered = 0;
@@ -150,9 +152,43 @@ SURFEL_TEST(Preview, ColorsAndChanges)
   CHECK(At(picture, 70, 50, 1) > 250 && At(picture, 70, 30, 1) < 5);
 }
 
+SURFEL_TEST(Preview, ActorInSeveralWindows)
+{
+  // The dots' OpenGL objects belong to a window; the actor is in two, loses its mapper, outlives
+  // one of them.
+  vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
+  Scene second(70, 70, 0, false);
+  second.Renderer->AddActor(MeshSphere());
+  second.See(FrontCamera(6.0));
+  vtkSmartPointer<vtkImageData> meshOnly = second.Render();
+  vtkSmartPointer<vtkImageData> reference;
+  {
+    Scene first(70, 70, 0, false);
+    first.Renderer->AddActor(actor);
+    first.See(FrontCamera(6.0));
+    reference = first.Render();
+    second.Renderer->AddActor(actor);
+    second.Renderer->GetActors()->GetLastActor()->SetPosition(0, 0, 0);
+    for (int i = 0; i < 2; ++i)
+    {
+      CHECK_NEAR(Compare(first.Render(), reference).Max, 0.0, 0.0);
+      CHECK(CountBrighter(second.Render(), 200) > 500);
+    }
+    first.Render();
+    vtkSmartPointer<vtkActor> other = SurfelActor(UnitSphere());
+    actor->SetMapper(other->GetMapper()); // the old mapper goes while the second window is current
+    second.Render();
+  }
+  CHECK(CountBrighter(second.Render(), 200) > 500);
+  second.Renderer->RemoveActor(actor);
+  actor = nullptr;
+  CHECK_NEAR(Compare(second.Render(), meshOnly).Max, 0.0, 0.0);
+}
+
 SURFEL_TEST(Preview, LocalOriginAtUTM)
 {
-  // A sphere of 1 m at UTM coordinates is the sphere at the origin, seen from there: dots, splats and bounds.
+  // A sphere of 1 m at UTM coordinates is the sphere at the origin, seen from there: dots, splats
+  // and bounds.
   const double utm[3] = { 431000.0, 5412000.0, 250.0 };
   for (bool withPass : { false, true })
   {
@@ -187,12 +223,13 @@ SURFEL_TEST(Preview, LocalOriginAtUTM)
           CHECK_NEAR(bounds[2 * i + 1], utm[i] + 1.0, 0.045);
         }
         scene.Renderer->ResetCamera();
-        CHECK_NEAR(std::sqrt(vtkMath::Distance2BetweenPoints(camera->GetFocalPoint(), utm)), 0.0, 0.05);
+        CHECK_NEAR(
+          std::sqrt(vtkMath::Distance2BetweenPoints(camera->GetFocalPoint(), utm)), 0.0, 0.05);
         CHECK(CountBrighter(scene.Render(), 200) > 2000);
       }
     }
-    // Camera positions in double keep 1e-9 m there; a splat's centre moves by 1e-7 px. Dots go through a float matrix
-    // about the camera: a dot's edge may take another pixel.
+    // Camera positions in double keep 1e-9 m there; a splat's centre moves by 1e-7 px. Dots go
+    // through a float matrix about the camera: a dot's edge may take another pixel.
     const Difference difference = Compare(pictures[0], pictures[1]);
     CHECK(CountBrighter(pictures[0], 200) > 1000);
     CHECK_NEAR(difference.Max, 0.0, withPass ? 1.0 : 255.0);
@@ -219,7 +256,8 @@ SURFEL_TEST(Preview, BoundsFollowTheInput)
 SURFEL_TEST(Preview, BoundsLeaveOutInvalidSurfels)
 {
   // One NaN or infinite point (organised scans have them) must not spoil ResetCamera.
-  for (double bad : { std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity() })
+  for (double bad :
+    { std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity() })
   {
     vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
     surfels->GetPoints()->SetPoint(7, bad, 0, 0);
