@@ -16,7 +16,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on both sides.
+/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on
+/// both sides.
 GLint DepthFormat(int framebuffer)
 {
   GLint format = GL_DEPTH_COMPONENT24;
@@ -81,7 +82,7 @@ bool FrameBlit::ReadDepth(
   bool good = true;
   if (samples > 0)
   {
-    good = this->ResolveDepth(rectangle, drawFramebuffer, depth);
+    good = this->ResolveDepth(state, rectangle, drawFramebuffer, depth);
   }
   else
   {
@@ -94,8 +95,11 @@ bool FrameBlit::ReadDepth(
 }
 
 bool FrameBlit::ResolveDepth(
-  const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
+  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
 {
+  // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
+  vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
+  state->vtkglDisable(GL_SCISSOR_TEST);
   GLuint resolved = 0, buffer = 0;
   GLint boundRenderbuffer = 0;
   const GLint format = DepthFormat(framebuffer);
@@ -111,8 +115,7 @@ bool FrameBlit::ResolveDepth(
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved);
   glFramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER,
     stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffer);
-  const bool complete =
-    glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  const bool complete = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
   if (complete)
   {
     glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,
@@ -130,9 +133,11 @@ bool FrameBlit::ResolveDepth(
 bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
   const float* color, const float* windowDepth)
 {
-  if (!this->Quad)
+  // Programs belong to a window's context; textures see to that themselves.
+  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
   {
     this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, SurfelFrameBlitFS, nullptr));
+    this->QuadWindow = window;
   }
   else
   {

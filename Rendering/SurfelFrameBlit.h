@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Between the core's frames and OpenGL: reads the depth that other props have left and blends a finished frame over them.
- * Internal to the module.
+ * Between the core's frames and OpenGL: reads the depth that other props have left and blends a
+ * finished frame over them. Internal to the module.
  */
 #pragma once
 
 #include <vtkNew.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkWeakPointer.h>
 
 #include <memory>
 #include <vector>
 
 class vtkOpenGLQuadHelper;
-class vtkOpenGLRenderWindow;
+class vtkOpenGLState;
 class vtkTextureObject;
 class vtkWindow;
 
@@ -23,7 +25,8 @@ struct PixelRectangle
   int X = 0, Y = 0, Width = 0, Height = 0;
 };
 
-/// Window depth [0, 1] <-> distance along the view direction, from a projection matrix for z in [-1, 1].
+/// Window depth [0, 1] <-> distance along the view direction, from a projection matrix for z in
+/// [-1, 1].
 struct DepthRange
 {
   double P22, P23;
@@ -49,7 +52,8 @@ public:
   FrameBlit();
   ~FrameBlit();
 
-  /// Depth of the current draw framebuffer, multisampled or not, row 0 at the bottom. False: it could not be read.
+  /// Depth of the current draw framebuffer, multisampled or not, row 0 at the bottom. False: it
+  /// could not be read.
   bool ReadDepth(
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth);
 
@@ -64,10 +68,12 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool ResolveDepth(const PixelRectangle& rectangle, int framebuffer, std::vector<float>& depth);
+  bool ResolveDepth(vtkOpenGLState* state, const PixelRectangle& rectangle, int framebuffer,
+    std::vector<float>& depth);
 
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;
   std::unique_ptr<vtkOpenGLQuadHelper> Quad;
+  vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
 };
 }

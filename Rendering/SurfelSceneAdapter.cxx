@@ -6,6 +6,7 @@
 
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLightCollection.h>
@@ -46,9 +47,8 @@ void LightGeometry(vtkLight* light, vtkCamera* camera, double position[3], doubl
   }
   light->GetPosition(position);
   light->GetFocalPoint(focalPoint);
-  vtkMatrix4x4* matrix = light->LightTypeIsCameraLight()
-    ? camera->GetCameraLightTransformMatrix()
-    : light->GetTransformMatrix();
+  vtkMatrix4x4* matrix = light->LightTypeIsCameraLight() ? camera->GetCameraLightTransformMatrix()
+                                                         : light->GetTransformMatrix();
   if (matrix)
   {
     for (double* point : { position, focalPoint })
@@ -60,7 +60,8 @@ void LightGeometry(vtkLight* light, vtkCamera* camera, double position[3], doubl
   }
 }
 
-/// The array itself where it is of type Array, a converted copy otherwise; kept alive by the source.
+/// The array itself where it is of type Array, a converted copy otherwise; kept alive by the
+/// source.
 template <typename Array>
 typename Array::ValueType* Pointer(vtkDataArray* array, SurfelCloudSource& source)
 {
@@ -90,7 +91,22 @@ std::string CheckArray(vtkPolyData* input, const char* name, int components, boo
       std::to_string(array->GetNumberOfComponents()) + " components instead of " +
       std::to_string(components) + ": see the data contract in the documentation.";
   }
+  if (array->GetNumberOfTuples() != input->GetNumberOfPoints())
+  {
+    return std::string("Point array ") + name + " has " +
+      std::to_string(array->GetNumberOfTuples()) + " tuples for " +
+      std::to_string(input->GetNumberOfPoints()) + " points: each surfel needs one.";
+  }
   return std::string();
+}
+
+std::string CheckOrigin(vtkPolyData* input)
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  return array && array->GetNumberOfValues() != 3 ? std::string("Field array ") + Arrays::Origin +
+      " has " + std::to_string(array->GetNumberOfValues()) +
+      " values instead of 3: where the surfels are is not known."
+                                                  : std::string();
 }
 
 Material MakeMaterial(vtkProperty* property)
@@ -131,7 +147,7 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
   }
   view.WorldToCamera.T[2] = -view.WorldToCamera.T[2];
 
-  // Normalised device coordinates: P00 x/z - P02 (perspective), P00 x + P03 (parallel).
+  // Normalised device coordinates: (P00 x + P03)/z - P02 (perspective), P00 x + P03 (parallel).
   vtkMatrix4x4* projection = camera->GetProjectionTransformMatrix(aspect, -1, 1);
   const double halfWidth = 0.5 * size[0], halfHeight = 0.5 * size[1];
   view.Fx = halfWidth * projection->GetElement(0, 0);
@@ -140,6 +156,12 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
     (1.0 + (view.Parallel ? projection->GetElement(0, 3) : -projection->GetElement(0, 2)));
   view.Cy = halfHeight *
     (1.0 + (view.Parallel ? projection->GetElement(1, 3) : -projection->GetElement(1, 2)));
+  if (!view.Parallel)
+  {
+    // A stereo camera's eyes stand beside its position; VTK moves them in the projection.
+    view.WorldToCamera.T[0] += projection->GetElement(0, 3) / projection->GetElement(0, 0);
+    view.WorldToCamera.T[1] += projection->GetElement(1, 3) / projection->GetElement(1, 1);
+  }
   return view;
 }
 
@@ -162,8 +184,8 @@ std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, con
       light.Color[c] = source->GetDiffuseColor()[c] * source->GetIntensity();
     }
     light.Position = view.WorldToCamera.Apply({ position[0], position[1], position[2] });
-    light.Direction = view.WorldToCamera.ApplyLinear({ focalPoint[0] - position[0],
-      focalPoint[1] - position[1], focalPoint[2] - position[2] });
+    light.Direction = view.WorldToCamera.ApplyLinear(
+      { focalPoint[0] - position[0], focalPoint[1] - position[1], focalPoint[2] - position[2] });
     const double length = Norm(light.Direction);
     if (!(length > 0.0))
     {
@@ -193,9 +215,10 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   {
     return std::string();
   }
-  for (const std::string& problem : { CheckArray(input, Arrays::Covariance, 6, true),
-         CheckArray(input, Arrays::AreaVector, 3, true),
-         CheckArray(input, Arrays::TwoSided, 1, false), CheckArray(input, Arrays::Opacity, 1, false) })
+  for (const std::string& problem :
+    { CheckArray(input, Arrays::Covariance, 6, true),
+      CheckArray(input, Arrays::AreaVector, 3, true), CheckArray(input, Arrays::TwoSided, 1, false),
+      CheckArray(input, Arrays::Opacity, 1, false), CheckOrigin(input) })
   {
     if (!problem.empty())
     {

@@ -30,8 +30,8 @@ public:
   void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override;
 };
 
-/// Any view and projection of vtkCamera whose image plane is not sheared: view angle, window centre (tiles), parallel.
-/// The clipping range is left open.
+/// Any view and projection of vtkCamera whose image plane is not sheared: view angle, window centre
+/// (tiles), parallel. The clipping range is left open.
 View MakeView(vtkCamera* camera, const int size[2], double aspect);
 
 /// Lights that are switched on, in camera space. Headlights and camera lights follow the camera.
@@ -45,7 +45,8 @@ struct SurfelCloudSource
 };
 
 /**
- * The surfels of an updated mapper. Returns an empty string, or what is missing from the input and what to do.
+ * The surfels of an updated mapper. Returns an empty string, or what is missing from the input and
+ * what to do.
  */
 std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkProperty* property,
   SurfelCloudSource& source);

@@ -207,12 +207,16 @@ int vtkSurfelImageRenderer::RequestData(
   this->Camera->GetClippingRange(view.ClippingRange);
   if (this->AutomaticClippingRange)
   {
-    // Only what is at the lens itself has no image; a near limit costs no precision here, unlike in OpenGL.
+    // Only what is at the lens itself has no image; a near limit costs no precision here, unlike in
+    // OpenGL.
     view.ClippingRange[0] =
       this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
     view.ClippingRange[1] = VTK_DOUBLE_MAX;
   }
-  this->Splatter->Render(items, view);
+  if (!this->Splatter->Render(items, view))
+  {
+    return 0;
+  }
   vtkImageData* output = vtkImageData::GetData(outputVector);
   output->ShallowCopy(this->Splatter->GetOutput());
   this->BlendBackground(output);

@@ -3,10 +3,11 @@
  * @class   vtkSurfelImageRenderer
  * @brief   surfels and a camera in, a picture out: no window, no OpenGL, no X server
  *
- * A source of vtkImageData with float RGBA. Its scene is the surfel actors that were added (vtkActor with a
- * vtkSurfelMapper) and any surfels connected to its optional input, which are shown in their own colours, unlit.
- * The output's point arrays: "Color" (scalars; float RGBA, linear, premultiplied over the background) and "Depth"
- * (float; distance along the view direction, 0 where the alpha stays below one half). Row 0 is the bottom row.
+ * A source of vtkImageData with float RGBA. Its scene is the surfel actors that were added
+ * (vtkActor with a vtkSurfelMapper) and any surfels connected to its optional input, which are
+ * shown in their own colours, unlit. The output's point arrays: "Color" (scalars; float RGBA,
+ * linear, premultiplied over the background) and "Depth" (float; distance along the view direction,
+ * 0 where the alpha stays below one half). Row 0 is the bottom row.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
@@ -34,8 +35,8 @@ public:
 
   ///@{
   /**
-   * The scene: actors whose mapper is a vtkSurfelMapper. Their property, matrix and visibility count; others are left
-   * out with a warning.
+   * The scene: actors whose mapper is a vtkSurfelMapper. Their property, matrix and visibility
+   * count; others are left out with a warning.
    */
   void AddActor(vtkActor* actor);
   void RemoveActor(vtkActor* actor);
@@ -62,8 +63,8 @@ public:
 
   ///@{
   /**
-   * Whether the clipping range is fitted to the scene instead of being the camera's: nothing in front of the lens is cut
-   * off. The camera itself is not changed. Default on.
+   * Whether the clipping range is fitted to the scene instead of being the camera's: nothing in
+   * front of the lens is cut off. The camera itself is not changed. Default on.
    */
   vtkSetMacro(AutomaticClippingRange, vtkTypeBool);
   vtkGetMacro(AutomaticClippingRange, vtkTypeBool);
@@ -80,7 +81,8 @@ public:
 
   ///@{
   /**
-   * Background colour and its opacity. Default black, transparent: alpha is the coverage. Range [0, inf), [0, 1].
+   * Background colour and its opacity. Default black, transparent: alpha is the coverage. Range [0,
+   * inf), [0, 1].
    */
   vtkSetVector3Macro(Background, double);
   vtkGetVector3Macro(Background, double);
@@ -103,8 +105,7 @@ protected:
   ~vtkSurfelImageRenderer() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
-  int RequestInformation(
-    vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+  int RequestInformation(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
   int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
 
 private:

@@ -3,16 +3,20 @@
 
 #include "SurfelArrays.h"
 
+#include <vtkActor.h>
+#include <vtkBoundingBox.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkMath.h>
+#include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkPointGaussianMapper.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkTrivialProducer.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,14 +27,13 @@ vtkStandardNewMacro(vtkSurfelMapper);
 
 vtkSurfelMapper::vtkSurfelMapper()
 {
-  this->Preview->EmissiveOff();
-  // An opaque disc instead of a Gaussian: dots that hide what is behind them.
-  this->Preview->SetSplatShaderCode("//VTK::Color::Impl\n"
-                                    "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
-  this->Preview->SetInputConnection(this->PreviewInput->GetOutputPort());
+  this->PreviewActor->SetUserMatrix(this->PreviewMatrix);
 }
 
-vtkSurfelMapper::~vtkSurfelMapper() = default;
+vtkSurfelMapper::~vtkSurfelMapper()
+{
+  this->ReleasePreview();
+}
 
 int vtkSurfelMapper::CanUseTextureMapForColoring(vtkDataObject*)
 {
@@ -63,64 +66,124 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  double origin[3];
-  this->GetOrigin(origin);
+  // Surfels that are not drawn do not count: one NaN, as organised scans have them, would spoil
+  // ResetCamera.
+  vtkBoundingBox box;
   double largest = 0.0;
-  if (vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance))
+  vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance);
+  if (covariance &&
+    (covariance->GetNumberOfComponents() != 6 ||
+      covariance->GetNumberOfTuples() != input->GetNumberOfPoints()))
   {
-    for (vtkIdType i = 0; covariance->GetNumberOfComponents() == 6 && i < covariance->GetNumberOfTuples(); ++i)
+    covariance = nullptr;
+  }
+  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+  {
+    double p[3], s[6] = { 0, 0, 0, 0, 0, 0 };
+    input->GetPoint(i, p);
+    if (covariance)
     {
-      const double trace = covariance->GetComponent(i, 0) + covariance->GetComponent(i, 1) +
-        covariance->GetComponent(i, 2);
-      largest = std::isfinite(trace) ? std::max(largest, trace) : largest;
+      covariance->GetTuple(i, s);
+    }
+    const double trace = s[0] + s[1] + s[2];
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) && std::isfinite(trace))
+    {
+      box.AddPoint(p);
+      largest = std::max(largest, trace);
     }
   }
-  input->GetPoints()->GetBounds(this->Bounds);
-  for (int i = 0; i < 3; ++i)
+  if (box.IsValid())
   {
-    this->Bounds[2 * i] += origin[i] - std::sqrt(largest);
-    this->Bounds[2 * i + 1] += origin[i] + std::sqrt(largest);
+    double origin[3];
+    this->GetOrigin(origin);
+    box.Inflate(std::sqrt(largest));
+    box.GetBounds(this->Bounds);
+    for (int i = 0; i < 6; ++i)
+    {
+      this->Bounds[i] += origin[i / 2];
+    }
+  }
+  else
+  {
+    vtkMath::UninitializeBounds(this->Bounds);
   }
   this->BoundsTime.Modified();
 }
 
-void vtkSurfelMapper::UpdatePreview()
+double vtkSurfelMapper::MeanSpacing()
 {
   vtkPolyData* input = this->GetInput();
-  if (this->PreviewTime > input->GetMTime())
+  if (this->SpacingTime > input->GetMTime() && this->SpacingTime > this->GetMTime())
   {
-    return;
+    return this->Spacing;
   }
-  // The inner mapper knows no local origin.
-  double origin[3];
-  this->GetOrigin(origin);
-  vtkNew<vtkPolyData> shown;
-  shown->ShallowCopy(input);
-  if (vtkMath::Norm(origin) > 0.0)
-  {
-    vtkNew<vtkPoints> points;
-    points->SetDataTypeToDouble();
-    points->SetNumberOfPoints(input->GetNumberOfPoints());
-    for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
-    {
-      double p[3];
-      input->GetPoint(i, p);
-      points->SetPoint(i, p[0] + origin[0], p[1] + origin[1], p[2] + origin[2]);
-    }
-    shown->SetPoints(points);
-  }
-  // Dots of the mean area, wide enough to close the gaps between neighbours.
   double sum = 0.0;
+  vtkIdType count = 0;
   vtkDataArray* area = input->GetPointData()->GetArray(Arrays::AreaVector);
-  for (vtkIdType i = 0; area && i < area->GetNumberOfTuples(); ++i)
+  for (vtkIdType i = 0; area && area->GetNumberOfComponents() == 3 && i < area->GetNumberOfTuples();
+       ++i)
   {
-    const double length = vtkMath::Norm(area->GetTuple3(i));
-    sum += std::isfinite(length) ? std::sqrt(length) : 0.0;
+    double a[3];
+    area->GetTuple(i, a);
+    const double length = vtkMath::Norm(a);
+    if (std::isfinite(length))
+    {
+      sum += std::sqrt(length);
+      ++count;
+    }
   }
-  const vtkIdType n = input->GetNumberOfPoints();
-  this->Preview->SetScaleFactor(n > 0 && sum > 0.0 ? 0.8 * sum / n : 0.0);
-  this->PreviewInput->SetOutput(shown);
-  this->PreviewTime.Modified();
+  this->Spacing = count > 0 ? sum / count : 0.0;
+  this->SpacingTime.Modified();
+  return this->Spacing;
+}
+
+void vtkSurfelMapper::ReleasePreview()
+{
+  // vtkPointGaussianMapper does not tie its OpenGL objects to their window: freed while another
+  // context is current, they take that one's objects along. Where their own context is gone, there
+  // is nothing left to free but memory.
+  this->PreviewActor->SetMapper(nullptr);
+  if (this->Preview && this->PreviewWindow)
+  {
+    this->PreviewWindow->PushContext();
+    this->Preview = nullptr;
+    this->PreviewWindow->PopContext();
+  }
+  else if (this->Preview)
+  {
+    this->Preview->Register(nullptr);
+    this->Preview = nullptr;
+  }
+  this->PreviewWindow = nullptr;
+}
+
+void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  if (this->PreviewWindow != window)
+  {
+    this->ReleasePreview();
+  }
+  const bool fresh = !this->Preview;
+  if (fresh)
+  {
+    this->PreviewWindow = window;
+    this->Preview = vtkSmartPointer<vtkPointGaussianMapper>::New();
+    this->Preview->EmissiveOff();
+    // An opaque disc instead of a Gaussian: dots that hide what is behind them.
+    this->Preview->SetSplatShaderCode(
+      "//VTK::Color::Impl\n"
+      "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
+    this->PreviewActor->SetMapper(this->Preview);
+  }
+  if (fresh || this->GetMTime() > this->PreviewTime)
+  {
+    this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
+    this->PreviewTime.Modified();
+  }
+  // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
+  // units whatever the actor's matrix.
+  this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
 }
 
 void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
@@ -129,7 +192,7 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     return;
   }
-  if (!this->Static)
+  if (!this->Static && this->GetInputAlgorithm())
   {
     this->GetInputAlgorithm()->Update();
   }
@@ -138,21 +201,41 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     return;
   }
-  this->UpdatePreview();
-  this->Preview->ShallowCopy(this); // scalars, lookup table, clipping planes
-  this->Preview->SetInputConnection(this->PreviewInput->GetOutputPort());
-  this->Preview->RenderPiece(renderer, actor);
+  // The local origin goes into the matrix, in double: added to the points it would cost a copy of
+  // them and, in the single precision of vertex buffers, their detail.
+  double origin[3];
+  this->GetOrigin(origin);
+  vtkNew<vtkMatrix4x4> matrix;
+  actor->GetMatrix(matrix);
+  const double scale = std::cbrt(std::abs(matrix->Determinant()));
+  double moved[4] = { origin[0], origin[1], origin[2], 1.0 };
+  matrix->MultiplyPoint(moved, moved);
+  for (int i = 0; i < 3; ++i)
+  {
+    matrix->SetElement(i, 3, moved[i]);
+  }
+  if (!std::equal(matrix->GetData(), matrix->GetData() + 16, this->PreviewMatrix->GetData()))
+  {
+    this->PreviewMatrix->DeepCopy(matrix);
+  }
+  this->UpdatePreview(renderer, scale);
+  this->PreviewActor->SetProperty(actor->GetProperty());
+  this->PreviewActor->SetPropertyKeys(actor->GetPropertyKeys());
+  this->Preview->Render(renderer, this->PreviewActor);
 }
 
 void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop)
 {
-  this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
+  if (this->Preview)
+  {
+    this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
+  }
 }
 
 void vtkSurfelMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->Preview->ReleaseGraphicsResources(window);
+  this->ReleasePreview();
   this->Superclass::ReleaseGraphicsResources(window);
 }
 

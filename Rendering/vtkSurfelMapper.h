@@ -3,26 +3,32 @@
  * @class   vtkSurfelMapper
  * @brief   makes an actor of surfels
  *
- * Put it into an ordinary vtkActor. Its input is a vtkPolyData with the arrays of Documentation/DataContract.md
- * (SurfelCovariance, SurfelAreaVector and so on: the output of vtkSurfelEstimation and vtkSurfelNormalization).
- * Colours come as in every mapper: scalars through a lookup table, direct RGB(A) scalars, or the actor's property.
- * Opacity is the product of the property's, the colour's and the array SurfelOpacity. Lighting is evaluated once per
- * surfel; vtkProperty::LightingOff() gives the colours as they are.
+ * Put it into an ordinary vtkActor. Its input is a vtkPolyData with the arrays of
+ * Documentation/DataContract.md (SurfelCovariance, SurfelAreaVector and so on: the output of
+ * vtkSurfelEstimation and vtkSurfelNormalization). Colours come as in every mapper: scalars through
+ * a lookup table, direct RGB(A) scalars, or the actor's property. Opacity is the product of the
+ * property's, the colour's and the array SurfelOpacity. Lighting is evaluated once per surfel;
+ * vtkProperty::LightingOff() gives the colours as they are.
  *
- * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without) splat what it holds. In a renderer without
- * the pass, it draws each surfel as an opaque dot of about the right size.
+ * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without) splat what it holds. In
+ * a renderer without the pass, it draws each surfel as an opaque dot of about the right size.
+ * Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots; vtkPointPicker works
+ * on the input's points and knows no SurfelOrigin.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
  */
 #ifndef vtkSurfelMapper_h
 #define vtkSurfelMapper_h
 
-#include "vtkNew.h" // for members
+#include "vtkNew.h"                // for members
+#include "vtkOpenGLRenderWindow.h" // for the weak pointer
 #include "vtkPolyDataMapper.h"
+#include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
+#include "vtkWeakPointer.h"           // for members
 
+class vtkMatrix4x4;
 class vtkPointGaussianMapper;
-class vtkTrivialProducer;
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelMapper : public vtkPolyDataMapper
 {
@@ -59,7 +65,8 @@ protected:
   ~vtkSurfelMapper() override;
 
   /**
-   * Bounds of the surfels' centres, local origin added, widened by the largest kernel's standard deviation.
+   * Bounds of the surfels' centres, local origin added, widened by the largest kernel's standard
+   * deviation.
    */
   void ComputeBounds() override;
 
@@ -72,11 +79,17 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
-  void UpdatePreview();
+  void UpdatePreview(vtkRenderer* renderer, double scale);
+  void ReleasePreview();
+  double MeanSpacing();
 
-  vtkNew<vtkPointGaussianMapper> Preview;
-  vtkNew<vtkTrivialProducer> PreviewInput;
+  vtkSmartPointer<vtkPointGaussianMapper> Preview;
+  vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
+  vtkNew<vtkActor> PreviewActor;
+  vtkNew<vtkMatrix4x4> PreviewMatrix;
   vtkTimeStamp PreviewTime;
+  double Spacing = 0.0;
+  vtkTimeStamp SpacingTime;
   vtkTimeStamp BoundsTime;
   bool Splatted = false;
 };

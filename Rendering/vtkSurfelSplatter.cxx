@@ -18,6 +18,7 @@
 #include <vtkProperty.h>
 
 #include <chrono>
+#include <new>
 
 namespace
 {
@@ -62,8 +63,7 @@ void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
   {
     vtkAssemblyNode* node = path->GetLastNode();
     vtkActor* actor = vtkActor::SafeDownCast(node->GetViewProp());
-    vtkSurfelMapper* mapper =
-      actor ? vtkSurfelMapper::SafeDownCast(actor->GetMapper()) : nullptr;
+    vtkSurfelMapper* mapper = actor ? vtkSurfelMapper::SafeDownCast(actor->GetMapper()) : nullptr;
     if (!mapper || !actor->GetVisibility())
     {
       continue;
@@ -77,7 +77,24 @@ void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
   }
 }
 
-void vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
+bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
+{
+  try
+  {
+    this->RenderPicture(items, view);
+    return true;
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->Internal->Output->Initialize();
+    vtkErrorMacro("Memory does not suffice for a picture of "
+      << view.Size[0] << " x " << view.Size[1]
+      << " pixels of these surfels. Make it smaller, or in tiles.");
+    return false;
+  }
+}
+
+void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View& view)
 {
   namespace Core = SurfelSplatting;
   vtkCamera* camera = view.Camera;
@@ -103,14 +120,15 @@ void vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
   }
   else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
   {
-    context.Optics.Radius =
-      this->CircleOfConfusion * context.Optics.FocalDistance / context.Camera.Fy;
+    context.Optics.Radius = this->CircleOfConfusion * view.Oversampling *
+      context.Optics.FocalDistance / context.Camera.Fy;
   }
   if (context.Camera.Parallel && context.Optics.Radius > 0.0 && !this->Internal->WarnedParallel)
   {
     this->Internal->WarnedParallel = true;
-    vtkWarningMacro("Parallel projection has no lens: the picture is sharp. Use a perspective "
-                    "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
+    vtkWarningMacro(
+      "Parallel projection has no lens: the picture is sharp. Use a perspective "
+      "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
   }
 
   std::vector<Core::SurfelCloudSource> sources(items.size());

@@ -6,8 +6,9 @@
  * The settings of a picture and what was measured while it was made. A vtkSurfelSplattingPass and a
  * vtkSurfelImageRenderer each hold one (GetSplatter()): the same core, the same pixels.
  *
- * Method: J. Krivanek, J. Zara, K. Bouatouch, "Fast Depth of Field Rendering with Surface Splatting", Computer Graphics
- * International 2003. Formulas, with their equation numbers, are in Rendering/Core.
+ * Method: J. Krivanek, J. Zara, K. Bouatouch, "Fast Depth of Field Rendering with Surface
+ * Splatting", Computer Graphics International 2003. Formulas, with their equation numbers, are in
+ * Rendering/Core.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelMapper
  */
@@ -46,10 +47,10 @@ public:
 
   ///@{
   /**
-   * Which lens to see through. Default LENS_CAMERA: vtkCamera::FocalDisk is the diameter of the lens in world units
-   * (0: pinhole) and vtkCamera::FocalDistance the distance in focus along the view direction (0: the distance to the
-   * focal point), as in VTK's ray tracers. Note that a vtkCamera comes with a FocalDisk of 1. Parallel projection has no
-   * lens: everything is sharp.
+   * Which lens to see through. Default LENS_CAMERA: vtkCamera::FocalDisk is the diameter of the
+   * lens in world units (0: pinhole) and vtkCamera::FocalDistance the distance in focus along the
+   * view direction (0: the distance to the focal point), as in VTK's ray tracers. Note that a
+   * vtkCamera comes with a FocalDisk of 1. Parallel projection has no lens: everything is sharp.
    */
   vtkSetClampMacro(LensMode, int, LENS_CAMERA, LENS_CIRCLE_OF_CONFUSION);
   vtkGetMacro(LensMode, int);
@@ -60,8 +61,9 @@ public:
 
   ///@{
   /**
-   * With LENS_CIRCLE_OF_CONFUSION: radius in pixels of the circle of confusion of a point at infinity; the camera still
-   * says where the focus is. Default 8, range [0, 1e6].
+   * With LENS_CIRCLE_OF_CONFUSION: radius in pixels of the circle of confusion of a point at
+   * infinity; the camera still says where the focus is. Pixels of the window: posters
+   * (vtkWindowToImageFilter::SetScale) and supersampling keep the look. Default 8, range [0, 1e6].
    */
   vtkSetClampMacro(CircleOfConfusion, double, 0.0, 1e6);
   vtkGetMacro(CircleOfConfusion, double);
@@ -69,8 +71,9 @@ public:
 
   ///@{
   /**
-   * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c. Mass and variance of the
-   * kernel do not depend on it; larger is smoother and slower. Default 2.5, range [1, 20].
+   * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
+   * Mass and variance of the kernel do not depend on it; larger is smoother and slower.
+   * Default 2.5, range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);
@@ -86,8 +89,8 @@ public:
 
   ///@{
   /**
-   * What the last frame held: surfels handed in, those with non-finite values (not drawn), splats that touched the
-   * picture, and fragments (evaluations inside the support of a kernel).
+   * What the last frame held: surfels handed in, those with non-finite values (not drawn), splats
+   * that touched the picture, and fragments (evaluations inside the support of a kernel).
    */
   vtkIdType GetNumberOfSurfels();
   vtkIdType GetNumberOfInvalidSurfels();
@@ -106,8 +109,9 @@ public:
   ///@}
 
   /**
-   * The last picture: point array "Color" (scalars; float RGBA, premultiplied, linear, alpha = coverage, no background)
-   * and "Depth" (float; distance along the view direction, 0 where the alpha stays below one half). Row 0 is the bottom.
+   * The last picture: point array "Color" (scalars; float RGBA, premultiplied, linear, alpha =
+   * coverage, no background) and "Depth" (float; distance along the view direction, 0 where the
+   * alpha stays below one half). Row 0 is the bottom.
    */
   vtkImageData* GetOutput();
 
@@ -120,7 +124,8 @@ public:
     vtkSmartPointer<vtkProperty> Property;
   };
 
-  /// Adds the surfel actors that a prop consists of (assemblies are searched) to the items, where visible.
+  /// Adds the surfel actors that a prop consists of (assemblies are searched) to the items, where
+  /// visible.
   static void CollectItems(vtkProp* prop, std::vector<Item>& items);
 
   /// What to render, and how it is seen.
@@ -128,17 +133,18 @@ public:
   {
     vtkCamera* Camera = nullptr;
     vtkLightCollection* Lights = nullptr;
-    int Size[2] = { 0, 0 };              ///< px
-    double Aspect = 1.0;                 ///< width / height as the camera is to see it
-    double ClippingRange[2] = { 0, 1 };  ///< surfels with centres outside are not drawn; world units
-    const float* DepthLimit = nullptr;   ///< [height][width] distances along the view direction of what others have
-                                         ///< drawn, infinity where nothing; or null
+    int Size[2] = { 0, 0 };             ///< px
+    double Aspect = 1.0;                ///< width / height as the camera is to see it
+    double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
+    double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
+    const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
+                                       ///< what others have drawn, infinity where nothing; or null
   };
 
   /**
-   * Renders a picture into GetOutput().
+   * Renders a picture into GetOutput(). False, and an empty output, where memory does not suffice.
    */
-  void Render(const std::vector<Item>& items, const View& view);
+  bool Render(const std::vector<Item>& items, const View& view);
 #endif
 
 protected:
@@ -154,6 +160,10 @@ private:
   double Cutoff = 2.5;
   double Prefilter = 1.0;
   double FrameMilliseconds = 0.0;
+
+#ifndef __VTK_WRAP__
+  void RenderPicture(const std::vector<Item>& items, const View& view);
+#endif
 
   struct Internals;
   std::unique_ptr<Internals> Internal;

@@ -5,15 +5,20 @@
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
+#include <vtk_glew.h>
+
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
+#include <vtkCameraPass.h>
 #include <vtkFloatArray.h>
 #include <vtkFrameBufferObjectBase.h>
+#include <vtkHardwareSelector.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
 #include <vtkOpaquePass.h>
 #include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLState.h>
 #include <vtkPointData.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderState.h>
@@ -28,19 +33,33 @@
 
 namespace
 {
-/// A pass that is a function: the surfels' place among the steps of the default sequence.
-class OpaqueStep : public vtkRenderPass
+/// A pass that is a function: a place among the steps of the default sequence.
+class FunctionPass : public vtkRenderPass
 {
 public:
-  static OpaqueStep* New();
-  vtkTypeMacro(OpaqueStep, vtkRenderPass);
+  static FunctionPass* New();
+  vtkTypeMacro(FunctionPass, vtkRenderPass);
   std::function<void(const vtkRenderState*)> Function;
   void Render(const vtkRenderState* state) override { this->Function(state); }
 };
-vtkStandardNewMacro(OpaqueStep);
+vtkStandardNewMacro(FunctionPass);
 
-/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while later passes draw
-/// translucent props.
+/// Only the camera's own rendering tells it which eye it is, and VTK's passes leave that out.
+void UpdateStereo(vtkRenderer* renderer)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  if (window && (window->GetStereoRender() || renderer->GetActiveCamera()->GetStereo()))
+  {
+    vtkOpenGLState* state = window->GetState();
+    vtkOpenGLState::ScopedglViewport viewport(state);
+    vtkOpenGLState::ScopedglScissor scissor(state);
+    vtkOpenGLState::ScopedglEnableDisable scissorTest(state, GL_SCISSOR_TEST);
+    renderer->GetActiveCamera()->Render(renderer);
+  }
+}
+
+/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
+/// later passes draw translucent props.
 class SplattedMarks
 {
 public:
@@ -90,7 +109,8 @@ struct vtkSurfelSplattingPass::Internals
   SplattedMarks Marks;
   vtkNew<vtkRenderStepsPass> Steps;
   vtkNew<vtkOpaquePass> OpaqueProps;
-  vtkNew<OpaqueStep> Step;
+  vtkNew<FunctionPass> Step;
+  vtkNew<FunctionPass> TranslucentStep;
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
 };
@@ -104,6 +124,12 @@ vtkSurfelSplattingPass::vtkSurfelSplattingPass()
     this->RenderOpaqueStep(state, this->Internal->OpaqueProps);
   };
   this->Internal->Steps->SetOpaquePass(this->Internal->Step);
+  // The renderer's own translucent step instead of vtkTranslucentPass: depth peeling where it is
+  // switched on.
+  this->Internal->TranslucentStep->Function = [](const vtkRenderState* state) {
+    state->GetRenderer()->DeviceRenderTranslucentPolygonalGeometry(state->GetFrameBuffer());
+  };
+  this->Internal->Steps->SetTranslucentPass(this->Internal->TranslucentStep);
 }
 
 vtkSurfelSplattingPass::~vtkSurfelSplattingPass() = default;
@@ -135,29 +161,49 @@ vtkMTimeType vtkSurfelSplattingPass::GetMTime()
 void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
 {
   this->NumberOfRenderedProps = 0;
+  if (state->GetRenderer()->GetSelector())
+  {
+    this->RenderSelection(state);
+    return;
+  }
   if (this->DelegatePass)
   {
     this->RenderOpaqueStep(state, this->DelegatePass);
     return;
   }
+  UpdateStereo(state->GetRenderer());
   this->Internal->Steps->Render(state);
   this->NumberOfRenderedProps += this->Internal->Steps->GetNumberOfRenderedProps();
 }
 
-void vtkSurfelSplattingPass::RenderOpaqueStep(
-  const vtkRenderState* state, vtkRenderPass* delegate)
+void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
+{
+  // Hardware selection counts and colours the props itself, which the default passes know nothing
+  // of; surfels take part as their mapper's dots.
+  std::vector<vtkProp*> props(
+    state->GetPropArray(), state->GetPropArray() + state->GetPropArrayCount());
+  vtkNew<FunctionPass> selection;
+  selection->Function = [this, &props](const vtkRenderState* inner) {
+    vtkRenderer* renderer = inner->GetRenderer();
+    this->NumberOfRenderedProps =
+      renderer->GetSelector()->Render(renderer, props.data(), static_cast<int>(props.size()));
+  };
+  vtkNew<vtkCameraPass> camera;
+  camera->SetDelegatePass(selection);
+  camera->Render(state);
+}
+
+void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate)
 {
   vtkRenderer* renderer = state->GetRenderer();
-  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from outside.
+  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from
+  // outside.
   std::vector<vtkSurfelSplatter::Item> items;
-  if (!renderer->GetSelector()) // hardware selection draws the mapper's dots instead
+  vtkCollectionSimpleIterator it;
+  renderer->GetViewProps()->InitTraversal(it);
+  while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
   {
-    vtkCollectionSimpleIterator it;
-    renderer->GetViewProps()->InitTraversal(it);
-    while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
-    {
-      vtkSurfelSplatter::CollectItems(prop, items);
-    }
+    vtkSurfelSplatter::CollectItems(prop, items);
   }
   this->Internal->Marks.Set(renderer, items);
   delegate->Render(state);
@@ -169,8 +215,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   }
 
   SurfelSplatting::PixelRectangle rectangle;
-  renderer->GetTiledSizeAndOrigin(
-    &rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
+  renderer->GetTiledSizeAndOrigin(&rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
   if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
   {
     int size[2];
@@ -192,7 +237,8 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   std::vector<float>& limit = this->Internal->Limit;
   if (!this->Internal->Blit.ReadDepth(window, rectangle, windowDepth))
   {
-    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels are drawn over "
+    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
+                  "are drawn over "
                   "them. Try vtkRenderWindow::SetMultiSamples(0).");
     std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
   }
@@ -210,8 +256,14 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
   view.Aspect = aspect;
   camera->GetClippingRange(view.ClippingRange);
   view.DepthLimit = limit.data();
-  this->Splatter->Render(items, view);
-  this->NumberOfRenderedProps += static_cast<int>(items.size());
+  int tiledWidth = 0, tiledHeight = 0;
+  renderer->GetTiledSize(&tiledWidth, &tiledHeight);
+  view.Oversampling =
+    static_cast<double>(window->GetTileScale()[1]) * rectangle.Height / std::max(1, tiledHeight);
+  if (!this->Splatter->Render(items, view))
+  {
+    return;
+  }
 
   vtkPointData* picture = this->Splatter->GetOutput()->GetPointData();
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
@@ -227,7 +279,8 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(
     });
   if (!this->Internal->Blit.Draw(window, rectangle, color, windowDepth.data()))
   {
-    vtkErrorMacro("The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
+    vtkErrorMacro(
+      "The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
   }
 }
 

@@ -3,13 +3,14 @@
  * @class   vtkSurfelSplattingPass
  * @brief   draws surfels with depth of field among other props
  *
- * Splats every surfel actor of a renderer (vtkActor with a vtkSurfelMapper) into one A-buffer and lets a delegate draw
- * all other props.
+ * Splats every surfel actor of a renderer (vtkActor with a vtkSurfelMapper) into one A-buffer and
+ * lets a delegate draw all other props.
  *
- *   renderer->SetPass(pass);   // that is all: camera, lights, props, surfels, translucent props, volumes, overlay
+ *   renderer->SetPass(pass);   // that is all: camera, lights, props, surfels, translucent props,
+ * volumes, overlay
  *
- * Without a delegate pass it stands for a whole vtkRenderStepsPass, with the surfels right after the opaque props. With
- * one it is that step alone, to be used inside a sequence of passes:
+ * Without a delegate pass it stands for a whole vtkRenderStepsPass, with the surfels right after
+ * the opaque props. With one it is that step alone, to be used inside a sequence of passes:
  *
  *   pass->SetDelegatePass(opaquePass); steps->SetOpaquePass(pass); renderer->SetPass(steps);
  *
@@ -17,9 +18,9 @@
  *   1. the delegate draws the other opaque props;
  *   2. their depth is read back: what lies behind them is hidden, layer by layer;
  *   3. the core splats all surfels (vtkSurfelSplatter);
- *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame and depth (R 32-bit float) written where the
- *      surfels' alpha passes one half, so that later props are hidden correctly.
- * Other props are drawn sharp.
+ *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame and depth (R 32-bit
+ * float) written where the surfels' alpha passes one half, so that later props are hidden
+ * correctly. Other props are drawn sharp.
  *
  * The float picture, unclipped, is GetSplatter()->GetOutput().
  *
@@ -73,6 +74,7 @@ private:
   vtkSurfelSplattingPass(const vtkSurfelSplattingPass&) = delete;
   void operator=(const vtkSurfelSplattingPass&) = delete;
 
+  void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
 
   vtkSmartPointer<vtkRenderPass> DelegatePass;

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the rendering tests share: suites of named tests, checks that say what they saw, analytic
+ * surfels, windows and pictures.
+ */
+#pragma once
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+class vtkActor;
+class vtkCamera;
+class vtkImageData;
+class vtkPolyData;
+class vtkRenderWindow;
+class vtkRenderer;
+class vtkSurfelSplattingPass;
+
+namespace RenderingTest
+{
+using Vector = std::array<double, 3>;
+
+/// Puts a test into a suite; SURFEL_TEST below uses it.
+struct Registration
+{
+  Registration(const char* suite, const char* name, void (*function)());
+};
+
+/// Counts a failure and prints where and what.
+void Report(bool good, const char* file, int line, const std::string& what);
+
+/// The same for |a - b| <= bound.
+void ReportNear(
+  double a, double b, double bound, const char* file, int line, const std::string& what);
+
+/// VTK's errors and warnings since the last call, joined. What a test does not take makes it fail.
+std::string TakeMessages();
+
+#define SURFEL_TEST(suite, name)                                                    \
+  static void name();                                                               \
+  static const RenderingTest::Registration name##Registration(#suite, #name, name); \
+  static void name()
+
+#define CHECK(condition) RenderingTest::Report((condition), __FILE__, __LINE__, #condition)
+
+/// |a - b| <= bound; the reason for the bound belongs beside it.
+#define CHECK_NEAR(a, b, bound) \
+  RenderingTest::ReportNear((a), (b), (bound), __FILE__, __LINE__, #a " = " #b)
+
+/// Surfels made from formulas: kernels of half the spacing, area vectors of the whole area.
+class SurfelBuilder
+{
+public:
+  SurfelBuilder();
+  ~SurfelBuilder();
+
+  /// One surfel: covariance s^2 (I - nn'), area vector a n.
+  void Add(const Vector& position, const Vector& normal, double s, double area);
+
+  /// Fibonacci points on a sphere.
+  void AddSphere(const Vector& center, double radius, int count);
+
+  /// Points on a grid: corner + (i + 1/2) u + (j + 1/2) v, u and v at right angles, normal u x v.
+  void AddGrid(const Vector& corner, const Vector& u, const Vector& v, int countU, int countV);
+
+  /// Unsigned char RGB(A) scalars from the position of each surfel.
+  void Color(const std::function<std::array<int, 4>(const Vector&)>& function, int components = 3);
+
+  vtkSmartPointer<vtkPolyData> Data;
+};
+
+/// Sphere of unit radius about the origin, white.
+vtkSmartPointer<vtkPolyData> UnitSphere(int count = 4000);
+
+/// Unlit actor of surfels.
+vtkSmartPointer<vtkActor> SurfelActor(vtkPolyData* surfels);
+
+/// Unlit rectangle corner, corner + u, corner + u + v, corner + v as an ordinary mesh.
+vtkSmartPointer<vtkActor> QuadActor(
+  const Vector& corner, const Vector& u, const Vector& v, const Vector& color);
+
+/// A camera at (0, 0, distance) that looks at the origin; f = height / 2 / tan(viewAngle / 2) px.
+/// Without lens.
+vtkSmartPointer<vtkCamera> FrontCamera(double distance, double viewAngle = 30.0);
+
+/// A window off screen with one renderer, one headlight and, if wanted, the pass.
+struct Scene
+{
+  explicit Scene(int width, int height, int multiSamples = 0, bool withPass = true);
+
+  /// Sets the camera and fits its clipping range.
+  void See(vtkCamera* camera);
+
+  /// Renders and gives what is in the window.
+  vtkSmartPointer<vtkImageData> Render();
+
+  /// The pass's float picture.
+  vtkImageData* Float();
+
+  vtkSmartPointer<vtkRenderWindow> Window;
+  vtkSmartPointer<vtkRenderer> Renderer;
+  vtkSmartPointer<vtkSurfelSplattingPass> Pass;
+};
+
+/// RGB of the window as it is.
+vtkSmartPointer<vtkImageData> Grab(vtkRenderWindow* window);
+
+/// Component c of the pixel, on the picture's own scale.
+double At(vtkImageData* picture, int x, int y, int c);
+
+/// Array values of a float picture ("Color", "Depth").
+std::vector<float> Values(vtkImageData* picture, const char* array);
+
+/// Difference of two pictures' scalars on their own scale; infinite where sizes differ.
+struct Difference
+{
+  double Max = 0.0;
+  double Mean = 0.0;
+};
+Difference Compare(vtkImageData* a, vtkImageData* b);
+
+/// Part of a picture.
+vtkSmartPointer<vtkImageData> Crop(vtkImageData* picture, int x, int y, int width, int height);
+
+/// Number of pixels whose components exceed a value somewhere.
+int CountBrighter(vtkImageData* picture, double value);
+
+/// Folder of the pictures to compare with, and whether they are to be written anew (environment
+/// variable SURFELSPLATTING_WRITE_BASELINES).
+std::string BaselineFolder();
+bool WriteBaselines();
+}

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The camera's lens: conventions, modes and scale.
+ */
+#include "RenderingTest.h"
+
+#include "vtkSurfelImageRenderer.h"
+#include "vtkSurfelMapper.h"
+#include "vtkSurfelSplatter.h"
+#include "vtkSurfelSplattingPass.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkImageData.h>
+#include <vtkMath.h>
+#include <vtkPolyData.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+using namespace RenderingTest;
+
+namespace
+{
+constexpr int Size = 128;
+
+/// Mass, px^2, and variance along x and y, px^2, of the coverage.
+struct Moments
+{
+  double Mass = 0, X = 0, Y = 0, VarianceX = 0, VarianceY = 0;
+
+  explicit Moments(vtkImageData* picture)
+  {
+    const int* size = picture->GetDimensions();
+    double xx = 0, yy = 0;
+    for (int y = 0; y < size[1]; ++y)
+    {
+      for (int x = 0; x < size[0]; ++x)
+      {
+        const double a = At(picture, x, y, 3);
+        this->Mass += a;
+        this->X += a * (x + 0.5);
+        this->Y += a * (y + 0.5);
+        xx += a * (x + 0.5) * (x + 0.5);
+        yy += a * (y + 0.5) * (y + 0.5);
+      }
+    }
+    this->X /= this->Mass;
+    this->Y /= this->Mass;
+    this->VarianceX = xx / this->Mass - this->X * this->X;
+    this->VarianceY = yy / this->Mass - this->Y * this->Y;
+  }
+};
+
+/// One surfel at distance z from a camera at the origin of a picture of Size px; its kernel is a
+/// point.
+struct PointScene
+{
+  explicit PointScene(double z, double area = 1e-4)
+  {
+    SurfelBuilder builder;
+    builder.Add({ 0, 0, 10.0 - z }, { 0, 0, 1 }, 1e-5, area);
+    this->Camera = FrontCamera(10.0);
+    this->Renderer->SetSize(Size, Size);
+    this->Renderer->SetCamera(this->Camera);
+    this->Renderer->AddActor(SurfelActor(builder.Data));
+  }
+
+  vtkImageData* Picture()
+  {
+    this->Renderer->Update();
+    return this->Renderer->GetOutput();
+  }
+
+  double FocalLength() const { return 0.5 * Size / std::tan(vtkMath::RadiansFromDegrees(15.0)); }
+
+  vtkSmartPointer<vtkCamera> Camera;
+  vtkNew<vtkSurfelImageRenderer> Renderer;
+};
+
+/// The kernel ends at 2.5 on its exponent. Its variance is kept, but a picture samples it at
+/// pixels: where it is one pixel wide, a ring of pixels with 8 % of the mass lies just inside or
+/// outside of its end.
+constexpr double Sampling = 0.15;
+
+const double TwoLogFour = 2.0 * std::log(4.0);
+}
+
+SURFEL_TEST(Lens, VarianceOfAPoint)
+{
+  // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance C^2 / (2 ln 4) + prefilter, on both sides of
+  // the focus.
+  const double disk = 0.8, focus = 5.0;
+  for (double z : { 2.5, 3.5, 5.0, 8.0, 40.0 })
+  {
+    PointScene scene(z);
+    scene.Camera->SetFocalDisk(disk);
+    scene.Camera->SetFocalDistance(focus);
+    for (double prefilter : { 1.0, 2.5 })
+    {
+      scene.Renderer->GetSplatter()->SetPrefilter(prefilter);
+      const Moments moments(scene.Picture());
+      const double c = scene.FocalLength() * 0.5 * disk * std::abs(1.0 / focus - 1.0 / z);
+      const double expected = c * c / TwoLogFour + prefilter;
+      const double bound = std::max(Sampling, 0.02 * expected);
+      CHECK_NEAR(moments.VarianceX, expected, bound);
+      CHECK_NEAR(moments.VarianceY, expected, bound);
+      CHECK_NEAR(moments.X, 0.5 * Size, 0.01);
+      CHECK_NEAR(moments.Y, 0.5 * Size, 0.01);
+      // f^2 A / z^2, and the ripple compensation's 1.25 in focus down to 1 when blurred; sampled at
+      // pixels.
+      const double mass = scene.FocalLength() * scene.FocalLength() * 1e-4 / (z * z);
+      CHECK(moments.Mass > 0.96 * mass && moments.Mass < 1.25 * 1.04 * mass);
+    }
+  }
+}
+
+SURFEL_TEST(Lens, FocalDistanceZeroIsTheFocalPoint)
+{
+  PointScene scene(4.0);
+  scene.Camera->SetFocalDisk(0.8);
+  scene.Camera->SetFocalDistance(scene.Camera->GetDistance());
+  const std::vector<float> named = Values(scene.Picture(), "Color");
+  scene.Camera->SetFocalDistance(0.0);
+  CHECK(Values(scene.Picture(), "Color") == named);
+  scene.Camera->SetFocalPoint(0, 0, 6.0); // at the surfel: in focus
+  scene.Picture();
+  CHECK_NEAR(Moments(scene.Picture()).VarianceX, 1.0, Sampling);
+}
+
+SURFEL_TEST(Lens, PinholeIsADiskOfZero)
+{
+  PointScene scene(3.0);
+  scene.Camera->SetFocalDistance(9.0);
+  scene.Camera->SetFocalDisk(0.0);
+  const std::vector<float> disk = Values(scene.Picture(), "Color");
+  scene.Camera->SetFocalDisk(1.0);
+  CHECK(Values(scene.Picture(), "Color") != disk);
+  scene.Renderer->GetSplatter()->SetLensModeToPinhole();
+  CHECK(Values(scene.Picture(), "Color") == disk);
+  scene.Renderer->GetSplatter()->SetLensModeToCamera();
+  CHECK(Values(scene.Picture(), "Color") != disk);
+}
+
+SURFEL_TEST(Lens, CircleOfConfusionInPixels)
+{
+  // At infinity C; at z, C (1 - zf / z); whatever FocalDisk says.
+  PointScene scene(20.0);
+  scene.Camera->SetFocalDisk(123.0);
+  scene.Camera->SetFocalDistance(5.0);
+  scene.Renderer->GetSplatter()->SetLensModeToCircleOfConfusion();
+  scene.Renderer->GetSplatter()->SetCircleOfConfusion(12.0);
+  const double c = 12.0 * (1.0 - 5.0 / 20.0);
+  const double expected = c * c / TwoLogFour + 1.0;
+  CHECK_NEAR(Moments(scene.Picture()).VarianceX, expected, 0.01 * expected); // sampled at pixels
+  scene.Renderer->GetSplatter()->SetCircleOfConfusion(0.0);
+  const std::vector<float> none = Values(scene.Picture(), "Color");
+  scene.Renderer->GetSplatter()->SetLensModeToPinhole();
+  CHECK(Values(scene.Picture(), "Color") == none);
+}
+
+SURFEL_TEST(Lens, SettersKeepTheirRanges)
+{
+  vtkNew<vtkSurfelSplatter> splatter;
+  CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CAMERA);
+  CHECK(splatter->GetCutoff() == 2.5 && splatter->GetPrefilter() == 1.0);
+  CHECK(splatter->GetCircleOfConfusion() == 8.0);
+  splatter->SetLensMode(7);
+  CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CIRCLE_OF_CONFUSION);
+  splatter->SetCircleOfConfusion(-1.0);
+  CHECK(splatter->GetCircleOfConfusion() == 0.0);
+  splatter->SetCutoff(0.0);
+  CHECK(splatter->GetCutoff() == 1.0);
+  splatter->SetPrefilter(0.0);
+  CHECK(splatter->GetPrefilter() == 0.01);
+}
+
+SURFEL_TEST(Lens, PictureScalesWithSize)
+{
+  // Twice the pixels: twice the circle of confusion, four times the lens's variance.
+  PointScene scene(3.0);
+  scene.Camera->SetFocalDisk(0.5);
+  scene.Camera->SetFocalDistance(6.0);
+  const double single = Moments(scene.Picture()).VarianceX - 1.0;
+  scene.Renderer->SetSize(2 * Size, 2 * Size);
+  const double twice = Moments(scene.Picture()).VarianceX - 1.0;
+  CHECK(single > 4.0);
+  CHECK_NEAR(twice / single, 4.0, 0.04); // sampled at pixels
+}
+
+SURFEL_TEST(Lens, WideAndNarrowPictures)
+{
+  // The view angle is the vertical one, or the horizontal one where the camera says so; pixels stay
+  // square.
+  PointScene scene(3.0);
+  scene.Camera->SetFocalDisk(0.5);
+  scene.Camera->SetFocalDistance(6.0);
+  const Moments square(scene.Picture());
+  scene.Renderer->SetSize(2 * Size, Size);
+  const Moments wide(scene.Picture());
+  CHECK_NEAR(
+    wide.VarianceX, square.VarianceX, 1e-3); // the same kernel on other pixel columns: rounding
+  CHECK_NEAR(wide.VarianceY, square.VarianceY, 1e-3);
+  CHECK_NEAR(wide.X, Size, 1e-3);
+  scene.Camera->UseHorizontalViewAngleOn();
+  const Moments horizontal(scene.Picture());
+  CHECK_NEAR((horizontal.VarianceX - 1.0) / (wide.VarianceX - 1.0), 4.0, 0.05); // sampled at pixels
+  CHECK_NEAR(horizontal.VarianceX, horizontal.VarianceY, 1e-3 * horizontal.VarianceX);
+}

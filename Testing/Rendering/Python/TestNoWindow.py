@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures without a window or display, from Python."""
+import os
+import sys
+
+from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
+
+from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+
+from surfeltesting import Surfels, run, values
+
+
+def camera():
+    result = vtkCamera()
+    result.SetPosition(0, 0, 5)
+    result.SetFocalPoint(0, 0, 0)
+    result.SetFocalDisk(0.3)
+    return result
+
+
+def test_picture():
+    assert not os.environ.get("DISPLAY")
+    renderer = vtkSurfelImageRenderer()
+    renderer.SetInputData(Surfels().sphere(3000, color=lambda p: (255, 0, 51)).data())
+    renderer.SetCamera(camera())
+    renderer.SetSize(90, 70)
+    renderer.Update()
+    picture = renderer.GetOutput()
+    assert picture.GetDimensions() == (90, 70, 1)
+    rgba = values(picture.GetPointData().GetArray("Color"))
+    middle = rgba[4 * (35 * 90 + 45):][:4]
+    assert middle[3] > 0.97 and abs(middle[0] - middle[3]) < 1e-5
+    assert abs(middle[2] - 0.2 * middle[3]) < 1e-5 and middle[1] == 0  # float arithmetic
+    assert rgba[:4] == [0, 0, 0, 0]
+    depth = values(picture.GetPointData().GetArray("Depth"))
+    assert abs(depth[35 * 90 + 45] - 4) < 0.01  # the sphere curves by 1e-3 within a splat
+    print(renderer)
+
+
+def test_error_is_heard():
+    """An observer hears the error; nothing is raised and nothing crashes."""
+    heard = []
+    renderer = vtkSurfelImageRenderer()
+
+    def hear(caller, event, text):
+        heard.append(text)
+
+    hear.CallDataType = "string0"
+    renderer.AddObserver("ErrorEvent", hear)
+    renderer.GetExecutive().AddObserver("ErrorEvent", hear)
+    renderer.GetSplatter().AddObserver("ErrorEvent", hear)
+    renderer.Update()
+    assert any("no camera" in text for text in heard), heard
+    heard.clear()
+    data = Surfels().sphere(100).data()
+    data.GetPointData().RemoveArray("SurfelAreaVector")
+    mapper = vtkSurfelMapper()
+    mapper.SetInputData(data)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    renderer.AddActor(actor)
+    renderer.SetCamera(camera())
+    renderer.SetSize(20, 20)
+    renderer.Update()
+    assert any("SurfelAreaVector" in text for text in heard), heard
+    assert max(values(renderer.GetOutput().GetPointData().GetScalars())) == 0
+
+
+if __name__ == "__main__":
+    run(sys.modules["__main__"])
