@@ -72,8 +72,9 @@ public:
   ///@{
   /**
    * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
-   * Mass and variance of the kernel do not depend on it; larger is smoother and slower.
-   * Default 2.5, range [1, 20].
+   * Larger is smoother and slower. The mass of a splat and the variance of surface and pixel filter
+   * do not depend on it; that of the lens grows with it (0.28 C^2 at the default). Default 2.5,
+   * range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);

@@ -86,12 +86,18 @@ struct PointScene
 /// outside of its end.
 constexpr double Sampling = 0.15;
 
-const double TwoLogFour = 2.0 * std::log(4.0);
+/// Variance of the blur with circle of confusion c: the Gaussian closest to the disc, c^2 / (2 ln
+/// 4), less what its truncation at the cut-off (on the exponent) takes away.
+double BlurVariance(double c, double cutoff = 2.5)
+{
+  const double tau = 1.0 - cutoff * std::exp(-cutoff) / (1.0 - std::exp(-cutoff));
+  return tau * c * c / (2.0 * std::log(4.0));
+}
 }
 
 SURFEL_TEST(Lens, VarianceOfAPoint)
 {
-  // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance C^2 / (2 ln 4) + prefilter, on both sides of
+  // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance of that blur + prefilter, on both sides of
   // the focus.
   const double disk = 0.8, focus = 5.0;
   for (double z : { 2.5, 3.5, 5.0, 8.0, 40.0 })
@@ -104,17 +110,30 @@ SURFEL_TEST(Lens, VarianceOfAPoint)
       scene.Renderer->GetSplatter()->SetPrefilter(prefilter);
       const Moments moments(scene.Picture());
       const double c = scene.FocalLength() * 0.5 * disk * std::abs(1.0 / focus - 1.0 / z);
-      const double expected = c * c / TwoLogFour + prefilter;
+      const double expected = BlurVariance(c) + prefilter;
       const double bound = std::max(Sampling, 0.02 * expected);
       CHECK_NEAR(moments.VarianceX, expected, bound);
       CHECK_NEAR(moments.VarianceY, expected, bound);
       CHECK_NEAR(moments.X, 0.5 * Size, 0.01);
       CHECK_NEAR(moments.Y, 0.5 * Size, 0.01);
-      // f^2 A / z^2, and the ripple compensation's 1.25 in focus down to 1 when blurred; sampled at
-      // pixels.
+      // f^2 A / z^2: a point below a pixel has no ripple to be compensated for.
       const double mass = scene.FocalLength() * scene.FocalLength() * 1e-4 / (z * z);
-      CHECK(moments.Mass > 0.96 * mass && moments.Mass < 1.25 * 1.04 * mass);
+      CHECK_NEAR(moments.Mass / mass, 1.0, bound / expected);
     }
+  }
+}
+
+SURFEL_TEST(Lens, Cutoff)
+{
+  PointScene scene(3.0);
+  scene.Camera->SetFocalDisk(0.8);
+  scene.Camera->SetFocalDistance(5.0);
+  const double c = scene.FocalLength() * 0.4 * (1.0 / 3.0 - 1.0 / 5.0);
+  for (double cutoff : { 1.5, 4.0, 8.0 })
+  {
+    scene.Renderer->GetSplatter()->SetCutoff(cutoff);
+    const double expected = BlurVariance(c, cutoff) + 1.0;
+    CHECK_NEAR(Moments(scene.Picture()).VarianceX, expected, 0.02 * expected); // sampled at pixels
   }
 }
 
@@ -154,7 +173,7 @@ SURFEL_TEST(Lens, CircleOfConfusionInPixels)
   scene.Renderer->GetSplatter()->SetLensModeToCircleOfConfusion();
   scene.Renderer->GetSplatter()->SetCircleOfConfusion(12.0);
   const double c = 12.0 * (1.0 - 5.0 / 20.0);
-  const double expected = c * c / TwoLogFour + 1.0;
+  const double expected = BlurVariance(c) + 1.0;
   CHECK_NEAR(Moments(scene.Picture()).VarianceX, expected, 0.01 * expected); // sampled at pixels
   scene.Renderer->GetSplatter()->SetCircleOfConfusion(0.0);
   const std::vector<float> none = Values(scene.Picture(), "Color");
