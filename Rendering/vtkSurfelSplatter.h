@@ -139,7 +139,7 @@ public:
     double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
     double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
     const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
-                                       ///< what others have drawn, infinity where nothing; or null
+                                        ///< what others have drawn, infinity where nothing; or null
   };
 
   /**

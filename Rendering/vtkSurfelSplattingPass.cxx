@@ -58,6 +58,52 @@ void UpdateStereo(vtkRenderer* renderer)
   }
 }
 
+/// All the renderer's props: its culling knows nothing of blur that reaches into the picture from
+/// outside.
+std::vector<vtkSurfelSplatter::Item> CollectSurfels(vtkRenderer* renderer)
+{
+  std::vector<vtkSurfelSplatter::Item> items;
+  vtkCollectionSimpleIterator it;
+  renderer->GetViewProps()->InitTraversal(it);
+  while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
+  {
+    vtkSurfelSplatter::CollectItems(prop, items);
+  }
+  return items;
+}
+
+/// Where a state's picture lies in the framebuffer that it is drawn into.
+SurfelSplatting::PixelRectangle FrameRectangle(const vtkRenderState* state)
+{
+  SurfelSplatting::PixelRectangle r;
+  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
+  {
+    int size[2];
+    framebuffer->GetLastSize(size);
+    r.Width = size[0];
+    r.Height = size[1];
+    return r;
+  }
+  state->GetRenderer()->GetTiledSizeAndOrigin(&r.Width, &r.Height, &r.X, &r.Y);
+  return r;
+}
+
+SurfelSplatting::DepthRange MakeDepthRange(vtkCamera* camera, double aspect)
+{
+  vtkMatrix4x4* projection = camera->GetProjectionTransformMatrix(aspect, -1, 1);
+  return { projection->GetElement(2, 2), projection->GetElement(2, 3),
+    camera->GetParallelProjection() != 0 };
+}
+
+/// Pixels of the picture per pixel of the window: posters and supersampling framebuffers.
+double Oversampling(
+  vtkRenderer* renderer, vtkRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle)
+{
+  int width = 0, height = 0;
+  renderer->GetTiledSize(&width, &height);
+  return static_cast<double>(window->GetTileScale()[1]) * rectangle.Height / std::max(1, height);
+}
+
 /// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
 /// later passes draw translucent props.
 class SplattedMarks
@@ -196,57 +242,20 @@ void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
 void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate)
 {
   vtkRenderer* renderer = state->GetRenderer();
-  // All the renderer's props: its culling knows nothing of blur that reaches into the picture from
-  // outside.
-  std::vector<vtkSurfelSplatter::Item> items;
-  vtkCollectionSimpleIterator it;
-  renderer->GetViewProps()->InitTraversal(it);
-  while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
-  {
-    vtkSurfelSplatter::CollectItems(prop, items);
-  }
+  const std::vector<vtkSurfelSplatter::Item> items = CollectSurfels(renderer);
   this->Internal->Marks.Set(renderer, items);
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  if (items.empty() || !window)
+  const SurfelSplatting::PixelRectangle rectangle = FrameRectangle(state);
+  if (items.empty() || !window || rectangle.Width < 1 || rectangle.Height < 1)
   {
     return;
   }
-
-  SurfelSplatting::PixelRectangle rectangle;
-  renderer->GetTiledSizeAndOrigin(&rectangle.Width, &rectangle.Height, &rectangle.X, &rectangle.Y);
-  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
-  {
-    int size[2];
-    framebuffer->GetLastSize(size);
-    rectangle = { 0, 0, size[0], size[1] };
-  }
-  if (rectangle.Width < 1 || rectangle.Height < 1)
-  {
-    return;
-  }
-
   vtkCamera* camera = renderer->GetActiveCamera();
   const double aspect = renderer->GetTiledAspectRatio();
-  vtkMatrix4x4* projection = camera->GetProjectionTransformMatrix(aspect, -1, 1);
-  const SurfelSplatting::DepthRange range{ projection->GetElement(2, 2),
-    projection->GetElement(2, 3), camera->GetParallelProjection() != 0 };
-
-  std::vector<float>& windowDepth = this->Internal->WindowDepth;
-  std::vector<float>& limit = this->Internal->Limit;
-  if (!this->Internal->Blit.ReadDepth(window, rectangle, windowDepth))
-  {
-    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
-                  "are drawn over "
-                  "them. Try vtkRenderWindow::SetMultiSamples(0).");
-    std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
-  }
-  limit.resize(windowDepth.size());
-  std::transform(windowDepth.begin(), windowDepth.end(), limit.begin(), [&range](float depth) {
-    return depth >= 1.0f ? std::numeric_limits<float>::infinity()
-                         : static_cast<float>(range.DistanceOf(depth));
-  });
+  const SurfelSplatting::DepthRange range = MakeDepthRange(camera, aspect);
+  this->ReadOtherProps(window, rectangle, range);
 
   vtkSurfelSplatter::View view;
   view.Camera = camera;
@@ -254,20 +263,40 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   view.Size[0] = rectangle.Width;
   view.Size[1] = rectangle.Height;
   view.Aspect = aspect;
+  view.Oversampling = Oversampling(renderer, window, rectangle);
+  view.DepthLimit = this->Internal->Limit.data();
   camera->GetClippingRange(view.ClippingRange);
-  view.DepthLimit = limit.data();
-  int tiledWidth = 0, tiledHeight = 0;
-  renderer->GetTiledSize(&tiledWidth, &tiledHeight);
-  view.Oversampling =
-    static_cast<double>(window->GetTileScale()[1]) * rectangle.Height / std::max(1, tiledHeight);
-  if (!this->Splatter->Render(items, view))
+  if (this->Splatter->Render(items, view))
   {
-    return;
+    this->DrawPicture(window, rectangle, range);
   }
+}
 
+void vtkSurfelSplattingPass::ReadOtherProps(vtkOpenGLRenderWindow* window,
+  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range)
+{
+  std::vector<float>& windowDepth = this->Internal->WindowDepth;
+  if (!this->Internal->Blit.ReadDepth(window, rectangle, windowDepth))
+  {
+    vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
+                  "are drawn over them. Try vtkRenderWindow::SetMultiSamples(0).");
+    std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
+  }
+  this->Internal->Limit.resize(windowDepth.size());
+  std::transform(
+    windowDepth.begin(), windowDepth.end(), this->Internal->Limit.begin(), [&range](float depth) {
+      return depth >= 1.0f ? std::numeric_limits<float>::infinity()
+                           : static_cast<float>(range.DistanceOf(depth));
+    });
+}
+
+void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
+  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range)
+{
   vtkPointData* picture = this->Splatter->GetOutput()->GetPointData();
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
   const float* depth = vtkFloatArray::SafeDownCast(picture->GetArray("Depth"))->GetPointer(0);
+  std::vector<float>& windowDepth = this->Internal->WindowDepth;
   std::transform(windowDepth.begin(), windowDepth.end(), depth, windowDepth.begin(),
     [&range](float others, float distance) {
       if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))

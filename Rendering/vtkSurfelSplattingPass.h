@@ -6,11 +6,12 @@
  * Splats every surfel actor of a renderer (vtkActor with a vtkSurfelMapper) into one A-buffer and
  * lets a delegate draw all other props.
  *
- *   renderer->SetPass(pass);   // that is all: camera, lights, props, surfels, translucent props,
- * volumes, overlay
+ *   renderer->SetPass(pass);
  *
- * Without a delegate pass it stands for a whole vtkRenderStepsPass, with the surfels right after
- * the opaque props. With one it is that step alone, to be used inside a sequence of passes:
+ * That is all. Without a delegate pass it stands for a whole vtkRenderStepsPass: camera, lights,
+ * opaque props, surfels, translucent props (with depth peeling where the renderer says so),
+ * volumes, overlay; it also serves stereo and hardware selection, which VTK's own passes leave out.
+ * With a delegate it is the step of opaque props alone, to be used inside a sequence of passes:
  *
  *   pass->SetDelegatePass(opaquePass); steps->SetOpaquePass(pass); renderer->SetPass(steps);
  *
@@ -18,11 +19,13 @@
  *   1. the delegate draws the other opaque props;
  *   2. their depth is read back: what lies behind them is hidden, layer by layer;
  *   3. the core splats all surfels (vtkSurfelSplatter);
- *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame and depth (R 32-bit
- * float) written where the surfels' alpha passes one half, so that later props are hidden
- * correctly. Other props are drawn sharp.
+ *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame, and depth (R 32-bit
+ *      float) written where the surfels' alpha passes one half, so that later props are hidden
+ *      correctly.
+ * Other props are drawn sharp.
  *
- * The float picture, unclipped, is GetSplatter()->GetOutput().
+ * The float picture of the surfels, before it is rounded to the frame's 8 bits, is
+ * GetSplatter()->GetOutput().
  *
  * @sa vtkSurfelMapper vtkSurfelSplatter vtkSurfelImageRenderer
  */
@@ -36,7 +39,14 @@
 
 #include <memory> // for the implementation
 
+class vtkOpenGLRenderWindow;
 class vtkSurfelSplatter;
+
+namespace SurfelSplatting
+{
+struct DepthRange;
+struct PixelRectangle;
+}
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelSplattingPass : public vtkRenderPass
 {
@@ -76,6 +86,12 @@ private:
 
   void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
+#ifndef __VTK_WRAP__
+  void ReadOtherProps(vtkOpenGLRenderWindow* window,
+    const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range);
+  void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
+    const SurfelSplatting::DepthRange& range);
+#endif
 
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   vtkNew<vtkSurfelSplatter> Splatter;
