@@ -130,7 +130,7 @@ def test_pickers():
         assert abs(p[0]) < 0.1 and abs(p[1] - 0.23) < 0.1 and p[2] > 0, p
         world = vtkWorldPointPicker()
         world.Pick(80, 60, 0, renderer)
-        # The window's depth is the surfels', or the dots': a dot stands off the surface by its own size.
+        # The window's depth is the surfels', or the dots': a dot stands off by its size.
         assert abs(world.GetPickPosition()[2] - 1) < 0.06, world.GetPickPosition()
         prop = vtkPropPicker()
         assert prop.Pick(80, 60, 0, renderer) and prop.GetActor() is sphere

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Analytic surfels and strict comparison for the tests in Python; no NumPy, which VTK does not bring along."""
+"""Analytic surfels and strict comparison for the tests in Python; without NumPy, which VTK does
+not bring along."""
 import math
 import os
 import sys
@@ -99,7 +100,8 @@ def strict_error(a, b):
 
 
 def check_baseline(picture, name, largest, mean):
-    """Compares with a picture that someone has looked at; SURFELSPLATTING_WRITE_BASELINES=1 writes it."""
+    """Compares with a picture that someone has looked at. SURFELSPLATTING_WRITE_BASELINES=1 writes
+    it."""
     path = os.path.join(BASELINES, name + ".png")
     if os.environ.get("SURFELSPLATTING_WRITE_BASELINES", "0") not in ("", "0"):
         writer = vtkPNGWriter()
