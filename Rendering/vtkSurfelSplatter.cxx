@@ -109,6 +109,8 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   context.Camera.Near = view.ClippingRange[0];
   context.Camera.Far = view.ClippingRange[1];
   context.Lights = Core::MakeLights(view.Lights, camera, context.Camera);
+  context.Settings.Kernel =
+    this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
   context.Settings.Prefilter = this->Prefilter;
 
@@ -213,6 +215,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "LensMode: " << this->LensMode << "\n";
   os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
+  os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";
   os << indent << "Prefilter: " << this->Prefilter << " px^2\n";
   os << indent << "FrameMilliseconds: " << this->FrameMilliseconds << "\n";

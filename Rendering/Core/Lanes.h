@@ -42,6 +42,16 @@ SURFELSPLATTING_INLINE bool Any(const LaneMask& mask)
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
+SURFELSPLATTING_INLINE void Sqrt(Lanes& x)
+{
+  Lanes root;
+  for (int l = 0; l < LaneCount; ++l)
+  {
+    root[l] = __builtin_sqrtf(x[l]);
+  }
+  x = root;
+}
+
 /// x = exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative
 /// error 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
 SURFELSPLATTING_INLINE void ExpOfMinus(Lanes& x)

@@ -27,15 +27,24 @@ struct Lens
 };
 
 /**
- * Variance in px^2 that the lens adds to a splat. The Gaussian closest in L2 to the uniform disc of
+ * Variance in px^2 that a lens with circle of confusion C adds to a splat.
+ *
+ * PearsonII: that of the uniform disc itself, C^2 / 4.
+ *
+ * Gaussian: the Gaussian closest in L2 to the uniform disc of
  * radius C has a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) =
  * 1/4). It is the splat's kernel, ended at the cut-off, that blurs: tau(c) a of the variance
  * remains, 0.28 C^2 at c = 2.5, where the disc has 0.25 C^2. Undoing that, as for the
  * reconstruction kernel and the prefilter, was measured to be farther from a ray tracer's lens at
  * every aperture (by 0.3 to 0.9 dB): the infinite Gaussian's tail is what the disc does not have.
  */
-inline double DefocusVariance(double circleOfConfusion, const TruncatedGaussian& gaussian)
+inline double DefocusVariance(
+  KernelType type, double circleOfConfusion, const TruncatedGaussian& gaussian)
 {
+  if (type == KernelType::PearsonII)
+  {
+    return 0.25 * circleOfConfusion * circleOfConfusion;
+  }
   constexpr double twoLogFour = 2.7725887222397811; // 2 ln 4
   return gaussian.Tau * circleOfConfusion * circleOfConfusion / twoLogFour;
 }

@@ -49,6 +49,45 @@ struct RowSpan
   int BlockBegin, BlockEnd;
 };
 
+/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
+SURFELSPLATTING_INLINE void EvaluateKernel(float shape, const Lanes& q, float support, Lanes& k)
+{
+  if (shape < 0.0f)
+  {
+    k = 0.5f * q;
+    Min(k, Lanes{} + 80.0f);
+    ExpOfMinus(k);
+    return;
+  }
+  k = 1.0f - q * (1.0f / support);
+  Max(k, Lanes{});
+  if (shape == 0.0f)
+  {
+    k = Lanes{} + 1.0f;
+  }
+  else if (shape == 2.0f)
+  {
+    k *= k;
+  }
+  else if (shape == 3.0f)
+  {
+    k *= k * k;
+  }
+  else if (shape == 4.0f)
+  {
+    k *= k;
+    k *= k;
+  }
+  else if (shape < 1.0f)
+  {
+    Sqrt(k);
+    if (shape < 0.5f)
+    {
+      Sqrt(k);
+    }
+  }
+}
+
 /// Adds a splat to eight pixels, closing first the layers that end before it begins.
 SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s, const RowSpan& row,
   const Lanes& column, float support, LaneMask& fragments, const CloseCallback& callback)
@@ -61,9 +100,8 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
     return;
   }
   fragments -= inside;
-  Lanes weight = 0.5f * q;
-  Min(weight, Lanes{} + 80.0f);
-  ExpOfMinus(weight);
+  Lanes weight;
+  EvaluateKernel(s.Shape, q, support, weight);
   weight = inside ? s.Weight * weight : Lanes{};
 
   const LaneMask ended = inside & (b.Weight > 0.0f) & (b.Far < s.Near);

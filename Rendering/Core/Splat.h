@@ -17,7 +17,7 @@ struct alignas(64) Splat
   float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]
-  float HalfHeight;       ///< of the support's bounding box, px
+  float Shape;            ///< of the kernel (ResamplingKernel.h)
 };
 static_assert(sizeof(Splat) == 64, "a splat is one cache line");
 

@@ -10,18 +10,18 @@ namespace
 {
 constexpr std::size_t SetupGrain = 4096;
 
-/// Half of the z-range in standard deviations along z, in focus and strongly blurred, and in those
-/// of the kernel's longest axis: 2 * 0.75 s is what neighbours of one surface differ by where it is
-/// rough. Measured (design notes): too small tears surfaces apart, too large merges what lies
-/// behind.
+/// Half of the z-range in standard deviations along z, and in those of the kernel's longest axis,
+/// in focus and strongly blurred: what neighbours of one surface may differ by where it is rough.
+/// Measured: too small tears surfaces apart (dark notches along blurred slopes at 1 and 0.1), too
+/// large merges what lies behind; none of the ray-traced scenes loses by these.
 struct DepthExtent
 {
   double AlongZ, Isotropic;
 
   /// @param blur share of the footprint that is the lens's, [0, 1)
   explicit DepthExtent(double blur)
-    : AlongZ(1.5 - 0.5 * blur)
-    , Isotropic(0.75 - 0.65 * blur)
+    : AlongZ(2.0)
+    , Isotropic(1.0 - 0.5 * blur)
   {
   }
 };
@@ -155,11 +155,16 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const Symmetric3 s = localToCamera.ApplyToCovariance(localS);
   const Symmetric2 projected = ProjectCovariance(s, jacobian);
   const double relative = view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
-  const double defocus[2] = { DefocusVariance(view.Fx * relative, gaussian),
-    DefocusVariance(view.Fy * relative, gaussian) };
+  const double confusion[2] = { std::abs(view.Fx) * relative, std::abs(view.Fy) * relative };
+  const KernelType type = context.Settings.Kernel;
+  const double defocus[2] = { DefocusVariance(type, confusion[0], gaussian),
+    DefocusVariance(type, confusion[1], gaussian) };
   const double variance[2] = { context.Settings.Prefilter + defocus[0],
     context.Settings.Prefilter + defocus[1] };
-  const ResamplingKernel kernel = MakeResamplingKernel(projected, variance, gaussian);
+  const Footprint footprint(projected, variance);
+  const ResamplingKernel kernel = type == KernelType::PearsonII
+    ? MakePearsonKernel(footprint, confusion[0] * confusion[1], gaussian)
+    : MakeGaussianKernel(footprint, gaussian);
 
   const double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
   const double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
@@ -176,8 +181,9 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double cosine = std::fmin(1.0,
     view.Parallel ? std::abs(area[2]) / areaLength
                   : std::abs(Dot(area, p)) / (areaLength * Norm(p)));
-  const double blur = std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / kernel.Determinant));
-  const double smooth = std::fmin(1.0, std::sqrt(variance[0] * variance[1] / kernel.Determinant));
+  const double blur = std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / footprint.Determinant));
+  const double smooth =
+    std::fmin(1.0, std::sqrt(variance[0] * variance[1] / footprint.Determinant));
   const double weight = deposit * kernel.Peak * RippleCompensation(smooth, cosine);
   if (!(weight >= SmallestWeight))
   {
@@ -203,9 +209,9 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   splat.Near = static_cast<float>(p[2] - halfRange);
   splat.Far = static_cast<float>(p[2] + halfRange);
   splat.Depth = static_cast<float>(p[2]);
-  splat.DepthX = static_cast<float>((wyy * cx - projected.XY * cy) / kernel.Determinant);
-  splat.DepthY = static_cast<float>((wxx * cy - projected.XY * cx) / kernel.Determinant);
-  splat.HalfHeight = static_cast<float>(kernel.HalfHeight);
+  splat.DepthX = static_cast<float>((wyy * cx - projected.XY * cy) / footprint.Determinant);
+  splat.DepthY = static_cast<float>((wxx * cy - projected.XY * cx) / footprint.Determinant);
+  splat.Shape = static_cast<float>(kernel.Shape);
   ShadeSplat(context, cloud, surfel, p, area, areaLength, backSide, splat);
   return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }

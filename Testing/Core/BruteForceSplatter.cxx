@@ -63,6 +63,7 @@ struct CameraSurfel
 struct ReferenceSplat
 {
   double X, Y, Weight;
+  double Exponent;      ///< of (1 - q/2c)^n; negative: exp(-q/2)
   double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2]; ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
@@ -170,7 +171,7 @@ void ReferenceDepth(const CameraSurfel& s, const Vector3 rows[2], const double w
 {
   const double alongZ = std::sqrt(std::max(0.0, s.Covariance[2][2]));
   const double longest = std::sqrt(LargestEigenvalue(s.Covariance));
-  const double half = (1.5 - 0.5 * blur) * alongZ + (0.75 - 0.65 * blur) * longest;
+  const double half = 2.0 * alongZ + (1.0 - 0.5 * blur) * longest;
   splat.Depth = s.Position[2];
   splat.Near = splat.Depth - half;
   splat.Far = splat.Depth + half;
@@ -178,6 +179,39 @@ void ReferenceDepth(const CameraSurfel& s, const Vector3 rows[2], const double w
   const double cx = Dot(rows[0], s.Covariance[2]), cy = Dot(rows[1], s.Covariance[2]);
   splat.DepthX = (w[1][1] * cx - w[0][1] * cy) / det;
   splat.DepthY = (w[0][0] * cy - w[0][1] * cx) / det;
+}
+
+/**
+ * Exponent of the Pearson-II kernel for W and a disc of radius C, or -1 for a Gaussian: Mardia's
+ * kurtosis E[(x' W^-1 x)^2] of both is the same. Of the disc convolved with a Gaussian it is 8 plus
+ * the disc's fourth cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1
+ * W^-1; of Pearson II, 8 - 8 / (n + 3).
+ */
+double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
+{
+  const double det = w[0][0] * w[1][1] - w[0][1] * w[1][0];
+  const double inverse[2][2] = { { w[1][1] / det, -w[0][1] / det },
+    { -w[1][0] / det, w[0][0] / det } };
+  double excess = 0.0;
+  for (int index = 0; index < 16; ++index)
+  {
+    const int i = index & 1, j = index >> 1 & 1, k = index >> 2 & 1, l = index >> 3 & 1;
+    const int deltas = (i == j && k == l) + (i == k && j == l) + (i == l && j == k);
+    excess -= squaredConfusion * squaredConfusion / 48.0 * deltas * inverse[i][j] * inverse[k][l];
+  }
+  const double n = excess < 0.0 ? -8.0 / excess - 3.0 : 1e300;
+  if (n > 6.0)
+  {
+    return -1.0;
+  }
+  // The nearest of the exponents that the raster has: up to halfway to the next.
+  const double exponents[] = { 0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0 };
+  int nearest = 0;
+  while (nearest < 6 && n >= 0.5 * (exponents[nearest] + exponents[nearest + 1]))
+  {
+    ++nearest;
+  }
+  return exponents[nearest];
 }
 
 /// False where the surfel is not seen.
@@ -206,8 +240,10 @@ bool MakeReferenceSplat(
     ? 0.0
     : context.Optics.Radius * std::abs(1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
   const double c = context.Settings.Cutoff;
-  const double lensX = ReferenceLensVariance(view.Fx * confusion, c);
-  const double lensY = ReferenceLensVariance(view.Fy * confusion, c);
+  const bool pearson = context.Settings.Kernel == KernelType::PearsonII;
+  const double cx = view.Fx * confusion, cy = view.Fy * confusion;
+  const double lensX = pearson ? cx * cx / 4.0 : ReferenceLensVariance(cx, c);
+  const double lensY = pearson ? cy * cy / 4.0 : ReferenceLensVariance(cy, c);
   const double h = context.Settings.Prefilter;
   double w[2][2];
   for (int a = 0; a < 2; ++a)
@@ -226,11 +262,15 @@ bool MakeReferenceSplat(
   const double blur = std::sqrt(lensX * lensY / det);
   const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  splat.Weight = deposit * ReferenceRippleCompensation(smooth, cosine) * tau /
-    (2.0 * Pi * std::sqrt(det) * mass);
-  splat.Inverse[0][0] = tau * w[1][1] / det;
-  splat.Inverse[1][1] = tau * w[0][0] / det;
-  splat.Inverse[0][1] = splat.Inverse[1][0] = -tau * w[0][1] / det;
+  splat.Exponent = pearson ? ReferencePearsonExponent(w, cx * cy) : -1.0;
+  // Support of q = x' W^-1 x: q0 = 2 (n + 2), or 2 c / tau; scaled to 2 c in both.
+  const double n = splat.Exponent;
+  const double scale = n < 0.0 ? tau : 2.0 * c / (2.0 * (n + 2.0));
+  const double volume = n < 0.0 ? 2.0 * Pi * mass / tau : 2.0 * Pi * (n + 2.0) / (n + 1.0);
+  splat.Weight = deposit * ReferenceRippleCompensation(smooth, cosine) / (volume * std::sqrt(det));
+  splat.Inverse[0][0] = scale * w[1][1] / det;
+  splat.Inverse[1][1] = scale * w[0][0] / det;
+  splat.Inverse[0][1] = splat.Inverse[1][0] = -scale * w[0][1] / det;
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
@@ -287,14 +327,18 @@ std::vector<Fragment> CollectFragments(
     if (q < 2.0 * cutoff)
     {
       // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one
-      // rounding each.
-      const double relative = 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon;
+      // rounding each. A power of t = 1 - q/2c has n times t's own error, and up to four roundings.
+      const double t = 1.0 - q / (2.0 * cutoff), n = s.Exponent;
+      const double relative = n < 0.0
+        ? 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon
+        : n * (error / (2.0 * cutoff) + 2.0 * Epsilon) / t + 8.0 * Epsilon;
+      const double kernel = n < 0.0 ? std::exp(-0.5 * q) : std::pow(t, n);
       // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the
       // largest term.
       const double depthError = 5.0 * Epsilon *
         (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
           std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
-      fragments.push_back({ s.Near, s.Far, s.Weight * std::exp(-0.5 * q),
+      fragments.push_back({ s.Near, s.Far, s.Weight * kernel,
         s.Depth + s.DepthX * dx + s.DepthY * dy, relative, depthError, &s });
     }
   }

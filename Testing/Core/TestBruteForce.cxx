@@ -126,7 +126,7 @@ std::vector<Scene> MakeViews(Random& random)
   centre.Context.Camera.Cx = 3.7;
   centre.Context.Camera.Cy = 45.2;
   Scene& settings = add("cut-off 5, prefilter 0.3", 64, 40, 300);
-  settings.Context.Settings = { 5.0, 0.3 };
+  settings.Context.Settings = { KernelType::Gaussian, 5.0, 0.3 };
   Scene& small = add("cut-off 0.5", 40, 40, 300);
   small.Context.Settings.Cutoff = 0.5;
   add("1 x 1", 1, 1, 1000).Context.Optics = { 0.1, 2.0 };
@@ -239,12 +239,13 @@ void CompareScene(const Scene& scene)
 int main()
 {
   Random random(1);
-  for (const Scene& scene : MakeViews(random))
+  std::vector<Scene> scenes = MakeViews(random);
+  const std::vector<Scene> clouds = MakeClouds(random);
+  scenes.insert(scenes.end(), clouds.begin(), clouds.end());
+  for (Scene& scene : scenes)
   {
     CompareScene(scene);
-  }
-  for (const Scene& scene : MakeClouds(random))
-  {
+    scene.Context.Settings.Kernel = KernelType::PearsonII;
     CompareScene(scene);
   }
   return Checks().Report("brute force");

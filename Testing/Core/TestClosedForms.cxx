@@ -111,11 +111,12 @@ void TestDefocusVariance()
   for (double cutoff : { 0.5, 2.5, NoTruncation })
   {
     const TruncatedGaussian gaussian(cutoff);
-    const double a = DefocusVariance(1.0, gaussian) / gaussian.Tau;
+    const double a = DefocusVariance(KernelType::Gaussian, 1.0, gaussian) / gaussian.Tau;
     CHECK_NEAR(std::exp(-0.5 / a), 0.25, 1e-15);
-    CHECK_NEAR(DefocusVariance(7.0, gaussian), 49.0 * DefocusVariance(1.0, gaussian), 1e-14);
+    CHECK_NEAR(DefocusVariance(KernelType::Gaussian, 7.0, gaussian),
+      49.0 * DefocusVariance(KernelType::Gaussian, 1.0, gaussian), 1e-14);
   }
-  const double v = DefocusVariance(1.0, TruncatedGaussian(NoTruncation));
+  const double v = DefocusVariance(KernelType::Gaussian, 1.0, TruncatedGaussian(NoTruncation));
   const double best = DistanceFromDisc(v, NoTruncation);
   for (double factor : { 0.9, 0.99, 0.999, 1.001, 1.01, 1.1 })
   {

@@ -101,6 +101,7 @@ Splat WideSplat(float near, float far, float weight)
 {
   Splat s{};
   s.X = s.Y = 8.0f;
+  s.Shape = -1.0f;
   s.A = s.B = 1e-30f;
   s.Weight = weight;
   s.Near = near;

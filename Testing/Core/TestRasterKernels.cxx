@@ -88,12 +88,17 @@ std::uint64_t AddScalar(
         p.Close();
       }
       p.Far = p.Weight > 0.0 ? std::max(p.Far, static_cast<double>(s.Far)) : s.Far;
-      const double w = s.Weight * std::exp(-0.5 * q);
+      const double t = 1.0 - q / Support;
+      const double w = s.Weight * (s.Shape < 0.0f ? std::exp(-0.5 * q) : std::pow(t, s.Shape));
       p.Weight += w;
       p.Opacity += w * s.Opacity;
       p.Red += w * s.Opacity * s.Red;
-      // 2e-7 + 7.5e-8 q/2: the exponential, see TestExponential; then products and the growing sum.
-      p.Error += w * (0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon) + Epsilon * p.Weight;
+      // 2e-7 + 7.5e-8 q/2: the exponential, see TestExponential; a power has n times the error of
+      // 1 - q / Support; then products and the growing sum.
+      const double kernelError = s.Shape < 0.0f
+        ? 0.5 * error + 2e-7 + 3.75e-8 * q
+        : s.Shape * (error / Support + 2.0 * Epsilon) / t + 4.0 * Epsilon;
+      p.Error += w * (kernelError + 4.0 * Epsilon) + Epsilon * p.Weight;
     }
   }
   return fragments;
@@ -132,6 +137,8 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     p.S.Depth = near;
     p.S.Red = static_cast<float>(random.Uniform(0.0, 1.0));
     p.S.Opacity = static_cast<float>(random.Uniform(0.2, 1.0));
+    const float shapes[] = { -1.0f, 0.0f, 0.25f, 0.5f, 1.0f, 2.0f, 3.0f, 4.0f };
+    p.S.Shape = shapes[random.Integer(0, 7)];
     p.RowBegin = random.Integer(0, 3) == 0 ? random.Integer(0, 31) : 0;
     p.RowEnd = random.Integer(0, 3) == 0 ? random.Integer(p.RowBegin, 32) : 32;
     splats.push_back(p);
@@ -216,6 +223,7 @@ void TestExtremes(const RasterKernel& kernel)
         s.B = 1e-3f;
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
+        s.Shape = a > 1.0f ? 0.25f : -1.0f;
         CHECK(kernel.AddSplat(tile->Blocks, s, 0, TileSize, x, 1.0f, Support,
                 { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }

@@ -8,6 +8,7 @@
 #include "TestScene.h"
 
 #include <algorithm>
+#include <set>
 
 using namespace SurfelSplatting;
 
@@ -23,7 +24,8 @@ struct Moments
 /**
  * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy
  * = sqrt(q / B) sin(t), dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments,
- * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding.
+ * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. A power (1 - q/Q)^n, n
+ * a multiple of 1/4, is a polynomial of r, q = Q (1 - r^4).
  */
 Moments Integrate(const ResamplingKernel& k, double support)
 {
@@ -31,19 +33,28 @@ Moments Integrate(const ResamplingKernel& k, double support)
     0.906179845938664 };
   constexpr double Weights[5] = { 0.236926885056189, 0.478628670499366, 0.568888888888889,
     0.478628670499366, 0.236926885056189 };
-  const int panels = static_cast<int>(std::ceil(2.0 * support));
+  // 20 panels more for powers of r up to 23: their error falls with the tenth power of that.
+  const int panels = static_cast<int>(std::ceil(2.0 * support)) + (k.Shape < 0.0 ? 0 : 20);
   Moments m;
   for (int i = 0; i < 5 * panels; ++i)
   {
-    const double q = support / panels * (i / 5 + 0.5 + 0.5 * Nodes[i % 5]);
-    const double dq = 0.5 * support / panels * Weights[i % 5];
+    double q = support / panels * (i / 5 + 0.5 + 0.5 * Nodes[i % 5]);
+    double dq = 0.5 * support / panels * Weights[i % 5];
+    if (k.Shape >= 0.0)
+    {
+      const double r = q / support;
+      dq *= 4.0 * r * r * r;
+      q = support * (1.0 - r * r * r * r);
+    }
     for (int j = 0; j < 8; ++j)
     {
       const double t = Pi * j / 4.0;
       const double dy = std::sqrt(q / k.B) * std::sin(t);
       const double dx = std::sqrt(q / k.A) * std::cos(t) - k.K * dy;
       const double u = dx + k.K * dy;
-      const double value = k.Peak * std::exp(-0.5 * (k.A * u * u + k.B * dy * dy));
+      const double exponent = k.A * u * u + k.B * dy * dy;
+      const double value =
+        k.Peak * (k.Shape < 0.0 ? std::exp(-0.5 * exponent) : std::pow(1.0 - q / support, k.Shape));
       const double share = value * dq * Pi / 4.0 / (2.0 * std::sqrt(k.A * k.B));
       m.Mass += share;
       m.XX += share * dx * dx;
@@ -85,10 +96,10 @@ void CheckBox(const ResamplingKernel& k, double support)
   CHECK(top >= k.HalfHeight * (1.0 - missed));
 }
 
-void CheckKernel(const Symmetric2& projected, const double variance[2], double cutoff)
+void CheckKernel(
+  const Symmetric2& projected, const double variance[2], double cutoff, const ResamplingKernel& k)
 {
   const TruncatedGaussian gaussian(cutoff);
-  const ResamplingKernel k = MakeResamplingKernel(projected, variance, gaussian);
   const Moments m = Integrate(k, gaussian.Support());
   const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
   const double determinant = wxx * wyy - projected.XY * projected.XY;
@@ -101,13 +112,14 @@ void CheckKernel(const Symmetric2& projected, const double variance[2], double c
   CHECK_NEAR(m.YY / wyy, 1.0, rounding + condition);
   CHECK_NEAR(
     m.XY / std::sqrt(wxx * wyy), projected.XY / std::sqrt(wxx * wyy), rounding + condition);
-  CHECK_NEAR(k.Determinant / determinant, 1.0, rounding + condition);
+  CHECK_NEAR(Footprint(projected, variance).Determinant / determinant, 1.0, rounding + condition);
   CheckBox(k, gaussian.Support());
 }
 
 void TestMoments()
 {
   Random random(2);
+  std::set<double> shapes;
   for (double cutoff : { 0.01, 0.1, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0, 8.0, 20.0 })
   {
     for (int i = 0; i < 40; ++i)
@@ -115,9 +127,42 @@ void TestMoments()
       const Symmetric2 projected = RandomCovariance(random, i);
       const double v = random.Uniform(0.1, 100.0);
       const double variance[2] = { v, i % 2 ? v : v * random.Uniform(0.2, 5.0) };
-      CheckKernel(projected, variance, cutoff);
+      const Footprint w(projected, variance);
+      const TruncatedGaussian gaussian(cutoff);
+      CheckKernel(projected, variance, cutoff, MakeGaussianKernel(w, gaussian));
+      // The disc's own variance, C^2 / 4, is part of the isotropic one.
+      const double confusion2 = 4.0 * std::min(variance[0], variance[1]) * random.Uniform(0.0, 1.0);
+      const ResamplingKernel pearson = MakePearsonKernel(w, confusion2, gaussian);
+      shapes.insert(pearson.Shape);
+      CheckKernel(projected, variance, cutoff, pearson);
     }
   }
+  CHECK(shapes.size() == 8); // all exponents, and the Gaussian
+}
+
+/// All blur: the uniform disc. None: the Gaussian. In between, the exponent grows with what is not
+/// blur.
+void TestPearsonLimits()
+{
+  const TruncatedGaussian gaussian(2.5);
+  double last = 0.0;
+  for (double share : { 1.0, 0.98, 0.93, 0.85, 0.75, 0.65, 0.6, 0.55 })
+  {
+    const double variance[2] = { 100.0, 100.0 };
+    const ResamplingKernel k =
+      MakePearsonKernel(Footprint({ 0, 0, 0 }, variance), 400.0 * share, gaussian);
+    CHECK(k.Shape >= last);
+    last = k.Shape;
+    if (share == 1.0)
+    {
+      CHECK(k.Shape == 0.0);
+      CHECK_NEAR(k.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
+      CHECK_NEAR(k.HalfWidth, 20.0, 1e-12);          // C
+    }
+  }
+  CHECK(last == 4.0);
+  const double variance[2] = { 1.0, 1.0 };
+  CHECK(MakePearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
 }
 
 /// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over
@@ -155,8 +200,8 @@ void TestIndefinite()
   for (double excess : { 1e-7, 1e-3, 0.3 })
   {
     const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
-    const ResamplingKernel k = MakeResamplingKernel(projected, variance, gaussian);
-    CHECK(k.A > 0.0 && k.B > 0.0 && k.Determinant > 0.0);
+    const ResamplingKernel k = MakeGaussianKernel(Footprint(projected, variance), gaussian);
+    CHECK(k.A > 0.0 && k.B > 0.0 && k.Peak > 0.0);
     CHECK_NEAR(Integrate(k, gaussian.Support()).Mass, 1.0, 1e-12);
     CheckBox(k, gaussian.Support());
   }
@@ -167,6 +212,7 @@ int main()
 {
   TestTruncation();
   TestMoments();
+  TestPearsonLimits();
   TestIndefinite();
   return Checks().Report("resampling kernel");
 }
