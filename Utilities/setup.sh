@@ -32,7 +32,7 @@ install_missing_packages() {
 # A build folder of another source tree, or one whose configuration broke off, is of no use.
 is_configured() {
   [ -f "$build/build.ninja" ] &&
-    grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$build/CMakeCache.txt"
+    grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$build/CMakeCache.txt"
 }
 
 # ninja itself configures anew when a CMake file has changed.

@@ -20,7 +20,6 @@ int main(int argc, char** argv)
 
   vtkNew<vtkSurfelEstimation> surfels;
   surfels->SetInputConnection(points->GetOutputPort());
-  surfels->SetKernelScale(0.9); // random points leave gaps, scanned ones hardly do
   vtkNew<vtkSurfelNormalization> normalized;
   normalized->SetInputConnection(surfels->GetOutputPort());
 

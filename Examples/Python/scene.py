@@ -39,7 +39,6 @@ def point_source(path):
 
 def surfel_actor(points):
     estimation = vtkSurfelEstimation()
-    estimation.SetKernelScale(0.7)  # a little more than for even scans: random points leave gaps
     estimation.SetInputConnection(points.GetOutputPort())
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())

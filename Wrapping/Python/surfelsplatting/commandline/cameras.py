@@ -29,6 +29,19 @@ class View:
     focal_distance: float = 0.0  # along the view direction; 0 = to the focal point
     circle_of_confusion: Optional[float] = None  # px at infinity, in place of focal_disk
 
+    def __str__(self):
+        def row(vector):
+            return " ".join(f"{value:.7g}" for value in vector)
+
+        lens = "no lens"
+        if self.circle_of_confusion is not None:
+            lens = f"a lens that blurs infinity to {self.circle_of_confusion:g} px"
+        elif self.focal_disk:
+            lens = f"a lens {self.focal_disk:g} wide"
+        focus = f"{self.focal_distance:.7g}" if self.focal_distance else "the focal point"
+        return (f"camera at {row(self.position)} looking at {row(self.focal_point)}, up "
+                f"{row(self.view_up)}, angle {self.view_angle:g}, {lens}, focus at {focus}")
+
 
 def subtract(a, b):
     return tuple(x - y for x, y in zip(a, b))

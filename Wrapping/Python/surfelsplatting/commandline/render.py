@@ -138,7 +138,7 @@ def render(arguments):
         say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
         surfels = _make_surfels(cloud, arguments.cloud, messages, progress, run)
         view = complete_view(view, cloud, surfels)
-        say(f"{surfels.GetNumberOfPoints()} surfels, {view}")
+        say(f"{surfels.GetNumberOfPoints()} surfels; {view}")
         renderer = _make_renderer(surfels, view, arguments)
         _render_frames(renderer, arguments.repeat, messages, progress, run)
     finally:
