@@ -86,10 +86,15 @@ struct PointScene
 /// outside of its end.
 constexpr double Sampling = 0.15;
 
-/// Variance of the blur with circle of confusion c: the Gaussian closest to the disc, c^2 / (2 ln
-/// 4), less what its truncation at the cut-off (on the exponent) takes away.
-double BlurVariance(double c, double cutoff = 2.5)
+/// Variance of the blur with circle of confusion c. Pearson II: the disc's own. The paper's
+/// Gaussian: that closest to the disc, c^2 / (2 ln 4), less what its truncation at the cut-off (on
+/// the exponent) takes away.
+double BlurVariance(int kernel, double c, double cutoff = 2.5)
 {
+  if (kernel == vtkSurfelSplatter::PEARSON_II)
+  {
+    return 0.25 * c * c;
+  }
   const double tau = 1.0 - cutoff * std::exp(-cutoff) / (1.0 - std::exp(-cutoff));
   return tau * c * c / (2.0 * std::log(4.0));
 }
@@ -105,12 +110,15 @@ SURFEL_TEST(Lens, VarianceOfAPoint)
     PointScene scene(z);
     scene.Camera->SetFocalDisk(disk);
     scene.Camera->SetFocalDistance(focus);
-    for (double prefilter : { 1.0, 2.5 })
+    for (int variant = 0; variant < 4; ++variant)
     {
+      const double prefilter = variant % 2 ? 1.0 : 2.5;
+      const int kernel = variant / 2;
       scene.Renderer->GetSplatter()->SetPrefilter(prefilter);
+      scene.Renderer->GetSplatter()->SetKernel(kernel);
       const Moments moments(scene.Picture());
       const double c = scene.FocalLength() * 0.5 * disk * std::abs(1.0 / focus - 1.0 / z);
-      const double expected = BlurVariance(c) + prefilter;
+      const double expected = BlurVariance(kernel, c) + prefilter;
       const double bound = std::max(Sampling, 0.02 * expected);
       CHECK_NEAR(moments.VarianceX, expected, bound);
       CHECK_NEAR(moments.VarianceY, expected, bound);
@@ -129,10 +137,11 @@ SURFEL_TEST(Lens, Cutoff)
   scene.Camera->SetFocalDisk(0.8);
   scene.Camera->SetFocalDistance(5.0);
   const double c = scene.FocalLength() * 0.4 * (1.0 / 3.0 - 1.0 / 5.0);
+  scene.Renderer->GetSplatter()->SetKernelToGaussian();
   for (double cutoff : { 1.5, 4.0, 8.0 })
   {
     scene.Renderer->GetSplatter()->SetCutoff(cutoff);
-    const double expected = BlurVariance(c, cutoff) + 1.0;
+    const double expected = BlurVariance(vtkSurfelSplatter::GAUSSIAN, c, cutoff) + 1.0;
     CHECK_NEAR(Moments(scene.Picture()).VarianceX, expected, 0.02 * expected); // sampled at pixels
   }
 }
@@ -173,7 +182,7 @@ SURFEL_TEST(Lens, CircleOfConfusionInPixels)
   scene.Renderer->GetSplatter()->SetLensModeToCircleOfConfusion();
   scene.Renderer->GetSplatter()->SetCircleOfConfusion(12.0);
   const double c = 12.0 * (1.0 - 5.0 / 20.0);
-  const double expected = BlurVariance(c) + 1.0;
+  const double expected = BlurVariance(vtkSurfelSplatter::PEARSON_II, c) + 1.0;
   CHECK_NEAR(Moments(scene.Picture()).VarianceX, expected, 0.01 * expected); // sampled at pixels
   scene.Renderer->GetSplatter()->SetCircleOfConfusion(0.0);
   const std::vector<float> none = Values(scene.Picture(), "Color");
