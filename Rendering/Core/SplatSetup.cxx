@@ -10,21 +10,12 @@ namespace
 {
 constexpr std::size_t SetupGrain = 4096;
 
-/// Half of the z-range in standard deviations along z, and in those of the kernel's longest axis,
-/// in focus and strongly blurred: what neighbours of one surface may differ by where it is rough.
-/// Measured: too small tears surfaces apart (dark notches along blurred slopes at 1 and 0.1), too
-/// large merges what lies behind; none of the ray-traced scenes loses by these.
-struct DepthExtent
-{
-  double AlongZ, Isotropic;
-
-  /// @param blur share of the footprint that is the lens's, [0, 1)
-  explicit DepthExtent(double blur)
-    : AlongZ(2.0)
-    , Isotropic(1.0 - 0.5 * blur)
-  {
-  }
-};
+/// Half of the z-range in standard deviations along z, and in those of the kernel's longest axis:
+/// what neighbours of one surface may differ by where it is rough. Measured on ray-traced scenes,
+/// which do not tell these from larger ones, and by eye on scans: with less, blurred slopes get
+/// dark notches and depth images tear; with more, what lies on a surface merges with it.
+constexpr double DepthExtentAlongZ = 2.0;
+constexpr double DepthExtentIsotropic = 0.5;
 
 /// Where weights ripple about 1, min(1, sum) loses the part above 1, and an opaque surface would be
 /// slightly dark. The loss falls with the share of the footprint that lens and pixel filter have
@@ -181,7 +172,6 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double cosine = std::fmin(1.0,
     view.Parallel ? std::abs(area[2]) / areaLength
                   : std::abs(Dot(area, p)) / (areaLength * Norm(p)));
-  const double blur = std::fmin(1.0, std::sqrt(defocus[0] * defocus[1] / footprint.Determinant));
   const double smooth =
     std::fmin(1.0, std::sqrt(variance[0] * variance[1] / footprint.Determinant));
   const double weight = deposit * kernel.Peak * RippleCompensation(smooth, cosine);
@@ -196,9 +186,8 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
   const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
 
-  const DepthExtent extent(blur);
-  const double halfRange = extent.AlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
-    extent.Isotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
+  const double halfRange = DepthExtentAlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
+    DepthExtentIsotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
 
   splat.X = static_cast<float>(x);
   splat.Y = static_cast<float>(y);

@@ -166,12 +166,12 @@ void ReferenceColor(const SplatContext& context, const SurfelCloud& cloud, std::
 }
 
 /// Depth range and slope: extended depth test of ABuffer.h, constants of the set-up's DepthExtent.
-void ReferenceDepth(const CameraSurfel& s, const Vector3 rows[2], const double w[2][2], double blur,
-  ReferenceSplat& splat)
+void ReferenceDepth(
+  const CameraSurfel& s, const Vector3 rows[2], const double w[2][2], ReferenceSplat& splat)
 {
   const double alongZ = std::sqrt(std::max(0.0, s.Covariance[2][2]));
   const double longest = std::sqrt(LargestEigenvalue(s.Covariance));
-  const double half = 2.0 * alongZ + (1.0 - 0.5 * blur) * longest;
+  const double half = 2.0 * alongZ + 0.5 * longest;
   splat.Depth = s.Position[2];
   splat.Near = splat.Depth - half;
   splat.Far = splat.Depth + half;
@@ -259,7 +259,6 @@ bool MakeReferenceSplat(
 
   const double mass = 1.0 - std::exp(-c);
   const double tau = 1.0 - c * std::exp(-c) / mass;
-  const double blur = std::sqrt(lensX * lensY / det);
   const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
   splat.Exponent = pearson ? ReferencePearsonExponent(w, cx * cy) : -1.0;
@@ -274,7 +273,7 @@ bool MakeReferenceSplat(
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
-  ReferenceDepth(s, rows, w, blur, splat);
+  ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
   return true;
 }

@@ -87,6 +87,13 @@ def _count(text):
     return value
 
 
+def _neighbors(text):
+    value = _count(text)
+    if not 4 <= value <= 256:
+        raise argparse.ArgumentTypeError(f"{text} is not between 4 and 256")
+    return value
+
+
 def _add_camera_options(parser):
     camera = parser.add_argument_group(
         "camera", "Each of these overrides what --camera says. Without any of them: a "
@@ -123,6 +130,9 @@ def _add_look_options(parser):
     look.add_argument("--background", nargs=3, type=_fraction, metavar=("R", "G", "B"),
                       help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
                            "0.16 0.17 0.19, or black with --unlit)")
+    look.add_argument("--neighbors", type=_neighbors, metavar="K",
+                      help="points that a normal is estimated from, 4 to 256; more for noisy scans "
+                           "(default: 16, or 30 for depth images)")
     look.add_argument("--cutoff", type=_cutoff, metavar="C",
                       help="where a splat ends: exponent of its Gaussian, 1 to 20 (default: 2.5)")
 

@@ -36,12 +36,19 @@ def _has_colors(surfels):
             and scalars.GetNumberOfComponents() in (3, 4))
 
 
-def _make_surfels(cloud, path, messages, progress, run):
+# Depth images are noisy and quantised along the line of sight: normals need more neighbours than
+# those of other scans, where more would blur fine detail.
+DEPTH_IMAGE_NEIGHBORS = 30
+
+
+def _make_surfels(cloud, neighbors, path, messages, progress, run):
     """-> vtkPolyData with the arrays of the data contract."""
     if cloud.is_surfels:
         return cloud.data
     estimation = vtkSurfelEstimation()
     estimation.SetInputData(cloud.data)
+    if neighbors or cloud.columns:
+        estimation.SetNumberOfNeighbors(neighbors or DEPTH_IMAGE_NEIGHBORS)
     if cloud.viewpoint:
         estimation.SetOrientationModeToViewpoint()
         estimation.SetViewpoint(cloud.viewpoint)
@@ -136,7 +143,8 @@ def render(arguments):
         with run.stage("read"):
             cloud = read_cloud(arguments.cloud, messages, progress)
         say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
-        surfels = _make_surfels(cloud, arguments.cloud, messages, progress, run)
+        surfels = _make_surfels(cloud, arguments.neighbors, arguments.cloud, messages,
+                                progress, run)
         view = complete_view(view, cloud, surfels)
         say(f"{surfels.GetNumberOfPoints()} surfels; {view}")
         renderer = _make_renderer(surfels, view, arguments)
