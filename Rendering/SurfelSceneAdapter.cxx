@@ -168,6 +168,7 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
 std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, const View& view)
 {
   std::vector<Light> result;
+  int headlights = 0;
   vtkCollectionSimpleIterator it;
   lights->InitTraversal(it);
   while (vtkLight* source = lights->GetNextLight(it))
@@ -202,6 +203,11 @@ std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, con
       : -1.0;
     light.Exponent = source->GetExponent();
     result.push_back(light);
+    headlights += source->LightTypeIsHeadlight() ? 1 : 0;
+  }
+  if (result.size() == 1 && headlights == 1)
+  {
+    result[0].LoneHeadlight = !result[0].Positional;
   }
   return result;
 }

@@ -206,10 +206,13 @@ constexpr double LitMax = 6.0;
 
 SURFEL_TEST(Colors, LightingIsVTKs)
 {
-  // Not compared: the highlight of a lone headlight, for which VTK takes n.l in place of the mirror
-  // direction.
   const std::pair<const char*, std::function<void(vtkRenderer*, vtkProperty*)>> cases[] = {
     { "headlight", [](vtkRenderer*, vtkProperty*) {} },
+    { "headlight's highlight",
+      [](vtkRenderer*, vtkProperty* property) {
+        property->SetSpecular(0.4);
+        property->SetSpecularPower(12.0);
+      } },
     { "ambient and diffuse",
       [](vtkRenderer*, vtkProperty* property) {
         property->SetAmbient(0.3);
