@@ -94,6 +94,13 @@ class TestPictures(ToolCase):
         np.testing.assert_array_equal(self.picture("--camera", "camera.json"), blurred)
         np.testing.assert_array_equal(self.picture("--camera", "camera.json", "--pinhole"), sharp)
 
+    def test_kernel_reaches_the_splatter(self):
+        blur = (*CAMERA, *SMALL, "--circle-of-confusion", "8")
+        pictures = [self.picture(*blur, *kernel) for kernel in
+                    ((), ("--kernel", "pearson"), ("--kernel", "gaussian"))]
+        np.testing.assert_array_equal(pictures[0], pictures[1])
+        self.assertGreater(np.abs(pictures[0] - pictures[2]).max(), 0.01)
+
     def test_cutoff_reaches_the_splatter(self):
         counts = []
         for cutoff in ("1.5", "6"):

@@ -133,6 +133,9 @@ def _add_look_options(parser):
     look.add_argument("--neighbors", type=_neighbors, metavar="K",
                       help="points that a normal is estimated from, 4 to 256; more for noisy scans "
                            "(default: 16, or 30 for depth images)")
+    look.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
+                      help="of blurred splats: near a lens's disc, or the paper's Gaussian "
+                           "(default: pearson)")
     look.add_argument("--cutoff", type=_cutoff, metavar="C",
                       help="where a splat ends: exponent of its Gaussian, 1 to 20 (default: 2.5)")
 

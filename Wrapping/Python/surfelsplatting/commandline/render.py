@@ -110,6 +110,8 @@ def _make_renderer(surfels, view, arguments):
         splatter.SetCircleOfConfusion(view.circle_of_confusion)
     elif view.focal_disk == 0:
         splatter.SetLensModeToPinhole()
+    if arguments.kernel == "gaussian":
+        splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
         splatter.SetCutoff(arguments.cutoff)
     return renderer
