@@ -59,9 +59,8 @@ std::array<double, 3> Shade(const Material& material, const std::vector<Light>& 
       continue;
     }
     // Phong: the light's mirror direction, 2 (n.l) n - l, against the viewer's.
-    const double reflected = light.LoneHeadlight
-      ? cosine
-      : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
+    const double reflected =
+      light.LoneHeadlight ? cosine : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
     const double highlight = material.Specular > 0.0 && reflected > 0.0
       ? std::pow(reflected, material.SpecularPower)
       : 0.0;

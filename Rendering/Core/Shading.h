@@ -21,9 +21,10 @@ struct Light
   std::array<double, 3> Attenuation{ 1, 0,
     0 };                    ///< 1 / (a0 + a1 d + a2 d^2), positional lights only
   double ConeCosine = -1.0; ///< cosine of the spot's half angle; -1: no spot
-  /// The only light, at the camera: VTK then takes (n.l)^p for the highlight instead of Phong's (r.v)^p.
+  /// The only light, at the camera: VTK then takes (n.l)^p for the highlight instead of Phong's
+  /// (r.v)^p.
   bool LoneHeadlight = false;
-  double Exponent = 1.0;    ///< of the spot
+  double Exponent = 1.0; ///< of the spot
 };
 
 struct Material

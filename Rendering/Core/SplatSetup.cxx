@@ -101,6 +101,87 @@ void ShadeSplat(const SplatContext& context, const SurfelCloud& cloud, std::size
   splat.Blue = Clamp(shaded[2], LargestColor);
   splat.Opacity = Clamp(rgba[3], 1.0);
 }
+
+/// A surfel in camera space and the area that it deposits on the screen, px^2.
+struct PlacedSurfel
+{
+  Vector3 Position, Area;
+  Symmetric3 Covariance;
+  double Deposit;
+  bool BackSide; ///< it is seen from behind
+};
+
+SplatStatus PlaceSurfel(const View& view, const SurfelCloud& cloud, const Affine3& localToCamera,
+  const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, PlacedSurfel& placed)
+{
+  const Vector3 local = cloud.Position(surfel);
+  const Vector3 area = cloud.AreaVector(surfel);
+  const Symmetric3 s = cloud.Covariance(surfel);
+  if (!Finite(local) || !Finite(area) || !Finite({ s.XX, s.YY, s.ZZ }) ||
+    !Finite({ s.XY, s.YZ, s.XZ }))
+  {
+    return SplatStatus::Invalid;
+  }
+  placed.Position = localToCamera.Apply(local);
+  if (!(placed.Position[2] >= view.Near && placed.Position[2] <= view.Far))
+  {
+    return SplatStatus::Culled;
+  }
+  placed.Area = { Dot(areaToCamera[0], area), Dot(areaToCamera[1], area),
+    Dot(areaToCamera[2], area) };
+  placed.Deposit = ProjectedArea(view, placed.Area, placed.Position);
+  placed.BackSide = placed.Deposit < 0.0;
+  if (placed.BackSide && cloud.TwoSided && cloud.TwoSided[surfel])
+  {
+    placed.Deposit = -placed.Deposit;
+  }
+  placed.Covariance = localToCamera.ApplyToCovariance(s);
+  return placed.Deposit > 0.0 ? SplatStatus::Visible : SplatStatus::Culled;
+}
+
+/// Cosine of the angle between a surfel's normal and its line of sight, either side, [0, 1].
+double SightCosine(const View& view, const PlacedSurfel& surfel, double areaLength)
+{
+  const double along = view.Parallel
+    ? std::abs(surfel.Area[2])
+    : std::abs(Dot(surfel.Area, surfel.Position)) / Norm(surfel.Position);
+  return std::fmin(1.0, along / areaLength);
+}
+
+/// Centre on the screen and the box of the kernel's support about it; false where it misses the
+/// picture.
+bool SetPlace(
+  const View& view, const Vector3& p, const ResamplingKernel& kernel, Splat& splat, PixelBox& box)
+{
+  const double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
+  const double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
+  splat.X = static_cast<float>(x);
+  splat.Y = static_cast<float>(y);
+  box.X0 = FirstPixel(x - kernel.HalfWidth, view.Width);
+  box.X1 = FirstPixel(x + kernel.HalfWidth, view.Width);
+  box.Y0 = FirstPixel(y - kernel.HalfHeight, view.Height);
+  box.Y1 = FirstPixel(y + kernel.HalfHeight, view.Height);
+  return box.X0 < box.X1 && box.Y0 < box.Y1;
+}
+
+/// Depth, its z-range and its slope. The covariance of screen position and depth gives the depth's
+/// regression over the footprint: the plane itself in focus, flat where blur, which knows no depth,
+/// makes most of the footprint.
+void SetDepth(
+  const PlacedSurfel& surfel, const ProjectionJacobian& jacobian, const Footprint& w, Splat& splat)
+{
+  const Symmetric3& s = surfel.Covariance;
+  const double z = surfel.Position[2];
+  const double halfRange = DepthExtentAlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
+    DepthExtentIsotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
+  const Vector3 sz{ s.XZ, s.YZ, s.ZZ };
+  const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
+  splat.Depth = static_cast<float>(z);
+  splat.Near = static_cast<float>(z - halfRange);
+  splat.Far = static_cast<float>(z + halfRange);
+  splat.DepthX = static_cast<float>((w.YY * cx - w.XY * cy) / w.Determinant);
+  splat.DepthY = static_cast<float>((w.XX * cy - w.XY * cx) / w.Determinant);
+}
 }
 
 void SplatList::Clear()
@@ -116,92 +197,46 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, Splat& splat, PixelBox& box)
 {
   const View& view = context.Camera;
-  const Vector3 local = cloud.Position(surfel);
-  const Vector3 localArea = cloud.AreaVector(surfel);
-  const Symmetric3 localS = cloud.Covariance(surfel);
-  if (!Finite(local) || !Finite(localArea) || !Finite({ localS.XX, localS.YY, localS.ZZ }) ||
-    !Finite({ localS.XY, localS.YZ, localS.XZ }))
+  PlacedSurfel placed;
+  const SplatStatus status = PlaceSurfel(view, cloud, localToCamera, areaToCamera, surfel, placed);
+  if (status != SplatStatus::Visible)
   {
-    return SplatStatus::Invalid;
-  }
-  const Vector3 p = localToCamera.Apply(local);
-  if (!(p[2] >= view.Near && p[2] <= view.Far))
-  {
-    return SplatStatus::Culled;
-  }
-  const Vector3 area{ Dot(areaToCamera[0], localArea), Dot(areaToCamera[1], localArea),
-    Dot(areaToCamera[2], localArea) };
-  double deposit = ProjectedArea(view, area, p);
-  const bool backSide = deposit < 0.0;
-  if (backSide && cloud.TwoSided && cloud.TwoSided[surfel])
-  {
-    deposit = -deposit;
-  }
-  if (!(deposit > 0.0))
-  {
-    return SplatStatus::Culled;
+    return status;
   }
 
+  const Vector3& p = placed.Position;
   const ProjectionJacobian jacobian(view, p);
-  const Symmetric3 s = localToCamera.ApplyToCovariance(localS);
-  const Symmetric2 projected = ProjectCovariance(s, jacobian);
   const double relative = view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
   const double confusion[2] = { std::abs(view.Fx) * relative, std::abs(view.Fy) * relative };
   const KernelType type = context.Settings.Kernel;
-  const double defocus[2] = { DefocusVariance(type, confusion[0], gaussian),
-    DefocusVariance(type, confusion[1], gaussian) };
-  const double variance[2] = { context.Settings.Prefilter + defocus[0],
-    context.Settings.Prefilter + defocus[1] };
-  const Footprint footprint(projected, variance);
+  const double h = context.Settings.Prefilter;
+  const double variance[2] = { h + DefocusVariance(type, confusion[0], gaussian),
+    h + DefocusVariance(type, confusion[1], gaussian) };
+  const Footprint footprint(ProjectCovariance(placed.Covariance, jacobian), variance);
   const ResamplingKernel kernel = type == KernelType::PearsonII
     ? MakePearsonKernel(footprint, confusion[0] * confusion[1], gaussian)
     : MakeGaussianKernel(footprint, gaussian);
-
-  const double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
-  const double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
-  box.X0 = FirstPixel(x - kernel.HalfWidth, view.Width);
-  box.X1 = FirstPixel(x + kernel.HalfWidth, view.Width);
-  box.Y0 = FirstPixel(y - kernel.HalfHeight, view.Height);
-  box.Y1 = FirstPixel(y + kernel.HalfHeight, view.Height);
-  if (box.X0 >= box.X1 || box.Y0 >= box.Y1)
+  if (!SetPlace(view, p, kernel, splat, box))
   {
     return SplatStatus::Culled;
   }
 
-  const double areaLength = Norm(area);
-  const double cosine = std::fmin(1.0,
-    view.Parallel ? std::abs(area[2]) / areaLength
-                  : std::abs(Dot(area, p)) / (areaLength * Norm(p)));
+  const double areaLength = Norm(placed.Area);
   const double smooth =
     std::fmin(1.0, std::sqrt(variance[0] * variance[1] / footprint.Determinant));
-  const double weight = deposit * kernel.Peak * RippleCompensation(smooth, cosine);
+  const double weight = placed.Deposit * kernel.Peak *
+    RippleCompensation(smooth, SightCosine(view, placed, areaLength));
   if (!(weight >= SmallestWeight))
   {
     return std::isnan(weight) ? SplatStatus::Invalid : SplatStatus::Culled;
   }
-
-  // Covariance of screen position and depth gives the depth's regression over the footprint: the
-  // plane itself in focus, flat where blur, which knows no depth, makes most of the footprint.
-  const Vector3 sz{ s.XZ, s.YZ, s.ZZ };
-  const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
-  const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
-
-  const double halfRange = DepthExtentAlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
-    DepthExtentIsotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
-
-  splat.X = static_cast<float>(x);
-  splat.Y = static_cast<float>(y);
   splat.A = static_cast<float>(kernel.A);
   splat.K = static_cast<float>(kernel.K);
   splat.B = static_cast<float>(kernel.B);
   splat.Weight = static_cast<float>(weight);
-  splat.Near = static_cast<float>(p[2] - halfRange);
-  splat.Far = static_cast<float>(p[2] + halfRange);
-  splat.Depth = static_cast<float>(p[2]);
-  splat.DepthX = static_cast<float>((wyy * cx - projected.XY * cy) / footprint.Determinant);
-  splat.DepthY = static_cast<float>((wxx * cy - projected.XY * cx) / footprint.Determinant);
   splat.Shape = static_cast<float>(kernel.Shape);
-  ShadeSplat(context, cloud, surfel, p, area, areaLength, backSide, splat);
+  SetDepth(placed, jacobian, footprint, splat);
+  ShadeSplat(context, cloud, surfel, p, placed.Area, areaLength, placed.BackSide, splat);
   return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }
 
