@@ -79,8 +79,8 @@ public:
   /**
    * Kernel of a blurred splat. Default PEARSON_II: flat where blur is all, as the uniform disc of a
    * lens is, and the Gaussian where there is none. It is nearer to a ray tracer's lens than the
-   * paper's GAUSSIAN at every aperture that was measured (0.1 to 4 dB), and smaller, hence faster.
-   * In focus both are the same.
+   * paper's GAUSSIAN at every aperture that was measured (0.1 to 4.6 dB), and smaller, hence
+   * faster. In focus both are the same.
    */
   vtkSetClampMacro(Kernel, int, GAUSSIAN, PEARSON_II);
   vtkGetMacro(Kernel, int);
