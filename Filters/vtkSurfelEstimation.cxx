@@ -44,7 +44,10 @@ vtkDataArray* FindNormals(vtkPointSet* input)
   {
     normals = input->GetPointData()->GetArray("Normals");
   }
-  return normals && normals->GetNumberOfComponents() == 3 ? normals : nullptr;
+  return normals && normals->GetNumberOfComponents() == 3 &&
+      normals->GetNumberOfTuples() == input->GetNumberOfPoints()
+    ? normals
+    : nullptr;
 }
 
 /// Origin of points that are surfels already, else 0.

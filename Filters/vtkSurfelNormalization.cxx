@@ -198,11 +198,12 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
   for (const auto& array : needed)
   {
     vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
-    if (!found || found->GetNumberOfComponents() != array.Components)
+    if (!found || found->GetNumberOfComponents() != array.Components ||
+      found->GetNumberOfTuples() != input->GetNumberOfPoints())
     {
       vtkErrorMacro("The input has no point array \""
         << array.Name << "\" of " << array.Components
-        << " components: it is no surfel cloud. Run vtkSurfelEstimation first.");
+        << " components for every point: it is no surfel cloud. Run vtkSurfelEstimation first.");
       return false;
     }
   }

@@ -111,8 +111,10 @@ struct PlacedSurfel
   bool BackSide; ///< it is seen from behind
 };
 
-SplatStatus PlaceSurfel(const View& view, const SurfelCloud& cloud, const Affine3& localToCamera,
-  const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, PlacedSurfel& placed)
+/// @param reach squared radius of the kernel's support in standard deviations, 2c / tau
+SplatStatus PlaceSurfel(double reach, const View& view, const SurfelCloud& cloud,
+  const Affine3& localToCamera, const std::array<Vector3, 3>& areaToCamera, std::size_t surfel,
+  PlacedSurfel& placed)
 {
   const Vector3 local = cloud.Position(surfel);
   const Vector3 area = cloud.AreaVector(surfel);
@@ -136,6 +138,13 @@ SplatStatus PlaceSurfel(const View& view, const SurfelCloud& cloud, const Affine
     placed.Deposit = -placed.Deposit;
   }
   placed.Covariance = localToCamera.ApplyToCovariance(s);
+  // Where the kernel's support reaches the lens plane, its affine footprint is no image of it:
+  // beside the lens it would cover the whole screen.
+  const double z = placed.Position[2];
+  if (!view.Parallel && z * z < reach * placed.Covariance.ZZ)
+  {
+    return SplatStatus::Culled;
+  }
   return placed.Deposit > 0.0 ? SplatStatus::Visible : SplatStatus::Culled;
 }
 
@@ -198,7 +207,8 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
 {
   const View& view = context.Camera;
   PlacedSurfel placed;
-  const SplatStatus status = PlaceSurfel(view, cloud, localToCamera, areaToCamera, surfel, placed);
+  const SplatStatus status = PlaceSurfel(
+    gaussian.Support() / gaussian.Tau, view, cloud, localToCamera, areaToCamera, surfel, placed);
   if (status != SplatStatus::Visible)
   {
     return status;

@@ -94,6 +94,26 @@ class TestPictures(ToolCase):
         np.testing.assert_array_equal(self.picture("--camera", "camera.json"), blurred)
         np.testing.assert_array_equal(self.picture("--camera", "camera.json", "--pinhole"), sharp)
 
+    def test_camera_over_ground_leaves_the_sky_empty(self):
+        # Surfels beside the lens have no affine footprint; once they covered the whole screen.
+        x, y = (c.ravel() for c in np.meshgrid(*2 * [np.linspace(-5, 5, 120)]))
+        ground = np.column_stack([x, y, 0 * x])
+        write_ply("ground.ply", ground, normals=np.tile([0.0, 0.0, 1.0], (len(x), 1)))
+        alpha = self.picture("--position", "0", "-3", "0.5", "--focal-point", "0", "3", "0.5",
+                             "--view-up", "0", "0", "1", "--view-angle", "60", *SMALL,
+                             cloud="ground.ply")[..., 3]
+        self.assertLess(alpha[:16].max(), 0.01)
+        self.assertGreater(alpha[-16:].min(), 0.9)
+
+    def test_inputs_are_not_written_over(self):
+        with open("ball.ply", "rb") as file:
+            before = file.read()
+        result = self.run_tool("render", "ball.ply", "-o", "out.exr", "--stats", "./ball.ply")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("read as input", result.stderr)
+        with open("ball.ply", "rb") as file:
+            self.assertEqual(file.read(), before)
+
     def test_kernel_reaches_the_splatter(self):
         blur = (*CAMERA, *SMALL, "--circle-of-confusion", "8")
         pictures = [self.picture(*blur, *kernel) for kernel in

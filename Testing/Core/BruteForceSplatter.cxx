@@ -225,6 +225,13 @@ bool MakeReferenceSplat(
   {
     return false;
   }
+  // A kernel whose support, q = 2c / tau, reaches the lens plane is not drawn.
+  const double c0 = context.Settings.Cutoff;
+  const double tau0 = 1.0 - c0 * std::exp(-c0) / (1.0 - std::exp(-c0));
+  if (!view.Parallel && p[2] < std::sqrt(2.0 * c0 / tau0 * s.Covariance[2][2]))
+  {
+    return false;
+  }
   const double facing = view.Parallel ? -s.Area[2] : -Dot(s.Area, p);
   const bool back = facing < 0.0;
   if (facing == 0.0 || (back && !(cloud.TwoSided && cloud.TwoSided[i])))

@@ -185,3 +185,8 @@ def check_view(view):
                           f"{' '.join(f'{x:g}' for x in view.position)}; move one of them")
     if view.view_up is not None and are_parallel(view.view_up, direction):
         raise UserProblem("the view-up vector is parallel to the view direction; turn it")
+
+
+def camera_files(text):
+    """Files that --camera FILE.json[:VIEW] may read."""
+    return [text, text.rsplit(":", 1)[0]] if text else []

@@ -24,6 +24,20 @@ def check_output(path, extensions=None):
         raise UserProblem(f"cannot write {path}: the folder {folder} is not writable")
 
 
+def check_distinct(cloud, *others):
+    """Refuses to write over what is read, or one output over another."""
+    *inputs, picture, surfels, stats = (cloud, *others)
+    read = {os.path.realpath(path) for path in inputs}
+    written = set()
+    for path in filter(None, (picture, surfels, stats)):
+        real = os.path.realpath(path)
+        if real in read:
+            raise UserProblem(f"{path} is read as input; give the output another name")
+        if real in written:
+            raise UserProblem(f"{path} is named for two outputs; give each its own name")
+        written.add(real)
+
+
 @contextmanager
 def whole_file(path):
     """Yields the name of a temporary file beside path that becomes path if all goes well."""

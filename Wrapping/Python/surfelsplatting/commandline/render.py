@@ -9,10 +9,11 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from ..vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelNormalization
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
-from .cameras import asked_view
+from .cameras import asked_view, camera_files
 from .clouds import read_cloud
 from .framing import complete_view
-from .outputs import PICTURES, check_output, write_json, write_picture, write_surfels
+from .outputs import (PICTURES, check_distinct, check_output, write_json, write_picture,
+                      write_surfels)
 from .problems import UserProblem
 from .progress import Progress
 from .runstatistics import RunStatistics
@@ -28,6 +29,8 @@ def _check_outputs(arguments):
         check_output(arguments.surfels, (".vtp",))
     if arguments.stats:
         check_output(arguments.stats)
+    check_distinct(arguments.cloud, *camera_files(arguments.camera), arguments.output,
+                   arguments.surfels, arguments.stats)
 
 
 def _has_colors(surfels):
