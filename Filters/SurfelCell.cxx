@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelCell.h"
 
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 #include "SurfelNeighborhood.h"
 
 #include <algorithm>
@@ -114,7 +114,7 @@ private:
 class CellMeasurer
 {
 public:
-  CellMeasurer(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+  CellMeasurer(const LocalCloud& cloud, const SurfelNeighborhood& tree,
     const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits)
     : Cloud(cloud)
     , Tree(tree)
@@ -231,7 +231,7 @@ private:
     return sum / (2.0 * Pi * sigma * sigma);
   }
 
-  const SurfelCloud& Cloud;
+  const LocalCloud& Cloud;
   const SurfelNeighborhood& Tree;
   const std::vector<unsigned char>& TwoSided;
   const std::vector<SurfelFit>& Fits;
@@ -242,7 +242,7 @@ private:
 };
 }
 
-bool MeasureCells(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool MeasureCells(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits,
   const SurfelMonitor& monitor, std::vector<SurfelCell>& cells)
 {

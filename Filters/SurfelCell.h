@@ -27,7 +27,7 @@ struct SurfelCell
 };
 
 /// Cells of all points from their neighbours on the same sheet. Returns false if stopped.
-bool MeasureCells(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool MeasureCells(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits,
   const SurfelMonitor& monitor, std::vector<SurfelCell>& cells);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelFit.h"
 
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 #include "SurfelNeighborhood.h"
 
 #include <Eigen/Eigenvalues>
@@ -39,7 +39,7 @@ constexpr double Pi = 3.14159265358979323846;
 /// Covariance of point i and its neighbours, de-meaned, over the number of neighbours: an
 /// unbiased estimate, and with the point itself, which sits in the middle, and the outermost
 /// neighbour, which sits on the rim, exactly r^2/4 an axis in a disc of radius r.
-Eigen::Matrix3d Covariance(const SurfelCloud& cloud, int i, const Neighbors& neighbors)
+Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neighbors)
 {
   const Vector3 p = Load(cloud.Position(i));
   const int count = neighbors.Count();
@@ -64,7 +64,7 @@ Vector3 ToVector(const Eigen::Vector3d& a)
 class Fitter
 {
 public:
-  Fitter(const SurfelCloud& cloud, const SurfelNeighborhood& tree, const FitSettings& settings)
+  Fitter(const LocalCloud& cloud, const SurfelNeighborhood& tree, const FitSettings& settings)
     : Cloud(cloud)
     , Tree(tree)
     , Settings(settings)
@@ -193,7 +193,7 @@ private:
     fit.Spacing = std::sqrt(std::sqrt(fit.VarianceU * fit.VarianceV));
   }
 
-  const SurfelCloud& Cloud;
+  const LocalCloud& Cloud;
   const SurfelNeighborhood& Tree;
   const FitSettings& Settings;
 };
@@ -313,7 +313,7 @@ double LargestGap(std::vector<double>& angles)
   return gap;
 }
 
-bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
   std::vector<SurfelFit>& fits, std::vector<int>& graph)
 {
@@ -345,7 +345,7 @@ bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
   return true;
 }
 
-bool RefineExtents(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool RefineExtents(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<unsigned char>& twoSided,
   const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits)
 {

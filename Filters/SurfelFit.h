@@ -12,7 +12,7 @@
 
 namespace SurfelGeometry
 {
-struct SurfelCloud;
+struct LocalCloud;
 class SurfelNeighborhood;
 
 struct FitSettings
@@ -20,7 +20,7 @@ struct FitSettings
   bool UseRadius = false; // neighbours within Radius instead of the nearest ones
   int NumberOfNeighbors = 16;
   double Radius = 0.0;                // world units
-  int MaximumNumberOfNeighbors = 256; // bounds UseRadius
+  int MaximumNumberOfNeighbors = 128; // bounds UseRadius
   double IsolationFactor = 6.0;
 };
 
@@ -55,7 +55,7 @@ double LargestGap(std::vector<double>& angles);
 /// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
 /// `graph`: [GraphDegree * n] ids of the nearest neighbours, -1 where there are fewer.
 /// Returns false if stopped.
-bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
   std::vector<SurfelFit>& fits, std::vector<int>& graph);
 
@@ -63,7 +63,7 @@ bool FitSurfels(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
 /// (now known, and turned) say that the neighbours are of more than one: both sides of a thin
 /// plate, or where surfaces cross. Without it the points of the other sheet count as density.
 /// Returns false if stopped.
-bool RefineExtents(const SurfelCloud& cloud, const SurfelNeighborhood& tree,
+bool RefineExtents(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<unsigned char>& twoSided,
   const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits);
 }

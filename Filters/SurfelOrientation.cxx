@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelOrientation.h"
 
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 #include "SurfelSigns.h"
 #include "SurfelWinding.h"
 
@@ -66,7 +66,7 @@ struct Pair
   int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
 };
 
-Vector3 Between(const SurfelCloud& cloud, int a, int b)
+Vector3 Between(const LocalCloud& cloud, int a, int b)
 {
   return Normalized(Load(cloud.Position(b)) - Load(cloud.Position(a)), { 0.0, 0.0, 0.0 });
 }
@@ -75,7 +75,7 @@ Vector3 Between(const SurfelCloud& cloud, int a, int b)
 /// halfway between the points, which is exact on planes and circular arcs of any bend
 /// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
 /// 0 where the edge must not count.
-float VoteOf(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, int a, int b)
+float VoteOf(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, int a, int b)
 {
   const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
   const double length = Length(d);
@@ -92,7 +92,7 @@ float VoteOf(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, int a
   return static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
 }
 
-bool IsSure(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const Edge& edge)
+bool IsSure(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const Edge& edge)
 {
   const Vector3 d = Between(cloud, edge.A, edge.B);
   return std::abs(edge.Vote) >= SureVote && std::abs(Dot(fits[edge.A].Normal, d)) <= SureClimb &&
@@ -119,7 +119,7 @@ void VisitEdges(const std::vector<int>& graph, int i, Visit&& visit)
 
 /// All edges of the graph that have a vote, ordered by their points.
 std::vector<Edge> CollectEdges(
-  const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const std::vector<int>& graph)
+  const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const std::vector<int>& graph)
 {
   const vtkIdType count = cloud.Size();
   std::vector<float> votes(graph.size(), 0.0f);
@@ -146,7 +146,7 @@ std::vector<Edge> CollectEdges(
 }
 
 /// Joins sure edges, the surest first: Kruskal's algorithm with the votes in 256 classes.
-void JoinSureEdges(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits,
+void JoinSureEdges(const LocalCloud& cloud, const std::vector<SurfelFit>& fits,
   const std::vector<Edge>& edges, SurfelSigns& signs)
 {
   constexpr int classes = 256;
@@ -319,7 +319,7 @@ std::vector<double> Conflicts(
 
 /// +1: closed, normals outward. -1: closed, inward. 0: open or doubtful.
 int ClosedSign(
-  const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const int* members, int count)
+  const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const int* members, int count)
 {
   if (count < SmallestClosed)
   {
@@ -343,7 +343,7 @@ int ClosedSign(
 }
 
 /// +1 or -1 if that much of the area faces the viewpoint, or faces away from it; else 0.
-int FacingSign(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits, const int* members,
+int FacingSign(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const int* members,
   int count, const OrientationSettings& settings)
 {
   double toward = 0.0;
@@ -379,7 +379,7 @@ int GivenSign(const std::vector<SurfelFit>& fits, const std::vector<Vector3>& gi
 }
 }
 
-void FaceViewpoint(const SurfelCloud& cloud, const Vector3& viewpoint, std::vector<SurfelFit>& fits)
+void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<SurfelFit>& fits)
 {
   vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
@@ -392,7 +392,7 @@ void FaceViewpoint(const SurfelCloud& cloud, const Vector3& viewpoint, std::vect
   });
 }
 
-bool OrientConsistently(const SurfelCloud& cloud, const std::vector<int>& graph,
+bool OrientConsistently(const LocalCloud& cloud, const std::vector<int>& graph,
   const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
   Sidedness& sides)
 {

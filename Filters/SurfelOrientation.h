@@ -15,7 +15,7 @@
 
 namespace SurfelGeometry
 {
-struct SurfelCloud;
+struct LocalCloud;
 
 struct OrientationSettings
 {
@@ -36,11 +36,10 @@ struct Sidedness
 /// Turns the normals in `fits` consistently and decides their sides. Points whose normals were
 /// given are one-sided and keep their sign; others follow them where the votes agree.
 /// Returns false if stopped.
-bool OrientConsistently(const SurfelCloud& cloud, const std::vector<int>& graph,
+bool OrientConsistently(const LocalCloud& cloud, const std::vector<int>& graph,
   const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
   Sidedness& sides);
 
 /// Turns every normal to face `viewpoint` (relative to the cloud's origin).
-void FaceViewpoint(
-  const SurfelCloud& cloud, const Vector3& viewpoint, std::vector<SurfelFit>& fits);
+void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<SurfelFit>& fits);
 }

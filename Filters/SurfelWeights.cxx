@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelWeights.h"
 
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 #include "SurfelFit.h"
 #include "SurfelNeighborhood.h"
 
@@ -67,7 +67,7 @@ bool AreCompatible(const WeightSurfel& a, const WeightSurfel& b)
 class Sampler
 {
 public:
-  Sampler(const SurfelCloud& cloud, const std::vector<WeightSurfel>& surfels,
+  Sampler(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
     const WeightSettings& settings, const SurfelNeighborhood& tree)
     : Cloud(cloud)
     , Surfels(surfels)
@@ -196,7 +196,7 @@ private:
     }
   }
 
-  const SurfelCloud& Cloud;
+  const LocalCloud& Cloud;
   const std::vector<WeightSurfel>& Surfels;
   const WeightSettings& Settings;
   const SurfelNeighborhood& Tree;
@@ -208,7 +208,7 @@ private:
 
 using Blocks = std::vector<SampleBlock>;
 
-bool MakeBlocks(const SurfelCloud& cloud, const std::vector<WeightSurfel>& surfels,
+bool MakeBlocks(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
   const WeightSettings& settings, const SurfelMonitor& monitor, Blocks& blocks)
 {
   const SurfelNeighborhood tree(cloud.Positions.data(), cloud.Size());
@@ -412,7 +412,7 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
   return surfel;
 }
 
-bool SolveWeights(const SurfelCloud& cloud, const std::vector<WeightSurfel>& surfels,
+bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
   const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<double>& areas,
   WeightReport& report)
 {
@@ -422,6 +422,12 @@ bool SolveWeights(const SurfelCloud& cloud, const std::vector<WeightSurfel>& sur
     return false;
   }
   report.Before = Measure(blocks, areas, report);
+  if (report.NumberOfSamples == 0)
+  {
+    // A point or two: no place is known to be surface, and there is nothing to normalize.
+    report.After = report.Before;
+    return true;
+  }
   FixedSums denominators(areas.size());
   Accumulate(blocks, nullptr, denominators);
   FixedSums numerators(areas.size());

@@ -21,7 +21,7 @@
 
 namespace SurfelGeometry
 {
-struct SurfelCloud;
+struct LocalCloud;
 
 /// A surfel as the normalization sees it: K(x) = Peak exp(-|B (x - p)|^2 / 2) in its tangent plane.
 struct WeightSurfel
@@ -64,7 +64,7 @@ struct WeightReport
 WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covariance[6]);
 
 /// areas: [n] in: |A|, out: the weighted area. Returns false if stopped.
-bool SolveWeights(const SurfelCloud& cloud, const std::vector<WeightSurfel>& surfels,
+bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
   const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<double>& areas,
   WeightReport& report);
 }

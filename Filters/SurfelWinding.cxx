@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelWinding.h"
 
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 
 #include <cmath>
 
 namespace SurfelGeometry
 {
-double WindingNumber(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits,
+double WindingNumber(const LocalCloud& cloud, const std::vector<SurfelFit>& fits,
   const int* members, int count, int at)
 {
   constexpr double fourPi = 4.0 * 3.14159265358979323846;

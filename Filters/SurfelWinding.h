@@ -14,9 +14,9 @@
 
 namespace SurfelGeometry
 {
-struct SurfelCloud;
+struct LocalCloud;
 
 /// Winding number at the point `at` of the surfels `members`, with area = Spacing^2.
-double WindingNumber(const SurfelCloud& cloud, const std::vector<SurfelFit>& fits,
+double WindingNumber(const LocalCloud& cloud, const std::vector<SurfelFit>& fits,
   const int* members, int count, int at);
 }

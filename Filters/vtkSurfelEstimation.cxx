@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEstimation.h"
 
+#include "LocalCloud.h"
 #include "SurfelArrays.h"
 #include "SurfelCell.h"
-#include "SurfelCloud.h"
 #include "SurfelFit.h"
 #include "SurfelNeighborhood.h"
 #include "SurfelOrientation.h"
@@ -50,13 +50,14 @@ vtkDataArray* FindNormals(vtkPointSet* input)
     : nullptr;
 }
 
-/// Origin of points that are surfels already, else 0.
+/// Origin of points that are surfels already, else 0. Three values in any shape, as the mapper
+/// takes them.
 void ReadOrigin(vtkPointSet* input, double origin[3])
 {
   vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
-  if (array && array->GetNumberOfComponents() == 3 && array->GetNumberOfTuples() > 0)
+  for (int i = 0; array && array->GetNumberOfValues() == 3 && i < 3; ++i)
   {
-    array->GetTuple(0, origin);
+    origin[i] = array->GetVariantValue(i).ToDouble();
   }
 }
 
@@ -352,7 +353,7 @@ private:
   }
 
   vtkSurfelEstimation* Self;
-  SurfelCloud Cloud;
+  LocalCloud Cloud;
   std::vector<float> Given;
   std::vector<SurfelFit> Fits;
   std::vector<int> Graph;

@@ -191,7 +191,8 @@ public:
   /**
    * A point is isolated where its sixth neighbour is farther than this many times the median of
    * that distance among its neighbours, or than the square of it times the whole cloud's. It
-   * then gets the median spacing around it and is two-sided. Default 6, range 2 to 1000.
+   * then gets the median spacing around it; where orientation is CONSISTENT it is two-sided.
+   * Default 6, range 2 to 1000.
    */
   vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);
   vtkGetMacro(IsolationFactor, double);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelNormalization.h"
 
+#include "LocalCloud.h"
 #include "SurfelArrays.h"
-#include "SurfelCloud.h"
 #include "SurfelWeights.h"
 
 #include "vtkDataArray.h"
@@ -142,7 +142,7 @@ private:
   }
 
   vtkSurfelNormalization* Self;
-  SurfelCloud Cloud;
+  LocalCloud Cloud;
   std::vector<WeightSurfel> Surfels;
   WeightReport Report;
 };
@@ -194,10 +194,16 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
   {
     const char* Name;
     int Components;
-  } needed[] = { { Arrays::AreaVector, 3 }, { Arrays::Covariance, 6 } };
-  for (const auto& array : needed)
+    bool Needed;
+  } arrays[] = { { Arrays::AreaVector, 3, true }, { Arrays::Covariance, 6, true },
+    { Arrays::TwoSided, 1, false } };
+  for (const auto& array : arrays)
   {
     vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
+    if (!found && !array.Needed)
+    {
+      continue;
+    }
     if (!found || found->GetNumberOfComponents() != array.Components ||
       found->GetNumberOfTuples() != input->GetNumberOfPoints())
     {

@@ -71,7 +71,8 @@ bool FrameBlit::ReadDepth(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth)
 {
   depth.resize(static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
-  while (glGetError() != GL_NO_ERROR)
+  // Errors of others. A lost context reports one for ever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }
   GLint drawFramebuffer = 0, samples = 0;

@@ -1,7 +1,7 @@
 //VTK::System::Dec
 
-// Blends the splatter's frame over what is there: colour premultiplied (blend function ONE, ONE_MINUS_SRC_ALPHA), depth in
-// window coordinates. Pixels that no splat touched stay as they are.
+// Blends the splatter's frame over what is there: colour premultiplied (blend function ONE,
+// ONE_MINUS_SRC_ALPHA), depth in window coordinates. Pixels that no splat touched stay as they are.
 
 in vec2 texCoord;
 

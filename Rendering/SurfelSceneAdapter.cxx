@@ -126,10 +126,13 @@ Material MakeMaterial(vtkProperty* property)
 
 void SMPExecutor::For(std::size_t size, std::size_t grain, const RangeFunction& function) const
 {
+  ExceptionCarrier carrier;
   vtkSMPTools::For(0, static_cast<vtkIdType>(size), static_cast<vtkIdType>(grain),
-    [&function](vtkIdType begin, vtkIdType end) {
-      function(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
+    [&](vtkIdType begin, vtkIdType end) {
+      carrier.Run(
+        [&]() { function(static_cast<std::size_t>(begin), static_cast<std::size_t>(end)); });
     });
+  carrier.Rethrow();
 }
 
 View MakeView(vtkCamera* camera, const int size[2], double aspect)

@@ -63,8 +63,8 @@ public:
 
   ///@{
   /**
-   * Whether the clipping range is fitted to the scene instead of being the camera's: nothing in
-   * front of the lens is cut off. The camera itself is not changed. Default on.
+   * Whether the clipping range is left open instead of being the camera's: nothing in front of the
+   * lens is cut off. The camera itself is not changed. Default on.
    */
   vtkSetMacro(AutomaticClippingRange, vtkTypeBool);
   vtkGetMacro(AutomaticClippingRange, vtkTypeBool);

@@ -92,8 +92,9 @@ public:
   /**
    * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
    * Larger is smoother and slower. The mass of a splat and the variance of surface and pixel filter
-   * do not depend on it; that of the lens grows with it (0.28 C^2 at the default). Default 2.5,
-   * range [1, 20].
+   * do not depend on it. With GAUSSIAN that of the lens grows with it (0.28 C^2 at the default);
+   * with PEARSON_II only splats with little blur, which are Gaussians, have a cut-off. Default
+   * 2.5, range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);

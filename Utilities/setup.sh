@@ -35,9 +35,14 @@ is_configured() {
     grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$build/CMakeCache.txt"
 }
 
+# Ray-traced scenes for the accuracy test, where they are at hand.
+truth=$root/../shared/truth
+[ -d "$truth" ] || truth=
+
 # ninja itself configures anew when a CMake file has changed.
 configure_and_build() {
-  is_configured || cmake -S "$root" -B "$build" -G Ninja -DPython3_EXECUTABLE="$python"
+  is_configured || cmake -S "$root" -B "$build" -G Ninja -DPython3_EXECUTABLE="$python" \
+    -DSURFELSPLATTING_TRUTH_DIR="$truth"
   ninja -C "$build" -n | grep -q 'no work to do' || cmake --build "$build"
 }
 

@@ -24,10 +24,11 @@ ThreadExecutor::ThreadExecutor(unsigned int numberOfThreads)
 void ThreadExecutor::For(std::size_t size, std::size_t grain, const RangeFunction& function) const
 {
   std::atomic<std::size_t> next{ 0 };
+  ExceptionCarrier carrier;
   auto work = [&]() {
     for (std::size_t begin = next.fetch_add(grain); begin < size; begin = next.fetch_add(grain))
     {
-      function(begin, std::min(size, begin + grain));
+      carrier.Run([&]() { function(begin, std::min(size, begin + grain)); });
     }
   };
   std::vector<std::thread> threads;
@@ -40,5 +41,6 @@ void ThreadExecutor::For(std::size_t size, std::size_t grain, const RangeFunctio
   {
     thread.join();
   }
+  carrier.Rethrow();
 }
 }

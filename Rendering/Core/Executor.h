@@ -6,7 +6,9 @@
  */
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <exception>
 #include <functional>
 
 namespace SurfelSplatting
@@ -20,8 +22,48 @@ public:
   virtual ~Executor() = default;
 
   /// Runs function over [0, size) in pieces of about grain (>= 1) elements and returns when all is
-  /// done.
+  /// done. Where a piece throws, one of the exceptions is thrown to the caller, when all threads
+  /// have come back.
   virtual void For(std::size_t size, std::size_t grain, const RangeFunction& function) const = 0;
+};
+
+/// Keeps the first exception of several threads, to be thrown by the one that waits for them.
+class ExceptionCarrier
+{
+public:
+  /// Runs function unless another one has failed already.
+  template <typename Function>
+  void Run(Function&& function)
+  {
+    if (this->Failed)
+    {
+      return;
+    }
+    try
+    {
+      function();
+    }
+    catch (...)
+    {
+      if (!this->Failed.exchange(true))
+      {
+        this->First = std::current_exception();
+      }
+    }
+  }
+
+  /// After all threads have come back.
+  void Rethrow() const
+  {
+    if (this->First)
+    {
+      std::rethrow_exception(this->First);
+    }
+  }
+
+private:
+  std::atomic<bool> Failed{ false };
+  std::exception_ptr First;
 };
 
 /// Runs everything on the calling thread.

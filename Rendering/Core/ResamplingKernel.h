@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The screen-space EWA resampling kernel of a splat: a truncated Gaussian whose mass and variance
- * are exactly what they are said to be.
+ * The screen-space EWA resampling kernel of a splat: a truncated Gaussian, or where the lens blurs
+ * a Pearson-II kernel; their mass and variance are exactly what they are said to be.
  *
  * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, and a cut-off c on the
  * exponent. Their compensation 1 / (1 - e^-c) fits the exponent beta = q/2 of the Gaussian, q = x'

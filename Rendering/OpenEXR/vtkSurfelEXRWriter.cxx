@@ -52,6 +52,25 @@ std::vector<float> TopDownPlane(
   return plane;
 }
 
+/// What a path stands for, also where the file at a link's end is still to be written.
+std::string FollowLinks(const std::string& path)
+{
+  constexpr int mostLinks = 40;
+  std::string target = path, next;
+  for (int i = 0; i < mostLinks && vtksys::SystemTools::FileIsSymlink(target); ++i)
+  {
+    if (!vtksys::SystemTools::ReadSymlink(target, next))
+    {
+      break;
+    }
+    target = vtksys::SystemTools::FileIsFullPath(next)
+      ? next
+      : vtksys::SystemTools::GetFilenamePath(target) +
+        (target.find('/') == std::string::npos ? "" : "/") + next;
+  }
+  return target;
+}
+
 std::ofstream OpenForWriting(const std::string& path)
 {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
@@ -205,8 +224,9 @@ int vtkSurfelEXRWriter::RequestData(
   }
 
   vtksys::SystemInformation system;
-  const std::string temporary =
-    std::string(this->FileName) + "." + std::to_string(system.GetProcessId()) + ".part";
+  // What a link points to is written; the link stays.
+  const std::string target = FollowLinks(this->FileName);
+  const std::string temporary = target + "." + std::to_string(system.GetProcessId()) + ".part";
   unsigned long problemCode = vtkErrorCode::UnknownError;
   try
   {
@@ -216,7 +236,7 @@ int vtkSurfelEXRWriter::RequestData(
     problemCode = vtkErrorCode::OutOfDiskSpaceError;
     WriteEXR(planes, size[0], size[1], file, temporary);
     problemCode = vtkErrorCode::CannotOpenFileError;
-    if (std::rename(temporary.c_str(), this->FileName) != 0)
+    if (std::rename(temporary.c_str(), target.c_str()) != 0)
     {
       throw std::runtime_error(vtksys::SystemTools::GetLastSystemError());
     }

@@ -131,6 +131,21 @@ class TestBadInput(ToolCase):
             self.refuse_options("--size", *size, says=["--size", "whole number"])
         self.refuse_options("--size", "70000", "10", says=["too large"])
 
+    def test_cameras_beyond_all_measure(self):
+        for options, says in (
+                (["--position", "1e300", "0", "0"], ["position", "1e+300", "1e+17"]),
+                (["--focal-point", "0", "-1e300", "0"], ["focal point", "-1e+300"]),
+                (["--view-angle", "1e-300"], ["view angle", "1e-300", "0.0001"]),
+                (["--view-angle", "179.99999"], ["view angle", "179.9999"]),
+                (["--focal-disk", "1e200"], ["focal disk", "1e+200"]),
+                (["--focal-distance", "1e300"], ["focal distance", "1e+300"])):
+            self.refuse_options(*options, says=says)
+        self.refuse_view({"position": [0, 0, 1e300]}, "position", "1e+300")
+        for angle in ("0.001", "179"):
+            self.assertEqual(self.run_tool("render", "ok.ply", *SMALL, "--view-angle", angle, "-o",
+                                           "out.exr").returncode, 0)
+        os.remove("out.exr")
+
     def test_picture_size_of_a_camera_file(self):
         write("camera.json", json.dumps({"viewAngle": 30, "size": [1000000, 1000000]}))
         self.refuse("render", "ok.ply", "--camera", "camera.json", "-o", "out.png",
@@ -159,6 +174,9 @@ class TestBadInput(ToolCase):
         self.refuse_options("--surfels", "surfels.ply", says=["surfels.ply", ".vtp"])
         self.refuse_options("--surfels", "nowhere/surfels.vtp", says=["does not exist"])
         self.refuse_options("--stats", "nowhere/stats.json", says=["does not exist"])
+
+    def test_statistics_are_json(self):
+        self.refuse_options("--stats", "stats.txt", says=("stats.txt", ".json"))
 
     def test_folder_that_takes_no_files(self):
         # Where not even root can create a file.

@@ -4,6 +4,8 @@
 import json
 import math
 import os
+import stat
+import subprocess
 import unittest
 
 import numpy as np
@@ -113,6 +115,36 @@ class TestPictures(ToolCase):
         self.assertIn("read as input", result.stderr)
         with open("ball.ply", "rb") as file:
             self.assertEqual(file.read(), before)
+
+    def test_single_point_fills_its_picture(self):
+        for place in ("1 2 3", "500000.1 5400000.2 300.3"):
+            with open("one.xyz", "w", encoding="utf-8") as file:
+                file.write(place + "\n")
+            self.render("one.xyz", *SMALL, "-o", "one.exr")
+            alpha = self.read_rgba("one.exr")[..., 3]
+            self.assertGreater(alpha[24, 32], 0.4)  # the peak of one kernel
+            self.assertLess(alpha[[0, 0, -1, -1], [0, -1, 0, -1]].max(), 0.05)
+
+    def test_links_and_devices_stay_what_they_are(self):
+        for extension in (".png", ".exr"):
+            os.symlink("real" + extension, "link" + extension)
+            self.render("ball.ply", *SMALL, "-o", "link" + extension)
+            self.assertTrue(os.path.islink("link" + extension))
+            self.assertGreater(os.path.getsize("real" + extension), 0)
+        result = self.run_tool("render", "ball.ply", *SMALL, "-o", "out.png", "--stats",
+                               "/dev/stdout")
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(json.loads(result.stdout)["points"], 6000)
+
+    def test_pipe(self):
+        os.mkfifo("pipe.exr")
+        with subprocess.Popen(["cat", "pipe.exr"], stdout=subprocess.PIPE) as reader:
+            self.render("ball.ply", *SMALL, "-o", "pipe.exr")
+            content = reader.stdout.read()
+        self.assertTrue(stat.S_ISFIFO(os.stat("pipe.exr").st_mode))
+        self.render("ball.ply", *SMALL, "-o", "out.exr")
+        with open("out.exr", "rb") as file:
+            self.assertEqual(content, file.read())
 
     def test_kernel_reaches_the_splatter(self):
         blur = (*CAMERA, *SMALL, "--circle-of-confusion", "8")

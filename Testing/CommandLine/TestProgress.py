@@ -3,7 +3,9 @@
 
 import os
 import pty
+import signal
 import subprocess
+import time
 import unittest
 from unittest import mock
 
@@ -30,7 +32,7 @@ class TestProgress(ToolCase):
     def test_bar(self):
         terminal = Terminal()
         with mock.patch.object(progress, "PATIENCE", 0.0):
-            bar = progress.Progress(terminal)
+            bar = progress.Progress(None, terminal)
             bar.show("estimation", 0.5)
             self.assertIn("\restimation   [" + "#" * 15 + " " * 15 + "]  50 %", terminal.text)
             bar.show("estimation", 1.0)
@@ -41,7 +43,7 @@ class TestProgress(ToolCase):
 
     def test_short_things_show_nothing(self):
         terminal = Terminal()
-        bar = progress.Progress(terminal)
+        bar = progress.Progress(None, terminal)
         bar.show("reading", 0.1)
         bar.clear()
         self.assertEqual(terminal.text, "")
@@ -49,7 +51,7 @@ class TestProgress(ToolCase):
     def test_no_terminal_no_bar(self):
         terminal = Terminal(is_terminal=False)
         with mock.patch.object(progress, "PATIENCE", 0.0):
-            progress.Progress(terminal).show("reading", 0.1)
+            progress.Progress(None, terminal).show("reading", 0.1)
         self.assertEqual(terminal.text, "")
 
     def test_tool_on_a_terminal(self):
@@ -69,6 +71,38 @@ class TestProgress(ToolCase):
         self.assertEqual(process.returncode, 0)
         self.assertRegex(shown.decode(), r"\r(estimation|normalization) +\[#* *\] +\d+ %")
         self.assertEqual(shown.decode().split("\r")[-2].strip(), "")
+
+    def interrupt(self, stream):
+        """Ctrl-C once the tool is at work: quiet, 130, nothing left."""
+        points, _ = sphere(400_000)
+        write_ply("ball.ply", points)
+        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "-o", "out.png", "-v"],
+                              stderr=subprocess.PIPE if stream is None else stream) as process:
+            if stream is None:
+                said = process.stderr.readline()  # the cloud is read, estimation begins
+            else:
+                time.sleep(2)
+                said = b""
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            said += process.stderr.read() if stream is None else b""
+            process.wait(timeout=60)
+        self.assertEqual(process.returncode, 130, said)
+        self.assertEqual(os.listdir("."), ["ball.ply"])
+        return said.decode()
+
+    def test_interrupt(self):
+        said = self.interrupt(None)
+        self.assertIn("surfelsplat: interrupted\n", said)
+        self.assertNotIn("Ctrl-C", said)
+
+    def test_interrupt_on_a_terminal(self):
+        ours, theirs = pty.openpty()
+        self.addCleanup(os.close, ours)
+        self.interrupt(theirs)
+        os.close(theirs)
+        shown = os.read(ours, 65536).decode()
+        self.assertNotIn("Ctrl-C", shown)
 
 
 if __name__ == "__main__":

@@ -171,7 +171,8 @@ class TestReader(ToolCase):
 
     def test_real_colors_above_one_are_bytes(self):
         columns = [(name, [0, 1], "f4") for name in "xyz"]
-        columns += [(name, [v, 300], "f4") for name, v in (("red", 1), ("green", 2.4), ("blue", 99))]
+        columns += [(name, [value, 300], "f4")
+                    for name, value in (("red", 1), ("green", 2.4), ("blue", 99))]
         write_pcd("cloud.pcd", columns, "ascii")
         colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
         np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]])

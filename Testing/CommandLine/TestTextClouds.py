@@ -45,6 +45,10 @@ class TestTextClouds(ToolCase):
         arrays = self.check_points("1 2 3 1.0 0.5 0\n4 5 6 0.2 0 0\n")
         np.testing.assert_array_equal(arrays["RGB"], [[255, 128, 0], [51, 0, 0]])
 
+    def test_whole_colors_within_one_are_fractions(self):
+        arrays = self.check_points("1 2 3 1 1 1\n4 5 6 0 0 1\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[255, 255, 255], [0, 0, 255]])
+
     def test_normals(self):
         arrays = self.check_points("1 2 3 0 0 -1\n4 5 6 0.6 0.8 0\n")
         np.testing.assert_allclose(arrays["Normals"], [[0, 0, -1], [0.6, 0.8, 0]], rtol=1e-6)

@@ -7,6 +7,7 @@
 #include "TestScene.h"
 
 #include <cstring>
+#include <new>
 
 using namespace SurfelSplatting;
 
@@ -58,11 +59,36 @@ bool Same(const Picture& a, const Picture& b)
 }
 }
 
-int main()
+/// An exception of any thread reaches the caller, after all of them have come back.
+void TestExceptions()
 {
+  for (unsigned int threads : { 1u, 2u, 8u })
+  {
+    bool caught = false;
+    try
+    {
+      ThreadExecutor(threads).For(1000, 1, [](std::size_t begin, std::size_t) {
+        if (begin == 500)
+        {
+          throw std::bad_alloc();
+        }
+      });
+    }
+    catch (const std::bad_alloc&)
+    {
+      caught = true;
+    }
+    CHECK(caught);
+  }
+}
+
+int main(int argc, char* argv[])
+{
+  ChooseKernel(argc, argv);
+  TestExceptions();
   const TestCloud cloud = MakeCloud();
   const std::vector<SurfelCloud> clouds(2, cloud.Get());
-  SplatContext context;
+  SplatContext context = TestContext();
   context.Camera = PinholeView(193, 130, 100.0);
   context.Optics = { 0.03, 2.0 };
   const Picture expected = RenderPicture(context, clouds);

@@ -234,7 +234,7 @@ void TestScene()
   constexpr int Width = 40, Height = 36;
   const TestCloud cloud = RandomCloud();
   const std::vector<SurfelCloud> clouds{ cloud.Get() };
-  SplatContext context;
+  SplatContext context = TestContext();
   context.Camera = PinholeView(Width, Height, 40.0);
   context.Optics = { 0.05, 2.0 };
   RecordingSink sink(Width, Height);
@@ -258,8 +258,9 @@ void TestScene()
 }
 }
 
-int main()
+int main(int argc, char* argv[])
 {
+  ChooseKernel(argc, argv);
   TestJoin();
   TestResolve();
   Random random(7);

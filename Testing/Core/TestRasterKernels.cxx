@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <string>
 
 using namespace SurfelSplatting;
 
@@ -258,27 +259,54 @@ void TestExponential()
 }
 }
 
-int main()
+/// The named kernel if it is built in and this processor runs it, else null.
+const RasterKernel* FindKernel(const std::string& name)
 {
-  TestExponential();
-  std::vector<const RasterKernel*> kernels{ &RasterKernelBaseline };
+  if (name == "baseline")
+  {
+    return &RasterKernelBaseline;
+  }
 #ifdef SURFELSPLATTING_X86_KERNELS
   __builtin_cpu_init();
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-    __builtin_cpu_supports("avx512dq");
-  avx2 ? kernels.push_back(&RasterKernelAVX2)
-       : void(std::puts("AVX2: skipped, not on this machine"));
-  avx512 ? kernels.push_back(&RasterKernelAVX512)
-         : void(std::puts("AVX-512: skipped, not on this machine"));
-#else
-  std::puts("AVX2, AVX-512: skipped, another architecture");
-#endif
-  for (const RasterKernel* kernel : kernels)
+  if (name == "avx2" && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
   {
-    TestKernel(*kernel);
-    TestExtremes(*kernel);
+    return &RasterKernelAVX2;
   }
-  CHECK(SelectRasterKernel().AddSplat == kernels.back()->AddSplat);
-  return Checks().Report("raster kernels");
+  if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+    __builtin_cpu_supports("avx512dq"))
+  {
+    return &RasterKernelAVX512;
+  }
+#endif
+  return nullptr;
+}
+
+/// The best that this machine has is what the raster takes.
+void TestSelection()
+{
+  const RasterKernel* best = nullptr;
+  for (const char* name : { "baseline", "avx2", "avx512" })
+  {
+    const RasterKernel* kernel = FindKernel(name);
+    best = kernel ? kernel : best;
+  }
+  CHECK(SelectRasterKernel().AddSplat == best->AddSplat);
+}
+
+/// @param argv[1] baseline, avx2 or avx512
+int main(int argc, char* argv[])
+{
+  constexpr int skipped = 77;
+  const std::string name = argc > 1 ? argv[1] : "baseline";
+  const RasterKernel* kernel = FindKernel(name);
+  if (!kernel)
+  {
+    std::printf("%s: skipped, not on this machine\n", name.c_str());
+    return skipped;
+  }
+  TestExponential();
+  TestSelection();
+  TestKernel(*kernel);
+  TestExtremes(*kernel);
+  return Checks().Report(("raster kernel " + name).c_str());
 }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace SurfelSplatting
 {
@@ -94,6 +95,24 @@ Picture::Picture(int width, int height)
 Frame Picture::Get()
 {
   return { this->Width, this->Height, this->Color.data(), this->Depth.data() };
+}
+
+namespace
+{
+KernelType KernelUnderTest = KernelType::PearsonII;
+}
+
+SplatContext TestContext()
+{
+  SplatContext context;
+  context.Settings.Kernel = KernelUnderTest;
+  return context;
+}
+
+void ChooseKernel(int argc, char* argv[])
+{
+  KernelUnderTest =
+    argc > 1 && std::string(argv[1]) == "gaussian" ? KernelType::Gaussian : KernelType::PearsonII;
 }
 
 View PinholeView(int width, int height, double focalLength)

@@ -22,7 +22,7 @@ const float OddValues[] = { NotANumber, Infinity, -Infinity, 1e-45f, -1e-45f, 1e
 
 SplatContext MakeContext(int width = 40, int height = 36)
 {
-  SplatContext context;
+  SplatContext context = TestContext();
   context.Camera = PinholeView(width, height, 40.0);
   context.Optics = { 0.05, 2.0 };
   return context;
@@ -445,8 +445,9 @@ void TestCoincident()
 }
 }
 
-int main()
+int main(int argc, char* argv[])
 {
+  ChooseKernel(argc, argv);
   TestEmpty();
   TestOddFields();
   TestInvalidLeavesNoTrace();

@@ -170,6 +170,13 @@ void TestTrouble()
   CHECK(empty.Run().Count() == 0);
   CHECK(empty.Run().HasArrays());
 
+  Sampled lone;
+  lone.Points = { { 1.0, 2.0, 3.0 } };
+  Pipeline point(lone);
+  point.Estimation->Update();
+  CHECK_NEAR(
+    point.Run().Area(0), Surfels(point.Estimation->GetOutput()).Area(0), 0.0); // left as it was
+
   Sampled sphere = MakeSphere(1.0, 5000, Random(16));
   Pipeline pipeline(sphere);
   pipeline.Estimation->Update();
@@ -191,6 +198,36 @@ void TestTrouble()
   CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
   CHECK(Surfels(filter->GetOutput()).Area(11) == 0.0);
 }
+
+/// Arrays that do not have a value for every point are refused before they are read.
+void TestShortArrays()
+{
+  Pipeline pipeline(MakeSphere(1.0, 500, Random(17)));
+  pipeline.Estimation->Update();
+  vtkNew<vtkSurfelNormalization> filter;
+  Messages messages(filter);
+  for (const char* name : { "SurfelAreaVector", "SurfelCovariance", "SurfelTwoSided" })
+  {
+    vtkNew<vtkPolyData> surfels;
+    surfels->DeepCopy(pipeline.Estimation->GetOutput());
+    surfels->GetPointData()->GetArray(name)->SetNumberOfTuples(10);
+    messages.Errors.clear();
+    filter->SetInputData(surfels);
+    filter->Update();
+    CHECK(!messages.Errors.empty() && messages.Errors[0].find(name) != std::string::npos);
+  }
+
+  // Normals that are too few are no normals: they are estimated.
+  Sampled sphere = MakeSphere(1.0, 500, Random(18));
+  vtkSmartPointer<vtkPolyData> points = ToPolyData(sphere.Points);
+  AddNormals(points, sphere.Normals);
+  points->GetPointData()->GetNormals()->SetNumberOfTuples(10);
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(points);
+  estimation->Update();
+  CHECK(Surfels(estimation->GetOutput()).Count() == 500);
+  CHECK(Surfels(estimation->GetOutput()).IsFinite());
+}
 }
 
 int main()
@@ -200,5 +237,6 @@ int main()
   TestSheets();
   TestSettings();
   TestTrouble();
+  TestShortArrays();
   return Failures() == 0 ? 0 : 1;
 }

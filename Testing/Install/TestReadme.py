@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the README shows is run: its Python, and its C++ as part of the example that is built elsewhere."""
+"""What the README shows is run: its Python, and its C++ as part of the example that is built
+elsewhere."""
 
 import os
 import re

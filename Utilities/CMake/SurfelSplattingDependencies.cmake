@@ -20,8 +20,8 @@ endif ()
 # Without COMPONENTS the package demands Qt5's development files.
 find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components})
 
-# PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features and
-# pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.
+# PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features
+# and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS common kdtree octree search features filters io)
 foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)
   if (TARGET ${pcl_target})

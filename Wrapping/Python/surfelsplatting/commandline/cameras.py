@@ -13,6 +13,8 @@ from .problems import UserProblem
 Vector = Tuple[float, float, float]
 DEFAULT_SIZE = (800, 600)
 DEFAULT_ANGLE = 30.0
+LARGEST = 1e17  # world units; the filters' bound: sums of squares stay in float's range
+SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel spans less than rounding errors of the camera
 PARALLEL = 1e-6  # sine of the angle below which two directions are one
 
 
@@ -172,9 +174,27 @@ def asked_view(arguments):
     return view
 
 
+def _check_range(view):
+    for name, vector in (("position", view.position), ("focal point", view.focal_point),
+                         ("view-up vector", view.view_up)):
+        for value in vector or ():
+            if abs(value) > LARGEST:
+                raise UserProblem(f"the camera's {name} has a coordinate of {value:g}; at most "
+                                  f"{LARGEST:g} makes sense")
+    for name, value in (("focal disk", view.focal_disk), ("focal distance", view.focal_distance)):
+        if value > LARGEST:
+            raise UserProblem(f"the camera's {name} is {value:g}; at most {LARGEST:g} makes sense")
+    if not SMALLEST_ANGLE <= view.view_angle <= 180 - SMALLEST_ANGLE:
+        raise UserProblem(f"the camera's view angle is {view.view_angle:g} degrees; it must be "
+                          f"between {SMALLEST_ANGLE} and {180 - SMALLEST_ANGLE}")
+    if view.view_up is not None and 0 < max(map(abs, view.view_up)) < 1e-100:
+        raise UserProblem("the view-up vector is too short to be a direction")
+
+
 def check_view(view):
     """What can be told without the cloud."""
     check_size(view.size)
+    _check_range(view)
     if view.view_up is not None and not any(view.view_up):
         raise UserProblem("the view-up vector is 0 0 0; it must be a direction")
     if view.position is None or view.focal_point is None:

@@ -27,8 +27,7 @@ def _read_scan(path, messages, progress):
 
     reader = vtkPointCloudReader()
     reader.SetFileName(path)
-    progress.watch(reader, "reading")
-    reader.Update()
+    progress.update(reader, "reading")
     messages.check()
     columns, rows = reader.GetDimensions()
     return Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
@@ -40,8 +39,7 @@ def _read_vtp(path, messages, progress):
 
     reader = vtkXMLPolyDataReader()
     reader.SetFileName(path)
-    progress.watch(reader, "reading")
-    reader.Update()
+    progress.update(reader, "reading")
     messages.check(f"{path} is not a readable .vtp file: ")
     return Cloud(reader.GetOutput())
 

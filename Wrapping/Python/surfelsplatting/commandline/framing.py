@@ -35,6 +35,7 @@ class Samples:
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
+        self.radius = _typical_radius(data.GetArray("SurfelCovariance"), step, keep)
         self.two_sided = self.two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
 
@@ -56,6 +57,15 @@ def _near_the_bulk(points, finite):
     slack = 0.5 * max((high - low).max(), 1e-30)
     with np.errstate(invalid="ignore"):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+
+
+def _typical_radius(covariances, step, keep):
+    """Of a kernel, two standard deviations: what a cloud of a single point consists of."""
+    if not covariances:
+        return 0.0
+    trace = vtk_to_numpy(covariances)[::step, :3][keep].astype(np.float64).sum(axis=1)
+    trace = trace[np.isfinite(trace) & (trace > 0)]
+    return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 
 
 def _unit(vector):
@@ -117,8 +127,10 @@ def _fit(samples, direction, up, view):
     shift = np.zeros(2)
     distance = 0.0
     for _ in range(3):
-        reach = np.maximum(np.abs(x - shift[0]) / tan_x, np.abs(y - shift[1]) / tan_y) + z
-        distance = max(reach.max(), z.max() + 1e-3 * max(np.ptp(z), np.ptp(x), 1e-12))
+        reach = np.maximum((np.abs(x - shift[0]) + samples.radius) / tan_x,
+                           (np.abs(y - shift[1]) + samples.radius) / tan_y) + z
+        nearest = 1e-3 * max(np.ptp(z), np.ptp(x), 1e-9 * np.abs(samples.center).max(), 1e-12)
+        distance = max(reach.max(), z.max() + nearest)
         # The middle of what is seen moves with the distance.
         depth = distance - z
         for i, along in enumerate((x, y)):

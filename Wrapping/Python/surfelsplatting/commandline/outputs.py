@@ -3,21 +3,32 @@
 
 import json
 import os
-from contextlib import contextmanager
+import shutil
+import tempfile
+from contextlib import contextmanager, nullcontext
 
 from .problems import UserProblem
 
 PICTURES = (".png", ".exr")
 
 
-def check_output(path, extensions=None):
+def _is_device(path):
+    """/dev/stdout, a pipe: written as it is, never replaced by a file."""
+    return os.path.exists(path) and not os.path.isfile(path)
+
+
+def check_output(path, extensions):
     """Before anything is computed: can this file be written?"""
-    if extensions and os.path.splitext(path)[1].lower() not in extensions:
+    if not _is_device(path) and os.path.splitext(path)[1].lower() not in extensions:
         raise UserProblem(f"{path}: unknown extension for this output; it must be "
                           + " or ".join(extensions))
-    folder = os.path.dirname(path) or "."
     if os.path.isdir(path):
         raise UserProblem(f"{path} is a folder; give a file name")
+    if _is_device(path):
+        if not os.access(path, os.W_OK):
+            raise UserProblem(f"cannot write {path}: it takes no input")
+        return
+    folder = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(folder):
         raise UserProblem(f"cannot write {path}: the folder {folder} does not exist")
     if not os.access(folder, os.W_OK):
@@ -35,17 +46,29 @@ def check_distinct(cloud, *others):
             raise UserProblem(f"{path} is read as input; give the output another name")
         if real in written:
             raise UserProblem(f"{path} is named for two outputs; give each its own name")
-        written.add(real)
+        if not _is_device(path):
+            written.add(real)
 
 
 @contextmanager
 def whole_file(path):
-    """Yields the name of a temporary file beside path that becomes path if all goes well."""
-    stem, extension = os.path.splitext(path)
+    """Yields the name of a temporary file that becomes path if all goes well.
+
+    What a link points to is written, and into devices and pipes the finished file is copied.
+    """
+    device = _is_device(path)
+    target = os.path.realpath(path)
+    stem, extension = os.path.splitext(target)
+    if device:
+        stem = os.path.join(tempfile.gettempdir(), "surfelsplat")
     temporary = f"{stem}.{os.getpid()}.part{extension}"
     try:
         yield temporary
-        os.replace(temporary, path)
+        if device:
+            with open(temporary, "rb") as source, open(path, "wb") as sink:
+                shutil.copyfileobj(source, sink)
+        else:
+            os.replace(temporary, target)
     except OSError as problem:
         raise UserProblem(f"cannot write {path}: {problem.strerror}") from problem
     finally:
@@ -85,9 +108,11 @@ def _write_exr(picture, path, messages):
     writer = vtkSurfelEXRWriter()
     writer.SetInputData(picture)
     writer.AddChannel("Depth", "Z")
-    writer.SetFileName(path)
-    writer.Write()
-    messages.check()
+    # The writer itself leaves whole files or none, but needs to go back and forth in them.
+    with whole_file(path) if _is_device(path) else nullcontext(path) as name:
+        writer.SetFileName(name)
+        writer.Write()
+        messages.check()
 
 
 def write_picture(picture, path, messages):

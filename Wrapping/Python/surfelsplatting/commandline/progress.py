@@ -9,19 +9,23 @@ PATIENCE = 0.3  # s before a bar shows up
 
 
 class Progress:
-    """Draws on stderr where that is a terminal, else does nothing."""
+    """Draws on stderr where that is a terminal."""
 
-    def __init__(self, stream=None):
+    def __init__(self, interrupts, stream=None):
+        self._interrupts = interrupts
         self._stream = stream or sys.stderr
         self._active = self._stream.isatty()
         self._label = ""
         self._drawn = None  # what stands on the line
         self._began = 0.0
 
-    def watch(self, algorithm, label):
+    def update(self, algorithm, label):
+        """Brings the algorithm up to date; Ctrl-C stops it."""
         if self._active:
             algorithm.AddObserver(
                 "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
+        with self._interrupts.stopping(algorithm):
+            algorithm.Update()
 
     def show(self, label, fraction):
         now = time.monotonic()

@@ -12,6 +12,7 @@ from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from .cameras import asked_view, camera_files
 from .clouds import read_cloud
 from .framing import complete_view
+from .interrupts import Interrupts
 from .outputs import (PICTURES, check_distinct, check_output, write_json, write_picture,
                       write_surfels)
 from .problems import UserProblem
@@ -24,13 +25,13 @@ BACKDROP = (0.16, 0.17, 0.19)  # of lit .png pictures
 
 
 def _check_outputs(arguments):
+    check_distinct(arguments.cloud, *camera_files(arguments.camera), arguments.output,
+                   arguments.surfels, arguments.stats)
     check_output(arguments.output, PICTURES)
     if arguments.surfels:
         check_output(arguments.surfels, (".vtp",))
     if arguments.stats:
-        check_output(arguments.stats)
-    check_distinct(arguments.cloud, *camera_files(arguments.camera), arguments.output,
-                   arguments.surfels, arguments.stats)
+        check_output(arguments.stats, (".json",))
 
 
 def _has_colors(surfels):
@@ -58,9 +59,8 @@ def _make_surfels(cloud, neighbors, path, messages, progress, run):
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())
     for algorithm, stage in ((estimation, "estimation"), (normalization, "normalization")):
-        progress.watch(algorithm, stage)
         with run.stage(stage):
-            algorithm.Update()
+            progress.update(algorithm, stage)
         messages.check(f"{path}: ")
     run.note_estimation(estimation)
     surfels = normalization.GetOutput()
@@ -131,7 +131,7 @@ def _render_frames(renderer, count, messages, progress, run):
 
 def render(arguments):
     messages = VtkMessages(arguments.verbose)
-    progress = Progress()
+    progress = Progress(Interrupts())
     view = asked_view(arguments)
     _check_outputs(arguments)
     if arguments.threads:

@@ -69,8 +69,8 @@ def _are_colors(triple):
 
 
 def _as_bytes(triple):
-    whole = np.array_equal(triple, np.round(triple))
-    scale = 1.0 if whole or triple.max() > 1 else 255.0
+    # No scan is as dark as 1 of 255: what stays within 1 is a fraction, whole numbers too.
+    scale = 1.0 if triple.max() > 1 else 255.0
     return np.round(triple * scale).astype(np.uint8)
 
 

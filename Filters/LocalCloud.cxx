@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "SurfelCloud.h"
+#include "LocalCloud.h"
 
 #include "vtkPoints.h"
 #include "vtkSMPTools.h"
@@ -177,7 +177,7 @@ std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions)
   return OrderOfKeys(MortonKeys(positions));
 }
 
-void GatherCloud(vtkPoints* points, const double inputOrigin[3], SurfelCloud& cloud)
+void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud)
 {
   double lower[3] = { 0.0, 0.0, 0.0 };
   double upper[3] = { 0.0, 0.0, 0.0 };

@@ -15,7 +15,7 @@ class vtkPoints;
 namespace SurfelGeometry
 {
 /// Points about a local origin along a Morton curve. `n` below is Size().
-struct SurfelCloud
+struct LocalCloud
 {
   double Origin[3] = { 0.0, 0.0, 0.0 }; // world units; float values, unless the input's own
   std::vector<float> Positions;         // [3n] relative to Origin
@@ -36,7 +36,7 @@ constexpr double LargestCoordinate = 1e17;
 constexpr double LocalOriginRatio = 4.0;
 
 /// Fills `cloud` from points that are relative to `inputOrigin`.
-void GatherCloud(vtkPoints* points, const double inputOrigin[3], SurfelCloud& cloud);
+void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud);
 
 /// Order of n positions along a Morton curve: result[i] = index of the i-th. Ties by index.
 std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions);
