@@ -5,6 +5,7 @@
 #include "SurfelArrays.h"
 #include "SurfelCell.h"
 #include "SurfelFit.h"
+#include "SurfelInput.h"
 #include "SurfelNeighborhood.h"
 #include "SurfelOrientation.h"
 
@@ -48,17 +49,6 @@ vtkDataArray* FindNormals(vtkPointSet* input)
       normals->GetNumberOfTuples() == input->GetNumberOfPoints()
     ? normals
     : nullptr;
-}
-
-/// Origin of points that are surfels already, else 0. Three values in any shape, as the mapper
-/// takes them.
-void ReadOrigin(vtkPointSet* input, double origin[3])
-{
-  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
-  for (int i = 0; array && array->GetNumberOfValues() == 3 && i < 3; ++i)
-  {
-    origin[i] = array->GetVariantValue(i).ToDouble();
-  }
 }
 
 template <typename Array>

@@ -3,6 +3,7 @@
 
 #include "LocalCloud.h"
 #include "SurfelArrays.h"
+#include "SurfelInput.h"
 #include "SurfelWeights.h"
 
 #include "vtkDataArray.h"
@@ -178,9 +179,10 @@ int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
 //------------------------------------------------------------------------------
 bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
 {
-  if (!input)
+  const std::string problem = CheckSurfels(input);
+  if (!problem.empty())
   {
-    vtkErrorMacro("No input: connect surfels, as vtkSurfelEstimation makes them.");
+    vtkErrorMacro(<< problem);
     return false;
   }
   if (input->GetNumberOfPoints() > std::numeric_limits<int>::max() / 2)
@@ -189,29 +191,6 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
                                    << " surfels; the neighbour search takes up to "
                                    << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
     return false;
-  }
-  const struct
-  {
-    const char* Name;
-    int Components;
-    bool Needed;
-  } arrays[] = { { Arrays::AreaVector, 3, true }, { Arrays::Covariance, 6, true },
-    { Arrays::TwoSided, 1, false } };
-  for (const auto& array : arrays)
-  {
-    vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
-    if (!found && !array.Needed)
-    {
-      continue;
-    }
-    if (!found || found->GetNumberOfComponents() != array.Components ||
-      found->GetNumberOfTuples() != input->GetNumberOfPoints())
-    {
-      vtkErrorMacro("The input has no point array \""
-        << array.Name << "\" of " << array.Components
-        << " components for every point: it is no surfel cloud. Run vtkSurfelEstimation first.");
-      return false;
-    }
   }
   return true;
 }

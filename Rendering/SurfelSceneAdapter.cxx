@@ -2,6 +2,7 @@
 #include "SurfelSceneAdapter.h"
 
 #include "SurfelArrays.h"
+#include "SurfelDetailCache.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtkCamera.h>
@@ -107,6 +108,23 @@ std::string CheckOrigin(vtkPolyData* input)
       " has " + std::to_string(array->GetNumberOfValues()) +
       " values instead of 3: where the surfels are is not known."
                                                   : std::string();
+}
+
+/// The hierarchy's part of a cloud.
+std::string MakeDetail(
+  vtkSurfelMapper* mapper, vtkUnsignedCharArray* colors, SurfelCloudSource& source)
+{
+  vtkPolyData* input = mapper->GetInput();
+  const std::string problem = CheckArray(input, Arrays::LeafCovariance, 6, false);
+  if (!problem.empty())
+  {
+    return problem;
+  }
+  if (vtkDataArray* leaf = input->GetPointData()->GetArray(Arrays::LeafCovariance))
+  {
+    source.Cloud.LeafCovariances = Pointer<vtkFloatArray>(leaf, source);
+  }
+  return mapper->GetDetailCache().Update(input, colors, SMPExecutor(), source.Cloud);
 }
 
 Material MakeMaterial(vtkProperty* property)
@@ -261,6 +279,14 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
     colors->GetNumberOfTuples() == input->GetNumberOfPoints())
   {
     cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
+  }
+  if (SurfelDetailCache::IsHierarchy(input))
+  {
+    const std::string problem = MakeDetail(mapper, cloud.ColorsUChar ? colors : nullptr, source);
+    if (!problem.empty())
+    {
+      return problem;
+    }
   }
 
   Affine3 origin;

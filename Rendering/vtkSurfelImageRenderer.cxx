@@ -166,6 +166,31 @@ int vtkSurfelImageRenderer::RequestInformation(
   return 1;
 }
 
+void vtkSurfelImageRenderer::AddInputs(
+  vtkInformationVector* inputs, std::vector<vtkSurfelSplatter::Item>& items)
+{
+  // Mappers live on: they keep what they have made of a hierarchy.
+  this->InputMappers.resize(static_cast<std::size_t>(inputs->GetNumberOfInformationObjects()));
+  for (std::size_t i = 0; i < this->InputMappers.size(); ++i)
+  {
+    vtkSmartPointer<vtkSurfelMapper>& mapper = this->InputMappers[i];
+    mapper = mapper ? mapper : vtkSmartPointer<vtkSurfelMapper>::New();
+    vtkPolyData* data = vtkPolyData::GetData(inputs, static_cast<int>(i));
+    if (mapper->GetInput() != data)
+    {
+      vtkNew<vtkTrivialProducer> producer;
+      producer->SetOutput(data);
+      mapper->SetInputConnection(producer->GetOutputPort());
+    }
+    vtkSurfelSplatter::Item item;
+    item.Mapper = mapper;
+    item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+    item.Property = vtkSmartPointer<vtkProperty>::New();
+    item.Property->LightingOff();
+    items.push_back(item);
+  }
+}
+
 int vtkSurfelImageRenderer::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
@@ -181,18 +206,7 @@ int vtkSurfelImageRenderer::RequestData(
   {
     vtkSurfelSplatter::CollectItems(actor, items);
   }
-  for (int i = 0; i < inputVector[0]->GetNumberOfInformationObjects(); ++i)
-  {
-    vtkNew<vtkTrivialProducer> producer;
-    producer->SetOutput(vtkPolyData::GetData(inputVector[0], i));
-    vtkSurfelSplatter::Item item;
-    item.Mapper = vtkSmartPointer<vtkSurfelMapper>::New();
-    item.Mapper->SetInputConnection(producer->GetOutputPort());
-    item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
-    item.Property = vtkSmartPointer<vtkProperty>::New();
-    item.Property->LightingOff();
-    items.push_back(item);
-  }
+  this->AddInputs(inputVector[0], items);
 
   vtkNew<vtkLight> headlight;
   headlight->SetLightTypeToHeadlight();

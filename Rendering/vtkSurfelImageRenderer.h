@@ -18,13 +18,16 @@
 #include "vtkNew.h"                   // for members
 #include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
+#include "vtkSurfelSplatter.h"        // for its items
+
+#include <vector> // for members
 
 class vtkActor;
 class vtkActorCollection;
 class vtkCamera;
 class vtkLight;
 class vtkLightCollection;
-class vtkSurfelSplatter;
+class vtkSurfelMapper;
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelImageRenderer : public vtkImageAlgorithm
 {
@@ -113,10 +116,14 @@ private:
   void operator=(const vtkSurfelImageRenderer&) = delete;
 
   void BlendBackground(vtkImageData* picture);
+#ifndef __VTK_WRAP__
+  void AddInputs(vtkInformationVector* inputs, std::vector<vtkSurfelSplatter::Item>& items);
+#endif
 
   vtkNew<vtkActorCollection> Actors;
   vtkNew<vtkLightCollection> Lights;
   vtkNew<vtkSurfelSplatter> Splatter;
+  std::vector<vtkSmartPointer<vtkSurfelMapper>> InputMappers; // of the input port's connections
   vtkSmartPointer<vtkCamera> Camera;
   vtkTypeBool AutomaticClippingRange = 1;
   int Size[2] = { 512, 512 };

@@ -2,6 +2,7 @@
 #include "vtkSurfelMapper.h"
 
 #include "SurfelArrays.h"
+#include "SurfelDetailCache.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>
@@ -26,6 +27,7 @@ namespace Arrays = SurfelSplatting::Arrays;
 vtkStandardNewMacro(vtkSurfelMapper);
 
 vtkSurfelMapper::vtkSurfelMapper()
+  : DetailCache(new SurfelSplatting::SurfelDetailCache)
 {
   this->PreviewActor->SetUserMatrix(this->PreviewMatrix);
 }
@@ -77,7 +79,8 @@ void vtkSurfelMapper::ComputeBounds()
   {
     covariance = nullptr;
   }
-  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+  const vtkIdType leaves = SurfelSplatting::SurfelDetailCache::NumberOfLeaves(input);
+  for (vtkIdType i = 0; i < leaves; ++i)
   {
     double p[3], s[6] = { 0, 0, 0, 0, 0, 0 };
     input->GetPoint(i, p);
@@ -120,8 +123,10 @@ double vtkSurfelMapper::MeanSpacing()
   double sum = 0.0;
   vtkIdType count = 0;
   vtkDataArray* area = input->GetPointData()->GetArray(Arrays::AreaVector);
-  for (vtkIdType i = 0; area && area->GetNumberOfComponents() == 3 && i < area->GetNumberOfTuples();
-       ++i)
+  const vtkIdType surfels = area && area->GetNumberOfComponents() == 3
+    ? std::min(area->GetNumberOfTuples(), SurfelSplatting::SurfelDetailCache::NumberOfLeaves(input))
+    : 0;
+  for (vtkIdType i = 0; i < surfels; ++i)
   {
     double a[3];
     area->GetTuple(i, a);

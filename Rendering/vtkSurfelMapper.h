@@ -5,7 +5,8 @@
  *
  * Put it into an ordinary vtkActor. Its input is a vtkPolyData with the arrays of
  * Documentation/DataContract.md (SurfelCovariance, SurfelAreaVector and so on: the output of
- * vtkSurfelEstimation and vtkSurfelNormalization). Colours come as in every mapper: scalars through
+ * vtkSurfelEstimation and vtkSurfelNormalization), or a hierarchy of them (vtkSurfelHierarchy), of
+ * which what the view needs is drawn. Colours come as in every mapper: scalars through
  * a lookup table, direct RGB(A) scalars, or the actor's property. Opacity is the product of the
  * property's, the colour's and the array SurfelOpacity. Lighting is evaluated once per surfel;
  * vtkProperty::LightingOff() gives the colours as they are.
@@ -27,6 +28,12 @@
 #include "vtkSurfelRenderingModule.h" // for export macro
 #include "vtkWeakPointer.h"           // for members
 
+#include <memory> // for members
+
+namespace SurfelSplatting
+{
+class SurfelDetailCache;
+}
 class vtkMatrix4x4;
 class vtkPointGaussianMapper;
 
@@ -55,8 +62,19 @@ public:
   bool GetSplatted() const { return this->Splatted; }
   ///@}
 
+#ifndef __VTK_WRAP__
+  /// What is kept of an input that is a hierarchy.
+  SurfelSplatting::SurfelDetailCache& GetDetailCache()
+  {
+    return *this->DetailCache;
+  }
+#endif
+
   void ReleaseGraphicsResources(vtkWindow* window) override;
-  bool GetSupportsSelection() override { return true; }
+  bool GetSupportsSelection() override
+  {
+    return true;
+  }
   void ProcessSelectorPixelBuffers(
     vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop) override;
 
@@ -83,6 +101,7 @@ private:
   void ReleasePreview();
   double MeanSpacing();
 
+  std::unique_ptr<SurfelSplatting::SurfelDetailCache> DetailCache;
   vtkSmartPointer<vtkPointGaussianMapper> Preview;
   vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
   vtkNew<vtkActor> PreviewActor;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplatter.h"
 
+#include "FrameKey.h"
 #include "Splatter.h"
+#include "SurfelDetailCache.h"
 #include "SurfelSceneAdapter.h"
 #include "vtkSurfelMapper.h"
 
@@ -22,8 +24,14 @@
 
 namespace
 {
-constexpr const char* StageNames[] = { "scene", "setup", "binning", "sort", "raster" };
-constexpr int NumberOfStages = 5;
+constexpr const char* StageNames[] = { "scene", "selection", "setup", "binning", "sort", "raster" };
+constexpr int NumberOfStages = 6;
+
+double MillisecondsSince(const std::chrono::steady_clock::time_point& start)
+{
+  const auto now = std::chrono::steady_clock::now();
+  return std::chrono::duration<double, std::milli>(now - start).count();
+}
 
 vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, vtkIdType pixels)
 {
@@ -39,6 +47,9 @@ struct vtkSurfelSplatter::Internals
 {
   SurfelSplatting::Splatter Core;
   vtkNew<vtkImageData> Output;
+  SurfelSplatting::SplatContext Context;
+  SurfelSplatting::FrameKey Key; // of the picture in Output
+  bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
 };
@@ -87,6 +98,7 @@ bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
   catch (const std::bad_alloc&)
   {
     this->Internal->Output->Initialize();
+    this->Internal->HasPicture = false;
     vtkErrorMacro("Memory does not suffice for a picture of "
       << view.Size[0] << " x " << view.Size[1]
       << " pixels of these surfels. Make it smaller, or in tiles.");
@@ -94,16 +106,10 @@ bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
   }
 }
 
-void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View& view)
+void vtkSurfelSplatter::MakeContext(const View& view)
 {
   namespace Core = SurfelSplatting;
   vtkCamera* camera = view.Camera;
-  const auto start = std::chrono::steady_clock::now();
-  auto elapsed = [&start]() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double, std::milli>(now - start).count();
-  };
-
   Core::SplatContext context;
   context.Camera = Core::MakeView(camera, view.Size, view.Aspect);
   context.Camera.Near = view.ClippingRange[0];
@@ -113,6 +119,14 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
   context.Settings.Prefilter = this->Prefilter;
+  context.Detail.Rule = this->LODMode == LOD_OFF ? Core::DetailRule::Leaves
+    : this->LODMode == LOD_PAPER                 ? Core::DetailRule::Paper
+                                                 : Core::DetailRule::Moments;
+  context.Detail.Error = this->LODError * view.Coarsening;
+  context.Detail.SkipOutside = this->FrustumCulling != 0;
+  context.Detail.SkipBackFaces = this->BackfaceCulling != 0;
+  context.SkipHidden = this->OcclusionCulling != 0;
+  context.ColorByLevel = this->ColorByLevel != 0;
 
   context.Optics.FocalDistance =
     camera->GetFocalDistance() > 0.0 ? camera->GetFocalDistance() : camera->GetDistance();
@@ -132,18 +146,54 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
       "Parallel projection has no lens: the picture is sharp. Use a perspective "
       "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
   }
+  this->Internal->Context = context;
+}
 
+void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View& view)
+{
+  const auto start = std::chrono::steady_clock::now();
+  this->MakeContext(view);
+  for (const Item& item : items)
+  {
+    if (!item.Mapper->GetStatic() && item.Mapper->GetInputAlgorithm())
+    {
+      item.Mapper->GetInputAlgorithm()->Update();
+    }
+  }
+  SurfelSplatting::FrameKey key;
+  if (this->FrameReuse)
+  {
+    key = SurfelSplatting::FrameKey(items, view, this->Internal->Context, this->GetMTime());
+  }
+  this->NumberOfPreparedSurfels = 0;
+  if (this->FrameReuse && this->Internal->HasPicture && key == this->Internal->Key)
+  {
+    ++this->NumberOfReusedFrames;
+  }
+  else
+  {
+    this->Internal->HasPicture = false;
+    this->RenderScene(items, view, start);
+    this->Internal->HasPicture = this->FrameReuse != 0;
+    this->Internal->Key = std::move(key);
+  }
+  this->FrameMilliseconds = MillisecondsSince(start);
+}
+
+void vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
+  const std::chrono::steady_clock::time_point& start)
+{
+  namespace Core = SurfelSplatting;
   std::vector<Core::SurfelCloudSource> sources(items.size());
   std::vector<Core::SurfelCloud> clouds;
   for (std::size_t i = 0; i < items.size(); ++i)
   {
-    vtkSurfelMapper* mapper = items[i].Mapper;
-    if (!mapper->GetStatic() && mapper->GetInputAlgorithm())
-    {
-      mapper->GetInputAlgorithm()->Update();
-    }
+    const Core::SurfelDetailCache& cache = items[i].Mapper->GetDetailCache();
+    const std::uint64_t before = cache.NumberOfPreparedSurfels();
     const std::string problem =
-      Core::MakeCloud(mapper, items[i].Matrix, items[i].Property, sources[i]);
+      Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property, sources[i]);
+    this->NumberOfPreparedSurfels +=
+      static_cast<vtkIdType>(cache.NumberOfPreparedSurfels() - before);
     if (!problem.empty())
     {
       vtkErrorMacro(<< problem);
@@ -156,15 +206,15 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   vtkSmartPointer<vtkFloatArray> color = NewPixelArray("Color", 4, pixels);
   vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
   const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
-  this->Internal->SceneMilliseconds = elapsed();
-  this->Internal->Core.Render(context, clouds, Core::SMPExecutor(), frame, view.DepthLimit);
+  this->Internal->SceneMilliseconds = MillisecondsSince(start);
+  this->Internal->Core.Render(
+    this->Internal->Context, clouds, Core::SMPExecutor(), frame, view.DepthLimit);
 
   vtkImageData* output = this->Internal->Output;
   output->Initialize();
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(color);
   output->GetPointData()->AddArray(depth);
-  this->FrameMilliseconds = elapsed();
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()
@@ -192,6 +242,31 @@ vtkIdType vtkSurfelSplatter::GetNumberOfFragments()
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().Fragments);
 }
 
+vtkIdType vtkSurfelSplatter::GetNumberOfChosenNodes()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.Nodes);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfVisitedNodes()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.VisitedNodes);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsOutside()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.OutsideLeaves);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsFacingAway()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.BackLeaves);
+}
+
+vtkIdType vtkSurfelSplatter::GetNumberOfHiddenPairs()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenPairs);
+}
+
 int vtkSurfelSplatter::GetNumberOfStages()
 {
   return NumberOfStages;
@@ -205,8 +280,8 @@ const char* vtkSurfelSplatter::GetStageName(int stage)
 double vtkSurfelSplatter::GetStageMilliseconds(int stage)
 {
   const SurfelSplatting::FrameStatistics& s = this->Internal->Core.Statistics();
-  const double times[NumberOfStages] = { this->Internal->SceneMilliseconds, s.SetupMilliseconds,
-    s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
+  const double times[NumberOfStages] = { this->Internal->SceneMilliseconds, s.SelectionMilliseconds,
+    s.SetupMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
   return stage >= 0 && stage < NumberOfStages ? times[stage] : 0.0;
 }
 
@@ -218,5 +293,14 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";
   os << indent << "Prefilter: " << this->Prefilter << " px^2\n";
+  os << indent << "LODMode: " << this->LODMode << "\n";
+  os << indent << "LODError: " << this->LODError << "\n";
+  os << indent << "FrustumCulling: " << this->FrustumCulling << "\n";
+  os << indent << "BackfaceCulling: " << this->BackfaceCulling << "\n";
+  os << indent << "OcclusionCulling: " << this->OcclusionCulling << "\n";
+  os << indent << "FrameReuse: " << this->FrameReuse << "\n";
+  os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";
+  os << indent << "NumberOfPreparedSurfels: " << this->NumberOfPreparedSurfels << "\n";
+  os << indent << "NumberOfReusedFrames: " << this->NumberOfReusedFrames << "\n";
   os << indent << "FrameMilliseconds: " << this->FrameMilliseconds << "\n";
 }

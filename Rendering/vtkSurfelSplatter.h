@@ -19,6 +19,7 @@
 #include "vtkSmartPointer.h"          // for the scene
 #include "vtkSurfelRenderingModule.h" // for export macro
 
+#include <chrono> // for the stages' times
 #include <memory> // for the implementation
 #include <vector> // for the scene
 
@@ -108,15 +109,115 @@ public:
   vtkGetMacro(Prefilter, double);
   ///@}
 
+  enum LODModes
+  {
+    LOD_OFF = 0,    ///< every surfel
+    LOD_PAPER = 1,  ///< Krivanek, Zara, Bouatouch 2003: circumscribed ellipses, mean colours
+    LOD_MOMENTS = 2 ///< nodes with their full covariance and a colour gradient
+  };
+
   ///@{
   /**
-   * What the last frame held: surfels handed in, those with non-finite values (not drawn), splats
-   * that touched the picture, and fragments (evaluations inside the support of a kernel).
+   * How surfels with a hierarchy (vtkSurfelHierarchy) are coarsened where blur or the pixel hide
+   * it; others are not. Default LOD_MOMENTS.
+   */
+  vtkSetClampMacro(LODMode, int, LOD_OFF, LOD_MOMENTS);
+  vtkGetMacro(LODMode, int);
+  void SetLODModeToOff() { this->SetLODMode(LOD_OFF); }
+  void SetLODModeToPaper() { this->SetLODMode(LOD_PAPER); }
+  void SetLODModeToMoments() { this->SetLODMode(LOD_MOMENTS); }
+  ///@}
+
+  ///@{
+  /**
+   * How coarse, relative to each mode's own measure: with LOD_MOMENTS, 1 lets a node's standard
+   * deviation be half of that of lens and pixel filter together; with LOD_PAPER, its radius may be
+   * that of the circle of confusion, or a pixel. Less is more accurate and slower. Default 1, range
+   * [0, 100].
+   */
+  vtkSetClampMacro(LODError, double, 0.0, 100.0);
+  vtkGetMacro(LODError, double);
+  ///@}
+
+  ///@{
+  /**
+   * Work that cannot be seen and is skipped, for surfels with a hierarchy: what is outside of the
+   * picture and cannot blur into it, and one-sided surfels seen from behind. Default on; the
+   * pictures are the same.
+   */
+  vtkSetMacro(FrustumCulling, vtkTypeBool);
+  vtkGetMacro(FrustumCulling, vtkTypeBool);
+  vtkBooleanMacro(FrustumCulling, vtkTypeBool);
+  vtkSetMacro(BackfaceCulling, vtkTypeBool);
+  vtkGetMacro(BackfaceCulling, vtkTypeBool);
+  vtkBooleanMacro(BackfaceCulling, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether what lies behind opaque layers is skipped: a tile of the picture is finished when less
+   * than 1/512 shines through it everywhere. Default on; pictures differ by at most 1/512.
+   */
+  vtkSetMacro(OcclusionCulling, vtkTypeBool);
+  vtkGetMacro(OcclusionCulling, vtkTypeBool);
+  vtkBooleanMacro(OcclusionCulling, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the last picture is kept where neither scene, camera nor settings have changed. Default
+   * on.
+   */
+  vtkSetMacro(FrameReuse, vtkTypeBool);
+  vtkGetMacro(FrameReuse, vtkTypeBool);
+  vtkBooleanMacro(FrameReuse, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Draw each surfel and node in the colour of its level instead of its own: white the surfels
+   * themselves, then blue, green, yellow, orange, red, violet and brown for nodes of 2, 4, 8, ...
+   * surfels (figure 5 of the paper). Default off.
+   */
+  vtkSetMacro(ColorByLevel, vtkTypeBool);
+  vtkGetMacro(ColorByLevel, vtkTypeBool);
+  vtkBooleanMacro(ColorByLevel, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * What the last frame held: surfels handed in (of a hierarchy its leaves), those with non-finite
+   * values (not drawn), splats that touched the picture, and fragments (evaluations inside the
+   * support of a kernel).
    */
   vtkIdType GetNumberOfSurfels();
   vtkIdType GetNumberOfInvalidSurfels();
   vtkIdType GetNumberOfSplats();
   vtkIdType GetNumberOfFragments();
+  ///@}
+
+  ///@{
+  /**
+   * What the hierarchies spared the last frame: nodes and surfels that were chosen, entries of
+   * their tables that were looked at (one for 64 surfels, and those above), surfels skipped outside
+   * of the picture and seen from behind, and fragments' pairs of splat and tile skipped behind
+   * opaque layers.
+   */
+  vtkIdType GetNumberOfChosenNodes();
+  vtkIdType GetNumberOfVisitedNodes();
+  vtkIdType GetNumberOfSurfelsOutside();
+  vtkIdType GetNumberOfSurfelsFacingAway();
+  vtkIdType GetNumberOfHiddenPairs();
+  ///@}
+
+  ///@{
+  /**
+   * Work beyond the frame itself: surfels whose hierarchy's table or colours were made in the last
+   * frame (0 unless the data or its colours have changed), and frames that were kept, since
+   * nothing had changed, from the beginning.
+   */
+  vtkGetMacro(NumberOfPreparedSurfels, vtkIdType);
+  vtkGetMacro(NumberOfReusedFrames, vtkIdType);
   ///@}
 
   ///@{
@@ -158,6 +259,7 @@ public:
     double Aspect = 1.0;                ///< width / height as the camera is to see it
     double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
     double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
+    double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
     const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
                                         ///< what others have drawn, infinity where nothing; or null
   };
@@ -181,10 +283,22 @@ private:
   int Kernel = PEARSON_II;
   double Cutoff = 2.5;
   double Prefilter = 1.0;
+  int LODMode = LOD_MOMENTS;
+  double LODError = 1.0;
+  vtkTypeBool FrustumCulling = 1;
+  vtkTypeBool BackfaceCulling = 1;
+  vtkTypeBool OcclusionCulling = 1;
+  vtkTypeBool FrameReuse = 1;
+  vtkTypeBool ColorByLevel = 0;
   double FrameMilliseconds = 0.0;
+  vtkIdType NumberOfPreparedSurfels = 0;
+  vtkIdType NumberOfReusedFrames = 0;
 
 #ifndef __VTK_WRAP__
   void RenderPicture(const std::vector<Item>& items, const View& view);
+  void MakeContext(const View& view);
+  void RenderScene(const std::vector<Item>& items, const View& view,
+    const std::chrono::steady_clock::time_point& start);
 #endif
 
   struct Internals;

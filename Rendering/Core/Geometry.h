@@ -35,6 +35,22 @@ struct Symmetric3
 
   double Trace() const { return XX + YY + ZZ; }
 
+  /// Largest eigenvalue of a positive semi-definite S (Smith 1961).
+  double LargestEigenvalue() const
+  {
+    const double mean = this->Trace() / 3.0;
+    const double x = XX - mean, y = YY - mean, z = ZZ - mean;
+    const double p2 = (x * x + y * y + z * z + 2.0 * (XY * XY + YZ * YZ + XZ * XZ)) / 6.0;
+    if (!(p2 > 0.0))
+    {
+      return mean;
+    }
+    const double p = std::sqrt(p2);
+    const double half = (x * (y * z - YZ * YZ) - XY * (XY * z - YZ * XZ) + XZ * (XY * YZ - y * XZ)) /
+      (2.0 * p2 * p);
+    return mean + 2.0 * p * std::cos(std::acos(std::fmin(1.0, std::fmax(-1.0, half))) / 3.0);
+  }
+
   /// Largest eigenvalue where S has rank 2 at most, from its two invariants; an upper bound (the
   /// trace) is never passed.
   double LargestEigenvalueOfRankTwo() const

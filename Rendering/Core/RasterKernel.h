@@ -15,6 +15,9 @@ namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
 
+/// A pixel is opaque where less than this shines through its finished layers.
+constexpr float LeastTransmittance = 1.0f / 512.0f;
+
 /// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
 constexpr int BlocksPerRow = TileSize / LaneCount;
 constexpr int BlocksPerTile = BlocksPerRow * TileSize;
@@ -38,14 +41,27 @@ struct CloseCallback
   void* User;
 };
 
+/// What is the same for all splats of a frame.
+struct RasterSettings
+{
+  float Support; ///< squared radius q of the kernels' support
+  /// The brightest splat. Colour gradients can overshoot where a surface ends: a resolved layer is
+  /// clamped to what its splats can give.
+  float LargestColor;
+};
+
 struct RasterKernel
 {
   /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the
   /// number of fragments.
-  std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, int rowBegin, int rowEnd,
-    float x, float y, float support, const CloseCallback& callback);
+  std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, const SplatGradient* gradient,
+    int rowBegin, int rowEnd, float x, float y, const RasterSettings& settings,
+    const CloseCallback& callback);
+  /// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more
+  /// than LeastTransmittance.
+  bool (*IsOpaque)(const PixelBlock* blocks, float near);
   /// Composites all open layers of a tile.
-  void (*CloseAll)(PixelBlock* blocks);
+  void (*CloseAll)(PixelBlock* blocks, const RasterSettings& settings);
   const char* Name;
 };
 

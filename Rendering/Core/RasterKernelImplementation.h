@@ -10,8 +10,18 @@ namespace
 {
 constexpr float Infinity = __builtin_inff();
 
+/// out += share times the sum, clamped to [0, largest].
+SURFELSPLATTING_INLINE void AddClamped(
+  Lanes& out, const Lanes& share, Lanes sum, const Lanes& largest)
+{
+  Max(sum, Lanes{});
+  Min(sum, largest);
+  out += share * sum;
+}
+
 /// Composites the open layers of the marked lanes over what is finished and empties them.
-SURFELSPLATTING_INLINE void CloseLayers(PixelBlock& b, const LaneMask& close)
+SURFELSPLATTING_INLINE void CloseLayers(
+  PixelBlock& b, const LaneMask& close, const RasterSettings& settings)
 {
   Lanes coverage = b.Weight, divisor = b.Weight;
   Max(coverage, Lanes{} + 1.0f);
@@ -21,9 +31,10 @@ SURFELSPLATTING_INLINE void CloseLayers(PixelBlock& b, const LaneMask& close)
   const LaneMask visible = close & (depth <= b.Limit);
   const Lanes before = b.Transmittance;
   const Lanes share = visible ? before / coverage : Lanes{};
-  b.OutRed += share * b.Red;
-  b.OutGreen += share * b.Green;
-  b.OutBlue += share * b.Blue;
+  const Lanes brightest = settings.LargestColor * b.Opacity;
+  AddClamped(b.OutRed, share, b.Red, brightest);
+  AddClamped(b.OutGreen, share, b.Green, brightest);
+  AddClamped(b.OutBlue, share, b.Blue, brightest);
   Lanes after = before - share * b.Opacity;
   Max(after, Lanes{});
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
@@ -45,7 +56,8 @@ struct RowSpan
 {
   float Offset; ///< u = column + Offset, so that q = A u^2 + Q0
   float Q0;
-  float Depth0; ///< depth at column 0
+  float Depth0;              ///< depth at column 0
+  float Red0, Green0, Blue0; ///< colour gradient at column 0
   int BlockBegin, BlockEnd;
 };
 
@@ -61,7 +73,13 @@ SURFELSPLATTING_INLINE void EvaluateKernel(float shape, const Lanes& q, float su
   }
   k = 1.0f - q * (1.0f / support);
   Max(k, Lanes{});
-  if (shape == 0.0f)
+  if (shape >= 16.0f)
+  {
+    k *= shape - 16.0f;
+    Min(k, Lanes{} + 1.0f);
+    k *= k * (3.0f - 2.0f * k);
+  }
+  else if (shape == 0.0f)
   {
     k = Lanes{} + 1.0f;
   }
@@ -88,20 +106,63 @@ SURFELSPLATTING_INLINE void EvaluateKernel(float shape, const Lanes& q, float su
   }
 }
 
+/// The kernel at q and its slope d = phi k without its constant (ResamplingKernel.h).
+SURFELSPLATTING_INLINE void EvaluateSlope(
+  float shape, const Lanes& q, float support, Lanes& k, Lanes& d)
+{
+  if (shape < 0.0f)
+  {
+    k = 0.5f * q;
+    Min(k, Lanes{} + 80.0f);
+    ExpOfMinus(k);
+    d = k;
+    return;
+  }
+  const Lanes s = 1.0f - q * (1.0f / support);
+  if (shape >= 16.0f)
+  {
+    Lanes u = s * (shape - 16.0f);
+    Max(u, Lanes{});
+    Min(u, Lanes{} + 1.0f);
+    k = u * u * (3.0f - 2.0f * u);
+    d = u * (1.0f - u);
+    return;
+  }
+  d = s;
+  if (shape == 3.0f)
+  {
+    d = s * s;
+  }
+  else if (shape == 4.0f)
+  {
+    d = s * s * s;
+  }
+  k = s * d;
+}
+
 /// Adds a splat to eight pixels, closing first the layers that end before it begins.
-SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s, const RowSpan& row,
-  const Lanes& column, float support, LaneMask& fragments, const CloseCallback& callback)
+template <bool HasGradient>
+SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
+  const SplatGradient* g, const RowSpan& row, const Lanes& column, const RasterSettings& settings,
+  LaneMask& fragments, const CloseCallback& callback)
 {
   const Lanes u = column + row.Offset;
   const Lanes q = s.A * u * u + row.Q0;
-  const LaneMask inside = q < support;
+  const LaneMask inside = q < settings.Support;
   if (!Any(inside))
   {
     return;
   }
   fragments -= inside;
-  Lanes weight;
-  EvaluateKernel(s.Shape, q, support, weight);
+  Lanes weight, slope = {};
+  if (HasGradient)
+  {
+    EvaluateSlope(s.Shape, q, settings.Support, weight, slope);
+  }
+  else
+  {
+    EvaluateKernel(s.Shape, q, settings.Support, weight);
+  }
   weight = inside ? s.Weight * weight : Lanes{};
 
   const LaneMask ended = inside & (b.Weight > 0.0f) & (b.Far < s.Near);
@@ -111,7 +172,7 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
     {
       callback.Function(callback.User, b, index, ended);
     }
-    CloseLayers(b, ended);
+    CloseLayers(b, ended, settings);
   }
 
   Lanes near = b.Near, far = b.Far;
@@ -122,9 +183,19 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
   const Lanes opaque = weight * s.Opacity;
   b.Weight += weight;
   b.Opacity += opaque;
-  b.Red += opaque * s.Red;
-  b.Green += opaque * s.Green;
-  b.Blue += opaque * s.Blue;
+  if (HasGradient)
+  {
+    const Lanes tilt = inside ? (s.Weight * s.Opacity) * slope : Lanes{};
+    b.Red += opaque * s.Red + tilt * (row.Red0 + g->RedX * column);
+    b.Green += opaque * s.Green + tilt * (row.Green0 + g->GreenX * column);
+    b.Blue += opaque * s.Blue + tilt * (row.Blue0 + g->BlueX * column);
+  }
+  else
+  {
+    b.Red += opaque * s.Red;
+    b.Green += opaque * s.Green;
+    b.Blue += opaque * s.Blue;
+  }
   b.Depth += weight * (row.Depth0 + s.DepthX * column);
 }
 
@@ -134,25 +205,34 @@ SURFELSPLATTING_INLINE float Clamp(float x, float low, float high)
   return x > low ? (x < high ? x : high) : low;
 }
 
-std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, int rowBegin, int rowEnd, float x,
-  float y, float support, const CloseCallback& callback)
+template <bool HasGradient>
+SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
+  const SplatGradient* g, int rowBegin, int rowEnd, float x, float y,
+  const RasterSettings& settings, const CloseCallback& callback)
 {
+  const float depth = 0.5f * (s.Near + s.Far);
   const Lanes ramp = { 0, 1, 2, 3, 4, 5, 6, 7 };
   LaneMask fragments = {};
   for (int j = rowBegin; j < rowEnd; ++j)
   {
     const float dy = static_cast<float>(j) + 0.5f - y;
     const float q0 = s.B * dy * dy;
-    if (!(q0 < support))
+    if (!(q0 < settings.Support))
     {
       continue;
     }
-    // u = dx + K dy with dx = column + 1/2 - x; inside where |u| < sqrt((support - q0) / A).
+    // u = dx + K dy with dx = column + 1/2 - x; inside where |u| < sqrt((Support - q0) / A).
     RowSpan row;
     row.Offset = 0.5f - x + s.K * dy;
     row.Q0 = q0;
-    row.Depth0 = s.Depth + s.DepthX * (0.5f - x) + s.DepthY * dy;
-    const float half = __builtin_sqrtf((support - q0) / s.A);
+    if (HasGradient)
+    {
+      row.Red0 = g->RedX * (0.5f - x) + g->RedY * dy;
+      row.Green0 = g->GreenX * (0.5f - x) + g->GreenY * dy;
+      row.Blue0 = g->BlueX * (0.5f - x) + g->BlueY * dy;
+    }
+    row.Depth0 = depth + s.DepthX * (0.5f - x) + s.DepthY * dy;
+    const float half = __builtin_sqrtf((settings.Support - q0) / s.A);
     row.BlockBegin = static_cast<int>(Clamp(-row.Offset - half, 0.0f, TileSize)) / LaneCount;
     row.BlockEnd =
       (static_cast<int>(Clamp(-row.Offset + half, -1.0f, TileSize - 1.0f) + 1.0f) + LaneCount - 1) /
@@ -160,8 +240,8 @@ std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, int rowBegin, int row
     for (int i = row.BlockBegin; i < row.BlockEnd; ++i)
     {
       const int index = j * BlocksPerRow + i;
-      AddToBlock(blocks[index], index, s, row, ramp + static_cast<float>(i * LaneCount), support,
-        fragments, callback);
+      AddToBlock<HasGradient>(blocks[index], index, s, g, row,
+        ramp + static_cast<float>(i * LaneCount), settings, fragments, callback);
     }
   }
   std::uint64_t sum = 0;
@@ -172,11 +252,33 @@ std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, int rowBegin, int row
   return sum;
 }
 
-void CloseAll(PixelBlock* blocks)
+std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, const SplatGradient* g, int rowBegin,
+  int rowEnd, float x, float y, const RasterSettings& settings, const CloseCallback& callback)
+{
+  return g ? AddRows<true>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback)
+           : AddRows<false>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback);
+}
+
+bool IsOpaque(const PixelBlock* blocks, float near)
 {
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    CloseLayers(blocks[i], LaneMask{} - 1);
+    const PixelBlock& b = blocks[i];
+    // Behind another prop, unless an open layer could still be joined.
+    const LaneMask hidden = (b.Limit < near) & (b.Weight <= 0.0f);
+    if (Any((b.Transmittance > LeastTransmittance) & ~hidden))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+void CloseAll(PixelBlock* blocks, const RasterSettings& settings)
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    CloseLayers(blocks[i], LaneMask{} - 1, settings);
   }
 }
 }

@@ -78,7 +78,14 @@ struct Footprint
  *   q = A (dx + K dy)^2 + B dy^2,   inside where q < Q = 2c
  *   Shape < 0:  k = Peak exp(-q/2)                 (Gaussian)
  *   Shape = n:  k = Peak (1 - q/Q)^n               (Pearson II), n one of PearsonExponents
+ *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (MakeSmoothKernel)
  * Sums of squares: q cannot become negative by rounding.
+ *
+ * A node's colour changes over its footprint. With h = M H' the first moment of its colour on the
+ * screen (NodeColors.h, px), what a splat with coverage w deposits is
+ *   w (k c_0 + t h' W^-1 (dx, dy)),   t = -2 dk/dq (q here with respect to W),
+ * the derivative of the kernel, whose first moment is h for any kernel of mass 1. The raster
+ * evaluates t without the constant that is Tilt.
  */
 struct ResamplingKernel
 {
@@ -86,9 +93,11 @@ struct ResamplingKernel
   double Peak;                  ///< for unit mass, 1/px^2
   double HalfWidth, HalfHeight; ///< of the bounding box of the support, px
   double Shape;
+  double Tilt = 1.0;
 };
 
 constexpr double GaussianShape = -1.0;
+constexpr double SmoothShape = 16.0;
 
 /// @param scale of the inverse of W in q; the support then is x' W^-1 x < Q / scale
 inline ResamplingKernel MakeKernel(
@@ -129,12 +138,26 @@ inline double RoundPearsonExponent(double n)
 constexpr double LargestPearsonExponent = 6.0;
 
 /**
+ * Exponent n of the Pearson-II kernel with the kurtosis of (uniform disc of radius C convolved with
+ * the splat's own Gaussian), for det and trace of W, which holds the disc's own variance C^2 / 4:
+ *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det))
+ * 0 where blur is all; infinity or NaN in focus.
+ * @param squaredConfusion C^2, px^2
+ */
+inline double PearsonExponent(const Footprint& w, double squaredConfusion)
+{
+  const double trace = w.Trace();
+  const double spread =
+    squaredConfusion * squaredConfusion * (3.0 * trace * trace - 4.0 * w.Determinant);
+  return 384.0 * w.Determinant * w.Determinant / spread - 3.0;
+}
+
+/**
  * Pearson type II kernel with variance W and the kurtosis of (uniform disc of radius C convolved
  * with the splat's own Gaussian): between a flat disc, n = 0, where blur is all, and the Gaussian
  * in focus.
  *
  *   k(q) = (n + 1) / (pi q0 sqrt(det W)) (1 - q/q0)^n,   q0 = 2 (n + 2),   q = x' W^-1 x < q0
- *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det)),          det and trace of W
  *
  * Mass 1 and variance W are exact for every n; W holds the disc's own variance, C^2 / 4.
  * @param squaredConfusion C^2, px^2
@@ -142,10 +165,7 @@ constexpr double LargestPearsonExponent = 6.0;
 inline ResamplingKernel MakePearsonKernel(
   const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
-  const double trace = w.Trace();
-  const double spread =
-    squaredConfusion * squaredConfusion * (3.0 * trace * trace - 4.0 * w.Determinant);
-  const double exponent = 384.0 * w.Determinant * w.Determinant / spread - 3.0;
+  const double exponent = PearsonExponent(w, squaredConfusion);
   if (!(exponent <= LargestPearsonExponent)) // NaN too: in focus spread is 0
   {
     return MakeGaussianKernel(w, gaussian);
@@ -153,7 +173,62 @@ inline ResamplingKernel MakePearsonKernel(
   const double n = RoundPearsonExponent(exponent);
   const double reach = 2.0 * (n + 2.0); // q0
   const double support = gaussian.Support();
-  return MakeKernel(
+  ResamplingKernel kernel = MakeKernel(
     w, support / reach, support, (n + 1.0) / (Pi * reach * std::sqrt(w.Determinant)), n);
+  kernel.Tilt = n / (n + 2.0);
+  return kernel;
 }
+
+/// A node's kernel is smooth below this Pearson exponent: beyond it little is gained.
+constexpr double LargestSmoothExponent = 1.95;
+
+/**
+ * The kernel of a blurred node with a colour gradient: flat in the middle, a smooth step down
+ * towards the border, with the mass, the variance W and the kurtosis of (disc of radius C convolved
+ * with the node). A Pearson-II kernel would have an edge there, and its derivative a pole.
+ *
+ *   k(q) = peak u^2 (3 - 2u),  u = min(1, (q0 - q) kappa) for q = x' W^-1 x < q0
+ *
+ * The mean of q is 2 (variance W), that of q^2 is the Pearson kernel's, K = 8 (n + 2) / (n + 3):
+ *   n < 0.857: a plateau (kappa q0 > 1), the step's middle at q_m and half its width w:
+ *     q_m = 3 + sqrt(9 - 3K/2),  w = sqrt(5 (4 q_m - q_m^2)),  q0 = q_m + w,  kappa = 1/(2w),
+ *     peak = 1/(pi q_m sqrt(det W))
+ *   else no plateau: x = kappa q0 the smaller root of
+ *     (1/15 - K/100) x^2 + (K/20 - 1/3) x + 2/5 - K/16 = 0,  m = 1 - x/2,
+ *     q0 = 2m/(1/4 - x/10),  peak = 1/(pi q0 x^2 m sqrt(det W))
+ */
+inline ResamplingKernel MakeSmoothKernel(
+  const Footprint& w, double exponent, const TruncatedGaussian& gaussian)
+{
+  constexpr double smallestPlateauExponent = 0.857;
+  const double n = std::fmax(0.0, exponent);
+  const double k = 8.0 * (n + 2.0) / (n + 3.0);
+  double reach, steepness, mass; // q0, kappa q0, integral of u^2 (3 - 2u) over q
+  if (n < smallestPlateauExponent)
+  {
+    const double middle = 3.0 + std::sqrt(9.0 - 1.5 * k);
+    const double width = std::sqrt(5.0 * std::fmax(0.0, 4.0 * middle - middle * middle));
+    const double half = std::fmax(width, 1e-3); // a disc without an edge: n = 0
+    reach = middle + half;
+    steepness = reach / (2.0 * half);
+    mass = middle;
+  }
+  else
+  {
+    const double a = 1.0 / 15.0 - 0.01 * k, b = 0.05 * k - 1.0 / 3.0, c = 0.4 - 0.0625 * k;
+    steepness = (-b - std::sqrt(std::fmax(0.0, b * b - 4.0 * a * c))) / (2.0 * a);
+    const double m = 1.0 - 0.5 * steepness;
+    reach = 2.0 * m / (0.25 - 0.1 * steepness);
+    mass = reach * steepness * steepness * m;
+  }
+  const double support = gaussian.Support();
+  ResamplingKernel kernel = MakeKernel(w, support / reach, support,
+    1.0 / (Pi * mass * std::sqrt(w.Determinant)), SmoothShape + steepness);
+  kernel.Tilt = 12.0 * steepness / reach;
+  return kernel;
+}
+
+/// Radius of the largest support of all these kernels in standard deviations of W, but for the
+/// Gaussian's sqrt(2c / tau): sqrt(q0) at n = 4.
+constexpr double LargestPearsonReach = 3.4641016151377544;
 }

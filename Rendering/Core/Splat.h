@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <cstdint>
+
 namespace SurfelSplatting
 {
 struct alignas(64) Splat
@@ -13,12 +15,22 @@ struct alignas(64) Splat
   float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
   float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
   float Far;
-  float Depth;            ///< of the centre, world units
+  std::int32_t Gradient;  ///< of the colour: index of a SplatGradient, or NoGradient
   float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]
   float Shape;            ///< of the kernel (ResamplingKernel.h)
 };
+constexpr std::int32_t NoGradient = -1;
+
+/// How the colour of a node changes over its footprint, per px: added to the colour is
+/// phi(q) (X dx + Y dy), phi as in ResamplingKernel.h, its constant included here.
+struct SplatGradient
+{
+  float RedX, GreenX, BlueX;
+  float RedY, GreenY, BlueY;
+};
+
 static_assert(sizeof(Splat) == 64, "a splat is one cache line");
 
 /// Half-open pixel box of a splat's support, clipped to the picture; empty where X0 >= X1.

@@ -8,8 +8,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-constexpr std::size_t SetupGrain = 4096;
-
 /// Half of the z-range in standard deviations along z, and in those of the kernel's longest axis:
 /// what neighbours of one surface may differ by where it is rough. Measured on ray-traced scenes,
 /// which do not tell these from larger ones, and by eye on scans: with less, blurred slopes get
@@ -76,30 +74,60 @@ float Clamp(double x, double high)
   return static_cast<float>(std::isfinite(x) ? std::fmin(std::fmax(x, 0.0), high) : x);
 }
 
-void ShadeSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t surfel,
-  const Vector3& position, const Vector3& area, double areaLength, bool backSide, Splat& splat)
+/// Light that a surfel sends to the lens: Base + Share * colour, channel by channel.
+struct Shading
 {
-  const std::array<double, 4> rgba = cloud.Color(surfel);
-  const std::array<double, 3> color{ rgba[0], rgba[1], rgba[2] };
-  std::array<double, 3> shaded = color;
-  if (cloud.Surface.Lit)
+  std::array<double, 3> Base{ { 0, 0, 0 } };
+  std::array<double, 3> Share{ { 1, 1, 1 } };
+};
+
+/// Shading is affine in the surfel's own colour, which so keeps a gradient.
+Shading MakeShading(const SplatContext& context, const SurfelCloud& cloud, const Vector3& position,
+  const Vector3& area, double areaLength, bool backSide)
+{
+  Shading shading;
+  if (!cloud.Surface.Lit || context.ColorByLevel)
   {
-    const double sign = (backSide ? -1.0 : 1.0) / areaLength;
-    const Vector3 normal{ area[0] * sign, area[1] * sign, area[2] * sign };
-    Vector3 toViewer{ 0, 0, -1 };
-    if (!context.Camera.Parallel)
-    {
-      const double inverse = -1.0 / Norm(position);
-      toViewer = { position[0] * inverse, position[1] * inverse, position[2] * inverse };
-    }
-    const bool ownColor = cloud.ColorsUChar || cloud.ColorsFloat;
-    shaded = Shade(cloud.Surface, context.Lights, color,
-      ownColor ? color : cloud.Surface.AmbientColor, position, normal, toViewer);
+    return shading;
   }
-  splat.Red = Clamp(shaded[0], LargestColor);
-  splat.Green = Clamp(shaded[1], LargestColor);
-  splat.Blue = Clamp(shaded[2], LargestColor);
-  splat.Opacity = Clamp(rgba[3], 1.0);
+  const double sign = (backSide ? -1.0 : 1.0) / areaLength;
+  const Vector3 normal{ area[0] * sign, area[1] * sign, area[2] * sign };
+  Vector3 toViewer{ 0, 0, -1 };
+  if (!context.Camera.Parallel)
+  {
+    const double inverse = -1.0 / Norm(position);
+    toViewer = { position[0] * inverse, position[1] * inverse, position[2] * inverse };
+  }
+  const bool ownColor = cloud.ColorsUChar || cloud.ColorsFloat;
+  const std::array<double, 3> black{ { 0, 0, 0 } }, white{ { 1, 1, 1 } };
+  const std::array<double, 3>& ambient = cloud.Surface.AmbientColor;
+  shading.Base = Shade(cloud.Surface, context.Lights, black, ownColor ? black : ambient, position,
+    normal, toViewer);
+  const std::array<double, 3> lit = Shade(cloud.Surface, context.Lights, white,
+    ownColor ? white : ambient, position, normal, toViewer);
+  for (int c = 0; c < 3; ++c)
+  {
+    shading.Share[c] = lit[c] - shading.Base[c];
+  }
+  return shading;
+}
+
+/// Colours told apart at a glance, from the finest level on; they repeat (the paper's figure 5).
+std::array<double, 4> LevelColor(int level)
+{
+  static constexpr double colors[8][3] = { { 0.85, 0.85, 0.85 }, { 0.30, 0.55, 0.95 },
+    { 0.20, 0.75, 0.45 }, { 0.95, 0.85, 0.25 }, { 0.95, 0.55, 0.20 }, { 0.85, 0.25, 0.25 },
+    { 0.70, 0.35, 0.80 }, { 0.45, 0.30, 0.20 } };
+  const double* c = colors[level % 8];
+  return { c[0], c[1], c[2], 1.0 };
+}
+
+void SetColor(const std::array<double, 4>& color, const Shading& shading, Splat& splat)
+{
+  splat.Red = Clamp(shading.Base[0] + shading.Share[0] * color[0], LargestColor);
+  splat.Green = Clamp(shading.Base[1] + shading.Share[1] * color[1], LargestColor);
+  splat.Blue = Clamp(shading.Base[2] + shading.Share[2] * color[2], LargestColor);
+  splat.Opacity = Clamp(color[3], 1.0);
 }
 
 /// A surfel in camera space and the area that it deposits on the screen, px^2.
@@ -112,10 +140,10 @@ struct PlacedSurfel
 };
 
 /// @param reach squared radius of the kernel's support in standard deviations, 2c / tau
-SplatStatus PlaceSurfel(double reach, const View& view, const SurfelCloud& cloud,
-  const Affine3& localToCamera, const std::array<Vector3, 3>& areaToCamera, std::size_t surfel,
-  PlacedSurfel& placed)
+SplatStatus PlaceSurfel(double reach, const View& view, const PlacedCloud& source,
+  std::size_t surfel, PlacedSurfel& placed)
 {
+  const SurfelCloud& cloud = source.Cloud;
   const Vector3 local = cloud.Position(surfel);
   const Vector3 area = cloud.AreaVector(surfel);
   const Symmetric3 s = cloud.Covariance(surfel);
@@ -124,20 +152,20 @@ SplatStatus PlaceSurfel(double reach, const View& view, const SurfelCloud& cloud
   {
     return SplatStatus::Invalid;
   }
-  placed.Position = localToCamera.Apply(local);
+  placed.Position = source.LocalToCamera.Apply(local);
   if (!(placed.Position[2] >= view.Near && placed.Position[2] <= view.Far))
   {
     return SplatStatus::Culled;
   }
-  placed.Area = { Dot(areaToCamera[0], area), Dot(areaToCamera[1], area),
-    Dot(areaToCamera[2], area) };
+  placed.Area = { Dot(source.AreaToCamera[0], area), Dot(source.AreaToCamera[1], area),
+    Dot(source.AreaToCamera[2], area) };
   placed.Deposit = ProjectedArea(view, placed.Area, placed.Position);
   placed.BackSide = placed.Deposit < 0.0;
   if (placed.BackSide && cloud.TwoSided && cloud.TwoSided[surfel])
   {
     placed.Deposit = -placed.Deposit;
   }
-  placed.Covariance = localToCamera.ApplyToCovariance(s);
+  placed.Covariance = source.LocalToCamera.ApplyToCovariance(s);
   // Where the kernel's support reaches the lens plane, its affine footprint is no image of it:
   // beside the lens it would cover the whole screen.
   const double z = placed.Position[2];
@@ -185,55 +213,168 @@ void SetDepth(
     DepthExtentIsotropic * std::sqrt(std::fmax(0.0, s.LargestEigenvalueOfRankTwo()));
   const Vector3 sz{ s.XZ, s.YZ, s.ZZ };
   const double cx = Dot(jacobian.X, sz), cy = Dot(jacobian.Y, sz);
-  splat.Depth = static_cast<float>(z);
   splat.Near = static_cast<float>(z - halfRange);
   splat.Far = static_cast<float>(z + halfRange);
   splat.DepthX = static_cast<float>((w.YY * cx - w.XY * cy) / w.Determinant);
   splat.DepthY = static_cast<float>((w.XX * cy - w.XY * cx) / w.Determinant);
 }
+/// What lens, pixel and level of detail make of a surfel's footprint.
+struct Blur
+{
+  double Confusion[2]; ///< C in x and y, px
+  double Variance[2];  ///< isotropic part of W, px^2
+};
+
+/// Neighbouring nodes sum to one where they are blurred by at least this share of their spacing
+/// (the root of their area), as the leaves' kernels are. Detail that is chosen by the default error
+/// is blurred more; coarser detail, for interaction, would have holes.
+constexpr double LeastNodeBlur = 0.28;
+
+Blur MakeBlur(const SplatContext& context, const TruncatedGaussian& gaussian,
+  const PlacedSurfel& surfel, double areaLength, int level)
+{
+  const View& view = context.Camera;
+  const double z = surfel.Position[2];
+  const double f[2] = { std::abs(view.Fx), std::abs(view.Fy) };
+  const double relative = view.Parallel || context.Optics.Radius == 0.0
+    ? 0.0
+    : context.Optics.RelativeCircleOfConfusion(z);
+  Blur blur;
+  for (int i = 0; i < 2; ++i)
+  {
+    blur.Confusion[i] = f[i] * relative;
+    blur.Variance[i] = context.Settings.Prefilter +
+      DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian);
+    if (level > 0)
+    {
+      const double pixels = LeastNodeBlur * (view.Parallel ? f[i] : f[i] / z);
+      blur.Variance[i] = std::fmax(blur.Variance[i], pixels * pixels * areaLength);
+    }
+  }
+  return blur;
 }
 
-void SplatList::Clear()
+/**
+ * Variance matrix of the smallest ellipse about two others with the same centre (Krivanek and Zara
+ * 2003, DC-TR-2003): both diagonal in the axes of the generalised eigenproblem A x = l B x, the
+ * larger is taken in each. B is diagonal here: V_I.
+ */
+Symmetric2 Circumellipse(const Symmetric2& a, const double b[2])
 {
-  this->Splats.clear();
-  this->Boxes.clear();
-  this->NumberOfSurfels = 0;
-  this->NumberOfInvalidSurfels = 0;
+  // In the coordinates where B is the identity, A' = B^-1/2 A B^-1/2 = R diag(l) R'.
+  const double x = a.XX / b[0], y = a.YY / b[1], xy = a.XY / std::sqrt(b[0] * b[1]);
+  const double mean = 0.5 * (x + y), half = 0.5 * (x - y);
+  const double radius = std::hypot(half, xy);
+  const double low = std::fmax(1.0, mean - radius), high = std::fmax(1.0, mean + radius);
+  const double cosine = radius > 0.0 ? half / radius : 1.0; // of twice the angle
+  const double sine = radius > 0.0 ? xy / radius : 0.0;
+  const double m = 0.5 * (low + high), d = 0.5 * (high - low);
+  return { (m + d * cosine) * b[0], (m - d * cosine) * b[1], d * sine * std::sqrt(b[0] * b[1]) };
+}
+
+/// W of a node as in the paper: M V_r M' + h + V_diff, V_diff = circumellipse(M V_q M', V_I).
+Footprint PaperFootprint(const SplatContext& context, const TruncatedGaussian& gaussian,
+  const PlacedCloud& cloud, std::size_t surfel, const PlacedSurfel& placed,
+  const ProjectionJacobian& jacobian, const Blur& blur)
+{
+  const Symmetric3 leaf =
+    cloud.LocalToCamera.ApplyToCovariance(cloud.Cloud.LeafCovariance(surfel));
+  const Symmetric2 all = ProjectCovariance(placed.Covariance, jacobian);
+  const Symmetric2 reconstruction = ProjectCovariance(leaf, jacobian);
+  const Symmetric2 level{ std::fmax(0.0, all.XX - reconstruction.XX),
+    std::fmax(0.0, all.YY - reconstruction.YY), all.XY - reconstruction.XY };
+  const double h = context.Settings.Prefilter;
+  double lens[2];
+  for (int i = 0; i < 2; ++i)
+  {
+    // A pinhole's V_I is 0: a millionth of the pixel keeps the eigenproblem regular.
+    lens[i] = std::fmax(1e-6 * h,
+      DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian));
+  }
+  const Symmetric2 difference = Circumellipse(level, lens);
+  const double variance[2] = { h, h };
+  return Footprint({ reconstruction.XX + difference.XX, reconstruction.YY + difference.YY,
+                     reconstruction.XY + difference.XY },
+    variance);
+}
+
+/// The colour's first moment on the screen, W^-1 M H', as the raster takes it.
+SplatGradient MakeGradient(const PlacedCloud& cloud, std::size_t surfel,
+  const ProjectionJacobian& jacobian, const Footprint& w, const Shading& shading, double tilt)
+{
+  const float* h = cloud.Cloud.NodeGradients + 9 * (surfel - cloud.Cloud.NumberOfLeaves);
+  float x[3], y[3];
+  for (int c = 0; c < 3; ++c)
+  {
+    const Vector3 moment =
+      cloud.LocalToCamera.ApplyLinear({ h[3 * c], h[3 * c + 1], h[3 * c + 2] });
+    const double hx = Dot(jacobian.X, moment), hy = Dot(jacobian.Y, moment);
+    const double scale = shading.Share[c] * tilt / w.Determinant;
+    x[c] = static_cast<float>(scale * (w.YY * hx - w.XY * hy));
+    y[c] = static_cast<float>(scale * (w.XX * hy - w.XY * hx));
+  }
+  return { x[0], x[1], x[2], y[0], y[1], y[2] };
+}
+
+bool Representable(const SplatGradient& g)
+{
+  return Within(g.RedX, LargestColor) && Within(g.GreenX, LargestColor) &&
+    Within(g.BlueX, LargestColor) && Within(g.RedY, LargestColor) &&
+    Within(g.GreenY, LargestColor) && Within(g.BlueY, LargestColor);
+}
+
+ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w, const Blur& blur,
+  bool tilted, const TruncatedGaussian& gaussian)
+{
+  if (settings.Kernel == KernelType::Gaussian)
+  {
+    return MakeGaussianKernel(w, gaussian);
+  }
+  const double squaredConfusion = blur.Confusion[0] * blur.Confusion[1];
+  if (tilted)
+  {
+    const double exponent = PearsonExponent(w, squaredConfusion);
+    if (exponent < LargestSmoothExponent)
+    {
+      return MakeSmoothKernel(w, exponent, gaussian);
+    }
+  }
+  return MakePearsonKernel(w, squaredConfusion, gaussian);
+}
 }
 
 SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaussian,
-  const SurfelCloud& cloud, const Affine3& localToCamera,
-  const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, Splat& splat, PixelBox& box)
+  const PlacedCloud& cloud, std::size_t surfel, int level, SplatRecord& record)
 {
   const View& view = context.Camera;
   PlacedSurfel placed;
-  const SplatStatus status = PlaceSurfel(
-    gaussian.Support() / gaussian.Tau, view, cloud, localToCamera, areaToCamera, surfel, placed);
+  const SplatStatus status =
+    PlaceSurfel(gaussian.Support() / gaussian.Tau, view, cloud, surfel, placed);
   if (status != SplatStatus::Visible)
   {
     return status;
   }
 
   const Vector3& p = placed.Position;
+  const double areaLength = Norm(placed.Area);
   const ProjectionJacobian jacobian(view, p);
-  const double relative = view.Parallel ? 0.0 : context.Optics.RelativeCircleOfConfusion(p[2]);
-  const double confusion[2] = { std::abs(view.Fx) * relative, std::abs(view.Fy) * relative };
-  const KernelType type = context.Settings.Kernel;
-  const double h = context.Settings.Prefilter;
-  const double variance[2] = { h + DefocusVariance(type, confusion[0], gaussian),
-    h + DefocusVariance(type, confusion[1], gaussian) };
-  const Footprint footprint(ProjectCovariance(placed.Covariance, jacobian), variance);
-  const ResamplingKernel kernel = type == KernelType::PearsonII
-    ? MakePearsonKernel(footprint, confusion[0] * confusion[1], gaussian)
-    : MakeGaussianKernel(footprint, gaussian);
-  if (!SetPlace(view, p, kernel, splat, box))
+  const bool paper = level > 0 && context.Detail.Rule == DetailRule::Paper;
+  const bool tilted =
+    level > 0 && !paper && cloud.Cloud.NodeGradients && !context.ColorByLevel;
+  const Blur blur = MakeBlur(context, gaussian, placed, areaLength, level);
+  const Footprint footprint = paper
+    ? PaperFootprint(context, gaussian, cloud, surfel, placed, jacobian, blur)
+    : Footprint(ProjectCovariance(placed.Covariance, jacobian), blur.Variance);
+  const ResamplingKernel kernel =
+    ChooseKernel(context.Settings, footprint, blur, tilted, gaussian);
+  Splat& splat = record.S;
+  if (!SetPlace(view, p, kernel, splat, record.Box))
   {
     return SplatStatus::Culled;
   }
 
-  const double areaLength = Norm(placed.Area);
   const double smooth =
-    std::fmin(1.0, std::sqrt(variance[0] * variance[1] / footprint.Determinant));
+    std::fmin(1.0, std::sqrt(blur.Variance[0] * blur.Variance[1] / footprint.Determinant));
   const double weight = placed.Deposit * kernel.Peak *
     RippleCompensation(smooth, SightCosine(view, placed, areaLength));
   if (!(weight >= SmallestWeight))
@@ -246,58 +387,23 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   splat.Weight = static_cast<float>(weight);
   splat.Shape = static_cast<float>(kernel.Shape);
   SetDepth(placed, jacobian, footprint, splat);
-  ShadeSplat(context, cloud, surfel, p, placed.Area, areaLength, placed.BackSide, splat);
-  return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
-}
 
-void AppendSplats(
-  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor, SplatList& list)
-{
-  const Affine3 localToCamera = Affine3::Compose(context.Camera.WorldToCamera, cloud.LocalToWorld);
-  const std::array<Vector3, 3> areaToCamera = localToCamera.AreaMatrix();
-  const TruncatedGaussian gaussian(context.Settings.Cutoff);
-  const std::size_t n = cloud.NumberOfSurfels;
-  const std::size_t chunks = (n + SetupGrain - 1) / SetupGrain;
-
-  // Every chunk writes into its own part; the parts are then joined in order, whatever thread made
-  // them.
-  std::vector<Splat> splats(n);
-  std::vector<PixelBox> boxes(n);
-  std::vector<std::size_t> counts(chunks, 0), invalid(chunks, 0);
-  executor.For(chunks, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t chunk = begin; chunk < end; ++chunk)
-    {
-      std::size_t out = chunk * SetupGrain;
-      const std::size_t last = std::min(n, out + SetupGrain);
-      for (std::size_t i = out; i < last; ++i)
-      {
-        const SplatStatus status = MakeSplat(
-          context, gaussian, cloud, localToCamera, areaToCamera, i, splats[out], boxes[out]);
-        out += status == SplatStatus::Visible ? 1 : 0;
-        invalid[chunk] += status == SplatStatus::Invalid ? 1 : 0;
-      }
-      counts[chunk] = out - chunk * SetupGrain;
-    }
-  });
-
-  std::size_t total = list.Splats.size();
-  std::vector<std::size_t> offsets(chunks);
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+  const Shading shading =
+    MakeShading(context, cloud.Cloud, p, placed.Area, areaLength, placed.BackSide);
+  std::array<double, 4> color = cloud.Cloud.Color(surfel);
+  if (context.ColorByLevel)
   {
-    offsets[chunk] = total;
-    total += counts[chunk];
-    list.NumberOfInvalidSurfels += invalid[chunk];
+    const double opacity = color[3];
+    color = LevelColor(level);
+    color[3] = opacity;
   }
-  list.NumberOfSurfels += n;
-  list.Splats.resize(total);
-  list.Boxes.resize(total);
-  executor.For(chunks, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t chunk = begin; chunk < end; ++chunk)
-    {
-      const std::size_t first = chunk * SetupGrain;
-      std::copy_n(splats.begin() + first, counts[chunk], list.Splats.begin() + offsets[chunk]);
-      std::copy_n(boxes.begin() + first, counts[chunk], list.Boxes.begin() + offsets[chunk]);
-    }
-  });
+  SetColor(color, shading, splat);
+  splat.Gradient = NoGradient;
+  if (tilted)
+  {
+    record.Gradient = MakeGradient(cloud, surfel, jacobian, footprint, shading, kernel.Tilt);
+    splat.Gradient = Representable(record.Gradient) ? 0 : NoGradient;
+  }
+  return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * From surfels to splats: cull, project, blur by the lens, shade.
+ * From a surfel to a splat: cull, project, blur by the lens, shade.
  */
 #pragma once
 
-#include "Executor.h"
+#include "DetailSelection.h"
 #include "Lens.h"
 #include "ResamplingKernel.h"
 #include "Splat.h"
 #include "SurfelCloud.h"
 #include "View.h"
 
-#include <cstdint>
+#include <array>
 #include <vector>
 
 namespace SurfelSplatting
@@ -23,18 +23,6 @@ struct SplatSettings
   double Prefilter = 1.0; ///< h, variance of the pixel filter in px^2, > 0
 };
 
-/// Splats of all clouds of a frame with their pixel boxes, in the order of the surfels.
-struct SplatList
-{
-  std::vector<Splat> Splats;
-  std::vector<PixelBox> Boxes;
-  std::uint64_t NumberOfSurfels = 0;
-  std::uint64_t NumberOfInvalidSurfels =
-    0; ///< not drawn: non-finite values, or too large for float sums
-
-  void Clear();
-};
-
 /// Everything that is the same for all surfels of a frame.
 struct SplatContext
 {
@@ -42,6 +30,9 @@ struct SplatContext
   Lens Optics;
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
+  DetailSettings Detail;
+  bool SkipHidden = true;    ///< what lies behind opaque layers, in tiles that are all opaque
+  bool ColorByLevel = false; ///< nodes in the colour of their level instead of their own, unlit
 };
 
 enum class SplatStatus
@@ -51,12 +42,31 @@ enum class SplatStatus
   Invalid
 };
 
-/// Projects one surfel. The scalar reference of the set-up.
-SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaussian,
-  const SurfelCloud& cloud, const Affine3& localToCamera,
-  const std::array<Vector3, 3>& areaToCamera, std::size_t surfel, Splat& splat, PixelBox& box);
+/// A cloud in the frame's camera space.
+struct PlacedCloud
+{
+  const SurfelCloud& Cloud;
+  Affine3 LocalToCamera;
+  std::array<Vector3, 3> AreaToCamera;
 
-/// Appends the visible splats of a cloud to the list.
-void AppendSplats(
-  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor, SplatList& list);
+  PlacedCloud(const View& view, const SurfelCloud& cloud)
+    : Cloud(cloud)
+    , LocalToCamera(Affine3::Compose(view.WorldToCamera, cloud.LocalToWorld))
+    , AreaToCamera(LocalToCamera.AreaMatrix())
+  {
+  }
+};
+
+/// What MakeSplat fills in.
+struct SplatRecord
+{
+  Splat S; ///< its Gradient is NoGradient, or 0 where Gradient is set
+  PixelBox Box;
+  SplatGradient Gradient;
+};
+
+/// Projects one surfel, or one node of a hierarchy (of level > 0). The scalar reference of the
+/// set-up.
+SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaussian,
+  const PlacedCloud& cloud, std::size_t surfel, int level, SplatRecord& record);
 }

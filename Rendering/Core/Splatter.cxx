@@ -27,6 +27,23 @@ private:
 };
 }
 
+std::vector<NodeRun> Splatter::ChooseRuns(
+  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor)
+{
+  if (!cloud.Detail)
+  {
+    this->Stats.Surfels += cloud.NumberOfSurfels;
+    return AllSurfels(cloud);
+  }
+  this->Stats.Surfels += cloud.NumberOfLeaves;
+  const TruncatedGaussian gaussian(context.Settings.Cutoff);
+  const KernelReach reach{ std::fmax(
+                             LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau)),
+    context.Settings.Prefilter };
+  return SelectDetail(
+    cloud, context.Camera, context.Optics, reach, context.Detail, executor, this->Stats.Detail);
+}
+
 void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
 {
@@ -35,9 +52,11 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   this->List.Clear();
   for (const SurfelCloud& cloud : clouds)
   {
-    AppendSplats(context, cloud, executor, this->List);
+    const std::vector<NodeRun> runs = this->ChooseRuns(context, cloud, executor);
+    this->Stats.SelectionMilliseconds += watch.Lap();
+    AppendSplats(context, cloud, runs, executor, this->List);
+    this->Stats.SetupMilliseconds += watch.Lap();
   }
-  this->Stats.SetupMilliseconds = watch.Lap();
 
   const View& view = context.Camera;
   BinSplats(this->List, view.Width, view.Height, executor, this->Bins);
@@ -46,24 +65,26 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   this->Stats.SortMilliseconds = watch.Lap();
 
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
-  std::vector<std::uint64_t> fragments(this->Bins.NumberOfTiles(), 0);
+  const RasterSettings settings{ static_cast<float>(gaussian.Support()),
+    this->List.LargestColor() };
+  std::vector<TileRaster::Counts> counts(this->Bins.NumberOfTiles());
   executor.For(this->Bins.NumberOfTiles(), 1, [&](std::size_t begin, std::size_t end) {
     const auto raster =
-      std::make_unique<TileRaster>(static_cast<float>(gaussian.Support()), depthLimit, sink);
+      std::make_unique<TileRaster>(settings, depthLimit, sink, context.SkipHidden);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      fragments[tile] = raster->Render(this->List, this->Bins, tile, frame);
+      counts[tile] = raster->Render(this->List, this->Bins, tile, frame);
     }
   });
   this->Stats.RasterMilliseconds = watch.Lap();
 
-  this->Stats.Surfels = this->List.NumberOfSurfels;
-  this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels;
-  this->Stats.Splats = this->List.Splats.size();
+  this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
+  this->Stats.Splats = this->List.NumberOfSplats();
   this->Stats.Pairs = this->Bins.Indices.size();
-  for (const std::uint64_t count : fragments)
+  for (const TileRaster::Counts& count : counts)
   {
-    this->Stats.Fragments += count;
+    this->Stats.Fragments += count.Fragments;
+    this->Stats.HiddenPairs += count.Hidden;
   }
 }
 }

@@ -6,7 +6,7 @@
 
 #include "ABuffer.h"
 #include "Frame.h"
-#include "SplatSetup.h"
+#include "SplatList.h"
 #include "TileBinning.h"
 
 #include <cstdint>
@@ -16,12 +16,15 @@ namespace SurfelSplatting
 {
 struct FrameStatistics
 {
-  std::uint64_t Surfels = 0;        ///< handed in
+  std::uint64_t Surfels = 0;        ///< handed in; of a hierarchy its leaves
+  DetailStatistics Detail;          ///< of the clouds with a hierarchy
   std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
   std::uint64_t Splats = 0;         ///< on the screen
   std::uint64_t Pairs = 0;          ///< of splat and tile
   std::uint64_t Fragments = 0;
-  double SetupMilliseconds = 0; ///< wall clock
+  std::uint64_t HiddenPairs = 0;    ///< of splat and tile that were skipped behind opaque layers
+  double SelectionMilliseconds = 0; ///< wall clock
+  double SetupMilliseconds = 0;
   double BinningMilliseconds = 0;
   double SortMilliseconds = 0;
   double RasterMilliseconds = 0;
@@ -45,6 +48,9 @@ public:
   const FrameStatistics& Statistics() const { return this->Stats; }
 
 private:
+  std::vector<NodeRun> ChooseRuns(
+    const SplatContext& context, const SurfelCloud& cloud, const Executor& executor);
+
   SplatList List;
   TileBins Bins;
   FrameStatistics Stats;

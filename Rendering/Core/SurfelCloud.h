@@ -13,9 +13,18 @@
 
 namespace SurfelSplatting
 {
+class DetailTable;
+
 struct SurfelCloud
 {
-  std::size_t NumberOfSurfels = 0;
+  std::size_t NumberOfSurfels = 0; ///< of a hierarchy: all nodes, in HierarchyLayout's order
+
+  /// If not null, the surfels are the nodes of a hierarchy, of which a cut is drawn.
+  const DetailTable* Detail = nullptr;
+  std::size_t NumberOfLeaves = 0; ///< of a hierarchy
+  const float* LeafCovariances = nullptr; ///< [n][6] V_r, needed by the paper's rule only
+  const float* NodeColors = nullptr; ///< [n - leaves][4] straight RGBA, opacities included; or null
+  const float* NodeGradients = nullptr; ///< [n - leaves][3][3] NodeColors.h; or null
 
   const float* PositionsFloat = nullptr;   ///< [n][3] local units; one of the two
   const double* PositionsDouble = nullptr; ///< [n][3]
@@ -46,6 +55,12 @@ struct SurfelCloud
     return { s[0], s[1], s[2], s[3], s[4], s[5] };
   }
 
+  Symmetric3 LeafCovariance(std::size_t i) const
+  {
+    const float* s = (this->LeafCovariances ? this->LeafCovariances : this->Covariances) + 6 * i;
+    return { s[0], s[1], s[2], s[3], s[4], s[5] };
+  }
+
   Vector3 AreaVector(std::size_t i) const
   {
     const float* a = this->AreaVectors + 3 * i;
@@ -55,6 +70,11 @@ struct SurfelCloud
   /// Straight RGBA of a surfel before lighting, the cloud's and the surfel's opacity included.
   std::array<double, 4> Color(std::size_t i) const
   {
+    if (this->NodeColors && i >= this->NumberOfLeaves)
+    {
+      const float* n = this->NodeColors + 4 * (i - this->NumberOfLeaves);
+      return { n[0], n[1], n[2], n[3] * this->Opacity };
+    }
     std::array<double, 4> c{ Surface.Color[0], Surface.Color[1], Surface.Color[2], 1.0 };
     if (this->ColorsUChar)
     {

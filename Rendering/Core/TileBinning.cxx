@@ -8,7 +8,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Chunks of splats that count and write on their own; few, since each keeps a counter per tile.
+/// Chunks of the list's parts that count and write on their own; few, since each keeps a counter
+/// per tile.
 constexpr std::size_t NumberOfChunks = 16;
 
 struct TileRange
@@ -28,17 +29,20 @@ struct TileRange
 template <typename Function>
 void ForEachPair(const SplatList& list, std::size_t chunk, int tilesX, Function&& function)
 {
-  const std::size_t n = list.Boxes.size();
-  const std::size_t begin = n * chunk / NumberOfChunks;
-  const std::size_t end = n * (chunk + 1) / NumberOfChunks;
-  for (std::size_t i = begin; i < end; ++i)
+  const std::size_t n = list.Parts.size();
+  const std::size_t last = n * (chunk + 1) / NumberOfChunks;
+  for (std::size_t p = n * chunk / NumberOfChunks; p < last; ++p)
   {
-    const TileRange range(list.Boxes[i]);
-    for (int ty = range.Y0; ty <= range.Y1; ++ty)
+    const SplatList::Part& part = list.Parts[p];
+    for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      for (int tx = range.X0; tx <= range.X1; ++tx)
+      const TileRange range(list.Boxes[i]);
+      for (int ty = range.Y0; ty <= range.Y1; ++ty)
       {
-        function(static_cast<std::size_t>(ty) * tilesX + tx, static_cast<std::uint32_t>(i));
+        for (int tx = range.X0; tx <= range.X1; ++tx)
+        {
+          function(static_cast<std::size_t>(ty) * tilesX + tx, static_cast<std::uint32_t>(i));
+        }
       }
     }
   }

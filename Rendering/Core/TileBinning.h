@@ -7,7 +7,7 @@
 
 #include "Executor.h"
 #include "RasterKernel.h"
-#include "SplatSetup.h"
+#include "SplatList.h"
 
 #include <cstdint>
 #include <vector>

@@ -14,21 +14,32 @@ constexpr float Infinity = std::numeric_limits<float>::infinity();
 const RasterKernel Kernel = SelectRasterKernel();
 }
 
-std::uint64_t TileRaster::Render(
+TileRaster::Counts TileRaster::Render(
   const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame)
 {
+  // Looking whether all of the tile is opaque costs about as much as a splat.
+  constexpr std::uint64_t checkEvery = 64;
   const int tileX = static_cast<int>(tile % bins.TilesX) * TileSize;
   const int tileY = static_cast<int>(tile / bins.TilesX) * TileSize;
   this->Clear(tileX, tileY, frame);
-  std::uint64_t fragments = 0;
-  for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
+  Counts counts;
+  const std::uint64_t first = bins.Offsets[tile], last = bins.Offsets[tile + 1];
+  for (std::uint64_t i = first; i < last; ++i)
   {
     const std::uint32_t splat = bins.Indices[i];
-    fragments += this->AddSplat(list.Splats[splat], list.Boxes[splat]);
+    const Splat& s = list.Splats[splat];
+    if (this->SkipHidden && (i - first) % checkEvery == checkEvery - 1 &&
+      Kernel.IsOpaque(this->Blocks, s.Near))
+    {
+      counts.Hidden = last - i;
+      break;
+    }
+    counts.Fragments += this->AddSplat(
+      s, s.Gradient == NoGradient ? nullptr : &list.Gradients[s.Gradient], list.Boxes[splat]);
   }
   this->CloseAll();
   this->Store(tileX, tileY, frame);
-  return fragments;
+  return counts;
 }
 
 void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
@@ -43,10 +54,14 @@ void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
     PixelBlock& b = this->Blocks[i];
     Set(b.Near, Infinity);
     Set(b.Far, -Infinity);
-    Set(b.Transmittance, 1.0f);
     Set(b.Limit, Infinity);
     const int y = tileY + i / BlocksPerRow;
     const int x = tileX + i % BlocksPerRow * LaneCount;
+    for (int l = 0; l < LaneCount; ++l)
+    {
+      // Pixels beyond the picture are finished from the start.
+      b.Transmittance[l] = y < frame.Height && x + l < frame.Width ? 1.0f : 0.0f;
+    }
     if (this->DepthLimit && y < frame.Height)
     {
       const float* limit = this->DepthLimit + static_cast<std::size_t>(y) * frame.Width;
@@ -58,13 +73,14 @@ void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
   }
 }
 
-std::uint64_t TileRaster::AddSplat(const Splat& s, const PixelBox& box)
+std::uint64_t TileRaster::AddSplat(
+  const Splat& s, const SplatGradient* gradient, const PixelBox& box)
 {
   const int rowBegin = std::max(0, box.Y0 - this->OriginY);
   const int rowEnd = std::min(TileSize, box.Y1 - this->OriginY);
   const float x = s.X - static_cast<float>(this->OriginX);
   const float y = s.Y - static_cast<float>(this->OriginY);
-  return Kernel.AddSplat(this->Blocks, s, rowBegin, rowEnd, x, y, this->Support,
+  return Kernel.AddSplat(this->Blocks, s, gradient, rowBegin, rowEnd, x, y, this->Settings,
     { this->Sink ? &TileRaster::SendToSink : nullptr, this });
 }
 
@@ -101,7 +117,7 @@ void TileRaster::CloseAll()
       SendToSink(this, this->Blocks[i], i, LaneMask{} - 1);
     }
   }
-  Kernel.CloseAll(this->Blocks);
+  Kernel.CloseAll(this->Blocks, this->Settings);
 }
 
 void TileRaster::Store(int tileX, int tileY, const Frame& frame) const

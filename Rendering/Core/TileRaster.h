@@ -20,30 +20,37 @@ namespace SurfelSplatting
 class TileRaster
 {
 public:
-  /// @param support squared radius q of the kernels' support
   /// @param limit   [height][width] depth of opaque props, or null
   /// @param sink    receives the closed layers, or null
-  TileRaster(float support, const float* limit, LayerSink* sink)
-    : Support(support)
+  /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
+  TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden)
+    : Settings(settings)
     , DepthLimit(limit)
     , Sink(sink)
+    , SkipHidden(skipHidden && !sink)
   {
   }
 
-  /// Rasterises a tile into the frame; returns the number of fragments.
-  std::uint64_t Render(
-    const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame);
+  struct Counts
+  {
+    std::uint64_t Fragments = 0;
+    std::uint64_t Hidden = 0; ///< splats that were skipped, since all of the tile is opaque
+  };
+
+  /// Rasterises a tile into the frame.
+  Counts Render(const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame);
 
 private:
   void Clear(int tileX, int tileY, const Frame& frame);
   void Store(int tileX, int tileY, const Frame& frame) const;
   static void SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes);
-  std::uint64_t AddSplat(const Splat& splat, const PixelBox& box);
+  std::uint64_t AddSplat(const Splat& splat, const SplatGradient* gradient, const PixelBox& box);
   void CloseAll();
 
-  float Support;
+  RasterSettings Settings;
   const float* DepthLimit;
   LayerSink* Sink;
+  bool SkipHidden;
   int OriginX = 0;
   int OriginY = 0;
   int Width = 0; // of the frame

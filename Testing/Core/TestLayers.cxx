@@ -106,7 +106,7 @@ Splat WideSplat(float near, float far, float weight)
   s.Weight = weight;
   s.Near = near;
   s.Far = far;
-  s.Depth = near;
+  s.Gradient = NoGradient;
   s.Red = 0.5f;
   s.Opacity = 1.0f;
   return s;
@@ -150,14 +150,13 @@ void TestStream(Random& random)
     const float far = near + static_cast<float>(random.Integer(0, 6) * random.Integer(0, 1));
     // exp(-0) is 1 in the raster too: weights are exact.
     const float weight = static_cast<float>(random.Integer(1, 8)) / 64.0f;
-    list.Splats.push_back(WideSplat(near, far, weight));
-    list.Boxes.push_back({ 0, 0, Size, Size });
+    list.Add(WideSplat(near, far, weight), { 0, 0, Size, Size });
     Layer l;
     l.Near = near;
     l.Far = far;
     l.Weight = l.Opacity = weight;
     l.Red = 0.5f * weight;
-    l.Depth = weight * near;
+    l.Depth = weight * 0.5f * (near + far);
     layers.push_back(l);
   }
   TileBins bins;
@@ -165,7 +164,7 @@ void TestStream(Random& random)
   SortBins(list, SerialExecutor(), bins);
   RecordingSink sink(Size, Size);
   Picture picture(Size, Size);
-  TileRaster(5.0f, nullptr, &sink).Render(list, bins, 0, picture.Get());
+  TileRaster({ 5.0f, 1.0f }, nullptr, &sink, false).Render(list, bins, 0, picture.Get());
 
   const std::vector<Layer> expected = UnionsByJoining(layers);
   for (const std::vector<Layer>& pixel : sink.Layers)

@@ -5,6 +5,7 @@
  */
 #include "Check.h"
 #include "RasterKernel.h"
+#include "ResamplingKernel.h"
 #include "TestScene.h"
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace
 {
 constexpr double Epsilon = 0x1p-24;
 constexpr float Support = 5.0f;
+constexpr RasterSettings Settings{ Support, 1e30f };
 
 struct Tile
 {
@@ -49,7 +51,7 @@ struct ScalarPixel
     if (this->Weight > 0.0)
     {
       const double share = this->Transmittance / std::max(1.0, this->Weight);
-      this->OutRed += share * this->Red;
+      this->OutRed += share * std::max(0.0, this->Red);
       // Twice: sums are divided by a sum that is off too. Behind, the error is met again in the
       // transmittance.
       this->OutError += 2.0 * 2.0 * share * this->Error + 8.0 * Epsilon;
@@ -61,8 +63,38 @@ struct ScalarPixel
 
 using ScalarTile = std::vector<ScalarPixel>;
 
-std::uint64_t AddScalar(
-  ScalarTile& tile, const Splat& s, int rowBegin, int rowEnd, double x, double y)
+/// A kernel's value at q, the slope that tilts colours, and how far rounding may move both.
+struct ScalarKernel
+{
+  double Value, Slope, ValueError, SlopeError;
+};
+
+/// @param error of q
+ScalarKernel EvaluateScalar(double shape, double q, double error)
+{
+  const double t = 1.0 - q / Support, errorT = error / Support + 2.0 * Epsilon;
+  if (shape < 0.0)
+  {
+    // 2e-7 + 7.5e-8 q/2: the exponential, see TestExponential.
+    const double value = std::exp(-0.5 * q);
+    const double bound = value * (0.5 * error + 2e-7 + 3.75e-8 * q);
+    return { value, value, bound, bound };
+  }
+  if (shape >= SmoothShape)
+  {
+    const double steepness = shape - SmoothShape;
+    const double u = std::min(1.0, steepness * t), errorU = steepness * errorT + Epsilon;
+    return { u * u * (3.0 - 2.0 * u), u * (1.0 - u), 6.0 * u * (1.0 - u) * errorU + 8.0 * Epsilon,
+      errorU + 4.0 * Epsilon };
+  }
+  // A power has n times the relative error of 1 - q / Support.
+  const double value = std::pow(t, shape), slope = std::pow(t, std::max(0.0, shape - 1.0));
+  return { value, slope, value * (shape * errorT / t + 4.0 * Epsilon),
+    slope * (shape * errorT / t + 4.0 * Epsilon) };
+}
+
+std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, const SplatGradient* gradient,
+  int rowBegin, int rowEnd, double x, double y)
 {
   std::uint64_t fragments = 0;
   for (int j = rowBegin; j < rowEnd; ++j)
@@ -89,17 +121,22 @@ std::uint64_t AddScalar(
         p.Close();
       }
       p.Far = p.Weight > 0.0 ? std::max(p.Far, static_cast<double>(s.Far)) : s.Far;
-      const double t = 1.0 - q / Support;
-      const double w = s.Weight * (s.Shape < 0.0f ? std::exp(-0.5 * q) : std::pow(t, s.Shape));
+      const ScalarKernel k = EvaluateScalar(s.Shape, q, error);
+      const double w = s.Weight * k.Value;
       p.Weight += w;
       p.Opacity += w * s.Opacity;
       p.Red += w * s.Opacity * s.Red;
-      // 2e-7 + 7.5e-8 q/2: the exponential, see TestExponential; a power has n times the error of
-      // 1 - q / Support; then products and the growing sum.
-      const double kernelError = s.Shape < 0.0f
-        ? 0.5 * error + 2e-7 + 3.75e-8 * q
-        : s.Shape * (error / Support + 2.0 * Epsilon) / t + 4.0 * Epsilon;
-      p.Error += w * (kernelError + 4.0 * Epsilon) + Epsilon * p.Weight;
+      // Then products and the growing sum.
+      p.Error += s.Weight * k.ValueError + w * 4.0 * Epsilon + Epsilon * p.Weight;
+      if (gradient)
+      {
+        const double dx = i + 0.5 - x;
+        const double tilt = gradient->RedX * dx + gradient->RedY * dy;
+        const double terms = std::abs(gradient->RedX) * (TileSize + std::abs(x)) +
+          std::abs(gradient->RedY) * (TileSize + std::abs(y));
+        p.Red += s.Weight * s.Opacity * k.Slope * tilt;
+        p.Error += s.Weight * (k.SlopeError * std::abs(tilt) + k.Slope * 8.0 * Epsilon * terms);
+      }
     }
   }
   return fragments;
@@ -108,6 +145,8 @@ std::uint64_t AddScalar(
 struct PlacedSplat
 {
   Splat S{};
+  SplatGradient Gradient{};
+  bool HasGradient = false;
   float X, Y;
   int RowBegin, RowEnd;
 };
@@ -135,11 +174,14 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     near += static_cast<float>(random.Integer(0, 3)) * 0.125f;
     p.S.Near = near;
     p.S.Far = near + static_cast<float>(random.Integer(0, 2)) * 0.25f;
-    p.S.Depth = near;
     p.S.Red = static_cast<float>(random.Uniform(0.0, 1.0));
     p.S.Opacity = static_cast<float>(random.Uniform(0.2, 1.0));
-    const float shapes[] = { -1.0f, 0.0f, 0.25f, 0.5f, 1.0f, 2.0f, 3.0f, 4.0f };
-    p.S.Shape = shapes[random.Integer(0, 7)];
+    const float shapes[] = { -1.0f, 2.0f, 3.0f, 4.0f, 16.2f, 17.0f, 19.0f, 0.0f, 0.25f, 0.5f,
+      1.0f };
+    p.HasGradient = random.Integer(0, 2) == 0; // of these only the first seven shapes have one
+    p.S.Shape = shapes[random.Integer(0, p.HasGradient ? 6 : 10)];
+    p.Gradient.RedX = static_cast<float>(random.Uniform(-0.1, 0.1));
+    p.Gradient.RedY = static_cast<float>(random.Uniform(-0.1, 0.1));
     p.RowBegin = random.Integer(0, 3) == 0 ? random.Integer(0, 31) : 0;
     p.RowEnd = random.Integer(0, 3) == 0 ? random.Integer(p.RowBegin, 32) : 32;
     splats.push_back(p);
@@ -189,12 +231,13 @@ void TestKernel(const RasterKernel& kernel)
     long difference = 0, undecided = 0;
     for (const PlacedSplat& p : RandomSplats(random, repeat == 0 ? 0 : 1 + repeat % 40))
     {
-      const std::uint64_t fragments = kernel.AddSplat(tile->Blocks, p.S, p.RowBegin, p.RowEnd, p.X,
-        p.Y, Support, { &CallbackCount::Count, &callback });
+      const SplatGradient* gradient = p.HasGradient ? &p.Gradient : nullptr;
+      const std::uint64_t fragments = kernel.AddSplat(tile->Blocks, p.S, gradient, p.RowBegin,
+        p.RowEnd, p.X, p.Y, Settings, { &CallbackCount::Count, &callback });
       difference += std::abs(static_cast<long>(fragments) -
-        static_cast<long>(AddScalar(scalar, p.S, p.RowBegin, p.RowEnd, p.X, p.Y)));
+        static_cast<long>(AddScalar(scalar, p.S, gradient, p.RowBegin, p.RowEnd, p.X, p.Y)));
     }
-    kernel.CloseAll(tile->Blocks);
+    kernel.CloseAll(tile->Blocks, Settings);
     for (ScalarPixel& p : scalar)
     {
       p.Close();
@@ -225,7 +268,7 @@ void TestExtremes(const RasterKernel& kernel)
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
         s.Shape = a > 1.0f ? 0.25f : -1.0f;
-        CHECK(kernel.AddSplat(tile->Blocks, s, 0, TileSize, x, 1.0f, Support,
+        CHECK(kernel.AddSplat(tile->Blocks, s, nullptr, 0, TileSize, x, 1.0f, Settings,
                 { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }
     }

@@ -14,8 +14,8 @@ DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field where a lens is given.
 
 CLOUD is a .ply, .pcd, .xyz, .txt or .vtp file. Colours, alpha and normals in it are used. Text
-files have columns x y z, then intensity, r g b, or normals. A .vtp that holds surfels already
-(see --surfels) is drawn as it is.
+files have columns x y z, then intensity, r g b, or normals. A .vtp that holds surfels or their
+hierarchy already (see --surfels and --hierarchy) is drawn as it is.
 
 OUT.exr holds linear RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the
 view direction. OUT.png holds 8 bits, 255 times the linear value, over the background.
@@ -140,6 +140,24 @@ def _add_look_options(parser):
                       help="where a splat ends: exponent of its Gaussian, 1 to 20 (default: 2.5)")
 
 
+def _add_detail_options(parser):
+    detail = parser.add_argument_group(
+        "detail", "Blurred and tiny things are drawn by fewer, larger splats.")
+    detail.add_argument("--lod", choices=("moments", "paper"), default="moments",
+                        help="how splats stand for several surfels: by their moments and colour "
+                             "gradients, or as in Krivanek et al. 2003 (default: moments)")
+    detail.add_argument("--lod-error", type=_not_negative, metavar="E",
+                        help="how coarse: less is more accurate and slower (default: 1)")
+    detail.add_argument("--no-lod", action="store_true",
+                        help="every surfel on its own, without a hierarchy")
+    detail.add_argument("--color-by", choices=("level",), metavar="level",
+                        help="splats in the colour of their level: surfels white, then blue, "
+                             "green, yellow, orange, red, violet, brown for 2, 4, 8, .. of them")
+    detail.add_argument("--hierarchy", metavar="OUT.vtp",
+                        help="also write the hierarchy; a CLOUD of its own, drawn without "
+                             "estimating again")
+
+
 def _add_run_options(parser):
     run = parser.add_argument_group("run")
     run.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
@@ -167,6 +185,7 @@ def _build_parser():
     _add_camera_options(render)
     _add_lens_options(render)
     _add_look_options(render)
+    _add_detail_options(render)
     _add_run_options(render)
     return parser
 
@@ -178,6 +197,9 @@ def _check(arguments):
         ("--circle-of-confusion", arguments.circle_of_confusion is not None)) if given]
     if len(lenses) > 1:
         raise UserProblem(f"{' and '.join(lenses)} exclude each other: give one of them")
+    if arguments.no_lod and (arguments.lod_error is not None or arguments.hierarchy):
+        other = "--hierarchy" if arguments.hierarchy else "--lod-error"
+        raise UserProblem(f"--no-lod and {other} exclude each other: give one of them")
     check_size(arguments.size)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .cameras import are_parallel, check_view
+from .clouds import surfel_count
 from .problems import UserProblem
 
 SAMPLES = 200_000
@@ -23,19 +24,20 @@ class Samples:
 
     def __init__(self, surfels):
         data = surfels.GetPointData()
-        step = max(1, surfels.GetNumberOfPoints() // SAMPLES)
-        points = vtk_to_numpy(surfels.GetPoints().GetData())[::step].astype(np.float64)
-        areas = vtk_to_numpy(data.GetArray("SurfelAreaVector"))[::step].astype(np.float64)
+        count = surfel_count(surfels)
+        some = slice(0, count, max(1, count // SAMPLES))
+        points = vtk_to_numpy(surfels.GetPoints().GetData())[some].astype(np.float64)
+        areas = vtk_to_numpy(data.GetArray("SurfelAreaVector"))[some].astype(np.float64)
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
         if origin:
             points += vtk_to_numpy(origin).reshape(3)
         two_sided = data.GetArray("SurfelTwoSided")
-        self.two_sided = (vtk_to_numpy(two_sided)[::step].astype(bool) if two_sided
+        self.two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
                           else np.zeros(len(points), bool))
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
-        self.radius = _typical_radius(data.GetArray("SurfelCovariance"), step, keep)
+        self.radius = _typical_radius(data.GetArray("SurfelCovariance"), some, keep)
         self.two_sided = self.two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
 
@@ -59,11 +61,11 @@ def _near_the_bulk(points, finite):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
 
 
-def _typical_radius(covariances, step, keep):
+def _typical_radius(covariances, some, keep):
     """Of a kernel, two standard deviations: what a cloud of a single point consists of."""
     if not covariances:
         return 0.0
-    trace = vtk_to_numpy(covariances)[::step, :3][keep].astype(np.float64).sum(axis=1)
+    trace = vtk_to_numpy(covariances)[some, :3][keep].astype(np.float64).sum(axis=1)
     trace = trace[np.isfinite(trace) & (trace > 0)]
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 

@@ -35,12 +35,11 @@ def check_output(path, extensions):
         raise UserProblem(f"cannot write {path}: the folder {folder} is not writable")
 
 
-def check_distinct(cloud, *others):
+def check_distinct(inputs, outputs):
     """Refuses to write over what is read, or one output over another."""
-    *inputs, picture, surfels, stats = (cloud, *others)
     read = {os.path.realpath(path) for path in inputs}
     written = set()
-    for path in filter(None, (picture, surfels, stats)):
+    for path in filter(None, outputs):
         real = os.path.realpath(path)
         if real in read:
             raise UserProblem(f"{path} is read as input; give the output another name")

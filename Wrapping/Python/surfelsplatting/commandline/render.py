@@ -7,10 +7,10 @@ import sys
 from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
-from ..vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelNormalization
+from ..vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelNormalization
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from .cameras import asked_view, camera_files
-from .clouds import read_cloud
+from .clouds import is_hierarchy, read_cloud, surfel_count
 from .framing import complete_view
 from .interrupts import Interrupts
 from .outputs import (PICTURES, check_distinct, check_output, write_json, write_picture,
@@ -25,11 +25,11 @@ BACKDROP = (0.16, 0.17, 0.19)  # of lit .png pictures
 
 
 def _check_outputs(arguments):
-    check_distinct(arguments.cloud, *camera_files(arguments.camera), arguments.output,
-                   arguments.surfels, arguments.stats)
+    check_distinct((arguments.cloud, *camera_files(arguments.camera)),
+                   (arguments.output, arguments.surfels, arguments.hierarchy, arguments.stats))
     check_output(arguments.output, PICTURES)
-    if arguments.surfels:
-        check_output(arguments.surfels, (".vtp",))
+    for path in filter(None, (arguments.surfels, arguments.hierarchy)):
+        check_output(path, (".vtp",))
     if arguments.stats:
         check_output(arguments.stats, (".json",))
 
@@ -68,6 +68,17 @@ def _make_surfels(cloud, neighbors, path, messages, progress, run):
         raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points makes a "
                           "surfel; are the coordinates finite and not all the same?")
     return surfels
+
+
+def _make_hierarchy(surfels, messages, progress, run):
+    if is_hierarchy(surfels):
+        return surfels
+    hierarchy = vtkSurfelHierarchy()
+    hierarchy.SetInputData(surfels)
+    with run.stage("hierarchy"):
+        progress.update(hierarchy, "hierarchy")
+    messages.check()
+    return hierarchy.GetOutput()
 
 
 def _make_actor(surfels, arguments):
@@ -117,7 +128,19 @@ def _make_renderer(surfels, view, arguments):
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
         splatter.SetCutoff(arguments.cutoff)
+    _set_detail(splatter, arguments)
     return renderer
+
+
+def _set_detail(splatter, arguments):
+    splatter.FrameReuseOff()  # --repeat renders
+    if arguments.no_lod:
+        splatter.SetLODModeToOff()
+    elif arguments.lod == "paper":
+        splatter.SetLODModeToPaper()
+    if arguments.lod_error is not None:
+        splatter.SetLODError(arguments.lod_error)
+    splatter.SetColorByLevel(arguments.color_by == "level")
 
 
 def _render_frames(renderer, count, messages, progress, run):
@@ -151,8 +174,11 @@ def render(arguments):
         surfels = _make_surfels(cloud, arguments.neighbors, arguments.cloud, messages,
                                 progress, run)
         view = complete_view(view, cloud, surfels)
-        say(f"{surfels.GetNumberOfPoints()} surfels; {view}")
-        renderer = _make_renderer(surfels, view, arguments)
+        say(f"{surfel_count(surfels)} surfels; {view}")
+        drawn = surfels
+        if not arguments.no_lod:
+            drawn = _make_hierarchy(surfels, messages, progress, run)
+        renderer = _make_renderer(drawn, view, arguments)
         _render_frames(renderer, arguments.repeat, messages, progress, run)
     finally:
         progress.clear()
@@ -164,6 +190,8 @@ def render(arguments):
         write_picture(renderer.GetOutput(), arguments.output, messages)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, messages)
+        if arguments.hierarchy:
+            write_surfels(drawn, arguments.hierarchy, messages)
     if arguments.stats:
         write_json(run.summary(cloud, surfels, view), arguments.stats)
     say(f"{arguments.output} written")

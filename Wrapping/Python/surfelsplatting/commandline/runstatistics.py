@@ -7,6 +7,7 @@ import time
 from contextlib import contextmanager
 
 from ..version import __version__
+from .clouds import surfel_count
 
 
 class RunStatistics:
@@ -15,6 +16,8 @@ class RunStatistics:
         self._milliseconds = {}
         self._frames = []  # one {stage: ms} for each frame
         self._counts = {"splats": 0, "fragments": 0}
+        self._detail = {}
+        self._skipped = {}
         self._invalid = {"points": 0, "surfels": 0}
 
     @contextmanager
@@ -33,6 +36,12 @@ class RunStatistics:
         self._frames.append(frame)
         self._counts = {"splats": splatter.GetNumberOfSplats(),
                         "fragments": splatter.GetNumberOfFragments()}
+        self._detail = {"chosen": splatter.GetNumberOfChosenNodes(),
+                        "visited": splatter.GetNumberOfVisitedNodes(),
+                        "prepared": splatter.GetNumberOfPreparedSurfels()}
+        self._skipped = {"outside": splatter.GetNumberOfSurfelsOutside(),
+                         "facing_away": splatter.GetNumberOfSurfelsFacingAway(),
+                         "hidden_pairs": splatter.GetNumberOfHiddenPairs()}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
     def _frame_medians(self):
@@ -51,8 +60,10 @@ class RunStatistics:
         return {
             "version": __version__,
             "points": cloud.data.GetNumberOfPoints(),
-            "surfels": surfels.GetNumberOfPoints(),
+            "surfels": surfel_count(surfels),
             **self._counts,
+            "detail": self._detail,
+            "skipped": self._skipped,
             "invalid": self._invalid,
             "size": list(view.size),
             "threads": self._threads,

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelInput.h"
+
+#include "SurfelArrays.h"
+
+#include "vtkDataArray.h"
+#include "vtkFieldData.h"
+#include "vtkPointData.h"
+#include "vtkPolyData.h"
+#include "vtkVariant.h"
+
+#include <algorithm>
+
+namespace SurfelGeometry
+{
+namespace Arrays = SurfelSplatting::Arrays;
+
+std::string CheckSurfels(vtkPolyData* input)
+{
+  if (!input)
+  {
+    return "No input: connect surfels, as vtkSurfelEstimation makes them.";
+  }
+  const struct
+  {
+    const char* Name;
+    int Components;
+    bool Needed;
+  } arrays[] = { { Arrays::AreaVector, 3, true }, { Arrays::Covariance, 6, true },
+    { Arrays::TwoSided, 1, false }, { Arrays::Opacity, 1, false } };
+  for (const auto& array : arrays)
+  {
+    vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
+    if (!found && !array.Needed)
+    {
+      continue;
+    }
+    if (!found || found->GetNumberOfComponents() != array.Components ||
+      found->GetNumberOfTuples() != input->GetNumberOfPoints())
+    {
+      return std::string("The input has no point array \"") + array.Name + "\" of " +
+        std::to_string(array.Components) +
+        " components for every point: it is no surfel cloud. Run vtkSurfelEstimation first.";
+    }
+  }
+  return std::string();
+}
+
+void ReadOrigin(vtkPointSet* input, double origin[3])
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  std::fill_n(origin, 3, 0.0);
+  for (int i = 0; array && array->GetNumberOfValues() == 3 && i < 3; ++i)
+  {
+    origin[i] = array->GetVariantValue(i).ToDouble();
+  }
+}
+}

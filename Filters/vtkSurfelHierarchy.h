@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelHierarchy
+ * @brief   level-of-detail hierarchy over surfels
+ *
+ * What is blurred, or smaller than a pixel, can be drawn by fewer and larger splats. This filter
+ * builds a binary hierarchy over the surfels (QSplat: Rusinkiewicz and Levoy 2000; for depth of
+ * field Krivanek, Zara and Bouatouch 2003): each node carries the moments of the surfels below it,
+ * so that it is a surfel itself. A vtkSurfelMapper that is given the output draws a cut through the
+ * hierarchy that suits the view; vtkSurfelSplatter::SetLODError says how coarse.
+ *
+ * The output is a vtkPolyData like the input: its points are all nodes, leaves first, level by
+ * level, with the arrays of Documentation/DataContract.md. It so survives any VTK writer and reader
+ * as well as filters that keep the points and their order; what remains of a hierarchy after a
+ * filter that drops points is refused by the mapper. Less than two nodes for each surfel: 172 bytes
+ * a surfel, and twice the input's other point arrays.
+ *
+ * Every other numeric point array of the input is passed on: leaves keep their values, nodes have
+ * the area-weighted means of their leaves (identifiers and text: those of their first leaf).
+ * Colours that a mapper finds through a lookup table are mapped at the leaves and averaged by the
+ * mapper.
+ *
+ * One-sided and two-sided surfels never share a node. Surfels with non-finite values are left out
+ * and counted. The result does not depend on the number of threads.
+ *
+ * @sa vtkSurfelEstimation vtkSurfelNormalization vtkSurfelMapper vtkSurfelSplatter
+ */
+#ifndef vtkSurfelHierarchy_h
+#define vtkSurfelHierarchy_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSurfelFiltersModule.h" // for export macro
+
+#include <string> // for CheckInput
+
+class VTKSURFELFILTERS_EXPORT vtkSurfelHierarchy : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkSurfelHierarchy* New();
+  vtkTypeMacro(vtkSurfelHierarchy, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Of the last execution: leaves (surfels that took part), all nodes with them, levels (1: leaves
+   * only), and surfels that were left out, since their values are not finite.
+   */
+  vtkGetMacro(NumberOfLeaves, vtkIdType);
+  vtkGetMacro(NumberOfNodes, vtkIdType);
+  vtkGetMacro(NumberOfLevels, int);
+  vtkGetMacro(NumberOfInvalidSurfels, vtkIdType);
+  ///@}
+
+protected:
+  vtkSurfelHierarchy();
+  ~vtkSurfelHierarchy() override;
+
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkSurfelHierarchy(const vtkSurfelHierarchy&) = delete;
+  void operator=(const vtkSurfelHierarchy&) = delete;
+
+  class Execution;
+  static std::string CheckInput(vtkPolyData* input);
+
+  vtkIdType NumberOfLeaves = 0;
+  vtkIdType NumberOfNodes = 0;
+  int NumberOfLevels = 0;
+  vtkIdType NumberOfInvalidSurfels = 0;
+};
+
+#endif

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * An array that keeps its memory from frame to frame and is not filled when it grows.
+ */
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace SurfelSplatting
+{
+template <typename T>
+class Buffer
+{
+  static_assert(std::is_trivial<T>::value, "elements are neither constructed nor destroyed");
+
+public:
+  std::size_t Size() const { return this->Count; }
+
+  /// Keeps what is there; what is new is undefined. The first time that memory does not suffice it
+  /// is allocated to the full, then with room to spare.
+  void Resize(std::size_t count)
+  {
+    if (count > this->Capacity)
+    {
+      const std::size_t capacity =
+        this->Capacity == 0 ? count : std::max(count, this->Capacity + this->Capacity / 2);
+      std::unique_ptr<T[]> elements(new T[capacity]);
+      std::copy_n(this->Elements.get(), this->Count, elements.get());
+      this->Elements.swap(elements);
+      this->Capacity = capacity;
+    }
+    this->Count = count;
+  }
+
+  void Clear() { this->Count = 0; }
+
+  T& operator[](std::size_t i) { return this->Elements[i]; }
+  const T& operator[](std::size_t i) const { return this->Elements[i]; }
+  T* Data() { return this->Elements.get(); }
+  const T* Data() const { return this->Elements.get(); }
+
+private:
+  std::unique_ptr<T[]> Elements;
+  std::size_t Count = 0;
+  std::size_t Capacity = 0;
+};
+}

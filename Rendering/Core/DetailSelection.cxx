@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "DetailSelection.h"
+
+#include "NodeMoments.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Largest share of an incoherent node's size that is allowed.
+double CoherenceFactor(double coherence)
+{
+  return std::fmin(1.0, std::fmax(0.1, (coherence - 0.5) / 0.4));
+}
+
+/// A subtree that is walked on its own.
+struct Subtree
+{
+  int Tree, Level;
+  std::size_t Index;
+};
+
+/// One sphere in camera space: a node's leaves' centres.
+struct Ball
+{
+  Vector3 Center;
+  double Radius;
+  double Near() const { return this->Center[2] - this->Radius; }
+  double Far() const { return this->Center[2] + this->Radius; }
+};
+
+/// One choice: the view in the hierarchy's terms.
+class Selection
+{
+public:
+  Selection(const SurfelCloud& cloud, const View& view, const Lens& lens, const KernelReach& reach,
+    const DetailSettings& settings)
+    : Table(*cloud.Detail)
+    , Layout(Table.Layout())
+    , Camera(view)
+    , Optics(lens)
+    , Reach(reach)
+    , Settings(settings)
+    , LocalToCamera(Affine3::Compose(view.WorldToCamera, cloud.LocalToWorld))
+    , AreaToCamera(LocalToCamera.AreaMatrix())
+    , FocalLength(std::fmax(std::abs(view.Fx), std::abs(view.Fy)))
+  {
+    Symmetric3 gram{}; // L'L
+    for (const Vector3& row : this->LocalToCamera.L)
+    {
+      AddOuterProduct(gram, row, 1.0);
+    }
+    const double largest = gram.LargestEigenvalue();
+    this->Scale = std::sqrt(largest);
+    // Cones keep their angles under similarities alone.
+    const double spread = std::abs(largest - gram.Trace() / 3.0);
+    this->ConesHold = spread <= 1e-5 * largest;
+  }
+
+  void Walk(const Subtree& start, std::vector<NodeRun>& runs, DetailStatistics& statistics) const
+  {
+    std::vector<Subtree> stack{ start };
+    while (!stack.empty())
+    {
+      const Subtree top = stack.back();
+      stack.pop_back();
+      this->Visit(top, stack, runs, statistics);
+    }
+  }
+
+private:
+  void Visit(const Subtree& at, std::vector<Subtree>& stack, std::vector<NodeRun>& runs,
+    DetailStatistics& statistics) const
+  {
+    ++statistics.VisitedNodes;
+    const DetailTable::Node& node = this->Table.Get(at.Level, at.Tree, at.Index);
+    const Ball ball{ this->LocalToCamera.Apply(
+                       { node.Position[0], node.Position[1], node.Position[2] }),
+      this->Scale * node.Extent.Size };
+    if (this->Settings.SkipOutside && this->IsOutside(node, ball))
+    {
+      statistics.OutsideLeaves += this->LeavesOf(at);
+      return;
+    }
+    if (this->Settings.SkipBackFaces && at.Tree == HierarchyLayout::OneSided &&
+      this->FacesAway(node, ball))
+    {
+      statistics.BackLeaves += this->LeavesOf(at);
+      return;
+    }
+    const double allowed = this->AllowedSize(ball);
+    const int lowest = this->Table.LowestLevel(at.Tree);
+    if (at.Level > 0 && this->Suffices(node.Extent, allowed))
+    {
+      this->Choose(at, at.Level, runs, statistics);
+    }
+    else if (at.Level > lowest)
+    {
+      const std::size_t left = 2 * at.Index;
+      if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
+      {
+        stack.push_back({ at.Tree, at.Level - 1, left + 1 });
+      }
+      stack.push_back({ at.Tree, at.Level - 1, left });
+    }
+    else
+    {
+      const NodeExtent* levels = this->Table.Levels(at.Tree, at.Index);
+      int level = lowest - 1;
+      while (level > 0 && !this->Suffices(levels[level], allowed))
+      {
+        --level;
+      }
+      this->Choose(at, std::max(0, level), runs, statistics);
+    }
+  }
+
+  std::uint64_t LeavesOf(const Subtree& at) const
+  {
+    return std::min<std::uint64_t>(
+             (at.Index + 1) << at.Level, this->Layout.NumberOfLeaves(at.Tree)) -
+      (at.Index << at.Level);
+  }
+
+  void Choose(
+    const Subtree& at, int level, std::vector<NodeRun>& runs, DetailStatistics& statistics) const
+  {
+    const int below = at.Level - level;
+    const std::size_t first = at.Index << below;
+    const std::size_t last =
+      std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
+    runs.push_back({ this->Layout.Begin(level, at.Tree) + first,
+      static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) });
+    statistics.Nodes += last - first;
+  }
+
+  bool Suffices(const NodeExtent& extent, double allowed) const
+  {
+    const double size = this->Settings.Rule == DetailRule::Paper ? extent.Size : extent.Sigma;
+    return size <= allowed * CoherenceFactor(extent.Coherence);
+  }
+
+  /// Largest size of a node in local units that is coarse enough nowhere in the ball to be seen.
+  double AllowedSize(const Ball& ball) const
+  {
+    if (this->Settings.Rule == DetailRule::Leaves || !(this->Settings.Error > 0.0))
+    {
+      return -1.0;
+    }
+    double confusion = 0.0, pixelsPerUnit = this->FocalLength;
+    if (!this->Camera.Parallel)
+    {
+      const double near = ball.Near(), far = ball.Far();
+      if (!(near > 0.0))
+      {
+        return -1.0; // about the lens
+      }
+      const double focus = this->Optics.FocalDistance;
+      if (!(near <= focus && focus <= far))
+      {
+        confusion = this->FocalLength *
+          std::fmin(this->Optics.RelativeCircleOfConfusion(near),
+            this->Optics.RelativeCircleOfConfusion(far));
+      }
+      // Off the axis the projection stretches lengths by 1 / cos.
+      pixelsPerUnit *= Norm(ball.Center) / (ball.Center[2] * near);
+    }
+    const double h = this->Reach.Prefilter;
+    const double blur = this->Settings.Rule == DetailRule::Paper
+      ? std::fmax(confusion, std::sqrt(h))
+      : 0.5 * std::sqrt(h + 0.25 * confusion * confusion);
+    return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
+  }
+
+  /// Whether nothing below can reach the picture, blur included.
+  bool IsOutside(const DetailTable::Node& node, const Ball& ball) const
+  {
+    const View& v = this->Camera;
+    if (ball.Far() < v.Near || ball.Near() > v.Far)
+    {
+      return true;
+    }
+    if (!v.Parallel && !(ball.Near() > 0.0))
+    {
+      return false;
+    }
+    // How far a splat reaches beyond its centre, as a length at the depth of the ball: W's standard
+    // deviation is at most the sum of kernel's, pixel's and lens's. Nodes are at most as large as
+    // the ball, which their centres are in.
+    const double spread = this->Scale * node.LeafSigma + ball.Radius;
+    double reach = 0.0;
+    if (v.Parallel)
+    {
+      reach = spread + (std::sqrt(this->Reach.Prefilter) + 1.0) / this->FocalLength;
+    }
+    else
+    {
+      const double stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / ball.Near();
+      for (const double z : { ball.Near(), ball.Far() })
+      {
+        const double pixel = (std::sqrt(this->Reach.Prefilter) + 1.0) * z / this->FocalLength;
+        const double blur = 0.6 * this->Optics.RelativeCircleOfConfusion(z) * z;
+        reach = std::fmax(reach, spread * stretch + pixel + blur);
+      }
+    }
+    const double margin = ball.Radius + this->Reach.Deviations * reach;
+    return this->IsBeyond(ball.Center[0], ball.Center[2], v.Fx, v.Cx, v.Width, margin) ||
+      this->IsBeyond(ball.Center[1], ball.Center[2], v.Fy, v.Cy, v.Height, margin);
+  }
+
+  /// Whether a ball is off the picture's strip [0, size] px in x or y.
+  bool IsBeyond(double x, double z, double f, double c, double size, double margin) const
+  {
+    const double scaled = f * x, reach = std::abs(f) * margin;
+    if (this->Camera.Parallel)
+    {
+      return scaled + reach < -c || scaled - reach > size - c;
+    }
+    // Distance from the plane through the lens and the picture's border.
+    const double low = -c, high = size - c;
+    return scaled - low * z < -std::hypot(f, low) * margin ||
+      scaled - high * z > std::hypot(f, high) * margin;
+  }
+
+  /// Whether n . x > 0 for all normals n of the node's cone and all points x of the ball.
+  bool FacesAway(const DetailTable::Node& node, const Ball& ball) const
+  {
+    if (!(node.Cone > 0.0f) || !this->ConesHold)
+    {
+      return false;
+    }
+    const Vector3 axis{ node.Axis[0], node.Axis[1], node.Axis[2] };
+    const Vector3 a{ Dot(this->AreaToCamera[0], axis), Dot(this->AreaToCamera[1], axis),
+      Dot(this->AreaToCamera[2], axis) };
+    const double length = Norm(a);
+    const double cosCone = node.Cone;
+    const double sinCone = std::sqrt(std::fmax(0.0, 1.0 - cosCone * cosCone));
+    if (!(length > 0.0))
+    {
+      return false;
+    }
+    if (this->Camera.Parallel)
+    {
+      return a[2] > sinCone * length;
+    }
+    const double distance = Norm(ball.Center);
+    if (!(ball.Radius < distance))
+    {
+      return false;
+    }
+    const double sinBall = ball.Radius / distance;
+    const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
+    // Cone and ball together less than a right angle, and the axis within the rest of it.
+    return cosCone * cosBall > sinCone * sinBall &&
+      Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length * distance;
+  }
+
+  const DetailTable& Table;
+  const HierarchyLayout& Layout;
+  const View& Camera;
+  const Lens& Optics;
+  KernelReach Reach;
+  DetailSettings Settings;
+  Affine3 LocalToCamera;
+  std::array<Vector3, 3> AreaToCamera;
+  double FocalLength;
+  double Scale = 1.0;
+  bool ConesHold = true;
+};
+
+/// Subtrees enough to keep all threads busy, in the order of the leaves.
+std::vector<Subtree> MakeSubtrees(const DetailTable& table)
+{
+  constexpr int levelsBelowRoot = 7;
+  std::vector<Subtree> subtrees;
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    const int root = table.Layout().RootLevel(tree);
+    if (root < 0)
+    {
+      continue;
+    }
+    const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
+    for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
+    {
+      subtrees.push_back({ tree, level, j });
+    }
+  }
+  return subtrees;
+}
+}
+
+std::vector<NodeRun> SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
+  const KernelReach& reach, const DetailSettings& settings, const Executor& executor,
+  DetailStatistics& statistics)
+{
+  const Selection selection(cloud, view, lens, reach, settings);
+  const std::vector<Subtree> subtrees = MakeSubtrees(*cloud.Detail);
+  std::vector<std::vector<NodeRun>> parts(subtrees.size());
+  std::vector<DetailStatistics> counts(subtrees.size());
+  executor.For(subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      selection.Walk(subtrees[i], parts[i], counts[i]);
+    }
+  });
+  std::vector<NodeRun> runs;
+  for (std::size_t i = 0; i < subtrees.size(); ++i)
+  {
+    runs.insert(runs.end(), parts[i].begin(), parts[i].end());
+    statistics.VisitedNodes += counts[i].VisitedNodes;
+    statistics.OutsideLeaves += counts[i].OutsideLeaves;
+    statistics.BackLeaves += counts[i].BackLeaves;
+    statistics.Nodes += counts[i].Nodes;
+  }
+  return runs;
+}
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Which nodes of a hierarchy are drawn: a cut through the tree, coarse where blur or the pixel hide
+ * what is lost, without what the view cannot see.
+ *
+ * Two rules, with one error e for both, 1 by default:
+ *
+ *   Moments  sigma <= e/2 sqrt(h + V_I): the standard deviation of the node on the screen against
+ *            that of lens and pixel filter together. The node is drawn with its full covariance and
+ *            a colour gradient.
+ *   Paper    r <= e max(C, sqrt(h)): the projected radius of the node's bounding sphere against the
+ *            circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD
+ *            selection"). Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q
+ *            M', V_I).
+ *
+ * Nodes whose area vectors cancel (thin or folded things: the sum no longer says what they hide)
+ * have to be smaller: by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
+ */
+#pragma once
+
+#include "DetailTable.h"
+#include "Executor.h"
+#include "Lens.h"
+#include "View.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+enum class DetailRule
+{
+  Leaves, ///< the finest level everywhere
+  Paper,
+  Moments
+};
+
+struct DetailSettings
+{
+  DetailRule Rule = DetailRule::Moments;
+  double Error = 1.0;        ///< e, >= 0
+  bool SkipOutside = true;   ///< what cannot blur into the picture
+  bool SkipBackFaces = true; ///< one-sided surfels seen from behind
+};
+
+/// Consecutive nodes that are drawn; all of one level and of one cluster or above.
+struct NodeRun
+{
+  std::size_t Begin;
+  std::uint32_t Count;
+  std::uint32_t Level;
+};
+
+struct DetailStatistics
+{
+  std::uint64_t VisitedNodes = 0;  ///< entries of the DetailTable that were looked at
+  std::uint64_t OutsideLeaves = 0; ///< skipped: cannot reach the picture
+  std::uint64_t BackLeaves = 0;    ///< skipped: seen from behind
+  std::uint64_t Nodes = 0;         ///< chosen
+};
+
+/// What the choice needs to know of the kernels.
+struct KernelReach
+{
+  double Deviations; ///< radius of the largest support in standard deviations of W
+  double Prefilter;  ///< h, px^2
+};
+
+/// The cut of a cloud with a DetailTable. The same at any number of threads.
+std::vector<NodeRun> SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
+  const KernelReach& reach, const DetailSettings& settings, const Executor& executor,
+  DetailStatistics& statistics);
+}

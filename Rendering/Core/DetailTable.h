@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the choice of detail needs of a hierarchy, made once for it.
+ *
+ * The choice works on clusters of 64 leaves: one level for a whole cluster, by its largest and its
+ * most incoherent node. For each cluster, and for each node above, there is one entry; a frame
+ * looks at these alone, never at the nodes that are not drawn.
+ */
+#pragma once
+
+#include "Executor.h"
+#include "HierarchyLayout.h"
+#include "SurfelCloud.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+/// Extent of a node, or the largest of several.
+struct NodeExtent
+{
+  float Sigma;     ///< largest standard deviation of S, world units
+  float Size;      ///< radius of the bounding sphere of the leaves' centres, world units
+  float Coherence; ///< |A| / sum of areas, the least of several
+};
+
+class DetailTable
+{
+public:
+  static constexpr int ClusterLevel = 6; ///< of nodes with 64 leaves
+
+  /// A cluster, or a node above.
+  struct Node
+  {
+    float Position[3];
+    float Axis[3];     ///< of the cone, unit length
+    float Cone;        ///< its cosine; <= 0: none
+    float LeafSigma;   ///< the largest of all leaves below
+    NodeExtent Extent; ///< its own
+  };
+
+  DetailTable() = default;
+
+  /**
+   * @param cloud  all nodes; positions, covariances and area vectors are read
+   * @param areas  [nodes] sums of the leaves' areas
+   * @param bounds [nodes] radii of spheres that hold the leaves' centres
+   * @param cones  [nodes] cosines of cones that hold the leaves' normals
+   */
+  DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout, const float* areas,
+    const float* bounds, const float* cones, const Executor& executor);
+
+  const HierarchyLayout& Layout() const { return this->Tree; }
+
+  /// ClusterLevel, or the root's level of a smaller tree; -1 for an empty one.
+  int LowestLevel(int tree) const { return this->LowestLevels[tree]; }
+
+  /// Node j of a level from LowestLevel on.
+  const Node& Get(int level, int tree, std::size_t j) const
+  {
+    return this->Nodes[this->Begins[level][tree] + j];
+  }
+
+  /// Largest extents of cluster j's nodes at each level below LowestLevel.
+  const NodeExtent* Levels(int tree, std::size_t j) const
+  {
+    return this->ClusterLevels.data() + ClusterLevel * (this->FirstCluster[tree] + j);
+  }
+
+private:
+  struct Source;
+  void FillCluster(const Source& source, int tree, std::size_t j);
+  void FillNode(const Source& source, int tree, int level, std::size_t j);
+
+  HierarchyLayout Tree;
+  int LowestLevels[HierarchyLayout::NumberOfTrees] = { -1, -1 };
+  std::size_t Begins[HierarchyLayout::MaximumNumberOfLevels][HierarchyLayout::NumberOfTrees] = {};
+  std::size_t FirstCluster[HierarchyLayout::NumberOfTrees] = { 0, 0 };
+  std::vector<Node> Nodes;
+  std::vector<NodeExtent> ClusterLevels;
+};
+}

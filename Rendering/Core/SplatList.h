@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The splats of a frame: those of all clouds' surfels, or of the nodes that were chosen.
+ */
+#pragma once
+
+#include "Buffer.h"
+#include "DetailSelection.h"
+#include "Executor.h"
+#include "Splat.h"
+#include "SplatSetup.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct SplatList
+{
+  /// Splats that were made together. Between parts there are gaps: nothing is moved.
+  struct Part
+  {
+    std::size_t Begin;
+    std::size_t Count = 0;
+    std::size_t Invalid = 0;
+    float LargestColor = 0.0f;
+  };
+
+  std::vector<Part> Parts; ///< in the order of the surfels
+  Buffer<Splat> Splats;
+  Buffer<PixelBox> Boxes;
+  Buffer<SplatGradient> Gradients; ///< of the splats that have one
+
+  /// Empties the list and keeps its memory.
+  void Clear();
+
+  /// Adds one splat, as a part of its own.
+  void Add(const Splat& splat, const PixelBox& box);
+
+  std::uint64_t NumberOfSplats() const;
+  float LargestColor() const; ///< of all splats and channels
+  /// Surfels that are not drawn: non-finite values, or too large for float sums.
+  std::uint64_t NumberOfInvalidSurfels() const;
+};
+
+/// Appends the visible splats of a cloud's runs of surfels or nodes.
+void AppendSplats(const SplatContext& context, const SurfelCloud& cloud,
+  const std::vector<NodeRun>& runs, const Executor& executor, SplatList& list);
+
+/// All surfels of a cloud without a hierarchy.
+std::vector<NodeRun> AllSurfels(const SurfelCloud& cloud);
+}
