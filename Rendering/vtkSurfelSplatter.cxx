@@ -24,8 +24,9 @@
 
 namespace
 {
-constexpr const char* StageNames[] = { "scene", "selection", "setup", "binning", "sort", "raster" };
-constexpr int NumberOfStages = 6;
+constexpr const char* StageNames[] = { "scene", "selection", "setup", "coarse", "binning", "sort",
+  "raster" };
+constexpr int NumberOfStages = 7;
 
 double MillisecondsSince(const std::chrono::steady_clock::time_point& start)
 {
@@ -125,6 +126,7 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.Detail.Error = this->LODError * view.Coarsening;
   context.Detail.SkipOutside = this->FrustumCulling != 0;
   context.Detail.SkipBackFaces = this->BackfaceCulling != 0;
+  context.CoarseGrids = this->CoarseGrids != 0;
   context.SkipHidden = this->OcclusionCulling != 0;
   context.ColorByLevel = this->ColorByLevel != 0;
 
@@ -262,6 +264,11 @@ vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsFacingAway()
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.BackLeaves);
 }
 
+vtkIdType vtkSurfelSplatter::GetNumberOfCoarseCells()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().CoarseCells);
+}
+
 vtkIdType vtkSurfelSplatter::GetNumberOfHiddenPairs()
 {
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenPairs);
@@ -281,7 +288,8 @@ double vtkSurfelSplatter::GetStageMilliseconds(int stage)
 {
   const SurfelSplatting::FrameStatistics& s = this->Internal->Core.Statistics();
   const double times[NumberOfStages] = { this->Internal->SceneMilliseconds, s.SelectionMilliseconds,
-    s.SetupMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
+    s.SetupMilliseconds,
+    s.CoarseMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
   return stage >= 0 && stage < NumberOfStages ? times[stage] : 0.0;
 }
 
@@ -298,6 +306,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "FrustumCulling: " << this->FrustumCulling << "\n";
   os << indent << "BackfaceCulling: " << this->BackfaceCulling << "\n";
   os << indent << "OcclusionCulling: " << this->OcclusionCulling << "\n";
+  os << indent << "CoarseGrids: " << this->CoarseGrids << "\n";
   os << indent << "FrameReuse: " << this->FrameReuse << "\n";
   os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";
   os << indent << "NumberOfPreparedSurfels: " << this->NumberOfPreparedSurfels << "\n";

@@ -131,7 +131,7 @@ public:
   ///@{
   /**
    * How coarse, relative to each mode's own measure: with LOD_MOMENTS, 1 lets a node's standard
-   * deviation be half of that of lens and pixel filter together; with LOD_PAPER, its radius may be
+   * deviation be 0.42 of that of lens and pixel filter together; with LOD_PAPER, its radius may be
    * that of the circle of confusion, or a pixel. Less is more accurate and slower. Default 1, range
    * [0, 100].
    */
@@ -161,6 +161,16 @@ public:
   vtkSetMacro(OcclusionCulling, vtkTypeBool);
   vtkGetMacro(OcclusionCulling, vtkTypeBool);
   vtkBooleanMacro(OcclusionCulling, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether wide splats are drawn on grids of larger cells and interpolated, so that time follows
+   * the number of splats instead of their area. Default on; costs less than 0.1 dB.
+   */
+  vtkSetMacro(CoarseGrids, vtkTypeBool);
+  vtkGetMacro(CoarseGrids, vtkTypeBool);
+  vtkBooleanMacro(CoarseGrids, vtkTypeBool);
   ///@}
 
   ///@{
@@ -200,14 +210,15 @@ public:
   /**
    * What the hierarchies spared the last frame: nodes and surfels that were chosen, entries of
    * their tables that were looked at (one for 64 surfels, and those above), surfels skipped outside
-   * of the picture and seen from behind, and fragments' pairs of splat and tile skipped behind
-   * opaque layers.
+   * of the picture and seen from behind, pairs of splat and tile skipped behind
+   * opaque layers, and cells of coarse grids that went into the picture.
    */
   vtkIdType GetNumberOfChosenNodes();
   vtkIdType GetNumberOfVisitedNodes();
   vtkIdType GetNumberOfSurfelsOutside();
   vtkIdType GetNumberOfSurfelsFacingAway();
   vtkIdType GetNumberOfHiddenPairs();
+  vtkIdType GetNumberOfCoarseCells();
   ///@}
 
   ///@{
@@ -288,6 +299,7 @@ private:
   vtkTypeBool FrustumCulling = 1;
   vtkTypeBool BackfaceCulling = 1;
   vtkTypeBool OcclusionCulling = 1;
+  vtkTypeBool CoarseGrids = 1;
   vtkTypeBool FrameReuse = 1;
   vtkTypeBool ColorByLevel = 0;
   double FrameMilliseconds = 0.0;

@@ -140,7 +140,28 @@ SURFELSPLATTING_INLINE void EvaluateSlope(
   k = s * d;
 }
 
-/// Adds a splat to eight pixels, closing first the layers that end before it begins.
+/// Makes the open layers of eight pixels ready for a splat: closes those that end before it begins,
+/// and widens the others' z-ranges.
+SURFELSPLATTING_INLINE void OpenLayers(PixelBlock& b, int index, const Splat& s,
+  const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
+{
+  const LaneMask ended = inside & (b.Weight > 0.0f) & (b.Far < s.Near);
+  if (Any(ended))
+  {
+    if (callback.Function)
+    {
+      callback.Function(callback.User, b, index, ended);
+    }
+    CloseLayers(b, ended, settings);
+  }
+  Lanes near = b.Near, far = b.Far;
+  Min(near, Lanes{} + s.Near);
+  Max(far, Lanes{} + s.Far);
+  b.Near = inside ? near : b.Near;
+  b.Far = inside ? far : b.Far;
+}
+
+/// Adds a splat to eight pixels.
 template <bool HasGradient>
 SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
   const SplatGradient* g, const RowSpan& row, const Lanes& column, const RasterSettings& settings,
@@ -164,22 +185,7 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
     EvaluateKernel(s.Shape, q, settings.Support, weight);
   }
   weight = inside ? s.Weight * weight : Lanes{};
-
-  const LaneMask ended = inside & (b.Weight > 0.0f) & (b.Far < s.Near);
-  if (Any(ended))
-  {
-    if (callback.Function)
-    {
-      callback.Function(callback.User, b, index, ended);
-    }
-    CloseLayers(b, ended, settings);
-  }
-
-  Lanes near = b.Near, far = b.Far;
-  Min(near, Lanes{} + s.Near);
-  Max(far, Lanes{} + s.Far);
-  b.Near = inside ? near : b.Near;
-  b.Far = inside ? far : b.Far;
+  OpenLayers(b, index, s, inside, settings, callback);
   const Lanes opaque = weight * s.Opacity;
   b.Weight += weight;
   b.Opacity += opaque;
@@ -199,10 +205,45 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
   b.Depth += weight * (row.Depth0 + s.DepthX * column);
 }
 
+/// Adds a tent's row to eight pixels: a cell of a coarse grid, interpolated.
+SURFELSPLATTING_INLINE void AddTentToBlock(PixelBlock& b, int index, const Splat& s, float x,
+  float weightOfRow, const Lanes& column, const RasterSettings& settings, LaneMask& fragments,
+  const CloseCallback& callback)
+{
+  Lanes distance = column + (0.5f - x);
+  distance = distance < 0.0f ? -distance : distance;
+  Lanes weight = weightOfRow * (1.0f - s.A * distance);
+  const LaneMask inside = weight > 0.0f;
+  if (!Any(inside))
+  {
+    return;
+  }
+  fragments -= inside;
+  weight = inside ? weight : Lanes{};
+  OpenLayers(b, index, s, inside, settings, callback);
+  const Lanes opaque = weight * s.Opacity;
+  b.Weight += weight;
+  b.Opacity += opaque;
+  b.Red += opaque * s.Red;
+  b.Green += opaque * s.Green;
+  b.Blue += opaque * s.Blue;
+  b.Depth += weight * s.B;
+}
+
 /// NaN becomes low: no pixel outside of the tile is ever touched.
 SURFELSPLATTING_INLINE float Clamp(float x, float low, float high)
 {
   return x > low ? (x < high ? x : high) : low;
+}
+
+SURFELSPLATTING_INLINE std::uint64_t Sum(const LaneMask& counts)
+{
+  std::uint64_t sum = 0;
+  for (int l = 0; l < LaneCount; ++l)
+  {
+    sum += static_cast<std::uint32_t>(counts[l]);
+  }
+  return sum;
 }
 
 template <bool HasGradient>
@@ -244,17 +285,39 @@ SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
         ramp + static_cast<float>(i * LaneCount), settings, fragments, callback);
     }
   }
-  std::uint64_t sum = 0;
-  for (int l = 0; l < LaneCount; ++l)
+  return Sum(fragments);
+}
+
+std::uint64_t AddTent(PixelBlock* blocks, const Splat& s, int rowBegin, int rowEnd, float x,
+  float y, const RasterSettings& settings, const CloseCallback& callback)
+{
+  const Lanes ramp = { 0, 1, 2, 3, 4, 5, 6, 7 };
+  LaneMask fragments = {};
+  const float reach = 1.0f / s.A;
+  const int blockBegin = static_cast<int>(Clamp(x - reach, 0.0f, TileSize)) / LaneCount;
+  const int blockEnd =
+    (static_cast<int>(Clamp(x + reach, 0.0f, TileSize)) + LaneCount - 1) / LaneCount;
+  for (int j = rowBegin; j < rowEnd; ++j)
   {
-    sum += static_cast<std::uint32_t>(fragments[l]);
+    const float distance = __builtin_fabsf(static_cast<float>(j) + 0.5f - y);
+    const float weight = s.Weight * (1.0f - s.A * distance);
+    for (int i = blockBegin; weight > 0.0f && i < blockEnd; ++i)
+    {
+      const int index = j * BlocksPerRow + i;
+      AddTentToBlock(blocks[index], index, s, x, weight, ramp + static_cast<float>(i * LaneCount),
+        settings, fragments, callback);
+    }
   }
-  return sum;
+  return Sum(fragments);
 }
 
 std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, const SplatGradient* g, int rowBegin,
   int rowEnd, float x, float y, const RasterSettings& settings, const CloseCallback& callback)
 {
+  if (s.Shape == -2.0f) // TentShape
+  {
+    return AddTent(blocks, s, rowBegin, rowEnd, x, y, settings, callback);
+  }
   return g ? AddRows<true>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback)
            : AddRows<false>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback);
 }

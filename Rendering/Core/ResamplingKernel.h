@@ -71,6 +71,23 @@ struct Footprint
   }
 
   double Trace() const { return this->XX + this->YY; }
+
+  double SmallestEigenvalue() const
+  {
+    const double half = 0.5 * this->Trace();
+    const double radius = std::hypot(0.5 * (this->XX - this->YY), this->XY);
+    return this->Determinant / (half + radius);
+  }
+
+  /// W less an isotropic variance that is smaller than its smallest eigenvalue.
+  Footprint Without(double variance) const
+  {
+    Footprint w = *this;
+    w.Determinant += variance * variance - variance * this->Trace();
+    w.YY -= variance;
+    w.XX = (w.Determinant + w.XY * w.XY) / w.YY;
+    return w;
+  }
 };
 
 /**
@@ -98,6 +115,7 @@ struct ResamplingKernel
 
 constexpr double GaussianShape = -1.0;
 constexpr double SmoothShape = 16.0;
+constexpr double TentShape = -2.0; ///< of a coarse grid's cells, see Splat.h
 
 /// @param scale of the inverse of W in q; the support then is x' W^-1 x < Q / scale
 inline ResamplingKernel MakeKernel(
@@ -173,8 +191,8 @@ inline ResamplingKernel MakePearsonKernel(
   const double n = RoundPearsonExponent(exponent);
   const double reach = 2.0 * (n + 2.0); // q0
   const double support = gaussian.Support();
-  ResamplingKernel kernel = MakeKernel(
-    w, support / reach, support, (n + 1.0) / (Pi * reach * std::sqrt(w.Determinant)), n);
+  ResamplingKernel kernel =
+    MakeKernel(w, support / reach, support, (n + 1.0) / (Pi * reach * std::sqrt(w.Determinant)), n);
   kernel.Tilt = n / (n + 2.0);
   return kernel;
 }

@@ -85,6 +85,8 @@ private:
     }
     this->List.Splats[part.Begin + part.Count] = record.S;
     this->List.Boxes[part.Begin + part.Count] = record.Box;
+    this->List.Levels[part.Begin + part.Count] = static_cast<unsigned char>(record.GridLevel);
+    part.Levels |= 1u << record.GridLevel;
     ++part.Count;
     part.LargestColor =
       std::max({ part.LargestColor, record.S.Red, record.S.Green, record.S.Blue });
@@ -104,16 +106,25 @@ void SplatList::Clear()
   this->Splats.Clear();
   this->Boxes.Clear();
   this->Gradients.Clear();
+  this->Levels.Clear();
+}
+
+void SplatList::Resize(std::size_t size)
+{
+  this->Splats.Resize(size);
+  this->Boxes.Resize(size);
+  this->Gradients.Resize(size);
+  this->Levels.Resize(size);
 }
 
 void SplatList::Add(const Splat& splat, const PixelBox& box)
 {
   const std::size_t i = this->Splats.Size();
-  this->Splats.Resize(i + 1);
-  this->Boxes.Resize(i + 1);
+  this->Resize(i + 1);
+  this->Levels[i] = 0;
   this->Splats[i] = splat;
   this->Boxes[i] = box;
-  this->Parts.push_back({ i, 1, 0, std::max({ splat.Red, splat.Green, splat.Blue }) });
+  this->Parts.push_back({ i, 1, 0, std::max({ splat.Red, splat.Green, splat.Blue }), 1 });
 }
 
 std::uint64_t SplatList::NumberOfSplats() const
@@ -134,6 +145,16 @@ float SplatList::LargestColor() const
     largest = std::max(largest, part.LargestColor);
   }
   return largest;
+}
+
+unsigned int SplatList::LevelsInUse() const
+{
+  unsigned int levels = 0;
+  for (const Part& part : this->Parts)
+  {
+    levels |= part.Levels;
+  }
+  return levels;
 }
 
 std::uint64_t SplatList::NumberOfInvalidSurfels() const
@@ -164,9 +185,7 @@ void AppendSplats(const SplatContext& context, const SurfelCloud& cloud,
   const std::vector<Chunk> chunks = MakeChunks(runs);
   const std::size_t first = list.Splats.Size(), firstPart = list.Parts.size();
   const std::size_t size = first + chunks.size() * ChunkSize;
-  list.Splats.Resize(size);
-  list.Boxes.Resize(size);
-  list.Gradients.Resize(size);
+  list.Resize(size);
   for (std::size_t i = 0; i < chunks.size(); ++i)
   {
     list.Parts.push_back({ first + i * ChunkSize });

@@ -24,21 +24,25 @@ struct SplatList
     std::size_t Count = 0;
     std::size_t Invalid = 0;
     float LargestColor = 0.0f;
+    unsigned int Levels = 0; ///< bit l: some are on the grid of level l (CoarseGrid.h)
   };
 
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
+  Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
 
   /// Empties the list and keeps its memory.
   void Clear();
+  void Resize(std::size_t size);
 
   /// Adds one splat, as a part of its own.
   void Add(const Splat& splat, const PixelBox& box);
 
   std::uint64_t NumberOfSplats() const;
-  float LargestColor() const; ///< of all splats and channels
+  float LargestColor() const;       ///< of all splats and channels
+  unsigned int LevelsInUse() const; ///< bit l: some are on the grid of level l
   /// Surfels that are not drawn: non-finite values, or too large for float sums.
   std::uint64_t NumberOfInvalidSurfels() const;
 };

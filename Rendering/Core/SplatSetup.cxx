@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SplatSetup.h"
 
+#include "CoarseGrid.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -101,10 +103,10 @@ Shading MakeShading(const SplatContext& context, const SurfelCloud& cloud, const
   const bool ownColor = cloud.ColorsUChar || cloud.ColorsFloat;
   const std::array<double, 3> black{ { 0, 0, 0 } }, white{ { 1, 1, 1 } };
   const std::array<double, 3>& ambient = cloud.Surface.AmbientColor;
-  shading.Base = Shade(cloud.Surface, context.Lights, black, ownColor ? black : ambient, position,
-    normal, toViewer);
-  const std::array<double, 3> lit = Shade(cloud.Surface, context.Lights, white,
-    ownColor ? white : ambient, position, normal, toViewer);
+  shading.Base = Shade(
+    cloud.Surface, context.Lights, black, ownColor ? black : ambient, position, normal, toViewer);
+  const std::array<double, 3> lit = Shade(
+    cloud.Surface, context.Lights, white, ownColor ? white : ambient, position, normal, toViewer);
   for (int c = 0; c < 3; ++c)
   {
     shading.Share[c] = lit[c] - shading.Base[c];
@@ -185,20 +187,49 @@ double SightCosine(const View& view, const PlacedSurfel& surfel, double areaLeng
   return std::fmin(1.0, along / areaLength);
 }
 
-/// Centre on the screen and the box of the kernel's support about it; false where it misses the
-/// picture.
-bool SetPlace(
-  const View& view, const Vector3& p, const ResamplingKernel& kernel, Splat& splat, PixelBox& box)
+/// Centre on the screen or on a coarse grid, and the box of the kernel's support about it; false
+/// where it misses the picture.
+bool SetPlace(const View& view, const Vector3& p, const ResamplingKernel& kernel, int gridLevel,
+  Splat& splat, PixelBox& box)
 {
-  const double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
-  const double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
+  double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
+  double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
+  int width = view.Width, height = view.Height;
+  double scale = 1.0;
+  if (gridLevel > 0)
+  {
+    scale = 1.0 / (1 << gridLevel);
+    x = scale * x + 1.0;
+    y = scale * y + 1.0;
+    width = CoarseSize(width, gridLevel);
+    height = CoarseSize(height, gridLevel);
+  }
   splat.X = static_cast<float>(x);
   splat.Y = static_cast<float>(y);
-  box.X0 = FirstPixel(x - kernel.HalfWidth, view.Width);
-  box.X1 = FirstPixel(x + kernel.HalfWidth, view.Width);
-  box.Y0 = FirstPixel(y - kernel.HalfHeight, view.Height);
-  box.Y1 = FirstPixel(y + kernel.HalfHeight, view.Height);
+  box.X0 = FirstPixel(x - scale * kernel.HalfWidth, width);
+  box.X1 = FirstPixel(x + scale * kernel.HalfWidth, width);
+  box.Y0 = FirstPixel(y - scale * kernel.HalfHeight, height);
+  box.Y1 = FirstPixel(y + scale * kernel.HalfHeight, height);
   return box.X0 < box.X1 && box.Y0 < box.Y1;
+}
+
+/// A splat's lengths from px to cells of a coarse grid.
+void ScaleToGrid(int gridLevel, SplatRecord& record)
+{
+  const float d = static_cast<float>(1 << gridLevel);
+  Splat& s = record.S;
+  s.A *= d * d;
+  s.B *= d * d;
+  s.DepthX *= d;
+  s.DepthY *= d;
+  SplatGradient& g = record.Gradient;
+  if (s.Gradient != NoGradient)
+  {
+    for (float* x : { &g.RedX, &g.GreenX, &g.BlueX, &g.RedY, &g.GreenY, &g.BlueY })
+    {
+      *x *= d;
+    }
+  }
 }
 
 /// Depth, its z-range and its slope. The covariance of screen position and depth gives the depth's
@@ -277,8 +308,7 @@ Footprint PaperFootprint(const SplatContext& context, const TruncatedGaussian& g
   const PlacedCloud& cloud, std::size_t surfel, const PlacedSurfel& placed,
   const ProjectionJacobian& jacobian, const Blur& blur)
 {
-  const Symmetric3 leaf =
-    cloud.LocalToCamera.ApplyToCovariance(cloud.Cloud.LeafCovariance(surfel));
+  const Symmetric3 leaf = cloud.LocalToCamera.ApplyToCovariance(cloud.Cloud.LeafCovariance(surfel));
   const Symmetric2 all = ProjectCovariance(placed.Covariance, jacobian);
   const Symmetric2 reconstruction = ProjectCovariance(leaf, jacobian);
   const Symmetric2 level{ std::fmax(0.0, all.XX - reconstruction.XX),
@@ -288,8 +318,8 @@ Footprint PaperFootprint(const SplatContext& context, const TruncatedGaussian& g
   for (int i = 0; i < 2; ++i)
   {
     // A pinhole's V_I is 0: a millionth of the pixel keeps the eigenproblem regular.
-    lens[i] = std::fmax(1e-6 * h,
-      DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian));
+    lens[i] =
+      std::fmax(1e-6 * h, DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian));
   }
   const Symmetric2 difference = Circumellipse(level, lens);
   const double variance[2] = { h, h };
@@ -341,6 +371,26 @@ ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w,
   }
   return MakePearsonKernel(w, squaredConfusion, gaussian);
 }
+
+/// The coarse grid of a splat (CoarseGrid.h). A kernel's border is about 4.5 standard deviations of
+/// node and pixel wide; where that is less than two cells, the grid is made finer once. A node
+/// whose gradient, which is at work in that border, needs a finer grid yet is small against the
+/// blur and does without its gradient.
+int ChooseGrid(const Footprint& w, const Blur& blur, bool& tilted)
+{
+  constexpr double cellsPerDeviation = 2.25;
+  const double smallest = w.SmallestEigenvalue();
+  const int level = CoarseLevel(smallest);
+  const double confusion = std::fmax(blur.Confusion[0], blur.Confusion[1]);
+  const double sharp = std::sqrt(std::fmax(0.0, smallest - 0.25 * confusion * confusion));
+  const double cell = 1 << level;
+  if (level == 0 || cell <= cellsPerDeviation * sharp)
+  {
+    return level;
+  }
+  tilted = tilted && 0.5 * cell <= cellsPerDeviation * sharp;
+  return level > LowestCoarseLevel ? level - 1 : 0;
+}
 }
 
 SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaussian,
@@ -359,22 +409,24 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double areaLength = Norm(placed.Area);
   const ProjectionJacobian jacobian(view, p);
   const bool paper = level > 0 && context.Detail.Rule == DetailRule::Paper;
-  const bool tilted =
-    level > 0 && !paper && cloud.Cloud.NodeGradients && !context.ColorByLevel;
+  bool tilted = level > 0 && !paper && cloud.Cloud.NodeGradients && !context.ColorByLevel;
   const Blur blur = MakeBlur(context, gaussian, placed, areaLength, level);
-  const Footprint footprint = paper
+  const Footprint full = paper
     ? PaperFootprint(context, gaussian, cloud, surfel, placed, jacobian, blur)
     : Footprint(ProjectCovariance(placed.Covariance, jacobian), blur.Variance);
-  const ResamplingKernel kernel =
-    ChooseKernel(context.Settings, footprint, blur, tilted, gaussian);
+  const int gridLevel = context.CoarseGrids ? ChooseGrid(full, blur, tilted) : 0;
+  const double cell = 1 << gridLevel;
+  const Footprint footprint = gridLevel > 0 ? full.Without(cell * cell / 6.0) : full;
+  const ResamplingKernel kernel = ChooseKernel(context.Settings, footprint, blur, tilted, gaussian);
   Splat& splat = record.S;
-  if (!SetPlace(view, p, kernel, splat, record.Box))
+  record.GridLevel = gridLevel;
+  if (!SetPlace(view, p, kernel, gridLevel, splat, record.Box))
   {
     return SplatStatus::Culled;
   }
 
   const double smooth =
-    std::fmin(1.0, std::sqrt(blur.Variance[0] * blur.Variance[1] / footprint.Determinant));
+    std::fmin(1.0, std::sqrt(blur.Variance[0] * blur.Variance[1] / full.Determinant));
   const double weight = placed.Deposit * kernel.Peak *
     RippleCompensation(smooth, SightCosine(view, placed, areaLength));
   if (!(weight >= SmallestWeight))
@@ -403,6 +455,10 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   {
     record.Gradient = MakeGradient(cloud, surfel, jacobian, footprint, shading, kernel.Tilt);
     splat.Gradient = Representable(record.Gradient) ? 0 : NoGradient;
+  }
+  if (gridLevel > 0)
+  {
+    ScaleToGrid(gridLevel, record);
   }
   return Representable(splat) ? SplatStatus::Visible : SplatStatus::Invalid;
 }

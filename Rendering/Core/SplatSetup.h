@@ -32,6 +32,7 @@ struct SplatContext
   SplatSettings Settings;
   DetailSettings Detail;
   bool SkipHidden = true;    ///< what lies behind opaque layers, in tiles that are all opaque
+  bool CoarseGrids = true;   ///< wide splats on grids of larger cells
   bool ColorByLevel = false; ///< nodes in the colour of their level instead of their own, unlit
 };
 
@@ -63,6 +64,7 @@ struct SplatRecord
   Splat S; ///< its Gradient is NoGradient, or 0 where Gradient is set
   PixelBox Box;
   SplatGradient Gradient;
+  int GridLevel; ///< of the coarse grid that it is drawn on (CoarseGrid.h); 0: the picture
 };
 
 /// Projects one surfel, or one node of a hierarchy (of level > 0). The scalar reference of the

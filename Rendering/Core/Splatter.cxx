@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Splatter.h"
 
+#include "CoarseGrid.h"
 #include "TileRaster.h"
 
 #include <chrono>
@@ -59,14 +60,21 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   }
 
   const View& view = context.Camera;
-  BinSplats(this->List, view.Width, view.Height, executor, this->Bins);
+  this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
+  this->Stats.Splats = this->List.NumberOfSplats();
+  const TruncatedGaussian gaussian(context.Settings.Cutoff);
+  const RasterSettings settings{ static_cast<float>(gaussian.Support()),
+    this->List.LargestColor() };
+  this->Stats.Fragments =
+    ResolveCoarseLevels(this->List, view.Width, view.Height, settings, executor);
+  this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;
+  this->Stats.CoarseMilliseconds = watch.Lap();
+
+  BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
   this->Stats.BinningMilliseconds = watch.Lap();
   SortBins(this->List, executor, this->Bins);
   this->Stats.SortMilliseconds = watch.Lap();
 
-  const TruncatedGaussian gaussian(context.Settings.Cutoff);
-  const RasterSettings settings{ static_cast<float>(gaussian.Support()),
-    this->List.LargestColor() };
   std::vector<TileRaster::Counts> counts(this->Bins.NumberOfTiles());
   executor.For(this->Bins.NumberOfTiles(), 1, [&](std::size_t begin, std::size_t end) {
     const auto raster =
@@ -78,8 +86,6 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   });
   this->Stats.RasterMilliseconds = watch.Lap();
 
-  this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
-  this->Stats.Splats = this->List.NumberOfSplats();
   this->Stats.Pairs = this->Bins.Indices.size();
   for (const TileRaster::Counts& count : counts)
   {

@@ -20,11 +20,13 @@ struct FrameStatistics
   DetailStatistics Detail;          ///< of the clouds with a hierarchy
   std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
   std::uint64_t Splats = 0;         ///< on the screen
+  std::uint64_t CoarseCells = 0;    ///< layers of coarse grids' cells that went into the picture
   std::uint64_t Pairs = 0;          ///< of splat and tile
   std::uint64_t Fragments = 0;
   std::uint64_t HiddenPairs = 0;    ///< of splat and tile that were skipped behind opaque layers
   double SelectionMilliseconds = 0; ///< wall clock
   double SetupMilliseconds = 0;
+  double CoarseMilliseconds = 0;
   double BinningMilliseconds = 0;
   double SortMilliseconds = 0;
   double RasterMilliseconds = 0;

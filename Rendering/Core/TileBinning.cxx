@@ -27,15 +27,24 @@ struct TileRange
 
 /// Calls function(tile, splat) for every tile that a chunk's splats touch.
 template <typename Function>
-void ForEachPair(const SplatList& list, std::size_t chunk, int tilesX, Function&& function)
+void ForEachPair(
+  const SplatList& list, int level, std::size_t chunk, int tilesX, Function&& function)
 {
   const std::size_t n = list.Parts.size();
   const std::size_t last = n * (chunk + 1) / NumberOfChunks;
   for (std::size_t p = n * chunk / NumberOfChunks; p < last; ++p)
   {
     const SplatList::Part& part = list.Parts[p];
+    if ((part.Levels >> level & 1) == 0)
+    {
+      continue;
+    }
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
+      if (list.Levels[i] != level)
+      {
+        continue;
+      }
       const TileRange range(list.Boxes[i]);
       for (int ty = range.Y0; ty <= range.Y1; ++ty)
       {
@@ -58,7 +67,7 @@ std::uint32_t SortableBits(float value)
 }
 
 void BinSplats(
-  const SplatList& list, int width, int height, const Executor& executor, TileBins& bins)
+  const SplatList& list, int level, int width, int height, const Executor& executor, TileBins& bins)
 {
   bins.TilesX = (width + TileSize - 1) / TileSize;
   bins.TilesY = (height + TileSize - 1) / TileSize;
@@ -70,7 +79,7 @@ void BinSplats(
     {
       std::uint64_t* counts = cursors.data() + chunk * tiles;
       ForEachPair(
-        list, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t) { ++counts[tile]; });
+        list, level, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t) { ++counts[tile]; });
     }
   });
 
@@ -93,7 +102,7 @@ void BinSplats(
     for (std::size_t chunk = begin; chunk < end; ++chunk)
     {
       std::uint64_t* cursor = cursors.data() + chunk * tiles;
-      ForEachPair(list, chunk, bins.TilesX,
+      ForEachPair(list, level, chunk, bins.TilesX,
         [&](std::size_t tile, std::uint32_t splat) { bins.Indices[cursor[tile]++] = splat; });
     }
   });

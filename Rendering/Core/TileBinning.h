@@ -24,8 +24,10 @@ struct TileBins
   std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
 };
 
-void BinSplats(
-  const SplatList& list, int width, int height, const Executor& executor, TileBins& bins);
+/// @param level of the splats' grid (CoarseGrid.h)
+/// @param width of that grid
+void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
+  TileBins& bins);
 
 /// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);

@@ -38,7 +38,10 @@ TileRaster::Counts TileRaster::Render(
       s, s.Gradient == NoGradient ? nullptr : &list.Gradients[s.Gradient], list.Boxes[splat]);
   }
   this->CloseAll();
-  this->Store(tileX, tileY, frame);
+  if (frame.Color)
+  {
+    this->Store(tileX, tileY, frame);
+  }
   return counts;
 }
 

@@ -66,6 +66,7 @@ Scene MakeScene(const std::string& name, int width, int height)
 {
   Scene scene;
   scene.Name = name;
+  scene.Context.CoarseGrids = false; // an approximation, see TestCoarseGrid
   scene.Context.Camera = PinholeView(width, height, 0.8 * std::max(width, height));
   return scene;
 }

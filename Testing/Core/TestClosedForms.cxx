@@ -104,6 +104,14 @@ double DistanceFromDisc(double v, double cutoff)
   return square - 2.0 * inDisc / Pi;
 }
 
+/// Coarse grids are an approximation, see TestCoarseGrid.
+SplatContext ExactContext()
+{
+  SplatContext context = TestContext();
+  context.CoarseGrids = false;
+  return context;
+}
+
 bool IsPearson(const SplatContext& context)
 {
   return context.Settings.Kernel == KernelType::PearsonII;
@@ -143,7 +151,7 @@ void TestMass()
   Random random(9);
   for (int i = 0; i < 60; ++i)
   {
-    SplatContext context = TestContext();
+    SplatContext context = ExactContext();
     context.Camera = PinholeView(128, 128, 200.0);
     context.Settings.Cutoff = NoTruncation;
     TestSurfel s;
@@ -253,7 +261,7 @@ void TestGridSum()
   for (double degrees : { 0.0, 20.0, 45.0, 60.0, 75.0, 85.0, 88.0 })
   {
     const double cosine = std::cos(degrees * Pi / 180.0), sine = std::sin(degrees * Pi / 180.0);
-    SplatContext context = TestContext();
+    SplatContext context = ExactContext();
     context.Camera = PinholeView(20, 20, 20.0); // px per world unit
     context.Camera.Parallel = true;
     context.Settings.Cutoff = NoTruncation;
@@ -309,7 +317,7 @@ double EdgeProfile(const SplatContext& context, double x, double variance, doubl
 /// The edge of a half plane out of focus is that of the kernel, and near that of a disc.
 void TestBlurredEdge()
 {
-  SplatContext context = TestContext();
+  SplatContext context = ExactContext();
   context.Camera = PinholeView(64, 8, 100.0);
   context.Settings.Cutoff = NoTruncation;
   SetLens(context, 3.0, 1.0, 10.0);
@@ -366,7 +374,7 @@ struct OcclusionPictures
 
 OcclusionPictures RenderOcclusion(double focus, double confusionZ, double confusion)
 {
-  SplatContext context = TestContext();
+  SplatContext context = ExactContext();
   context.Camera = PinholeView(64, 64, 100.0);
   SetLens(context, focus, confusionZ, confusion);
   TestCloud occluder, background;
@@ -433,7 +441,7 @@ void TestLinearTexture()
 {
   for (double confusion : { 0.0, 3.0, 8.0 })
   {
-    SplatContext context = TestContext();
+    SplatContext context = ExactContext();
     context.Camera = PinholeView(40, 40, 100.0);
     context.Settings.Cutoff = NoTruncation;
     SetLens(context, 1.0, 2.0, confusion);

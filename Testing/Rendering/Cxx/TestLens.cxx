@@ -116,6 +116,7 @@ SURFEL_TEST(Lens, VarianceOfAPoint)
       const int kernel = variant / 2;
       scene.Renderer->GetSplatter()->SetPrefilter(prefilter);
       scene.Renderer->GetSplatter()->SetKernel(kernel);
+      scene.Renderer->GetSplatter()->CoarseGridsOff(); // an approximation: Core.CoarseGrid
       const Moments moments(scene.Picture());
       const double c = scene.FocalLength() * 0.5 * disk * std::abs(1.0 / focus - 1.0 / z);
       const double expected = BlurVariance(kernel, c) + prefilter;

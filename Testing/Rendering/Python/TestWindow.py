@@ -167,7 +167,7 @@ def test_settings_redraw():
     assert 1000 < splatter.GetNumberOfSplats() < 2000
     assert splatter.GetNumberOfFragments() > 100000
     stages = [splatter.GetStageName(i) for i in range(splatter.GetNumberOfStages())]
-    assert stages == ["scene", "selection", "setup", "binning", "sort", "raster"]
+    assert stages == ["scene", "selection", "setup", "coarse", "binning", "sort", "raster"]
     total = sum(splatter.GetStageMilliseconds(i) for i in range(len(stages)))
     assert 0 < total <= splatter.GetFrameMilliseconds()
     assert splatter.GetStageName(9) is None

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Wide splats on coarse grids: raster time follows the number of splats instead of their area.
+ *
+ * A splat whose smallest standard deviation is at least 1.5 cells of a grid with cells of d = 2^l
+ * px loses nothing by being sampled there and interpolated bilinearly, once the interpolation's own
+ * variance, d^2/6, has been taken out of W (ResamplingKernel.h, Footprint::Without). Each level is
+ * an A-buffer of low resolution, run by the same tiles; its closed layers, with their z-ranges and
+ * un-normalised sums, go as tents of 2d by 2d px into the depth-sorted stream of the picture and
+ * join with what else lies at their depth, by the one rule of ABuffer.h.
+ *
+ *   cell (i, j) of a level is centred at ((i - 1/2) d, (j - 1/2) d) px: one cell lies around the
+ *   picture, so that every pixel has four neighbours
+ */
+#pragma once
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+class Executor;
+struct RasterSettings;
+struct SplatList;
+
+/// Levels below cost more for their tents than they spare.
+constexpr int LowestCoarseLevel = 2;
+constexpr int HighestCoarseLevel = 6;
+constexpr double CoarseCellsPerDeviation = 1.5;
+
+/// Cells of a level in a direction where the picture has this many pixels.
+inline int CoarseSize(int pixels, int level)
+{
+  return ((pixels + (1 << level) - 1) >> level) + 2;
+}
+
+/// Coarsest level that carries a splat of this smallest variance (px^2); 0: the picture itself.
+int CoarseLevel(double smallestVariance);
+
+/**
+ * Rasters all coarse levels and appends their layers to the list, as splats of the picture.
+ * @param width  of the picture, px
+ * @return number of fragments on the coarse levels
+ */
+std::uint64_t ResolveCoarseLevels(
+  SplatList& list, int width, int height, const RasterSettings& settings, const Executor& executor);
+}

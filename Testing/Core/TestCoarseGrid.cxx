@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Wide splats on coarse grids: the same picture as at full resolution but for a known small error,
+ * no seams, and time that does not follow the splats' area.
+ */
+#include "Check.h"
+#include "CoarseGrid.h"
+#include "TestScene.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+Picture Render(SplatContext context, const TestCloud& cloud, bool coarse)
+{
+  context.CoarseGrids = coarse;
+  return RenderPicture(context, cloud);
+}
+
+double LargestDifference(const Picture& a, const Picture& b)
+{
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
+  }
+  return largest;
+}
+
+double MeanSquareDifference(const Picture& a, const Picture& b)
+{
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    const double d = a.Color[i] - b.Color[i];
+    sum += d * d;
+  }
+  return sum / static_cast<double>(a.Color.size());
+}
+
+/// One splat for each cell that it is wide; levels 0 (the picture) and from LowestCoarseLevel on.
+void TestLevels()
+{
+  CHECK(CoarseLevel(0.0) == 0);
+  CHECK(CoarseLevel(1.0) == 0);
+  CHECK(CoarseLevel(35.9) == 0); // 1.5 cells of 4 px are 6 px
+  CHECK(CoarseLevel(36.0) == 2);
+  CHECK(CoarseLevel(143.9) == 2);
+  CHECK(CoarseLevel(144.0) == 3);
+  CHECK(CoarseLevel(1e12) == HighestCoarseLevel);
+  CHECK(CoarseSize(64, 2) == 18 && CoarseSize(65, 2) == 19 && CoarseSize(1, 6) == 3);
+}
+
+/// Mass, centre and variance of a lonely blurred splat are those at full resolution.
+void TestLonelySplat(KernelType kernel)
+{
+  Random random(3);
+  for (int i = 0; i < 20; ++i)
+  {
+    SplatContext context;
+    context.Settings.Kernel = kernel;
+    context.Camera = PinholeView(256, 256, 200.0);
+    context.Optics = { 0.01 * random.Uniform(20.0, 50.0), 1.0 }; // C of 20 to 50 px at z = 2
+    TestSurfel s;
+    s.Position = { random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1), 2.0 };
+    s.Area = 1e-3;
+    TestCloud cloud;
+    cloud.Add(s);
+    double moments[2][5] = {};
+    for (int coarse = 0; coarse < 2; ++coarse)
+    {
+      const Picture picture = Render(context, cloud, coarse == 1);
+      double* m = moments[coarse];
+      for (int y = 0; y < 256; ++y)
+      {
+        for (int x = 0; x < 256; ++x)
+        {
+          const double a = picture.At(x, y, 3), dx = x - 128.0, dy = y - 128.0;
+          m[0] += a;
+          m[1] += a * dx;
+          m[2] += a * dy;
+          m[3] += a * (dx * dx + dy * dy);
+        }
+      }
+      m[1] /= m[0];
+      m[2] /= m[0];
+      m[3] = m[3] / m[0] - m[1] * m[1] - m[2] * m[2];
+    }
+    // A kernel with an edge, sampled at cells of 1/6 to 1/3 of its radius: Gauss's circle problem.
+    CHECK_NEAR(moments[1][0] / moments[0][0], 1.0, 0.06);
+    CHECK_NEAR(moments[1][1], moments[0][1], 0.7);
+    CHECK_NEAR(moments[1][2], moments[0][2], 0.7);
+    CHECK_NEAR(moments[1][3] / moments[0][3], 1.0, 0.06);
+  }
+}
+
+/// A white plane that recedes from blur through focus into blur: coverage stays what it is, whatever
+/// grid its parts are on.
+void TestTiltedPlane(KernelType kernel)
+{
+  SplatContext context;
+  context.Settings.Kernel = kernel;
+  context.Camera = PinholeView(256, 192, 250.0);
+  context.Optics = { 0.25, 3.0 };
+  TestCloud cloud;
+  Random random(5);
+  for (int j = 0; j < 420; ++j)
+  {
+    for (int i = 0; i < 300; ++i)
+    {
+      TestSurfel s;
+      // y = -0.4: the lower half of the picture from z = 1.1 on
+      const double d = 0.02;
+      s.Position = { (i - 149.5) * d, -0.4, 0.6 + j * d };
+      s.Normal = { 0, 1, 0 };
+      s.SigmaU = s.SigmaV = 0.5 * d;
+      s.Area = 0.9 * d * d; // not saturated
+      cloud.Add(s);
+    }
+  }
+  const Picture fine = Render(context, cloud, false);
+  const Picture coarse = Render(context, cloud, true);
+  double lowest = 2.0, largest = 0.0;
+  for (int y = 8; y < 60; ++y)
+  {
+    for (int x = 8; x < 248; ++x)
+    {
+      lowest = std::min<double>(lowest, coarse.At(x, y, 3));
+      largest = std::max<double>(largest, std::abs(coarse.At(x, y, 3) - fine.At(x, y, 3)));
+    }
+  }
+  std::printf("plane: coverage from %.4f, off by %.4f at most\n", lowest, largest);
+  CHECK(lowest > 0.88);
+  CHECK(largest < 0.02);
+}
+
+/// A textured cloud with things at several depths: close to full resolution, and far fewer
+/// fragments.
+void TestTexturedScene()
+{
+  SplatContext context;
+  context.Camera = PinholeView(256, 256, 250.0);
+  context.Optics = { 0.35, 4.0 };
+  TestCloud cloud;
+  Random random(6);
+  for (int i = 0; i < 60000; ++i)
+  {
+    TestSurfel s;
+    const double depths[] = { 1.2, 4.0, 9.0 };
+    const double z = depths[i % 3];
+    const double reach = i % 3 == 0 ? 0.25 : 0.8;
+    s.Position = { random.Uniform(-reach, reach) * z, random.Uniform(-reach, reach) * z, z };
+    const double area = 4.0 * reach * reach * z * z / 20000.0;
+    s.Area = area;
+    s.SigmaU = s.SigmaV = 0.6 * std::sqrt(area);
+    const float light = static_cast<float>(0.5 + 0.4 * std::sin(9.0 * s.Position[0]));
+    s.Color = { { light, i % 3 == 0 ? 0.9f : 0.2f, 0.5f, 1.0f } };
+    cloud.Add(s);
+  }
+  context.CoarseGrids = false;
+  Splatter splatter;
+  Picture fine(256, 256), coarse(256, 256);
+  splatter.Render(context, { cloud.Get() }, SerialExecutor(), fine.Get());
+  const std::uint64_t fragments = splatter.Statistics().Fragments;
+  context.CoarseGrids = true;
+  splatter.Render(context, { cloud.Get() }, SerialExecutor(), coarse.Get());
+  const double psnr = -10.0 * std::log10(MeanSquareDifference(fine, coarse));
+  std::printf("scene: %.1f dB, off by %.3f at most, %.1f times fewer fragments\n", psnr,
+    LargestDifference(fine, coarse),
+    static_cast<double>(fragments) / static_cast<double>(splatter.Statistics().Fragments));
+  CHECK(psnr > 45.0);
+  CHECK(splatter.Statistics().CoarseCells > 0);
+  CHECK(4 * splatter.Statistics().Fragments < fragments);
+}
+
+/// A pinhole has no wide splats here and is left alone, bit for bit.
+void TestPinhole()
+{
+  SplatContext context;
+  context.Camera = PinholeView(64, 64, 60.0);
+  TestCloud cloud;
+  Random random(7);
+  for (int i = 0; i < 500; ++i)
+  {
+    TestSurfel s;
+    s.Position = { random.Uniform(-1.0, 1.0), random.Uniform(-1.0, 1.0), 2.0 };
+    s.SigmaU = s.SigmaV = 0.03;
+    s.Area = 0.01;
+    cloud.Add(s);
+  }
+  CHECK(LargestDifference(Render(context, cloud, false), Render(context, cloud, true)) == 0.0);
+}
+}
+
+int main()
+{
+  TestLevels();
+  TestPinhole();
+  TestTexturedScene();
+  for (KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
+  {
+    TestLonelySplat(kernel);
+    TestTiltedPlane(kernel);
+  }
+  return Checks().Report("coarse grids");
+}
