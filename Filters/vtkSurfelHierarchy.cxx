@@ -9,6 +9,7 @@
 #include "SurfelInput.h"
 
 #include "vtkBoundingBox.h"
+#include "vtkCellArray.h"
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
@@ -152,6 +153,7 @@ private:
     FillNodes(this->Cloud, this->Order, this->Shift, executor, nodes);
     this->AddFlags(output);
     this->AddFieldData(output);
+    this->AddVertices(output);
     SurfelGeometry::PassNodeAttributes(
       this->Input->GetPointData(), this->Order, nodes.Areas, executor, output->GetPointData());
   }
@@ -178,6 +180,27 @@ private:
           static_cast<unsigned char>(tree == HierarchyLayout::TwoSided ? 1 : 0));
       }
     }
+  }
+
+  /// One cell with the leaves, so that VTK's own mappers and filters see these alone.
+  void AddVertices(vtkPolyData* output)
+  {
+    const auto leaves = static_cast<vtkIdType>(this->Order.Layout.NumberOfLeaves());
+    if (leaves == 0)
+    {
+      return;
+    }
+    vtkNew<vtkCellArray> vertices;
+    if (leaves < std::numeric_limits<vtkTypeInt32>::max())
+    {
+      vertices->Use32BitStorage();
+    }
+    vertices->InsertNextCell(static_cast<int>(leaves));
+    for (vtkIdType i = 0; i < leaves; ++i)
+    {
+      vertices->InsertCellPoint(i);
+    }
+    output->SetVerts(vertices);
   }
 
   void AddFieldData(vtkPolyData* output)

@@ -288,8 +288,8 @@ double vtkSurfelSplatter::GetStageMilliseconds(int stage)
 {
   const SurfelSplatting::FrameStatistics& s = this->Internal->Core.Statistics();
   const double times[NumberOfStages] = { this->Internal->SceneMilliseconds, s.SelectionMilliseconds,
-    s.SetupMilliseconds,
-    s.CoarseMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds };
+    s.SetupMilliseconds, s.CoarseMilliseconds, s.BinningMilliseconds, s.SortMilliseconds,
+    s.RasterMilliseconds };
   return stage >= 0 && stage < NumberOfStages ? times[stage] : 0.0;
 }
 

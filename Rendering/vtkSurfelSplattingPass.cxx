@@ -24,9 +24,11 @@
 #include <vtkRenderState.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
 #include <vtkWeakPointer.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -104,6 +106,19 @@ double Oversampling(
   return static_cast<double>(window->GetTileScale()[1]) * rectangle.Height / std::max(1, height);
 }
 
+/// Time that a window's update rate leaves to a renderer.
+double SecondsPerFrame(vtkRenderer* renderer)
+{
+  vtkRenderWindow* window = renderer->GetRenderWindow();
+  const int renderers = std::max(1, window->GetRenderers()->GetNumberOfItems());
+  return 1.0 / (std::max(1e-6, window->GetDesiredUpdateRate()) * renderers);
+}
+
+bool IsInteractive(vtkRenderer* renderer)
+{
+  return renderer->GetRenderWindow()->GetDesiredUpdateRate() > 1.0;
+}
+
 /// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
 /// later passes draw translucent props.
 class SplattedMarks
@@ -159,6 +174,7 @@ struct vtkSurfelSplattingPass::Internals
   vtkNew<FunctionPass> TranslucentStep;
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
+  double NextCoarsening = 1.0; // learned from the frames so far
 };
 
 vtkStandardNewMacro(vtkSurfelSplattingPass);
@@ -266,9 +282,40 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   view.Oversampling = Oversampling(renderer, window, rectangle);
   view.DepthLimit = this->Internal->Limit.data();
   camera->GetClippingRange(view.ClippingRange);
+  view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
+  const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();
   if (this->Splatter->Render(items, view))
   {
+    if (this->Splatter->GetNumberOfReusedFrames() == reused)
+    {
+      this->LearnFrameTime(renderer);
+    }
     this->DrawPicture(window, rectangle, range);
+  }
+}
+
+double vtkSurfelSplattingPass::ChooseCoarsening(vtkRenderer* renderer)
+{
+  return this->HoldUpdateRate && IsInteractive(renderer) ? this->Internal->NextCoarsening : 1.0;
+}
+
+void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
+{
+  constexpr double mostCoarsening = 16.0;
+  double& next = this->Internal->NextCoarsening;
+  const double load = this->Splatter->GetFrameMilliseconds() / (1000.0 * SecondsPerFrame(renderer));
+  if (!IsInteractive(renderer))
+  {
+    return; // what was learned is of use when the mouse moves again
+  }
+  // Splats go with the inverse square of the coarsening, but not all of a frame's time does.
+  if (load > 1.0)
+  {
+    next = std::min(mostCoarsening, this->Coarsening * std::min(2.0, std::pow(load, 0.7)));
+  }
+  else if (load < 0.7)
+  {
+    next = std::max(1.0, this->Coarsening * std::max(0.7, std::sqrt(load / 0.85)));
   }
 }
 
@@ -327,6 +374,8 @@ void vtkSurfelSplattingPass::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "DelegatePass: " << this->DelegatePass.Get() << "\n";
+  os << indent << "HoldUpdateRate: " << this->HoldUpdateRate << "\n";
+  os << indent << "Coarsening: " << this->Coarsening << "\n";
   os << indent << "Splatter:\n";
   this->Splatter->PrintSelf(os, indent.GetNextIndent());
 }

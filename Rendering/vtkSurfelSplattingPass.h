@@ -40,6 +40,7 @@
 #include <memory> // for the implementation
 
 class vtkOpenGLRenderWindow;
+class vtkRenderer;
 class vtkSurfelSplatter;
 
 namespace SurfelSplatting
@@ -71,6 +72,22 @@ public:
    */
   vtkSurfelSplatter* GetSplatter();
 
+  ///@{
+  /**
+   * Whether surfels with a hierarchy are drawn coarser while a window asks for more than one frame
+   * a second (vtkRenderWindow::DesiredUpdateRate, which interactors raise while the mouse moves),
+   * as far as it takes to hold that rate. Still pictures are not touched. Default on.
+   */
+  vtkSetMacro(HoldUpdateRate, vtkTypeBool);
+  vtkGetMacro(HoldUpdateRate, vtkTypeBool);
+  vtkBooleanMacro(HoldUpdateRate, vtkTypeBool);
+  ///@}
+
+  /**
+   * Factor on the splatter's LODError in the last frame: 1, or more to hold an update rate.
+   */
+  vtkGetMacro(Coarsening, double);
+
   /**
    * Changes of the settings count.
    */
@@ -84,6 +101,8 @@ private:
   vtkSurfelSplattingPass(const vtkSurfelSplattingPass&) = delete;
   void operator=(const vtkSurfelSplattingPass&) = delete;
 
+  double ChooseCoarsening(vtkRenderer* renderer);
+  void LearnFrameTime(vtkRenderer* renderer);
   void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
 #ifndef __VTK_WRAP__
@@ -93,6 +112,8 @@ private:
     const SurfelSplatting::DepthRange& range);
 #endif
 
+  vtkTypeBool HoldUpdateRate = 1;
+  double Coarsening = 1.0;
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   vtkNew<vtkSurfelSplatter> Splatter;
   struct Internals;

@@ -275,26 +275,57 @@ double CosineBetween(const Vector3& a, const Vector3& b)
   return lengths > 0.0 ? Dot(a, b) / lengths : -1.0;
 }
 
-/// Sphere and cone about a node from those of its children; exact distances where they are leaves.
+/// Sphere and cone about a node that hold those of nodes below it; exact where these are leaves.
 void BoundNode(const NodeAccess& access, const NodeArrays& arrays, std::size_t node,
-  const std::size_t* children, int count, bool twoSided)
+  std::size_t first, std::size_t last, bool leaves)
 {
-  double radius = 0.0, angle = 0.0;
+  double radius = 0.0, angle = 0.0, cosine = 1.0;
   const Vector3 p = access.Position(node), a = access.AreaVector(node);
-  for (int i = 0; i < count; ++i)
+  for (std::size_t i = first; i < last; ++i)
   {
-    const Vector3 c = access.Position(children[i]);
+    const Vector3 c = access.Position(i);
     const double distance = Norm({ c[0] - p[0], c[1] - p[1], c[2] - p[2] });
-    radius = std::max(radius, distance + arrays.Bounds[children[i]]);
-    const double between = std::acos(
-      std::fmin(1.0, std::fmax(-1.0, CosineBetween(access.AreaVector(children[i]), a))));
-    angle = std::max(angle, between + std::acos(arrays.Cones[children[i]]));
+    radius = std::max(radius, distance + arrays.Bounds[i]);
+    const double between = CosineBetween(access.AreaVector(i), a);
+    cosine = std::fmin(cosine, between);
+    if (!leaves)
+    {
+      const double widest = std::acos(std::fmin(1.0, std::fmax(-1.0, between))) +
+        std::acos(std::fmin(1.0, std::fmax(-1.0, static_cast<double>(arrays.Cones[i]))));
+      angle = std::max(angle, widest);
+    }
+  }
+  if (!leaves)
+  {
+    constexpr double pi = 3.14159265358979323846;
+    cosine = angle >= pi ? -1.0 : std::cos(angle);
   }
   arrays.Bounds[node] = static_cast<float>(radius * Outwards);
-  constexpr double pi = 3.14159265358979323846;
-  // Two-sided nodes are seen from everywhere.
-  arrays.Cones[node] =
-    twoSided || angle >= pi ? -1.0f : static_cast<float>(std::fmax(-1.0, std::cos(angle) - 1e-6));
+  arrays.Cones[node] = static_cast<float>(std::fmax(-1.0, cosine - 1e-6));
+}
+
+/// Spheres and cones of a level: about leaves where these are few, else about the nodes of
+/// BoundedLevel, which keeps both tight without looking at all leaves once a level.
+constexpr int BoundedLevel = 6;
+
+void BoundLevel(const HierarchyLayout& layout, int tree, int level, const NodeAccess& access,
+  const NodeArrays& arrays, const Executor& executor)
+{
+  const int below = level <= BoundedLevel ? 0 : BoundedLevel;
+  const std::size_t begin = layout.Begin(below, tree), count = layout.Count(below, tree);
+  const std::size_t grain = std::max<std::size_t>(1, Grain >> (level - below));
+  executor.For(layout.Count(level, tree), grain, [&](std::size_t from, std::size_t to) {
+    for (std::size_t j = from; j < to; ++j)
+    {
+      const std::size_t node = layout.Begin(level, tree) + j;
+      BoundNode(access, arrays, node, begin + (j << (level - below)),
+        begin + std::min<std::size_t>((j + 1) << (level - below), count), below == 0);
+      if (tree == HierarchyLayout::TwoSided)
+      {
+        arrays.Cones[node] = -1.0f; // seen from everywhere
+      }
+    }
+  });
 }
 
 void FillLeaves(const SurfelCloud& cloud, const LeafOrder& order, const Vector3& shift,
@@ -384,14 +415,13 @@ void FillNodes(const SurfelCloud& cloud, const LeafOrder& order, const Vector3& 
       executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j)
         {
-          const std::size_t children[2] = { below + 2 * j, below + 2 * j + 1 };
-          const int count = 2 * j + 1 < belowCount ? 2 : 1;
-          const NodeMoments left = access.Get(children[0]);
+          const std::size_t left = below + 2 * j;
+          const NodeMoments moments = access.Get(left);
           access.Set(first + j,
-            count == 2 ? Join(left, access.Get(children[1]), twoSided) : left);
-          BoundNode(access, arrays, first + j, children, count, twoSided);
+            2 * j + 1 < belowCount ? Join(moments, access.Get(left + 1), twoSided) : moments);
         }
       });
+      BoundLevel(layout, tree, level, access, arrays, executor);
     }
   }
 }

@@ -23,6 +23,7 @@ struct FrameStatistics
   std::uint64_t CoarseCells = 0;    ///< layers of coarse grids' cells that went into the picture
   std::uint64_t Pairs = 0;          ///< of splat and tile
   std::uint64_t Fragments = 0;
+  std::uint64_t HiddenSurfels = 0; ///< nodes and surfels skipped behind opaque tiles
   std::uint64_t HiddenPairs = 0;    ///< of splat and tile that were skipped behind opaque layers
   double SelectionMilliseconds = 0; ///< wall clock
   double SetupMilliseconds = 0;

@@ -97,8 +97,8 @@ void TestLonelySplat(KernelType kernel)
   }
 }
 
-/// A white plane that recedes from blur through focus into blur: coverage stays what it is, whatever
-/// grid its parts are on.
+/// A white plane that recedes from blur through focus into blur: coverage stays what it is,
+/// whatever grid its parts are on.
 void TestTiltedPlane(KernelType kernel)
 {
   SplatContext context;

@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include "HierarchyBuilder.h"
+#include "NodeColors.h"
 #include "Splatter.h"
 
 #include <cstdint>
@@ -55,6 +57,28 @@ public:
 
   void Add(const TestSurfel& surfel);
   SurfelCloud Get() const;
+};
+
+/// A hierarchy over a cloud, with its arrays.
+class TestHierarchy
+{
+public:
+  explicit TestHierarchy(const TestCloud& cloud, const Executor& executor = SerialExecutor());
+
+  /// All nodes as a cloud; drawn level by level as the context says. Positions are floats.
+  SurfelCloud Get() const;
+  std::size_t NumberOfNodes() const { return this->Order.Layout.NumberOfNodes(); }
+
+  LeafOrder Order;
+  std::vector<float> Positions, Covariances, AreaVectors, LeafCovariances, Opacities, Areas, Bounds,
+    Cones, LeafColors;
+  std::vector<unsigned char> TwoSided;
+  NodeColorArrays Colors;
+  DetailTable Table;
+
+private:
+  Affine3 LocalToWorld;
+  Material Surface;
 };
 
 /// A frame with memory of its own, filled with NaN so that a pixel that is not written is seen.

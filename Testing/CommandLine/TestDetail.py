@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Level of detail from the command line."""
+
+import json
+import unittest
+
+import numpy as np
+
+from toolcase import CAMERA, ToolCase, sphere, write_ply
+
+LENS = ["--circle-of-confusion", "30", "--focal-distance", "3"]
+
+
+class TestDetail(ToolCase):
+    def setUp(self):
+        super().setUp()
+        points, colors = sphere(20000)
+        write_ply("ball.ply", points, colors)
+
+    def run_with(self, *options, cloud="ball.ply"):
+        """-> picture, statistics"""
+        self.render(cloud, *CAMERA, "--size", "96", "72", "--unlit", *options, "-o", "out.exr",
+                    "--stats", "stats.json")
+        with open("stats.json", encoding="utf-8") as file:
+            return self.read_rgba("out.exr"), json.load(file)
+
+    def test_fewer_splats_for_the_same_picture(self):
+        every, plain = self.run_with(*LENS, "--no-lod")
+        some, detail = self.run_with(*LENS)
+        finer, fine = self.run_with(*LENS, "--lod-error", "0.5")
+        self.assertLess(10 * detail["splats"], plain["splats"])
+        self.assertLess(detail["splats"], fine["splats"])
+        self.assertLess(np.abs(every - some).mean(), 2e-3)
+        self.assertLess(np.abs(every - finer).mean(), 2e-3)
+        self.assertEqual(plain["detail"]["visited"], 0)
+        self.assertGreater(detail["skipped"]["facing_away"], 5000)
+        self.assertEqual((plain["surfels"], detail["surfels"]), (20000, 20000))
+        self.assertIn("hierarchy", detail["milliseconds"])
+        self.assertNotIn("hierarchy", plain["milliseconds"])
+
+    def test_modes(self):
+        moments, _ = self.run_with(*LENS)
+        paper, statistics = self.run_with(*LENS, "--lod", "paper")
+        self.assertGreater(np.abs(moments - paper).max(), 1e-3)
+        self.assertLess(statistics["splats"], 2000)
+
+    def test_color_by_level(self):
+        sharp, _ = self.run_with("--color-by", "level", "--lod-error", "0")
+        surfels = sharp[36, 48] / sharp[36, 48, 3]
+        np.testing.assert_allclose(surfels[:3], 0.85, atol=1e-5)  # light grey
+        blurred, _ = self.run_with(*LENS, "--color-by", "level")
+        self.assertGreater(np.ptp(blurred[36, 48, :3]), 0.1)
+
+    def test_saved_hierarchy_is_drawn_as_it_is(self):
+        first, _ = self.run_with(*LENS, "--hierarchy", "nodes.vtp")
+        again, statistics = self.run_with(*LENS, cloud="nodes.vtp")
+        np.testing.assert_array_equal(first, again)
+        self.assertEqual(statistics["surfels"], 20000)
+        for stage in ("estimation", "normalization", "hierarchy"):
+            self.assertNotIn(stage, statistics["milliseconds"])
+        self.assertEqual(self.read_vtp("nodes.vtp").GetFieldData().GetArray("SurfelLeaves")
+                         .GetNumberOfValues(), 2)
+
+    def test_repeated_frames_prepare_nothing(self):
+        _, statistics = self.run_with(*LENS, "--repeat", "3")
+        self.assertEqual(statistics["detail"]["prepared"], 0)
+        self.assertEqual(len(set(statistics["frames"])), 3)  # all rendered
+
+    def test_contradictions(self):
+        for options in (["--lod-error", "1"], ["--hierarchy", "nodes.vtp"]):
+            result = self.run_tool("render", "ball.ply", "--no-lod", *options, "-o", "out.png")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("--no-lod and " + options[0], result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

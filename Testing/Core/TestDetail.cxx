@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The choice of detail and what is skipped: cuts that are cuts, coverage that stays at every level,
+ * pictures that no skip changes, work that follows what is seen.
+ */
+#include "Check.h"
+#include "TestScene.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+/// Several balls, a floor and a stack of screens: things in front of, behind and beside each other.
+TestCloud Room(int count, Random& random)
+{
+  TestCloud cloud;
+  for (int i = 0; i < count; ++i)
+  {
+    TestSurfel s;
+    const int ball = i % 5;
+    if (i % 2 == 0)
+    {
+      const int screen = i / 2 % 6;
+      s.Position = { random.Uniform(-2, 0), random.Uniform(-1, 1), -2.0 - 0.3 * screen };
+      s.Normal = { 0, 0, 1 };
+      s.TwoSided = true;
+      s.Area = 4.0 * 12.0 / count * 2.0; // more than its share: opaque
+    }
+    else if (ball < 3)
+    {
+      s.Normal = random.Direction();
+      for (int c = 0; c < 3; ++c)
+      {
+        const double centers[3][3] = { { 0, 0, 0 }, { 1.6, 0.4, -1.5 }, { -1.2, -0.3, 1.4 } };
+        s.Position[c] = centers[ball][c] + 0.7 * s.Normal[c];
+      }
+      s.Area = 0.49 * 12.57 / (0.1 * count);
+    }
+    else
+    {
+      s.Position = { random.Uniform(-4, 4), -1.0, random.Uniform(-4, 4) };
+      s.Normal = { 0, 1, 0 };
+      s.TwoSided = i % 4 == 1;
+      s.Area = 64.0 / (0.2 * count);
+    }
+    s.SigmaU = s.SigmaV = 0.55 * std::sqrt(s.Area);
+    const float light = static_cast<float>(0.5 + 0.5 * std::sin(6.0 * s.Position[0]));
+    s.Color = { { light, 0.6f, 1.0f - light, 1.0f } };
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+/// A view from a point to a point, with any roll.
+View LookAt(const Vector3& from, const Vector3& to, double roll, int size, double f)
+{
+  View view = PinholeView(size, size, f);
+  Vector3 z{ to[0] - from[0], to[1] - from[1], to[2] - from[2] };
+  const double length = Norm(z);
+  z = { z[0] / length, z[1] / length, z[2] / length };
+  Vector3 u, v;
+  Tangents(z, u, v);
+  const double c = std::cos(roll), s = std::sin(roll);
+  for (int i = 0; i < 3; ++i)
+  {
+    view.WorldToCamera.L[0][i] = c * u[i] + s * v[i];
+    view.WorldToCamera.L[1][i] = -s * u[i] + c * v[i];
+    view.WorldToCamera.L[2][i] = z[i];
+  }
+  for (int i = 0; i < 3; ++i)
+  {
+    view.WorldToCamera.T[i] = -Dot(view.WorldToCamera.L[i], from);
+  }
+  view.Near = 1e-6;
+  return view;
+}
+
+/// Inside the cloud, at it, behind it and far away; pinholes and lenses.
+SplatContext RandomContext(Random& random, int number)
+{
+  SplatContext context;
+  const double distances[] = { 0.3, 1.0, 3.0, 8.0, 40.0 };
+  const double distance = distances[number % 5];
+  const Vector3 d = random.Direction(), a = random.Direction();
+  const Vector3 to{ 1.5 * a[0], 0.5 * a[1], 1.5 * a[2] };
+  const Vector3 from{ to[0] + distance * d[0], to[1] + distance * d[1], to[2] + distance * d[2] };
+  context.Camera = LookAt(from, to, random.Uniform(0, 6.28), 96, random.Uniform(40, 200));
+  context.Optics.FocalDistance = distance * random.Uniform(0.5, 2.0);
+  context.Optics.Radius = number % 3 == 0 ? 0.0 : distance * random.Uniform(0.01, 0.2);
+  return context;
+}
+
+double LargestDifference(const Picture& a, const Picture& b)
+{
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
+  }
+  return largest;
+}
+
+double MeanSquareDifference(const Picture& a, const Picture& b)
+{
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    const double d = a.Color[i] - b.Color[i];
+    sum += d * d;
+  }
+  return sum / static_cast<double>(a.Color.size());
+}
+
+/// No skip changes a pixel by more than 1/255 against all of them switched off; with the leaves and
+/// with the choice of detail.
+void TestSkips()
+{
+  Random random(1);
+  const TestHierarchy hierarchy(Room(20000, random));
+  DetailStatistics skipped;
+  std::uint64_t hidden = 0;
+  double worst = 0.0;
+  for (int i = 0; i < 200; ++i)
+  {
+    SplatContext context = RandomContext(random, i);
+    context.Detail.Rule = i % 2 ? DetailRule::Moments : DetailRule::Leaves;
+    Splatter splatter;
+    Picture with(96, 96), without(96, 96);
+    splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), with.Get());
+    skipped.OutsideLeaves += splatter.Statistics().Detail.OutsideLeaves;
+    skipped.BackLeaves += splatter.Statistics().Detail.BackLeaves;
+    hidden += splatter.Statistics().HiddenPairs + splatter.Statistics().HiddenSurfels;
+    context.Detail.SkipOutside = context.Detail.SkipBackFaces = context.SkipHidden = false;
+    splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
+    CHECK(splatter.Statistics().Detail.OutsideLeaves == 0 &&
+      splatter.Statistics().Detail.BackLeaves == 0 && splatter.Statistics().HiddenPairs == 0 &&
+      splatter.Statistics().HiddenSurfels == 0);
+    const double difference = LargestDifference(with, without);
+    CHECK(difference <= 1.0 / 255.0);
+    worst = std::max(worst, difference);
+  }
+  std::printf("skips: pixels off by %.5f at most\n", worst);
+  std::printf("skipped: %.0f outside, %.0f facing away, %.0f hidden\n", 1.0 * skipped.OutsideLeaves,
+    1.0 * skipped.BackLeaves, 1.0 * hidden);
+  CHECK(skipped.OutsideLeaves > 100000 && skipped.BackLeaves > 100000 && hidden > 1000);
+}
+
+/// Every leaf is drawn once: by itself, by a node above it, or not at all since it was skipped.
+void TestCut()
+{
+  Random random(2);
+  const TestHierarchy hierarchy(Room(5000, random));
+  const HierarchyLayout& layout = hierarchy.Order.Layout;
+  for (int i = 0; i < 60; ++i)
+  {
+    const SplatContext context = RandomContext(random, i);
+    DetailSettings settings;
+    settings.Rule = i % 2 ? DetailRule::Moments : DetailRule::Paper;
+    settings.Error = i % 7 * 0.5;
+    DetailStatistics statistics;
+    const std::vector<NodeRun> runs = SelectDetail(hierarchy.Get(), context.Camera, context.Optics,
+      { 4.0, 1.0 }, settings, ThreadExecutor(3), statistics);
+    std::vector<int> drawn(layout.NumberOfLeaves(), 0);
+    for (const NodeRun& run : runs)
+    {
+      const int level = static_cast<int>(run.Level);
+      for (std::size_t n = run.Begin; n < run.Begin + run.Count; ++n)
+      {
+        const int tree = n >= layout.Begin(level, 1) ? 1 : 0;
+        const std::size_t j = n - layout.Begin(level, tree);
+        const std::size_t end =
+          std::min<std::size_t>((j + 1) << level, layout.NumberOfLeaves(tree));
+        for (std::size_t leaf = j << level; leaf < end; ++leaf)
+        {
+          ++drawn[layout.Begin(0, tree) + leaf];
+        }
+      }
+    }
+    CHECK(*std::max_element(drawn.begin(), drawn.end()) <= 1);
+    const std::uint64_t missing =
+      static_cast<std::uint64_t>(std::count(drawn.begin(), drawn.end(), 0));
+    CHECK(missing == statistics.OutsideLeaves + statistics.BackLeaves);
+    CHECK(settings.Error > 0.0 ||
+      statistics.Nodes + missing == layout.NumberOfLeaves()); // error 0: leaves
+  }
+}
+
+/// A plain surface keeps its coverage whichever level is drawn, and so does the error that is
+/// needed for it.
+void TestNormalizationOfLevels()
+{
+  TestCloud cloud;
+  for (int j = 0; j < 256; ++j)
+  {
+    for (int i = 0; i < 256; ++i)
+    {
+      TestSurfel s;
+      const double d = 0.01;
+      s.Position = { (i - 127.5) * d, (j - 127.5) * d, 3.0 };
+      s.SigmaU = s.SigmaV = 0.5 * d;
+      s.Area = 0.8 * d * d; // not saturated
+      cloud.Add(s);
+    }
+  }
+  const TestHierarchy hierarchy(cloud);
+  for (const DetailRule rule : { DetailRule::Moments, DetailRule::Paper })
+  {
+    for (double radius : { 0.0, 0.02, 0.05, 0.1, 0.2, 0.4 })
+    {
+      SplatContext context;
+      context.Camera = PinholeView(96, 96, 250.0);
+      context.Optics = { radius, 1.5 };
+      context.Detail.Rule = rule;
+      context.Detail.Error = 1.0;
+      Splatter splatter;
+      Picture picture(96, 96);
+      splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), picture.Get());
+      double low = 2.0, high = 0.0, sum = 0.0;
+      for (int y = 24; y < 72; ++y)
+      {
+        for (int x = 24; x < 72; ++x)
+        {
+          const double a = picture.At(x, y, 3);
+          low = std::min(low, a);
+          high = std::max(high, a);
+          sum += a / (48.0 * 48.0);
+        }
+      }
+      const double leaves = 65536.0 / static_cast<double>(splatter.Statistics().Detail.Nodes);
+      std::printf("radius %.2f: %.1f surfels a node, coverage %.4f to %.4f, mean %.4f\n", radius,
+        leaves, low, high, sum);
+      // The ripple of the weights is compensated for, more or less.
+      CHECK_NEAR(sum, 0.8, rule == DetailRule::Moments ? 0.05 : 0.12);
+      CHECK(rule == DetailRule::Paper || (low > 0.9 * sum && high < 1.1 * sum));
+      CHECK(radius < 0.1 || leaves > 4.0);
+    }
+  }
+}
+
+/// Far more error than anybody wants, as under a time budget: coarse, but without holes.
+void TestCoarseHasNoHoles()
+{
+  Random random(4);
+  TestCloud cloud;
+  for (int i = 0; i < 60000; ++i)
+  {
+    TestSurfel s;
+    const double d = 2.0 / 245.0; // a jittered lattice
+    s.Position = { d * (i % 245 + random.Uniform(-0.2, 0.2)) - 1.0,
+      d * (i / 245 + random.Uniform(-0.2, 0.2)) - 1.0, 2.0 };
+    s.Area = 4.0 / 60000.0;
+    s.SigmaU = s.SigmaV = 0.6 * std::sqrt(s.Area);
+    cloud.Add(s);
+  }
+  const TestHierarchy hierarchy(cloud);
+  for (double error : { 2.0, 6.0, 20.0 })
+  {
+    SplatContext context;
+    context.Camera = PinholeView(128, 128, 200.0);
+    context.Detail.Error = error;
+    const Picture picture = RenderPicture(context, { hierarchy.Get() });
+    double low = 1.0;
+    for (int y = 16; y < 112; ++y)
+    {
+      for (int x = 16; x < 112; ++x)
+      {
+        low = std::min<double>(low, picture.At(x, y, 3));
+      }
+    }
+    std::printf("error %g: coverage from %.3f\n", error, low);
+    CHECK(low > 0.6);
+  }
+}
+
+/// From afar a dense cloud costs what a sparse one costs: the work follows the pixels.
+void TestWorkFollowsPixels()
+{
+  std::uint64_t splats[3];
+  int k = 0;
+  for (int count : { 3000, 30000, 300000 })
+  {
+    Random random(6);
+    TestCloud cloud;
+    for (int i = 0; i < count; ++i)
+    {
+      TestSurfel s;
+      s.Normal = random.Direction();
+      s.Position = { s.Normal[0], s.Normal[1], s.Normal[2] + 10.0 };
+      s.Area = 12.57 / count;
+      s.SigmaU = s.SigmaV = 0.55 * std::sqrt(s.Area);
+      cloud.Add(s);
+    }
+    const TestHierarchy hierarchy(cloud);
+    SplatContext context;
+    context.Camera = PinholeView(64, 64, 200.0); // 1300 px of ball
+    Splatter splatter;
+    Picture picture(64, 64);
+    splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), picture.Get());
+    splats[k++] = splatter.Statistics().Splats;
+    CHECK(splatter.Statistics().Detail.VisitedNodes < static_cast<std::uint64_t>(count) / 20 + 200);
+  }
+  std::printf("splats: %d, %d, %d\n", static_cast<int>(splats[0]), static_cast<int>(splats[1]),
+    static_cast<int>(splats[2]));
+  CHECK(splats[2] < 4 * splats[1] / 2 && splats[2] < 8000);
+}
+
+/// Through a mirror, and stretched: cones say nothing then, and nothing is lost.
+void TestTransforms()
+{
+  Random random(7);
+  TestCloud cloud = Room(8000, random);
+  cloud.LocalToWorld.L = { { { -1.0, 0.2, 0.0 }, { 0.0, 0.3, 0.1 }, { 0.0, 0.0, 2.0 } } };
+  const TestHierarchy hierarchy(cloud);
+  for (int i = 0; i < 30; ++i)
+  {
+    SplatContext context = RandomContext(random, i);
+    const Picture with = RenderPicture(context, { hierarchy.Get() });
+    context.Detail.SkipOutside = context.Detail.SkipBackFaces = context.SkipHidden = false;
+    CHECK(LargestDifference(with, RenderPicture(context, { hierarchy.Get() })) <= 1.0 / 255.0);
+  }
+}
+
+/// Leaves of a hierarchy give the picture of the cloud itself.
+void TestLeaves()
+{
+  Random random(8);
+  const TestCloud cloud = Room(5000, random);
+  const TestHierarchy hierarchy(cloud);
+  for (int i = 0; i < 20; ++i)
+  {
+    SplatContext context = RandomContext(random, i);
+    context.Detail.Rule = DetailRule::Leaves;
+    context.CoarseGrids = false;
+    // Float positions, and another order where depths are equal: a pixel here or there merges
+    // otherwise.
+    CHECK(MeanSquareDifference(RenderPicture(context, cloud),
+            RenderPicture(context, { hierarchy.Get() })) < 1e-6);
+  }
+}
+}
+
+int main()
+{
+  TestSkips();
+  TestCut();
+  TestNormalizationOfLevels();
+  TestCoarseHasNoHoles();
+  TestWorkFollowsPixels();
+  TestTransforms();
+  TestLeaves();
+  return Checks().Report("detail");
+}

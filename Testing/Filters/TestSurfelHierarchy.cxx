@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * vtkSurfelHierarchy in the pipeline: arrays, attributes, origin, errors, abort, round trip. (What
+ * its nodes hold: Core.Hierarchy.)
+ */
+#include "SurfelTesting.h"
+
+#include "vtkSurfelEstimation.h"
+#include "vtkSurfelHierarchy.h"
+#include "vtkSurfelNormalization.h"
+
+#include "vtkCellArray.h"
+#include "vtkFloatArray.h"
+#include "vtkIdTypeArray.h"
+#include "vtkStringArray.h"
+#include "vtkUnsignedCharArray.h"
+#include "vtkXMLPolyDataReader.h"
+#include "vtkXMLPolyDataWriter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+using namespace SurfelTesting;
+
+namespace
+{
+vtkSmartPointer<vtkPolyData> SphereSurfels(int count, double offset = 0.0)
+{
+  Sampled sphere = MakeSphere(1.0, count, Random(1));
+  for (Vec& p : sphere.Points)
+  {
+    p[0] += offset;
+  }
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(ToPolyData(sphere.Points));
+  estimation->Update();
+  vtkSmartPointer<vtkPolyData> surfels = estimation->GetOutput();
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("RGB");
+  colors->SetNumberOfComponents(3);
+  vtkNew<vtkFloatArray> height;
+  height->SetName("height");
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetName("ids");
+  vtkNew<vtkStringArray> names;
+  names->SetName("names");
+  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
+  {
+    double p[3];
+    surfels->GetPoint(i, p);
+    const unsigned char c = static_cast<unsigned char>(127.5 + 127.0 * p[1]);
+    const unsigned char rgb[3] = { c, 10, 250 };
+    colors->InsertNextTypedTuple(rgb);
+    height->InsertNextValue(static_cast<float>(p[1]));
+    ids->InsertNextValue(i);
+    names->InsertNextValue("surfel " + std::to_string(i));
+  }
+  surfels->GetPointData()->SetScalars(colors);
+  surfels->GetPointData()->AddArray(height);
+  surfels->GetPointData()->SetPedigreeIds(ids);
+  surfels->GetPointData()->AddArray(names);
+  return surfels;
+}
+
+void TestArrays()
+{
+  vtkSmartPointer<vtkPolyData> surfels = SphereSurfels(3000);
+  vtkNew<vtkSurfelHierarchy> filter;
+  filter->SetInputData(surfels);
+  filter->Update();
+  vtkPolyData* nodes = filter->GetOutput();
+  const vtkIdType n = nodes->GetNumberOfPoints(), leaves = filter->GetNumberOfLeaves();
+  CHECK(leaves == 3000 && n == filter->GetNumberOfNodes() && n < 2 * leaves + 40);
+  CHECK(filter->GetNumberOfLevels() == 13);
+  CHECK(Surfels(nodes).HasArrays() && Surfels(nodes).IsFinite());
+  for (int i = 0; i < nodes->GetPointData()->GetNumberOfArrays(); ++i)
+  {
+    CHECK(nodes->GetPointData()->GetAbstractArray(i)->GetNumberOfTuples() == n);
+  }
+  CHECK(nodes->GetPoints()->GetDataType() == VTK_FLOAT);
+  // VTK's own filters see the leaves.
+  CHECK(
+    nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves);
+  // Leaves keep what they had, in another order; nodes have means.
+  vtkDataArray* ids = nodes->GetPointData()->GetArray("ids");
+  vtkDataArray* height = nodes->GetPointData()->GetArray("height");
+  vtkDataArray* colors = nodes->GetPointData()->GetScalars();
+  CHECK(colors && std::string(colors->GetName()) == "RGB");
+  CHECK(nodes->GetPointData()->GetPedigreeIds() == ids);
+  for (vtkIdType i = 0; i < leaves; ++i)
+  {
+    const auto id = static_cast<vtkIdType>(ids->GetTuple1(i));
+    double p[3], q[3];
+    surfels->GetPoint(id, p);
+    nodes->GetPoint(i, q);
+    CHECK_NEAR(p[0], q[0], 0.0);
+    CHECK_NEAR(
+      height->GetTuple1(i), surfels->GetPointData()->GetArray("height")->GetTuple1(id), 0.0);
+  }
+  auto* names = vtkStringArray::SafeDownCast(nodes->GetPointData()->GetAbstractArray("names"));
+  CHECK(
+    names && names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0))));
+  CHECK_NEAR(height->GetTuple1(n - 1), 0.0, 0.02); // the root's: the sphere's middle
+  CHECK_NEAR(colors->GetComponent(n - 1, 0), 127.5, 2.0);
+  CHECK_NEAR(colors->GetComponent(n - 1, 2), 250.0, 0.0);
+  double area = 0.0;
+  for (vtkIdType i = 0; i < leaves; ++i)
+  {
+    area += nodes->GetPointData()->GetArray("SurfelArea")->GetTuple1(i);
+  }
+  CHECK_NEAR(nodes->GetPointData()->GetArray("SurfelArea")->GetTuple1(n - 1), area, 1e-4 * area);
+  CHECK_NEAR(nodes->GetPointData()->GetArray("SurfelBound")->GetTuple1(n - 1), 1.0, 0.6);
+}
+
+void TestOriginAndDoubles()
+{
+  vtkSmartPointer<vtkPolyData> far = SphereSurfels(500, 5e5); // with an origin of its own
+  vtkNew<vtkSurfelHierarchy> filter;
+  filter->SetInputData(far);
+  filter->Update();
+  double origin[3], before[3];
+  filter->GetOutput()->GetFieldData()->GetArray("SurfelOrigin")->GetTuple(0, origin);
+  far->GetFieldData()->GetArray("SurfelOrigin")->GetTuple(0, before);
+  CHECK_NEAR(origin[0], before[0], 0.0);
+
+  // Doubles far from the origin, as another program may write them.
+  vtkNew<vtkPolyData> doubles;
+  doubles->DeepCopy(far);
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (vtkIdType i = 0; i < far->GetNumberOfPoints(); ++i)
+  {
+    double p[3];
+    far->GetPoint(i, p);
+    points->InsertNextPoint(p[0] + before[0], p[1] + before[1], p[2] + before[2]);
+  }
+  doubles->SetPoints(points);
+  doubles->GetFieldData()->RemoveArray("SurfelOrigin");
+  filter->SetInputData(doubles);
+  filter->Update();
+  vtkPolyData* nodes = filter->GetOutput();
+  nodes->GetFieldData()->GetArray("SurfelOrigin")->GetTuple(0, origin);
+  for (vtkIdType i = 0; i < filter->GetNumberOfLeaves(); ++i)
+  {
+    double p[3], q[3];
+    nodes->GetPoint(i, p);
+    points->GetPoint(
+      static_cast<vtkIdType>(nodes->GetPointData()->GetArray("ids")->GetTuple1(i)), q);
+    CHECK_NEAR(p[0] + origin[0], q[0], 1e-6);
+  }
+}
+
+void TestTroubles()
+{
+  vtkNew<vtkSurfelHierarchy> filter;
+  Messages messages(filter);
+  filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(2)).Points));
+  filter->Update();
+  CHECK(!messages.Errors.empty() &&
+    messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos);
+
+  messages.Errors.clear();
+  vtkNew<vtkSurfelHierarchy> first;
+  first->SetInputData(SphereSurfels(100));
+  filter->SetInputConnection(first->GetOutputPort());
+  filter->Update();
+  CHECK(!messages.Errors.empty() && messages.Errors[0].find("already") != std::string::npos);
+
+  messages.Errors.clear();
+  vtkSmartPointer<vtkPolyData> faulty = SphereSurfels(100);
+  faulty->GetPointData()->GetArray("SurfelCovariance")->SetComponent(3, 2, std::nan(""));
+  filter->SetInputData(faulty);
+  filter->Update();
+  CHECK(messages.Errors.empty() && messages.Warnings.size() == 1);
+  CHECK(filter->GetNumberOfInvalidSurfels() == 1 && filter->GetNumberOfLeaves() == 99);
+
+  vtkSmartPointer<vtkPolyData> none = SphereSurfels(100);
+  vtkNew<vtkPolyData> empty;
+  empty->CopyStructure(none);
+  empty->GetPointData()->CopyAllocate(none->GetPointData(), 0);
+  empty->SetPoints(vtkNew<vtkPoints>());
+  for (const char* name : { "SurfelCovariance", "SurfelAreaVector" })
+  {
+    vtkNew<vtkFloatArray> array;
+    array->SetName(name);
+    array->SetNumberOfComponents(std::string(name) == "SurfelCovariance" ? 6 : 3);
+    empty->GetPointData()->AddArray(array);
+  }
+  filter->SetInputData(empty);
+  filter->Update();
+  CHECK(messages.Errors.empty() && filter->GetNumberOfNodes() == 0);
+  CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+void TestProgressAndAbort()
+{
+  vtkNew<vtkSurfelHierarchy> filter;
+  filter->SetInputData(SphereSurfels(60000));
+  struct Watch
+  {
+    int Events = 0;
+    double Last = -1.0;
+    bool Backwards = false;
+    double AbortAt = 2.0;
+  } watch;
+  vtkNew<vtkCallbackCommand> command;
+  command->SetClientData(&watch);
+  command->SetCallback([](vtkObject* caller, unsigned long, void* self, void*) {
+    auto* w = static_cast<Watch*>(self);
+    auto* algorithm = vtkAlgorithm::SafeDownCast(caller);
+    ++w->Events;
+    w->Backwards = w->Backwards || algorithm->GetProgress() < w->Last;
+    w->Last = algorithm->GetProgress();
+    if (w->Last >= w->AbortAt)
+    {
+      algorithm->SetAbortExecute(1);
+    }
+  });
+  filter->AddObserver(vtkCommand::ProgressEvent, command);
+  filter->Update();
+  CHECK(watch.Events > 20 && !watch.Backwards && watch.Last == 1.0);
+  for (double at : { 0.01, 0.3, 0.6 })
+  {
+    watch = Watch();
+    watch.AbortAt = at;
+    filter->Modified();
+    filter->Update();
+    CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
+  }
+}
+
+/// Written and read back: the same arrays, bit by bit.
+void TestRoundTrip()
+{
+  vtkNew<vtkSurfelHierarchy> filter;
+  filter->SetInputData(SphereSurfels(700));
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputConnection(filter->GetOutputPort());
+  writer->SetFileName("TestSurfelHierarchy.vtp");
+  writer->Write();
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName("TestSurfelHierarchy.vtp");
+  reader->Update();
+  vtkPolyData* a = filter->GetOutput();
+  vtkPolyData* b = reader->GetOutput();
+  CHECK(a->GetNumberOfPoints() == b->GetNumberOfPoints());
+  CHECK(b->GetFieldData()->GetArray("SurfelLeaves")->GetComponent(0, 0) +
+      b->GetFieldData()->GetArray("SurfelLeaves")->GetComponent(0, 1) ==
+    700);
+  for (const char* name : { "SurfelCovariance", "SurfelLeafCovariance", "SurfelArea", "SurfelBound",
+         "SurfelCone", "SurfelLevel", "RGB" })
+  {
+    vtkDataArray* x = a->GetPointData()->GetArray(name);
+    vtkDataArray* y = b->GetPointData()->GetArray(name);
+    CHECK(x && y && x->GetNumberOfValues() == y->GetNumberOfValues());
+    for (vtkIdType i = 0; x && y && i < x->GetNumberOfTuples(); ++i)
+    {
+      CHECK_NEAR(x->GetComponent(i, 0), y->GetComponent(i, 0), 0.0);
+    }
+  }
+}
+}
+
+int main()
+{
+  TestArrays();
+  TestOriginAndDoubles();
+  TestTroubles();
+  TestProgressAndAbort();
+  TestRoundTrip();
+  return Failures() == 0 ? 0 : 1;
+}

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Hierarchies through mapper, pass and windowless renderer: what is drawn, kept and counted.
+ */
+#include "RenderingTest.h"
+
+#include "vtkSurfelImageRenderer.h"
+#include "vtkSurfelMapper.h"
+#include "vtkSurfelSplatter.h"
+#include "vtkSurfelSplattingPass.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkLookupTable.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSurfelHierarchy.h>
+
+#include <cmath>
+
+using namespace RenderingTest;
+
+namespace
+{
+vtkSmartPointer<vtkPolyData> HierarchyOf(vtkPolyData* surfels)
+{
+  vtkNew<vtkSurfelHierarchy> hierarchy;
+  hierarchy->SetInputData(surfels);
+  hierarchy->Update();
+  return hierarchy->GetOutput();
+}
+
+/// Fine stripes, red and green.
+vtkSmartPointer<vtkPolyData> StripedSphere(int count = 40000)
+{
+  SurfelBuilder builder;
+  builder.AddSphere({ 0, 0, 0 }, 1.0, count);
+  builder.Color([](const Vector& p) {
+    const bool red = std::sin(60.0 * p[1]) > 0.0;
+    return std::array<int, 4>{ red ? 255 : 0, red ? 0 : 255, 0, 255 };
+  });
+  return builder.Data;
+}
+
+vtkSmartPointer<vtkCamera> LensCamera(double disk)
+{
+  vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
+  camera->SetFocalDisk(disk);
+  camera->SetFocalDistance(3.0);
+  return camera;
+}
+
+vtkSmartPointer<vtkImageData> Picture(
+  vtkSurfelImageRenderer* renderer, vtkPolyData* data, vtkCamera* camera)
+{
+  renderer->SetInputData(data);
+  renderer->SetSize(160, 160);
+  renderer->SetCamera(camera);
+  renderer->Modified();
+  renderer->Update();
+  vtkNew<vtkImageData> copy;
+  copy->DeepCopy(renderer->GetOutput());
+  return copy;
+}
+}
+
+SURFEL_TEST(Detail, FewerSplatsSamePicture)
+{
+  vtkSmartPointer<vtkPolyData> surfels = StripedSphere(), hierarchy = HierarchyOf(surfels);
+  for (double disk : { 0.0, 0.6 })
+  {
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    vtkSurfelSplatter* splatter = renderer->GetSplatter();
+    vtkSmartPointer<vtkCamera> camera = LensCamera(disk);
+    vtkSmartPointer<vtkImageData> all = Picture(renderer, surfels, camera);
+    const vtkIdType splats = splatter->GetNumberOfSplats();
+    CHECK(splatter->GetNumberOfVisitedNodes() == 0);
+    vtkSmartPointer<vtkImageData> some = Picture(renderer, hierarchy, camera);
+    CHECK(splatter->GetNumberOfSurfels() == 40000);
+    CHECK(splatter->GetNumberOfSurfelsFacingAway() > 10000);
+    CHECK(splatter->GetNumberOfChosenNodes() < 30000);
+    CHECK(disk == 0.0 || 3 * splatter->GetNumberOfSplats() < splats);
+    CHECK(Compare(all, some).Mean < 2e-3); // a fraction of a grey level
+    CHECK(Compare(all, some).Max < 0.06);  // at the border
+    splatter->SetLODModeToOff();
+    CHECK(Compare(all, Picture(renderer, hierarchy, camera)).Mean < 1e-4);
+    splatter->SetLODModeToPaper();
+    CHECK(Compare(all, Picture(renderer, hierarchy, camera)).Mean < 2e-2);
+  }
+}
+
+SURFEL_TEST(Detail, TableColorsAreAveragedNotScalars)
+{
+  // Scalars -1 and 1 by turns, white and black in the table, blue for their mean, 0.
+  SurfelBuilder builder;
+  builder.AddSphere({ 0, 0, 0 }, 1.0, 20000);
+  vtkNew<vtkFloatArray> scalars;
+  scalars->SetName("turn");
+  for (int i = 0; i < 20000; ++i)
+  {
+    scalars->InsertNextValue(i % 2 ? 1.0f : -1.0f);
+  }
+  builder.Data->GetPointData()->SetScalars(scalars);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(HierarchyOf(builder.Data));
+  vtkNew<vtkLookupTable> table;
+  table->SetNumberOfTableValues(3);
+  table->SetTableValue(0, 1, 1, 1);
+  table->SetTableValue(1, 0, 0, 1);
+  table->SetTableValue(2, 0, 0, 0);
+  table->SetTableRange(-1, 1);
+  actor->GetMapper()->SetLookupTable(table);
+  actor->GetMapper()->SetScalarRange(-1, 1);
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  renderer->AddActor(actor);
+  renderer->SetSize(100, 100);
+  renderer->SetCamera(LensCamera(1.0));
+  renderer->Update();
+  vtkSurfelSplatter* splatter = renderer->GetSplatter();
+  CHECK(splatter->GetNumberOfSplats() < 3000);            // nodes
+  CHECK(splatter->GetNumberOfPreparedSurfels() == 40000); // table and colours
+  for (int c = 0; c < 3; ++c)
+  {
+    CHECK_NEAR(At(renderer->GetOutput(), 50, 50, c), 0.5, 0.1);
+  }
+  // Another table: colours anew, nothing else.
+  table->SetTableValue(2, 1, 0, 0);
+  renderer->Update();
+  CHECK(splatter->GetNumberOfPreparedSurfels() == 20000);
+  CHECK_NEAR(At(renderer->GetOutput(), 50, 50, 0), 1.0, 0.1);
+  CHECK_NEAR(At(renderer->GetOutput(), 50, 50, 2), 0.5, 0.1);
+}
+
+SURFEL_TEST(Detail, OrbitPreparesNothing)
+{
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  vtkSmartPointer<vtkActor> actor = SurfelActor(HierarchyOf(StripedSphere()));
+  renderer->AddActor(actor);
+  renderer->SetSize(120, 120);
+  vtkSmartPointer<vtkCamera> camera = LensCamera(0.4);
+  renderer->SetCamera(camera);
+  renderer->Update();
+  vtkSurfelSplatter* splatter = renderer->GetSplatter();
+  CHECK(splatter->GetNumberOfPreparedSurfels() == 80000);
+  const vtkMTimeType data = actor->GetMapper()->GetInput()->GetMTime();
+  for (int i = 0; i < 60; ++i)
+  {
+    camera->Azimuth(6.0);
+    renderer->Update();
+    CHECK(splatter->GetNumberOfPreparedSurfels() == 0);
+    CHECK(splatter->GetNumberOfVisitedNodes() < 40000 / 16);
+    CHECK(splatter->GetNumberOfChosenNodes() < 40000 / 2);
+  }
+  CHECK(actor->GetMapper()->GetInput()->GetMTime() == data);
+  // Only the lens: the same.
+  camera->SetFocalDisk(1.0);
+  renderer->Update();
+  CHECK(splatter->GetNumberOfPreparedSurfels() == 0);
+  CHECK(splatter->GetNumberOfReusedFrames() == 0);
+}
+
+SURFEL_TEST(Detail, UnchangedFramesAreKept)
+{
+  Scene scene(80, 80);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(StripedSphere(5000));
+  scene.Renderer->AddActor(actor);
+  scene.See(LensCamera(0.2));
+  vtkSurfelSplatter* splatter = scene.Pass->GetSplatter();
+  vtkSmartPointer<vtkImageData> first = scene.Render();
+  CHECK(splatter->GetNumberOfReusedFrames() == 0);
+  CHECK_NEAR(Compare(first, scene.Render()).Max, 0.0, 0.0);
+  CHECK(splatter->GetNumberOfReusedFrames() == 1);
+  // Whatever changes the picture makes it anew.
+  vtkIdType kept = 1;
+  const auto changed = [&]() {
+    scene.Render();
+    const bool anew = splatter->GetNumberOfReusedFrames() == kept;
+    scene.Render();
+    ++kept;
+    return anew && splatter->GetNumberOfReusedFrames() == kept;
+  };
+  scene.Renderer->GetActiveCamera()->Azimuth(1.0);
+  CHECK(changed());
+  scene.Renderer->GetActiveCamera()->SetFocalDisk(0.3);
+  CHECK(changed());
+  actor->SetPosition(0.1, 0, 0);
+  CHECK(changed());
+  actor->GetProperty()->SetOpacity(0.7);
+  CHECK(changed());
+  splatter->SetKernelToGaussian();
+  CHECK(changed());
+  vtkPolyData* data = vtkPolyData::SafeDownCast(actor->GetMapper()->GetInput());
+  data->GetPoints()->Modified();
+  data->Modified();
+  CHECK(changed());
+  vtkSmartPointer<vtkActor> quad =
+    QuadActor({ -0.5, -0.5, 1.5 }, { 0.5, 0, 0 }, { 0, 0.5, 0 }, { 0, 0, 1 });
+  scene.Renderer->AddActor(quad);
+  CHECK(changed());
+  quad->SetPosition(0.05, 0, 0); // seen in the depth that it leaves
+  CHECK(changed());
+  splatter->FrameReuseOff();
+  scene.Render();
+  scene.Render();
+  CHECK(splatter->GetNumberOfReusedFrames() == kept);
+}
+
+SURFEL_TEST(Detail, DotsAreLeavesOnly)
+{
+  vtkSmartPointer<vtkPolyData> surfels = StripedSphere(4000);
+  Scene scene(90, 90, 0, false);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(surfels);
+  scene.Renderer->AddActor(actor);
+  scene.See(FrontCamera(6.0));
+  vtkSmartPointer<vtkImageData> expected = scene.Render();
+  actor->GetMapper()->SetInputDataObject(HierarchyOf(surfels));
+  // Same dots; which of two at one pixel is in front depends on their order.
+  CHECK(Compare(expected, scene.Render()).Mean < 1.0);
+  double bounds[6];
+  actor->GetBounds(bounds);
+  CHECK(bounds[1] < 1.2); // not the root's kernel
+}
+
+SURFEL_TEST(Detail, ColorByLevel)
+{
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(StripedSphere());
+  renderer->GetSplatter()->ColorByLevelOn();
+  vtkSmartPointer<vtkImageData> sharp = Picture(renderer, hierarchy, FrontCamera(1.4));
+  vtkSmartPointer<vtkImageData> blurred = Picture(renderer, hierarchy, LensCamera(2.0));
+  // Near and sharp: surfels, light grey. Blurred: coarser levels' colours.
+  CHECK_NEAR(At(sharp, 80, 80, 0), At(sharp, 80, 80, 2), 0.02);
+  CHECK(At(sharp, 80, 80, 0) > 0.8);
+  CHECK(std::abs(At(blurred, 80, 80, 0) - At(blurred, 80, 80, 2)) > 0.1);
+}
+
+SURFEL_TEST(Detail, UpdateRateIsHeld)
+{
+  Scene scene(300, 300);
+  scene.Renderer->AddActor(SurfelActor(HierarchyOf(StripedSphere(200000))));
+  scene.See(LensCamera(0.2));
+  scene.Render();
+  CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
+  vtkSmartPointer<vtkImageData> still = scene.Render();
+  const vtkIdType splats = scene.Pass->GetSplatter()->GetNumberOfSplats();
+  scene.Window->SetDesiredUpdateRate(2000.0); // more than any machine holds
+  vtkIdType fewest = splats;
+  for (int i = 0; i < 12; ++i)
+  {
+    scene.Renderer->GetActiveCamera()->Azimuth(0.01);
+    scene.Render();
+    fewest = std::min(fewest, scene.Pass->GetSplatter()->GetNumberOfSplats());
+  }
+  CHECK(scene.Pass->GetCoarsening() > 4.0);
+  CHECK(4 * fewest < splats);
+  // Coarser, but of the same look.
+  CHECK(Compare(still, scene.Render()).Mean < 12.0);
+  scene.Window->SetDesiredUpdateRate(2.0); // what any machine holds
+  for (int i = 0; i < 30; ++i)
+  {
+    scene.Renderer->GetActiveCamera()->Azimuth(0.01);
+    scene.Render();
+  }
+  CHECK(scene.Pass->GetCoarsening() < 1.5);
+  scene.Window->SetDesiredUpdateRate(0.0001);
+  scene.Render();
+  CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
+  scene.Pass->HoldUpdateRateOff();
+  scene.Window->SetDesiredUpdateRate(2000.0);
+  scene.Render();
+  CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
+}
+
+SURFEL_TEST(Detail, BrokenHierarchies)
+{
+  vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(UnitSphere());
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  for (const char* name : { "SurfelArea", "SurfelBound", "SurfelCone" })
+  {
+    vtkNew<vtkPolyData> broken;
+    broken->ShallowCopy(hierarchy);
+    broken->GetPointData()->RemoveArray(name);
+    Picture(renderer, broken, FrontCamera(6.0));
+    CHECK(TakeMessages().find("vtkSurfelHierarchy") != std::string::npos);
+  }
+  vtkNew<vtkPolyData> fewer;
+  fewer->DeepCopy(hierarchy);
+  fewer->GetPoints()->SetNumberOfPoints(100);
+  for (int i = 0; i < fewer->GetPointData()->GetNumberOfArrays(); ++i)
+  {
+    fewer->GetPointData()->GetArray(i)->SetNumberOfTuples(100);
+  }
+  Picture(renderer, fewer, FrontCamera(6.0));
+  CHECK(TakeMessages().find("100 points") != std::string::npos);
+}
