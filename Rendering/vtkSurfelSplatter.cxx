@@ -269,6 +269,11 @@ vtkIdType vtkSurfelSplatter::GetNumberOfCoarseCells()
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().CoarseCells);
 }
 
+vtkIdType vtkSurfelSplatter::GetNumberOfHiddenSurfels()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenSurfels);
+}
+
 vtkIdType vtkSurfelSplatter::GetNumberOfHiddenPairs()
 {
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenPairs);

@@ -156,7 +156,8 @@ public:
   ///@{
   /**
    * Whether what lies behind opaque layers is skipped: a tile of the picture is finished when less
-   * than 1/512 shines through it everywhere. Default on; pictures differ by at most 1/512.
+   * than 1/512 shines through it everywhere, and nodes of a hierarchy are set up only when a tile
+   * that is not needs them. Default on; pictures differ by at most 1/512.
    */
   vtkSetMacro(OcclusionCulling, vtkTypeBool);
   vtkGetMacro(OcclusionCulling, vtkTypeBool);
@@ -210,13 +211,14 @@ public:
   /**
    * What the hierarchies spared the last frame: nodes and surfels that were chosen, entries of
    * their tables that were looked at (one for 64 surfels, and those above), surfels skipped outside
-   * of the picture and seen from behind, pairs of splat and tile skipped behind
+   * of the picture and seen from behind, chosen nodes and pairs of splat and tile skipped behind
    * opaque layers, and cells of coarse grids that went into the picture.
    */
   vtkIdType GetNumberOfChosenNodes();
   vtkIdType GetNumberOfVisitedNodes();
   vtkIdType GetNumberOfSurfelsOutside();
   vtkIdType GetNumberOfSurfelsFacingAway();
+  vtkIdType GetNumberOfHiddenSurfels();
   vtkIdType GetNumberOfHiddenPairs();
   vtkIdType GetNumberOfCoarseCells();
   ///@}

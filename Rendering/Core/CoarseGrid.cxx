@@ -42,7 +42,7 @@ public:
     s.Y = (static_cast<float>(y) - 0.5f) * this->Cell;
     const PixelBox box{ First(s.X - this->Cell, this->Width), First(s.Y - this->Cell, this->Height),
       First(s.X + this->Cell, this->Width), First(s.Y + this->Cell, this->Height) };
-    if (box.X0 >= box.X1 || box.Y0 >= box.Y1)
+    if (IsEmpty(box))
     {
       return;
     }

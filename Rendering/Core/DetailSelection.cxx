@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "DetailSelection.h"
 
+#include "CoarseGrid.h"
 #include "NodeMoments.h"
 
 #include <algorithm>
@@ -99,7 +100,7 @@ private:
     const int lowest = this->Table.LowestLevel(at.Tree);
     if (at.Level > 0 && this->Suffices(node.Extent, allowed))
     {
-      this->Choose(at, at.Level, runs, statistics);
+      this->Choose(at, at.Level, node.Extent.Sigma, ball, runs, statistics);
     }
     else if (at.Level > lowest)
     {
@@ -118,7 +119,9 @@ private:
       {
         --level;
       }
-      this->Choose(at, std::max(0, level), runs, statistics);
+      level = std::max(0, level);
+      const double sigma = lowest > 0 ? levels[level].Sigma : node.Extent.Sigma;
+      this->Choose(at, level, sigma, ball, runs, statistics);
     }
   }
 
@@ -129,16 +132,79 @@ private:
       (at.Index << at.Level);
   }
 
-  void Choose(
-    const Subtree& at, int level, std::vector<NodeRun>& runs, DetailStatistics& statistics) const
+  /// @param sigma largest standard deviation of the nodes, local units
+  void Choose(const Subtree& at, int level, double sigma, const Ball& ball,
+    std::vector<NodeRun>& runs, DetailStatistics& statistics) const
   {
     const int below = at.Level - level;
     const std::size_t first = at.Index << below;
     const std::size_t last =
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
-    runs.push_back({ this->Layout.Begin(level, at.Tree) + first,
-      static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) });
-    statistics.Nodes += last - first;
+    NodeRun run{ this->Layout.Begin(level, at.Tree) + first,
+      static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
+    this->Place(this->Scale * sigma, ball, run);
+    if (this->Settings.SkipOutside && IsEmpty(run.Box))
+    {
+      statistics.OutsideLeaves += this->LeavesOf(at);
+      return;
+    }
+    statistics.Nodes += run.Count;
+    runs.push_back(run);
+  }
+
+  /// Where a run's splats are on the screen, and how deep.
+  void Place(double sigma, const Ball& ball, NodeRun& run) const
+  {
+    const View& v = this->Camera;
+    run.Box = { 0, 0, v.Width, v.Height };
+    if (!v.Parallel && !(ball.Near() > 0.0))
+    {
+      return; // about the lens: anywhere
+    }
+    // A z-range is 2 s_z + 0.5 s of the kernel; s is overestimated by a quarter for thick ones.
+    constexpr double depthExtent = 2.7;
+    run.Near = static_cast<float>(ball.Near() - depthExtent * sigma) * (1.0f - 1e-6f);
+    const double h = std::sqrt(this->Reach.Prefilter);
+    double confusion[2] = { 0.0, 0.0 }; // least and largest
+    double stretch = 1.0, nearest = 1.0;
+    if (!v.Parallel)
+    {
+      const double focus = this->Optics.FocalDistance;
+      const double a = this->Optics.RelativeCircleOfConfusion(ball.Near());
+      const double b = this->Optics.RelativeCircleOfConfusion(ball.Far());
+      const bool inFocus = ball.Near() <= focus && focus <= ball.Far();
+      confusion[0] = inFocus ? 0.0 : this->FocalLength * std::fmin(a, b);
+      confusion[1] = this->FocalLength * std::fmax(a, b);
+      nearest = ball.Near();
+      stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
+    }
+    run.Wide = CoarseLevel(this->Reach.Prefilter + 0.25 * confusion[0] * confusion[0]) > 0;
+    // Nodes may be blurred by as much as they are wide (SplatSetup.cxx, LeastNodeBlur).
+    const double margin = this->Reach.Deviations *
+        (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
+      1.0;
+    SetInterval(ball.Center[0], ball, v.Fx, v.Cx, margin, v.Width, run.Box.X0, run.Box.X1);
+    SetInterval(ball.Center[1], ball, v.Fy, v.Cy, margin, v.Height, run.Box.Y0, run.Box.Y1);
+  }
+
+  /// Pixels that a ball with a margin about it covers, along x or y.
+  void SetInterval(double x, const Ball& ball, double f, double c, double margin, int size,
+    int& begin, int& end) const
+  {
+    double low, high;
+    const double a = f * x - std::abs(f) * ball.Radius, b = f * x + std::abs(f) * ball.Radius;
+    if (this->Camera.Parallel)
+    {
+      low = a;
+      high = b;
+    }
+    else
+    {
+      low = std::fmin(a / ball.Near(), a / ball.Far());
+      high = std::fmax(b / ball.Near(), b / ball.Far());
+    }
+    begin = static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size));
+    end = static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size));
   }
 
   bool Suffices(const NodeExtent& extent, double allowed) const

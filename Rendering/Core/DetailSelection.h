@@ -20,6 +20,7 @@
 #include "DetailTable.h"
 #include "Executor.h"
 #include "Lens.h"
+#include "Splat.h"
 #include "View.h"
 
 #include <cstdint>
@@ -48,6 +49,9 @@ struct NodeRun
   std::size_t Begin;
   std::uint32_t Count;
   std::uint32_t Level;
+  bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
+  float Near = -1e30f;        ///< none of its splats begins before
+  PixelBox Box{ 0, 0, 0, 0 }; ///< holds all of its splats
 };
 
 struct DetailStatistics

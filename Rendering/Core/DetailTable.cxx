@@ -65,8 +65,7 @@ DetailTable::DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout
 
 void DetailTable::FillCluster(const Source& source, int tree, std::size_t j)
 {
-  NodeExtent* levels =
-    this->ClusterLevels.data() + ClusterLevel * (this->FirstCluster[tree] + j);
+  NodeExtent* levels = this->ClusterLevels.data() + ClusterLevel * (this->FirstCluster[tree] + j);
   const int lowest = this->LowestLevels[tree];
   for (int level = 0; level < lowest; ++level)
   {
@@ -98,8 +97,9 @@ void DetailTable::FillNode(const Source& source, int tree, int level, std::size_
   node.Cone = source.Cones[i];
   node.Extent = source.Extent(i);
   const int lowest = this->LowestLevels[tree];
-  node.LeafSigma =
-    level == 0 ? node.Extent.Sigma : level == lowest ? this->Levels(tree, j)[0].Sigma : 0.0f;
+  node.LeafSigma = level == 0 ? node.Extent.Sigma
+    : level == lowest         ? this->Levels(tree, j)[0].Sigma
+                              : 0.0f;
   if (level > lowest)
   {
     const std::size_t last = std::min<std::size_t>(2 * j + 2, this->Tree.Count(level - 1, tree));

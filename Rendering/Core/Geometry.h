@@ -46,8 +46,8 @@ struct Symmetric3
       return mean;
     }
     const double p = std::sqrt(p2);
-    const double half = (x * (y * z - YZ * YZ) - XY * (XY * z - YZ * XZ) + XZ * (XY * YZ - y * XZ)) /
-      (2.0 * p2 * p);
+    const double half =
+      (x * (y * z - YZ * YZ) - XY * (XY * z - YZ * XZ) + XZ * (XY * YZ - y * XZ)) / (2.0 * p2 * p);
     return mean + 2.0 * p * std::cos(std::acos(std::fmin(1.0, std::fmax(-1.0, half))) / 3.0);
   }
 

@@ -87,8 +87,8 @@ ColorMoments Join(const ColorMoments& a, const ColorMoments& b)
     const double step = fa * fb * (b.Color[c] - a.Color[c]);
     for (int x = 0; x < 3; ++x)
     {
-      node.First[c][x] = fa * a.First[c][x] + fb * b.First[c][x] +
-        step * (b.Position[x] - a.Position[x]);
+      node.First[c][x] =
+        fa * a.First[c][x] + fb * b.First[c][x] + step * (b.Position[x] - a.Position[x]);
     }
   }
   return node;
@@ -114,8 +114,8 @@ NodeColorArrays MakeNodeColors(const SurfelCloud& cloud, const HierarchyLayout& 
         for (std::size_t j = begin; j < end; ++j)
         {
           const ColorMoments left = access.Get(below + 2 * j);
-          access.Set(first + j,
-            2 * j + 1 < belowCount ? Join(left, access.Get(below + 2 * j + 1)) : left);
+          access.Set(
+            first + j, 2 * j + 1 < belowCount ? Join(left, access.Get(below + 2 * j + 1)) : left);
         }
       });
     }

@@ -11,12 +11,12 @@ namespace SurfelSplatting
 {
 struct NodeMoments
 {
-  double Area = 0.0;               ///< sum a_i, a_i = |A_i|, world units squared
-  Vector3 AreaVector{ 0, 0, 0 };   ///< sum A_i: coverage is the same at every level
-  Vector3 Position{ 0, 0, 0 };     ///< sum a_i p_i / sum a_i
-  Symmetric3 Covariance{};         ///< of the mixture: mean of S_i plus that of the positions
-  Symmetric3 LeafCovariance{};     ///< V_r, mean of S_i; S - V_r is the paper's V_q
-  double Opacity = 1.0;            ///< mean, weighted with a_i
+  double Area = 0.0;             ///< sum a_i, a_i = |A_i|, world units squared
+  Vector3 AreaVector{ 0, 0, 0 }; ///< sum A_i: coverage is the same at every level
+  Vector3 Position{ 0, 0, 0 };   ///< sum a_i p_i / sum a_i
+  Symmetric3 Covariance{};       ///< of the mixture: mean of S_i plus that of the positions
+  Symmetric3 LeafCovariance{};   ///< V_r, mean of S_i; S - V_r is the paper's V_q
+  double Opacity = 1.0;          ///< mean, weighted with a_i
 };
 
 inline Symmetric3 Mix(const Symmetric3& a, double wa, const Symmetric3& b, double wb)

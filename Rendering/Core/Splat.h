@@ -40,4 +40,9 @@ struct PixelBox
 {
   int X0, Y0, X1, Y1;
 };
+
+inline bool IsEmpty(const PixelBox& box)
+{
+  return box.X0 >= box.X1 || box.Y0 >= box.Y1;
+}
 }

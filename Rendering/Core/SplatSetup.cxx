@@ -210,7 +210,7 @@ bool SetPlace(const View& view, const Vector3& p, const ResamplingKernel& kernel
   box.X1 = FirstPixel(x + scale * kernel.HalfWidth, width);
   box.Y0 = FirstPixel(y - scale * kernel.HalfHeight, height);
   box.Y1 = FirstPixel(y + scale * kernel.HalfHeight, height);
-  return box.X0 < box.X1 && box.Y0 < box.Y1;
+  return !IsEmpty(box);
 }
 
 /// A splat's lengths from px to cells of a coarse grid.

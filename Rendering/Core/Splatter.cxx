@@ -4,7 +4,9 @@
 #include "CoarseGrid.h"
 #include "TileRaster.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
 
 namespace SurfelSplatting
@@ -45,17 +47,46 @@ std::vector<NodeRun> Splatter::ChooseRuns(
     cloud, context.Camera, context.Optics, reach, context.Detail, executor, this->Stats.Detail);
 }
 
+/// Wide runs go to coarse grids, which have to be complete before anything else. All others stay in
+/// the picture, and where hidden ones are skipped, they wait until a tile needs them.
+void Splatter::PlaceRuns(const SplatContext& context, const SurfelCloud& cloud,
+  std::vector<NodeRun>& runs, bool mayWait, const Executor& executor)
+{
+  const auto narrow = std::stable_partition(runs.begin(), runs.end(),
+    [&context](const NodeRun& run) { return run.Wide && context.CoarseGrids; });
+  const std::vector<NodeRun> others(narrow, runs.end());
+  runs.erase(narrow, runs.end());
+  AppendSplats(context, cloud, runs, executor, this->List);
+  if (mayWait && context.SkipHidden)
+  {
+    this->Lazy.Add(cloud, others);
+    return;
+  }
+  SplatContext fine = context;
+  fine.CoarseGrids = false;
+  AppendSplats(fine, cloud, others, executor, this->List);
+}
+
 void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
 {
   this->Stats = FrameStatistics();
+  this->TileSeconds = 0.0;
   StopWatch watch;
   this->List.Clear();
+  this->Lazy.Clear(context);
   for (const SurfelCloud& cloud : clouds)
   {
-    const std::vector<NodeRun> runs = this->ChooseRuns(context, cloud, executor);
+    std::vector<NodeRun> runs = this->ChooseRuns(context, cloud, executor);
     this->Stats.SelectionMilliseconds += watch.Lap();
-    AppendSplats(context, cloud, runs, executor, this->List);
+    if (cloud.Detail)
+    {
+      this->PlaceRuns(context, cloud, runs, !sink, executor);
+    }
+    else
+    {
+      AppendSplats(context, cloud, runs, executor, this->List);
+    }
     this->Stats.SetupMilliseconds += watch.Lap();
   }
 
@@ -71,26 +102,51 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   this->Stats.CoarseMilliseconds = watch.Lap();
 
   BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
+  this->Lazy.Bin(view.Width, view.Height);
   this->Stats.BinningMilliseconds = watch.Lap();
   SortBins(this->List, executor, this->Bins);
   this->Stats.SortMilliseconds = watch.Lap();
 
+  this->RasterTiles(settings, context.SkipHidden, executor, frame, depthLimit, sink);
+  this->ShareTime(watch.Lap());
+}
+
+void Splatter::RasterTiles(const RasterSettings& settings, bool skipHidden,
+  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
+{
+  LazySplats* lazy = this->Lazy.IsEmpty() ? nullptr : &this->Lazy;
   std::vector<TileRaster::Counts> counts(this->Bins.NumberOfTiles());
-  executor.For(this->Bins.NumberOfTiles(), 1, [&](std::size_t begin, std::size_t end) {
-    const auto raster =
-      std::make_unique<TileRaster>(settings, depthLimit, sink, context.SkipHidden);
+  std::vector<double> seconds(counts.size());
+  executor.For(counts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    const auto raster = std::make_unique<TileRaster>(settings, depthLimit, sink, skipHidden);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      counts[tile] = raster->Render(this->List, this->Bins, tile, frame);
+      StopWatch watch;
+      counts[tile] = raster->Render(this->List, this->Bins, tile, frame, lazy);
+      seconds[tile] = 1e-3 * watch.Lap();
     }
   });
-  this->Stats.RasterMilliseconds = watch.Lap();
-
   this->Stats.Pairs = this->Bins.Indices.size();
-  for (const TileRaster::Counts& count : counts)
+  for (std::size_t tile = 0; tile < counts.size(); ++tile)
   {
-    this->Stats.Fragments += count.Fragments;
-    this->Stats.HiddenPairs += count.Hidden;
+    this->Stats.Fragments += counts[tile].Fragments;
+    this->Stats.HiddenPairs += counts[tile].Hidden;
+    this->Stats.Pairs += counts[tile].LazyPairs;
+    this->TileSeconds += seconds[tile];
   }
+}
+
+/// Set-up and raster run by turns in the tiles: their wall-clock time is shared out by the time
+/// that all threads spent on each.
+void Splatter::ShareTime(double milliseconds)
+{
+  const LazySplats::Counts lazy = this->Lazy.Count();
+  this->Stats.Splats += lazy.Splats;
+  this->Stats.InvalidSurfels += lazy.Invalid;
+  this->Stats.HiddenSurfels = lazy.Hidden;
+  const double share =
+    this->TileSeconds > 0.0 ? std::fmin(1.0, lazy.Seconds / this->TileSeconds) : 0.0;
+  this->Stats.SetupMilliseconds += share * milliseconds;
+  this->Stats.RasterMilliseconds = (1.0 - share) * milliseconds;
 }
 }

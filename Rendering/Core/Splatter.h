@@ -6,6 +6,7 @@
 
 #include "ABuffer.h"
 #include "Frame.h"
+#include "LazySplats.h"
 #include "SplatList.h"
 #include "TileBinning.h"
 
@@ -23,7 +24,7 @@ struct FrameStatistics
   std::uint64_t CoarseCells = 0;    ///< layers of coarse grids' cells that went into the picture
   std::uint64_t Pairs = 0;          ///< of splat and tile
   std::uint64_t Fragments = 0;
-  std::uint64_t HiddenSurfels = 0; ///< nodes and surfels skipped behind opaque tiles
+  std::uint64_t HiddenSurfels = 0;  ///< nodes and surfels skipped behind opaque tiles
   std::uint64_t HiddenPairs = 0;    ///< of splat and tile that were skipped behind opaque layers
   double SelectionMilliseconds = 0; ///< wall clock
   double SetupMilliseconds = 0;
@@ -54,8 +55,16 @@ private:
   std::vector<NodeRun> ChooseRuns(
     const SplatContext& context, const SurfelCloud& cloud, const Executor& executor);
 
+  void PlaceRuns(const SplatContext& context, const SurfelCloud& cloud, std::vector<NodeRun>& runs,
+    bool mayWait, const Executor& executor);
+  void RasterTiles(const RasterSettings& settings, bool skipHidden, const Executor& executor,
+    const Frame& frame, const float* depthLimit, LayerSink* sink);
+  void ShareTime(double milliseconds);
+
   SplatList List;
+  LazySplats Lazy;
   TileBins Bins;
   FrameStatistics Stats;
+  double TileSeconds = 0; // of all threads together
 };
 }

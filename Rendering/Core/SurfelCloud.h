@@ -21,7 +21,7 @@ struct SurfelCloud
 
   /// If not null, the surfels are the nodes of a hierarchy, of which a cut is drawn.
   const DetailTable* Detail = nullptr;
-  std::size_t NumberOfLeaves = 0; ///< of a hierarchy
+  std::size_t NumberOfLeaves = 0;         ///< of a hierarchy
   const float* LeafCovariances = nullptr; ///< [n][6] V_r, needed by the paper's rule only
   const float* NodeColors = nullptr; ///< [n - leaves][4] straight RGBA, opacities included; or null
   const float* NodeGradients = nullptr; ///< [n - leaves][3][3] NodeColors.h; or null

@@ -12,19 +12,6 @@ namespace
 /// per tile.
 constexpr std::size_t NumberOfChunks = 16;
 
-struct TileRange
-{
-  int X0, Y0, X1, Y1; // inclusive
-
-  explicit TileRange(const PixelBox& box)
-    : X0(box.X0 / TileSize)
-    , Y0(box.Y0 / TileSize)
-    , X1((box.X1 - 1) / TileSize)
-    , Y1((box.Y1 - 1) / TileSize)
-  {
-  }
-};
-
 /// Calls function(tile, splat) for every tile that a chunk's splats touch.
 template <typename Function>
 void ForEachPair(
@@ -55,14 +42,6 @@ void ForEachPair(
       }
     }
   }
-}
-
-/// Order of floats as unsigned integers.
-std::uint32_t SortableBits(float value)
-{
-  std::uint32_t bits;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 }
 

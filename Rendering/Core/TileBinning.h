@@ -10,10 +10,33 @@
 #include "SplatList.h"
 
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace SurfelSplatting
 {
+/// Tiles that a box of pixels, not empty, touches; both ends included.
+struct TileRange
+{
+  int X0, Y0, X1, Y1;
+
+  explicit TileRange(const PixelBox& box)
+    : X0(box.X0 / TileSize)
+    , Y0(box.Y0 / TileSize)
+    , X1((box.X1 - 1) / TileSize)
+    , Y1((box.Y1 - 1) / TileSize)
+  {
+  }
+};
+
+/// Order of floats as unsigned integers.
+inline std::uint32_t SortableBits(float value)
+{
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
 struct TileBins
 {
   int TilesX = 0;

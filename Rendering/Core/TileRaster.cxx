@@ -14,35 +14,112 @@ constexpr float Infinity = std::numeric_limits<float>::infinity();
 const RasterKernel Kernel = SelectRasterKernel();
 }
 
-TileRaster::Counts TileRaster::Render(
-  const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame)
+TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
+  const Frame& frame, LazySplats* lazy)
 {
-  // Looking whether all of the tile is opaque costs about as much as a splat.
-  constexpr std::uint64_t checkEvery = 64;
   const int tileX = static_cast<int>(tile % bins.TilesX) * TileSize;
   const int tileY = static_cast<int>(tile / bins.TilesX) * TileSize;
   this->Clear(tileX, tileY, frame);
+  this->Next = bins.Offsets[tile];
+  this->Last = bins.Offsets[tile + 1];
+  this->Pending.clear();
+  this->PendingNext = 0;
   Counts counts;
-  const std::uint64_t first = bins.Offsets[tile], last = bins.Offsets[tile + 1];
-  for (std::uint64_t i = first; i < last; ++i)
+  const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
+  const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
+  bool opaque = false;
+  while (run != end && !opaque)
   {
-    const std::uint32_t splat = bins.Indices[i];
-    const Splat& s = list.Splats[splat];
-    if (this->SkipHidden && (i - first) % checkEvery == checkEvery - 1 &&
-      Kernel.IsOpaque(this->Blocks, s.Near))
+    opaque = this->SkipHidden && this->IsOpaque(lazy->Near(*run));
+    if (!opaque)
     {
-      counts.Hidden = last - i;
-      break;
+      this->TakeRuns(*lazy, run, end);
+      const float complete = run != end ? lazy->Near(*run) : Infinity;
+      opaque = this->AddBefore(complete, list, bins, lazy, counts);
     }
-    counts.Fragments += this->AddSplat(
-      s, s.Gradient == NoGradient ? nullptr : &list.Gradients[s.Gradient], list.Boxes[splat]);
   }
+  if (!opaque)
+  {
+    this->AddBefore(Infinity, list, bins, lazy, counts);
+  }
+  counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
   this->CloseAll();
   if (frame.Color)
   {
     this->Store(tileX, tileY, frame);
   }
   return counts;
+}
+
+/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending.
+void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
+{
+  constexpr std::size_t enough = 256;
+  this->Pending.erase(
+    this->Pending.begin(), this->Pending.begin() + static_cast<std::ptrdiff_t>(this->PendingNext));
+  this->PendingNext = 0;
+  const std::size_t before = this->Pending.size();
+  const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
+  while (run != end && this->Pending.size() < before + enough)
+  {
+    const SplatList::Part& part = lazy.Get(*run++);
+    for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+    {
+      const PixelBox& box = lazy.GetBox(i);
+      if (box.X0 < right && box.X1 > this->OriginX && box.Y0 < top && box.Y1 > this->OriginY)
+      {
+        this->Pending.push_back(
+          static_cast<std::uint64_t>(SortableBits(lazy.GetSplat(i).Near)) << 32 | i);
+      }
+    }
+  }
+  std::sort(this->Pending.begin(), this->Pending.end());
+}
+
+/// Adds all splats that begin before a depth, binned and pending ones by ascending near depth;
+/// true if the tile is opaque before that.
+bool TileRaster::AddBefore(
+  float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts)
+{
+  // Looking whether all of the tile is opaque costs about as much as a splat.
+  constexpr std::uint64_t checkEvery = 64;
+  for (std::uint64_t added = 1;; ++added)
+  {
+    const Splat* binned =
+      this->Next < this->Last ? &list.Splats[bins.Indices[this->Next]] : nullptr;
+    const Splat* pending = this->PendingNext < this->Pending.size()
+      ? &lazy->GetSplat(static_cast<std::uint32_t>(this->Pending[this->PendingNext]))
+      : nullptr;
+    const bool takeBinned = binned && (!pending || binned->Near <= pending->Near);
+    const Splat* s = takeBinned ? binned : pending;
+    if (!s || !(s->Near < depth || depth == Infinity))
+    {
+      return false;
+    }
+    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(s->Near))
+    {
+      return true;
+    }
+    if (takeBinned)
+    {
+      const std::uint32_t i = bins.Indices[this->Next++];
+      counts.Fragments += this->AddSplat(
+        *s, s->Gradient == NoGradient ? nullptr : &list.Gradients[s->Gradient], list.Boxes[i]);
+    }
+    else
+    {
+      const auto i = static_cast<std::uint32_t>(this->Pending[this->PendingNext++]);
+      this->Settings.LargestColor =
+        std::max({ this->Settings.LargestColor, s->Red, s->Green, s->Blue });
+      counts.Fragments += this->AddSplat(*s, lazy->GetGradient(*s), lazy->GetBox(i));
+      ++counts.LazyPairs;
+    }
+  }
+}
+
+bool TileRaster::IsOpaque(float near) const
+{
+  return Kernel.IsOpaque(this->Blocks, near);
 }
 
 void TileRaster::Clear(int tileX, int tileY, const Frame& frame)

@@ -10,10 +10,12 @@
 
 #include "ABuffer.h"
 #include "Frame.h"
+#include "LazySplats.h"
 #include "RasterKernel.h"
 #include "TileBinning.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace SurfelSplatting
 {
@@ -34,13 +36,20 @@ public:
   struct Counts
   {
     std::uint64_t Fragments = 0;
-    std::uint64_t Hidden = 0; ///< splats that were skipped, since all of the tile is opaque
+    std::uint64_t LazyPairs = 0; ///< splats that were made when they were needed
+    std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile is opaque
   };
 
   /// Rasterises a tile into the frame.
-  Counts Render(const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame);
+  /// @param lazy further splats, or null
+  Counts Render(const SplatList& list, const TileBins& bins, std::size_t tile, const Frame& frame,
+    LazySplats* lazy = nullptr);
 
 private:
+  void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
+  bool AddBefore(
+    float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
+  bool IsOpaque(float near) const;
   void Clear(int tileX, int tileY, const Frame& frame);
   void Store(int tileX, int tileY, const Frame& frame) const;
   static void SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes);
@@ -55,6 +64,10 @@ private:
   int OriginY = 0;
   int Width = 0; // of the frame
   int Height = 0;
+  std::uint64_t Next = 0; // of the tile's binned splats
+  std::uint64_t Last = 0;
+  std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
+  std::size_t PendingNext = 0;
   PixelBlock Blocks[BlocksPerTile];
 };
 }

@@ -41,6 +41,7 @@ class RunStatistics:
                         "prepared": splatter.GetNumberOfPreparedSurfels()}
         self._skipped = {"outside": splatter.GetNumberOfSurfelsOutside(),
                          "facing_away": splatter.GetNumberOfSurfelsFacingAway(),
+                         "hidden": splatter.GetNumberOfHiddenSurfels(),
                          "hidden_pairs": splatter.GetNumberOfHiddenPairs()}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "LazySplats.h"
+
+#include "TileBinning.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+namespace SurfelSplatting
+{
+void LazySplats::Clear(const SplatContext& context)
+{
+  this->Context = context;
+  this->Context.CoarseGrids = false;
+  this->Gaussian = std::make_unique<TruncatedGaussian>(context.Settings.Cutoff);
+  this->Clouds.clear();
+  this->Runs.clear();
+}
+
+void LazySplats::Add(const SurfelCloud& cloud, const std::vector<NodeRun>& runs)
+{
+  this->Clouds.emplace_back(this->Context.Camera, cloud);
+  for (const NodeRun& run : runs)
+  {
+    this->Runs.push_back({ &this->Clouds.back(), run, {}, 0.0f });
+  }
+}
+
+void LazySplats::Bin(int width, int height)
+{
+  // Stable: runs of equal depth stay in the order of the clouds and their leaves.
+  std::stable_sort(this->Runs.begin(), this->Runs.end(),
+    [](const Run& a, const Run& b) { return a.Chosen.Near < b.Chosen.Near; });
+  std::size_t splats = 0;
+  for (Run& run : this->Runs)
+  {
+    run.Part.Begin = splats;
+    splats += run.Chosen.Count;
+  }
+  this->Splats.Resize(splats);
+  this->Boxes.Resize(splats);
+  this->Gradients.Resize(splats);
+  this->States = std::make_unique<std::atomic<unsigned char>[]>(this->Runs.size());
+
+  const int tilesX = (width + TileSize - 1) / TileSize;
+  const std::size_t tiles = static_cast<std::size_t>(tilesX) * ((height + TileSize - 1) / TileSize);
+  this->Offsets.assign(tiles + 1, 0);
+  const auto forTiles = [&](auto&& function) {
+    for (std::size_t r = 0; r < this->Runs.size(); ++r)
+    {
+      if (SurfelSplatting::IsEmpty(this->Runs[r].Chosen.Box))
+      {
+        continue;
+      }
+      const TileRange range(this->Runs[r].Chosen.Box);
+      for (int y = range.Y0; y <= range.Y1; ++y)
+      {
+        for (int x = range.X0; x <= range.X1; ++x)
+        {
+          function(static_cast<std::size_t>(y) * tilesX + x, static_cast<std::uint32_t>(r));
+        }
+      }
+    }
+  };
+  forTiles([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
+  for (std::size_t tile = 0; tile < tiles; ++tile)
+  {
+    this->Offsets[tile + 1] += this->Offsets[tile];
+  }
+  this->TileRuns.resize(this->Offsets[tiles]);
+  std::vector<std::uint64_t> cursors(this->Offsets.begin(), this->Offsets.end() - 1);
+  forTiles([&](std::size_t tile, std::uint32_t run) { this->TileRuns[cursors[tile]++] = run; });
+}
+
+const SplatList::Part& LazySplats::Get(std::uint32_t run)
+{
+  std::atomic<unsigned char>& state = this->States[run];
+  unsigned char seen = state.load(std::memory_order_acquire);
+  if (seen == Waiting && state.compare_exchange_strong(seen, BeingMade, std::memory_order_acquire))
+  {
+    this->Make(this->Runs[run]);
+    state.store(Ready, std::memory_order_release);
+  }
+  // Another thread makes it right now: a few microseconds.
+  while (state.load(std::memory_order_acquire) != Ready)
+  {
+    std::this_thread::yield();
+  }
+  return this->Runs[run].Part;
+}
+
+void LazySplats::Make(Run& run)
+{
+  const auto start = std::chrono::steady_clock::now();
+  SplatList::Part& part = run.Part;
+  std::size_t gradients = part.Begin;
+  for (std::uint32_t i = 0; i < run.Chosen.Count; ++i)
+  {
+    SplatRecord record;
+    const SplatStatus status = MakeSplat(this->Context, *this->Gaussian, *run.Cloud,
+      run.Chosen.Begin + i, static_cast<int>(run.Chosen.Level), record);
+    part.Invalid += status == SplatStatus::Invalid ? 1 : 0;
+    if (status != SplatStatus::Visible)
+    {
+      continue;
+    }
+    if (record.S.Gradient != NoGradient)
+    {
+      record.S.Gradient = static_cast<std::int32_t>(gradients);
+      this->Gradients[gradients++] = record.Gradient;
+    }
+    this->Splats[part.Begin + part.Count] = record.S;
+    this->Boxes[part.Begin + part.Count] = record.Box;
+    ++part.Count;
+  }
+  run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
+}
+
+LazySplats::Counts LazySplats::Count() const
+{
+  Counts counts;
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    const Run& run = this->Runs[r];
+    counts.Splats += run.Part.Count;
+    counts.Invalid += run.Part.Invalid;
+    counts.Seconds += run.Seconds;
+    counts.Hidden +=
+      this->States[r].load(std::memory_order_relaxed) == Ready ? 0 : run.Chosen.Count;
+  }
+  return counts;
+}
+}
