@@ -11,9 +11,12 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Standard deviation of a node over that of the blur for an error of 1: the coarsest that loses
-/// less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
-constexpr double MomentsShare = 0.42;
+/// Standard deviation of a node for an error of 1, over that of the lens's blur: the coarsest that
+/// loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
+constexpr double LensShare = 0.42;
+/// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
+/// what one of a surfel to a pixel costs; 42 dB and more from drawing every surfel.
+constexpr double PixelShare = 0.8;
 
 /// Largest share of an incoherent node's size that is allowed.
 double CoherenceFactor(double coherence)
@@ -97,12 +100,11 @@ private:
       return;
     }
     const double allowed = this->AllowedSize(ball);
-    const int lowest = this->Table.LowestLevel(at.Tree);
     if (at.Level > 0 && this->Suffices(node.Extent, allowed))
     {
       this->Choose(at, at.Level, node.Extent.Sigma, ball, runs, statistics);
     }
-    else if (at.Level > lowest)
+    else if (!this->ChooseBelow(at, ball, allowed, runs, statistics))
     {
       const std::size_t left = 2 * at.Index;
       if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
@@ -111,18 +113,36 @@ private:
       }
       stack.push_back({ at.Tree, at.Level - 1, left });
     }
-    else
+  }
+
+  /// One level for all of a subtree, the coarsest that suffices; in the lowest ones the leaves
+  /// always do. Not by more levels than this above: parts of a subtree may do with less.
+  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, std::vector<NodeRun>& runs,
+    DetailStatistics& statistics) const
+  {
+    constexpr int mostLevels = 4;
+    const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
+    if (at.Level == this->Table.LowestLevel(at.Tree))
     {
-      const NodeExtent* levels = this->Table.Levels(at.Tree, at.Index);
-      int level = lowest - 1;
-      while (level > 0 && !this->Suffices(levels[level], allowed))
+      int level = at.Level - 1;
+      while (level > 0 && !this->Suffices(below[at.Level - 1 - level], allowed))
       {
         --level;
       }
-      level = std::max(0, level);
-      const double sigma = lowest > 0 ? levels[level].Sigma : node.Extent.Sigma;
-      this->Choose(at, level, sigma, ball, runs, statistics);
+      const double sigma = level >= 0 ? below[at.Level - 1 - level].Sigma
+                                      : this->Table.Get(at.Level, at.Tree, at.Index).Extent.Sigma;
+      this->Choose(at, std::max(0, level), sigma, ball, runs, statistics);
+      return true;
     }
+    for (int i = 0; i < mostLevels; ++i)
+    {
+      if (this->Suffices(below[i], allowed))
+      {
+        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, runs, statistics);
+        return true;
+      }
+    }
+    return false;
   }
 
   std::uint64_t LeavesOf(const Subtree& at) const
@@ -241,7 +261,7 @@ private:
     const double h = this->Reach.Prefilter;
     const double blur = this->Settings.Rule == DetailRule::Paper
       ? std::fmax(confusion, std::sqrt(h))
-      : MomentsShare * std::sqrt(h + 0.25 * confusion * confusion);
+      : std::hypot(PixelShare * std::sqrt(h), LensShare * 0.5 * confusion);
     return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
   }
 

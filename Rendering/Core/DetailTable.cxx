@@ -42,44 +42,67 @@ DetailTable::DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout
     }
     const int lowest = std::min(ClusterLevel, root);
     this->LowestLevels[tree] = lowest;
-    this->FirstCluster[tree] = this->ClusterLevels.size() / ClusterLevel;
-    this->ClusterLevels.resize(
-      this->ClusterLevels.size() + ClusterLevel * layout.Count(lowest, tree));
     for (int level = lowest; level <= root; ++level)
     {
       this->Begins[level][tree] = this->Nodes.size();
       this->Nodes.resize(this->Nodes.size() + layout.Count(level, tree));
+      this->Extents.resize(LevelsBelow * this->Nodes.size(), NodeExtent{ 0.0f, 0.0f, 1.0f });
       executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j)
         {
-          if (level == lowest)
-          {
-            this->FillCluster(source, tree, j);
-          }
           this->FillNode(source, tree, level, j);
+          level == lowest ? this->FillCluster(source, tree, j) : this->FillAbove(tree, level, j);
         }
       });
     }
   }
 }
 
+namespace
+{
+void Include(const NodeExtent& extent, NodeExtent& largest)
+{
+  largest.Sigma = std::max(largest.Sigma, extent.Sigma);
+  largest.Size = std::max(largest.Size, extent.Size);
+  largest.Coherence = std::min(largest.Coherence, extent.Coherence);
+}
+}
+
 void DetailTable::FillCluster(const Source& source, int tree, std::size_t j)
 {
-  NodeExtent* levels = this->ClusterLevels.data() + ClusterLevel * (this->FirstCluster[tree] + j);
   const int lowest = this->LowestLevels[tree];
-  for (int level = 0; level < lowest; ++level)
+  const std::size_t entry = this->Begins[lowest][tree] + j;
+  NodeExtent* below = this->Extents.data() + LevelsBelow * entry;
+  for (int level = lowest - 1; level >= 0; --level)
   {
     const std::size_t first = j << (lowest - level);
     const std::size_t last =
       std::min<std::size_t>((j + 1) << (lowest - level), this->Tree.Count(level, tree));
-    NodeExtent& largest = levels[level] = { 0.0f, 0.0f, 1.0f };
     for (std::size_t i = first; i < last; ++i)
     {
-      const NodeExtent extent = source.Extent(this->Tree.Begin(level, tree) + i);
-      largest.Sigma = std::max(largest.Sigma, extent.Sigma);
-      largest.Size = std::max(largest.Size, extent.Size);
-      largest.Coherence = std::min(largest.Coherence, extent.Coherence);
+      Include(source.Extent(this->Tree.Begin(level, tree) + i), below[lowest - 1 - level]);
     }
+  }
+  Node& node = this->Nodes[entry];
+  node.LeafSigma = lowest == 0 ? node.Extent.Sigma : below[lowest - 1].Sigma;
+}
+
+/// From the entries of a node's children.
+void DetailTable::FillAbove(int tree, int level, std::size_t j)
+{
+  const std::size_t entry = this->Begins[level][tree] + j;
+  NodeExtent* below = this->Extents.data() + LevelsBelow * entry;
+  const std::size_t last = std::min<std::size_t>(2 * j + 2, this->Tree.Count(level - 1, tree));
+  for (std::size_t child = 2 * j; child < last; ++child)
+  {
+    const Node& node = this->Get(level - 1, tree, child);
+    const NodeExtent* further = this->Below(level - 1, tree, child);
+    Include(node.Extent, below[0]);
+    for (int i = 1; i < LevelsBelow; ++i)
+    {
+      Include(further[i - 1], below[i]);
+    }
+    this->Nodes[entry].LeafSigma = std::max(this->Nodes[entry].LeafSigma, node.LeafSigma);
   }
 }
 
@@ -96,17 +119,6 @@ void DetailTable::FillNode(const Source& source, int tree, int level, std::size_
   }
   node.Cone = source.Cones[i];
   node.Extent = source.Extent(i);
-  const int lowest = this->LowestLevels[tree];
-  node.LeafSigma = level == 0 ? node.Extent.Sigma
-    : level == lowest         ? this->Levels(tree, j)[0].Sigma
-                              : 0.0f;
-  if (level > lowest)
-  {
-    const std::size_t last = std::min<std::size_t>(2 * j + 2, this->Tree.Count(level - 1, tree));
-    for (std::size_t child = 2 * j; child < last; ++child)
-    {
-      node.LeafSigma = std::max(node.LeafSigma, this->Get(level - 1, tree, child).LeafSigma);
-    }
-  }
+  node.LeafSigma = 0.0f;
 }
 }

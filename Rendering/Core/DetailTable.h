@@ -2,9 +2,9 @@
 /**
  * What the choice of detail needs of a hierarchy, made once for it.
  *
- * The choice works on clusters of 64 leaves: one level for a whole cluster, by its largest and its
- * most incoherent node. For each cluster, and for each node above, there is one entry; a frame
- * looks at these alone, never at the nodes that are not drawn.
+ * The choice works on groups of up to 64 nodes: one level for a whole subtree, by its largest and
+ * its most incoherent node. There is one entry for each cluster of 64 leaves and for each node
+ * above; a frame looks at these alone, and only down to where all of a group is fine enough.
  */
 #pragma once
 
@@ -30,6 +30,7 @@ class DetailTable
 {
 public:
   static constexpr int ClusterLevel = 6; ///< of nodes with 64 leaves
+  static constexpr int LevelsBelow = 6;  ///< whose extents each entry has
 
   /// A cluster, or a node above.
   struct Node
@@ -63,22 +64,22 @@ public:
     return this->Nodes[this->Begins[level][tree] + j];
   }
 
-  /// Largest extents of cluster j's nodes at each level below LowestLevel.
-  const NodeExtent* Levels(int tree, std::size_t j) const
+  /// Largest extents of the nodes below node j of a level, [LevelsBelow]: those of level - 1 first.
+  const NodeExtent* Below(int level, int tree, std::size_t j) const
   {
-    return this->ClusterLevels.data() + ClusterLevel * (this->FirstCluster[tree] + j);
+    return this->Extents.data() + LevelsBelow * (this->Begins[level][tree] + j);
   }
 
 private:
   struct Source;
   void FillCluster(const Source& source, int tree, std::size_t j);
+  void FillAbove(int tree, int level, std::size_t j);
   void FillNode(const Source& source, int tree, int level, std::size_t j);
 
   HierarchyLayout Tree;
   int LowestLevels[HierarchyLayout::NumberOfTrees] = { -1, -1 };
   std::size_t Begins[HierarchyLayout::MaximumNumberOfLevels][HierarchyLayout::NumberOfTrees] = {};
-  std::size_t FirstCluster[HierarchyLayout::NumberOfTrees] = { 0, 0 };
   std::vector<Node> Nodes;
-  std::vector<NodeExtent> ClusterLevels;
+  std::vector<NodeExtent> Extents; ///< [nodes][LevelsBelow]
 };
 }

@@ -45,8 +45,9 @@ struct CloseCallback
 struct RasterSettings
 {
   float Support; ///< squared radius q of the kernels' support
-  /// The brightest splat. Colour gradients can overshoot where a surface ends: a resolved layer is
-  /// clamped to what its splats can give.
+  /// Of the splats so far: those on coarse grids, then those that a tile has added. Colour
+  /// gradients can overshoot where a surface ends: a resolved layer is clamped to what splats can
+  /// give.
   float LargestColor;
 };
 

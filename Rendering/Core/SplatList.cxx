@@ -88,8 +88,11 @@ private:
     this->List.Levels[part.Begin + part.Count] = static_cast<unsigned char>(record.GridLevel);
     part.Levels |= 1u << record.GridLevel;
     ++part.Count;
-    part.LargestColor =
-      std::max({ part.LargestColor, record.S.Red, record.S.Green, record.S.Blue });
+    if (record.GridLevel > 0)
+    {
+      part.LargestCoarseColor =
+        std::max({ part.LargestCoarseColor, record.S.Red, record.S.Green, record.S.Blue });
+    }
   }
 
   const SplatContext& Context;
@@ -124,7 +127,7 @@ void SplatList::Add(const Splat& splat, const PixelBox& box)
   this->Levels[i] = 0;
   this->Splats[i] = splat;
   this->Boxes[i] = box;
-  this->Parts.push_back({ i, 1, 0, std::max({ splat.Red, splat.Green, splat.Blue }), 1 });
+  this->Parts.push_back({ i, 1, 0, 0.0f, 1 });
 }
 
 std::uint64_t SplatList::NumberOfSplats() const
@@ -137,12 +140,12 @@ std::uint64_t SplatList::NumberOfSplats() const
   return count;
 }
 
-float SplatList::LargestColor() const
+float SplatList::LargestCoarseColor() const
 {
   float largest = 0.0f;
   for (const Part& part : this->Parts)
   {
-    largest = std::max(largest, part.LargestColor);
+    largest = std::max(largest, part.LargestCoarseColor);
   }
   return largest;
 }

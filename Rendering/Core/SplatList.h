@@ -23,8 +23,8 @@ struct SplatList
     std::size_t Begin;
     std::size_t Count = 0;
     std::size_t Invalid = 0;
-    float LargestColor = 0.0f;
-    unsigned int Levels = 0; ///< bit l: some are on the grid of level l (CoarseGrid.h)
+    float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
+    unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
   };
 
   std::vector<Part> Parts; ///< in the order of the surfels
@@ -41,7 +41,7 @@ struct SplatList
   void Add(const Splat& splat, const PixelBox& box);
 
   std::uint64_t NumberOfSplats() const;
-  float LargestColor() const;       ///< of all splats and channels
+  float LargestCoarseColor() const; ///< of splats on coarse grids, all channels
   unsigned int LevelsInUse() const; ///< bit l: some are on the grid of level l
   /// Surfels that are not drawn: non-finite values, or too large for float sums.
   std::uint64_t NumberOfInvalidSurfels() const;

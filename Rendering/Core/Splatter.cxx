@@ -95,7 +95,7 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   this->Stats.Splats = this->List.NumberOfSplats();
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   const RasterSettings settings{ static_cast<float>(gaussian.Support()),
-    this->List.LargestColor() };
+    this->List.LargestCoarseColor() };
   this->Stats.Fragments =
     ResolveCoarseLevels(this->List, view.Width, view.Height, settings, executor);
   this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TileRaster.h"
 
+#include "ResamplingKernel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -109,8 +111,6 @@ bool TileRaster::AddBefore(
     else
     {
       const auto i = static_cast<std::uint32_t>(this->Pending[this->PendingNext++]);
-      this->Settings.LargestColor =
-        std::max({ this->Settings.LargestColor, s->Red, s->Green, s->Blue });
       counts.Fragments += this->AddSplat(*s, lazy->GetGradient(*s), lazy->GetBox(i));
       ++counts.LazyPairs;
     }
@@ -124,6 +124,7 @@ bool TileRaster::IsOpaque(float near) const
 
 void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
 {
+  this->Settings.LargestColor = this->LargestCoarseColor;
   this->OriginX = tileX;
   this->OriginY = tileY;
   this->Width = frame.Width;
@@ -156,6 +157,10 @@ void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
 std::uint64_t TileRaster::AddSplat(
   const Splat& s, const SplatGradient* gradient, const PixelBox& box)
 {
+  if (s.Shape != static_cast<float>(TentShape)) // those of coarse grids are counted already
+  {
+    this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  }
   const int rowBegin = std::max(0, box.Y0 - this->OriginY);
   const int rowEnd = std::min(TileSize, box.Y1 - this->OriginY);
   const float x = s.X - static_cast<float>(this->OriginX);

@@ -27,6 +27,7 @@ public:
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
   TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden)
     : Settings(settings)
+    , LargestCoarseColor(settings.LargestColor)
     , DepthLimit(limit)
     , Sink(sink)
     , SkipHidden(skipHidden && !sink)
@@ -57,6 +58,7 @@ private:
   void CloseAll();
 
   RasterSettings Settings;
+  float LargestCoarseColor;
   const float* DepthLimit;
   LayerSink* Sink;
   bool SkipHidden;

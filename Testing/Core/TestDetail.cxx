@@ -323,6 +323,23 @@ void TestTransforms()
   }
 }
 
+/// The same frame, bit for bit, at any number of threads, whichever tile comes first to a node.
+void TestThreads()
+{
+  Random random(9);
+  const TestHierarchy hierarchy(Room(20000, random));
+  for (int i = 0; i < 10; ++i)
+  {
+    const SplatContext context = RandomContext(random, i);
+    const Picture expected = RenderPicture(context, { hierarchy.Get() });
+    for (unsigned int threads : { 2u, 8u })
+    {
+      const Picture picture = RenderPicture(context, { hierarchy.Get() }, ThreadExecutor(threads));
+      CHECK(picture.Color == expected.Color && picture.Depth == expected.Depth);
+    }
+  }
+}
+
 /// Leaves of a hierarchy give the picture of the cloud itself.
 void TestLeaves()
 {
@@ -336,8 +353,8 @@ void TestLeaves()
     context.CoarseGrids = false;
     // Float positions, and another order where depths are equal: a pixel here or there merges
     // otherwise.
-    CHECK(MeanSquareDifference(RenderPicture(context, cloud),
-            RenderPicture(context, { hierarchy.Get() })) < 1e-6);
+    CHECK(MeanSquareDifference(
+            RenderPicture(context, cloud), RenderPicture(context, { hierarchy.Get() })) < 1e-6);
   }
 }
 }
@@ -350,6 +367,7 @@ int main()
   TestCoarseHasNoHoles();
   TestWorkFollowsPixels();
   TestTransforms();
+  TestThreads();
   TestLeaves();
   return Checks().Report("detail");
 }
