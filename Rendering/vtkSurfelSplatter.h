@@ -130,10 +130,10 @@ public:
 
   ///@{
   /**
-   * How coarse, relative to each mode's own measure: with LOD_MOMENTS, 1 lets a node's standard
-   * deviation be 0.42 of that of the lens's blur or 0.8 of the pixel filter's; with LOD_PAPER, its radius may be
-   * that of the circle of confusion, or a pixel. Less is more accurate and slower. Default 1, range
-   * [0, 100].
+   * How coarse, relative to each mode's own measure. With LOD_MOMENTS, 1 lets a node's standard
+   * deviation be 0.42 of that of the lens's blur or 0.8 of the pixel filter's; with LOD_PAPER, its
+   * radius may be that of the circle of confusion, or a pixel. Less is more accurate and slower.
+   * Default 1, range [0, 100].
    */
   vtkSetClampMacro(LODError, double, 0.0, 100.0);
   vtkGetMacro(LODError, double);

@@ -5,12 +5,13 @@
  *
  * Two rules, with one error e for both, 1 by default:
  *
- *   Moments  sigma <= 0.42 e sqrt(h + V_I): the standard deviation of the node on the screen
- * against that of lens and pixel filter together. The node is drawn with its full covariance and a
- * colour gradient. Paper    r <= e max(C, sqrt(h)): the projected radius of the node's bounding
- * sphere against the circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4,
- * "LOD selection"). Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q M',
- * V_I).
+ * - Moments: sigma^2 <= e^2 (0.8^2 h + 0.42^2 V_I), the variance of the node on the screen against
+ *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
+ *   gradient.
+ *
+ * - Paper: r <= e max(C, sqrt(h)), the projected radius of the node's bounding sphere against the
+ *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
+ *   Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q M', V_I).
  *
  * Nodes whose area vectors cancel (thin or folded things: the sum no longer says what they hide)
  * have to be smaller: by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
