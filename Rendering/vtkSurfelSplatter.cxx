@@ -239,6 +239,11 @@ vtkIdType vtkSurfelSplatter::GetNumberOfSplats()
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().Splats);
 }
 
+vtkIdType vtkSurfelSplatter::GetNumberOfBlurredSplats()
+{
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().BlurredSplats);
+}
+
 vtkIdType vtkSurfelSplatter::GetNumberOfFragments()
 {
   return static_cast<vtkIdType>(this->Internal->Core.Statistics().Fragments);

@@ -198,12 +198,13 @@ public:
   ///@{
   /**
    * What the last frame held: surfels handed in (of a hierarchy its leaves), those with non-finite
-   * values (not drawn), splats that touched the picture, and fragments (evaluations inside the
-   * support of a kernel).
+   * values (not drawn), splats that touched the picture, of these those that the lens blurred (0
+   * for a pinhole), and fragments (evaluations inside the support of a kernel).
    */
   vtkIdType GetNumberOfSurfels();
   vtkIdType GetNumberOfInvalidSurfels();
   vtkIdType GetNumberOfSplats();
+  vtkIdType GetNumberOfBlurredSplats();
   vtkIdType GetNumberOfFragments();
   ///@}
 

@@ -8,6 +8,7 @@
 #include "vtkPointSource.h"
 #include "vtkProperty.h"
 #include "vtkSurfelEstimation.h"
+#include "vtkSurfelHierarchy.h"
 #include "vtkSurfelImageRenderer.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelNormalization.h"
@@ -23,8 +24,10 @@ int main(int argc, char** argv)
   vtkNew<vtkSurfelNormalization> normalized;
   normalized->SetInputConnection(surfels->GetOutputPort());
 
+  vtkNew<vtkSurfelHierarchy> detailed;
+  detailed->SetInputConnection(normalized->GetOutputPort());
   vtkNew<vtkSurfelMapper> mapper;
-  mapper->SetInputConnection(normalized->GetOutputPort());
+  mapper->SetInputConnection(detailed->GetOutputPort());
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(0.9, 0.6, 0.3);

@@ -20,8 +20,8 @@ from vtkmodules.vtkRenderingCore import (
     vtkWindowToImageFilter)
 
 from surfelsplatting import (
-    vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelMapper, vtkSurfelNormalization,
-    vtkSurfelSplattingPass)
+    vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelMapper,
+    vtkSurfelNormalization, vtkSurfelSplattingPass)
 
 
 def point_source(path):
@@ -42,8 +42,10 @@ def surfel_actor(points):
     estimation.SetInputConnection(points.GetOutputPort())
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())
+    hierarchy = vtkSurfelHierarchy()
+    hierarchy.SetInputConnection(normalization.GetOutputPort())
     mapper = vtkSurfelMapper()
-    mapper.SetInputConnection(normalization.GetOutputPort())
+    mapper.SetInputConnection(hierarchy.GetOutputPort())
     actor = vtkActor()
     actor.SetMapper(mapper)
     return actor

@@ -113,6 +113,7 @@ void LazySplats::Make(Run& run)
     this->Splats[part.Begin + part.Count] = record.S;
     this->Boxes[part.Begin + part.Count] = record.Box;
     ++part.Count;
+    part.Blurred += record.Blurred ? 1 : 0;
   }
   run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
 }
@@ -125,6 +126,7 @@ LazySplats::Counts LazySplats::Count() const
     const Run& run = this->Runs[r];
     counts.Splats += run.Part.Count;
     counts.Invalid += run.Part.Invalid;
+    counts.Blurred += run.Part.Blurred;
     counts.Seconds += run.Seconds;
     counts.Hidden +=
       this->States[r].load(std::memory_order_relaxed) == Ready ? 0 : run.Chosen.Count;

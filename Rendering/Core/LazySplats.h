@@ -60,6 +60,7 @@ public:
   struct Counts
   {
     std::uint64_t Splats = 0;
+    std::uint64_t Blurred = 0;
     std::uint64_t Invalid = 0;
     std::uint64_t Hidden = 0; ///< nodes and surfels that were never set up
     double Seconds = 0;       ///< of all threads together

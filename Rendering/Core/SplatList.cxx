@@ -88,6 +88,7 @@ private:
     this->List.Levels[part.Begin + part.Count] = static_cast<unsigned char>(record.GridLevel);
     part.Levels |= 1u << record.GridLevel;
     ++part.Count;
+    part.Blurred += record.Blurred ? 1 : 0;
     if (record.GridLevel > 0)
     {
       part.LargestCoarseColor =
@@ -127,7 +128,7 @@ void SplatList::Add(const Splat& splat, const PixelBox& box)
   this->Levels[i] = 0;
   this->Splats[i] = splat;
   this->Boxes[i] = box;
-  this->Parts.push_back({ i, 1, 0, 0.0f, 1 });
+  this->Parts.push_back({ i, 1, 0, 0, 0.0f, 1 });
 }
 
 std::uint64_t SplatList::NumberOfSplats() const
@@ -136,6 +137,16 @@ std::uint64_t SplatList::NumberOfSplats() const
   for (const Part& part : this->Parts)
   {
     count += part.Count;
+  }
+  return count;
+}
+
+std::uint64_t SplatList::NumberOfBlurredSplats() const
+{
+  std::uint64_t count = 0;
+  for (const Part& part : this->Parts)
+  {
+    count += part.Blurred;
   }
   return count;
 }

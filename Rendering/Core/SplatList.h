@@ -23,6 +23,7 @@ struct SplatList
     std::size_t Begin;
     std::size_t Count = 0;
     std::size_t Invalid = 0;
+    std::size_t Blurred = 0;         ///< by the lens
     float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
     unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
   };
@@ -41,8 +42,9 @@ struct SplatList
   void Add(const Splat& splat, const PixelBox& box);
 
   std::uint64_t NumberOfSplats() const;
-  float LargestCoarseColor() const; ///< of splats on coarse grids, all channels
-  unsigned int LevelsInUse() const; ///< bit l: some are on the grid of level l
+  std::uint64_t NumberOfBlurredSplats() const; ///< by the lens
+  float LargestCoarseColor() const;            ///< of splats on coarse grids, all channels
+  unsigned int LevelsInUse() const;            ///< bit l: some are on the grid of level l
   /// Surfels that are not drawn: non-finite values, or too large for float sums.
   std::uint64_t NumberOfInvalidSurfels() const;
 };

@@ -124,6 +124,19 @@ std::array<double, 4> LevelColor(int level)
   return { c[0], c[1], c[2], 1.0 };
 }
 
+std::array<double, 4> ColorOf(
+  const SplatContext& context, const SurfelCloud& cloud, std::size_t surfel, int level)
+{
+  std::array<double, 4> color = cloud.Color(surfel);
+  if (context.ColorByLevel)
+  {
+    const double opacity = color[3];
+    color = LevelColor(level);
+    color[3] = opacity;
+  }
+  return color;
+}
+
 void SetColor(const std::array<double, 4>& color, const Shading& shading, Splat& splat)
 {
   splat.Red = Clamp(shading.Base[0] + shading.Share[0] * color[0], LargestColor);
@@ -274,8 +287,11 @@ Blur MakeBlur(const SplatContext& context, const TruncatedGaussian& gaussian,
   for (int i = 0; i < 2; ++i)
   {
     blur.Confusion[i] = f[i] * relative;
-    blur.Variance[i] = context.Settings.Prefilter +
-      DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian);
+    blur.Variance[i] = context.Settings.Prefilter;
+    if (relative > 0.0)
+    {
+      blur.Variance[i] += DefocusVariance(context.Settings.Kernel, blur.Confusion[i], gaussian);
+    }
     if (level > 0)
     {
       const double pixels = LeastNodeBlur * (view.Parallel ? f[i] : f[i] / z);
@@ -356,11 +372,11 @@ bool Representable(const SplatGradient& g)
 ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w, const Blur& blur,
   bool tilted, const TruncatedGaussian& gaussian)
 {
-  if (settings.Kernel == KernelType::Gaussian)
+  const double squaredConfusion = blur.Confusion[0] * blur.Confusion[1];
+  if (settings.Kernel == KernelType::Gaussian || squaredConfusion == 0.0)
   {
     return MakeGaussianKernel(w, gaussian);
   }
-  const double squaredConfusion = blur.Confusion[0] * blur.Confusion[1];
   if (tilted)
   {
     const double exponent = PearsonExponent(w, squaredConfusion);
@@ -420,6 +436,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const ResamplingKernel kernel = ChooseKernel(context.Settings, footprint, blur, tilted, gaussian);
   Splat& splat = record.S;
   record.GridLevel = gridLevel;
+  record.Blurred = blur.Confusion[0] > 0.0;
   if (!SetPlace(view, p, kernel, gridLevel, splat, record.Box))
   {
     return SplatStatus::Culled;
@@ -442,14 +459,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
 
   const Shading shading =
     MakeShading(context, cloud.Cloud, p, placed.Area, areaLength, placed.BackSide);
-  std::array<double, 4> color = cloud.Cloud.Color(surfel);
-  if (context.ColorByLevel)
-  {
-    const double opacity = color[3];
-    color = LevelColor(level);
-    color[3] = opacity;
-  }
-  SetColor(color, shading, splat);
+  SetColor(ColorOf(context, cloud.Cloud, surfel, level), shading, splat);
   splat.Gradient = NoGradient;
   if (tilted)
   {

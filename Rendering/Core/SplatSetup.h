@@ -64,6 +64,7 @@ struct SplatRecord
   Splat S; ///< its Gradient is NoGradient, or 0 where Gradient is set
   PixelBox Box;
   SplatGradient Gradient;
+  bool Blurred;  ///< by the lens
   int GridLevel; ///< of the coarse grid that it is drawn on (CoarseGrid.h); 0: the picture
 };
 

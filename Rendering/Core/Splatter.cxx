@@ -93,6 +93,7 @@ void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   const View& view = context.Camera;
   this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
   this->Stats.Splats = this->List.NumberOfSplats();
+  this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   const RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
@@ -142,6 +143,7 @@ void Splatter::ShareTime(double milliseconds)
 {
   const LazySplats::Counts lazy = this->Lazy.Count();
   this->Stats.Splats += lazy.Splats;
+  this->Stats.BlurredSplats += lazy.Blurred;
   this->Stats.InvalidSurfels += lazy.Invalid;
   this->Stats.HiddenSurfels = lazy.Hidden;
   const double share =

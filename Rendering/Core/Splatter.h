@@ -21,6 +21,7 @@ struct FrameStatistics
   DetailStatistics Detail;          ///< of the clouds with a hierarchy
   std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
   std::uint64_t Splats = 0;         ///< on the screen
+  std::uint64_t BlurredSplats = 0;  ///< of these, by the lens
   std::uint64_t CoarseCells = 0;    ///< layers of coarse grids' cells that went into the picture
   std::uint64_t Pairs = 0;          ///< of splat and tile
   std::uint64_t Fragments = 0;

@@ -206,7 +206,7 @@ def truth_scenes(folder, dump):
 
 def scan_scenes(path):
     surfels = surfels_of(read(path))
-    name = os.path.splitext(os.path.basename(path))[0]
+    name = os.path.basename(path).split("_")[0].split(".")[0]
     camera = three_quarter_camera(surfels)
     yield Drawing(name, surfels, camera, lit=True), {}
     yield Drawing(name + " 1M", surfels_of(resample(surfels, 1_000_000)), camera, lit=True), {}
@@ -355,8 +355,8 @@ def write_plot(rows, path):
             axis.plot(x, [row["plain"] for row in here], ":", color=color)
         axis.axhline(1, color="grey", linewidth=0.8)
         axis.set(title=f"{size} x {size}", xlabel="largest circle of confusion, px",
-                 ylabel="frame over pinhole frame without detail", yscale="log")
-    axes[0][0].legend(fontsize=8)
+                 ylabel="frame over pinhole frame without detail", ylim=(0, None))
+    axes[0][0].legend(fontsize=8, loc="upper left", ncols=2)
     figure.tight_layout()
     figure.savefig(path, dpi=110)
 

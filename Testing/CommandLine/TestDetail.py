@@ -34,6 +34,8 @@ class TestDetail(ToolCase):
         self.assertLess(np.abs(every - finer).mean(), 2e-3)
         self.assertEqual(plain["detail"]["visited"], 0)
         self.assertGreater(detail["skipped"]["facing_away"], 5000)
+        self.assertEqual(detail["blurred"], detail["splats"])
+        self.assertEqual(self.run_with()[1]["blurred"], 0)
         self.assertEqual((plain["surfels"], detail["surfels"]), (20000, 20000))
         self.assertIn("hierarchy", detail["milliseconds"])
         self.assertNotIn("hierarchy", plain["milliseconds"])

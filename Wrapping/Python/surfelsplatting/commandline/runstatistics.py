@@ -36,6 +36,7 @@ class RunStatistics:
         self._frames.append(frame)
         self._counts = {"splats": splatter.GetNumberOfSplats(),
                         "fragments": splatter.GetNumberOfFragments()}
+        self._counts["blurred"] = splatter.GetNumberOfBlurredSplats()
         self._detail = {"chosen": splatter.GetNumberOfChosenNodes(),
                         "visited": splatter.GetNumberOfVisitedNodes(),
                         "prepared": splatter.GetNumberOfPreparedSurfels()}
