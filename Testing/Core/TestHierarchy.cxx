@@ -242,6 +242,29 @@ bool IsFinite(const TestHierarchy& h)
   return true;
 }
 
+/// From outside, inside and far away, through pinhole and lens, at any error: no NaN, nothing
+/// negative.
+void CheckPictures(const TestHierarchy& h)
+{
+  for (int i = 0; i < 24; ++i)
+  {
+    SplatContext context;
+    context.Camera = PinholeView(32, 32, i % 2 ? 30.0 : 3000.0);
+    const double distances[] = { 0.0, 0.9, 5.0, 1e9 };
+    context.Camera.WorldToCamera.T[2] = distances[i % 4];
+    context.Camera.Near = i % 3 ? 1e-6 : 0.0;
+    context.Camera.Parallel = i % 8 == 7;
+    const double radii[] = { 0.0, 0.1, 1e6 };
+    context.Optics = { radii[i % 3], 2.0 };
+    context.Detail.Rule = i % 5 == 4 ? DetailRule::Paper : DetailRule::Moments;
+    const double errors[] = { 1.0, 0.0, 100.0 };
+    context.Detail.Error = errors[i / 8];
+    const Picture picture = RenderPicture(context, { h.Get() });
+    CHECK(std::all_of(picture.Color.begin(), picture.Color.end(),
+      [](float x) { return std::isfinite(x) && x >= 0.0f; }));
+  }
+}
+
 /// No point, one point, all points in one place, on a line, at extremes, without area, and NaN.
 void TestDegenerate()
 {
@@ -272,11 +295,7 @@ void TestDegenerate()
     std::vector<std::uint32_t> order = h.Order.Surfels;
     std::sort(order.begin(), order.end());
     CHECK(std::adjacent_find(order.begin(), order.end()) == order.end());
-    SplatContext context;
-    context.Camera = PinholeView(32, 32, 30.0);
-    const Picture picture = RenderPicture(context, { h.Get() });
-    CHECK(std::all_of(picture.Color.begin(), picture.Color.end(),
-      [](float x) { return std::isfinite(x) && x >= 0.0f; }));
+    CheckPictures(h);
   }
 }
 
