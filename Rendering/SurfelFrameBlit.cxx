@@ -5,10 +5,13 @@
 
 #include <vtk_glew.h>
 
+#include <vtkFrameBufferObjectBase.h>
 #include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
+#include <vtkRenderState.h>
+#include <vtkRenderer.h>
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
 
@@ -62,6 +65,21 @@ void ReadDepthPixels(const PixelRectangle& r, int x, int y, float* depth)
   glReadPixels(x, y, r.Width, r.Height, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
   glPixelStorei(GL_PACK_ALIGNMENT, alignment);
 }
+}
+
+PixelRectangle FrameRectangle(const vtkRenderState* state)
+{
+  PixelRectangle r;
+  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
+  {
+    int size[2];
+    framebuffer->GetLastSize(size);
+    r.Width = size[0];
+    r.Height = size[1];
+    return r;
+  }
+  state->GetRenderer()->GetTiledSizeAndOrigin(&r.Width, &r.Height, &r.X, &r.Y);
+  return r;
 }
 
 FrameBlit::FrameBlit() = default;

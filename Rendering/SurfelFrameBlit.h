@@ -14,6 +14,7 @@
 
 class vtkOpenGLQuadHelper;
 class vtkOpenGLState;
+class vtkRenderState;
 class vtkTextureObject;
 class vtkWindow;
 
@@ -24,6 +25,9 @@ struct PixelRectangle
 {
   int X = 0, Y = 0, Width = 0, Height = 0;
 };
+
+/// Where a state's picture lies in the framebuffer that it is drawn into.
+PixelRectangle FrameRectangle(const vtkRenderState* state);
 
 /// Window depth [0, 1] <-> distance along the view direction, from a projection matrix for z in
 /// [-1, 1].

@@ -186,6 +186,12 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
   return view;
 }
 
+Lens MakeLens(vtkCamera* camera)
+{
+  const double distance = camera->GetFocalDistance();
+  return { 0.5 * camera->GetFocalDisk(), distance > 0.0 ? distance : camera->GetDistance() };
+}
+
 std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, const View& view)
 {
   std::vector<Light> result;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "Executor.h"
+#include "Lens.h"
 #include "SurfelCloud.h"
 #include "View.h"
 
@@ -33,6 +34,10 @@ public:
 /// Any view and projection of vtkCamera whose image plane is not sheared: view angle, window centre
 /// (tiles), parallel. The clipping range is left open.
 View MakeView(vtkCamera* camera, const int size[2], double aspect);
+
+/// A camera's lens: FocalDisk is its diameter; a FocalDistance of 0 is the distance to the focal
+/// point.
+Lens MakeLens(vtkCamera* camera);
 
 /// Lights that are switched on, in camera space. Headlights and camera lights follow the camera.
 std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, const View& view);

@@ -116,6 +116,7 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.Camera.Near = view.ClippingRange[0];
   context.Camera.Far = view.ClippingRange[1];
   context.Lights = Core::MakeLights(view.Lights, camera, context.Camera);
+  context.Sampling = { this->LensCells, this->LensPinholes != 0 };
   context.Settings.Kernel =
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
@@ -130,11 +131,10 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.SkipHidden = this->OcclusionCulling != 0;
   context.ColorByLevel = this->ColorByLevel != 0;
 
-  context.Optics.FocalDistance =
-    camera->GetFocalDistance() > 0.0 ? camera->GetFocalDistance() : camera->GetDistance();
-  if (this->LensMode == LENS_CAMERA)
+  context.Optics = Core::MakeLens(camera);
+  if (this->LensMode == LENS_PINHOLE)
   {
-    context.Optics.Radius = 0.5 * camera->GetFocalDisk();
+    context.Optics.Radius = 0.0;
   }
   else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
   {
@@ -308,6 +308,8 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "LensMode: " << this->LensMode << "\n";
   os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
+  os << indent << "LensCells: " << this->LensCells << "\n";
+  os << indent << "LensPinholes: " << this->LensPinholes << "\n";
   os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";
   os << indent << "Prefilter: " << this->Prefilter << " px^2\n";

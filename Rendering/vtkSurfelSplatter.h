@@ -70,6 +70,27 @@ public:
   vtkGetMacro(CircleOfConfusion, double);
   ///@}
 
+  ///@{
+  /**
+   * In how many cells the lens is divided: each is a smaller lens with a centre of its own, and
+   * their pictures are averaged. 1, the default, is one picture, as in the paper. More is more
+   * accurate where things of different depth cover one another, at nearly as many times the frame
+   * time; 7 is a good step. Range [1, 65536].
+   */
+  vtkSetClampMacro(LensCells, int, 1, 65536);
+  vtkGetMacro(LensCells, int);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the lens is sampled at as many points, each a pinhole, instead of being divided into
+   * cells: multisampling, exact in the limit; some hundred points make a reference. Default off.
+   */
+  vtkSetMacro(LensPinholes, vtkTypeBool);
+  vtkGetMacro(LensPinholes, vtkTypeBool);
+  vtkBooleanMacro(LensPinholes, vtkTypeBool);
+  ///@}
+
   enum KernelTypes
   {
     GAUSSIAN = 0,  ///< Krivanek, Zara, Bouatouch 2003: the disc's closest Gaussian in L2
@@ -294,6 +315,8 @@ private:
 
   int LensMode = LENS_CAMERA;
   double CircleOfConfusion = 8.0;
+  int LensCells = 1;
+  vtkTypeBool LensPinholes = 0;
   int Kernel = PEARSON_II;
   double Cutoff = 2.5;
   double Prefilter = 1.0;

@@ -11,7 +11,6 @@
 #include <vtkCamera.h>
 #include <vtkCameraPass.h>
 #include <vtkFloatArray.h>
-#include <vtkFrameBufferObjectBase.h>
 #include <vtkHardwareSelector.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
@@ -72,22 +71,6 @@ std::vector<vtkSurfelSplatter::Item> CollectSurfels(vtkRenderer* renderer)
     vtkSurfelSplatter::CollectItems(prop, items);
   }
   return items;
-}
-
-/// Where a state's picture lies in the framebuffer that it is drawn into.
-SurfelSplatting::PixelRectangle FrameRectangle(const vtkRenderState* state)
-{
-  SurfelSplatting::PixelRectangle r;
-  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
-  {
-    int size[2];
-    framebuffer->GetLastSize(size);
-    r.Width = size[0];
-    r.Height = size[1];
-    return r;
-  }
-  state->GetRenderer()->GetTiledSizeAndOrigin(&r.Width, &r.Height, &r.X, &r.Y);
-  return r;
 }
 
 SurfelSplatting::DepthRange MakeDepthRange(vtkCamera* camera, double aspect)
@@ -263,7 +246,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  const SurfelSplatting::PixelRectangle rectangle = FrameRectangle(state);
+  const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   if (items.empty() || !window || rectangle.Width < 1 || rectangle.Height < 1)
   {
     return;

@@ -402,10 +402,7 @@ std::vector<NodeRun> SelectDetail(const SurfelCloud& cloud, const View& view, co
   for (std::size_t i = 0; i < subtrees.size(); ++i)
   {
     runs.insert(runs.end(), parts[i].begin(), parts[i].end());
-    statistics.VisitedNodes += counts[i].VisitedNodes;
-    statistics.OutsideLeaves += counts[i].OutsideLeaves;
-    statistics.BackLeaves += counts[i].BackLeaves;
-    statistics.Nodes += counts[i].Nodes;
+    statistics.Add(counts[i]);
   }
   return runs;
 }

@@ -61,6 +61,14 @@ struct DetailStatistics
   std::uint64_t OutsideLeaves = 0; ///< skipped: cannot reach the picture
   std::uint64_t BackLeaves = 0;    ///< skipped: seen from behind
   std::uint64_t Nodes = 0;         ///< chosen
+
+  void Add(const DetailStatistics& other)
+  {
+    this->VisitedNodes += other.VisitedNodes;
+    this->OutsideLeaves += other.OutsideLeaves;
+    this->BackLeaves += other.BackLeaves;
+    this->Nodes += other.Nodes;
+  }
 };
 
 /// What the choice needs to know of the kernels.

@@ -6,6 +6,7 @@
 
 #include "DetailSelection.h"
 #include "Lens.h"
+#include "LensCells.h"
 #include "ResamplingKernel.h"
 #include "Splat.h"
 #include "SurfelCloud.h"
@@ -28,6 +29,7 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
+  LensSampling Sampling; ///< of the lens, by the splatter
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   DetailSettings Detail;

@@ -2,6 +2,7 @@
 #include "Splatter.h"
 
 #include "CoarseGrid.h"
+#include "FrameAverage.h"
 #include "TileRaster.h"
 
 #include <algorithm>
@@ -28,6 +29,42 @@ public:
 private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
+
+/// The frame through one cell of the lens. Lights stay where they are in the world.
+SplatContext CellContext(const SplatContext& context, const LensCell& cell)
+{
+  SplatContext part = context;
+  part.Camera = cell.Camera;
+  part.Optics = cell.Optics;
+  for (Light& light : part.Lights)
+  {
+    for (int i = 0; i < 3; ++i)
+    {
+      light.Position[i] -= cell.Center[i];
+    }
+  }
+  return part;
+}
+}
+
+void FrameStatistics::Add(const FrameStatistics& other)
+{
+  this->Surfels = std::max(this->Surfels, other.Surfels);
+  this->InvalidSurfels = std::max(this->InvalidSurfels, other.InvalidSurfels);
+  this->Detail.Add(other.Detail);
+  this->Splats += other.Splats;
+  this->BlurredSplats += other.BlurredSplats;
+  this->CoarseCells += other.CoarseCells;
+  this->Pairs += other.Pairs;
+  this->Fragments += other.Fragments;
+  this->HiddenSurfels += other.HiddenSurfels;
+  this->HiddenPairs += other.HiddenPairs;
+  this->SelectionMilliseconds += other.SelectionMilliseconds;
+  this->SetupMilliseconds += other.SetupMilliseconds;
+  this->CoarseMilliseconds += other.CoarseMilliseconds;
+  this->BinningMilliseconds += other.BinningMilliseconds;
+  this->SortMilliseconds += other.SortMilliseconds;
+  this->RasterMilliseconds += other.RasterMilliseconds;
 }
 
 std::vector<NodeRun> Splatter::ChooseRuns(
@@ -68,6 +105,28 @@ void Splatter::PlaceRuns(const SplatContext& context, const SurfelCloud& cloud,
 }
 
 void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
+{
+  const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
+  if (cells.size() == 1)
+  {
+    this->RenderCell(CellContext(context, cells[0]), clouds, executor, frame, depthLimit, sink);
+    return;
+  }
+  FrameStatistics total;
+  FrameAverage average(frame, executor);
+  for (const LensCell& cell : cells)
+  {
+    this->RenderCell(
+      CellContext(context, cell), clouds, executor, average.Next(), depthLimit, sink);
+    total.Add(this->Stats);
+    average.Add();
+  }
+  average.Finish();
+  this->Stats = total;
+}
+
+void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
 {
   this->Stats = FrameStatistics();

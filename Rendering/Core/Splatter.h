@@ -15,6 +15,7 @@
 
 namespace SurfelSplatting
 {
+/// Of a lens in cells, those of all cells together.
 struct FrameStatistics
 {
   std::uint64_t Surfels = 0;        ///< handed in; of a hierarchy its leaves
@@ -33,6 +34,9 @@ struct FrameStatistics
   double BinningMilliseconds = 0;
   double SortMilliseconds = 0;
   double RasterMilliseconds = 0;
+
+  /// Adds another cell's of the same frame, but for the surfels, which are the same ones.
+  void Add(const FrameStatistics& other);
 };
 
 class Splatter
@@ -40,10 +44,10 @@ class Splatter
 public:
   /**
    * Renders all clouds into one A-buffer and from there into the frame, whose size must be the
-   * view's.
+   * view's; where the lens is divided (LensCells.h), once for each of its cells.
    * @param depthLimit [Height][Width] distance along the view direction of opaque things drawn by
    * others, infinity where there are none; layers behind it are hidden. May be null.
-   * @param sink       receives every layer before it is composited; may be null.
+   * @param sink       receives every layer before it is composited, cell after cell; may be null.
    * The same frame, bit for bit, at any number of threads.
    */
   void Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
@@ -53,6 +57,8 @@ public:
   const FrameStatistics& Statistics() const { return this->Stats; }
 
 private:
+  void RenderCell(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+    const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink);
   std::vector<NodeRun> ChooseRuns(
     const SplatContext& context, const SurfelCloud& cloud, const Executor& executor);
 

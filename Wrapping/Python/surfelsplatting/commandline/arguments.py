@@ -8,6 +8,7 @@ import re
 from .problems import UserProblem
 
 LARGEST_SIDE = 65536  # px, vtkSurfelImageRenderer's
+LARGEST_LENS_PARTS = 65536  # vtkSurfelSplatter's
 LARGEST_PICTURE = 1 << 28  # px; 4 GiB of float RGBA
 
 DESCRIPTION = """\
@@ -87,6 +88,13 @@ def _count(text):
     return value
 
 
+def _lens_parts(text):
+    value = _count(text)
+    if value > LARGEST_LENS_PARTS:
+        raise argparse.ArgumentTypeError(f"{text} is more than {LARGEST_LENS_PARTS}")
+    return value
+
+
 def _neighbors(text):
     value = _count(text)
     if not 4 <= value <= 256:
@@ -121,6 +129,14 @@ def _add_lens_options(parser):
                       help="instead of --focal-disk: the lens that blurs a point at infinity to "
                            "a disc of this radius in pixels")
     lens.add_argument("--pinhole", action="store_true", help="no lens, whatever the camera says")
+    parts = lens.add_mutually_exclusive_group()
+    parts.add_argument("--lens-cells", type=_lens_parts, default=1, metavar="K",
+                       help="see through K smaller lenses and take the mean: more accurate where "
+                            "things cover one another, K times slower; 7 is a good step "
+                            "(default: 1)")
+    parts.add_argument("--reference", type=_lens_parts, metavar="N",
+                       help="see through N pinholes all over the lens instead: exact when N is "
+                            "large, some hundreds")
 
 
 def _add_look_options(parser):

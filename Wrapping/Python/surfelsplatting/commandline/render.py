@@ -124,6 +124,8 @@ def _make_renderer(surfels, view, arguments):
         splatter.SetCircleOfConfusion(view.circle_of_confusion)
     elif view.focal_disk == 0:
         splatter.SetLensModeToPinhole()
+    splatter.SetLensCells(arguments.reference or arguments.lens_cells)
+    splatter.SetLensPinholes(arguments.reference is not None)
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
