@@ -200,13 +200,22 @@ double SightCosine(const View& view, const PlacedSurfel& surfel, double areaLeng
   return std::fmin(1.0, along / areaLength);
 }
 
-/// Centre on the screen or on a coarse grid, and the box of the kernel's support about it; false
-/// where it misses the picture.
-bool SetPlace(const View& view, const Vector3& p, const ResamplingKernel& kernel, int gridLevel,
-  Splat& splat, PixelBox& box)
+/// What lens, pixel and level of detail make of a surfel's footprint.
+struct Blur
 {
-  double x = view.Parallel ? view.Fx * p[0] + view.Cx : view.Fx * p[0] / p[2] + view.Cx;
-  double y = view.Parallel ? view.Fy * p[1] + view.Cy : view.Fy * p[1] / p[2] + view.Cy;
+  double Confusion[2]; ///< C in x and y, px
+  double Variance[2];  ///< isotropic part of W, px^2
+  double Offset[2];    ///< of the blur's centre from the surfel's, px
+};
+
+/// Centre on the screen or on a coarse grid, that of the blur, and the box of the kernel's support
+/// about it; false where it misses the picture.
+bool SetPlace(const View& view, const Vector3& p, const Blur& blur, const ResamplingKernel& kernel,
+  int gridLevel, Splat& splat, PixelBox& box)
+{
+  const double depth = view.Parallel ? 1.0 : p[2];
+  double x = view.Fx * p[0] / depth + view.Cx + blur.Offset[0];
+  double y = view.Fy * p[1] / depth + view.Cy + blur.Offset[1];
   int width = view.Width, height = view.Height;
   double scale = 1.0;
   if (gridLevel > 0)
@@ -262,13 +271,6 @@ void SetDepth(
   splat.DepthX = static_cast<float>((w.YY * cx - w.XY * cy) / w.Determinant);
   splat.DepthY = static_cast<float>((w.XX * cy - w.XY * cx) / w.Determinant);
 }
-/// What lens, pixel and level of detail make of a surfel's footprint.
-struct Blur
-{
-  double Confusion[2]; ///< C in x and y, px
-  double Variance[2];  ///< isotropic part of W, px^2
-};
-
 /// Neighbouring nodes sum to one where they are blurred by at least this share of their spacing
 /// (the root of their area), as the leaves' kernels are. Detail that is chosen by the default error
 /// is blurred more; coarser detail, for interaction, would have holes.
@@ -283,7 +285,14 @@ Blur MakeBlur(const SplatContext& context, const TruncatedGaussian& gaussian,
   const double relative = view.Parallel || context.Optics.Radius == 0.0
     ? 0.0
     : context.Optics.RelativeCircleOfConfusion(z);
+  // The paper's kernel has no such offset.
+  const bool offset = relative > 0.0 && context.Settings.Kernel != KernelType::Gaussian;
+  const std::array<double, 2> relativeOffset = offset
+    ? context.Optics.RelativeBlurOffset(surfel.Area, surfel.Position)
+    : std::array<double, 2>{ { 0.0, 0.0 } };
   Blur blur;
+  blur.Offset[0] = view.Fx * relativeOffset[0];
+  blur.Offset[1] = view.Fy * relativeOffset[1];
   for (int i = 0; i < 2; ++i)
   {
     blur.Confusion[i] = f[i] * relative;
@@ -437,7 +446,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   Splat& splat = record.S;
   record.GridLevel = gridLevel;
   record.Blurred = blur.Confusion[0] > 0.0;
-  if (!SetPlace(view, p, kernel, gridLevel, splat, record.Box))
+  if (!SetPlace(view, p, blur, kernel, gridLevel, splat, record.Box))
   {
     return SplatStatus::Culled;
   }

@@ -214,6 +214,32 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
   return exponents[nearest];
 }
 
+/// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
+/// points of the lens, weighted by the area that each of them sees (first moments of a linear
+/// weight over a disc), up to where the surfel is edge-on from the lens's border.
+void AddBlurOffset(const SplatContext& context, const CameraSurfel& s, ReferenceSplat& splat)
+{
+  const View& view = context.Camera;
+  const Vector3& p = s.Position;
+  const double radius = context.Optics.Radius;
+  const double slope = radius * std::hypot(s.Area[0], s.Area[1]) / std::abs(Dot(s.Area, p));
+  if (slope == 0.0)
+  {
+    return;
+  }
+  const double mean =
+    std::min(slope, 1.0) / 4.0; // of the lens, in the direction of the area vector
+  const double sign = Dot(s.Area, p) < 0.0 ? 1.0 : -1.0;
+  for (int k = 0; k < 2; ++k)
+  {
+    const double u = sign * mean * radius * s.Area[k] / std::hypot(s.Area[0], s.Area[1]);
+    // The ray from lens point u through p, where it meets the plane in focus.
+    const double z = context.Optics.FocalDistance / p[2];
+    const double shift = (u + (p[k] - u) * z) / context.Optics.FocalDistance - p[k] / p[2];
+    (k == 0 ? splat.X : splat.Y) += (k == 0 ? view.Fx : view.Fy) * shift;
+  }
+}
+
 /// False where the surfel is not seen.
 bool MakeReferenceSplat(
   const SplatContext& context, const SurfelCloud& cloud, std::size_t i, ReferenceSplat& splat)
@@ -280,6 +306,10 @@ bool MakeReferenceSplat(
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
+  if (pearson && confusion > 0.0)
+  {
+    AddBlurOffset(context, s, splat);
+  }
   ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
   return true;

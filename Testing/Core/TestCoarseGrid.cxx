@@ -134,7 +134,8 @@ void TestTiltedPlane(KernelType kernel)
   }
   std::printf("plane: coverage from %.4f, off by %.4f at most\n", lowest, largest);
   CHECK(lowest > 0.88);
-  CHECK(largest < 0.02);
+  // Cells sample the edges of discs, 1/3 to 2/3 of a cell wide here.
+  CHECK(largest < 0.025);
 }
 
 /// A textured cloud with things at several depths: close to full resolution, and far fewer

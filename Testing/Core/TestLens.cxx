@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The lens against integrals over its points: cells and sample points, where blur is centred,
+ * edges, and planes that recede.
+ */
+#include "Check.h"
+#include "LensCells.h"
+#include "ResamplingKernel.h"
+#include "TestScene.h"
+
+#include <cstdio>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+struct Moments
+{
+  double X = 0, Y = 0, Squares = 0;
+};
+
+Moments MomentsOf(const std::vector<LensPoint>& points)
+{
+  Moments m;
+  for (const LensPoint& p : points)
+  {
+    m.X += p.X / static_cast<double>(points.size());
+    m.Y += p.Y / static_cast<double>(points.size());
+    m.Squares += (p.X * p.X + p.Y * p.Y) / static_cast<double>(points.size());
+  }
+  return m;
+}
+
+/// Mean and mean squared distance are the disc's, 0 and 1/2, whatever the number.
+void TestMoments()
+{
+  for (int count = 1; count <= 200; ++count)
+  {
+    const std::vector<LensPoint> cells = LensCellCenters(count), points = LensSamplePoints(count);
+    CHECK(cells.size() == static_cast<std::size_t>(count));
+    CHECK(points.size() == static_cast<std::size_t>(count));
+    const Moments c = MomentsOf(cells), p = MomentsOf(points);
+    const double rounding = 1e-14;
+    for (double mean : { c.X, c.Y, p.X, p.Y })
+    {
+      CHECK_NEAR(mean, 0.0, rounding);
+    }
+    CHECK_NEAR(c.Squares + 0.5 / count, 0.5, rounding); // each cell's own is 1 / (2 K)
+    CHECK_NEAR(p.Squares, count > 1 ? 0.5 : 0.0, rounding);
+    for (int i = 1; i < count; ++i)
+    {
+      CHECK(std::hypot(cells[i].X, cells[i].Y) > std::hypot(cells[0].X, cells[0].Y) - 0.15);
+    }
+    if (count >= 6)
+    {
+      CHECK(std::hypot(points[0].X, points[0].Y) < 0.15); // innermost first
+    }
+  }
+  // Evenly over the disc: a quarter of many points lies in the inner half of the radius.
+  int inner = 0;
+  for (const LensPoint& p : LensSamplePoints(1000))
+  {
+    inner += std::hypot(p.X, p.Y) < 0.5 ? 1 : 0;
+    CHECK(std::hypot(p.X, p.Y) < 1.0);
+  }
+  CHECK_NEAR(inner, 250, 30); // one ring more or less
+}
+
+/// The plane in focus stays where it is, and all else moves by C times the place on the lens.
+void TestCellViews()
+{
+  View view = PinholeView(80, 60, 70.0);
+  view.Fy = 65.0;
+  const Lens lens{ 0.2, 3.0 };
+  for (bool pinholes : { false, true })
+  {
+    const std::vector<LensPoint> places = pinholes ? LensSamplePoints(13) : LensCellCenters(13);
+    const std::vector<LensCell> cells = DivideLens(view, lens, { 13, pinholes });
+    CHECK(cells.size() == 13);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+    {
+      CHECK_NEAR(cells[i].Optics.Radius, pinholes ? 0.0 : 0.2 / std::sqrt(13.0), 1e-15);
+      for (double z : { 1.0, 3.0, 8.0 })
+      {
+        const Vector3 p{ 0.3 * z, -0.2 * z, z };
+        const Vector3 q = cells[i].Camera.WorldToCamera.Apply(p);
+        const double confusion = lens.Radius * (1.0 / lens.FocalDistance - 1.0 / z); // signed
+        const View& v = cells[i].Camera;
+        CHECK_NEAR(v.Fx * q[0] / q[2] + v.Cx - (view.Fx * 0.3 + view.Cx),
+          view.Fx * confusion * places[i].X, 1e-12);
+        CHECK_NEAR(v.Fy * q[1] / q[2] + v.Cy - (-view.Fy * 0.2 + view.Cy),
+          view.Fy * confusion * places[i].Y, 1e-12);
+      }
+    }
+  }
+  CHECK(DivideLens(view, Lens(), { 7, false }).size() == 1); // a pinhole
+  CHECK(DivideLens(view, lens, LensSampling()).size() == 1);
+  CHECK(DivideLens(view, lens, LensSampling())[0].Optics.Radius == 0.2);
+  CHECK(DivideLens(view, lens, { 1, true })[0].Optics.Radius == 0.0);
+  view.Parallel = true;
+  CHECK(DivideLens(view, lens, { 7, true }).size() == 1);
+}
+
+/// The mean lens point against the sum over a thousand of them.
+void TestMeanLensPoint()
+{
+  const Lens lens{ 0.4, 2.0 };
+  Random random(3);
+  const std::vector<LensPoint> points = LensSamplePoints(2000);
+  for (int i = 0; i < 200; ++i)
+  {
+    const Vector3 p{ random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.8, 6.0) };
+    const Vector3 a = random.Direction();
+    double x = 0, y = 0, sum = 0;
+    for (const LensPoint& u : points)
+    {
+      const double facing = -Dot(a, { p[0] - lens.Radius * u.X, p[1] - lens.Radius * u.Y, p[2] });
+      x += facing * u.X;
+      y += facing * u.Y;
+      sum += facing;
+    }
+    const std::array<double, 2> mean = lens.MeanLensPoint(a, p);
+    const double length = std::hypot(mean[0], mean[1]);
+    CHECK(length <= 0.25 + 1e-12);
+    if (length < 0.2499) // all of the lens sees the same side
+    {
+      CHECK_NEAR(mean[0], x / sum, 1e-4); // the points' second moments are not quite a disc's
+      CHECK_NEAR(mean[1], y / sum, 1e-4);
+    }
+  }
+  CHECK_NEAR(lens.MeanLensPoint({ 0, 0, -1 }, { 0, 0, 1 })[0], 0.0, 0.0);
+}
+
+/// Share of a disc of radius c convolved with a Gaussian that lies beyond an edge at distance x.
+double DiscEdge(double x, double c, double variance)
+{
+  constexpr int steps = 4000;
+  double beyond = 0.0;
+  for (int i = 0; i < steps; ++i)
+  {
+    const double u = -1.0 + (2.0 * i + 1.0) / steps;
+    const double density = 2.0 / Pi * std::sqrt(1.0 - u * u) * 2.0 / steps;
+    beyond += density * 0.5 * std::erfc((x - c * u) / std::sqrt(2.0 * variance));
+  }
+  return beyond;
+}
+
+/// The edge of a half plane out of focus, of surfels and of their hierarchy, is nearly that of the
+/// lens's disc convolved with pixel filter and reconstruction kernel.
+void TestDiscEdge()
+{
+  for (double confusion : { 8.0, 12.0, 20.0, 40.0 })
+  {
+    SplatContext context;
+    context.Camera = PinholeView(192, 8, 1000.0);
+    context.Optics = { 0.0, 3.0 };
+    context.Optics.Radius = confusion / (1000.0 * (1.0 - 1.0 / 3.0));
+    TestCloud cloud;
+    for (int j = -90; j < 90; ++j)
+    {
+      for (int i = -190; i < 0; ++i)
+      {
+        TestSurfel s;
+        s.Position = { (i + 0.5) * 1e-3, (j + 0.5) * 1e-3, 1.0 }; // 1 px apart
+        s.SigmaU = s.SigmaV = 0.5e-3;
+        s.Area = 1e-6;
+        cloud.Add(s);
+      }
+    }
+    TestHierarchy hierarchy(cloud);
+    for (const SurfelCloud& drawn : { cloud.Get(), hierarchy.Get() })
+    {
+      const Picture picture = RenderPicture(context, { drawn });
+      double largest = 0.0;
+      for (int x = 0; x < 192; ++x)
+      {
+        largest = std::max(
+          largest, std::abs(picture.At(x, 4, 3) - DiscEdge(x + 0.5 - 96.0, confusion, 1.25)));
+      }
+      std::printf("edge, C = %g px%s: off by %.4f at most\n", confusion,
+        drawn.Detail ? ", hierarchy" : "", largest);
+      // Nodes of the default error are up to 0.42 of the blur's deviation: so are their borders.
+      CHECK(largest <= (drawn.Detail ? 0.04 : 0.015));
+    }
+  }
+}
+
+/// Picture of the plane y = -0.4 with a smooth texture, as the lens sees it.
+double PlaneTexture(double x, double z)
+{
+  return 0.5 + 0.2 * std::sin(2.5 * x) + 0.2 * std::sin(1.7 * z);
+}
+
+double PlaneThroughLens(const SplatContext& context, double px, double py)
+{
+  const View& v = context.Camera;
+  const Lens& lens = context.Optics;
+  double sum = 0.0;
+  const std::vector<LensPoint> points = LensSamplePoints(400);
+  for (const LensPoint& u : points)
+  {
+    // From (R u, 0) through the pixel's point of the plane in focus, down to y = -0.4.
+    const double f = lens.FocalDistance;
+    const double ox = lens.Radius * u.X, oy = lens.Radius * u.Y;
+    const double dx = (px - v.Cx) / v.Fx * f - ox, dy = (py - v.Cy) / v.Fy * f - oy;
+    const double t = (-0.4 - oy) / dy;
+    sum += PlaneTexture(ox + t * dx, t * f);
+  }
+  return sum / static_cast<double>(points.size());
+}
+
+/// A receding plane, far out of focus in front and behind: coverage and texture are the lens's. The
+/// blur's gradient along the picture is half of what puts its foreground at infinity.
+void TestRecedingPlane()
+{
+  SplatContext context;
+  context.Camera = PinholeView(96, 96, 96.0);
+  context.Camera.Cy = 120.0; // looks down
+  context.Optics = { 0.16, 3.0 };
+  TestCloud cloud;
+  const double d = 0.01;
+  for (int j = 0; j < 700; ++j)
+  {
+    for (int i = -450; i < 450; ++i)
+    {
+      TestSurfel s;
+      s.Position = { (i + 0.5) * d, -0.4, 0.25 + j * d };
+      if (std::abs(s.Position[0]) > 0.8 * s.Position[2] + 0.3)
+      {
+        continue;
+      }
+      s.Normal = { 0, 1, 0 };
+      s.SigmaU = s.SigmaV = 0.5 * d;
+      s.Area = 0.8 * d * d; // not saturated
+      const float light = static_cast<float>(PlaneTexture(s.Position[0], s.Position[2]));
+      s.Color = { { light, light, light, 1.0f } };
+      cloud.Add(s);
+    }
+  }
+  double errors[2] = { 0, 0 }, coverages[2] = { 0, 0 };
+  for (KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
+  {
+    context.Settings.Kernel = kernel;
+    const Picture picture = RenderPicture(context, { cloud.Get() });
+    double& error = errors[kernel == KernelType::PearsonII];
+    double& coverage = coverages[kernel == KernelType::PearsonII];
+    for (int y = 20; y < 90; y += 3)
+    {
+      for (int x = 10; x < 90; x += 4)
+      {
+        const double truth = PlaneThroughLens(context, x + 0.5, y + 0.5);
+        const double alpha = picture.At(x, y, 3);
+        error = std::max(error, std::abs(picture.At(x, y, 0) / alpha - truth));
+        coverage = std::max(coverage, std::abs(alpha - 0.8));
+      }
+    }
+  }
+  std::printf("receding plane: colour off by %.4f, coverage by %.4f; without offset %.4f, %.4f\n",
+    errors[1], coverages[1], errors[0], coverages[0]);
+  CHECK(errors[1] < 0.002);
+  CHECK(5.0 * errors[1] < errors[0]);
+  CHECK(coverages[1] < 0.025); // ripple's compensation, and the offset's second order
+}
+
+/// Depth of cells is the innermost one's, their statistics are sums, and their threads agree.
+void TestCells()
+{
+  SplatContext context;
+  context.Camera = PinholeView(64, 48, 60.0);
+  context.Optics = { 0.1, 2.0 };
+  TestCloud cloud;
+  Random random(9);
+  for (int i = 0; i < 4000; ++i)
+  {
+    TestSurfel s;
+    s.Position = { random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(1.5, 4.0) };
+    s.SigmaU = s.SigmaV = 0.03;
+    s.Area = 0.005;
+    s.Color = { { 0.9f, static_cast<float>(random.Uniform(0, 1)), 0.1f, 1.0f } };
+    cloud.Add(s);
+  }
+  context.Sampling = { 7, false };
+  Splatter splatter;
+  Picture seven(64, 48), threaded(64, 48);
+  splatter.Render(context, { cloud.Get() }, SerialExecutor(), seven.Get());
+  CHECK(splatter.Statistics().Surfels == 4000);
+  CHECK(splatter.Statistics().Splats > 7 * 2000);
+  splatter.Render(context, { cloud.Get() }, ThreadExecutor(3), threaded.Get());
+  CHECK(seven.Color == threaded.Color);
+  CHECK(seven.Depth == threaded.Depth);
+  // The mean of pictures that were rendered one by one.
+  std::vector<double> sum(seven.Color.size(), 0.0);
+  for (const LensCell& cell : DivideLens(context.Camera, context.Optics, context.Sampling))
+  {
+    SplatContext alone = context;
+    alone.Sampling = LensSampling();
+    alone.Camera = cell.Camera;
+    alone.Optics = cell.Optics;
+    const Picture picture = RenderPicture(alone, cloud);
+    for (std::size_t i = 0; i < sum.size(); ++i)
+    {
+      sum[i] += picture.Color[i] / 7.0;
+    }
+    for (std::size_t i = 0; cell.Center[0] == 0.0 && i < picture.Depth.size(); ++i)
+    {
+      CHECK(picture.Depth[i] == 0.0f || seven.Color[4 * i + 3] < 0.5f ||
+        picture.Depth[i] == seven.Depth[i]);
+    }
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i)
+  {
+    CHECK_NEAR(seven.Color[i], sum[i], 1e-6);
+  }
+}
+}
+
+int main()
+{
+  TestMoments();
+  TestCellViews();
+  TestMeanLensPoint();
+  TestDiscEdge();
+  TestRecedingPlane();
+  TestCells();
+  return Checks().Report("lens");
+}
