@@ -227,6 +227,10 @@ int vtkSurfelImageRenderer::RequestData(
       this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
     view.ClippingRange[1] = VTK_DOUBLE_MAX;
   }
+  view.Progress = [this](double done) {
+    this->UpdateProgress(done);
+    return this->GetAbortExecute() == 0;
+  };
   if (!this->Splatter->Render(items, view))
   {
     return 0;

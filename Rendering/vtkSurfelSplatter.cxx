@@ -175,14 +175,14 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   else
   {
     this->Internal->HasPicture = false;
-    this->RenderScene(items, view, start);
-    this->Internal->HasPicture = this->FrameReuse != 0;
+    const bool whole = this->RenderScene(items, view, start);
+    this->Internal->HasPicture = whole && this->FrameReuse != 0;
     this->Internal->Key = std::move(key);
   }
   this->FrameMilliseconds = MillisecondsSince(start);
 }
 
-void vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
+bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
   const std::chrono::steady_clock::time_point& start)
 {
   namespace Core = SurfelSplatting;
@@ -209,14 +209,15 @@ void vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
   const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
   this->Internal->SceneMilliseconds = MillisecondsSince(start);
-  this->Internal->Core.Render(
-    this->Internal->Context, clouds, Core::SMPExecutor(), frame, view.DepthLimit);
+  const bool whole = this->Internal->Core.Render(this->Internal->Context, clouds,
+    Core::SMPExecutor(), frame, view.DepthLimit, nullptr, view.Progress);
 
   vtkImageData* output = this->Internal->Output;
   output->Initialize();
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(color);
   output->GetPointData()->AddArray(depth);
+  return whole;
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()

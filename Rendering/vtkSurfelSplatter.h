@@ -19,9 +19,10 @@
 #include "vtkSmartPointer.h"          // for the scene
 #include "vtkSurfelRenderingModule.h" // for export macro
 
-#include <chrono> // for the stages' times
-#include <memory> // for the implementation
-#include <vector> // for the scene
+#include <chrono>     // for the stages' times
+#include <functional> // for progress
+#include <memory>     // for the implementation
+#include <vector>     // for the scene
 
 class vtkActor;
 class vtkCamera;
@@ -297,6 +298,8 @@ public:
     double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
     const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
                                         ///< what others have drawn, infinity where nothing; or null
+    std::function<bool(double)> Progress; ///< is told the share of the lens's cells that are done;
+                                          ///< false: stop, with the mean so far; may be empty
   };
 
   /**
@@ -335,7 +338,7 @@ private:
 #ifndef __VTK_WRAP__
   void RenderPicture(const std::vector<Item>& items, const View& view);
   void MakeContext(const View& view);
-  void RenderScene(const std::vector<Item>& items, const View& view,
+  bool RenderScene(const std::vector<Item>& items, const View& view,
     const std::chrono::steady_clock::time_point& start);
 #endif
 

@@ -264,6 +264,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   view.Aspect = aspect;
   view.Oversampling = Oversampling(renderer, window, rectangle);
   view.DepthLimit = this->Internal->Limit.data();
+  view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
   camera->GetClippingRange(view.ClippingRange);
   view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();

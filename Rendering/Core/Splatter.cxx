@@ -104,26 +104,33 @@ void Splatter::PlaceRuns(const SplatContext& context, const SurfelCloud& cloud,
   AppendSplats(fine, cloud, others, executor, this->List);
 }
 
-void Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
+bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink,
+  const CellFunction& afterCell)
 {
   const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
   if (cells.size() == 1)
   {
     this->RenderCell(CellContext(context, cells[0]), clouds, executor, frame, depthLimit, sink);
-    return;
+    return true;
   }
   FrameStatistics total;
   FrameAverage average(frame, executor);
-  for (const LensCell& cell : cells)
+  std::size_t done = 0;
+  bool goOn = true;
+  while (goOn && done < cells.size())
   {
     this->RenderCell(
-      CellContext(context, cell), clouds, executor, average.Next(), depthLimit, sink);
+      CellContext(context, cells[done]), clouds, executor, average.Next(), depthLimit, sink);
     total.Add(this->Stats);
     average.Add();
+    ++done;
+    goOn = done == cells.size() || !afterCell ||
+      afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
   }
   average.Finish();
   this->Stats = total;
+  return goOn;
 }
 
 void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelCloud>& clouds,

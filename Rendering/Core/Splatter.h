@@ -11,6 +11,7 @@
 #include "TileBinning.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace SurfelSplatting
@@ -39,6 +40,9 @@ struct FrameStatistics
   void Add(const FrameStatistics& other);
 };
 
+/// Is told the share of the lens's cells that are done, (0, 1); false: stop.
+using CellFunction = std::function<bool(double)>;
+
 class Splatter
 {
 public:
@@ -48,11 +52,13 @@ public:
    * @param depthLimit [Height][Width] distance along the view direction of opaque things drawn by
    * others, infinity where there are none; layers behind it are hidden. May be null.
    * @param sink       receives every layer before it is composited, cell after cell; may be null.
+   * @param afterCell  called between the cells of the lens; may be empty.
    * The same frame, bit for bit, at any number of threads.
+   * @return false where afterCell has stopped it: the frame is the mean of the cells so far.
    */
-  void Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  bool Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const Frame& frame, const float* depthLimit = nullptr,
-    LayerSink* sink = nullptr);
+    LayerSink* sink = nullptr, const CellFunction& afterCell = CellFunction());
 
   const FrameStatistics& Statistics() const { return this->Stats; }
 

@@ -21,11 +21,11 @@ class Progress:
 
     def update(self, algorithm, label):
         """Brings the algorithm up to date; Ctrl-C stops it."""
-        if self._active:
-            algorithm.AddObserver(
-                "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
+        observer = algorithm.AddObserver(
+            "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
         with self._interrupts.stopping(algorithm):
             algorithm.Update()
+        algorithm.RemoveObserver(observer)
 
     def show(self, label, fraction):
         now = time.monotonic()

@@ -149,7 +149,7 @@ def _render_frames(renderer, count, messages, progress, run):
     for number in range(count):
         progress.show("rendering", number / count)
         renderer.Modified()  # every frame is rendered, although nothing has changed
-        renderer.Update()
+        progress.update(renderer, "rendering")
         messages.check()
         run.note_frame(renderer.GetSplatter())
 

@@ -18,6 +18,7 @@ class RunStatistics:
         self._counts = {"splats": 0, "fragments": 0}
         self._detail = {}
         self._skipped = {}
+        self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
 
     @contextmanager
@@ -44,6 +45,8 @@ class RunStatistics:
                          "facing_away": splatter.GetNumberOfSurfelsFacingAway(),
                          "hidden": splatter.GetNumberOfHiddenSurfels(),
                          "hidden_pairs": splatter.GetNumberOfHiddenPairs()}
+        self._lens = {"cells": splatter.GetLensCells(),
+                      "pinholes": bool(splatter.GetLensPinholes())}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
     def _frame_medians(self):
@@ -66,6 +69,7 @@ class RunStatistics:
             **self._counts,
             "detail": self._detail,
             "skipped": self._skipped,
+            "lens": self._lens,
             "invalid": self._invalid,
             "size": list(view.size),
             "threads": self._threads,

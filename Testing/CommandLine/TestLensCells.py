@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The lens in cells and in points, from the command line."""
+
+import json
+import unittest
+
+import numpy as np
+
+from toolcase import CAMERA, ToolCase, sphere, write_ply
+
+LENS = ["--circle-of-confusion", "25", "--focal-distance", "3"]
+
+
+def distance(a, b):
+    return np.sqrt(np.mean((a - b) ** 2))
+
+
+class TestLensCells(ToolCase):
+    def setUp(self):
+        super().setUp()
+        near, near_colors = sphere(9000, radius=0.35)
+        far, far_colors = sphere(15000)
+        points = np.concatenate([near + (0.5, 0.1, 1.2), far])
+        write_ply("balls.ply", points, np.concatenate([255 - near_colors, far_colors]))
+
+    def run_with(self, *options):
+        """-> picture, statistics"""
+        self.render("balls.ply", *CAMERA, "--size", "96", "72", "--unlit", *options,
+                    "-o", "out.exr", "--stats", "stats.json")
+        with open("stats.json", encoding="utf-8") as file:
+            return self.read_rgba("out.exr"), json.load(file)
+
+    def test_cells_approach_the_reference(self):
+        reference, statistics = self.run_with(*LENS, "--reference", "200")
+        self.assertEqual(statistics["lens"], {"cells": 200, "pinholes": True})
+        self.assertEqual(statistics["blurred"], 0)
+        errors = []
+        for cells in ("1", "7", "19"):
+            picture, statistics = self.run_with(*LENS, "--lens-cells", cells)
+            self.assertEqual(statistics["lens"], {"cells": int(cells), "pinholes": False})
+            self.assertGreater(statistics["blurred"], 0)
+            errors.append(distance(picture, reference))
+        self.assertLess(errors[1], 0.6 * errors[0])
+        self.assertLess(errors[2], 0.6 * errors[1])
+        self.assertLess(errors[2], 0.02)  # colours change from point to point
+
+    def test_few_points_are_not_enough(self):
+        reference, _ = self.run_with(*LENS, "--reference", "200")
+        few, _ = self.run_with(*LENS, "--reference", "4")
+        more, _ = self.run_with(*LENS, "--reference", "37")
+        self.assertLess(3 * distance(more, reference), distance(few, reference))
+
+    def test_a_pinhole_has_one_cell(self):
+        one, once = self.run_with("--pinhole")
+        seven, statistics = self.run_with("--pinhole", "--lens-cells", "7")
+        np.testing.assert_array_equal(one, seven)
+        self.assertEqual(once["splats"], statistics["splats"])
+
+    def test_what_is_refused(self):
+        for options, words in (
+                (("--lens-cells", "0"), "'0' is not a whole number from 1 on"),
+                (("--reference", "70000"), "70000 is more than 65536"),
+                (("--lens-cells", "2", "--reference", "3"), "not allowed with")):
+            result = self.run_tool("render", "balls.ply", *options, "-o", "out.exr")
+            self.assertEqual(result.returncode, 2, options)
+            self.assertIn(words, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
