@@ -53,16 +53,17 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   return counts;
 }
 
-/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending.
+/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As many
+/// as are pending already: where all begin at one depth, the time to sort stays n log n.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;
   this->Pending.erase(
     this->Pending.begin(), this->Pending.begin() + static_cast<std::ptrdiff_t>(this->PendingNext));
   this->PendingNext = 0;
-  const std::size_t before = this->Pending.size();
+  const std::size_t before = this->Pending.size(), wanted = before + std::max(enough, before);
   const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
-  while (run != end && this->Pending.size() < before + enough)
+  while (run != end && this->Pending.size() < wanted)
   {
     const SplatList::Part& part = lazy.Get(*run++);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)

@@ -15,170 +15,36 @@ the frame without lens and without level of detail at the same size.
 
 import argparse
 import json
-import math
 import os
 import statistics
-import subprocess
 import sys
 from types import SimpleNamespace
 
-import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
+from vtkmodules.vtkRenderingCore import vtkCamera
 
-from surfelsplatting.vtkSurfelFilters import (vtkSurfelEstimation, vtkSurfelHierarchy,
-                                              vtkSurfelNormalization)
-from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader
-from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+from clouds import (TRUTH_SCENES, bumpy_ball, framed_camera, largest_confusion, read, read_exr,
+                    resample, sphere_surfels, surfels_of, truth_views, view_camera)
+from measures import psnr
+from scenes import DEFAULT, Drawing, Way
 
-SCENES = ("plane", "stanford-bunny", "bars", "veil")
 SIZES = (512, 1024)
 ERRORS = (0.5, 1.0, 2.0)
-
-
-def read(path):
-    reader = vtkPointCloudReader()
-    reader.SetFileName(path)
-    reader.Update()
-    return reader.GetOutput()
-
-
-def surfels_of(cloud):
-    estimation = vtkSurfelEstimation()
-    estimation.SetInputData(cloud)
-    normalization = vtkSurfelNormalization()
-    normalization.SetInputConnection(estimation.GetOutputPort())
-    normalization.Update()
-    return normalization.GetOutput()
-
-
-def resample(surfels, count):
-    """A cloud of about `count` points drawn from the surfels' kernels, with their colours."""
-    rng = np.random.default_rng(1)
-    points = vtk_to_numpy(surfels.GetPoints().GetData()).astype(float)
-    s = vtk_to_numpy(surfels.GetPointData().GetArray("SurfelCovariance")).astype(float)
-    matrices = s[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
-    values, vectors = np.linalg.eigh(matrices)
-    pick = rng.integers(0, len(points), count)
-    steps = rng.normal(size=(count, 3)) * np.sqrt(np.maximum(values[pick], 0))
-    cloud = vtkPolyData()
-    moved = points[pick] + np.einsum("nij,nj->ni", vectors[pick], steps)
-    array = vtkPoints()
-    array.SetData(numpy_to_vtk(moved.astype(np.float32), deep=True))
-    cloud.SetPoints(array)
-    scalars = surfels.GetPointData().GetScalars()
-    if scalars:
-        colors = numpy_to_vtk(np.ascontiguousarray(vtk_to_numpy(scalars)[pick]), deep=True)
-        colors.SetName("RGB")
-        cloud.GetPointData().SetScalars(colors)
-    return cloud
-
-
-def hierarchy_of(surfels):
-    hierarchy = vtkSurfelHierarchy()
-    hierarchy.SetInputData(surfels)
-    hierarchy.Update()
-    return hierarchy.GetOutput()
-
-
-def view_camera(view):
-    camera = vtkCamera()
-    camera.SetPosition(view["position"])
-    camera.SetFocalPoint(view["focalPoint"])
-    camera.SetViewUp(view["viewUp"])
-    camera.SetViewAngle(view["viewAngle"])
-    camera.SetFocalDistance(view["focalDistance"])
-    return camera
-
-
-def three_quarter_camera(surfels):
-    bounds = np.array(surfels.GetBounds()).reshape(3, 2)
-    center, size = bounds.mean(axis=1), np.linalg.norm(bounds[:, 1] - bounds[:, 0])
-    camera = vtkCamera()
-    camera.SetFocalPoint(center)
-    camera.SetPosition(center + 1.9 * size * np.array([0.46, 0.37, 0.81]))
-    camera.SetViewUp(0, 1, 0)
-    camera.SetViewAngle(30)
-    camera.SetFocalDistance(1.75 * size)
-    return camera
-
-
-class Drawing:
-    """Surfels, without and with their hierarchy, through one camera."""
-
-    def __init__(self, name, surfels, camera, lit):
-        self.name, self.camera = name, camera
-        self.plain = self._renderer(surfels, lit)
-        self.detailed = self._renderer(hierarchy_of(surfels), lit)
-        self.count = surfels.GetNumberOfPoints()
-
-    def _renderer(self, surfels, lit):
-        mapper = vtkSurfelMapper()
-        mapper.SetInputData(surfels)
-        mapper.SetScalarVisibility(surfels.GetPointData().GetScalars() is not None)
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        actor.GetProperty().SetLighting(lit)
-        renderer = vtkSurfelImageRenderer()
-        renderer.AddActor(actor)
-        renderer.SetCamera(self.camera)
-        renderer.GetSplatter().FrameReuseOff()
-        return renderer
-
-    def frame(self, detail, size, confusion, error=1.0, mode="Moments"):
-        """One frame; confusion: radius at infinity in px, 0 = pinhole. -> the splatter"""
-        renderer = self.detailed if detail else self.plain
-        renderer.SetSize(size, size)
-        splatter = renderer.GetSplatter()
-        if confusion:
-            splatter.SetLensModeToCircleOfConfusion()
-            splatter.SetCircleOfConfusion(confusion)
-        else:
-            splatter.SetLensModeToPinhole()
-        if detail:
-            getattr(splatter, "SetLODModeTo" + mode)()
-            splatter.SetLODError(error)
-        renderer.Modified()
-        renderer.Update()
-        return splatter
-
-    def picture(self, *arguments, **keywords):
-        self.frame(*arguments, **keywords)
-        renderer = self.detailed if arguments[0] else self.plain
-        size = renderer.GetOutput().GetDimensions()
-        colors = vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars())
-        return colors.reshape(size[1], size[0], 4)[::-1, :, :3].astype(float)
-
-
-def psnr(a, b):
-    return -10 * math.log10(max(np.mean((a - b) ** 2), 1e-20))
-
-
-def read_truth(dump, path):
-    found = subprocess.run([dump, path], capture_output=True, check=True).stdout
-    line, values = found.split(b"\n", 1)
-    width, height, _, *channels = line.decode().split()
-    planes = np.frombuffer(values, np.float32).reshape(len(channels), int(height), int(width))
-    names = [channel.split(":")[0] for channel in channels]
-    return np.stack([planes[names.index(c)] for c in "RGB"], axis=-1).astype(float)
+UNIT = Way(lod="Off")
+WAYS = (UNIT, *(Way(error=error) for error in ERRORS), Way(lod="Paper"))
 
 
 def time_view(drawing, size, confusion, frames):
-    """Medians, in turns: unit frame, without detail, with each error."""
-    jobs = [(False, size, 0, 1.0, "Moments"), (False, size, confusion, 1.0, "Moments")]
-    jobs += [(True, size, confusion, error, "Moments") for error in ERRORS]
-    jobs += [(True, size, confusion, 1.0, "Paper")]
+    """Medians, in turns: unit frame, without detail, with each error, paper's detail."""
+    jobs = [(UNIT, 0), *((way, confusion) for way in WAYS)]
     times = [[] for _ in jobs]
     splats = []
     for turn in range(frames + 1):
-        for job, record in zip(jobs, times):
-            splatter = drawing.frame(*job)
+        for (way, blur), record in zip(jobs, times):
+            frame = drawing.frame(way, size, blur)
             if turn:
-                record.append(splatter.GetFrameMilliseconds())
-            elif job[0]:
-                splats.append(splatter.GetNumberOfSplats())
+                record.append(frame.milliseconds)
+            elif way != UNIT:
+                splats.append(frame.splats)
     unit, plain, *detailed = (statistics.median(record) for record in times)
     return SimpleNamespace(unit=unit, plain=plain, detailed=detailed, splats=splats)
 
@@ -187,53 +53,24 @@ def losses(drawing, size, confusion, truth):
     """dB lost against ground truth by each error's detail, positive: worse; or None."""
     if truth is None or truth.shape[0] != size:
         return None
-    base = psnr(drawing.picture(False, size, confusion), truth)
-    lost = [base - psnr(drawing.picture(True, size, confusion, error), truth) for error in ERRORS]
-    lost.append(base - psnr(drawing.picture(True, size, confusion, 1.0, "Paper"), truth))
-    return {"base": base, "lost": lost}
+    base, *others = (psnr(drawing.frame(way, size, confusion).picture, truth) for way in WAYS)
+    return {"base": base, "lost": [base - other for other in others]}
 
 
 def truth_scenes(folder, dump):
-    for name in SCENES:
-        with open(f"{folder}/{name}.json", encoding="utf-8") as file:
-            views = {view["name"]: view for view in json.load(file)["views"]}
+    for name in TRUTH_SCENES:
+        views = truth_views(folder, name)
         drawing = Drawing(name, surfels_of(read(f"{folder}/{name}.ply")),
-                          view_camera(views["pinhole"]), lit=False)
-        truths = {radius: read_truth(dump, f"{folder}/{name}-{view}.exr") for radius, view in
-                  ((0, "pinhole"), (4, "coc4"), (12, "coc12"), (36, "coc36"))}
-        yield drawing, truths
+                          view_camera(views[0][0]), lit=False)
+        yield drawing, {blur: read_exr(dump, path) for blur, (_, path) in views.items()}
 
 
 def scan_scenes(path):
     surfels = surfels_of(read(path))
     name = os.path.basename(path).split("_")[0].split(".")[0]
-    camera = three_quarter_camera(surfels)
+    camera = framed_camera(surfels)
     yield Drawing(name, surfels, camera, lit=True), {}
     yield Drawing(name + " 1M", surfels_of(resample(surfels, 1_000_000)), camera, lit=True), {}
-
-
-def sphere_surfels(count):
-    """Surfels on the unit sphere, by formula: millions of points need no estimation here."""
-    k = np.arange(count) + 0.5
-    z = 1 - 2 * k / count
-    ring, angle = np.sqrt(1 - z * z), k * 2.399963229728653
-    normals = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
-    area = 4 * math.pi / count
-    s = 0.25 * area * np.stack([1 - normals[:, 0] ** 2, 1 - normals[:, 1] ** 2,
-                                1 - normals[:, 2] ** 2, -normals[:, 0] * normals[:, 1],
-                                -normals[:, 1] * normals[:, 2], -normals[:, 0] * normals[:, 2]], 1)
-    surfels = vtkPolyData()
-    points = vtkPoints()
-    points.SetData(numpy_to_vtk(normals.astype(np.float32), deep=True))
-    surfels.SetPoints(points)
-    colors = (127 + 127 * np.sin(20 * normals)).astype(np.uint8)
-    for name, values in (("SurfelCovariance", s.astype(np.float32)), ("RGB", colors),
-                         ("SurfelAreaVector", (area * normals).astype(np.float32))):
-        array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-        array.SetName(name)
-        surfels.GetPointData().AddArray(array)
-    surfels.GetPointData().SetActiveScalars("RGB")
-    return surfels
 
 
 def measure_density(frames):
@@ -251,9 +88,9 @@ def measure_density(frames):
         times = {density: [] for density in drawings}
         for turn in range(frames + 1):
             for density, drawing in drawings.items():
-                splatter = drawing.frame(True, size, radius)
+                frame = drawing.frame(DEFAULT, size, radius)
                 if turn:
-                    times[density].append(splatter.GetFrameMilliseconds())
+                    times[density].append(frame.milliseconds)
         unit = statistics.median(times[1])
         for density, drawing in drawings.items():
             frame = statistics.median(times[density])
@@ -265,37 +102,14 @@ def measure_density(frames):
 
 
 def generated_scene():
-    """A bumpy ball of 60,000 points, without any file."""
-    k = np.arange(60_000) + 0.5
-    z = 1 - 2 * k / len(k)
-    ring, angle = np.sqrt(1 - z * z), k * 2.399963
-    unit = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
-    points = unit * (1 + 0.05 * np.sin(9 * unit).prod(axis=1))[:, None]
-    cloud = vtkPolyData()
-    array = vtkPoints()
-    array.SetData(numpy_to_vtk(points.astype(np.float32), deep=True))
-    cloud.SetPoints(array)
-    colors = numpy_to_vtk((127 + 127 * np.sin(20 * unit)).astype(np.uint8), deep=True)
-    colors.SetName("RGB")
-    cloud.GetPointData().SetScalars(colors)
-    surfels = surfels_of(cloud)
-    yield Drawing("ball", surfels, three_quarter_camera(surfels), lit=False), {}
-
-
-def largest_confusion(drawing):
-    """Largest circle of confusion of any surfel over that of a point at infinity."""
-    points = vtk_to_numpy(drawing.plain.GetActors().GetLastActor().GetMapper().GetInput()
-                          .GetPoints().GetData()).astype(float)
-    camera = drawing.camera
-    depth = (points - camera.GetPosition()) @ np.array(camera.GetDirectionOfProjection())
-    depth = depth[depth > 0.05 * camera.GetDistance()]
-    return np.abs(1 - camera.GetFocalDistance() / np.percentile(depth, [0.5, 99.5])).max()
+    surfels = surfels_of(bumpy_ball())
+    yield Drawing("ball", surfels, framed_camera(surfels), lit=False), {}
 
 
 def measure(scenes, frames, sizes):
     rows = []
     for drawing, truths in scenes:
-        reach = largest_confusion(drawing)
+        reach = largest_confusion(drawing.surfels, drawing.camera)
         for size in sizes:
             # At infinity as in the ray-traced views, and until the scene's own reaches W/8.
             at_infinity = [0, 4, 12, 36, 64] if truths else [

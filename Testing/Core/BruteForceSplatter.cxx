@@ -137,10 +137,14 @@ double LargestEigenvalue(const Matrix3& m)
   {
     const Vector3 next = Multiply(m, v);
     lambda = Norm(next) / Norm(v);
+    if (lambda == 0.0)
+    {
+      return 0.0;
+    }
     v = next;
     for (double& x : v)
     {
-      x /= lambda > 0.0 ? lambda : 1.0;
+      x /= lambda;
     }
   }
   return lambda;

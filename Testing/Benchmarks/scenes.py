@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Surfels through one camera, drawn in every way that the splatter has."""
+
+from dataclasses import dataclass, field
+
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkRenderingCore import vtkActor
+
+from clouds import hierarchy_of
+from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+
+
+@dataclass(frozen=True)
+class Way:
+    """Settings of a picture."""
+
+    kernel: str = "PearsonII"
+    lod: str = "Moments"
+    error: float = 1.0
+    cells: int = 1
+    pinholes: bool = False
+
+    def __str__(self):
+        if self.pinholes:
+            return f"multisampling, N = {self.cells}"
+        kernel = "Pearson II" if self.kernel == "PearsonII" else "Gaussian"
+        detail = {"Moments": f"error {self.error:g}", "Paper": "paper's detail",
+                  "Off": "no detail"}[self.lod]
+        return f"{kernel}, {detail}" + (f", K = {self.cells}" if self.cells > 1 else "")
+
+
+DEFAULT = Way()
+PAPER = Way("Gaussian", "Paper")
+
+
+def multisampling(count):
+    return Way(cells=count, pinholes=True)
+
+
+@dataclass
+class Frame:
+    picture: object  # [height, width, 3], top row first
+    milliseconds: float
+    splats: int
+    fragments: int
+    counters: dict = field(default_factory=dict)
+
+
+class Drawing:
+    """Surfels and their hierarchy, without a window."""
+
+    def __init__(self, name, surfels, camera, lit):
+        self.name, self.surfels, self.camera, self.lit = name, surfels, camera, lit
+        self.count = surfels.GetNumberOfPoints()
+        self._plain = self._renderer(surfels)
+        self._detailed = self._renderer(hierarchy_of(surfels))
+
+    def _renderer(self, surfels):
+        mapper = vtkSurfelMapper()
+        mapper.SetInputData(surfels)
+        mapper.SetScalarVisibility(surfels.GetPointData().GetScalars() is not None)
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetLighting(self.lit)
+        renderer = vtkSurfelImageRenderer()
+        renderer.AddActor(actor)
+        renderer.SetCamera(self.camera)
+        renderer.GetSplatter().FrameReuseOff()
+        return renderer
+
+    def frame(self, way, size, confusion):
+        """confusion: radius of the blur of a point at infinity in px, 0 = pinhole."""
+        renderer = self._plain if way.lod == "Off" else self._detailed
+        renderer.SetSize(size, size)
+        splatter = renderer.GetSplatter()
+        if confusion:
+            splatter.SetLensModeToCircleOfConfusion()
+            splatter.SetCircleOfConfusion(confusion)
+        else:
+            splatter.SetLensModeToPinhole()
+        getattr(splatter, "SetKernelTo" + way.kernel)()
+        getattr(splatter, "SetLODModeTo" + way.lod)()
+        splatter.SetLODError(way.error)
+        splatter.SetLensCells(way.cells)
+        splatter.SetLensPinholes(way.pinholes)
+        renderer.Modified()
+        renderer.Update()
+        colors = vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars())
+        picture = colors.reshape(size, size, 4)[::-1, :, :3].astype(float)
+        return Frame(picture, splatter.GetFrameMilliseconds(), splatter.GetNumberOfSplats(),
+                     splatter.GetNumberOfFragments())
