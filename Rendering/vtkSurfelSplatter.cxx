@@ -116,6 +116,7 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.Camera.Near = view.ClippingRange[0];
   context.Camera.Far = view.ClippingRange[1];
   context.Lights = Core::MakeLights(view.Lights, camera, context.Camera);
+  context.Sectors = this->LensSectors != 0;
   context.Sampling = { this->LensCells, this->LensPinholes != 0 };
   context.Settings.Kernel =
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
@@ -310,6 +311,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LensMode: " << this->LensMode << "\n";
   os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
   os << indent << "LensCells: " << this->LensCells << "\n";
+  os << indent << "LensSectors: " << this->LensSectors << "\n";
   os << indent << "LensPinholes: " << this->LensPinholes << "\n";
   os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";

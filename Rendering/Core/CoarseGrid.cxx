@@ -21,8 +21,9 @@ namespace
 class TentSink : public LayerSink
 {
 public:
-  TentSink(int level, int width, int height)
+  TentSink(int level, int width, int height, int sector)
     : Cell(static_cast<float>(1 << level))
+    , Sector(static_cast<float>(sector))
     , Width(width)
     , Height(height)
   {
@@ -48,7 +49,7 @@ public:
     }
     const float opaque = layer.Opacity > 0.0f ? 1.0f / layer.Opacity : 0.0f;
     s.A = 1.0f / this->Cell;
-    s.K = 0.0f;
+    s.K = this->Sector;
     s.B = layer.Depth / layer.Weight;
     s.Weight = layer.Weight;
     s.Near = layer.Near;
@@ -71,8 +72,13 @@ private:
       std::min(std::max(std::ceil(x - 0.5f), 0.0f), static_cast<float>(size)));
   }
 
-  float Cell;
+  float Cell, Sector;
   int Width, Height;
+};
+
+struct PictureSize
+{
+  int Width, Height; ///< px
 };
 
 /// What the tiles of a level have given, tile by tile.
@@ -82,6 +88,26 @@ struct TileTents
   std::vector<PixelBox> Boxes;
   std::uint64_t Fragments = 0;
 };
+
+/// Rasters the tiles of a level.
+/// @param sector of the lens, or 0 where there are none
+std::vector<TileTents> RasterLevel(const SplatList& list, const TileBins& bins, int level,
+  const Frame& grid, int sector, const PictureSize& picture, const RasterSettings& settings,
+  const Executor& executor)
+{
+  std::vector<TileTents> tiles(bins.NumberOfTiles());
+  executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    TentSink sink(level, picture.Width, picture.Height, sector);
+    const auto raster = std::make_unique<TileRaster>(settings, nullptr, &sink, false);
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      sink.Splats = &tiles[tile].Splats;
+      sink.Boxes = &tiles[tile].Boxes;
+      tiles[tile].Fragments = raster->Render(list, bins, tile, grid).Fragments;
+    }
+  });
+  return tiles;
+}
 
 void Append(const std::vector<TileTents>& tiles, const Executor& executor, SplatList& list)
 {
@@ -104,6 +130,10 @@ void Append(const std::vector<TileTents>& tiles, const Executor& executor, Splat
       std::copy(tiles[i].Splats.begin(), tiles[i].Splats.end(), list.Splats.Data() + first);
       std::copy(tiles[i].Boxes.begin(), tiles[i].Boxes.end(), list.Boxes.Data() + first);
       std::fill_n(list.Levels.Data() + first, tiles[i].Splats.size(), 0);
+      if (list.HasSlopes)
+      {
+        std::fill_n(list.Slopes.Data() + first, tiles[i].Splats.size(), LensSlope{});
+      }
     }
   });
 }
@@ -135,22 +165,19 @@ std::uint64_t ResolveCoarseLevels(
     TileBins bins;
     BinSplats(list, level, grid.Width, grid.Height, executor, bins);
     SortBins(list, executor, bins);
-    std::vector<TileTents> tiles(bins.NumberOfTiles());
-    executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
-      TentSink sink(level, width, height);
-      const auto raster = std::make_unique<TileRaster>(settings, nullptr, &sink, false);
-      for (std::size_t tile = begin; tile < end; ++tile)
-      {
-        sink.Splats = &tiles[tile].Splats;
-        sink.Boxes = &tiles[tile].Boxes;
-        tiles[tile].Fragments = raster->Render(list, bins, tile, grid).Fragments;
-      }
-    });
-    for (const TileTents& tile : tiles)
+    const int sectors = list.HasSlopes ? NumberOfSectors : 1;
+    for (int sector = 0; sector < sectors; ++sector)
     {
-      fragments += tile.Fragments;
+      RasterSettings own = settings;
+      own.Sector = list.HasSlopes ? SectorOf(sector) : LensSector();
+      const std::vector<TileTents> tiles =
+        RasterLevel(list, bins, level, grid, sector, { width, height }, own, executor);
+      for (const TileTents& tile : tiles)
+      {
+        fragments += tile.Fragments;
+      }
+      Append(tiles, executor, list);
     }
-    Append(tiles, executor, list);
   }
   return fragments;
 }

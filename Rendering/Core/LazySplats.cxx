@@ -41,6 +41,7 @@ void LazySplats::Bin(int width, int height)
   this->Splats.Resize(splats);
   this->Boxes.Resize(splats);
   this->Gradients.Resize(splats);
+  this->Slopes.Resize(this->Context.Sectors ? splats : 0);
   this->States = std::make_unique<std::atomic<unsigned char>[]>(this->Runs.size());
 
   const int tilesX = (width + TileSize - 1) / TileSize;
@@ -112,6 +113,10 @@ void LazySplats::Make(Run& run)
     }
     this->Splats[part.Begin + part.Count] = record.S;
     this->Boxes[part.Begin + part.Count] = record.Box;
+    if (this->Context.Sectors)
+    {
+      this->Slopes[part.Begin + part.Count] = record.Slope;
+    }
     ++part.Count;
     part.Blurred += record.Blurred ? 1 : 0;
   }

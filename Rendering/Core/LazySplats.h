@@ -52,6 +52,10 @@ public:
 
   const Splat& GetSplat(std::size_t i) const { return this->Splats[i]; }
   const PixelBox& GetBox(std::size_t i) const { return this->Boxes[i]; }
+  const LensSlope* GetSlope(std::size_t i) const
+  {
+    return this->Context.Sectors ? &this->Slopes[i] : nullptr;
+  }
   const SplatGradient* GetGradient(const Splat& splat) const
   {
     return splat.Gradient == NoGradient ? nullptr : &this->Gradients[splat.Gradient];
@@ -95,5 +99,6 @@ private:
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
   Buffer<SplatGradient> Gradients;
+  Buffer<LensSlope> Slopes;
 };
 }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "Lanes.h"
+#include "LensSectors.h"
 #include "Splat.h"
 
 #include <cstdint>
@@ -49,15 +50,17 @@ struct RasterSettings
   /// gradients can overshoot where a surface ends: a resolved layer is clamped to what splats can
   /// give.
   float LargestColor;
+  LensSector Sector = {}; ///< that is drawn
 };
 
 struct RasterKernel
 {
   /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the
   /// number of fragments.
+  /// @param slope of a splat in a sector of the lens, or null
   std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, const SplatGradient* gradient,
-    int rowBegin, int rowEnd, float x, float y, const RasterSettings& settings,
-    const CloseCallback& callback);
+    const LensSlope* slope, int rowBegin, int rowEnd, float x, float y,
+    const RasterSettings& settings, const CloseCallback& callback);
   /// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more
   /// than LeastTransmittance.
   bool (*IsOpaque)(const PixelBlock* blocks, float near);

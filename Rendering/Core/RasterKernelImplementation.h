@@ -59,6 +59,10 @@ struct RowSpan
   float Depth0;              ///< depth at column 0
   float Red0, Green0, Blue0; ///< colour gradient at column 0
   int BlockBegin, BlockEnd;
+  // Of a sector of the lens: what multiplies the weight, at column 0 and per column.
+  float Share0, ShareX; ///< f(s_x u_x) before it is clamped
+  float ShareOfRow;     ///< 4 f(s_y u_y)
+  float Tilt0;
 };
 
 /// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
@@ -161,15 +165,33 @@ SURFELSPLATTING_INLINE void OpenLayers(PixelBlock& b, int index, const Splat& s,
   b.Far = inside ? far : b.Far;
 }
 
+/// Factor of the weight in a sector of the lens (LensSectors.h).
+SURFELSPLATTING_INLINE void EvaluateSector(
+  const LensSlope& slope, const RowSpan& row, const Lanes& column, Lanes& factor)
+{
+  factor = row.Share0 + row.ShareX * column;
+  Max(factor, Lanes{});
+  Min(factor, Lanes{} + 1.0f);
+  Lanes tilt = row.Tilt0 + slope.TiltX * column;
+  Max(tilt, Lanes{});
+  factor *= row.ShareOfRow * tilt;
+}
+
 /// Adds a splat to eight pixels.
-template <bool HasGradient>
+template <bool HasGradient, bool InSector>
 SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
-  const SplatGradient* g, const RowSpan& row, const Lanes& column, const RasterSettings& settings,
-  LaneMask& fragments, const CloseCallback& callback)
+  const SplatGradient* g, const LensSlope* l, const RowSpan& row, const Lanes& column,
+  const RasterSettings& settings, LaneMask& fragments, const CloseCallback& callback)
 {
   const Lanes u = column + row.Offset;
   const Lanes q = s.A * u * u + row.Q0;
-  const LaneMask inside = q < settings.Support;
+  LaneMask inside = q < settings.Support;
+  Lanes share;
+  if (InSector)
+  {
+    EvaluateSector(*l, row, column, share);
+    inside &= share > 0.0f;
+  }
   if (!Any(inside))
   {
     return;
@@ -183,6 +205,11 @@ SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
   else
   {
     EvaluateKernel(s.Shape, q, settings.Support, weight);
+  }
+  if (InSector)
+  {
+    weight *= share;
+    slope *= share;
   }
   weight = inside ? s.Weight * weight : Lanes{};
   OpenLayers(b, index, s, inside, settings, callback);
@@ -246,9 +273,21 @@ SURFELSPLATTING_INLINE std::uint64_t Sum(const LaneMask& counts)
   return sum;
 }
 
-template <bool HasGradient>
+/// Of a row's span, what a sector of the lens takes; false: nothing.
+SURFELSPLATTING_INLINE bool EnterSector(
+  const LensSlope& slope, const LensSector& sector, float x, float dy, RowSpan& row)
+{
+  const float dx0 = 0.5f - x;
+  row.ShareX = sector.X * slope.Point;
+  row.Share0 = 0.5f + row.ShareX * dx0;
+  row.ShareOfRow = 4.0f * Clamp(0.5f + sector.Y * slope.Point * dy, 0.0f, 1.0f);
+  row.Tilt0 = 1.0f + slope.TiltX * dx0 + slope.TiltY * dy;
+  return row.ShareOfRow > 0.0f;
+}
+
+template <bool HasGradient, bool InSector>
 SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
-  const SplatGradient* g, int rowBegin, int rowEnd, float x, float y,
+  const SplatGradient* g, const LensSlope* l, int rowBegin, int rowEnd, float x, float y,
   const RasterSettings& settings, const CloseCallback& callback)
 {
   const float depth = 0.5f * (s.Near + s.Far);
@@ -266,6 +305,10 @@ SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
     RowSpan row;
     row.Offset = 0.5f - x + s.K * dy;
     row.Q0 = q0;
+    if (InSector && !EnterSector(*l, settings.Sector, x, dy, row))
+    {
+      continue;
+    }
     if (HasGradient)
     {
       row.Red0 = g->RedX * (0.5f - x) + g->RedY * dy;
@@ -281,7 +324,7 @@ SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
     for (int i = row.BlockBegin; i < row.BlockEnd; ++i)
     {
       const int index = j * BlocksPerRow + i;
-      AddToBlock<HasGradient>(blocks[index], index, s, g, row,
+      AddToBlock<HasGradient, InSector>(blocks[index], index, s, g, l, row,
         ramp + static_cast<float>(i * LaneCount), settings, fragments, callback);
     }
   }
@@ -311,15 +354,21 @@ std::uint64_t AddTent(PixelBlock* blocks, const Splat& s, int rowBegin, int rowE
   return Sum(fragments);
 }
 
-std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, const SplatGradient* g, int rowBegin,
-  int rowEnd, float x, float y, const RasterSettings& settings, const CloseCallback& callback)
+std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, const SplatGradient* g,
+  const LensSlope* l, int rowBegin, int rowEnd, float x, float y, const RasterSettings& settings,
+  const CloseCallback& callback)
 {
   if (s.Shape == -2.0f) // TentShape
   {
     return AddTent(blocks, s, rowBegin, rowEnd, x, y, settings, callback);
   }
-  return g ? AddRows<true>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback)
-           : AddRows<false>(blocks, s, g, rowBegin, rowEnd, x, y, settings, callback);
+  if (l)
+  {
+    return g ? AddRows<true, true>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback)
+             : AddRows<false, true>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback);
+  }
+  return g ? AddRows<true, false>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback)
+           : AddRows<false, false>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback);
 }
 
 bool IsOpaque(const PixelBlock* blocks, float near)

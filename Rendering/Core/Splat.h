@@ -9,7 +9,8 @@
 namespace SurfelSplatting
 {
 /// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h). The layers of such a grid
-/// come back as tents, max(0, 1 - A |dx|) max(0, 1 - A |dy|), Shape = TentShape, of depth B.
+/// come back as tents, max(0, 1 - A |dx|) max(0, 1 - A |dy|), Shape = TentShape, of depth B, in
+/// sector K of the lens.
 struct alignas(64) Splat
 {
   float X, Y;    ///< centre, px

@@ -85,6 +85,10 @@ private:
     }
     this->List.Splats[part.Begin + part.Count] = record.S;
     this->List.Boxes[part.Begin + part.Count] = record.Box;
+    if (this->List.HasSlopes)
+    {
+      this->List.Slopes[part.Begin + part.Count] = record.Slope;
+    }
     this->List.Levels[part.Begin + part.Count] = static_cast<unsigned char>(record.GridLevel);
     part.Levels |= 1u << record.GridLevel;
     ++part.Count;
@@ -104,8 +108,10 @@ private:
 };
 }
 
-void SplatList::Clear()
+void SplatList::Clear(bool sectors)
 {
+  this->HasSlopes = sectors;
+  this->Slopes.Clear();
   this->Parts.clear();
   this->Splats.Clear();
   this->Boxes.Clear();
@@ -118,6 +124,7 @@ void SplatList::Resize(std::size_t size)
   this->Splats.Resize(size);
   this->Boxes.Resize(size);
   this->Gradients.Resize(size);
+  this->Slopes.Resize(this->HasSlopes ? size : 0);
   this->Levels.Resize(size);
 }
 

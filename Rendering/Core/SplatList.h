@@ -32,11 +32,16 @@ struct SplatList
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
+  Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
 
-  /// Empties the list and keeps its memory.
-  void Clear();
+  /// Empties the list and keeps its memory. @param sectors whether splats will have slopes
+  void Clear(bool sectors = false);
   void Resize(std::size_t size);
+  const LensSlope* SlopeOf(std::size_t i) const
+  {
+    return this->HasSlopes ? &this->Slopes[i] : nullptr;
+  }
 
   /// Adds one splat, as a part of its own.
   void Add(const Splat& splat, const PixelBox& box);
@@ -47,6 +52,8 @@ struct SplatList
   unsigned int LevelsInUse() const;            ///< bit l: some are on the grid of level l
   /// Surfels that are not drawn: non-finite values, or too large for float sums.
   std::uint64_t NumberOfInvalidSurfels() const;
+
+  bool HasSlopes = false;
 };
 
 /// Appends the visible splats of a cloud's runs of surfels or nodes.

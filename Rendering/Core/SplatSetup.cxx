@@ -245,6 +245,10 @@ void ScaleToGrid(int gridLevel, SplatRecord& record)
   s.DepthX *= d;
   s.DepthY *= d;
   SplatGradient& g = record.Gradient;
+  for (float* x : { &record.Slope.Point, &record.Slope.TiltX, &record.Slope.TiltY })
+  {
+    *x *= d;
+  }
   if (s.Gradient != NoGradient)
   {
     for (float* x : { &g.RedX, &g.GreenX, &g.BlueX, &g.RedY, &g.GreenY, &g.BlueY })
@@ -285,8 +289,9 @@ Blur MakeBlur(const SplatContext& context, const TruncatedGaussian& gaussian,
   const double relative = view.Parallel || context.Optics.Radius == 0.0
     ? 0.0
     : context.Optics.RelativeCircleOfConfusion(z);
-  // The paper's kernel has no such offset.
-  const bool offset = relative > 0.0 && context.Settings.Kernel != KernelType::Gaussian;
+  // The paper's kernel has no such offset; sectors weigh the two sides of the lens instead.
+  const bool offset =
+    relative > 0.0 && context.Settings.Kernel != KernelType::Gaussian && !context.Sectors;
   const std::array<double, 2> relativeOffset = offset
     ? context.Optics.RelativeBlurOffset(surfel.Area, surfel.Position)
     : std::array<double, 2>{ { 0.0, 0.0 } };
@@ -376,6 +381,22 @@ bool Representable(const SplatGradient& g)
   return Within(g.RedX, LargestColor) && Within(g.GreenX, LargestColor) &&
     Within(g.BlueX, LargestColor) && Within(g.RedY, LargestColor) &&
     Within(g.GreenY, LargestColor) && Within(g.BlueY, LargestColor);
+}
+
+/// For sectors of the lens; all 0 in focus.
+LensSlope MakeSlope(const SplatContext& context, const PlacedSurfel& surfel, const Footprint& w)
+{
+  if (!context.Sectors || context.Camera.Parallel || context.Optics.Radius == 0.0)
+  {
+    return { 0.0f, 0.0f, 0.0f };
+  }
+  const Lens& lens = context.Optics;
+  const std::array<double, 2> mean = lens.MeanLensPoint(surfel.Area, surfel.Position);
+  const double confusion = std::sqrt(std::abs(context.Camera.Fx * context.Camera.Fy)) *
+    lens.Radius * (1.0 / lens.FocalDistance - 1.0 / surfel.Position[2]);
+  const double point = confusion / (4.0 * std::sqrt(w.Determinant));
+  return { static_cast<float>(point), static_cast<float>(4.0 * mean[0] * point),
+    static_cast<float>(4.0 * mean[1] * point) };
 }
 
 ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w, const Blur& blur,
@@ -469,6 +490,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const Shading shading =
     MakeShading(context, cloud.Cloud, p, placed.Area, areaLength, placed.BackSide);
   SetColor(ColorOf(context, cloud.Cloud, surfel, level), shading, splat);
+  record.Slope = MakeSlope(context, placed, footprint);
   splat.Gradient = NoGradient;
   if (tilted)
   {

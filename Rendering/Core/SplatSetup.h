@@ -7,6 +7,7 @@
 #include "DetailSelection.h"
 #include "Lens.h"
 #include "LensCells.h"
+#include "LensSectors.h"
 #include "ResamplingKernel.h"
 #include "Splat.h"
 #include "SurfelCloud.h"
@@ -29,7 +30,8 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
-  LensSampling Sampling; ///< of the lens, by the splatter
+  LensSampling Sampling;     ///< of the lens, by the splatter
+  bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   DetailSettings Detail;
@@ -66,8 +68,9 @@ struct SplatRecord
   Splat S; ///< its Gradient is NoGradient, or 0 where Gradient is set
   PixelBox Box;
   SplatGradient Gradient;
-  bool Blurred;  ///< by the lens
-  int GridLevel; ///< of the coarse grid that it is drawn on (CoarseGrid.h); 0: the picture
+  LensSlope Slope; ///< set where there are sectors
+  bool Blurred;    ///< by the lens
+  int GridLevel;   ///< of the coarse grid that it is drawn on (CoarseGrid.h); 0: the picture
 };
 
 /// Projects one surfel, or one node of a hierarchy (of level > 0). The scalar reference of the

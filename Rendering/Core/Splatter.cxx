@@ -30,10 +30,13 @@ private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
 
-/// The frame through one cell of the lens. Lights stay where they are in the world.
-SplatContext CellContext(const SplatContext& context, const LensCell& cell)
+/// The frame through one cell of the lens. Lights stay where they are in the world. Layers for a
+/// sink are those of all sectors.
+SplatContext CellContext(const SplatContext& context, const LensCell& cell, bool hasSink)
 {
   SplatContext part = context;
+  part.Sectors = context.Sectors && !hasSink && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
+    context.Settings.Kernel != KernelType::Gaussian;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
   for (Light& light : part.Lights)
@@ -111,7 +114,8 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
   if (cells.size() == 1)
   {
-    this->RenderCell(CellContext(context, cells[0]), clouds, executor, frame, depthLimit, sink);
+    this->RenderCell(
+      CellContext(context, cells[0], sink != nullptr), clouds, executor, frame, depthLimit, sink);
     return true;
   }
   FrameStatistics total;
@@ -120,8 +124,8 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   bool goOn = true;
   while (goOn && done < cells.size())
   {
-    this->RenderCell(
-      CellContext(context, cells[done]), clouds, executor, average.Next(), depthLimit, sink);
+    this->RenderCell(CellContext(context, cells[done], sink != nullptr), clouds, executor,
+      average.Next(), depthLimit, sink);
     total.Add(this->Stats);
     average.Add();
     ++done;
@@ -139,7 +143,7 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   this->Stats = FrameStatistics();
   this->TileSeconds = 0.0;
   StopWatch watch;
-  this->List.Clear();
+  this->List.Clear(context.Sectors);
   this->Lazy.Clear(context);
   for (const SurfelCloud& cloud : clouds)
   {

@@ -19,9 +19,48 @@ const RasterKernel Kernel = SelectRasterKernel();
 TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
   const Frame& frame, LazySplats* lazy)
 {
-  const int tileX = static_cast<int>(tile % bins.TilesX) * TileSize;
-  const int tileY = static_cast<int>(tile / bins.TilesX) * TileSize;
-  this->Clear(tileX, tileY, frame);
+  this->Place(tile, bins, frame);
+  this->InSectors = list.HasSlopes;
+  Counts counts;
+  if (!this->InSectors || this->Settings.Sector.X != 0.0f)
+  {
+    counts = this->RenderLayers(list, bins, tile, lazy);
+  }
+  else
+  {
+    this->LensSpread = 0.0f;
+    for (int sector = 0; sector < NumberOfSectors; ++sector)
+    {
+      this->Settings.Sector = SectorOf(sector);
+      this->SectorIndex = static_cast<float>(sector);
+      const Counts own = this->RenderLayers(list, bins, tile, lazy);
+      counts.Fragments += own.Fragments;
+      counts.LazyPairs = std::max(counts.LazyPairs, own.LazyPairs);
+      counts.Hidden = std::max(counts.Hidden, own.Hidden);
+      if (sector == 0 && this->LensSpread < LeastLensSpread)
+      {
+        this->DrawWhole(list, bins, tile, lazy);
+        break;
+      }
+      this->AddToMean(sector == 0);
+      if (sector == NumberOfSectors - 1)
+      {
+        this->TakeMean();
+      }
+    }
+    this->Settings.Sector = LensSector();
+  }
+  if (frame.Color)
+  {
+    this->Store(frame);
+  }
+  return counts;
+}
+
+TileRaster::Counts TileRaster::RenderLayers(
+  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
+{
+  this->Clear();
   this->Next = bins.Offsets[tile];
   this->Last = bins.Offsets[tile + 1];
   this->Pending.clear();
@@ -46,15 +85,54 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   }
   counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
   this->CloseAll();
-  if (frame.Color)
-  {
-    this->Store(tileX, tileY, frame);
-  }
   return counts;
 }
 
-/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As many
-/// as are pending already: where all begin at one depth, the time to sort stays n log n.
+/// In focus all sectors are the same: once, without them.
+void TileRaster::DrawWhole(
+  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
+{
+  this->InSectors = false;
+  this->RenderLayers(list, bins, tile, lazy);
+}
+
+/// Adds a sector's pixels to the mean.
+void TileRaster::AddToMean(bool first)
+{
+  constexpr float share = 1.0f / NumberOfSectors;
+  if (first)
+  {
+    std::memset(static_cast<void*>(this->Mean), 0, sizeof(this->Mean));
+  }
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    const PixelBlock& b = this->Blocks[i];
+    MeanBlock& m = this->Mean[i];
+    m.Red += share * b.OutRed;
+    m.Green += share * b.OutGreen;
+    m.Blue += share * b.OutBlue;
+    m.Transmittance += share * b.Transmittance;
+    // A depth has no mean across a silhouette: that of the first sector which has one.
+    m.Depth = m.Depth == 0.0f ? b.OutDepth : m.Depth;
+  }
+}
+
+void TileRaster::TakeMean()
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    PixelBlock& b = this->Blocks[i];
+    const MeanBlock& m = this->Mean[i];
+    b.OutRed = m.Red;
+    b.OutGreen = m.Green;
+    b.OutBlue = m.Blue;
+    b.Transmittance = m.Transmittance;
+    b.OutDepth = m.Transmittance <= 0.5f ? m.Depth : Lanes{};
+  }
+}
+
+/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As
+/// many as are pending already: where all begin at one depth, the time to sort stays n log n.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;
@@ -106,13 +184,15 @@ bool TileRaster::AddBefore(
     if (takeBinned)
     {
       const std::uint32_t i = bins.Indices[this->Next++];
-      counts.Fragments += this->AddSplat(
-        *s, s->Gradient == NoGradient ? nullptr : &list.Gradients[s->Gradient], list.Boxes[i]);
+      counts.Fragments +=
+        this->AddSplat(*s, s->Gradient == NoGradient ? nullptr : &list.Gradients[s->Gradient],
+          this->InSectors ? list.SlopeOf(i) : nullptr, list.Boxes[i]);
     }
     else
     {
       const auto i = static_cast<std::uint32_t>(this->Pending[this->PendingNext++]);
-      counts.Fragments += this->AddSplat(*s, lazy->GetGradient(*s), lazy->GetBox(i));
+      counts.Fragments += this->AddSplat(
+        *s, lazy->GetGradient(*s), this->InSectors ? lazy->GetSlope(i) : nullptr, lazy->GetBox(i));
       ++counts.LazyPairs;
     }
   }
@@ -123,13 +203,17 @@ bool TileRaster::IsOpaque(float near) const
   return Kernel.IsOpaque(this->Blocks, near);
 }
 
-void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
+void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)
 {
-  this->Settings.LargestColor = this->LargestCoarseColor;
-  this->OriginX = tileX;
-  this->OriginY = tileY;
+  this->OriginX = static_cast<int>(tile % bins.TilesX) * TileSize;
+  this->OriginY = static_cast<int>(tile / bins.TilesX) * TileSize;
   this->Width = frame.Width;
   this->Height = frame.Height;
+}
+
+void TileRaster::Clear()
+{
+  this->Settings.LargestColor = this->LargestCoarseColor;
   std::memset(static_cast<void*>(this->Blocks), 0, sizeof(this->Blocks));
   for (int i = 0; i < BlocksPerTile; ++i)
   {
@@ -137,17 +221,17 @@ void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
     Set(b.Near, Infinity);
     Set(b.Far, -Infinity);
     Set(b.Limit, Infinity);
-    const int y = tileY + i / BlocksPerRow;
-    const int x = tileX + i % BlocksPerRow * LaneCount;
+    const int y = this->OriginY + i / BlocksPerRow;
+    const int x = this->OriginX + i % BlocksPerRow * LaneCount;
     for (int l = 0; l < LaneCount; ++l)
     {
       // Pixels beyond the picture are finished from the start.
-      b.Transmittance[l] = y < frame.Height && x + l < frame.Width ? 1.0f : 0.0f;
+      b.Transmittance[l] = y < this->Height && x + l < this->Width ? 1.0f : 0.0f;
     }
-    if (this->DepthLimit && y < frame.Height)
+    if (this->DepthLimit && y < this->Height)
     {
-      const float* limit = this->DepthLimit + static_cast<std::size_t>(y) * frame.Width;
-      for (int l = 0; l < LaneCount && x + l < frame.Width; ++l)
+      const float* limit = this->DepthLimit + static_cast<std::size_t>(y) * this->Width;
+      for (int l = 0; l < LaneCount && x + l < this->Width; ++l)
       {
         b.Limit[l] = limit[x + l];
       }
@@ -155,10 +239,33 @@ void TileRaster::Clear(int tileX, int tileY, const Frame& frame)
   }
 }
 
-std::uint64_t TileRaster::AddSplat(
-  const Splat& s, const SplatGradient* gradient, const PixelBox& box)
+/// How far a splat's fragments are apart on the lens.
+void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
 {
-  if (s.Shape != static_cast<float>(TentShape)) // those of coarse grids are counted already
+  if (s.Shape == static_cast<float>(TentShape))
+  {
+    this->LensSpread = 1.0f; // only wide splats are on coarse grids
+  }
+  else if (slope && slope->Point != 0.0f)
+  {
+    const float reach = std::sqrt(this->Settings.Support / std::min(s.A, s.B));
+    this->LensSpread = std::max(this->LensSpread, std::abs(slope->Point) * reach);
+  }
+}
+
+std::uint64_t TileRaster::AddSplat(
+  const Splat& s, const SplatGradient* gradient, const LensSlope* slope, const PixelBox& box)
+{
+  const bool tent = s.Shape == static_cast<float>(TentShape);
+  if (this->InSectors && this->SectorIndex == 0.0f)
+  {
+    this->NoteSpread(s, slope);
+  }
+  if (tent && s.K != this->SectorIndex)
+  {
+    return 0; // another sector's
+  }
+  if (!tent) // those of coarse grids are counted already
   {
     this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
   }
@@ -166,7 +273,7 @@ std::uint64_t TileRaster::AddSplat(
   const int rowEnd = std::min(TileSize, box.Y1 - this->OriginY);
   const float x = s.X - static_cast<float>(this->OriginX);
   const float y = s.Y - static_cast<float>(this->OriginY);
-  return Kernel.AddSplat(this->Blocks, s, gradient, rowBegin, rowEnd, x, y, this->Settings,
+  return Kernel.AddSplat(this->Blocks, s, gradient, slope, rowBegin, rowEnd, x, y, this->Settings,
     { this->Sink ? &TileRaster::SendToSink : nullptr, this });
 }
 
@@ -206,8 +313,9 @@ void TileRaster::CloseAll()
   Kernel.CloseAll(this->Blocks, this->Settings);
 }
 
-void TileRaster::Store(int tileX, int tileY, const Frame& frame) const
+void TileRaster::Store(const Frame& frame) const
 {
+  const int tileX = this->OriginX, tileY = this->OriginY;
   const int columns = std::min(TileSize, frame.Width - tileX);
   const int rows = std::min(TileSize, frame.Height - tileY);
   for (int j = 0; j < rows; ++j)

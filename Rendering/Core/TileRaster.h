@@ -25,6 +25,8 @@ public:
   /// @param limit   [height][width] depth of opaque props, or null
   /// @param sink    receives the closed layers, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
+  /// Splats with lens slopes are drawn sector by sector (LensSectors.h), the frame being the mean
+  /// of the four, or into the one sector that the settings name.
   TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden)
     : Settings(settings)
     , LargestCoarseColor(settings.LargestColor)
@@ -47,14 +49,27 @@ public:
     LazySplats* lazy = nullptr);
 
 private:
+  struct MeanBlock
+  {
+    Lanes Red, Green, Blue, Transmittance, Depth;
+  };
+
+  Counts RenderLayers(
+    const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
+  void DrawWhole(const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
+  void AddToMean(bool first);
+  void TakeMean();
   void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
   bool AddBefore(
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
   bool IsOpaque(float near) const;
-  void Clear(int tileX, int tileY, const Frame& frame);
-  void Store(int tileX, int tileY, const Frame& frame) const;
+  void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
+  void Clear();
+  void Store(const Frame& frame) const;
   static void SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes);
-  std::uint64_t AddSplat(const Splat& splat, const SplatGradient* gradient, const PixelBox& box);
+  std::uint64_t AddSplat(
+    const Splat& splat, const SplatGradient* gradient, const LensSlope* slope, const PixelBox& box);
+  void NoteSpread(const Splat& splat, const LensSlope* slope);
   void CloseAll();
 
   RasterSettings Settings;
@@ -70,6 +85,10 @@ private:
   std::uint64_t Last = 0;
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
+  bool InSectors = false;
+  float SectorIndex = 0.0f;
+  float LensSpread = 0.0f; // of the splats in this tile, units of the lens's radius
   PixelBlock Blocks[BlocksPerTile];
+  MeanBlock Mean[BlocksPerTile]; // of the sectors so far
 };
 }

@@ -19,6 +19,7 @@ class Way:
     error: float = 1.0
     cells: int = 1
     pinholes: bool = False
+    sectors: bool = False
 
     def __str__(self):
         if self.pinholes:
@@ -26,7 +27,8 @@ class Way:
         kernel = "Pearson II" if self.kernel == "PearsonII" else "Gaussian"
         detail = {"Moments": f"error {self.error:g}", "Paper": "paper's detail",
                   "Off": "no detail"}[self.lod]
-        return f"{kernel}, {detail}" + (f", K = {self.cells}" if self.cells > 1 else "")
+        cells = f", K = {self.cells}" if self.cells > 1 else ""
+        return f"{kernel}, {detail}{cells}" + (", sectors" if self.sectors else "")
 
 
 DEFAULT = Way()
@@ -83,6 +85,7 @@ class Drawing:
         splatter.SetLODError(way.error)
         splatter.SetLensCells(way.cells)
         splatter.SetLensPinholes(way.pinholes)
+        splatter.SetLensSectors(way.sectors)
         renderer.Modified()
         renderer.Update()
         colors = vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars())

@@ -67,6 +67,7 @@ struct ReferenceSplat
   double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2]; ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
+  double Point = 0, TiltX = 0, TiltY = 0; ///< of the lens, as in LensSectors.h
   double Color[3], Opacity;
 };
 
@@ -312,7 +313,18 @@ bool MakeReferenceSplat(
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
   if (pearson && confusion > 0.0)
   {
+    const double shiftX = splat.X, shiftY = splat.Y;
     AddBlurOffset(context, s, splat);
+    if (context.Sectors)
+    {
+      // The offset is C times the mean lens point; weights take its place.
+      const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
+      splat.Point = sign * std::sqrt(cx * cy / det) / 4.0;
+      splat.TiltX = 4.0 * (splat.X - shiftX) / (sign * cx) * splat.Point;
+      splat.TiltY = 4.0 * (splat.Y - shiftY) / (sign * cy) * splat.Point;
+      splat.X = shiftX;
+      splat.Y = shiftY;
+    }
   }
   ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
@@ -353,8 +365,36 @@ double ErrorOfQ(const ReferenceSplat& s, double dx, double dy, double q)
   return 2.0 * std::abs(gx) * errorX + 2.0 * std::abs(gy) * errorY + 4.0 * Epsilon * q;
 }
 
-std::vector<Fragment> CollectFragments(
-  const std::vector<ReferenceSplat>& splats, double cutoff, double x, double y, bool& undecided)
+/// Factor of a fragment's weight in a sector of the lens, and its relative error; 1 without
+/// sectors.
+double SectorShare(const ReferenceSplat& s, const LensSector& sector, double dx, double dy,
+  double& error, bool& undecided)
+{
+  error = 0.0;
+  if (sector.X == 0.0f)
+  {
+    return 1.0;
+  }
+  // Each factor is a sum about the tile's corner: four roundings of its largest term.
+  const double reach = std::abs(s.X) + std::abs(s.Y) + 64.0;
+  double share = 4.0;
+  for (const double along : { sector.X * s.Point * dx, sector.Y * s.Point * dy })
+  {
+    const double bound = 4.0 * Epsilon * (1.0 + std::abs(s.Point) * reach);
+    const double part = std::clamp(0.5 + along, 0.0, 1.0);
+    undecided = undecided || std::abs(0.5 + along) <= bound;
+    error += part > 0.0 ? bound / part : 0.0;
+    share *= part;
+  }
+  const double tilt = 1.0 + s.TiltX * dx + s.TiltY * dy;
+  const double bound = 4.0 * Epsilon * (1.0 + (std::abs(s.TiltX) + std::abs(s.TiltY)) * reach);
+  undecided = undecided || std::abs(tilt) <= bound;
+  error += tilt > 0.0 ? bound / tilt : 0.0;
+  return share * std::max(0.0, tilt);
+}
+
+std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats, double cutoff,
+  const LensSector& sector, double x, double y, bool& undecided)
 {
   std::vector<Fragment> fragments;
   for (const ReferenceSplat& s : splats)
@@ -364,7 +404,10 @@ std::vector<Fragment> CollectFragments(
       s.Inverse[0][0] * dx * dx + 2.0 * s.Inverse[0][1] * dx * dy + s.Inverse[1][1] * dy * dy;
     const double error = ErrorOfQ(s, dx, dy, q);
     undecided = undecided || std::abs(q - 2.0 * cutoff) <= error;
-    if (q < 2.0 * cutoff)
+    double shareError = 0.0;
+    const double share =
+      q < 2.0 * cutoff ? SectorShare(s, sector, dx, dy, shareError, undecided) : 0.0;
+    if (share > 0.0)
     {
       // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one
       // rounding each. A power of t = 1 - q/2c has n times t's own error, and up to four roundings.
@@ -372,14 +415,14 @@ std::vector<Fragment> CollectFragments(
       const double relative = n < 0.0
         ? 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon
         : n * (error / (2.0 * cutoff) + 2.0 * Epsilon) / t + 8.0 * Epsilon;
-      const double kernel = n < 0.0 ? std::exp(-0.5 * q) : std::pow(t, n);
+      const double kernel = share * (n < 0.0 ? std::exp(-0.5 * q) : std::pow(t, n));
       // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the
       // largest term.
       const double depthError = 5.0 * Epsilon *
         (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
           std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
       fragments.push_back({ s.Near, s.Far, s.Weight * kernel,
-        s.Depth + s.DepthX * dx + s.DepthY * dy, relative, depthError, &s });
+        s.Depth + s.DepthX * dx + s.DepthY * dy, relative + shareError, depthError, &s });
     }
   }
   std::stable_sort(fragments.begin(), fragments.end(),
@@ -495,9 +538,27 @@ double ReferenceRippleCompensation(double smooth, double cosine)
   return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
+namespace
+{
+/// Adds one of the four sectors of a lens to their mean.
+void AddSector(const ReferencePixel& sector, ReferencePixel& mean)
+{
+  for (int k = 0; k < 4; ++k)
+  {
+    mean.Color[k] += sector.Color[k] / NumberOfSectors;
+  }
+  mean.ColorBound += sector.ColorBound / NumberOfSectors + Epsilon;
+  mean.Undecided = mean.Undecided || sector.Undecided;
+  mean.DepthUndecided = true; // which sector's it is
+  mean.Layers = std::max(mean.Layers, sector.Layers);
+}
+}
+
 std::vector<ReferencePixel> RenderByBruteForce(
   const SplatContext& context, const std::vector<SurfelCloud>& clouds, const float* depthLimit)
 {
+  const bool sectors = context.Sectors && context.Optics.Radius > 0.0 && !context.Camera.Parallel &&
+    context.Settings.Kernel == KernelType::PearsonII;
   const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
   const int width = context.Camera.Width, height = context.Camera.Height;
   std::vector<ReferencePixel> pixels(static_cast<std::size_t>(width) * height);
@@ -507,10 +568,20 @@ std::vector<ReferencePixel> RenderByBruteForce(
     {
       const std::size_t index = static_cast<std::size_t>(y) * width + x;
       ReferencePixel& pixel = pixels[index];
-      const std::vector<Fragment> fragments =
-        CollectFragments(splats, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
       const double limit = depthLimit ? static_cast<double>(depthLimit[index]) : INFINITY;
-      Composite(MergeFragments(fragments, pixel.Undecided), limit, pixel);
+      for (int sector = 0; sector < (sectors ? NumberOfSectors : 1); ++sector)
+      {
+        ReferencePixel part;
+        const std::vector<Fragment> fragments = CollectFragments(splats, context.Settings.Cutoff,
+          sectors ? SectorOf(sector) : LensSector(), x + 0.5, y + 0.5, part.Undecided);
+        Composite(MergeFragments(fragments, part.Undecided), limit, part);
+        if (!sectors)
+        {
+          pixel = part;
+          break;
+        }
+        AddSector(part, pixel);
+      }
     }
   }
   return pixels;
@@ -526,8 +597,10 @@ std::vector<std::vector<Layer>> LayersByBruteForce(
     for (int x = 0; x < context.Camera.Width; ++x)
     {
       bool undecided = false;
-      const std::vector<ReferenceLayer> layers = MergeFragments(
-        CollectFragments(splats, context.Settings.Cutoff, x + 0.5, y + 0.5, undecided), undecided);
+      const std::vector<ReferenceLayer> layers =
+        MergeFragments(CollectFragments(splats, context.Settings.Cutoff, LensSector(), x + 0.5,
+                         y + 0.5, undecided),
+          undecided);
       result.emplace_back();
       for (const ReferenceLayer& layer : layers)
       {

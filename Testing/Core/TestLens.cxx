@@ -262,6 +262,89 @@ void TestRecedingPlane()
   CHECK(coverages[1] < 0.025); // ripple's compensation, and the offset's second order
 }
 
+/// White where x is left of 0, or right of it.
+void AddHalfWall(TestCloud& cloud, double z, bool left)
+{
+  const double d = 0.004 * z;
+  for (int j = -60; j < 60; ++j)
+  {
+    for (int i = 0; i < 60; ++i)
+    {
+      TestSurfel s;
+      s.Position = { (left ? -i - 0.5 : i + 0.5) * d, (j + 0.5) * d, z };
+      s.SigmaU = s.SigmaV = 0.5 * d;
+      s.Area = d * d;
+      s.Color = { { 0, 0, 1, 1 } };
+      cloud.Add(s);
+    }
+  }
+}
+
+/// How much of the light from behind passes two walls that cover half of the lens each.
+double LightBetweenWalls(bool sameSide, bool sectors, bool secondBehindFocus)
+{
+  SplatContext context;
+  context.Camera = PinholeView(64, 64, 250.0);
+  context.Optics = { 0.06, 3.0 }; // 10 px at the first wall
+  context.Sectors = sectors;
+  TestCloud cloud;
+  AddHalfWall(cloud, 1.0, true);
+  // In front of the focus the picture of a wall lies on the other side of the lens than behind it.
+  AddHalfWall(cloud, secondBehindFocus ? 8.0 : 1.3, sameSide != secondBehindFocus);
+  const Picture picture = RenderPicture(context, cloud);
+  return 1.0 - 0.5 * (picture.At(31, 32, 3) + picture.At(32, 32, 3));
+}
+
+/// Two walls that leave nothing, or half of the light: without sectors a quarter either way.
+void TestSectors()
+{
+  for (const bool behind : { false, true })
+  {
+    const double same = LightBetweenWalls(true, true, behind);
+    const double opposite = LightBetweenWalls(false, true, behind);
+    std::printf("walls on one side: %.3f of the light passes (truly 0.5), on both: %.3f (0)\n",
+      same, opposite);
+    CHECK_NEAR(LightBetweenWalls(true, false, behind), 0.25, 0.03);
+    CHECK_NEAR(LightBetweenWalls(false, false, behind), 0.25, 0.03);
+    // The shares f are not sharp: light of one half reaches the other half's sectors, too.
+    CHECK(same > 0.32);
+    CHECK(opposite < 0.17);
+  }
+}
+
+/// What a plane alone gives: nothing changes but the second order of its tilt.
+void TestSectorsOfPlane()
+{
+  SplatContext context;
+  context.Camera = PinholeView(64, 64, 80.0);
+  context.Optics = { 0.2, 2.0 };
+  TestCloud cloud;
+  for (int j = -80; j < 80; ++j)
+  {
+    for (int i = -80; i < 80; ++i)
+    {
+      TestSurfel s;
+      s.Position = { (i + 0.5) * 0.03, (j + 0.5) * 0.03, 3.5 };
+      s.SigmaU = s.SigmaV = 0.015;
+      s.Area = 0.7 * 0.03 * 0.03;
+      const float light = static_cast<float>(0.5 + 0.4 * std::sin(3.0 * s.Position[0]));
+      s.Color = { { light, 0.5f, 1.0f - light, 1.0f } };
+      cloud.Add(s);
+    }
+  }
+  const Picture whole = RenderPicture(context, cloud);
+  context.Sectors = true;
+  const Picture sectors = RenderPicture(context, cloud);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < whole.Color.size(); ++i)
+  {
+    largest = std::max<double>(largest, std::abs(whole.Color[i] - sectors.Color[i]));
+  }
+  std::printf("a plane across the view: sectors change %.4f at most\n", largest);
+  CHECK(largest < 0.006);
+  CHECK(largest > 0.0); // they are there
+}
+
 /// Depth of cells is the innermost one's, their statistics are sums, and their threads agree.
 void TestCells()
 {
@@ -321,6 +404,8 @@ int main()
   TestMeanLensPoint();
   TestDiscEdge();
   TestRecedingPlane();
+  TestSectors();
+  TestSectorsOfPlane();
   TestCells();
   return Checks().Report("lens");
 }

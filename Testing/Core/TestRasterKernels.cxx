@@ -93,8 +93,33 @@ ScalarKernel EvaluateScalar(double shape, double q, double error)
     slope * (shape * errorT / t + 4.0 * Epsilon) };
 }
 
+/// Share of a fragment in a sector of the lens; its relative error, and whether rounding decides
+/// that it is there at all.
+double ScalarShare(const LensSlope& slope, const LensSector& sector, double x, double y, int i,
+  int j, double& error, bool& undecided)
+{
+  const double dx = i + 0.5 - x, dy = j + 0.5 - y,
+               reach = 2.0 * TileSize + std::abs(x) + std::abs(y);
+  const double terms[] = { 0.5 + static_cast<double>(sector.X) * slope.Point * dx,
+    0.5 + static_cast<double>(sector.Y) * slope.Point * dy,
+    1.0 + static_cast<double>(slope.TiltX) * dx + static_cast<double>(slope.TiltY) * dy };
+  const double bounds[] = { 4.0 * Epsilon * (1.0 + std::abs(slope.Point) * reach),
+    4.0 * Epsilon * (1.0 + std::abs(slope.Point) * reach),
+    4.0 * Epsilon * (1.0 + (std::abs(slope.TiltX) + std::abs(slope.TiltY)) * reach) };
+  double share = 4.0;
+  error = 4.0 * Epsilon;
+  for (int t = 0; t < 3; ++t)
+  {
+    const double value = std::max(0.0, t < 2 ? std::min(1.0, terms[t]) : terms[t]);
+    undecided = undecided || std::abs(terms[t]) <= bounds[t];
+    error += value > 0.0 ? bounds[t] / value : 0.0;
+    share *= value;
+  }
+  return share;
+}
+
 std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, const SplatGradient* gradient,
-  int rowBegin, int rowEnd, double x, double y)
+  const LensSlope* slope, const LensSector& sector, int rowBegin, int rowEnd, double x, double y)
 {
   std::uint64_t fragments = 0;
   for (int j = rowBegin; j < rowEnd; ++j)
@@ -111,7 +136,11 @@ std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, const SplatGradient* g
       const double error = 2.0 * s.A * std::abs(u) * (errorU + std::abs(s.K) * errorY) +
         2.0 * s.B * std::abs(dy) * errorY + 4.0 * Epsilon * q;
       p.Undecided = p.Undecided || std::abs(q - Support) <= error;
-      if (!(q < Support))
+      double shareError = 0.0;
+      const double share = slope && q < Support
+        ? ScalarShare(*slope, sector, x, y, i, j, shareError, p.Undecided)
+        : 1.0;
+      if (!(q < Support) || share <= 0.0)
       {
         continue;
       }
@@ -121,7 +150,11 @@ std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, const SplatGradient* g
         p.Close();
       }
       p.Far = p.Weight > 0.0 ? std::max(p.Far, static_cast<double>(s.Far)) : s.Far;
-      const ScalarKernel k = EvaluateScalar(s.Shape, q, error);
+      ScalarKernel k = EvaluateScalar(s.Shape, q, error);
+      k.ValueError = share * (k.ValueError + k.Value * shareError);
+      k.SlopeError = share * (k.SlopeError + k.Slope * shareError);
+      k.Value *= share;
+      k.Slope *= share;
       const double w = s.Weight * k.Value;
       p.Weight += w;
       p.Opacity += w * s.Opacity;
@@ -146,7 +179,8 @@ struct PlacedSplat
 {
   Splat S{};
   SplatGradient Gradient{};
-  bool HasGradient = false;
+  LensSlope Slope{};
+  bool HasGradient = false, HasSlope = false;
   float X, Y;
   int RowBegin, RowEnd;
 };
@@ -182,6 +216,10 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     p.S.Shape = shapes[random.Integer(0, p.HasGradient ? 6 : 10)];
     p.Gradient.RedX = static_cast<float>(random.Uniform(-0.1, 0.1));
     p.Gradient.RedY = static_cast<float>(random.Uniform(-0.1, 0.1));
+    p.HasSlope = random.Integer(0, 1) == 0;
+    p.Slope = { static_cast<float>(random.Uniform(-0.08, 0.08)),
+      static_cast<float>(random.Uniform(-0.03, 0.03)),
+      static_cast<float>(random.Uniform(-0.03, 0.03)) };
     p.RowBegin = random.Integer(0, 3) == 0 ? random.Integer(0, 31) : 0;
     p.RowEnd = random.Integer(0, 3) == 0 ? random.Integer(p.RowBegin, 32) : 32;
     splats.push_back(p);
@@ -229,13 +267,17 @@ void TestKernel(const RasterKernel& kernel)
     ScalarTile scalar(TileSize * TileSize);
     CallbackCount callback;
     long difference = 0, undecided = 0;
+    RasterSettings settings = Settings;
+    settings.Sector = SectorOf(repeat % NumberOfSectors);
     for (const PlacedSplat& p : RandomSplats(random, repeat == 0 ? 0 : 1 + repeat % 40))
     {
       const SplatGradient* gradient = p.HasGradient ? &p.Gradient : nullptr;
-      const std::uint64_t fragments = kernel.AddSplat(tile->Blocks, p.S, gradient, p.RowBegin,
-        p.RowEnd, p.X, p.Y, Settings, { &CallbackCount::Count, &callback });
+      const LensSlope* slope = p.HasSlope ? &p.Slope : nullptr;
+      const std::uint64_t fragments = kernel.AddSplat(tile->Blocks, p.S, gradient, slope,
+        p.RowBegin, p.RowEnd, p.X, p.Y, settings, { &CallbackCount::Count, &callback });
       difference += std::abs(static_cast<long>(fragments) -
-        static_cast<long>(AddScalar(scalar, p.S, gradient, p.RowBegin, p.RowEnd, p.X, p.Y)));
+        static_cast<long>(AddScalar(
+          scalar, p.S, gradient, slope, settings.Sector, p.RowBegin, p.RowEnd, p.X, p.Y)));
     }
     kernel.CloseAll(tile->Blocks, Settings);
     for (ScalarPixel& p : scalar)
@@ -268,7 +310,7 @@ void TestExtremes(const RasterKernel& kernel)
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
         s.Shape = a > 1.0f ? 0.25f : -1.0f;
-        CHECK(kernel.AddSplat(tile->Blocks, s, nullptr, 0, TileSize, x, 1.0f, Settings,
+        CHECK(kernel.AddSplat(tile->Blocks, s, nullptr, nullptr, 0, TileSize, x, 1.0f, Settings,
                 { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }
     }

@@ -129,6 +129,9 @@ def _add_lens_options(parser):
                       help="instead of --focal-disk: the lens that blurs a point at infinity to "
                            "a disc of this radius in pixels")
     lens.add_argument("--pinhole", action="store_true", help="no lens, whatever the camera says")
+    lens.add_argument("--lens-sectors", action="store_true",
+                      help="tell apart what covers which side of the lens: more accurate where "
+                           "blurred things cover one another, up to three times slower")
     parts = lens.add_mutually_exclusive_group()
     parts.add_argument("--lens-cells", type=_lens_parts, default=1, metavar="K",
                        help="see through K smaller lenses and take the mean: more accurate where "

@@ -126,6 +126,7 @@ def _make_renderer(surfels, view, arguments):
         splatter.SetLensModeToPinhole()
     splatter.SetLensCells(arguments.reference or arguments.lens_cells)
     splatter.SetLensPinholes(arguments.reference is not None)
+    splatter.SetLensSectors(arguments.lens_sectors)
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:

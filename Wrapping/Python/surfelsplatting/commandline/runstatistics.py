@@ -46,7 +46,8 @@ class RunStatistics:
                          "hidden": splatter.GetNumberOfHiddenSurfels(),
                          "hidden_pairs": splatter.GetNumberOfHiddenPairs()}
         self._lens = {"cells": splatter.GetLensCells(),
-                      "pinholes": bool(splatter.GetLensPinholes())}
+                      "pinholes": bool(splatter.GetLensPinholes()),
+                      "sectors": bool(splatter.GetLensSectors())}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
     def _frame_medians(self):
