@@ -90,7 +90,7 @@ struct TileTents
 };
 
 /// Rasters the tiles of a level.
-/// @param sector of the lens, or 0 where there are none
+/// @param sector of the lens, or WholeLens
 std::vector<TileTents> RasterLevel(const SplatList& list, const TileBins& bins, int level,
   const Frame& grid, int sector, const PictureSize& picture, const RasterSettings& settings,
   const Executor& executor)
@@ -98,7 +98,7 @@ std::vector<TileTents> RasterLevel(const SplatList& list, const TileBins& bins, 
   std::vector<TileTents> tiles(bins.NumberOfTiles());
   executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     TentSink sink(level, picture.Width, picture.Height, sector);
-    const auto raster = std::make_unique<TileRaster>(settings, nullptr, &sink, false);
+    const auto raster = std::make_unique<TileRaster>(settings, nullptr, &sink, false, sector);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       sink.Splats = &tiles[tile].Splats;
@@ -165,13 +165,10 @@ std::uint64_t ResolveCoarseLevels(
     TileBins bins;
     BinSplats(list, level, grid.Width, grid.Height, executor, bins);
     SortBins(list, executor, bins);
-    const int sectors = list.HasSlopes ? NumberOfSectors : 1;
-    for (int sector = 0; sector < sectors; ++sector)
+    for (int sector = list.HasSlopes ? 0 : WholeLens; sector <= WholeLens; ++sector)
     {
-      RasterSettings own = settings;
-      own.Sector = list.HasSlopes ? SectorOf(sector) : LensSector();
       const std::vector<TileTents> tiles =
-        RasterLevel(list, bins, level, grid, sector, { width, height }, own, executor);
+        RasterLevel(list, bins, level, grid, sector, { width, height }, settings, executor);
       for (const TileTents& tile : tiles)
       {
         fragments += tile.Fragments;

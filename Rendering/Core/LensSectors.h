@@ -27,8 +27,9 @@
 namespace SurfelSplatting
 {
 constexpr int NumberOfSectors = 4;
+constexpr int WholeLens = NumberOfSectors; ///< index of all sectors together
 
-/// Signs of a sector; both 0: there are no sectors.
+/// Signs of a sector; both 0: the whole lens.
 struct LensSector
 {
   float X = 0.0f, Y = 0.0f;
@@ -36,6 +37,10 @@ struct LensSector
 
 inline LensSector SectorOf(int index)
 {
+  if (index == WholeLens)
+  {
+    return {};
+  }
   return { index % 2 == 0 ? -1.0f : 1.0f, index / 2 == 0 ? -1.0f : 1.0f };
 }
 
@@ -47,7 +52,9 @@ struct LensSlope
   float TiltX, TiltY; ///< the weight's factor is 1 + TiltX dx + TiltY dy, at least 0
 };
 
-/// Where the lens points of all splats of a tile differ by less than this over their footprints, it
-/// is drawn once: what the sectors would change is of the order of the square.
-constexpr double LeastLensSpread = 0.02;
+/// A tile is drawn once for the whole lens, and again in sectors where they would change it: where
+/// the lens points of a splat's footprint differ by the one, and more of the light than the other
+/// depends on what covers which part of the lens. 0 for the other: sectors everywhere.
+constexpr float LeastLensSpread = 0.02f;
+constexpr float DefaultLeastConflict = 1.0f / 128.0f;
 }

@@ -19,6 +19,9 @@ constexpr int TileSize = 32; ///< px
 /// A pixel is opaque where less than this shines through its finished layers.
 constexpr float LeastTransmittance = 1.0f / 512.0f;
 
+/// Kernels of one surface add up to less than this.
+constexpr float MostRipple = 1.25f;
+
 /// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
 constexpr int BlocksPerRow = TileSize / LaneCount;
 constexpr int BlocksPerTile = BlocksPerRow * TileSize;
@@ -32,7 +35,12 @@ struct alignas(64) PixelBlock
 
   Lanes Transmittance;
   Lanes OutRed, OutGreen, OutBlue, OutDepth;
-  Lanes Limit; ///< layers behind this depth are hidden by another prop
+  Lanes Limit;   ///< layers behind this depth are hidden by another prop
+  Lanes Covered; ///< share of the lens that finished layers cover, whatever their opacity
+  /// Largest share of the light that depends on which parts of the lens things cover: min(c, 1 - c)
+  /// w for a layer of coverage w behind others that cover c; T (1 - MostRipple / w) for one whose
+  /// weights w add up to more than rippling kernels' do, T being what shines through to it.
+  Lanes Conflict;
 };
 
 /// Called with the lanes of a block whose layers are about to be closed; null: nobody listens.
@@ -51,6 +59,7 @@ struct RasterSettings
   /// give.
   float LargestColor;
   LensSector Sector = {}; ///< that is drawn
+  float LeastConflict = DefaultLeastConflict;
 };
 
 struct RasterKernel

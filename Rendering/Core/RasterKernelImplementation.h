@@ -31,6 +31,13 @@ SURFELSPLATTING_INLINE void CloseLayers(
   const LaneMask visible = close & (depth <= b.Limit);
   const Lanes before = b.Transmittance;
   const Lanes share = visible ? before / coverage : Lanes{};
+  const Lanes limited = visible ? b.Weight / coverage : Lanes{};
+  Lanes conflict = b.Covered;
+  Min(conflict, 1.0f - b.Covered);
+  conflict *= before > 0.0f ? limited : Lanes{};
+  Max(conflict, visible ? before * (1.0f - MostRipple / coverage) : Lanes{});
+  Max(b.Conflict, conflict);
+  b.Covered += (1.0f - b.Covered) * limited;
   const Lanes brightest = settings.LargestColor * b.Opacity;
   AddClamped(b.OutRed, share, b.Red, brightest);
   AddClamped(b.OutGreen, share, b.Green, brightest);

@@ -30,7 +30,8 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
-  LensSampling Sampling;     ///< of the lens, by the splatter
+  LensSampling Sampling;                      ///< of the lens, by the splatter
+  float LeastConflict = DefaultLeastConflict; ///< of sectors (LensSectors.h)
   bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;

@@ -165,8 +165,9 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   this->Stats.Splats = this->List.NumberOfSplats();
   this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
-  const RasterSettings settings{ static_cast<float>(gaussian.Support()),
+  RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
+  settings.LeastConflict = context.LeastConflict;
   this->Stats.Fragments =
     ResolveCoarseLevels(this->List, view.Width, view.Height, settings, executor);
   this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;

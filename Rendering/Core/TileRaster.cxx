@@ -21,40 +21,40 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 {
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
-  Counts counts;
-  if (!this->InSectors || this->Settings.Sector.X != 0.0f)
+  Counts counts = this->RenderLayers(list, bins, tile, lazy);
+  if (this->InSectors && !this->Sink && this->NeedsSectors())
   {
-    counts = this->RenderLayers(list, bins, tile, lazy);
-  }
-  else
-  {
-    this->LensSpread = 0.0f;
     for (int sector = 0; sector < NumberOfSectors; ++sector)
     {
-      this->Settings.Sector = SectorOf(sector);
-      this->SectorIndex = static_cast<float>(sector);
-      const Counts own = this->RenderLayers(list, bins, tile, lazy);
-      counts.Fragments += own.Fragments;
-      counts.LazyPairs = std::max(counts.LazyPairs, own.LazyPairs);
-      counts.Hidden = std::max(counts.Hidden, own.Hidden);
-      if (sector == 0 && this->LensSpread < LeastLensSpread)
-      {
-        this->DrawWhole(list, bins, tile, lazy);
-        break;
-      }
+      this->SetSector(sector);
+      counts.Fragments += this->RenderLayers(list, bins, tile, lazy).Fragments;
       this->AddToMean(sector == 0);
-      if (sector == NumberOfSectors - 1)
-      {
-        this->TakeMean();
-      }
     }
-    this->Settings.Sector = LensSector();
+    this->TakeMean();
+    this->SetSector(WholeLens);
   }
   if (frame.Color)
   {
     this->Store(frame);
   }
   return counts;
+}
+
+void TileRaster::SetSector(int sector)
+{
+  this->Settings.Sector = SectorOf(sector);
+  this->SectorIndex = static_cast<float>(sector);
+}
+
+bool TileRaster::NeedsSectors() const
+{
+  const float least = this->Settings.LeastConflict;
+  Lanes conflict{};
+  for (const PixelBlock& b : this->Blocks)
+  {
+    conflict = conflict > b.Conflict ? conflict : b.Conflict;
+  }
+  return least == 0.0f || (this->LensSpread >= LeastLensSpread && Any(conflict > least));
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -86,14 +86,6 @@ TileRaster::Counts TileRaster::RenderLayers(
   counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
   this->CloseAll();
   return counts;
-}
-
-/// In focus all sectors are the same: once, without them.
-void TileRaster::DrawWhole(
-  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
-{
-  this->InSectors = false;
-  this->RenderLayers(list, bins, tile, lazy);
 }
 
 /// Adds a sector's pixels to the mean.
@@ -186,13 +178,13 @@ bool TileRaster::AddBefore(
       const std::uint32_t i = bins.Indices[this->Next++];
       counts.Fragments +=
         this->AddSplat(*s, s->Gradient == NoGradient ? nullptr : &list.Gradients[s->Gradient],
-          this->InSectors ? list.SlopeOf(i) : nullptr, list.Boxes[i]);
+          list.SlopeOf(i), list.Boxes[i]);
     }
     else
     {
       const auto i = static_cast<std::uint32_t>(this->Pending[this->PendingNext++]);
-      counts.Fragments += this->AddSplat(
-        *s, lazy->GetGradient(*s), this->InSectors ? lazy->GetSlope(i) : nullptr, lazy->GetBox(i));
+      counts.Fragments +=
+        this->AddSplat(*s, lazy->GetGradient(*s), lazy->GetSlope(i), lazy->GetBox(i));
       ++counts.LazyPairs;
     }
   }
@@ -209,6 +201,7 @@ void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& fram
   this->OriginY = static_cast<int>(tile / bins.TilesX) * TileSize;
   this->Width = frame.Width;
   this->Height = frame.Height;
+  this->LensSpread = 0.0f;
 }
 
 void TileRaster::Clear()
@@ -257,11 +250,11 @@ std::uint64_t TileRaster::AddSplat(
   const Splat& s, const SplatGradient* gradient, const LensSlope* slope, const PixelBox& box)
 {
   const bool tent = s.Shape == static_cast<float>(TentShape);
-  if (this->InSectors && this->SectorIndex == 0.0f)
+  if (this->InSectors && this->SectorIndex == WholeLens)
   {
     this->NoteSpread(s, slope);
   }
-  if (tent && s.K != this->SectorIndex)
+  if (tent && this->InSectors && s.K != this->SectorIndex)
   {
     return 0; // another sector's
   }

@@ -25,15 +25,17 @@ public:
   /// @param limit   [height][width] depth of opaque props, or null
   /// @param sink    receives the closed layers, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
-  /// Splats with lens slopes are drawn sector by sector (LensSectors.h), the frame being the mean
-  /// of the four, or into the one sector that the settings name.
-  TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden)
+  /// @param sector  of the lens that splats with lens slopes are drawn in for a sink
+  /// (LensSectors.h); for a frame they are drawn in all of them where that matters
+  TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden,
+    int sector = WholeLens)
     : Settings(settings)
     , LargestCoarseColor(settings.LargestColor)
     , DepthLimit(limit)
     , Sink(sink)
     , SkipHidden(skipHidden && !sink)
   {
+    this->SetSector(sector);
   }
 
   struct Counts
@@ -56,7 +58,8 @@ private:
 
   Counts RenderLayers(
     const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
-  void DrawWhole(const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
+  void SetSector(int sector);
+  bool NeedsSectors() const;
   void AddToMean(bool first);
   void TakeMean();
   void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
@@ -86,7 +89,7 @@ private:
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
   bool InSectors = false;
-  float SectorIndex = 0.0f;
+  float SectorIndex = WholeLens;
   float LensSpread = 0.0f; // of the splats in this tile, units of the lens's radius
   PixelBlock Blocks[BlocksPerTile];
   MeanBlock Mean[BlocksPerTile]; // of the sectors so far

@@ -20,6 +20,7 @@ class Way:
     cells: int = 1
     pinholes: bool = False
     sectors: bool = False
+    coarse_grids: bool = True
 
     def __str__(self):
         if self.pinholes:
@@ -32,7 +33,7 @@ class Way:
 
 
 DEFAULT = Way()
-PAPER = Way("Gaussian", "Paper")
+PAPER = Way("Gaussian", "Paper", coarse_grids=False)
 
 
 def multisampling(count):
@@ -86,6 +87,7 @@ class Drawing:
         splatter.SetLensCells(way.cells)
         splatter.SetLensPinholes(way.pinholes)
         splatter.SetLensSectors(way.sectors)
+        splatter.SetCoarseGrids(way.coarse_grids)
         renderer.Modified()
         renderer.Update()
         colors = vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars())
