@@ -166,7 +166,8 @@ def truth_scene_views(arguments):
         drawing = Drawing(name, surfels_of(read(f"{arguments.truth}/{name}.ply")),
                           view_camera(views[0][0]), lit=False)
         for confusion, (_, path) in views.items():
-            yield View(drawing, confusion, 512, read_exr(arguments.dump_exr, path))
+            if confusion in arguments.blurs:
+                yield View(drawing, confusion, 512, read_exr(arguments.dump_exr, path))
 
 
 def scan_views(arguments):
@@ -211,7 +212,8 @@ def parse():
     parser.add_argument("--frames", type=int, default=5)
     parser.add_argument("--points", type=int, default=1024, help="of the reference")
     parser.add_argument("--size", type=int, default=512, help="of the meshes' views, px")
-    parser.add_argument("--blurs", type=float, nargs="+", default=[0, 4, 12, 36])
+    parser.add_argument("--blurs", type=float, nargs="+", default=[0, 4, 12, 36],
+                        help="of infinity, px")
     parser.add_argument("--mesh-points", type=int, default=400_000)
     parser.add_argument("--mesh-detail", type=float, default=1.0)
     parser.add_argument("--check", action="store_true", help="fail where the figures are absurd")
