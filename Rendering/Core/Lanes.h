@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Eight floats at a time in the compiler's own vector types (GCC, Clang), lowered to whatever the
- * target has. A comparison gives a mask, all bits of a lane set or none; mask ? a : b selects lane
- * by lane.
+ * Sixteen floats at a time: one register of AVX-512, two of AVX2, four of what every processor has,
+ * by the compiler's vector types (GCC, Clang). A comparison gives a mask; Select(mask, a, b)
+ * chooses lane by lane. What a translation unit makes of this header is its own.
  */
 #pragma once
 
 #include <cstdint>
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
 
 #if defined(__GNUC__)
 #define SURFELSPLATTING_INLINE __attribute__((always_inline)) inline
@@ -16,58 +20,221 @@
 
 namespace SurfelSplatting
 {
-constexpr int LaneCount = 8;
-typedef float Lanes __attribute__((vector_size(4 * LaneCount)));
-typedef std::int32_t LaneMask __attribute__((vector_size(4 * LaneCount)));
-typedef std::int64_t LanePairs __attribute__((vector_size(4 * LaneCount)));
+constexpr int LaneCount = 16;
 
-SURFELSPLATTING_INLINE void Set(Lanes& x, float value)
+namespace
 {
-  x = Lanes{} + value;
+#if defined(__AVX512F__)
+constexpr int LanesPerPart = 16;
+#elif defined(__AVX2__)
+constexpr int LanesPerPart = 8;
+#else
+constexpr int LanesPerPart = 4;
+#endif
+constexpr int PartCount = LaneCount / LanesPerPart;
+
+typedef float LanePart __attribute__((vector_size(4 * LanesPerPart)));
+typedef std::int32_t IntPart __attribute__((vector_size(4 * LanesPerPart)));
+typedef LanePart StoredPart __attribute__((may_alias)); // in an array of floats
+
+#if defined(__AVX512F__)
+typedef __mmask16 MaskPart;
+SURFELSPLATTING_INLINE MaskPart IsLess(LanePart a, LanePart b)
+{
+  return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+}
+SURFELSPLATTING_INLINE MaskPart IsAtMost(LanePart a, LanePart b)
+{
+  return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+}
+SURFELSPLATTING_INLINE LanePart Choose(MaskPart m, LanePart a, LanePart b)
+{
+  return _mm512_mask_blend_ps(m, b, a);
+}
+SURFELSPLATTING_INLINE LanePart Smaller(LanePart a, LanePart b)
+{
+  return _mm512_maskz_min_ps(0xffff, a, b); // _mm512_min_ps warns in GCC 12
+}
+SURFELSPLATTING_INLINE LanePart Larger(LanePart a, LanePart b)
+{
+  return _mm512_maskz_max_ps(0xffff, a, b);
+}
+SURFELSPLATTING_INLINE LanePart Root(LanePart a)
+{
+  return _mm512_maskz_sqrt_ps(0xffff, a);
+}
+SURFELSPLATTING_INLINE unsigned int Bits(MaskPart m)
+{
+  return m;
+}
+#else
+typedef IntPart MaskPart;
+SURFELSPLATTING_INLINE MaskPart IsLess(LanePart a, LanePart b)
+{
+  return a < b;
+}
+SURFELSPLATTING_INLINE MaskPart IsAtMost(LanePart a, LanePart b)
+{
+  return a <= b;
+}
+SURFELSPLATTING_INLINE LanePart Choose(MaskPart m, LanePart a, LanePart b)
+{
+  return m ? a : b;
+}
+SURFELSPLATTING_INLINE LanePart Smaller(LanePart a, LanePart b)
+{
+  return a < b ? a : b;
+}
+SURFELSPLATTING_INLINE LanePart Larger(LanePart a, LanePart b)
+{
+  return a > b ? a : b;
+}
+SURFELSPLATTING_INLINE LanePart Root(LanePart a)
+{
+  for (int l = 0; l < LanesPerPart; ++l)
+  {
+    a[l] = __builtin_sqrtf(a[l]);
+  }
+  return a;
+}
+SURFELSPLATTING_INLINE unsigned int Bits(MaskPart m)
+{
+#if defined(__AVX2__)
+  return static_cast<unsigned int>(_mm256_movemask_ps((__m256)m));
+#elif defined(__SSE2__)
+  return static_cast<unsigned int>(
+    __builtin_ia32_movmskps((float __attribute__((vector_size(16))))m));
+#else
+  unsigned int bits = 0;
+  for (int l = 0; l < LanesPerPart; ++l)
+  {
+    bits |= (m[l] & 1u) << l;
+  }
+  return bits;
+#endif
+}
+#endif
+
+struct LaneMask
+{
+  MaskPart P[PartCount];
+
+  /// Bit l: lane l.
+  SURFELSPLATTING_INLINE unsigned int ToBits() const
+  {
+    unsigned int bits = 0;
+    for (int p = 0; p < PartCount; ++p)
+    {
+      bits |= Bits(P[p]) << (p * LanesPerPart);
+    }
+    return bits;
+  }
+};
+
+struct Lanes
+{
+  LanePart P[PartCount];
+
+  Lanes() = default;
+  SURFELSPLATTING_INLINE Lanes(float x) // a number may stand for lanes that are all alike
+  {
+    for (LanePart& p : P)
+    {
+      p = LanePart{} + x;
+    }
+  }
+
+  /// From sixteen aligned floats.
+  static SURFELSPLATTING_INLINE Lanes Load(const float* x)
+  {
+    Lanes a;
+    for (int p = 0; p < PartCount; ++p)
+    {
+      a.P[p] = *reinterpret_cast<const StoredPart*>(x + p * LanesPerPart);
+    }
+    return a;
+  }
+
+  SURFELSPLATTING_INLINE void Store(float* x) const
+  {
+    for (int p = 0; p < PartCount; ++p)
+    {
+      *reinterpret_cast<StoredPart*>(x + p * LanesPerPart) = P[p];
+    }
+  }
+};
+
+#define SURFELSPLATTING_LANES(Result, signature, expression) \
+  SURFELSPLATTING_INLINE Result signature                    \
+  {                                                          \
+    Result r;                                                \
+    for (int p = 0; p < PartCount; ++p)                      \
+    {                                                        \
+      r.P[p] = expression;                                   \
+    }                                                        \
+    return r;                                                \
+  }
+SURFELSPLATTING_LANES(Lanes, operator+(const Lanes& a, const Lanes& b), a.P[p] + b.P[p])
+SURFELSPLATTING_LANES(Lanes, operator-(const Lanes& a, const Lanes& b), a.P[p] - b.P[p])
+SURFELSPLATTING_LANES(Lanes, operator*(const Lanes& a, const Lanes& b), a.P[p] * b.P[p])
+SURFELSPLATTING_LANES(Lanes, operator/(const Lanes& a, const Lanes& b), a.P[p] / b.P[p])
+SURFELSPLATTING_LANES(LaneMask, operator<(const Lanes& a, const Lanes& b), IsLess(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(LaneMask, operator>(const Lanes& a, const Lanes& b), IsLess(b.P[p], a.P[p]))
+SURFELSPLATTING_LANES(
+  LaneMask, operator<=(const Lanes& a, const Lanes& b), IsAtMost(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(
+  LaneMask, operator>=(const Lanes& a, const Lanes& b), IsAtMost(b.P[p], a.P[p]))
+SURFELSPLATTING_LANES(
+  LaneMask, operator&(const LaneMask& a, const LaneMask& b), static_cast<MaskPart>(a.P[p] & b.P[p]))
+SURFELSPLATTING_LANES(
+  Lanes, Select(const LaneMask& m, const Lanes& a, const Lanes& b), Choose(m.P[p], a.P[p], b.P[p]))
+/// The smaller and the larger one; b where one is NaN.
+SURFELSPLATTING_LANES(Lanes, Min(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(Lanes, Max(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(Lanes, Sqrt(const Lanes& a), Root(a.P[p]))
+#undef SURFELSPLATTING_LANES
+
+SURFELSPLATTING_INLINE Lanes& operator+=(Lanes& a, const Lanes& b)
+{
+  return a = a + b;
 }
 
-SURFELSPLATTING_INLINE void Min(Lanes& x, const Lanes& y)
+SURFELSPLATTING_INLINE Lanes& operator*=(Lanes& a, const Lanes& b)
 {
-  x = y < x ? y : x;
-}
-
-SURFELSPLATTING_INLINE void Max(Lanes& x, const Lanes& y)
-{
-  x = y > x ? y : x;
+  return a = a * b;
 }
 
 SURFELSPLATTING_INLINE bool Any(const LaneMask& mask)
 {
-  const LanePairs pairs = (LanePairs)mask; // same bits
-  return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
+  return mask.ToBits() != 0;
 }
 
-SURFELSPLATTING_INLINE void Sqrt(Lanes& x)
+SURFELSPLATTING_INLINE LaneMask AllLanes()
 {
-  Lanes root;
-  for (int l = 0; l < LaneCount; ++l)
-  {
-    root[l] = __builtin_sqrtf(x[l]);
-  }
-  x = root;
+  return Lanes(0.0f) <= Lanes(0.0f);
 }
 
-/// x = exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative
-/// error 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
-SURFELSPLATTING_INLINE void ExpOfMinus(Lanes& x)
+/// exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative error
+/// 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
+SURFELSPLATTING_INLINE Lanes ExpOfMinus(const Lanes& x)
 {
   const Lanes t = x * -1.44269504f;
-  const Lanes shifted =
-    t + 12582912.0f; // 1.5 * 2^23: rounds to the nearest integer in the low bits
+  // 1.5 * 2^23: rounds to the nearest integer in the low bits
+  const Lanes shifted = t + 12582912.0f;
   const Lanes f = t - (shifted - 12582912.0f);
-  Lanes p = 1.535336188e-4f * f + 1.339887440e-3f;
-  p = p * f + 9.618437357e-3f;
-  p = p * f + 5.550332471e-2f;
-  p = p * f + 2.402264791e-1f;
-  p = p * f + 6.931472028e-1f;
-  p = p * f + 1.0f;
-  // The shift drops the 1.5 * 2^23 part.
-  const LaneMask bits = ((LaneMask)shifted + 127) << 23;
-  x = p * (Lanes)bits;
+  Lanes e = 1.535336188e-4f * f + 1.339887440e-3f;
+  e = e * f + 9.618437357e-3f;
+  e = e * f + 5.550332471e-2f;
+  e = e * f + 2.402264791e-1f;
+  e = e * f + 6.931472028e-1f;
+  e = e * f + 1.0f;
+  for (int p = 0; p < PartCount; ++p)
+  {
+    // The shift drops the 1.5 * 2^23 part.
+    const IntPart bits = ((IntPart)shifted.P[p] + 127) << 23;
+    e.P[p] *= (LanePart)bits;
+  }
+  return e;
+}
 }
 }

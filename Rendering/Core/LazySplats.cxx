@@ -13,17 +13,17 @@ void LazySplats::Clear(const SplatContext& context)
 {
   this->Context = context;
   this->Context.CoarseGrids = false;
-  this->Gaussian = std::make_unique<TruncatedGaussian>(context.Settings.Cutoff);
-  this->Clouds.clear();
+  this->Makers.clear();
+  this->List.Clear(context.Sectors);
   this->Runs.clear();
 }
 
 void LazySplats::Add(const SurfelCloud& cloud, const std::vector<NodeRun>& runs)
 {
-  this->Clouds.emplace_back(this->Context.Camera, cloud);
+  this->Makers.emplace_back(this->Context, cloud);
   for (const NodeRun& run : runs)
   {
-    this->Runs.push_back({ &this->Clouds.back(), run, {}, 0.0f });
+    this->Runs.push_back({ &this->Makers.back(), run, {}, 0.0f });
   }
 }
 
@@ -38,10 +38,7 @@ void LazySplats::Bin(int width, int height)
     run.Part.Begin = splats;
     splats += run.Chosen.Count;
   }
-  this->Splats.Resize(splats);
-  this->Boxes.Resize(splats);
-  this->Gradients.Resize(splats);
-  this->Slopes.Resize(this->Context.Sectors ? splats : 0);
+  this->List.Resize(splats);
   this->States = std::make_unique<std::atomic<unsigned char>[]>(this->Runs.size());
 
   const int tilesX = (width + TileSize - 1) / TileSize;
@@ -94,32 +91,9 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
 void LazySplats::Make(Run& run)
 {
   const auto start = std::chrono::steady_clock::now();
-  SplatList::Part& part = run.Part;
-  std::size_t gradients = part.Begin;
-  for (std::uint32_t i = 0; i < run.Chosen.Count; ++i)
-  {
-    SplatRecord record;
-    const SplatStatus status = MakeSplat(this->Context, *this->Gaussian, *run.Cloud,
-      run.Chosen.Begin + i, static_cast<int>(run.Chosen.Level), record);
-    part.Invalid += status == SplatStatus::Invalid ? 1 : 0;
-    if (status != SplatStatus::Visible)
-    {
-      continue;
-    }
-    if (record.S.Gradient != NoGradient)
-    {
-      record.S.Gradient = static_cast<std::int32_t>(gradients);
-      this->Gradients[gradients++] = record.Gradient;
-    }
-    this->Splats[part.Begin + part.Count] = record.S;
-    this->Boxes[part.Begin + part.Count] = record.Box;
-    if (this->Context.Sectors)
-    {
-      this->Slopes[part.Begin + part.Count] = record.Slope;
-    }
-    ++part.Count;
-    part.Blurred += record.Blurred ? 1 : 0;
-  }
+  SplatOutput output = this->List.OutputAt(run.Part.Begin);
+  run.Maker->Make(run.Chosen.Begin, run.Chosen.Count, static_cast<int>(run.Chosen.Level), output);
+  run.Part.Take(output);
   run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
 }
 

@@ -10,9 +10,9 @@
  */
 #pragma once
 
-#include "Buffer.h"
 #include "DetailSelection.h"
 #include "SplatList.h"
+#include "SplatMaker.h"
 
 #include <atomic>
 #include <cstdint>
@@ -47,19 +47,10 @@ public:
   }
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
 
-  /// A run's splats, made now if need be; any thread. Indices into Splats and Boxes.
+  /// A run's splats, made now if need be; any thread. Indices into Splats().
   const SplatList::Part& Get(std::uint32_t run);
 
-  const Splat& GetSplat(std::size_t i) const { return this->Splats[i]; }
-  const PixelBox& GetBox(std::size_t i) const { return this->Boxes[i]; }
-  const LensSlope* GetSlope(std::size_t i) const
-  {
-    return this->Context.Sectors ? &this->Slopes[i] : nullptr;
-  }
-  const SplatGradient* GetGradient(const Splat& splat) const
-  {
-    return splat.Gradient == NoGradient ? nullptr : &this->Gradients[splat.Gradient];
-  }
+  const SplatList& Splats() const { return this->List; }
 
   struct Counts
   {
@@ -81,7 +72,7 @@ private:
 
   struct Run
   {
-    const PlacedCloud* Cloud;
+    const SplatMaker* Maker;
     NodeRun Chosen;
     SplatList::Part Part;
     float Seconds = 0;
@@ -90,15 +81,11 @@ private:
   void Make(Run& run);
 
   SplatContext Context;
-  std::unique_ptr<TruncatedGaussian> Gaussian;
-  std::deque<PlacedCloud> Clouds;
+  std::deque<SplatMaker> Makers;
   std::vector<Run> Runs;
   std::unique_ptr<std::atomic<unsigned char>[]> States;
   std::vector<std::uint64_t> Offsets;
   std::vector<std::uint32_t> TileRuns;
-  Buffer<Splat> Splats;
-  Buffer<PixelBox> Boxes;
-  Buffer<SplatGradient> Gradients;
-  Buffer<LensSlope> Slopes;
+  SplatList List; ///< without parts
 };
 }

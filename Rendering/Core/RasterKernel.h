@@ -6,7 +6,6 @@
  */
 #pragma once
 
-#include "Lanes.h"
 #include "LensSectors.h"
 #include "Splat.h"
 
@@ -22,32 +21,67 @@ constexpr float LeastTransmittance = 1.0f / 512.0f;
 /// Kernels of one surface add up to less than this.
 constexpr float MostRipple = 1.25f;
 
-/// Pixels of a tile in blocks of one row by eight, what the vector units take at a time.
-constexpr int BlocksPerRow = TileSize / LaneCount;
-constexpr int BlocksPerTile = BlocksPerRow * TileSize;
+/// Pixels of a tile in blocks of four by four, row by row: what the vector units take at a time,
+/// and what a splat in focus covers few of.
+constexpr int BlockSize = 4; ///< px
+constexpr int PixelsPerBlock = BlockSize * BlockSize;
+constexpr int BlocksPerRow = TileSize / BlockSize;
+constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
-/// Open layers and finished pixels of eight neighbours; the fields of Layer and of the frame.
-struct alignas(64) PixelBlock
+/// Open layers of a block's pixels, the fields of Layer; all that most splats touch.
+struct alignas(64) OpenLayers
 {
-  Lanes Near, Far;
-  Lanes Weight, Opacity;
-  Lanes Red, Green, Blue, Depth;
-
-  Lanes Transmittance;
-  Lanes OutRed, OutGreen, OutBlue, OutDepth;
-  Lanes Limit;   ///< layers behind this depth are hidden by another prop
-  Lanes Covered; ///< share of the lens that finished layers cover, whatever their opacity
-  /// Largest share of the light that depends on which parts of the lens things cover: min(c, 1 - c)
-  /// w for a layer of coverage w behind others that cover c; T (1 - MostRipple / w) for one whose
-  /// weights w add up to more than rippling kernels' do, T being what shines through to it.
-  Lanes Conflict;
+  float Far[PixelsPerBlock];
+  float Weight[PixelsPerBlock], Opacity[PixelsPerBlock];
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
 };
 
-/// Called with the lanes of a block whose layers are about to be closed; null: nobody listens.
+/// What is finished of a block's pixels, the fields of the frame, and what goes with it.
+struct alignas(64) FinishedLayers
+{
+  float Transmittance[PixelsPerBlock];
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
+  float Limit[PixelsPerBlock]; ///< layers behind this depth are hidden by another prop
+  float Near[PixelsPerBlock];  ///< of the open layer; kept where somebody listens to its closing
+  /// For sectors: share of the lens that finished layers cover, whatever their opacity.
+  float Covered[PixelsPerBlock];
+  /// For sectors: largest share of the light that depends on which parts of the lens things cover:
+  /// min(c, 1 - c) w for a layer of coverage w behind others that cover c; T (1 - MostRipple / w)
+  /// for one whose weights w add up to more than rippling kernels' do, T being what shines through
+  /// to it.
+  float Conflict[PixelsPerBlock];
+};
+
+struct PixelTile
+{
+  OpenLayers Open[BlocksPerTile];
+  FinishedLayers Finished[BlocksPerTile];
+  /// Bit i: no pixel of block i lets more than LeastTransmittance through. Where what is hidden is
+  /// skipped, nothing is added to it any more.
+  std::uint64_t Opaque;
+};
+static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
+
+/// Called with the lanes (bit l: pixel l) of a block whose layers are about to be closed; null:
+/// nobody listens.
 struct CloseCallback
 {
-  void (*Function)(void* user, const PixelBlock& block, int index, const LaneMask& lanes);
+  void (*Function)(void* user, const PixelTile& tile, int block, unsigned int lanes);
   void* User;
+};
+
+/// Half-open range of a tile's pixels.
+struct TileSpan
+{
+  int X0, Y0, X1, Y1;
+};
+
+/// What splats are added to.
+enum class RasterPass
+{
+  Layers,  ///< the A-buffer
+  Depths,  ///< the z-buffer: where the nearest surface ends
+  Nearest, ///< what begins before that, one layer
 };
 
 /// What is the same for all splats of a frame.
@@ -60,21 +94,21 @@ struct RasterSettings
   float LargestColor;
   LensSector Sector = {}; ///< that is drawn
   float LeastConflict = DefaultLeastConflict;
+  RasterPass Pass = RasterPass::Layers;
+  bool SkipHidden = false;    ///< add nothing to opaque blocks
+  bool NoteConflicts = false; ///< for sectors
 };
 
 struct RasterKernel
 {
-  /// Adds a splat, centred at x, y px in the tile, to rows [rowBegin, rowEnd) of it; returns the
+  /// Adds a splat, centred at x, y px in the tile, to the blocks that its span touches; returns the
   /// number of fragments.
   /// @param slope of a splat in a sector of the lens, or null
-  std::uint64_t (*AddSplat)(PixelBlock* blocks, const Splat& splat, const SplatGradient* gradient,
-    const LensSlope* slope, int rowBegin, int rowEnd, float x, float y,
-    const RasterSettings& settings, const CloseCallback& callback);
-  /// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more
-  /// than LeastTransmittance.
-  bool (*IsOpaque)(const PixelBlock* blocks, float near);
+  std::uint64_t (*AddSplat)(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
+    const LensSlope* slope, const TileSpan& span, float x, float y, const RasterSettings& settings,
+    const CloseCallback& callback);
   /// Composites all open layers of a tile.
-  void (*CloseAll)(PixelBlock* blocks, const RasterSettings& settings);
+  void (*CloseAll)(PixelTile& tile, const RasterSettings& settings);
   const char* Name;
 };
 
@@ -85,20 +119,5 @@ extern const RasterKernel RasterKernelAVX512;
 #endif
 
 /// The best that this processor runs.
-inline const RasterKernel& SelectRasterKernel()
-{
-#ifdef SURFELSPLATTING_X86_KERNELS
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-    __builtin_cpu_supports("avx512dq"))
-  {
-    return RasterKernelAVX512;
-  }
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-  {
-    return RasterKernelAVX2;
-  }
-#endif
-  return RasterKernelBaseline;
-}
+const RasterKernel& SelectRasterKernel();
 }

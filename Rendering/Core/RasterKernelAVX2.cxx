@@ -2,4 +2,4 @@
 #include "RasterKernelImplementation.h"
 
 const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelAVX2 = { SurfelSplatting::AddSplat,
-  SurfelSplatting::IsOpaque, SurfelSplatting::CloseAll, "AVX2" };
+  SurfelSplatting::CloseAll, "AVX2" };

@@ -2,5 +2,5 @@
 #include "RasterKernelImplementation.h"
 
 const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelBaseline = {
-  SurfelSplatting::AddSplat, SurfelSplatting::IsOpaque, SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddSplat, SurfelSplatting::CloseAll, "baseline"
 };

@@ -2,6 +2,7 @@
 /**
  * Included by the translation units of RasterKernel.h, once for each instruction set.
  */
+#include "Lanes.h"
 #include "RasterKernel.h"
 
 namespace SurfelSplatting
@@ -10,258 +11,240 @@ namespace
 {
 constexpr float Infinity = __builtin_inff();
 
+/// Adds lanes to sixteen floats.
+SURFELSPLATTING_INLINE void AddTo(float* sum, const Lanes& x)
+{
+  (Lanes::Load(sum) + x).Store(sum);
+}
+
+/// Puts a number into the chosen ones of sixteen floats.
+SURFELSPLATTING_INLINE void Put(float* values, const LaneMask& chosen, float x)
+{
+  Select(chosen, x, Lanes::Load(values)).Store(values);
+}
+
 /// out += share times the sum, clamped to [0, largest].
 SURFELSPLATTING_INLINE void AddClamped(
-  Lanes& out, const Lanes& share, Lanes sum, const Lanes& largest)
+  float* out, const Lanes& share, const float* sum, const Lanes& largest)
 {
-  Max(sum, Lanes{});
-  Min(sum, largest);
-  out += share * sum;
+  AddTo(out, share * Min(Max(Lanes::Load(sum), 0.0f), largest));
 }
 
-/// Composites the open layers of the marked lanes over what is finished and empties them.
+/// See FinishedLayers. @param covered share of the lens that the layer covers
+SURFELSPLATTING_INLINE void NoteConflict(FinishedLayers& done, const LaneMask& visible,
+  const Lanes& before, const Lanes& coverage, const Lanes& covered)
+{
+  const Lanes behind = Lanes::Load(done.Covered);
+  Lanes conflict = Min(behind, 1.0f - behind) * Select(before > 0.0f, covered, 0.0f);
+  conflict = Max(conflict, Select(visible, before * (1.0f - MostRipple / coverage), 0.0f));
+  Max(Lanes::Load(done.Conflict), conflict).Store(done.Conflict);
+  AddTo(done.Covered, (1.0f - behind) * covered);
+}
+
+/// Composites the open layers of the chosen pixels over what is finished and empties them.
 SURFELSPLATTING_INLINE void CloseLayers(
-  PixelBlock& b, const LaneMask& close, const RasterSettings& settings)
+  PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
 {
-  Lanes coverage = b.Weight, divisor = b.Weight;
-  Max(coverage, Lanes{} + 1.0f);
-  Max(divisor, Lanes{} + 1e-30f);
-  const Lanes depth = b.Depth / divisor;
+  OpenLayers& open = tile.Open[block];
+  FinishedLayers& done = tile.Finished[block];
+  const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
+  const Lanes coverage = Max(weight, 1.0f);
+  const Lanes depth = Lanes::Load(open.Depth) / Max(weight, 1e-30f);
   // A layer behind an opaque prop contributes nothing.
-  const LaneMask visible = close & (depth <= b.Limit);
-  const Lanes before = b.Transmittance;
-  const Lanes share = visible ? before / coverage : Lanes{};
-  const Lanes limited = visible ? b.Weight / coverage : Lanes{};
-  Lanes conflict = b.Covered;
-  Min(conflict, 1.0f - b.Covered);
-  conflict *= before > 0.0f ? limited : Lanes{};
-  Max(conflict, visible ? before * (1.0f - MostRipple / coverage) : Lanes{});
-  Max(b.Conflict, conflict);
-  b.Covered += (1.0f - b.Covered) * limited;
-  const Lanes brightest = settings.LargestColor * b.Opacity;
-  AddClamped(b.OutRed, share, b.Red, brightest);
-  AddClamped(b.OutGreen, share, b.Green, brightest);
-  AddClamped(b.OutBlue, share, b.Blue, brightest);
-  Lanes after = before - share * b.Opacity;
-  Max(after, Lanes{});
+  const LaneMask visible = close & (depth <= Lanes::Load(done.Limit));
+  const Lanes before = Lanes::Load(done.Transmittance);
+  const Lanes share = Select(visible, before / coverage, 0.0f);
+  if (settings.NoteConflicts)
+  {
+    NoteConflict(done, visible, before, coverage, Select(visible, weight / coverage, 0.0f));
+  }
+  const Lanes brightest = settings.LargestColor * opacity;
+  AddClamped(done.Red, share, open.Red, brightest);
+  AddClamped(done.Green, share, open.Green, brightest);
+  AddClamped(done.Blue, share, open.Blue, brightest);
+  const Lanes after = Max(before - share * opacity, 0.0f);
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  b.OutDepth = median ? depth : b.OutDepth;
-  b.Transmittance = after;
+  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  if (!Any(after > LeastTransmittance))
+  {
+    tile.Opaque |= std::uint64_t{ 1 } << block;
+  }
 
-  b.Near = close ? Lanes{} + Infinity : b.Near;
-  b.Far = close ? Lanes{} - Infinity : b.Far;
-  b.Weight = close ? Lanes{} : b.Weight;
-  b.Opacity = close ? Lanes{} : b.Opacity;
-  b.Red = close ? Lanes{} : b.Red;
-  b.Green = close ? Lanes{} : b.Green;
-  b.Blue = close ? Lanes{} : b.Blue;
-  b.Depth = close ? Lanes{} : b.Depth;
+  Put(done.Near, close, Infinity);
+  Put(open.Far, close, -Infinity);
+  float* sums[] = { open.Weight, open.Opacity, open.Red, open.Green, open.Blue, open.Depth };
+  for (float* sum : sums)
+  {
+    Put(sum, close, 0.0f);
+  }
 }
-
-/// A splat's footprint over a row of a tile, in columns of the tile.
-struct RowSpan
-{
-  float Offset; ///< u = column + Offset, so that q = A u^2 + Q0
-  float Q0;
-  float Depth0;              ///< depth at column 0
-  float Red0, Green0, Blue0; ///< colour gradient at column 0
-  int BlockBegin, BlockEnd;
-  // Of a sector of the lens: what multiplies the weight, at column 0 and per column.
-  float Share0, ShareX; ///< f(s_x u_x) before it is clamped
-  float ShareOfRow;     ///< 4 f(s_y u_y)
-  float Tilt0;
-};
 
 /// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
-SURFELSPLATTING_INLINE void EvaluateKernel(float shape, const Lanes& q, float support, Lanes& k)
+SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
 {
   if (shape < 0.0f)
   {
-    k = 0.5f * q;
-    Min(k, Lanes{} + 80.0f);
-    ExpOfMinus(k);
-    return;
+    return ExpOfMinus(Min(0.5f * q, 80.0f));
   }
-  k = 1.0f - q * (1.0f / support);
-  Max(k, Lanes{});
+  Lanes k = Max(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= 16.0f)
   {
-    k *= shape - 16.0f;
-    Min(k, Lanes{} + 1.0f);
-    k *= k * (3.0f - 2.0f * k);
+    k = Min(k * (shape - 16.0f), 1.0f);
+    return k * k * (3.0f - 2.0f * k);
   }
-  else if (shape == 0.0f)
+  if (shape == 0.0f)
   {
-    k = Lanes{} + 1.0f;
+    return 1.0f;
   }
-  else if (shape == 2.0f)
+  if (shape == 2.0f)
+  {
+    return k * k;
+  }
+  if (shape == 3.0f)
+  {
+    return k * (k * k);
+  }
+  if (shape == 4.0f)
   {
     k *= k;
+    return k * k;
   }
-  else if (shape == 3.0f)
+  if (shape < 1.0f)
   {
-    k *= k * k;
+    k = Sqrt(k);
+    return shape < 0.5f ? Sqrt(k) : k;
   }
-  else if (shape == 4.0f)
-  {
-    k *= k;
-    k *= k;
-  }
-  else if (shape < 1.0f)
-  {
-    Sqrt(k);
-    if (shape < 0.5f)
-    {
-      Sqrt(k);
-    }
-  }
+  return k;
 }
 
 /// The kernel at q and its slope d = phi k without its constant (ResamplingKernel.h).
-SURFELSPLATTING_INLINE void EvaluateSlope(
-  float shape, const Lanes& q, float support, Lanes& k, Lanes& d)
+SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float support, Lanes& d)
 {
   if (shape < 0.0f)
   {
-    k = 0.5f * q;
-    Min(k, Lanes{} + 80.0f);
-    ExpOfMinus(k);
-    d = k;
-    return;
+    d = ExpOfMinus(Min(0.5f * q, 80.0f));
+    return d;
   }
   const Lanes s = 1.0f - q * (1.0f / support);
   if (shape >= 16.0f)
   {
-    Lanes u = s * (shape - 16.0f);
-    Max(u, Lanes{});
-    Min(u, Lanes{} + 1.0f);
-    k = u * u * (3.0f - 2.0f * u);
+    const Lanes u = Min(Max(s * (shape - 16.0f), 0.0f), 1.0f);
     d = u * (1.0f - u);
-    return;
+    return u * u * (3.0f - 2.0f * u);
   }
-  d = s;
-  if (shape == 3.0f)
-  {
-    d = s * s;
-  }
-  else if (shape == 4.0f)
-  {
-    d = s * s * s;
-  }
-  k = s * d;
+  d = shape == 3.0f ? s * s : shape == 4.0f ? s * s * s : s;
+  return s * d;
 }
 
-/// Makes the open layers of eight pixels ready for a splat: closes those that end before it begins,
-/// and widens the others' z-ranges.
-SURFELSPLATTING_INLINE void OpenLayers(PixelBlock& b, int index, const Splat& s,
+/// Makes the open layers of a block ready for a splat: closes those that end before it begins, and
+/// widens the others' z-ranges.
+SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const Splat& s,
   const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
 {
-  const LaneMask ended = inside & (b.Weight > 0.0f) & (b.Far < s.Near);
-  if (Any(ended))
+  OpenLayers& open = tile.Open[block];
+  const LaneMask ended =
+    inside & (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < s.Near);
+  const unsigned int bits = ended.ToBits();
+  if (bits != 0)
   {
     if (callback.Function)
     {
-      callback.Function(callback.User, b, index, ended);
+      callback.Function(callback.User, tile, block, bits);
     }
-    CloseLayers(b, ended, settings);
+    CloseLayers(tile, block, ended, settings);
   }
-  Lanes near = b.Near, far = b.Far;
-  Min(near, Lanes{} + s.Near);
-  Max(far, Lanes{} + s.Far);
-  b.Near = inside ? near : b.Near;
-  b.Far = inside ? far : b.Far;
+  const Lanes far = Lanes::Load(open.Far);
+  Select(inside, Max(far, s.Far), far).Store(open.Far);
+  if (callback.Function)
+  {
+    float* nearest = tile.Finished[block].Near;
+    const Lanes near = Lanes::Load(nearest);
+    Select(inside, Min(near, s.Near), near).Store(nearest);
+  }
 }
+
+/// Pixels of a block, from a splat's centre.
+struct Offsets
+{
+  Lanes X, Y; // px
+};
 
 /// Factor of the weight in a sector of the lens (LensSectors.h).
-SURFELSPLATTING_INLINE void EvaluateSector(
-  const LensSlope& slope, const RowSpan& row, const Lanes& column, Lanes& factor)
+SURFELSPLATTING_INLINE Lanes EvaluateSector(
+  const LensSlope& slope, const LensSector& sector, const Offsets& d)
 {
-  factor = row.Share0 + row.ShareX * column;
-  Max(factor, Lanes{});
-  Min(factor, Lanes{} + 1.0f);
-  Lanes tilt = row.Tilt0 + slope.TiltX * column;
-  Max(tilt, Lanes{});
-  factor *= row.ShareOfRow * tilt;
+  const Lanes x = Min(Max(0.5f + (sector.X * slope.Point) * d.X, 0.0f), 1.0f);
+  const Lanes y = Min(Max(0.5f + (sector.Y * slope.Point) * d.Y, 0.0f), 1.0f);
+  const Lanes tilt = Max(1.0f + slope.TiltX * d.X + slope.TiltY * d.Y, 0.0f);
+  return 4.0f * x * y * tilt;
 }
 
-/// Adds a splat to eight pixels.
-template <bool HasGradient, bool InSector>
-SURFELSPLATTING_INLINE void AddToBlock(PixelBlock& b, int index, const Splat& s,
-  const SplatGradient* g, const LensSlope* l, const RowSpan& row, const Lanes& column,
-  const RasterSettings& settings, LaneMask& fragments, const CloseCallback& callback)
+/// Adds a splat to a block; returns the lanes that it covers.
+/// @param q squared radius in the kernel's own unit
+template <bool HasGradient, bool InSector, RasterPass Pass>
+SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const Splat& s,
+  const SplatGradient* g, const LensSlope* l, const Offsets& d, const Lanes& q,
+  const RasterSettings& settings, const CloseCallback& callback)
 {
-  const Lanes u = column + row.Offset;
-  const Lanes q = s.A * u * u + row.Q0;
+  OpenLayers& open = tile.Open[block];
   LaneMask inside = q < settings.Support;
+  if (Pass == RasterPass::Depths)
+  {
+    const Lanes far = Lanes::Load(open.Far);
+    Select(inside, Min(far, s.Far), far).Store(open.Far);
+    return 0;
+  }
+  if (Pass == RasterPass::Nearest)
+  {
+    inside = inside & (Lanes::Load(open.Far) >= s.Near);
+  }
   Lanes share;
   if (InSector)
   {
-    EvaluateSector(*l, row, column, share);
-    inside &= share > 0.0f;
+    share = EvaluateSector(*l, settings.Sector, d);
+    inside = inside & (share > 0.0f);
   }
-  if (!Any(inside))
+  const unsigned int bits = inside.ToBits();
+  if (bits == 0)
   {
-    return;
+    return 0;
   }
-  fragments -= inside;
-  Lanes weight, slope = {};
-  if (HasGradient)
-  {
-    EvaluateSlope(s.Shape, q, settings.Support, weight, slope);
-  }
-  else
-  {
-    EvaluateKernel(s.Shape, q, settings.Support, weight);
-  }
+  Lanes slope;
+  Lanes weight = HasGradient ? EvaluateSlope(s.Shape, q, settings.Support, slope)
+                             : EvaluateKernel(s.Shape, q, settings.Support);
   if (InSector)
   {
     weight *= share;
-    slope *= share;
   }
-  weight = inside ? s.Weight * weight : Lanes{};
-  OpenLayers(b, index, s, inside, settings, callback);
+  weight = Select(inside, s.Weight * weight, 0.0f);
+  if (Pass == RasterPass::Layers)
+  {
+    PrepareLayers(tile, block, s, inside, settings, callback);
+  }
   const Lanes opaque = weight * s.Opacity;
-  b.Weight += weight;
-  b.Opacity += opaque;
+  AddTo(open.Weight, weight);
+  AddTo(open.Opacity, opaque);
   if (HasGradient)
   {
-    const Lanes tilt = inside ? (s.Weight * s.Opacity) * slope : Lanes{};
-    b.Red += opaque * s.Red + tilt * (row.Red0 + g->RedX * column);
-    b.Green += opaque * s.Green + tilt * (row.Green0 + g->GreenX * column);
-    b.Blue += opaque * s.Blue + tilt * (row.Blue0 + g->BlueX * column);
+    Lanes tilt = Select(inside, (s.Weight * s.Opacity) * slope, 0.0f);
+    if (InSector)
+    {
+      tilt *= share;
+    }
+    AddTo(open.Red, opaque * s.Red + tilt * (g->RedX * d.X + g->RedY * d.Y));
+    AddTo(open.Green, opaque * s.Green + tilt * (g->GreenX * d.X + g->GreenY * d.Y));
+    AddTo(open.Blue, opaque * s.Blue + tilt * (g->BlueX * d.X + g->BlueY * d.Y));
   }
   else
   {
-    b.Red += opaque * s.Red;
-    b.Green += opaque * s.Green;
-    b.Blue += opaque * s.Blue;
+    AddTo(open.Red, opaque * s.Red);
+    AddTo(open.Green, opaque * s.Green);
+    AddTo(open.Blue, opaque * s.Blue);
   }
-  b.Depth += weight * (row.Depth0 + s.DepthX * column);
-}
-
-/// Adds a tent's row to eight pixels: a cell of a coarse grid, interpolated.
-SURFELSPLATTING_INLINE void AddTentToBlock(PixelBlock& b, int index, const Splat& s, float x,
-  float weightOfRow, const Lanes& column, const RasterSettings& settings, LaneMask& fragments,
-  const CloseCallback& callback)
-{
-  Lanes distance = column + (0.5f - x);
-  distance = distance < 0.0f ? -distance : distance;
-  Lanes weight = weightOfRow * (1.0f - s.A * distance);
-  const LaneMask inside = weight > 0.0f;
-  if (!Any(inside))
-  {
-    return;
-  }
-  fragments -= inside;
-  weight = inside ? weight : Lanes{};
-  OpenLayers(b, index, s, inside, settings, callback);
-  const Lanes opaque = weight * s.Opacity;
-  b.Weight += weight;
-  b.Opacity += opaque;
-  b.Red += opaque * s.Red;
-  b.Green += opaque * s.Green;
-  b.Blue += opaque * s.Blue;
-  b.Depth += weight * s.B;
+  const float depth = 0.5f * (s.Near + s.Far);
+  AddTo(open.Depth, weight * (depth + s.DepthX * d.X + s.DepthY * d.Y));
+  return bits;
 }
 
 /// NaN becomes low: no pixel outside of the tile is ever touched.
@@ -270,134 +253,151 @@ SURFELSPLATTING_INLINE float Clamp(float x, float low, float high)
   return x > low ? (x < high ? x : high) : low;
 }
 
-SURFELSPLATTING_INLINE std::uint64_t Sum(const LaneMask& counts)
+/// Offsets of a block's pixels from its lower left one.
+alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
+alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
+
+/// Blocks of a row that a splat's support can touch, [Begin, End).
+struct BlockRange
 {
-  std::uint64_t sum = 0;
-  for (int l = 0; l < LaneCount; ++l)
+  int Begin, End;
+};
+
+/// Of a row of blocks, those between the support's ends in any of its four rows of pixels.
+/// @param u at the tile's first column; inside where |u + column| < sqrt((support - q0) / A)
+SURFELSPLATTING_INLINE void Narrow(
+  const Splat& s, const Lanes& u, const Lanes& q0, float support, BlockRange& range)
+{
+  const Lanes half = Sqrt(Max(support - q0, 0.0f) / s.A);
+  alignas(64) float low[LaneCount], high[LaneCount];
+  (0.0f - u - half).Store(low);
+  (half - u).Store(high);
+  float first = low[0], last = high[0];
+  for (int row = 1; row < BlockSize; ++row)
   {
-    sum += static_cast<std::uint32_t>(counts[l]);
+    const int l = row * BlockSize;
+    first = low[l] < first ? low[l] : first;
+    last = high[l] > last ? high[l] : last;
   }
-  return sum;
+  // One pixel more on either side, for rounding.
+  const int begin = static_cast<int>(Clamp(first - 1.0f, 0.0f, TileSize)) / BlockSize;
+  const int end =
+    static_cast<int>(Clamp(last + 1.0f, -1.0f, TileSize - 1.0f) + BlockSize) / BlockSize;
+  range.Begin = begin > range.Begin ? begin : range.Begin;
+  range.End = end < range.End ? end : range.End;
 }
 
-/// Of a row's span, what a sector of the lens takes; false: nothing.
-SURFELSPLATTING_INLINE bool EnterSector(
-  const LensSlope& slope, const LensSector& sector, float x, float dy, RowSpan& row)
+/// Few blocks are tried as they are.
+constexpr int FewBlocks = 3;
+
+template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
+std::uint64_t AddBlocks(PixelTile& tile, const Splat& s, const SplatGradient* g, const LensSlope* l,
+  const TileSpan& span, float x, float y, const RasterSettings& settings,
+  const CloseCallback& callback)
 {
-  const float dx0 = 0.5f - x;
-  row.ShareX = sector.X * slope.Point;
-  row.Share0 = 0.5f + row.ShareX * dx0;
-  row.ShareOfRow = 4.0f * Clamp(0.5f + sector.Y * slope.Point * dy, 0.0f, 1.0f);
-  row.Tilt0 = 1.0f + slope.TiltX * dx0 + slope.TiltY * dy;
-  return row.ShareOfRow > 0.0f;
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const int end = (span.Y1 + BlockSize - 1) / BlockSize;
+  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
+  std::uint64_t fragments = 0;
+  for (int j = span.Y0 / BlockSize; j < end; ++j)
+  {
+    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
+    const Lanes q0 = s.B * dy * dy;
+    const Lanes u0 = rampX + s.K * dy;
+    BlockRange range{ span.X0 / BlockSize, (span.X1 + BlockSize - 1) / BlockSize };
+    if (range.End - range.Begin > FewBlocks)
+    {
+      Narrow(s, s.K * dy + (0.5f - x), q0, settings.Support, range);
+    }
+    for (int i = range.Begin; i < range.End; ++i)
+    {
+      const int block = j * BlocksPerRow + i;
+      if ((hidden >> block & 1) != 0)
+      {
+        continue;
+      }
+      const Lanes u = u0 + static_cast<float>(i * BlockSize);
+      const Offsets d{ rampX + static_cast<float>(i * BlockSize), dy };
+      fragments +=
+        static_cast<std::uint64_t>(__builtin_popcount(AddToBlock<HasGradient, InSector, Pass>(
+          tile, block, s, g, l, d, s.A * u * u + q0, settings, callback)));
+    }
+  }
+  return fragments;
 }
 
-template <bool HasGradient, bool InSector>
-SURFELSPLATTING_INLINE std::uint64_t AddRows(PixelBlock* blocks, const Splat& s,
-  const SplatGradient* g, const LensSlope* l, int rowBegin, int rowEnd, float x, float y,
+/// Adds a tent, a cell of a coarse grid, interpolated.
+std::uint64_t AddTent(PixelTile& tile, const Splat& s, const TileSpan& span, float x, float y,
   const RasterSettings& settings, const CloseCallback& callback)
 {
-  const float depth = 0.5f * (s.Near + s.Far);
-  const Lanes ramp = { 0, 1, 2, 3, 4, 5, 6, 7 };
-  LaneMask fragments = {};
-  for (int j = rowBegin; j < rowEnd; ++j)
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
+  std::uint64_t fragments = 0;
+  for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
   {
-    const float dy = static_cast<float>(j) + 0.5f - y;
-    const float q0 = s.B * dy * dy;
-    if (!(q0 < settings.Support))
+    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
+    const Lanes weightOfRow = s.Weight * (1.0f - s.A * Max(dy, 0.0f - dy));
+    for (int i = span.X0 / BlockSize; i < (span.X1 + BlockSize - 1) / BlockSize; ++i)
     {
-      continue;
-    }
-    // u = dx + K dy with dx = column + 1/2 - x; inside where |u| < sqrt((Support - q0) / A).
-    RowSpan row;
-    row.Offset = 0.5f - x + s.K * dy;
-    row.Q0 = q0;
-    if (InSector && !EnterSector(*l, settings.Sector, x, dy, row))
-    {
-      continue;
-    }
-    if (HasGradient)
-    {
-      row.Red0 = g->RedX * (0.5f - x) + g->RedY * dy;
-      row.Green0 = g->GreenX * (0.5f - x) + g->GreenY * dy;
-      row.Blue0 = g->BlueX * (0.5f - x) + g->BlueY * dy;
-    }
-    row.Depth0 = depth + s.DepthX * (0.5f - x) + s.DepthY * dy;
-    const float half = __builtin_sqrtf((settings.Support - q0) / s.A);
-    row.BlockBegin = static_cast<int>(Clamp(-row.Offset - half, 0.0f, TileSize)) / LaneCount;
-    row.BlockEnd =
-      (static_cast<int>(Clamp(-row.Offset + half, -1.0f, TileSize - 1.0f) + 1.0f) + LaneCount - 1) /
-      LaneCount;
-    for (int i = row.BlockBegin; i < row.BlockEnd; ++i)
-    {
-      const int index = j * BlocksPerRow + i;
-      AddToBlock<HasGradient, InSector>(blocks[index], index, s, g, l, row,
-        ramp + static_cast<float>(i * LaneCount), settings, fragments, callback);
+      const int block = j * BlocksPerRow + i;
+      const Lanes dx = rampX + static_cast<float>(i * BlockSize);
+      const Lanes across = 1.0f - s.A * Max(dx, 0.0f - dx);
+      const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
+      const unsigned int bits = (hidden >> block & 1) != 0 ? 0 : inside.ToBits();
+      if (bits == 0)
+      {
+        continue;
+      }
+      fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
+      const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
+      PrepareLayers(tile, block, s, inside, settings, callback);
+      OpenLayers& open = tile.Open[block];
+      const Lanes opaque = weight * s.Opacity;
+      AddTo(open.Weight, weight);
+      AddTo(open.Opacity, opaque);
+      AddTo(open.Red, opaque * s.Red);
+      AddTo(open.Green, opaque * s.Green);
+      AddTo(open.Blue, opaque * s.Blue);
+      AddTo(open.Depth, weight * s.B);
     }
   }
-  return Sum(fragments);
+  return fragments;
 }
 
-std::uint64_t AddTent(PixelBlock* blocks, const Splat& s, int rowBegin, int rowEnd, float x,
-  float y, const RasterSettings& settings, const CloseCallback& callback)
-{
-  const Lanes ramp = { 0, 1, 2, 3, 4, 5, 6, 7 };
-  LaneMask fragments = {};
-  const float reach = 1.0f / s.A;
-  const int blockBegin = static_cast<int>(Clamp(x - reach, 0.0f, TileSize)) / LaneCount;
-  const int blockEnd =
-    (static_cast<int>(Clamp(x + reach, 0.0f, TileSize)) + LaneCount - 1) / LaneCount;
-  for (int j = rowBegin; j < rowEnd; ++j)
-  {
-    const float distance = __builtin_fabsf(static_cast<float>(j) + 0.5f - y);
-    const float weight = s.Weight * (1.0f - s.A * distance);
-    for (int i = blockBegin; weight > 0.0f && i < blockEnd; ++i)
-    {
-      const int index = j * BlocksPerRow + i;
-      AddTentToBlock(blocks[index], index, s, x, weight, ramp + static_cast<float>(i * LaneCount),
-        settings, fragments, callback);
-    }
-  }
-  return Sum(fragments);
-}
-
-std::uint64_t AddSplat(PixelBlock* blocks, const Splat& s, const SplatGradient* g,
-  const LensSlope* l, int rowBegin, int rowEnd, float x, float y, const RasterSettings& settings,
+std::uint64_t AddSplat(PixelTile& tile, const Splat& s, const SplatGradient* g, const LensSlope* l,
+  const TileSpan& span, float x, float y, const RasterSettings& settings,
   const CloseCallback& callback)
 {
   if (s.Shape == -2.0f) // TentShape
   {
-    return AddTent(blocks, s, rowBegin, rowEnd, x, y, settings, callback);
+    return AddTent(tile, s, span, x, y, settings, callback);
+  }
+  if (settings.Pass == RasterPass::Depths)
+  {
+    return AddBlocks<false, false, RasterPass::Depths>(
+      tile, s, nullptr, nullptr, span, x, y, settings, callback);
+  }
+  if (settings.Pass == RasterPass::Nearest)
+  {
+    return g ? AddBlocks<true, false, RasterPass::Nearest>(
+                 tile, s, g, nullptr, span, x, y, settings, callback)
+             : AddBlocks<false, false, RasterPass::Nearest>(
+                 tile, s, nullptr, nullptr, span, x, y, settings, callback);
   }
   if (l)
   {
-    return g ? AddRows<true, true>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback)
-             : AddRows<false, true>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback);
+    return g ? AddBlocks<true, true>(tile, s, g, l, span, x, y, settings, callback)
+             : AddBlocks<false, true>(tile, s, g, l, span, x, y, settings, callback);
   }
-  return g ? AddRows<true, false>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback)
-           : AddRows<false, false>(blocks, s, g, l, rowBegin, rowEnd, x, y, settings, callback);
+  return g ? AddBlocks<true, false>(tile, s, g, l, span, x, y, settings, callback)
+           : AddBlocks<false, false>(tile, s, g, l, span, x, y, settings, callback);
 }
 
-bool IsOpaque(const PixelBlock* blocks, float near)
+void CloseAll(PixelTile& tile, const RasterSettings& settings)
 {
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    const PixelBlock& b = blocks[i];
-    // Behind another prop, unless an open layer could still be joined.
-    const LaneMask hidden = (b.Limit < near) & (b.Weight <= 0.0f);
-    if (Any((b.Transmittance > LeastTransmittance) & ~hidden))
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-void CloseAll(PixelBlock* blocks, const RasterSettings& settings)
-{
-  for (int i = 0; i < BlocksPerTile; ++i)
-  {
-    CloseLayers(blocks[i], LaneMask{} - 1, settings);
+    CloseLayers(tile, i, AllLanes(), settings);
   }
 }
 }

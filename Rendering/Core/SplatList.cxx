@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SplatList.h"
 
+#include "SplatMaker.h"
+
 #include <algorithm>
 
 namespace SurfelSplatting
@@ -37,75 +39,21 @@ std::vector<Chunk> MakeChunks(const std::vector<NodeRun>& runs)
 }
 
 /// Every chunk of surfels fills a part of the list, whatever thread it runs on.
-class Setup
+void Fill(const SplatMaker& maker, const std::vector<NodeRun>& runs, const Chunk& chunk,
+  SplatList& list, SplatList::Part& part)
 {
-public:
-  Setup(const SplatContext& context, const SurfelCloud& cloud, const std::vector<NodeRun>& runs,
-    SplatList& list)
-    : Context(context)
-    , Gaussian(context.Settings.Cutoff)
-    , Cloud(context.Camera, cloud)
-    , Runs(runs)
-    , List(list)
+  SplatOutput output = list.OutputAt(part.Begin);
+  std::size_t skip = chunk.Skip, left = chunk.Size;
+  for (std::size_t r = chunk.Run; left > 0; ++r)
   {
+    const NodeRun& run = runs[r];
+    const std::size_t take = std::min<std::size_t>(left, run.Count - skip);
+    maker.Make(run.Begin + skip, take, static_cast<int>(run.Level), output);
+    left -= take;
+    skip = 0;
   }
-
-  void Fill(const Chunk& chunk, SplatList::Part& part) const
-  {
-    std::size_t gradients = part.Begin;
-    std::size_t skip = chunk.Skip, left = chunk.Size;
-    for (std::size_t r = chunk.Run; left > 0; ++r)
-    {
-      const NodeRun& run = this->Runs[r];
-      const std::size_t take = std::min<std::size_t>(left, run.Count - skip);
-      for (std::size_t i = 0; i < take; ++i)
-      {
-        this->Add(run.Begin + skip + i, static_cast<int>(run.Level), part, gradients);
-      }
-      left -= take;
-      skip = 0;
-    }
-  }
-
-private:
-  void Add(std::size_t surfel, int level, SplatList::Part& part, std::size_t& gradients) const
-  {
-    SplatRecord record;
-    const SplatStatus status =
-      MakeSplat(this->Context, this->Gaussian, this->Cloud, surfel, level, record);
-    part.Invalid += status == SplatStatus::Invalid ? 1 : 0;
-    if (status != SplatStatus::Visible)
-    {
-      return;
-    }
-    if (record.S.Gradient != NoGradient)
-    {
-      record.S.Gradient = static_cast<std::int32_t>(gradients);
-      this->List.Gradients[gradients++] = record.Gradient;
-    }
-    this->List.Splats[part.Begin + part.Count] = record.S;
-    this->List.Boxes[part.Begin + part.Count] = record.Box;
-    if (this->List.HasSlopes)
-    {
-      this->List.Slopes[part.Begin + part.Count] = record.Slope;
-    }
-    this->List.Levels[part.Begin + part.Count] = static_cast<unsigned char>(record.GridLevel);
-    part.Levels |= 1u << record.GridLevel;
-    ++part.Count;
-    part.Blurred += record.Blurred ? 1 : 0;
-    if (record.GridLevel > 0)
-    {
-      part.LargestCoarseColor =
-        std::max({ part.LargestCoarseColor, record.S.Red, record.S.Green, record.S.Blue });
-    }
-  }
-
-  const SplatContext& Context;
-  TruncatedGaussian Gaussian;
-  PlacedCloud Cloud;
-  const std::vector<NodeRun>& Runs;
-  SplatList& List;
-};
+  part.Take(output);
+}
 }
 
 void SplatList::Clear(bool sectors)
@@ -126,6 +74,27 @@ void SplatList::Resize(std::size_t size)
   this->Gradients.Resize(size);
   this->Slopes.Resize(this->HasSlopes ? size : 0);
   this->Levels.Resize(size);
+}
+
+SplatOutput SplatList::OutputAt(std::size_t begin)
+{
+  SplatOutput output;
+  output.Splats = &this->Splats[begin];
+  output.Boxes = &this->Boxes[begin];
+  output.Slopes = this->HasSlopes ? &this->Slopes[begin] : nullptr;
+  output.GridLevels = &this->Levels[begin];
+  output.Gradients = this->Gradients.Data();
+  output.FirstGradient = begin;
+  return output;
+}
+
+void SplatList::Part::Take(const SplatOutput& output)
+{
+  this->Count = output.Count;
+  this->Invalid = output.Invalid;
+  this->Blurred = output.Blurred;
+  this->LargestCoarseColor = output.LargestCoarseColor;
+  this->Levels = output.Levels;
 }
 
 void SplatList::Add(const Splat& splat, const PixelBox& box)
@@ -211,11 +180,11 @@ void AppendSplats(const SplatContext& context, const SurfelCloud& cloud,
   {
     list.Parts.push_back({ first + i * ChunkSize });
   }
-  const Setup setup(context, cloud, runs, list);
+  const SplatMaker maker(context, cloud);
   executor.For(chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      setup.Fill(chunks[i], list.Parts[firstPart + i]);
+      Fill(maker, runs, chunks[i], list, list.Parts[firstPart + i]);
     }
   });
 }

@@ -7,6 +7,7 @@
 #include "Buffer.h"
 #include "DetailSelection.h"
 #include "Executor.h"
+#include "SetupKernel.h"
 #include "Splat.h"
 #include "SplatSetup.h"
 
@@ -26,6 +27,8 @@ struct SplatList
     std::size_t Blurred = 0;         ///< by the lens
     float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
     unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
+
+    void Take(const SplatOutput& output);
   };
 
   std::vector<Part> Parts; ///< in the order of the surfels
@@ -42,6 +45,9 @@ struct SplatList
   {
     return this->HasSlopes ? &this->Slopes[i] : nullptr;
   }
+
+  /// For the splats of a part; there is room for them.
+  SplatOutput OutputAt(std::size_t begin);
 
   /// Adds one splat, as a part of its own.
   void Add(const Splat& splat, const PixelBox& box);

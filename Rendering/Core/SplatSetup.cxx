@@ -2,6 +2,7 @@
 #include "SplatSetup.h"
 
 #include "CoarseGrid.h"
+#include "SetupConstants.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,21 +11,10 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Half of the z-range in standard deviations along z, and in those of the kernel's longest axis:
-/// what neighbours of one surface may differ by where it is rough. Measured on ray-traced scenes,
-/// which do not tell these from larger ones, and by eye on scans: with less, blurred slopes get
-/// dark notches and depth images tear; with more, what lies on a surface merges with it.
-constexpr double DepthExtentAlongZ = 2.0;
-constexpr double DepthExtentIsotropic = 0.5;
-
-/// Where weights ripple about 1, min(1, sum) loses the part above 1, and an opaque surface would be
-/// slightly dark. The loss falls with the share of the footprint that lens and pixel filter have
-/// smoothed, (h + V_I) / sqrt(det W) in [0, 1]: surfels below a pixel ripple no more and keep their
-/// mass. It is left alone towards silhouettes, which a correction would make grow: 0.2 (1 - smooth)
-/// cos^2(theta), measured against ray-traced scenes.
+/// See RippleLoss.
 double RippleCompensation(double smooth, double cosine)
 {
-  return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
+  return 1.0 / (1.0 - RippleLoss * (1.0 - smooth) * cosine * cosine);
 }
 
 /// M S M' for the projection's Jacobian M, px^2.
@@ -52,13 +42,6 @@ bool Within(float x, float limit)
 {
   return std::abs(x) <= limit;
 }
-
-/// What the raster's float sums hold: 2^32 splats of weight 1e12 and colour 1e12, or depth 1e16,
-/// stay below 3e38, so that no infinity arises that could become NaN under a transmittance of zero.
-constexpr float LargestWeight = 1e12f, LargestColor = 1e12f, LargestDepth = 1e16f;
-constexpr float LargestCoordinate = 1e30f; // px
-constexpr float SmallestWeight =
-  1e-20f; // 2^32 of them are invisible; e^-20 of it is not yet denormal
 
 bool Representable(const Splat& s)
 {
@@ -275,10 +258,6 @@ void SetDepth(
   splat.DepthX = static_cast<float>((w.YY * cx - w.XY * cy) / w.Determinant);
   splat.DepthY = static_cast<float>((w.XX * cy - w.XY * cx) / w.Determinant);
 }
-/// Neighbouring nodes sum to one where they are blurred by at least this share of their spacing
-/// (the root of their area), as the leaves' kernels are. Detail that is chosen by the default error
-/// is blurred more; coarser detail, for interaction, would have holes.
-constexpr double LeastNodeBlur = 0.28;
 
 Blur MakeBlur(const SplatContext& context, const TruncatedGaussian& gaussian,
   const PlacedSurfel& surfel, double areaLength, int level)
@@ -418,23 +397,21 @@ ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w,
   return MakePearsonKernel(w, squaredConfusion, gaussian);
 }
 
-/// The coarse grid of a splat (CoarseGrid.h). A kernel's border is about 4.5 standard deviations of
-/// node and pixel wide; where that is less than two cells, the grid is made finer once. A node
-/// whose gradient, which is at work in that border, needs a finer grid yet is small against the
-/// blur and does without its gradient.
+/// The coarse grid of a splat (CoarseGrid.h). Where the kernel's border would be too narrow for it
+/// (GridCellsPerDeviation), the grid is made finer once. A node whose gradient, which is at work in
+/// that border, needs a finer grid yet is small against the blur and does without its gradient.
 int ChooseGrid(const Footprint& w, const Blur& blur, bool& tilted)
 {
-  constexpr double cellsPerDeviation = 2.25;
   const double smallest = w.SmallestEigenvalue();
   const int level = CoarseLevel(smallest);
   const double confusion = std::fmax(blur.Confusion[0], blur.Confusion[1]);
   const double sharp = std::sqrt(std::fmax(0.0, smallest - 0.25 * confusion * confusion));
   const double cell = 1 << level;
-  if (level == 0 || cell <= cellsPerDeviation * sharp)
+  if (level == 0 || cell <= GridCellsPerDeviation * sharp)
   {
     return level;
   }
-  tilted = tilted && 0.5 * cell <= cellsPerDeviation * sharp;
+  tilted = tilted && 0.5 * cell <= GridCellsPerDeviation * sharp;
   return level > LowestCoarseLevel ? level - 1 : 0;
 }
 }

@@ -36,8 +36,12 @@ struct SplatContext
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   DetailSettings Detail;
-  bool SkipHidden = true;    ///< what lies behind opaque layers, in tiles that are all opaque
-  bool CoarseGrids = true;   ///< wide splats on grids of larger cells
+  bool SkipHidden = true;  ///< what lies behind opaque layers, in tiles that are all opaque
+  bool CoarseGrids = true; ///< wide splats on grids of larger cells
+  /// For comparison: a plain z-buffer instead of layers. Of what each pixel sees, the nearest
+  /// surface alone, whatever its opacity; coarse grids, sectors and skipping of the hidden are off.
+  bool DepthBuffered = false;
+  bool ScalarSetup = false;  ///< splats one by one, by MakeSplat, for comparison
   bool ColorByLevel = false; ///< nodes in the colour of their level instead of their own, unlit
 };
 

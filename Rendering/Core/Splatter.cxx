@@ -35,8 +35,11 @@ private:
 SplatContext CellContext(const SplatContext& context, const LensCell& cell, bool hasSink)
 {
   SplatContext part = context;
-  part.Sectors = context.Sectors && !hasSink && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
-    context.Settings.Kernel != KernelType::Gaussian;
+  const bool layers = !context.DepthBuffered;
+  part.CoarseGrids = context.CoarseGrids && layers;
+  part.SkipHidden = context.SkipHidden && layers;
+  part.Sectors = context.Sectors && layers && !hasSink && cell.Optics.Radius > 0.0 &&
+    !cell.Camera.Parallel && context.Settings.Kernel != KernelType::Gaussian;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
   for (Light& light : part.Lights)
@@ -168,6 +171,7 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
   settings.LeastConflict = context.LeastConflict;
+  settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =
     ResolveCoarseLevels(this->List, view.Width, view.Height, settings, executor);
   this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;
@@ -176,7 +180,10 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
   this->Lazy.Bin(view.Width, view.Height);
   this->Stats.BinningMilliseconds = watch.Lap();
-  SortBins(this->List, executor, this->Bins);
+  if (!context.DepthBuffered)
+  {
+    SortBins(this->List, executor, this->Bins);
+  }
   this->Stats.SortMilliseconds = watch.Lap();
 
   this->RasterTiles(settings, context.SkipHidden, executor, frame, depthLimit, sink);

@@ -87,10 +87,62 @@ void BinSplats(
   });
 }
 
+/// Radix sort by the depths, then by the indices of equal depths: few or all of them.
+void KeySorter::Sort(std::vector<std::uint64_t>& keys)
+{
+  constexpr std::size_t few = 48;
+  constexpr int digits = 4, bins = 256, firstBit = 32;
+  if (keys.size() < few)
+  {
+    std::sort(keys.begin(), keys.end());
+    return;
+  }
+  std::uint32_t counts[digits][bins] = {};
+  for (const std::uint64_t key : keys)
+  {
+    for (int d = 0; d < digits; ++d)
+    {
+      ++counts[d][key >> (firstBit + 8 * d) & 255];
+    }
+  }
+  this->Other.resize(keys.size());
+  for (int d = 0; d < digits; ++d)
+  {
+    const int shift = firstBit + 8 * d;
+    if (counts[d][keys[0] >> shift & 255] == keys.size())
+    {
+      continue; // all alike
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& count : counts[d])
+    {
+      const std::uint32_t begin = sum;
+      sum += count;
+      count = begin;
+    }
+    for (const std::uint64_t key : keys)
+    {
+      this->Other[counts[d][key >> shift & 255]++] = key;
+    }
+    keys.swap(this->Other);
+  }
+  for (auto begin = keys.begin(), end = begin; begin != keys.end(); begin = end)
+  {
+    const std::uint64_t depth = *begin >> firstBit;
+    end = std::find_if(
+      begin, keys.end(), [depth](std::uint64_t key) { return key >> firstBit != depth; });
+    if (end - begin > 1)
+    {
+      std::sort(begin, end);
+    }
+  }
+}
+
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
 {
   executor.For(bins.NumberOfTiles(), 4, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint64_t> keys; // near depth above, index below
+    std::vector<std::uint64_t> keys;
+    KeySorter sorter;
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       const auto first = bins.Indices.begin() + bins.Offsets[tile];
@@ -100,7 +152,7 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       {
         keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
       }
-      std::sort(keys.begin(), keys.end());
+      sorter.Sort(keys);
       std::transform(keys.begin(), keys.end(), first,
         [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
     }

@@ -52,6 +52,16 @@ struct TileBins
 void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
   TileBins& bins);
 
+/// Sorts keys of (SortableBits of a depth) << 32 | index, ascending.
+class KeySorter
+{
+public:
+  void Sort(std::vector<std::uint64_t>& keys);
+
+private:
+  std::vector<std::uint64_t> Other;
+};
+
 /// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TileRaster.h"
 
+#include "InstructionSet.h"
 #include "ResamplingKernel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 namespace SurfelSplatting
@@ -13,6 +15,25 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float Infinity = std::numeric_limits<float>::infinity();
+}
+
+const RasterKernel& SelectRasterKernel()
+{
+  switch (DetectInstructionSet())
+  {
+#ifdef SURFELSPLATTING_X86_KERNELS
+    case InstructionSet::AVX512:
+      return RasterKernelAVX512;
+    case InstructionSet::AVX2:
+      return RasterKernelAVX2;
+#endif
+    default:
+      return RasterKernelBaseline;
+  }
+}
+
+namespace
+{
 const RasterKernel Kernel = SelectRasterKernel();
 }
 
@@ -21,9 +42,13 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 {
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
-  Counts counts = this->RenderLayers(list, bins, tile, lazy);
+  this->Settings.NoteConflicts = this->InSectors && this->SectorIndex == WholeLens && !this->Sink;
+  Counts counts = this->Settings.Pass == RasterPass::Layers
+    ? this->RenderLayers(list, bins, tile, lazy)
+    : this->RenderNearest(list, bins, tile);
   if (this->InSectors && !this->Sink && this->NeedsSectors())
   {
+    this->Settings.NoteConflicts = false;
     for (int sector = 0; sector < NumberOfSectors; ++sector)
     {
       this->SetSector(sector);
@@ -49,12 +74,13 @@ void TileRaster::SetSector(int sector)
 bool TileRaster::NeedsSectors() const
 {
   const float least = this->Settings.LeastConflict;
-  Lanes conflict{};
-  for (const PixelBlock& b : this->Blocks)
+  float conflict = 0.0f;
+  for (const FinishedLayers& done : this->Tile.Finished)
   {
-    conflict = conflict > b.Conflict ? conflict : b.Conflict;
+    conflict =
+      std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
   }
-  return least == 0.0f || (this->LensSpread >= LeastLensSpread && Any(conflict > least));
+  return least == 0.0f || (this->LensSpread >= LeastLensSpread && conflict > least);
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -88,6 +114,28 @@ TileRaster::Counts TileRaster::RenderLayers(
   return counts;
 }
 
+/// A plain z-buffer's two passes over splats in any order.
+TileRaster::Counts TileRaster::RenderNearest(
+  const SplatList& list, const TileBins& bins, std::size_t tile)
+{
+  Counts counts;
+  this->Clear();
+  for (OpenLayers& open : this->Tile.Open)
+  {
+    std::fill_n(open.Far, PixelsPerBlock, Infinity);
+  }
+  for (const RasterPass pass : { RasterPass::Depths, RasterPass::Nearest })
+  {
+    this->Settings.Pass = pass;
+    for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
+    {
+      counts.Fragments += this->AddSplat(list, bins.Indices[i]);
+    }
+  }
+  this->CloseAll();
+  return counts;
+}
+
 /// Adds a sector's pixels to the mean.
 void TileRaster::AddToMean(bool first)
 {
@@ -98,14 +146,17 @@ void TileRaster::AddToMean(bool first)
   }
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    const PixelBlock& b = this->Blocks[i];
+    const FinishedLayers& done = this->Tile.Finished[i];
     MeanBlock& m = this->Mean[i];
-    m.Red += share * b.OutRed;
-    m.Green += share * b.OutGreen;
-    m.Blue += share * b.OutBlue;
-    m.Transmittance += share * b.Transmittance;
-    // A depth has no mean across a silhouette: that of the first sector which has one.
-    m.Depth = m.Depth == 0.0f ? b.OutDepth : m.Depth;
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      m.Red[l] += share * done.Red[l];
+      m.Green[l] += share * done.Green[l];
+      m.Blue[l] += share * done.Blue[l];
+      m.Transmittance[l] += share * done.Transmittance[l];
+      // A depth has no mean across a silhouette: that of the first sector which has one.
+      m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
+    }
   }
 }
 
@@ -113,13 +164,16 @@ void TileRaster::TakeMean()
 {
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    PixelBlock& b = this->Blocks[i];
+    FinishedLayers& done = this->Tile.Finished[i];
     const MeanBlock& m = this->Mean[i];
-    b.OutRed = m.Red;
-    b.OutGreen = m.Green;
-    b.OutBlue = m.Blue;
-    b.Transmittance = m.Transmittance;
-    b.OutDepth = m.Transmittance <= 0.5f ? m.Depth : Lanes{};
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      done.Red[l] = m.Red[l];
+      done.Green[l] = m.Green[l];
+      done.Blue[l] = m.Blue[l];
+      done.Transmittance[l] = m.Transmittance[l];
+      done.Depth[l] = m.Transmittance[l] <= 0.5f ? m.Depth[l] : 0.0f;
+    }
   }
 }
 
@@ -133,20 +187,25 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   this->PendingNext = 0;
   const std::size_t before = this->Pending.size(), wanted = before + std::max(enough, before);
   const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
-  while (run != end && this->Pending.size() < wanted)
+  const SplatList& list = lazy.Splats();
+  std::size_t size = before;
+  while (run != end && size < wanted)
   {
     const SplatList::Part& part = lazy.Get(*run++);
+    this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      const PixelBox& box = lazy.GetBox(i);
-      if (box.X0 < right && box.X1 > this->OriginX && box.Y0 < top && box.Y1 > this->OriginY)
-      {
-        this->Pending.push_back(
-          static_cast<std::uint64_t>(SortableBits(lazy.GetSplat(i).Near)) << 32 | i);
-      }
+      // Kept or written over by the next one: which it is cannot be foreseen.
+      const PixelBox& box = list.Boxes[i];
+      const int inside = static_cast<int>(box.X0 < right) &
+        static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
+        static_cast<int>(box.Y1 > this->OriginY);
+      this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Splats[i].Near)) << 32 | i;
+      size += static_cast<std::size_t>(inside);
     }
   }
-  std::sort(this->Pending.begin(), this->Pending.end());
+  this->Pending.resize(size);
+  this->Sorter.Sort(this->Pending);
 }
 
 /// Adds all splats that begin before a depth, binned and pending ones by ascending near depth;
@@ -161,7 +220,7 @@ bool TileRaster::AddBefore(
     const Splat* binned =
       this->Next < this->Last ? &list.Splats[bins.Indices[this->Next]] : nullptr;
     const Splat* pending = this->PendingNext < this->Pending.size()
-      ? &lazy->GetSplat(static_cast<std::uint32_t>(this->Pending[this->PendingNext]))
+      ? &lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])]
       : nullptr;
     const bool takeBinned = binned && (!pending || binned->Near <= pending->Near);
     const Splat* s = takeBinned ? binned : pending;
@@ -175,24 +234,37 @@ bool TileRaster::AddBefore(
     }
     if (takeBinned)
     {
-      const std::uint32_t i = bins.Indices[this->Next++];
-      counts.Fragments +=
-        this->AddSplat(*s, s->Gradient == NoGradient ? nullptr : &list.Gradients[s->Gradient],
-          list.SlopeOf(i), list.Boxes[i]);
+      counts.Fragments += this->AddSplat(list, bins.Indices[this->Next++]);
     }
     else
     {
-      const auto i = static_cast<std::uint32_t>(this->Pending[this->PendingNext++]);
-      counts.Fragments +=
-        this->AddSplat(*s, lazy->GetGradient(*s), lazy->GetSlope(i), lazy->GetBox(i));
+      counts.Fragments += this->AddSplat(
+        lazy->Splats(), static_cast<std::uint32_t>(this->Pending[this->PendingNext++]));
       ++counts.LazyPairs;
     }
   }
 }
 
+/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
+/// LeastTransmittance.
 bool TileRaster::IsOpaque(float near) const
 {
-  return Kernel.IsOpaque(this->Blocks, near);
+  constexpr std::uint64_t all = ~std::uint64_t{ 0 };
+  for (int i = 0; this->DepthLimit && i < BlocksPerTile; ++i)
+  {
+    const OpenLayers& open = this->Tile.Open[i];
+    const FinishedLayers& done = this->Tile.Finished[i];
+    for (int l = 0; (this->Tile.Opaque >> i & 1) == 0 && l < PixelsPerBlock; ++l)
+    {
+      // Behind another prop, unless an open layer could still be joined.
+      const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
+      if (done.Transmittance[l] > LeastTransmittance && !hidden)
+      {
+        return false;
+      }
+    }
+  }
+  return this->DepthLimit || this->Tile.Opaque == all;
 }
 
 void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)
@@ -207,28 +279,27 @@ void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& fram
 void TileRaster::Clear()
 {
   this->Settings.LargestColor = this->LargestCoarseColor;
-  std::memset(static_cast<void*>(this->Blocks), 0, sizeof(this->Blocks));
+  std::memset(static_cast<void*>(&this->Tile), 0, sizeof(this->Tile));
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    PixelBlock& b = this->Blocks[i];
-    Set(b.Near, Infinity);
-    Set(b.Far, -Infinity);
-    Set(b.Limit, Infinity);
-    const int y = this->OriginY + i / BlocksPerRow;
-    const int x = this->OriginX + i % BlocksPerRow * LaneCount;
-    for (int l = 0; l < LaneCount; ++l)
+    FinishedLayers& done = this->Tile.Finished[i];
+    std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
+    std::fill_n(done.Near, PixelsPerBlock, Infinity);
+    std::fill_n(done.Limit, PixelsPerBlock, Infinity);
+    const int x0 = this->BlockX(i), y0 = this->BlockY(i);
+    for (int l = 0; l < PixelsPerBlock; ++l)
     {
       // Pixels beyond the picture are finished from the start.
-      b.Transmittance[l] = y < this->Height && x + l < this->Width ? 1.0f : 0.0f;
-    }
-    if (this->DepthLimit && y < this->Height)
-    {
-      const float* limit = this->DepthLimit + static_cast<std::size_t>(y) * this->Width;
-      for (int l = 0; l < LaneCount && x + l < this->Width; ++l)
+      const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
+      const bool inside = x < this->Width && y < this->Height;
+      done.Transmittance[l] = inside ? 1.0f : 0.0f;
+      if (inside && this->DepthLimit)
       {
-        b.Limit[l] = limit[x + l];
+        done.Limit[l] = this->DepthLimit[static_cast<std::size_t>(y) * this->Width + x];
       }
     }
+    const bool outside = x0 >= this->Width || y0 >= this->Height;
+    this->Tile.Opaque |= static_cast<std::uint64_t>(outside ? 1 : 0) << i;
   }
 }
 
@@ -246,9 +317,13 @@ void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
   }
 }
 
-std::uint64_t TileRaster::AddSplat(
-  const Splat& s, const SplatGradient* gradient, const LensSlope* slope, const PixelBox& box)
+std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
+  const Splat& s = list.Splats[i];
+  const PixelBox& box = list.Boxes[i];
+  const LensSlope* slope = list.SlopeOf(i);
+  const SplatGradient* gradient =
+    s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
   const bool tent = s.Shape == static_cast<float>(TentShape);
   if (this->InSectors && this->SectorIndex == WholeLens)
   {
@@ -262,34 +337,34 @@ std::uint64_t TileRaster::AddSplat(
   {
     this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
   }
-  const int rowBegin = std::max(0, box.Y0 - this->OriginY);
-  const int rowEnd = std::min(TileSize, box.Y1 - this->OriginY);
+  const TileSpan span{ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) };
   const float x = s.X - static_cast<float>(this->OriginX);
   const float y = s.Y - static_cast<float>(this->OriginY);
-  return Kernel.AddSplat(this->Blocks, s, gradient, slope, rowBegin, rowEnd, x, y, this->Settings,
+  return Kernel.AddSplat(this->Tile, s, gradient, slope, span, x, y, this->Settings,
     { this->Sink ? &TileRaster::SendToSink : nullptr, this });
 }
 
-void TileRaster::SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes)
+void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes)
 {
   const auto* raster = static_cast<const TileRaster*>(self);
-  const int y = raster->OriginY + index / BlocksPerRow;
-  const int x = raster->OriginX + index % BlocksPerRow * LaneCount;
-  for (int l = 0; l < LaneCount; ++l)
+  const OpenLayers& open = tile.Open[block];
+  for (int l = 0; l < PixelsPerBlock; ++l)
   {
-    const bool inside = x + l < raster->Width && y < raster->Height;
-    if (inside && lanes[l] && block.Weight[l] > 0.0f)
+    const int x = raster->BlockX(block) + l % BlockSize, y = raster->BlockY(block) + l / BlockSize;
+    const bool inside = x < raster->Width && y < raster->Height;
+    if (inside && (lanes >> l & 1) != 0 && open.Weight[l] > 0.0f)
     {
       Layer layer;
-      layer.Near = block.Near[l];
-      layer.Far = block.Far[l];
-      layer.Weight = block.Weight[l];
-      layer.Opacity = block.Opacity[l];
-      layer.Red = block.Red[l];
-      layer.Green = block.Green[l];
-      layer.Blue = block.Blue[l];
-      layer.Depth = block.Depth[l];
-      raster->Sink->Receive(x + l, y, layer);
+      layer.Near = tile.Finished[block].Near[l];
+      layer.Far = open.Far[l];
+      layer.Weight = open.Weight[l];
+      layer.Opacity = open.Opacity[l];
+      layer.Red = open.Red[l];
+      layer.Green = open.Green[l];
+      layer.Blue = open.Blue[l];
+      layer.Depth = open.Depth[l];
+      raster->Sink->Receive(x, y, layer);
     }
   }
 }
@@ -300,30 +375,42 @@ void TileRaster::CloseAll()
   {
     for (int i = 0; i < BlocksPerTile; ++i)
     {
-      SendToSink(this, this->Blocks[i], i, LaneMask{} - 1);
+      SendToSink(this, this->Tile, i, ~0u);
     }
   }
-  Kernel.CloseAll(this->Blocks, this->Settings);
+  Kernel.CloseAll(this->Tile, this->Settings);
+}
+
+namespace
+{
+/// A block's row, from pixel `first` of it on.
+inline void StorePixels(
+  const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
+{
+  for (int c = 0; c < columns; ++c)
+  {
+    const int l = first + c;
+    rgba[4 * c] = done.Red[l];
+    rgba[4 * c + 1] = done.Green[l];
+    rgba[4 * c + 2] = done.Blue[l];
+    rgba[4 * c + 3] = 1.0f - done.Transmittance[l];
+    depth[c] = done.Depth[l];
+  }
+}
 }
 
 void TileRaster::Store(const Frame& frame) const
 {
-  const int tileX = this->OriginX, tileY = this->OriginY;
-  const int columns = std::min(TileSize, frame.Width - tileX);
-  const int rows = std::min(TileSize, frame.Height - tileY);
-  for (int j = 0; j < rows; ++j)
+  for (int i = 0; i < BlocksPerTile; ++i)
   {
-    const std::size_t first = static_cast<std::size_t>(tileY + j) * frame.Width + tileX;
-    for (int i = 0; i < columns; ++i)
+    const FinishedLayers& done = this->Tile.Finished[i];
+    const int x = this->BlockX(i), y = this->BlockY(i);
+    const int columns = std::min(BlockSize, frame.Width - x);
+    const int rows = std::min(BlockSize, frame.Height - y);
+    for (int r = 0; columns > 0 && r < rows; ++r)
     {
-      const PixelBlock& b = this->Blocks[j * BlocksPerRow + i / LaneCount];
-      const int l = i % LaneCount;
-      float* rgba = frame.Color + 4 * (first + i);
-      rgba[0] = b.OutRed[l];
-      rgba[1] = b.OutGreen[l];
-      rgba[2] = b.OutBlue[l];
-      rgba[3] = 1.0f - b.Transmittance[l];
-      frame.Depth[first + i] = b.OutDepth[l];
+      const std::size_t first = static_cast<std::size_t>(y + r) * frame.Width + x;
+      StorePixels(done, r * BlockSize, columns, frame.Color + 4 * first, frame.Depth + first);
     }
   }
 }

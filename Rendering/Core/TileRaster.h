@@ -35,6 +35,7 @@ public:
     , Sink(sink)
     , SkipHidden(skipHidden && !sink)
   {
+    this->Settings.SkipHidden = this->SkipHidden;
     this->SetSector(sector);
   }
 
@@ -53,11 +54,13 @@ public:
 private:
   struct MeanBlock
   {
-    Lanes Red, Green, Blue, Transmittance, Depth;
+    float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
+    float Transmittance[PixelsPerBlock], Depth[PixelsPerBlock];
   };
 
   Counts RenderLayers(
     const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
+  Counts RenderNearest(const SplatList& list, const TileBins& bins, std::size_t tile);
   void SetSector(int sector);
   bool NeedsSectors() const;
   void AddToMean(bool first);
@@ -69,9 +72,10 @@ private:
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
   void Store(const Frame& frame) const;
-  static void SendToSink(void* self, const PixelBlock& block, int index, const LaneMask& lanes);
-  std::uint64_t AddSplat(
-    const Splat& splat, const SplatGradient* gradient, const LensSlope* slope, const PixelBox& box);
+  static void SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes);
+  int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
+  int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
+  std::uint64_t AddSplat(const SplatList& list, std::size_t i);
   void NoteSpread(const Splat& splat, const LensSlope* slope);
   void CloseAll();
 
@@ -88,10 +92,11 @@ private:
   std::uint64_t Last = 0;
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
+  KeySorter Sorter;
   bool InSectors = false;
   float SectorIndex = WholeLens;
   float LensSpread = 0.0f; // of the splats in this tile, units of the lens's radius
-  PixelBlock Blocks[BlocksPerTile];
+  PixelTile Tile;
   MeanBlock Mean[BlocksPerTile]; // of the sectors so far
 };
 }

@@ -4,6 +4,8 @@
  * double; the exponential; the choice of the kernel.
  */
 #include "Check.h"
+#include "InstructionSet.h"
+#include "Lanes.h"
 #include "RasterKernel.h"
 #include "ResamplingKernel.h"
 #include "TestScene.h"
@@ -21,22 +23,20 @@ constexpr double Epsilon = 0x1p-24;
 constexpr float Support = 5.0f;
 constexpr RasterSettings Settings{ Support, 1e30f };
 
-struct Tile
+std::unique_ptr<PixelTile> EmptyTile()
 {
-  PixelBlock Blocks[BlocksPerTile];
-
-  Tile()
+  auto tile = std::make_unique<PixelTile>();
+  *tile = PixelTile{};
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  for (int i = 0; i < BlocksPerTile; ++i)
   {
-    for (PixelBlock& b : this->Blocks)
-    {
-      b = PixelBlock{};
-      Set(b.Near, std::numeric_limits<float>::infinity());
-      Set(b.Far, -std::numeric_limits<float>::infinity());
-      Set(b.Transmittance, 1.0f);
-      Set(b.Limit, std::numeric_limits<float>::infinity());
-    }
+    std::fill_n(tile->Open[i].Far, PixelsPerBlock, -infinity);
+    std::fill_n(tile->Finished[i].Near, PixelsPerBlock, infinity);
+    std::fill_n(tile->Finished[i].Limit, PixelsPerBlock, infinity);
+    std::fill_n(tile->Finished[i].Transmittance, PixelsPerBlock, 1.0f);
   }
-};
+  return tile;
+}
 
 /// A pixel of the scalar evaluation: one open layer, what is finished, and a bound on float's
 /// error.
@@ -119,10 +119,10 @@ double ScalarShare(const LensSlope& slope, const LensSector& sector, double x, d
 }
 
 std::uint64_t AddScalar(ScalarTile& tile, const Splat& s, const SplatGradient* gradient,
-  const LensSlope* slope, const LensSector& sector, int rowBegin, int rowEnd, double x, double y)
+  const LensSlope* slope, const LensSector& sector, double x, double y)
 {
   std::uint64_t fragments = 0;
-  for (int j = rowBegin; j < rowEnd; ++j)
+  for (int j = 0; j < TileSize; ++j)
   {
     for (int i = 0; i < TileSize; ++i)
     {
@@ -182,8 +182,20 @@ struct PlacedSplat
   LensSlope Slope{};
   bool HasGradient = false, HasSlope = false;
   float X, Y;
-  int RowBegin, RowEnd;
+  TileSpan Span;
 };
+
+/// Half of the support in a direction, in float's favour.
+double Reach(double variance)
+{
+  return std::sqrt(Support * variance) * (1.0 + 1e-5) + 1e-3;
+}
+
+/// First pixel of the tile whose centre is not left of x.
+int FirstPixel(double x)
+{
+  return static_cast<int>(std::clamp(std::ceil(x - 0.5), 0.0, static_cast<double>(TileSize)));
+}
 
 /// By ascending near depth, as the raster gets them; a few far outside of the tile, very long or
 /// very small.
@@ -220,8 +232,11 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     p.Slope = { static_cast<float>(random.Uniform(-0.08, 0.08)),
       static_cast<float>(random.Uniform(-0.03, 0.03)),
       static_cast<float>(random.Uniform(-0.03, 0.03)) };
-    p.RowBegin = random.Integer(0, 3) == 0 ? random.Integer(0, 31) : 0;
-    p.RowEnd = random.Integer(0, 3) == 0 ? random.Integer(p.RowBegin, 32) : 32;
+    const double xx = major * major + minor * minor - yy;
+    p.Span = random.Integer(0, 3) == 0
+      ? TileSpan{ 0, 0, TileSize, TileSize }
+      : TileSpan{ FirstPixel(p.X - Reach(xx)), FirstPixel(p.Y - Reach(yy)),
+          FirstPixel(p.X + Reach(xx)), FirstPixel(p.Y + Reach(yy)) };
     splats.push_back(p);
   }
   return splats;
@@ -230,30 +245,75 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
 struct CallbackCount
 {
   long Lanes = 0;
-  static void Count(void* self, const PixelBlock& block, int, const LaneMask& lanes)
+  static void Count(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
-    for (int l = 0; l < LaneCount; ++l)
+    CHECK(lanes >> PixelsPerBlock == 0);
+    for (int l = 0; l < PixelsPerBlock; ++l)
     {
-      CHECK(lanes[l] == 0 || block.Weight[l] > 0.0f);
-      static_cast<CallbackCount*>(self)->Lanes += lanes[l] ? 1 : 0;
+      const bool closed = (lanes >> l & 1) != 0;
+      CHECK(!closed || tile.Open[block].Weight[l] > 0.0f);
+      CHECK(!closed || tile.Finished[block].Near[l] <= tile.Open[block].Far[l]);
+      static_cast<CallbackCount*>(self)->Lanes += closed ? 1 : 0;
     }
   }
 };
 
-void CompareTile(const Tile& tile, const ScalarTile& scalar, double& worst)
+void CompareTile(const PixelTile& tile, const ScalarTile& scalar, double& worst)
 {
   for (int i = 0; i < TileSize * TileSize; ++i)
   {
     const ScalarPixel& p = scalar[i];
-    const PixelBlock& b = tile.Blocks[i / LaneCount];
-    const int l = i % LaneCount;
+    const int x = i % TileSize, y = i / TileSize;
+    const int block = y / BlockSize * BlocksPerRow + x / BlockSize;
+    const int l = y % BlockSize * BlockSize + x % BlockSize;
+    const OpenLayers& open = tile.Open[block];
+    const FinishedLayers& done = tile.Finished[block];
     if (!p.Undecided)
     {
-      CHECK_NEAR(b.OutRed[l], p.OutRed, p.OutError + 1e-7);
-      CHECK_NEAR(b.Transmittance[l], p.Transmittance, p.OutError + 1e-7);
-      worst = std::max(worst, std::abs(b.OutRed[l] - p.OutRed));
+      CHECK_NEAR(done.Red[l], p.OutRed, p.OutError + 1e-7);
+      CHECK_NEAR(done.Transmittance[l], p.Transmittance, p.OutError + 1e-7);
+      worst = std::max(worst, std::abs(done.Red[l] - p.OutRed));
     }
-    CHECK(b.Weight[l] == 0.0f && b.Near[l] > b.Far[l]); // all layers closed and emptied
+    CHECK(open.Weight[l] == 0.0f && done.Near[l] > open.Far[l]); // all layers closed and emptied
+  }
+}
+
+/// What lies behind opaque blocks changes nothing where it is skipped, and no more than
+/// LeastTransmittance where it is not.
+void TestOpaqueBlocks(const RasterKernel& kernel)
+{
+  Splat wall{}, behind{};
+  wall.A = wall.B = behind.A = behind.B = 1e-4f;
+  wall.Weight = behind.Weight = 2.0f;
+  wall.Opacity = behind.Opacity = 1.0f;
+  wall.Near = wall.Far = 1.0f;
+  wall.Green = behind.Red = 1.0f;
+  const TileSpan left{ 0, 0, TileSize / 2, TileSize }, all{ 0, 0, TileSize, TileSize };
+  for (const bool skip : { false, true })
+  {
+    RasterSettings settings = Settings;
+    settings.SkipHidden = skip;
+    const auto tile = EmptyTile();
+    std::uint64_t fragments[3];
+    kernel.AddSplat(*tile, wall, nullptr, nullptr, left, 16, 16, settings, { nullptr, nullptr });
+    CHECK(tile->Opaque == 0); // still open
+    for (int i = 0; i < 3; ++i)
+    {
+      behind.Near = behind.Far = 2.0f + static_cast<float>(i);
+      fragments[i] = kernel.AddSplat(
+        *tile, behind, nullptr, nullptr, all, 16, 16, settings, { nullptr, nullptr });
+    }
+    CHECK(fragments[0] == TileSize * TileSize);
+    CHECK(fragments[1] == (skip ? TileSize * TileSize / 2 : TileSize * TileSize));
+    CHECK(fragments[2] == (skip ? 0u : TileSize * TileSize));
+    CHECK(tile->Opaque == ~std::uint64_t{ 0 });
+    kernel.CloseAll(*tile, settings);
+    for (int i = 0; i < BlocksPerTile; ++i)
+    {
+      const bool covered = i % BlocksPerRow < BlocksPerRow / 2;
+      CHECK_NEAR(tile->Finished[i].Red[5], covered ? 0.0 : 1.0, LeastTransmittance);
+      CHECK_NEAR(tile->Finished[i].Green[5], covered ? 1.0 : 0.0, LeastTransmittance);
+    }
   }
 }
 
@@ -263,7 +323,7 @@ void TestKernel(const RasterKernel& kernel)
   double worst = 0.0;
   for (int repeat = 0; repeat < 60; ++repeat)
   {
-    const auto tile = std::make_unique<Tile>();
+    const auto tile = EmptyTile();
     ScalarTile scalar(TileSize * TileSize);
     CallbackCount callback;
     long difference = 0, undecided = 0;
@@ -273,13 +333,12 @@ void TestKernel(const RasterKernel& kernel)
     {
       const SplatGradient* gradient = p.HasGradient ? &p.Gradient : nullptr;
       const LensSlope* slope = p.HasSlope ? &p.Slope : nullptr;
-      const std::uint64_t fragments = kernel.AddSplat(tile->Blocks, p.S, gradient, slope,
-        p.RowBegin, p.RowEnd, p.X, p.Y, settings, { &CallbackCount::Count, &callback });
+      const std::uint64_t fragments = kernel.AddSplat(*tile, p.S, gradient, slope, p.Span, p.X, p.Y,
+        settings, { &CallbackCount::Count, &callback });
       difference += std::abs(static_cast<long>(fragments) -
-        static_cast<long>(AddScalar(
-          scalar, p.S, gradient, slope, settings.Sector, p.RowBegin, p.RowEnd, p.X, p.Y)));
+        static_cast<long>(AddScalar(scalar, p.S, gradient, slope, settings.Sector, p.X, p.Y)));
     }
-    kernel.CloseAll(tile->Blocks, Settings);
+    kernel.CloseAll(*tile, Settings);
     for (ScalarPixel& p : scalar)
     {
       p.Close();
@@ -297,7 +356,7 @@ void TestExtremes(const RasterKernel& kernel)
 {
   const float infinity = std::numeric_limits<float>::infinity();
   const float values[] = { 0.0f, 1e-45f, 1e-20f, 1.0f, 1e20f, 3e38f, infinity, -infinity, NAN };
-  const auto tile = std::make_unique<Tile>();
+  const auto tile = EmptyTile();
   for (float a : values)
   {
     for (float k : values)
@@ -310,8 +369,8 @@ void TestExtremes(const RasterKernel& kernel)
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
         s.Shape = a > 1.0f ? 0.25f : -1.0f;
-        CHECK(kernel.AddSplat(tile->Blocks, s, nullptr, nullptr, 0, TileSize, x, 1.0f, Settings,
-                { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
+        CHECK(kernel.AddSplat(*tile, s, nullptr, nullptr, { 0, 0, TileSize, TileSize }, x, 1.0f,
+                Settings, { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }
     }
   }
@@ -328,9 +387,8 @@ void TestExponential()
   for (int i = 0; i <= Steps; ++i)
   {
     const float x = 80.0f * static_cast<float>(i) / Steps;
-    Lanes lanes;
-    Set(lanes, x);
-    ExpOfMinus(lanes);
+    alignas(64) float lanes[LaneCount];
+    ExpOfMinus(x).Store(lanes);
     const double expected = std::exp(-static_cast<double>(x));
     const double error = std::abs(lanes[i % LaneCount] / expected - 1.0);
     CHECK_NEAR(error, 0.0, 2e-7 + 7.5e-8 * x);
@@ -338,9 +396,9 @@ void TestExponential()
     worstNear = x <= 2.5f ? std::max(worstNear, error) : worstNear;
   }
   std::printf("exp(-x): relative error %.1e over [0, 2.5], %.1e over [0, 80]\n", worstNear, worst);
-  Lanes zero{};
-  ExpOfMinus(zero);
-  CHECK(zero[0] == 1.0f); // a splat's centre has its full weight
+  alignas(64) float one[LaneCount];
+  ExpOfMinus(0.0f).Store(one);
+  CHECK(one[0] == 1.0f); // a splat's centre has its full weight
 }
 }
 
@@ -352,13 +410,12 @@ const RasterKernel* FindKernel(const std::string& name)
     return &RasterKernelBaseline;
   }
 #ifdef SURFELSPLATTING_X86_KERNELS
-  __builtin_cpu_init();
-  if (name == "avx2" && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+  const InstructionSet best = DetectInstructionSet();
+  if (name == "avx2" && best != InstructionSet::Baseline)
   {
     return &RasterKernelAVX2;
   }
-  if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-    __builtin_cpu_supports("avx512dq"))
+  if (name == "avx512" && best == InstructionSet::AVX512)
   {
     return &RasterKernelAVX512;
   }
@@ -392,6 +449,7 @@ int main(int argc, char* argv[])
   TestExponential();
   TestSelection();
   TestKernel(*kernel);
+  TestOpaqueBlocks(*kernel);
   TestExtremes(*kernel);
   return Checks().Report(("raster kernel " + name).c_str());
 }

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Makes the splats of a cloud's surfels or nodes, as many at a time as the processor can.
+ */
+#pragma once
+
+#include "SetupKernel.h"
+#include "SplatSetup.h"
+
+#include <vector>
+
+namespace SurfelSplatting
+{
+/// The best that this processor runs.
+const SetupKernel& SelectSetupKernel();
+
+/// Takes the set-up kernel where it knows all that the frame needs, and MakeSplat for the rest: the
+/// paper's rule of detail, colours by level, spot lights. One for all threads.
+class SplatMaker
+{
+public:
+  SplatMaker(const SplatContext& context, const SurfelCloud& cloud,
+    const SetupKernel& kernel = SelectSetupKernel());
+  SplatMaker(const SplatMaker&) = delete;
+  SplatMaker& operator=(const SplatMaker&) = delete;
+
+  /// Appends the visible splats of surfels [begin, begin + count), all of one level.
+  void Make(std::size_t begin, std::size_t count, int level, SplatOutput& output) const;
+
+private:
+  void SetCloud(const SurfelCloud& cloud);
+  void SetOptics();
+  void SetLights(const Material& material);
+  void MakeOneByOne(std::size_t begin, std::size_t count, int level, SplatOutput& output) const;
+
+  const SplatContext Context;
+  const TruncatedGaussian Gaussian;
+  const PlacedCloud Cloud;
+  const SetupKernel& Kernel;
+  bool OneByOne;
+  std::vector<SetupLight> Lights;
+  SetupJob Job;
+};
+}

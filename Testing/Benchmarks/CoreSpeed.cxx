@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the stages of a frame cost: set-up per surfel with every instruction set, the frame with
+ * one and two threads, with and without detail, against a plain z-buffer splatter and against the
+ * method without any of this (ScalarSplatter.h). One line of JSON.
+ *
+ *   CoreSpeed [surfels = 1000000] [pixels = 1024] [frames = 9]
+ */
+#include "InstructionSet.h"
+#include "ScalarSplatter.h"
+#include "SplatMaker.h"
+#include "TestScene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+double Milliseconds(const std::function<void()>& function)
+{
+  const auto start = std::chrono::steady_clock::now();
+  function();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+    .count();
+}
+
+double Median(std::vector<double> values)
+{
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+/// A bumpy, closed surface about (0, 0, 3), its colours in patches; equal areas.
+TestCloud MakeSurface(int surfels)
+{
+  TestCloud cloud;
+  const double golden = 2.399963229728653;
+  for (int i = 0; i < surfels; ++i)
+  {
+    const double z = 1.0 - 2.0 * (i + 0.5) / surfels, r = std::sqrt(1.0 - z * z);
+    const double angle = golden * i;
+    const Vector3 d{ r * std::cos(angle), r * std::sin(angle), z };
+    TestSurfel s;
+    const double bump = 1.0 + 0.08 * std::sin(9 * d[0]) * std::sin(9 * d[1]) * std::sin(9 * d[2]);
+    s.Position = { bump * d[0], bump * d[1], bump * d[2] + 3.0 };
+    s.Normal = d;
+    s.Area = 4.0 * 3.14159265 / surfels;
+    s.SigmaU = s.SigmaV = 0.5 * std::sqrt(s.Area);
+    for (int c = 0; c < 3; ++c)
+    {
+      s.Color[c] = static_cast<float>(0.5 + 0.4 * std::sin(40.0 * d[c]));
+    }
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+/// Nanoseconds per surfel of the set-up alone, one thread.
+double SetupTime(const SplatContext& context, const SurfelCloud& cloud, const SetupKernel& kernel,
+  std::size_t surfels, int repeats)
+{
+  constexpr std::size_t chunk = 4096;
+  SplatList list;
+  list.Clear();
+  list.Resize(chunk);
+  const SplatMaker maker(context, cloud, kernel);
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i)
+  {
+    times.push_back(Milliseconds([&] {
+      for (std::size_t begin = 0; begin < surfels; begin += chunk)
+      {
+        SplatOutput output = list.OutputAt(0);
+        maker.Make(begin, std::min(chunk, surfels - begin), 0, output);
+      }
+    }));
+  }
+  return 1e6 * Median(times) / static_cast<double>(surfels);
+}
+
+struct Way
+{
+  std::string Name;
+  SplatContext Context;
+  SurfelCloud Cloud;
+  unsigned int Threads;
+  std::vector<double> Times;
+  FrameStatistics Stats{}; // of the last frame
+};
+
+/// All ways by turns, so that what slows the machine slows all of them.
+void Measure(std::vector<Way>& ways, int frames, Picture& picture)
+{
+  for (int i = 0; i <= frames; ++i)
+  {
+    for (Way& way : ways)
+    {
+      static std::vector<std::pair<const Way*, std::unique_ptr<Splatter>>> splatters;
+      auto own = std::find_if(splatters.begin(), splatters.end(),
+        [&way](const auto& entry) { return entry.first == &way; });
+      if (own == splatters.end())
+      {
+        splatters.emplace_back(&way, std::make_unique<Splatter>());
+        own = splatters.end() - 1;
+      }
+      Splatter& splatter = *own->second;
+      const ThreadExecutor executor(way.Threads);
+      const double time =
+        Milliseconds([&] { splatter.Render(way.Context, { way.Cloud }, executor, picture.Get()); });
+      way.Stats = splatter.Statistics();
+      if (i > 0) // the first one allocates
+      {
+        way.Times.push_back(time);
+      }
+    }
+  }
+}
+
+void Print(const Way& way)
+{
+  const FrameStatistics& s = way.Stats;
+  std::printf("%s\"%s\": {\"ms\": %.2f, \"threads\": %u, \"splats\": %llu, \"pairs\": %llu, "
+              "\"fragments\": %llu, \"selection\": %.2f, \"setup\": %.2f, \"coarse\": %.2f, "
+              "\"binning\": %.2f, \"sort\": %.2f, \"raster\": %.2f}",
+    ",\n  ", way.Name.c_str(), Median(way.Times), way.Threads,
+    static_cast<unsigned long long>(s.Splats), static_cast<unsigned long long>(s.Pairs),
+    static_cast<unsigned long long>(s.Fragments), s.SelectionMilliseconds, s.SetupMilliseconds,
+    s.CoarseMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds);
+}
+
+std::vector<std::pair<const char*, const SetupKernel*>> Kernels()
+{
+  std::vector<std::pair<const char*, const SetupKernel*>> kernels{ { "baseline",
+    &SetupKernelBaseline } };
+#ifdef SURFELSPLATTING_X86_KERNELS
+  const InstructionSet best = DetectInstructionSet();
+  if (best != InstructionSet::Baseline)
+  {
+    kernels.emplace_back("avx2", &SetupKernelAVX2);
+  }
+  if (best == InstructionSet::AVX512)
+  {
+    kernels.emplace_back("avx512", &SetupKernelAVX512);
+  }
+#endif
+  return kernels;
+}
+}
+
+int main(int argc, char* argv[])
+{
+  const int surfels = argc > 1 ? std::atoi(argv[1]) : 1000000;
+  const int pixels = argc > 2 ? std::atoi(argv[2]) : 1024;
+  const int frames = argc > 3 ? std::atoi(argv[3]) : 9;
+  if (surfels < 100 || pixels < 16 || frames < 1)
+  {
+    std::fprintf(stderr, "CoreSpeed [surfels >= 100] [pixels >= 16] [frames >= 1]\n");
+    return 2;
+  }
+  const TestCloud cloud = MakeSurface(surfels);
+  const TestHierarchy hierarchy(cloud, ThreadExecutor(2));
+  const SurfelCloud nodes = hierarchy.Get();
+  SurfelCloud leaves = nodes;
+  leaves.Detail = nullptr;
+  leaves.NodeColors = leaves.NodeGradients = nullptr;
+  leaves.NumberOfSurfels = nodes.NumberOfLeaves;
+
+  SplatContext sharp;
+  sharp.Camera.Width = sharp.Camera.Height = pixels;
+  sharp.Camera.Fx = sharp.Camera.Fy = 1.2 * pixels;
+  sharp.Camera.Cx = sharp.Camera.Cy = 0.5 * pixels;
+  sharp.Camera.Near = 1e-3;
+  SplatContext blurred = sharp;
+  blurred.Optics.FocalDistance = 2.2;
+  blurred.Optics.Radius = 0.1;
+
+  std::printf("{\n  \"surfels\": %d, \"pixels\": %d, \"setup_ns\": {", surfels, pixels);
+  for (const SplatContext& context : { sharp, blurred })
+  {
+    SplatContext scalar = context;
+    scalar.ScalarSetup = true;
+    const char* lens = context.Optics.Radius > 0.0 ? "lens" : "pinhole";
+    std::printf("%s\"%s scalar\": %.1f", &context == &sharp ? "" : " ", lens,
+      SetupTime(scalar, leaves, SetupKernelBaseline, leaves.NumberOfSurfels, 3));
+    for (const auto& [name, kernel] : Kernels())
+    {
+      std::printf(", \"%s %s\": %.1f", lens, name,
+        SetupTime(context, leaves, *kernel, leaves.NumberOfSurfels, 5));
+    }
+    std::printf(context.Optics.Radius > 0.0 ? "}" : ",");
+  }
+
+  SplatContext buffered = sharp, unhidden = sharp, scalarSetup = sharp;
+  buffered.DepthBuffered = true;
+  unhidden.SkipHidden = false;
+  scalarSetup.ScalarSetup = true;
+  std::vector<Way> ways{ { "default", sharp, nodes, 2, {} }, { "one thread", sharp, nodes, 1, {} },
+    { "z-buffer", buffered, nodes, 2, {} }, { "hidden too", unhidden, nodes, 2, {} },
+    { "scalar set-up", scalarSetup, nodes, 2, {} }, { "no detail", sharp, leaves, 2, {} },
+    { "no detail, one thread", sharp, leaves, 1, {} },
+    { "no detail, z-buffer", buffered, leaves, 2, {} }, { "lens", blurred, nodes, 2, {} },
+    { "lens, one thread", blurred, nodes, 1, {} }, { "lens, no detail", blurred, leaves, 2, {} } };
+  Picture picture(pixels, pixels);
+  Measure(ways, frames, picture);
+  for (const Way& way : ways)
+  {
+    Print(way);
+  }
+  const double scalar = Milliseconds([&] { RenderScalar(sharp, { leaves }, picture.Get()); });
+  std::printf(",\n  \"scalar, unsorted\": {\"ms\": %.1f}\n}\n", scalar);
+  return 0;
+}

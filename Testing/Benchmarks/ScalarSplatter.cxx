@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ScalarSplatter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+struct Fragment
+{
+  float Near, Far, Weight;
+  std::uint32_t Splat;
+};
+
+double Evaluate(const Splat& s, double q, double support)
+{
+  if (s.Shape < 0.0f)
+  {
+    return std::exp(-0.5 * q);
+  }
+  const double t = 1.0 - q / support;
+  if (s.Shape < static_cast<float>(SmoothShape))
+  {
+    return std::pow(t, static_cast<double>(s.Shape));
+  }
+  const double u = std::fmin(1.0, t * (s.Shape - SmoothShape));
+  return u * u * (3.0 - 2.0 * u);
+}
+
+/// Front to back "over" of the unions of overlapping z-ranges.
+void Composite(const std::vector<Splat>& splats, std::vector<Fragment>& fragments, float* rgba)
+{
+  std::sort(fragments.begin(), fragments.end(),
+    [](const Fragment& a, const Fragment& b) { return a.Near < b.Near; });
+  double transmittance = 1.0;
+  double out[3] = { 0, 0, 0 };
+  for (std::size_t i = 0; i < fragments.size();)
+  {
+    double weight = 0.0, opacity = 0.0, color[3] = { 0, 0, 0 };
+    float far = fragments[i].Far;
+    for (; i < fragments.size() && fragments[i].Near <= far; ++i)
+    {
+      const Splat& s = splats[fragments[i].Splat];
+      const double opaque = static_cast<double>(fragments[i].Weight) * s.Opacity;
+      weight += fragments[i].Weight;
+      opacity += opaque;
+      color[0] += opaque * s.Red;
+      color[1] += opaque * s.Green;
+      color[2] += opaque * s.Blue;
+      far = std::max(far, fragments[i].Far);
+    }
+    const double share = transmittance / std::fmax(1.0, weight);
+    for (int c = 0; c < 3; ++c)
+    {
+      out[c] += share * color[c];
+    }
+    transmittance -= share * opacity;
+  }
+  for (int c = 0; c < 3; ++c)
+  {
+    rgba[c] = static_cast<float>(out[c]);
+  }
+  rgba[3] = static_cast<float>(1.0 - transmittance);
+}
+}
+
+void RenderScalar(
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds, const Frame& frame)
+{
+  const TruncatedGaussian gaussian(context.Settings.Cutoff);
+  SplatContext fine = context;
+  fine.CoarseGrids = false;
+  std::vector<Splat> splats;
+  std::vector<std::vector<Fragment>> pixels(static_cast<std::size_t>(frame.Width) * frame.Height);
+  for (const SurfelCloud& cloud : clouds)
+  {
+    const PlacedCloud placed(fine.Camera, cloud);
+    const std::size_t surfels = cloud.Detail ? cloud.NumberOfLeaves : cloud.NumberOfSurfels;
+    for (std::size_t i = 0; i < surfels; ++i)
+    {
+      SplatRecord record;
+      if (MakeSplat(fine, gaussian, placed, i, 0, record) != SplatStatus::Visible)
+      {
+        continue;
+      }
+      const Splat& s = record.S;
+      for (int y = record.Box.Y0; y < record.Box.Y1; ++y)
+      {
+        for (int x = record.Box.X0; x < record.Box.X1; ++x)
+        {
+          const double dx = x + 0.5 - s.X, dy = y + 0.5 - s.Y, u = dx + s.K * dy;
+          const double q = s.A * u * u + s.B * dy * dy;
+          if (q < gaussian.Support())
+          {
+            const double weight = s.Weight * Evaluate(s, q, gaussian.Support());
+            pixels[static_cast<std::size_t>(y) * frame.Width + x].push_back({ s.Near, s.Far,
+              static_cast<float>(weight), static_cast<std::uint32_t>(splats.size()) });
+          }
+        }
+      }
+      splats.push_back(s);
+    }
+  }
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+  {
+    Composite(splats, pixels[i], frame.Color + 4 * i);
+  }
+}
+}
