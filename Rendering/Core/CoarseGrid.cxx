@@ -5,12 +5,9 @@
 #include "Executor.h"
 #include "ResamplingKernel.h"
 #include "SplatList.h"
-#include "TileBinning.h"
-#include "TileRaster.h"
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <vector>
 
 namespace SurfelSplatting
@@ -81,61 +78,70 @@ struct PictureSize
   int Width, Height; ///< px
 };
 
-/// What the tiles of a level have given, tile by tile.
-struct TileTents
+/// A level that is rastered.
+struct Level
 {
-  std::vector<Splat> Splats;
-  std::vector<PixelBox> Boxes;
-  std::uint64_t Fragments = 0;
+  int Number;
+  Frame Grid;
+  int Sector; ///< of the lens, or WholeLens
+  PictureSize Picture;
 };
 
 /// Rasters the tiles of a level.
-/// @param sector of the lens, or WholeLens
-std::vector<TileTents> RasterLevel(const SplatList& list, const TileBins& bins, int level,
-  const Frame& grid, int sector, const PictureSize& picture, const RasterSettings& settings,
-  const Executor& executor)
+void RasterLevel(const SplatList& list, const Level& level, const RasterSettings& settings,
+  const Executor& executor, Pool<TileRaster>& rasters, CoarseWork& work)
 {
-  std::vector<TileTents> tiles(bins.NumberOfTiles());
-  executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
-    TentSink sink(level, picture.Width, picture.Height, sector);
-    const auto raster = std::make_unique<TileRaster>(settings, nullptr, &sink, false, sector);
+  const std::size_t count = work.Bins.NumberOfTiles();
+  work.Tiles.resize(std::max(count, work.Tiles.size()));
+  executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
+    TentSink sink(level.Number, level.Picture.Width, level.Picture.Height, level.Sector);
+    const Pool<TileRaster>::Loan raster(rasters);
+    raster->Set(settings, nullptr, &sink, false, level.Sector);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      sink.Splats = &tiles[tile].Splats;
-      sink.Boxes = &tiles[tile].Boxes;
-      tiles[tile].Fragments = raster->Render(list, bins, tile, grid).Fragments;
+      TileTents& tents = work.Tiles[tile];
+      tents.Splats.clear();
+      tents.Boxes.clear();
+      sink.Splats = &tents.Splats;
+      sink.Boxes = &tents.Boxes;
+      tents.Fragments = raster->Render(list, work.Bins, tile, level.Grid).Fragments;
     }
   });
-  return tiles;
 }
 
-void Append(const std::vector<TileTents>& tiles, const Executor& executor, SplatList& list)
+/// Appends a level's tents; returns the number of its fragments.
+std::uint64_t Append(const CoarseWork& work, const Executor& executor, SplatList& list)
 {
+  const std::size_t count = work.Bins.NumberOfTiles();
   std::size_t size = list.Splats.Size();
+  std::uint64_t fragments = 0;
   const std::size_t firstPart = list.Parts.size();
-  for (const TileTents& tile : tiles)
+  for (std::size_t i = 0; i < count; ++i)
   {
     SplatList::Part part;
     part.Begin = size;
-    part.Count = tile.Splats.size();
+    part.Count = work.Tiles[i].Splats.size();
     part.Levels = 1;
     list.Parts.push_back(part);
     size += part.Count;
+    fragments += work.Tiles[i].Fragments;
   }
   list.Resize(size);
-  executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+  executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
+      const TileTents& tents = work.Tiles[i];
       const std::size_t first = list.Parts[firstPart + i].Begin;
-      std::copy(tiles[i].Splats.begin(), tiles[i].Splats.end(), list.Splats.Data() + first);
-      std::copy(tiles[i].Boxes.begin(), tiles[i].Boxes.end(), list.Boxes.Data() + first);
-      std::fill_n(list.Levels.Data() + first, tiles[i].Splats.size(), 0);
+      std::copy(tents.Splats.begin(), tents.Splats.end(), list.Splats.Data() + first);
+      std::copy(tents.Boxes.begin(), tents.Boxes.end(), list.Boxes.Data() + first);
+      std::fill_n(list.Levels.Data() + first, tents.Splats.size(), 0);
       if (list.HasSlopes)
       {
-        std::fill_n(list.Slopes.Data() + first, tiles[i].Splats.size(), LensSlope{});
+        std::fill_n(list.Slopes.Data() + first, tents.Splats.size(), LensSlope{});
       }
     }
   });
+  return fragments;
 }
 }
 
@@ -150,8 +156,9 @@ int CoarseLevel(double smallestVariance)
   return level < LowestCoarseLevel ? 0 : level;
 }
 
-std::uint64_t ResolveCoarseLevels(
-  SplatList& list, int width, int height, const RasterSettings& settings, const Executor& executor)
+std::uint64_t ResolveCoarseLevels(SplatList& list, int width, int height,
+  const RasterSettings& settings, const Executor& executor, Pool<TileRaster>& rasters,
+  CoarseWork& work)
 {
   std::uint64_t fragments = 0;
   const unsigned int levels = list.LevelsInUse();
@@ -162,18 +169,13 @@ std::uint64_t ResolveCoarseLevels(
       continue;
     }
     const Frame grid{ CoarseSize(width, level), CoarseSize(height, level), nullptr, nullptr };
-    TileBins bins;
-    BinSplats(list, level, grid.Width, grid.Height, executor, bins);
-    SortBins(list, executor, bins);
+    BinSplats(list, level, grid.Width, grid.Height, executor, work.Bins);
+    SortBins(list, executor, work.Bins);
     for (int sector = list.HasSlopes ? 0 : WholeLens; sector <= WholeLens; ++sector)
     {
-      const std::vector<TileTents> tiles =
-        RasterLevel(list, bins, level, grid, sector, { width, height }, settings, executor);
-      for (const TileTents& tile : tiles)
-      {
-        fragments += tile.Fragments;
-      }
-      Append(tiles, executor, list);
+      RasterLevel(
+        list, { level, grid, sector, { width, height } }, settings, executor, rasters, work);
+      fragments += Append(work, executor, list);
     }
   }
   return fragments;

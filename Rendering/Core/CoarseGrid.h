@@ -14,33 +14,40 @@
  */
 #pragma once
 
+#include "CoarseLevels.h"
+#include "TileBinning.h"
+#include "TileRaster.h"
+
 #include <cstdint>
+#include <vector>
 
 namespace SurfelSplatting
 {
-class Executor;
-struct RasterSettings;
-struct SplatList;
-
-/// Levels below cost more for their tents than they spare.
-constexpr int LowestCoarseLevel = 2;
-constexpr int HighestCoarseLevel = 6;
-constexpr double CoarseCellsPerDeviation = 1.5;
-
-/// Cells of a level in a direction where the picture has this many pixels.
-inline int CoarseSize(int pixels, int level)
-{
-  return ((pixels + (1 << level) - 1) >> level) + 2;
-}
 
 /// Coarsest level that carries a splat of this smallest variance (px^2); 0: the picture itself.
 int CoarseLevel(double smallestVariance);
+
+/// What the tiles of a level have given, tile by tile.
+struct TileTents
+{
+  std::vector<Splat> Splats;
+  std::vector<PixelBox> Boxes;
+  std::uint64_t Fragments = 0;
+};
+
+/// Memory of ResolveCoarseLevels, kept from frame to frame.
+struct CoarseWork
+{
+  TileBins Bins;
+  std::vector<TileTents> Tiles;
+};
 
 /**
  * Rasters all coarse levels and appends their layers to the list, as splats of the picture.
  * @param width  of the picture, px
  * @return number of fragments on the coarse levels
  */
-std::uint64_t ResolveCoarseLevels(
-  SplatList& list, int width, int height, const RasterSettings& settings, const Executor& executor);
+std::uint64_t ResolveCoarseLevels(SplatList& list, int width, int height,
+  const RasterSettings& settings, const Executor& executor, Pool<TileRaster>& rasters,
+  CoarseWork& work);
 }

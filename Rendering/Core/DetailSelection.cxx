@@ -24,12 +24,7 @@ double CoherenceFactor(double coherence)
   return std::fmin(1.0, std::fmax(0.1, (coherence - 0.5) / 0.4));
 }
 
-/// A subtree that is walked on its own.
-struct Subtree
-{
-  int Tree, Level;
-  std::size_t Index;
-};
+using Subtree = DetailWork::Subtree;
 
 /// One sphere in camera space: a node's leaves' centres.
 struct Ball
@@ -68,14 +63,16 @@ public:
     this->ConesHold = spread <= 1e-5 * largest;
   }
 
-  void Walk(const Subtree& start, std::vector<NodeRun>& runs, DetailStatistics& statistics) const
+  void Walk(const Subtree& start, DetailWork::Part& part) const
   {
-    std::vector<Subtree> stack{ start };
-    while (!stack.empty())
+    part.Runs.clear();
+    part.Statistics = DetailStatistics();
+    part.Stack.assign(1, start);
+    while (!part.Stack.empty())
     {
-      const Subtree top = stack.back();
-      stack.pop_back();
-      this->Visit(top, stack, runs, statistics);
+      const Subtree top = part.Stack.back();
+      part.Stack.pop_back();
+      this->Visit(top, part.Stack, part.Runs, part.Statistics);
     }
   }
 
@@ -363,10 +360,10 @@ private:
 };
 
 /// Subtrees enough to keep all threads busy, in the order of the leaves.
-std::vector<Subtree> MakeSubtrees(const DetailTable& table)
+void MakeSubtrees(const DetailTable& table, std::vector<Subtree>& subtrees)
 {
   constexpr int levelsBelowRoot = 7;
-  std::vector<Subtree> subtrees;
+  subtrees.clear();
   for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
   {
     const int root = table.Layout().RootLevel(tree);
@@ -380,30 +377,28 @@ std::vector<Subtree> MakeSubtrees(const DetailTable& table)
       subtrees.push_back({ tree, level, j });
     }
   }
-  return subtrees;
 }
 }
 
-std::vector<NodeRun> SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
+void SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
   const KernelReach& reach, const DetailSettings& settings, const Executor& executor,
-  DetailStatistics& statistics)
+  DetailWork& work, std::vector<NodeRun>& runs, DetailStatistics& statistics)
 {
   const Selection selection(cloud, view, lens, reach, settings);
-  const std::vector<Subtree> subtrees = MakeSubtrees(*cloud.Detail);
-  std::vector<std::vector<NodeRun>> parts(subtrees.size());
-  std::vector<DetailStatistics> counts(subtrees.size());
-  executor.For(subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
+  MakeSubtrees(*cloud.Detail, work.Subtrees);
+  work.Parts.resize(std::max(work.Parts.size(), work.Subtrees.size()));
+  executor.For(work.Subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      selection.Walk(subtrees[i], parts[i], counts[i]);
+      selection.Walk(work.Subtrees[i], work.Parts[i]);
     }
   });
-  std::vector<NodeRun> runs;
-  for (std::size_t i = 0; i < subtrees.size(); ++i)
+  runs.clear();
+  for (std::size_t i = 0; i < work.Subtrees.size(); ++i)
   {
-    runs.insert(runs.end(), parts[i].begin(), parts[i].end());
-    statistics.Add(counts[i]);
+    const DetailWork::Part& part = work.Parts[i];
+    runs.insert(runs.end(), part.Runs.begin(), part.Runs.end());
+    statistics.Add(part.Statistics);
   }
-  return runs;
 }
 }

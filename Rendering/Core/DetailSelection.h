@@ -78,8 +78,30 @@ struct KernelReach
   double Prefilter;  ///< h, px^2
 };
 
-/// The cut of a cloud with a DetailTable. The same at any number of threads.
-std::vector<NodeRun> SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
+/// Memory of SelectDetail, kept from frame to frame.
+struct DetailWork
+{
+  /// A subtree that is walked on its own.
+  struct Subtree
+  {
+    int Tree, Level;
+    std::size_t Index;
+  };
+
+  /// What a thread makes of a subtree.
+  struct Part
+  {
+    std::vector<Subtree> Stack;
+    std::vector<NodeRun> Runs;
+    DetailStatistics Statistics;
+  };
+
+  std::vector<Subtree> Subtrees;
+  std::vector<Part> Parts;
+};
+
+/// The cut of a cloud with a DetailTable, into runs. The same at any number of threads.
+void SelectDetail(const SurfelCloud& cloud, const View& view, const Lens& lens,
   const KernelReach& reach, const DetailSettings& settings, const Executor& executor,
-  DetailStatistics& statistics);
+  DetailWork& work, std::vector<NodeRun>& runs, DetailStatistics& statistics);
 }

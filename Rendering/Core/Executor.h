@@ -9,15 +9,38 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
-#include <functional>
 
 namespace SurfelSplatting
 {
+/// A function of [begin, end) that somebody else owns and that lives as long as the call that it is
+/// handed to: nothing is copied or allocated.
+class RangeFunction
+{
+public:
+  template <typename Function>
+  RangeFunction(const Function& function) // lambdas are handed over as they are
+    : Object(&function)
+    , Call([](const void* object, std::size_t begin, std::size_t end) {
+      (*static_cast<const Function*>(object))(begin, end);
+    })
+  {
+  }
+
+  void operator()(std::size_t begin, std::size_t end) const
+  {
+    this->Call(this->Object, begin, end);
+  }
+
+private:
+  const void* Object;
+  void (*Call)(const void*, std::size_t, std::size_t);
+};
+
 class Executor
 {
 public:
   /// Called with disjoint [begin, end) that together cover the range.
-  using RangeFunction = std::function<void(std::size_t begin, std::size_t end)>;
+  using RangeFunction = SurfelSplatting::RangeFunction;
 
   virtual ~Executor() = default;
 

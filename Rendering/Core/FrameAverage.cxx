@@ -5,11 +5,11 @@
 
 namespace SurfelSplatting
 {
-FrameAverage::FrameAverage(const Frame& frame, const Executor& executor)
-  : Mean(frame)
-  , Scratch(frame)
-  , Threads(executor)
+void FrameAverage::Start(const Frame& frame, const Executor& executor)
 {
+  this->Mean = this->Scratch = frame;
+  this->Threads = &executor;
+  this->Count = 0;
   const std::size_t pixels = static_cast<std::size_t>(frame.Width) * frame.Height;
   this->Color.resize(4 * pixels);
   this->Depth.resize(pixels);
@@ -21,7 +21,7 @@ template <typename Function>
 void FrameAverage::ForPixels(const Function& function) const
 {
   constexpr std::size_t grain = 16384;
-  this->Threads.For(this->Depth.size(), grain, [&](std::size_t begin, std::size_t end) {
+  this->Threads->For(this->Depth.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       function(i);

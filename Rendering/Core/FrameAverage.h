@@ -18,8 +18,8 @@ namespace SurfelSplatting
 class FrameAverage
 {
 public:
-  /// @param frame receives the mean
-  FrameAverage(const Frame& frame, const Executor& executor);
+  /// Begins a mean; keeps its memory. @param frame receives the mean
+  void Start(const Frame& frame, const Executor& executor);
 
   /// A frame to render the next picture into.
   const Frame& Next() const { return this->Scratch; }
@@ -34,9 +34,9 @@ private:
   template <typename Function>
   void ForPixels(const Function& function) const;
 
-  Frame Mean;
-  Frame Scratch;
-  const Executor& Threads;
+  Frame Mean{};
+  Frame Scratch{};
+  const Executor* Threads = nullptr;
   std::vector<float> Color, Depth; // of the scratch frame
   int Count = 0;
 };

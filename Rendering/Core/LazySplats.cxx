@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "LazySplats.h"
 
-#include "TileBinning.h"
-
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -13,40 +11,60 @@ void LazySplats::Clear(const SplatContext& context)
 {
   this->Context = context;
   this->Context.CoarseGrids = false;
-  this->Makers.clear();
+  this->NumberOfClouds = 0;
   this->List.Clear(context.Sectors);
   this->Runs.clear();
 }
 
-void LazySplats::Add(const SurfelCloud& cloud, const std::vector<NodeRun>& runs)
+void LazySplats::Add(const SurfelCloud& cloud, const RunRange& runs)
 {
-  this->Makers.emplace_back(this->Context, cloud);
-  for (const NodeRun& run : runs)
+  if (this->NumberOfClouds == this->Makers.size())
   {
-    this->Runs.push_back({ &this->Makers.back(), run, {}, 0.0f });
+    this->Makers.push_back(std::make_unique<SplatMaker>());
   }
+  SplatMaker& maker = *this->Makers[this->NumberOfClouds++];
+  maker.Set(this->Context, cloud);
+  for (const NodeRun* run = runs.Begin; run != runs.End; ++run)
+  {
+    this->Runs.push_back({ &maker, *run, {}, 0.0f });
+  }
+}
+
+/// Runs of equal depth stay in the order of the clouds and their leaves.
+void LazySplats::SortRuns()
+{
+  this->Order.clear();
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    this->Order.push_back(
+      static_cast<std::uint64_t>(SortableBits(this->Runs[r].Chosen.Near)) << 32 | r);
+  }
+  this->Sorter.Sort(this->Order);
+  if (this->NumberOfStates < this->Runs.size())
+  {
+    this->NumberOfStates = this->Runs.size();
+    this->States = std::make_unique<std::atomic<unsigned char>[]>(this->NumberOfStates);
+  }
+  std::size_t splats = 0;
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    this->Runs[r].Part.Begin = splats;
+    splats += this->Runs[r].Chosen.Count;
+    this->States[r].store(Waiting, std::memory_order_relaxed);
+  }
+  this->List.Resize(splats);
 }
 
 void LazySplats::Bin(int width, int height)
 {
-  // Stable: runs of equal depth stay in the order of the clouds and their leaves.
-  std::stable_sort(this->Runs.begin(), this->Runs.end(),
-    [](const Run& a, const Run& b) { return a.Chosen.Near < b.Chosen.Near; });
-  std::size_t splats = 0;
-  for (Run& run : this->Runs)
-  {
-    run.Part.Begin = splats;
-    splats += run.Chosen.Count;
-  }
-  this->List.Resize(splats);
-  this->States = std::make_unique<std::atomic<unsigned char>[]>(this->Runs.size());
-
+  this->SortRuns();
   const int tilesX = (width + TileSize - 1) / TileSize;
   const std::size_t tiles = static_cast<std::size_t>(tilesX) * ((height + TileSize - 1) / TileSize);
   this->Offsets.assign(tiles + 1, 0);
   const auto forTiles = [&](auto&& function) {
-    for (std::size_t r = 0; r < this->Runs.size(); ++r)
+    for (const std::uint64_t key : this->Order)
     {
+      const auto r = static_cast<std::uint32_t>(key);
       if (SurfelSplatting::IsEmpty(this->Runs[r].Chosen.Box))
       {
         continue;
@@ -56,7 +74,7 @@ void LazySplats::Bin(int width, int height)
       {
         for (int x = range.X0; x <= range.X1; ++x)
         {
-          function(static_cast<std::size_t>(y) * tilesX + x, static_cast<std::uint32_t>(r));
+          function(static_cast<std::size_t>(y) * tilesX + x, r);
         }
       }
     }
@@ -67,8 +85,9 @@ void LazySplats::Bin(int width, int height)
     this->Offsets[tile + 1] += this->Offsets[tile];
   }
   this->TileRuns.resize(this->Offsets[tiles]);
-  std::vector<std::uint64_t> cursors(this->Offsets.begin(), this->Offsets.end() - 1);
-  forTiles([&](std::size_t tile, std::uint32_t run) { this->TileRuns[cursors[tile]++] = run; });
+  this->Cursors.assign(this->Offsets.begin(), this->Offsets.end() - 1);
+  forTiles(
+    [&](std::size_t tile, std::uint32_t run) { this->TileRuns[this->Cursors[tile]++] = run; });
 }
 
 const SplatList::Part& LazySplats::Get(std::uint32_t run)

@@ -13,10 +13,10 @@
 #include "DetailSelection.h"
 #include "SplatList.h"
 #include "SplatMaker.h"
+#include "TileBinning.h"
 
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <vector>
 
@@ -25,11 +25,11 @@ namespace SurfelSplatting
 class LazySplats
 {
 public:
-  /// Forgets the last frame's runs; keeps memory.
+  /// Forgets the last frame's runs; keeps memory. @param context must outlive the frame
   void Clear(const SplatContext& context);
 
   /// Takes a cloud's runs that are not on coarse grids.
-  void Add(const SurfelCloud& cloud, const std::vector<NodeRun>& runs);
+  void Add(const SurfelCloud& cloud, const RunRange& runs);
 
   /// Sorts the runs and spreads them over the tiles of the picture.
   void Bin(int width, int height);
@@ -78,13 +78,18 @@ private:
     float Seconds = 0;
   };
 
+  void SortRuns();
   void Make(Run& run);
 
   SplatContext Context;
-  std::deque<SplatMaker> Makers;
+  std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
+  std::size_t NumberOfClouds = 0;
   std::vector<Run> Runs;
+  std::vector<std::uint64_t> Order; // near depth above, index of the run below
+  KeySorter Sorter;
   std::unique_ptr<std::atomic<unsigned char>[]> States;
-  std::vector<std::uint64_t> Offsets;
+  std::size_t NumberOfStates = 0;
+  std::vector<std::uint64_t> Offsets, Cursors;
   std::vector<std::uint32_t> TileRuns;
   SplatList List; ///< without parts
 };

@@ -83,9 +83,14 @@ std::vector<LensPoint> LensSamplePoints(int count)
   return points;
 }
 
+bool IsWhole(const View& view, const Lens& lens, const LensSampling& sampling)
+{
+  return view.Parallel || !(lens.Radius > 0.0) || (sampling.Count <= 1 && !sampling.Pinholes);
+}
+
 std::vector<LensCell> DivideLens(const View& view, const Lens& lens, const LensSampling& sampling)
 {
-  if (view.Parallel || !(lens.Radius > 0.0) || (sampling.Count <= 1 && !sampling.Pinholes))
+  if (IsWhole(view, lens, sampling))
   {
     return { LensCell{ view, lens } };
   }

@@ -60,4 +60,7 @@ struct LensCell
  * projection. The picture of the plane in focus is the same from all of them.
  */
 std::vector<LensCell> DivideLens(const View& view, const Lens& lens, const LensSampling& sampling);
+
+/// Whether DivideLens would give one cell, the lens as it is.
+bool IsWhole(const View& view, const Lens& lens, const LensSampling& sampling);
 }

@@ -3,7 +3,7 @@
  * Included by the translation units of SetupKernel.h, once for each instruction set. The steps are
  * those of SplatSetup.cxx, which says what they are and where they are from.
  */
-#include "CoarseGrid.h"
+#include "CoarseLevels.h"
 #include "RealLanes.h"
 #include "SetupConstants.h"
 #include "SetupKernel.h"

@@ -11,44 +11,35 @@ namespace
 {
 constexpr std::size_t ChunkSize = 4096;
 
-/// Up to ChunkSize surfels: from a place in one run on, over the next ones.
-struct Chunk
+void MakeChunks(const RunRange& runs, std::vector<SplatList::Chunk>& chunks)
 {
-  std::size_t Run, Skip;
-  std::size_t Size = 0;
-};
-
-std::vector<Chunk> MakeChunks(const std::vector<NodeRun>& runs)
-{
-  std::vector<Chunk> chunks;
-  for (std::size_t r = 0; r < runs.size(); ++r)
+  chunks.clear();
+  for (const NodeRun* run = runs.Begin; run != runs.End; ++run)
   {
-    for (std::size_t skip = 0; skip < runs[r].Count;)
+    for (std::size_t skip = 0; skip < run->Count;)
     {
       if (chunks.empty() || chunks.back().Size == ChunkSize)
       {
-        chunks.push_back({ r, skip });
+        chunks.push_back({ run, skip });
       }
       const std::size_t take =
-        std::min<std::size_t>(ChunkSize - chunks.back().Size, runs[r].Count - skip);
+        std::min<std::size_t>(ChunkSize - chunks.back().Size, run->Count - skip);
       chunks.back().Size += take;
       skip += take;
     }
   }
-  return chunks;
 }
 
 /// Every chunk of surfels fills a part of the list, whatever thread it runs on.
-void Fill(const SplatMaker& maker, const std::vector<NodeRun>& runs, const Chunk& chunk,
-  SplatList& list, SplatList::Part& part)
+void Fill(
+  const SplatMaker& maker, const SplatList::Chunk& chunk, SplatList& list, SplatList::Part& part)
 {
   SplatOutput output = list.OutputAt(part.Begin);
   std::size_t skip = chunk.Skip, left = chunk.Size;
-  for (std::size_t r = chunk.Run; left > 0; ++r)
+  for (const NodeRun* run = chunk.Run; left > 0; ++run)
   {
-    const NodeRun& run = runs[r];
-    const std::size_t take = std::min<std::size_t>(left, run.Count - skip);
-    maker.Make(run.Begin + skip, take, static_cast<int>(run.Level), output);
+    const std::size_t take = std::min<std::size_t>(left, run->Count - skip);
+    maker.Make(run->Begin + skip, take, static_cast<int>(run->Level), output);
     left -= take;
     skip = 0;
   }
@@ -157,34 +148,32 @@ std::uint64_t SplatList::NumberOfInvalidSurfels() const
   return count;
 }
 
-std::vector<NodeRun> AllSurfels(const SurfelCloud& cloud)
+void AllSurfels(const SurfelCloud& cloud, std::vector<NodeRun>& runs)
 {
   constexpr std::size_t largest = std::size_t{ 1 } << 31;
-  std::vector<NodeRun> runs;
+  runs.clear();
   for (std::size_t begin = 0; begin < cloud.NumberOfSurfels; begin += largest)
   {
     runs.push_back(
       { begin, static_cast<std::uint32_t>(std::min(largest, cloud.NumberOfSurfels - begin)), 0 });
   }
-  return runs;
 }
 
-void AppendSplats(const SplatContext& context, const SurfelCloud& cloud,
-  const std::vector<NodeRun>& runs, const Executor& executor, SplatList& list)
+void AppendSplats(
+  const SplatMaker& maker, const RunRange& runs, const Executor& executor, SplatList& list)
 {
-  const std::vector<Chunk> chunks = MakeChunks(runs);
+  MakeChunks(runs, list.Chunks);
+  const std::size_t count = list.Chunks.size();
   const std::size_t first = list.Splats.Size(), firstPart = list.Parts.size();
-  const std::size_t size = first + chunks.size() * ChunkSize;
-  list.Resize(size);
-  for (std::size_t i = 0; i < chunks.size(); ++i)
+  list.Resize(first + count * ChunkSize);
+  for (std::size_t i = 0; i < count; ++i)
   {
     list.Parts.push_back({ first + i * ChunkSize });
   }
-  const SplatMaker maker(context, cloud);
-  executor.For(chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
+  executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      Fill(maker, runs, chunks[i], list, list.Parts[firstPart + i]);
+      Fill(maker, list.Chunks[i], list, list.Parts[firstPart + i]);
     }
   });
 }

@@ -16,6 +16,8 @@
 
 namespace SurfelSplatting
 {
+class SplatMaker;
+
 struct SplatList
 {
   /// Splats that were made together. Between parts there are gaps: nothing is moved.
@@ -60,12 +62,28 @@ struct SplatList
   std::uint64_t NumberOfInvalidSurfels() const;
 
   bool HasSlopes = false;
+
+  /// Up to some thousand surfels that one thread makes splats of: from a place in one run on, over
+  /// the next ones.
+  struct Chunk
+  {
+    const NodeRun* Run;
+    std::size_t Skip;
+    std::size_t Size = 0;
+  };
+  std::vector<Chunk> Chunks; ///< of the last AppendSplats
+};
+
+/// Half-open range of a frame's runs.
+struct RunRange
+{
+  const NodeRun *Begin, *End;
 };
 
 /// Appends the visible splats of a cloud's runs of surfels or nodes.
-void AppendSplats(const SplatContext& context, const SurfelCloud& cloud,
-  const std::vector<NodeRun>& runs, const Executor& executor, SplatList& list);
+void AppendSplats(
+  const SplatMaker& maker, const RunRange& runs, const Executor& executor, SplatList& list);
 
 /// All surfels of a cloud without a hierarchy.
-std::vector<NodeRun> AllSurfels(const SurfelCloud& cloud);
+void AllSurfels(const SurfelCloud& cloud, std::vector<NodeRun>& runs);
 }

@@ -35,15 +35,16 @@ const SetupKernel& SelectSetupKernel()
   }
 }
 
-SplatMaker::SplatMaker(
+void SplatMaker::Set(
   const SplatContext& context, const SurfelCloud& cloud, const SetupKernel& kernel)
-  : Context(context)
-  , Gaussian(context.Settings.Cutoff)
-  , Cloud(context.Camera, cloud)
-  , Kernel(kernel)
-  , OneByOne(NeedsMakeSplat(context, cloud))
-  , Job()
 {
+  this->Context = &context;
+  this->Gaussian.emplace(context.Settings.Cutoff);
+  this->Cloud.emplace(context.Camera, cloud);
+  this->Kernel = &kernel;
+  this->OneByOne = NeedsMakeSplat(context, cloud);
+  this->Lights.clear();
+  this->Job = SetupJob();
   this->SetCloud(cloud);
   this->SetOptics();
   this->SetLights(cloud.Surface);
@@ -66,11 +67,11 @@ void SplatMaker::SetCloud(const SurfelCloud& cloud)
   j.Opacity = cloud.Opacity;
   for (int i = 0; i < 3; ++i)
   {
-    j.Translation[i] = this->Cloud.LocalToCamera.T[i];
+    j.Translation[i] = this->Cloud->LocalToCamera.T[i];
     for (int k = 0; k < 3; ++k)
     {
-      j.Linear[i][k] = this->Cloud.LocalToCamera.L[i][k];
-      j.AreaToCamera[i][k] = this->Cloud.AreaToCamera[i][k];
+      j.Linear[i][k] = this->Cloud->LocalToCamera.L[i][k];
+      j.AreaToCamera[i][k] = this->Cloud->AreaToCamera[i][k];
     }
   }
 }
@@ -78,9 +79,9 @@ void SplatMaker::SetCloud(const SurfelCloud& cloud)
 void SplatMaker::SetOptics()
 {
   SetupJob& j = this->Job;
-  const View& view = this->Context.Camera;
-  const Lens& lens = this->Context.Optics;
-  const SplatSettings& settings = this->Context.Settings;
+  const View& view = this->Context->Camera;
+  const Lens& lens = this->Context->Optics;
+  const SplatSettings& settings = this->Context->Settings;
   j.Parallel = view.Parallel;
   j.Fx = view.Fx;
   j.Fy = view.Fy;
@@ -93,15 +94,15 @@ void SplatMaker::SetOptics()
   j.LensRadius = lens.Radius;
   j.InverseFocalDistance = 1.0 / lens.FocalDistance;
   j.Gaussian = settings.Kernel == KernelType::Gaussian;
-  j.Sectors = this->Context.Sectors;
+  j.Sectors = this->Context->Sectors;
   j.Offsets = !j.Gaussian && !j.Sectors;
   j.Prefilter = settings.Prefilter;
-  j.Support = this->Gaussian.Support();
-  j.Mass = this->Gaussian.Mass;
-  j.Tau = this->Gaussian.Tau;
-  j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, this->Gaussian);
-  j.NearReach = this->Gaussian.Support() / this->Gaussian.Tau;
-  j.CoarseGrids = this->Context.CoarseGrids;
+  j.Support = this->Gaussian->Support();
+  j.Mass = this->Gaussian->Mass;
+  j.Tau = this->Gaussian->Tau;
+  j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, *this->Gaussian);
+  j.NearReach = this->Gaussian->Support() / this->Gaussian->Tau;
+  j.CoarseGrids = this->Context->CoarseGrids;
 }
 
 void SplatMaker::SetLights(const Material& material)
@@ -122,7 +123,7 @@ void SplatMaker::SetLights(const Material& material)
   j.Diffuse = material.Diffuse;
   j.Specular = material.Specular;
   j.SpecularPower = material.SpecularPower;
-  for (const Light& light : this->Context.Lights)
+  for (const Light& light : this->Context->Lights)
   {
     SetupLight l{};
     for (int i = 0; i < 3; ++i)
@@ -147,7 +148,7 @@ void SplatMaker::Make(std::size_t begin, std::size_t count, int level, SplatOutp
     this->MakeOneByOne(begin, count, level, output);
     return;
   }
-  this->Kernel.MakeSplats(this->Job, begin, count, level, output);
+  this->Kernel->MakeSplats(this->Job, begin, count, level, output);
 }
 
 void SplatMaker::MakeOneByOne(
@@ -157,7 +158,7 @@ void SplatMaker::MakeOneByOne(
   {
     SplatRecord record;
     const SplatStatus status =
-      MakeSplat(this->Context, this->Gaussian, this->Cloud, i, level, record);
+      MakeSplat(*this->Context, *this->Gaussian, *this->Cloud, i, level, record);
     output.Invalid += status == SplatStatus::Invalid ? 1 : 0;
     if (status != SplatStatus::Visible)
     {

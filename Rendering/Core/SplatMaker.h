@@ -7,6 +7,7 @@
 #include "SetupKernel.h"
 #include "SplatSetup.h"
 
+#include <optional>
 #include <vector>
 
 namespace SurfelSplatting
@@ -19,10 +20,13 @@ const SetupKernel& SelectSetupKernel();
 class SplatMaker
 {
 public:
-  SplatMaker(const SplatContext& context, const SurfelCloud& cloud,
-    const SetupKernel& kernel = SelectSetupKernel());
+  SplatMaker() = default;
   SplatMaker(const SplatMaker&) = delete;
   SplatMaker& operator=(const SplatMaker&) = delete;
+
+  /// What it makes splats of, both of which must outlive that; keeps its memory.
+  void Set(const SplatContext& context, const SurfelCloud& cloud,
+    const SetupKernel& kernel = SelectSetupKernel());
 
   /// Appends the visible splats of surfels [begin, begin + count), all of one level.
   void Make(std::size_t begin, std::size_t count, int level, SplatOutput& output) const;
@@ -33,12 +37,12 @@ private:
   void SetLights(const Material& material);
   void MakeOneByOne(std::size_t begin, std::size_t count, int level, SplatOutput& output) const;
 
-  const SplatContext Context;
-  const TruncatedGaussian Gaussian;
-  const PlacedCloud Cloud;
-  const SetupKernel& Kernel;
-  bool OneByOne;
+  const SplatContext* Context = nullptr;
+  std::optional<TruncatedGaussian> Gaussian;
+  std::optional<PlacedCloud> Cloud;
+  const SetupKernel* Kernel = nullptr;
+  bool OneByOne = false;
   std::vector<SetupLight> Lights;
-  SetupJob Job;
+  SetupJob Job{};
 };
 }

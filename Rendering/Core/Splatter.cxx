@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Splatter.h"
 
-#include "CoarseGrid.h"
-#include "FrameAverage.h"
-#include "TileRaster.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <memory>
 
 namespace SurfelSplatting
 {
@@ -30,27 +25,6 @@ private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
 
-/// The frame through one cell of the lens. Lights stay where they are in the world. Layers for a
-/// sink are those of all sectors.
-SplatContext CellContext(const SplatContext& context, const LensCell& cell, bool hasSink)
-{
-  SplatContext part = context;
-  const bool layers = !context.DepthBuffered;
-  part.CoarseGrids = context.CoarseGrids && layers;
-  part.SkipHidden = context.SkipHidden && layers;
-  part.Sectors = context.Sectors && layers && !hasSink && cell.Optics.Radius > 0.0 &&
-    !cell.Camera.Parallel && context.Settings.Kernel != KernelType::Gaussian;
-  part.Camera = cell.Camera;
-  part.Optics = cell.Optics;
-  for (Light& light : part.Lights)
-  {
-    for (int i = 0; i < 3; ++i)
-    {
-      light.Position[i] -= cell.Center[i];
-    }
-  }
-  return part;
-}
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -73,62 +47,104 @@ void FrameStatistics::Add(const FrameStatistics& other)
   this->RasterMilliseconds += other.RasterMilliseconds;
 }
 
-std::vector<NodeRun> Splatter::ChooseRuns(
-  const SplatContext& context, const SurfelCloud& cloud, const Executor& executor)
+/// The frame through one cell of the lens. Lights stay where they are in the world. Layers for a
+/// sink are those of all sectors.
+void Splatter::SetCell(const SplatContext& context, const LensCell& cell, bool hasSink)
+{
+  SplatContext& part = this->Cell;
+  part = context;
+  const bool layers = !context.DepthBuffered;
+  part.CoarseGrids = context.CoarseGrids && layers;
+  part.SkipHidden = context.SkipHidden && layers;
+  part.Sectors = context.Sectors && layers && !hasSink && cell.Optics.Radius > 0.0 &&
+    !cell.Camera.Parallel && context.Settings.Kernel != KernelType::Gaussian;
+  part.Camera = cell.Camera;
+  part.Optics = cell.Optics;
+  for (Light& light : part.Lights)
+  {
+    for (int i = 0; i < 3; ++i)
+    {
+      light.Position[i] -= cell.Center[i];
+    }
+  }
+  this->CellInPicture = part;
+  this->CellInPicture.CoarseGrids = false;
+}
+
+/// Of one cloud, into Runs.
+void Splatter::ChooseRuns(const SurfelCloud& cloud, const Executor& executor)
 {
   if (!cloud.Detail)
   {
     this->Stats.Surfels += cloud.NumberOfSurfels;
-    return AllSurfels(cloud);
+    AllSurfels(cloud, this->Runs);
+    return;
   }
   this->Stats.Surfels += cloud.NumberOfLeaves;
-  const TruncatedGaussian gaussian(context.Settings.Cutoff);
+  const SplatContext& cell = this->Cell;
+  const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const KernelReach reach{ std::fmax(
                              LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau)),
-    context.Settings.Prefilter };
-  return SelectDetail(
-    cloud, context.Camera, context.Optics, reach, context.Detail, executor, this->Stats.Detail);
+    cell.Settings.Prefilter };
+  SelectDetail(cloud, cell.Camera, cell.Optics, reach, cell.Detail, executor, this->Detail,
+    this->Runs, this->Stats.Detail);
+}
+
+void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud, const RunRange& runs,
+  const Executor& executor)
+{
+  this->Maker.Set(context, cloud);
+  AppendSplats(this->Maker, runs, executor, this->List);
 }
 
 /// Wide runs go to coarse grids, which have to be complete before anything else. All others stay in
 /// the picture, and where hidden ones are skipped, they wait until a tile needs them.
-void Splatter::PlaceRuns(const SplatContext& context, const SurfelCloud& cloud,
-  std::vector<NodeRun>& runs, bool mayWait, const Executor& executor)
+void Splatter::PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor& executor)
 {
-  const auto narrow = std::stable_partition(runs.begin(), runs.end(),
-    [&context](const NodeRun& run) { return run.Wide && context.CoarseGrids; });
-  const std::vector<NodeRun> others(narrow, runs.end());
-  runs.erase(narrow, runs.end());
-  AppendSplats(context, cloud, runs, executor, this->List);
-  if (mayWait && context.SkipHidden)
+  const bool grids = this->Cell.CoarseGrids;
+  this->Others.clear();
+  std::size_t wide = 0;
+  for (const NodeRun& run : this->Runs)
+  {
+    if (run.Wide && grids)
+    {
+      this->Runs[wide++] = run;
+    }
+    else
+    {
+      this->Others.push_back(run);
+    }
+  }
+  const RunRange others{ this->Others.data(), this->Others.data() + this->Others.size() };
+  this->Append(this->Cell, cloud, { this->Runs.data(), this->Runs.data() + wide }, executor);
+  if (mayWait && this->Cell.SkipHidden)
   {
     this->Lazy.Add(cloud, others);
     return;
   }
-  SplatContext fine = context;
-  fine.CoarseGrids = false;
-  AppendSplats(fine, cloud, others, executor, this->List);
+  this->Append(this->CellInPicture, cloud, others, executor);
 }
 
 bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink,
   const CellFunction& afterCell)
 {
-  const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
-  if (cells.size() == 1)
+  if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
-    this->RenderCell(
-      CellContext(context, cells[0], sink != nullptr), clouds, executor, frame, depthLimit, sink);
+    this->SetCell(context, { context.Camera, context.Optics }, sink != nullptr);
+    this->RenderCell(clouds, executor, frame, depthLimit, sink);
     return true;
   }
+  const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
   FrameStatistics total;
-  FrameAverage average(frame, executor);
+  FrameAverage& average = this->Average;
+  average.Start(frame, executor);
   std::size_t done = 0;
   bool goOn = true;
   while (goOn && done < cells.size())
   {
-    this->RenderCell(CellContext(context, cells[done], sink != nullptr), clouds, executor,
-      average.Next(), depthLimit, sink);
+    this->SetCell(context, cells[done], sink != nullptr);
+    this->RenderCell(clouds, executor, average.Next(), depthLimit, sink);
     total.Add(this->Stats);
     average.Add();
     ++done;
@@ -140,9 +156,10 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   return goOn;
 }
 
-void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
+void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
+  const Frame& frame, const float* depthLimit, LayerSink* sink)
 {
+  const SplatContext& context = this->Cell;
   this->Stats = FrameStatistics();
   this->TileSeconds = 0.0;
   StopWatch watch;
@@ -150,15 +167,16 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   this->Lazy.Clear(context);
   for (const SurfelCloud& cloud : clouds)
   {
-    std::vector<NodeRun> runs = this->ChooseRuns(context, cloud, executor);
+    this->ChooseRuns(cloud, executor);
     this->Stats.SelectionMilliseconds += watch.Lap();
     if (cloud.Detail)
     {
-      this->PlaceRuns(context, cloud, runs, !sink, executor);
+      this->PlaceRuns(cloud, !sink, executor);
     }
     else
     {
-      AppendSplats(context, cloud, runs, executor, this->List);
+      this->Append(
+        context, cloud, { this->Runs.data(), this->Runs.data() + this->Runs.size() }, executor);
     }
     this->Stats.SetupMilliseconds += watch.Lap();
   }
@@ -172,8 +190,8 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
     this->List.LargestCoarseColor() };
   settings.LeastConflict = context.LeastConflict;
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
-  this->Stats.Fragments =
-    ResolveCoarseLevels(this->List, view.Width, view.Height, settings, executor);
+  this->Stats.Fragments = ResolveCoarseLevels(
+    this->List, view.Width, view.Height, settings, executor, this->Rasters, this->Coarse);
   this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;
   this->Stats.CoarseMilliseconds = watch.Lap();
 
@@ -186,32 +204,32 @@ void Splatter::RenderCell(const SplatContext& context, const std::vector<SurfelC
   }
   this->Stats.SortMilliseconds = watch.Lap();
 
-  this->RasterTiles(settings, context.SkipHidden, executor, frame, depthLimit, sink);
+  this->RasterTiles(settings, executor, frame, depthLimit, sink);
   this->ShareTime(watch.Lap());
 }
 
-void Splatter::RasterTiles(const RasterSettings& settings, bool skipHidden,
-  const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink)
+void Splatter::RasterTiles(const RasterSettings& settings, const Executor& executor,
+  const Frame& frame, const float* depthLimit, LayerSink* sink)
 {
   LazySplats* lazy = this->Lazy.IsEmpty() ? nullptr : &this->Lazy;
-  std::vector<TileRaster::Counts> counts(this->Bins.NumberOfTiles());
-  std::vector<double> seconds(counts.size());
-  executor.For(counts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    const auto raster = std::make_unique<TileRaster>(settings, depthLimit, sink, skipHidden);
+  this->Tiles.resize(this->Bins.NumberOfTiles());
+  executor.For(this->Tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    const Pool<TileRaster>::Loan raster(this->Rasters);
+    raster->Set(settings, depthLimit, sink, this->Cell.SkipHidden);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       StopWatch watch;
-      counts[tile] = raster->Render(this->List, this->Bins, tile, frame, lazy);
-      seconds[tile] = 1e-3 * watch.Lap();
+      this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);
+      this->Tiles[tile].Seconds = 1e-3 * watch.Lap();
     }
   });
   this->Stats.Pairs = this->Bins.Indices.size();
-  for (std::size_t tile = 0; tile < counts.size(); ++tile)
+  for (const TileResult& tile : this->Tiles)
   {
-    this->Stats.Fragments += counts[tile].Fragments;
-    this->Stats.HiddenPairs += counts[tile].Hidden;
-    this->Stats.Pairs += counts[tile].LazyPairs;
-    this->TileSeconds += seconds[tile];
+    this->Stats.Fragments += tile.Counts.Fragments;
+    this->Stats.HiddenPairs += tile.Counts.Hidden;
+    this->Stats.Pairs += tile.Counts.LazyPairs;
+    this->TileSeconds += tile.Seconds;
   }
 }
 

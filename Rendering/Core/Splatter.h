@@ -5,10 +5,14 @@
 #pragma once
 
 #include "ABuffer.h"
+#include "CoarseGrid.h"
 #include "Frame.h"
+#include "FrameAverage.h"
 #include "LazySplats.h"
 #include "SplatList.h"
+#include "SplatMaker.h"
 #include "TileBinning.h"
+#include "TileRaster.h"
 
 #include <cstdint>
 #include <functional>
@@ -63,21 +67,38 @@ public:
   const FrameStatistics& Statistics() const { return this->Stats; }
 
 private:
-  void RenderCell(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-    const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink);
-  std::vector<NodeRun> ChooseRuns(
-    const SplatContext& context, const SurfelCloud& cloud, const Executor& executor);
+  struct TileResult
+  {
+    TileRaster::Counts Counts;
+    double Seconds;
+  };
 
-  void PlaceRuns(const SplatContext& context, const SurfelCloud& cloud, std::vector<NodeRun>& runs,
-    bool mayWait, const Executor& executor);
-  void RasterTiles(const RasterSettings& settings, bool skipHidden, const Executor& executor,
+  void SetCell(const SplatContext& context, const LensCell& cell, bool hasSink);
+  void RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
     const Frame& frame, const float* depthLimit, LayerSink* sink);
+  void ChooseRuns(const SurfelCloud& cloud, const Executor& executor);
+  void Append(const SplatContext& context, const SurfelCloud& cloud, const RunRange& runs,
+    const Executor& executor);
+  void PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor& executor);
+  void RasterTiles(const RasterSettings& settings, const Executor& executor, const Frame& frame,
+    const float* depthLimit, LayerSink* sink);
   void ShareTime(double milliseconds);
 
-  SplatList List;
-  LazySplats Lazy;
-  TileBins Bins;
   FrameStatistics Stats;
   double TileSeconds = 0; // of all threads together
+
+  // Memory that is kept from frame to frame: a steady frame allocates nothing.
+  SplatContext Cell;          // what is seen through the cell of the lens
+  SplatContext CellInPicture; // the same without coarse grids
+  DetailWork Detail;
+  std::vector<NodeRun> Runs, Others; // of one cloud
+  SplatMaker Maker;
+  SplatList List;
+  LazySplats Lazy;
+  CoarseWork Coarse;
+  TileBins Bins;
+  Pool<TileRaster> Rasters;
+  std::vector<TileResult> Tiles;
+  FrameAverage Average;
 };
 }

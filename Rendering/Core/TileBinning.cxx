@@ -52,7 +52,8 @@ void BinSplats(
   bins.TilesY = (height + TileSize - 1) / TileSize;
   const std::size_t tiles = bins.NumberOfTiles();
 
-  std::vector<std::uint64_t> cursors(NumberOfChunks * tiles, 0); // [chunk][tile]
+  std::vector<std::uint64_t>& cursors = bins.Cursors; // [chunk][tile]
+  cursors.assign(NumberOfChunks * tiles, 0);
   executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t chunk = begin; chunk < end; ++chunk)
     {
@@ -141,8 +142,8 @@ void KeySorter::Sort(std::vector<std::uint64_t>& keys)
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
 {
   executor.For(bins.NumberOfTiles(), 4, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint64_t> keys;
-    KeySorter sorter;
+    const Pool<TileBins::Sorting>::Loan sorting(bins.Sortings);
+    std::vector<std::uint64_t>& keys = sorting->Keys;
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       const auto first = bins.Indices.begin() + bins.Offsets[tile];
@@ -152,7 +153,7 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       {
         keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
       }
-      sorter.Sort(keys);
+      sorting->Sorter.Sort(keys);
       std::transform(keys.begin(), keys.end(), first,
         [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
     }

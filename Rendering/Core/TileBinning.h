@@ -6,6 +6,7 @@
 #pragma once
 
 #include "Executor.h"
+#include "Pool.h"
 #include "RasterKernel.h"
 #include "SplatList.h"
 
@@ -37,21 +38,6 @@ inline std::uint32_t SortableBits(float value)
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-struct TileBins
-{
-  int TilesX = 0;
-  int TilesY = 0;
-  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
-  std::vector<std::uint32_t> Indices; ///< splats of each tile, by ascending (Near, index)
-
-  std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
-};
-
-/// @param level of the splats' grid (CoarseGrid.h)
-/// @param width of that grid
-void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
-  TileBins& bins);
-
 /// Sorts keys of (SortableBits of a depth) << 32 | index, ascending.
 class KeySorter
 {
@@ -61,6 +47,29 @@ public:
 private:
   std::vector<std::uint64_t> Other;
 };
+
+struct TileBins
+{
+  int TilesX = 0;
+  int TilesY = 0;
+  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
+  std::vector<std::uint32_t> Indices; ///< splats of each tile, by ascending (Near, index)
+
+  std::vector<std::uint64_t> Cursors; ///< memory of BinSplats
+  struct Sorting
+  {
+    std::vector<std::uint64_t> Keys;
+    KeySorter Sorter;
+  };
+  Pool<Sorting> Sortings; ///< memory of SortBins
+
+  std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
+};
+
+/// @param level of the splats' grid (CoarseGrid.h)
+/// @param width of that grid
+void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
+  TileBins& bins);
 
 /// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);

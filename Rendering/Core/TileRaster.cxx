@@ -37,6 +37,18 @@ namespace
 const RasterKernel Kernel = SelectRasterKernel();
 }
 
+void TileRaster::Set(
+  const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden, int sector)
+{
+  this->Settings = settings;
+  this->LargestCoarseColor = settings.LargestColor;
+  this->DepthLimit = limit;
+  this->Sink = sink;
+  this->SkipHidden = skipHidden && !sink;
+  this->Settings.SkipHidden = this->SkipHidden;
+  this->SetSector(sector);
+}
+
 TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
   const Frame& frame, LazySplats* lazy)
 {

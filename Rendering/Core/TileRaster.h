@@ -27,17 +27,8 @@ public:
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
   /// @param sector  of the lens that splats with lens slopes are drawn in for a sink
   /// (LensSectors.h); for a frame they are drawn in all of them where that matters
-  TileRaster(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden,
-    int sector = WholeLens)
-    : Settings(settings)
-    , LargestCoarseColor(settings.LargestColor)
-    , DepthLimit(limit)
-    , Sink(sink)
-    , SkipHidden(skipHidden && !sink)
-  {
-    this->Settings.SkipHidden = this->SkipHidden;
-    this->SetSector(sector);
-  }
+  void Set(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden,
+    int sector = WholeLens);
 
   struct Counts
   {
@@ -79,11 +70,11 @@ private:
   void NoteSpread(const Splat& splat, const LensSlope* slope);
   void CloseAll();
 
-  RasterSettings Settings;
-  float LargestCoarseColor;
-  const float* DepthLimit;
-  LayerSink* Sink;
-  bool SkipHidden;
+  RasterSettings Settings{};
+  float LargestCoarseColor = 0.0f;
+  const float* DepthLimit = nullptr;
+  LayerSink* Sink = nullptr;
+  bool SkipHidden = false;
   int OriginX = 0;
   int OriginY = 0;
   int Width = 0; // of the frame

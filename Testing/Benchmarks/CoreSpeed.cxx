@@ -70,7 +70,8 @@ double SetupTime(const SplatContext& context, const SurfelCloud& cloud, const Se
   SplatList list;
   list.Clear();
   list.Resize(chunk);
-  const SplatMaker maker(context, cloud, kernel);
+  SplatMaker maker;
+  maker.Set(context, cloud, kernel);
   std::vector<double> times;
   for (int i = 0; i < repeats; ++i)
   {

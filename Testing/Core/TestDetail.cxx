@@ -161,8 +161,10 @@ void TestCut()
     settings.Rule = i % 2 ? DetailRule::Moments : DetailRule::Paper;
     settings.Error = i % 7 * 0.5;
     DetailStatistics statistics;
-    const std::vector<NodeRun> runs = SelectDetail(hierarchy.Get(), context.Camera, context.Optics,
-      { 4.0, 1.0 }, settings, ThreadExecutor(3), statistics);
+    DetailWork work;
+    std::vector<NodeRun> runs;
+    SelectDetail(hierarchy.Get(), context.Camera, context.Optics, { 4.0, 1.0 }, settings,
+      ThreadExecutor(3), work, runs, statistics);
     std::vector<int> drawn(layout.NumberOfLeaves(), 0);
     for (const NodeRun& run : runs)
     {

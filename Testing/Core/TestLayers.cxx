@@ -164,7 +164,9 @@ void TestStream(Random& random)
   SortBins(list, SerialExecutor(), bins);
   RecordingSink sink(Size, Size);
   Picture picture(Size, Size);
-  TileRaster({ 5.0f, 1.0f }, nullptr, &sink, false).Render(list, bins, 0, picture.Get());
+  TileRaster raster;
+  raster.Set({ 5.0f, 1.0f }, nullptr, &sink, false);
+  raster.Render(list, bins, 0, picture.Get());
 
   const std::vector<Layer> expected = UnionsByJoining(layers);
   for (const std::vector<Layer>& pixel : sink.Layers)

@@ -70,8 +70,11 @@ void Compare(const SetupKernel& kernel, const SplatContext& context, const Surfe
   SplatContext scalar = context;
   scalar.ScalarSetup = true;
   Output expected(count, context.Sectors), actual(count, context.Sectors);
-  SplatMaker(scalar, cloud).Make(begin, count, level, expected.To);
-  SplatMaker(context, cloud, kernel).Make(begin, count, level, actual.To);
+  SplatMaker maker;
+  maker.Set(scalar, cloud);
+  maker.Make(begin, count, level, expected.To);
+  maker.Set(context, cloud, kernel);
+  maker.Make(begin, count, level, actual.To);
   CHECK(actual.To.Count == expected.To.Count);
   CHECK(actual.To.Invalid == expected.To.Invalid);
   CHECK(actual.To.Blurred == expected.To.Blurred);
