@@ -5,6 +5,7 @@
 #include "SurfelNeighborhood.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace SurfelGeometry
@@ -15,14 +16,11 @@ constexpr double Pi = 3.14159265358979323846;
 
 /// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
 /// hardly ever one that is not among the 20 nearest.
-constexpr int CellNeighbors = 20;
+constexpr int CellNeighbors = KeptNeighbors;
 
 /// Cells end at this many spacings, where a point has no neighbours on one side.
 constexpr double CellReach = 2.0;
 constexpr int ReachCorners = 12;
-
-/// A point whose neighbours leave an angle of this much free may lie on a border.
-constexpr double BorderGap = 0.75 * Pi;
 
 /// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half
 /// of the plane. Areas fitted near a border are a seventh too large (SurfelFit.cxx, SetExtent),
@@ -43,48 +41,52 @@ class Polygon
 public:
   void Reset(double radius)
   {
-    this->Corners.clear();
-    const double outer = radius / std::cos(Pi / ReachCorners);
+    static const std::array<Point2, ReachCorners> corners = UnitCorners();
+    this->Count = ReachCorners;
     for (int k = 0; k < ReachCorners; ++k)
     {
-      const double angle = 2.0 * Pi * k / ReachCorners;
-      this->Corners.push_back({ outer * std::cos(angle), outer * std::sin(angle) });
+      this->Corners[k] = { radius * corners[k].X, radius * corners[k].Y };
     }
+    this->Measure();
   }
 
   /// Keeps what has n.x <= d.
   void Cut(const Point2& n, double d)
   {
-    const std::size_t count = this->Corners.size();
-    this->Kept.clear();
-    for (std::size_t k = 0; k < count; ++k)
+    double distances[MostCorners];
+    bool cuts = false;
+    for (int k = 0; k < this->Count; ++k)
     {
-      const Point2 a = this->Corners[k];
-      const Point2 b = this->Corners[(k + 1) % count];
-      const double da = n.X * a.X + n.Y * a.Y - d;
-      const double db = n.X * b.X + n.Y * b.Y - d;
+      distances[k] = n.X * this->Corners[k].X + n.Y * this->Corners[k].Y - d;
+      cuts = cuts || distances[k] > 0.0;
+    }
+    if (!cuts)
+    {
+      return;
+    }
+    Point2 kept[MostCorners];
+    int count = 0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const int next = k + 1 < this->Count ? k + 1 : 0;
+      const Point2 a = this->Corners[k], b = this->Corners[next];
+      const double da = distances[k], db = distances[next];
       if (da <= 0.0)
       {
-        this->Kept.push_back(a);
+        kept[count++] = a;
       }
       if ((da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0))
       {
         const double t = da / (da - db);
-        this->Kept.push_back({ a.X + t * (b.X - a.X), a.Y + t * (b.Y - a.Y) });
+        kept[count++] = { a.X + t * (b.X - a.X), a.Y + t * (b.Y - a.Y) };
       }
     }
-    this->Corners.swap(this->Kept);
+    std::copy(kept, kept + count, this->Corners);
+    this->Count = count;
+    this->Measure();
   }
 
-  double SquaredRadius() const
-  {
-    double largest = 0.0;
-    for (const Point2& c : this->Corners)
-    {
-      largest = std::max(largest, c.X * c.X + c.Y * c.Y);
-    }
-    return largest;
-  }
+  double SquaredRadius() const { return this->Squared; }
 
   /// Area, first and second moments about the origin, as sums over the triangles with the origin.
   void Moments(double& area, Point2& first, double second[3]) const
@@ -92,11 +94,10 @@ public:
     area = 0.0;
     first = { 0.0, 0.0 };
     second[0] = second[1] = second[2] = 0.0;
-    const std::size_t count = this->Corners.size();
-    for (std::size_t k = 0; k < count; ++k)
+    for (int k = 0; k < this->Count; ++k)
     {
       const Point2& a = this->Corners[k];
-      const Point2& b = this->Corners[(k + 1) % count];
+      const Point2& b = this->Corners[k + 1 < this->Count ? k + 1 : 0];
       const double cross = a.X * b.Y - a.Y * b.X;
       area += cross / 2.0;
       first.X += cross * (a.X + b.X) / 6.0;
@@ -108,16 +109,44 @@ public:
   }
 
 private:
-  std::vector<Point2> Corners, Kept;
+  /// A cut adds a corner at most; all neighbours cut, and the border.
+  static constexpr int MostCorners = ReachCorners + CellNeighbors + 2;
+
+  static std::array<Point2, ReachCorners> UnitCorners()
+  {
+    std::array<Point2, ReachCorners> corners;
+    const double outer = 1.0 / std::cos(Pi / ReachCorners);
+    for (int k = 0; k < ReachCorners; ++k)
+    {
+      const double angle = 2.0 * Pi * k / ReachCorners;
+      corners[k] = { outer * std::cos(angle), outer * std::sin(angle) };
+    }
+    return corners;
+  }
+
+  void Measure()
+  {
+    this->Squared = 0.0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const Point2& c = this->Corners[k];
+      this->Squared = std::max(this->Squared, c.X * c.X + c.Y * c.Y);
+    }
+  }
+
+  Point2 Corners[MostCorners];
+  int Count = 0;
+  double Squared = 0.0; // radius
 };
 
 class CellMeasurer
 {
 public:
-  CellMeasurer(const LocalCloud& cloud, const SurfelNeighborhood& tree,
+  CellMeasurer(const LocalCloud& cloud, const SurfelNeighborhood& tree, const NeighborGraph& graph,
     const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits)
     : Cloud(cloud)
     , Tree(tree)
+    , Graph(graph)
     , TwoSided(twoSided)
     , Fits(fits)
   {
@@ -156,11 +185,12 @@ public:
     const double xx = second[0] / area - mx * mx;
     const double yy = second[1] / area - my * my;
     const double xy = second[2] / area - mx * my;
-    const double half = 0.5 * std::hypot(xx - yy, 2.0 * xy);
-    const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+    const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
+    double cosine, sine;
+    PrincipalAxis(xx, yy, xy, cosine, sine);
     cell.Area = area;
     cell.Centroid = mx * u + my * v;
-    cell.AxisU = std::cos(angle) * u + std::sin(angle) * v;
+    cell.AxisU = cosine * u + sine * v;
     cell.VarianceU = std::max(0.0, 0.5 * (xx + yy) + half);
     cell.VarianceV = std::max(0.0, 0.5 * (xx + yy) - half);
     return cell;
@@ -171,20 +201,27 @@ private:
   /// the plane is unrolled around the point, so that a thin tube's far points do not come too near.
   void Unfold(int i, const Vector3& u, const Vector3& v)
   {
-    this->Tree.FindNearest(i, CellNeighbors, this->Found);
+    const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
+    if (!this->Graph.AreNearest)
+    {
+      this->Tree.FindNearest(i, CellNeighbors, this->Found);
+      this->Found.Ids.resize(CellNeighbors, -1);
+      ids = this->Found.Ids.data();
+    }
     this->Sheet.clear();
     this->Areas.clear();
     const Vector3 p = Load(this->Cloud.Position(i));
-    for (const int j : this->Found.Ids)
+    for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
     {
+      const int j = ids[k];
       const Vector3 d = Load(this->Cloud.Position(j)) - p;
       if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
       {
         continue;
       }
       const double x = Dot(d, u), y = Dot(d, v);
-      const double flat = std::hypot(x, y);
-      const double scale = flat > 0.0 ? Length(d) / flat : 0.0;
+      const double flat = x * x + y * y;
+      const double scale = flat > 0.0 ? std::sqrt(Dot(d, d) / flat) : 0.0;
       this->Sheet.push_back({ scale * x, scale * y });
       this->Areas.push_back(this->Fits[j].Spacing * this->Fits[j].Spacing);
     }
@@ -193,16 +230,16 @@ private:
   /// Where all neighbours are on one side: cuts the cell where the surface ends on the other.
   void CutAtBorder(double spacing)
   {
-    this->Angles.clear();
+    this->Gap.Clear();
     Point2 mean{ 0.0, 0.0 };
     for (const Point2& p : this->Sheet)
     {
-      this->Angles.push_back(std::atan2(p.Y, p.X));
+      this->Gap.Add(p.X, p.Y);
       mean.X += p.X;
       mean.Y += p.Y;
     }
     const double length = std::hypot(mean.X, mean.Y);
-    if (!(length > 0.0) || LargestGap(this->Angles) < BorderGap)
+    if (!(length > 0.0) || !this->Gap.Exists())
     {
       return;
     }
@@ -233,22 +270,24 @@ private:
 
   const LocalCloud& Cloud;
   const SurfelNeighborhood& Tree;
+  const NeighborGraph& Graph;
   const std::vector<unsigned char>& TwoSided;
   const std::vector<SurfelFit>& Fits;
   Neighbors Found;
   std::vector<Point2> Sheet;
-  std::vector<double> Areas, Angles;
+  std::vector<double> Areas;
+  DirectionGap Gap;
   Polygon Cell;
 };
 }
 
 bool MeasureCells(const LocalCloud& cloud, const SurfelNeighborhood& tree,
-  const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits,
-  const SurfelMonitor& monitor, std::vector<SurfelCell>& cells)
+  const NeighborGraph& graph, const std::vector<unsigned char>& twoSided,
+  const std::vector<SurfelFit>& fits, const SurfelMonitor& monitor, std::vector<SurfelCell>& cells)
 {
   cells.resize(fits.size());
   return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
-    CellMeasurer measurer(cloud, tree, twoSided, fits);
+    CellMeasurer measurer(cloud, tree, graph, twoSided, fits);
     for (vtkIdType i = begin; i < end; ++i)
     {
       cells[i] = measurer.Measure(static_cast<int>(i));

@@ -28,6 +28,6 @@ struct SurfelCell
 
 /// Cells of all points from their neighbours on the same sheet. Returns false if stopped.
 bool MeasureCells(const LocalCloud& cloud, const SurfelNeighborhood& tree,
-  const std::vector<unsigned char>& twoSided, const std::vector<SurfelFit>& fits,
-  const SurfelMonitor& monitor, std::vector<SurfelCell>& cells);
+  const NeighborGraph& graph, const std::vector<unsigned char>& twoSided,
+  const std::vector<SurfelFit>& fits, const SurfelMonitor& monitor, std::vector<SurfelCell>& cells);
 }

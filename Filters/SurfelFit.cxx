@@ -73,11 +73,11 @@ public:
 
   SurfelFit Fit(int i, const float* given, int* graph, Neighbors& neighbors) const
   {
-    this->Find(i, 1, neighbors);
+    this->FindAndKeep(i, graph, neighbors);
     Eigen::Matrix3d covariance = Covariance(this->Cloud, i, neighbors);
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
     SurfelFit fit;
-    fit.Reach = this->KeepNearest(neighbors, graph);
+    fit.Reach = ReachOf(neighbors);
     if (neighbors.Count() >= 3 && eigen.eigenvalues()[1] < LineRatio * eigen.eigenvalues()[2])
     {
       this->Find(i, LineGrowth, neighbors);
@@ -131,13 +131,32 @@ private:
     }
   }
 
-  /// Copies the nearest neighbours into the graph; returns the point's reach.
-  double KeepNearest(const Neighbors& neighbors, int* graph) const
+  /// The neighbours of the fit, and those that are kept: one query for both.
+  void FindAndKeep(int i, int* graph, Neighbors& neighbors) const
   {
-    for (int k = 0; k < GraphDegree; ++k)
+    const int wanted = this->Settings.NumberOfNeighbors;
+    const bool nearest = !this->Settings.UseRadius;
+    if (nearest)
+    {
+      this->Tree.FindNearest(i, std::max(wanted, KeptNeighbors), neighbors);
+    }
+    else
+    {
+      this->Find(i, 1, neighbors);
+    }
+    for (int k = 0; k < KeptNeighbors; ++k)
     {
       graph[k] = k < neighbors.Count() ? neighbors.Ids[k] : -1;
     }
+    if (nearest && neighbors.Count() > wanted)
+    {
+      neighbors.Ids.resize(wanted);
+      neighbors.SquaredDistances.resize(wanted);
+    }
+  }
+
+  static double ReachOf(const Neighbors& neighbors)
+  {
     const int rank = std::min(ReachRank, neighbors.Count());
     return rank > 0 ? std::sqrt(static_cast<double>(neighbors.SquaredDistances[rank - 1])) : 0.0;
   }
@@ -171,9 +190,10 @@ private:
     const double uu = eu.dot(covariance * eu);
     const double vv = ev.dot(covariance * ev);
     const double uv = eu.dot(covariance * ev);
-    const double half = 0.5 * std::hypot(uu - vv, 2.0 * uv);
-    const double angle = 0.5 * std::atan2(2.0 * uv, uu - vv);
-    fit.AxisU = std::cos(angle) * u + std::sin(angle) * v;
+    const double half = 0.5 * std::sqrt((uu - vv) * (uu - vv) + 4.0 * uv * uv);
+    double cosine, sine;
+    PrincipalAxis(uu, vv, uv, cosine, sine);
+    fit.AxisU = cosine * u + sine * v;
 
     const int count = neighbors.Count();
     if (count < 3)
@@ -268,7 +288,7 @@ private:
   double MedianSpacing = 0.0;
 };
 
-void BoundIsolated(double factor, const std::vector<int>& graph, std::vector<SurfelFit>& fits)
+void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<SurfelFit>& fits)
 {
   const int count = static_cast<int>(fits.size());
   const IsolationTest test(fits, factor);
@@ -277,7 +297,7 @@ void BoundIsolated(double factor, const std::vector<int>& graph, std::vector<Sur
     std::vector<double> scratch;
     for (vtkIdType i = begin; i < end; ++i)
     {
-      spacings[i] = test.Spacing(static_cast<int>(i), graph.data() + GraphDegree * i, scratch);
+      spacings[i] = test.Spacing(static_cast<int>(i), graph.Row(i), scratch);
     }
   });
   for (int i = 0; i < count; ++i)
@@ -298,35 +318,61 @@ bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, 
     std::abs(Dot(a.Normal, d)) <= SheetClimb * Length(d);
 }
 
-double LargestGap(std::vector<double>& angles)
+void DirectionGap::Clear()
 {
-  if (angles.empty())
+  this->X.clear();
+  this->Y.clear();
+  this->Octants = 0;
+}
+
+void DirectionGap::Add(double x, double y)
+{
+  this->X.push_back(x);
+  this->Y.push_back(y);
+  const bool steep = std::abs(y) > std::abs(x);
+  const int quadrant = y >= 0.0 ? (x > 0.0 ? 0 : 1) : (x <= 0.0 ? 2 : 3);
+  this->Octants |= 1u << (2 * quadrant + (steep == (quadrant % 2 == 0) ? 1 : 0));
+}
+
+bool DirectionGap::Exists()
+{
+  // Such an angle holds at least two whole octants.
+  const unsigned int free = ~this->Octants & 255u;
+  if ((free & (free >> 1 | free << 7)) == 0)
   {
-    return 2.0 * Pi;
+    return false;
   }
-  std::sort(angles.begin(), angles.end());
-  double gap = angles.front() + 2.0 * Pi - angles.back();
-  for (size_t k = 1; k < angles.size(); ++k)
+  if (this->X.empty())
   {
-    gap = std::max(gap, angles[k] - angles[k - 1]);
+    return true;
   }
-  return gap;
+  this->Angles.resize(this->X.size());
+  std::transform(this->X.begin(), this->X.end(), this->Y.begin(), this->Angles.begin(),
+    [](double x, double y) { return std::atan2(y, x); });
+  std::sort(this->Angles.begin(), this->Angles.end());
+  double gap = this->Angles.front() + 2.0 * Pi - this->Angles.back();
+  for (size_t k = 1; k < this->Angles.size(); ++k)
+  {
+    gap = std::max(gap, this->Angles[k] - this->Angles[k - 1]);
+  }
+  return gap > 0.75 * Pi;
 }
 
 bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
-  std::vector<SurfelFit>& fits, std::vector<int>& graph)
+  std::vector<SurfelFit>& fits, NeighborGraph& graph)
 {
   const size_t count = static_cast<size_t>(cloud.Size());
   fits.resize(count);
-  graph.assign(GraphDegree * count, -1);
+  graph.Ids.resize(KeptNeighbors * count);
+  graph.AreNearest = !settings.UseRadius;
   const Fitter fitter(cloud, tree, settings);
   const bool finished = ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {
       fits[i] = fitter.Fit(static_cast<int>(i), given.empty() ? nullptr : given.data() + 3 * i,
-        graph.data() + GraphDegree * i, neighbors);
+        graph.Row(i), neighbors);
     }
   });
   if (!finished)
@@ -347,7 +393,7 @@ bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
 
 bool RefineExtents(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<unsigned char>& twoSided,
-  const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits)
+  const NeighborGraph& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits)
 {
   const auto isOfSheet = [&](int i, int j) {
     return AreOfOneSheet(fits[i], fits[j], twoSided[i] || twoSided[j],
@@ -360,7 +406,7 @@ bool RefineExtents(const LocalCloud& cloud, const SurfelNeighborhood& tree,
     {
       const int self = static_cast<int>(i);
       const auto isOfMySheet = [&](int j) { return isOfSheet(self, j); };
-      const int* nearest = graph.data() + GraphDegree * i;
+      const int* nearest = graph.Row(i);
       const auto others = std::count_if(
         nearest, nearest + GraphDegree, [&](int j) { return j >= 0 && !isOfMySheet(j); });
       if (others >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)

@@ -39,8 +39,20 @@ struct SurfelFit
   bool Given = false; // the normal was given, not fitted
 };
 
-/// Neighbours per point that are kept as the graph over which signs are propagated.
+/// Neighbours per point that are kept, nearest first, and how many of them make the graph over
+/// which signs are propagated.
+constexpr int KeptNeighbors = 20;
 constexpr int GraphDegree = 12;
+
+/// [KeptNeighbors * n] ids, -1 where there are fewer.
+struct NeighborGraph
+{
+  std::vector<int> Ids;
+  bool AreNearest = false; ///< a row holds the KeptNeighbors nearest ones, or all there are
+
+  const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
+  int* Row(size_t i) { return this->Ids.data() + KeptNeighbors * i; }
+};
 
 /// The neighbour whose distance tells whether a point is far from everything.
 constexpr int ReachRank = 6;
@@ -49,15 +61,24 @@ constexpr int ReachRank = 6;
 /// where eitherTwoSided), and an edge that does not climb out of the tangent plane.
 bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d);
 
-/// Largest angle between directions that follow each other, radians; sorts them. 2 pi without any.
-double LargestGap(std::vector<double>& angles);
+/// Directions in a plane, and whether they leave a gap: an angle of more than 3/4 pi without any.
+class DirectionGap
+{
+public:
+  void Clear();
+  void Add(double x, double y);
+  bool Exists();
+
+private:
+  std::vector<double> X, Y, Angles;
+  unsigned int Octants = 0; // that have a direction
+};
 
 /// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
-/// `graph`: [GraphDegree * n] ids of the nearest neighbours, -1 where there are fewer.
 /// Returns false if stopped.
 bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<float>& given, const SurfelMonitor& monitor,
-  std::vector<SurfelFit>& fits, std::vector<int>& graph);
+  std::vector<SurfelFit>& fits, NeighborGraph& graph);
 
 /// Measures spacing and extent again, from neighbours on the same sheet only, where the normals
 /// (now known, and turned) say that the neighbours are of more than one: both sides of a thin
@@ -65,5 +86,5 @@ bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,
 /// Returns false if stopped.
 bool RefineExtents(const LocalCloud& cloud, const SurfelNeighborhood& tree,
   const FitSettings& settings, const std::vector<unsigned char>& twoSided,
-  const std::vector<int>& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits);
+  const NeighborGraph& graph, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits);
 }

@@ -6,6 +6,7 @@
 #include "SurfelWinding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -100,73 +101,117 @@ bool IsSure(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const E
     std::max(fits[edge.A].Flatness, fits[edge.B].Flatness) <= SureFlatness;
 }
 
-/// Calls visit(j) for each neighbour j of i whose edge is i's to report: each edge once.
-template <typename Visit>
-void VisitEdges(const std::vector<int>& graph, int i, Visit&& visit)
+/// The edges of the graph: slot GraphDegree i + k leads from i to its neighbour of rank k.
+struct EdgeVotes
 {
-  const int* mine = graph.data() + static_cast<size_t>(GraphDegree) * i;
+  static constexpr unsigned char NotSure = 255;
+
+  std::vector<float> Votes;           ///< 0: no edge, or the other end reports it
+  std::vector<unsigned char> Classes; ///< of sure edges, the surest 0; else NotSure
+};
+
+/// Calls visit(k, j) for each neighbour j, of rank k, of i whose edge is i's to report: each edge
+/// once.
+template <typename Visit>
+void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
+{
+  const int* mine = graph.Row(i);
   for (int k = 0; k < GraphDegree && mine[k] >= 0; ++k)
   {
     const int j = mine[k];
-    const int* theirs = graph.data() + static_cast<size_t>(GraphDegree) * j;
+    const int* theirs = graph.Row(j);
     const bool mutual = std::find(theirs, theirs + GraphDegree, i) != theirs + GraphDegree;
     if (!mutual || i < j)
     {
-      visit(j);
+      visit(k, j);
     }
   }
 }
 
-/// All edges of the graph that have a vote, ordered by their points.
-std::vector<Edge> CollectEdges(
-  const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const std::vector<int>& graph)
+EdgeVotes CollectVotes(
+  const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const NeighborGraph& graph)
 {
   const vtkIdType count = cloud.Size();
-  std::vector<float> votes(graph.size(), 0.0f);
+  EdgeVotes edges;
+  edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
+  edges.Classes.resize(edges.Votes.size());
   vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
+    std::fill(
+      edges.Votes.begin() + GraphDegree * begin, edges.Votes.begin() + GraphDegree * end, 0.0f);
+    std::fill(edges.Classes.begin() + GraphDegree * begin,
+      edges.Classes.begin() + GraphDegree * end, EdgeVotes::NotSure);
     for (vtkIdType i = begin; i < end; ++i)
     {
-      const int* mine = graph.data() + GraphDegree * i;
-      VisitEdges(graph, static_cast<int>(i), [&](int j) {
-        const auto slot = std::find(mine, mine + GraphDegree, j) - graph.data();
-        votes[slot] = VoteOf(cloud, fits, static_cast<int>(i), j);
+      VisitEdges(graph, static_cast<int>(i), [&](int k, int j) {
+        const Edge edge{ static_cast<int>(i), j, VoteOf(cloud, fits, static_cast<int>(i), j) };
+        edges.Votes[GraphDegree * i + k] = edge.Vote;
+        if (IsSure(cloud, fits, edge))
+        {
+          const double doubt = (1.0 - std::abs(edge.Vote)) / (1.0 - SureVote);
+          edges.Classes[GraphDegree * i + k] = static_cast<unsigned char>(
+            std::clamp(static_cast<int>(doubt * EdgeVotes::NotSure), 0, EdgeVotes::NotSure - 1));
+        }
       });
     }
   });
-  std::vector<Edge> edges;
-  edges.reserve(graph.size() - std::count(votes.begin(), votes.end(), 0.0f));
-  for (size_t slot = 0; slot < graph.size(); ++slot)
-  {
-    if (votes[slot] != 0.0f)
-    {
-      edges.push_back({ static_cast<int>(slot / GraphDegree), graph[slot], votes[slot] });
-    }
-  }
   return edges;
 }
 
-/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in 256 classes.
-void JoinSureEdges(const LocalCloud& cloud, const std::vector<SurfelFit>& fits,
-  const std::vector<Edge>& edges, SurfelSigns& signs)
+/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
+void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, SurfelSigns& signs)
 {
-  constexpr int classes = 256;
-  std::vector<std::vector<int>> buckets(classes);
-  for (size_t e = 0; e < edges.size(); ++e)
+  std::array<size_t, EdgeVotes::NotSure + 1> ends{};
+  for (const unsigned char c : edges.Classes)
   {
-    if (IsSure(cloud, fits, edges[e]))
+    ++ends[c];
+  }
+  ends[EdgeVotes::NotSure] = 0;
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<std::uint64_t> order(ends.back());
+  for (size_t slot = edges.Classes.size(); slot-- > 0;)
+  {
+    if (edges.Classes[slot] != EdgeVotes::NotSure)
     {
-      const double doubt = (1.0 - std::abs(edges[e].Vote)) / (1.0 - SureVote);
-      buckets[std::clamp(static_cast<int>(doubt * classes), 0, classes - 1)].push_back(
-        static_cast<int>(e));
+      order[--ends[edges.Classes[slot]]] = slot;
     }
   }
-  for (const auto& bucket : buckets)
+  for (const std::uint64_t slot : order)
   {
-    for (const int e : bucket)
+    const size_t i = slot / GraphDegree;
+    signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
+  }
+}
+
+/// Calls visit(edge) for all edges that have a vote, ordered by their points.
+template <typename Visit>
+void VisitVotes(const NeighborGraph& graph, const EdgeVotes& edges, Visit&& visit)
+{
+  const size_t count = edges.Votes.size() / GraphDegree;
+  for (size_t i = 0; i < count; ++i)
+  {
+    for (int k = 0; k < GraphDegree; ++k)
     {
-      signs.Join(edges[e].A, edges[e].B, edges[e].Vote < 0.0f);
+      const float vote = edges.Votes[GraphDegree * i + k];
+      if (vote != 0.0f)
+      {
+        visit(Edge{ static_cast<int>(i), graph.Row(i)[k], vote });
+      }
     }
   }
+}
+
+/// Edges that lead from one set to another.
+std::vector<Edge> EdgesBetweenSets(
+  const NeighborGraph& graph, const EdgeVotes& edges, SurfelSigns& signs)
+{
+  std::vector<Edge> between;
+  VisitVotes(graph, edges, [&](const Edge& edge) {
+    if (signs.Find(edge.A).first != signs.Find(edge.B).first)
+    {
+      between.push_back(edge);
+    }
+  });
+  return between;
 }
 
 /// Keeps the edges that lead from one set to another, as votes between the sets' roots.
@@ -295,21 +340,19 @@ Members ApplySigns(SurfelSigns& signs, std::vector<SurfelFit>& fits, Sidedness& 
 
 /// Share of each component's votes that contradict its orientation.
 std::vector<double> Conflicts(
-  const std::vector<Edge>& edges, const Sidedness& sides, SurfelSigns& signs)
+  const NeighborGraph& graph, const EdgeVotes& edges, const Sidedness& sides, SurfelSigns& signs)
 {
   std::vector<double> against(sides.NumberOfComponents, 0.0);
   std::vector<double> all(sides.NumberOfComponents, 0.0);
-  for (const Edge& edge : edges)
-  {
+  VisitVotes(graph, edges, [&](const Edge& edge) {
     const int c = sides.Components[edge.A];
-    if (c != sides.Components[edge.B])
+    if (c == sides.Components[edge.B])
     {
-      continue;
+      const bool differ = signs.Find(edge.A).second != signs.Find(edge.B).second;
+      all[c] += std::abs(edge.Vote);
+      against[c] += differ != (edge.Vote < 0.0f) ? std::abs(edge.Vote) : 0.0;
     }
-    const bool differ = signs.Find(edge.A).second != signs.Find(edge.B).second;
-    all[c] += std::abs(edge.Vote);
-    against[c] += differ != (edge.Vote < 0.0f) ? std::abs(edge.Vote) : 0.0;
-  }
+  });
   for (size_t c = 0; c < all.size(); ++c)
   {
     against[c] = all[c] > 0.0 ? against[c] / all[c] : 1.0;
@@ -327,11 +370,12 @@ int ClosedSign(
   }
   const int samples = std::min(count, WindingSamples);
   std::vector<double> windings(samples);
+  const WindingNumbers numbers(cloud, fits, members, count);
   vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType s = begin; s < end; ++s)
     {
       const int at = members[static_cast<size_t>(s) * count / samples];
-      windings[s] = WindingNumber(cloud, fits, members, count, at);
+      windings[s] = numbers.At(at);
     }
   });
   const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
@@ -392,19 +436,19 @@ void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vecto
   });
 }
 
-bool OrientConsistently(const LocalCloud& cloud, const std::vector<int>& graph,
+bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
   const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
   Sidedness& sides)
 {
   const int count = cloud.Size();
-  const std::vector<Edge> edges = CollectEdges(cloud, fits, graph);
+  const EdgeVotes edges = CollectVotes(cloud, fits, graph);
   SurfelSigns signs(count);
-  JoinSureEdges(cloud, fits, edges, signs);
+  JoinSureEdges(graph, edges, signs);
   if (!monitor.Step(0.4))
   {
     return false;
   }
-  std::vector<Edge> open = edges;
+  std::vector<Edge> open = EdgesBetweenSets(graph, edges, signs);
   for (const bool last : { false, true })
   {
     while (JoinSets(open, signs, count, last))
@@ -420,7 +464,7 @@ bool OrientConsistently(const LocalCloud& cloud, const std::vector<int>& graph,
   std::transform(
     fits.begin(), fits.end(), given.begin(), [](const SurfelFit& fit) { return fit.Normal; });
   const Members members = ApplySigns(signs, fits, sides);
-  const std::vector<double> conflicts = Conflicts(edges, sides, signs);
+  const std::vector<double> conflicts = Conflicts(graph, edges, sides, signs);
   sides.TwoSided.assign(count, 1);
   for (int c = 0; c < sides.NumberOfComponents; ++c)
   {

@@ -36,7 +36,7 @@ struct Sidedness
 /// Turns the normals in `fits` consistently and decides their sides. Points whose normals were
 /// given are one-sided and keep their sign; others follow them where the votes agree.
 /// Returns false if stopped.
-bool OrientConsistently(const LocalCloud& cloud, const std::vector<int>& graph,
+bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
   const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
   Sidedness& sides);
 

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
@@ -52,6 +53,26 @@ inline Vector3 Normalized(const Vector3& a, const Vector3& fallback)
 {
   const double length = Length(a);
   return length > 0.0 && std::isfinite(length) ? (1.0 / length) * a : fallback;
+}
+
+/// Direction (cosine, sine), cosine >= 0, of the larger principal axis of [[xx, xy], [xy, yy]]:
+/// half of the angle of (xx - yy, 2 xy), without the angle.
+inline void PrincipalAxis(double xx, double yy, double xy, double& cosine, double& sine)
+{
+  const double x = xx - yy, y = 2.0 * xy;
+  const double length = std::sqrt(x * x + y * y);
+  cosine = 1.0;
+  sine = 0.0;
+  if (length > 0.0 && x >= 0.0)
+  {
+    cosine = std::sqrt(0.5 * (1.0 + x / length));
+    sine = 0.5 * y / (length * cosine);
+  }
+  else if (length > 0.0)
+  {
+    sine = std::copysign(std::sqrt(0.5 * (1.0 - x / length)), y);
+    cosine = 0.5 * std::max(0.0, y / (length * sine));
+  }
 }
 
 /// Two unit vectors that make a right-handed frame (u, v, n) with the unit vector n, without

@@ -12,11 +12,37 @@
 
 #include "SurfelFit.h"
 
+#include <vector>
+
 namespace SurfelGeometry
 {
 struct LocalCloud;
 
-/// Winding number at the point `at` of the surfels `members`, with area = Spacing^2.
-double WindingNumber(const LocalCloud& cloud, const std::vector<SurfelFit>& fits,
-  const int* members, int count, int at);
+/// Of some of a cloud's surfels, with area = Spacing^2. Groups of them that are far away count as
+/// one dipole each (ibid., first order).
+class WindingNumbers
+{
+public:
+  /// @param members in the order of the cloud, which keeps neighbours together; kept by the caller
+  WindingNumbers(
+    const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const int* members, int count);
+
+  /// At the cloud's point `at`.
+  double At(int at) const;
+
+private:
+  struct Group
+  {
+    Vector3 Center, Area;
+    double Radius;
+  };
+
+  double Sum(const Group& group, int begin, int end, const Vector3& q, double soft) const;
+
+  const LocalCloud& Cloud;
+  const std::vector<SurfelFit>& Fits;
+  const int* Members;
+  int Count;
+  std::vector<Group> Groups;
+};
 }

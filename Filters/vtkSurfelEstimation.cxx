@@ -148,8 +148,8 @@ public:
       RefineExtents(this->Cloud, tree, settings, this->Sides.TwoSided, this->Graph,
         monitor.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
-        MeasureCells(this->Cloud, tree, this->Sides.TwoSided, this->Fits, monitor.Part(0.9, 0.98),
-          this->Cells));
+        MeasureCells(this->Cloud, tree, this->Graph, this->Sides.TwoSided, this->Fits,
+          monitor.Part(0.9, 0.98), this->Cells));
   }
 
   /// Kernel, area and centre of every surfel.
@@ -346,7 +346,7 @@ private:
   LocalCloud Cloud;
   std::vector<float> Given;
   std::vector<SurfelFit> Fits;
-  std::vector<int> Graph;
+  NeighborGraph Graph;
   std::vector<int> Order; // output id -> cloud index
   Sidedness Sides;
   std::vector<SurfelCell> Cells;

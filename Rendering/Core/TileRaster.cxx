@@ -10,6 +10,10 @@
 #include <iterator>
 #include <limits>
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 namespace SurfelSplatting
 {
 namespace
@@ -395,7 +399,7 @@ void TileRaster::CloseAll()
 
 namespace
 {
-/// A block's row, from pixel `first` of it on.
+/// A row of a block, four pixels of a frame or fewer.
 inline void StorePixels(
   const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
 {
@@ -409,21 +413,73 @@ inline void StorePixels(
     depth[c] = done.Depth[l];
   }
 }
+
+#if defined(__SSE2__)
+/// Four pixels past the caches, which a frame does not fit: it need not be read to be written.
+inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
+{
+  for (int l = first; l < first + BlockSize; ++l)
+  {
+    const __m128 pixel = { done.Red[l], done.Green[l], done.Blue[l], 1.0f - done.Transmittance[l] };
+    _mm_stream_ps(rgba + 4 * (l - first), pixel);
+  }
+  const float* d = done.Depth + first;
+  _mm_stream_ps(depth, __m128{ d[0], d[1], d[2], d[3] });
+}
+
+bool MayStream(const Frame& frame)
+{
+  const auto isAligned = [](const float* x) {
+    return reinterpret_cast<std::uintptr_t>(x) % 16 == 0;
+  };
+  return isAligned(frame.Color) && isAligned(frame.Depth) && frame.Width % BlockSize == 0;
+}
+
+inline void FinishStream()
+{
+  _mm_sfence();
+}
+#else
+inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
+{
+  StorePixels(done, first, BlockSize, rgba, depth);
+}
+
+bool MayStream(const Frame&)
+{
+  return false;
+}
+
+inline void FinishStream() {}
+#endif
 }
 
 void TileRaster::Store(const Frame& frame) const
 {
-  for (int i = 0; i < BlocksPerTile; ++i)
+  const bool stream = MayStream(frame);
+  const int rows = std::min(TileSize, frame.Height - this->OriginY);
+  const int columns = std::min(TileSize, frame.Width - this->OriginX);
+  for (int j = 0; j < rows; ++j)
   {
-    const FinishedLayers& done = this->Tile.Finished[i];
-    const int x = this->BlockX(i), y = this->BlockY(i);
-    const int columns = std::min(BlockSize, frame.Width - x);
-    const int rows = std::min(BlockSize, frame.Height - y);
-    for (int r = 0; columns > 0 && r < rows; ++r)
+    const std::size_t first =
+      static_cast<std::size_t>(this->OriginY + j) * frame.Width + this->OriginX;
+    const FinishedLayers* row = this->Tile.Finished + j / BlockSize * BlocksPerRow;
+    const int inBlock = j % BlockSize * BlockSize;
+    for (int i = 0; i < columns; i += BlockSize)
     {
-      const std::size_t first = static_cast<std::size_t>(y + r) * frame.Width + x;
-      StorePixels(done, r * BlockSize, columns, frame.Color + 4 * first, frame.Depth + first);
+      const FinishedLayers& block = row[i / BlockSize];
+      float* color = frame.Color + 4 * (first + i);
+      float* depth = frame.Depth + first + i;
+      if (stream)
+      {
+        StreamPixels(block, inBlock, color, depth);
+      }
+      else
+      {
+        StorePixels(block, inBlock, std::min(BlockSize, columns - i), color, depth);
+      }
     }
   }
+  FinishStream();
 }
 }
