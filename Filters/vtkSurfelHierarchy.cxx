@@ -5,11 +5,11 @@
 #include "LocalCloud.h"
 #include "MonitoredExecutor.h"
 #include "NodeAttributes.h"
+#include "PointCells.h"
 #include "SurfelArrays.h"
 #include "SurfelInput.h"
 
 #include "vtkBoundingBox.h"
-#include "vtkCellArray.h"
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
@@ -101,6 +101,10 @@ private:
   void FindShift()
   {
     SurfelGeometry::ReadOrigin(this->Input, this->Origin);
+    if (!this->Cloud.PositionsDouble)
+    {
+      return;
+    }
     vtkBoundingBox box;
     double largest = 0.0;
     for (const std::uint32_t surfel : this->Order.Surfels)
@@ -110,8 +114,7 @@ private:
       largest =
         std::fmax(largest, std::fmax(std::abs(p[0]), std::fmax(std::abs(p[1]), std::abs(p[2]))));
     }
-    if (this->Cloud.PositionsDouble && box.IsValid() &&
-      largest > SurfelGeometry::LocalOriginRatio * box.GetDiagonalLength())
+    if (box.IsValid() && largest > SurfelGeometry::LocalOriginRatio * box.GetDiagonalLength())
     {
       double center[3];
       box.GetCenter(center);
@@ -153,7 +156,9 @@ private:
     FillNodes(this->Cloud, this->Order, this->Shift, executor, nodes);
     this->AddFlags(output);
     this->AddFieldData(output);
-    this->AddVertices(output);
+    // The leaves alone, so that VTK's own mappers and filters see these.
+    output->SetVerts(
+      SurfelGeometry::MakePointCell(static_cast<vtkIdType>(this->Order.Layout.NumberOfLeaves())));
     SurfelGeometry::PassNodeAttributes(
       this->Input->GetPointData(), this->Order, nodes.Areas, executor, output->GetPointData());
   }
@@ -180,27 +185,6 @@ private:
           static_cast<unsigned char>(tree == HierarchyLayout::TwoSided ? 1 : 0));
       }
     }
-  }
-
-  /// One cell with the leaves, so that VTK's own mappers and filters see these alone.
-  void AddVertices(vtkPolyData* output)
-  {
-    const auto leaves = static_cast<vtkIdType>(this->Order.Layout.NumberOfLeaves());
-    if (leaves == 0)
-    {
-      return;
-    }
-    vtkNew<vtkCellArray> vertices;
-    if (leaves < std::numeric_limits<vtkTypeInt32>::max())
-    {
-      vertices->Use32BitStorage();
-    }
-    vertices->InsertNextCell(static_cast<int>(leaves));
-    for (vtkIdType i = 0; i < leaves; ++i)
-    {
-      vertices->InsertCellPoint(i);
-    }
-    output->SetVerts(vertices);
   }
 
   void AddFieldData(vtkPolyData* output)
