@@ -7,7 +7,7 @@
 namespace SurfelSplatting
 {
 /// Levels below cost more for their tents than they spare.
-constexpr int LowestCoarseLevel = 2;
+constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
 constexpr double CoarseCellsPerDeviation = 1.5;
 

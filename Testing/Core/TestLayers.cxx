@@ -238,6 +238,7 @@ void TestScene()
   SplatContext context = TestContext();
   context.Camera = PinholeView(Width, Height, 40.0);
   context.Optics = { 0.05, 2.0 };
+  context.CoarseGrids = false; // of splats, not of cells
   RecordingSink sink(Width, Height);
   const Picture picture = RenderPicture(context, clouds, SerialExecutor(), nullptr, &sink);
   const std::vector<std::vector<Layer>> expected = LayersByBruteForce(context, clouds);
