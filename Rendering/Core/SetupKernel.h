@@ -84,6 +84,9 @@ struct SetupKernel
   const char* Name;
 };
 
+/// The best that this processor runs.
+const SetupKernel& SelectSetupKernel();
+
 extern const SetupKernel SetupKernelBaseline;
 #ifdef SURFELSPLATTING_X86_KERNELS
 extern const SetupKernel SetupKernelAVX2;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SplatMaker.h"
 
-#include "InstructionSet.h"
-
 #include <algorithm>
 
 namespace SurfelSplatting
@@ -18,21 +16,6 @@ bool NeedsMakeSplat(const SplatContext& context, const SurfelCloud& cloud)
   const bool paper = cloud.Detail && context.Detail.Rule == DetailRule::Paper;
   return context.ScalarSetup || context.ColorByLevel || paper || spots;
 }
-}
-
-const SetupKernel& SelectSetupKernel()
-{
-  switch (DetectInstructionSet())
-  {
-#ifdef SURFELSPLATTING_X86_KERNELS
-    case InstructionSet::AVX512:
-      return SetupKernelAVX512;
-    case InstructionSet::AVX2:
-      return SetupKernelAVX2;
-#endif
-    default:
-      return SetupKernelBaseline;
-  }
 }
 
 void SplatMaker::Set(

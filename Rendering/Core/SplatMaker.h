@@ -12,9 +12,6 @@
 
 namespace SurfelSplatting
 {
-/// The best that this processor runs.
-const SetupKernel& SelectSetupKernel();
-
 /// Takes the set-up kernel where it knows all that the frame needs, and MakeSplat for the rest: the
 /// paper's rule of detail, colours by level, spot lights. One for all threads.
 class SplatMaker

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TileRaster.h"
 
-#include "InstructionSet.h"
 #include "ResamplingKernel.h"
 
 #include <algorithm>
@@ -19,25 +18,6 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float Infinity = std::numeric_limits<float>::infinity();
-}
-
-const RasterKernel& SelectRasterKernel()
-{
-  switch (DetectInstructionSet())
-  {
-#ifdef SURFELSPLATTING_X86_KERNELS
-    case InstructionSet::AVX512:
-      return RasterKernelAVX512;
-    case InstructionSet::AVX2:
-      return RasterKernelAVX2;
-#endif
-    default:
-      return RasterKernelBaseline;
-  }
-}
-
-namespace
-{
 const RasterKernel Kernel = SelectRasterKernel();
 }
 

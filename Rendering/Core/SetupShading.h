@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Of SetupKernelImplementation.h: light and colour.
+ */
+#pragma once
+
+#include "SetupBatch.h"
+#include "SetupConstants.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Shading.cxx, Incidence, without spots.
+SURFELSPLATTING_INLINE Reals Incidence(const SetupLight& light, const Reals3& p, Reals3& toLight)
+{
+  if (!light.Positional)
+  {
+    toLight = { ToReals(-light.Direction[0]), ToReals(-light.Direction[1]),
+      ToReals(-light.Direction[2]) };
+    return ToReals(1.0);
+  }
+  toLight = { light.Position[0] - p.X, light.Position[1] - p.Y, light.Position[2] - p.Z };
+  const Reals distance = Norm(toLight);
+  const Reals inverse = distance > 0.0 ? 1.0 / distance : Reals{};
+  toLight = { toLight.X * inverse, toLight.Y * inverse, toLight.Z * inverse };
+  const double* a = light.Attenuation;
+  const Reals falloff = a[0] + a[1] * distance + a[2] * distance * distance;
+  const Reals strength = falloff > 0.0 ? 1.0 / falloff : ToReals(1.0);
+  return distance > 0.0 ? strength : Reals{};
+}
+
+SURFELSPLATTING_INLINE Reals Power(const Reals& base, double exponent)
+{
+  if (exponent == 1.0)
+  {
+    return base;
+  }
+  Reals power;
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    power[l] = __builtin_pow(base[l], exponent);
+  }
+  return power;
+}
+
+/// MakeShading: light is Base + Share times the colour.
+SURFELSPLATTING_INLINE void MakeShading(const SetupJob& job, Batch& b)
+{
+  for (int c = 0; c < 3; ++c)
+  {
+    b.Base[c] = Reals{};
+    b.Share[c] = ToReals(1.0);
+  }
+  if (!job.Lit)
+  {
+    return;
+  }
+  const Reals sign = (b.BackSide ? ToReals(-1.0) : ToReals(1.0)) / Norm(b.Area);
+  const Reals3 normal{ b.Area.X * sign, b.Area.Y * sign, b.Area.Z * sign };
+  Reals3 toViewer{ Reals{}, Reals{}, ToReals(-1.0) };
+  if (!job.Parallel)
+  {
+    const Reals inverse = -1.0 / Norm(b.P);
+    toViewer = { b.P.X * inverse, b.P.Y * inverse, b.P.Z * inverse };
+  }
+  Reals diffuse[3] = {}, specular[3] = {};
+  for (std::size_t i = 0; i < job.NumberOfLights; ++i)
+  {
+    const SetupLight& light = job.Lights[i];
+    Reals3 toLight;
+    Reals strength = Incidence(light, b.P, toLight);
+    const Reals cosine = Dot(normal, toLight);
+    strength = (strength > 0.0) & (cosine > 0.0) ? strength : Reals{};
+    Reals highlight = {};
+    if (job.Specular > 0.0)
+    {
+      const Reals reflected = light.LoneHeadlight
+        ? cosine
+        : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
+      highlight = reflected > 0.0 ? Power(Larger(reflected, Reals{}), job.SpecularPower) : Reals{};
+    }
+    for (int c = 0; c < 3; ++c)
+    {
+      diffuse[c] += strength > 0.0 ? strength * cosine * light.Color[c] : Reals{};
+      specular[c] += strength > 0.0 ? strength * highlight * light.Color[c] : Reals{};
+    }
+  }
+  const bool ownColor = job.ColorsUChar || job.ColorsFloat;
+  for (int c = 0; c < 3; ++c)
+  {
+    const double ambient = ownColor ? 0.0 : job.Ambient * job.AmbientColor[c];
+    b.Base[c] = ambient + job.Specular * job.SpecularColor[c] * specular[c];
+    b.Share[c] = (ownColor ? job.Ambient : 0.0) + job.Diffuse * diffuse[c];
+  }
+}
+
+/// To [0, high]; NaN and infinity stay what they are, to be found by IsRepresentable.
+SURFELSPLATTING_INLINE Reals ClampColor(const Reals& x, double high)
+{
+  return IsFinite(x) ? Smaller(Larger(x, Reals{}), ToReals(high)) : x;
+}
+
+/// SurfelCloud::Color, shaded.
+SURFELSPLATTING_INLINE void SetColor(const SetupJob& job, const std::size_t* index, Batch& b)
+{
+  Reals c[4] = { ToReals(job.Color[0]), ToReals(job.Color[1]), ToReals(job.Color[2]),
+    ToReals(1.0) };
+  const bool nodes = job.NodeColors && index[0] >= job.NumberOfLeaves;
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    for (int i = 0; i < 4; ++i)
+    {
+      if (nodes)
+      {
+        c[i][l] = job.NodeColors[4 * (index[l] - job.NumberOfLeaves) + i];
+      }
+      else if (job.ColorsUChar)
+      {
+        c[i][l] = job.ColorsUChar[4 * index[l] + i] / 255.0;
+      }
+      else if (job.ColorsFloat)
+      {
+        c[i][l] = job.ColorsFloat[4 * index[l] + i];
+      }
+    }
+  }
+  if (!nodes && job.Opacities)
+  {
+    c[3] *= Gather(job.Opacities, index, 1);
+  }
+  constexpr double largest = LargestColor;
+  b.Red = ClampColor(b.Base[0] + b.Share[0] * c[0], largest);
+  b.Green = ClampColor(b.Base[1] + b.Share[1] * c[1], largest);
+  b.Blue = ClampColor(b.Base[2] + b.Share[2] * c[2], largest);
+  b.Opacity = ClampColor(c[3] * job.Opacity, 1.0);
+}
+}
+}
