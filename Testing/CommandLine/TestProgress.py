@@ -72,36 +72,34 @@ class TestProgress(ToolCase):
         self.assertRegex(shown.decode(), r"\r(estimation|normalization) +\[#* *\] +\d+ %")
         self.assertEqual(shown.decode().split("\r")[-2].strip(), "")
 
-    def interrupt(self, stream):
-        """Ctrl-C once the tool is at work: quiet, 130, nothing left."""
-        points, _ = sphere(400_000)
+    def interrupt(self, stream, first):
+        """Ctrl-C once the tool has said its first word: quiet, 130, nothing left. It begins then with
+        seconds of work."""
+        points, _ = sphere(1_500_000)
         write_ply("ball.ply", points)
         with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "-o", "out.png", "-v"],
-                              stderr=subprocess.PIPE if stream is None else stream) as process:
-            if stream is None:
-                said = process.stderr.readline()  # the cloud is read, estimation begins
-            else:
-                time.sleep(2)
-                said = b""
-            time.sleep(0.5)
+                              stderr=stream) as process:
+            said = first(process)
+            time.sleep(0.3)
             process.send_signal(signal.SIGINT)
-            said += process.stderr.read() if stream is None else b""
+            if stream == subprocess.PIPE:
+                said += process.stderr.read()
             process.wait(timeout=60)
         self.assertEqual(process.returncode, 130, said)
         self.assertEqual(os.listdir("."), ["ball.ply"])
         return said.decode()
 
     def test_interrupt(self):
-        said = self.interrupt(None)
+        said = self.interrupt(subprocess.PIPE, lambda process: process.stderr.readline())
         self.assertIn("surfelsplat: interrupted\n", said)
         self.assertNotIn("Ctrl-C", said)
 
     def test_interrupt_on_a_terminal(self):
         ours, theirs = pty.openpty()
         self.addCleanup(os.close, ours)
-        self.interrupt(theirs)
+        shown = self.interrupt(theirs, lambda process: os.read(ours, 4096))
         os.close(theirs)
-        shown = os.read(ours, 65536).decode()
+        shown += os.read(ours, 65536).decode()
         self.assertNotIn("Ctrl-C", shown)
 
 
