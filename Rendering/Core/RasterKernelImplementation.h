@@ -189,15 +189,17 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
 {
   OpenLayers& open = tile.Open[block];
   LaneMask inside = q < settings.Support;
-  if (Pass == RasterPass::Depths)
+  if (Pass != RasterPass::Layers)
   {
+    // The splat's own plane, by half its z-range nearer or farther.
+    const Lanes plane = s.DepthX * d.X + s.DepthY * d.Y;
     const Lanes far = Lanes::Load(open.Far);
-    Select(inside, Min(far, s.Far), far).Store(open.Far);
-    return 0;
-  }
-  if (Pass == RasterPass::Nearest)
-  {
-    inside = inside & (Lanes::Load(open.Far) >= s.Near);
+    if (Pass == RasterPass::Depths)
+    {
+      Select(inside, Min(far, s.Far + plane), far).Store(open.Far);
+      return 0;
+    }
+    inside = inside & (far >= s.Near + plane);
   }
   Lanes share;
   if (InSector)

@@ -123,7 +123,7 @@ SURFELSPLATTING_INLINE void Place(
   PlaceCovariance(job, s, b);
   if (!job.Parallel)
   {
-    b.Alive &= b.P.Z * b.P.Z >= job.NearReach * b.ZZ;
+    b.Alive &= b.P.Z * b.P.Z >= job.Support / job.Tau * b.ZZ;
   }
 }
 }

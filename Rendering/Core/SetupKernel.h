@@ -44,13 +44,12 @@ struct SetupJob
   double Fx, Fy, Cx, Cy, Near, Far;
   int Width, Height;
   double LensRadius, InverseFocalDistance;
-  bool Sectors, Offsets; ///< blur is centred where the light passes (Lens.h, MeanLensPoint)
+  bool Offsets; ///< blur is centred where the light passes (Lens.h, MeanLensPoint)
 
   // Kernels (ResamplingKernel.h).
   bool Gaussian; ///< the paper's
   double Prefilter, Support, Mass, Tau;
   double DefocusFactor; ///< variance that the lens adds, in units of C^2
-  double NearReach;     ///< 2c / tau
   bool CoarseGrids;
 
   // Light.

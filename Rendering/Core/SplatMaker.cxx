@@ -77,14 +77,12 @@ void SplatMaker::SetOptics()
   j.LensRadius = lens.Radius;
   j.InverseFocalDistance = 1.0 / lens.FocalDistance;
   j.Gaussian = settings.Kernel == KernelType::Gaussian;
-  j.Sectors = this->Context->Sectors;
-  j.Offsets = !j.Gaussian && !j.Sectors;
+  j.Offsets = !j.Gaussian && !this->Context->Sectors;
   j.Prefilter = settings.Prefilter;
   j.Support = this->Gaussian->Support();
   j.Mass = this->Gaussian->Mass;
   j.Tau = this->Gaussian->Tau;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, *this->Gaussian);
-  j.NearReach = this->Gaussian->Support() / this->Gaussian->Tau;
   j.CoarseGrids = this->Context->CoarseGrids;
 }
 

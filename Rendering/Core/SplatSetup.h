@@ -39,7 +39,9 @@ struct SplatContext
   bool SkipHidden = true;  ///< what lies behind opaque layers, in tiles that are all opaque
   bool CoarseGrids = true; ///< wide splats on grids of larger cells
   /// For comparison: a plain z-buffer instead of layers. Of what each pixel sees, the nearest
-  /// surface alone, whatever its opacity; coarse grids, sectors and skipping of the hidden are off.
+  /// surface alone, whatever its opacity (and too little of it where surfels are smaller than a
+  /// pixel: a bound on time rather than a picture); coarse grids, sectors and skipping of the
+  /// hidden are off.
   bool DepthBuffered = false;
   bool ScalarSetup = false;  ///< splats one by one, by MakeSplat, for comparison
   bool ColorByLevel = false; ///< nodes in the colour of their level instead of their own, unlit
