@@ -36,8 +36,8 @@ public:
       return;
     }
     Splat s;
-    s.X = (static_cast<float>(x) - 0.5f) * this->Cell;
-    s.Y = (static_cast<float>(y) - 0.5f) * this->Cell;
+    s.X = static_cast<float>(x) * this->Cell;
+    s.Y = static_cast<float>(y) * this->Cell;
     const PixelBox box{ First(s.X - this->Cell, this->Width), First(s.Y - this->Cell, this->Height),
       First(s.X + this->Cell, this->Width), First(s.Y + this->Cell, this->Height) };
     if (IsEmpty(box))
@@ -168,7 +168,7 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, int width, int height,
     {
       continue;
     }
-    const Frame grid{ CoarseSize(width, level), CoarseSize(height, level), nullptr, nullptr };
+    const Frame grid{ CoarseSize(width, 1 << level), CoarseSize(height, 1 << level), nullptr, nullptr };
     BinSplats(list, level, grid.Width, grid.Height, executor, work.Bins);
     SortBins(list, executor, work.Bins);
     for (int sector = list.HasSlopes ? 0 : WholeLens; sector <= WholeLens; ++sector)

@@ -9,8 +9,7 @@
  * un-normalised sums, go as tents of 2d by 2d px into the depth-sorted stream of the picture and
  * join with what else lies at their depth, by the one rule of ABuffer.h.
  *
- *   cell (i, j) of a level is centred at ((i - 1/2) d, (j - 1/2) d) px: one cell lies around the
- *   picture, so that every pixel has four neighbours
+ *   cell (i, j) of a level is centred at (i d, j d) px, so that every pixel has four neighbours
  */
 #pragma once
 

@@ -11,9 +11,14 @@ constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
 constexpr double CoarseCellsPerDeviation = 1.5;
 
-/// Cells of a level in a direction where the picture has this many pixels.
-inline int CoarseSize(int pixels, int level)
+/// Cells of d px where the picture has this many pixels: one for each d px, and one more, so that
+/// every pixel lies between two.
+inline int CoarseSize(int pixels, int cell)
 {
-  return ((pixels + (1 << level) - 1) >> level) + 2;
+  return (pixels + cell - 1) / cell + 1;
 }
+
+/// Cell i, which the raster has at i + 1/2, is centred at i d px: the 2d px of its tent begin and
+/// end with blocks of pixels (RasterKernel.h) as often as can be.
+constexpr double CoarseOrigin = 0.5;
 }

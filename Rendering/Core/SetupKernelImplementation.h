@@ -211,7 +211,7 @@ SURFELSPLATTING_INLINE Reals GridSize(int pixels, const Reals& cell)
   for (int l = 0; l < RealLaneCount; ++l)
   {
     const int c = static_cast<int>(cell[l]);
-    size[l] = c == 1 ? pixels : (pixels + c - 1) / c + 2;
+    size[l] = c == 1 ? pixels : (pixels + c - 1) / c + 1;
   }
   return size;
 }
@@ -226,8 +226,8 @@ SURFELSPLATTING_INLINE void SetPlace(const SetupJob& job, Batch& b, Ints box[4])
   if (AnyOf(coarse))
   {
     scale = 1.0 / b.Cell;
-    b.X = coarse ? scale * b.X + 1.0 : b.X;
-    b.Y = coarse ? scale * b.Y + 1.0 : b.Y;
+    b.X = coarse ? scale * b.X + CoarseOrigin : b.X;
+    b.Y = coarse ? scale * b.Y + CoarseOrigin : b.Y;
     width = GridSize(job.Width, b.Cell);
     height = GridSize(job.Height, b.Cell);
   }

@@ -203,11 +203,12 @@ bool SetPlace(const View& view, const Vector3& p, const Blur& blur, const Resamp
   double scale = 1.0;
   if (gridLevel > 0)
   {
-    scale = 1.0 / (1 << gridLevel);
-    x = scale * x + 1.0;
-    y = scale * y + 1.0;
-    width = CoarseSize(width, gridLevel);
-    height = CoarseSize(height, gridLevel);
+    const int cell = 1 << gridLevel;
+    scale = 1.0 / cell;
+    x = scale * x + CoarseOrigin;
+    y = scale * y + CoarseOrigin;
+    width = CoarseSize(width, cell);
+    height = CoarseSize(height, cell);
   }
   splat.X = static_cast<float>(x);
   splat.Y = static_cast<float>(y);
