@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <type_traits>
 
 namespace SurfelSplatting
@@ -27,7 +28,7 @@ public:
     {
       const std::size_t capacity =
         this->Capacity == 0 ? count : std::max(count, this->Capacity + this->Capacity / 2);
-      std::unique_ptr<T[]> elements(new T[capacity]);
+      Memory elements(static_cast<T*>(::operator new[](capacity * sizeof(T), CacheLine)));
       std::copy_n(this->Elements.get(), this->Count, elements.get());
       this->Elements.swap(elements);
       this->Capacity = capacity;
@@ -43,7 +44,14 @@ public:
   const T* Data() const { return this->Elements.get(); }
 
 private:
-  std::unique_ptr<T[]> Elements;
+  static constexpr std::align_val_t CacheLine{ 64 };
+  struct Deleter
+  {
+    void operator()(T* elements) const { ::operator delete[](elements, CacheLine); }
+  };
+  using Memory = std::unique_ptr<T[], Deleter>;
+
+  Memory Elements;
   std::size_t Count = 0;
   std::size_t Capacity = 0;
 };

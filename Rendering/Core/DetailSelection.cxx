@@ -16,7 +16,7 @@ namespace
 constexpr double LensShare = 0.42;
 /// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
 /// what one of a surfel to a pixel costs; 42 dB and more from drawing every surfel.
-constexpr double PixelShare = 0.8;
+constexpr double PixelShare = 0.95;
 
 /// Largest share of an incoherent node's size that is allowed.
 double CoherenceFactor(double coherence)

@@ -115,6 +115,26 @@ SURFELSPLATTING_INLINE unsigned int Bits(MaskPart m)
 }
 #endif
 
+/// Lane l of the result is lane l ^ distance.
+SURFELSPLATTING_INLINE LanePart Swapped(LanePart a, int distance)
+{
+#if defined(__clang__)
+  LanePart swapped;
+  for (int l = 0; l < LanesPerPart; ++l)
+  {
+    swapped[l] = a[l ^ distance];
+  }
+  return swapped;
+#else
+  IntPart order;
+  for (int l = 0; l < LanesPerPart; ++l)
+  {
+    order[l] = l ^ distance;
+  }
+  return __builtin_shuffle(a, order); // GCC 12 makes no shuffle of the loop
+#endif
+}
+
 struct LaneMask
 {
   MaskPart P[PartCount];
@@ -140,7 +160,7 @@ struct Lanes
   {
     for (LanePart& p : P)
     {
-      p = LanePart{} + x;
+      p = x - LanePart{}; // 0 + x would be an addition: it is not -0 for -0
     }
   }
 
@@ -192,6 +212,7 @@ SURFELSPLATTING_LANES(
 SURFELSPLATTING_LANES(Lanes, Min(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, Max(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, Sqrt(const Lanes& a), Root(a.P[p]))
+SURFELSPLATTING_LANES(Lanes, Swap(const Lanes& a, int distance), Swapped(a.P[p], distance))
 #undef SURFELSPLATTING_LANES
 
 SURFELSPLATTING_INLINE Lanes& operator+=(Lanes& a, const Lanes& b)
@@ -202,6 +223,20 @@ SURFELSPLATTING_INLINE Lanes& operator+=(Lanes& a, const Lanes& b)
 SURFELSPLATTING_INLINE Lanes& operator*=(Lanes& a, const Lanes& b)
 {
   return a = a * b;
+}
+
+/// In every lane the smallest of its group of four.
+SURFELSPLATTING_INLINE Lanes LeastOfFour(const Lanes& a)
+{
+  const Lanes pairs = Min(a, Swap(a, 1));
+  return Min(pairs, Swap(pairs, 2));
+}
+
+/// In every lane the largest of its group of four.
+SURFELSPLATTING_INLINE Lanes LargestOfFour(const Lanes& a)
+{
+  const Lanes pairs = Max(a, Swap(a, 1));
+  return Max(pairs, Swap(pairs, 2));
 }
 
 SURFELSPLATTING_INLINE bool Any(const LaneMask& mask)

@@ -249,69 +249,87 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   return bits;
 }
 
-/// NaN becomes low: no pixel outside of the tile is ever touched.
-SURFELSPLATTING_INLINE float Clamp(float x, float low, float high)
-{
-  return x > low ? (x < high ? x : high) : low;
-}
-
 /// Offsets of a block's pixels from its lower left one.
 alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
 alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
+alignas(64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
+  15 };
 
-/// Blocks of a row that a splat's support can touch, [Begin, End).
-struct BlockRange
+/// Blocks of each row that a splat's support can touch, [Begin, End).
+struct BlockRanges
 {
-  int Begin, End;
+  int Begin[BlocksPerRow], End[BlocksPerRow];
 };
 
-/// Of a row of blocks, those between the support's ends in any of its four rows of pixels.
-/// @param u at the tile's first column; inside where |u + column| < sqrt((support - q0) / A)
-SURFELSPLATTING_INLINE void Narrow(
-  const Splat& s, const Lanes& u, const Lanes& q0, float support, BlockRange& range)
+/// All blocks of a span.
+SURFELSPLATTING_INLINE void TakeAll(const TileSpan& span, BlockRanges& ranges)
 {
-  const Lanes half = Sqrt(Max(support - q0, 0.0f) / s.A);
-  alignas(64) float low[LaneCount], high[LaneCount];
-  (0.0f - u - half).Store(low);
-  (half - u).Store(high);
-  float first = low[0], last = high[0];
-  for (int row = 1; row < BlockSize; ++row)
+  const int begin = span.X0 / BlockSize, end = (span.X1 + BlockSize - 1) / BlockSize;
+  for (int j = 0; j < BlocksPerRow; ++j)
   {
-    const int l = row * BlockSize;
-    first = low[l] < first ? low[l] : first;
-    last = high[l] > last ? high[l] : last;
+    ranges.Begin[j] = begin;
+    ranges.End[j] = end;
   }
-  // One pixel more on either side, for rounding.
-  const int begin = static_cast<int>(Clamp(first - 1.0f, 0.0f, TileSize)) / BlockSize;
-  const int end =
-    static_cast<int>(Clamp(last + 1.0f, -1.0f, TileSize - 1.0f) + BlockSize) / BlockSize;
-  range.Begin = begin > range.Begin ? begin : range.Begin;
-  range.End = end < range.End ? end : range.End;
+}
+
+/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a block's
+/// four rows of pixels; sixteen rows of pixels at a time.
+SURFELSPLATTING_INLINE void Narrow(const Splat& s, const TileSpan& span, float x, float y,
+  float support, BlockRanges& ranges)
+{
+  constexpr int rowsOfBlocks = LaneCount / BlockSize;
+  const float across = 1.0f / s.A;
+  for (int j = span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < span.Y1; j += rowsOfBlocks)
+  {
+    const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - y);
+    const Lanes half = Sqrt(Max(support - s.B * dy * dy, 0.0f) * across);
+    const Lanes center = (x - 0.5f) - s.K * dy;
+    alignas(64) float low[LaneCount], high[LaneCount];
+    // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
+    // outside of the tile is ever touched.
+    Min(LeastOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
+    Max(Min(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
+    for (int i = 0; i < rowsOfBlocks; ++i)
+    {
+      const int begin = static_cast<int>(low[i * BlockSize]) / BlockSize;
+      const int end = static_cast<int>(high[i * BlockSize] + BlockSize) / BlockSize;
+      ranges.Begin[j + i] = begin > ranges.Begin[j + i] ? begin : ranges.Begin[j + i];
+      ranges.End[j + i] = end < ranges.End[j + i] ? end : ranges.End[j + i];
+    }
+  }
 }
 
 /// Few blocks are tried as they are.
-constexpr int FewBlocks = 3;
+constexpr int FewPixels = 3 * BlockSize;
 
 template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
-std::uint64_t AddBlocks(PixelTile& tile, const Splat& s, const SplatGradient* g, const LensSlope* l,
-  const TileSpan& span, float x, float y, const RasterSettings& settings,
+std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
+  const LensSlope* lens, const TileSpan& span, float x, float y, const RasterSettings& shared,
   const CloseCallback& callback)
 {
+  // Copies: what is written to the tile could change the originals, for all a compiler knows.
+  const Splat s = splat;
+  const RasterSettings settings = shared;
+  const SplatGradient copiedGradient = HasGradient ? *gradient : SplatGradient{};
+  const LensSlope copiedLens = InSector ? *lens : LensSlope{};
+  const SplatGradient* g = &copiedGradient;
+  const LensSlope* l = &copiedLens;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
   const int end = (span.Y1 + BlockSize - 1) / BlockSize;
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
+  BlockRanges ranges;
+  TakeAll(span, ranges);
+  if (span.X1 - span.X0 > FewPixels)
+  {
+    Narrow(s, span, x, y, settings.Support, ranges);
+  }
   std::uint64_t fragments = 0;
   for (int j = span.Y0 / BlockSize; j < end; ++j)
   {
     const Lanes dy = rampY + static_cast<float>(j * BlockSize);
     const Lanes q0 = s.B * dy * dy;
     const Lanes u0 = rampX + s.K * dy;
-    BlockRange range{ span.X0 / BlockSize, (span.X1 + BlockSize - 1) / BlockSize };
-    if (range.End - range.Begin > FewBlocks)
-    {
-      Narrow(s, s.K * dy + (0.5f - x), q0, settings.Support, range);
-    }
-    for (int i = range.Begin; i < range.End; ++i)
+    for (int i = ranges.Begin[j]; i < ranges.End[j]; ++i)
     {
       const int block = j * BlocksPerRow + i;
       if ((hidden >> block & 1) != 0)
@@ -329,9 +347,11 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& s, const SplatGradient* g,
 }
 
 /// Adds a tent, a cell of a coarse grid, interpolated.
-std::uint64_t AddTent(PixelTile& tile, const Splat& s, const TileSpan& span, float x, float y,
-  const RasterSettings& settings, const CloseCallback& callback)
+std::uint64_t AddTent(PixelTile& tile, const Splat& splat, const TileSpan& span, float x, float y,
+  const RasterSettings& shared, const CloseCallback& callback)
 {
+  const Splat s = splat;
+  const RasterSettings settings = shared;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   std::uint64_t fragments = 0;
