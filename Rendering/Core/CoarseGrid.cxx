@@ -168,7 +168,8 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, int width, int height,
     {
       continue;
     }
-    const Frame grid{ CoarseSize(width, 1 << level), CoarseSize(height, 1 << level), nullptr, nullptr };
+    const Frame grid{ CoarseSize(width, 1 << level), CoarseSize(height, 1 << level), nullptr,
+      nullptr };
     BinSplats(list, level, grid.Width, grid.Height, executor, work.Bins);
     SortBins(list, executor, work.Bins);
     for (int sector = list.HasSlopes ? 0 : WholeLens; sector <= WholeLens; ++sector)

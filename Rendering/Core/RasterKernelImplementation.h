@@ -252,8 +252,8 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
 /// Offsets of a block's pixels from its lower left one.
 alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
 alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
-alignas(64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
-  15 };
+alignas(
+  64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
 
 /// Blocks of each row that a splat's support can touch, [Begin, End).
 struct BlockRanges
@@ -272,10 +272,10 @@ SURFELSPLATTING_INLINE void TakeAll(const TileSpan& span, BlockRanges& ranges)
   }
 }
 
-/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a block's
-/// four rows of pixels; sixteen rows of pixels at a time.
-SURFELSPLATTING_INLINE void Narrow(const Splat& s, const TileSpan& span, float x, float y,
-  float support, BlockRanges& ranges)
+/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
+/// block's four rows of pixels; sixteen rows of pixels at a time.
+SURFELSPLATTING_INLINE void Narrow(
+  const Splat& s, const TileSpan& span, float x, float y, float support, BlockRanges& ranges)
 {
   constexpr int rowsOfBlocks = LaneCount / BlockSize;
   const float across = 1.0f / s.A;

@@ -23,6 +23,7 @@ struct Batch
   Reals MX0, MX2, MY1, MY2;              ///< the Jacobian's elements that are not zero
   Reals ConfusionX, ConfusionY, SignedC; ///< px; px over focal length
   Reals VarianceX, VarianceY;            ///< isotropic part of W, px^2
+  Reals SquaredConfusion;                ///< that the kernel's shape is made for, px^2
   Reals OffsetX, OffsetY;                ///< of the blur's centre, px
   Reals WXX, WYY, WXY, Determinant;      ///< W
   Reals InverseWYY, InverseRoot;         ///< 1 / sqrt(det W)

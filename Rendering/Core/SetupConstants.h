@@ -29,6 +29,10 @@ constexpr double LeastNodeBlur = 0.28;
 /// grid that are at most this many deviations each.
 constexpr double GridCellsPerDeviation = 2.25;
 
+/// Standard deviation of a kernel's border on a coarse grid, in cells, that of the tents included:
+/// a sharper one is made softer, of the same variance; samples would not tell it apart.
+constexpr double LeastSoftness = 0.55;
+
 /// What the raster's float sums hold: 2^32 splats of weight 1e12 and colour 1e12, or depth 1e16,
 /// stay below 3e38, so that no infinity arises that could become NaN under a transmittance of zero.
 constexpr float LargestWeight = 1e12f, LargestColor = 1e12f, LargestDepth = 1e16f;

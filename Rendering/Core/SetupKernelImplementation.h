@@ -114,6 +114,9 @@ SURFELSPLATTING_INLINE void ChooseGrid(Batch& b)
   b.Cell = finer ? (b.Cell > lowest ? 0.5 * b.Cell : ToReals(1.0)) : b.Cell;
 
   const RealMask coarse = b.Cell > 1.0;
+  const Reals softness = LeastSoftness * b.Cell;
+  const Reals softened = Smaller(b.SquaredConfusion, 4.0 * (smallest - softness * softness));
+  b.SquaredConfusion = coarse ? softened : b.SquaredConfusion;
   const Reals variance = b.Cell * b.Cell / 6.0;
   const Reals determinant = b.Determinant + variance * variance - variance * (b.WXX + b.WYY);
   const Reals yy = b.WYY - variance;
@@ -162,7 +165,7 @@ SURFELSPLATTING_INLINE void ChooseKernel(const SetupJob& job, Batch& b)
   b.Shape = ToReals(-1.0);
   b.Tilt = ToReals(1.0);
   Reals scale = ToReals(job.Tau); // of the inverse of W in q
-  const Reals squared = b.ConfusionX * b.ConfusionY;
+  const Reals squared = b.SquaredConfusion;
   const RealMask blurred = squared != 0.0;
   if (!job.Gaussian && AnyOf(b.Alive & blurred))
   {
@@ -430,6 +433,7 @@ SURFELSPLATTING_INLINE void MakeBatch(const SetupJob& job, const std::size_t* in
     Project(job, b);
     b.Tilted = b.Alive & (level > 0 && job.NodeGradients ? -1 : 0);
     b.Cell = ToReals(1.0);
+    b.SquaredConfusion = b.ConfusionX * b.ConfusionY;
     if (job.CoarseGrids)
     {
       ChooseGrid(b);

@@ -379,10 +379,9 @@ LensSlope MakeSlope(const SplatContext& context, const PlacedSurfel& surfel, con
     static_cast<float>(4.0 * mean[1] * point) };
 }
 
-ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w, const Blur& blur,
-  bool tilted, const TruncatedGaussian& gaussian)
+ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w,
+  double squaredConfusion, bool tilted, const TruncatedGaussian& gaussian)
 {
-  const double squaredConfusion = blur.Confusion[0] * blur.Confusion[1];
   if (settings.Kernel == KernelType::Gaussian || squaredConfusion == 0.0)
   {
     return MakeGaussianKernel(w, gaussian);
@@ -401,19 +400,25 @@ ResamplingKernel ChooseKernel(const SplatSettings& settings, const Footprint& w,
 /// The coarse grid of a splat (CoarseGrid.h). Where the kernel's border would be too narrow for it
 /// (GridCellsPerDeviation), the grid is made finer once. A node whose gradient, which is at work in
 /// that border, needs a finer grid yet is small against the blur and does without its gradient.
-int ChooseGrid(const Footprint& w, const Blur& blur, bool& tilted)
+/// @param squaredConfusion of the disc in the kernel's shape, px^2: less where LeastSoftness asks
+int ChooseGrid(const Footprint& w, const Blur& blur, bool& tilted, double& squaredConfusion)
 {
   const double smallest = w.SmallestEigenvalue();
-  const int level = CoarseLevel(smallest);
+  int level = CoarseLevel(smallest);
   const double confusion = std::fmax(blur.Confusion[0], blur.Confusion[1]);
   const double sharp = std::sqrt(std::fmax(0.0, smallest - 0.25 * confusion * confusion));
   const double cell = 1 << level;
-  if (level == 0 || cell <= GridCellsPerDeviation * sharp)
+  if (level > 0 && !(cell <= GridCellsPerDeviation * sharp))
   {
-    return level;
+    tilted = tilted && 0.5 * cell <= GridCellsPerDeviation * sharp;
+    level = level > LowestCoarseLevel ? level - 1 : 0;
   }
-  tilted = tilted && 0.5 * cell <= GridCellsPerDeviation * sharp;
-  return level > LowestCoarseLevel ? level - 1 : 0;
+  if (level > 0)
+  {
+    const double softness = LeastSoftness * (1 << level);
+    squaredConfusion = std::fmin(squaredConfusion, 4.0 * (smallest - softness * softness));
+  }
+  return level;
 }
 }
 
@@ -438,10 +443,12 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const Footprint full = paper
     ? PaperFootprint(context, gaussian, cloud, surfel, placed, jacobian, blur)
     : Footprint(ProjectCovariance(placed.Covariance, jacobian), blur.Variance);
-  const int gridLevel = context.CoarseGrids ? ChooseGrid(full, blur, tilted) : 0;
+  double squaredConfusion = blur.Confusion[0] * blur.Confusion[1];
+  const int gridLevel = context.CoarseGrids ? ChooseGrid(full, blur, tilted, squaredConfusion) : 0;
   const double cell = 1 << gridLevel;
   const Footprint footprint = gridLevel > 0 ? full.Without(cell * cell / 6.0) : full;
-  const ResamplingKernel kernel = ChooseKernel(context.Settings, footprint, blur, tilted, gaussian);
+  const ResamplingKernel kernel =
+    ChooseKernel(context.Settings, footprint, squaredConfusion, tilted, gaussian);
   Splat& splat = record.S;
   record.GridLevel = gridLevel;
   record.Blurred = blur.Confusion[0] > 0.0;
