@@ -134,6 +134,8 @@ std::uint64_t Append(const CoarseWork& work, const Executor& executor, SplatList
       const std::size_t first = list.Parts[firstPart + i].Begin;
       std::copy(tents.Splats.begin(), tents.Splats.end(), list.Splats.Data() + first);
       std::copy(tents.Boxes.begin(), tents.Boxes.end(), list.Boxes.Data() + first);
+      std::transform(tents.Splats.begin(), tents.Splats.end(), list.Nears.Data() + first,
+        [](const Splat& s) { return s.Near; });
       std::fill_n(list.Levels.Data() + first, tents.Splats.size(), 0);
       if (list.HasSlopes)
       {

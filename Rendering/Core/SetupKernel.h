@@ -66,6 +66,7 @@ struct SplatOutput
 {
   Splat* Splats;
   PixelBox* Boxes;
+  float* Nears;
   LensSlope* Slopes;         ///< or null
   unsigned char* GridLevels; ///< or null: all on the picture
   SplatGradient* Gradients;  ///< of the whole list

@@ -391,6 +391,7 @@ SURFELSPLATTING_INLINE void Write(
         gradient[4][l], gradient[5][l] };
     }
     output.Boxes[output.Count] = { box[0][l], box[1][l], box[2][l], box[3][l] };
+    output.Nears[output.Count] = f[6][l];
     if (output.Slopes)
     {
       output.Slopes[output.Count] = { slope[0][l], slope[1][l], slope[2][l] };

@@ -54,6 +54,7 @@ void SplatList::Clear(bool sectors)
   this->Parts.clear();
   this->Splats.Clear();
   this->Boxes.Clear();
+  this->Nears.Clear();
   this->Gradients.Clear();
   this->Levels.Clear();
 }
@@ -62,6 +63,7 @@ void SplatList::Resize(std::size_t size)
 {
   this->Splats.Resize(size);
   this->Boxes.Resize(size);
+  this->Nears.Resize(size);
   this->Gradients.Resize(size);
   this->Slopes.Resize(this->HasSlopes ? size : 0);
   this->Levels.Resize(size);
@@ -72,6 +74,7 @@ SplatOutput SplatList::OutputAt(std::size_t begin)
   SplatOutput output;
   output.Splats = &this->Splats[begin];
   output.Boxes = &this->Boxes[begin];
+  output.Nears = &this->Nears[begin];
   output.Slopes = this->HasSlopes ? &this->Slopes[begin] : nullptr;
   output.GridLevels = &this->Levels[begin];
   output.Gradients = this->Gradients.Data();
@@ -95,6 +98,7 @@ void SplatList::Add(const Splat& splat, const PixelBox& box)
   this->Levels[i] = 0;
   this->Splats[i] = splat;
   this->Boxes[i] = box;
+  this->Nears[i] = splat.Near;
   this->Parts.push_back({ i, 1, 0, 0, 0.0f, 1 });
 }
 

@@ -36,6 +36,7 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
+  Buffer<float> Nears;             ///< Near of the splats again, close together for sorting
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
   Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture

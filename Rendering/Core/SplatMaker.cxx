@@ -154,6 +154,7 @@ void SplatMaker::MakeOneByOne(
     }
     output.Splats[output.Count] = s;
     output.Boxes[output.Count] = record.Box;
+    output.Nears[output.Count] = s.Near;
     if (output.Slopes)
     {
       output.Slopes[output.Count] = record.Slope;

@@ -88,53 +88,70 @@ void BinSplats(
   });
 }
 
-/// Radix sort by the depths, then by the indices of equal depths: few or all of them.
+/// By sixteen bits of the depths between the nearest and the farthest one, in two passes of a radix
+/// sort; keys that are alike in these, few or all of them, by what is left.
 void KeySorter::Sort(std::vector<std::uint64_t>& keys)
 {
-  constexpr std::size_t few = 48;
-  constexpr int digits = 4, bins = 256, firstBit = 32;
-  if (keys.size() < few)
+  constexpr std::size_t few = 32;
+  constexpr int bins = 256, depthBit = 32;
+  const std::size_t n = keys.size();
+  if (n < few)
   {
     std::sort(keys.begin(), keys.end());
     return;
   }
-  std::uint32_t counts[digits][bins] = {};
+  std::uint64_t least = keys[0], largest = keys[0];
   for (const std::uint64_t key : keys)
   {
-    for (int d = 0; d < digits; ++d)
-    {
-      ++counts[d][key >> (firstBit + 8 * d) & 255];
-    }
+    least = std::min(least, key);
+    largest = std::max(largest, key);
   }
-  this->Other.resize(keys.size());
-  for (int d = 0; d < digits; ++d)
+  const std::uint32_t first = static_cast<std::uint32_t>(least >> depthBit);
+  std::uint32_t range = static_cast<std::uint32_t>(largest >> depthBit) - first;
+  int shift = 0;
+  while (range >> shift > 0xffff)
   {
-    const int shift = firstBit + 8 * d;
-    if (counts[d][keys[0] >> shift & 255] == keys.size())
-    {
-      continue; // all alike
-    }
+    ++shift;
+  }
+  const auto digits = [&](std::uint64_t key) {
+    return (static_cast<std::uint32_t>(key >> depthBit) - first) >> shift;
+  };
+  std::uint32_t counts[2][bins] = {};
+  for (const std::uint64_t key : keys)
+  {
+    const std::uint32_t d = digits(key);
+    ++counts[0][d & 255];
+    ++counts[1][d >> 8];
+  }
+  for (std::uint32_t* digit : counts)
+  {
     std::uint32_t sum = 0;
-    for (std::uint32_t& count : counts[d])
+    for (int i = 0; i < bins; ++i)
     {
-      const std::uint32_t begin = sum;
+      const std::uint32_t count = digit[i];
+      digit[i] = sum;
       sum += count;
-      count = begin;
     }
-    for (const std::uint64_t key : keys)
-    {
-      this->Other[counts[d][key >> shift & 255]++] = key;
-    }
-    keys.swap(this->Other);
   }
-  for (auto begin = keys.begin(), end = begin; begin != keys.end(); begin = end)
+  this->Other.resize(n);
+  for (const std::uint64_t key : keys)
   {
-    const std::uint64_t depth = *begin >> firstBit;
-    end = std::find_if(
-      begin, keys.end(), [depth](std::uint64_t key) { return key >> firstBit != depth; });
+    this->Other[counts[0][digits(key) & 255]++] = key;
+  }
+  for (const std::uint64_t key : this->Other)
+  {
+    keys[counts[1][digits(key) >> 8]++] = key;
+  }
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end)
+  {
+    const std::uint32_t d = digits(keys[begin]);
+    for (end = begin + 1; end < n && digits(keys[end]) == d;)
+    {
+      ++end;
+    }
     if (end - begin > 1)
     {
-      std::sort(begin, end);
+      std::sort(keys.data() + begin, keys.data() + end);
     }
   }
 }
@@ -151,7 +168,7 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       keys.clear();
       for (auto it = first; it != last; ++it)
       {
-        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Splats[*it].Near)) << 32 | *it);
+        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Nears[*it])) << 32 | *it);
       }
       sorting->Sorter.Sort(keys);
       std::transform(keys.begin(), keys.end(), first,

@@ -205,7 +205,7 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
       const int inside = static_cast<int>(box.X0 < right) &
         static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
         static_cast<int>(box.Y1 > this->OriginY);
-      this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Splats[i].Near)) << 32 | i;
+      this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Nears[i])) << 32 | i;
       size += static_cast<std::size_t>(inside);
     }
   }

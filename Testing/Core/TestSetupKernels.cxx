@@ -23,12 +23,14 @@ struct Output
   explicit Output(std::size_t size, bool slopes)
     : Splats(size)
     , Boxes(size)
+    , Nears(size)
     , Slopes(size)
     , GridLevels(size)
     , Gradients(size)
   {
     this->To.Splats = this->Splats.data();
     this->To.Boxes = this->Boxes.data();
+    this->To.Nears = this->Nears.data();
     this->To.Slopes = slopes ? this->Slopes.data() : nullptr;
     this->To.GridLevels = this->GridLevels.data();
     this->To.Gradients = this->Gradients.data();
@@ -37,6 +39,7 @@ struct Output
 
   std::vector<Splat> Splats;
   std::vector<PixelBox> Boxes;
+  std::vector<float> Nears;
   std::vector<LensSlope> Slopes;
   std::vector<unsigned char> GridLevels;
   std::vector<SplatGradient> Gradients;
@@ -96,6 +99,7 @@ void Compare(const SetupKernel& kernel, const SplatContext& context, const Surfe
     }
     a.Gradient = b.Gradient = 0;
     CheckFields(a, b, "splat");
+    CHECK(actual.Nears[i] == actual.Splats[i].Near);
     CHECK(std::memcmp(&actual.Boxes[i], &expected.Boxes[i], sizeof(PixelBox)) == 0);
     CHECK(actual.GridLevels[i] == expected.GridLevels[i]);
     if (context.Sectors)
