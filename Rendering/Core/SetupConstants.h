@@ -25,6 +25,10 @@ constexpr double RippleLoss = 0.2;
 /// is blurred more; coarser detail, for interaction, would have holes.
 constexpr double LeastNodeBlur = 0.28;
 
+/// A z-buffer takes a surfel's own plane where it is seen less edge-on than this: share of the
+/// determinant of its covariance on the screen in the product of the variances.
+constexpr double LeastPlane = 1e-3;
+
 /// A kernel's border is about 4.5 standard deviations of node and pixel wide: two cells of a coarse
 /// grid that are at most this many deviations each.
 constexpr double GridCellsPerDeviation = 2.25;

@@ -51,6 +51,7 @@ struct SetupJob
   double Prefilter, Support, Mass, Tau;
   double DefocusFactor; ///< variance that the lens adds, in units of C^2
   bool CoarseGrids;
+  bool DepthBuffered;
 
   // Light.
   bool Lit; ///< false: surfels are as they are

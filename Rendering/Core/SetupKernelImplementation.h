@@ -255,7 +255,7 @@ SURFELSPLATTING_INLINE void Weigh(const SetupJob& job, Batch& b)
 }
 
 /// SetDepth.
-SURFELSPLATTING_INLINE void SetDepth(Batch& b)
+SURFELSPLATTING_INLINE void SetDepth(const SetupJob& job, Batch& b)
 {
   const Reals minors =
     b.XX * b.YY - b.XY * b.XY + b.YY * b.ZZ - b.YZ * b.YZ + b.XX * b.ZZ - b.XZ * b.XZ;
@@ -266,9 +266,20 @@ SURFELSPLATTING_INLINE void SetDepth(Batch& b)
   b.Near = b.P.Z - halfRange;
   b.Far = b.P.Z + halfRange;
   const Reals cx = b.MX0 * b.XZ + b.MX2 * b.ZZ, cy = b.MY1 * b.YZ + b.MY2 * b.ZZ;
-  const Reals inverse = b.InverseRoot * b.InverseRoot;
-  b.DepthX = (b.WYY * cx - b.WXY * cy) * inverse;
-  b.DepthY = (b.WXX * cy - b.WXY * cx) * inverse;
+  Reals xx = b.WXX, yy = b.WYY, determinant = b.Determinant;
+  if (job.DepthBuffered)
+  {
+    const Reals x = b.MX0 * (b.MX0 * b.XX + 2.0 * b.MX2 * b.XZ) + b.MX2 * b.MX2 * b.ZZ;
+    const Reals y = b.MY1 * (b.MY1 * b.YY + 2.0 * b.MY2 * b.YZ) + b.MY2 * b.MY2 * b.ZZ;
+    const Reals sharp = x * y - b.WXY * b.WXY;
+    const RealMask plane = sharp > LeastPlane * x * y;
+    xx = plane ? x : xx;
+    yy = plane ? y : yy;
+    determinant = plane ? sharp : determinant;
+  }
+  const Reals inverse = 1.0 / determinant;
+  b.DepthX = (yy * cx - b.WXY * cy) * inverse;
+  b.DepthY = (xx * cy - b.WXY * cx) * inverse;
 }
 
 SURFELSPLATTING_INLINE RealMask Within(const Reals& x, double limit)
@@ -445,7 +456,7 @@ SURFELSPLATTING_INLINE void MakeBatch(const SetupJob& job, const std::size_t* in
     Weigh(job, b);
     if (AnyOf(b.Alive))
     {
-      SetDepth(b);
+      SetDepth(job, b);
       MakeShading(job, b);
       SetColor(job, index, b);
       const RealMask representable = IsRepresentable(b);

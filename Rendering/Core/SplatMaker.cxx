@@ -84,6 +84,7 @@ void SplatMaker::SetOptics()
   j.Tau = this->Gaussian->Tau;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, *this->Gaussian);
   j.CoarseGrids = this->Context->CoarseGrids;
+  j.DepthBuffered = this->Context->DepthBuffered;
 }
 
 void SplatMaker::SetLights(const Material& material)

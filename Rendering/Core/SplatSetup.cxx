@@ -244,10 +244,22 @@ void ScaleToGrid(int gridLevel, SplatRecord& record)
 
 /// Depth, its z-range and its slope. The covariance of screen position and depth gives the depth's
 /// regression over the footprint: the plane itself in focus, flat where blur, which knows no depth,
-/// makes most of the footprint.
-void SetDepth(
-  const PlacedSurfel& surfel, const ProjectionJacobian& jacobian, const Footprint& w, Splat& splat)
+/// makes most of the footprint. A z-buffer, which compares fragments, takes the plane.
+void SetDepth(const PlacedSurfel& surfel, const ProjectionJacobian& jacobian, const Footprint& full,
+  bool depthBuffered, Splat& splat)
 {
+  Footprint w = full;
+  if (depthBuffered)
+  {
+    const Symmetric2 plane = ProjectCovariance(surfel.Covariance, jacobian);
+    const double determinant = plane.XX * plane.YY - plane.XY * plane.XY;
+    if (determinant > LeastPlane * plane.XX * plane.YY)
+    {
+      w.XX = plane.XX;
+      w.YY = plane.YY;
+      w.Determinant = determinant;
+    }
+  }
   const Symmetric3& s = surfel.Covariance;
   const double z = surfel.Position[2];
   const double halfRange = DepthExtentAlongZ * std::sqrt(std::fmax(0.0, s.ZZ)) +
@@ -470,7 +482,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   splat.B = static_cast<float>(kernel.B);
   splat.Weight = static_cast<float>(weight);
   splat.Shape = static_cast<float>(kernel.Shape);
-  SetDepth(placed, jacobian, footprint, splat);
+  SetDepth(placed, jacobian, footprint, context.DepthBuffered, splat);
 
   const Shading shading =
     MakeShading(context, cloud.Cloud, p, placed.Area, areaLength, placed.BackSide);

@@ -172,6 +172,7 @@ std::vector<SplatContext> Contexts()
     c.Settings.Kernel = i % 2 == 0 ? KernelType::PearsonII : KernelType::Gaussian;
     c.CoarseGrids = i / 8 % 2 == 0;
     c.Sectors = i % 2 == 0 && i / 16 % 2 == 1;
+    c.DepthBuffered = !c.CoarseGrids && i / 32 == 1;
     c.Lights = SomeLights();
     contexts.push_back(c);
   }
