@@ -191,12 +191,14 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   LaneMask inside = q < settings.Support;
   if (Pass != RasterPass::Layers)
   {
-    // The splat's own plane, by half its z-range nearer or farther.
-    const Lanes plane = s.DepthX * d.X + s.DepthY * d.Y;
+    // The splat's own plane, by half its z-range nearer or farther; no further than its size, twice
+    // its z-range at most. Its inner part hides, so that tails at silhouettes do not.
+    const float range = s.Far - s.Near;
+    const Lanes plane = Min(Max(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
     const Lanes far = Lanes::Load(open.Far);
     if (Pass == RasterPass::Depths)
     {
-      Select(inside, Min(far, s.Far + plane), far).Store(open.Far);
+      Select(q < 0.35f * settings.Support, Min(far, s.Far + plane), far).Store(open.Far);
       return 0;
     }
     inside = inside & (far >= s.Near + plane);

@@ -252,7 +252,5 @@ int main(int argc, char* argv[])
                offNearest = ShareOff(layers, nearest, 0.1);
   std::printf(
     ",\n  \"pixels off\": {\"scalar\": %.2g, \"z-buffer\": %.2g}\n}\n", offScalar, offNearest);
-  // The z-buffer takes less than it should where the pixel filter is wider than a splat's own plane
-  // is known: it is a bound on time, not a picture.
   return offScalar == 0.0 ? 0 : 1;
 }

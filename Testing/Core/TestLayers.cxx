@@ -258,6 +258,43 @@ void TestScene()
   CHECK(several > Width * Height / 10);
   CHECK(undecided <= 2);
 }
+
+/// The z-buffer for comparison: of opaque surfaces in focus, the A-buffer's picture.
+void TestDepthBuffered()
+{
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(128, 128, 150.0);
+  TestCloud cloud;
+  Random random(4);
+  for (int i = 0; i < 40000; ++i)
+  {
+    TestSurfel s;
+    const bool ball = i % 2 == 0;
+    s.Normal = random.Direction();
+    s.Position = { 0.5 * s.Normal[0], 0.5 * s.Normal[1], 2.0 + 0.5 * s.Normal[2] };
+    s.Area = 4.0 * Pi * 0.25 / 20000;
+    if (!ball) // a wall that the ball sticks in, slanted
+    {
+      s.Normal = { 0.6, 0.0, -0.8 };
+      const double across = random.Uniform(-1.5, 1.5);
+      s.Position = { 0.8 * across, random.Uniform(-1.5, 1.5), 2.2 + 0.6 * across };
+      s.Area = 9.0 / 20000;
+    }
+    s.SigmaU = s.SigmaV = 0.6 * std::sqrt(s.Area);
+    s.Color = { static_cast<float>(ball), static_cast<float>(0.5 + 0.5 * s.Position[0]), 0, 1 };
+    cloud.Add(s);
+  }
+  const Picture layers = RenderPicture(context, cloud);
+  context.DepthBuffered = true;
+  const Picture nearest = RenderPicture(context, cloud);
+  int off = 0;
+  for (std::size_t i = 0; i < layers.Color.size(); i += 4)
+  {
+    off += std::abs(layers.Color[i] - nearest.Color[i]) > 0.1f ? 1 : 0;
+  }
+  CHECK(off < 128 * 128 / 40); // silhouettes, where nothing is behind the nearest layer
+  std::printf("z-buffer: %d of %d pixels off\n", off, 128 * 128);
+}
 }
 
 int main(int argc, char* argv[])
@@ -271,5 +308,6 @@ int main(int argc, char* argv[])
     TestStream(random);
   }
   TestScene();
+  TestDepthBuffered();
   return Checks().Report("layers");
 }
