@@ -177,6 +177,31 @@ std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions)
   return OrderOfKeys(MortonKeys(positions));
 }
 
+vtkIdType PlacePoints(
+  vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions)
+{
+  const vtkIdType count = points->GetNumberOfPoints();
+  double lower[3] = { 0.0, 0.0, 0.0 };
+  double upper[3] = { 0.0, 0.0, 0.0 };
+  const auto usable = static_cast<vtkIdType>(FindUsable(points, lower, upper).size());
+  ChooseOrigin(lower, upper, inputOrigin, origin);
+  positions.resize(3 * static_cast<size_t>(count));
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      double p[3];
+      points->GetPoint(i, p);
+      const bool drop = !IsUsable(p);
+      for (int c = 0; c < 3; ++c)
+      {
+        positions[3 * i + c] = drop ? std::numeric_limits<float>::quiet_NaN()
+                                    : static_cast<float>(p[c] + (inputOrigin[c] - origin[c]));
+      }
+    }
+  });
+  return count - usable;
+}
+
 void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud)
 {
   double lower[3] = { 0.0, 0.0, 0.0 };

@@ -38,6 +38,11 @@ constexpr double LocalOriginRatio = 4.0;
 /// Fills `cloud` from points that are relative to `inputOrigin`.
 void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud);
 
+/// Positions of all points about the origin that GatherCloud chooses; NaN for those that it drops
+/// as not finite, which are counted. @return their number
+vtkIdType PlacePoints(
+  vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions);
+
 /// Order of n positions along a Morton curve: result[i] = index of the i-th. Ties by index.
 std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions);
 }

@@ -40,6 +40,18 @@ class TestDetail(ToolCase):
         self.assertIn("hierarchy", detail["milliseconds"])
         self.assertNotIn("hierarchy", plain["milliseconds"])
 
+    def test_cloud_in_parts(self):
+        points, colors = sphere(20000)
+        write_ply("ball.ply", points, colors, points)  # parts cannot tell what is outside
+        whole, _ = self.run_with()
+        parts, statistics = self.run_with("--points-per-part", "3000")
+        self.assertEqual(statistics["surfels"], 20000)
+        self.assertLess(np.abs(whole - parts).mean(), 2e-3)
+        self.assertLess(np.abs(whole - parts).max(), 0.05)
+        result = self.run_tool("render", "ball.ply", "--points-per-part", "10", "-o", "out.png")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("between 1000 and", result.stderr)
+
     def test_modes(self):
         moments, _ = self.run_with(*LENS)
         paper, statistics = self.run_with(*LENS, "--lod", "paper")

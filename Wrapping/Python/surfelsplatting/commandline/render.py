@@ -7,7 +7,8 @@ import sys
 from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
-from ..vtkSurfelFilters import vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelNormalization
+from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkSurfelEstimation,
+                                vtkSurfelHierarchy, vtkSurfelNormalization)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from .cameras import asked_view, camera_files
 from .clouds import is_hierarchy, read_cloud, surfel_count
@@ -45,25 +46,46 @@ def _has_colors(surfels):
 DEPTH_IMAGE_NEIGHBORS = 30
 
 
-def _make_surfels(cloud, neighbors, path, messages, progress, run):
-    """-> vtkPolyData with the arrays of the data contract."""
-    if cloud.is_surfels:
-        return cloud.data
-    estimation = vtkSurfelEstimation()
-    estimation.SetInputData(cloud.data)
+def _set_estimation(estimation, cloud, neighbors):
     if neighbors or cloud.columns:
         estimation.SetNumberOfNeighbors(neighbors or DEPTH_IMAGE_NEIGHBORS)
     if cloud.viewpoint:
         estimation.SetOrientationModeToViewpoint()
         estimation.SetViewpoint(cloud.viewpoint)
+
+
+def _whole_cloud(cloud, neighbors):
+    """-> filters with the names of their stages, the one that counts first"""
+    estimation = vtkSurfelEstimation()
+    estimation.SetInputData(cloud.data)
+    _set_estimation(estimation, cloud, neighbors)
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())
-    for algorithm, stage in ((estimation, "estimation"), (normalization, "normalization")):
+    return (estimation, "estimation"), (normalization, "normalization")
+
+
+def _cloud_in_parts(cloud, arguments):
+    partitioned = vtkPartitionedSurfelEstimation()
+    partitioned.SetInputData(cloud.data)
+    partitioned.SetPointsPerPart(arguments.points_per_part)
+    _set_estimation(partitioned.GetEstimation(), cloud, arguments.neighbors)
+    return ((partitioned, "estimation"),)
+
+
+def _make_surfels(cloud, arguments, messages, progress, run):
+    """-> vtkPolyData with the arrays of the data contract."""
+    if cloud.is_surfels:
+        return cloud.data
+    path = arguments.cloud
+    in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
+    filters = (_cloud_in_parts(cloud, arguments) if in_parts
+               else _whole_cloud(cloud, arguments.neighbors))
+    for algorithm, stage in filters:
         with run.stage(stage):
             progress.update(algorithm, stage)
         messages.check(f"{path}: ")
-    run.note_estimation(estimation)
-    surfels = normalization.GetOutput()
+    run.note_estimation(filters[0][0])
+    surfels = filters[-1][0].GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points makes a "
                           "surfel; are the coordinates finite and not all the same?")
@@ -174,8 +196,7 @@ def render(arguments):
         with run.stage("read"):
             cloud = read_cloud(arguments.cloud, messages, progress)
         say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
-        surfels = _make_surfels(cloud, arguments.neighbors, arguments.cloud, messages,
-                                progress, run)
+        surfels = _make_surfels(cloud, arguments, messages, progress, run)
         view = complete_view(view, cloud, surfels)
         say(f"{surfel_count(surfels)} surfels; {view}")
         drawn = surfels

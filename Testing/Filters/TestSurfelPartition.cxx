@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A cloud in parts gives the surfels of the whole cloud: seams, dropped points, normals, abort.
+#include "SurfelTesting.h"
+
+#include "vtkPartitionedSurfelEstimation.h"
+#include "vtkSurfelEstimation.h"
+#include "vtkSurfelNormalization.h"
+
+#include "vtkFloatArray.h"
+#include "vtkIntArray.h"
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <sstream>
+
+using namespace SurfelTesting;
+
+namespace
+{
+/// A dense ball and a wall of a tenth of its density that it stands on.
+Sampled MakeScene()
+{
+  Sampled scene = MakeSphere(1.0, 40000, Random(1));
+  scene.Append(
+    MakeRectangle({ -2, -2, -1.1 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 4, 0.06, 1.0, Random(2)));
+  return scene;
+}
+
+struct Compared
+{
+  double Largest = 0.0; ///< difference over the value of the whole cloud
+  double RootMeanSquare = 0.0;
+};
+
+/// Tuple by tuple; signs of two-sided area vectors mean nothing.
+Compared Compare(vtkDataArray* a, vtkDataArray* b)
+{
+  Compared result;
+  CHECK(a->GetNumberOfTuples() == b->GetNumberOfTuples());
+  const int n = a->GetNumberOfComponents();
+  for (vtkIdType i = 0; i < a->GetNumberOfTuples(); ++i)
+  {
+    double minus = 0.0, plus = 0.0, size = 0.0;
+    for (int c = 0; c < n; ++c)
+    {
+      const double x = a->GetComponent(i, c), y = b->GetComponent(i, c);
+      minus += (x - y) * (x - y);
+      plus += (x + y) * (x + y);
+      size += y * y;
+    }
+    const double difference = std::sqrt(std::min(minus, plus) / size);
+    result.Largest = std::max(result.Largest, difference);
+    result.RootMeanSquare += difference * difference;
+  }
+  result.RootMeanSquare =
+    std::sqrt(result.RootMeanSquare / static_cast<double>(a->GetNumberOfTuples()));
+  return result;
+}
+
+vtkSmartPointer<vtkPolyData> Whole(vtkPolyData* data, int orientation)
+{
+  vtkNew<vtkSurfelEstimation> estimation;
+  vtkNew<vtkSurfelNormalization> normalization;
+  Messages quiet(estimation);
+  estimation->SetInputData(data);
+  estimation->SetOrientationMode(orientation);
+  normalization->SetInputConnection(estimation->GetOutputPort());
+  normalization->Update();
+  return normalization->GetOutput();
+}
+
+void TestSeams()
+{
+  const auto data = ToPolyData(MakeScene().Points);
+  const auto whole = Whole(data, vtkSurfelEstimation::TWO_SIDED);
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->SetInputData(data);
+  partitioned->SetPointsPerPart(5000);
+  partitioned->Update();
+  vtkPolyData* parts = partitioned->GetOutput();
+  CHECK(partitioned->GetNumberOfParts() >= 9);
+  CHECK_BELOW(static_cast<double>(partitioned->GetNumberOfDoubtfulSurfels()),
+    0.01 * data->GetNumberOfPoints());
+  CHECK(parts->GetNumberOfPoints() == whole->GetNumberOfPoints());
+  const auto array = [](vtkPolyData* d, const char* name) {
+    return d->GetPointData()->GetArray(name);
+  };
+  const Compared points = Compare(parts->GetPoints()->GetData(), whole->GetPoints()->GetData());
+  const Compared covariances =
+    Compare(array(parts, "SurfelCovariance"), array(whole, "SurfelCovariance"));
+  const Compared areas =
+    Compare(array(parts, "SurfelAreaVector"), array(whole, "SurfelAreaVector"));
+  std::cout << "parts: positions differ by " << points.Largest << ", covariances by "
+            << covariances.Largest << ", areas by " << areas.Largest << ", " << areas.RootMeanSquare
+            << " root mean square\n";
+  CHECK_BELOW(points.Largest, 1e-6);
+  CHECK_BELOW(covariances.Largest, 1e-4);
+  // Other random samples; the same where the whole cloud is sampled otherwise.
+  CHECK_BELOW(areas.RootMeanSquare, 0.1);
+  CHECK(array(parts, "SurfelTwoSided")->GetRange()[0] == 1.0);
+}
+
+/// One part: as the two filters do it, sides included.
+void TestSinglePart()
+{
+  const auto data = ToPolyData(MakeScene().Points);
+  const auto whole = Whole(data, vtkSurfelEstimation::CONSISTENT);
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->SetInputData(data);
+  partitioned->Update();
+  CHECK(partitioned->GetNumberOfParts() == 1);
+  for (const char* name : { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided" })
+  {
+    vtkDataArray* a = partitioned->GetOutput()->GetPointData()->GetArray(name);
+    vtkDataArray* b = whole->GetPointData()->GetArray(name);
+    CHECK(a->GetNumberOfTuples() == b->GetNumberOfTuples());
+    CHECK(std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0),
+            static_cast<size_t>(a->GetNumberOfValues()) * a->GetDataTypeSize()) == 0);
+  }
+}
+
+/// Far from the origin, with points that are dropped, arrays and normals.
+void TestDroppedPoints()
+{
+  Sampled scene = MakeScene();
+  scene.Shift({ 4.5e5, 5.4e6, 300.0 });
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  scene.Points[17] = { nan, 0, 0 };
+  scene.Points[4000] = scene.Points[3999];
+  scene.Points[20000] = scene.Points[5];
+  const auto data = ToPolyData(scene.Points, VTK_DOUBLE);
+  const vtkIdType count = data->GetNumberOfPoints();
+  vtkNew<vtkFloatArray> normals;
+  normals->SetNumberOfComponents(3);
+  vtkNew<vtkIntArray> numbers;
+  numbers->SetName("Number");
+  for (vtkIdType i = 0; i < count; ++i)
+  {
+    normals->InsertNextTuple(scene.Normals[i].data());
+    numbers->InsertNextValue(static_cast<int>(i));
+  }
+  data->GetPointData()->SetNormals(normals);
+  data->GetPointData()->AddArray(numbers);
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  Messages quiet(partitioned);
+  partitioned->SetInputData(data);
+  partitioned->SetPointsPerPart(7000);
+  partitioned->Update();
+  vtkPolyData* surfels = partitioned->GetOutput();
+  CHECK(partitioned->GetNumberOfNonFinitePoints() == 1);
+  CHECK(partitioned->GetNumberOfDuplicatePoints() == 2);
+  CHECK(surfels->GetNumberOfPoints() == count - 3);
+  CHECK(!surfels->GetPointData()->HasArray("PartitionedPointId"));
+  vtkDataArray* kept = surfels->GetPointData()->GetArray("Number");
+  vtkDataArray* areas = surfels->GetPointData()->GetArray("SurfelAreaVector");
+  double origin[3];
+  surfels->GetFieldData()->GetArray("SurfelOrigin")->GetTuple(0, origin);
+  int turned = 0, moved = 0;
+  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
+  {
+    const auto id = static_cast<vtkIdType>(kept->GetComponent(i, 0));
+    double p[3], a[3];
+    surfels->GetPoint(i, p);
+    areas->GetTuple(i, a);
+    const Vec at{ p[0] + origin[0], p[1] + origin[1], p[2] + origin[2] };
+    moved += Length(Minus(at, scene.Points[id])) > 0.1 ? 1 : 0;
+    turned += Dot({ a[0], a[1], a[2] }, scene.Normals[id]) < 0.0 ? 1 : 0;
+  }
+  CHECK(moved == 0);
+  CHECK(turned == 0);
+  CHECK(surfels->GetPointData()->GetArray("SurfelTwoSided")->GetRange()[1] == 0.0);
+}
+
+void TestThreads()
+{
+  const auto data = ToPolyData(MakeScene().Points);
+  vtkSmartPointer<vtkPolyData> results[2];
+  const std::string backend = vtkSMPTools::GetBackend();
+  vtkSMPTools::SetBackend("STDThread");
+  for (int t = 0; t < 2; ++t)
+  {
+    vtkSMPTools::Initialize(t == 0 ? 1 : 8);
+    vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+    partitioned->SetInputData(data);
+    partitioned->SetPointsPerPart(9000);
+    partitioned->Update();
+    results[t] = partitioned->GetOutput();
+  }
+  vtkSMPTools::Initialize(0);
+  vtkSMPTools::SetBackend(backend.c_str());
+  const auto areas = [&](
+                       int t) { return results[t]->GetPointData()->GetArray("SurfelAreaVector"); };
+  CHECK(areas(0)->GetNumberOfTuples() == areas(1)->GetNumberOfTuples());
+  CHECK(std::memcmp(areas(0)->GetVoidPointer(0), areas(1)->GetVoidPointer(0),
+          static_cast<size_t>(areas(0)->GetNumberOfValues()) * sizeof(float)) == 0);
+}
+
+void TestTroubles()
+{
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  Messages messages(partitioned);
+  partitioned->SetInputData(ToPolyData({}));
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
+
+  // Points at a few places only cannot be parted further.
+  std::vector<Vec> few;
+  for (int i = 0; i < 3000; ++i)
+  {
+    few.push_back({ static_cast<double>(i % 3), 0.0, 0.0 });
+  }
+  partitioned->SetPointsPerPart(1000);
+  partitioned->SetInputData(ToPolyData(few));
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 3);
+
+  // An error of a part is told as this filter's own.
+  partitioned->GetEstimation()->SetOrientationModeToAsGiven();
+  partitioned->SetInputData(ToPolyData(MakeScene().Points));
+  partitioned->Update();
+  CHECK(!messages.Errors.empty() &&
+    messages.Errors[0].find("no normals to keep") != std::string::npos);
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+void TestAbort()
+{
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  vtkNew<vtkCallbackCommand> command;
+  command->SetCallback([](vtkObject* caller, unsigned long, void*, void* progress) {
+    if (*static_cast<double*>(progress) > 0.4)
+    {
+      static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(1);
+    }
+  });
+  partitioned->AddObserver(vtkCommand::ProgressEvent, command);
+  partitioned->SetInputData(ToPolyData(MakeScene().Points));
+  partitioned->SetPointsPerPart(10000);
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+/// A change of a part's settings is a change of the filter.
+void TestSettings()
+{
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->SetInputData(ToPolyData(MakeSphere(1.0, 3000, Random(3)).Points));
+  partitioned->Update();
+  const vtkMTimeType before = partitioned->GetOutput()->GetMTime();
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetMTime() == before);
+  partitioned->GetEstimation()->SetKernelModeToCircular();
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetMTime() > before);
+  std::ostringstream text;
+  partitioned->Print(text);
+  CHECK(text.str().find("PointsPerPart: 4000000") != std::string::npos);
+}
+}
+
+int main()
+{
+  TestSeams();
+  TestSinglePart();
+  TestDroppedPoints();
+  TestThreads();
+  TestTroubles();
+  TestAbort();
+  TestSettings();
+  return Failures() == 0 ? 0 : 1;
+}
