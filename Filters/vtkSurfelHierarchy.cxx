@@ -8,6 +8,7 @@
 #include "PointCells.h"
 #include "SurfelArrays.h"
 #include "SurfelInput.h"
+#include "SurfelMemory.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkDoubleArray.h"
@@ -28,6 +29,13 @@
 #include <new>
 
 namespace Arrays = SurfelSplatting::Arrays;
+
+namespace
+{
+/// At the filter's peak and in the first frames, its output included: 308 with the surfels were
+/// measured with 50 million of them.
+constexpr double BytesPerSurfel = 250.0, BytesOfSurfel = 57.0;
+}
 using SurfelSplatting::HierarchyLayout;
 using SurfelSplatting::LeafOrder;
 
@@ -239,7 +247,14 @@ std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
       " surfels; a hierarchy takes up to " +
       std::to_string(std::numeric_limits<std::uint32_t>::max()) + ". Split the cloud.";
   }
-  return std::string();
+  return CheckMemory(input->GetNumberOfPoints(), false);
+}
+
+//------------------------------------------------------------------------------
+std::string vtkSurfelHierarchy::CheckMemory(vtkIdType surfels, bool withSurfels)
+{
+  return SurfelGeometry::CheckMemory(surfels, BytesPerSurfel + (withSurfels ? BytesOfSurfel : 0.0),
+    SurfelGeometry::AvailableMemory());
 }
 
 //------------------------------------------------------------------------------
@@ -273,7 +288,8 @@ int vtkSurfelHierarchy::RequestData(vtkInformation* vtkNotUsed(request),
   {
     output->Initialize();
     vtkErrorMacro("Memory does not suffice for the hierarchy of "
-      << input->GetNumberOfPoints() << " surfels, about 172 bytes each. Thin the cloud out.");
+      << input->GetNumberOfPoints() << " surfels, about " << BytesPerSurfel
+      << " bytes each. Thin the cloud out.");
     return 0;
   }
   if (this->NumberOfInvalidSurfels > 0)

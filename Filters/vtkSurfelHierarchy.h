@@ -51,6 +51,12 @@ public:
   vtkGetMacro(NumberOfInvalidSurfels, vtkIdType);
   ///@}
 
+  /**
+   * What is wrong if the memory that is free does not hold the hierarchy of so many surfels; empty
+   * if it does, or where nobody knows. Before there are surfels: with them.
+   */
+  static std::string CheckMemory(vtkIdType surfels, bool withSurfels);
+
 protected:
   vtkSurfelHierarchy();
   ~vtkSurfelHierarchy() override;

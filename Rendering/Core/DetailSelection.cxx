@@ -15,7 +15,7 @@ namespace
 /// loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
 constexpr double LensShare = 0.42;
 /// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
-/// what one of a surfel to a pixel costs; 42 dB and more from drawing every surfel.
+/// what one of a surfel to a pixel costs; 50 dB and more from drawing every surfel.
 constexpr double PixelShare = 0.95;
 
 /// Largest share of an incoherent node's size that is allowed.

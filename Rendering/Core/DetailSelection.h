@@ -5,7 +5,7 @@
  *
  * Two rules, with one error e for both, 1 by default:
  *
- * - Moments: sigma^2 <= e^2 (0.8^2 h + 0.42^2 V_I), the variance of the node on the screen against
+ * - Moments: sigma^2 <= e^2 (0.95^2 h + 0.42^2 V_I), the variance of the node on the screen against
  *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
  *   gradient.
  *

@@ -72,6 +72,15 @@ def _cloud_in_parts(cloud, arguments):
     return ((partitioned, "estimation"),)
 
 
+def _check_memory(cloud, arguments):
+    """Better now than after minutes of estimation."""
+    if not arguments.no_lod and not is_hierarchy(cloud.data):
+        problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
+                                                 not cloud.is_surfels)
+        if problem:
+            raise UserProblem(f"{arguments.cloud}: {problem}")
+
+
 def _make_surfels(cloud, arguments, messages, progress, run):
     """-> vtkPolyData with the arrays of the data contract."""
     if cloud.is_surfels:
@@ -196,6 +205,7 @@ def render(arguments):
         with run.stage("read"):
             cloud = read_cloud(arguments.cloud, messages, progress)
         say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
+        _check_memory(cloud, arguments)
         surfels = _make_surfels(cloud, arguments, messages, progress, run)
         view = complete_view(view, cloud, surfels)
         say(f"{surfel_count(surfels)} surfels; {view}")
