@@ -67,6 +67,29 @@ void ReadDepthPixels(const PixelRectangle& r, int x, int y, float* depth)
 }
 }
 
+namespace
+{
+/// Into the memory that the texture has, where it fits: fresh memory costs as much as the copy.
+bool Upload(vtkTextureObject* texture, const PixelRectangle& r, int components, const float* values)
+{
+  const auto width = static_cast<unsigned int>(r.Width);
+  const auto height = static_cast<unsigned int>(r.Height);
+  if (texture->GetHandle() == 0 || texture->GetWidth() != width || texture->GetHeight() != height)
+  {
+    return texture->Create2DFromRaw(
+      width, height, components, VTK_FLOAT, const_cast<float*>(values));
+  }
+  texture->Bind();
+  GLint alignment = 4;
+  glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, r.Width, r.Height, components == 1 ? GL_RED : GL_RGBA,
+    GL_FLOAT, values);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+  return true;
+}
+}
+
 PixelRectangle FrameRectangle(const vtkRenderState* state)
 {
   PixelRectangle r;
@@ -166,8 +189,6 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   {
     return false;
   }
-  const unsigned int width = static_cast<unsigned int>(rectangle.Width);
-  const unsigned int height = static_cast<unsigned int>(rectangle.Height);
   for (vtkTextureObject* texture : { this->Color.Get(), this->Depth.Get() })
   {
     texture->SetContext(window);
@@ -176,8 +197,7 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
     texture->SetWrapS(vtkTextureObject::ClampToEdge);
     texture->SetWrapT(vtkTextureObject::ClampToEdge);
   }
-  if (!this->Color->Create2DFromRaw(width, height, 4, VTK_FLOAT, const_cast<float*>(color)) ||
-    !this->Depth->Create2DFromRaw(width, height, 1, VTK_FLOAT, const_cast<float*>(windowDepth)))
+  if (!Upload(this->Color, rectangle, 4, color) || !Upload(this->Depth, rectangle, 1, windowDepth))
   {
     return false;
   }

@@ -24,6 +24,7 @@
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderer.h>
 #include <vtkRendererCollection.h>
+#include <vtkSMPTools.h>
 #include <vtkWeakPointer.h>
 
 #include <algorithm>
@@ -314,11 +315,15 @@ void vtkSurfelSplattingPass::ReadOtherProps(vtkOpenGLRenderWindow* window,
     std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
   }
   this->Internal->Limit.resize(windowDepth.size());
-  std::transform(
-    windowDepth.begin(), windowDepth.end(), this->Internal->Limit.begin(), [&range](float depth) {
+  const float* depths = windowDepth.data();
+  float* limits = this->Internal->Limit.data();
+  const auto count = static_cast<vtkIdType>(windowDepth.size());
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    std::transform(depths + begin, depths + end, limits + begin, [&range](float depth) {
       return depth >= 1.0f ? std::numeric_limits<float>::infinity()
                            : static_cast<float>(range.DistanceOf(depth));
     });
+  });
 }
 
 void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
@@ -328,15 +333,19 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
   const float* depth = vtkFloatArray::SafeDownCast(picture->GetArray("Depth"))->GetPointer(0);
   std::vector<float>& windowDepth = this->Internal->WindowDepth;
-  std::transform(windowDepth.begin(), windowDepth.end(), depth, windowDepth.begin(),
-    [&range](float others, float distance) {
-      if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
-      {
-        return others;
-      }
-      const double d = range.WindowDepthOf(distance);
-      return std::min(others, static_cast<float>(std::min(std::max(d, 0.0), 1.0)));
-    });
+  const auto join = [&range](float others, float distance) {
+    if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
+    {
+      return others;
+    }
+    const double d = range.WindowDepthOf(distance);
+    return std::min(others, static_cast<float>(std::min(std::max(d, 0.0), 1.0)));
+  };
+  float* joined = windowDepth.data();
+  const auto count = static_cast<vtkIdType>(windowDepth.size());
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    std::transform(joined + begin, joined + end, depth + begin, joined + begin, join);
+  });
   if (!this->Internal->Blit.Draw(window, rectangle, color, windowDepth.data()))
   {
     vtkErrorMacro(
