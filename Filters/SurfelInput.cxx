@@ -55,4 +55,17 @@ void ReadOrigin(vtkPointSet* input, double origin[3])
     origin[i] = array->GetVariantValue(i).ToDouble();
   }
 }
+
+vtkDataArray* FindNormals(vtkPointSet* input)
+{
+  vtkDataArray* normals = input->GetPointData()->GetNormals();
+  if (!normals)
+  {
+    normals = input->GetPointData()->GetArray("Normals");
+  }
+  return normals && normals->GetNumberOfComponents() == 3 &&
+      normals->GetNumberOfTuples() == input->GetNumberOfPoints()
+    ? normals
+    : nullptr;
+}
 }

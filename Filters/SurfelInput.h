@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the filters after vtkSurfelEstimation demand of their input.
+ * What the filters read of their input and demand of it, and new arrays for their output.
  */
 #pragma once
 
+#include "vtkNew.h"
+#include "vtkType.h"
+
 #include <string>
 
+class vtkDataArray;
 class vtkPolyData;
 class vtkPointSet;
 
@@ -17,4 +21,17 @@ std::string CheckSurfels(vtkPolyData* input);
 
 /// The field array SurfelOrigin, three values in any shape; 0 where there is none.
 void ReadOrigin(vtkPointSet* input, double origin[3]);
+
+/// Active normals, or a point array "Normals"; null where there are none of three components.
+vtkDataArray* FindNormals(vtkPointSet* input);
+
+template <typename Array>
+vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)
+{
+  vtkNew<Array> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(count);
+  return array;
+}
 }

@@ -53,14 +53,6 @@ constexpr double LeastDoubt = 1e-3;
 /// Besides input and part: local positions and output.
 constexpr double BytesPerPoint = 12.0 + 57.0, BytesPerPointOfPart = 450.0;
 
-vtkDataArray* GivenNormals(vtkPointSet* input, vtkSurfelEstimation* settings)
-{
-  vtkDataArray* normals = input->GetPointData()->GetNormals();
-  normals = normals ? normals : input->GetPointData()->GetArray("Normals");
-  return settings->GetKeepNormals() && normals && normals->GetNumberOfComponents() == 3 ? normals
-                                                                                        : nullptr;
-}
-
 void CopySettings(vtkSurfelEstimation* from, vtkSurfelEstimation* to)
 {
   to->SetNeighborhoodMode(from->GetNeighborhoodMode());
@@ -141,16 +133,6 @@ private:
   vtkAlgorithm* Worker;
   vtkNew<vtkCallbackCommand> Command;
 };
-
-template <typename Array>
-vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)
-{
-  vtkNew<Array> array;
-  array->SetName(name);
-  array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(count);
-  return array;
-}
 }
 
 /// One execution. Surfels are written where their points are in the input; then gaps are closed.
@@ -167,7 +149,7 @@ public:
     const std::vector<CloudPart> parts = CutCloud(this->Positions, self->PointsPerPart);
     this->Parts = parts;
     self->NumberOfParts = static_cast<int>(parts.size());
-    this->Normals = GivenNormals(input, self->Estimation);
+    this->Normals = self->Estimation->GetKeepNormals() ? FindNormals(input) : nullptr;
   }
 
   /// False where stopped, or Error is set.

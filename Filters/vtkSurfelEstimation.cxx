@@ -43,29 +43,6 @@ namespace
 /// At the filter's peak, its output included: 382 were measured with 3 million points.
 constexpr double BytesPerPoint = 400.0;
 
-vtkDataArray* FindNormals(vtkPointSet* input)
-{
-  vtkDataArray* normals = input->GetPointData()->GetNormals();
-  if (!normals)
-  {
-    normals = input->GetPointData()->GetArray("Normals");
-  }
-  return normals && normals->GetNumberOfComponents() == 3 &&
-      normals->GetNumberOfTuples() == input->GetNumberOfPoints()
-    ? normals
-    : nullptr;
-}
-
-template <typename Array>
-vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)
-{
-  vtkNew<Array> array;
-  array->SetName(name);
-  array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(count);
-  return array;
-}
-
 /// A Gaussian in the tangent plane, the area it stands for, and its centre minus the point.
 struct SurfelKernel
 {
