@@ -68,4 +68,17 @@ vtkDataArray* FindNormals(vtkPointSet* input)
     ? normals
     : nullptr;
 }
+
+std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts)
+{
+  std::string text;
+  for (const auto& [count, what] : counts)
+  {
+    if (count > 0)
+    {
+      text += (text.empty() ? "" : "; ") + std::to_string(count) + ' ' + what;
+    }
+  }
+  return text;
+}
 }

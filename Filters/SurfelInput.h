@@ -7,7 +7,9 @@
 #include "vtkNew.h"
 #include "vtkType.h"
 
+#include <initializer_list>
 #include <string>
+#include <utility>
 
 class vtkDataArray;
 class vtkPolyData;
@@ -24,6 +26,9 @@ void ReadOrigin(vtkPointSet* input, double origin[3]);
 
 /// Active normals, or a point array "Normals"; null where there are none of three components.
 vtkDataArray* FindNormals(vtkPointSet* input);
+
+/// What was met, how often, for a warning: "3 duplicates dropped; 1 ..."; empty where nothing was.
+std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts);
 
 template <typename Array>
 vtkNew<Array> MakeArray(const char* name, int components, vtkIdType count)

@@ -29,7 +29,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <string>
 
 using namespace SurfelGeometry;
@@ -146,9 +145,8 @@ public:
     ReadOrigin(input, this->Origin);
     self->NumberOfNonFinitePoints =
       PlacePoints(input->GetPoints(), this->Origin, this->LocalOrigin, this->Positions);
-    const std::vector<CloudPart> parts = CutCloud(this->Positions, self->PointsPerPart);
-    this->Parts = parts;
-    self->NumberOfParts = static_cast<int>(parts.size());
+    this->Parts = CutCloud(this->Positions, self->PointsPerPart);
+    self->NumberOfParts = static_cast<int>(this->Parts.size());
     this->Normals = self->Estimation->GetKeepNormals() ? FindNormals(input) : nullptr;
   }
 
@@ -453,27 +451,15 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
     return 1; // stopped by the user: empty output
   }
   execution.Write(output);
-  this->WarnOfTroubles();
+  const std::string message = ListCounts(
+    { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
+      { this->NumberOfDuplicatePoints, "duplicates dropped" } });
+  if (!message.empty())
+  {
+    vtkWarningMacro(<< message << '.');
+  }
   this->UpdateProgress(1.0);
   return 1;
-}
-
-//------------------------------------------------------------------------------
-void vtkPartitionedSurfelEstimation::WarnOfTroubles()
-{
-  std::ostringstream message;
-  const auto add = [&message](vtkIdType count, const char* what) {
-    if (count > 0)
-    {
-      message << (message.tellp() > 0 ? "; " : "") << count << ' ' << what;
-    }
-  };
-  add(this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped");
-  add(this->NumberOfDuplicatePoints, "duplicates dropped");
-  if (message.tellp() > 0)
-  {
-    vtkWarningMacro(<< message.str() << '.');
-  }
 }
 
 //------------------------------------------------------------------------------

@@ -82,7 +82,6 @@ private:
   void operator=(const vtkPartitionedSurfelEstimation&) = delete;
 
   class Execution;
-  void WarnOfTroubles();
 
   vtkNew<vtkSurfelEstimation> Estimation;
   vtkNew<vtkSurfelNormalization> Normalization;

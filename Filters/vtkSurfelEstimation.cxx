@@ -30,7 +30,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <sstream>
 #include <string>
 
 using namespace SurfelGeometry;
@@ -400,7 +399,7 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
     CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
   if (!memory.empty())
   {
-    vtkErrorMacro(<< memory);
+    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation works on parts.");
     return false;
   }
   if (this->NeighborhoodMode == RADIUS && !(this->Radius > 0.0))
@@ -424,22 +423,16 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 //------------------------------------------------------------------------------
 void vtkSurfelEstimation::WarnOfTroubles()
 {
-  std::ostringstream message;
-  const auto add = [&message](vtkIdType count, const char* what) {
-    if (count > 0)
-    {
-      message << (message.tellp() > 0 ? "; " : "") << count << ' ' << what;
-    }
-  };
-  add(this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped");
-  add(this->NumberOfDuplicatePoints, "duplicates dropped");
-  add(this->NumberOfIsolatedPoints, "isolated points kept with a bounded radius");
-  add(this->NumberOfDegeneratePoints,
-    "points with fewer than three neighbours, or all of them on a line: normals arbitrary");
-  add(this->NumberOfInvalidNormals, "given normals zero or not finite, estimated instead");
-  if (message.tellp() > 0)
+  const std::string message = ListCounts(
+    { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
+      { this->NumberOfDuplicatePoints, "duplicates dropped" },
+      { this->NumberOfIsolatedPoints, "isolated points kept with a bounded radius" },
+      { this->NumberOfDegeneratePoints,
+        "points with fewer than three neighbours, or all of them on a line: normals arbitrary" },
+      { this->NumberOfInvalidNormals, "given normals zero or not finite, estimated instead" } });
+  if (!message.empty())
   {
-    vtkWarningMacro(<< message.str() << '.');
+    vtkWarningMacro(<< message << '.');
   }
 }
 

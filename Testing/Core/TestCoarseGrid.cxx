@@ -94,7 +94,7 @@ void TestLonelySplat(KernelType kernel)
     }
     // A kernel with an edge, sampled at cells of 1/6 to 1/3 of its radius: Gauss's circle problem.
     CHECK_NEAR(moments[1][0] / moments[0][0], 1.0, 0.06);
-    const double largestShift = 0.04 * confusion; // of 2000: 0.040
+    const double largestShift = 0.04 * confusion; // of 2000 the largest: half a cell at most
     CHECK_NEAR(moments[1][1], moments[0][1], largestShift);
     CHECK_NEAR(moments[1][2], moments[0][2], largestShift);
     CHECK_NEAR(moments[1][3] / moments[0][3], 1.0, 0.06);

@@ -220,8 +220,8 @@ void TestTroubles()
   partitioned->GetEstimation()->SetOrientationModeToAsGiven();
   partitioned->SetInputData(ToPolyData(MakeScene().Points));
   partitioned->Update();
-  CHECK(!messages.Errors.empty() &&
-    messages.Errors[0].find("no normals to keep") != std::string::npos);
+  CHECK(
+    !messages.Errors.empty() && messages.Errors[0].find("no normals to keep") != std::string::npos);
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
 }
 
