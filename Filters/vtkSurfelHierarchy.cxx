@@ -2,9 +2,10 @@
 #include "vtkSurfelHierarchy.h"
 
 #include "HierarchyBuilder.h"
+#include "LeafAttributes.h"
+#include "LeafOrder.h"
 #include "LocalCloud.h"
 #include "MonitoredExecutor.h"
-#include "NodeAttributes.h"
 #include "PointCells.h"
 #include "SurfelArrays.h"
 #include "SurfelInput.h"
@@ -24,6 +25,7 @@
 #include "vtkPolyData.h"
 #include "vtkUnsignedCharArray.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -32,60 +34,42 @@ namespace Arrays = SurfelSplatting::Arrays;
 
 namespace
 {
-/// At the filter's peak and in the first frames, its output included: 308 with the surfels were
-/// measured with 50 million of them.
-constexpr double BytesPerSurfel = 250.0, BytesOfSurfel = 57.0;
+/// Of a surfel with a colour; of what a hierarchy and its first frame add, node and its colour
+/// before all; and while the filter works.
+constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
 }
 using SurfelSplatting::HierarchyLayout;
 using SurfelSplatting::LeafOrder;
 
 vtkStandardNewMacro(vtkSurfelHierarchy);
 
-/// One execution: unpacks the arrays, builds, packs.
-class vtkSurfelHierarchy::Execution
+namespace
 {
-public:
-  Execution(vtkSurfelHierarchy* self, vtkPolyData* input)
-    : Self(self)
-    , Input(input)
+/// The surfel arrays of a dataset in the core's terms; copies where they are of another type.
+struct CloudArrays
+{
+  explicit CloudArrays(vtkPolyData* data)
   {
-    SurfelSplatting::SurfelCloud& cloud = this->Cloud;
-    vtkPointData* data = input->GetPointData();
-    cloud.NumberOfSurfels = static_cast<std::size_t>(input->GetNumberOfPoints());
-    cloud.Covariances = this->Pointer<vtkFloatArray>(data->GetArray(Arrays::Covariance));
-    cloud.AreaVectors = this->Pointer<vtkFloatArray>(data->GetArray(Arrays::AreaVector));
-    cloud.TwoSided = this->Pointer<vtkUnsignedCharArray>(data->GetArray(Arrays::TwoSided));
-    cloud.Opacities = this->Pointer<vtkFloatArray>(data->GetArray(Arrays::Opacity));
-    if (vtkPoints* points = input->GetPoints())
+    vtkPointData* arrays = data->GetPointData();
+    this->Cloud.NumberOfSurfels = static_cast<std::size_t>(data->GetNumberOfPoints());
+    this->Cloud.Covariances = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Covariance));
+    this->Cloud.AreaVectors = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::AreaVector));
+    this->Cloud.TwoSided = this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::TwoSided));
+    this->Cloud.Opacities = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Opacity));
+    if (vtkPoints* points = data->GetPoints())
     {
       if (points->GetDataType() == VTK_FLOAT)
       {
-        cloud.PositionsFloat = this->Pointer<vtkFloatArray>(points->GetData());
+        this->Cloud.PositionsFloat = this->Pointer<vtkFloatArray>(points->GetData());
       }
       else
       {
-        cloud.PositionsDouble = this->Pointer<vtkDoubleArray>(points->GetData());
+        this->Cloud.PositionsDouble = this->Pointer<vtkDoubleArray>(points->GetData());
       }
     }
   }
 
-  /// Returns false if stopped.
-  bool Run(vtkPolyData* output)
-  {
-    const SurfelGeometry::SurfelMonitor monitor(this->Self, 0.0, 1.0);
-    SurfelGeometry::MonitoredExecutor ordering(monitor.Part(0.0, 0.5));
-    this->Order = OrderLeaves(this->Cloud, ordering);
-    if (ordering.Stopped())
-    {
-      return false;
-    }
-    this->FindShift();
-    SurfelGeometry::MonitoredExecutor filling(monitor.Part(0.5, 1.0));
-    this->Fill(filling, output);
-    return !filling.Stopped();
-  }
-
-  LeafOrder Order;
+  SurfelSplatting::SurfelCloud Cloud;
 
 private:
   template <typename Array>
@@ -105,19 +89,70 @@ private:
     return typed->GetPointer(0);
   }
 
+  std::vector<vtkSmartPointer<vtkDataArray>> Kept;
+};
+}
+
+/// One execution: orders the surfels, passes them on in this order, builds the nodes above.
+class vtkSurfelHierarchy::Execution
+{
+public:
+  Execution(vtkSurfelHierarchy* self, vtkPolyData* input)
+    : Self(self)
+    , Input(input)
+  {
+  }
+
+  HierarchyLayout Layout;
+  std::uint64_t NumberOfInvalidSurfels = 0;
+
+  /// Returns false if stopped.
+  bool Run(vtkPolyData* output)
+  {
+    const SurfelGeometry::SurfelMonitor monitor(this->Self, 0.0, 1.0);
+    {
+      const CloudArrays surfels(this->Input);
+      SurfelGeometry::MonitoredExecutor ordering(monitor.Part(0.0, 0.5));
+      const LeafOrder order = OrderLeaves(surfels.Cloud, ordering);
+      this->Layout = order.Layout;
+      this->NumberOfInvalidSurfels = order.NumberOfInvalidSurfels;
+      SurfelGeometry::MonitoredExecutor passing(monitor.Part(0.5, 0.7));
+      if (ordering.Stopped() || !this->PassLeaves(surfels.Cloud, order, passing, output))
+      {
+        return false;
+      }
+    }
+    SurfelGeometry::MonitoredExecutor filling(monitor.Part(0.7, 1.0));
+    this->AddNodes(filling, output);
+    return !filling.Stopped();
+  }
+
+private:
+  bool PassLeaves(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order,
+    const SurfelGeometry::MonitoredExecutor& executor, vtkPolyData* output)
+  {
+    this->FindShift(surfels, order);
+    this->PlaceLeaves(surfels, order, executor, output);
+    SurfelGeometry::PassLeafAttributes(this->Input, order, executor, output);
+    // So that VTK's own mappers and filters see the surfels.
+    output->SetVerts(SurfelGeometry::MakePointCell(output->GetNumberOfPoints()));
+    this->AddFieldData(output);
+    return !executor.Stopped();
+  }
+
   /// Float positions need a local origin where the cloud is far from its own.
-  void FindShift()
+  void FindShift(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order)
   {
     SurfelGeometry::ReadOrigin(this->Input, this->Origin);
-    if (!this->Cloud.PositionsDouble)
+    if (!surfels.PositionsDouble)
     {
       return;
     }
     vtkBoundingBox box;
     double largest = 0.0;
-    for (const std::uint32_t surfel : this->Order.Surfels)
+    for (const std::uint32_t surfel : order.Surfels)
     {
-      const SurfelSplatting::Vector3 p = this->Cloud.Position(surfel);
+      const SurfelSplatting::Vector3 p = surfels.Position(surfel);
       box.AddPoint(p[0], p[1], p[2]);
       largest =
         std::fmax(largest, std::fmax(std::abs(p[0]), std::fmax(std::abs(p[1]), std::abs(p[2]))));
@@ -133,92 +168,58 @@ private:
     }
   }
 
-  vtkFloatArray* AddFloats(vtkPolyData* output, const char* name, int components)
+  void PlaceLeaves(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order,
+    const SurfelSplatting::Executor& executor, vtkPolyData* output)
   {
-    vtkNew<vtkFloatArray> array;
-    array->SetName(name);
-    array->SetNumberOfComponents(components);
-    array->SetNumberOfTuples(static_cast<vtkIdType>(this->Order.Layout.NumberOfNodes()));
-    output->GetPointData()->AddArray(array);
-    return array;
-  }
-
-  void Fill(const SurfelSplatting::Executor& executor, vtkPolyData* output)
-  {
+    constexpr std::size_t grain = 16384;
     vtkNew<vtkPoints> points;
     points->SetDataTypeToFloat();
-    points->SetNumberOfPoints(static_cast<vtkIdType>(this->Order.Layout.NumberOfNodes()));
+    points->SetNumberOfPoints(static_cast<vtkIdType>(order.Surfels.size()));
     output->SetPoints(points);
-    SurfelSplatting::NodeArrays nodes;
-    nodes.Positions = vtkFloatArray::SafeDownCast(points->GetData())->GetPointer(0);
-    nodes.Covariances = this->AddFloats(output, Arrays::Covariance, 6)->GetPointer(0);
-    nodes.AreaVectors = this->AddFloats(output, Arrays::AreaVector, 3)->GetPointer(0);
-    nodes.LeafCovariances = this->AddFloats(output, Arrays::LeafCovariance, 6)->GetPointer(0);
-    nodes.Areas = this->AddFloats(output, Arrays::Area, 1)->GetPointer(0);
-    nodes.Bounds = this->AddFloats(output, Arrays::Bound, 1)->GetPointer(0);
-    nodes.Cones = this->AddFloats(output, Arrays::Cone, 1)->GetPointer(0);
-    if (this->Cloud.Opacities)
-    {
-      nodes.Opacities = this->AddFloats(output, Arrays::Opacity, 1)->GetPointer(0);
-    }
-    FillNodes(this->Cloud, this->Order, this->Shift, executor, nodes);
-    this->AddFlags(output);
-    this->AddFieldData(output);
-    // The leaves alone, so that VTK's own mappers and filters see these.
-    output->SetVerts(
-      SurfelGeometry::MakePointCell(static_cast<vtkIdType>(this->Order.Layout.NumberOfLeaves())));
-    SurfelGeometry::PassNodeAttributes(
-      this->Input->GetPointData(), this->Order, nodes.Areas, executor, output->GetPointData());
+    float* positions = vtkFloatArray::SafeDownCast(points->GetData())->GetPointer(0);
+    executor.For(order.Surfels.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        const SurfelSplatting::Vector3 p = surfels.Position(order.Surfels[i]);
+        for (int c = 0; c < 3; ++c)
+        {
+          positions[3 * i + c] = static_cast<float>(p[c] - this->Shift[c]);
+        }
+      }
+    });
   }
 
-  /// Levels and sides, which follow from the layout.
-  void AddFlags(vtkPolyData* output)
+  void AddNodes(const SurfelSplatting::Executor& executor, vtkPolyData* output)
   {
-    const HierarchyLayout& layout = this->Order.Layout;
-    vtkNew<vtkUnsignedCharArray> levels, sides;
-    levels->SetName(Arrays::Level);
-    sides->SetName(Arrays::TwoSided);
-    for (vtkUnsignedCharArray* array : { levels.Get(), sides.Get() })
-    {
-      array->SetNumberOfTuples(static_cast<vtkIdType>(layout.NumberOfNodes()));
-      output->GetPointData()->AddArray(array);
-    }
-    for (int level = 0; level < layout.NumberOfLevels(); ++level)
-    {
-      for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
-      {
-        const std::uint64_t begin = layout.Begin(level, tree), count = layout.Count(level, tree);
-        std::fill_n(levels->GetPointer(0) + begin, count, static_cast<unsigned char>(level));
-        std::fill_n(sides->GetPointer(0) + begin, count,
-          static_cast<unsigned char>(tree == HierarchyLayout::TwoSided ? 1 : 0));
-      }
-    }
+    using SurfelSplatting::HierarchyNode;
+    const auto nodes =
+      SurfelGeometry::MakeArray<vtkUnsignedCharArray>(Arrays::Nodes, sizeof(HierarchyNode),
+        static_cast<vtkIdType>(this->Layout.NumberOfNodes() - this->Layout.NumberOfLeaves()));
+    const CloudArrays leaves(output);
+    SurfelSplatting::FillNodes(
+      leaves.Cloud, this->Layout, executor, reinterpret_cast<HierarchyNode*>(nodes->GetPointer(0)));
+    output->GetFieldData()->AddArray(nodes);
   }
 
   void AddFieldData(vtkPolyData* output)
   {
     output->GetFieldData()->ShallowCopy(this->Input->GetFieldData());
-    vtkNew<vtkIdTypeArray> leaves;
-    leaves->SetName(Arrays::Leaves);
-    leaves->SetNumberOfComponents(2);
-    leaves->SetNumberOfTuples(1);
+    const auto leaves = SurfelGeometry::MakeArray<vtkIdTypeArray>(Arrays::Leaves, 2, 1);
     for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
     {
-      leaves->SetComponent(0, tree, static_cast<double>(this->Order.Layout.NumberOfLeaves(tree)));
+      leaves->SetComponent(0, tree, static_cast<double>(this->Layout.NumberOfLeaves(tree)));
     }
     output->GetFieldData()->AddArray(leaves);
-    vtkNew<vtkDoubleArray> origin;
-    origin->SetName(Arrays::Origin);
-    origin->SetNumberOfComponents(3);
-    origin->InsertNextTuple3(this->Origin[0] + this->Shift[0], this->Origin[1] + this->Shift[1],
-      this->Origin[2] + this->Shift[2]);
+    const auto origin = SurfelGeometry::MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
+    for (int i = 0; i < 3; ++i)
+    {
+      origin->SetComponent(0, i, this->Origin[i] + this->Shift[i]);
+    }
     output->GetFieldData()->AddArray(origin);
   }
 
   vtkSurfelHierarchy* Self;
   vtkPolyData* Input;
-  SurfelSplatting::SurfelCloud Cloud;
-  std::vector<vtkSmartPointer<vtkDataArray>> Kept;
   double Origin[3] = { 0, 0, 0 };
   SurfelSplatting::Vector3 Shift{ 0, 0, 0 };
 };
@@ -253,8 +254,10 @@ std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
 //------------------------------------------------------------------------------
 std::string vtkSurfelHierarchy::CheckMemory(vtkIdType surfels, bool withSurfels)
 {
-  return SurfelGeometry::CheckMemory(surfels, BytesPerSurfel + (withSurfels ? BytesOfSurfel : 0.0),
-    SurfelGeometry::AvailableMemory());
+  const double bytes = withSurfels
+    ? BytesPerSurfel + std::max(BytesPerSurfel + BytesOfWork, BytesPerNode)
+    : BytesPerSurfel + BytesPerNode;
+  return SurfelGeometry::CheckMemory(surfels, bytes, SurfelGeometry::AvailableMemory());
 }
 
 //------------------------------------------------------------------------------
@@ -279,16 +282,16 @@ int vtkSurfelHierarchy::RequestData(vtkInformation* vtkNotUsed(request),
       output->Initialize();
       return 1; // stopped by the user
     }
-    this->NumberOfLeaves = static_cast<vtkIdType>(execution.Order.Layout.NumberOfLeaves());
-    this->NumberOfNodes = static_cast<vtkIdType>(execution.Order.Layout.NumberOfNodes());
-    this->NumberOfLevels = execution.Order.Layout.NumberOfLevels();
-    this->NumberOfInvalidSurfels = static_cast<vtkIdType>(execution.Order.NumberOfInvalidSurfels);
+    this->NumberOfLeaves = static_cast<vtkIdType>(execution.Layout.NumberOfLeaves());
+    this->NumberOfNodes = static_cast<vtkIdType>(execution.Layout.NumberOfNodes());
+    this->NumberOfLevels = execution.Layout.NumberOfLevels();
+    this->NumberOfInvalidSurfels = static_cast<vtkIdType>(execution.NumberOfInvalidSurfels);
   }
   catch (const std::bad_alloc&)
   {
     output->Initialize();
     vtkErrorMacro("Memory does not suffice for the hierarchy of "
-      << input->GetNumberOfPoints() << " surfels, about " << BytesPerSurfel
+      << input->GetNumberOfPoints() << " surfels, about " << BytesPerSurfel + BytesPerNode
       << " bytes each. Thin the cloud out.");
     return 0;
   }

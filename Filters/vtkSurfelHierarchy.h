@@ -9,15 +9,13 @@
  * so that it is a surfel itself. A vtkSurfelMapper that is given the output draws a cut through the
  * hierarchy that suits the view; vtkSurfelSplatter::SetLODError says how coarse.
  *
- * The output is a vtkPolyData like the input: its points are all nodes, leaves first, level by
- * level, with the arrays of Documentation/DataContract.md. It so survives any VTK writer and reader
- * as well as filters that keep the points and their order; what remains of a hierarchy after a
- * filter that drops points is refused by the mapper. Less than two nodes for each surfel: 172 bytes
- * a surfel, and twice the input's other point arrays.
+ * The output is a vtkPolyData with the input's surfels and all of their point arrays, in the order
+ * of the tree, and with the nodes above them in the field data (Documentation/DataContract.md). It
+ * so survives any VTK writer and reader as well as filters that keep the points and their order;
+ * what remains of a hierarchy after a filter that drops points is refused by the mapper. 48 bytes
+ * for each surfel beside the surfel itself.
  *
- * Every other numeric point array of the input is passed on: leaves keep their values, nodes have
- * the area-weighted means of their leaves (identifiers and text: those of their first leaf).
- * Colours that a mapper finds through a lookup table are mapped at the leaves and averaged by the
+ * Colours that a mapper finds through a lookup table are mapped at the surfels and averaged by the
  * mapper.
  *
  * One-sided and two-sided surfels never share a node. Surfels with non-finite values are left out
@@ -52,8 +50,9 @@ public:
   ///@}
 
   /**
-   * What is wrong if the memory that is free does not hold the hierarchy of so many surfels; empty
-   * if it does, or where nobody knows. Before there are surfels: with them.
+   * What is wrong if the memory that is free does not hold the hierarchy of so many surfels, and
+   * what a mapper makes of it; empty if it does, or where nobody knows. withSurfels: before there
+   * are any, and for a pipeline that lets go of them when the hierarchy is there.
    */
   static std::string CheckMemory(vtkIdType surfels, bool withSurfels);
 

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelDetailCache.h"
 
+#include "HierarchyBuilder.h"
 #include "SurfelArrays.h"
 
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
-#include <vtkFloatArray.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkVariant.h>
-
-#include <algorithm>
 
 namespace SurfelSplatting
 {
@@ -37,14 +34,16 @@ HierarchyLayout ReadLayout(vtkDataArray* counts)
   return HierarchyLayout(leaves[0], leaves[1]);
 }
 
-/// The values of a hierarchy's array of one float for each node, or null.
-const float* NodeFloats(vtkPolyData* input, const char* name)
+/// The array of the nodes above the leaves; null where the input is not what its layout says.
+vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layout)
 {
-  auto* array = vtkFloatArray::SafeDownCast(input->GetPointData()->GetArray(name));
-  return array && array->GetNumberOfComponents() == 1 &&
-      array->GetNumberOfTuples() == input->GetNumberOfPoints()
-    ? array->GetPointer(0)
-    : nullptr;
+  auto* array =
+    vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
+  const bool whole = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
+    static_cast<std::uint64_t>(input->GetNumberOfPoints()) == layout.NumberOfLeaves() &&
+    static_cast<std::uint64_t>(array->GetNumberOfTuples()) ==
+      layout.NumberOfNodes() - layout.NumberOfLeaves();
+  return whole ? array : nullptr;
 }
 }
 
@@ -53,51 +52,44 @@ bool SurfelDetailCache::IsHierarchy(vtkPolyData* input)
   return LeafCounts(input) != nullptr;
 }
 
-vtkIdType SurfelDetailCache::NumberOfLeaves(vtkPolyData* input)
-{
-  vtkDataArray* counts = LeafCounts(input);
-  const vtkIdType points = input->GetNumberOfPoints();
-  return counts ? std::min(points, static_cast<vtkIdType>(ReadLayout(counts).NumberOfLeaves()))
-                : points;
-}
-
-std::string SurfelDetailCache::Update(
-  vtkPolyData* input, vtkUnsignedCharArray* colors, const Executor& executor, SurfelCloud& cloud)
+std::string SurfelDetailCache::Update(vtkPolyData* input, vtkUnsignedCharArray* colors, bool paper,
+  const Executor& executor, SurfelCloud& cloud)
 {
   const HierarchyLayout layout = ReadLayout(LeafCounts(input));
-  const float* areas = NodeFloats(input, Arrays::Area);
-  const float* bounds = NodeFloats(input, Arrays::Bound);
-  const float* cones = NodeFloats(input, Arrays::Cone);
-  if (layout.NumberOfNodes() != static_cast<std::uint64_t>(input->GetNumberOfPoints()) || !areas ||
-    !bounds || !cones)
+  vtkUnsignedCharArray* nodes = FindNodes(input, layout);
+  if (!nodes)
   {
-    return std::string("The input says that it is a hierarchy (field array ") + Arrays::Leaves +
-      "), but its " + std::to_string(input->GetNumberOfPoints()) +
-      " points are not all its nodes, " + std::to_string(layout.NumberOfNodes()) +
-      ", with the arrays " + Arrays::Area + ", " + Arrays::Bound + " and " + Arrays::Cone +
-      ". Put vtkSurfelHierarchy after filters that change the points.";
+    return std::string("The input says that it is a hierarchy of ") +
+      std::to_string(layout.NumberOfLeaves()) + " surfels (field array " + Arrays::Leaves +
+      "), but its " + std::to_string(input->GetNumberOfPoints()) + " points and the field array " +
+      Arrays::Nodes + " are not that. Put vtkSurfelHierarchy after filters that change the points.";
   }
-  cloud.NumberOfLeaves = static_cast<std::size_t>(layout.NumberOfLeaves());
+  cloud.Nodes = reinterpret_cast<const HierarchyNode*>(nodes->GetPointer(0));
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
-    this->Table = DetailTable(cloud, layout, areas, bounds, cones, executor);
+    this->Table = DetailTable(cloud, layout, executor);
     this->InputState = inputState;
     this->ColorState = State();
     this->HasColors = false;
+    this->LeafCovariances.clear();
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
   const State colorState{ colors, colors ? colors->GetMTime() : 0 };
   if (colors && !(this->HasColors && this->ColorState == colorState))
   {
-    this->Colors = MakeNodeColors(cloud, layout, areas, executor);
+    this->Colors = MakeNodeColors(cloud, layout, executor);
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
+  if (paper && this->LeafCovariances.empty())
+  {
+    this->LeafCovariances = MakeLeafCovariances(cloud, layout, executor);
+  }
   this->HasColors = colors != nullptr;
   cloud.Detail = &this->Table;
-  cloud.NodeColors = colors ? this->Colors.Colors.data() : nullptr;
-  cloud.NodeGradients = colors ? this->Colors.Gradients.data() : nullptr;
+  cloud.NodeColors = colors ? this->Colors.data() : nullptr;
+  cloud.LeafCovariances = paper ? this->LeafCovariances.data() : nullptr;
   return std::string();
 }
 }

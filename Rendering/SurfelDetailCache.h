@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a mapper keeps of its hierarchy from frame to frame: the table for choosing detail, and the
- * colours of the nodes. Internal to the module.
+ * What a mapper keeps of its hierarchy from frame to frame: the table for choosing detail, and
+ * colours and leaf covariances of the nodes. Internal to the module.
  */
 #pragma once
 
@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 class vtkPolyData;
 class vtkUnsignedCharArray;
@@ -26,17 +27,15 @@ public:
   /// Whether the input says that it is a hierarchy.
   static bool IsHierarchy(vtkPolyData* input);
 
-  /// Leaves of a hierarchy, which come first; all points of other surfels.
-  static vtkIdType NumberOfLeaves(vtkPolyData* input);
-
   /**
-   * Points the cloud, whose surfel arrays are set, to the hierarchy's table and colours; makes them
-   * anew only where the input or its colours have changed. Returns an empty string, or what is
-   * wrong with the input and what to do.
-   * @param colors of all nodes (those of the leaves are read), or null
+   * Points the cloud, whose surfel arrays are set, to the hierarchy's nodes, table and colours;
+   * makes the last two anew only where the input or its colours have changed. Returns an empty
+   * string, or what is wrong with the input and what to do.
+   * @param colors of all surfels, or null
+   * @param paper whether the paper's rule is to choose, which needs more
    */
-  std::string Update(
-    vtkPolyData* input, vtkUnsignedCharArray* colors, const Executor& executor, SurfelCloud& cloud);
+  std::string Update(vtkPolyData* input, vtkUnsignedCharArray* colors, bool paper,
+    const Executor& executor, SurfelCloud& cloud);
 
   /// Surfels that tables and colours were made of, in all updates together.
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }
@@ -55,7 +54,8 @@ private:
 
   State InputState, ColorState;
   DetailTable Table;
-  NodeColorArrays Colors;
+  std::vector<NodeColor> Colors;
+  std::vector<float> LeafCovariances;
   bool HasColors = false;
   std::uint64_t PreparedSurfels = 0;
 };

@@ -110,23 +110,6 @@ std::string CheckOrigin(vtkPolyData* input)
                                                   : std::string();
 }
 
-/// The hierarchy's part of a cloud.
-std::string MakeDetail(
-  vtkSurfelMapper* mapper, vtkUnsignedCharArray* colors, SurfelCloudSource& source)
-{
-  vtkPolyData* input = mapper->GetInput();
-  const std::string problem = CheckArray(input, Arrays::LeafCovariance, 6, false);
-  if (!problem.empty())
-  {
-    return problem;
-  }
-  if (vtkDataArray* leaf = input->GetPointData()->GetArray(Arrays::LeafCovariance))
-  {
-    source.Cloud.LeafCovariances = Pointer<vtkFloatArray>(leaf, source);
-  }
-  return mapper->GetDetailCache().Update(input, colors, SMPExecutor(), source.Cloud);
-}
-
 Material MakeMaterial(vtkProperty* property)
 {
   Material material;
@@ -240,7 +223,7 @@ std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, con
 }
 
 std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkProperty* property,
-  SurfelCloudSource& source)
+  bool paperDetail, SurfelCloudSource& source)
 {
   vtkPolyData* input = mapper->GetInput();
   SurfelCloud& cloud = source.Cloud;
@@ -288,7 +271,8 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   }
   if (SurfelDetailCache::IsHierarchy(input))
   {
-    const std::string problem = MakeDetail(mapper, cloud.ColorsUChar ? colors : nullptr, source);
+    const std::string problem = mapper->GetDetailCache().Update(
+      input, cloud.ColorsUChar ? colors : nullptr, paperDetail, SMPExecutor(), cloud);
     if (!problem.empty())
     {
       return problem;

@@ -52,7 +52,8 @@ struct SurfelCloudSource
 /**
  * The surfels of an updated mapper. Returns an empty string, or what is missing from the input and
  * what to do.
+ * @param paperDetail whether the paper's rule is to choose the level of detail
  */
 std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkProperty* property,
-  SurfelCloudSource& source);
+  bool paperDetail, SurfelCloudSource& source);
 }

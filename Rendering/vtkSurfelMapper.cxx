@@ -79,8 +79,7 @@ void vtkSurfelMapper::ComputeBounds()
   {
     covariance = nullptr;
   }
-  const vtkIdType leaves = SurfelSplatting::SurfelDetailCache::NumberOfLeaves(input);
-  for (vtkIdType i = 0; i < leaves; ++i)
+  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
   {
     double p[3], s[6] = { 0, 0, 0, 0, 0, 0 };
     input->GetPoint(i, p);
@@ -124,7 +123,7 @@ double vtkSurfelMapper::MeanSpacing()
   vtkIdType count = 0;
   vtkDataArray* area = input->GetPointData()->GetArray(Arrays::AreaVector);
   const vtkIdType surfels = area && area->GetNumberOfComponents() == 3
-    ? std::min(area->GetNumberOfTuples(), SurfelSplatting::SurfelDetailCache::NumberOfLeaves(input))
+    ? std::min(area->GetNumberOfTuples(), input->GetNumberOfPoints())
     : 0;
   for (vtkIdType i = 0; i < surfels; ++i)
   {

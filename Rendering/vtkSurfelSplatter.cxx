@@ -193,8 +193,8 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   {
     const Core::SurfelDetailCache& cache = items[i].Mapper->GetDetailCache();
     const std::uint64_t before = cache.NumberOfPreparedSurfels();
-    const std::string problem =
-      Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property, sources[i]);
+    const std::string problem = Core::MakeCloud(
+      items[i].Mapper, items[i].Matrix, items[i].Property, this->LODMode == LOD_PAPER, sources[i]);
     this->NumberOfPreparedSurfels +=
       static_cast<vtkIdType>(cache.NumberOfPreparedSurfels() - before);
     if (!problem.empty())

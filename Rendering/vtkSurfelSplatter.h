@@ -94,9 +94,9 @@ public:
 
   ///@{
   /**
-   * Whether visibility is told apart for four sectors of each lens cell: what covers one side of the
-   * lens does not hide what is seen through the other. 2 to 6 dB more accurate where blurred things
-   * cover one another, at up to 3 times the frame time, less where little is blurred; with
+   * Whether visibility is told apart for four sectors of each lens cell: what covers one side of
+   * the lens does not hide what is seen through the other. 2 to 6 dB more accurate where blurred
+   * things cover one another, at up to 3 times the frame time, less where little is blurred; with
    * PEARSON_II only. Default off.
    */
   vtkSetMacro(LensSectors, vtkTypeBool);

@@ -181,7 +181,9 @@ private:
     // A z-range is 2 s_z + 0.5 s of the kernel; s is overestimated by a quarter for thick ones.
     constexpr double depthExtent = 2.7;
     const double near = ball.Near() - depthExtent * sigma;
+    const double far = ball.Far() + depthExtent * sigma;
     run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // before it as a float, too
+    run.Far = static_cast<float>(far + 1e-6 * std::abs(far));
     const double h = std::sqrt(this->Reach.Prefilter);
     double confusion[2] = { 0.0, 0.0 }; // least and largest
     double stretch = 1.0, nearest = 1.0;

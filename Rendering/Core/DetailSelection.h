@@ -52,6 +52,7 @@ struct NodeRun
   std::uint32_t Level;
   bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
   float Near = -1e30f;        ///< none of its splats begins before
+  float Far = 1e30f;          ///< none of them ends behind
   PixelBox Box{ 0, 0, 0, 0 }; ///< holds all of its splats
 };
 

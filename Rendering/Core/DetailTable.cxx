@@ -11,28 +11,32 @@ namespace SurfelSplatting
 namespace
 {
 constexpr std::size_t Grain = 64;
+
+NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
+{
+  const double variance = cloud.Covariance(i).LargestEigenvalue();
+  NodeExtent extent{ static_cast<float>(std::sqrt(std::fmax(0.0, variance))), 0.0f, 1.0f };
+  if (cloud.IsNode(i))
+  {
+    const HierarchyNode& node = cloud.Node(i);
+    extent.Size = node.Bound;
+    extent.Coherence = static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
+  }
+  return extent;
 }
 
-struct DetailTable::Source
+void Include(const NodeExtent& extent, NodeExtent& largest)
 {
-  const SurfelCloud& Cloud;
-  const float* Areas;
-  const float* Bounds;
-  const float* Cones;
+  largest.Sigma = std::max(largest.Sigma, extent.Sigma);
+  largest.Size = std::max(largest.Size, extent.Size);
+  largest.Coherence = std::min(largest.Coherence, extent.Coherence);
+}
+}
 
-  NodeExtent Extent(std::size_t i) const
-  {
-    const double variance = this->Cloud.Covariance(i).LargestEigenvalue();
-    return { static_cast<float>(std::sqrt(std::fmax(0.0, variance))), this->Bounds[i],
-      static_cast<float>(Coherence(this->Cloud.AreaVector(i), this->Areas[i])) };
-  }
-};
-
-DetailTable::DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout,
-  const float* areas, const float* bounds, const float* cones, const Executor& executor)
+DetailTable::DetailTable(
+  const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor)
   : Tree(layout)
 {
-  const Source source{ cloud, areas, bounds, cones };
   for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
   {
     const int root = layout.RootLevel(tree);
@@ -50,25 +54,15 @@ DetailTable::DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout
       executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j)
         {
-          this->FillNode(source, tree, level, j);
-          level == lowest ? this->FillCluster(source, tree, j) : this->FillAbove(tree, level, j);
+          this->FillNode(cloud, tree, level, j);
+          level == lowest ? this->FillCluster(cloud, tree, j) : this->FillAbove(tree, level, j);
         }
       });
     }
   }
 }
 
-namespace
-{
-void Include(const NodeExtent& extent, NodeExtent& largest)
-{
-  largest.Sigma = std::max(largest.Sigma, extent.Sigma);
-  largest.Size = std::max(largest.Size, extent.Size);
-  largest.Coherence = std::min(largest.Coherence, extent.Coherence);
-}
-}
-
-void DetailTable::FillCluster(const Source& source, int tree, std::size_t j)
+void DetailTable::FillCluster(const SurfelCloud& cloud, int tree, std::size_t j)
 {
   const int lowest = this->LowestLevels[tree];
   const std::size_t entry = this->Begins[lowest][tree] + j;
@@ -80,7 +74,7 @@ void DetailTable::FillCluster(const Source& source, int tree, std::size_t j)
       std::min<std::size_t>((j + 1) << (lowest - level), this->Tree.Count(level, tree));
     for (std::size_t i = first; i < last; ++i)
     {
-      Include(source.Extent(this->Tree.Begin(level, tree) + i), below[lowest - 1 - level]);
+      Include(ExtentOf(cloud, this->Tree.Begin(level, tree) + i), below[lowest - 1 - level]);
     }
   }
   Node& node = this->Nodes[entry];
@@ -106,19 +100,21 @@ void DetailTable::FillAbove(int tree, int level, std::size_t j)
   }
 }
 
-void DetailTable::FillNode(const Source& source, int tree, int level, std::size_t j)
+void DetailTable::FillNode(const SurfelCloud& cloud, int tree, int level, std::size_t j)
 {
   const std::size_t i = this->Tree.Begin(level, tree) + j;
   Node& node = this->Nodes[this->Begins[level][tree] + j];
-  const Vector3 p = source.Cloud.Position(i), a = source.Cloud.AreaVector(i);
+  const Vector3 p = cloud.Position(i), a = cloud.AreaVector(i);
   const double length = Norm(a);
   for (int c = 0; c < 3; ++c)
   {
     node.Position[c] = static_cast<float>(p[c]);
     node.Axis[c] = static_cast<float>(length > 0.0 ? a[c] / length : 0.0);
   }
-  node.Cone = source.Cones[i];
-  node.Extent = source.Extent(i);
+  node.Cone = cloud.IsNode(i)                ? static_cast<float>(ConeOf(cloud.Node(i)))
+    : cloud.IsTwoSided(i) || !(length > 0.0) ? -1.0f
+                                             : 1.0f;
+  node.Extent = ExtentOf(cloud, i);
   node.LeafSigma = 0.0f;
 }
 }

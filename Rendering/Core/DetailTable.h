@@ -44,14 +44,8 @@ public:
 
   DetailTable() = default;
 
-  /**
-   * @param cloud  all nodes; positions, covariances and area vectors are read
-   * @param areas  [nodes] sums of the leaves' areas
-   * @param bounds [nodes] radii of spheres that hold the leaves' centres
-   * @param cones  [nodes] cosines of cones that hold the leaves' normals
-   */
-  DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout, const float* areas,
-    const float* bounds, const float* cones, const Executor& executor);
+  /// @param cloud leaves and nodes
+  DetailTable(const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor);
 
   const HierarchyLayout& Layout() const { return this->Tree; }
 
@@ -71,10 +65,9 @@ public:
   }
 
 private:
-  struct Source;
-  void FillCluster(const Source& source, int tree, std::size_t j);
+  void FillCluster(const SurfelCloud& cloud, int tree, std::size_t j);
   void FillAbove(int tree, int level, std::size_t j);
-  void FillNode(const Source& source, int tree, int level, std::size_t j);
+  void FillNode(const SurfelCloud& cloud, int tree, int level, std::size_t j);
 
   HierarchyLayout Tree;
   int LowestLevels[HierarchyLayout::NumberOfTrees] = { -1, -1 };

@@ -90,6 +90,15 @@ void LazySplats::Bin(int width, int height)
     [&](std::size_t tile, std::uint32_t run) { this->TileRuns[this->Cursors[tile]++] = run; });
 }
 
+void LazySplats::Prefetch(std::uint32_t run) const
+{
+  const Run& r = this->Runs[run];
+  if (this->States[run].load(std::memory_order_relaxed) == Waiting)
+  {
+    r.Maker->Prefetch(r.Chosen.Begin, r.Chosen.Count, static_cast<int>(r.Chosen.Level));
+  }
+}
+
 const SplatList::Part& LazySplats::Get(std::uint32_t run)
 {
   std::atomic<unsigned char>& state = this->States[run];

@@ -46,6 +46,10 @@ public:
     return this->TileRuns.data() + this->Offsets[tile + 1];
   }
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
+  float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
+
+  /// Asks for the memory of a run that will be needed soon.
+  void Prefetch(std::uint32_t run) const;
 
   /// A run's splats, made now if need be; any thread. Indices into Splats().
   const SplatList::Part& Get(std::uint32_t run);

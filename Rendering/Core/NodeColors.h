@@ -16,20 +16,15 @@
 
 #include "Executor.h"
 #include "HierarchyLayout.h"
+#include "HierarchyNode.h"
 #include "SurfelCloud.h"
 
 #include <vector>
 
 namespace SurfelSplatting
 {
-struct NodeColorArrays
-{
-  std::vector<float> Colors;    ///< [nodes - leaves][4] straight RGBA
-  std::vector<float> Gradients; ///< [nodes - leaves][3][3] H, colour units times world units
-};
-
-/// @param cloud all nodes; the colours and opacities of the leaves are read
-/// @param areas [nodes] sum of the leaves' areas
-NodeColorArrays MakeNodeColors(const SurfelCloud& cloud, const HierarchyLayout& layout,
-  const float* areas, const Executor& executor);
+/// Of all nodes above the leaves.
+/// @param tree leaves and nodes; the colours and opacities of the leaves are read
+std::vector<NodeColor> MakeNodeColors(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
 }

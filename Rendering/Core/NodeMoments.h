@@ -15,7 +15,6 @@ struct NodeMoments
   Vector3 AreaVector{ 0, 0, 0 }; ///< sum A_i: coverage is the same at every level
   Vector3 Position{ 0, 0, 0 };   ///< sum a_i p_i / sum a_i
   Symmetric3 Covariance{};       ///< of the mixture: mean of S_i plus that of the positions
-  Symmetric3 LeafCovariance{};   ///< V_r, mean of S_i; S - V_r is the paper's V_q
   double Opacity = 1.0;          ///< mean, weighted with a_i
 };
 
@@ -56,7 +55,6 @@ inline NodeMoments Join(const NodeMoments& a, const NodeMoments& b, bool twoSide
   }
   node.Covariance = Mix(a.Covariance, wa, b.Covariance, wb);
   AddOuterProduct(node.Covariance, d, wa * wb);
-  node.LeafCovariance = Mix(a.LeafCovariance, wa, b.LeafCovariance, wb);
   node.Opacity = wa * a.Opacity + wb * b.Opacity;
   return node;
 }

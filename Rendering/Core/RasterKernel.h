@@ -107,6 +107,9 @@ struct RasterKernel
   std::uint64_t (*AddSplat)(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
     const LensSlope* slope, const TileSpan& span, float x, float y, const RasterSettings& settings,
     const CloseCallback& callback);
+  /// Composites the open layers of a block that end before a depth, where nothing more begins
+  /// before it.
+  void (*CloseBefore)(PixelTile& tile, int block, float near, const RasterSettings& settings);
   /// Composites all open layers of a tile.
   void (*CloseAll)(PixelTile& tile, const RasterSettings& settings);
   const char* Name;

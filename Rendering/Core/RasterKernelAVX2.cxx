@@ -2,4 +2,4 @@
 #include "RasterKernelImplementation.h"
 
 const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelAVX2 = { SurfelSplatting::AddSplat,
-  SurfelSplatting::CloseAll, "AVX2" };
+  SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX2" };

@@ -2,5 +2,5 @@
 #include "RasterKernelImplementation.h"
 
 const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelAVX512 = {
-  SurfelSplatting::AddSplat, SurfelSplatting::CloseAll, "AVX-512"
+  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX-512"
 };

@@ -2,5 +2,5 @@
 #include "RasterKernelImplementation.h"
 
 const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelBaseline = {
-  SurfelSplatting::AddSplat, SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "baseline"
 };

@@ -417,6 +417,16 @@ std::uint64_t AddSplat(PixelTile& tile, const Splat& s, const SplatGradient* g, 
            : AddBlocks<false, false>(tile, s, g, l, span, x, y, settings, callback);
 }
 
+void CloseBefore(PixelTile& tile, int block, float near, const RasterSettings& settings)
+{
+  const OpenLayers& open = tile.Open[block];
+  const LaneMask close = (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < near);
+  if (Any(close))
+  {
+    CloseLayers(tile, block, close, settings);
+  }
+}
+
 void CloseAll(PixelTile& tile, const RasterSettings& settings)
 {
   for (int i = 0; i < BlocksPerTile; ++i)

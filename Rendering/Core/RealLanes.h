@@ -36,9 +36,26 @@ SURFELSPLATTING_INLINE Reals ToReals(const Floats& x)
   return __builtin_convertvector(x, Reals);
 }
 
+SURFELSPLATTING_INLINE Reals ToReals(const Ints& x)
+{
+  return __builtin_convertvector(x, Reals);
+}
+
 SURFELSPLATTING_INLINE Floats ToFloats(const Reals& x)
 {
   return __builtin_convertvector(x, Floats);
+}
+
+/// A vector with function(lane) in each lane.
+template <typename Vector, typename Function>
+SURFELSPLATTING_INLINE Vector FillLanes(Function&& function)
+{
+  Vector x;
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    x[l] = function(l);
+  }
+  return x;
 }
 
 /// The larger one; b where a is NaN.

@@ -40,12 +40,7 @@ struct Batch
 /// Field f of an array with the given stride, widened.
 SURFELSPLATTING_INLINE Reals Gather(const float* field, const std::size_t* index, int stride)
 {
-  Floats x;
-  for (int l = 0; l < RealLaneCount; ++l)
-  {
-    x[l] = field[stride * index[l]];
-  }
-  return ToReals(x);
+  return ToReals(FillLanes<Floats>([=](int l) { return field[stride * index[l]]; }));
 }
 
 SURFELSPLATTING_INLINE Reals3 GatherPosition(const SetupJob& job, const std::size_t* index)
@@ -55,15 +50,10 @@ SURFELSPLATTING_INLINE Reals3 GatherPosition(const SetupJob& job, const std::siz
     const float* p = job.PositionsFloat;
     return { Gather(p, index, 3), Gather(p + 1, index, 3), Gather(p + 2, index, 3) };
   }
-  Reals3 p;
-  for (int l = 0; l < RealLaneCount; ++l)
-  {
-    const double* source = job.PositionsDouble + 3 * index[l];
-    p.X[l] = source[0];
-    p.Y[l] = source[1];
-    p.Z[l] = source[2];
-  }
-  return p;
+  const double* p = job.PositionsDouble;
+  return { FillLanes<Reals>([=](int l) { return p[3 * index[l]]; }),
+    FillLanes<Reals>([=](int l) { return p[3 * index[l] + 1]; }),
+    FillLanes<Reals>([=](int l) { return p[3 * index[l] + 2]; }) };
 }
 
 /// Covariance to camera space, L S L'.
@@ -84,19 +74,72 @@ SURFELSPLATTING_INLINE void PlaceCovariance(const SetupJob& job, const Reals s[6
   b.XZ = Dot(job.Linear[0], rows[2]);
 }
 
-/// PlaceSurfel.
-SURFELSPLATTING_INLINE void Place(
-  const SetupJob& job, const std::size_t* index, const RealMask& present, Batch& b)
+/// Surfels or nodes as they are stored, one in each lane.
+struct Stored
 {
-  const Reals3 local = GatherPosition(job, index);
+  Reals3 Position, Area;
+  Reals Covariance[6];
+  RealMask TwoSided;
+};
+
+SURFELSPLATTING_INLINE void GatherSurfels(const SetupJob& job, const std::size_t* index, Stored& s)
+{
+  s.Position = GatherPosition(job, index);
   const float* a = job.AreaVectors;
-  const Reals3 area{ Gather(a, index, 3), Gather(a + 1, index, 3), Gather(a + 2, index, 3) };
-  Reals s[6];
-  Reals zero = 0.0 * (local.X + local.Y + local.Z) + 0.0 * (area.X + area.Y + area.Z);
+  s.Area = { Gather(a, index, 3), Gather(a + 1, index, 3), Gather(a + 2, index, 3) };
   for (int i = 0; i < 6; ++i)
   {
-    s[i] = Gather(job.Covariances + i, index, 6);
-    zero += 0.0 * s[i];
+    s.Covariance[i] = Gather(job.Covariances + i, index, 6);
+  }
+  const unsigned char* twoSided = job.TwoSided;
+  s.TwoSided =
+    twoSided ? FillLanes<RealMask>([=](int l) { return twoSided[index[l]] ? -1 : 0; }) : RealMask{};
+}
+
+/// NodePacking.h.
+SURFELSPLATTING_INLINE void GatherNodes(const SetupJob& job, const std::size_t* index, Stored& s)
+{
+  const HierarchyNode* nodes[RealLaneCount];
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    nodes[l] = job.Nodes + (index[l] - job.NumberOfSurfels);
+  }
+  Reals position[3], normal[3], x[6];
+  const Reals areaUnit =
+    ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Area; })) / PackedOne;
+  for (int i = 0; i < 3; ++i)
+  {
+    position[i] = ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Position[i]; }));
+    normal[i] = areaUnit * ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Normal[i]; }));
+  }
+  s.Position = { position[0], position[1], position[2] };
+  s.Area = { normal[0], normal[1], normal[2] };
+  s.TwoSided = FillLanes<RealMask>([&](int l) { return nodes[l]->TwoSided ? -1 : 0; });
+  const Reals unit =
+    ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Deviation; })) / PackedOne;
+  for (int i = 0; i < 6; ++i)
+  {
+    x[i] = unit * ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Factor[i]; }));
+  }
+  s.Covariance[0] = x[0] * x[0];
+  s.Covariance[1] = x[1] * x[1] + x[2] * x[2];
+  s.Covariance[2] = x[3] * x[3] + x[4] * x[4] + x[5] * x[5];
+  s.Covariance[3] = x[0] * x[1];
+  s.Covariance[4] = x[1] * x[3] + x[2] * x[4];
+  s.Covariance[5] = x[0] * x[3];
+}
+
+/// PlaceSurfel.
+SURFELSPLATTING_INLINE void Place(
+  const SetupJob& job, const std::size_t* index, const RealMask& present, int level, Batch& b)
+{
+  Stored stored;
+  level > 0 ? GatherNodes(job, index, stored) : GatherSurfels(job, index, stored);
+  const Reals3 &local = stored.Position, &area = stored.Area;
+  Reals zero = 0.0 * (local.X + local.Y + local.Z) + 0.0 * (area.X + area.Y + area.Z);
+  for (const Reals& s : stored.Covariance)
+  {
+    zero += 0.0 * s;
   }
   const RealMask finite = zero == 0.0;
   b.Invalid = present & ~finite;
@@ -111,17 +154,9 @@ SURFELSPLATTING_INLINE void Place(
   b.Deposit =
     job.Parallel ? f2 * b.Area.Z : f2 * Dot(b.Area, b.P) * b.InverseZ * b.InverseZ * b.InverseZ;
   b.BackSide = b.Deposit < 0.0;
-  if (job.TwoSided)
-  {
-    RealMask twoSided;
-    for (int l = 0; l < RealLaneCount; ++l)
-    {
-      twoSided[l] = job.TwoSided[index[l]] ? -1 : 0;
-    }
-    b.Deposit = (b.BackSide & twoSided) ? -b.Deposit : b.Deposit;
-  }
+  b.Deposit = (b.BackSide & stored.TwoSided) ? -b.Deposit : b.Deposit;
   b.Alive &= b.Deposit > 0.0;
-  PlaceCovariance(job, s, b);
+  PlaceCovariance(job, stored.Covariance, b);
   if (!job.Parallel)
   {
     b.Alive &= b.P.Z * b.P.Z >= job.Support / job.Tau * b.ZZ;

@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include "HierarchyNode.h"
 #include "LensSectors.h"
 #include "Splat.h"
 
@@ -33,8 +34,9 @@ struct SetupJob
   const unsigned char* TwoSided;
   const unsigned char* ColorsUChar;
   const float* ColorsFloat;
-  const float *NodeColors, *NodeGradients;
-  std::size_t NumberOfLeaves;
+  std::size_t NumberOfSurfels;
+  const HierarchyNode* Nodes;  ///< surfel NumberOfSurfels is the first of them
+  const NodeColor* NodeColors; ///< or null
   double Opacity;
   double Linear[3][3], Translation[3]; ///< local to camera
   double AreaToCamera[3][3];

@@ -302,17 +302,18 @@ SURFELSPLATTING_INLINE RealMask IsRepresentable(const Batch& b)
 SURFELSPLATTING_INLINE void MakeGradient(
   const SetupJob& job, const std::size_t* index, Batch& b, Floats gradient[6])
 {
-  const Reals scale = b.Tilt * b.InverseRoot * b.InverseRoot;
+  const NodeColor* nodes[RealLaneCount];
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    nodes[l] = job.NodeColors + (index[l] - job.NumberOfSurfels);
+  }
+  const Reals unit = ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->MomentUnit; }));
+  const Reals scale = b.Tilt * b.InverseRoot * b.InverseRoot * (unit / PackedOne);
   for (int c = 0; c < 3; ++c)
   {
-    Reals3 local;
-    for (int l = 0; l < RealLaneCount; ++l)
-    {
-      const float* h = job.NodeGradients + 9 * (index[l] - job.NumberOfLeaves) + 3 * c;
-      local.X[l] = h[0];
-      local.Y[l] = h[1];
-      local.Z[l] = h[2];
-    }
+    const Reals3 local{ ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Moment[c][0]; })),
+      ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Moment[c][1]; })),
+      ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Moment[c][2]; })) };
     const Reals3 moment{ Dot(job.Linear[0], local), Dot(job.Linear[1], local),
       Dot(job.Linear[2], local) };
     const Reals hx = b.MX0 * moment.X + b.MX2 * moment.Z;
@@ -438,12 +439,12 @@ SURFELSPLATTING_INLINE void MakeBatch(const SetupJob& job, const std::size_t* in
   const RealMask& present, int level, SplatOutput& output)
 {
   Batch b;
-  Place(job, index, present, b);
+  Place(job, index, present, level, b);
   if (AnyOf(b.Alive))
   {
     MakeBlur(job, level, b);
     Project(job, b);
-    b.Tilted = b.Alive & (level > 0 && job.NodeGradients ? -1 : 0);
+    b.Tilted = b.Alive & (level > 0 && job.NodeColors ? -1 : 0);
     b.Cell = ToReals(1.0);
     b.SquaredConfusion = b.ConfusionX * b.ConfusionY;
     if (job.CoarseGrids)
@@ -458,7 +459,7 @@ SURFELSPLATTING_INLINE void MakeBatch(const SetupJob& job, const std::size_t* in
     {
       SetDepth(job, b);
       MakeShading(job, b);
-      SetColor(job, index, b);
+      SetColor(job, index, level, b);
       const RealMask representable = IsRepresentable(b);
       b.Invalid |= b.Alive & ~representable;
       b.Alive &= representable;

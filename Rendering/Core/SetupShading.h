@@ -101,34 +101,63 @@ SURFELSPLATTING_INLINE Reals ClampColor(const Reals& x, double high)
   return IsFinite(x) ? Smaller(Larger(x, Reals{}), ToReals(high)) : x;
 }
 
-/// SurfelCloud::Color, shaded.
-SURFELSPLATTING_INLINE void SetColor(const SetupJob& job, const std::size_t* index, Batch& b)
+/// SurfelCloud::Color of surfels.
+SURFELSPLATTING_INLINE void GatherColors(
+  const SetupJob& job, const std::size_t* index, Reals color[4])
 {
-  Reals c[4] = { ToReals(job.Color[0]), ToReals(job.Color[1]), ToReals(job.Color[2]),
-    ToReals(1.0) };
-  const bool nodes = job.NodeColors && index[0] >= job.NumberOfLeaves;
   for (int l = 0; l < RealLaneCount; ++l)
   {
     for (int i = 0; i < 4; ++i)
     {
-      if (nodes)
+      if (job.ColorsUChar)
       {
-        c[i][l] = job.NodeColors[4 * (index[l] - job.NumberOfLeaves) + i];
-      }
-      else if (job.ColorsUChar)
-      {
-        c[i][l] = job.ColorsUChar[4 * index[l] + i] / 255.0;
+        color[i][l] = job.ColorsUChar[4 * index[l] + i] / 255.0;
       }
       else if (job.ColorsFloat)
       {
-        c[i][l] = job.ColorsFloat[4 * index[l] + i];
+        color[i][l] = job.ColorsFloat[4 * index[l] + i];
       }
     }
   }
-  if (!nodes && job.Opacities)
+  if (job.Opacities)
   {
-    c[3] *= Gather(job.Opacities, index, 1);
+    color[3] *= Gather(job.Opacities, index, 1);
   }
+}
+
+/// SurfelCloud::Color of nodes above the leaves.
+SURFELSPLATTING_INLINE void GatherNodeColors(
+  const SetupJob& job, const std::size_t* index, Reals color[4])
+{
+  const std::size_t first = job.NumberOfSurfels;
+  if (!job.NodeColors)
+  {
+    const HierarchyNode* nodes = job.Nodes;
+    color[3] = ToReals(FillLanes<Ints>([=](int l) { return nodes[index[l] - first].Opacity; }));
+    color[3] *= 1.0 / PackedOne;
+    return;
+  }
+  const NodeColor* nodes[RealLaneCount];
+  for (int l = 0; l < RealLaneCount; ++l)
+  {
+    nodes[l] = job.NodeColors + (index[l] - first);
+  }
+  const Reals unit =
+    ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->ColorUnit; })) / PackedOne;
+  for (int c = 0; c < 3; ++c)
+  {
+    color[c] = unit * ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Color[c]; }));
+  }
+  color[3] = ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Opacity; })) * (1.0 / PackedOne);
+}
+
+/// SurfelCloud::Color, shaded.
+SURFELSPLATTING_INLINE void SetColor(
+  const SetupJob& job, const std::size_t* index, int level, Batch& b)
+{
+  Reals c[4] = { ToReals(job.Color[0]), ToReals(job.Color[1]), ToReals(job.Color[2]),
+    ToReals(1.0) };
+  level > 0 ? GatherNodeColors(job, index, c) : GatherColors(job, index, c);
   constexpr double largest = LargestColor;
   b.Red = ClampColor(b.Base[0] + b.Share[0] * c[0], largest);
   b.Green = ClampColor(b.Base[1] + b.Share[1] * c[1], largest);

@@ -44,9 +44,9 @@ void SplatMaker::SetCloud(const SurfelCloud& cloud)
   j.TwoSided = cloud.TwoSided;
   j.ColorsUChar = cloud.ColorsUChar;
   j.ColorsFloat = cloud.ColorsFloat;
+  j.Nodes = cloud.Nodes;
   j.NodeColors = cloud.NodeColors;
-  j.NodeGradients = cloud.NodeGradients;
-  j.NumberOfLeaves = cloud.NumberOfLeaves;
+  j.NumberOfSurfels = cloud.NumberOfSurfels;
   j.Opacity = cloud.Opacity;
   for (int i = 0; i < 3; ++i)
   {
@@ -121,6 +121,36 @@ void SplatMaker::SetLights(const Material& material)
   }
   j.Lights = this->Lights.data();
   j.NumberOfLights = this->Lights.size();
+}
+
+namespace
+{
+/// Elements [begin, begin + count) of an array, or nothing of none.
+void PrefetchElements(const void* array, std::size_t size, std::size_t begin, std::size_t count)
+{
+  constexpr std::size_t line = 64;
+  const char* first = static_cast<const char*>(array) + size * begin;
+  for (std::size_t offset = 0; array && offset < size * count; offset += line)
+  {
+    __builtin_prefetch(first + offset);
+  }
+}
+}
+
+void SplatMaker::Prefetch(std::size_t begin, std::size_t count, int level) const
+{
+  const SetupJob& j = this->Job;
+  if (level > 0)
+  {
+    PrefetchElements(j.Nodes, sizeof(HierarchyNode), begin - j.NumberOfSurfels, count);
+    PrefetchElements(j.NodeColors, sizeof(NodeColor), begin - j.NumberOfSurfels, count);
+    return;
+  }
+  PrefetchElements(j.PositionsFloat, 3 * sizeof(float), begin, count);
+  PrefetchElements(j.Covariances, 6 * sizeof(float), begin, count);
+  PrefetchElements(j.AreaVectors, 3 * sizeof(float), begin, count);
+  PrefetchElements(j.Opacities, sizeof(float), begin, count);
+  PrefetchElements(j.ColorsUChar, 4, begin, count);
 }
 
 void SplatMaker::Make(std::size_t begin, std::size_t count, int level, SplatOutput& output) const

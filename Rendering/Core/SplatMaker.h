@@ -25,6 +25,9 @@ public:
   void Set(const SplatContext& context, const SurfelCloud& cloud,
     const SetupKernel& kernel = SelectSetupKernel());
 
+  /// Asks for the memory of surfels that will be made soon.
+  void Prefetch(std::size_t begin, std::size_t count, int level) const;
+
   /// Appends the visible splats of surfels [begin, begin + count), all of one level.
   void Make(std::size_t begin, std::size_t count, int level, SplatOutput& output) const;
 

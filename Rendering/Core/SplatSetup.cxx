@@ -159,7 +159,7 @@ SplatStatus PlaceSurfel(double reach, const View& view, const PlacedCloud& sourc
     Dot(source.AreaToCamera[2], area) };
   placed.Deposit = ProjectedArea(view, placed.Area, placed.Position);
   placed.BackSide = placed.Deposit < 0.0;
-  if (placed.BackSide && cloud.TwoSided && cloud.TwoSided[surfel])
+  if (placed.BackSide && cloud.IsTwoSided(surfel))
   {
     placed.Deposit = -placed.Deposit;
   }
@@ -354,12 +354,13 @@ Footprint PaperFootprint(const SplatContext& context, const TruncatedGaussian& g
 SplatGradient MakeGradient(const PlacedCloud& cloud, std::size_t surfel,
   const ProjectionJacobian& jacobian, const Footprint& w, const Shading& shading, double tilt)
 {
-  const float* h = cloud.Cloud.NodeGradients + 9 * (surfel - cloud.Cloud.NumberOfLeaves);
+  const ColorMoments moments =
+    UnpackColor(cloud.Cloud.NodeColors[surfel - cloud.Cloud.NumberOfSurfels]);
   float x[3], y[3];
   for (int c = 0; c < 3; ++c)
   {
-    const Vector3 moment =
-      cloud.LocalToCamera.ApplyLinear({ h[3 * c], h[3 * c + 1], h[3 * c + 2] });
+    const double* h = moments.First[c];
+    const Vector3 moment = cloud.LocalToCamera.ApplyLinear({ h[0], h[1], h[2] });
     const double hx = Dot(jacobian.X, moment), hy = Dot(jacobian.Y, moment);
     const double scale = shading.Share[c] * tilt / w.Determinant;
     x[c] = static_cast<float>(scale * (w.YY * hx - w.XY * hy));
@@ -450,7 +451,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double areaLength = Norm(placed.Area);
   const ProjectionJacobian jacobian(view, p);
   const bool paper = level > 0 && context.Detail.Rule == DetailRule::Paper;
-  bool tilted = level > 0 && !paper && cloud.Cloud.NodeGradients && !context.ColorByLevel;
+  bool tilted = level > 0 && !paper && cloud.Cloud.NodeColors && !context.ColorByLevel;
   const Blur blur = MakeBlur(context, gaussian, placed, areaLength, level);
   const Footprint full = paper
     ? PaperFootprint(context, gaussian, cloud, surfel, placed, jacobian, blur)

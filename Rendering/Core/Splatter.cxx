@@ -74,13 +74,12 @@ void Splatter::SetCell(const SplatContext& context, const LensCell& cell, bool h
 /// Of one cloud, into Runs.
 void Splatter::ChooseRuns(const SurfelCloud& cloud, const Executor& executor)
 {
+  this->Stats.Surfels += cloud.NumberOfSurfels;
   if (!cloud.Detail)
   {
-    this->Stats.Surfels += cloud.NumberOfSurfels;
     AllSurfels(cloud, this->Runs);
     return;
   }
-  this->Stats.Surfels += cloud.NumberOfLeaves;
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const KernelReach reach{ std::fmax(

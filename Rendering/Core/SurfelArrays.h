@@ -17,11 +17,6 @@ constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 
 // Of a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves
-constexpr const char* Area = "SurfelArea";     // float[1], sum of the leaves' areas
-constexpr const char* LeafCovariance = "SurfelLeafCovariance"; // float[6], mean of the leaves'
-constexpr const char* Bound =
-  "SurfelBound";                           // float[1], radius of a sphere with all leaves' centres
-constexpr const char* Cone = "SurfelCone"; // float[1], cosine of a cone with all leaves' normals
-constexpr const char* Level = "SurfelLevel"; // unsigned char[1], 0 = leaf
+constexpr const char* Nodes = "SurfelNodes";   // field data, unsigned char[48]: HierarchyNode
 }
 }

@@ -96,6 +96,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   this->Last = bins.Offsets[tile + 1];
   this->Pending.clear();
   this->PendingNext = 0;
+  this->PendingFar = -Infinity;
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
@@ -183,7 +184,8 @@ void TileRaster::TakeMean()
 }
 
 /// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As
-/// many as are pending already: where all begin at one depth, the time to sort stays n log n.
+/// many as are pending already: where all begin at one depth, the time to sort stays n log n. Fewer
+/// where a gap in depth follows: what is behind it may be hidden.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;
@@ -194,8 +196,13 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
   const SplatList& list = lazy.Splats();
   std::size_t size = before;
-  while (run != end && size < wanted)
+  while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
+    this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
+    if (run + 1 < end)
+    {
+      lazy.Prefetch(run[1]);
+    }
     const SplatList::Part& part = lazy.Get(*run++);
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
@@ -254,26 +261,41 @@ bool TileRaster::AddBefore(
   }
 }
 
-/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
-/// LeastTransmittance.
-bool TileRaster::IsOpaque(float near) const
+/// Whether all of a block's pixels that let light through are behind another prop from a depth on.
+bool TileRaster::IsBehindProp(int block, float near) const
 {
-  constexpr std::uint64_t all = ~std::uint64_t{ 0 };
-  for (int i = 0; this->DepthLimit && i < BlocksPerTile; ++i)
+  const OpenLayers& open = this->Tile.Open[block];
+  const FinishedLayers& done = this->Tile.Finished[block];
+  for (int l = 0; l < PixelsPerBlock; ++l)
   {
-    const OpenLayers& open = this->Tile.Open[i];
-    const FinishedLayers& done = this->Tile.Finished[i];
-    for (int l = 0; (this->Tile.Opaque >> i & 1) == 0 && l < PixelsPerBlock; ++l)
+    // Unless an open layer could still be joined.
+    const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
+    if (done.Transmittance[l] > LeastTransmittance && !hidden)
     {
-      // Behind another prop, unless an open layer could still be joined.
-      const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
-      if (done.Transmittance[l] > LeastTransmittance && !hidden)
-      {
-        return false;
-      }
+      return false;
     }
   }
-  return this->DepthLimit || this->Tile.Opaque == all;
+  return true;
+}
+
+/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
+/// LeastTransmittance. Composites the layers that end before, block by block up to one that is not
+/// opaque.
+bool TileRaster::IsOpaque(float near)
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    if ((this->Tile.Opaque >> i & 1) != 0)
+    {
+      continue;
+    }
+    Kernel.CloseBefore(this->Tile, i, near, this->Settings);
+    if ((this->Tile.Opaque >> i & 1) == 0 && !(this->DepthLimit && this->IsBehindProp(i, near)))
+    {
+      return false;
+    }
+  }
+  return true;
 }
 
 void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)

@@ -59,7 +59,8 @@ private:
   void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
   bool AddBefore(
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
-  bool IsOpaque(float near) const;
+  bool IsBehindProp(int block, float near) const;
+  bool IsOpaque(float near);
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
   void Store(const Frame& frame) const;
@@ -83,6 +84,7 @@ private:
   std::uint64_t Last = 0;
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
+  float PendingFar = 0.0f; ///< none of the runs taken so far reaches beyond
   KeySorter Sorter;
   bool InSectors = false;
   float SectorIndex = WholeLens;

@@ -196,8 +196,6 @@ int main(int argc, char* argv[])
   const SurfelCloud nodes = hierarchy.Get();
   SurfelCloud leaves = nodes;
   leaves.Detail = nullptr;
-  leaves.NodeColors = leaves.NodeGradients = nullptr;
-  leaves.NumberOfSurfels = nodes.NumberOfLeaves;
 
   SplatContext sharp;
   sharp.Camera.Width = sharp.Camera.Height = pixels;

@@ -77,8 +77,7 @@ void RenderScalar(
   for (const SurfelCloud& cloud : clouds)
   {
     const PlacedCloud placed(fine.Camera, cloud);
-    const std::size_t surfels = cloud.Detail ? cloud.NumberOfLeaves : cloud.NumberOfSurfels;
-    for (std::size_t i = 0; i < surfels; ++i)
+    for (std::size_t i = 0; i < cloud.NumberOfSurfels; ++i)
     {
       SplatRecord record;
       if (MakeSplat(fine, gaussian, placed, i, 0, record) != SplatStatus::Visible)

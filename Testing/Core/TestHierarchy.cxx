@@ -5,10 +5,12 @@
  */
 #include "Check.h"
 #include "NodeMoments.h"
+#include "NodePacking.h"
 #include "TestScene.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 using namespace SurfelSplatting;
@@ -69,103 +71,113 @@ struct LeafSums
   double Color[3] = { 0, 0, 0 };
 };
 
-/// Sums over the leaves of node j of a level, in double.
-LeafSums SumLeaves(const TestHierarchy& h, std::size_t first, std::size_t last, bool twoSided)
+/// Sums over leaves in double.
+LeafSums SumLeaves(const SurfelCloud& tree, std::size_t first, std::size_t last, bool twoSided)
 {
   LeafSums sums;
   for (std::size_t i = first; i < last; ++i)
   {
-    const double a = h.Areas[i];
-    const Vector3 vector{ h.AreaVectors[3 * i], h.AreaVectors[3 * i + 1],
-      h.AreaVectors[3 * i + 2] };
+    const Vector3 vector = tree.AreaVector(i), p = tree.Position(i);
+    const double a = Norm(vector);
     const double sign = twoSided && Dot(vector, sums.AreaVector) < 0.0 ? -1.0 : 1.0;
-    const double mass = a * h.LeafColors[4 * i + 3] * h.Opacities[i];
+    const std::array<double, 4> color = tree.Color(i);
     sums.Area += a;
-    sums.Opacity += a * h.Opacities[i];
-    sums.Mass += mass;
+    sums.Opacity += a * tree.OwnOpacity(i);
+    sums.Mass += a * color[3];
     for (int c = 0; c < 3; ++c)
     {
       sums.AreaVector[c] += sign * vector[c];
-      sums.Position[c] += a * h.Positions[3 * i + c];
-      sums.Color[c] += mass * h.LeafColors[4 * i + c];
+      sums.Position[c] += a * p[c];
+      sums.Color[c] += a * color[3] * color[c];
     }
   }
   return sums;
+}
+
+/// What is stored with 16 bits, in its unit.
+constexpr double Packed = 1.01 * 0.5 / PackedOne;
+
+double LargestElement(const Symmetric3& s)
+{
+  return std::max({ std::abs(s.XX), std::abs(s.YY), std::abs(s.ZZ), std::abs(s.XY), std::abs(s.YZ),
+    std::abs(s.XZ) });
+}
+
+void CheckCovariance(const Symmetric3& stored, const Symmetric3& expected, double tolerance)
+{
+  const Symmetric3 d = Mix(stored, 1.0, expected, -1.0);
+  CHECK_NEAR(LargestElement(d) / expected.Trace(), 0.0, tolerance);
+}
+
+/// Bounds, covariances and the first moment of colour of a node, against its leaves.
+void CheckSpread(const SurfelCloud& tree, std::size_t node, std::size_t first, std::size_t last,
+  const LeafSums& sums, bool twoSided)
+{
+  const Vector3 p = tree.Position(node), axis = tree.AreaVector(node);
+  double cosine = 1.0, farthest = 0.0;
+  Symmetric3 covariance{}, leaves{};
+  double gradient[3][3] = {};
+  for (std::size_t i = first; i < last; ++i)
+  {
+    const Vector3 q = tree.Position(i), a = tree.AreaVector(i);
+    const Vector3 d{ q[0] - p[0], q[1] - p[1], q[2] - p[2] };
+    farthest = std::max(farthest, Norm(d));
+    cosine = std::min(cosine, Dot(a, axis) / (Norm(a) * Norm(axis)));
+    const double share = Norm(a) / sums.Area;
+    leaves = Mix(leaves, 1.0, tree.Covariance(i), share);
+    AddOuterProduct(covariance, d, share);
+    const std::array<double, 4> color = tree.Color(i);
+    for (int c = 0; c < 3; ++c)
+    {
+      for (int x = 0; x < 3; ++x)
+      {
+        gradient[c][x] +=
+          Norm(a) * color[3] / sums.Mass * (color[c] - sums.Color[c] / sums.Mass) * q[x];
+      }
+    }
+  }
+  covariance = Mix(covariance, 1.0, leaves, 1.0);
+  CHECK(farthest <= tree.Node(node).Bound);
+  const double cone = ConeOf(tree.Node(node));
+  CHECK(twoSided ? cone == -1.0 : cosine >= cone);
+  CheckCovariance(tree.Covariance(node), covariance, 8.0 * Packed);
+  CheckCovariance(tree.LeafCovariance(node), leaves, 1e-6);
+  // Opacities vary within the node, and means of position are by area: the first moment is about
+  // centres that differ by that much.
+  const ColorMoments colors = UnpackColor(tree.NodeColors[node - tree.NumberOfSurfels]);
+  for (int c = 0; c < 3; ++c)
+  {
+    for (int x = 0; x < 3; ++x)
+    {
+      CHECK_NEAR(colors.First[c][x], gradient[c][x], 0.08 * std::sqrt(covariance.Trace()) + 1e-6);
+    }
+  }
 }
 
 void CheckNode(const TestHierarchy& h, int level, int tree, std::size_t j)
 {
   const HierarchyLayout& layout = h.Order.Layout;
   const bool twoSided = tree == HierarchyLayout::TwoSided;
+  const SurfelCloud cloud = h.Get();
   const std::size_t node = layout.Begin(level, tree) + j;
   const std::size_t first = layout.Begin(0, tree) + (j << level);
   const std::size_t last =
     layout.Begin(0, tree) + std::min<std::size_t>((j + 1) << level, layout.NumberOfLeaves(tree));
-  const LeafSums sums = SumLeaves(h, first, last, twoSided);
-  // Floats at every level: one rounding each.
-  const double tolerance = 1e-6 * (level + 1);
-  CHECK_NEAR(h.Areas[node], sums.Area, tolerance * sums.Area);
-  CHECK_NEAR(h.Opacities[node], sums.Opacity / sums.Area, tolerance);
-  double cosine = 1.0, farthest = 0.0, sign = 0.0;
-  Symmetric3 covariance{};
-  Vector3 p;
-  double gradient[3][3] = {};
+  const LeafSums sums = SumLeaves(cloud, first, last, twoSided);
+  CHECK(cloud.IsTwoSided(node) == twoSided);
+  CHECK_NEAR(cloud.Node(node).Area, sums.Area, 1e-7 * sums.Area);
+  CHECK_NEAR(cloud.OwnOpacity(node), sums.Opacity / sums.Area, Packed);
+  const Vector3 p = cloud.Position(node), a = cloud.AreaVector(node);
+  const double sign = Dot(a, sums.AreaVector) < 0.0 ? -1.0 : 1.0;
+  const std::array<double, 4> color = cloud.Color(node);
+  CHECK_NEAR(color[3], sums.Mass / sums.Area, Packed);
   for (int c = 0; c < 3; ++c)
   {
-    p[c] = h.Positions[3 * node + c];
-    CHECK_NEAR(p[c], sums.Position[c] / sums.Area, tolerance * 3.0);
-    sign += h.AreaVectors[3 * node + c] * sums.AreaVector[c];
+    CHECK_NEAR(p[c], sums.Position[c] / sums.Area, 3e-7);
+    CHECK_NEAR(a[c], sign * sums.AreaVector[c], Packed * sums.Area);
+    CHECK_NEAR(color[c], sums.Color[c] / sums.Mass, Packed);
   }
-  sign = sign < 0.0 ? -1.0 : 1.0;
-  for (int c = 0; c < 3; ++c)
-  {
-    CHECK_NEAR(h.AreaVectors[3 * node + c], sign * sums.AreaVector[c], tolerance * sums.Area);
-  }
-  const Vector3 axis{ h.AreaVectors[3 * node], h.AreaVectors[3 * node + 1],
-    h.AreaVectors[3 * node + 2] };
-  for (std::size_t i = first; i < last; ++i)
-  {
-    const Vector3 d{ h.Positions[3 * i] - p[0], h.Positions[3 * i + 1] - p[1],
-      h.Positions[3 * i + 2] - p[2] };
-    const Vector3 a{ h.AreaVectors[3 * i], h.AreaVectors[3 * i + 1], h.AreaVectors[3 * i + 2] };
-    farthest = std::max(farthest, Norm(d));
-    cosine = std::min(cosine, Dot(a, axis) / (Norm(a) * Norm(axis)));
-    const double share = h.Areas[i] / sums.Area;
-    const float* s = h.Covariances.data() + 6 * i;
-    covariance = Mix(covariance, 1.0, { s[0], s[1], s[2], s[3], s[4], s[5] }, share);
-    AddOuterProduct(covariance, d, share);
-    const double mass = h.Areas[i] * h.LeafColors[4 * i + 3] * h.Opacities[i] / sums.Mass;
-    for (int c = 0; c < 3; ++c)
-    {
-      for (int x = 0; x < 3; ++x)
-      {
-        gradient[c][x] +=
-          mass * (h.LeafColors[4 * i + c] - sums.Color[c] / sums.Mass) * h.Positions[3 * i + x];
-      }
-    }
-  }
-  CHECK(farthest <= h.Bounds[node] + 1e-6);
-  CHECK(twoSided ? h.Cones[node] == -1.0f : cosine >= h.Cones[node] - 1e-5);
-  const float* s = h.Covariances.data() + 6 * node;
-  const double trace = covariance.Trace();
-  CHECK_NEAR(s[0], covariance.XX, 1e-5 * trace);
-  CHECK_NEAR(s[4], covariance.YZ, 1e-5 * trace);
-  if (level > 0)
-  {
-    const std::size_t inner = node - layout.NumberOfLeaves();
-    CHECK_NEAR(h.Colors.Colors[4 * inner + 3], sums.Mass / sums.Area, tolerance);
-    // Opacities vary within the node, and means of position are by area: the first moment is about
-    // centres that differ by that much.
-    for (int c = 0; c < 3; ++c)
-    {
-      CHECK_NEAR(h.Colors.Colors[4 * inner + c], sums.Color[c] / sums.Mass, 5.0 * tolerance);
-      for (int x = 0; x < 3; ++x)
-      {
-        CHECK_NEAR(h.Colors.Gradients[9 * inner + 3 * c + x], gradient[c][x],
-          0.08 * std::sqrt(trace) + 1e-6);
-      }
-    }
-  }
+  CheckSpread(cloud, node, first, last, sums, twoSided);
 }
 
 void TestMoments()
@@ -173,7 +185,7 @@ void TestMoments()
   Random random(1);
   const TestHierarchy h(BallAndSheet(700, random));
   CHECK(h.Order.Layout.NumberOfLeaves(0) == 700 && h.Order.Layout.NumberOfLeaves(1) == 700);
-  for (int level = 0; level < h.Order.Layout.NumberOfLevels(); ++level)
+  for (int level = 1; level < h.Order.Layout.NumberOfLevels(); ++level)
   {
     for (int tree = 0; tree < 2; ++tree)
     {
@@ -192,6 +204,7 @@ void TestCoverage()
   Random random(2);
   const TestHierarchy h(BallAndSheet(4000, random));
   const HierarchyLayout& layout = h.Order.Layout;
+  const SurfelCloud tree = h.Get();
   for (int repeat = 0; repeat < 50; ++repeat)
   {
     const Vector3 v = random.Direction();
@@ -201,8 +214,7 @@ void TestCoverage()
       double sum = 0.0;
       for (std::size_t j = 0; j < layout.Count(level, 0); ++j)
       {
-        const float* a = h.AreaVectors.data() + 3 * (layout.Begin(level, 0) + j);
-        sum += std::max(0.0, -(a[0] * v[0] + a[1] * v[1] + a[2] * v[2]));
+        sum += std::max(0.0, -Dot(tree.AreaVector(layout.Begin(level, 0) + j), v));
       }
       leaves = level == 0 ? sum : leaves;
       CHECK_NEAR(sum / leaves, 1.0, 0.01 * level + 1e-12);
@@ -210,12 +222,17 @@ void TestCoverage()
   }
 }
 
+template <typename T>
+bool SameBytes(const std::vector<T>& a, const std::vector<T>& b)
+{
+  return a.size() == b.size() &&
+    (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
 bool Same(const TestHierarchy& a, const TestHierarchy& b)
 {
-  return a.Order.Surfels == b.Order.Surfels && a.Positions == b.Positions &&
-    a.Covariances == b.Covariances && a.AreaVectors == b.AreaVectors && a.Bounds == b.Bounds &&
-    a.Cones == b.Cones && a.Colors.Colors == b.Colors.Colors &&
-    a.Colors.Gradients == b.Colors.Gradients;
+  return a.Order.Surfels == b.Order.Surfels && SameBytes(a.Nodes, b.Nodes) &&
+    SameBytes(a.Colors, b.Colors) && a.LeafCovariances == b.LeafCovariances;
 }
 
 void TestThreads()
@@ -231,10 +248,14 @@ void TestThreads()
 
 bool IsFinite(const TestHierarchy& h)
 {
-  for (const auto* values : { &h.Positions, &h.Covariances, &h.AreaVectors, &h.LeafCovariances,
-         &h.Opacities, &h.Areas, &h.Bounds, &h.Cones, &h.Colors.Colors, &h.Colors.Gradients })
+  const SurfelCloud tree = h.Get();
+  for (std::size_t i = tree.NumberOfSurfels; i < h.NumberOfNodes(); ++i)
   {
-    if (!std::all_of(values->begin(), values->end(), [](float x) { return std::isfinite(x); }))
+    const Vector3 p = tree.Position(i), a = tree.AreaVector(i);
+    const std::array<double, 4> c = tree.Color(i);
+    if (!std::isfinite(p[0] + p[1] + p[2]) || !std::isfinite(a[0] + a[1] + a[2]) ||
+      !std::isfinite(tree.Covariance(i).Trace()) || !std::isfinite(tree.Node(i).Bound) ||
+      !std::isfinite(tree.LeafCovariance(i).Trace()) || !std::isfinite(c[0] + c[1] + c[2] + c[3]))
     {
       return false;
     }
@@ -313,20 +334,69 @@ void TestFolds()
     cloud.Add(s);
   }
   const TestHierarchy h(cloud);
+  const SurfelCloud tree = h.Get();
   int mixed = 0;
   for (std::size_t j = 0; j < h.Order.Layout.Count(5, 0); ++j)
   {
     const std::size_t node = h.Order.Layout.Begin(5, 0) + j;
-    const float* a = h.AreaVectors.data() + 3 * node;
-    mixed += Coherence({ a[0], a[1], a[2] }, h.Areas[node]) < 0.5 ? 1 : 0;
+    mixed += Coherence(tree.AreaVector(node), tree.Node(node).Area) < 0.5 ? 1 : 0;
   }
   CHECK(mixed < 20); // of 128; by position alone nearly all
+}
+
+/// Any moments to 16 bits and back: to half a step of their units, whatever the rank.
+void TestPacking()
+{
+  Random random(6);
+  for (int i = 0; i < 2000; ++i)
+  {
+    NodeMoments m;
+    const double size = std::pow(10.0, random.Uniform(-12, 12));
+    const int rank = random.Integer(0, 3);
+    for (int r = 0; r < rank; ++r)
+    {
+      const double thin = r > 0 ? std::pow(10.0, random.Uniform(-6, 0)) : 1.0;
+      AddOuterProduct(m.Covariance, random.Direction(), size * size * thin * thin);
+    }
+    m.Area = size * size;
+    m.AreaVector = random.Direction();
+    for (double& x : m.AreaVector)
+    {
+      x *= m.Area * random.Uniform(0, 1);
+    }
+    m.Opacity = random.Uniform(0, 1);
+    const bool twoSided = random.Integer(0, 1) != 0;
+    const HierarchyNode node = PackNode(m, twoSided);
+    const Symmetric3 s = CovarianceOf(node);
+    const double largest = LargestElement(Mix(s, 1.0, m.Covariance, -1.0));
+    CHECK(largest <= 8.0 * Packed * m.Covariance.Trace());
+    for (int c = 0; c < 3; ++c)
+    {
+      CHECK_NEAR(AreaVectorOf(node)[c], m.AreaVector[c], Packed * m.Area);
+    }
+    CHECK_NEAR(OpacityOf(node), m.Opacity, Packed);
+    CHECK((node.TwoSided != 0) == twoSided);
+  }
+  HierarchyNode node{};
+  for (double cosine : { -1.0, -0.3, 0.0, 0.99999, 1.0 })
+  {
+    SetBounds(1.0 / 3.0, cosine, node);
+    CHECK(node.Bound >= 1.0 / 3.0 && ConeOf(node) <= cosine && ConeOf(node) >= cosine - 1e-4);
+  }
+  // Never NaN, whatever comes.
+  NodeMoments wild;
+  wild.Area = wild.AreaVector[1] = std::numeric_limits<double>::infinity();
+  wild.Covariance = { 1e300, 1e300, 1e300, 1e300, -1e300, std::nan("") };
+  const HierarchyNode packed = PackNode(wild, false);
+  CHECK(std::isfinite(packed.Area) && std::isfinite(CovarianceOf(packed).Trace()));
+  CHECK(std::isfinite(Norm(AreaVectorOf(packed))));
 }
 }
 
 int main()
 {
   TestLayout();
+  TestPacking();
   TestMoments();
   TestCoverage();
   TestThreads();

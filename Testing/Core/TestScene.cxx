@@ -92,55 +92,39 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   const SurfelCloud surfels = cloud.Get();
   this->Order = OrderLeaves(surfels, executor);
   const HierarchyLayout& layout = this->Order.Layout;
-  const std::size_t n = layout.NumberOfNodes(), leaves = layout.NumberOfLeaves();
-  NodeArrays nodes;
-  const auto allocate = [n](std::vector<float>& values, std::size_t components) {
-    values.resize(components * n);
-    return values.data();
-  };
-  nodes.Positions = allocate(this->Positions, 3);
-  nodes.Covariances = allocate(this->Covariances, 6);
-  nodes.AreaVectors = allocate(this->AreaVectors, 3);
-  nodes.LeafCovariances = allocate(this->LeafCovariances, 6);
-  nodes.Opacities = allocate(this->Opacities, 1);
-  nodes.Areas = allocate(this->Areas, 1);
-  nodes.Bounds = allocate(this->Bounds, 1);
-  nodes.Cones = allocate(this->Cones, 1);
-  FillNodes(surfels, this->Order, { 0, 0, 0 }, executor, nodes);
-  this->TwoSided.resize(n);
-  for (int level = 0; level < layout.NumberOfLevels(); ++level)
+  for (const std::uint32_t i : this->Order.Surfels)
   {
-    const std::size_t begin = layout.Begin(level, HierarchyLayout::TwoSided);
-    std::fill_n(this->TwoSided.begin() + static_cast<std::ptrdiff_t>(begin),
-      layout.Count(level, HierarchyLayout::TwoSided), static_cast<unsigned char>(1));
+    const auto append = [i](const float* values, std::size_t components, std::vector<float>& to) {
+      to.insert(to.end(), values + components * i, values + components * (i + 1));
+    };
+    const Vector3 p = surfels.Position(i);
+    this->Positions.insert(this->Positions.end(), p.begin(), p.end());
+    append(surfels.Covariances, 6, this->Covariances);
+    append(surfels.AreaVectors, 3, this->AreaVectors);
+    append(surfels.Opacities, 1, this->Opacities);
+    append(surfels.ColorsFloat, 4, this->LeafColors);
+    this->TwoSided.push_back(surfels.TwoSided[i]);
   }
-  this->LeafColors.resize(4 * n);
-  for (std::size_t i = 0; i < leaves; ++i)
-  {
-    std::copy_n(surfels.ColorsFloat + 4 * this->Order.Surfels[i], 4, &this->LeafColors[4 * i]);
-  }
-  SurfelCloud all = this->Get();
-  all.Detail = nullptr;
-  all.NodeColors = all.NodeGradients = nullptr;
-  this->Colors = MakeNodeColors(all, layout, this->Areas.data(), executor);
-  this->Table =
-    DetailTable(all, layout, this->Areas.data(), this->Bounds.data(), this->Cones.data(), executor);
+  this->Nodes.resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
+  FillNodes(this->Get(), layout, executor, this->Nodes.data());
+  this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
+  this->Colors = MakeNodeColors(this->Get(), layout, executor);
+  this->Table = DetailTable(this->Get(), layout, executor);
 }
 
 SurfelCloud TestHierarchy::Get() const
 {
   SurfelCloud cloud;
-  cloud.NumberOfSurfels = this->NumberOfNodes();
-  cloud.NumberOfLeaves = this->Order.Layout.NumberOfLeaves();
+  cloud.NumberOfSurfels = this->Order.Layout.NumberOfLeaves();
   cloud.PositionsFloat = this->Positions.data();
   cloud.Covariances = this->Covariances.data();
   cloud.AreaVectors = this->AreaVectors.data();
-  cloud.LeafCovariances = this->LeafCovariances.data();
   cloud.TwoSided = this->TwoSided.data();
   cloud.Opacities = this->Opacities.data();
   cloud.ColorsFloat = this->LeafColors.data();
-  cloud.NodeColors = this->Colors.Colors.data();
-  cloud.NodeGradients = this->Colors.Gradients.data();
+  cloud.Nodes = this->Nodes.data();
+  cloud.NodeColors = this->Colors.data();
+  cloud.LeafCovariances = this->LeafCovariances.data();
   cloud.Detail = &this->Table;
   cloud.LocalToWorld = this->LocalToWorld;
   cloud.Surface = this->Surface;

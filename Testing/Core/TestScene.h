@@ -5,7 +5,9 @@
  */
 #pragma once
 
+#include "DetailTable.h"
 #include "HierarchyBuilder.h"
+#include "LeafOrder.h"
 #include "NodeColors.h"
 #include "Splatter.h"
 
@@ -65,15 +67,16 @@ class TestHierarchy
 public:
   explicit TestHierarchy(const TestCloud& cloud, const Executor& executor = SerialExecutor());
 
-  /// All nodes as a cloud; drawn level by level as the context says. Positions are floats.
+  /// Leaves and nodes; drawn level by level as the context says. Positions are floats.
   SurfelCloud Get() const;
   std::size_t NumberOfNodes() const { return this->Order.Layout.NumberOfNodes(); }
 
   LeafOrder Order;
-  std::vector<float> Positions, Covariances, AreaVectors, LeafCovariances, Opacities, Areas, Bounds,
-    Cones, LeafColors;
+  std::vector<float> Positions, Covariances, AreaVectors, Opacities, LeafColors; ///< of the leaves
   std::vector<unsigned char> TwoSided;
-  NodeColorArrays Colors;
+  std::vector<HierarchyNode> Nodes;
+  std::vector<float> LeafCovariances;
+  std::vector<NodeColor> Colors;
   DetailTable Table;
 
 private:

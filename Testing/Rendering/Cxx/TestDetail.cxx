@@ -280,11 +280,19 @@ SURFEL_TEST(Detail, BrokenHierarchies)
 {
   vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(UnitSphere());
   vtkNew<vtkSurfelImageRenderer> renderer;
-  for (const char* name : { "SurfelArea", "SurfelBound", "SurfelCone" })
+  vtkNew<vtkUnsignedCharArray> narrow;
+  narrow->DeepCopy(hierarchy->GetFieldData()->GetArray("SurfelNodes"));
+  narrow->SetName("SurfelNodes");
+  narrow->SetNumberOfComponents(24);
+  for (vtkUnsignedCharArray* nodes : { static_cast<vtkUnsignedCharArray*>(nullptr), narrow.Get() })
   {
     vtkNew<vtkPolyData> broken;
-    broken->ShallowCopy(hierarchy);
-    broken->GetPointData()->RemoveArray(name);
+    broken->DeepCopy(hierarchy);
+    broken->GetFieldData()->RemoveArray("SurfelNodes");
+    if (nodes)
+    {
+      broken->GetFieldData()->AddArray(nodes);
+    }
     Picture(renderer, broken, FrontCamera(6.0));
     CHECK(TakeMessages().find("vtkSurfelHierarchy") != std::string::npos);
   }

@@ -14,15 +14,6 @@ def is_hierarchy(surfels):
     return bool(surfels.GetFieldData().HasArray("SurfelLeaves"))
 
 
-def surfel_count(surfels):
-    """Of a hierarchy its leaves, which come first."""
-    leaves = surfels.GetFieldData().GetArray("SurfelLeaves")
-    if not leaves:
-        return surfels.GetNumberOfPoints()
-    counted = sum(leaves.GetComponent(0, i) for i in range(leaves.GetNumberOfComponents()))
-    return min(int(counted), surfels.GetNumberOfPoints())
-
-
 @dataclass
 class Cloud:
     data: object  # vtkPolyData

@@ -8,7 +8,6 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .cameras import are_parallel, check_view
-from .clouds import surfel_count
 from .problems import UserProblem
 
 SAMPLES = 200_000
@@ -24,7 +23,7 @@ class Samples:
 
     def __init__(self, surfels):
         data = surfels.GetPointData()
-        count = surfel_count(surfels)
+        count = surfels.GetNumberOfPoints()
         some = slice(0, count, max(1, count // SAMPLES))
         points = vtk_to_numpy(surfels.GetPoints().GetData())[some].astype(np.float64)
         areas = vtk_to_numpy(data.GetArray("SurfelAreaVector"))[some].astype(np.float64)

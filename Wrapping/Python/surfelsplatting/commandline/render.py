@@ -11,7 +11,7 @@ from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkSurfelEstimat
                                 vtkSurfelHierarchy, vtkSurfelNormalization)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from .cameras import asked_view, camera_files
-from .clouds import is_hierarchy, read_cloud, surfel_count
+from .clouds import is_hierarchy, read_cloud
 from .framing import complete_view
 from .interrupts import Interrupts
 from .outputs import (PICTURES, check_distinct, check_output, write_json, write_picture,
@@ -99,6 +99,19 @@ def _make_surfels(cloud, arguments, messages, progress, run):
         raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points makes a "
                           "surfel; are the coordinates finite and not all the same?")
     return surfels
+
+
+def _without_passengers(surfels):
+    """Without point arrays that the picture does not need: a hierarchy sorts them all."""
+    lean = surfels.NewInstance()
+    lean.ShallowCopy(surfels)
+    points = lean.GetPointData()
+    scalars = points.GetScalars()
+    drawn = {scalars.GetName()} if scalars is not None else set()
+    for name in [points.GetArrayName(i) for i in range(points.GetNumberOfArrays())]:
+        if name not in drawn and not name.startswith("Surfel"):
+            points.RemoveArray(name)
+    return lean
 
 
 def _make_hierarchy(surfels, messages, progress, run):
@@ -204,14 +217,18 @@ def render(arguments):
     try:
         with run.stage("read"):
             cloud = read_cloud(arguments.cloud, messages, progress)
-        say(f"{arguments.cloud}: {cloud.data.GetNumberOfPoints()} points")
+        points = cloud.data.GetNumberOfPoints()
+        say(f"{arguments.cloud}: {points} points")
         _check_memory(cloud, arguments)
         surfels = _make_surfels(cloud, arguments, messages, progress, run)
         view = complete_view(view, cloud, surfels)
-        say(f"{surfel_count(surfels)} surfels; {view}")
-        drawn = surfels
+        del cloud  # large ones are not kept for longer than they are needed
+        count = surfels.GetNumberOfPoints()
+        say(f"{count} surfels; {view}")
+        drawn = surfels if arguments.hierarchy else _without_passengers(surfels)
+        surfels = surfels if arguments.surfels else None
         if not arguments.no_lod:
-            drawn = _make_hierarchy(surfels, messages, progress, run)
+            drawn = _make_hierarchy(drawn, messages, progress, run)
         renderer = _make_renderer(drawn, view, arguments)
         _render_frames(renderer, arguments.repeat, messages, progress, run)
     finally:
@@ -227,5 +244,5 @@ def render(arguments):
         if arguments.hierarchy:
             write_surfels(drawn, arguments.hierarchy, messages)
     if arguments.stats:
-        write_json(run.summary(cloud, surfels, view), arguments.stats)
+        write_json(run.summary(points, count, view), arguments.stats)
     say(f"{arguments.output} written")

@@ -7,7 +7,6 @@ import time
 from contextlib import contextmanager
 
 from ..version import __version__
-from .clouds import surfel_count
 
 
 class RunStatistics:
@@ -60,13 +59,14 @@ class RunStatistics:
     def is_empty(self):
         return self._counts["splats"] == 0
 
-    def summary(self, cloud, surfels, view):
+    def summary(self, points, surfels, view):
+        """points, surfels: how many."""
         milliseconds = {**self._milliseconds, **self._frame_medians(),
                         "first_frame": self._frames[0]["frame"]}
         return {
             "version": __version__,
-            "points": cloud.data.GetNumberOfPoints(),
-            "surfels": surfel_count(surfels),
+            "points": points,
+            "surfels": surfels,
             **self._counts,
             "detail": self._detail,
             "skipped": self._skipped,
