@@ -188,11 +188,11 @@ public:
     const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     double cosine, sine;
     PrincipalAxis(xx, yy, xy, cosine, sine);
-    cell.Area = area;
+    cell.Area = static_cast<float>(area);
     cell.Centroid = mx * u + my * v;
     cell.AxisU = cosine * u + sine * v;
-    cell.VarianceU = std::max(0.0, 0.5 * (xx + yy) + half);
-    cell.VarianceV = std::max(0.0, 0.5 * (xx + yy) - half);
+    cell.VarianceU = static_cast<float>(std::max(0.0, 0.5 * (xx + yy) + half));
+    cell.VarianceV = static_cast<float>(std::max(0.0, 0.5 * (xx + yy) - half));
     return cell;
   }
 
@@ -223,7 +223,8 @@ private:
       const double flat = x * x + y * y;
       const double scale = flat > 0.0 ? std::sqrt(Dot(d, d) / flat) : 0.0;
       this->Sheet.push_back({ scale * x, scale * y });
-      this->Areas.push_back(this->Fits[j].Spacing * this->Fits[j].Spacing);
+      const double spacing = this->Fits[j].Spacing;
+      this->Areas.push_back(spacing * spacing);
     }
   }
 

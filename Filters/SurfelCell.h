@@ -19,11 +19,11 @@ namespace SurfelGeometry
 /// Moments of a cell in the tangent plane of its point.
 struct SurfelCell
 {
-  Vector3 Centroid;     // minus the point, world units
-  Vector3 AxisU;        // unit, tangential: direction of the larger variance
-  double VarianceU = 0; // about the centroid, world units squared
-  double VarianceV = 0;
-  double Area = 0; // world units squared; 0: no cell, keep the fit's kernel
+  Float3 Centroid;     // minus the point, world units
+  Float3 AxisU;        // unit, tangential: direction of the larger variance
+  float VarianceU = 0; // about the centroid, world units squared
+  float VarianceV = 0;
+  float Area = 0; // world units squared; 0: no cell, keep the fit's kernel
 };
 
 /// Cells of all points from their neighbours on the same sheet. Returns false if stopped.

@@ -155,17 +155,17 @@ private:
     }
   }
 
-  static double ReachOf(const Neighbors& neighbors)
+  static float ReachOf(const Neighbors& neighbors)
   {
     const int rank = std::min(ReachRank, neighbors.Count());
-    return rank > 0 ? std::sqrt(static_cast<double>(neighbors.SquaredDistances[rank - 1])) : 0.0;
+    return rank > 0 ? std::sqrt(neighbors.SquaredDistances[rank - 1]) : 0.0f;
   }
 
   void SetNormal(const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& eigen, const float* given,
     SurfelFit& fit) const
   {
     const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.0);
-    fit.Flatness = values[1] > 0.0 ? values[0] / values[1] : 1.0;
+    fit.Flatness = values[1] > 0.0 ? static_cast<float>(values[0] / values[1]) : 1.0f;
     fit.Degenerate = !(values[1] > CollinearRatio * values[2]);
     fit.Normal = Normalized(ToVector(eigen.eigenvectors().col(0)), { 0.0, 0.0, 1.0 });
     if (given)
@@ -200,7 +200,7 @@ private:
     {
       // One or two points: their distance is all there is. A lone point has no scale at all.
       fit.Degenerate = true;
-      fit.Spacing = count > 0 ? fit.Reach : 0.0;
+      fit.Spacing = count > 0 ? fit.Reach : 0.0f;
       fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
       return;
     }
@@ -208,9 +208,9 @@ private:
     const double larger = std::max(0.5 * (uu + vv) + half, LineVariance * pitch2);
     const double smaller = std::max(0.5 * (uu + vv) - half, LineVariance * pitch2);
     const double scale = 4.0 * Pi / count;
-    fit.VarianceU = scale * larger;
-    fit.VarianceV = scale * smaller;
-    fit.Spacing = std::sqrt(std::sqrt(fit.VarianceU * fit.VarianceV));
+    fit.VarianceU = static_cast<float>(scale * larger);
+    fit.VarianceV = static_cast<float>(scale * smaller);
+    fit.Spacing = static_cast<float>(std::sqrt(scale * std::sqrt(larger * smaller)));
   }
 
   const LocalCloud& Cloud;
@@ -231,8 +231,8 @@ double Median(std::vector<double>& values)
 
 void MakeRound(double spacing, SurfelFit& fit)
 {
-  fit.Spacing = spacing;
-  fit.VarianceU = fit.VarianceV = spacing * spacing;
+  fit.Spacing = static_cast<float>(spacing);
+  fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
 }
 
 /// A point far from everything would become a giant disc. Far: its reach exceeds `factor` times
@@ -261,7 +261,7 @@ public:
     const SurfelFit& fit = this->Fits[i];
     if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
     {
-      return std::min(fit.Spacing, this->MedianSpacing);
+      return std::min<double>(fit.Spacing, this->MedianSpacing);
     }
     reaches.clear();
     for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
@@ -278,7 +278,7 @@ public:
     {
       reaches.push_back(this->Fits[graph[k]].Spacing);
     }
-    return std::min(fit.Spacing, Median(reaches));
+    return std::min<double>(fit.Spacing, Median(reaches));
   }
 
 private:

@@ -27,13 +27,13 @@ struct FitSettings
 /// What the neighbours of one point say. Lengths in world units.
 struct SurfelFit
 {
-  Vector3 Normal;          // unit; its sign means nothing yet
-  Vector3 AxisU;           // unit, tangential: direction of the larger variance
-  double VarianceU = 0.0;  // of the neighbours along AxisU, scaled so that
-  double VarianceV = 0.0;  // sqrt(VarianceU VarianceV) = Spacing^2
-  double Spacing = 0.0;    // square root of the area per point
-  double Reach = 0.0;      // distance to the neighbour of rank ReachRank
-  double Flatness = 0.0;   // variance along the normal over the smaller tangential one; 0 = plane
+  Float3 Normal;           // unit; its sign means nothing yet
+  Float3 AxisU;            // unit, tangential: direction of the larger variance
+  float VarianceU = 0.0f;  // of the neighbours along AxisU, scaled so that
+  float VarianceV = 0.0f;  // sqrt(VarianceU VarianceV) = Spacing^2
+  float Spacing = 0.0f;    // square root of the area per point
+  float Reach = 0.0f;      // distance to the neighbour of rank ReachRank
+  float Flatness = 0.0f;   // variance along the normal over the smaller tangential one; 0 = plane
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
   bool Given = false; // the normal was given, not fitted

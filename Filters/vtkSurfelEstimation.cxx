@@ -42,31 +42,30 @@ namespace
 /// At the filter's peak, its output included: 382 were measured with 3 million points.
 constexpr double BytesPerPoint = 400.0;
 
-/// A Gaussian in the tangent plane, the area it stands for, and its centre minus the point.
+/// A Gaussian in the tangent plane, and the area it stands for.
 struct SurfelKernel
 {
   Vector3 AxisU;
   double VarianceU, VarianceV; // world units squared
   double Area;
-  Vector3 Offset;
 };
 
 /// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale
 /// spacing)^2 in both.
 SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
 {
-  const double area = fit.Spacing * fit.Spacing;
-  const double ratio =
-    elliptical ? std::sqrt(fit.VarianceU / std::max(fit.VarianceV, 1e-300)) : 1.0;
-  return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area, {} };
+  const double spacing = fit.Spacing, area = spacing * spacing;
+  const double ratio = elliptical
+    ? std::sqrt(fit.VarianceU / std::max<double>(fit.VarianceV, std::numeric_limits<float>::min()))
+    : 1.0;
+  return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area };
 }
 
 /// The cell's indicator function, blurred by a Gaussian of this many spacings.
 SurfelKernel CellKernel(const SurfelFit& fit, const SurfelCell& cell, double blur)
 {
-  const double variance = blur * blur * fit.Spacing * fit.Spacing;
-  return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area,
-    cell.Centroid };
+  const double sigma = blur * fit.Spacing, variance = sigma * sigma;
+  return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area };
 }
 
 void BoundAxes(double maximumRatio, SurfelKernel& kernel)
@@ -135,27 +134,8 @@ public:
     return finished;
   }
 
-  /// Kernel, area and centre of every surfel.
-  void MakeKernels()
-  {
-    this->Kernels.resize(this->Fits.size());
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType i = begin; i < end; ++i)
-      {
-        const SurfelFit& fit = this->Fits[i];
-        const bool cell = !this->Cells.empty() && this->Cells[i].Area > 0.0;
-        this->Kernels[i] = cell
-          ? CellKernel(fit, this->Cells[i], this->Self->CellBlur)
-          : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
-        BoundAxes(this->Self->MaximumAxisRatio, this->Kernels[i]);
-      }
-    });
-  }
-
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
-    this->MakeKernels();
-    std::vector<SurfelCell>().swap(this->Cells);
     this->SortByInput();
     this->WritePoints(output);
     this->PassArrays(input, output);
@@ -251,6 +231,19 @@ private:
     return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
   }
 
+  /// Of point i of the cloud.
+  SurfelKernel KernelOf(int i) const
+  {
+    const SurfelFit& fit = this->Fits[i];
+    SurfelKernel kernel = this->HasCell(i)
+      ? CellKernel(fit, this->Cells[i], this->Self->CellBlur)
+      : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
+    BoundAxes(this->Self->MaximumAxisRatio, kernel);
+    return kernel;
+  }
+
+  bool HasCell(int i) const { return !this->Cells.empty() && this->Cells[i].Area > 0.0f; }
+
   /// Order of the output: that of the input.
   void SortByInput()
   {
@@ -272,7 +265,8 @@ private:
       for (vtkIdType i = begin; i < end; ++i)
       {
         const int from = this->Order[i];
-        Store(Load(this->Cloud.Position(from)) + this->Kernels[from].Offset, positions + 3 * i);
+        const Vector3 p = Load(this->Cloud.Position(from));
+        Store(this->HasCell(from) ? p + this->Cells[from].Centroid : p, positions + 3 * i);
       }
     });
     output->SetPoints(points);
@@ -307,7 +301,7 @@ private:
       for (vtkIdType i = begin; i < end; ++i)
       {
         const SurfelFit& fit = this->Fits[this->Order[i]];
-        const SurfelKernel& kernel = this->Kernels[this->Order[i]];
+        const SurfelKernel kernel = this->KernelOf(this->Order[i]);
         StoreCovariance(kernel, fit.Normal, covariances->GetPointer(6 * i));
         Store(kernel.Area * fit.Normal, areas->GetPointer(3 * i));
         twoSided->SetValue(i, this->Sides.TwoSided[this->Order[i]]);
@@ -329,7 +323,6 @@ private:
   std::vector<int> Order; // output id -> cloud index
   Sidedness Sides;
   std::vector<SurfelCell> Cells;
-  std::vector<SurfelKernel> Kernels;
 };
 
 //------------------------------------------------------------------------------
