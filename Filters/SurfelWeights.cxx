@@ -52,6 +52,16 @@ struct SampleBlock
   std::vector<char> Inside;   // [samples] whether it is on the surface, or beyond its border
 
   size_t Count() const { return this->Weights.size(); }
+
+  /// Keeps its memory.
+  void Clear()
+  {
+    this->Ids.clear();
+    this->Kernels.clear();
+    this->Ends.assign(1, 0);
+    this->Weights.clear();
+    this->Inside.clear();
+  }
 };
 
 /// Fractional part in [0, 1) of a hash of an id (Steele et al. 2014, splitmix64's finisher).
@@ -145,9 +155,10 @@ private:
     const double scale = this->Spacing;
     const int k = s.Count++;
     s.Ids[k] = id;
-    s.X[k] = static_cast<float>(offset.X / scale);
-    s.Y[k] = static_cast<float>(offset.Y / scale);
-    s.Z[k] = static_cast<float>(offset.Z / scale);
+    const double inverse = 1.0 / scale;
+    s.X[k] = static_cast<float>(offset.X * inverse);
+    s.Y[k] = static_cast<float>(offset.Y * inverse);
+    s.Z[k] = static_cast<float>(offset.Z * inverse);
     s.Squared[k] = s.X[k] * s.X[k] + s.Y[k] * s.Y[k] + s.Z[k] * s.Z[k];
     s.B1X[k] = static_cast<float>(scale * surfel.B1.X);
     s.B1Y[k] = static_cast<float>(scale * surfel.B1.Y);
@@ -155,10 +166,10 @@ private:
     s.B2X[k] = static_cast<float>(scale * surfel.B2.X);
     s.B2Y[k] = static_cast<float>(scale * surfel.B2.Y);
     s.B2Z[k] = static_cast<float>(scale * surfel.B2.Z);
-    s.NX[k] = static_cast<float>(surfel.Normal.X);
-    s.NY[k] = static_cast<float>(surfel.Normal.Y);
-    s.NZ[k] = static_cast<float>(surfel.Normal.Z);
-    s.Climb[k] = static_cast<float>(this->Settings.NormalOffset * surfel.Sigma / scale);
+    s.NX[k] = surfel.Normal.X;
+    s.NY[k] = surfel.Normal.Y;
+    s.NZ[k] = surfel.Normal.Z;
+    s.Climb[k] = static_cast<float>(this->Settings.NormalOffset * surfel.Sigma * inverse);
   }
 
   /// Finds the owner's sheet around it; returns whether it may lie on a border: of 24 random
@@ -281,12 +292,15 @@ bool MakeBlocks(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfel
     const vtkIdType last = std::min(first + stride, blockCount);
     vtkSMPTools::For(first, last, 1, [&](vtkIdType begin, vtkIdType end) {
       Sampler sampler(cloud, surfels, settings, tree);
+      SampleBlock block;
       for (vtkIdType b = begin; b < end; ++b)
       {
+        block.Clear();
         for (vtkIdType i = b * BlockSize; i < std::min(count, (b + 1) * BlockSize); ++i)
         {
-          sampler.Sample(static_cast<int>(i), blocks[b]);
+          sampler.Sample(static_cast<int>(i), block);
         }
+        blocks[b] = block; // without the room that it grew into
       }
     });
     if (!monitor.Step(static_cast<double>(last) / blockCount))
@@ -491,10 +505,11 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
 {
   WeightSurfel surfel{};
   const Vector3 area{ areaVector[0], areaVector[1], areaVector[2] };
-  surfel.Area = Length(area);
-  surfel.Normal = Normalized(area, { 0.0, 0.0, 1.0 });
+  const Vector3 normal = Normalized(area, { 0.0, 0.0, 1.0 });
+  surfel.Area = static_cast<float>(Length(area));
+  surfel.Normal = normal;
   Vector3 u, v;
-  TangentFrame(surfel.Normal, u, v);
+  TangentFrame(normal, u, v);
   const double* s = covariance;
   const auto apply = [s](const Vector3& a) {
     return Vector3{ s[0] * a.X + s[3] * a.Y + s[5] * a.Z, s[3] * a.X + s[1] * a.Y + s[4] * a.Z,
@@ -511,8 +526,10 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
     // y' S^-1 y = x^2 / uu + (y - x uv / uu)^2 uu / det: Cholesky's factors of the inverse.
     surfel.B1 = (1.0 / std::sqrt(uu)) * u;
     surfel.B2 = std::sqrt(uu / determinant) * (v - (uv / uu) * u);
-    surfel.Peak = 1.0 / (2.0 * Pi * std::sqrt(determinant));
-    surfel.Sigma = std::sqrt(std::sqrt(determinant));
+    surfel.Peak = static_cast<float>(1.0 / (2.0 * Pi * std::sqrt(determinant)));
+    surfel.Sigma = static_cast<float>(std::sqrt(std::sqrt(determinant)));
+    // Kernels are floats: smaller ones than 1e-19 cannot be told.
+    surfel.Usable = std::isfinite(surfel.Peak) && surfel.Sigma > 0.0f;
   }
   return surfel;
 }

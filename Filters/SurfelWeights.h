@@ -26,11 +26,11 @@ struct LocalCloud;
 /// A surfel as the normalization sees it: K(x) = Peak exp(-|B (x - p)|^2 / 2) in its tangent plane.
 struct WeightSurfel
 {
-  Vector3 Normal; // unit
-  Vector3 B1, B2; // tangential rows of the inverse square root of the covariance, 1 / length
-  double Area;    // initial |A|
-  double Peak;    // 1 / (2 pi sqrt(det S)), 1 / area
-  double Sigma;   // (det S)^(1/4)
+  Float3 Normal; // unit
+  Float3 B1, B2; // tangential rows of the inverse square root of the covariance, 1 / length
+  float Area;    // initial |A|
+  float Peak;    // 1 / (2 pi sqrt(det S)), 1 / area
+  float Sigma;   // (det S)^(1/4)
   bool TwoSided;
   bool Usable; // false: no direction, no area or no extent; takes no part
 };
