@@ -8,7 +8,7 @@
  * those of the box itself are kept. Input is a vtkPointSet, output as vtkSurfelNormalization's: one
  * surfel for each point that is left, in the order of the input, with its point data. Besides input
  * and output (53 bytes a point) it takes 12 bytes a point and the memory of one part, where
- * vtkSurfelEstimation takes 400 bytes a point.
+ * vtkSurfelEstimation takes 340 bytes a point.
  *
  * The surfels are those of the whole cloud: a part's border is as wide as its neighbourhoods ask
  * for. Where single points have neighbours farther away than that, they are counted

@@ -24,6 +24,21 @@ namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelNormalization);
 
+namespace
+{
+/// Without a virtual call for what the array nearly always is.
+template <int Components>
+void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
+{
+  if (auto* floats = vtkFloatArray::FastDownCast(array))
+  {
+    std::copy_n(floats->GetPointer(Components * id), Components, tuple);
+    return;
+  }
+  array->GetTuple(id, tuple);
+}
+}
+
 /// One execution: unpacks the arrays, solves, packs.
 class vtkSurfelNormalization::Execution
 {
@@ -88,8 +103,8 @@ private:
         const vtkIdType id = this->Cloud.InputIds[i];
         double areaVector[3];
         double covariance[6];
-        areaVectors->GetTuple(id, areaVector);
-        covariances->GetTuple(id, covariance);
+        ReadTuple(areaVectors, id, areaVector);
+        ReadTuple(covariances, id, covariance);
         this->Surfels[i] = MakeWeightSurfel(areaVector, covariance);
         this->Surfels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
       }

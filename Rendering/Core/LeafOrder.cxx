@@ -59,21 +59,23 @@ Vector3 PrincipalDirection(const Symmetric3& s)
   return length > 0.0 ? Vector3{ v[0] / length, v[1] / length, v[2] / length } : Vector3{ 0, 0, 0 };
 }
 
-/// Covariance of three floats of the leaves, times their number.
-Symmetric3 Scatter(const Leaf* leaves, std::size_t count, const float (Leaf::*field)[3])
+using Field = float (Leaf::*)[3];
+
+Vector3 Sum(const Leaf* leaves, std::size_t count, Field field)
 {
-  Vector3 mean{ 0, 0, 0 };
+  Vector3 sum{ 0, 0, 0 };
   for (std::size_t i = 0; i < count; ++i)
   {
     for (int c = 0; c < 3; ++c)
     {
-      mean[c] += (leaves[i].*field)[c];
+      sum[c] += (leaves[i].*field)[c];
     }
   }
-  for (double& x : mean)
-  {
-    x /= static_cast<double>(count);
-  }
+  return sum;
+}
+
+Symmetric3 SumOfSquares(const Leaf* leaves, std::size_t count, Field field, const Vector3& mean)
+{
   Symmetric3 s{};
   for (std::size_t i = 0; i < count; ++i)
   {
@@ -81,6 +83,50 @@ Symmetric3 Scatter(const Leaf* leaves, std::size_t count, const float (Leaf::*fi
     AddOuterProduct(s, { x[0] - mean[0], x[1] - mean[1], x[2] - mean[2] }, 1.0);
   }
   return s;
+}
+
+/// The sum of function(leaves, count) over pieces of a range; the same at any number of threads.
+template <typename Value, typename Function, typename Add>
+Value SumOfPieces(const Leaf* leaves, std::size_t count, const Executor& executor,
+  const Function& function, const Add& add)
+{
+  if (count <= Grain)
+  {
+    return function(leaves, count);
+  }
+  std::vector<Value> pieces((count + Grain - 1) / Grain);
+  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      pieces[i] = function(leaves + i * Grain, std::min(Grain, count - i * Grain));
+    }
+  });
+  Value sum = pieces[0];
+  for (std::size_t i = 1; i < pieces.size(); ++i)
+  {
+    sum = add(sum, pieces[i]);
+  }
+  return sum;
+}
+
+/// Covariance of three floats of the leaves, times their number.
+Symmetric3 Scatter(const Leaf* leaves, std::size_t count, Field field, const Executor& executor)
+{
+  Vector3 mean = SumOfPieces<Vector3>(
+    leaves, count, executor,
+    [field](const Leaf* piece, std::size_t size) { return Sum(piece, size, field); },
+    [](const Vector3& x, const Vector3& y) {
+      return Vector3{ x[0] + y[0], x[1] + y[1], x[2] + y[2] };
+    });
+  for (double& x : mean)
+  {
+    x /= static_cast<double>(count);
+  }
+  return SumOfPieces<Symmetric3>(
+    leaves, count, executor,
+    [field, &mean](
+      const Leaf* piece, std::size_t size) { return SumOfSquares(piece, size, field, mean); },
+    [](const Symmetric3& x, const Symmetric3& y) { return Mix(x, 1.0, y, 1.0); });
 }
 
 bool IsFolded(const Leaf* leaves, std::size_t count)
@@ -130,7 +176,7 @@ std::size_t LeftCount(std::size_t count)
 }
 
 /// Splits a range of leaves in two; returns the size of the first.
-std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided)
+std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor)
 {
   bool byNormal = false;
   if (count <= LargestFold && count > 2)
@@ -142,11 +188,13 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided)
     byNormal = IsFolded(leaves, count);
   }
   const auto field = byNormal ? &Leaf::Normal : &Leaf::Position;
-  const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field));
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    leaves[i].Key = static_cast<float>(Dot(ToVector(leaves[i].*field), direction));
-  }
+  const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field, executor));
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      leaves[i].Key = static_cast<float>(Dot(ToVector(leaves[i].*field), direction));
+    }
+  });
   const std::size_t left = LeftCount(count);
   std::nth_element(leaves, leaves + left, leaves + count);
   return left;
@@ -156,7 +204,7 @@ void SplitAll(Leaf* leaves, std::size_t count, bool twoSided)
 {
   while (count > 1)
   {
-    const std::size_t left = Split(leaves, count, twoSided);
+    const std::size_t left = Split(leaves, count, twoSided, SerialExecutor());
     SplitAll(leaves, left, twoSided);
     leaves += left;
     count -= left;
@@ -169,7 +217,8 @@ struct Range
   bool TwoSided;
 };
 
-/// Halves the largest ranges until there are enough for all threads.
+/// Halves the largest ranges until there are enough for all threads; all threads halve the first
+/// ones together.
 void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
@@ -177,13 +226,26 @@ void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const
   while (halved && ranges.size() < enough)
   {
     std::vector<std::size_t> left(ranges.size(), 0);
-    executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t few = 2; // both trees' roots
+    const SerialExecutor alone;
+    const bool together = ranges.size() <= few;
+    const auto halve = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
       {
         const Range& r = ranges[i];
-        left[i] = r.Count > Grain ? Split(leaves.data() + r.Begin, r.Count, r.TwoSided) : r.Count;
+        left[i] = r.Count > Grain ? Split(leaves.data() + r.Begin, r.Count, r.TwoSided,
+                                      together ? executor : static_cast<const Executor&>(alone))
+                                  : r.Count;
       }
-    });
+    };
+    if (together)
+    {
+      halve(0, ranges.size());
+    }
+    else
+    {
+      executor.For(ranges.size(), 1, halve);
+    }
     std::vector<Range> next;
     halved = false;
     for (std::size_t i = 0; i < ranges.size(); ++i)
@@ -215,27 +277,58 @@ bool IsFinite(const SurfelCloud& cloud, std::size_t i)
 }
 }
 
+namespace
+{
+/// Surfels of a piece of the cloud by their side, and how many have no finite values.
+struct SortedPiece
+{
+  std::vector<std::uint32_t> Sides[HierarchyLayout::NumberOfTrees];
+  std::uint64_t Invalid = 0;
+};
+
+std::vector<SortedPiece> SortBySide(const SurfelCloud& cloud, const Executor& executor)
+{
+  constexpr std::size_t size = 65536;
+  std::vector<SortedPiece> pieces((cloud.NumberOfSurfels + size - 1) / size);
+  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece)
+    {
+      const std::size_t last = std::min(cloud.NumberOfSurfels, (piece + 1) * size);
+      for (std::size_t i = piece * size; i < last; ++i)
+      {
+        const bool finite = IsFinite(cloud, i);
+        pieces[piece].Invalid += finite ? 0 : 1;
+        if (finite)
+        {
+          pieces[piece].Sides[cloud.IsTwoSided(i) ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
+        }
+      }
+    }
+  });
+  return pieces;
+}
+}
+
 LeafOrder OrderLeaves(const SurfelCloud& cloud, const Executor& executor)
 {
-  std::vector<std::uint32_t> sides[HierarchyLayout::NumberOfTrees];
   LeafOrder order;
-  for (std::size_t i = 0; i < cloud.NumberOfSurfels; ++i)
+  std::size_t counts[HierarchyLayout::NumberOfTrees] = { 0, 0 };
   {
-    if (IsFinite(cloud, i))
+    const std::vector<SortedPiece> pieces = SortBySide(cloud, executor);
+    order.Surfels.reserve(cloud.NumberOfSurfels);
+    for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
     {
-      const bool twoSided = cloud.TwoSided && cloud.TwoSided[i];
-      sides[twoSided ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
-    }
-    else
-    {
-      ++order.NumberOfInvalidSurfels;
+      for (const SortedPiece& piece : pieces)
+      {
+        const std::vector<std::uint32_t>& side = piece.Sides[tree];
+        order.Surfels.insert(order.Surfels.end(), side.begin(), side.end());
+        counts[tree] += side.size();
+        order.NumberOfInvalidSurfels += tree == 0 ? piece.Invalid : 0;
+      }
     }
   }
-  order.Layout = HierarchyLayout(sides[0].size(), sides[1].size());
-  order.Surfels = std::move(sides[0]);
-  const std::size_t oneSided = order.Surfels.size();
-  order.Surfels.insert(order.Surfels.end(), sides[1].begin(), sides[1].end());
-  std::vector<std::uint32_t>().swap(sides[1]);
+  order.Layout = HierarchyLayout(counts[0], counts[1]);
+  const std::size_t oneSided = counts[0];
 
   // About the middle, so that float positions keep their digits.
   std::vector<Leaf> leaves(order.Surfels.size());

@@ -11,6 +11,7 @@
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkLookupTable.h>
@@ -21,6 +22,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSurfelHierarchy.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <cmath>
 
@@ -274,6 +276,36 @@ SURFEL_TEST(Detail, UpdateRateIsHeld)
   scene.Window->SetDesiredUpdateRate(2000.0);
   scene.Render();
   CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
+}
+
+/// Bytes that are no nodes, as a damaged file may hold: whatever is drawn, no NaN comes out.
+SURFEL_TEST(Detail, NodesOfNonsense)
+{
+  vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(UnitSphere());
+  for (int fill : { 0, 0x7f, 0xff, -1 })
+  {
+    vtkNew<vtkPolyData> broken;
+    broken->DeepCopy(hierarchy);
+    auto* nodes =
+      vtkUnsignedCharArray::SafeDownCast(broken->GetFieldData()->GetArray("SurfelNodes"));
+    for (vtkIdType i = 0; i < nodes->GetNumberOfValues(); ++i)
+    {
+      nodes->SetValue(i, static_cast<unsigned char>(fill < 0 ? 73 * i * i + 11 * i : fill));
+    }
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    for (const vtkSmartPointer<vtkCamera>& camera : { FrontCamera(6.0), LensCamera(2.0) })
+    {
+      vtkSmartPointer<vtkImageData> picture = Picture(renderer, broken, camera);
+      vtkDataArray* colors = picture->GetPointData()->GetScalars();
+      double sum = 0.0;
+      for (vtkIdType i = 0; i < colors->GetNumberOfTuples(); ++i)
+      {
+        sum += colors->GetComponent(i, 0) + colors->GetComponent(i, 3);
+      }
+      CHECK(std::isfinite(sum));
+    }
+    TakeMessages();
+  }
 }
 
 SURFEL_TEST(Detail, BrokenHierarchies)

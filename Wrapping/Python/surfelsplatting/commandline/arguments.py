@@ -190,7 +190,7 @@ def _add_run_options(parser):
     run.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
     run.add_argument("--points-per-part", type=_part_size, default=LARGEST_PART, metavar="N",
                      help="clouds of more points are made surfels of part by part, which takes "
-                          "70 bytes a point and 450 for each of a part; where no normals are "
+                          "70 bytes a point and 400 for each of a part; where no normals are "
                           "given the surfels then are two-sided (default: 10 million)")
     run.add_argument("--threads", type=_count, metavar="N", help="default: all cores")
     run.add_argument("--repeat", type=_count, default=1, metavar="N",
