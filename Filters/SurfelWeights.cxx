@@ -528,7 +528,7 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
     surfel.B2 = std::sqrt(uu / determinant) * (v - (uv / uu) * u);
     surfel.Peak = static_cast<float>(1.0 / (2.0 * Pi * std::sqrt(determinant)));
     surfel.Sigma = static_cast<float>(std::sqrt(std::sqrt(determinant)));
-    // Kernels are floats: smaller ones than 1e-19 cannot be told.
+    // Kernels are floats: peaks, 1 / area, end at 3e38.
     surfel.Usable = std::isfinite(surfel.Peak) && surfel.Sigma > 0.0f;
   }
   return surfel;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * A node of the hierarchy above the leaves, and its colour, as they are stored: packed, so that
- * large clouds fit the memory and a frame loads one cache line for a node. Plain data, which the
+ * large clouds fit the memory and a frame loads little of it for a node. Plain data, which the
  * set-up kernels unpack on their own; for all others there is NodePacking.h.
  *
  * Precision: positions are floats; everything else is right to 1 / 32767 of its unit, 1e-4 px of a

@@ -129,8 +129,12 @@ namespace
 void PrefetchElements(const void* array, std::size_t size, std::size_t begin, std::size_t count)
 {
   constexpr std::size_t line = 64;
+  if (!array)
+  {
+    return;
+  }
   const char* first = static_cast<const char*>(array) + size * begin;
-  for (std::size_t offset = 0; array && offset < size * count; offset += line)
+  for (std::size_t offset = 0; offset < size * count; offset += line)
   {
     __builtin_prefetch(first + offset);
   }
