@@ -150,31 +150,54 @@ std::vector<vtkIdType> OrderOfKeys(const std::vector<std::uint64_t>& keys)
 /// Ids of the usable points, and their bounds.
 std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upper[3])
 {
-  std::vector<vtkIdType> ids;
-  const vtkIdType count = points->GetNumberOfPoints();
-  ids.reserve(count);
-  for (vtkIdType id = 0; id < count; ++id)
+  struct Piece
   {
-    double p[3];
-    points->GetPoint(id, p);
-    if (!IsUsable(p))
+    vtkIdType Count = 0;
+    double Lower[3], Upper[3];
+  };
+  constexpr vtkIdType size = 1 << 16;
+  const vtkIdType count = points->GetNumberOfPoints();
+  std::vector<vtkIdType> ids(count); // each piece's own at its beginning, first
+  std::vector<Piece> pieces((count + size - 1) / size);
+  vtkSMPTools::For(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
+    for (; p < last; ++p)
     {
-      continue;
+      Piece& piece = pieces[p];
+      for (vtkIdType id = p * size; id < std::min(count, (p + 1) * size); ++id)
+      {
+        double x[3];
+        points->GetPoint(id, x);
+        if (!IsUsable(x))
+        {
+          continue;
+        }
+        for (int c = 0; c < 3; ++c)
+        {
+          piece.Lower[c] = piece.Count == 0 ? x[c] : std::min(piece.Lower[c], x[c]);
+          piece.Upper[c] = piece.Count == 0 ? x[c] : std::max(piece.Upper[c], x[c]);
+        }
+        ids[p * size + piece.Count++] = id;
+      }
     }
-    for (int c = 0; c < 3; ++c)
+  });
+  vtkIdType kept = 0;
+  for (size_t p = 0; p < pieces.size(); ++p)
+  {
+    const Piece& piece = pieces[p];
+    for (int c = 0; piece.Count > 0 && c < 3; ++c)
     {
-      lower[c] = ids.empty() ? p[c] : std::min(lower[c], p[c]);
-      upper[c] = ids.empty() ? p[c] : std::max(upper[c], p[c]);
+      lower[c] = kept == 0 ? piece.Lower[c] : std::min(lower[c], piece.Lower[c]);
+      upper[c] = kept == 0 ? piece.Upper[c] : std::max(upper[c], piece.Upper[c]);
     }
-    ids.push_back(id);
+    if (kept != static_cast<vtkIdType>(p) * size)
+    {
+      std::copy_n(ids.begin() + p * size, piece.Count, ids.begin() + kept);
+    }
+    kept += piece.Count;
   }
+  ids.resize(kept);
   return ids;
 }
-}
-
-std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions)
-{
-  return OrderOfKeys(MortonKeys(positions));
 }
 
 vtkIdType PlacePoints(
@@ -232,10 +255,12 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 
   cloud.InputIds.resize(order.size());
   cloud.Positions.resize(3 * order.size());
-  for (size_t i = 0; i < order.size(); ++i)
-  {
-    cloud.InputIds[i] = ids[order[i]];
-    std::copy_n(positions.data() + 3 * order[i], 3, cloud.Positions.data() + 3 * i);
-  }
+  vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      cloud.InputIds[i] = ids[order[i]];
+      std::copy_n(positions.data() + 3 * order[i], 3, cloud.Positions.data() + 3 * i);
+    }
+  });
 }
 }

@@ -42,7 +42,4 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 /// as not finite, which are counted. @return their number
 vtkIdType PlacePoints(
   vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions);
-
-/// Order of n positions along a Morton curve: result[i] = index of the i-th. Ties by index.
-std::vector<vtkIdType> MortonOrder(const std::vector<float>& positions);
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelCell.h"
 
+#include "DirectionGap.h"
 #include "LocalCloud.h"
 #include "SurfelNeighborhood.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace SurfelGeometry
 {
@@ -32,79 +34,65 @@ constexpr int BorderSteps = 12;
 
 struct Point2
 {
-  double X, Y;
+  float X, Y;
 };
 
-/// A convex polygon that is cut by half-planes.
+/// A convex polygon that is cut by half-planes. Lengths in spacings of its point.
 class Polygon
 {
 public:
-  void Reset(double radius)
+  void Reset()
   {
     static const std::array<Point2, ReachCorners> corners = UnitCorners();
     this->Count = ReachCorners;
     for (int k = 0; k < ReachCorners; ++k)
     {
-      this->Corners[k] = { radius * corners[k].X, radius * corners[k].Y };
+      this->X[k] = static_cast<float>(CellReach) * corners[k].X;
+      this->Y[k] = static_cast<float>(CellReach) * corners[k].Y;
     }
     this->Measure();
   }
 
   /// Keeps what has n.x <= d.
-  void Cut(const Point2& n, double d)
+  void Cut(float nx, float ny, float d)
   {
-    double distances[MostCorners];
-    bool cuts = false;
+    float distances[MostCorners];
+    int cut = 0;
     for (int k = 0; k < this->Count; ++k)
     {
-      distances[k] = n.X * this->Corners[k].X + n.Y * this->Corners[k].Y - d;
-      cuts = cuts || distances[k] > 0.0;
+      distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
+      cut += distances[k] > 0.0f ? 1 : 0;
     }
-    if (!cuts)
+    if (cut == this->Count)
     {
-      return;
+      this->Count = 0;
     }
-    Point2 kept[MostCorners];
-    int count = 0;
-    for (int k = 0; k < this->Count; ++k)
+    else if (cut > 0)
     {
-      const int next = k + 1 < this->Count ? k + 1 : 0;
-      const Point2 a = this->Corners[k], b = this->Corners[next];
-      const double da = distances[k], db = distances[next];
-      if (da <= 0.0)
-      {
-        kept[count++] = a;
-      }
-      if ((da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0))
-      {
-        const double t = da / (da - db);
-        kept[count++] = { a.X + t * (b.X - a.X), a.Y + t * (b.Y - a.Y) };
-      }
+      this->Replace(distances, cut);
+      this->Measure();
     }
-    std::copy(kept, kept + count, this->Corners);
-    this->Count = count;
-    this->Measure();
   }
 
-  double SquaredRadius() const { return this->Squared; }
+  /// Squared distance of the farthest corner.
+  float SquaredRadius() const { return this->Squared; }
 
   /// Area, first and second moments about the origin, as sums over the triangles with the origin.
-  void Moments(double& area, Point2& first, double second[3]) const
+  void Moments(double& area, double first[2], double second[3]) const
   {
-    area = 0.0;
-    first = { 0.0, 0.0 };
+    area = first[0] = first[1] = 0.0;
     second[0] = second[1] = second[2] = 0.0;
     for (int k = 0; k < this->Count; ++k)
     {
-      const Point2& a = this->Corners[k];
-      const Point2& b = this->Corners[k + 1 < this->Count ? k + 1 : 0];
-      const double cross = a.X * b.Y - a.Y * b.X;
+      const int next = this->Next(k);
+      const double ax = this->X[k], ay = this->Y[k], bx = this->X[next], by = this->Y[next];
+      const double cross = ax * by - ay * bx;
       area += cross / 2.0;
-      first.X += cross * (a.X + b.X) / 6.0;
-      first.Y += cross * (a.Y + b.Y) / 6.0;
-      second[0] += cross * (a.X * a.X + a.X * b.X + b.X * b.X) / 12.0;
-      second[1] += cross * (a.Y * a.Y + a.Y * b.Y + b.Y * b.Y) / 12.0;
-      second[2] += cross * (2.0 * a.X * a.Y + a.X * b.Y + b.X * a.Y + 2.0 * b.X * b.Y) / 24.0;
+      first[0] += cross * (ax + bx) / 6.0;
+      first[1] += cross * (ay + by) / 6.0;
+      second[0] += cross * (ax * ax + ax * bx + bx * bx) / 12.0;
+      second[1] += cross * (ay * ay + ay * by + by * by) / 12.0;
+      second[2] += cross * (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) / 24.0;
     }
   }
 
@@ -119,25 +107,95 @@ private:
     for (int k = 0; k < ReachCorners; ++k)
     {
       const double angle = 2.0 * Pi * k / ReachCorners;
-      corners[k] = { outer * std::cos(angle), outer * std::sin(angle) };
+      corners[k] = { static_cast<float>(outer * std::cos(angle)),
+        static_cast<float>(outer * std::sin(angle)) };
     }
     return corners;
   }
 
+  int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
+
+  /// Where the edge from corner a to corner b is cut.
+  Point2 Between(int a, int b, const float* distances) const
+  {
+    const float t = distances[a] / (distances[a] - distances[b]);
+    return { this->X[a] + t * (this->X[b] - this->X[a]),
+      this->Y[a] + t * (this->Y[b] - this->Y[a]) };
+  }
+
+  /// What is cut of a convex polygon is one run of `cut` corners: two take its place.
+  void Replace(const float* distances, int cut)
+  {
+    int last = 0; // before the run
+    while (distances[last] > 0.0f || distances[this->Next(last)] <= 0.0f)
+    {
+      ++last;
+    }
+    const int run = this->Next(last);
+    const int end = last + cut < this->Count ? last + cut : last + cut - this->Count;
+    const int after = this->Next(end);
+    const Point2 a = this->Between(last, run, distances);
+    const Point2 b = this->Between(end, after, distances);
+    const int kept = this->Count - cut;
+    if (after <= last) // the run goes past the end, or to it
+    {
+      std::copy(this->X + after, this->X + after + kept, this->X);
+      std::copy(this->Y + after, this->Y + after + kept, this->Y);
+      this->Set(kept, a);
+      this->Set(kept + 1, b);
+    }
+    else
+    {
+      std::memmove(this->X + run + 2, this->X + after, (this->Count - after) * sizeof(float));
+      std::memmove(this->Y + run + 2, this->Y + after, (this->Count - after) * sizeof(float));
+      this->Set(run, a);
+      this->Set(run + 1, b);
+    }
+    this->Count = kept + 2;
+  }
+
+  void Set(int k, const Point2& p)
+  {
+    this->X[k] = p.X;
+    this->Y[k] = p.Y;
+  }
+
   void Measure()
   {
-    this->Squared = 0.0;
+    this->Squared = 0.0f;
     for (int k = 0; k < this->Count; ++k)
     {
-      const Point2& c = this->Corners[k];
-      this->Squared = std::max(this->Squared, c.X * c.X + c.Y * c.Y);
+      this->Squared = std::max(this->Squared, this->X[k] * this->X[k] + this->Y[k] * this->Y[k]);
     }
   }
 
-  Point2 Corners[MostCorners];
+  float X[MostCorners], Y[MostCorners];
   int Count = 0;
-  double Squared = 0.0; // radius
+  float Squared = 0.0f;
 };
+
+/// Neighbours of a point in its tangent plane, nearest first. Lengths in spacings of the point.
+struct FlatSheet
+{
+  int Count;
+  float X[CellNeighbors], Y[CellNeighbors];
+  float Areas[CellNeighbors];
+};
+
+/// The point's cell among its neighbours.
+void CutCell(const FlatSheet& sheet, Polygon& cell)
+{
+  cell.Reset();
+  for (int k = 0; k < sheet.Count; ++k)
+  {
+    const float x = sheet.X[k], y = sheet.Y[k];
+    const float squared = x * x + y * y;
+    if (squared < 4.0f * cell.SquaredRadius() && squared > 0.0f)
+    {
+      cell.Cut(x, y, 0.5f * squared);
+    }
+  }
+}
 
 class CellMeasurer
 {
@@ -162,37 +220,30 @@ public:
     }
     Vector3 u, v;
     TangentFrame(fit.Normal, u, v);
+    const double spacing = fit.Spacing;
     this->Unfold(i, u, v);
-    this->Cell.Reset(CellReach * fit.Spacing);
-    for (const Point2& p : this->Sheet)
-    {
-      const double squared = p.X * p.X + p.Y * p.Y;
-      if (squared < 4.0 * this->Cell.SquaredRadius() && squared > 0.0)
-      {
-        this->Cell.Cut(p, 0.5 * squared);
-      }
-    }
-    this->CutAtBorder(fit.Spacing);
+    CutCell(this->Sheet, this->Cell);
+    this->CutAtBorder();
 
-    double area, second[3];
-    Point2 first;
+    double area, first[2], second[3];
     this->Cell.Moments(area, first, second);
     if (!(area > 0.0))
     {
       return cell;
     }
-    const double mx = first.X / area, my = first.Y / area;
+    const double mx = first[0] / area, my = first[1] / area;
     const double xx = second[0] / area - mx * mx;
     const double yy = second[1] / area - my * my;
     const double xy = second[2] / area - mx * my;
     const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     double cosine, sine;
     PrincipalAxis(xx, yy, xy, cosine, sine);
-    cell.Area = static_cast<float>(area);
-    cell.Centroid = mx * u + my * v;
+    const double square = spacing * spacing;
+    cell.Area = static_cast<float>(square * area);
+    cell.Centroid = (spacing * mx) * u + (spacing * my) * v;
     cell.AxisU = cosine * u + sine * v;
-    cell.VarianceU = static_cast<float>(std::max(0.0, 0.5 * (xx + yy) + half));
-    cell.VarianceV = static_cast<float>(std::max(0.0, 0.5 * (xx + yy) - half));
+    cell.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
+    cell.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
     return cell;
   }
 
@@ -208,9 +259,10 @@ private:
       this->Found.Ids.resize(CellNeighbors, -1);
       ids = this->Found.Ids.data();
     }
-    this->Sheet.clear();
-    this->Areas.clear();
+    FlatSheet& sheet = this->Sheet;
+    sheet.Count = 0;
     const Vector3 p = Load(this->Cloud.Position(i));
+    const double inverse = 1.0 / this->Fits[i].Spacing;
     for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
     {
       const int j = ids[k];
@@ -221,52 +273,57 @@ private:
       }
       const double x = Dot(d, u), y = Dot(d, v);
       const double flat = x * x + y * y;
-      const double scale = flat > 0.0 ? std::sqrt(Dot(d, d) / flat) : 0.0;
-      this->Sheet.push_back({ scale * x, scale * y });
-      const double spacing = this->Fits[j].Spacing;
-      this->Areas.push_back(spacing * spacing);
+      const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
+      const double spacing = inverse * this->Fits[j].Spacing;
+      sheet.X[sheet.Count] = static_cast<float>(scale * x);
+      sheet.Y[sheet.Count] = static_cast<float>(scale * y);
+      sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
+      ++sheet.Count;
     }
   }
 
   /// Where all neighbours are on one side: cuts the cell where the surface ends on the other.
-  void CutAtBorder(double spacing)
+  void CutAtBorder()
   {
-    this->Gap.Clear();
-    Point2 mean{ 0.0, 0.0 };
-    for (const Point2& p : this->Sheet)
+    const FlatSheet& sheet = this->Sheet;
+    this->Around.Clear();
+    double x = 0.0, y = 0.0;
+    for (int k = 0; k < sheet.Count; ++k)
     {
-      this->Gap.Add(p.X, p.Y);
-      mean.X += p.X;
-      mean.Y += p.Y;
+      this->Around.Add(sheet.X[k], sheet.Y[k]);
+      x += sheet.X[k];
+      y += sheet.Y[k];
     }
-    const double length = std::hypot(mean.X, mean.Y);
-    if (!(length > 0.0) || !this->Gap.Exists())
+    const double length = std::sqrt(x * x + y * y);
+    if (!(length > 0.0) || !this->Around.HaveGap())
     {
       return;
     }
-    const Point2 outward{ -mean.X / length, -mean.Y / length };
-    double inside = 0.0, outside = CellReach * spacing;
+    const double outward[2] = { -x / length, -y / length };
+    double inside = 0.0, outside = CellReach;
     for (int step = 0; step < BorderSteps; ++step)
     {
       const double middle = 0.5 * (inside + outside);
       const bool covered =
-        this->Coverage({ middle * outward.X, middle * outward.Y }, spacing) >= BorderCoverage;
+        this->Coverage(middle * outward[0], middle * outward[1]) >= BorderCoverage;
       (covered ? inside : outside) = middle;
     }
-    this->Cell.Cut(outward, std::max(inside, 0.05 * spacing));
+    this->Cell.Cut(static_cast<float>(outward[0]), static_cast<float>(outward[1]),
+      static_cast<float>(std::max(inside, 0.05)));
   }
 
   /// Share of the plane that the areas about cover at a place.
-  double Coverage(const Point2& at, double spacing) const
+  double Coverage(double x, double y) const
   {
-    const double sigma = BorderSmoothing * spacing;
-    double sum = spacing * spacing * std::exp(-0.5 * (at.X * at.X + at.Y * at.Y) / (sigma * sigma));
-    for (std::size_t k = 0; k < this->Sheet.size(); ++k)
+    const FlatSheet& sheet = this->Sheet;
+    constexpr double variance = BorderSmoothing * BorderSmoothing;
+    double sum = std::exp(-0.5 * (x * x + y * y) / variance);
+    for (int k = 0; k < sheet.Count; ++k)
     {
-      const double dx = this->Sheet[k].X - at.X, dy = this->Sheet[k].Y - at.Y;
-      sum += this->Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / (sigma * sigma));
+      const double dx = sheet.X[k] - x, dy = sheet.Y[k] - y;
+      sum += sheet.Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / variance);
     }
-    return sum / (2.0 * Pi * sigma * sigma);
+    return sum / (2.0 * Pi * variance);
   }
 
   const LocalCloud& Cloud;
@@ -275,9 +332,8 @@ private:
   const std::vector<unsigned char>& TwoSided;
   const std::vector<SurfelFit>& Fits;
   Neighbors Found;
-  std::vector<Point2> Sheet;
-  std::vector<double> Areas;
-  DirectionGap Gap;
+  FlatSheet Sheet;
+  Directions Around;
   Polygon Cell;
 };
 }

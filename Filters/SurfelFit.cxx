@@ -75,14 +75,15 @@ public:
   {
     this->FindAndKeep(i, graph, neighbors);
     Eigen::Matrix3d covariance = Covariance(this->Cloud, i, neighbors);
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+    eigen.computeDirect(covariance);
     SurfelFit fit;
     fit.Reach = ReachOf(neighbors);
     if (neighbors.Count() >= 3 && eigen.eigenvalues()[1] < LineRatio * eigen.eigenvalues()[2])
     {
       this->Find(i, LineGrowth, neighbors);
       covariance = Covariance(this->Cloud, i, neighbors);
-      eigen.compute(covariance);
+      eigen.computeDirect(covariance);
     }
     this->SetNormal(eigen, given, fit);
     this->SetExtent(covariance, neighbors, fit);
@@ -218,7 +219,7 @@ private:
   const FitSettings& Settings;
 };
 
-double Median(std::vector<double>& values)
+double Median(std::vector<float>& values)
 {
   if (values.empty())
   {
@@ -246,7 +247,7 @@ public:
     : Fits(fits)
     , Factor(factor)
   {
-    std::vector<double> values(fits.size());
+    std::vector<float> values(fits.size());
     std::transform(
       fits.begin(), fits.end(), values.begin(), [](const SurfelFit& fit) { return fit.Reach; });
     this->MedianReach = Median(values);
@@ -256,7 +257,7 @@ public:
   }
 
   /// Spacing to use for an isolated point; negative if it is not isolated.
-  double Spacing(int i, const int* graph, std::vector<double>& reaches) const
+  double Spacing(int i, const int* graph, std::vector<float>& reaches) const
   {
     const SurfelFit& fit = this->Fits[i];
     if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
@@ -294,7 +295,7 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<Surfel
   const IsolationTest test(fits, factor);
   std::vector<double> spacings(count); // first all tests, then all changes
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    std::vector<double> scratch;
+    std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
     {
       spacings[i] = test.Spacing(static_cast<int>(i), graph.Row(i), scratch);
@@ -314,48 +315,9 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<Surfel
 bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d)
 {
   const double cosine = Dot(a.Normal, b.Normal);
+  const double climb = Dot(a.Normal, d);
   return (eitherTwoSided ? std::abs(cosine) : cosine) >= SheetCosine &&
-    std::abs(Dot(a.Normal, d)) <= SheetClimb * Length(d);
-}
-
-void DirectionGap::Clear()
-{
-  this->X.clear();
-  this->Y.clear();
-  this->Octants = 0;
-}
-
-void DirectionGap::Add(double x, double y)
-{
-  this->X.push_back(x);
-  this->Y.push_back(y);
-  const bool steep = std::abs(y) > std::abs(x);
-  const int quadrant = y >= 0.0 ? (x > 0.0 ? 0 : 1) : (x <= 0.0 ? 2 : 3);
-  this->Octants |= 1u << (2 * quadrant + (steep == (quadrant % 2 == 0) ? 1 : 0));
-}
-
-bool DirectionGap::Exists()
-{
-  // Such an angle holds at least two whole octants.
-  const unsigned int free = ~this->Octants & 255u;
-  if ((free & (free >> 1 | free << 7)) == 0)
-  {
-    return false;
-  }
-  if (this->X.empty())
-  {
-    return true;
-  }
-  this->Angles.resize(this->X.size());
-  std::transform(this->X.begin(), this->X.end(), this->Y.begin(), this->Angles.begin(),
-    [](double x, double y) { return std::atan2(y, x); });
-  std::sort(this->Angles.begin(), this->Angles.end());
-  double gap = this->Angles.front() + 2.0 * Pi - this->Angles.back();
-  for (size_t k = 1; k < this->Angles.size(); ++k)
-  {
-    gap = std::max(gap, this->Angles[k] - this->Angles[k - 1]);
-  }
-  return gap > 0.75 * Pi;
+    climb * climb <= SheetClimb * SheetClimb * Dot(d, d);
 }
 
 bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,

@@ -61,19 +61,6 @@ constexpr int ReachRank = 6;
 /// where eitherTwoSided), and an edge that does not climb out of the tangent plane.
 bool AreOfOneSheet(const SurfelFit& a, const SurfelFit& b, bool eitherTwoSided, const Vector3& d);
 
-/// Directions in a plane, and whether they leave a gap: an angle of more than 3/4 pi without any.
-class DirectionGap
-{
-public:
-  void Clear();
-  void Add(double x, double y);
-  bool Exists();
-
-private:
-  std::vector<double> X, Y, Angles;
-  unsigned int Octants = 0; // that have a direction
-};
-
 /// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
 /// Returns false if stopped.
 bool FitSurfels(const LocalCloud& cloud, const SurfelNeighborhood& tree,

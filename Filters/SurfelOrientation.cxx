@@ -3,10 +3,11 @@
 
 #include "LocalCloud.h"
 #include "SurfelSigns.h"
+#include "SurfelVotes.h"
 #include "SurfelWinding.h"
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -15,18 +16,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// An edge that climbs more than this (sine of its angle to either tangent plane) leads to
-/// another sheet.
-constexpr double LargestClimb = 0.8;
-
-/// For the patches: smallest vote, largest climb and largest flatness of both ends.
-constexpr double SureVote = 0.9;
-constexpr double SureClimb = 0.5;
-constexpr double SureFlatness = 0.15;
-
-/// Edges longer than this many spacings of the closer-spaced end bridge a gap.
-constexpr double LongestEdge = 4.0;
-
 /// Patches are joined if the votes between them agree this much: |sum| / sum of absolute values.
 constexpr double Agreement = 0.8;
 
@@ -51,12 +40,6 @@ constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
 constexpr int SmallestClosed = 30; // points; fewer tell nothing
 
-struct Edge
-{
-  int A, B;
-  float Vote;
-};
-
 /// Sum of votes between two sets.
 struct Pair
 {
@@ -67,151 +50,22 @@ struct Pair
   int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
 };
 
-Vector3 Between(const LocalCloud& cloud, int a, int b)
-{
-  return Normalized(Load(cloud.Position(b)) - Load(cloud.Position(a)), { 0.0, 0.0, 0.0 });
-}
-
-/// Vote in [-1, 1] on the relative sign of two normals: n_b against n_a mirrored at the plane
-/// halfway between the points, which is exact on planes and circular arcs of any bend
-/// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
-/// 0 where the edge must not count.
-float VoteOf(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, int a, int b)
-{
-  const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
-  const double length = Length(d);
-  if (!(length > 0.0) || length > LongestEdge * std::min(fits[a].Spacing, fits[b].Spacing))
-  {
-    return 0.0f;
-  }
-  const double climbA = Dot(fits[a].Normal, d) / length;
-  const double climbB = Dot(fits[b].Normal, d) / length;
-  if (std::max(std::abs(climbA), std::abs(climbB)) > LargestClimb)
-  {
-    return 0.0f;
-  }
-  return static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
-}
-
-bool IsSure(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const Edge& edge)
-{
-  const Vector3 d = Between(cloud, edge.A, edge.B);
-  return std::abs(edge.Vote) >= SureVote && std::abs(Dot(fits[edge.A].Normal, d)) <= SureClimb &&
-    std::abs(Dot(fits[edge.B].Normal, d)) <= SureClimb &&
-    std::max(fits[edge.A].Flatness, fits[edge.B].Flatness) <= SureFlatness;
-}
-
-/// The edges of the graph: slot GraphDegree i + k leads from i to its neighbour of rank k.
-struct EdgeVotes
-{
-  static constexpr unsigned char NotSure = 255;
-
-  std::vector<float> Votes;           ///< 0: no edge, or the other end reports it
-  std::vector<unsigned char> Classes; ///< of sure edges, the surest 0; else NotSure
-};
-
-/// Calls visit(k, j) for each neighbour j, of rank k, of i whose edge is i's to report: each edge
-/// once.
-template <typename Visit>
-void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
-{
-  const int* mine = graph.Row(i);
-  for (int k = 0; k < GraphDegree && mine[k] >= 0; ++k)
-  {
-    const int j = mine[k];
-    const int* theirs = graph.Row(j);
-    const bool mutual = std::find(theirs, theirs + GraphDegree, i) != theirs + GraphDegree;
-    if (!mutual || i < j)
-    {
-      visit(k, j);
-    }
-  }
-}
-
-EdgeVotes CollectVotes(
-  const LocalCloud& cloud, const std::vector<SurfelFit>& fits, const NeighborGraph& graph)
-{
-  const vtkIdType count = cloud.Size();
-  EdgeVotes edges;
-  edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
-  edges.Classes.resize(edges.Votes.size());
-  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
-    std::fill(
-      edges.Votes.begin() + GraphDegree * begin, edges.Votes.begin() + GraphDegree * end, 0.0f);
-    std::fill(edges.Classes.begin() + GraphDegree * begin,
-      edges.Classes.begin() + GraphDegree * end, EdgeVotes::NotSure);
-    for (vtkIdType i = begin; i < end; ++i)
-    {
-      VisitEdges(graph, static_cast<int>(i), [&](int k, int j) {
-        const Edge edge{ static_cast<int>(i), j, VoteOf(cloud, fits, static_cast<int>(i), j) };
-        edges.Votes[GraphDegree * i + k] = edge.Vote;
-        if (IsSure(cloud, fits, edge))
-        {
-          const double doubt = (1.0 - std::abs(edge.Vote)) / (1.0 - SureVote);
-          edges.Classes[GraphDegree * i + k] = static_cast<unsigned char>(
-            std::clamp(static_cast<int>(doubt * EdgeVotes::NotSure), 0, EdgeVotes::NotSure - 1));
-        }
-      });
-    }
-  });
-  return edges;
-}
-
-/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
-void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, SurfelSigns& signs)
-{
-  std::array<size_t, EdgeVotes::NotSure + 1> ends{};
-  for (const unsigned char c : edges.Classes)
-  {
-    ++ends[c];
-  }
-  ends[EdgeVotes::NotSure] = 0;
-  std::partial_sum(ends.begin(), ends.end(), ends.begin());
-  std::vector<std::uint64_t> order(ends.back());
-  for (size_t slot = edges.Classes.size(); slot-- > 0;)
-  {
-    if (edges.Classes[slot] != EdgeVotes::NotSure)
-    {
-      order[--ends[edges.Classes[slot]]] = slot;
-    }
-  }
-  for (const std::uint64_t slot : order)
-  {
-    const size_t i = slot / GraphDegree;
-    signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
-  }
-}
-
-/// Calls visit(edge) for all edges that have a vote, ordered by their points.
-template <typename Visit>
-void VisitVotes(const NeighborGraph& graph, const EdgeVotes& edges, Visit&& visit)
-{
-  const size_t count = edges.Votes.size() / GraphDegree;
-  for (size_t i = 0; i < count; ++i)
-  {
-    for (int k = 0; k < GraphDegree; ++k)
-    {
-      const float vote = edges.Votes[GraphDegree * i + k];
-      if (vote != 0.0f)
-      {
-        visit(Edge{ static_cast<int>(i), graph.Row(i)[k], vote });
-      }
-    }
-  }
-}
-
 /// Edges that lead from one set to another.
 std::vector<Edge> EdgesBetweenSets(
   const NeighborGraph& graph, const EdgeVotes& edges, SurfelSigns& signs)
 {
-  std::vector<Edge> between;
-  VisitVotes(graph, edges, [&](const Edge& edge) {
-    if (signs.Find(edge.A).first != signs.Find(edge.B).first)
-    {
-      between.push_back(edge);
-    }
+  signs.Flatten();
+  const vtkIdType count = edges.Count();
+  std::vector<std::vector<Edge>> found(PieceCount(count));
+  ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
+    VisitVotes(graph, edges, first, last, [&](const Edge& edge) {
+      if (signs.Look(edge.A).first != signs.Look(edge.B).first)
+      {
+        found[p].push_back(edge);
+      }
+    });
   });
-  return between;
+  return Concatenated(found);
 }
 
 /// Keeps the edges that lead from one set to another, as votes between the sets' roots.
@@ -339,25 +193,48 @@ Members ApplySigns(SurfelSigns& signs, std::vector<SurfelFit>& fits, Sidedness& 
 }
 
 /// Share of each component's votes that contradict its orientation.
-std::vector<double> Conflicts(
-  const NeighborGraph& graph, const EdgeVotes& edges, const Sidedness& sides, SurfelSigns& signs)
+std::vector<double> Conflicts(const NeighborGraph& graph, const EdgeVotes& edges,
+  const Sidedness& sides, const SurfelSigns& signs)
 {
-  std::vector<double> against(sides.NumberOfComponents, 0.0);
-  std::vector<double> all(sides.NumberOfComponents, 0.0);
-  VisitVotes(graph, edges, [&](const Edge& edge) {
-    const int c = sides.Components[edge.A];
-    if (c == sides.Components[edge.B])
-    {
-      const bool differ = signs.Find(edge.A).second != signs.Find(edge.B).second;
-      all[c] += std::abs(edge.Vote);
-      against[c] += differ != (edge.Vote < 0.0f) ? std::abs(edge.Vote) : 0.0;
-    }
+  // Votes as integers of 2^-24: their sums are the same in any order.
+  constexpr double unit = 1.0 / (1 << 24);
+  using Sums = std::vector<std::atomic<std::int64_t>>;
+  Sums against(sides.NumberOfComponents), all(sides.NumberOfComponents);
+  ForPieces(edges.Count(), [&](vtkIdType, vtkIdType first, vtkIdType end) {
+    int last = -1; // component of the sums here
+    std::int64_t lastAgainst = 0, lastAll = 0;
+    const auto flush = [&](int next) {
+      if (last >= 0)
+      {
+        against[last].fetch_add(lastAgainst, std::memory_order_relaxed);
+        all[last].fetch_add(lastAll, std::memory_order_relaxed);
+      }
+      last = next;
+      lastAgainst = lastAll = 0;
+    };
+    VisitVotes(graph, edges, first, end, [&](const Edge& edge) {
+      const int c = sides.Components[edge.A];
+      if (c == sides.Components[edge.B])
+      {
+        if (c != last)
+        {
+          flush(c);
+        }
+        const bool differ = signs.Look(edge.A).second != signs.Look(edge.B).second;
+        const auto vote = static_cast<std::int64_t>(std::abs(edge.Vote) / unit);
+        lastAll += vote;
+        lastAgainst += differ != (edge.Vote < 0.0f) ? vote : 0;
+      }
+    });
+    flush(-1);
   });
+  std::vector<double> shares(all.size());
   for (size_t c = 0; c < all.size(); ++c)
   {
-    against[c] = all[c] > 0.0 ? against[c] / all[c] : 1.0;
+    const double sum = static_cast<double>(all[c]);
+    shares[c] = sum > 0.0 ? static_cast<double>(against[c]) / sum : 1.0;
   }
-  return against;
+  return shares;
 }
 
 /// +1: closed, normals outward. -1: closed, inward. 0: open or doubtful.
@@ -404,10 +281,27 @@ int FacingSign(const LocalCloud& cloud, const std::vector<SurfelFit>& fits, cons
   return toward > needed ? 1 : (away > needed ? -1 : 0);
 }
 
+/// [n] the normals as they are before they are turned; empty if none was given.
+std::vector<Float3> GivenNormals(const std::vector<SurfelFit>& fits)
+{
+  std::vector<Float3> given;
+  if (std::any_of(fits.begin(), fits.end(), [](const SurfelFit& fit) { return fit.Given; }))
+  {
+    given.resize(fits.size());
+    std::transform(
+      fits.begin(), fits.end(), given.begin(), [](const SurfelFit& fit) { return fit.Normal; });
+  }
+  return given;
+}
+
 /// Sign by which given normals, where the component has any, agree or disagree with it.
-int GivenSign(const std::vector<SurfelFit>& fits, const std::vector<Vector3>& given,
+int GivenSign(const std::vector<SurfelFit>& fits, const std::vector<Float3>& given,
   const int* members, int count)
 {
+  if (given.empty())
+  {
+    return 0;
+  }
   double sum = 0.0;
   double absolute = 0.0;
   for (int m = 0; m < count; ++m)
@@ -460,9 +354,7 @@ bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
     }
   }
 
-  std::vector<Vector3> given(count);
-  std::transform(
-    fits.begin(), fits.end(), given.begin(), [](const SurfelFit& fit) { return fit.Normal; });
+  const std::vector<Float3> given = GivenNormals(fits);
   const Members members = ApplySigns(signs, fits, sides);
   const std::vector<double> conflicts = Conflicts(graph, edges, sides, signs);
   sides.TwoSided.assign(count, 1);

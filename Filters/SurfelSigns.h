@@ -46,14 +46,35 @@ public:
     return { root, result };
   }
 
+  /// The same without shortening the path: threads may ask at a time.
+  std::pair<int, bool> Look(int i) const
+  {
+    bool flip = false;
+    for (; this->Parents[i] != i; i = this->Parents[i])
+    {
+      flip ^= this->Flips[i] != 0;
+    }
+    return { i, flip };
+  }
+
+  /// Shortens all paths.
+  void Flatten()
+  {
+    for (size_t i = 0; i < this->Parents.size(); ++i)
+    {
+      this->Find(static_cast<int>(i));
+    }
+  }
+
   /// Joins the sets of a and b so that their signs are equal, or differ. No effect within a set.
-  void Join(int a, int b, bool differ)
+  /// Returns whether they were two.
+  bool Join(int a, int b, bool differ)
   {
     auto [rootA, flipA] = this->Find(a);
     auto [rootB, flipB] = this->Find(b);
     if (rootA == rootB)
     {
-      return;
+      return false;
     }
     // The larger set keeps its root; of equal ones, that of the smaller index.
     const int sizeA = this->Sizes[rootA];
@@ -65,6 +86,7 @@ public:
     this->Parents[rootB] = rootA;
     this->Flips[rootB] = flipA ^ flipB ^ differ;
     this->Sizes[rootA] = sizeA + sizeB;
+    return true;
   }
 
   /// Number of members of the set of which `root` is the root.

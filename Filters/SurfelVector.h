@@ -56,6 +56,10 @@ inline double Dot(const Vector3& a, const Vector3& b)
 {
   return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
 }
+inline float SingleDot(const Float3& a, const Float3& b)
+{
+  return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
+}
 inline Vector3 Cross(const Vector3& a, const Vector3& b)
 {
   return { a.Y * b.Z - a.Z * b.Y, a.Z * b.X - a.X * b.Z, a.X * b.Y - a.Y * b.X };

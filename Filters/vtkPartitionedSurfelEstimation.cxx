@@ -50,7 +50,7 @@ constexpr int MostWidenings = 3;
 constexpr double LeastDoubt = 1e-3;
 
 /// Besides input and part: local positions and output.
-constexpr double BytesPerPoint = 12.0 + 57.0, BytesPerPointOfPart = 400.0;
+constexpr double BytesPerPoint = 12.0 + 57.0, BytesPerPointOfPart = 320.0;
 
 void CopySettings(vtkSurfelEstimation* from, vtkSurfelEstimation* to)
 {

@@ -208,8 +208,8 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
                                    << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
     return false;
   }
-  // At the filter's peak, its output included: 295 were measured with 4 million surfels.
-  constexpr double bytesPerPoint = 310.0;
+  // At the filter's peak, its output included: 271 were measured with 4 million surfels.
+  constexpr double bytesPerPoint = 285.0;
   const std::string memory = SurfelGeometry::CheckMemory(
     input->GetNumberOfPoints(), bytesPerPoint, SurfelGeometry::AvailableMemory());
   if (!memory.empty())

@@ -1,4 +1,4 @@
-# Finds VTK, Python, PCL and OpenEXR so that nothing more than what is used comes along.
+# Finds VTK, Python, PCL (with FLANN), Eigen and OpenEXR so that nothing more than what is used comes along.
 
 set(surfelsplatting_vtk_components
   CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
@@ -23,6 +23,7 @@ find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components})
 # PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features
 # and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS common kdtree octree search features filters io)
+find_package(Eigen3 REQUIRED NO_MODULE)
 foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)
   if (TARGET ${pcl_target})
     get_target_property(pcl_links ${pcl_target} INTERFACE_LINK_LIBRARIES)
