@@ -114,22 +114,24 @@ int SurfelNeighborhood::Size() const
 
 void SurfelNeighborhood::Search(int i, int wanted, float squaredReach, Neighbors& neighbors) const
 {
-  neighbors.Ids.clear();
-  neighbors.SquaredDistances.clear();
   Result result(neighbors.Found, wanted, squaredReach);
   const flann::SearchParams exact(flann::FLANN_CHECKS_UNLIMITED, 0.0f);
   this->Implementation->Search->findNeighbors(
     result, this->Implementation->Positions + 3 * static_cast<size_t>(i), exact);
+  neighbors.Ids.resize(wanted);
+  neighbors.SquaredDistances.resize(wanted);
+  int count = 0;
   for (int k = 0; k < result.Count(); ++k)
   {
-    // Where squared distances are 0, others may have taken the place of i.
     const int id = IdOf(neighbors.Found[k]);
-    if (id != i && neighbors.Count() + 1 < wanted)
-    {
-      neighbors.Ids.push_back(id);
-      neighbors.SquaredDistances.push_back(SquaredDistanceOf(neighbors.Found[k]));
-    }
+    neighbors.Ids[count] = id;
+    neighbors.SquaredDistances[count] = SquaredDistanceOf(neighbors.Found[k]);
+    count += id != i ? 1 : 0;
   }
+  // Where squared distances are 0, others may have taken the place of i.
+  count = std::min(count, wanted - 1);
+  neighbors.Ids.resize(count);
+  neighbors.SquaredDistances.resize(count);
 }
 
 /// As many points as were found within the last query's reach are within that and the step from

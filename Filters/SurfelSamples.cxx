@@ -3,6 +3,7 @@
 
 #include "DirectionGap.h"
 #include "LocalCloud.h"
+#include "Multiversion.h"
 #include "SurfelNeighborhood.h"
 
 #include <algorithm>
@@ -114,7 +115,7 @@ struct Places
 };
 
 /// @param squaredReach of the places
-void FindNearer(const Sheet& s, float squaredReach, Places& places)
+SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, Places& places)
 {
   for (int lane = 0; lane < Places::Most; ++lane)
   {
@@ -134,7 +135,8 @@ void FindNearer(const Sheet& s, float squaredReach, Places& places)
 }
 
 /// Exponents |B y|^2 / 2 of the sheet's kernels at a sample; Far where it is off a kernel's plane.
-void FindExponents(const Sheet& s, const Float3& at, float* __restrict exponents)
+SURFEL_MULTIVERSION void FindExponents(
+  const Sheet& s, const Float3& at, float* __restrict exponents)
 {
   for (int first = 0; first < s.Count; first += Sheet::Lanes)
   {

@@ -3,9 +3,9 @@
 """How fast: filters and frames with one thread and with two, stage by stage, and a window's frame
 against vtkPointGaussianMapper's with the same points at the same footprint.
 
-    speed.py OUT [--points N] [--size PX] [--scan CLOUD] [--frames N]
+    speed.py OUT [--points N] [--size PX] [--scan CLOUD] [--frames N] [--search PROGRAM]
 
-writes OUT.json and OUT.md. Threads are set when VTK starts: every row is a process of its own, the
+writes OUT.json and OUT.md. PROGRAM, NeighborSpeed, is the search that the filters are held against. Threads are set when VTK starts: every row is a process of its own, the
 rows by turns, medians. Needs a display (xvfb-run -a).
 """
 
@@ -156,6 +156,13 @@ def run(part, threads, arguments):
     return json.loads(output.splitlines()[-1])
 
 
+def search_alone(arguments):
+    environment = dict(os.environ, VTK_SMP_MAX_THREADS="2")
+    command = [arguments.search, str(arguments.points), "3"]
+    return json.loads(subprocess.run(command, env=environment, check=True,
+                                     stdout=subprocess.PIPE).stdout)
+
+
 def median(rows):
     """Of the same nested dictionary, several times."""
     if isinstance(rows[0], dict):
@@ -170,9 +177,11 @@ def table(result, points):
         a, b = one["filters"][name], two["filters"][name]
         lines.append(f"| {name} | {a:.2f} | {b:.2f} | {a / b:.2f} |")
     total = sum(two["filters"].values())
+    search = ", ".join(f"{name} {seconds:.2f} s ({total / seconds:.1f})"
+                       for name, seconds in two.get("search", {}).items())
     stages = [name for name in next(iter(two["frames"].values())) if name != "frame"]
     lines += ["", f"All three with two threads: {points / total / 1e6:.2f} million points a second.",
-              "", "| frame | 1 thread, ms | 2 threads, ms | ratio | " + " | ".join(stages) + " |",
+              f"16 neighbours alone (filters to it): {search}." if search else "", "", "| frame | 1 thread, ms | 2 threads, ms | ratio | " + " | ".join(stages) + " |",
               "|---" * (4 + len(stages)) + "|"]
     for name, frame in two["frames"].items():
         a, b = one["frames"][name]["frame"], frame["frame"]
@@ -191,6 +200,7 @@ def parse():
     parser.add_argument("--frames", type=int, default=9)
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     parser.add_argument("--scan", metavar="CLOUD", help="resampled, instead of a bumpy sphere")
+    parser.add_argument("--search", metavar="PROGRAM", help="NeighborSpeed, by turns with the rest")
     parser.add_argument("--part", choices=PARTS, help=argparse.SUPPRESS)
     return parser.parse_args()
 
@@ -205,6 +215,8 @@ def main():
         for threads, row in rows.items():
             parts = PARTS if threads == "2" else ("filters", "frames")
             row.append({part: run(part, threads, arguments) for part in parts})
+            if arguments.search and threads == "2":
+                row[-1]["search"] = search_alone(arguments)
     result = {threads: median(row) for threads, row in rows.items()}
     with open(arguments.out + ".json", "w", encoding="utf-8") as file:
         json.dump(result, file, indent=1)
