@@ -58,12 +58,17 @@ inline ResolvedLayer Resolve(const Layer& layer)
     layer.Weight > 0 ? layer.Depth / layer.Weight : 0.0f };
 }
 
-/// Receives every layer of every pixel, front to back, as it is closed. Called from the raster's
-/// threads, never twice at once for one pixel.
+/// Receives every layer of every pixel, front to back, as it is closed; none that is behind another
+/// prop. Called from the raster's threads, never twice at once for one tile.
 class LayerSink
 {
 public:
   virtual ~LayerSink() = default;
-  virtual void Receive(int x, int y, const Layer& layer) = 0;
+
+  /// Before the layers of each cell of the lens.
+  virtual void BeginCell() {}
+
+  /// @param brightest what a layer's colours over its alpha are clamped to as it is composited
+  virtual void Receive(int x, int y, const Layer& layer, float brightest) = 0;
 };
 }

@@ -29,7 +29,7 @@ public:
   std::vector<Splat>* Splats = nullptr;
   std::vector<PixelBox>* Boxes = nullptr;
 
-  void Receive(int x, int y, const Layer& layer) override
+  void Receive(int x, int y, const Layer& layer, float) override
   {
     if (!(layer.Weight > 0.0f))
     {

@@ -131,6 +131,10 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
     this->SetCell(context, { context.Camera, context.Optics }, sink != nullptr);
+    if (sink)
+    {
+      sink->BeginCell();
+    }
     this->RenderCell(clouds, executor, frame, depthLimit, sink);
     return true;
   }
@@ -143,6 +147,10 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   while (goOn && done < cells.size())
   {
     this->SetCell(context, cells[done], sink != nullptr);
+    if (sink)
+    {
+      sink->BeginCell();
+    }
     this->RenderCell(clouds, executor, average.Next(), depthLimit, sink);
     total.Add(this->Stats);
     average.Add();

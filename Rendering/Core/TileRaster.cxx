@@ -395,7 +395,10 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
       layer.Green = open.Green[l];
       layer.Blue = open.Blue[l];
       layer.Depth = open.Depth[l];
-      raster->Sink->Receive(x, y, layer);
+      if (layer.Depth <= tile.Finished[block].Limit[l] * layer.Weight)
+      {
+        raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
+      }
     }
   }
 }

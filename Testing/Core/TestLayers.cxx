@@ -23,7 +23,7 @@ public:
     , Layers(static_cast<std::size_t>(width) * height)
   {
   }
-  void Receive(int x, int y, const Layer& layer) override
+  void Receive(int x, int y, const Layer& layer, float) override
   {
     this->Layers[static_cast<std::size_t>(y) * this->Width + x].push_back(layer);
   }

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Deep pictures: cells of the lens joined by hand, and scenes whose samples are tidy and give the
+// picture when they are composited.
+#include "Check.h"
+#include "DeepImage.h"
+#include "TestScene.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+Layer OpaqueTo(float alpha, float red, float depth)
+{
+  Layer layer;
+  layer.Near = layer.Far = layer.Depth = depth;
+  layer.Weight = 1.0f;
+  layer.Opacity = alpha;
+  layer.Red = alpha * red;
+  return layer;
+}
+
+/// Two cells: half of the lens sees A (z = 1) before B (z = 2), the other half C (z = 3) alone.
+void TestTwoCells()
+{
+  DeepImage deep;
+  deep.Begin(2, 1);
+  deep.BeginCell();
+  deep.Receive(0, 0, OpaqueTo(0.5f, 1.0f, 1.0f), 10.0f);
+  deep.Receive(0, 0, OpaqueTo(1.0f, 2.0f, 2.0f), 10.0f);
+  deep.BeginCell();
+  deep.Receive(0, 0, OpaqueTo(0.8f, 4.0f, 3.0f), 10.0f);
+  deep.Finish(SerialExecutor());
+  CHECK(deep.Offsets().size() == 3 && deep.Offsets()[1] == 3 && deep.Offsets()[2] == 3);
+  const DeepSample* s = deep.Samples().data();
+  // T: 1, then 0.5 (1 - 0.5) + 0.5, then 0.5, then 0.5 (1 - 0.8).
+  const double through[] = { 1.0, 0.75, 0.5, 0.1 };
+  const double visible[] = { 0.5 * 0.5 * 1.0, 0.5 * 0.5 * 2.0, 0.5 * 0.8 * 4.0 };
+  for (int i = 0; i < 3; ++i)
+  {
+    CHECK_NEAR(s[i].Alpha, 1.0 - through[i + 1] / through[i], 1e-6);
+    CHECK_NEAR(s[i].Red, visible[i] / through[i], 1e-6);
+    CHECK_NEAR(s[i].Depth, i + 1.0, 0.0);
+  }
+}
+
+/// Equal depths are one sample; what is behind an opaque one is left out; colours are clamped.
+void TestTidy()
+{
+  DeepImage deep;
+  deep.Begin(1, 1);
+  for (int cell = 0; cell < 2; ++cell)
+  {
+    deep.BeginCell();
+    deep.Receive(0, 0, OpaqueTo(cell == 0 ? 0.25f : 0.75f, 1.0f, 1.0f), 10.0f);
+    deep.Receive(0, 0, OpaqueTo(1.0f, 5.0f, 2.0f), 3.0f);
+    deep.Receive(0, 0, OpaqueTo(1.0f, 1.0f, 3.0f), 10.0f);
+    deep.Receive(0, 0, Layer(), 1.0f);
+  }
+  deep.Finish(SerialExecutor());
+  CHECK(deep.Samples().size() == 2);
+  CHECK_NEAR(deep.Samples()[0].Alpha, 0.5, 1e-6);
+  CHECK_NEAR(deep.Samples()[1].Alpha, 1.0, 1e-6);
+  CHECK_NEAR(deep.Samples()[1].Red, 3.0, 1e-6);
+  deep.Begin(3, 2);
+  deep.BeginCell();
+  deep.Finish(SerialExecutor());
+  CHECK(deep.Samples().empty() && deep.Offsets().size() == 7);
+}
+
+/// Colour gradients, several translucent layers, in focus and out of it.
+TestCloud Cloud()
+{
+  Random random(9);
+  TestCloud cloud;
+  for (int i = 0; i < 4000; ++i)
+  {
+    TestSurfel s;
+    const int layer = random.Integer(0, 3);
+    s.Position = { random.Uniform(-0.6, 0.6), random.Uniform(-0.6, 0.6), 1.0 + 0.5 * layer };
+    s.SigmaU = s.SigmaV = 0.03;
+    s.Area = 0.002;
+    s.Opacity = layer == 3 ? 1.0f : 0.4f;
+    for (int c = 0; c < 3; ++c)
+    {
+      s.Color[c] = static_cast<float>(random.Uniform(0.0, 1.0));
+    }
+    s.TwoSided = true;
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+void CheckPixel(const DeepImage& deep, const Picture& picture, int x, int y, float limit)
+{
+  const std::size_t p = picture.Index(x, y);
+  double flat[4] = {}, through = 1.0;
+  for (std::uint64_t i = deep.Offsets()[p]; i < deep.Offsets()[p + 1]; ++i)
+  {
+    const DeepSample& s = deep.Samples()[i];
+    CHECK(i == deep.Offsets()[p] || s.Depth > deep.Samples()[i - 1].Depth);
+    CHECK(s.Alpha > 0.0f && s.Alpha <= 1.0f && s.Depth <= limit);
+    const float color[] = { s.Red, s.Green, s.Blue, s.Alpha };
+    for (int c = 0; c < 4; ++c)
+    {
+      CHECK(color[c] >= 0.0f);
+      flat[c] += through * color[c];
+    }
+    through *= 1.0 - s.Alpha;
+  }
+  for (int c = 0; c < 4; ++c)
+  {
+    CHECK_NEAR(flat[c], picture.At(x, y, c), 1.0 / 1024.0);
+  }
+}
+
+void CompareScene(const SplatContext& context, const std::vector<SurfelCloud>& clouds, float limit)
+{
+  const int width = context.Camera.Width, height = context.Camera.Height;
+  const std::vector<float> limits(static_cast<std::size_t>(width) * height, limit);
+  DeepImage deep;
+  deep.Begin(width, height);
+  const Picture picture = RenderPicture(context, clouds, SerialExecutor(), limits.data(), &deep);
+  deep.Finish(SerialExecutor());
+  CHECK(deep.Samples().size() > static_cast<std::size_t>(width) * height);
+  for (int y = 0; y < height; ++y)
+  {
+    for (int x = 0; x < width; ++x)
+    {
+      CheckPixel(deep, picture, x, y, limit);
+    }
+  }
+  // The same at any number of threads.
+  DeepImage again;
+  again.Begin(width, height);
+  RenderPicture(context, clouds, ThreadExecutor(4), limits.data(), &again);
+  again.Finish(ThreadExecutor(4));
+  CHECK(again.Offsets() == deep.Offsets());
+  CHECK(std::equal(deep.Samples().begin(), deep.Samples().end(), again.Samples().begin(),
+    [](const DeepSample& a, const DeepSample& b) {
+      return a.Red == b.Red && a.Green == b.Green && a.Blue == b.Blue && a.Alpha == b.Alpha &&
+        a.Depth == b.Depth;
+    }));
+}
+}
+
+int main(int argc, char* argv[])
+{
+  ChooseKernel(argc, argv);
+  TestTwoCells();
+  TestTidy();
+  const TestCloud cloud = Cloud();
+  const TestHierarchy hierarchy(cloud);
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(70, 50, 60.0);
+  for (const double radius : { 0.0, 0.05, 0.3 })
+  {
+    context.Optics = { radius, 1.5 };
+    for (const int cells : { 1, 7 })
+    {
+      context.Sampling.Count = cells;
+      CompareScene(context, { cloud.Get() }, INFINITY);
+      CompareScene(context, { hierarchy.Get() }, INFINITY);
+      CompareScene(context, { cloud.Get() }, 1.8f);
+    }
+  }
+  return Checks().Report("deep image");
+}
