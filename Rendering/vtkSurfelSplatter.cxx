@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplatter.h"
 
+#include "DeepImage.h"
 #include "FrameKey.h"
 #include "Splatter.h"
+#include "SurfelArrays.h"
 #include "SurfelDetailCache.h"
 #include "SurfelSceneAdapter.h"
 #include "vtkSurfelMapper.h"
@@ -11,6 +13,8 @@
 #include <vtkAssemblyNode.h>
 #include <vtkAssemblyPath.h>
 #include <vtkCamera.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkLightCollection.h>
@@ -18,6 +22,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
+#include <vtkUnsignedIntArray.h>
 
 #include <chrono>
 #include <new>
@@ -41,6 +46,50 @@ vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, v
   array->SetNumberOfComponents(components);
   array->SetNumberOfTuples(pixels);
   return array;
+}
+
+void AddDeepSamples(const SurfelSplatting::DeepImage& deep, vtkImageData* output)
+{
+  namespace Arrays = SurfelSplatting::Arrays;
+  const std::vector<std::uint64_t>& offsets = deep.Offsets();
+  const auto pixels = static_cast<vtkIdType>(offsets.size()) - 1;
+  vtkNew<vtkUnsignedIntArray> counts;
+  counts->SetName(Arrays::SampleCount);
+  counts->SetNumberOfTuples(pixels);
+  for (vtkIdType p = 0; p < pixels; ++p)
+  {
+    counts->SetValue(p, static_cast<unsigned int>(offsets[p + 1] - offsets[p]));
+  }
+  output->GetPointData()->AddArray(counts);
+  const auto& samples = deep.Samples();
+  vtkSmartPointer<vtkFloatArray> values =
+    NewPixelArray(Arrays::DeepSamples, 5, static_cast<vtkIdType>(samples.size()));
+  float* to = values->GetPointer(0);
+  for (const SurfelSplatting::DeepSample& s : samples)
+  {
+    for (const float value : { s.Red, s.Green, s.Blue, s.Alpha, s.Depth })
+    {
+      *to++ = value;
+    }
+  }
+  output->GetFieldData()->AddArray(values);
+}
+
+/// Where the picture was taken from and through which lens.
+void AddCamera(
+  vtkCamera* camera, const SurfelSplatting::SplatContext& context, vtkImageData* output)
+{
+  namespace Arrays = SurfelSplatting::Arrays;
+  vtkNew<vtkDoubleArray> matrix, lens;
+  matrix->SetName(Arrays::WorldToCamera);
+  matrix->SetNumberOfComponents(16);
+  matrix->InsertNextTuple(camera->GetViewTransformMatrix()->GetData());
+  lens->SetName(Arrays::CameraLens);
+  lens->SetNumberOfComponents(3);
+  lens->InsertNextTuple3(
+    context.Camera.Fy, 2.0 * context.Optics.Radius, context.Optics.FocalDistance);
+  output->GetFieldData()->AddArray(matrix);
+  output->GetFieldData()->AddArray(lens);
 }
 }
 
@@ -210,14 +259,26 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
   const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
   this->Internal->SceneMilliseconds = MillisecondsSince(start);
-  const bool whole = this->Internal->Core.Render(this->Internal->Context, clouds,
-    Core::SMPExecutor(), frame, view.DepthLimit, nullptr, view.Progress);
+  Core::DeepImage deep;
+  if (this->DeepSamples)
+  {
+    deep.Begin(view.Size[0], view.Size[1]);
+  }
+  const bool whole =
+    this->Internal->Core.Render(this->Internal->Context, clouds, Core::SMPExecutor(), frame,
+      view.DepthLimit, this->DeepSamples ? &deep : nullptr, view.Progress);
 
   vtkImageData* output = this->Internal->Output;
   output->Initialize();
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(color);
   output->GetPointData()->AddArray(depth);
+  AddCamera(view.Camera, this->Internal->Context, output);
+  if (this->DeepSamples)
+  {
+    deep.Finish(Core::SMPExecutor());
+    AddDeepSamples(deep, output);
+  }
   return whole;
 }
 
@@ -323,6 +384,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "OcclusionCulling: " << this->OcclusionCulling << "\n";
   os << indent << "CoarseGrids: " << this->CoarseGrids << "\n";
   os << indent << "FrameReuse: " << this->FrameReuse << "\n";
+  os << indent << "DeepSamples: " << this->DeepSamples << "\n";
   os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";
   os << indent << "NumberOfPreparedSurfels: " << this->NumberOfPreparedSurfels << "\n";
   os << indent << "NumberOfReusedFrames: " << this->NumberOfReusedFrames << "\n";

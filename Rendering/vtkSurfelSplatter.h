@@ -220,6 +220,17 @@ public:
 
   ///@{
   /**
+   * Whether the picture keeps its layers: GetOutput() then has deep samples too. LensSectors are
+   * not used in such a picture, whose frame takes up to twice as long, and longer through many
+   * cells of the lens. Default off.
+   */
+  vtkSetMacro(DeepSamples, vtkTypeBool);
+  vtkGetMacro(DeepSamples, vtkTypeBool);
+  vtkBooleanMacro(DeepSamples, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
    * Draw each surfel and node in the colour of its level instead of its own: white the surfels
    * themselves, then blue, green, yellow, orange, red, violet and brown for nodes of 2, 4, 8, ...
    * surfels (figure 5 of the paper). Default off.
@@ -281,7 +292,11 @@ public:
   /**
    * The last picture: point array "Color" (scalars; float RGBA, premultiplied, linear, alpha =
    * coverage, no background) and "Depth" (float; distance along the view direction, 0 where the
-   * alpha stays below one half). Row 0 is the bottom.
+   * alpha stays below one half). Row 0 is the bottom. Field data: "WorldToCamera" (16 doubles, row
+   * by row) and "CameraLens" (focal length in pixels; diameter of the lens and distance in focus in
+   * world units). With DeepSamples also the point array "SampleCount" (unsigned int) and the field
+   * data array "DeepSamples" (float; R, G, B, premultiplied, A and depth as above of each sample),
+   * pixel after pixel, nearest first: vtkDeepEXRWriter's input.
    */
   vtkImageData* GetOutput();
 
@@ -344,6 +359,7 @@ private:
   vtkTypeBool CoarseGrids = 1;
   vtkTypeBool FrameReuse = 1;
   vtkTypeBool ColorByLevel = 0;
+  vtkTypeBool DeepSamples = 0;
   double FrameMilliseconds = 0.0;
   vtkIdType NumberOfPreparedSurfels = 0;
   vtkIdType NumberOfReusedFrames = 0;

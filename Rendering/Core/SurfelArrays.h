@@ -15,6 +15,13 @@ constexpr const char* AreaVector = "SurfelAreaVector"; // float[3], outward, wor
 constexpr const char* TwoSided = "SurfelTwoSided";     // unsigned char[1], 0 or 1
 constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 
+// Of a picture:
+constexpr const char* SampleCount = "SampleCount";     // point data, unsigned int[1]: deep samples
+constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth
+constexpr const char* WorldToCamera = "WorldToCamera"; // field data, double[16], row by row
+constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal length in px, lens
+                                                 // diameter and distance in focus in world units
+
 // Of a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves
 constexpr const char* Nodes = "SurfelNodes";   // field data, unsigned char[48]: HierarchyNode

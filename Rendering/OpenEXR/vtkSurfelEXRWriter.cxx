@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEXRWriter.h"
 
+#include "EXRCamera.h"
 #include "vtkDataArray.h"
-#include "vtkErrorCode.h"
 #include "vtkImageData.h"
-#include "vtkInformation.h"
-#include "vtkInformationVector.h"
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
-#include "vtksys/SystemInformation.hxx"
-#include "vtksys/SystemTools.hxx"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -17,7 +13,6 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStdIO.h>
 
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <stdexcept>
@@ -52,59 +47,24 @@ std::vector<float> TopDownPlane(
   return plane;
 }
 
-/// What a path stands for, also where the file at a link's end is still to be written.
-std::string FollowLinks(const std::string& path)
+void WriteEXR(vtkImageData* image, Planes& planes, int width, int height, std::ofstream& file,
+  const std::string& path)
 {
-  constexpr int mostLinks = 40;
-  std::string target = path, next;
-  for (int i = 0; i < mostLinks && vtksys::SystemTools::FileIsSymlink(target); ++i)
+  Imf::Header header(width, height);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  SurfelSplatting::AddCamera(image, header);
+  Imf::FrameBuffer frame;
+  for (auto& plane : planes)
   {
-    if (!vtksys::SystemTools::ReadSymlink(target, next))
-    {
-      break;
-    }
-    target = vtksys::SystemTools::FileIsFullPath(next)
-      ? next
-      : vtksys::SystemTools::GetFilenamePath(target) +
-        (target.find('/') == std::string::npos ? "" : "/") + next;
+    header.channels().insert(plane.first, Imf::Channel(Imf::FLOAT));
+    frame.insert(plane.first,
+      Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(plane.second.data()), sizeof(float),
+        sizeof(float) * width));
   }
-  return target;
-}
-
-std::ofstream OpenForWriting(const std::string& path)
-{
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file)
-  {
-    throw std::runtime_error("the folder does not exist or is not writable.");
-  }
-  return file;
-}
-
-void WriteEXR(Planes& planes, int width, int height, std::ofstream& file, const std::string& path)
-{
-  {
-    Imf::Header header(width, height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer frame;
-    for (auto& plane : planes)
-    {
-      header.channels().insert(plane.first, Imf::Channel(Imf::FLOAT));
-      frame.insert(plane.first,
-        Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(plane.second.data()), sizeof(float),
-          sizeof(float) * width));
-    }
-    Imf::StdOFStream stream(file, path.c_str());
-    Imf::OutputFile output(stream, header);
-    output.setFrameBuffer(frame);
-    output.writePixels(height);
-  }
-  // OutputFile's destructor wrote the table of line offsets and swallowed what went wrong there.
-  file.close();
-  if (!file)
-  {
-    throw std::runtime_error("writing failed; is the disk full?");
-  }
+  Imf::StdOFStream stream(file, path.c_str());
+  Imf::OutputFile output(stream, header);
+  output.setFrameBuffer(frame);
+  output.writePixels(height);
 }
 }
 
@@ -188,67 +148,12 @@ int vtkSurfelEXRWriter::GetNumberOfChannels()
 }
 
 //------------------------------------------------------------------------------
-void vtkSurfelEXRWriter::Write()
+void vtkSurfelEXRWriter::WriteStream(
+  vtkImageData* image, std::ofstream& file, const std::string& path)
 {
-  this->SetErrorCode(vtkErrorCode::NoError);
-  if (this->GetNumberOfInputConnections(0) == 0)
-  {
-    this->SetErrorCode(vtkErrorCode::UnknownError);
-    vtkErrorMacro("No picture to write: set the input first.");
-    return;
-  }
-  // Written anew at every call, whether or not the input has changed.
-  this->Modified();
-  this->UpdateWholeExtent();
-}
-
-//------------------------------------------------------------------------------
-int vtkSurfelEXRWriter::RequestData(
-  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
-{
-  this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName || !*this->FileName)
-  {
-    this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro("No file to write: call SetFileName first.");
-    return 0;
-  }
-  vtkImageData* image = vtkImageData::GetData(inputVector[0]);
   const int* size = image->GetDimensions();
-  if (size[0] < 1 || size[1] < 1 || size[2] != 1)
-  {
-    this->SetErrorCode(vtkErrorCode::UnknownError);
-    vtkErrorMacro("Cannot write " << this->FileName << ": the picture is " << size[0] << " x "
-                                  << size[1] << " x " << size[2] << ", not one plane of pixels.");
-    return 0;
-  }
-
-  vtksys::SystemInformation system;
-  // What a link points to is written; the link stays.
-  const std::string target = FollowLinks(this->FileName);
-  const std::string temporary = target + "." + std::to_string(system.GetProcessId()) + ".part";
-  unsigned long problemCode = vtkErrorCode::UnknownError;
-  try
-  {
-    Planes planes = this->Internal->CollectPlanes(image, size[0], size[1]);
-    problemCode = vtkErrorCode::CannotOpenFileError;
-    std::ofstream file = OpenForWriting(temporary);
-    problemCode = vtkErrorCode::OutOfDiskSpaceError;
-    WriteEXR(planes, size[0], size[1], file, temporary);
-    problemCode = vtkErrorCode::CannotOpenFileError;
-    if (std::rename(temporary.c_str(), target.c_str()) != 0)
-    {
-      throw std::runtime_error(vtksys::SystemTools::GetLastSystemError());
-    }
-  }
-  catch (const std::exception& problem)
-  {
-    std::remove(temporary.c_str());
-    this->SetErrorCode(problemCode);
-    vtkErrorMacro("Cannot write " << this->FileName << ": " << problem.what());
-    return 0;
-  }
-  return 1;
+  Planes planes = this->Internal->CollectPlanes(image, size[0], size[1]);
+  WriteEXR(image, planes, size[0], size[1], file, path);
 }
 
 //------------------------------------------------------------------------------

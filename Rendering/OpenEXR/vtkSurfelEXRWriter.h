@@ -14,30 +14,22 @@
  * writer->AddChannel("Depth", "Z");
  * @endcode
  *
- * The file appears under its name only when it is complete: what is written first is a temporary
- * file beside it. GetErrorCode() tells how the last Write() ended (vtkErrorCode).
- *
- * @sa vtkSurfelImageRenderer
+ * @sa vtkSurfelImageRenderer vtkDeepEXRWriter
  */
 #ifndef vtkSurfelEXRWriter_h
 #define vtkSurfelEXRWriter_h
 
-#include "vtkImageWriter.h"
+#include "vtkEXRWriterBase.h"
 #include "vtkSurfelOpenEXRModule.h" // for the export macro
 
 #include <memory> // for std::unique_ptr
 
-class VTKSURFELOPENEXR_EXPORT vtkSurfelEXRWriter : public vtkImageWriter
+class VTKSURFELOPENEXR_EXPORT vtkSurfelEXRWriter : public vtkEXRWriterBase
 {
 public:
   static vtkSurfelEXRWriter* New();
-  vtkTypeMacro(vtkSurfelEXRWriter, vtkImageWriter);
+  vtkTypeMacro(vtkSurfelEXRWriter, vtkEXRWriterBase);
   void PrintSelf(ostream& os, vtkIndent indent) override;
-
-  /**
-   * Updates the input and writes it to FileName.
-   */
-  void Write() override;
 
   ///@{
   /**
@@ -53,7 +45,9 @@ protected:
   vtkSurfelEXRWriter();
   ~vtkSurfelEXRWriter() override;
 
-  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+#ifndef __VTK_WRAP__
+  void WriteStream(vtkImageData* image, std::ofstream& file, const std::string& path) override;
+#endif
 
 private:
   vtkSurfelEXRWriter(const vtkSurfelEXRWriter&) = delete;

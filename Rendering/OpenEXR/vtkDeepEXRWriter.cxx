@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkDeepEXRWriter.h"
+
+#include "EXRCamera.h"
+#include "SurfelArrays.h"
+#include "vtkDataArray.h"
+#include "vtkFieldData.h"
+#include "vtkFloatArray.h"
+#include "vtkImageData.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointData.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepFrameBuffer.h>
+#include <OpenEXR/ImfDeepScanLineOutputFile.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStdIO.h>
+
+#include <array>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace Arrays = SurfelSplatting::Arrays;
+
+namespace
+{
+constexpr int NumberOfChannels = 5;
+constexpr std::array<const char*, NumberOfChannels> Channels{ "R", "G", "B", "A", "Z" };
+
+/// The samples of an image, row by row.
+class DeepRows
+{
+public:
+  /// Throws std::runtime_error where the image has none, or arrays that contradict one another.
+  explicit DeepRows(vtkImageData* image)
+    : Width(image->GetDimensions()[0])
+    , Height(image->GetDimensions()[1])
+    , Counts(image->GetPointData()->GetArray(Arrays::SampleCount))
+    , Samples(vtkFloatArray::SafeDownCast(image->GetFieldData()->GetArray(Arrays::DeepSamples)))
+  {
+    if (!this->Counts || this->Counts->GetNumberOfComponents() != 1 || !this->Samples ||
+      this->Samples->GetNumberOfComponents() != NumberOfChannels)
+    {
+      throw std::runtime_error(
+        "the picture has no deep samples (point array SampleCount, field data array DeepSamples of "
+        "5 floats): switch them on with GetSplatter()->DeepSamplesOn().");
+    }
+    this->Firsts.push_back(0);
+    for (vtkIdType pixel = 0; pixel < this->Counts->GetNumberOfTuples(); ++pixel)
+    {
+      this->Firsts.push_back(
+        this->Firsts.back() + static_cast<vtkIdType>(this->Counts->GetComponent(pixel, 0)));
+    }
+    if (this->Firsts.back() != this->Samples->GetNumberOfTuples())
+    {
+      throw std::runtime_error("SampleCount sums to " + std::to_string(this->Firsts.back()) +
+        ", but DeepSamples are " + std::to_string(this->Samples->GetNumberOfTuples()) + ".");
+    }
+  }
+
+  vtkIdType NumberOfSamples() const { return this->Firsts.back(); }
+
+  /// Points a row's slices at its samples.
+  void Get(int row, std::vector<unsigned int>& counts,
+    std::array<std::vector<float*>, NumberOfChannels>& slices) const
+  {
+    for (int x = 0; x < this->Width; ++x)
+    {
+      const vtkIdType pixel = static_cast<vtkIdType>(row) * this->Width + x;
+      counts[x] = static_cast<unsigned int>(this->Firsts[pixel + 1] - this->Firsts[pixel]);
+      for (int c = 0; c < NumberOfChannels; ++c)
+      {
+        slices[c][x] = this->Samples->GetPointer(NumberOfChannels * this->Firsts[pixel]) + c;
+      }
+    }
+  }
+
+  const int Width, Height;
+
+private:
+  vtkDataArray* Counts;
+  vtkFloatArray* Samples;
+  std::vector<vtkIdType> Firsts; // [pixels + 1]
+};
+
+Imf::Header MakeHeader(vtkImageData* image, bool saysTidy)
+{
+  const int* size = image->GetDimensions();
+  Imf::Header header(size[0], size[1]);
+  header.setType(Imf::DEEPSCANLINE);
+  header.compression() = Imf::ZIPS_COMPRESSION;
+  for (const char* channel : Channels)
+  {
+    header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+  }
+  if (saysTidy)
+  {
+    Imf::addDeepImageState(header, Imf::DIS_TIDY);
+  }
+  SurfelSplatting::AddCamera(image, header);
+  return header;
+}
+}
+
+vtkStandardNewMacro(vtkDeepEXRWriter);
+
+//------------------------------------------------------------------------------
+vtkDeepEXRWriter::vtkDeepEXRWriter() = default;
+vtkDeepEXRWriter::~vtkDeepEXRWriter() = default;
+
+//------------------------------------------------------------------------------
+void vtkDeepEXRWriter::WriteStream(
+  vtkImageData* image, std::ofstream& file, const std::string& path)
+{
+  this->NumberOfSamples = 0;
+  const DeepRows rows(image);
+  Imf::StdOFStream stream(file, path.c_str());
+  Imf::DeepScanLineOutputFile output(stream, MakeHeader(image, this->DeepImageState != 0));
+  // One row at a time: all rows are at the same place in memory.
+  std::vector<unsigned int> counts(rows.Width);
+  std::array<std::vector<float*>, NumberOfChannels> slices;
+  Imf::DeepFrameBuffer frame;
+  frame.insertSampleCountSlice(
+    Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned int), 0));
+  for (int c = 0; c < NumberOfChannels; ++c)
+  {
+    slices[c].resize(rows.Width);
+    frame.insert(Channels[c],
+      Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(slices[c].data()), sizeof(float*), 0,
+        NumberOfChannels * sizeof(float)));
+  }
+  output.setFrameBuffer(frame);
+  for (int row = rows.Height - 1; row >= 0; --row)
+  {
+    rows.Get(row, counts, slices);
+    output.writePixels(1);
+  }
+  this->NumberOfSamples = rows.NumberOfSamples();
+}
+
+//------------------------------------------------------------------------------
+void vtkDeepEXRWriter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "DeepImageState: " << this->DeepImageState << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkDeepEXRWriter
+ * @brief   writes the A-buffer of a picture as a deep OpenEXR file
+ *
+ * The input is one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()): the
+ * point array "SampleCount", unsigned int, samples of each pixel, and the field data array
+ * "DeepSamples", float[5], pixel after pixel from the lowest row up, nearest first: premultiplied
+ * linear R, G, B, then A in (0, 1], then the depth.
+ *
+ * The file is deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,
+ * 32-bit float. Z is the distance along the camera's view direction (not along the pixel's ray) in
+ * world units. Samples are points, without ZBack, and tidy, which deepImageState says: sorted, no
+ * two at one depth. Composited front to back they give the picture without background; through a
+ * lens in cells they do so exactly (DeepImage.h).
+ * @code
+ * renderer.GetSplatter().DeepSamplesOn()
+ * writer = vtkDeepEXRWriter()
+ * writer.SetInputConnection(renderer.GetOutputPort())
+ * writer.SetFileName("out.exr")
+ * writer.Write()
+ * @endcode
+ *
+ * @sa vtkSurfelImageRenderer vtkSurfelEXRWriter
+ */
+#ifndef vtkDeepEXRWriter_h
+#define vtkDeepEXRWriter_h
+
+#include "vtkEXRWriterBase.h"
+#include "vtkSurfelOpenEXRModule.h" // for the export macro
+
+class VTKSURFELOPENEXR_EXPORT vtkDeepEXRWriter : public vtkEXRWriterBase
+{
+public:
+  static vtkDeepEXRWriter* New();
+  vtkTypeMacro(vtkDeepEXRWriter, vtkEXRWriterBase);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Whether the header says that the samples are tidy (deepImageState). OpenEXR's own Python package
+   * (3.5.3) refuses to open a file that says so; other readers take or skip it. Default on.
+   */
+  vtkSetMacro(DeepImageState, vtkTypeBool);
+  vtkGetMacro(DeepImageState, vtkTypeBool);
+  vtkBooleanMacro(DeepImageState, vtkTypeBool);
+  ///@}
+
+  /**
+   * Samples of the file that was written last.
+   */
+  vtkGetMacro(NumberOfSamples, vtkIdType);
+
+protected:
+  vtkDeepEXRWriter();
+  ~vtkDeepEXRWriter() override;
+
+#ifndef __VTK_WRAP__
+  void WriteStream(vtkImageData* image, std::ofstream& file, const std::string& path) override;
+#endif
+
+private:
+  vtkDeepEXRWriter(const vtkDeepEXRWriter&) = delete;
+  void operator=(const vtkDeepEXRWriter&) = delete;
+
+  vtkTypeBool DeepImageState = 1;
+  vtkIdType NumberOfSamples = 0;
+};
+
+#endif
