@@ -187,7 +187,7 @@ class TestBadInput(ToolCase):
         def limit_file_size():
             resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
 
-        for options in (["-o", "out.exr"], ["-o", "out.png"]):
+        for options in (["-o", "out.exr"], ["-o", "out.exr", "--deep"], ["-o", "out.png"]):
             self.refuse("render", "ok.ply", "--size", "200", "200", *options,
                         says=["annot write", "out."], preexec_fn=limit_file_size)
 

@@ -8,7 +8,7 @@ import unittest
 
 from toolcase import TOOL, ToolCase
 
-CLASSES = ["vtkPointCloudReader", "vtkSurfelEXRWriter", "vtkSurfelEstimation",
+CLASSES = ["vtkDeepEXRWriter", "vtkPointCloudReader", "vtkSurfelEXRWriter", "vtkSurfelEstimation",
            "vtkSurfelImageRenderer", "vtkSurfelMapper", "vtkSurfelNormalization",
            "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
 

@@ -28,6 +28,7 @@ examples:
   surfelsplat render bunny.ply -o bunny.png
   surfelsplat render bunny.ply --circle-of-confusion 12 -o bunny.png
   surfelsplat render scene.ply --camera scene.json:coc12 --unlit -o scene.exr
+  surfelsplat render scene.ply --circle-of-confusion 12 --lens-cells 7 --deep -o deep.exr
 """
 
 
@@ -190,7 +191,7 @@ def _add_run_options(parser):
     run.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
     run.add_argument("--points-per-part", type=_part_size, default=LARGEST_PART, metavar="N",
                      help="clouds of more points are made surfels of part by part, which takes "
-                          "70 bytes a point and 400 for each of a part; where no normals are "
+                          "70 bytes a point and 320 for each of a part; where no normals are "
                           "given the surfels then are two-sided (default: 10 million)")
     run.add_argument("--threads", type=_count, metavar="N", help="default: all cores")
     run.add_argument("--repeat", type=_count, default=1, metavar="N",
@@ -213,6 +214,9 @@ def _build_parser():
                                  description=DESCRIPTION, epilog=EXAMPLES)
     render.add_argument("cloud", metavar="CLOUD", help="the point cloud")
     render.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.png or OUT.exr")
+    render.add_argument("--deep", action="store_true",
+                        help="OUT.exr keeps the layers: deep scan lines, R, G, B, A and Z of each "
+                             "sample, nearest first, without background")
     _add_camera_options(render)
     _add_lens_options(render)
     _add_look_options(render)
@@ -231,6 +235,12 @@ def _check(arguments):
     if arguments.no_lod and (arguments.lod_error is not None or arguments.hierarchy):
         other = "--hierarchy" if arguments.hierarchy else "--lod-error"
         raise UserProblem(f"--no-lod and {other} exclude each other: give one of them")
+    if arguments.deep and not arguments.output.lower().endswith(".exr"):
+        raise UserProblem(f"--deep needs an OUT.exr, not {arguments.output}")
+    for option, given in (("--lens-sectors", arguments.lens_sectors),
+                          ("--background", arguments.background)):
+        if arguments.deep and given:
+            raise UserProblem(f"--deep and {option} exclude each other: give one of them")
     check_size(arguments.size)
 
 

@@ -101,12 +101,13 @@ def _write_png(picture, path, messages):
         file.write(content)
 
 
-def _write_exr(picture, path, messages):
-    from ..vtkSurfelOpenEXR import vtkSurfelEXRWriter
+def _write_exr(picture, path, deep, messages):
+    from ..vtkSurfelOpenEXR import vtkDeepEXRWriter, vtkSurfelEXRWriter
 
-    writer = vtkSurfelEXRWriter()
+    writer = vtkDeepEXRWriter() if deep else vtkSurfelEXRWriter()
     writer.SetInputData(picture)
-    writer.AddChannel("Depth", "Z")
+    if not deep:
+        writer.AddChannel("Depth", "Z")
     # The writer itself leaves whole files or none, but needs to go back and forth in them.
     with whole_file(path) if _is_device(path) else nullcontext(path) as name:
         writer.SetFileName(name)
@@ -114,9 +115,12 @@ def _write_exr(picture, path, messages):
         messages.check()
 
 
-def write_picture(picture, path, messages):
-    is_exr = path.lower().endswith(".exr")
-    (_write_exr if is_exr else _write_png)(picture, path, messages)
+def write_picture(picture, path, deep, messages):
+    """@param deep whether an .exr keeps the layers"""
+    if path.lower().endswith(".exr"):
+        _write_exr(picture, path, deep, messages)
+    else:
+        _write_png(picture, path, messages)
 
 
 def write_surfels(surfels, path, messages):

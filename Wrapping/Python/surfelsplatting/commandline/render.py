@@ -171,6 +171,7 @@ def _make_renderer(surfels, view, arguments):
     splatter.SetLensCells(arguments.reference or arguments.lens_cells)
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetLensSectors(arguments.lens_sectors)
+    splatter.SetDeepSamples(arguments.deep)
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
@@ -238,7 +239,7 @@ def render(arguments):
               "focal point", file=sys.stderr)
 
     with run.stage("write"):
-        write_picture(renderer.GetOutput(), arguments.output, messages)
+        write_picture(renderer.GetOutput(), arguments.output, arguments.deep, messages)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, messages)
         if arguments.hierarchy:

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Deep OpenEXR files: sound by OpenEXR's own check, tidy, and composited the flat picture; half a
+file is never left."""
+
+import os
+import shutil
+import subprocess
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from deepfiles import check_tidy, flatten
+from surfelsplatting import vtkDeepEXRWriter
+from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
+
+FLOAT, ZIPS, TIDY = 2, 2, 3  # OpenEXR's numbers
+
+
+def write_scene(path):
+    """A sphere behind a translucent mask."""
+    points, colors = sphere()
+    x, y = np.meshgrid(np.linspace(-0.8, 0.8, 60), np.linspace(-0.8, 0.8, 60))
+    mask = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 2.0)])
+    alpha = np.concatenate([np.full(len(points), 255), np.full(len(mask), 90)])
+    rgb = np.concatenate([colors, np.full((len(mask), 3), 250)])
+    normals = np.concatenate([points, np.tile([0.0, 0.0, 1.0], (len(mask), 1))])
+    write_ply(path, np.concatenate([points, mask]), np.column_stack([rgb, alpha]), normals)
+
+
+def deep_image(counts, samples):
+    """counts: [height, width], top row first; samples: [n, 5] from the lowest row up."""
+    image = vtkImageData()
+    image.SetDimensions(counts.shape[1], counts.shape[0], 1)
+    array = numpy_to_vtk(np.ascontiguousarray(counts[::-1].ravel().astype(np.uint32)), deep=True)
+    array.SetName("SampleCount")
+    image.GetPointData().AddArray(array)
+    values = numpy_to_vtk(np.asarray(samples, np.float32).reshape(-1, 5), deep=True)
+    values.SetName("DeepSamples")
+    image.GetFieldData().AddArray(values)
+    return image
+
+
+class TestDeepEXR(ToolCase):
+    def read_deep(self, path):
+        """-> header's words, [height, width] counts, {channel: [n] samples}, top row first"""
+        dump = subprocess.run([os.environ["DUMP_DEEP_EXR"], path], capture_output=True, check=True)
+        line, values = dump.stdout.split(b"\n", 1)
+        width, height, compression, state, *channels = line.decode().split()
+        size = int(width) * int(height)
+        counts = np.frombuffer(values, np.uint32, size).reshape(int(height), int(width))
+        samples = np.frombuffer(values, np.float32, -1, 4 * size).reshape(len(channels), -1)
+        names = [channel.split(":")[0] for channel in channels]
+        return (int(compression), int(state), channels), counts, dict(zip(names, samples))
+
+    def test_composited_it_is_the_flat_picture(self):
+        write_scene("scene.ply")
+        for lens in ([], ["--circle-of-confusion", 6], ["--circle-of-confusion", 6, "--lens-cells", 7]):
+            words = ["scene.ply", *CAMERA, *SMALL, *lens]
+            self.render(*words, "-o", "flat.exr")
+            self.render(*words, "--deep", "-o", "deep.exr")
+            header, counts, samples = self.read_deep("deep.exr")
+            self.assertEqual(header, (ZIPS, TIDY, [f"{c}:{FLOAT}" for c in "ABGRZ"]))
+            check_tidy(self, counts, samples)
+            self.assertGreaterEqual(counts.max(), 2)
+            flat = self.read_rgba("flat.exr")
+            self.assertGreater((flat[..., 3] > 0.99).mean(), 0.1)
+            np.testing.assert_allclose(flatten(counts, samples), flat, atol=1.0 / 255.0)
+            # The mask is 4 from the camera, the sphere's front 5.
+            self.assertLess(abs(samples["Z"].min() - 4.0), 0.05)
+
+    def test_debians_tools_read_it(self):
+        tool = shutil.which("exrheader")
+        if not tool:
+            self.skipTest("exrheader of the package openexr is not installed")
+        write_scene("scene.ply")
+        self.render("scene.ply", *CAMERA, *SMALL, "--circle-of-confusion", 6, "--deep", "-o", "deep.exr")
+        said = subprocess.run([tool, "deep.exr"], capture_output=True, text=True, check=True).stdout
+        for words in ("deepscanline", "deepImageState", "worldToCamera", "focus", "lensDiameter"):
+            self.assertIn(words, said)
+
+    def writer(self, image, path="out.exr"):
+        self.errors = []
+
+        def note(_caller, _event, text):
+            self.errors.append(text)
+
+        note.CallDataType = "string0"
+        writer = vtkDeepEXRWriter()
+        writer.AddObserver("ErrorEvent", note)
+        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        writer.SetInputData(image)
+        writer.SetFileName(path)
+        return writer
+
+    def test_values_and_order_of_rows(self):
+        counts = np.array([[0, 2, 1], [3, 0, 1]])
+        samples = np.arange(1, 36, dtype=np.float32).reshape(7, 5) / 40.0
+        writer = self.writer(deep_image(counts, samples))
+        writer.Write()
+        self.assertEqual((writer.GetErrorCode(), self.errors), (0, []))
+        self.assertEqual(writer.GetNumberOfSamples(), 7)
+        _, read_counts, read = self.read_deep("out.exr")
+        np.testing.assert_array_equal(read_counts, counts)
+        top_first = np.concatenate([samples[4:], samples[:4]])
+        for c, channel in enumerate("RGBAZ"):
+            np.testing.assert_array_equal(read[channel], top_first[:, c])
+
+    def test_nothing_to_see_is_a_file_too(self):
+        self.writer(deep_image(np.zeros((3, 4)), np.zeros((0, 5)))).Write()
+        _, counts, samples = self.read_deep("out.exr")
+        self.assertEqual((counts.shape, counts.sum(), len(samples["R"])), ((3, 4), 0, 0))
+
+    def refuse(self, writer, says):
+        writer.Write()
+        self.assertNotEqual(writer.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        self.assertIn(says, self.errors[0])
+        self.assertEqual(os.listdir("."), [])
+
+    def test_errors(self):
+        flat = vtkImageData()
+        flat.SetDimensions(4, 4, 1)
+        self.refuse(self.writer(flat), "DeepSamplesOn")
+        image = deep_image(np.ones((2, 2)), np.ones((3, 5)))
+        self.refuse(self.writer(image), "SampleCount sums to 4, but DeepSamples are 3")
+        image = deep_image(np.ones((2, 2)), np.ones((4, 5)))
+        self.refuse(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
+        self.refuse(self.writer(image, None), "SetFileName")
+
+    def test_options_that_exclude_each_other(self):
+        for words, says in ((["-o", "out.png"], "--deep needs an OUT.exr"),
+                            (["-o", "out.exr", "--lens-sectors"], "--deep and --lens-sectors"),
+                            (["-o", "out.exr", "--background", 1, 1, 1], "--deep and --background")):
+            result = self.run_tool("render", "scene.ply", "--deep", *words)
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            self.assertIn(says, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
