@@ -28,6 +28,10 @@ FrameKey::FrameKey(const std::vector<vtkSurfelSplatter::Item>& items,
   {
     const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
     this->DepthLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
+    if (view.OthersColor)
+    {
+      this->OthersColor.assign(view.OthersColor, view.OthersColor + 4 * pixels);
+    }
   }
 }
 
@@ -93,9 +97,12 @@ void FrameKey::Add(double value)
 
 bool FrameKey::operator==(const FrameKey& other) const
 {
-  return this->Values == other.Values && this->DepthLimit.size() == other.DepthLimit.size() &&
-    (this->DepthLimit.empty() ||
-      std::memcmp(this->DepthLimit.data(), other.DepthLimit.data(),
-        this->DepthLimit.size() * sizeof(float)) == 0);
+  // Bit by bit: infinity and NaN are values like others.
+  const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() &&
+      (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+  };
+  return this->Values == other.Values && same(this->DepthLimit, other.DepthLimit) &&
+    same(this->OthersColor, other.OthersColor);
 }
 }

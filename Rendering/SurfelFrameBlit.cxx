@@ -57,12 +57,12 @@ GLint DepthFormat(int framebuffer)
   return format;
 }
 
-void ReadDepthPixels(const PixelRectangle& r, int x, int y, float* depth)
+void ReadPixels(const PixelRectangle& r, int x, int y, GLenum format, float* values)
 {
   GLint alignment = 4;
   glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(x, y, r.Width, r.Height, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
+  glReadPixels(x, y, r.Width, r.Height, format, GL_FLOAT, values);
   glPixelStorei(GL_PACK_ALIGNMENT, alignment);
 }
 }
@@ -112,6 +112,19 @@ bool FrameBlit::ReadDepth(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth)
 {
   depth.resize(static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
+  return this->Read(window, rectangle, Plane::Depth, depth.data());
+}
+
+bool FrameBlit::ReadColor(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color)
+{
+  color.resize(4 * static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
+  return this->Read(window, rectangle, Plane::Color, color.data());
+}
+
+bool FrameBlit::Read(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values)
+{
   // Errors of others. A lost context reports one for ever.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
@@ -124,27 +137,29 @@ bool FrameBlit::ReadDepth(
   bool good = true;
   if (samples > 0)
   {
-    good = this->ResolveDepth(state, rectangle, drawFramebuffer, depth);
+    good = this->Resolve(state, rectangle, drawFramebuffer, plane, values);
   }
   else
   {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, drawFramebuffer);
-    ReadDepthPixels(rectangle, rectangle.X, rectangle.Y, depth.data());
+    ReadPixels(rectangle, rectangle.X, rectangle.Y,
+      plane == Plane::Color ? GL_RGBA : GL_DEPTH_COMPONENT, values);
   }
   good = glGetError() == GL_NO_ERROR && good;
   state->PopReadFramebufferBinding();
   return good;
 }
 
-bool FrameBlit::ResolveDepth(
-  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, std::vector<float>& depth)
+bool FrameBlit::Resolve(
+  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, Plane plane, float* values)
 {
   // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
   vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
   state->vtkglDisable(GL_SCISSOR_TEST);
   GLuint resolved = 0, buffer = 0;
   GLint boundRenderbuffer = 0;
-  const GLint format = DepthFormat(framebuffer);
+  const bool isColor = plane == Plane::Color;
+  const GLint format = isColor ? GL_RGBA16F : DepthFormat(framebuffer);
   const bool stencil = format == GL_DEPTH24_STENCIL8 || format == GL_DEPTH32F_STENCIL8;
   glGetIntegerv(GL_RENDERBUFFER_BINDING, &boundRenderbuffer);
   glGenRenderbuffers(1, &buffer);
@@ -156,14 +171,17 @@ bool FrameBlit::ResolveDepth(
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved);
   glFramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER,
-    stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffer);
+    isColor     ? GL_COLOR_ATTACHMENT0
+      : stencil ? GL_DEPTH_STENCIL_ATTACHMENT
+                : GL_DEPTH_ATTACHMENT,
+    GL_RENDERBUFFER, buffer);
   const bool complete = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
   if (complete)
   {
     glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,
-      GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+      isColor ? GL_COLOR_BUFFER_BIT : GL_DEPTH_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved);
-    ReadDepthPixels(r, 0, 0, depth.data());
+    ReadPixels(r, 0, 0, isColor ? GL_RGBA : GL_DEPTH_COMPONENT, values);
   }
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
@@ -173,7 +191,7 @@ bool FrameBlit::ResolveDepth(
 }
 
 bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
-  const float* color, const float* windowDepth)
+  const float* color, const float* windowDepth, bool replace)
 {
   // Programs belong to a window's context; textures see to that themselves.
   if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
@@ -211,7 +229,7 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   vtkOpenGLState::ScopedglDepthMask depthMask(state);
   vtkOpenGLState::ScopedglViewport viewport(state);
   vtkOpenGLState::ScopedglScissor scissor(state);
-  state->vtkglEnable(GL_BLEND);
+  replace ? state->vtkglDisable(GL_BLEND) : state->vtkglEnable(GL_BLEND);
   state->vtkglBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   state->vtkglEnable(GL_DEPTH_TEST);
   state->vtkglDepthFunc(GL_ALWAYS); // hidden layers were left out by the splatter
@@ -224,6 +242,7 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   this->Depth->Activate();
   this->Quad->Program->SetUniformi("frameColor", this->Color->GetTextureUnit());
   this->Quad->Program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
+  this->Quad->Program->SetUniformi("replaces", replace ? 1 : 0);
   this->Quad->Render();
   this->Depth->Deactivate();
   this->Color->Deactivate();

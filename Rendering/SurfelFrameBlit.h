@@ -61,19 +61,41 @@ public:
   bool ReadDepth(
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth);
 
+  /// Colour of the current draw framebuffer, linear RGBA floats, row 0 at the bottom. False: it
+  /// could not be read.
+  bool ReadColor(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
+
+  /**
+   * Puts a premultiplied RGBA frame into the current draw framebuffer instead of what is there: all
+   * pixels, colour and depth, as they are. Otherwise as Draw.
+   */
+  bool Replace(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
+    const float* windowDepth)
+  {
+    return this->Draw(window, rectangle, color, windowDepth, true);
+  }
+
   /**
    * Blends a premultiplied RGBA frame over the current draw framebuffer.
    * @param color       [height][width][4]
    * @param windowDepth [height][width] what the depth buffer shall hold where alpha > 0
    */
   bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
-    const float* windowDepth);
+    const float* windowDepth, bool replace = false);
 
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool ResolveDepth(vtkOpenGLState* state, const PixelRectangle& rectangle, int framebuffer,
-    std::vector<float>& depth);
+  enum class Plane
+  {
+    Color,
+    Depth
+  };
+  bool Read(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values);
+  bool Resolve(vtkOpenGLState* state, const PixelRectangle& rectangle, int framebuffer, Plane plane,
+    float* values);
 
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;

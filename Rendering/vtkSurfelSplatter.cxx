@@ -3,6 +3,7 @@
 
 #include "DeepImage.h"
 #include "FrameKey.h"
+#include "PixelSurfels.h"
 #include "Splatter.h"
 #include "SurfelArrays.h"
 #include "SurfelDetailCache.h"
@@ -99,6 +100,8 @@ struct vtkSurfelSplatter::Internals
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
   SurfelSplatting::FrameKey Key; // of the picture in Output
+  SurfelSplatting::PixelSurfels Pixels;
+  std::vector<float> SharpLimit; // depths of others without the pixels that are taken
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
@@ -232,6 +235,43 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   this->FrameMilliseconds = MillisecondsSince(start);
 }
 
+/// Others' pixels that are blurred become a cloud of their own. Returns the depths of those that
+/// stay.
+const float* vtkSurfelSplatter::TakePixels(
+  const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
+{
+  Internals& my = *this->Internal;
+  if (!view.DepthLimit || !view.OthersColor)
+  {
+    my.Pixels = SurfelSplatting::PixelSurfels();
+    return view.DepthLimit;
+  }
+  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
+  my.SharpLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
+  my.Pixels.Take(my.Context.Camera, my.Context.Optics, my.SharpLimit.data(), view.OthersColor,
+    SurfelSplatting::SMPExecutor());
+  if (my.Pixels.Size() > 0)
+  {
+    clouds.push_back(my.Pixels.Get());
+  }
+  return my.SharpLimit.data();
+}
+
+bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
+{
+  if (camera->GetParallelProjection() || this->LensMode == LENS_PINHOLE)
+  {
+    return false;
+  }
+  return this->LensMode == LENS_CIRCLE_OF_CONFUSION ? this->CircleOfConfusion > 0.0
+                                                    : camera->GetFocalDisk() > 0.0;
+}
+
+const SurfelSplatting::PixelSurfels& vtkSurfelSplatter::GetTakenPixels()
+{
+  return this->Internal->Pixels;
+}
+
 bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
   const std::chrono::steady_clock::time_point& start)
 {
@@ -259,14 +299,14 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
   const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
   this->Internal->SceneMilliseconds = MillisecondsSince(start);
+  const float* limit = this->TakePixels(view, clouds);
   Core::DeepImage deep;
   if (this->DeepSamples)
   {
     deep.Begin(view.Size[0], view.Size[1]);
   }
-  const bool whole =
-    this->Internal->Core.Render(this->Internal->Context, clouds, Core::SMPExecutor(), frame,
-      view.DepthLimit, this->DeepSamples ? &deep : nullptr, view.Progress);
+  const bool whole = this->Internal->Core.Render(this->Internal->Context, clouds,
+    Core::SMPExecutor(), frame, limit, this->DeepSamples ? &deep : nullptr, view.Progress);
 
   vtkImageData* output = this->Internal->Output;
   output->Initialize();

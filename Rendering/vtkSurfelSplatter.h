@@ -33,6 +33,12 @@ class vtkSurfelMapper;
 class vtkProp;
 class vtkProperty;
 
+namespace SurfelSplatting
+{
+class PixelSurfels;
+struct SurfelCloud;
+}
+
 class VTKSURFELRENDERING_EXPORT vtkSurfelSplatter : public vtkObject
 {
 public:
@@ -325,6 +331,9 @@ public:
     double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
     const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
                                         ///< what others have drawn, infinity where nothing; or null
+    const float* OthersColor = nullptr; ///< [height][width][4] what others have drawn, linear RGBA,
+                                        ///< premultiplied: goes through the lens too, where it is
+                                        ///< blurred; or null: it stays sharp
     std::function<bool(double)> Progress; ///< is told the share of the lens's cells that are done;
                                           ///< false: stop, with the mean so far; may be empty
   };
@@ -333,6 +342,13 @@ public:
    * Renders a picture into GetOutput(). False, and an empty output, where memory does not suffice.
    */
   bool Render(const std::vector<Item>& items, const View& view);
+
+  /// Whether a camera's lens blurs anything.
+  bool HasLens(vtkCamera* camera);
+
+  /// Pixels of others that the last picture shows through the lens instead of where they were
+  /// drawn.
+  const SurfelSplatting::PixelSurfels& GetTakenPixels();
 #endif
 
 protected:
@@ -367,6 +383,7 @@ private:
 #ifndef __VTK_WRAP__
   void RenderPicture(const std::vector<Item>& items, const View& view);
   void MakeContext(const View& view);
+  const float* TakePixels(const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);
   bool RenderScene(const std::vector<Item>& items, const View& view,
     const std::chrono::steady_clock::time_point& start);
 #endif

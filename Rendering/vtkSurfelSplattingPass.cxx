@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplattingPass.h"
 
+#include "PixelSurfels.h"
 #include "SurfelFrameBlit.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
@@ -72,6 +73,16 @@ std::vector<vtkSurfelSplatter::Item> CollectSurfels(vtkRenderer* renderer)
     vtkSurfelSplatter::CollectItems(prop, items);
   }
   return items;
+}
+
+/// Whether a state's props are more than surfels.
+bool HasOtherProps(const vtkRenderState* state)
+{
+  return std::any_of(
+    state->GetPropArray(), state->GetPropArray() + state->GetPropArrayCount(), [](vtkProp* prop) {
+      auto* actor = vtkActor::SafeDownCast(prop);
+      return !(actor && vtkSurfelMapper::SafeDownCast(actor->GetMapper()));
+    });
 }
 
 SurfelSplatting::DepthRange MakeDepthRange(vtkCamera* camera, double aspect)
@@ -158,7 +169,9 @@ struct vtkSurfelSplattingPass::Internals
   vtkNew<FunctionPass> TranslucentStep;
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
-  double NextCoarsening = 1.0; // learned from the frames so far
+  std::vector<float> Background;  // before the other props
+  std::vector<float> OthersColor; // with them; then the whole picture
+  double NextCoarsening = 1.0;    // learned from the frames so far
 };
 
 vtkStandardNewMacro(vtkSurfelSplattingPass);
@@ -244,15 +257,19 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   vtkRenderer* renderer = state->GetRenderer();
   const std::vector<vtkSurfelSplatter::Item> items = CollectSurfels(renderer);
   this->Internal->Marks.Set(renderer, items);
-  delegate->Render(state);
-  this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
-  if (items.empty() || !window || rectangle.Width < 1 || rectangle.Height < 1)
+  const bool hasPicture = window && rectangle.Width > 0 && rectangle.Height > 0;
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const bool others = hasPicture && this->OtherPropsThroughLens != 0 &&
+    this->Splatter->HasLens(camera) && HasOtherProps(state) &&
+    this->Internal->Blit.ReadColor(window, rectangle, this->Internal->Background);
+  delegate->Render(state);
+  this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
+  if (!hasPicture || (items.empty() && !others))
   {
     return;
   }
-  vtkCamera* camera = renderer->GetActiveCamera();
   const double aspect = renderer->GetTiledAspectRatio();
   const SurfelSplatting::DepthRange range = MakeDepthRange(camera, aspect);
   this->ReadOtherProps(window, rectangle, range);
@@ -265,6 +282,10 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   view.Aspect = aspect;
   view.Oversampling = Oversampling(renderer, window, rectangle);
   view.DepthLimit = this->Internal->Limit.data();
+  if (others && this->Internal->Blit.ReadColor(window, rectangle, this->Internal->OthersColor))
+  {
+    view.OthersColor = this->Internal->OthersColor.data();
+  }
   view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
   camera->GetClippingRange(view.ClippingRange);
   view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
@@ -333,6 +354,11 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
   const float* depth = vtkFloatArray::SafeDownCast(picture->GetArray("Depth"))->GetPointer(0);
   std::vector<float>& windowDepth = this->Internal->WindowDepth;
+  const auto& taken = this->Splatter->GetTakenPixels().Taken();
+  for (const auto& pixel : taken)
+  {
+    windowDepth[pixel.Index] = 1.0f;
+  }
   const auto join = [&range](float others, float distance) {
     if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
     {
@@ -346,11 +372,47 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     std::transform(joined + begin, joined + end, depth + begin, joined + begin, join);
   });
-  if (!this->Internal->Blit.Draw(window, rectangle, color, windowDepth.data()))
+  SurfelSplatting::FrameBlit& blit = this->Internal->Blit;
+  bool good = false;
+  if (taken.empty())
+  {
+    good = blit.Draw(window, rectangle, color, windowDepth.data());
+  }
+  else
+  {
+    this->ComposePicture(color);
+    good = blit.Replace(window, rectangle, this->Internal->OthersColor.data(), windowDepth.data());
+  }
+  if (!good)
   {
     vtkErrorMacro(
       "The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
   }
+}
+
+/// The picture over the others' where they stay, and over the background where they were taken.
+void vtkSurfelSplattingPass::ComposePicture(const float* color)
+{
+  float* under = this->Internal->OthersColor.data();
+  const float* background = this->Internal->Background.data();
+  for (const auto& pixel : this->Splatter->GetTakenPixels().Taken())
+  {
+    for (std::size_t c = 4 * pixel.Index; c < 4 * pixel.Index + 4; ++c)
+    {
+      under[c] += pixel.Absent * (background[c] - under[c]);
+    }
+  }
+  const auto count = static_cast<vtkIdType>(this->Internal->WindowDepth.size());
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType p = begin; p < end; ++p)
+    {
+      const float through = 1.0f - color[4 * p + 3];
+      for (vtkIdType c = 4 * p; c < 4 * p + 4; ++c)
+      {
+        under[c] = color[c] + through * under[c];
+      }
+    }
+  });
 }
 
 void vtkSurfelSplattingPass::ReleaseGraphicsResources(vtkWindow* window)
@@ -368,6 +430,7 @@ void vtkSurfelSplattingPass::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "DelegatePass: " << this->DelegatePass.Get() << "\n";
   os << indent << "HoldUpdateRate: " << this->HoldUpdateRate << "\n";
+  os << indent << "OtherPropsThroughLens: " << this->OtherPropsThroughLens << "\n";
   os << indent << "Coarsening: " << this->Coarsening << "\n";
   os << indent << "Splatter:\n";
   this->Splatter->PrintSelf(os, indent.GetNextIndent());

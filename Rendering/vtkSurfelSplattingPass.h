@@ -83,6 +83,20 @@ public:
   vtkBooleanMacro(HoldUpdateRate, vtkTypeBool);
   ///@}
 
+  ///@{
+  /**
+   * Whether what the other opaque props have drawn goes through the lens as well: pixels that it
+   * blurs by more than half a pixel join the surfels in their A-buffer; what is in focus stays as
+   * sharp as it was drawn. What a blurred prop hides is not in its picture and cannot be seen
+   * through its edge: the background is instead; vtkLensAccumulationPass sees it. Translucent
+   * props, volumes and the overlay stay sharp, and in posters of tiles blur does not reach over the
+   * tiles' borders. Default off.
+   */
+  vtkSetMacro(OtherPropsThroughLens, vtkTypeBool);
+  vtkGetMacro(OtherPropsThroughLens, vtkTypeBool);
+  vtkBooleanMacro(OtherPropsThroughLens, vtkTypeBool);
+  ///@}
+
   /**
    * Factor on the splatter's LODError in the last frame: 1, or more to hold an update rate.
    */
@@ -110,9 +124,11 @@ private:
     const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range);
   void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range);
+  void ComposePicture(const float* color);
 #endif
 
   vtkTypeBool HoldUpdateRate = 1;
+  vtkTypeBool OtherPropsThroughLens = 0;
   double Coarsening = 1.0;
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   vtkNew<vtkSurfelSplatter> Splatter;

@@ -92,7 +92,15 @@ void Splatter::ChooseRuns(const SurfelCloud& cloud, const Executor& executor)
 void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud, const RunRange& runs,
   const Executor& executor)
 {
-  this->Maker.Set(context, cloud);
+  if (!(cloud.Prefilter > 0.0))
+  {
+    this->Maker.Set(context, cloud);
+    AppendSplats(this->Maker, runs, executor, this->List);
+    return;
+  }
+  SplatContext own = context;
+  own.Settings.Prefilter = cloud.Prefilter;
+  this->Maker.Set(own, cloud);
   AppendSplats(this->Maker, runs, executor, this->List);
 }
 

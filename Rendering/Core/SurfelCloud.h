@@ -38,6 +38,7 @@ struct SurfelCloud
   const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
   const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color
   double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
+  double Prefilter = 0.0; ///< > 0: instead of SplatSettings::Prefilter, px^2; without Detail only
 
   Affine3 LocalToWorld; ///< of the points: local origin and actor matrix
   Material Surface;
