@@ -415,6 +415,27 @@ void vtkSurfelSplattingPass::ComposePicture(const float* color)
   });
 }
 
+bool vtkSurfelSplattingPass::FocusAt(vtkRenderer* renderer, int x, int y)
+{
+  if (!renderer || !renderer->GetRenderWindow() || !renderer->IsInViewport(x, y))
+  {
+    return false;
+  }
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double depth = renderer->GetZ(x, y);
+  if (camera->GetParallelProjection() || !(depth < 1.0))
+  {
+    return false;
+  }
+  const double distance = MakeDepthRange(camera, renderer->GetTiledAspectRatio()).DistanceOf(depth);
+  if (!(distance > 0.0))
+  {
+    return false;
+  }
+  camera->SetFocalDistance(distance);
+  return true;
+}
+
 void vtkSurfelSplattingPass::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Internal->Blit.ReleaseGraphicsResources(window);

@@ -98,6 +98,14 @@ public:
   ///@}
 
   /**
+   * Focuses a renderer's camera on what was last drawn at a display point (pixels, as an
+   * interactor's event position): sets its FocalDistance to the distance there along the view
+   * direction. False, and the focus stays, where nothing was drawn or the camera is parallel. With
+   * LENS_PINHOLE there is a focus but no blur to see it by.
+   */
+  static bool FocusAt(vtkRenderer* renderer, int x, int y);
+
+  /**
    * Factor on the splatter's LODError in the last frame: 1, or more to hold an update rate.
    */
   vtkGetMacro(Coarsening, double);

@@ -174,5 +174,30 @@ def test_settings_redraw():
     print(renderer.GetPass())
 
 
+def test_focus_on_what_is_picked():
+    """A sphere of surfels and a box: what is seen in a pixel is in focus afterwards."""
+    surfels = Surfels().sphere(4000, center=(-1.0, 0, 0.5), radius=0.5)
+    window, renderer = make_window(
+        [surfel_actor(surfels.data()), cube_actor((0.6, 1.4, -0.4, 0.4, -1.2, -0.4))])
+    camera = renderer.GetActiveCamera()
+    camera.SetFocalDistance(3.0)
+    for disk in (0.0, 0.2):
+        camera.SetFocalDisk(disk)
+        window.Render()
+        for point, depth, tolerance in (((-1.0, 0, 1.0), 5.0, 0.05), ((1.0, 0, -0.4), 6.4, 0.01)):
+            renderer.SetWorldPoint(*point, 1.0)
+            renderer.WorldToDisplay()
+            x, y, _ = (int(value) for value in renderer.GetDisplayPoint())
+            assert vtkSurfelSplattingPass.FocusAt(renderer, x, y)
+            assert abs(camera.GetFocalDistance() - depth) < tolerance, camera.GetFocalDistance()
+            window.Render()
+    before = camera.GetFocalDistance()
+    assert not vtkSurfelSplattingPass.FocusAt(renderer, 2, 2)  # nothing there
+    assert not vtkSurfelSplattingPass.FocusAt(renderer, 5000, 5000)
+    camera.ParallelProjectionOn()
+    assert not vtkSurfelSplattingPass.FocusAt(renderer, 80, 60)
+    assert camera.GetFocalDistance() == before
+
+
 if __name__ == "__main__":
     run(sys.modules["__main__"])
