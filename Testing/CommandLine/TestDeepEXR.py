@@ -81,18 +81,7 @@ class TestDeepEXR(ToolCase):
             self.assertIn(words, said)
 
     def writer(self, image, path="out.exr"):
-        self.errors = []
-
-        def note(_caller, _event, text):
-            self.errors.append(text)
-
-        note.CallDataType = "string0"
-        writer = vtkDeepEXRWriter()
-        writer.AddObserver("ErrorEvent", note)
-        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
-        writer.SetInputData(image)
-        writer.SetFileName(path)
-        return writer
+        return self.exr_writer(vtkDeepEXRWriter, image, path)
 
     def test_values_and_order_of_rows(self):
         counts = np.array([[0, 2, 1], [3, 0, 1]])

@@ -29,19 +29,9 @@ class TestEXRWriter(ToolCase):
         super().setUp()
         rng = np.random.default_rng(2)
         self.colors = rng.normal(0, 3, (17, 31, 4)).astype(np.float32)
-        self.errors = []
 
     def writer(self, image, path="out.exr"):
-        def note(_caller, _event, text):
-            self.errors.append(text)
-
-        note.CallDataType = "string0"
-        writer = vtkSurfelEXRWriter()
-        writer.AddObserver("ErrorEvent", note)
-        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
-        writer.SetInputData(image)
-        writer.SetFileName(path)
-        return writer
+        return self.exr_writer(vtkSurfelEXRWriter, image, path)
 
     def write(self, image, *channels):
         writer = self.writer(image)

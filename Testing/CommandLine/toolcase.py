@@ -79,6 +79,21 @@ class ToolCase(unittest.TestCase):
         result = self.run_tool("render", *words)
         self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""), words)
 
+    def exr_writer(self, kind, image, path="out.exr"):
+        """A writer whose errors go into self.errors."""
+        self.errors = []
+
+        def note(_caller, _event, text):
+            self.errors.append(text)
+
+        note.CallDataType = "string0"
+        writer = kind()
+        writer.AddObserver("ErrorEvent", note)
+        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        writer.SetInputData(image)
+        writer.SetFileName(path)
+        return writer
+
     def read_exr(self, path):
         """{channel: [height, width]}, top row first."""
         dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
