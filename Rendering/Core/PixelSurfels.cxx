@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PixelSurfels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -38,18 +39,12 @@ Affine3 Inverse(const Affine3& a)
 }
 }
 
-void PixelSurfels::Take(
-  const View& camera, const Lens& lens, float* depth, const float* colors, const Executor& executor)
+void PixelSurfels::TakePixels(const View& camera, const Lens& lens, const float* depth)
 {
-  this->Pixels.clear();
-  this->CameraToWorld = Inverse(camera.WorldToCamera);
-  if (camera.Parallel || lens.Radius == 0.0)
-  {
-    return;
-  }
-  const std::size_t count = static_cast<std::size_t>(camera.Width) * camera.Height;
+  const auto width = static_cast<std::size_t>(camera.Width);
   const double f = std::sqrt(std::abs(camera.Fx * camera.Fy));
-  for (std::size_t p = 0; p < count; ++p)
+  std::vector<float> confusions(width * camera.Height, 0.0f); // of the pixels that are taken
+  for (std::size_t p = 0; p < confusions.size(); ++p)
   {
     const double z = depth[p];
     const double confusion =
@@ -58,8 +53,49 @@ void PixelSurfels::Take(
     {
       const double absent = std::fmin(1.0, (confusion - LeastPixelConfusion) / PixelFade);
       this->Pixels.push_back({ p, static_cast<float>(absent) });
+      this->Places.push_back({ static_cast<int>(p % width), static_cast<int>(p / width), p });
+      confusions[p] = static_cast<float>(confusion);
     }
   }
+  this->AddMargin(camera, confusions);
+}
+
+/// Places beyond the border, as the nearest pixel of the picture.
+void PixelSurfels::AddMargin(const View& camera, const std::vector<float>& confusions)
+{
+  constexpr int margin = LargestMargin;
+  const int width = camera.Width, height = camera.Height;
+  for (int y = -margin; y < height + margin; ++y)
+  {
+    const bool inside = y >= 0 && y < height;
+    for (int x = -margin; x < width + margin; ++x)
+    {
+      if (inside && x == 0)
+      {
+        x = width;
+      }
+      const int nearX = std::clamp(x, 0, width - 1), nearY = std::clamp(y, 0, height - 1);
+      const std::size_t source = static_cast<std::size_t>(nearY) * width + nearX;
+      const int distance = std::max(std::abs(x - nearX), std::abs(y - nearY));
+      if (confusions[source] > 0.0f && static_cast<float>(distance) <= confusions[source] + 2.0f)
+      {
+        this->Places.push_back({ x, y, source });
+      }
+    }
+  }
+}
+
+void PixelSurfels::Take(
+  const View& camera, const Lens& lens, float* depth, const float* colors, const Executor& executor)
+{
+  this->Pixels.clear();
+  this->Places.clear();
+  this->CameraToWorld = Inverse(camera.WorldToCamera);
+  if (camera.Parallel || lens.Radius == 0.0)
+  {
+    return;
+  }
+  this->TakePixels(camera, lens, depth);
   this->Positions.resize(3 * this->Size());
   this->Covariances.resize(6 * this->Size());
   this->AreaVectors.resize(3 * this->Size());
@@ -81,15 +117,16 @@ void PixelSurfels::Take(
 void PixelSurfels::MakeSurfel(
   const View& camera, const float* depth, const float* colors, std::size_t s)
 {
-  const std::size_t p = this->Pixels[s].Index;
+  const Place& place = this->Places[s];
+  const std::size_t p = place.Source;
   const auto width = static_cast<std::size_t>(camera.Width);
   const std::size_t x = p % width, y = p / width;
   const double z = depth[p];
   const double slopeX = DepthSlope(depth, p, 1, x > 0, x + 1 < width);
   const double slopeY =
     DepthSlope(depth, p, width, y > 0, y + 1 < static_cast<std::size_t>(camera.Height));
-  const double rayX = (static_cast<double>(x) + 0.5 - camera.Cx) / camera.Fx;
-  const double rayY = (static_cast<double>(y) + 0.5 - camera.Cy) / camera.Fy;
+  const double rayX = (place.X + 0.5 - camera.Cx) / camera.Fx;
+  const double rayY = (place.Y + 0.5 - camera.Cy) / camera.Fy;
   const Vector3 position{ rayX * z, rayY * z, z };
   const Vector3 alongX{ z / camera.Fx + rayX * slopeX, rayY * slopeX, slopeX };
   const Vector3 alongY{ rayX * slopeY, z / camera.Fy + rayY * slopeY, slopeY };

@@ -26,6 +26,10 @@ constexpr double LeastPixelConfusion = 0.5;
 /// falls short of 1, and the background would show as a line.
 constexpr double PixelFade = 1.0;
 
+/// The picture's border goes on outside as far as its blur reaches, up to so many px: what is there
+/// was not drawn, but without it the border would fade.
+constexpr int LargestMargin = 128;
+
 /// Standard deviation of a pixel's reconstruction kernel, px: as that of surfels in their spacing.
 constexpr double PixelDeviation = 0.5;
 
@@ -46,7 +50,8 @@ public:
   void Take(const View& camera, const Lens& lens, float* depth, const float* colors,
     const Executor& executor);
 
-  std::size_t Size() const { return this->Pixels.size(); }
+  /// Of the cloud.
+  std::size_t Size() const { return this->Places.size(); }
 
   struct Pixel
   {
@@ -61,10 +66,20 @@ public:
   SurfelCloud Get() const;
 
 private:
+  /// A surfel: pixel x, y, in the picture or beyond its border, as the pixel `Source` in it.
+  struct Place
+  {
+    int X, Y;
+    std::size_t Source;
+  };
+
+  void TakePixels(const View& camera, const Lens& lens, const float* depth);
+  void AddMargin(const View& camera, const std::vector<float>& confusions);
   void MakeSurfel(const View& camera, const float* depth, const float* colors, std::size_t s);
 
   Affine3 CameraToWorld;
   std::vector<Pixel> Pixels;
+  std::vector<Place> Places;
   std::vector<float> Positions, Covariances, AreaVectors, Colors;
 };
 }
