@@ -52,7 +52,7 @@ bool SurfelDetailCache::IsHierarchy(vtkPolyData* input)
   return LeafCounts(input) != nullptr;
 }
 
-std::string SurfelDetailCache::Update(vtkPolyData* input, vtkUnsignedCharArray* colors, bool paper,
+std::string SurfelDetailCache::Update(vtkPolyData* input, vtkDataArray* colors, bool paper,
   const Executor& executor, SurfelCloud& cloud)
 {
   const HierarchyLayout layout = ReadLayout(LeafCounts(input));

@@ -17,7 +17,7 @@
 #include <vector>
 
 class vtkPolyData;
-class vtkUnsignedCharArray;
+class vtkDataArray;
 
 namespace SurfelSplatting
 {
@@ -34,7 +34,7 @@ public:
    * @param colors of all surfels, or null
    * @param paper whether the paper's rule is to choose, which needs more
    */
-  std::string Update(vtkPolyData* input, vtkUnsignedCharArray* colors, bool paper,
+  std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paper,
     const Executor& executor, SurfelCloud& cloud);
 
   /// Surfels that tables and colours were made of, in all updates together.

@@ -263,16 +263,23 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   {
     cloud.Opacities = Pointer<vtkFloatArray>(opacity, source);
   }
-  vtkUnsignedCharArray* colors = mapper->MapScalars(1.0);
-  if (colors && colors->GetNumberOfComponents() == 4 &&
-    colors->GetNumberOfTuples() == input->GetNumberOfPoints())
+  vtkDataArray* colors = mapper->GetDirectColors();
+  if (colors)
   {
-    cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
+    cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+  }
+  else
+  {
+    colors = mapper->MapScalars(1.0);
+    const bool usable = colors && colors->GetNumberOfComponents() == 4 &&
+      colors->GetNumberOfTuples() == input->GetNumberOfPoints();
+    colors = usable ? colors : nullptr;
+    cloud.ColorsUChar = colors ? Pointer<vtkUnsignedCharArray>(colors, source) : nullptr;
   }
   if (SurfelDetailCache::IsHierarchy(input))
   {
     const std::string problem = mapper->GetDetailCache().Update(
-      input, cloud.ColorsUChar ? colors : nullptr, paperDetail, SMPExecutor(), cloud);
+      input, colors, paperDetail, SMPExecutor(), cloud);
     if (!problem.empty())
     {
       return problem;

@@ -9,6 +9,7 @@
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkFloatArray.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
@@ -54,6 +55,48 @@ void vtkSurfelMapper::GetOrigin(double origin[3])
       origin[i] = array->GetVariantValue(i).ToDouble();
     }
   }
+}
+
+vtkFloatArray* vtkSurfelMapper::GetDirectColors()
+{
+  vtkPolyData* input = this->GetInput();
+  if (!input || !this->ScalarVisibility || this->ColorMode != VTK_COLOR_MODE_DIRECT_SCALARS)
+  {
+    return nullptr;
+  }
+  int cellFlag = 0;
+  auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(
+    input, this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+  const int components = scalars && cellFlag == 0 ? scalars->GetNumberOfComponents() : 0;
+  if ((components != 3 && components != 4) ||
+    (scalars->GetDataType() != VTK_FLOAT && scalars->GetDataType() != VTK_DOUBLE) ||
+    scalars->GetNumberOfTuples() != input->GetNumberOfPoints())
+  {
+    return nullptr;
+  }
+  if (components == 4 && scalars->GetDataType() == VTK_FLOAT)
+  {
+    return vtkFloatArray::SafeDownCast(scalars);
+  }
+  if (this->DirectColorsSource == scalars && this->DirectColorsTime > scalars->GetMTime())
+  {
+    return this->DirectColors;
+  }
+  const vtkIdType count = scalars->GetNumberOfTuples();
+  this->DirectColors = vtkSmartPointer<vtkFloatArray>::New();
+  this->DirectColors->SetNumberOfComponents(4);
+  this->DirectColors->SetNumberOfTuples(count);
+  for (int c = 0; c < components; ++c)
+  {
+    this->DirectColors->CopyComponent(c, scalars, c);
+  }
+  if (components == 3)
+  {
+    this->DirectColors->FillComponent(3, 1.0);
+  }
+  this->DirectColorsSource = scalars;
+  this->DirectColorsTime.Modified();
+  return this->DirectColors;
 }
 
 void vtkSurfelMapper::ComputeBounds()

@@ -7,8 +7,9 @@
  * Documentation/DataContract.md (SurfelCovariance, SurfelAreaVector and so on: the output of
  * vtkSurfelEstimation and vtkSurfelNormalization), or a hierarchy of them (vtkSurfelHierarchy), of
  * which what the view needs is drawn. Colours come as in every mapper: scalars through
- * a lookup table, direct RGB(A) scalars, or the actor's property. Opacity is the product of the
- * property's, the colour's and the array SurfelOpacity. Lighting is evaluated once per surfel;
+ * a lookup table, direct RGB(A) scalars, or the actor's property. Direct scalars of floats or
+ * doubles are linear light as they are, also above 1. Opacity is the product of the property's, the
+ * colour's and the array SurfelOpacity. Lighting is evaluated once per surfel;
  * vtkProperty::LightingOff() gives the colours as they are.
  *
  * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without) splat what it holds. In
@@ -34,6 +35,8 @@ namespace SurfelSplatting
 {
 class SurfelDetailCache;
 }
+class vtkDataArray;
+class vtkFloatArray;
 class vtkMatrix4x4;
 class vtkPointGaussianMapper;
 
@@ -63,6 +66,10 @@ public:
   ///@}
 
 #ifndef __VTK_WRAP__
+  /// Colours as they are, linear RGBA: of float or double point scalars of 3 or 4 components with
+  /// direct scalars. Null where there are none and scalars are mapped to bytes.
+  vtkFloatArray* GetDirectColors();
+
   /// What is kept of an input that is a hierarchy.
   SurfelSplatting::SurfelDetailCache& GetDetailCache()
   {
@@ -110,6 +117,9 @@ private:
   double Spacing = 0.0;
   vtkTimeStamp SpacingTime;
   vtkTimeStamp BoundsTime;
+  vtkSmartPointer<vtkFloatArray> DirectColors;
+  vtkSmartPointer<vtkDataArray> DirectColorsSource;
+  vtkTimeStamp DirectColorsTime;
   bool Splatted = false;
 };
 

@@ -55,12 +55,12 @@ class TestProgress(ToolCase):
         self.assertEqual(terminal.text, "")
 
     def test_tool_on_a_terminal(self):
-        points, colors = sphere(150_000)
+        points, colors = sphere(500_000)  # some times the bar's patience, with one thread
         write_ply("ball.ply", points, colors)
         ours, theirs = pty.openpty()
         self.addCleanup(os.close, ours)
-        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "-o", "out.png"],
-                              stderr=theirs) as process:
+        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "--threads", "1",
+                               "-o", "out.png"], stderr=theirs) as process:
             os.close(theirs)
             shown = b""
             try:

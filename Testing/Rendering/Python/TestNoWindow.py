@@ -4,8 +4,10 @@
 import os
 import sys
 
+from vtkmodules.vtkCommonCore import vtkFloatArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
+from surfelsplatting.vtkSurfelFilters import vtkSurfelHierarchy
 from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 from surfeltesting import Surfels, run, values
@@ -65,6 +67,52 @@ def test_error_is_heard():
     renderer.Update()
     assert any("SurfelAreaVector" in text for text in heard), heard
     assert max(values(renderer.GetOutput().GetPointData().GetScalars())) == 0
+
+
+def test_colors_above_one():
+    """A highlight of 40 among surfels of 0.2: it survives, in focus and blurred to a disc, of each
+    surfel alone and through a hierarchy; what is not a direct colour is mapped to bytes."""
+    surfels = Surfels().sphere(20000).data()
+    sums = {}
+    for components in (3, 4):
+        colors = vtkFloatArray()
+        colors.SetName("Radiance")
+        colors.SetNumberOfComponents(components)
+        for i in range(surfels.GetNumberOfPoints()):
+            x, y, z = surfels.GetPoint(i)
+            bright = 40.0 if z > 0 and x * x + y * y < 0.01 else 0.2
+            colors.InsertNextTuple((bright, 0.2, 0.1, 1.0)[:components])
+        surfels.GetPointData().SetScalars(colors)
+        hierarchy = vtkSurfelHierarchy()
+        hierarchy.SetInputData(surfels)
+        for source in (None, hierarchy):
+            for disk in (0.0, 0.6):
+                mapper = vtkSurfelMapper()
+                if source:
+                    mapper.SetInputConnection(source.GetOutputPort())
+                else:
+                    mapper.SetInputData(surfels)
+                mapper.SetColorModeToDirectScalars()
+                actor = vtkActor()
+                actor.SetMapper(mapper)
+                actor.GetProperty().LightingOff()
+                renderer = vtkSurfelImageRenderer()
+                renderer.AddActor(actor)
+                view = camera()
+                view.SetFocalDisk(disk)
+                view.SetFocalDistance(5.5)
+                renderer.SetCamera(view)
+                renderer.SetSize(90, 70)
+                renderer.Update()
+                red = values(renderer.GetOutput().GetPointData().GetArray("Color"))[0::4]
+                sums[components, source is None, disk] = sum(red)
+                assert max(red) > (35 if disk == 0 else 3), max(red)
+                assert max(red) <= 40.001 and min(red) >= 0
+    sharp = sums[3, True, 0.0]
+    assert all(abs(s / sharp - 1) < 0.03 for s in sums.values()), sums
+    mapper.SetColorModeToDefault()
+    renderer.Update()
+    assert max(values(renderer.GetOutput().GetPointData().GetArray("Color"))) <= 1.0
 
 
 if __name__ == "__main__":
