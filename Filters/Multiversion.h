@@ -4,9 +4,9 @@
  */
 #pragma once
 
-/// Before a function whose loops are over floats in arrays: with AVX2 it takes half the time. Not
-/// for sanitizers, which are not up when the loader decides.
-#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) &&         \
+/// Before a function whose loops are over floats in arrays. Not for sanitizers, which are not up
+/// when the loader decides.
+#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
   !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SURFEL_MULTIVERSION __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else

@@ -115,10 +115,12 @@ private:
 
   int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
 
-  /// Where the edge from corner a to corner b is cut.
+  /// Where the edge from corner a to corner b is cut. Within the edge: where rounding has left the
+  /// polygon not quite convex, both ends may be on one side, and the line far beyond them.
   Point2 Between(int a, int b, const float* distances) const
   {
-    const float t = distances[a] / (distances[a] - distances[b]);
+    const float along = distances[a] / (distances[a] - distances[b]);
+    const float t = along >= 0.0f ? std::min(along, 1.0f) : 0.0f;
     return { this->X[a] + t * (this->X[b] - this->X[a]),
       this->Y[a] + t * (this->Y[b] - this->Y[a]) };
   }
@@ -290,7 +292,10 @@ private:
     double x = 0.0, y = 0.0;
     for (int k = 0; k < sheet.Count; ++k)
     {
-      this->Around.Add(sheet.X[k], sheet.Y[k]);
+      if (sheet.X[k] != 0.0f || sheet.Y[k] != 0.0f)
+      {
+        this->Around.Add(sheet.X[k], sheet.Y[k]);
+      }
       x += sheet.X[k];
       y += sheet.Y[k];
     }

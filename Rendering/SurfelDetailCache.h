@@ -34,8 +34,8 @@ public:
    * @param colors of all surfels, or null
    * @param paper whether the paper's rule is to choose, which needs more
    */
-  std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paper,
-    const Executor& executor, SurfelCloud& cloud);
+  std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paper, const Executor& executor,
+    SurfelCloud& cloud);
 
   /// Surfels that tables and colours were made of, in all updates together.
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }

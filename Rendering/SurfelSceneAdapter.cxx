@@ -278,8 +278,8 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   }
   if (SurfelDetailCache::IsHierarchy(input))
   {
-    const std::string problem = mapper->GetDetailCache().Update(
-      input, colors, paperDetail, SMPExecutor(), cloud);
+    const std::string problem =
+      mapper->GetDetailCache().Update(input, colors, paperDetail, SMPExecutor(), cloud);
     if (!problem.empty())
     {
       return problem;

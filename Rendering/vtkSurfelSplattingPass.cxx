@@ -263,7 +263,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   vtkCamera* camera = renderer->GetActiveCamera();
   const bool others = hasPicture && this->OtherPropsThroughLens != 0 &&
     this->Splatter->HasLens(camera) && HasOtherProps(state) &&
-    this->Internal->Blit.ReadColor(window, rectangle, this->Internal->Background);
+    this->ReadColor(window, rectangle, this->Internal->Background);
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   if (!hasPicture || (items.empty() && !others))
@@ -282,7 +282,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   view.Aspect = aspect;
   view.Oversampling = Oversampling(renderer, window, rectangle);
   view.DepthLimit = this->Internal->Limit.data();
-  if (others && this->Internal->Blit.ReadColor(window, rectangle, this->Internal->OthersColor))
+  if (others && this->ReadColor(window, rectangle, this->Internal->OthersColor))
   {
     view.OthersColor = this->Internal->OthersColor.data();
   }
@@ -323,6 +323,18 @@ void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
   {
     next = std::max(1.0, this->Coarsening * std::max(0.7, std::sqrt(load / 0.85)));
   }
+}
+
+bool vtkSurfelSplattingPass::ReadColor(vtkOpenGLRenderWindow* window,
+  const SurfelSplatting::PixelRectangle& rectangle, std::vector<float>& color)
+{
+  const bool good = this->Internal->Blit.ReadColor(window, rectangle, color);
+  if (!good)
+  {
+    vtkErrorMacro("The other props' colours could not be read from this framebuffer: they stay "
+                  "sharp. Try vtkRenderWindow::SetMultiSamples(0), or OtherPropsThroughLensOff().");
+  }
+  return good;
 }
 
 void vtkSurfelSplattingPass::ReadOtherProps(vtkOpenGLRenderWindow* window,

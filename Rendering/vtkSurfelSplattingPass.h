@@ -38,6 +38,7 @@
 #include "vtkSurfelRenderingModule.h" // for export macro
 
 #include <memory> // for the implementation
+#include <vector> // for pixels
 
 class vtkOpenGLRenderWindow;
 class vtkRenderer;
@@ -128,6 +129,8 @@ private:
   void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
 #ifndef __VTK_WRAP__
+  bool ReadColor(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
+    std::vector<float>& color);
   void ReadOtherProps(vtkOpenGLRenderWindow* window,
     const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range);
   void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,

@@ -2,7 +2,6 @@
 #include "DeepImage.h"
 
 #include "RasterKernel.h"
-#include "TileBinning.h"
 
 #include <algorithm>
 

@@ -38,8 +38,8 @@ public:
 
   ///@{
   /**
-   * Whether the header says that the samples are tidy (deepImageState). OpenEXR's own Python package
-   * (3.5.3) refuses to open a file that says so; other readers take or skip it. Default on.
+   * Whether the header says that the samples are tidy (deepImageState). OpenEXR's own Python
+   * package (3.5.3) refuses to open a file that says so; other readers take or skip it. Default on.
    */
   vtkSetMacro(DeepImageState, vtkTypeBool);
   vtkGetMacro(DeepImageState, vtkTypeBool);

@@ -101,22 +101,15 @@ class TestDeepEXR(ToolCase):
         _, counts, samples = self.read_deep("out.exr")
         self.assertEqual((counts.shape, counts.sum(), len(samples["R"])), ((3, 4), 0, 0))
 
-    def refuse(self, writer, says):
-        writer.Write()
-        self.assertNotEqual(writer.GetErrorCode(), 0)
-        self.assertEqual(len(self.errors), 1, self.errors)
-        self.assertIn(says, self.errors[0])
-        self.assertEqual(os.listdir("."), [])
-
     def test_errors(self):
         flat = vtkImageData()
         flat.SetDimensions(4, 4, 1)
-        self.refuse(self.writer(flat), "DeepSamplesOn")
+        self.refuse_to_write(self.writer(flat), "DeepSamplesOn")
         image = deep_image(np.ones((2, 2)), np.ones((3, 5)))
-        self.refuse(self.writer(image), "SampleCount sums to 4, but DeepSamples are 3")
+        self.refuse_to_write(self.writer(image), "SampleCount sums to 4, but DeepSamples are 3")
         image = deep_image(np.ones((2, 2)), np.ones((4, 5)))
-        self.refuse(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
-        self.refuse(self.writer(image, None), "SetFileName")
+        self.refuse_to_write(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
+        self.refuse_to_write(self.writer(image, None), "SetFileName")
 
     def test_options_that_exclude_each_other(self):
         for words, says in ((["-o", "out.png"], "--deep needs an OUT.exr"),

@@ -94,6 +94,15 @@ class ToolCase(unittest.TestCase):
         writer.SetFileName(path)
         return writer
 
+    def refuse_to_write(self, writer, says):
+        """One error, and no file."""
+        writer.Write()
+        self.assertNotEqual(writer.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        self.assertIn(says, self.errors[0])
+        self.assertEqual(os.listdir("."), [])
+        self.errors.clear()
+
     def read_exr(self, path):
         """{channel: [height, width]}, top row first."""
         dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
