@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FrameKey.h"
 
+#include "PixelSurfels.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtkMatrix4x4.h>
@@ -28,10 +29,13 @@ FrameKey::FrameKey(const std::vector<vtkSurfelSplatter::Item>& items,
   {
     const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
     this->DepthLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
-    if (view.OthersColor)
-    {
-      this->OthersColor.assign(view.OthersColor, view.OthersColor + 4 * pixels);
-    }
+  }
+  if (const PixelPicture* others = view.Others)
+  {
+    const std::size_t wide = static_cast<std::size_t>(view.Size[0] + 2 * others->Margin) *
+      (view.Size[1] + 2 * others->Margin);
+    this->OthersDepth.assign(others->Depth, others->Depth + wide);
+    this->OthersColor.assign(others->Colors, others->Colors + 4 * wide);
   }
 }
 
@@ -103,6 +107,6 @@ bool FrameKey::operator==(const FrameKey& other) const
       (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
   };
   return this->Values == other.Values && same(this->DepthLimit, other.DepthLimit) &&
-    same(this->OthersColor, other.OthersColor);
+    same(this->OthersDepth, other.OthersDepth) && same(this->OthersColor, other.OthersColor);
 }
 }

@@ -32,6 +32,6 @@ private:
   void AddLight(const Light& light);
 
   std::vector<std::uint64_t> Values;
-  std::vector<float> DepthLimit, OthersColor;
+  std::vector<float> DepthLimit, OthersDepth, OthersColor;
 };
 }

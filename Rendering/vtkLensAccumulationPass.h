@@ -31,9 +31,6 @@
 
 #include <memory> // for the implementation
 
-class vtkCamera;
-class vtkOpenGLRenderWindow;
-
 class VTKSURFELRENDERING_EXPORT vtkLensAccumulationPass : public vtkRenderPass
 {
 public:
@@ -94,8 +91,6 @@ protected:
 private:
   vtkLensAccumulationPass(const vtkLensAccumulationPass&) = delete;
   void operator=(const vtkLensAccumulationPass&) = delete;
-
-  void RenderView(const vtkRenderState* state, vtkCamera* camera);
 
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   int NumberOfLensPoints = 64;

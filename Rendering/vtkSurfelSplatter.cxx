@@ -25,7 +25,9 @@
 #include <vtkProperty.h>
 #include <vtkUnsignedIntArray.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <new>
 
 namespace
@@ -184,15 +186,10 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.SkipHidden = this->OcclusionCulling != 0;
   context.ColorByLevel = this->ColorByLevel != 0;
 
-  context.Optics = Core::MakeLens(camera);
-  if (this->LensMode == LENS_PINHOLE)
+  context.Optics = this->GetLens(view);
+  if (view.CellCount > 0)
   {
-    context.Optics.Radius = 0.0;
-  }
-  else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
-  {
-    context.Optics.Radius = this->CircleOfConfusion * view.Oversampling *
-      context.Optics.FocalDistance / context.Camera.Fy;
+    context.Sampling = {};
   }
   if (context.Camera.Parallel && context.Optics.Radius > 0.0 && !this->Internal->WarnedParallel)
   {
@@ -235,20 +232,48 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   this->FrameMilliseconds = MillisecondsSince(start);
 }
 
+SurfelSplatting::Lens vtkSurfelSplatter::GetLens(const View& view)
+{
+  SurfelSplatting::Lens lens = SurfelSplatting::MakeLens(view.Camera);
+  if (view.CellCount > 0)
+  {
+    return lens;
+  }
+  if (this->LensMode == LENS_PINHOLE)
+  {
+    lens.Radius = 0.0;
+  }
+  else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
+  {
+    const double f = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect).Fy;
+    lens.Radius = this->CircleOfConfusion * view.Oversampling * lens.FocalDistance / f;
+  }
+  return lens;
+}
+
+int vtkSurfelSplatter::GetMargin(const View& view, const double distances[2])
+{
+  return SurfelSplatting::MarginOf(SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect),
+    this->GetLens(view), distances[0], distances[1]);
+}
+
 /// Others' pixels that are blurred become a cloud of their own. Returns the depths of those that
 /// stay.
 const float* vtkSurfelSplatter::TakePixels(
   const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
 {
   Internals& my = *this->Internal;
-  if (!view.DepthLimit || !view.OthersColor)
+  if (!view.DepthLimit || !view.Others)
   {
     my.Pixels = SurfelSplatting::PixelSurfels();
     return view.DepthLimit;
   }
   const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
   my.SharpLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
-  my.Pixels.Take(my.Context.Camera, my.Context.Optics, my.SharpLimit.data(), view.OthersColor,
+  SurfelSplatting::PixelPicture others = *view.Others;
+  // The same pixels as without cells.
+  others.LeastConfusion /= std::sqrt(std::max(1, view.CellCount));
+  my.Pixels.Take(my.Context.Camera, my.Context.Optics, others, my.SharpLimit.data(),
     SurfelSplatting::SMPExecutor());
   if (my.Pixels.Size() > 0)
   {

@@ -35,6 +35,8 @@ class vtkProperty;
 
 namespace SurfelSplatting
 {
+struct Lens;
+struct PixelPicture;
 class PixelSurfels;
 struct SurfelCloud;
 }
@@ -331,9 +333,10 @@ public:
     double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
     const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
                                         ///< what others have drawn, infinity where nothing; or null
-    const float* OthersColor = nullptr; ///< [height][width][4] what others have drawn, linear RGBA,
-                                        ///< premultiplied: goes through the lens too, where it is
-                                        ///< blurred; or null: it stays sharp
+    const SurfelSplatting::PixelPicture* Others = nullptr; ///< what others have drawn and is
+                                                           ///< blurred too; or null: it stays sharp
+    int CellCount = 0; ///< > 0: the camera's own lens is one of so many cells of that of the
+                       ///< settings
     std::function<bool(double)> Progress; ///< is told the share of the lens's cells that are done;
                                           ///< false: stop, with the mean so far; may be empty
   };
@@ -345,6 +348,12 @@ public:
 
   /// Whether a camera's lens blurs anything.
   bool HasLens(vtkCamera* camera);
+
+  /// The lens that a view is seen through.
+  SurfelSplatting::Lens GetLens(const View& view);
+
+  /// How far outside a picture, px, is what blurs into it, of things between two distances.
+  int GetMargin(const View& view, const double distances[2]);
 
   /// Pixels of others that the last picture shows through the lens instead of where they were
   /// drawn.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplattingPass.h"
 
-#include "PixelSurfels.h"
+#include "LensAccumulation.h"
+#include "OtherProps.h"
 #include "SurfelFrameBlit.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
@@ -19,6 +20,7 @@
 #include <vtkOpaquePass.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
+#include <vtkOverlayPass.h>
 #include <vtkPointData.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderState.h>
@@ -31,7 +33,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <vector>
 
 namespace
@@ -73,16 +74,6 @@ std::vector<vtkSurfelSplatter::Item> CollectSurfels(vtkRenderer* renderer)
     vtkSurfelSplatter::CollectItems(prop, items);
   }
   return items;
-}
-
-/// Whether a state's props are more than surfels.
-bool HasOtherProps(const vtkRenderState* state)
-{
-  return std::any_of(
-    state->GetPropArray(), state->GetPropArray() + state->GetPropArrayCount(), [](vtkProp* prop) {
-      auto* actor = vtkActor::SafeDownCast(prop);
-      return !(actor && vtkSurfelMapper::SafeDownCast(actor->GetMapper()));
-    });
 }
 
 SurfelSplatting::DepthRange MakeDepthRange(vtkCamera* camera, double aspect)
@@ -167,11 +158,15 @@ struct vtkSurfelSplattingPass::Internals
   vtkNew<vtkOpaquePass> OpaqueProps;
   vtkNew<FunctionPass> Step;
   vtkNew<FunctionPass> TranslucentStep;
+  vtkNew<FunctionPass> OverlayStep;
+  vtkNew<vtkOverlayPass> Overlay;
+  vtkNew<FunctionPass> Cell; // the steps for one cell of the lens
+  SurfelSplatting::LensAccumulation Accumulation;
+  SurfelSplatting::OtherProps Others;
+  int CellCount = 0; // while the steps are rendered for each of so many cells
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
-  std::vector<float> Background;  // before the other props
-  std::vector<float> OthersColor; // with them; then the whole picture
-  double NextCoarsening = 1.0;    // learned from the frames so far
+  double NextCoarsening = 1.0; // learned from the frames so far
 };
 
 vtkStandardNewMacro(vtkSurfelSplattingPass);
@@ -189,6 +184,17 @@ vtkSurfelSplattingPass::vtkSurfelSplattingPass()
     state->GetRenderer()->DeviceRenderTranslucentPolygonalGeometry(state->GetFrameBuffer());
   };
   this->Internal->Steps->SetTranslucentPass(this->Internal->TranslucentStep);
+  // Text and axes are drawn once, over the mean of the cells.
+  this->Internal->OverlayStep->Function = [this](const vtkRenderState* state) {
+    if (this->Internal->CellCount == 0)
+    {
+      this->Internal->Overlay->Render(state);
+    }
+  };
+  this->Internal->Steps->SetOverlayPass(this->Internal->OverlayStep);
+  this->Internal->Cell->Function = [this](const vtkRenderState* state) {
+    this->Internal->Steps->Render(state);
+  };
 }
 
 vtkSurfelSplattingPass::~vtkSurfelSplattingPass() = default;
@@ -231,8 +237,48 @@ void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
     return;
   }
   UpdateStereo(state->GetRenderer());
-  this->Internal->Steps->Render(state);
+  if (!this->RenderCells(state))
+  {
+    this->Internal->Steps->Render(state);
+  }
   this->NumberOfRenderedProps += this->Internal->Steps->GetNumberOfRenderedProps();
+}
+
+/// All props, once for each cell of the lens. False: nothing was drawn; one picture does.
+bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
+{
+  vtkRenderer* renderer = state->GetRenderer();
+  vtkCamera* camera = renderer->GetActiveCamera();
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
+  const int cells = this->Splatter->GetLensCells();
+  if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() || !window ||
+    rectangle.Width < 1 || rectangle.Height < 1 || !this->Splatter->HasLens(camera) ||
+    !SurfelSplatting::HasOtherProps(renderer))
+  {
+    return false;
+  }
+  const vtkSurfelSplatter::View view = this->MakeView(state, rectangle);
+  const SurfelSplatting::LensViews views(camera, view.Size, view.Aspect,
+    this->Splatter->GetLens(view), { cells, this->Splatter->GetLensPinholes() != 0 });
+  this->Internal->CellCount = cells;
+  const bool good =
+    this->Internal->Accumulation.Render(state, rectangle, views, this->Internal->Cell);
+  this->Internal->CellCount = 0;
+  if (!good)
+  {
+    vtkErrorMacro("Float textures of " << rectangle.Width << " x " << rectangle.Height
+                                       << " pixels could not be made: other props are seen through "
+                                          "the middle of the lens only.");
+    return false;
+  }
+  vtkOpenGLState* glState = window->GetState();
+  vtkOpenGLState::ScopedglViewport viewport(glState);
+  vtkOpenGLState::ScopedglScissor scissor(glState);
+  glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  this->Internal->Overlay->Render(state);
+  return true;
 }
 
 void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
@@ -252,6 +298,24 @@ void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
   camera->Render(state);
 }
 
+vtkSurfelSplatter::View vtkSurfelSplattingPass::MakeView(
+  const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle)
+{
+  vtkRenderer* renderer = state->GetRenderer();
+  vtkRenderWindow* window = renderer->GetRenderWindow();
+  vtkSurfelSplatter::View view;
+  view.Camera = renderer->GetActiveCamera();
+  view.Lights = renderer->GetLights();
+  view.Size[0] = rectangle.Width;
+  view.Size[1] = rectangle.Height;
+  view.Aspect = renderer->GetTiledAspectRatio();
+  view.Oversampling = Oversampling(renderer, window, rectangle);
+  view.CellCount = this->Internal->CellCount;
+  view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
+  view.Camera->GetClippingRange(view.ClippingRange);
+  return view;
+}
+
 void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate)
 {
   vtkRenderer* renderer = state->GetRenderer();
@@ -260,34 +324,21 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   const bool hasPicture = window && rectangle.Width > 0 && rectangle.Height > 0;
-  vtkCamera* camera = renderer->GetActiveCamera();
-  const bool others = hasPicture && this->OtherPropsThroughLens != 0 &&
-    this->Splatter->HasLens(camera) && HasOtherProps(state) &&
-    this->ReadColor(window, rectangle, this->Internal->Background);
+  const bool others = hasPicture && this->BeginOtherProps(state, rectangle);
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   if (!hasPicture || (items.empty() && !others))
   {
     return;
   }
-  const double aspect = renderer->GetTiledAspectRatio();
-  const SurfelSplatting::DepthRange range = MakeDepthRange(camera, aspect);
-  this->ReadOtherProps(window, rectangle, range);
-
-  vtkSurfelSplatter::View view;
-  view.Camera = camera;
-  view.Lights = renderer->GetLights();
-  view.Size[0] = rectangle.Width;
-  view.Size[1] = rectangle.Height;
-  view.Aspect = aspect;
-  view.Oversampling = Oversampling(renderer, window, rectangle);
+  vtkSurfelSplatter::View view = this->MakeView(state, rectangle);
+  const SurfelSplatting::DepthRange range = MakeDepthRange(view.Camera, view.Aspect);
+  this->ReadDepths(window, rectangle, range);
   view.DepthLimit = this->Internal->Limit.data();
-  if (others && this->ReadColor(window, rectangle, this->Internal->OthersColor))
+  if (others)
   {
-    view.OthersColor = this->Internal->OthersColor.data();
+    this->ReadOtherProps(state, rectangle, range, delegate, view);
   }
-  view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
-  camera->GetClippingRange(view.ClippingRange);
   view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();
   if (this->Splatter->Render(items, view))
@@ -309,7 +360,8 @@ void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
 {
   constexpr double mostCoarsening = 16.0;
   double& next = this->Internal->NextCoarsening;
-  const double load = this->Splatter->GetFrameMilliseconds() / (1000.0 * SecondsPerFrame(renderer));
+  const double load = this->Splatter->GetFrameMilliseconds() *
+    std::max(1, this->Internal->CellCount) / (1000.0 * SecondsPerFrame(renderer));
   if (!IsInteractive(renderer))
   {
     return; // what was learned is of use when the mouse moves again
@@ -325,19 +377,51 @@ void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
   }
 }
 
-bool vtkSurfelSplattingPass::ReadColor(vtkOpenGLRenderWindow* window,
-  const SurfelSplatting::PixelRectangle& rectangle, std::vector<float>& color)
+/// Before the other props are drawn; whether they are to go through the lens.
+bool vtkSurfelSplattingPass::BeginOtherProps(
+  const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle)
 {
-  const bool good = this->Internal->Blit.ReadColor(window, rectangle, color);
+  vtkRenderer* renderer = state->GetRenderer();
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const bool blurs = this->Internal->CellCount > 0
+    ? camera->GetFocalDisk() > 0.0 && !camera->GetParallelProjection()
+    : this->Splatter->HasLens(camera);
+  if (!this->OtherPropsThroughLens || !blurs || !SurfelSplatting::HasOtherProps(renderer))
+  {
+    return false;
+  }
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  const bool good = this->Internal->Others.ReadBackground(window, rectangle);
   if (!good)
   {
-    vtkErrorMacro("The other props' colours could not be read from this framebuffer: they stay "
-                  "sharp. Try vtkRenderWindow::SetMultiSamples(0), or OtherPropsThroughLensOff().");
+    this->ReportOtherProps();
   }
   return good;
 }
 
-void vtkSurfelSplattingPass::ReadOtherProps(vtkOpenGLRenderWindow* window,
+void vtkSurfelSplattingPass::ReportOtherProps()
+{
+  vtkErrorMacro("The other props' colours could not be read from this framebuffer: they stay "
+                "sharp. Try vtkRenderWindow::SetMultiSamples(0), or OtherPropsThroughLensOff().");
+}
+
+void vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
+  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
+  vtkRenderPass* delegate, vtkSurfelSplatter::View& view)
+{
+  double distances[2];
+  SurfelSplatting::DistancesOfOtherProps(state->GetRenderer(), distances);
+  const int margin = this->Splatter->GetMargin(view, distances);
+  SurfelSplatting::OtherProps& others = this->Internal->Others;
+  if (!others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate))
+  {
+    this->ReportOtherProps();
+    return;
+  }
+  view.Others = &others.Picture();
+}
+
+void vtkSurfelSplattingPass::ReadDepths(vtkOpenGLRenderWindow* window,
   const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range)
 {
   std::vector<float>& windowDepth = this->Internal->WindowDepth;
@@ -347,16 +431,7 @@ void vtkSurfelSplattingPass::ReadOtherProps(vtkOpenGLRenderWindow* window,
                   "are drawn over them. Try vtkRenderWindow::SetMultiSamples(0).");
     std::fill(windowDepth.begin(), windowDepth.end(), 1.0f);
   }
-  this->Internal->Limit.resize(windowDepth.size());
-  const float* depths = windowDepth.data();
-  float* limits = this->Internal->Limit.data();
-  const auto count = static_cast<vtkIdType>(windowDepth.size());
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    std::transform(depths + begin, depths + end, limits + begin, [&range](float depth) {
-      return depth >= 1.0f ? std::numeric_limits<float>::infinity()
-                           : static_cast<float>(range.DistanceOf(depth));
-    });
-  });
+  SurfelSplatting::ToDistances(windowDepth, range, this->Internal->Limit);
 }
 
 void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
@@ -392,39 +467,14 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
   }
   else
   {
-    this->ComposePicture(color);
-    good = blit.Replace(window, rectangle, this->Internal->OthersColor.data(), windowDepth.data());
+    const float* whole = this->Internal->Others.Compose(this->Splatter->GetTakenPixels(), color);
+    good = blit.Replace(window, rectangle, whole, windowDepth.data());
   }
   if (!good)
   {
     vtkErrorMacro(
       "The surfels could not be drawn: their picture did not reach OpenGL as float textures.");
   }
-}
-
-/// The picture over the others' where they stay, and over the background where they were taken.
-void vtkSurfelSplattingPass::ComposePicture(const float* color)
-{
-  float* under = this->Internal->OthersColor.data();
-  const float* background = this->Internal->Background.data();
-  for (const auto& pixel : this->Splatter->GetTakenPixels().Taken())
-  {
-    for (std::size_t c = 4 * pixel.Index; c < 4 * pixel.Index + 4; ++c)
-    {
-      under[c] += pixel.Absent * (background[c] - under[c]);
-    }
-  }
-  const auto count = static_cast<vtkIdType>(this->Internal->WindowDepth.size());
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType p = begin; p < end; ++p)
-    {
-      const float through = 1.0f - color[4 * p + 3];
-      for (vtkIdType c = 4 * p; c < 4 * p + 4; ++c)
-      {
-        under[c] = color[c] + through * under[c];
-      }
-    }
-  });
 }
 
 bool vtkSurfelSplattingPass::FocusAt(vtkRenderer* renderer, int x, int y)
@@ -451,6 +501,8 @@ bool vtkSurfelSplattingPass::FocusAt(vtkRenderer* renderer, int x, int y)
 void vtkSurfelSplattingPass::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Internal->Blit.ReleaseGraphicsResources(window);
+  this->Internal->Others.ReleaseGraphicsResources(window);
+  this->Internal->Accumulation.ReleaseGraphicsResources(window);
   this->Internal->Steps->ReleaseGraphicsResources(window);
   if (this->DelegatePass)
   {

@@ -36,13 +36,12 @@
 #include "vtkRenderPass.h"
 #include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
+#include "vtkSurfelSplatter.h"        // for its view
 
 #include <memory> // for the implementation
-#include <vector> // for pixels
 
 class vtkOpenGLRenderWindow;
 class vtkRenderer;
-class vtkSurfelSplatter;
 
 namespace SurfelSplatting
 {
@@ -128,18 +127,24 @@ private:
   void LearnFrameTime(vtkRenderer* renderer);
   void RenderSelection(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
+  bool RenderCells(const vtkRenderState* state);
+  void ReportOtherProps();
 #ifndef __VTK_WRAP__
-  bool ReadColor(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
-    std::vector<float>& color);
-  void ReadOtherProps(vtkOpenGLRenderWindow* window,
-    const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range);
+  vtkSurfelSplatter::View MakeView(
+    const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
+  bool BeginOtherProps(
+    const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
+  void ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
+    const SurfelSplatting::DepthRange& range, vtkRenderPass* delegate,
+    vtkSurfelSplatter::View& view);
+  void ReadDepths(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
+    const SurfelSplatting::DepthRange& range);
   void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range);
-  void ComposePicture(const float* color);
 #endif
 
   vtkTypeBool HoldUpdateRate = 1;
-  vtkTypeBool OtherPropsThroughLens = 0;
+  vtkTypeBool OtherPropsThroughLens = 1;
   double Coarsening = 1.0;
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   vtkNew<vtkSurfelSplatter> Splatter;

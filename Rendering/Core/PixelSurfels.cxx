@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace SurfelSplatting
 {
@@ -39,63 +40,217 @@ Affine3 Inverse(const Affine3& a)
 }
 }
 
-void PixelSurfels::TakePixels(const View& camera, const Lens& lens, const float* depth)
+int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest)
 {
-  const auto width = static_cast<std::size_t>(camera.Width);
   const double f = std::sqrt(std::abs(camera.Fx * camera.Fy));
-  std::vector<float> confusions(width * camera.Height, 0.0f); // of the pixels that are taken
-  for (std::size_t p = 0; p < confusions.size(); ++p)
+  double widest = 0.0;
+  for (const double z : { nearest, farthest })
   {
-    const double z = depth[p];
-    const double confusion =
-      z > 0.0 && std::isfinite(z) ? f * lens.RelativeCircleOfConfusion(z) : 0.0;
-    if (confusion >= LeastPixelConfusion)
-    {
-      const double absent = std::fmin(1.0, (confusion - LeastPixelConfusion) / PixelFade);
-      this->Pixels.push_back({ p, static_cast<float>(absent) });
-      this->Places.push_back({ static_cast<int>(p % width), static_cast<int>(p / width), p });
-      confusions[p] = static_cast<float>(confusion);
-    }
+    widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
-  this->AddMargin(camera, confusions);
+  // Kernels are a little wider than the disc.
+  return widest < LeastPixelConfusion
+    ? 0
+    : static_cast<int>(std::fmin(std::ceil(1.1 * widest) + 2.0, LargestMargin));
 }
 
-/// Places beyond the border, as the nearest pixel of the picture.
-void PixelSurfels::AddMargin(const View& camera, const std::vector<float>& confusions)
+/// The blur of all pixels, and how many of each row are taken.
+void PixelSurfels::FindConfusions(
+  const View& camera, const Lens& lens, const PixelPicture& others, const Executor& executor)
 {
-  constexpr int margin = LargestMargin;
-  const int width = camera.Width, height = camera.Height;
-  for (int y = -margin; y < height + margin; ++y)
-  {
-    const bool inside = y >= 0 && y < height;
-    for (int x = -margin; x < width + margin; ++x)
+  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
+  const auto height = static_cast<std::size_t>(camera.Height + 2 * others.Margin);
+  const auto left = static_cast<std::size_t>(others.Margin), right = left + camera.Width;
+  const auto low = static_cast<std::size_t>(others.Margin), high = low + camera.Height;
+  const double k = std::sqrt(std::abs(camera.Fx * camera.Fy)) * lens.Radius;
+  const auto focus = static_cast<float>(k / lens.FocalDistance);
+  this->Nearness.resize(width * height);
+  this->Confusions.resize(width * height);
+  this->RowPlaces.assign(height + 1, 0);
+  this->RowPixels.assign(height + 1, 0);
+  executor.For(height, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y)
     {
-      if (inside && x == 0)
+      for (std::size_t x = 0; x < width; ++x)
       {
-        x = width;
+        const std::size_t p = y * width + x;
+        const double z = others.Depth[p];
+        const bool drawn = z > 0.0 && std::isfinite(z);
+        this->Nearness[p] = drawn ? static_cast<float>(k / z) : 0.0f;
+        this->Confusions[p] = drawn ? std::abs(focus - this->Nearness[p]) : -1.0f;
+        const std::size_t taken = this->Confusions[p] >= others.LeastConfusion ? 1 : 0;
+        this->RowPlaces[y + 1] += taken;
+        this->RowPixels[y + 1] += x >= left && x < right && y >= low && y < high ? taken : 0;
       }
-      const int nearX = std::clamp(x, 0, width - 1), nearY = std::clamp(y, 0, height - 1);
-      const std::size_t source = static_cast<std::size_t>(nearY) * width + nearX;
-      const int distance = std::max(std::abs(x - nearX), std::abs(y - nearY));
-      if (confusions[source] > 0.0f && static_cast<float>(distance) <= confusions[source] + 2.0f)
+    }
+  });
+  std::partial_sum(this->RowPlaces.begin(), this->RowPlaces.end(), this->RowPlaces.begin());
+  std::partial_sum(this->RowPixels.begin(), this->RowPixels.end(), this->RowPixels.begin());
+}
+
+void PixelSurfels::TakePixels(
+  const View& camera, const PixelPicture& others, const Executor& executor)
+{
+  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
+  const auto left = static_cast<std::size_t>(others.Margin), right = left + camera.Width;
+  this->Places.resize(this->RowPlaces.back());
+  this->Pixels.resize(this->RowPixels.back());
+  executor.For(this->RowPlaces.size() - 1, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y)
+    {
+      std::size_t place = this->RowPlaces[y], pixel = this->RowPixels[y];
+      const bool inside = this->RowPixels[y + 1] > pixel;
+      for (std::size_t x = 0; x < width; ++x)
       {
-        this->Places.push_back({ x, y, source });
+        const std::size_t p = y * width + x;
+        if (this->Confusions[p] < others.LeastConfusion)
+        {
+          continue;
+        }
+        this->Places[place++] = { p, p };
+        if (inside && x >= left && x < right)
+        {
+          this->Pixels[pixel++] = { (y - left) * camera.Width + x - left, p, NoPixel };
+        }
+      }
+    }
+  });
+}
+
+/// Blurred surfaces that go on behind others become further surfels.
+void PixelSurfels::AddHidden(const PixelPicture& others)
+{
+  const std::size_t taken = this->Places.size();
+  for (std::size_t s = 0; s < taken; ++s)
+  {
+    const std::size_t place = this->Places[s].Place;
+    const std::int32_t behind = this->Hidden.Behind(place);
+    if (behind != HiddenPixels::None && this->Confusions[behind] >= others.LeastConfusion)
+    {
+      this->Places.push_back({ place, static_cast<std::size_t>(behind) });
+    }
+  }
+}
+
+/// A pixel of the surface of (x, y), or of nothing, from (dx, dy) on: not at the edge of what is
+/// before it.
+std::size_t PixelSurfels::Unmixed(int x, int y, int dx, int dy) const
+{
+  const std::size_t own = static_cast<std::size_t>(y) * this->Width + x;
+  for (int step = 2; step >= 1; --step)
+  {
+    const int i = x + step * dx, j = y + step * dy;
+    if (i < 0 || i >= this->Width || j < 0 || j >= this->Height)
+    {
+      continue;
+    }
+    const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
+    if (std::abs(this->Nearness[p] - this->Nearness[own]) < HiddenPixels::LeastStep)
+    {
+      return p;
+    }
+  }
+  return own;
+}
+
+void PixelSurfels::FindMixed(const View& camera, const PixelPicture& others)
+{
+  for (const Pixel& taken : this->Pixels)
+  {
+    const std::int32_t behind = this->Hidden.Behind(taken.Place);
+    const int x = static_cast<int>(taken.Index) % camera.Width;
+    const int y = static_cast<int>(taken.Index) / camera.Width;
+    const int m = others.Margin;
+    if (behind == HiddenPixels::None || std::abs(behind % this->Width - x - m) > 1 ||
+      std::abs(behind / this->Width - y - m) > 1)
+    {
+      continue; // not at an edge
+    }
+    for (int j = std::max(0, y - 1); j <= std::min(camera.Height - 1, y + 1); ++j)
+    {
+      for (int i = std::max(0, x - 1); i <= std::min(camera.Width - 1, x + 1); ++i)
+      {
+        const std::size_t p = static_cast<std::size_t>(j + m) * this->Width + i + m;
+        if (this->Confusions[p] < others.LeastConfusion &&
+          this->Nearness[taken.Place] - this->Nearness[p] >= HiddenPixels::LeastStep)
+        {
+          const std::size_t under =
+            this->Confusions[p] < 0.0f ? NoPixel : this->Unmixed(i + m, j + m, i - x, j - y);
+          this->MixedPixels.push_back({ static_cast<std::size_t>(j) * camera.Width + i, p, under });
+        }
       }
     }
   }
 }
 
-void PixelSurfels::Take(
-  const View& camera, const Lens& lens, float* depth, const float* colors, const Executor& executor)
+/// Behind the surface at the rim: the farthest of its pixels that are near. 0: not at the rim.
+float PixelSurfels::RimDepth(const PixelPicture& others, std::size_t place) const
+{
+  const double most = others.LeastConfusion + RimConfusion;
+  if (this->Confusions[place] > most)
+  {
+    return 0.0f;
+  }
+  const int x = static_cast<int>(place % this->Width), y = static_cast<int>(place / this->Width);
+  float farthest = 0.0f;
+  bool rim = false;
+  for (int j = std::max(0, y - RimWidth); j <= std::min(this->Height - 1, y + RimWidth); ++j)
+  {
+    for (int i = std::max(0, x - RimWidth); i <= std::min(this->Width - 1, x + RimWidth); ++i)
+    {
+      const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
+      const float confusion = this->Confusions[p];
+      if (confusion >= 0.0f && confusion <= most)
+      {
+        rim = rim || confusion < others.LeastConfusion;
+        farthest = std::max(farthest, others.Depth[p]);
+      }
+    }
+  }
+  return rim ? farthest : 0.0f;
+}
+
+/// What is under a taken pixel; returns the depth from which on it hides.
+float PixelSurfels::PutUnder(const PixelPicture& others, Pixel& pixel) const
+{
+  const float rim = this->RimDepth(others, pixel.Place);
+  if (rim > 0.0f)
+  {
+    pixel.Under = pixel.Place;
+    return rim;
+  }
+  const std::int32_t behind = this->Hidden.Behind(pixel.Place);
+  if (behind != HiddenPixels::None && this->Confusions[behind] >= 0.0f &&
+    this->Confusions[behind] < others.LeastConfusion)
+  {
+    pixel.Under = static_cast<std::size_t>(behind);
+    return others.Depth[behind];
+  }
+  return std::numeric_limits<float>::infinity();
+}
+
+void PixelSurfels::Take(const View& camera, const Lens& lens, const PixelPicture& others,
+  float* limit, const Executor& executor)
 {
   this->Pixels.clear();
+  this->MixedPixels.clear();
   this->Places.clear();
   this->CameraToWorld = Inverse(camera.WorldToCamera);
   if (camera.Parallel || lens.Radius == 0.0)
   {
     return;
   }
-  this->TakePixels(camera, lens, depth);
+  this->Width = camera.Width + 2 * others.Margin;
+  this->Height = camera.Height + 2 * others.Margin;
+  this->FindConfusions(camera, lens, others, executor);
+  this->TakePixels(camera, others, executor);
+  this->Hidden.Find(
+    this->Width, this->Height, this->Nearness, this->Confusions, others.LeastConfusion);
+  this->AddHidden(others);
+  if (others.Antialiased)
+  {
+    this->FindMixed(camera, others);
+  }
   this->Positions.resize(3 * this->Size());
   this->Covariances.resize(6 * this->Size());
   this->AreaVectors.resize(3 * this->Size());
@@ -103,30 +258,32 @@ void PixelSurfels::Take(
   executor.For(this->Size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s)
     {
-      this->MakeSurfel(camera, depth, colors, s);
+      this->MakeSurfel(camera, others, s);
     }
   });
-  for (const Pixel& pixel : this->Pixels)
-  {
-    depth[pixel.Index] = std::numeric_limits<float>::infinity();
-  }
+  executor.For(this->Pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+    {
+      limit[this->Pixels[p].Index] = this->PutUnder(others, this->Pixels[p]);
+    }
+  });
 }
 
-/// The patch that a pixel sees of the plane through its point with its slopes of depth: position
-/// and its derivatives along x and y on the screen, whose cross product is its area vector.
-void PixelSurfels::MakeSurfel(
-  const View& camera, const float* depth, const float* colors, std::size_t s)
+/// The patch that a pixel sees of the plane through its source's depth with its slopes of depth:
+/// position and its derivatives along x and y on the screen, whose cross product is its area
+/// vector.
+void PixelSurfels::MakeSurfel(const View& camera, const PixelPicture& others, std::size_t s)
 {
-  const Place& place = this->Places[s];
-  const std::size_t p = place.Source;
-  const auto width = static_cast<std::size_t>(camera.Width);
+  const std::size_t place = this->Places[s].Place, p = this->Places[s].Source;
+  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
+  const auto height = static_cast<std::size_t>(camera.Height + 2 * others.Margin);
   const std::size_t x = p % width, y = p / width;
-  const double z = depth[p];
-  const double slopeX = DepthSlope(depth, p, 1, x > 0, x + 1 < width);
-  const double slopeY =
-    DepthSlope(depth, p, width, y > 0, y + 1 < static_cast<std::size_t>(camera.Height));
-  const double rayX = (place.X + 0.5 - camera.Cx) / camera.Fx;
-  const double rayY = (place.Y + 0.5 - camera.Cy) / camera.Fy;
+  const double z = others.Depth[p];
+  const double slopeX = DepthSlope(others.Depth, p, 1, x > 0, x + 1 < width);
+  const double slopeY = DepthSlope(others.Depth, p, width, y > 0, y + 1 < height);
+  const std::size_t seenX = place % width, seenY = place / width;
+  const double rayX = (static_cast<double>(seenX) + 0.5 - others.Margin - camera.Cx) / camera.Fx;
+  const double rayY = (static_cast<double>(seenY) + 0.5 - others.Margin - camera.Cy) / camera.Fy;
   const Vector3 position{ rayX * z, rayY * z, z };
   const Vector3 alongX{ z / camera.Fx + rayX * slopeX, rayY * slopeX, slopeX };
   const Vector3 alongY{ rayX * slopeY, z / camera.Fy + rayY * slopeY, slopeY };
@@ -144,7 +301,7 @@ void PixelSurfels::MakeSurfel(
   {
     s6[i] = covariance[i];
   }
-  const float* rgba = colors + 4 * p;
+  const float* rgba = others.Colors + 4 * p;
   const float straight = rgba[3] > 0.0f ? 1.0f / rgba[3] : 0.0f;
   for (int i = 0; i < 3; ++i)
   {

@@ -5,11 +5,13 @@
  * and A-buffer as the surfels of clouds. What is in focus stays a picture, as sharp as it was
  * drawn.
  *
- * A picture has one layer: what a blurred thing hides is not there to be seen through its edge.
+ * A picture has one layer. What a blurred thing hides and lets through at its edge is taken to go
+ * on from beside it (HiddenPixels.h); what is hidden elsewhere is not seen.
  */
 #pragma once
 
 #include "Executor.h"
+#include "HiddenPixels.h"
 #include "Lens.h"
 #include "SurfelCloud.h"
 #include "View.h"
@@ -21,13 +23,14 @@ namespace SurfelSplatting
 /// Circle of confusion, radius in px, from which on a pixel is taken for a surfel.
 constexpr double LeastPixelConfusion = 0.5;
 
-/// From there on over so many px of blur, what is under a pixel that was taken goes over from the
-/// pixel itself to the background: next to a sharp pixel, which is no surfel, the kernels' sum
-/// falls short of 1, and the background would show as a line.
-constexpr double PixelFade = 1.0;
+/// Next to a sharp pixel, which is no surfel, the kernels' sum falls short of 1, and what is behind
+/// would show as a line. Hence the rim: pixels that are taken with at most so many px more blur,
+/// and so near to a sharp one, px, hide what is behind them and have themselves under their
+/// surfels.
+constexpr double RimConfusion = 1.0;
+constexpr int RimWidth = 3;
 
-/// The picture's border goes on outside as far as its blur reaches, up to so many px: what is there
-/// was not drawn, but without it the border would fade.
+/// What is drawn for the blur that reaches into the picture from outside, at most, px on each side.
 constexpr int LargestMargin = 128;
 
 /// Standard deviation of a pixel's reconstruction kernel, px: as that of surfels in their spacing.
@@ -38,16 +41,31 @@ constexpr double PixelDeviation = 0.5;
 /// 2 exp(-2 pi^2 0.41) = 0.0006.
 constexpr double PixelPrefilter = 0.1;
 
+/// A picture of what others have drawn, with so many px more on each side of the camera's picture.
+struct PixelPicture
+{
+  const float* Depth = nullptr;  ///< [height + 2 margin][width + 2 margin] distance along the view
+                                 ///< direction, world units; infinity where there is nothing
+  const float* Colors = nullptr; ///< [height + 2 margin][width + 2 margin][4] linear RGBA,
+                                 ///< premultiplied; may be above 1
+  int Margin = 0;                ///< px
+  double LeastConfusion = LeastPixelConfusion; ///< radius, px, from which on pixels are taken
+  bool Antialiased = false; ///< whether pixels at edges have something of both sides' colours
+};
+
+/// The margin from which a lens blurs into the picture, of things between two distances: at most
+/// LargestMargin.
+int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest);
+
 class PixelSurfels
 {
 public:
   /**
    * Takes the pixels that a lens blurs.
-   * @param depth  [height][width] distance along the view direction, world units; infinity where
-   * there is nothing. Set to infinity where a pixel is taken.
-   * @param colors [height][width][4] linear RGBA, premultiplied; may be above 1
+   * @param limit [height][width] the distances in the camera's picture; where a pixel is taken set
+   * to that of what is under it
    */
-  void Take(const View& camera, const Lens& lens, float* depth, const float* colors,
+  void Take(const View& camera, const Lens& lens, const PixelPicture& others, float* limit,
     const Executor& executor);
 
   /// Of the cloud.
@@ -55,31 +73,49 @@ public:
 
   struct Pixel
   {
-    std::size_t Index;
-    float Absent; ///< share of the background in what is under it; the rest is the pixel itself
+    std::size_t Index; ///< in the camera's picture
+    std::size_t Place; ///< in the picture with its margin
+    std::size_t Under; ///< the pixel of that picture whose colour is under the surfels: at the rim
+                       ///< its own, at an edge the sharp one behind it; or NoPixel: the background
   };
 
-  /// The pixels that were taken, by ascending index.
+  static constexpr std::size_t NoPixel = static_cast<std::size_t>(-1);
+
+  /// The pixels of the camera's picture that were taken, by ascending index.
   const std::vector<Pixel>& Taken() const { return this->Pixels; }
+
+  /// Antialiased pixels behind the edge of one that was taken: they stay, but not with its colour.
+  const std::vector<Pixel>& Mixed() const { return this->MixedPixels; }
 
   /// As a cloud in world coordinates, which lives as long as this object is not changed.
   SurfelCloud Get() const;
 
 private:
-  /// A surfel: pixel x, y, in the picture or beyond its border, as the pixel `Source` in it.
-  struct Place
+  void FindConfusions(
+    const View& camera, const Lens& lens, const PixelPicture& others, const Executor& executor);
+  void TakePixels(const View& camera, const PixelPicture& others, const Executor& executor);
+  void AddHidden(const PixelPicture& others);
+  void FindMixed(const View& camera, const PixelPicture& others);
+  std::size_t Unmixed(int x, int y, int dx, int dy) const;
+  float PutUnder(const PixelPicture& others, Pixel& pixel) const;
+  float RimDepth(const PixelPicture& others, std::size_t place) const;
+  void MakeSurfel(const View& camera, const PixelPicture& others, std::size_t s);
+
+  /// Where a surfel is seen, and the pixel whose depth and colour it has; both in the picture with
+  /// its margin.
+  struct Placed
   {
-    int X, Y;
-    std::size_t Source;
+    std::size_t Place, Source;
   };
 
-  void TakePixels(const View& camera, const Lens& lens, const float* depth);
-  void AddMargin(const View& camera, const std::vector<float>& confusions);
-  void MakeSurfel(const View& camera, const float* depth, const float* colors, std::size_t s);
-
   Affine3 CameraToWorld;
-  std::vector<Pixel> Pixels;
-  std::vector<Place> Places;
+  std::vector<Pixel> Pixels, MixedPixels;
+  std::vector<float> Nearness;   // of the picture with its margin, px (HiddenPixels.h)
+  std::vector<float> Confusions; // px; -1 where there is nothing
+  std::vector<std::size_t> RowPlaces, RowPixels; // before each of its rows
+  std::vector<Placed> Places;                    // of the surfels
+  int Width = 0, Height = 0;                     // of the picture with its margin
+  HiddenPixels Hidden;
   std::vector<float> Positions, Covariances, AreaVectors, Colors;
 };
 }

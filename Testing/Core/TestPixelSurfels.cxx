@@ -12,21 +12,27 @@ using namespace SurfelSplatting;
 
 namespace
 {
-constexpr int Width = 96, Height = 64;
+constexpr int Width = 96, Height = 64, Margin = 16;
 constexpr float Nothing = std::numeric_limits<float>::infinity();
 
-/// What an OpenGL renderer leaves: depth and colour by pixel.
+/// What an OpenGL renderer leaves: depth and colour by pixel, with a margin.
 struct Drawn
 {
-  std::vector<float> Depth = std::vector<float>(Width * Height, Nothing);
-  std::vector<float> Color = std::vector<float>(4 * Width * Height, 0.0f);
+  static constexpr int Wide = Width + 2 * Margin, High = Height + 2 * Margin;
+  std::vector<float> Depth = std::vector<float>(Wide * High, Nothing);
+  std::vector<float> Color = std::vector<float>(4 * Wide * High, 0.0f);
+  std::vector<float> Limit = std::vector<float>(Width * Height, Nothing);
 
   void Set(int x, int y, double depth, float red, float green = 0.0f)
   {
-    const int p = y * Width + x;
+    const int p = (y + Margin) * Wide + x + Margin;
     this->Depth[p] = static_cast<float>(depth);
     const float rgba[] = { red, green, 0.0f, 1.0f };
     std::copy_n(rgba, 4, &this->Color[4 * p]);
+    if (x >= 0 && x < Width && y >= 0 && y < Height)
+    {
+      this->Limit[y * Width + x] = static_cast<float>(depth);
+    }
   }
 };
 
@@ -42,10 +48,10 @@ SplatContext Context(double radius, double focus)
 Picture RenderDrawn(const SplatContext& context, Drawn& drawn, std::size_t& taken)
 {
   PixelSurfels pixels;
-  pixels.Take(
-    context.Camera, context.Optics, drawn.Depth.data(), drawn.Color.data(), SerialExecutor());
+  pixels.Take(context.Camera, context.Optics, { drawn.Depth.data(), drawn.Color.data(), Margin },
+    drawn.Limit.data(), SerialExecutor());
   taken = pixels.Taken().size();
-  return RenderPicture(context, { pixels.Get() }, SerialExecutor(), drawn.Depth.data());
+  return RenderPicture(context, { pixels.Get() }, SerialExecutor(), drawn.Limit.data());
 }
 
 /// 1/z is affine on the screen for any plane.
@@ -62,9 +68,9 @@ void TestPlanes()
     {
       const SplatContext context = Context(radius, 1.5);
       Drawn drawn;
-      for (int y = 0; y < Height; ++y)
+      for (int y = -Margin; y < Height + Margin; ++y)
       {
-        for (int x = 0; x < Width; ++x)
+        for (int x = -Margin; x < Width + Margin; ++x)
         {
           drawn.Set(x, y, PlaneDepth(x, y, tilt), 0.5f, 0.25f + 0.005f * static_cast<float>(x));
         }
@@ -73,22 +79,17 @@ void TestPlanes()
       const Picture picture = RenderDrawn(context, drawn, taken);
       CHECK(radius > 0.0 || taken == 0);
       CHECK(radius < 0.08 || taken > Width * Height / 2);
-      constexpr int margin = 20; // wider than the blur
       for (int y = 0; y < Height; ++y)
       {
         for (int x = 0; x < Width; ++x)
         {
-          CHECK(taken < Width * Height || picture.At(x, y, 3) > 0.95f); // the border does not fade
-          if (std::min({ x, Width - 1 - x, y, Height - 1 - y }) < margin)
-          {
-            continue;
-          }
-          // Pixels next to those that are sharp share their edge with them: seen over them.
+          // Pixels next to those that are sharp share their edge with them: seen over them. The
+          // picture's border does not fade.
           const float through = 1.0f - picture.At(x, y, 3);
-          const float* own = &drawn.Color[4 * (y * Width + x)];
+          const float* own = &drawn.Color[4 * ((y + Margin) * Drawn::Wide + x + Margin)];
           CHECK_NEAR(picture.At(x, y, 0) + through * own[0], 0.5, 1.0 / 255.0);
           CHECK_NEAR(picture.At(x, y, 1) + through * own[1], own[1], 1.0 / 255.0);
-          const bool sharp = drawn.Depth[y * Width + x] != Nothing;
+          const bool sharp = drawn.Limit[y * Width + x] != Nothing;
           CHECK(sharp || picture.At(x, y, 3) > 0.5f);
           CHECK(taken < Width * Height || picture.At(x, y, 3) > 0.99f);
         }
@@ -159,6 +160,63 @@ void TestLeakage()
   }
 }
 
+/// Taken pixels hide what is behind them where a sharp one is near, and only there: where a plane
+/// goes through the focus nothing behind it shows in the gap.
+void TestRim()
+{
+  SplatContext context = Context(0.2, 1.5);
+  Drawn drawn;
+  for (int y = -Margin; y < Height + Margin; ++y)
+  {
+    for (int x = -Margin; x < Width + Margin; ++x)
+    {
+      drawn.Set(x, y, 1.0 / (1.0 / 1.5 + 0.004 * (x - 40)), 0.0f, 1.0f);
+    }
+  }
+  // Blur grows by 0.08 px from column to column: up to column 40 +- 6 all is sharp.
+  PixelSurfels pixels;
+  std::vector<float> limit = drawn.Limit;
+  pixels.Take(context.Camera, context.Optics, { drawn.Depth.data(), drawn.Color.data(), Margin },
+    limit.data(), SerialExecutor());
+  for (const PixelSurfels::Pixel& pixel : pixels.Taken())
+  {
+    const int x = static_cast<int>(pixel.Index) % Width;
+    const bool rim = std::abs(x - 40) <= 6 + RimWidth;
+    CHECK((pixel.Under == pixel.Place) == rim && rim == (limit[pixel.Index] != Nothing));
+    CHECK(limit[pixel.Index] >= drawn.Limit[pixel.Index]);
+  }
+  // A bright wall behind all of it.
+  TestCloud wall;
+  for (int i = 0; i < 10000; ++i)
+  {
+    TestSurfel surfel;
+    surfel.Position = { -3.0 + 0.06 * (i % 100), -3.0 + 0.06 * (i / 100), 3.0 };
+    surfel.SigmaU = surfel.SigmaV = 0.03;
+    surfel.Area = 0.06 * 0.06;
+    surfel.Color = { 5.0f, 0.0f, 0.0f, 1.0f };
+    wall.Add(surfel);
+  }
+  const Picture picture =
+    RenderPicture(context, { wall.Get(), pixels.Get() }, SerialExecutor(), limit.data());
+  for (std::size_t p = 0; p < Width * Height; ++p)
+  {
+    // Where kernels go over from the Gaussian to Pearson II, their sum falls short by 0.01.
+    CHECK(picture.At(p % Width, p / Width, 0) < 5.0f * 0.015f);
+  }
+}
+
+/// As wide as the blur and the kernel's rest; nothing where all is sharp.
+void TestMargin()
+{
+  const SplatContext context = Context(0.2, 2.0);
+  CHECK(MarginOf(context.Camera, context.Optics, 2.0, 2.0) == 0);
+  const double widest = 100.0 * 0.2 * (1.0 - 0.5); // f R |1/z - 1/z_f| at 1
+  const int margin = MarginOf(context.Camera, context.Optics, 1.0, 3.0);
+  CHECK(margin > widest && margin < widest + 5.0);
+  CHECK(MarginOf(context.Camera, context.Optics, 1e-3, 3.0) == LargestMargin);
+  CHECK(MarginOf(context.Camera, context.Optics, 0.0, 3.0) == LargestMargin);
+}
+
 /// From where the pixels were drawn in the world, through whatever camera.
 void TestCamera()
 {
@@ -193,6 +251,8 @@ int main(int argc, char* argv[])
   TestPlanes();
   TestEdge();
   TestLeakage();
+  TestRim();
+  TestMargin();
   TestCamera();
   return Checks().Report("pixel surfels");
 }

@@ -211,6 +211,8 @@ SURFEL_TEST(Frame, MultiSamples)
     AddSphereAndQuad(scene.Renderer);
     scene.See(BlurredCamera());
     vtkSmartPointer<vtkImageData> picture = scene.Render();
+    scene.Pass->OtherPropsThroughLensOff(); // for the surfels alone
+    scene.Render();
     const std::vector<float> color = Values(scene.Float(), "Color");
     if (samples == 0)
     {

@@ -7,11 +7,17 @@ import sys
 
 import vtkmodules.vtkRenderingOpenGL2
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
-from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+import vtkmodules.vtkRenderingFreeType
+import vtkmodules.vtkRenderingVolumeOpenGL2
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import (
-    vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter)
+    vtkActor, vtkColorTransferFunction, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkTextActor,
+    vtkVolume, vtkWindowToImageFilter)
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from surfelsplatting.vtkSurfelRendering import vtkSurfelMapper, vtkSurfelSplattingPass
+from surfelsplatting.vtkSurfelRendering import (
+    vtkLensAccumulationPass, vtkSurfelMapper, vtkSurfelSplattingPass)
 
 from surfeltesting import Surfels, run, values
 
@@ -61,25 +67,47 @@ def stripes(p):
     return (230, 120, 60) if math.sin(7 * p[0]) * math.sin(7 * p[1]) > 0 else (60, 110, 200)
 
 
-def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0)):
-    """-> rows of RGB tuples, the lowest first"""
-    window, renderer, splatting = vtkRenderWindow(), vtkRenderer(), vtkSurfelSplattingPass()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)
-    window.SetSize(SIZE, SIZE)
-    window.AddRenderer(renderer)
-    renderer.SetPass(splatting)
-    renderer.SetBackground(background)
-    for actor in actors:
-        renderer.AddActor(actor)
+def lens_pass(blur, through=True, cells=1):
+    splatting = vtkSurfelSplattingPass()
     splatting.SetOtherPropsThroughLens(through)
     splatter = splatting.GetSplatter()
     splatter.SetLensModeToCircleOfConfusion()
     splatter.SetCircleOfConfusion(blur)
+    splatter.SetLensCells(cells)
+    return splatting
+
+
+def accumulation(blur, focus, views, size=SIZE):
+    """The mean of sharp views: the reference. -> pass, diameter of its lens"""
+    accumulating = vtkLensAccumulationPass()
+    accumulating.SetNumberOfLensPoints(views)
+    focal_length = 0.5 * size / math.tan(math.radians(15))
+    return accumulating, 2 * blur * focus / focal_length
+
+
+def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0), cells=1, views=0,
+            size=SIZE, samples=0):
+    """-> rows of RGB tuples, the lowest first"""
+    window, renderer = vtkRenderWindow(), vtkRenderer()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(samples)
+    window.SetSize(size, size)
+    window.AddRenderer(renderer)
+    renderer.SetBackground(background)
+    for actor in actors:
+        renderer.AddViewProp(actor)
     camera = renderer.GetActiveCamera()
     camera.SetPosition(0, 0, 5)
     camera.SetFocalPoint(0, 0, 0)
     camera.SetFocalDistance(focus)
+    # Pixels are as wide in every size.
+    camera.SetViewAngle(2 * math.degrees(math.atan(size / SIZE * math.tan(math.radians(15)))))
+    if views:
+        accumulating, disk = accumulation(blur, focus, views)
+        camera.SetFocalDisk(disk)
+        renderer.SetPass(accumulating)
+    else:
+        renderer.SetPass(lens_pass(blur, through, cells))
     renderer.ResetCameraClippingRange()
     for _ in range(2):  # the second frame is kept from the first
         window.Render()
@@ -88,8 +116,8 @@ def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0)):
     grabbed.ReadFrontBufferOff()
     grabbed.Update()
     flat = values(grabbed.GetOutput().GetPointData().GetScalars())
-    pixels = [tuple(flat[3 * i:3 * i + 3]) for i in range(SIZE * SIZE)]
-    return [pixels[SIZE * y:SIZE * (y + 1)] for y in range(SIZE)]
+    pixels = [tuple(flat[3 * i:3 * i + 3]) for i in range(size * size)]
+    return [pixels[size * y:size * (y + 1)] for y in range(size)]
 
 
 def psnr(a, b):
@@ -157,6 +185,111 @@ def test_blurred_prop_lets_a_sharp_one_through():
         assert 90 < green < 165, seen[middle][x]
     assert seen[middle][edge + 4][0] > seen[middle][edge][0] > seen[middle][edge - 4][0]
     assert seen[middle][SIZE - 4][1] == 0
+
+
+def test_a_wall_goes_on_behind_a_blurred_edge():
+    """Green before red, sharp or blurred less: no background between them."""
+    middle, edge = SIZE // 2, int(SIZE / 2 * (1 + 0.3 / 3 / math.tan(math.radians(15))))
+    for focus in (7.0, 12.0):
+        for cells in (1, 7):
+            actors = [mesh_actor(plane(2.0, 0.3), (0, 1, 0)), mesh_actor(plane(-2.0, 3.0), (1, 0, 0))]
+            row = picture(actors, focus, 10, cells=cells)[middle]
+            assert min(sum(row[x]) for x in range(SIZE // 2, SIZE - 20)) > 250, (focus, cells)
+            assert 90 < row[edge][1] < 165, (focus, cells, row[edge])
+
+
+def test_cells_see_what_is_hidden():
+    """A blue dot behind a blurred square, 4 px from its edge: not in the picture from the middle of
+    the lens, but in those from its border."""
+    middle, edge = SIZE // 2, 0.3 / 3 * 7 - 0.1
+    blue = {}
+    for cells in (1, 7):
+        dot = mesh_actor(plane(-2.0, 0.06), (0, 0, 1))
+        dot.SetPosition(edge, 0, 0)
+        actors = [mesh_actor(plane(2.0, 0.3), (0, 1, 0)), dot, mesh_actor(plane(-2.1, 3.0), (1, 0, 0))]
+        blue[cells] = max(p[2] for p in picture(actors, 7.0, 10, cells=cells)[middle])
+    assert blue[1] == 0 and blue[7] > 25, blue
+
+
+def cube_of_light():
+    """A translucent volume: no depth, so cells alone can blur it."""
+    image = vtkImageData()
+    image.SetDimensions(20, 20, 20)
+    image.SetSpacing(0.05, 0.05, 0.05)
+    image.SetOrigin(-0.5, -0.5, 0.5)
+    image.AllocateScalars(VTK_UNSIGNED_CHAR, 1)
+    image.GetPointData().GetScalars().Fill(200)
+    mapper = vtkSmartVolumeMapper()
+    mapper.SetInputData(image)
+    volume = vtkVolume()
+    volume.SetMapper(mapper)
+    opacity, color = vtkPiecewiseFunction(), vtkColorTransferFunction()
+    opacity.AddPoint(0, 0.2)
+    opacity.AddPoint(255, 0.2)
+    color.AddRGBPoint(0, 0.9, 0.7, 0.2)
+    volume.GetProperty().SetScalarOpacity(opacity)
+    volume.GetProperty().SetScalarOpacityUnitDistance(0.2)
+    volume.GetProperty().SetColor(color)
+    return volume
+
+
+def test_cells_converge_to_many_views():
+    """Meshes, a translucent one and a volume, against the mean of 80 sharp views."""
+    def actors():
+        glass = mesh_actor(plane(3.0, 0.25), (0.3, 0.6, 1.0))
+        glass.GetProperty().SetOpacity(0.5)
+        return [sphere_mesh(), mesh_actor(plane(-4.0, 1.2), (0.2, 0.7, 0.4)), glass, cube_of_light()]
+    truth = picture(actors(), 5.6, 10, views=80)
+    quality = {cells: psnr(picture(actors(), 5.6, 10, cells=cells), truth) for cells in (1, 7, 19)}
+    assert quality[7] > quality[1] + 2 and quality[19] > quality[7] and quality[19] > 32, quality
+
+
+def test_text_stays_sharp():
+    def actors():
+        text = vtkTextActor()
+        text.SetInput("focus")
+        text.SetPosition(10, 10)
+        text.GetTextProperty().SetFontSize(24)
+        text.GetTextProperty().SetColor(1, 1, 0)
+        return [mesh_actor(plane(-4.0, 4.0), (0.1, 0.2, 0.7)), text]
+    sharp = picture(actors(), 5.0, 0)
+    assert sum(p[0] > 200 for row in sharp for p in row) > 100
+    for cells in (1, 7):
+        blurred = picture(actors(), 5.0, 10, cells=cells)
+        # Behind its letters the wall is the same blurred or not.
+        worst = max(abs(a - b) for row, other in zip(sharp, blurred) for p, q in zip(row, other)
+                    for a, b in zip(p, q))
+        assert worst <= 1, (cells, worst)
+
+
+def test_a_picture_is_part_of_a_larger_one():
+    """What is beyond the border blurs into the picture, also where VTK culls it."""
+    margin = 24
+    for samples in (0, 4):
+        def actors():
+            beyond = mesh_actor(plane(1.0, 0.2), (1.0, 0.9, 0.1))
+            beyond.SetPosition(1.32, 0.2, 0)  # its edge is 8 px outside
+            return [sphere_mesh(), mesh_actor(plane(-3.0, 5.0), (0.1, 0.2, 0.7)), beyond]
+        small = picture(actors(), 8.0, 20, samples=samples)
+        large = picture(actors(), 8.0, 20, samples=samples, size=SIZE + 2 * margin)
+        cropped = [row[margin:-margin] for row in large[margin:-margin]]
+        # Rounding; the mesh's edges may be a pixel off.
+        different = sum(max(abs(a - b) for a, b in zip(p, q)) > 2
+                        for row, other in zip(small, cropped) for p, q in zip(row, other))
+        assert different <= 20, (samples, different)
+        assert max(small[y][SIZE - 1][0] for y in range(SIZE)) > 80  # it does reach in
+
+
+def test_antialiased_edges_leave_no_line():
+    """Pixels at a blurred mesh's edge, half its colour, stay behind as a line where they are kept."""
+    def actors():
+        square = mesh_actor(plane(2.0, 0.35), (1, 1, 1))
+        square.SetOrientation(0, 0, 20)
+        return [square]
+    one, eight = (picture(actors(), 6.0, 12, samples=samples) for samples in (0, 8))
+    # The edge is up to half a pixel elsewhere; over 12 px of blur it falls by at most 27 a pixel.
+    worst = max(abs(p[0] - q[0]) for row, other in zip(one, eight) for p, q in zip(row, other))
+    assert worst < 27, worst
 
 
 def test_sharp_without_a_lens():

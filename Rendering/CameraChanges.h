@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A renderer's camera, changed for a while: moved within its lens, or seeing more. Internal to the
+ * module.
+ */
+#pragma once
+
+#include <vtkSmartPointer.h>
+
+#include <vector>
+
+class vtkCamera;
+class vtkProp;
+class vtkRenderer;
+
+namespace SurfelSplatting
+{
+/// Gives a renderer another camera for as long as it lives.
+class CameraSwap
+{
+public:
+  CameraSwap(vtkRenderer* renderer, vtkCamera* camera);
+  ~CameraSwap();
+  CameraSwap(const CameraSwap&) = delete;
+  CameraSwap& operator=(const CameraSwap&) = delete;
+
+private:
+  vtkRenderer* Renderer;
+  vtkSmartPointer<vtkCamera> Own;
+};
+
+/// Moves a camera by (x, y) world units within the plane of its lens and shifts its picture by
+/// (u, v) in normalised device coordinates.
+void ShiftCamera(vtkCamera* camera, double x, double y, double u, double v);
+
+/// Widens a camera's picture of size px by margin px on each side.
+void WidenCamera(vtkCamera* camera, const int size[2], double aspect, int margin);
+
+/// All visible props of a renderer, also those that its cullers left out: a camera that was changed
+/// may see them.
+std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer);
+}

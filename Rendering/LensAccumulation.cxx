@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "LensAccumulation.h"
+
+#include "CameraChanges.h"
+#include "LensAccumulationFS.h"
+#include "SurfelFrameBlit.h"
+#include "SurfelSceneAdapter.h"
+
+#include <vtk_glew.h>
+
+#include <vtkCamera.h>
+#include <vtkMath.h>
+#include <vtkOpenGLFramebufferObject.h>
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkRenderPass.h>
+#include <vtkRenderState.h>
+#include <vtkRenderer.h>
+#include <vtkShaderProgram.h>
+#include <vtkTextureObject.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Offset of the i-th view for the pixel filter, in standard deviations: a Gaussian of the
+/// low-discrepancy sequence of Roberts (2018).
+LensPoint PixelOffset(int i)
+{
+  constexpr double plastic = 1.32471795724474602596;
+  const double a = std::fmod(0.5 + (i + 1) / plastic, 1.0);
+  const double b = std::fmod(0.5 + (i + 1) / (plastic * plastic), 1.0);
+  const double radius = std::sqrt(-2.0 * std::log(std::max(a, 1e-12)));
+  return { radius * std::cos(2.0 * vtkMath::Pi() * b), radius * std::sin(2.0 * vtkMath::Pi() * b) };
+}
+
+vtkOpenGLRenderWindow* WindowOf(const vtkRenderState* state)
+{
+  return vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
+}
+}
+
+LensViews::LensViews(vtkCamera* camera, const int size[2], double aspect, const Lens& lens,
+  const LensSampling& sampling)
+  : Camera(camera)
+  , Middle(MakeView(camera, size, aspect))
+  , Optics(lens)
+  , Cells(DivideLens(this->Middle, lens, sampling))
+  , Count(sampling.Count)
+{
+}
+
+LensAccumulation::LensAccumulation() = default;
+LensAccumulation::~LensAccumulation() = default;
+
+bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int height)
+{
+  const unsigned int w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
+  this->Sum->SetContext(window);
+  for (vtkTextureObject* texture : { this->FirstDepth.Get(), this->SumColor.Get() })
+  {
+    texture->SetContext(window);
+    texture->SetMinificationFilter(vtkTextureObject::Nearest);
+    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+    texture->SetWrapS(vtkTextureObject::ClampToEdge);
+    texture->SetWrapT(vtkTextureObject::ClampToEdge);
+    if (texture->GetHandle() && texture->GetWidth() == w && texture->GetHeight() == h)
+    {
+      continue;
+    }
+    if (!(texture == this->FirstDepth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
+                                      : texture->Allocate2D(w, h, 4, VTK_FLOAT)))
+    {
+      return false;
+    }
+  }
+  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
+  {
+    this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, LensAccumulationFS, nullptr));
+    this->QuadWindow = window;
+  }
+  return this->Quad->Program && this->Quad->Program->GetCompiled();
+}
+
+/// Draws a picture over all of the current viewport.
+void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color,
+  vtkTextureObject* depth, double share, Blending blending)
+{
+  vtkOpenGLState* state = window->GetState();
+  vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
+  vtkOpenGLState::ScopedglEnableDisable depthTest(state, GL_DEPTH_TEST);
+  vtkOpenGLState::ScopedglEnableDisable cull(state, GL_CULL_FACE);
+  vtkOpenGLState::ScopedglBlendFuncSeparate blendFunction(state);
+  vtkOpenGLState::ScopedglDepthFunc depthFunction(state);
+  vtkOpenGLState::ScopedglDepthMask depthMask(state);
+  state->vtkglEnable(GL_BLEND);
+  const GLenum under = blending == Blending::Replace ? GL_ZERO
+    : blending == Blending::Add                      ? GL_ONE
+                                                     : GL_ONE_MINUS_SRC_ALPHA;
+  state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglDepthFunc(GL_ALWAYS);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglDisable(GL_CULL_FACE);
+  window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
+  color->Activate();
+  depth->Activate();
+  this->Quad->Program->SetUniformi("viewColor", color->GetTextureUnit());
+  this->Quad->Program->SetUniformi("viewDepth", depth->GetTextureUnit());
+  this->Quad->Program->SetUniformf("share", static_cast<float>(share));
+  this->Quad->Render();
+  depth->Deactivate();
+  color->Deactivate();
+}
+
+/// Adds the view's picture to the sum; of the first one the depth is kept, too.
+void LensAccumulation::AddView(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first)
+{
+  vtkOpenGLState* state = window->GetState();
+  vtkOpenGLState::ScopedglViewport viewport(state);
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  state->PushFramebufferBindings();
+  this->Sum->Bind();
+  this->Sum->AddColorAttachment(0, this->SumColor);
+  this->Sum->ActivateDrawBuffer(0);
+  if (first)
+  {
+    this->Sum->AddDepthAttachment(this->FirstDepth);
+  }
+  else
+  {
+    this->Sum->RemoveDepthAttachment();
+  }
+  this->Sum->StartNonOrtho(rectangle.Width, rectangle.Height);
+  state->vtkglViewport(0, 0, rectangle.Width, rectangle.Height);
+  state->vtkglScissor(0, 0, rectangle.Width, rectangle.Height);
+  this->Draw(window, this->Frame.Color(), this->Frame.Depth(), 1.0,
+    first ? Blending::Replace : Blending::Add);
+  state->PopFramebufferBindings();
+}
+
+bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& views, int index,
+  const PixelRectangle& rectangle, vtkRenderPass* delegate)
+{
+  const LensCell& cell = views.Cells[views.Cells.size() == 1 ? 0 : index];
+  const LensPoint jitter = PixelOffset(index);
+  const double u =
+    2.0 * (cell.Camera.Cx - views.Middle.Cx + views.PixelFilter * jitter.X) / rectangle.Width;
+  const double v =
+    2.0 * (cell.Camera.Cy - views.Middle.Cy + views.PixelFilter * jitter.Y) / rectangle.Height;
+  vtkNew<vtkCamera> moved;
+  moved->DeepCopy(views.Camera);
+  moved->SetFocalDistance(views.Optics.FocalDistance);
+  moved->SetFocalDisk(2.0 * cell.Optics.Radius);
+  ShiftCamera(moved, cell.Center[0], cell.Center[1], u, v);
+
+  vtkRenderer* renderer = state->GetRenderer();
+  vtkOpenGLRenderWindow* window = WindowOf(state);
+  const int samples = CurrentSamples();
+  if (!this->Frame.Begin(window, rectangle.Width, rectangle.Height, samples))
+  {
+    return false;
+  }
+  if (renderer->Transparent()) // which does not clear what it draws over
+  {
+    window->GetState()->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    window->GetState()->vtkglClear(GL_COLOR_BUFFER_BIT);
+  }
+  {
+    const CameraSwap swap(renderer, moved);
+    std::vector<vtkProp*> props = VisibleProps(renderer);
+    vtkRenderState inner(renderer);
+    inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
+    inner.SetRequiredKeys(state->GetRequiredKeys());
+    inner.SetFrameBuffer(this->Frame.Framebuffer());
+    delegate->Render(&inner);
+  }
+  this->Frame.End();
+  return true;
+}
+
+bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle& rectangle,
+  const LensViews& views, vtkRenderPass* delegate)
+{
+  vtkOpenGLRenderWindow* window = WindowOf(state);
+  if (!this->Prepare(window, rectangle.Width, rectangle.Height))
+  {
+    return false;
+  }
+  int done = 0;
+  for (; done < views.Count && (done == 0 || !window->GetAbortRender()); ++done)
+  {
+    if (!this->RenderView(state, views, done, rectangle, delegate))
+    {
+      return false;
+    }
+    this->AddView(window, rectangle, done == 0);
+  }
+  vtkOpenGLState* glState = window->GetState();
+  vtkOpenGLState::ScopedglViewport viewport(glState);
+  vtkOpenGLState::ScopedglScissor scissor(glState);
+  glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
+    state->GetRenderer()->Transparent() ? Blending::Over : Blending::Replace);
+  return true;
+}
+
+void LensAccumulation::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Quad.reset();
+  this->Frame.ReleaseGraphicsResources(window);
+  this->Sum->ReleaseGraphicsResources(window);
+  this->FirstDepth->ReleaseGraphicsResources(window);
+  this->SumColor->ReleaseGraphicsResources(window);
+}
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The mean of views from cells or points of a lens, each rendered by a pass (Haeberli and Akeley
+ * 1990), in 32-bit float. Internal to the module.
+ */
+#pragma once
+
+#include "Lens.h"
+#include "LensCells.h"
+
+#include "OffscreenFrame.h"
+
+#include <vtkNew.h>
+#include <vtkWeakPointer.h>
+
+#include <functional>
+#include <memory>
+
+class vtkCamera;
+class vtkOpenGLFramebufferObject;
+class vtkOpenGLQuadHelper;
+class vtkOpenGLRenderWindow;
+class vtkRenderPass;
+class vtkRenderState;
+class vtkTextureObject;
+class vtkWindow;
+
+namespace SurfelSplatting
+{
+struct PixelRectangle;
+
+/// What to take the mean of.
+struct LensViews
+{
+  LensViews(vtkCamera* camera, const int size[2], double aspect, const Lens& lens,
+    const LensSampling& sampling);
+
+  /// Whether there is nothing to take a mean of: one view through all of the lens.
+  bool IsOne() const
+  {
+    return this->Cells.size() == 1 && this->Cells[0].Optics.Radius == this->Optics.Radius &&
+      this->PixelFilter == 0.0;
+  }
+
+  vtkCamera* Camera;
+  View Middle; // what the camera sees
+  Lens Optics;
+  std::vector<LensCell> Cells;
+  int Count;                ///< of views
+  double PixelFilter = 0.0; ///< standard deviation of a Gaussian filter, made by shifts, px
+};
+
+class LensAccumulation
+{
+public:
+  LensAccumulation();
+  ~LensAccumulation();
+
+  /**
+   * Renders the views with `delegate` and draws their mean, and the first one's depth, into the
+   * rectangle of the current framebuffer: over what is there where the renderer is transparent,
+   * otherwise instead of it. Each view is rendered through a copy of the camera within a cell of
+   * the lens, FocalDisk being the cell's diameter, with as many samples as the current framebuffer
+   * has. Views after the first one are left out once the window's rendering is aborted. False: its
+   * textures could not be made, and nothing is drawn.
+   */
+  bool Render(const vtkRenderState* state, const PixelRectangle& rectangle, const LensViews& views,
+    vtkRenderPass* delegate);
+
+  void ReleaseGraphicsResources(vtkWindow* window);
+
+private:
+  bool Prepare(vtkOpenGLRenderWindow* window, int width, int height);
+  bool RenderView(const vtkRenderState* state, const LensViews& views, int index,
+    const PixelRectangle& rectangle, vtkRenderPass* delegate);
+  void AddView(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first);
+  enum class Blending
+  {
+    Replace,
+    Add,
+    Over
+  };
+  void Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color, vtkTextureObject* depth,
+    double share, Blending blending);
+
+  OffscreenFrame Frame;
+  vtkNew<vtkOpenGLFramebufferObject> Sum;
+  vtkNew<vtkTextureObject> FirstDepth, SumColor;
+  std::unique_ptr<vtkOpenGLQuadHelper> Quad;
+  vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
+};
+}

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "OtherProps.h"
+
+#include "CameraChanges.h"
+#include "vtkSurfelMapper.h"
+
+#include <vtk_glew.h>
+
+#include <vtkActor.h>
+#include <vtkAssemblyNode.h>
+#include <vtkAssemblyPath.h>
+#include <vtkCamera.h>
+#include <vtkMath.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLState.h>
+#include <vtkProp3D.h>
+#include <vtkRenderPass.h>
+#include <vtkRenderState.h>
+#include <vtkRenderer.h>
+#include <vtkSMPTools.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Whether any part of a prop is in space, and no surfels.
+bool IsOther(vtkProp* prop)
+{
+  bool other = false;
+  prop->InitPathTraversal();
+  while (vtkAssemblyPath* path = prop->GetNextPath())
+  {
+    vtkProp* leaf = path->GetLastNode()->GetViewProp();
+    auto* actor = vtkActor::SafeDownCast(leaf);
+    other = other ||
+      (vtkProp3D::SafeDownCast(leaf) && leaf->GetVisibility() &&
+        !(actor && vtkSurfelMapper::SafeDownCast(actor->GetMapper())));
+  }
+  return other;
+}
+
+/// The distances of a box's corners.
+void AddDistances(const double* bounds, vtkMatrix4x4* worldToView, double distances[2])
+{
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    const double p[4] = { bounds[corner & 1], bounds[2 + (corner >> 1 & 1)],
+      bounds[4 + (corner >> 2 & 1)], 1.0 };
+    double q[4];
+    worldToView->MultiplyPoint(p, q);
+    distances[0] = std::min(distances[0], -q[2]);
+    distances[1] = std::max(distances[1], -q[2]);
+  }
+}
+}
+
+bool HasOtherProps(vtkRenderer* renderer)
+{
+  const std::vector<vtkProp*> props = VisibleProps(renderer);
+  return std::any_of(props.begin(), props.end(), IsOther);
+}
+
+void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2])
+{
+  vtkCamera* camera = renderer->GetActiveCamera();
+  double found[2] = { VTK_DOUBLE_MAX, -VTK_DOUBLE_MAX };
+  for (vtkProp* prop : VisibleProps(renderer))
+  {
+    const double* bounds = IsOther(prop) ? prop->GetBounds() : nullptr;
+    if (bounds && vtkMath::AreBoundsInitialized(bounds))
+    {
+      AddDistances(bounds, camera->GetViewTransformMatrix(), found);
+    }
+  }
+  const double* range = camera->GetClippingRange();
+  distances[0] = std::min(std::max(found[0], range[0]), range[1]);
+  distances[1] = std::min(std::max(found[1], range[0]), range[1]);
+}
+
+void ToDistances(
+  const std::vector<float>& windowDepth, const DepthRange& range, std::vector<float>& distances)
+{
+  distances.resize(windowDepth.size());
+  const auto count = static_cast<vtkIdType>(windowDepth.size());
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    std::transform(windowDepth.data() + begin, windowDepth.data() + end, distances.data() + begin,
+      [&range](float depth) {
+        return depth >= 1.0f ? std::numeric_limits<float>::infinity()
+                             : static_cast<float>(range.DistanceOf(depth));
+      });
+  });
+}
+
+bool OtherProps::ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+{
+  return this->Blit.ReadColor(window, rectangle, this->Background);
+}
+
+bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectangle,
+  const DepthRange& range, const std::vector<float>& distances, int margin, vtkRenderPass* delegate)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
+  if (!this->Blit.ReadColor(window, rectangle, this->Color))
+  {
+    return false;
+  }
+  this->Whole.Margin = margin;
+  this->Whole.Antialiased = CurrentSamples() > 0;
+  if (margin > 0 && !this->DrawWide(state, rectangle, range, delegate))
+  {
+    this->Whole.Margin = 0;
+  }
+  this->PlaceMiddle(rectangle, distances);
+  this->Whole.Depth = this->WideDistances.data();
+  this->Whole.Colors = this->WideColor.data();
+  return true;
+}
+
+bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
+  const DepthRange& range, vtkRenderPass* delegate)
+{
+  vtkRenderer* renderer = state->GetRenderer();
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  const int size[2] = { rectangle.Width, rectangle.Height };
+  const PixelRectangle wide{ 0, 0, size[0] + 2 * this->Whole.Margin,
+    size[1] + 2 * this->Whole.Margin };
+  vtkNew<vtkCamera> camera;
+  camera->DeepCopy(renderer->GetActiveCamera());
+  WidenCamera(camera, size, renderer->GetTiledAspectRatio(), this->Whole.Margin);
+  if (camera->GetUseOffAxisProjection() ||
+    !this->Wide.Begin(window, wide.Width, wide.Height, CurrentSamples()))
+  {
+    return false;
+  }
+  vtkOpenGLState* glState = window->GetState();
+  glState->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glState->vtkglClearDepth(1.0);
+  glState->vtkglDepthMask(GL_TRUE);
+  glState->vtkglClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  {
+    const CameraSwap swap(renderer, camera);
+    std::vector<vtkProp*> props = VisibleProps(renderer);
+    vtkRenderState inner(renderer);
+    inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
+    inner.SetRequiredKeys(state->GetRequiredKeys());
+    inner.SetFrameBuffer(this->Wide.Framebuffer());
+    delegate->Render(&inner);
+  }
+  const bool good = this->Blit.ReadColor(window, wide, this->WideColor) &&
+    this->Blit.ReadDepth(window, wide, this->WindowDepth);
+  this->Wide.End(false);
+  if (good)
+  {
+    ToDistances(this->WindowDepth, range, this->WideDistances);
+  }
+  return good;
+}
+
+/// In the middle of the wide picture, the picture itself.
+void OtherProps::PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances)
+{
+  const auto width = static_cast<std::size_t>(rectangle.Width);
+  const auto height = static_cast<std::size_t>(rectangle.Height);
+  const auto margin = static_cast<std::size_t>(this->Whole.Margin);
+  const std::size_t wide = width + 2 * margin;
+  this->WideDistances.resize(wide * (height + 2 * margin));
+  this->WideColor.resize(4 * this->WideDistances.size());
+  for (std::size_t y = 0; y < height; ++y)
+  {
+    const std::size_t to = (y + margin) * wide + margin;
+    std::copy_n(distances.data() + y * width, width, this->WideDistances.data() + to);
+    std::copy_n(this->Color.data() + 4 * y * width, 4 * width, this->WideColor.data() + 4 * to);
+  }
+}
+
+const float* OtherProps::Compose(const PixelSurfels& pixels, const float* color)
+{
+  float* under = this->Color.data();
+  const float* background = this->Background.data();
+  const float* wide = this->WideColor.data();
+  for (const auto* list : { &pixels.Taken(), &pixels.Mixed() })
+  {
+    for (const PixelSurfels::Pixel& pixel : *list)
+    {
+      const float* from = pixel.Under == PixelSurfels::NoPixel ? background + 4 * pixel.Index
+                                                               : wide + 4 * pixel.Under;
+      std::copy_n(from, 4, under + 4 * pixel.Index);
+    }
+  }
+  const auto count = static_cast<vtkIdType>(this->Color.size() / 4);
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType p = begin; p < end; ++p)
+    {
+      const float through = 1.0f - color[4 * p + 3];
+      for (vtkIdType c = 4 * p; c < 4 * p + 4; ++c)
+      {
+        under[c] = color[c] + through * under[c];
+      }
+    }
+  });
+  return under;
+}
+
+void OtherProps::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Blit.ReleaseGraphicsResources(window);
+  this->Wide.ReleaseGraphicsResources(window);
+}
+}

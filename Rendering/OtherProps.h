@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What other opaque props of a renderer look like, for the splatter to show it through the lens:
+ * colours and distances of their pixels, and of those beyond the picture's border that blur into
+ * it. Internal to the module.
+ */
+#pragma once
+
+#include "OffscreenFrame.h"
+#include "PixelSurfels.h"
+#include "SurfelFrameBlit.h"
+
+#include <vector>
+
+class vtkOpenGLRenderWindow;
+class vtkProp;
+class vtkRenderPass;
+class vtkRenderState;
+class vtkRenderer;
+class vtkWindow;
+
+namespace SurfelSplatting
+{
+/// Whether a renderer shows anything in space that is no surfels.
+bool HasOtherProps(vtkRenderer* renderer);
+
+/// The distances between which a renderer's other props are, within its clipping range.
+void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2]);
+
+/// Window depths as distances along the view direction, infinity where nothing was drawn.
+void ToDistances(
+  const std::vector<float>& windowDepth, const DepthRange& range, std::vector<float>& distances);
+
+class OtherProps
+{
+public:
+  /// What is there before they are drawn. False: it could not be read.
+  bool ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
+
+  /**
+   * What is there after they were drawn; the margin is drawn by `delegate` through a wider camera
+   * and with as many samples.
+   * @param distances [height][width] of what was drawn
+   * @param margin    px on each side, 0: none
+   */
+  bool Read(const vtkRenderState* state, const PixelRectangle& rectangle, const DepthRange& range,
+    const std::vector<float>& distances, int margin, vtkRenderPass* delegate);
+
+  /// Of the last Read.
+  const PixelPicture& Picture() const { return this->Whole; }
+
+  /**
+   * The whole picture, [height][width][4]: the splatter's `color` over these props where they
+   * stayed, and over the background where they were taken.
+   */
+  const float* Compose(const PixelSurfels& pixels, const float* color);
+
+  void ReleaseGraphicsResources(vtkWindow* window);
+
+private:
+  bool DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
+    const DepthRange& range, vtkRenderPass* delegate);
+  void PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances);
+
+  FrameBlit Blit;
+  OffscreenFrame Wide;
+  std::vector<float> Background, Color;        // of the picture
+  std::vector<float> WideDistances, WideColor; // with the margin
+  std::vector<float> WindowDepth;
+  PixelPicture Whole;
+};
+}
