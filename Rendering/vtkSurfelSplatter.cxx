@@ -93,6 +93,16 @@ void AddCamera(
     context.Camera.Fy, 2.0 * context.Optics.Radius, context.Optics.FocalDistance);
   output->GetFieldData()->AddArray(matrix);
   output->GetFieldData()->AddArray(lens);
+  const SurfelSplatting::View& view = context.Camera;
+  if (!view.Parallel)
+  {
+    vtkNew<vtkDoubleArray> window;
+    window->SetName(Arrays::ScreenWindow);
+    window->SetNumberOfComponents(3);
+    window->InsertNextTuple3((0.5 * view.Width - view.Cx) / view.Fx,
+      (0.5 * view.Height - view.Cy) / view.Fy, view.Width / view.Fx);
+    output->GetFieldData()->AddArray(window);
+  }
 }
 }
 

@@ -21,6 +21,8 @@ constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: 
 constexpr const char* WorldToCamera = "WorldToCamera"; // field data, double[16], row by row
 constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal length in px, lens
                                                  // diameter and distance in focus in world units
+constexpr const char* ScreenWindow = "ScreenWindow"; // field data, double[3]: centre x, y (up) and
+                                                     // width at distance 1 along the view direction
 
 // Of a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves

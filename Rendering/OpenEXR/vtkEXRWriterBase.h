@@ -8,9 +8,10 @@
  * stays. GetErrorCode() tells how the last Write() ended (vtkErrorCode).
  *
  * Where the input has the field data of a vtkSurfelSplatter's picture, camera and lens go into the
- * file's header: worldToCamera, for row vectors as OpenEXR wants it, the camera looking along -z;
- * focus, the distance in focus, and lensDiameter, both in world units, not metres;
- * focalLengthPixels.
+ * file's header: worldToCamera, for row vectors as OpenEXR wants it, the camera looking along -z,
+ * and the same in doubles as worldToCameraDouble; focus, the distance in focus, and lensDiameter,
+ * both in world units, not metres; focalLengthPixels; screenWindowCenter, screenWindowWidth and
+ * pixelAspectRatio.
  *
  * @sa vtkSurfelEXRWriter vtkDeepEXRWriter
  */
