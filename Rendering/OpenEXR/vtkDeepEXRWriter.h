@@ -21,7 +21,7 @@
  * writer.Write()
  * @endcode
  *
- * @sa vtkSurfelImageRenderer vtkSurfelEXRWriter
+ * @sa vtkSurfelEXRReader vtkSurfelImageRenderer vtkSurfelEXRWriter
  */
 #ifndef vtkDeepEXRWriter_h
 #define vtkDeepEXRWriter_h

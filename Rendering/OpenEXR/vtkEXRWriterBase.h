@@ -13,7 +13,7 @@
  * both in world units, not metres; focalLengthPixels; screenWindowCenter, screenWindowWidth and
  * pixelAspectRatio.
  *
- * @sa vtkSurfelEXRWriter vtkDeepEXRWriter
+ * @sa vtkSurfelEXRWriter vtkDeepEXRWriter vtkSurfelEXRReader
  */
 #ifndef vtkEXRWriterBase_h
 #define vtkEXRWriterBase_h

@@ -14,7 +14,7 @@
  * writer->AddChannel("Depth", "Z");
  * @endcode
  *
- * @sa vtkSurfelImageRenderer vtkDeepEXRWriter
+ * @sa vtkSurfelEXRReader vtkSurfelImageRenderer vtkDeepEXRWriter
  */
 #ifndef vtkSurfelEXRWriter_h
 #define vtkSurfelEXRWriter_h
