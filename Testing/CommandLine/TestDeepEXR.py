@@ -8,10 +8,9 @@ import subprocess
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from deepfiles import check_tidy, flatten
+from deepfiles import check_tidy, deep_image, flatten
 from surfelsplatting import vtkDeepEXRWriter
 from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
 
@@ -27,19 +26,6 @@ def write_scene(path):
     rgb = np.concatenate([colors, np.full((len(mask), 3), 250)])
     normals = np.concatenate([points, np.tile([0.0, 0.0, 1.0], (len(mask), 1))])
     write_ply(path, np.concatenate([points, mask]), np.column_stack([rgb, alpha]), normals)
-
-
-def deep_image(counts, samples):
-    """counts: [height, width], top row first; samples: [n, 5] from the lowest row up."""
-    image = vtkImageData()
-    image.SetDimensions(counts.shape[1], counts.shape[0], 1)
-    array = numpy_to_vtk(np.ascontiguousarray(counts[::-1].ravel().astype(np.uint32)), deep=True)
-    array.SetName("SampleCount")
-    image.GetPointData().AddArray(array)
-    values = numpy_to_vtk(np.asarray(samples, np.float32).reshape(-1, 5), deep=True)
-    values.SetName("DeepSamples")
-    image.GetFieldData().AddArray(values)
-    return image
 
 
 class TestDeepEXR(ToolCase):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A deep file through OpenEXR's public Python package, which is fetched where it is missing.
+"""Files through OpenEXR's public Python package, which is fetched where it is missing.
 
     TestOpenEXRPackage.py FOLDER
 
@@ -9,6 +9,7 @@ FOLDER keeps the package from run to run. Without a network the test is skipped.
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import numpy as np
@@ -30,28 +31,85 @@ def fetch_package(folder):
 
 
 class TestOpenEXRPackage(unittest.TestCase):
-    def test_deep_file(self):
-        import tempfile
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = os.path.join(folder.name, "picture.exr")
 
+    def read(self):
+        """The picture that our reader makes of the file."""
+        from surfelsplatting import vtkSurfelEXRReader
+
+        reader = vtkSurfelEXRReader()
+        reader.SetFileName(self.path)
+        reader.Update()
+        self.assertEqual(reader.GetErrorCode(), 0)
+        return reader.GetOutput()
+
+    def test_flat_files_of_any_compression(self):
         import OpenEXR
 
-        from deepfiles import check_tidy, flatten
-        from surfelsplatting import vtkDeepEXRWriter, vtkSurfelImageRenderer
+        from toolcase import arrays_of
+
+        y, x = np.mgrid[0:70, 0:43]
+        planes = {c: (1.5 + np.sin(0.1 * x + 0.07 * i * y)).astype(np.float16)
+                  for i, c in enumerate("RGBA")}
+        planes["Z"] = np.random.default_rng(8).uniform(1, 9, (70, 43)).astype(np.float32)
+        colors = np.stack([planes[c] for c in "RGBA"], axis=-1).astype(np.float32)
+        # What colours lose; of floats only PXR24 takes something away.
+        losses = {"NO": 0, "RLE": 0, "ZIPS": 0, "ZIP": 0, "PIZ": 0, "PXR24": 0, "B44": 0.05,
+                  "B44A": 0.05, "DWAA": 0.05, "DWAB": 0.05}
+        for name, loss in losses.items():
+            header = {"compression": getattr(OpenEXR, name + "_COMPRESSION"),
+                      "type": OpenEXR.scanlineimage}
+            OpenEXR.File(header, dict(planes)).write(self.path)
+            arrays = {array: values.reshape(70, 43, -1)[::-1]
+                      for array, values in arrays_of(self.read()).items()}
+            self.assertEqual(set(arrays), {"Color", "Depth"})
+            np.testing.assert_allclose(arrays["Color"], colors, rtol=0, atol=loss, err_msg=name)
+            np.testing.assert_allclose(arrays["Depth"][..., 0], planes["Z"], rtol=0,
+                                       atol=1e-3 if name == "PXR24" else 0, err_msg=name)
+
+    def test_deep_file_of_theirs(self):
+        import OpenEXR
+
+        from toolcase import arrays_of
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        rng = np.random.default_rng(9)
+        counts = rng.integers(1, 4, (6, 5))
+        planes = {c: np.empty((6, 5), object) for c in "RGBAZ"}
+        for y, x in np.ndindex(6, 5):
+            for c in "RGBA":
+                planes[c][y, x] = rng.uniform(0, 1, counts[y, x]).astype(np.float16)
+            planes["Z"][y, x] = np.sort(rng.uniform(1, 9, counts[y, x])).astype(np.float32)
+        header = {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.deepscanline}
+        OpenEXR.File(header, dict(planes)).write(self.path)
+        picture = self.read()
+        np.testing.assert_array_equal(arrays_of(picture)["SampleCount"], counts[::-1].ravel())
+        samples = vtk_to_numpy(picture.GetFieldData().GetArray("DeepSamples"))
+        for i, c in enumerate("RGBAZ"):
+            expected = np.concatenate(planes[c][::-1].ravel()).astype(np.float32)
+            np.testing.assert_array_equal(samples[:, i], expected)
+
+    def test_deep_file(self):
+        import OpenEXR
+
+        from deepfiles import check_tidy, flatten, sphere_renderer
+        from surfelsplatting import vtkDeepEXRWriter
         from toolcase import sphere
         from vtkmodules.util.numpy_support import vtk_to_numpy
 
-        renderer = render_sphere(vtkSurfelImageRenderer(), sphere()[0])
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "deep.exr")
-            writer = vtkDeepEXRWriter()
-            writer.SetInputConnection(renderer.GetOutputPort())
-            writer.SetFileName(path)
-            writer.DeepImageStateOff()  # which the package cannot read
-            writer.Write()
-            with OpenEXR.File(path, separate_channels=True) as file:
-                self.assertEqual(file.header()["type"], OpenEXR.deepscanline)
-                self.assertAlmostEqual(file.header()["focus"], 4.2, places=5)
-                planes = {name: file.channels()[name].pixels for name in "RGBAZ"}
+        renderer = sphere_renderer(sphere()[0])
+        writer = vtkDeepEXRWriter()
+        writer.SetInputConnection(renderer.GetOutputPort())
+        writer.SetFileName(self.path)
+        writer.DeepImageStateOff()  # which the package cannot read
+        writer.Write()
+        with OpenEXR.File(self.path, separate_channels=True) as file:
+            self.assertEqual(file.header()["type"], OpenEXR.deepscanline)
+            self.assertAlmostEqual(file.header()["focus"], 4.2, places=5)
+            planes = {name: file.channels()[name].pixels for name in "RGBAZ"}
         height, width = planes["A"].shape
         lists = [planes["A"][y, x] for y in range(height) for x in range(width)]
         counts = np.array([0 if a is None else len(a) for a in lists]).reshape(height, width)
@@ -62,31 +120,6 @@ class TestOpenEXRPackage(unittest.TestCase):
         picture = picture.reshape(height, width, 4)[::-1]
         self.assertGreater(picture[..., 3].max(), 0.99)
         np.testing.assert_allclose(flatten(counts, samples), picture, atol=1.0 / 255.0)
-
-
-def render_sphere(renderer, points):
-    from surfelsplatting import vtkSurfelEstimation
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-    from vtkmodules.vtkRenderingCore import vtkCamera
-
-    cloud, positions = vtkPolyData(), vtkPoints()
-    positions.SetData(numpy_to_vtk(points, deep=True))
-    cloud.SetPoints(positions)
-    estimation = vtkSurfelEstimation()
-    estimation.SetInputData(cloud)
-    camera = vtkCamera()
-    camera.SetPosition(0, 0, 5)
-    camera.SetFocalPoint(0, 0, 0)
-    camera.SetFocalDistance(4.2)
-    camera.SetFocalDisk(0.3)
-    renderer.SetInputConnection(estimation.GetOutputPort())
-    renderer.SetCamera(camera)
-    renderer.SetSize(60, 45)
-    renderer.GetSplatter().SetLensCells(4)
-    renderer.GetSplatter().DeepSamplesOn()
-    return renderer
 
 
 if __name__ == "__main__":

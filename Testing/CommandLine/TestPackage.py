@@ -8,9 +8,9 @@ import unittest
 
 from toolcase import TOOL, ToolCase
 
-CLASSES = ["vtkDeepEXRWriter", "vtkPointCloudReader", "vtkSurfelEXRWriter", "vtkSurfelEstimation",
-           "vtkSurfelImageRenderer", "vtkSurfelMapper", "vtkSurfelNormalization",
-           "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
+CLASSES = ["vtkDeepEXRWriter", "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
+           "vtkSurfelEstimation", "vtkSurfelImageRenderer", "vtkSurfelMapper",
+           "vtkSurfelNormalization", "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
 
 
 class TestPackage(ToolCase):

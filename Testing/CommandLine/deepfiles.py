@@ -1,7 +1,47 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Deep pictures: what was read of a file, and what must hold of it."""
+"""Deep pictures: some to write, what was read of a file, and what must hold of it."""
 
 import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkCamera
+
+from surfelsplatting import vtkSurfelEstimation, vtkSurfelImageRenderer
+
+
+def sphere_renderer(points):
+    """Points of a sphere about the origin through a lens, with deep samples."""
+    cloud, positions = vtkPolyData(), vtkPoints()
+    positions.SetData(numpy_to_vtk(points, deep=True))
+    cloud.SetPoints(positions)
+    estimation = vtkSurfelEstimation()
+    estimation.SetInputData(cloud)
+    camera = vtkCamera()
+    camera.SetPosition(0, 0, 5)
+    camera.SetFocalPoint(0, 0, 0)
+    camera.SetFocalDistance(4.2)
+    camera.SetFocalDisk(0.3)
+    renderer = vtkSurfelImageRenderer()
+    renderer.SetInputConnection(estimation.GetOutputPort())
+    renderer.SetCamera(camera)
+    renderer.SetSize(60, 45)
+    renderer.GetSplatter().SetLensCells(4)
+    renderer.GetSplatter().DeepSamplesOn()
+    return renderer
+
+
+def deep_image(counts, samples):
+    """counts: [height, width], top row first; samples: [n, 5] from the lowest row up."""
+    image = vtkImageData()
+    image.SetDimensions(counts.shape[1], counts.shape[0], 1)
+    array = numpy_to_vtk(np.ascontiguousarray(counts[::-1].ravel().astype(np.uint32)), deep=True)
+    array.SetName("SampleCount")
+    image.GetPointData().AddArray(array)
+    values = numpy_to_vtk(np.asarray(samples, np.float32).reshape(-1, 5), deep=True)
+    values.SetName("DeepSamples")
+    image.GetFieldData().AddArray(values)
+    return image
 
 
 def flatten(counts, samples):

@@ -79,20 +79,32 @@ class ToolCase(unittest.TestCase):
         result = self.run_tool("render", *words)
         self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""), words)
 
-    def exr_writer(self, kind, image, path="out.exr"):
-        """A writer whose errors go into self.errors."""
+    def note_errors(self, algorithm):
+        """Its errors go into self.errors, those of its executive nowhere."""
         self.errors = []
 
         def note(_caller, _event, text):
             self.errors.append(text)
 
         note.CallDataType = "string0"
+        algorithm.AddObserver("ErrorEvent", note)
+        algorithm.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+
+    def exr_writer(self, kind, image, path="out.exr"):
+        """A writer whose errors go into self.errors."""
         writer = kind()
-        writer.AddObserver("ErrorEvent", note)
-        writer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        self.note_errors(writer)
         writer.SetInputData(image)
         writer.SetFileName(path)
         return writer
+
+    def exr_reader(self, path):
+        """A reader whose errors go into self.errors, not yet updated."""
+        from surfelsplatting import vtkSurfelEXRReader
+        reader = vtkSurfelEXRReader()
+        self.note_errors(reader)
+        reader.SetFileName(path)
+        return reader
 
     def refuse_to_write(self, writer, says):
         """One error, and no file."""
