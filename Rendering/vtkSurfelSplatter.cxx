@@ -6,6 +6,7 @@
 #include "PixelSurfels.h"
 #include "Splatter.h"
 #include "SurfelArrays.h"
+#include "SurfelChannels.h"
 #include "SurfelDetailCache.h"
 #include "SurfelSceneAdapter.h"
 #include "vtkSurfelMapper.h"
@@ -79,14 +80,24 @@ void AddDeepSamples(const SurfelSplatting::DeepImage& deep, vtkImageData* output
 }
 
 /// Where the picture was taken from and through which lens.
-void AddCamera(
-  vtkCamera* camera, const SurfelSplatting::SplatContext& context, vtkImageData* output)
+void AddCamera(const SurfelSplatting::SplatContext& context, vtkImageData* output)
 {
   namespace Arrays = SurfelSplatting::Arrays;
   vtkNew<vtkDoubleArray> matrix, lens;
   matrix->SetName(Arrays::WorldToCamera);
   matrix->SetNumberOfComponents(16);
-  matrix->InsertNextTuple(camera->GetViewTransformMatrix()->GetData());
+  double rows[16] = { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1 };
+  const SurfelSplatting::Affine3& m = context.Camera.WorldToCamera;
+  for (int i = 0; i < 3; ++i)
+  {
+    const double sign = i == 2 ? -1.0 : 1.0; // the core's camera looks along +z
+    for (int j = 0; j < 3; ++j)
+    {
+      rows[4 * i + j] = sign * m.L[i][j];
+    }
+    rows[4 * i + 3] = sign * m.T[i];
+  }
+  matrix->InsertNextTuple(rows);
   lens->SetName(Arrays::CameraLens);
   lens->SetNumberOfComponents(3);
   lens->InsertNextTuple3(
@@ -109,6 +120,7 @@ void AddCamera(
 struct vtkSurfelSplatter::Internals
 {
   SurfelSplatting::Splatter Core;
+  SurfelSplatting::Splatter ChannelCore; // the frame's statistics are those of its colours
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
   SurfelSplatting::FrameKey Key; // of the picture in Output
@@ -194,7 +206,7 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.Detail.SkipBackFaces = this->BackfaceCulling != 0;
   context.CoarseGrids = this->CoarseGrids != 0;
   context.SkipHidden = this->OcclusionCulling != 0;
-  context.ColorByLevel = this->ColorByLevel != 0;
+  context.Colors = this->ColorByLevel ? Core::Paint::LevelColors : Core::Paint::Own;
 
   context.Optics = this->GetLens(view);
   if (view.CellCount > 0)
@@ -348,11 +360,16 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(color);
   output->GetPointData()->AddArray(depth);
-  AddCamera(view.Camera, this->Internal->Context, output);
+  AddCamera(this->Internal->Context, output);
   if (this->DeepSamples)
   {
     deep.Finish(Core::SMPExecutor());
     AddDeepSamples(deep, output);
+  }
+  if (this->Channels != 0 && whole)
+  {
+    Core::AddChannels(
+      this->Channels, this->Internal->Context, clouds, limit, this->Internal->ChannelCore, output);
   }
   return whole;
 }
@@ -460,6 +477,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CoarseGrids: " << this->CoarseGrids << "\n";
   os << indent << "FrameReuse: " << this->FrameReuse << "\n";
   os << indent << "DeepSamples: " << this->DeepSamples << "\n";
+  os << indent << "Channels: " << this->Channels << "\n";
   os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";
   os << indent << "NumberOfPreparedSurfels: " << this->NumberOfPreparedSurfels << "\n";
   os << indent << "NumberOfReusedFrames: " << this->NumberOfReusedFrames << "\n";

@@ -228,13 +228,33 @@ public:
 
   ///@{
   /**
-   * Whether the picture keeps its layers: GetOutput() then has deep samples too. LensSectors are
-   * not used in such a picture, whose frame takes up to twice as long, and longer through many
-   * cells of the lens. Default off.
+   * Whether the picture keeps its layers: GetOutput() then has deep samples too. The frame takes up
+   * to twice as long, and longer through many cells of the lens. Default off.
    */
   vtkSetMacro(DeepSamples, vtkTypeBool);
   vtkGetMacro(DeepSamples, vtkTypeBool);
   vtkBooleanMacro(DeepSamples, vtkTypeBool);
+  ///@}
+
+  enum PixelChannels
+  {
+    CHANNEL_NORMAL = 1,              ///< mean normal of what is seen, of unit length, in the world
+    CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative before the focus
+    CHANNEL_COVERAGE = 4,            ///< by surfels of whatever opacity, [0, 1]
+    CHANNEL_FRAGMENTS = 8,           ///< of splats, hidden ones too, over all cells of the lens
+    CHANNEL_LEVEL = 16,              ///< of the hierarchy, mean of what is seen: 0 surfels, 1 nodes
+                                     ///< of 2, ...; -1 where nothing is seen
+    ALL_CHANNELS = 31
+  };
+
+  ///@{
+  /**
+   * What else GetOutput() holds of each pixel, PixelChannels added up: float point arrays "Normal",
+   * "CircleOfConfusion", "Coverage", "Fragments" and "Level". Normals, coverage and fragments take
+   * a further frame together, levels another one. Default 0: none.
+   */
+  vtkSetClampMacro(Channels, int, 0, ALL_CHANNELS);
+  vtkGetMacro(Channels, int);
   ///@}
 
   ///@{
@@ -385,6 +405,7 @@ private:
   vtkTypeBool FrameReuse = 1;
   vtkTypeBool ColorByLevel = 0;
   vtkTypeBool DeepSamples = 0;
+  int Channels = 0;
   double FrameMilliseconds = 0.0;
   vtkIdType NumberOfPreparedSurfels = 0;
   vtkIdType NumberOfReusedFrames = 0;

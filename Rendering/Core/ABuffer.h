@@ -58,6 +58,12 @@ inline ResolvedLayer Resolve(const Layer& layer)
     layer.Weight > 0 ? layer.Depth / layer.Weight : 0.0f };
 }
 
+/// Pixels [X0, X1) x [Y0, Y1).
+struct PixelArea
+{
+  int X0, Y0, X1, Y1;
+};
+
 /// Receives every layer of every pixel, front to back, as it is closed; none that is behind another
 /// prop. Called from the raster's threads, never twice at once for one tile.
 class LayerSink
@@ -68,7 +74,14 @@ public:
   /// Before the layers of each cell of the lens.
   virtual void BeginCell() {}
 
+  /// Before a tile's layers as they are seen through a part of the cell.
+  /// @param share of the cell, (0, 1]
+  virtual void BeginPart(const PixelArea& /* tile */, float /* share */) {}
+
   /// @param brightest what a layer's colours over its alpha are clamped to as it is composited
   virtual void Receive(int x, int y, const Layer& layer, float brightest) = 0;
+
+  /// After a tile's layers: how many splats, or cells of coarse grids, cover a pixel; not if none.
+  virtual void ReceiveFragments(int /* x */, int /* y */, float /* count */) {}
 };
 }

@@ -43,17 +43,23 @@ void DeepImage::Begin(int width, int height)
   this->Rows = height;
   this->TilesX = (width + TileSize - 1) / TileSize;
   this->Cells = 0;
-  this->Transmittance.assign(static_cast<std::size_t>(width) * height, 1.0f);
+  this->Transmittance.resize(static_cast<std::size_t>(width) * height);
   this->Tiles.clear();
   this->Tiles.resize(static_cast<std::size_t>(this->TilesX) * ((height + TileSize - 1) / TileSize));
+  this->Shares.assign(this->Tiles.size(), 1.0f);
   this->Ends.clear();
   this->All.clear();
 }
 
-void DeepImage::BeginCell()
+void DeepImage::BeginPart(const PixelArea& tile, float share)
 {
-  ++this->Cells;
-  std::fill(this->Transmittance.begin(), this->Transmittance.end(), 1.0f);
+  for (int y = tile.Y0; y < tile.Y1; ++y)
+  {
+    const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
+    std::fill_n(this->Transmittance.begin() + static_cast<std::ptrdiff_t>(row + tile.X0),
+      tile.X1 - tile.X0, 1.0f);
+  }
+  this->Shares[this->TileOf(tile.X0, tile.Y0)] = share;
 }
 
 std::size_t DeepImage::TileOf(int x, int y) const
@@ -71,11 +77,13 @@ void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
   }
   // As the raster clamps (RasterSettings::LargestColor).
   const float largest = brightest * resolved.Alpha;
-  const auto visible = [&](float c) { return before * std::clamp(c, 0.0f, largest); };
+  const std::size_t tile = this->TileOf(x, y);
+  const float through = this->Shares[tile] * before;
+  const auto visible = [&](float c) { return through * std::clamp(c, 0.0f, largest); };
   const auto pixel = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
-  this->Tiles[this->TileOf(x, y)].push_back({ pixel,
+  this->Tiles[tile].push_back({ pixel,
     { visible(resolved.Red), visible(resolved.Green), visible(resolved.Blue),
-      before * resolved.Alpha, resolved.Depth } });
+      through * resolved.Alpha, resolved.Depth } });
   before = std::max(0.0f, before * (1.0f - resolved.Alpha));
 }
 

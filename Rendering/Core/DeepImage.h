@@ -7,9 +7,9 @@
  * sorted, without extent in depth (a z-range tells which splats are of one surface, not how thick
  * it is), at most one at a depth.
  *
- * Cells of the lens are joined exactly: with T_k the transmittance of cell k before a sample with
- * colour c_k and alpha_k, the mean picture is the sum of mean(T_k c_k), and the mean transmittance
- * T falls by mean(T_k alpha_k) at the sample's depth. Hence
+ * Cells of the lens, and their sectors, are joined exactly: with T_k the transmittance of cell k
+ * before a sample with colour c_k and alpha_k, the mean picture is the sum of mean(T_k c_k), and
+ * the mean transmittance T falls by mean(T_k alpha_k) at the sample's depth. Hence
  *
  *   alpha_i = 1 - T_i / T_(i-1),   c_i = mean(T_k c_k) / T_(i-1).
  */
@@ -36,7 +36,8 @@ public:
   /// Empties the image, for layers of width x height pixels.
   void Begin(int width, int height);
 
-  void BeginCell() override;
+  void BeginCell() override { ++this->Cells; }
+  void BeginPart(const PixelArea& tile, float share) override;
   void Receive(int x, int y, const Layer& layer, float brightest) override;
 
   /// Light that is let through, below which nothing more is kept: less than 1/255 of the picture.
@@ -69,8 +70,9 @@ private:
   int Rows = 0;
   int TilesX = 0;
   int Cells = 0;
-  std::vector<float> Transmittance; // [pixels] through the cell so far
+  std::vector<float> Transmittance; // [pixels] through the part of the cell so far
   std::vector<Parts> Tiles;
+  std::vector<float> Shares; // [tiles] of the part in its cell
   std::vector<std::uint64_t> Ends;
   std::vector<DeepSample> All;
 };

@@ -43,6 +43,7 @@ struct alignas(64) FinishedLayers
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float Limit[PixelsPerBlock]; ///< layers behind this depth are hidden by another prop
   float Near[PixelsPerBlock];  ///< of the open layer; kept where somebody listens to its closing
+  float Fragments[PixelsPerBlock]; ///< so far; kept where somebody listens
   /// For sectors: share of the lens that finished layers cover, whatever their opacity.
   float Covered[PixelsPerBlock];
   /// For sectors: largest share of the light that depends on which parts of the lens things cover:

@@ -161,6 +161,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const Spla
     float* nearest = tile.Finished[block].Near;
     const Lanes near = Lanes::Load(nearest);
     Select(inside, Min(near, s.Near), near).Store(nearest);
+    AddTo(tile.Finished[block].Fragments, Select(inside, 1.0f, 0.0f));
   }
 }
 

@@ -14,7 +14,7 @@ bool NeedsMakeSplat(const SplatContext& context, const SurfelCloud& cloud)
     std::any_of(context.Lights.begin(), context.Lights.end(),
       [](const Light& light) { return light.Positional && light.ConeCosine > -1.0; });
   const bool paper = cloud.Detail && context.Detail.Rule == DetailRule::Paper;
-  return context.ScalarSetup || context.ColorByLevel || paper || spots;
+  return context.ScalarSetup || context.Colors != Paint::Own || paper || spots;
 }
 }
 

@@ -71,7 +71,7 @@ Shading MakeShading(const SplatContext& context, const SurfelCloud& cloud, const
   const Vector3& area, double areaLength, bool backSide)
 {
   Shading shading;
-  if (!cloud.Surface.Lit || context.ColorByLevel)
+  if (!cloud.Surface.Lit || context.Colors != Paint::Own)
   {
     return shading;
   }
@@ -98,26 +98,13 @@ Shading MakeShading(const SplatContext& context, const SurfelCloud& cloud, const
 }
 
 /// Colours told apart at a glance, from the finest level on; they repeat (the paper's figure 5).
-std::array<double, 4> LevelColor(int level)
+std::array<double, 3> LevelColor(int level)
 {
   static constexpr double colors[8][3] = { { 0.85, 0.85, 0.85 }, { 0.30, 0.55, 0.95 },
     { 0.20, 0.75, 0.45 }, { 0.95, 0.85, 0.25 }, { 0.95, 0.55, 0.20 }, { 0.85, 0.25, 0.25 },
     { 0.70, 0.35, 0.80 }, { 0.45, 0.30, 0.20 } };
   const double* c = colors[level % 8];
-  return { c[0], c[1], c[2], 1.0 };
-}
-
-std::array<double, 4> ColorOf(
-  const SplatContext& context, const SurfelCloud& cloud, std::size_t surfel, int level)
-{
-  std::array<double, 4> color = cloud.Color(surfel);
-  if (context.ColorByLevel)
-  {
-    const double opacity = color[3];
-    color = LevelColor(level);
-    color[3] = opacity;
-  }
-  return color;
+  return { c[0], c[1], c[2] };
 }
 
 void SetColor(const std::array<double, 4>& color, const Shading& shading, Splat& splat)
@@ -172,6 +159,42 @@ SplatStatus PlaceSurfel(double reach, const View& view, const PlacedCloud& sourc
     return SplatStatus::Culled;
   }
   return placed.Deposit > 0.0 ? SplatStatus::Visible : SplatStatus::Culled;
+}
+
+/// Normals are covectors: the transpose takes them from the camera to the world.
+std::array<double, 3> NormalColor(const View& view, const PlacedSurfel& surfel)
+{
+  const auto& l = view.WorldToCamera.L;
+  const double sign = surfel.BackSide ? -1.0 : 1.0;
+  Vector3 n;
+  for (int i = 0; i < 3; ++i)
+  {
+    n[i] = sign * (l[0][i] * surfel.Area[0] + l[1][i] * surfel.Area[1] + l[2][i] * surfel.Area[2]);
+  }
+  const double half = 0.5 / Norm(n);
+  return { 0.5 + half * n[0], 0.5 + half * n[1], 0.5 + half * n[2] };
+}
+
+std::array<double, 4> ColorOf(const SplatContext& context, const SurfelCloud& cloud,
+  std::size_t index, int level, const PlacedSurfel& surfel)
+{
+  const std::array<double, 4> color = cloud.Color(index);
+  std::array<double, 3> paint{ color[0], color[1], color[2] };
+  switch (context.Colors)
+  {
+    case Paint::Own:
+      break;
+    case Paint::LevelColors:
+      paint = LevelColor(level);
+      break;
+    case Paint::LevelNumbers:
+      paint = { level / LargestPaintedLevel, 0.0, 0.0 };
+      break;
+    case Paint::Normals:
+      paint = NormalColor(context.Camera, surfel);
+      break;
+  }
+  return { paint[0], paint[1], paint[2], color[3] };
 }
 
 /// Cosine of the angle between a surfel's normal and its line of sight, either side, [0, 1].
@@ -451,7 +474,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
   const double areaLength = Norm(placed.Area);
   const ProjectionJacobian jacobian(view, p);
   const bool paper = level > 0 && context.Detail.Rule == DetailRule::Paper;
-  bool tilted = level > 0 && !paper && cloud.Cloud.NodeColors && !context.ColorByLevel;
+  bool tilted = level > 0 && !paper && cloud.Cloud.NodeColors && context.Colors == Paint::Own;
   const Blur blur = MakeBlur(context, gaussian, placed, areaLength, level);
   const Footprint full = paper
     ? PaperFootprint(context, gaussian, cloud, surfel, placed, jacobian, blur)
@@ -487,7 +510,7 @@ SplatStatus MakeSplat(const SplatContext& context, const TruncatedGaussian& gaus
 
   const Shading shading =
     MakeShading(context, cloud.Cloud, p, placed.Area, areaLength, placed.BackSide);
-  SetColor(ColorOf(context, cloud.Cloud, surfel, level), shading, splat);
+  SetColor(ColorOf(context, cloud.Cloud, surfel, level, placed), shading, splat);
   record.Slope = MakeSlope(context, placed, footprint);
   splat.Gradient = NoGradient;
   if (tilted)

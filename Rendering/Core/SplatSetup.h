@@ -26,6 +26,16 @@ struct SplatSettings
 };
 
 /// Everything that is the same for all surfels of a frame.
+/// What splats show as their colour; all but their own is unlit.
+enum class Paint
+{
+  Own,
+  LevelColors,  ///< a colour for each level of the hierarchy
+  LevelNumbers, ///< red: level / LargestPaintedLevel, leaves 0
+  Normals       ///< (n + 1) / 2, n being the unit normal on the side that is seen, in the world
+};
+constexpr double LargestPaintedLevel = 64.0;
+
 struct SplatContext
 {
   View Camera;
@@ -43,8 +53,8 @@ struct SplatContext
   /// pixel: a bound on time rather than a picture); coarse grids, sectors and skipping of the
   /// hidden are off.
   bool DepthBuffered = false;
-  bool ScalarSetup = false;  ///< splats one by one, by MakeSplat, for comparison
-  bool ColorByLevel = false; ///< nodes in the colour of their level instead of their own, unlit
+  bool ScalarSetup = false; ///< splats one by one, by MakeSplat, for comparison
+  Paint Colors = Paint::Own;
 };
 
 enum class SplatStatus

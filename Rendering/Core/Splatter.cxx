@@ -47,17 +47,16 @@ void FrameStatistics::Add(const FrameStatistics& other)
   this->RasterMilliseconds += other.RasterMilliseconds;
 }
 
-/// The frame through one cell of the lens. Lights stay where they are in the world. Layers for a
-/// sink are those of all sectors.
-void Splatter::SetCell(const SplatContext& context, const LensCell& cell, bool hasSink)
+/// The frame through one cell of the lens. Lights stay where they are in the world.
+void Splatter::SetCell(const SplatContext& context, const LensCell& cell)
 {
   SplatContext& part = this->Cell;
   part = context;
   const bool layers = !context.DepthBuffered;
   part.CoarseGrids = context.CoarseGrids && layers;
   part.SkipHidden = context.SkipHidden && layers;
-  part.Sectors = context.Sectors && layers && !hasSink && cell.Optics.Radius > 0.0 &&
-    !cell.Camera.Parallel && context.Settings.Kernel != KernelType::Gaussian;
+  part.Sectors = context.Sectors && layers && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
+    context.Settings.Kernel != KernelType::Gaussian;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
   for (Light& light : part.Lights)
@@ -138,7 +137,7 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
 {
   if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
-    this->SetCell(context, { context.Camera, context.Optics }, sink != nullptr);
+    this->SetCell(context, { context.Camera, context.Optics });
     if (sink)
     {
       sink->BeginCell();
@@ -154,7 +153,7 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   bool goOn = true;
   while (goOn && done < cells.size())
   {
-    this->SetCell(context, cells[done], sink != nullptr);
+    this->SetCell(context, cells[done]);
     if (sink)
     {
       sink->BeginCell();

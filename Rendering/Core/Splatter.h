@@ -73,7 +73,7 @@ private:
     double Seconds;
   };
 
-  void SetCell(const SplatContext& context, const LensCell& cell, bool hasSink);
+  void SetCell(const SplatContext& context, const LensCell& cell);
   void RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
     const Frame& frame, const float* depthLimit, LayerSink* sink);
   void ChooseRuns(const SurfelCloud& cloud, const Executor& executor);

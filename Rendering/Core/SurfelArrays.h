@@ -23,6 +23,12 @@ constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal
                                                  // diameter and distance in focus in world units
 constexpr const char* ScreenWindow = "ScreenWindow"; // field data, double[3]: centre x, y (up) and
                                                      // width at distance 1 along the view direction
+// with vtkSurfelSplatter::Channels, point data:
+constexpr const char* Normal = "Normal";                       // float[3], world, unit length
+constexpr const char* CircleOfConfusion = "CircleOfConfusion"; // float[1], px, < 0 before the focus
+constexpr const char* Coverage = "Coverage";                   // float[1], 0..1
+constexpr const char* Fragments = "Fragments";                 // float[1]
+constexpr const char* Level = "Level";                         // float[1], of the hierarchy
 
 // Of a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves

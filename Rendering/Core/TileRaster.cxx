@@ -47,27 +47,58 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 {
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
-  this->Settings.NoteConflicts = this->InSectors && this->SectorIndex == WholeLens && !this->Sink;
+  const bool chooses = this->InSectors && this->SectorIndex == WholeLens;
+  // Until it is known in which parts the tile is drawn.
+  LayerSink* const sink = this->Sink;
+  this->BeginPart(chooses ? nullptr : sink, 1.0f);
+  this->Settings.NoteConflicts = chooses;
   Counts counts = this->Settings.Pass == RasterPass::Layers
     ? this->RenderLayers(list, bins, tile, lazy)
     : this->RenderNearest(list, bins, tile);
-  if (this->InSectors && !this->Sink && this->NeedsSectors())
+  this->Settings.NoteConflicts = false;
+  this->Sink = sink;
+  if (chooses && this->NeedsSectors())
   {
-    this->Settings.NoteConflicts = false;
-    for (int sector = 0; sector < NumberOfSectors; ++sector)
-    {
-      this->SetSector(sector);
-      counts.Fragments += this->RenderLayers(list, bins, tile, lazy).Fragments;
-      this->AddToMean(sector == 0);
-    }
-    this->TakeMean();
-    this->SetSector(WholeLens);
+    counts.Fragments += this->RenderSectors(list, bins, tile, lazy).Fragments;
+  }
+  else if (chooses && sink)
+  {
+    this->BeginPart(sink, 1.0f);
+    counts = this->RenderLayers(list, bins, tile, lazy);
   }
   if (frame.Color)
   {
     this->Store(frame);
   }
   return counts;
+}
+
+/// The mean of what is seen through each sector of the lens.
+TileRaster::Counts TileRaster::RenderSectors(
+  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
+{
+  Counts counts;
+  for (int sector = 0; sector < NumberOfSectors; ++sector)
+  {
+    this->SetSector(sector);
+    this->BeginPart(this->Sink, 1.0f / NumberOfSectors);
+    counts.Fragments += this->RenderLayers(list, bins, tile, lazy).Fragments;
+    this->AddToMean(sector == 0);
+  }
+  this->TakeMean();
+  this->SetSector(WholeLens);
+  return counts;
+}
+
+void TileRaster::BeginPart(LayerSink* sink, float share)
+{
+  this->Sink = sink;
+  if (sink)
+  {
+    sink->BeginPart({ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+                      std::min(this->OriginY + TileSize, this->Height) },
+      share);
+  }
 }
 
 void TileRaster::SetSector(int sector)
@@ -403,6 +434,19 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
   }
 }
 
+void TileRaster::SendFragments(int block) const
+{
+  for (int l = 0; l < PixelsPerBlock; ++l)
+  {
+    const int x = this->BlockX(block) + l % BlockSize, y = this->BlockY(block) + l / BlockSize;
+    const float count = this->Tile.Finished[block].Fragments[l];
+    if (count > 0.0f && x < this->Width && y < this->Height)
+    {
+      this->Sink->ReceiveFragments(x, y, count);
+    }
+  }
+}
+
 void TileRaster::CloseAll()
 {
   if (this->Sink)
@@ -410,6 +454,7 @@ void TileRaster::CloseAll()
     for (int i = 0; i < BlocksPerTile; ++i)
     {
       SendToSink(this, this->Tile, i, ~0u);
+      this->SendFragments(i);
     }
   }
   Kernel.CloseAll(this->Tile, this->Settings);

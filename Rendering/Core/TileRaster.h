@@ -26,7 +26,7 @@ public:
   /// @param sink    receives the closed layers, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
   /// @param sector  of the lens that splats with lens slopes are drawn in for a sink
-  /// (LensSectors.h); for a frame they are drawn in all of them where that matters
+  /// (LensSectors.h); WholeLens: in all of them, one by one, where that matters
   void Set(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden,
     int sector = WholeLens);
 
@@ -52,6 +52,9 @@ private:
   Counts RenderLayers(
     const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
   Counts RenderNearest(const SplatList& list, const TileBins& bins, std::size_t tile);
+  Counts RenderSectors(
+    const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
+  void BeginPart(LayerSink* sink, float share);
   void SetSector(int sector);
   bool NeedsSectors() const;
   void AddToMean(bool first);
@@ -65,6 +68,7 @@ private:
   void Clear();
   void Store(const Frame& frame) const;
   static void SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes);
+  void SendFragments(int block) const;
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
   std::uint64_t AddSplat(const SplatList& list, std::size_t i);

@@ -19,6 +19,18 @@ constexpr NamedChannel NamedChannels[] = { { "Depth", "Z" }, { "Normal", "N" },
   { "CircleOfConfusion", "CoC" }, { "Coverage", "coverage" }, { "Fragments", "fragments" },
   { "Level", "level" } };
 
+inline std::string ChannelOfArray(const std::string& array)
+{
+  for (const NamedChannel& named : NamedChannels)
+  {
+    if (array == named.Array)
+    {
+      return named.Channel;
+    }
+  }
+  return array;
+}
+
 inline std::string ArrayOfChannel(const std::string& channel)
 {
   for (const NamedChannel& named : NamedChannels)

@@ -2,6 +2,7 @@
 #include "vtkSurfelEXRWriter.h"
 
 #include "EXRCamera.h"
+#include "EXRChannels.h"
 #include "vtkDataArray.h"
 #include "vtkImageData.h"
 #include "vtkObjectFactory.h"
@@ -47,6 +48,25 @@ std::vector<float> TopDownPlane(
   return plane;
 }
 
+bool IsChannel(vtkDataArray* array)
+{
+  return array->GetNumberOfComponents() == 1 || array->GetNumberOfComponents() == 3;
+}
+
+void AddPlanes(
+  vtkDataArray* array, const std::string& channel, int width, int height, Planes& planes)
+{
+  if (array->GetNumberOfComponents() == 1)
+  {
+    planes[channel] = TopDownPlane(array, 0, width, height, 1.0);
+    return;
+  }
+  for (int i = 0; i < 3; ++i)
+  {
+    planes[channel + "." + "XYZ"[i]] = TopDownPlane(array, i, width, height, 1.0);
+  }
+}
+
 void WriteEXR(vtkImageData* image, Planes& planes, int width, int height, std::ofstream& file,
   const std::string& path)
 {
@@ -74,35 +94,48 @@ struct vtkSurfelEXRWriter::Internals
   std::vector<std::pair<std::string, std::string>> Channels; // array, channel
 
   // Throws std::runtime_error where the input does not have what is to be written.
-  Planes CollectPlanes(vtkImageData* image, int width, int height) const;
+  Planes CollectPlanes(vtkImageData* image, bool allChannels) const;
 };
 
 //------------------------------------------------------------------------------
-Planes vtkSurfelEXRWriter::Internals::CollectPlanes(
-  vtkImageData* image, int width, int height) const
+Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool allChannels) const
 {
-  vtkDataArray* colors = image->GetPointData()->GetScalars();
+  vtkPointData* data = image->GetPointData();
+  vtkDataArray* colors = data->GetScalars();
   const int components = colors ? colors->GetNumberOfComponents() : 0;
   if (components != 3 && components != 4)
   {
     throw std::runtime_error(
       "the picture's scalars must have 3 or 4 components, not " + std::to_string(components) + ".");
   }
+  const int* size = image->GetDimensions();
   Planes planes;
   const double largest = LargestValue(colors);
   for (int i = 0; i < components; ++i)
   {
-    planes[std::string(1, "RGBA"[i])] = TopDownPlane(colors, i, width, height, largest);
+    planes[std::string(1, "RGBA"[i])] = TopDownPlane(colors, i, size[0], size[1], largest);
+  }
+  if (allChannels)
+  {
+    for (int i = 0; i < data->GetNumberOfArrays(); ++i)
+    {
+      vtkDataArray* array = data->GetArray(i);
+      if (array && array != colors && array->GetName() && IsChannel(array))
+      {
+        AddPlanes(
+          array, SurfelSplatting::ChannelOfArray(array->GetName()), size[0], size[1], planes);
+      }
+    }
   }
   for (const auto& channel : this->Channels)
   {
-    vtkDataArray* array = image->GetPointData()->GetArray(channel.first.c_str());
-    if (!array || array->GetNumberOfComponents() != 1)
+    vtkDataArray* array = data->GetArray(channel.first.c_str());
+    if (!array || !IsChannel(array))
     {
       throw std::runtime_error("the picture has no point array " + channel.first +
-        " of one component for channel " + channel.second + ".");
+        " of one or three components for channel " + channel.second + ".");
     }
-    planes[channel.second] = TopDownPlane(array, 0, width, height, 1.0);
+    AddPlanes(array, channel.second, size[0], size[1], planes);
   }
   return planes;
 }
@@ -152,7 +185,7 @@ void vtkSurfelEXRWriter::WriteStream(
   vtkImageData* image, std::ofstream& file, const std::string& path)
 {
   const int* size = image->GetDimensions();
-  Planes planes = this->Internal->CollectPlanes(image, size[0], size[1]);
+  Planes planes = this->Internal->CollectPlanes(image, this->AllChannels != 0);
   WriteEXR(image, planes, size[0], size[1], file, path);
 }
 
@@ -160,6 +193,7 @@ void vtkSurfelEXRWriter::WriteStream(
 void vtkSurfelEXRWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "AllChannels: " << this->AllChannels << "\n";
   for (const auto& channel : this->Internal->Channels)
   {
     os << indent << "Channel: " << channel.second << " from " << channel.first << "\n";

@@ -9,9 +9,12 @@
  * premultiplied by alpha, which is what vtkSurfelImageRenderer yields. Integers are scaled so that
  * their type's largest value becomes 1.
  *
- * Further point arrays of one component become further channels, such as "Depth" as Z:
+ * Further point arrays of one or three components become further channels: NAME, or NAME.X, NAME.Y
+ * and NAME.Z. One by one, or all, "Depth" as Z, "Normal" as N, "CircleOfConfusion" as CoC and
+ * "Coverage", "Fragments" and "Level" in small letters:
  * @code
  * writer->AddChannel("Depth", "Z");
+ * writer->AllChannelsOn();
  * @endcode
  *
  * @sa vtkSurfelEXRReader vtkSurfelImageRenderer vtkDeepEXRWriter
@@ -33,12 +36,23 @@ public:
 
   ///@{
   /**
-   * Write the point array arrayName, of one component, as channel channelName (not R, G, B or A).
-   * An array that the input lacks when it is written is an error. Default: no further channels.
+   * Write the point array arrayName, of one or three components, as channel channelName (not R, G,
+   * B or A). An array that the input lacks when it is written is an error. Default: no further
+   * channels.
    */
   void AddChannel(const char* arrayName, const char* channelName);
   void RemoveAllChannels();
   int GetNumberOfChannels();
+  ///@}
+
+  ///@{
+  /**
+   * Whether all point arrays of one or three components are written, besides those that were
+   * added. Default off.
+   */
+  vtkSetMacro(AllChannels, vtkTypeBool);
+  vtkGetMacro(AllChannels, vtkTypeBool);
+  vtkBooleanMacro(AllChannels, vtkTypeBool);
   ///@}
 
 protected:
@@ -53,6 +67,7 @@ private:
   vtkSurfelEXRWriter(const vtkSurfelEXRWriter&) = delete;
   void operator=(const vtkSurfelEXRWriter&) = delete;
 
+  vtkTypeBool AllChannels = 0;
   struct Internals;
   std::unique_ptr<Internals> Internal;
 };

@@ -28,9 +28,11 @@ void TestTwoCells()
   DeepImage deep;
   deep.Begin(2, 1);
   deep.BeginCell();
+  deep.BeginPart({ 0, 0, 2, 1 }, 1.0f);
   deep.Receive(0, 0, OpaqueTo(0.5f, 1.0f, 1.0f), 10.0f);
   deep.Receive(0, 0, OpaqueTo(1.0f, 2.0f, 2.0f), 10.0f);
   deep.BeginCell();
+  deep.BeginPart({ 0, 0, 2, 1 }, 1.0f);
   deep.Receive(0, 0, OpaqueTo(0.8f, 4.0f, 3.0f), 10.0f);
   deep.Finish(SerialExecutor());
   CHECK(deep.Offsets().size() == 3 && deep.Offsets()[1] == 3 && deep.Offsets()[2] == 3);
@@ -46,6 +48,37 @@ void TestTwoCells()
   }
 }
 
+/// Parts of one cell: as cells of their share.
+void TestParts()
+{
+  DeepImage cells, parts;
+  for (DeepImage* deep : { &cells, &parts })
+  {
+    deep->Begin(40, 3);
+    for (int i = 0; i < 4; ++i)
+    {
+      if (deep == &cells || i == 0)
+      {
+        deep->BeginCell();
+      }
+      deep->BeginPart({ 0, 0, 32, 3 }, deep == &cells ? 1.0f : 0.25f);
+      deep->BeginPart({ 32, 0, 40, 3 }, deep == &cells ? 1.0f : 0.25f);
+      for (const int x : { 3, 35 })
+      {
+        deep->Receive(x, 1, OpaqueTo(0.2f * static_cast<float>(i), 1.0f, 1.0f), 10.0f);
+        deep->Receive(x, 1, OpaqueTo(0.7f, 2.0f, 2.0f + 0.1f * static_cast<float>(i)), 10.0f);
+      }
+    }
+    deep->Finish(SerialExecutor());
+  }
+  CHECK(cells.Offsets() == parts.Offsets() && cells.Samples().size() == 10);
+  for (std::size_t i = 0; i < cells.Samples().size(); ++i)
+  {
+    CHECK_NEAR(cells.Samples()[i].Alpha, parts.Samples()[i].Alpha, 1e-6);
+    CHECK_NEAR(cells.Samples()[i].Red, parts.Samples()[i].Red, 1e-6);
+  }
+}
+
 /// Equal depths are one sample; what is behind an opaque one is left out; colours are clamped.
 void TestTidy()
 {
@@ -54,6 +87,7 @@ void TestTidy()
   for (int cell = 0; cell < 2; ++cell)
   {
     deep.BeginCell();
+    deep.BeginPart({ 0, 0, 1, 1 }, 1.0f);
     deep.Receive(0, 0, OpaqueTo(cell == 0 ? 0.25f : 0.75f, 1.0f, 1.0f), 10.0f);
     deep.Receive(0, 0, OpaqueTo(1.0f, 5.0f, 2.0f), 3.0f);
     deep.Receive(0, 0, OpaqueTo(1.0f, 1.0f, 3.0f), 10.0f);
@@ -150,6 +184,7 @@ int main(int argc, char* argv[])
 {
   ChooseKernel(argc, argv);
   TestTwoCells();
+  TestParts();
   TestTidy();
   const TestCloud cloud = Cloud();
   const TestHierarchy hierarchy(cloud);
@@ -165,6 +200,10 @@ int main(int argc, char* argv[])
       CompareScene(context, { hierarchy.Get() }, INFINITY);
       CompareScene(context, { cloud.Get() }, 1.8f);
     }
+    context.Sampling.Count = 1;
+    context.Sectors = true; // of Pearson II's kernels
+    CompareScene(context, { hierarchy.Get() }, INFINITY);
+    context.Sectors = false;
   }
   return Checks().Report("deep image");
 }

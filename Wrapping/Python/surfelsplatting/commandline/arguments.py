@@ -23,12 +23,15 @@ OUT.exr holds linear RGBA floats, premultiplied, alpha = coverage, and Z, the di
 view direction. OUT.png holds 8 bits, 255 times the linear value, over the background.
 """
 
+CHANNELS = ("normal", "coc", "coverage", "fragments", "level")
+
 EXAMPLES = """\
 examples:
   surfelsplat render bunny.ply -o bunny.png
   surfelsplat render bunny.ply --circle-of-confusion 12 -o bunny.png
   surfelsplat render scene.ply --camera scene.json:coc12 --unlit -o scene.exr
   surfelsplat render scene.ply --circle-of-confusion 12 --lens-cells 7 --deep -o deep.exr
+  surfelsplat render scene.ply --circle-of-confusion 12 --channels normal,coc -o channels.exr
 """
 
 
@@ -50,6 +53,15 @@ def _number(text):
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
+
+
+def _channels(text):
+    names = text.split(",")
+    unknown = [name for name in names if name not in (*CHANNELS, "all")]
+    if unknown:
+        raise argparse.ArgumentTypeError(
+            f"{unknown[0]!r} is none of {', '.join(CHANNELS)}, all")
+    return CHANNELS if "all" in names else tuple(names)
 
 
 def _not_negative(text):
@@ -217,6 +229,10 @@ def _build_parser():
     render.add_argument("--deep", action="store_true",
                         help="OUT.exr keeps the layers: deep scan lines, R, G, B, A and Z of each "
                              "sample, nearest first, without background")
+    render.add_argument("--channels", type=_channels, metavar="NAME,...",
+                        help="OUT.exr has these besides R, G, B, A and Z: normal (N.X, N.Y, N.Z, in "
+                             "the world), coc (CoC, px, negative before the focus), coverage, "
+                             "fragments, level (of the hierarchy); or all of them: all")
     _add_camera_options(render)
     _add_lens_options(render)
     _add_look_options(render)
@@ -237,7 +253,9 @@ def _check(arguments):
         raise UserProblem(f"--no-lod and {other} exclude each other: give one of them")
     if arguments.deep and not arguments.output.lower().endswith(".exr"):
         raise UserProblem(f"--deep needs an OUT.exr, not {arguments.output}")
-    for option, given in (("--lens-sectors", arguments.lens_sectors),
+    if arguments.channels and not arguments.output.lower().endswith(".exr"):
+        raise UserProblem(f"--channels needs an OUT.exr, not {arguments.output}")
+    for option, given in (("--channels", arguments.channels),
                           ("--background", arguments.background)):
         if arguments.deep and given:
             raise UserProblem(f"--deep and {option} exclude each other: give one of them")

@@ -107,7 +107,7 @@ def _write_exr(picture, path, deep, messages):
     writer = vtkDeepEXRWriter() if deep else vtkSurfelEXRWriter()
     writer.SetInputData(picture)
     if not deep:
-        writer.AddChannel("Depth", "Z")
+        writer.AllChannelsOn()
     # The writer itself leaves whole files or none, but needs to go back and forth in them.
     with whole_file(path) if _is_device(path) else nullcontext(path) as name:
         writer.SetFileName(name)

@@ -9,7 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkSurfelEstimation,
                                 vtkSurfelHierarchy, vtkSurfelNormalization)
-from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from .cameras import asked_view, camera_files
 from .clouds import is_hierarchy, read_cloud
 from .framing import complete_view
@@ -33,6 +33,13 @@ def _check_outputs(arguments):
         check_output(path, (".vtp",))
     if arguments.stats:
         check_output(arguments.stats, (".json",))
+
+
+CHANNEL_BITS = {"normal": vtkSurfelSplatter.CHANNEL_NORMAL,
+                "coc": vtkSurfelSplatter.CHANNEL_CIRCLE_OF_CONFUSION,
+                "coverage": vtkSurfelSplatter.CHANNEL_COVERAGE,
+                "fragments": vtkSurfelSplatter.CHANNEL_FRAGMENTS,
+                "level": vtkSurfelSplatter.CHANNEL_LEVEL}
 
 
 def _has_colors(surfels):
@@ -172,6 +179,7 @@ def _make_renderer(surfels, view, arguments):
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetLensSectors(arguments.lens_sectors)
     splatter.SetDeepSamples(arguments.deep)
+    splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
