@@ -89,7 +89,7 @@ bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int hei
 
 /// Draws a picture over all of the current viewport.
 void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color,
-  vtkTextureObject* depth, double share, Blending blending)
+  vtkTextureObject* depth, double share, Blending blending, Code code)
 {
   vtkOpenGLState* state = window->GetState();
   vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
@@ -113,6 +113,8 @@ void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* col
   this->Quad->Program->SetUniformi("viewColor", color->GetTextureUnit());
   this->Quad->Program->SetUniformi("viewDepth", depth->GetTextureUnit());
   this->Quad->Program->SetUniformf("share", static_cast<float>(share));
+  this->Quad->Program->SetUniformi("toLight", code == Code::ToLight ? 1 : 0);
+  this->Quad->Program->SetUniformi("toCodes", code == Code::ToCodes ? 1 : 0);
   this->Quad->Render();
   depth->Deactivate();
   color->Deactivate();
@@ -120,7 +122,7 @@ void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* col
 
 /// Adds the view's picture to the sum; of the first one the depth is kept, too.
 void LensAccumulation::AddView(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first)
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first, bool toLight)
 {
   vtkOpenGLState* state = window->GetState();
   vtkOpenGLState::ScopedglViewport viewport(state);
@@ -141,7 +143,7 @@ void LensAccumulation::AddView(
   state->vtkglViewport(0, 0, rectangle.Width, rectangle.Height);
   state->vtkglScissor(0, 0, rectangle.Width, rectangle.Height);
   this->Draw(window, this->Frame.Color(), this->Frame.Depth(), 1.0,
-    first ? Blending::Replace : Blending::Add);
+    first ? Blending::Replace : Blending::Add, toLight ? Code::ToLight : Code::Keep);
   state->PopFramebufferBindings();
 }
 
@@ -200,7 +202,7 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
     {
       return false;
     }
-    this->AddView(window, rectangle, done == 0);
+    this->AddView(window, rectangle, done == 0, views.LinearLight);
   }
   vtkOpenGLState* glState = window->GetState();
   vtkOpenGLState::ScopedglViewport viewport(glState);
@@ -208,7 +210,8 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
   glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
   this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
-    state->GetRenderer()->Transparent() ? Blending::Over : Blending::Replace);
+    state->GetRenderer()->Transparent() ? Blending::Over : Blending::Replace,
+    views.LinearLight ? Code::ToCodes : Code::Keep);
   return true;
 }
 

@@ -48,6 +48,7 @@ struct LensViews
   std::vector<LensCell> Cells;
   int Count;                ///< of views
   double PixelFilter = 0.0; ///< standard deviation of a Gaussian filter, made by shifts, px
+  bool LinearLight = false; ///< the mean is of light, colours being its sRGB codes
 };
 
 class LensAccumulation
@@ -73,15 +74,22 @@ private:
   bool Prepare(vtkOpenGLRenderWindow* window, int width, int height);
   bool RenderView(const vtkRenderState* state, const LensViews& views, int index,
     const PixelRectangle& rectangle, vtkRenderPass* delegate);
-  void AddView(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first);
+  void AddView(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first, bool toLight);
   enum class Blending
   {
     Replace,
     Add,
     Over
   };
+  enum class Code
+  {
+    Keep,
+    ToLight,
+    ToCodes
+  };
   void Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color, vtkTextureObject* depth,
-    double share, Blending blending);
+    double share, Blending blending, Code code);
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;

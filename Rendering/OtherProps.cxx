@@ -2,6 +2,7 @@
 #include "OtherProps.h"
 
 #include "CameraChanges.h"
+#include "LinearLight.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtk_glew.h>
@@ -43,6 +44,20 @@ bool IsOther(vtkProp* prop)
         !(actor && vtkSurfelMapper::SafeDownCast(actor->GetMapper())));
   }
   return other;
+}
+
+/// Applies a function to red, green and blue.
+void ForColors(std::vector<float>& rgba, double (*function)(double))
+{
+  vtkSMPTools::For(0, static_cast<vtkIdType>(rgba.size() / 4), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType p = 4 * begin; p < 4 * end; p += 4)
+    {
+      for (vtkIdType c = p; c < p + 3; ++c)
+      {
+        rgba[c] = static_cast<float>(function(rgba[c]));
+      }
+    }
+  });
 }
 
 /// The distances of a box's corners.
@@ -97,16 +112,27 @@ void ToDistances(
   });
 }
 
+bool OtherProps::ReadColor(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color)
+{
+  const bool good = this->Blit.ReadColor(window, rectangle, color);
+  if (this->LinearLight)
+  {
+    ForColors(color, LightOfCode);
+  }
+  return good;
+}
+
 bool OtherProps::ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
 {
-  return this->Blit.ReadColor(window, rectangle, this->Background);
+  return this->ReadColor(window, rectangle, this->Background);
 }
 
 bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectangle,
   const DepthRange& range, const std::vector<float>& distances, int margin, vtkRenderPass* delegate)
 {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
-  if (!this->Blit.ReadColor(window, rectangle, this->Color))
+  if (!this->ReadColor(window, rectangle, this->Color))
   {
     return false;
   }
@@ -152,7 +178,7 @@ bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rec
     inner.SetFrameBuffer(this->Wide.Framebuffer());
     delegate->Render(&inner);
   }
-  const bool good = this->Blit.ReadColor(window, wide, this->WideColor) &&
+  const bool good = this->ReadColor(window, wide, this->WideColor) &&
     this->Blit.ReadDepth(window, wide, this->WindowDepth);
   this->Wide.End(false);
   if (good)
@@ -204,6 +230,10 @@ const float* OtherProps::Compose(const PixelSurfels& pixels, const float* color)
       }
     }
   });
+  if (this->LinearLight)
+  {
+    ForColors(this->Color, CodeOfLight);
+  }
   return under;
 }
 

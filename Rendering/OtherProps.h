@@ -34,6 +34,15 @@ void ToDistances(
 class OtherProps
 {
 public:
+  /// Whether colours are sRGB codes of the light that is blurred and mixed.
+  void SetLinearLight(bool linear) { this->LinearLight = linear; }
+
+  /// Instead of Read, where all that was drawn stays: what is there now.
+  bool ReadPicture(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+  {
+    return this->ReadColor(window, rectangle, this->Color);
+  }
+
   /// What is there before they are drawn. False: it could not be read.
   bool ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
 
@@ -58,6 +67,8 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
+  bool ReadColor(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
   bool DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
     const DepthRange& range, vtkRenderPass* delegate);
   void PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances);
@@ -68,5 +79,6 @@ private:
   std::vector<float> WideDistances, WideColor; // with the margin
   std::vector<float> WindowDepth;
   PixelPicture Whole;
+  bool LinearLight = false;
 };
 }

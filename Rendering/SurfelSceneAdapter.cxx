@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelSceneAdapter.h"
 
+#include "LinearLight.h"
 #include "SurfelArrays.h"
 #include "SurfelDetailCache.h"
 #include "vtkSurfelMapper.h"
@@ -110,7 +111,7 @@ std::string CheckOrigin(vtkPolyData* input)
                                                   : std::string();
 }
 
-Material MakeMaterial(vtkProperty* property)
+Material MakeMaterial(vtkProperty* property, bool linearLight)
 {
   Material material;
   material.Lit = property->GetLighting();
@@ -121,6 +122,11 @@ Material MakeMaterial(vtkProperty* property)
   property->GetDiffuseColor(material.Color.data());
   property->GetAmbientColor(material.AmbientColor.data());
   property->GetSpecularColor(material.SpecularColor.data());
+  for (auto* color : { &material.Color, &material.AmbientColor, &material.SpecularColor })
+  {
+    std::transform(color->begin(), color->end(), color->begin(),
+      [linearLight](double c) { return linearLight ? LightOfCode(c) : c; });
+  }
   return material;
 }
 }
@@ -223,7 +229,7 @@ std::vector<Light> MakeLights(vtkLightCollection* lights, vtkCamera* camera, con
 }
 
 std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkProperty* property,
-  bool paperDetail, SurfelCloudSource& source)
+  bool paperDetail, bool linearLight, SurfelCloudSource& source)
 {
   vtkPolyData* input = mapper->GetInput();
   SurfelCloud& cloud = source.Cloud;
@@ -274,7 +280,16 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
     const bool usable = colors && colors->GetNumberOfComponents() == 4 &&
       colors->GetNumberOfTuples() == input->GetNumberOfPoints();
     colors = usable ? colors : nullptr;
-    cloud.ColorsUChar = colors ? Pointer<vtkUnsignedCharArray>(colors, source) : nullptr;
+    auto* bytes = vtkUnsignedCharArray::SafeDownCast(colors);
+    if (bytes && linearLight)
+    {
+      colors = mapper->GetLinearColors(bytes);
+      cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+    }
+    else
+    {
+      cloud.ColorsUChar = colors ? Pointer<vtkUnsignedCharArray>(colors, source) : nullptr;
+    }
   }
   if (SurfelDetailCache::IsHierarchy(input))
   {
@@ -290,7 +305,7 @@ std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkPro
   mapper->GetOrigin(origin.T.data());
   cloud.LocalToWorld = Affine3::Compose(ToAffine(actorMatrix), origin);
   cloud.Opacity = property->GetOpacity();
-  cloud.Surface = MakeMaterial(property);
+  cloud.Surface = MakeMaterial(property, linearLight);
   return std::string();
 }
 }

@@ -53,7 +53,8 @@ struct SurfelCloudSource
  * The surfels of an updated mapper. Returns an empty string, or what is missing from the input and
  * what to do.
  * @param paperDetail whether the paper's rule is to choose the level of detail
+ * @param linearLight whether byte colours and those of the property are sRGB codes of light
  */
 std::string MakeCloud(vtkSurfelMapper* mapper, vtkMatrix4x4* actorMatrix, vtkProperty* property,
-  bool paperDetail, SurfelCloudSource& source);
+  bool paperDetail, bool linearLight, SurfelCloudSource& source);
 }

@@ -69,6 +69,7 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
   SurfelSplatting::LensViews views(camera, size, renderer->GetTiledAspectRatio(),
     SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, this->DelegateBlurs == 0 });
   views.PixelFilter = this->PixelFilter;
+  views.LinearLight = this->LinearLight != 0;
   // Hardware selection draws the props' identities, which have no mean.
   if (!renderer->GetSelector() && !views.IsOne())
   {
@@ -100,6 +101,7 @@ void vtkLensAccumulationPass::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "NumberOfLensPoints: " << this->NumberOfLensPoints << "\n";
   os << indent << "DelegateBlurs: " << this->DelegateBlurs << "\n";
+  os << indent << "LinearLight: " << this->LinearLight << "\n";
   os << indent << "PixelFilter: " << this->PixelFilter << " px\n";
   os << indent << "DelegatePass: " << this->DelegatePass.Get() << "\n";
 }

@@ -79,6 +79,16 @@ public:
   vtkGetMacro(PixelFilter, double);
   ///@}
 
+  ///@{
+  /**
+   * Whether the mean is of light, colours being its sRGB codes
+   * (vtkSurfelSplatter::LinearLight). Default off: of the colours as they are.
+   */
+  vtkSetMacro(LinearLight, vtkTypeBool);
+  vtkGetMacro(LinearLight, vtkTypeBool);
+  vtkBooleanMacro(LinearLight, vtkTypeBool);
+  ///@}
+
   /**
    * Changes of the delegate count.
    */
@@ -96,6 +106,7 @@ private:
   int NumberOfLensPoints = 64;
   vtkTypeBool DelegateBlurs = 0;
   double PixelFilter = 0.0;
+  vtkTypeBool LinearLight = 0;
 
   struct Internals;
   std::unique_ptr<Internals> Internal;

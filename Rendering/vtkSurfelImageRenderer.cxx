@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelImageRenderer.h"
 
+#include "LinearLight.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
@@ -252,9 +253,13 @@ void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)
   color->DeepCopy(picture->GetPointData()->GetScalars());
   picture->GetPointData()->SetScalars(color);
   const double a = this->BackgroundAlpha;
-  const float under[4] = { static_cast<float>(a * this->Background[0]),
-    static_cast<float>(a * this->Background[1]), static_cast<float>(a * this->Background[2]),
-    static_cast<float>(a) };
+  float under[4] = { 0.0f, 0.0f, 0.0f, static_cast<float>(a) };
+  for (int c = 0; c < 3; ++c)
+  {
+    const double color = this->Background[c];
+    under[c] = static_cast<float>(
+      a * (this->Splatter->GetLinearLight() ? SurfelSplatting::LightOfCode(color) : color));
+  }
   float* rgba = color->GetPointer(0);
   for (vtkIdType i = 0; i < color->GetNumberOfTuples(); ++i, rgba += 4)
   {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelMapper.h"
 
+#include "LinearLight.h"
 #include "SurfelArrays.h"
 #include "SurfelDetailCache.h"
 
@@ -19,6 +20,8 @@
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
+#include <vtkSMPTools.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
@@ -97,6 +100,37 @@ vtkFloatArray* vtkSurfelMapper::GetDirectColors()
   this->DirectColorsSource = scalars;
   this->DirectColorsTime.Modified();
   return this->DirectColors;
+}
+
+vtkFloatArray* vtkSurfelMapper::GetLinearColors(vtkUnsignedCharArray* bytes)
+{
+  if (this->LinearColorsSource == bytes && this->LinearColorsTime > bytes->GetMTime())
+  {
+    return this->LinearColors;
+  }
+  float light[256];
+  for (int code = 0; code < 256; ++code)
+  {
+    light[code] = static_cast<float>(SurfelSplatting::LightOfCode(code / 255.0));
+  }
+  this->LinearColors = vtkSmartPointer<vtkFloatArray>::New();
+  this->LinearColors->SetNumberOfComponents(4);
+  this->LinearColors->SetNumberOfTuples(bytes->GetNumberOfTuples());
+  const unsigned char* from = bytes->GetPointer(0);
+  float* to = this->LinearColors->GetPointer(0);
+  vtkSMPTools::For(0, bytes->GetNumberOfTuples(), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      for (vtkIdType c = 4 * i; c < 4 * i + 3; ++c)
+      {
+        to[c] = light[from[c]];
+      }
+      to[4 * i + 3] = from[4 * i + 3] / 255.0f;
+    }
+  });
+  this->LinearColorsSource = bytes;
+  this->LinearColorsTime.Modified();
+  return this->LinearColors;
 }
 
 void vtkSurfelMapper::ComputeBounds()

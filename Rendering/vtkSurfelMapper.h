@@ -39,6 +39,7 @@ class vtkDataArray;
 class vtkFloatArray;
 class vtkMatrix4x4;
 class vtkPointGaussianMapper;
+class vtkUnsignedCharArray;
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelMapper : public vtkPolyDataMapper
 {
@@ -69,6 +70,9 @@ public:
   /// Colours as they are, linear RGBA: of float or double point scalars of 3 or 4 components with
   /// direct scalars. Null where there are none and scalars are mapped to bytes.
   vtkFloatArray* GetDirectColors();
+
+  /// The light that such bytes stand for, as sRGB, in floats; kept until they change.
+  vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
 
   /// What is kept of an input that is a hierarchy.
   SurfelSplatting::SurfelDetailCache& GetDetailCache()
@@ -120,6 +124,9 @@ private:
   vtkSmartPointer<vtkFloatArray> DirectColors;
   vtkSmartPointer<vtkDataArray> DirectColorsSource;
   vtkTimeStamp DirectColorsTime;
+  vtkSmartPointer<vtkFloatArray> LinearColors;
+  vtkSmartPointer<vtkDataArray> LinearColorsSource;
+  vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
 };
 

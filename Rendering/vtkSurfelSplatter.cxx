@@ -329,8 +329,8 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   {
     const Core::SurfelDetailCache& cache = items[i].Mapper->GetDetailCache();
     const std::uint64_t before = cache.NumberOfPreparedSurfels();
-    const std::string problem = Core::MakeCloud(
-      items[i].Mapper, items[i].Matrix, items[i].Property, this->LODMode == LOD_PAPER, sources[i]);
+    const std::string problem = Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property,
+      this->LODMode == LOD_PAPER, this->LinearLight != 0, sources[i]);
     this->NumberOfPreparedSurfels +=
       static_cast<vtkIdType>(cache.NumberOfPreparedSurfels() - before);
     if (!problem.empty())
@@ -476,6 +476,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "OcclusionCulling: " << this->OcclusionCulling << "\n";
   os << indent << "CoarseGrids: " << this->CoarseGrids << "\n";
   os << indent << "FrameReuse: " << this->FrameReuse << "\n";
+  os << indent << "LinearLight: " << this->LinearLight << "\n";
   os << indent << "DeepSamples: " << this->DeepSamples << "\n";
   os << indent << "Channels: " << this->Channels << "\n";
   os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";

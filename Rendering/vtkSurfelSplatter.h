@@ -236,6 +236,18 @@ public:
   vtkBooleanMacro(DeepSamples, vtkTypeBool);
   ///@}
 
+  ///@{
+  /**
+   * Whether light is added up instead of colours: byte colours (lookup tables' as well) and those
+   * of properties are taken for sRGB codes, float colours for light. GetOutput() is linear light
+   * then; a window shows its codes again, and what it held before is mixed as light, too. Bright
+   * points keep their strength as they blur. Default off: colours are mixed as they are.
+   */
+  vtkSetMacro(LinearLight, vtkTypeBool);
+  vtkGetMacro(LinearLight, vtkTypeBool);
+  vtkBooleanMacro(LinearLight, vtkTypeBool);
+  ///@}
+
   enum PixelChannels
   {
     CHANNEL_NORMAL = 1,              ///< mean normal of what is seen, of unit length, in the world
@@ -406,6 +418,7 @@ private:
   vtkTypeBool ColorByLevel = 0;
   vtkTypeBool DeepSamples = 0;
   int Channels = 0;
+  vtkTypeBool LinearLight = 0;
   double FrameMilliseconds = 0.0;
   vtkIdType NumberOfPreparedSurfels = 0;
   vtkIdType NumberOfReusedFrames = 0;

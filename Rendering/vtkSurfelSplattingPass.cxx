@@ -259,8 +259,9 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
     return false;
   }
   const vtkSurfelSplatter::View view = this->MakeView(state, rectangle);
-  const SurfelSplatting::LensViews views(camera, view.Size, view.Aspect,
-    this->Splatter->GetLens(view), { cells, this->Splatter->GetLensPinholes() != 0 });
+  SurfelSplatting::LensViews views(camera, view.Size, view.Aspect, this->Splatter->GetLens(view),
+    { cells, this->Splatter->GetLensPinholes() != 0 });
+  views.LinearLight = this->Splatter->GetLinearLight() != 0;
   this->Internal->CellCount = cells;
   const bool good =
     this->Internal->Accumulation.Render(state, rectangle, views, this->Internal->Cell);
@@ -324,6 +325,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   const bool hasPicture = window && rectangle.Width > 0 && rectangle.Height > 0;
+  this->Internal->Others.SetLinearLight(this->Splatter->GetLinearLight() != 0);
   const bool others = hasPicture && this->BeginOtherProps(state, rectangle);
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
@@ -460,16 +462,13 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
     std::transform(joined + begin, joined + end, depth + begin, joined + begin, join);
   });
   SurfelSplatting::FrameBlit& blit = this->Internal->Blit;
-  bool good = false;
-  if (taken.empty())
-  {
-    good = blit.Draw(window, rectangle, color, windowDepth.data());
-  }
-  else
-  {
-    const float* whole = this->Internal->Others.Compose(this->Splatter->GetTakenPixels(), color);
-    good = blit.Replace(window, rectangle, whole, windowDepth.data());
-  }
+  // Blending knows nothing of light.
+  const bool whole = !taken.empty() ||
+    (this->Splatter->GetLinearLight() && this->Internal->Others.ReadPicture(window, rectangle));
+  const bool good = whole
+    ? blit.Replace(window, rectangle,
+        this->Internal->Others.Compose(this->Splatter->GetTakenPixels(), color), windowDepth.data())
+    : blit.Draw(window, rectangle, color, windowDepth.data());
   if (!good)
   {
     vtkErrorMacro(

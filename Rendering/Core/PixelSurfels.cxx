@@ -289,7 +289,7 @@ void PixelSurfels::MakeSurfel(const View& camera, const PixelPicture& others, st
   const Vector3 alongY{ rayX * slopeY, z / camera.Fy + rayY * slopeY, slopeY };
   Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
     alongX[2] * alongY[0] - alongX[0] * alongY[2], alongX[0] * alongY[1] - alongX[1] * alongY[0] };
-  const double side = Dot(area, position) > 0.0 ? -1.0 : 1.0; // it faces the lens
+  const double side = Dot(area, position) > 0.0 ? -PixelSurplus : PixelSurplus; // it faces the lens
   float* s6 = this->Covariances.data() + 6 * s;
   constexpr double variance = PixelDeviation * PixelDeviation;
   const auto product = [&](int i, int j) {

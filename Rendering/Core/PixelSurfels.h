@@ -41,6 +41,11 @@ constexpr double PixelDeviation = 0.5;
 /// 2 exp(-2 pi^2 0.41) = 0.0006.
 constexpr double PixelPrefilter = 0.1;
 
+/// Area of a pixel's surfel over that of its pixel. Pixels all have the same place in the raster,
+/// so that the error of a kernel's sum over it, which averages out for clouds, is the same for all:
+/// up to 0.012 short where grids are coarse, and what is behind would shine through.
+constexpr double PixelSurplus = 1.0125;
+
 /// A picture of what others have drawn, with so many px more on each side of the camera's picture.
 struct PixelPicture
 {

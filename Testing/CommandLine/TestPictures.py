@@ -71,6 +71,22 @@ class TestPictures(ToolCase):
             self.assertEqual(png.shape, (48, 64, 3))
             np.testing.assert_allclose(png, 255 * expected, atol=0.51)
 
+    def test_linear_light(self):
+        words = (*CAMERA, *SMALL, "--unlit", "--background", 0.5, 0.2, 0)
+        codes, light = self.picture(*words), self.picture(*words, "--linear-light")
+        # sRGB of what is of one colour: in the quarters of the ball, and the background.
+        for row, column in ((14, 40), (34, 40), (14, 24), (34, 24), (1, 1)):
+            code = codes[row, column, :3]
+            np.testing.assert_allclose(
+                light[row, column, :3],
+                np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4), atol=0.01)
+        # Shown again they are the same, and only edges differ.
+        self.render("ball.ply", *words, "-o", "codes.png")
+        self.render("ball.ply", *words, "--linear-light", "-o", "light.png")
+        difference = np.abs(self.read_png("codes.png").astype(int) - self.read_png("light.png"))
+        self.assertLessEqual(np.median(difference), 1)
+        self.assertGreater(difference.max(), 20)
+
     def test_light_changes_the_picture(self):
         lit = self.picture(*CAMERA, *SMALL)
         unlit = self.picture(*CAMERA, *SMALL, "--unlit")

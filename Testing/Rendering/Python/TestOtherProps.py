@@ -86,7 +86,7 @@ def accumulation(blur, focus, views, size=SIZE):
 
 
 def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0), cells=1, views=0,
-            size=SIZE, samples=0):
+            size=SIZE, samples=0, linear=False):
     """-> rows of RGB tuples, the lowest first"""
     window, renderer = vtkRenderWindow(), vtkRenderer()
     window.SetOffScreenRendering(1)
@@ -105,9 +105,12 @@ def picture(actors, focus, blur, through=True, background=(0.0, 0.0, 0.0), cells
     if views:
         accumulating, disk = accumulation(blur, focus, views)
         camera.SetFocalDisk(disk)
+        accumulating.SetLinearLight(linear)
+        accumulating.GetDelegatePass().GetSplatter().SetLinearLight(linear)
         renderer.SetPass(accumulating)
     else:
         renderer.SetPass(lens_pass(blur, through, cells))
+        renderer.GetPass().GetSplatter().SetLinearLight(linear)
     renderer.ResetCameraClippingRange()
     for _ in range(2):  # the second frame is kept from the first
         window.Render()
@@ -278,6 +281,40 @@ def test_a_picture_is_part_of_a_larger_one():
                         for row, other in zip(small, cropped) for p, q in zip(row, other))
         assert different <= 20, (samples, different)
         assert max(small[y][SIZE - 1][0] for y in range(SIZE)) > 80  # it does reach in
+
+
+def light(code):
+    return code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
+
+
+def code(value):
+    return 12.92 * value if value <= 0.0031308 else 1.055 * value ** (1 / 2.4) - 0.055
+
+
+def test_light_is_mixed_where_wanted():
+    """The edge of a blurred half plane before another colour, one picture and cells, meshes, surfels
+    and the mean of many views: half of each one's light, or of its code."""
+    low, high = (64, 128, 0), (250, 128, 255)
+    makers = {"mesh": lambda z, color: mesh_actor(plane(z, 4.0), [c / 255 for c in color]),
+              "cloud": lambda z, color: cloud_actor(plane_of_surfels(z, 4.0, 200, color))}
+    for kind, make in makers.items():
+        for linear in (False, True):
+            for cells, views in ((1, 0), (7, 0), (1, 100)):
+                near = make(2.0, high)
+                near.SetPosition(4.0, 0, 0)
+                row = picture([near, make(-2.0, low)], 7.0, 8, cells=cells, views=views,
+                              linear=linear)[SIZE // 2]
+                middle = [(a + b) / 2 for a, b in zip(row[SIZE // 2 - 1], row[SIZE // 2])]
+                for c, (a, b) in enumerate(zip(low, high)):
+                    mean = (a + b) / 2
+                    if linear:
+                        mean = 255 * code((light(a / 255) + light(b / 255)) / 2)
+                    # Cells and views are steps of a stair.
+                    tolerance = 14 if views else 10 if cells > 1 else 6
+                    assert abs(middle[c] - mean) < tolerance, (kind, linear, cells, views, middle,
+                                                               mean)
+                    assert abs(row[4][c] - a) <= 2 and abs(row[SIZE - 5][c] - b) <= 2, (
+                        kind, linear, cells, views, row[4], row[SIZE - 5])
 
 
 def test_antialiased_edges_leave_no_line():

@@ -19,8 +19,9 @@ CLOUD is a .ply, .pcd, .xyz, .txt or .vtp file. Colours, alpha and normals in it
 files have columns x y z, then intensity, r g b, or normals. A .vtp that holds surfels or their
 hierarchy already (see --surfels and --hierarchy) is drawn as it is.
 
-OUT.exr holds linear RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the
-view direction. OUT.png holds 8 bits, 255 times the linear value, over the background.
+OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
+direction. OUT.png holds 8 bits, 255 times the float's value, over the background. Colours are mixed
+as they are; --linear-light mixes the light that they stand for.
 """
 
 CHANNELS = ("normal", "coc", "coverage", "fragments", "level")
@@ -167,6 +168,9 @@ def _add_look_options(parser):
     look = parser.add_argument_group("look")
     look.add_argument("--unlit", action="store_true",
                       help="colours as they are (default: a light at the camera)")
+    look.add_argument("--linear-light", action="store_true",
+                      help="mix light instead of colours, which are taken for sRGB: OUT.exr is "
+                           "linear light, OUT.png shows sRGB again (default: colours as they are)")
     look.add_argument("--background", nargs=3, type=_fraction, metavar=("R", "G", "B"),
                       help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
                            "0.16 0.17 0.19, or black with --unlit)")

@@ -75,8 +75,8 @@ def whole_file(path):
             os.remove(temporary)
 
 
-def _encode_png(picture):
-    """-> bytes of 8-bit RGB, 255 times the opaque picture's values."""
+def _encode_png(picture, linear_light):
+    """-> bytes of 8-bit RGB, 255 times the opaque picture's values, or their sRGB codes'."""
     import numpy as np
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -85,6 +85,9 @@ def _encode_png(picture):
     colors = vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
     image = vtkImageData()
     image.SetDimensions(picture.GetDimensions())
+    if linear_light:
+        low = colors <= 0.0031308  # sRGB (IEC 61966-2-1)
+        colors = np.where(low, 12.92 * colors, 1.055 * np.power(colors, 1 / 2.4) - 0.055)
     rounded = np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
     writer = vtkPNGWriter()
@@ -94,8 +97,8 @@ def _encode_png(picture):
     return memoryview(writer.GetResult())
 
 
-def _write_png(picture, path, messages):
-    content = _encode_png(picture)
+def _write_png(picture, path, linear_light, messages):
+    content = _encode_png(picture, linear_light)
     messages.check()
     with whole_file(path) as temporary, open(temporary, "wb") as file:
         file.write(content)
@@ -115,12 +118,13 @@ def _write_exr(picture, path, deep, messages):
         messages.check()
 
 
-def write_picture(picture, path, deep, messages):
-    """@param deep whether an .exr keeps the layers"""
+def write_picture(picture, path, deep, linear_light, messages):
+    """@param deep whether an .exr keeps the layers
+    @param linear_light whether the picture is linear light, which a .png shows as sRGB codes"""
     if path.lower().endswith(".exr"):
         _write_exr(picture, path, deep, messages)
     else:
-        _write_png(picture, path, messages)
+        _write_png(picture, path, linear_light, messages)
 
 
 def write_surfels(surfels, path, messages):

@@ -179,6 +179,7 @@ def _make_renderer(surfels, view, arguments):
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetLensSectors(arguments.lens_sectors)
     splatter.SetDeepSamples(arguments.deep)
+    splatter.SetLinearLight(arguments.linear_light)
     splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))
     if arguments.kernel == "gaussian":
         splatter.SetKernelToGaussian()
@@ -247,7 +248,8 @@ def render(arguments):
               "focal point", file=sys.stderr)
 
     with run.stage("write"):
-        write_picture(renderer.GetOutput(), arguments.output, arguments.deep, messages)
+        write_picture(renderer.GetOutput(), arguments.output, arguments.deep,
+                      arguments.linear_light, messages)
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, messages)
         if arguments.hierarchy:
