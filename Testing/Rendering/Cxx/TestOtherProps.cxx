@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Meshes through the lens in all the ways that VTK draws: stereo, layers, posters of tiles, passes
+ * of one's own, viewports; in one picture and in cells of the lens. What they look like is tested
+ * in Python/TestOtherProps.py.
+ */
+#include "RenderingTest.h"
+
+#include "vtkSurfelSplatter.h"
+#include "vtkSurfelSplattingPass.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkImageData.h>
+#include <vtkOpaquePass.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <cmath>
+
+using namespace RenderingTest;
+
+namespace
+{
+constexpr int CellCounts[] = { 1, 5 };
+
+vtkSmartPointer<vtkCamera> LensCamera(double distance, double focus)
+{
+  vtkSmartPointer<vtkCamera> camera = FrontCamera(distance);
+  camera->SetFocalDisk(0.5);
+  camera->SetFocalDistance(focus);
+  return camera;
+}
+
+void AddMeshes(vtkRenderer* renderer)
+{
+  renderer->SetBackground(0.1, 0.1, 0.3);
+  renderer->AddActor(QuadActor({ -1.2, -0.9, 1.5 }, { 1.0, 0, 0.5 }, { 0, 1.3, 0.3 }, { 1, 0, 0 }));
+  renderer->AddActor(QuadActor({ -3, -2, -2 }, { 5, 0, 0 }, { 0, 3, 0 }, { 0.2, 0.8, 0.3 }));
+}
+}
+
+/// Each eye sees surfels and a mesh of the same place alike, blurred by as much.
+SURFEL_TEST(OtherProps, Stereo)
+{
+  for (const int eye : { VTK_STEREO_LEFT, VTK_STEREO_RIGHT })
+  {
+    for (const int cells : CellCounts)
+    {
+      Scene scene(120, 90);
+      scene.Window->SetStereoType(eye);
+      scene.Window->StereoRenderOn();
+      scene.Pass->GetSplatter()->SetLensCells(cells);
+      SurfelBuilder builder;
+      builder.AddGrid({ -0.615, -0.41, 0.8 }, { 0.02, 0, 0 }, { 0, 0.02, 0 }, 60, 40);
+      vtkSmartPointer<vtkActor> surfels = SurfelActor(builder.Data);
+      vtkSmartPointer<vtkActor> mesh =
+        QuadActor({ -0.615, -0.41, 0.8 }, { 1.2, 0, 0 }, { 0, 0.8, 0 }, { 1, 1, 1 });
+      scene.Renderer->AddActor(surfels);
+      scene.Renderer->AddActor(mesh);
+      vtkSmartPointer<vtkCamera> camera = LensCamera(4.0, 2.2);
+      camera->SetEyeAngle(6.0);
+      scene.See(camera);
+      mesh->VisibilityOff();
+      vtkSmartPointer<vtkImageData> splats = scene.Render();
+      mesh->VisibilityOn();
+      surfels->VisibilityOff();
+      vtkSmartPointer<vtkImageData> polygons = scene.Render();
+      camera->SetEyeAngle(0.0);
+      CHECK(Compare(scene.Render(), polygons).Mean > 1.0); // the eyes do differ
+      // The mesh's edges, 200 px of them, are up to half a pixel elsewhere; 10800 px in all.
+      CHECK_NEAR(Compare(splats, polygons).Mean, 0.0, 2.4);
+      CHECK_NEAR(Compare(splats, polygons).Max, 0.0, 40.0);
+    }
+  }
+}
+
+/// A blurred mesh in a layer of its own lets the layer below through at its edge only.
+SURFEL_TEST(OtherProps, LayerOnTop)
+{
+  for (const int cells : CellCounts)
+  {
+    Scene scene(80, 80);
+    scene.Renderer->SetBackground(0.0, 0.0, 1.0);
+    scene.Renderer->SetPass(nullptr);
+    vtkNew<vtkRenderer> top;
+    top->SetLayer(1);
+    top->SetPass(scene.Pass);
+    top->AddActor(QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 })); // left half
+    scene.Window->SetNumberOfLayers(2);
+    scene.Window->AddRenderer(top);
+    scene.Pass->GetSplatter()->SetLensCells(cells);
+    vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 3.0);
+    scene.See(camera);
+    camera->SetClippingRange(3.0, 9.0);
+    top->SetActiveCamera(camera);
+    vtkSmartPointer<vtkImageData> picture = scene.Render();
+    CHECK_NEAR(At(picture, 5, 40, 0), 255.0, 1.0);
+    CHECK_NEAR(At(picture, 5, 40, 2), 0.0, 1.0);
+    CHECK_NEAR(At(picture, 75, 40, 0), 0.0, 1.0);
+    CHECK_NEAR(At(picture, 75, 40, 2), 255.0, 1.0);
+    CHECK_NEAR(0.5 * (At(picture, 39, 40, 0) + At(picture, 40, 40, 0)), 127.5, 10.0);
+    for (int x = 0; x < 80; ++x)
+    {
+      CHECK_NEAR(At(picture, x, 40, 0) + At(picture, x, 40, 2), 255.0, 3.0);
+    }
+  }
+}
+
+/// Tiles of a poster join, and are a window of its size.
+SURFEL_TEST(OtherProps, Poster)
+{
+  for (const int cells : CellCounts)
+  {
+    Scene scene(80, 60), large(160, 120);
+    for (Scene* s : { &scene, &large })
+    {
+      AddMeshes(s->Renderer);
+      s->See(LensCamera(6.0, 5.0));
+      s->Pass->GetSplatter()->SetLensCells(cells);
+    }
+    scene.Window->Render();
+    vtkNew<vtkWindowToImageFilter> poster;
+    poster->SetInput(scene.Window);
+    poster->SetScale(2);
+    poster->ReadFrontBufferOff();
+    poster->FixBoundaryOff();
+    poster->Update();
+    vtkSmartPointer<vtkImageData> picture = large.Render();
+    int different = 0;
+    for (int i = 0; i < 160 * 120; ++i)
+    {
+      different += std::abs(At(picture, i % 160, i / 160, 1) -
+                     At(poster->GetOutput(), i % 160, i / 160, 1)) > 2.0;
+    }
+    CHECK(different <= 20); // a mesh's edge may cover a pixel more in one of the two
+  }
+}
+
+/// In a viewport, multisampled or not, it is the picture of a window of that size.
+SURFEL_TEST(OtherProps, Viewport)
+{
+  for (const int cells : CellCounts)
+  {
+    for (const int samples : { 0, 4 })
+    {
+      Scene whole(90, 70, samples), part(180, 140, samples);
+      part.Renderer->SetViewport(0.5, 0.5, 1.0, 1.0);
+      for (Scene* s : { &whole, &part })
+      {
+        AddMeshes(s->Renderer);
+        s->See(LensCamera(6.0, 5.0));
+        s->Pass->GetSplatter()->SetLensCells(cells);
+      }
+      vtkSmartPointer<vtkImageData> picture = part.Render();
+      CHECK_NEAR(Compare(Crop(picture, 90, 70, 90, 70), whole.Render()).Max, 0.0, 0.0);
+      CHECK_NEAR(CountBrighter(Crop(picture, 0, 0, 90, 140), 0), 0, 0.0);
+    }
+  }
+}
+
+/// As a step among the user's own: the same picture.
+SURFEL_TEST(OtherProps, DelegateInsideOwnSteps)
+{
+  Scene alone(90, 70), inside(90, 70);
+  vtkNew<vtkRenderStepsPass> steps;
+  vtkNew<vtkOpaquePass> opaque;
+  inside.Pass->SetDelegatePass(opaque);
+  steps->SetOpaquePass(inside.Pass);
+  inside.Renderer->SetPass(steps);
+  for (Scene* s : { &alone, &inside })
+  {
+    AddMeshes(s->Renderer);
+    s->See(LensCamera(6.0, 5.0));
+  }
+  CHECK_NEAR(Compare(alone.Render(), inside.Render()).Max, 0.0, 0.0);
+}
+
+/// What was released comes back, between one picture and cells as well.
+SURFEL_TEST(OtherProps, ReleaseAndRenderAgain)
+{
+  for (const int cells : CellCounts)
+  {
+    Scene scene(90, 70, 4);
+    AddMeshes(scene.Renderer);
+    scene.See(LensCamera(6.0, 5.0));
+    scene.Pass->GetSplatter()->SetLensCells(cells);
+    vtkSmartPointer<vtkImageData> reference = scene.Render();
+    scene.Pass->ReleaseGraphicsResources(scene.Window);
+    CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
+    scene.Window->SetSize(60, 60);
+    scene.Render();
+    scene.Window->SetSize(90, 70);
+    CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
+    scene.Pass->GetSplatter()->SetLensCells(6 - cells);
+    scene.Render();
+    scene.Pass->GetSplatter()->SetLensCells(cells);
+    CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
+  }
+}
