@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One surface as a mesh and as a cloud that was sampled from it, each drawn by the pass from the
+same camera: the bunny of the ray-traced scenes, its mesh reconstructed by VTK."""
+
+import json
+import os
+import sys
+import unittest
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkConnectivityFilter
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.vtkFiltersPoints import (
+    vtkExtractSurface, vtkPCANormalEstimation, vtkPointInterpolator, vtkSignedDistance, vtkVoronoiKernel)
+from vtkmodules.vtkRenderingCore import (
+    vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter)
+
+from surfelsplatting import (
+    vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelMapper,
+    vtkSurfelNormalization, vtkSurfelSplattingPass)
+
+TRUTH = os.environ["TRUTH"]
+SCENE = f"{TRUTH}/stanford-bunny"
+WALL = -1.9  # z; the wall behind the bunny is farther
+
+# dB: what is asked for is 30 with one picture and 34 with seven cells; measured 36.9 and 38.3 (coc12),
+# 36.0 and 42.4 (coc36). What differs is the mesh's lack of a pixel filter where it is in focus.
+FLOORS = {("coc12", 1): 36.0, ("coc12", 7): 37.5, ("coc36", 1): 35.0, ("coc36", 7): 41.5}
+
+
+def points_of(points, colors=None):
+    data, positions = vtkPolyData(), vtkPoints()
+    positions.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
+    data.SetPoints(positions)
+    if colors is not None:
+        scalars = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8), deep=True)
+        scalars.SetName("RGB")
+        data.GetPointData().SetScalars(scalars)
+    return data
+
+
+def bunny_points():
+    reader = vtkPointCloudReader()
+    reader.SetFileName(SCENE + ".ply")
+    reader.Update()
+    cloud = reader.GetOutput()
+    points = vtk_to_numpy(cloud.GetPoints().GetData())
+    colors = vtk_to_numpy(cloud.GetPointData().GetScalars())[:, :3]
+    bunny = points[:, 2] > WALL
+    return points_of(points[bunny], colors[bunny])
+
+
+def reconstruct(cloud):
+    """-> triangles with the colour of the nearest point at each corner"""
+    bounds = np.array(cloud.GetBounds()).reshape(3, 2)
+    size = np.ptp(bounds, axis=1).max()
+    margin, cells = 0.06 * size, 260
+    normals = vtkPCANormalEstimation()
+    normals.SetInputData(cloud)
+    normals.SetSampleSize(20)
+    normals.FlipNormalsOn()
+    normals.SetNormalOrientationToGraphTraversal()
+    distance = vtkSignedDistance()
+    distance.SetInputConnection(normals.GetOutputPort())
+    distance.SetRadius(0.02 * size)
+    distance.SetBounds((bounds + [-margin, margin]).ravel())
+    distance.SetDimensions(*(int(cells * (side + 2 * margin) / size) for side in np.ptp(bounds, axis=1)))
+    surface = vtkExtractSurface()
+    surface.SetInputConnection(distance.GetOutputPort())
+    surface.SetRadius(0.02 * size)
+    largest = vtkConnectivityFilter()
+    largest.SetInputConnection(surface.GetOutputPort())
+    largest.SetExtractionModeToLargestRegion()
+    geometry = vtkGeometryFilter()
+    geometry.SetInputConnection(largest.GetOutputPort())
+    colors = vtkPointInterpolator()
+    colors.SetInputConnection(geometry.GetOutputPort())
+    colors.SetSourceData(cloud)
+    colors.SetKernel(vtkVoronoiKernel())
+    colors.PromoteOutputArraysOff()  # bytes are colours, floats are not
+    colors.Update()
+    mesh = colors.GetOutput()
+    mesh.GetPointData().SetActiveScalars("RGB")
+    return mesh
+
+
+def sample(mesh, count):
+    """Points with colours, uniform on the mesh."""
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    colors = vtk_to_numpy(mesh.GetPointData().GetScalars()).astype(float)
+    corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    a, b, c = (points[corners[:, i]] for i in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    rng = np.random.default_rng(3)
+    chosen = corners[rng.choice(len(corners), count, p=area / area.sum())]
+    u, v = rng.random((2, count))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    weights = np.stack([1 - u - v, u, v], axis=1)
+    return points_of(np.einsum("ni,nij->nj", weights, points[chosen]),
+                     np.einsum("ni,nij->nj", weights, colors[chosen]).round())
+
+
+def surfels_of(cloud):
+    estimation, normalization, hierarchy = (
+        vtkSurfelEstimation(), vtkSurfelNormalization(), vtkSurfelHierarchy())
+    estimation.SetInputData(cloud)
+    normalization.SetInputConnection(estimation.GetOutputPort())
+    hierarchy.SetInputConnection(normalization.GetOutputPort())
+    hierarchy.Update()
+    return hierarchy.GetOutput()
+
+
+def picture(mapper, view, cells):
+    """-> [height, width, 3] bytes"""
+    window, renderer, splatting = vtkRenderWindow(), vtkRenderer(), vtkSurfelSplattingPass()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(*view["size"])
+    window.AddRenderer(renderer)
+    renderer.SetBackground(0.1, 0.1, 0.15)
+    renderer.SetPass(splatting)
+    splatting.GetSplatter().SetLensCells(cells)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().LightingOff()
+    renderer.AddActor(actor)
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(view["position"])
+    camera.SetFocalPoint(view["focalPoint"])
+    camera.SetViewUp(view["viewUp"])
+    camera.SetViewAngle(view["viewAngle"])
+    camera.SetFocalDisk(view["focalDisk"])
+    camera.SetFocalDistance(view["focalDistance"])
+    renderer.ResetCameraClippingRange()
+    window.Render()
+    grabbed = vtkWindowToImageFilter()
+    grabbed.SetInput(window)
+    grabbed.ReadFrontBufferOff()
+    grabbed.Update()
+    pixels = vtk_to_numpy(grabbed.GetOutput().GetPointData().GetScalars())
+    return pixels.reshape(view["size"][1], view["size"][0], 3)
+
+
+class MeshAndCloud(unittest.TestCase):
+    def test_bunny(self):
+        mesh = reconstruct(bunny_points())
+        self.assertGreater(mesh.GetNumberOfPolys(), 100000)
+        mesh_mapper, cloud_mapper = vtkPolyDataMapper(), vtkSurfelMapper()
+        mesh_mapper.SetInputData(mesh)
+        cloud_mapper.SetInputData(surfels_of(sample(mesh, 500000)))
+        with open(SCENE + ".json") as file:
+            views = {view["name"]: view for view in json.load(file)["views"]}
+        for (view, cells), floor in FLOORS.items():
+            a, b = (picture(mapper, views[view], cells).astype(float)
+                    for mapper in (mesh_mapper, cloud_mapper))
+            value = 10 * np.log10(255 ** 2 / np.mean((a - b) ** 2))
+            print(f"mesh and cloud, {view}, K = {cells}: {value:.2f}")
+            self.assertGreater(value, floor, (view, cells))
+
+
+if __name__ == "__main__":
+    if not os.path.exists(SCENE + ".json"):
+        print(f"skipped: no ray-traced scenes in {TRUTH} (SURFELSPLATTING_TRUTH_DIR)")
+        sys.exit(77)
+    unittest.main()
