@@ -82,9 +82,9 @@ public:
   ///@{
   /**
    * In how many cells the lens is divided: each is a smaller lens with a centre of its own, and
-   * their pictures are averaged. 1, the default, is one picture, as in the paper. More is more
-   * accurate where things of different depth cover one another, at nearly as many times the frame
-   * time; 7 is a good step. Range [1, 65536].
+   * their pictures are averaged (vtkSurfelSplattingPass: those of all props). 1, the default, is
+   * one picture, as in the paper. More is more accurate where things of different depth cover one
+   * another, at nearly as many times the frame time; 7 is a good step. Range [1, 65536].
    */
   vtkSetClampMacro(LensCells, int, 1, 65536);
   vtkGetMacro(LensCells, int);

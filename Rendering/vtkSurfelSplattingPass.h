@@ -17,15 +17,21 @@
  *
  * Stages of the step:
  *   1. the delegate draws the other opaque props;
- *   2. their depth is read back: what lies behind them is hidden, layer by layer;
+ *   2. their depth and colour are read back: what lies behind them is hidden, layer by layer, and
+ *      pixels that the lens blurs become surfels themselves (OtherPropsThroughLens);
  *   3. the core splats all surfels (vtkSurfelSplatter);
  *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame, and depth (R 32-bit
  *      float) written where the surfels' alpha passes one half, so that later props are hidden
  *      correctly.
- * Other props are drawn sharp.
  *
- * The float picture of the surfels, before it is rounded to the frame's 8 bits, is
- * GetSplatter()->GetOutput().
+ * With vtkSurfelSplatter::LensCells above 1, other props to go through the lens and no delegate,
+ * all steps but the overlay are rendered once for each cell of the lens, and the frame is their
+ * mean: translucent props and volumes are blurred as well, and what blurred props hide is seen
+ * past their edges. Each cell costs a frame of all props.
+ *
+ * The float picture of what was splatted, before it is rounded to the frame's 8 bits, is
+ * GetSplatter()->GetOutput(): surfels and blurred pixels of other props; that of the last cell
+ * where there are several.
  *
  * @sa vtkSurfelMapper vtkSurfelSplatter vtkSurfelImageRenderer
  */
@@ -87,10 +93,10 @@ public:
   /**
    * Whether what the other opaque props have drawn goes through the lens as well: pixels that it
    * blurs by more than half a pixel join the surfels in their A-buffer; what is in focus stays as
-   * sharp as it was drawn. What a blurred prop hides is not in its picture and cannot be seen
-   * through its edge: the background is instead; vtkLensAccumulationPass sees it. Translucent
-   * props, volumes and the overlay stay sharp, and in posters of tiles blur does not reach over the
-   * tiles' borders. Default off.
+   * sharp as it was drawn. What is up to 128 px beyond the frame's border is drawn, too, for what
+   * blurs into it. A picture has one layer: behind the edge of a blurred prop the surface beside it
+   * is taken to go on; with LensCells above 1 every cell sees for itself. With one cell translucent
+   * props and volumes stay sharp. Text, axes and all else in the overlay always do. Default on.
    */
   vtkSetMacro(OtherPropsThroughLens, vtkTypeBool);
   vtkGetMacro(OtherPropsThroughLens, vtkTypeBool);
