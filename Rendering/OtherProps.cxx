@@ -143,6 +143,7 @@ bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectang
     this->Whole.Margin = 0;
   }
   this->PlaceMiddle(rectangle, distances);
+  this->HasBackdrop = this->FindBackdrop(distances);
   this->Whole.Depth = this->WideDistances.data();
   this->Whole.Colors = this->WideColor.data();
   return true;
@@ -191,7 +192,8 @@ bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rec
 /// In the middle of the wide picture, the picture itself.
 void OtherProps::PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances)
 {
-  const auto width = static_cast<std::size_t>(rectangle.Width);
+  this->Width = static_cast<std::size_t>(rectangle.Width);
+  const std::size_t width = this->Width;
   const auto height = static_cast<std::size_t>(rectangle.Height);
   const auto margin = static_cast<std::size_t>(this->Whole.Margin);
   const std::size_t wide = width + 2 * margin;
@@ -205,18 +207,45 @@ void OtherProps::PlaceMiddle(const PixelRectangle& rectangle, const std::vector<
   }
 }
 
+/// Whether something without a depth, such as a skybox, was drawn: where nothing is, and not beside
+/// an edge, which may be antialiased, there is another colour than before.
+bool OtherProps::FindBackdrop(const std::vector<float>& distances) const
+{
+  const auto isNothing = [&](std::size_t p) { return std::isinf(distances[p]); };
+  const std::size_t height = distances.size() / this->Width;
+  for (std::size_t y = 1; y + 1 < height; ++y)
+  {
+    for (std::size_t x = 1; x + 1 < this->Width; ++x)
+    {
+      const std::size_t p = y * this->Width + x;
+      const float* color = &this->Color[4 * p];
+      if (isNothing(p) && !std::equal(color, color + 4, &this->Background[4 * p]) &&
+        isNothing(p - 1) && isNothing(p + 1) && isNothing(p - this->Width) &&
+        isNothing(p + this->Width))
+      {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Where nothing is, the background of the pixel itself.
+const float* OtherProps::ColorUnder(const PixelSurfels::Pixel& pixel) const
+{
+  const bool known = pixel.Under != PixelSurfels::NoPixel &&
+    (this->HasBackdrop || std::isfinite(this->WideDistances[pixel.Under]));
+  return known ? &this->WideColor[4 * pixel.Under] : &this->Background[4 * pixel.Index];
+}
+
 const float* OtherProps::Compose(const PixelSurfels& pixels, const float* color)
 {
   float* under = this->Color.data();
-  const float* background = this->Background.data();
-  const float* wide = this->WideColor.data();
   for (const auto* list : { &pixels.Taken(), &pixels.Mixed() })
   {
     for (const PixelSurfels::Pixel& pixel : *list)
     {
-      const float* from = pixel.Under == PixelSurfels::NoPixel ? background + 4 * pixel.Index
-                                                               : wide + 4 * pixel.Under;
-      std::copy_n(from, 4, under + 4 * pixel.Index);
+      std::copy_n(this->ColorUnder(pixel), 4, under + 4 * pixel.Index);
     }
   }
   const auto count = static_cast<vtkIdType>(this->Color.size() / 4);

@@ -71,6 +71,8 @@ private:
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
   bool DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
     const DepthRange& range, vtkRenderPass* delegate);
+  bool FindBackdrop(const std::vector<float>& distances) const;
+  const float* ColorUnder(const PixelSurfels::Pixel& pixel) const;
   void PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances);
 
   FrameBlit Blit;
@@ -79,6 +81,8 @@ private:
   std::vector<float> WideDistances, WideColor; // with the margin
   std::vector<float> WindowDepth;
   PixelPicture Whole;
+  std::size_t Width = 0; // of the picture
+  bool HasBackdrop = false;
   bool LinearLight = false;
 };
 }

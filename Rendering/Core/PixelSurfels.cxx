@@ -48,10 +48,10 @@ int MarginOf(const View& camera, const Lens& lens, double nearest, double farthe
   {
     widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
-  // Kernels are a little wider than the disc.
+  // Kernels are up to a quarter wider than the disc, and the pixel's own.
   return widest < LeastPixelConfusion
     ? 0
-    : static_cast<int>(std::fmin(std::ceil(1.1 * widest) + 2.0, LargestMargin));
+    : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, LargestMargin));
 }
 
 /// The blur of all pixels, and how many of each row are taken.
@@ -117,21 +117,6 @@ void PixelSurfels::TakePixels(
   });
 }
 
-/// Blurred surfaces that go on behind others become further surfels.
-void PixelSurfels::AddHidden(const PixelPicture& others)
-{
-  const std::size_t taken = this->Places.size();
-  for (std::size_t s = 0; s < taken; ++s)
-  {
-    const std::size_t place = this->Places[s].Place;
-    const std::int32_t behind = this->Hidden.Behind(place);
-    if (behind != HiddenPixels::None && this->Confusions[behind] >= others.LeastConfusion)
-    {
-      this->Places.push_back({ place, static_cast<std::size_t>(behind) });
-    }
-  }
-}
-
 /// A pixel of the surface of (x, y), or of nothing, from (dx, dy) on: not at the edge of what is
 /// before it.
 std::size_t PixelSurfels::Unmixed(int x, int y, int dx, int dy) const
@@ -153,33 +138,90 @@ std::size_t PixelSurfels::Unmixed(int x, int y, int dx, int dy) const
   return own;
 }
 
-void PixelSurfels::FindMixed(const View& camera, const PixelPicture& others)
+/// What goes on behind a pixel, not mixed with what is before it; NoPixel where that is not known.
+std::size_t PixelSurfels::Behind(const PixelPicture& others, std::size_t place) const
 {
-  for (const Pixel& taken : this->Pixels)
+  const std::int32_t behind = this->Hidden.Behind(place);
+  if (behind == HiddenPixels::None)
   {
-    const std::int32_t behind = this->Hidden.Behind(taken.Place);
-    const int x = static_cast<int>(taken.Index) % camera.Width;
-    const int y = static_cast<int>(taken.Index) / camera.Width;
-    const int m = others.Margin;
-    if (behind == HiddenPixels::None || std::abs(behind % this->Width - x - m) > 1 ||
-      std::abs(behind / this->Width - y - m) > 1)
+    return NoPixel;
+  }
+  if (!others.Antialiased)
+  {
+    return static_cast<std::size_t>(behind);
+  }
+  const int x = behind % this->Width, y = behind / this->Width;
+  const int dx = x - static_cast<int>(place % this->Width);
+  const int dy = y - static_cast<int>(place / this->Width);
+  return this->Unmixed(x, y, (dx > 0) - (dx < 0), (dy > 0) - (dy < 0));
+}
+
+/// Blurred surfaces that go on behind others become further surfels.
+void PixelSurfels::AddHidden(const PixelPicture& others)
+{
+  const std::size_t taken = this->Places.size();
+  for (std::size_t s = 0; s < taken; ++s)
+  {
+    const std::size_t place = this->Places[s].Place;
+    const std::size_t behind = this->Behind(others, place);
+    if (behind != NoPixel && this->Confusions[behind] >= others.LeastConfusion)
     {
-      continue; // not at an edge
+      this->Places.push_back({ place, behind });
     }
-    for (int j = std::max(0, y - 1); j <= std::min(camera.Height - 1, y + 1); ++j)
+  }
+}
+
+/// Whether an antialiased pixel is beside the edge of taken ones before it; then also
+/// the direction away from them.
+bool PixelSurfels::IsMixed(const PixelPicture& others, int x, int y, int direction[2]) const
+{
+  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  int away[2] = { 0, 0 }, before = 0;
+  for (int j = std::max(0, y - 1); j <= std::min(this->Height - 1, y + 1); ++j)
+  {
+    for (int i = std::max(0, x - 1); i <= std::min(this->Width - 1, x + 1); ++i)
     {
-      for (int i = std::max(0, x - 1); i <= std::min(camera.Width - 1, x + 1); ++i)
+      const std::size_t n = static_cast<std::size_t>(j) * this->Width + i;
+      if (this->Confusions[n] >= others.LeastConfusion &&
+        this->Nearness[n] - this->Nearness[p] >= HiddenPixels::LeastStep)
       {
-        const std::size_t p = static_cast<std::size_t>(j + m) * this->Width + i + m;
-        if (this->Confusions[p] < others.LeastConfusion &&
-          this->Nearness[taken.Place] - this->Nearness[p] >= HiddenPixels::LeastStep)
+        ++before;
+        away[0] += x - i;
+        away[1] += y - j;
+      }
+    }
+  }
+  for (int c = 0; c < 2; ++c)
+  {
+    direction[c] = (away[c] > 0) - (away[c] < 0);
+  }
+  return before > 0;
+}
+
+void PixelSurfels::FindMixed(
+  const View& camera, const PixelPicture& others, const Executor& executor)
+{
+  const int margin = others.Margin;
+  std::vector<std::vector<Pixel>> rows(camera.Height);
+  executor.For(rows.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+    {
+      const int y = static_cast<int>(row) + margin;
+      for (int x = margin; x < camera.Width + margin; ++x)
+      {
+        const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+        int away[2];
+        if (this->Confusions[p] < others.LeastConfusion && this->IsMixed(others, x, y, away))
         {
-          const std::size_t under =
-            this->Confusions[p] < 0.0f ? NoPixel : this->Unmixed(i + m, j + m, i - x, j - y);
-          this->MixedPixels.push_back({ static_cast<std::size_t>(j) * camera.Width + i, p, under });
+          rows[row].push_back(
+            { row * camera.Width + x - margin, p, this->Unmixed(x, y, away[0], away[1]) });
         }
       }
     }
+  });
+  for (const std::vector<Pixel>& row : rows)
+  {
+    this->MixedPixels.insert(this->MixedPixels.end(), row.begin(), row.end());
   }
 }
 
@@ -219,14 +261,13 @@ float PixelSurfels::PutUnder(const PixelPicture& others, Pixel& pixel) const
     pixel.Under = pixel.Place;
     return rim;
   }
-  const std::int32_t behind = this->Hidden.Behind(pixel.Place);
-  if (behind != HiddenPixels::None && this->Confusions[behind] >= 0.0f &&
-    this->Confusions[behind] < others.LeastConfusion)
+  const std::size_t behind = this->Behind(others, pixel.Place);
+  if (behind == NoPixel || this->Confusions[behind] >= others.LeastConfusion)
   {
-    pixel.Under = static_cast<std::size_t>(behind);
-    return others.Depth[behind];
+    return std::numeric_limits<float>::infinity();
   }
-  return std::numeric_limits<float>::infinity();
+  pixel.Under = behind;
+  return others.Depth[behind];
 }
 
 void PixelSurfels::Take(const View& camera, const Lens& lens, const PixelPicture& others,
@@ -244,12 +285,16 @@ void PixelSurfels::Take(const View& camera, const Lens& lens, const PixelPicture
   this->Height = camera.Height + 2 * others.Margin;
   this->FindConfusions(camera, lens, others, executor);
   this->TakePixels(camera, others, executor);
+  if (this->Places.empty())
+  {
+    return;
+  }
   this->Hidden.Find(
     this->Width, this->Height, this->Nearness, this->Confusions, others.LeastConfusion);
   this->AddHidden(others);
   if (others.Antialiased)
   {
-    this->FindMixed(camera, others);
+    this->FindMixed(camera, others, executor);
   }
   this->Positions.resize(3 * this->Size());
   this->Covariances.resize(6 * this->Size());

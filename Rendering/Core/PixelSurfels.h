@@ -80,8 +80,8 @@ public:
   {
     std::size_t Index; ///< in the camera's picture
     std::size_t Place; ///< in the picture with its margin
-    std::size_t Under; ///< the pixel of that picture whose colour is under the surfels: at the rim
-                       ///< its own, at an edge the sharp one behind it; or NoPixel: the background
+    std::size_t Under; ///< the pixel of that picture that is under the surfels: at the rim its own,
+                       ///< at an edge the sharp one, or nothing, behind it; or NoPixel: not known
   };
 
   static constexpr std::size_t NoPixel = static_cast<std::size_t>(-1);
@@ -100,7 +100,9 @@ private:
     const View& camera, const Lens& lens, const PixelPicture& others, const Executor& executor);
   void TakePixels(const View& camera, const PixelPicture& others, const Executor& executor);
   void AddHidden(const PixelPicture& others);
-  void FindMixed(const View& camera, const PixelPicture& others);
+  bool IsMixed(const PixelPicture& others, int x, int y, int direction[2]) const;
+  void FindMixed(const View& camera, const PixelPicture& others, const Executor& executor);
+  std::size_t Behind(const PixelPicture& others, std::size_t place) const;
   std::size_t Unmixed(int x, int y, int dx, int dy) const;
   float PutUnder(const PixelPicture& others, Pixel& pixel) const;
   float RimDepth(const PixelPicture& others, std::size_t place) const;

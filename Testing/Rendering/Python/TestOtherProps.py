@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkRenderingCore import (
-    vtkColorTransferFunction, vtkPolyDataMapper, vtkTextActor, vtkVolume)
+    vtkColorTransferFunction, vtkPolyDataMapper, vtkSkybox, vtkTextActor, vtkTexture, vtkVolume)
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from lensscene import SIZE, actor_of, cloud_actor, mesh_actor, picture, plane, plane_of_surfels, psnr
@@ -174,6 +174,30 @@ def test_a_picture_is_part_of_a_larger_one():
                         for row, other in zip(small, cropped) for p, q in zip(row, other))
         assert different <= 20, (samples, different)
         assert max(small[y][SIZE - 1][0] for y in range(SIZE)) > 80  # it does reach in
+
+
+def skybox(color):
+    texture = vtkTexture()
+    texture.CubeMapOn()
+    for face in range(6):
+        image = vtkImageData()
+        image.SetDimensions(4, 4, 1)
+        image.AllocateScalars(VTK_UNSIGNED_CHAR, 3)
+        for c in range(3):
+            image.GetPointData().GetScalars().FillComponent(c, color[c])
+        texture.SetInputDataObject(face, image)
+    sky = vtkSkybox()
+    sky.SetTexture(texture)
+    return sky
+
+
+def test_a_sky_without_depth_goes_on_behind():
+    """White before magenta: blue everywhere, and not the background's black in the edge."""
+    for samples in (0, 8):
+        seen = picture([skybox((255, 80, 255)), mesh_actor(plane(2.0, 0.35), (1, 1, 1))], 7.0, 12,
+                       samples=samples)
+        assert min(p[2] for row in seen for p in row) >= 250, samples
+        assert {seen[80][2][1], seen[80][80][1]} == {80, 255}, samples
 
 
 def light(code):
