@@ -52,6 +52,13 @@ vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, v
   return array;
 }
 
+/// Blur, px, from which on others' pixels are taken: of the same pixels whether the lens is in
+/// cells or not.
+double LeastConfusion(const vtkSurfelSplatter::View& view)
+{
+  return SurfelSplatting::LeastPixelConfusion / std::sqrt(std::max(1, view.CellCount));
+}
+
 void AddDeepSamples(const SurfelSplatting::DeepImage& deep, vtkImageData* output)
 {
   namespace Arrays = SurfelSplatting::Arrays;
@@ -276,7 +283,7 @@ SurfelSplatting::Lens vtkSurfelSplatter::GetLens(const View& view)
 int vtkSurfelSplatter::GetMargin(const View& view, const double distances[2])
 {
   return SurfelSplatting::MarginOf(SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect),
-    this->GetLens(view), distances[0], distances[1]);
+    this->GetLens(view), distances[0], distances[1], LeastConfusion(view));
 }
 
 /// Others' pixels that are blurred become a cloud of their own. Returns the depths of those that
@@ -293,8 +300,7 @@ const float* vtkSurfelSplatter::TakePixels(
   const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
   my.SharpLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
   SurfelSplatting::PixelPicture others = *view.Others;
-  // The same pixels as without cells.
-  others.LeastConfusion /= std::sqrt(std::max(1, view.CellCount));
+  others.LeastConfusion = LeastConfusion(view);
   my.Pixels.Take(my.Context.Camera, my.Context.Optics, others, my.SharpLimit.data(),
     SurfelSplatting::SMPExecutor());
   if (my.Pixels.Size() > 0)

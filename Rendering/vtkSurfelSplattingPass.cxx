@@ -326,10 +326,10 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   const bool hasPicture = window && rectangle.Width > 0 && rectangle.Height > 0;
   this->Internal->Others.SetLinearLight(this->Splatter->GetLinearLight() != 0);
-  const bool others = hasPicture && this->BeginOtherProps(state, rectangle);
+  const int margin = hasPicture ? this->BeginOtherProps(state, rectangle) : 0;
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
-  if (!hasPicture || (items.empty() && !others))
+  if (!hasPicture || (items.empty() && margin == 0))
   {
     return;
   }
@@ -337,9 +337,9 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   const SurfelSplatting::DepthRange range = MakeDepthRange(view.Camera, view.Aspect);
   this->ReadDepths(window, rectangle, range);
   view.DepthLimit = this->Internal->Limit.data();
-  if (others)
+  if (margin > 0)
   {
-    this->ReadOtherProps(state, rectangle, range, delegate, view);
+    this->ReadOtherProps(state, rectangle, range, margin, delegate, view);
   }
   view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();
@@ -379,8 +379,9 @@ void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
   }
 }
 
-/// Before the other props are drawn; whether they are to go through the lens.
-bool vtkSurfelSplattingPass::BeginOtherProps(
+/// Before the other props are drawn; how far beyond the picture they are to be drawn, px, where
+/// they are to go through the lens. 0: they are not, or none is blurred.
+int vtkSurfelSplattingPass::BeginOtherProps(
   const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle)
 {
   vtkRenderer* renderer = state->GetRenderer();
@@ -390,15 +391,18 @@ bool vtkSurfelSplattingPass::BeginOtherProps(
     : this->Splatter->HasLens(camera);
   if (!this->OtherPropsThroughLens || !blurs || !SurfelSplatting::HasOtherProps(renderer))
   {
-    return false;
+    return 0;
   }
+  double distances[2];
+  SurfelSplatting::DistancesOfOtherProps(renderer, distances);
+  const int margin = this->Splatter->GetMargin(this->MakeView(state, rectangle), distances);
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  const bool good = this->Internal->Others.ReadBackground(window, rectangle);
-  if (!good)
+  if (margin > 0 && !this->Internal->Others.ReadBackground(window, rectangle))
   {
     this->ReportOtherProps();
+    return 0;
   }
-  return good;
+  return margin;
 }
 
 void vtkSurfelSplattingPass::ReportOtherProps()
@@ -409,11 +413,8 @@ void vtkSurfelSplattingPass::ReportOtherProps()
 
 void vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
   const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
-  vtkRenderPass* delegate, vtkSurfelSplatter::View& view)
+  int margin, vtkRenderPass* delegate, vtkSurfelSplatter::View& view)
 {
-  double distances[2];
-  SurfelSplatting::DistancesOfOtherProps(state->GetRenderer(), distances);
-  const int margin = this->Splatter->GetMargin(view, distances);
   SurfelSplatting::OtherProps& others = this->Internal->Others;
   if (!others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate))
   {

@@ -138,10 +138,10 @@ private:
 #ifndef __VTK_WRAP__
   vtkSurfelSplatter::View MakeView(
     const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
-  bool BeginOtherProps(
+  int BeginOtherProps(
     const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
   void ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range, vtkRenderPass* delegate,
+    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate,
     vtkSurfelSplatter::View& view);
   void ReadDepths(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range);

@@ -40,7 +40,7 @@ Affine3 Inverse(const Affine3& a)
 }
 }
 
-int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest)
+int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest, double least)
 {
   const double f = std::sqrt(std::abs(camera.Fx * camera.Fy));
   double widest = 0.0;
@@ -49,7 +49,7 @@ int MarginOf(const View& camera, const Lens& lens, double nearest, double farthe
     widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
   // Kernels are up to a quarter wider than the disc, and the pixel's own.
-  return widest < LeastPixelConfusion
+  return widest < least
     ? 0
     : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, LargestMargin));
 }

@@ -59,8 +59,9 @@ struct PixelPicture
 };
 
 /// The margin from which a lens blurs into the picture, of things between two distances: at most
-/// LargestMargin.
-int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest);
+/// LargestMargin; 0 where none of them is blurred by `least` px.
+int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest,
+  double least = LeastPixelConfusion);
 
 class PixelSurfels
 {
