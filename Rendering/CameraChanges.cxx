@@ -2,13 +2,10 @@
 #include "CameraChanges.h"
 
 #include <vtkCamera.h>
-#include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderer.h>
-
-#include <cmath>
 
 namespace SurfelSplatting
 {
@@ -24,60 +21,59 @@ CameraSwap::~CameraSwap()
   this->Renderer->SetActiveCamera(this->Own);
 }
 
-void ShiftCamera(vtkCamera* camera, double x, double y, double u, double v)
+vtkSmartPointer<vtkCamera> CopyCamera(vtkCamera* camera, double aspect)
 {
-  vtkMatrix4x4* toView = camera->GetViewTransformMatrix();
+  auto copy = vtkSmartPointer<vtkCamera>::New();
+  copy->DeepCopy(camera);
+  vtkNew<vtkMatrix4x4> projection;
+  projection->DeepCopy(camera->GetProjectionTransformMatrix(aspect, -1, 1));
+  copy->SetUserTransform(nullptr);
+  copy->SetExplicitProjectionTransformMatrix(projection);
+  copy->UseExplicitProjectionTransformMatrixOn();
+  return copy;
+}
+
+namespace
+{
+/// Row r of a projection: scale times itself plus shift times the row of the divisor.
+void ChangeRow(vtkMatrix4x4* projection, int r, double scale, double shift)
+{
+  for (int c = 0; c < 4; ++c)
+  {
+    projection->SetElement(
+      r, c, scale * projection->GetElement(r, c) + shift * projection->GetElement(3, c));
+  }
+}
+}
+
+void ShiftCamera(vtkCamera* copy, double x, double y, double u, double v)
+{
+  vtkMatrix4x4* toView = copy->GetViewTransformMatrix();
   double position[3], focalPoint[3];
-  camera->GetPosition(position);
-  camera->GetFocalPoint(focalPoint);
+  copy->GetPosition(position);
+  copy->GetFocalPoint(focalPoint);
   for (int i = 0; i < 3; ++i)
   {
     const double d = x * toView->GetElement(0, i) + y * toView->GetElement(1, i);
     position[i] += d;
     focalPoint[i] += d;
   }
-  camera->SetPosition(position);
-  camera->SetFocalPoint(focalPoint);
-  if (camera->GetUseExplicitProjectionTransformMatrix())
-  {
-    vtkMatrix4x4* explicitMatrix = camera->GetExplicitProjectionTransformMatrix();
-    vtkNew<vtkMatrix4x4> shifted;
-    shifted->DeepCopy(explicitMatrix);
-    // Coordinates behind the projection are divided by -z (perspective) or by 1.
-    const int column = camera->GetParallelProjection() ? 3 : 2;
-    const double sign = column == 3 ? 1.0 : -1.0;
-    shifted->SetElement(0, column, shifted->GetElement(0, column) + sign * u);
-    shifted->SetElement(1, column, shifted->GetElement(1, column) + sign * v);
-    camera->SetExplicitProjectionTransformMatrix(shifted);
-    return;
-  }
-  const double* center = camera->GetWindowCenter();
-  camera->SetWindowCenter(center[0] - u, center[1] - v);
+  copy->SetPosition(position);
+  copy->SetFocalPoint(focalPoint);
+  vtkNew<vtkMatrix4x4> projection;
+  projection->DeepCopy(copy->GetExplicitProjectionTransformMatrix());
+  ChangeRow(projection, 0, 1.0, u);
+  ChangeRow(projection, 1, 1.0, v);
+  copy->SetExplicitProjectionTransformMatrix(projection);
 }
 
-void WidenCamera(vtkCamera* camera, const int size[2], double aspect, int margin)
+void WidenCamera(vtkCamera* copy, const int size[2], int margin)
 {
-  const double x = 1.0 + 2.0 * margin / size[0], y = 1.0 + 2.0 * margin / size[1];
-  if (camera->GetUseExplicitProjectionTransformMatrix())
-  {
-    vtkNew<vtkMatrix4x4> wide;
-    wide->DeepCopy(camera->GetExplicitProjectionTransformMatrix());
-    for (int column = 0; column < 4; ++column)
-    {
-      wide->SetElement(0, column, wide->GetElement(0, column) / x);
-      wide->SetElement(1, column, wide->GetElement(1, column) / y);
-    }
-    camera->SetExplicitProjectionTransformMatrix(wide);
-    return;
-  }
-  const double* center = camera->GetWindowCenter();
-  camera->SetWindowCenter(center[0] / x, center[1] / y);
-  const double half = 0.5 * vtkMath::RadiansFromDegrees(camera->GetViewAngle());
-  const double wider = std::atan(std::tan(half) * (camera->GetUseHorizontalViewAngle() ? x : y));
-  camera->SetViewAngle(2.0 * vtkMath::DegreesFromRadians(wider));
-  camera->SetExplicitAspectRatio(
-    (camera->GetUseExplicitAspectRatio() ? camera->GetExplicitAspectRatio() : aspect) * x / y);
-  camera->UseExplicitAspectRatioOn();
+  vtkNew<vtkMatrix4x4> projection;
+  projection->DeepCopy(copy->GetExplicitProjectionTransformMatrix());
+  ChangeRow(projection, 0, size[0] / (size[0] + 2.0 * margin), 0.0);
+  ChangeRow(projection, 1, size[1] / (size[1] + 2.0 * margin), 0.0);
+  copy->SetExplicitProjectionTransformMatrix(projection);
 }
 
 std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer)

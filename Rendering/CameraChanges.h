@@ -29,12 +29,16 @@ private:
   vtkSmartPointer<vtkCamera> Own;
 };
 
-/// Moves a camera by (x, y) world units within the plane of its lens and shifts its picture by
-/// (u, v) in normalised device coordinates.
-void ShiftCamera(vtkCamera* camera, double x, double y, double u, double v);
+/// A camera that sees the same, whose projection is explicit: all that shapes a camera's projection
+/// (window centre, user transform, shear, stereo) is in its matrix.
+vtkSmartPointer<vtkCamera> CopyCamera(vtkCamera* camera, double aspect);
 
-/// Widens a camera's picture of size px by margin px on each side.
-void WidenCamera(vtkCamera* camera, const int size[2], double aspect, int margin);
+/// Moves a copy by (x, y) world units within the plane of its lens and shifts its picture by (u, v)
+/// in normalised device coordinates.
+void ShiftCamera(vtkCamera* copy, double x, double y, double u, double v);
+
+/// Widens a copy's picture of size px by margin px on each side.
+void WidenCamera(vtkCamera* copy, const int size[2], int margin);
 
 /// All visible props of a renderer, also those that its cullers left out: a camera that was changed
 /// may see them.

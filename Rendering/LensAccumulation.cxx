@@ -3,7 +3,6 @@
 
 #include "CameraChanges.h"
 #include "LensAccumulationFS.h"
-#include "SurfelFrameBlit.h"
 #include "SurfelSceneAdapter.h"
 
 #include <vtk_glew.h>
@@ -23,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace SurfelSplatting
 {
@@ -48,6 +48,7 @@ vtkOpenGLRenderWindow* WindowOf(const vtkRenderState* state)
 LensViews::LensViews(vtkCamera* camera, const int size[2], double aspect, const Lens& lens,
   const LensSampling& sampling)
   : Camera(camera)
+  , Aspect(aspect)
   , Middle(MakeView(camera, size, aspect))
   , Optics(lens)
   , Cells(DivideLens(this->Middle, lens, sampling))
@@ -147,6 +148,18 @@ void LensAccumulation::AddView(
   state->PopFramebufferBindings();
 }
 
+void LensAccumulation::KeepDepthBelow(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+{
+  std::vector<float> depth;
+  this->DepthBelow->SetContext(window);
+  this->DepthBelow->SetMinificationFilter(vtkTextureObject::Nearest);
+  this->DepthBelow->SetMagnificationFilter(vtkTextureObject::Nearest);
+  this->HasDepthBelow = this->Blit.ReadDepth(window, rectangle, depth) &&
+    this->DepthBelow->Create2DFromRaw(static_cast<unsigned int>(rectangle.Width),
+      static_cast<unsigned int>(rectangle.Height), 1, VTK_FLOAT, depth.data());
+}
+
 bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& views, int index,
   const PixelRectangle& rectangle, vtkRenderPass* delegate)
 {
@@ -156,8 +169,7 @@ bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& 
     2.0 * (cell.Camera.Cx - views.Middle.Cx + views.PixelFilter * jitter.X) / rectangle.Width;
   const double v =
     2.0 * (cell.Camera.Cy - views.Middle.Cy + views.PixelFilter * jitter.Y) / rectangle.Height;
-  vtkNew<vtkCamera> moved;
-  moved->DeepCopy(views.Camera);
+  const vtkSmartPointer<vtkCamera> moved = CopyCamera(views.Camera, views.Aspect);
   moved->SetFocalDistance(views.Optics.FocalDistance);
   moved->SetFocalDisk(2.0 * cell.Optics.Radius);
   ShiftCamera(moved, cell.Center[0], cell.Center[1], u, v);
@@ -173,6 +185,10 @@ bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& 
   {
     window->GetState()->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
     window->GetState()->vtkglClear(GL_COLOR_BUFFER_BIT);
+  }
+  if (this->HasDepthBelow)
+  {
+    this->Draw(window, this->DepthBelow, this->DepthBelow, 0.0, Blending::Add, Code::Keep);
   }
   {
     const CameraSwap swap(renderer, moved);
@@ -194,6 +210,11 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   if (!this->Prepare(window, rectangle.Width, rectangle.Height))
   {
     return false;
+  }
+  this->HasDepthBelow = false;
+  if (state->GetRenderer()->GetPreserveDepthBuffer())
+  {
+    this->KeepDepthBelow(window, rectangle);
   }
   int done = 0;
   for (; done < views.Count && (done == 0 || !window->GetAbortRender()); ++done)
@@ -222,5 +243,7 @@ void LensAccumulation::ReleaseGraphicsResources(vtkWindow* window)
   this->Sum->ReleaseGraphicsResources(window);
   this->FirstDepth->ReleaseGraphicsResources(window);
   this->SumColor->ReleaseGraphicsResources(window);
+  this->DepthBelow->ReleaseGraphicsResources(window);
+  this->Blit.ReleaseGraphicsResources(window);
 }
 }

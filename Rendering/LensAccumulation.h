@@ -9,6 +9,7 @@
 #include "LensCells.h"
 
 #include "OffscreenFrame.h"
+#include "SurfelFrameBlit.h"
 
 #include <vtkNew.h>
 #include <vtkWeakPointer.h>
@@ -27,8 +28,6 @@ class vtkWindow;
 
 namespace SurfelSplatting
 {
-struct PixelRectangle;
-
 /// What to take the mean of.
 struct LensViews
 {
@@ -43,6 +42,7 @@ struct LensViews
   }
 
   vtkCamera* Camera;
+  double Aspect;
   View Middle; // what the camera sees
   Lens Optics;
   std::vector<LensCell> Cells;
@@ -63,7 +63,8 @@ public:
    * otherwise instead of it. Each view is rendered through a copy of the camera within a cell of
    * the lens, FocalDisk being the cell's diameter, with as many samples as the current framebuffer
    * has. Views after the first one are left out once the window's rendering is aborted. False: its
-   * textures could not be made, and nothing is drawn.
+   * textures could not be made, and nothing is drawn. A renderer that preserves the depth of layers
+   * below has it in every view.
    */
   bool Render(const vtkRenderState* state, const PixelRectangle& rectangle, const LensViews& views,
     vtkRenderPass* delegate);
@@ -71,6 +72,7 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
+  void KeepDepthBelow(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
   bool Prepare(vtkOpenGLRenderWindow* window, int width, int height);
   bool RenderView(const vtkRenderState* state, const LensViews& views, int index,
     const PixelRectangle& rectangle, vtkRenderPass* delegate);
@@ -93,7 +95,9 @@ private:
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;
-  vtkNew<vtkTextureObject> FirstDepth, SumColor;
+  vtkNew<vtkTextureObject> FirstDepth, SumColor, DepthBelow;
+  FrameBlit Blit;
+  bool HasDepthBelow = false;
   std::unique_ptr<vtkOpenGLQuadHelper> Quad;
   vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
 };

@@ -55,6 +55,7 @@ bool OffscreenFrame::Allocate(int width, int height, int samples)
   }
   const bool fits = this->MultiColor->GetHandle() && this->Samples == samples &&
     this->Size[0] == width && this->Size[1] == height;
+  this->Samples = 0;
   if (samples > 0 && !fits)
   {
     this->MultiColor->SetContext(this->Window);

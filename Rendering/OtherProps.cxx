@@ -31,7 +31,7 @@ namespace SurfelSplatting
 namespace
 {
 /// Whether any part of a prop is in space, and no surfels.
-bool IsOther(vtkProp* prop)
+bool IsOther(vtkProp* prop, bool opaqueOnly)
 {
   bool other = false;
   prop->InitPathTraversal();
@@ -41,23 +41,32 @@ bool IsOther(vtkProp* prop)
     auto* actor = vtkActor::SafeDownCast(leaf);
     other = other ||
       (vtkProp3D::SafeDownCast(leaf) && leaf->GetVisibility() &&
+        (!opaqueOnly || leaf->HasOpaqueGeometry()) &&
         !(actor && vtkSurfelMapper::SafeDownCast(actor->GetMapper())));
   }
   return other;
 }
 
-/// Applies a function to red, green and blue.
-void ForColors(std::vector<float>& rgba, double (*function)(double))
+/// Premultiplied RGBA over what is there.
+void Mix(const float* color, float* under)
 {
-  vtkSMPTools::For(0, static_cast<vtkIdType>(rgba.size() / 4), [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType p = 4 * begin; p < 4 * end; p += 4)
-    {
-      for (vtkIdType c = p; c < p + 3; ++c)
-      {
-        rgba[c] = static_cast<float>(function(rgba[c]));
-      }
-    }
-  });
+  const float through = 1.0f - color[3];
+  for (int c = 0; c < 4; ++c)
+  {
+    under[c] = color[c] + through * under[c];
+  }
+}
+
+/// The same of light over sRGB codes.
+void MixLight(const float* color, float* under)
+{
+  const float through = 1.0f - color[3];
+  for (int c = 0; c < 3; ++c)
+  {
+    const double below = through > 0.0f ? through * LightOfCode(under[c]) : 0.0;
+    under[c] = static_cast<float>(CodeOfLight(color[c] + below));
+  }
+  under[3] = color[3] + through * under[3];
 }
 
 /// The distances of a box's corners.
@@ -75,10 +84,11 @@ void AddDistances(const double* bounds, vtkMatrix4x4* worldToView, double distan
 }
 }
 
-bool HasOtherProps(vtkRenderer* renderer)
+bool HasOtherProps(vtkRenderer* renderer, bool opaqueOnly)
 {
   const std::vector<vtkProp*> props = VisibleProps(renderer);
-  return std::any_of(props.begin(), props.end(), IsOther);
+  return std::any_of(
+    props.begin(), props.end(), [=](vtkProp* prop) { return IsOther(prop, opaqueOnly); });
 }
 
 void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2])
@@ -87,10 +97,10 @@ void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2])
   double found[2] = { VTK_DOUBLE_MAX, -VTK_DOUBLE_MAX };
   for (vtkProp* prop : VisibleProps(renderer))
   {
-    const double* bounds = IsOther(prop) ? prop->GetBounds() : nullptr;
+    const double* bounds = IsOther(prop, true) ? prop->GetBounds() : nullptr;
     if (bounds && vtkMath::AreBoundsInitialized(bounds))
     {
-      AddDistances(bounds, camera->GetViewTransformMatrix(), found);
+      AddDistances(bounds, camera->GetModelViewTransformMatrix(), found);
     }
   }
   const double* range = camera->GetClippingRange();
@@ -112,27 +122,16 @@ void ToDistances(
   });
 }
 
-bool OtherProps::ReadColor(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color)
-{
-  const bool good = this->Blit.ReadColor(window, rectangle, color);
-  if (this->LinearLight)
-  {
-    ForColors(color, LightOfCode);
-  }
-  return good;
-}
-
 bool OtherProps::ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
 {
-  return this->ReadColor(window, rectangle, this->Background);
+  return this->Blit.ReadColor(window, rectangle, this->Background);
 }
 
 bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectangle,
   const DepthRange& range, const std::vector<float>& distances, int margin, vtkRenderPass* delegate)
 {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
-  if (!this->ReadColor(window, rectangle, this->Color))
+  if (!this->Blit.ReadColor(window, rectangle, this->Color))
   {
     return false;
   }
@@ -157,11 +156,10 @@ bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rec
   const int size[2] = { rectangle.Width, rectangle.Height };
   const PixelRectangle wide{ 0, 0, size[0] + 2 * this->Whole.Margin,
     size[1] + 2 * this->Whole.Margin };
-  vtkNew<vtkCamera> camera;
-  camera->DeepCopy(renderer->GetActiveCamera());
-  WidenCamera(camera, size, renderer->GetTiledAspectRatio(), this->Whole.Margin);
-  if (camera->GetUseOffAxisProjection() ||
-    !this->Wide.Begin(window, wide.Width, wide.Height, CurrentSamples()))
+  const vtkSmartPointer<vtkCamera> camera =
+    CopyCamera(renderer->GetActiveCamera(), renderer->GetTiledAspectRatio());
+  WidenCamera(camera, size, this->Whole.Margin);
+  if (!this->Wide.Begin(window, wide.Width, wide.Height, CurrentSamples()))
   {
     return false;
   }
@@ -179,7 +177,7 @@ bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rec
     inner.SetFrameBuffer(this->Wide.Framebuffer());
     delegate->Render(&inner);
   }
-  const bool good = this->ReadColor(window, wide, this->WideColor) &&
+  const bool good = this->Blit.ReadColor(window, wide, this->WideColor) &&
     this->Blit.ReadDepth(window, wide, this->WindowDepth);
   this->Wide.End(false);
   if (good)
@@ -248,21 +246,17 @@ const float* OtherProps::Compose(const PixelSurfels& pixels, const float* color)
       std::copy_n(this->ColorUnder(pixel), 4, under + 4 * pixel.Index);
     }
   }
+  const bool linear = this->Whole.LinearLight;
   const auto count = static_cast<vtkIdType>(this->Color.size() / 4);
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType p = begin; p < end; ++p)
     {
-      const float through = 1.0f - color[4 * p + 3];
-      for (vtkIdType c = 4 * p; c < 4 * p + 4; ++c)
+      if (color[4 * p + 3] > 0.0f)
       {
-        under[c] = color[c] + through * under[c];
+        linear ? MixLight(color + 4 * p, under + 4 * p) : Mix(color + 4 * p, under + 4 * p);
       }
     }
   });
-  if (this->LinearLight)
-  {
-    ForColors(this->Color, CodeOfLight);
-  }
   return under;
 }
 

@@ -21,10 +21,10 @@ class vtkWindow;
 
 namespace SurfelSplatting
 {
-/// Whether a renderer shows anything in space that is no surfels.
-bool HasOtherProps(vtkRenderer* renderer);
+/// Whether a renderer shows anything in space that is no surfels; opaque things alone where wanted.
+bool HasOtherProps(vtkRenderer* renderer, bool opaqueOnly);
 
-/// The distances between which a renderer's other props are, within its clipping range.
+/// The distances between which a renderer's other opaque props are, within its clipping range.
 void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2]);
 
 /// Window depths as distances along the view direction, infinity where nothing was drawn.
@@ -35,12 +35,12 @@ class OtherProps
 {
 public:
   /// Whether colours are sRGB codes of the light that is blurred and mixed.
-  void SetLinearLight(bool linear) { this->LinearLight = linear; }
+  void SetLinearLight(bool linear) { this->Whole.LinearLight = linear; }
 
   /// Instead of Read, where all that was drawn stays: what is there now.
   bool ReadPicture(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
   {
-    return this->ReadColor(window, rectangle, this->Color);
+    return this->Blit.ReadColor(window, rectangle, this->Color);
   }
 
   /// What is there before they are drawn. False: it could not be read.
@@ -67,8 +67,6 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool ReadColor(
-    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
   bool DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
     const DepthRange& range, vtkRenderPass* delegate);
   bool FindBackdrop(const std::vector<float>& distances) const;
@@ -83,6 +81,5 @@ private:
   PixelPicture Whole;
   std::size_t Width = 0; // of the picture
   bool HasBackdrop = false;
-  bool LinearLight = false;
 };
 }

@@ -136,6 +136,7 @@ struct vtkSurfelSplatter::Internals
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
+  bool WarnedOffAxis = false;
 };
 
 vtkStandardNewMacro(vtkSurfelSplatter);
@@ -226,6 +227,12 @@ void vtkSurfelSplatter::MakeContext(const View& view)
     vtkWarningMacro(
       "Parallel projection has no lens: the picture is sharp. Use a perspective "
       "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
+  }
+  if (camera->GetUseOffAxisProjection() && !this->Internal->WarnedOffAxis)
+  {
+    this->Internal->WarnedOffAxis = true;
+    vtkWarningMacro("Off-axis projection is not supported: surfels are not where meshes are. Give "
+                    "the camera the same projection with SetExplicitProjectionTransformMatrix().");
   }
   this->Internal->Context = context;
 }

@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <new>
 #include <vector>
 
 namespace
@@ -100,10 +101,44 @@ double SecondsPerFrame(vtkRenderer* renderer)
   return 1.0 / (std::max(1e-6, window->GetDesiredUpdateRate()) * renderers);
 }
 
+constexpr double MostCoarsening = 16.0;
+
+/// What a frame's time must fall to for coarser surfels to be of use: meshes' pixels do not get
+/// fewer.
+constexpr double LeastGain = 0.93;
+
 bool IsInteractive(vtkRenderer* renderer)
 {
   return renderer->GetRenderWindow()->GetDesiredUpdateRate() > 1.0;
 }
+
+/// Calls a function; false where it says so or memory does not suffice.
+bool IfMemorySuffices(const std::function<bool()>& function)
+{
+  try
+  {
+    return function();
+  }
+  catch (const std::bad_alloc&)
+  {
+    return false;
+  }
+}
+
+/// A number that is 0 again when this goes.
+class CountOfCells
+{
+public:
+  CountOfCells(int& count, int cells)
+    : Count(count)
+  {
+    this->Count = cells;
+  }
+  ~CountOfCells() { this->Count = 0; }
+
+private:
+  int& Count;
+};
 
 /// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
 /// later passes draw translucent props.
@@ -167,6 +202,8 @@ struct vtkSurfelSplattingPass::Internals
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
   double NextCoarsening = 1.0; // learned from the frames so far
+  double LastCoarsening = 1.0, LastLoad = 0.0;
+  double UsefulCoarsening = MostCoarsening; // more of it was seen to gain nothing
 };
 
 vtkStandardNewMacro(vtkSurfelSplattingPass);
@@ -252,9 +289,9 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   const int cells = this->Splatter->GetLensCells();
-  if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() || !window ||
-    rectangle.Width < 1 || rectangle.Height < 1 || !this->Splatter->HasLens(camera) ||
-    !SurfelSplatting::HasOtherProps(renderer))
+  if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() ||
+    this->Splatter->GetChannels() != 0 || !window || rectangle.Width < 1 || rectangle.Height < 1 ||
+    !this->Splatter->HasLens(camera) || !SurfelSplatting::HasOtherProps(renderer, false))
   {
     return false;
   }
@@ -262,10 +299,11 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   SurfelSplatting::LensViews views(camera, view.Size, view.Aspect, this->Splatter->GetLens(view),
     { cells, this->Splatter->GetLensPinholes() != 0 });
   views.LinearLight = this->Splatter->GetLinearLight() != 0;
-  this->Internal->CellCount = cells;
-  const bool good =
-    this->Internal->Accumulation.Render(state, rectangle, views, this->Internal->Cell);
-  this->Internal->CellCount = 0;
+  bool good = false;
+  {
+    const CountOfCells count(this->Internal->CellCount, cells);
+    good = this->Internal->Accumulation.Render(state, rectangle, views, this->Internal->Cell);
+  }
   if (!good)
   {
     vtkErrorMacro("Float textures of " << rectangle.Width << " x " << rectangle.Height
@@ -360,18 +398,27 @@ double vtkSurfelSplattingPass::ChooseCoarsening(vtkRenderer* renderer)
 
 void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
 {
-  constexpr double mostCoarsening = 16.0;
-  double& next = this->Internal->NextCoarsening;
+  Internals& my = *this->Internal;
+  double& next = my.NextCoarsening;
   const double load = this->Splatter->GetFrameMilliseconds() *
     std::max(1, this->Internal->CellCount) / (1000.0 * SecondsPerFrame(renderer));
   if (!IsInteractive(renderer))
   {
+    my.UsefulCoarsening = MostCoarsening; // perhaps of another scene
+    my.LastLoad = 0.0;
     return; // what was learned is of use when the mouse moves again
   }
+  if (load > 1.0 && this->Coarsening > my.LastCoarsening && my.LastLoad > 0.0 &&
+    load > LeastGain * my.LastLoad && this->Splatter->GetTakenPixels().Size() > 0)
+  {
+    my.UsefulCoarsening = my.LastCoarsening;
+  }
+  my.LastCoarsening = this->Coarsening;
+  my.LastLoad = load;
   // Splats go with the inverse square of the coarsening, but not all of a frame's time does.
   if (load > 1.0)
   {
-    next = std::min(mostCoarsening, this->Coarsening * std::min(2.0, std::pow(load, 0.7)));
+    next = std::min(my.UsefulCoarsening, this->Coarsening * std::min(2.0, std::pow(load, 0.7)));
   }
   else if (load < 0.7)
   {
@@ -389,7 +436,7 @@ int vtkSurfelSplattingPass::BeginOtherProps(
   const bool blurs = this->Internal->CellCount > 0
     ? camera->GetFocalDisk() > 0.0 && !camera->GetParallelProjection()
     : this->Splatter->HasLens(camera);
-  if (!this->OtherPropsThroughLens || !blurs || !SurfelSplatting::HasOtherProps(renderer))
+  if (!this->OtherPropsThroughLens || !blurs || !SurfelSplatting::HasOtherProps(renderer, true))
   {
     return 0;
   }
@@ -397,7 +444,8 @@ int vtkSurfelSplattingPass::BeginOtherProps(
   SurfelSplatting::DistancesOfOtherProps(renderer, distances);
   const int margin = this->Splatter->GetMargin(this->MakeView(state, rectangle), distances);
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  if (margin > 0 && !this->Internal->Others.ReadBackground(window, rectangle))
+  const auto read = [&] { return this->Internal->Others.ReadBackground(window, rectangle); };
+  if (margin > 0 && !IfMemorySuffices(read))
   {
     this->ReportOtherProps();
     return 0;
@@ -416,7 +464,10 @@ void vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
   int margin, vtkRenderPass* delegate, vtkSurfelSplatter::View& view)
 {
   SurfelSplatting::OtherProps& others = this->Internal->Others;
-  if (!others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate))
+  const auto read = [&] {
+    return others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate);
+  };
+  if (!IfMemorySuffices(read))
   {
     this->ReportOtherProps();
     return;
@@ -464,8 +515,14 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
   });
   SurfelSplatting::FrameBlit& blit = this->Internal->Blit;
   // Blending knows nothing of light.
-  const bool whole = !taken.empty() ||
-    (this->Splatter->GetLinearLight() && this->Internal->Others.ReadPicture(window, rectangle));
+  const bool mixesLight = taken.empty() && this->Splatter->GetLinearLight() != 0;
+  const bool read = mixesLight && this->Internal->Others.ReadPicture(window, rectangle);
+  if (mixesLight && !read)
+  {
+    vtkErrorMacro("The frame's colours could not be read: surfels are blended over it as colours "
+                  "instead of as light. Try vtkRenderWindow::SetMultiSamples(0).");
+  }
+  const bool whole = read || !taken.empty();
   const bool good = whole
     ? blit.Replace(window, rectangle,
         this->Internal->Others.Compose(this->Splatter->GetTakenPixels(), color), windowDepth.data())

@@ -24,10 +24,10 @@
  *      float) written where the surfels' alpha passes one half, so that later props are hidden
  *      correctly.
  *
- * With vtkSurfelSplatter::LensCells above 1, other props to go through the lens and no delegate,
- * all steps but the overlay are rendered once for each cell of the lens, and the frame is their
- * mean: translucent props and volumes are blurred as well, and what blurred props hide is seen
- * past their edges. Each cell costs a frame of all props.
+ * With vtkSurfelSplatter::LensCells above 1, other props to go through the lens and neither a
+ * delegate nor deep samples or channels to be made, all steps but the overlay are rendered once for
+ * each cell of the lens, and the frame is their mean: translucent props and volumes are blurred as
+ * well, and what blurred props hide is seen past their edges. Each cell costs a frame of all props.
  *
  * The float picture of what was splatted, before it is rounded to the frame's 8 bits, is
  * GetSplatter()->GetOutput(): surfels and blurred pixels of other props; that of the last cell
@@ -96,7 +96,9 @@ public:
    * sharp as it was drawn. What is up to 128 px beyond the frame's border is drawn, too, for what
    * blurs into it. A picture has one layer: behind the edge of a blurred prop the surface beside it
    * is taken to go on; with LensCells above 1 every cell sees for itself. With one cell translucent
-   * props and volumes stay sharp. Text, axes and all else in the overlay always do. Default on.
+   * props and volumes stay sharp. 2D actors, such as text, always do. The margin and the cells are
+   * drawn through cameras that the renderer has for as long (vtkCommand::ActiveCameraEvent).
+   * Default on.
    */
   vtkSetMacro(OtherPropsThroughLens, vtkTypeBool);
   vtkGetMacro(OtherPropsThroughLens, vtkTypeBool);

@@ -15,7 +15,8 @@ class LayerTally : public LayerSink
 public:
   /// @param coverage  [height][width] set to the coverage, [0, 1]: 1 - product of (1 - min(1, w))
   /// over the layers, w their weights; the mean over the lens
-  /// @param fragments [height][width] set to the number of fragments, over all cells of the lens
+  /// @param fragments [height][width] set to the number of fragments, over all cells of the lens;
+  /// of a cell in sectors their mean
   LayerTally(int width, int height, float* coverage, float* fragments);
 
   void BeginCell() override { ++this->Cells; }
@@ -27,12 +28,15 @@ public:
   void Finish();
 
 private:
+  std::size_t TileOf(int x, int y) const;
   std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y) * this->Width + x; }
 
   int Width;
   int Cells = 0;
   float* Coverage;
   float* Fragments;
+  int TilesX;
+  std::vector<float> Shares;  // [tiles] of the part in its cell
   std::vector<float> Through; // what the layers of the part so far let through, times its share
 };
 }

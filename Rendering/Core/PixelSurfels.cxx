@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PixelSurfels.h"
 
+#include "LinearLight.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,18 +12,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Change of depth from a pixel to the next along a row or column: of the two neighbours' the
-/// smaller one, since across a silhouette it is no slope. 0 where there is none.
-double DepthSlope(
-  const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter)
-{
-  const double z = depth[at];
-  const double before = hasBefore ? z - depth[at - step] : INFINITY;
-  const double after = hasAfter ? depth[at + step] - z : INFINITY;
-  const double slope = std::abs(before) < std::abs(after) ? before : after;
-  return std::isfinite(slope) ? slope : 0.0;
-}
-
 Affine3 Inverse(const Affine3& a)
 {
   // Rows of the inverse: cofactors over the determinant.
@@ -314,6 +304,23 @@ void PixelSurfels::Take(const View& camera, const Lens& lens, const PixelPicture
   });
 }
 
+/// Change of depth from a pixel to the next along a row or column: of the two neighbours' the
+/// smaller one. Neighbours of another surface are none: by their nearness, which is linear along a
+/// plane. 0 where there is none.
+double PixelSurfels::DepthSlope(
+  const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const
+{
+  const float most = std::max(HiddenPixels::LeastStep, LargestSlope * this->Confusions[at]);
+  const auto isSame = [&](std::size_t p) {
+    return std::abs(this->Nearness[p] - this->Nearness[at]) < most;
+  };
+  const double z = depth[at];
+  const double before = hasBefore && isSame(at - step) ? z - depth[at - step] : INFINITY;
+  const double after = hasAfter && isSame(at + step) ? depth[at + step] - z : INFINITY;
+  const double slope = std::abs(before) < std::abs(after) ? before : after;
+  return std::isfinite(slope) ? slope : 0.0;
+}
+
 /// The patch that a pixel sees of the plane through its source's depth with its slopes of depth:
 /// position and its derivatives along x and y on the screen, whose cross product is its area
 /// vector.
@@ -324,8 +331,8 @@ void PixelSurfels::MakeSurfel(const View& camera, const PixelPicture& others, st
   const auto height = static_cast<std::size_t>(camera.Height + 2 * others.Margin);
   const std::size_t x = p % width, y = p / width;
   const double z = others.Depth[p];
-  const double slopeX = DepthSlope(others.Depth, p, 1, x > 0, x + 1 < width);
-  const double slopeY = DepthSlope(others.Depth, p, width, y > 0, y + 1 < height);
+  const double slopeX = this->DepthSlope(others.Depth, p, 1, x > 0, x + 1 < width);
+  const double slopeY = this->DepthSlope(others.Depth, p, width, y > 0, y + 1 < height);
   const std::size_t seenX = place % width, seenY = place / width;
   const double rayX = (static_cast<double>(seenX) + 0.5 - others.Margin - camera.Cx) / camera.Fx;
   const double rayY = (static_cast<double>(seenY) + 0.5 - others.Margin - camera.Cy) / camera.Fy;
@@ -352,7 +359,8 @@ void PixelSurfels::MakeSurfel(const View& camera, const PixelPicture& others, st
   {
     this->Positions[3 * s + i] = static_cast<float>(position[i]);
     this->AreaVectors[3 * s + i] = static_cast<float>(side * area[i]);
-    this->Colors[4 * s + i] = rgba[i] * straight;
+    const float color = rgba[i] * straight;
+    this->Colors[4 * s + i] = others.LinearLight ? static_cast<float>(LightOfCode(color)) : color;
   }
   this->Colors[4 * s + 3] = rgba[3];
 }

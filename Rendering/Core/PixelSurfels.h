@@ -46,15 +46,20 @@ constexpr double PixelPrefilter = 0.1;
 /// up to 0.012 short where grids are coarse, and what is behind would shine through.
 constexpr double PixelSurplus = 1.0125;
 
+/// Steeper than so much blur of its own from pixel to pixel, and than HiddenPixels::LeastStep,
+/// there is an edge and no slope.
+constexpr float LargestSlope = 0.25f;
+
 /// A picture of what others have drawn, with so many px more on each side of the camera's picture.
 struct PixelPicture
 {
   const float* Depth = nullptr;  ///< [height + 2 margin][width + 2 margin] distance along the view
                                  ///< direction, world units; infinity where there is nothing
-  const float* Colors = nullptr; ///< [height + 2 margin][width + 2 margin][4] linear RGBA,
+  const float* Colors = nullptr; ///< [height + 2 margin][width + 2 margin][4] RGBA,
                                  ///< premultiplied; may be above 1
   int Margin = 0;                ///< px
   double LeastConfusion = LeastPixelConfusion; ///< radius, px, from which on pixels are taken
+  bool LinearLight = false; ///< whether colours are sRGB codes of the light that is blurred
   bool Antialiased = false; ///< whether pixels at edges have something of both sides' colours
 };
 
@@ -107,6 +112,8 @@ private:
   std::size_t Unmixed(int x, int y, int dx, int dy) const;
   float PutUnder(const PixelPicture& others, Pixel& pixel) const;
   float RimDepth(const PixelPicture& others, std::size_t place) const;
+  double DepthSlope(
+    const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const;
   void MakeSurfel(const View& camera, const PixelPicture& others, std::size_t s);
 
   /// Where a surfel is seen, and the pixel whose depth and colour it has; both in the picture with

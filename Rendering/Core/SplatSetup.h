@@ -25,7 +25,6 @@ struct SplatSettings
   double Prefilter = 1.0; ///< h, variance of the pixel filter in px^2, > 0
 };
 
-/// Everything that is the same for all surfels of a frame.
 /// What splats show as their colour; all but their own is unlit.
 enum class Paint
 {
@@ -36,6 +35,7 @@ enum class Paint
 };
 constexpr double LargestPaintedLevel = 64.0;
 
+/// Everything that is the same for all surfels of a frame.
 struct SplatContext
 {
   View Camera;

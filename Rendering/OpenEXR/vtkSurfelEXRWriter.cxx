@@ -16,6 +16,7 @@
 
 #include <fstream>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -53,17 +54,26 @@ bool IsChannel(vtkDataArray* array)
   return array->GetNumberOfComponents() == 1 || array->GetNumberOfComponents() == 3;
 }
 
-void AddPlanes(
-  vtkDataArray* array, const std::string& channel, int width, int height, Planes& planes)
+void AddPlane(
+  const std::string& channel, vtkDataArray* array, int component, const int* size, Planes& planes)
+{
+  if (!planes.emplace(channel, TopDownPlane(array, component, size[0], size[1], 1.0)).second)
+  {
+    throw std::runtime_error("point array " + std::string(array->GetName()) +
+      " would be a second channel " + channel + ": rename it, or add channels one by one.");
+  }
+}
+
+void AddPlanes(vtkDataArray* array, const std::string& channel, const int* size, Planes& planes)
 {
   if (array->GetNumberOfComponents() == 1)
   {
-    planes[channel] = TopDownPlane(array, 0, width, height, 1.0);
+    AddPlane(channel, array, 0, size, planes);
     return;
   }
   for (int i = 0; i < 3; ++i)
   {
-    planes[channel + "." + "XYZ"[i]] = TopDownPlane(array, i, width, height, 1.0);
+    AddPlane(channel + "." + "XYZ"[i], array, i, size, planes);
   }
 }
 
@@ -115,18 +125,7 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
   {
     planes[std::string(1, "RGBA"[i])] = TopDownPlane(colors, i, size[0], size[1], largest);
   }
-  if (allChannels)
-  {
-    for (int i = 0; i < data->GetNumberOfArrays(); ++i)
-    {
-      vtkDataArray* array = data->GetArray(i);
-      if (array && array != colors && array->GetName() && IsChannel(array))
-      {
-        AddPlanes(
-          array, SurfelSplatting::ChannelOfArray(array->GetName()), size[0], size[1], planes);
-      }
-    }
-  }
+  std::set<vtkDataArray*> added{ colors };
   for (const auto& channel : this->Channels)
   {
     vtkDataArray* array = data->GetArray(channel.first.c_str());
@@ -135,7 +134,16 @@ Planes vtkSurfelEXRWriter::Internals::CollectPlanes(vtkImageData* image, bool al
       throw std::runtime_error("the picture has no point array " + channel.first +
         " of one or three components for channel " + channel.second + ".");
     }
-    AddPlanes(array, channel.second, size[0], size[1], planes);
+    AddPlanes(array, channel.second, size, planes);
+    added.insert(array);
+  }
+  for (int i = 0; allChannels && i < data->GetNumberOfArrays(); ++i)
+  {
+    vtkDataArray* array = data->GetArray(i);
+    if (array && array->GetName() && IsChannel(array) && added.insert(array).second)
+    {
+      AddPlanes(array, SurfelSplatting::ChannelOfArray(array->GetName()), size, planes);
+    }
   }
   return planes;
 }

@@ -47,8 +47,8 @@ public:
 
   ///@{
   /**
-   * Whether all point arrays of one or three components are written, besides those that were
-   * added. Default off.
+   * Whether all other point arrays of one or three components are written, besides those that were
+   * added. Two arrays for one channel are an error. Default off.
    */
   vtkSetMacro(AllChannels, vtkTypeBool);
   vtkGetMacro(AllChannels, vtkTypeBool);

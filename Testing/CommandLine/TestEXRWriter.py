@@ -71,6 +71,31 @@ class TestEXRWriter(ToolCase):
         np.testing.assert_array_equal(planes["Z"], depth)
         np.testing.assert_array_equal(planes["R"], self.colors[..., 0])
 
+    def test_all_channels(self):
+        image = image_of(self.colors)
+        values = {"Depth": 1, "Normal": 3, "Coverage": 1, "mine": 1, "pair": 2}
+        for i, (name, components) in enumerate(values.items()):
+            array = numpy_to_vtk(np.full((17 * 31, components), i + 0.5, np.float32), deep=True)
+            array.SetName(name)
+            image.GetPointData().AddArray(array)
+        writer = self.writer(image)
+        writer.AllChannelsOn()
+        writer.AddChannel("mine", "theirs")
+        writer.Write()
+        planes = self.read_exr("out.exr")
+        self.assertEqual(sorted(planes),
+                         ["A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "coverage", "theirs"])
+        self.assertTrue((planes["N.Y"] == 1.5).all() and (planes["theirs"] == 3.5).all())
+        for name in ("R", "Z"):
+            array = numpy_to_vtk(np.zeros(17 * 31, np.float32), deep=True)
+            array.SetName(name)
+            image.GetPointData().AddArray(array)
+            os.remove("out.exr")
+            self.refuse_to_write(writer, f"array {name} would be a second channel {name}")
+            self.errors.clear()
+            image.GetPointData().RemoveArray(name)
+            writer.Write()
+
     def test_writes_anew_at_every_call(self):
         writer = self.writer(image_of(self.colors))
         writer.Write()

@@ -12,12 +12,14 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
 #include <vtkOpaquePass.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkTransform.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <cmath>
@@ -139,6 +141,89 @@ SURFEL_TEST(OtherProps, Poster)
     }
     CHECK(different <= 20); // a mesh's edge may cover a pixel more in one of the two
   }
+}
+
+/// A projection that is given as a matrix, with a user's transform on top, is that of cells and
+/// margins, too: the same picture as by the camera's own parameters.
+SURFEL_TEST(OtherProps, Projections)
+{
+  for (const int cells : CellCounts)
+  {
+    Scene reference(100, 80), given(100, 80);
+    for (Scene* s : { &reference, &given })
+    {
+      AddMeshes(s->Renderer);
+      s->Renderer->AddActor(
+        QuadActor({ 1.55, -0.8, 1.5 }, { 0.4, 0, 0 }, { 0, 1.2, 0 }, { 1, 1, 0 })); // beyond
+      vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 5.0);
+      camera->SetWindowCenter(0.2, -0.1);
+      s->See(camera);
+      s->Pass->GetSplatter()->SetLensCells(cells);
+    }
+    vtkCamera* camera = given.Renderer->GetActiveCamera();
+    vtkNew<vtkMatrix4x4> projection;
+    projection->DeepCopy(camera->GetProjectionTransformMatrix(1.25, -1, 1));
+    // Half of the scale is the user's.
+    for (int c = 0; c < 4; ++c)
+    {
+      projection->SetElement(0, c, 0.5 * projection->GetElement(0, c));
+      projection->SetElement(1, c, 0.5 * projection->GetElement(1, c));
+    }
+    vtkNew<vtkTransform> twice;
+    twice->Scale(2.0, 2.0, 1.0);
+    camera->SetUserTransform(twice);
+    camera->SetExplicitProjectionTransformMatrix(projection);
+    camera->UseExplicitProjectionTransformMatrixOn();
+    camera->SetWindowCenter(0.0, 0.0);
+    CHECK_NEAR(Compare(given.Render(), reference.Render()).Mean, 0.0, 0.05); // edges, rounding
+  }
+}
+
+/// What layers below hide stays hidden where their depth is preserved, in every cell.
+SURFEL_TEST(OtherProps, PreservedDepth)
+{
+  for (const int cells : CellCounts)
+  {
+    for (const int samples : { 0, 4 })
+    {
+      Scene scene(80, 80, samples);
+      scene.Renderer->SetPass(nullptr);
+      scene.Renderer->AddActor(
+        QuadActor({ -0.5, -0.5, 1.0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 0, 0 }));
+      vtkNew<vtkRenderer> top;
+      top->SetLayer(1);
+      top->SetPreserveDepthBuffer(true);
+      top->SetPass(scene.Pass);
+      top->AddActor(QuadActor({ -3, -3, 0 }, { 6, 0, 0 }, { 0, 6, 0 }, { 0, 1, 0 }));
+      scene.Window->SetNumberOfLayers(2);
+      scene.Window->AddRenderer(top);
+      scene.Pass->GetSplatter()->SetLensCells(cells);
+      vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 5.0);
+      scene.See(camera);
+      camera->SetClippingRange(3.0, 9.0);
+      top->SetActiveCamera(camera);
+      vtkSmartPointer<vtkImageData> picture = scene.Render();
+      CHECK_NEAR(At(picture, 40, 40, 0), 255.0, 1.0);
+      CHECK_NEAR(At(picture, 40, 40, 1), 0.0, 1.0);
+      CHECK_NEAR(At(picture, 8, 40, 1), 255.0, 1.0);
+    }
+  }
+}
+
+/// Surfels do not get coarser for a time that meshes take.
+SURFEL_TEST(OtherProps, UpdateRate)
+{
+  Scene scene(300, 240);
+  AddMeshes(scene.Renderer);
+  scene.Renderer->AddActor(SurfelActor(UnitSphere()));
+  scene.See(LensCamera(6.0, 3.0));
+  scene.Window->SetDesiredUpdateRate(1000.0);
+  for (int i = 0; i < 12; ++i)
+  {
+    scene.Renderer->GetActiveCamera()->Azimuth(0.5);
+    scene.Render();
+  }
+  CHECK(scene.Pass->GetCoarsening() <= 4.0);
 }
 
 /// In a viewport, multisampled or not, it is the picture of a window of that size.
