@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "CameraChanges.h"
 
+#include <vtk_glew.h>
+
 #include <vtkCamera.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLState.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderer.h>
 
 namespace SurfelSplatting
 {
+void UpdateStereo(vtkRenderer* renderer)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  if (window && (window->GetStereoRender() || renderer->GetActiveCamera()->GetStereo()))
+  {
+    vtkOpenGLState* state = window->GetState();
+    vtkOpenGLState::ScopedglViewport viewport(state);
+    vtkOpenGLState::ScopedglScissor scissor(state);
+    vtkOpenGLState::ScopedglEnableDisable scissorTest(state, GL_SCISSOR_TEST);
+    renderer->GetActiveCamera()->Render(renderer);
+  }
+}
+
 CameraSwap::CameraSwap(vtkRenderer* renderer, vtkCamera* camera)
   : Renderer(renderer)
   , Own(renderer->GetActiveCamera())

@@ -15,6 +15,10 @@ class vtkRenderer;
 
 namespace SurfelSplatting
 {
+/// Tells a renderer's camera which eye it is: only its own rendering does, and VTK's passes leave
+/// that out.
+void UpdateStereo(vtkRenderer* renderer);
+
 /// Gives a renderer another camera for as long as it lives.
 class CameraSwap
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkLensAccumulationPass.h"
 
+#include "CameraChanges.h"
 #include "LensAccumulation.h"
 #include "SurfelFrameBlit.h"
 #include "SurfelSceneAdapter.h"
@@ -65,6 +66,7 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
   {
     return;
   }
+  SurfelSplatting::UpdateStereo(renderer);
   const int size[2] = { rectangle.Width, rectangle.Height };
   SurfelSplatting::LensViews views(camera, size, renderer->GetTiledAspectRatio(),
     SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, this->DelegateBlurs == 0 });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplattingPass.h"
 
+#include "CameraChanges.h"
 #include "LensAccumulation.h"
 #include "OtherProps.h"
 #include "SurfelFrameBlit.h"
@@ -48,20 +49,6 @@ public:
   void Render(const vtkRenderState* state) override { this->Function(state); }
 };
 vtkStandardNewMacro(FunctionPass);
-
-/// Only the camera's own rendering tells it which eye it is, and VTK's passes leave that out.
-void UpdateStereo(vtkRenderer* renderer)
-{
-  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  if (window && (window->GetStereoRender() || renderer->GetActiveCamera()->GetStereo()))
-  {
-    vtkOpenGLState* state = window->GetState();
-    vtkOpenGLState::ScopedglViewport viewport(state);
-    vtkOpenGLState::ScopedglScissor scissor(state);
-    vtkOpenGLState::ScopedglEnableDisable scissorTest(state, GL_SCISSOR_TEST);
-    renderer->GetActiveCamera()->Render(renderer);
-  }
-}
 
 /// All the renderer's props: its culling knows nothing of blur that reaches into the picture from
 /// outside.
@@ -273,7 +260,7 @@ void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
     this->RenderOpaqueStep(state, this->DelegatePass);
     return;
   }
-  UpdateStereo(state->GetRenderer());
+  SurfelSplatting::UpdateStereo(state->GetRenderer());
   if (!this->RenderCells(state))
   {
     this->Internal->Steps->Render(state);

@@ -6,6 +6,7 @@
  */
 #include "RenderingTest.h"
 
+#include "vtkLensAccumulationPass.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
 
@@ -79,6 +80,31 @@ SURFEL_TEST(OtherProps, Stereo)
       CHECK_NEAR(Compare(splats, polygons).Max, 0.0, 40.0);
     }
   }
+}
+
+/// The mean of many views is that of the same eye.
+SURFEL_TEST(OtherProps, StereoViews)
+{
+  vtkSmartPointer<vtkImageData> eyes[2];
+  for (const bool left : { true, false })
+  {
+    Scene one(120, 90), many(120, 90, 0, false);
+    vtkNew<vtkLensAccumulationPass> accumulation;
+    accumulation->SetNumberOfLensPoints(40);
+    many.Renderer->SetPass(accumulation);
+    for (Scene* s : { &one, &many })
+    {
+      s->Window->SetStereoType(left ? VTK_STEREO_LEFT : VTK_STEREO_RIGHT);
+      s->Window->StereoRenderOn();
+      AddMeshes(s->Renderer);
+      vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 5.0);
+      camera->SetEyeAngle(6.0);
+      s->See(camera);
+    }
+    eyes[left] = many.Render();
+    CHECK_NEAR(Compare(one.Render(), eyes[left]).Mean, 0.0, 1.5);
+  }
+  CHECK(Compare(eyes[0], eyes[1]).Mean > 6.0);
 }
 
 /// A blurred mesh in a layer of its own lets the layer below through at its edge only.
