@@ -56,7 +56,6 @@ void PixelSurfels::FindConfusions(
   const auto focus = static_cast<float>(k / lens.FocalDistance);
   this->Nearness.resize(width * height);
   this->Confusions.resize(width * height);
-  this->RowPlaces.assign(height + 1, 0);
   this->RowPixels.assign(height + 1, 0);
   executor.For(height, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y)
@@ -69,42 +68,95 @@ void PixelSurfels::FindConfusions(
         this->Nearness[p] = drawn ? static_cast<float>(k / z) : 0.0f;
         this->Confusions[p] = drawn ? std::abs(focus - this->Nearness[p]) : -1.0f;
         const std::size_t taken = this->Confusions[p] >= others.LeastConfusion ? 1 : 0;
-        this->RowPlaces[y + 1] += taken;
         this->RowPixels[y + 1] += x >= left && x < right && y >= low && y < high ? taken : 0;
       }
     }
   });
-  std::partial_sum(this->RowPlaces.begin(), this->RowPlaces.end(), this->RowPlaces.begin());
   std::partial_sum(this->RowPixels.begin(), this->RowPixels.end(), this->RowPixels.begin());
+}
+
+/// Whether a square of pixels can be one surfel.
+bool PixelSurfels::IsBlock(std::size_t corner, int side) const
+{
+  const float least = LeastBlockConfusion[side / 4];
+  float nearest = this->Nearness[corner], farthest = nearest;
+  for (int j = 0; j < side; ++j)
+  {
+    for (int i = 0; i < side; ++i)
+    {
+      const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
+      if (!(this->Confusions[p] >= least))
+      {
+        return false;
+      }
+      nearest = std::max(nearest, this->Nearness[p]);
+      farthest = std::min(farthest, this->Nearness[p]);
+    }
+  }
+  return nearest - farthest < HiddenPixels::LeastStep;
+}
+
+/// The taken pixels of a square, in surfels as large as may be.
+void PixelSurfels::PlaceBlock(
+  int x, int y, int side, double least, std::vector<Placed>& places) const
+{
+  if (x >= this->Width || y >= this->Height)
+  {
+    return;
+  }
+  const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
+  const bool inside = x + side <= this->Width && y + side <= this->Height;
+  if (side == 1 ? this->Confusions[corner] >= least : inside && this->IsBlock(corner, side))
+  {
+    places.push_back({ corner, corner, side });
+  }
+  else if (side > 1)
+  {
+    const int half = side / 2;
+    this->PlaceBlock(x, y, half, least, places);
+    this->PlaceBlock(x + half, y, half, least, places);
+    this->PlaceBlock(x, y + half, half, least, places);
+    this->PlaceBlock(x + half, y + half, half, least, places);
+  }
 }
 
 void PixelSurfels::TakePixels(
   const View& camera, const PixelPicture& others, const Executor& executor)
 {
-  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
-  const auto left = static_cast<std::size_t>(others.Margin), right = left + camera.Width;
-  this->Places.resize(this->RowPlaces.back());
-  this->Pixels.resize(this->RowPixels.back());
-  executor.For(this->RowPlaces.size() - 1, 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y)
+  constexpr int side = 4;
+  this->Bands.resize((this->Height + side - 1) / side);
+  executor.For(this->Bands.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t band = begin; band < end; ++band)
     {
-      std::size_t place = this->RowPlaces[y], pixel = this->RowPixels[y];
-      const bool inside = this->RowPixels[y + 1] > pixel;
-      for (std::size_t x = 0; x < width; ++x)
+      this->Bands[band].clear();
+      for (int x = 0; x < this->Width; x += side)
       {
-        const std::size_t p = y * width + x;
-        if (this->Confusions[p] < others.LeastConfusion)
-        {
-          continue;
-        }
-        this->Places[place++] = { p, p };
-        if (inside && x >= left && x < right)
-        {
-          this->Pixels[pixel++] = { (y - left) * camera.Width + x - left, p, NoPixel };
-        }
+        this->PlaceBlock(
+          x, static_cast<int>(band) * side, side, others.LeastConfusion, this->Bands[band]);
       }
     }
   });
+  for (const std::vector<Placed>& band : this->Bands)
+  {
+    this->Places.insert(this->Places.end(), band.begin(), band.end());
+  }
+  const auto margin = static_cast<std::size_t>(others.Margin);
+  this->Pixels.resize(this->RowPixels.back());
+  executor.For(
+    static_cast<std::size_t>(camera.Height), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y)
+      {
+        std::size_t pixel = this->RowPixels[y + margin];
+        for (std::size_t x = 0; x < static_cast<std::size_t>(camera.Width); ++x)
+        {
+          const std::size_t p = (y + margin) * this->Width + x + margin;
+          if (this->Confusions[p] >= others.LeastConfusion)
+          {
+            this->Pixels[pixel++] = { y * camera.Width + x, p, NoPixel };
+          }
+        }
+      }
+    });
 }
 
 /// A pixel of the surface of (x, y), or of nothing, from (dx, dy) on: not at the edge of what is
@@ -149,14 +201,12 @@ std::size_t PixelSurfels::Behind(const PixelPicture& others, std::size_t place) 
 /// Blurred surfaces that go on behind others become further surfels.
 void PixelSurfels::AddHidden(const PixelPicture& others)
 {
-  const std::size_t taken = this->Places.size();
-  for (std::size_t s = 0; s < taken; ++s)
+  for (std::size_t place = 0; place < this->Confusions.size(); ++place)
   {
-    const std::size_t place = this->Places[s].Place;
     const std::size_t behind = this->Behind(others, place);
     if (behind != NoPixel && this->Confusions[behind] >= others.LeastConfusion)
     {
-      this->Places.push_back({ place, behind });
+      this->Places.push_back({ place, behind, 1 });
     }
   }
 }
@@ -321,48 +371,74 @@ double PixelSurfels::DepthSlope(
   return std::isfinite(slope) ? slope : 0.0;
 }
 
-/// The patch that a pixel sees of the plane through its source's depth with its slopes of depth:
-/// position and its derivatives along x and y on the screen, whose cross product is its area
-/// vector.
+/// Mean colour of a square, not premultiplied, and mean nearness, which is linear along a plane.
+PixelSurfels::Sample PixelSurfels::MeanOf(
+  const PixelPicture& others, std::size_t corner, int side) const
+{
+  Sample mean{ { 0, 0, 0, 0 }, 0 };
+  for (int j = 0; j < side; ++j)
+  {
+    for (int i = 0; i < side; ++i)
+    {
+      const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
+      const float* rgba = others.Colors + 4 * p;
+      for (int c = 0; c < 4; ++c)
+      {
+        mean.Color[c] +=
+          others.LinearLight && c < 3 ? static_cast<float>(LightOfCode(rgba[c])) : rgba[c];
+      }
+      mean.Nearness += 1.0 / others.Depth[p];
+    }
+  }
+  const auto count = static_cast<float>(side * side);
+  const float straight = mean.Color[3] > 0.0f ? 1.0f / mean.Color[3] : 0.0f;
+  for (int c = 0; c < 3; ++c)
+  {
+    mean.Color[c] *= straight;
+  }
+  mean.Color[3] /= count;
+  mean.Nearness /= count;
+  return mean;
+}
+
+/// The patch that a pixel, or a square of them, sees of the plane through its source's depth with
+/// its slopes of depth: position and its derivatives along x and y on the screen, whose cross
+/// product is a pixel's area vector.
 void PixelSurfels::MakeSurfel(const View& camera, const PixelPicture& others, std::size_t s)
 {
-  const std::size_t place = this->Places[s].Place, p = this->Places[s].Source;
-  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
-  const auto height = static_cast<std::size_t>(camera.Height + 2 * others.Margin);
+  const std::size_t place = this->Places[s].Place, source = this->Places[s].Source;
+  const int side = this->Places[s].Side;
+  const auto width = static_cast<std::size_t>(this->Width);
+  const auto height = static_cast<std::size_t>(this->Height);
+  const std::size_t p = source + static_cast<std::size_t>(side / 2) * (width + 1); // in the middle
   const std::size_t x = p % width, y = p / width;
-  const double z = others.Depth[p];
+  const Sample mean = this->MeanOf(others, source, side);
+  const double z = 1.0 / mean.Nearness;
   const double slopeX = this->DepthSlope(others.Depth, p, 1, x > 0, x + 1 < width);
   const double slopeY = this->DepthSlope(others.Depth, p, width, y > 0, y + 1 < height);
-  const std::size_t seenX = place % width, seenY = place / width;
-  const double rayX = (static_cast<double>(seenX) + 0.5 - others.Margin - camera.Cx) / camera.Fx;
-  const double rayY = (static_cast<double>(seenY) + 0.5 - others.Margin - camera.Cy) / camera.Fy;
+  const double middle = 0.5 * side - others.Margin;
+  const double rayX = (static_cast<double>(place % width) + middle - camera.Cx) / camera.Fx;
+  const double rayY = (static_cast<double>(place / width) + middle - camera.Cy) / camera.Fy;
   const Vector3 position{ rayX * z, rayY * z, z };
   const Vector3 alongX{ z / camera.Fx + rayX * slopeX, rayY * slopeX, slopeX };
   const Vector3 alongY{ rayX * slopeY, z / camera.Fy + rayY * slopeY, slopeY };
-  Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
+  const Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
     alongX[2] * alongY[0] - alongX[0] * alongY[2], alongX[0] * alongY[1] - alongX[1] * alongY[0] };
-  const double side = Dot(area, position) > 0.0 ? -PixelSurplus : PixelSurplus; // it faces the lens
-  float* s6 = this->Covariances.data() + 6 * s;
-  constexpr double variance = PixelDeviation * PixelDeviation;
+  const double faces = Dot(area, position) > 0.0 ? -1.0 : 1.0; // the lens
+  // Kernels of a grid's points, a Gaussian each, taken together.
+  const double variance = PixelDeviation * PixelDeviation + (side * side - 1) / 12.0;
   const auto product = [&](int i, int j) {
     return static_cast<float>(variance * (alongX[i] * alongX[j] + alongY[i] * alongY[j]));
   };
   const float covariance[6] = { product(0, 0), product(1, 1), product(2, 2), product(0, 1),
     product(1, 2), product(0, 2) };
-  for (int i = 0; i < 6; ++i)
-  {
-    s6[i] = covariance[i];
-  }
-  const float* rgba = others.Colors + 4 * p;
-  const float straight = rgba[3] > 0.0f ? 1.0f / rgba[3] : 0.0f;
+  std::copy_n(covariance, 6, this->Covariances.data() + 6 * s);
+  std::copy_n(mean.Color, 4, this->Colors.data() + 4 * s);
   for (int i = 0; i < 3; ++i)
   {
     this->Positions[3 * s + i] = static_cast<float>(position[i]);
-    this->AreaVectors[3 * s + i] = static_cast<float>(side * area[i]);
-    const float color = rgba[i] * straight;
-    this->Colors[4 * s + i] = others.LinearLight ? static_cast<float>(LightOfCode(color)) : color;
+    this->AreaVectors[3 * s + i] = static_cast<float>(faces * PixelSurplus * side * side * area[i]);
   }
-  this->Colors[4 * s + 3] = rgba[3];
 }
 
 SurfelCloud PixelSurfels::Get() const

@@ -41,6 +41,11 @@ constexpr double PixelDeviation = 0.5;
 /// 2 exp(-2 pi^2 0.41) = 0.0006.
 constexpr double PixelPrefilter = 0.1;
 
+/// Where all of 2 x 2 or 4 x 4 pixels are blurred by so many px, radius, and of one surface, they
+/// are one surfel: what is lost of them would not be seen. Against a surfel for each pixel that was
+/// measured to be nearer than 60 dB.
+constexpr float LeastBlockConfusion[] = { 6.0f, 16.0f };
+
 /// Area of a pixel's surfel over that of its pixel. Pixels all have the same place in the raster,
 /// so that the error of a kernel's sum over it, which averages out for clouds, is the same for all:
 /// up to 0.012 short where grids are coarse, and what is behind would shine through.
@@ -112,24 +117,34 @@ private:
   std::size_t Unmixed(int x, int y, int dx, int dy) const;
   float PutUnder(const PixelPicture& others, Pixel& pixel) const;
   float RimDepth(const PixelPicture& others, std::size_t place) const;
+  struct Sample
+  {
+    float Color[4];  // light, not premultiplied
+    double Nearness; // 1 / depth
+  };
+  Sample MeanOf(const PixelPicture& others, std::size_t corner, int side) const;
   double DepthSlope(
     const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const;
   void MakeSurfel(const View& camera, const PixelPicture& others, std::size_t s);
 
-  /// Where a surfel is seen, and the pixel whose depth and colour it has; both in the picture with
-  /// its margin.
+  /// Where a surfel is seen, and the pixel whose depth and colour it has, or the lowest left one of
+  /// a square; both in the picture with its margin.
   struct Placed
   {
     std::size_t Place, Source;
+    int Side; // of the square, px
   };
+  bool IsBlock(std::size_t corner, int side) const;
+  void PlaceBlock(int x, int y, int side, double least, std::vector<Placed>& places) const;
 
   Affine3 CameraToWorld;
   std::vector<Pixel> Pixels, MixedPixels;
-  std::vector<float> Nearness;   // of the picture with its margin, px (HiddenPixels.h)
-  std::vector<float> Confusions; // px; -1 where there is nothing
-  std::vector<std::size_t> RowPlaces, RowPixels; // before each of its rows
-  std::vector<Placed> Places;                    // of the surfels
-  int Width = 0, Height = 0;                     // of the picture with its margin
+  std::vector<float> Nearness;            // of the picture with its margin, px (HiddenPixels.h)
+  std::vector<float> Confusions;          // px; -1 where there is nothing
+  std::vector<std::size_t> RowPixels;     // before each of its rows
+  std::vector<std::vector<Placed>> Bands; // of rows
+  std::vector<Placed> Places;             // of the surfels
+  int Width = 0, Height = 0;              // of the picture with its margin
   HiddenPixels Hidden;
   std::vector<float> Positions, Covariances, AreaVectors, Colors;
 };

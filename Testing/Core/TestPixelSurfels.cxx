@@ -114,8 +114,9 @@ void TestEdge()
   std::size_t taken = 0;
   const Picture picture = RenderDrawn(Context(radius, focus), drawn, taken);
   CHECK(taken == Width / 2 * Height);
-  // The paper's Gaussian is off by 0.05, Pearson II by less (Documentation/Method.md).
-  const double tolerance = TestContext().Settings.Kernel == KernelType::Gaussian ? 0.06 : 0.02;
+  // The paper's Gaussian is off by 0.05, Pearson II by less (Documentation/Method.md); PixelSurplus
+  // and squares of pixels add 0.01.
+  const double tolerance = TestContext().Settings.Kernel == KernelType::Gaussian ? 0.06 : 0.025;
   for (int x = Width / 2 - 12; x < Width / 2 + 12; ++x)
   {
     const double t = std::clamp((Width / 2 - x - 0.5) / confusion, -1.0, 1.0);
