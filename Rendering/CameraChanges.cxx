@@ -4,11 +4,14 @@
 #include <vtk_glew.h>
 
 #include <vtkCamera.h>
+#include <vtkFrameBufferObjectBase.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
 #include <vtkPropCollection.h>
+#include <vtkRenderPass.h>
+#include <vtkRenderState.h>
 #include <vtkRenderer.h>
 
 namespace SurfelSplatting
@@ -106,5 +109,18 @@ std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer)
     }
   }
   return props;
+}
+
+void RenderThrough(const vtkRenderState* state, vtkCamera* camera,
+  vtkFrameBufferObjectBase* framebuffer, vtkRenderPass* pass)
+{
+  vtkRenderer* renderer = state->GetRenderer();
+  const CameraSwap swap(renderer, camera);
+  std::vector<vtkProp*> props = VisibleProps(renderer);
+  vtkRenderState inner(renderer);
+  inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
+  inner.SetRequiredKeys(state->GetRequiredKeys());
+  inner.SetFrameBuffer(framebuffer);
+  pass->Render(&inner);
 }
 }

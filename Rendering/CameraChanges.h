@@ -10,7 +10,10 @@
 #include <vector>
 
 class vtkCamera;
+class vtkFrameBufferObjectBase;
 class vtkProp;
+class vtkRenderPass;
+class vtkRenderState;
 class vtkRenderer;
 
 namespace SurfelSplatting
@@ -47,4 +50,8 @@ void WidenCamera(vtkCamera* copy, const int size[2], int margin);
 /// All visible props of a renderer, also those that its cullers left out: a camera that was changed
 /// may see them.
 std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer);
+
+/// Renders them with a pass through another camera into a framebuffer, which is bound.
+void RenderThrough(const vtkRenderState* state, vtkCamera* camera,
+  vtkFrameBufferObjectBase* framebuffer, vtkRenderPass* pass);
 }

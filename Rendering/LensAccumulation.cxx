@@ -61,24 +61,11 @@ LensAccumulation::~LensAccumulation() = default;
 
 bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int height)
 {
-  const unsigned int w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
   this->Sum->SetContext(window);
-  for (vtkTextureObject* texture : { this->FirstDepth.Get(), this->SumColor.Get() })
+  if (!FitTexture(window, this->FirstDepth, TextureKind::Depth, width, height) ||
+    !FitTexture(window, this->SumColor, TextureKind::Color, width, height))
   {
-    texture->SetContext(window);
-    texture->SetMinificationFilter(vtkTextureObject::Nearest);
-    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-    texture->SetWrapS(vtkTextureObject::ClampToEdge);
-    texture->SetWrapT(vtkTextureObject::ClampToEdge);
-    if (texture->GetHandle() && texture->GetWidth() == w && texture->GetHeight() == h)
-    {
-      continue;
-    }
-    if (!(texture == this->FirstDepth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
-                                      : texture->Allocate2D(w, h, 4, VTK_FLOAT)))
-    {
-      return false;
-    }
+    return false;
   }
   if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
   {
@@ -190,15 +177,7 @@ bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& 
   {
     this->Draw(window, this->DepthBelow, this->DepthBelow, 0.0, Blending::Add, Code::Keep);
   }
-  {
-    const CameraSwap swap(renderer, moved);
-    std::vector<vtkProp*> props = VisibleProps(renderer);
-    vtkRenderState inner(renderer);
-    inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
-    inner.SetRequiredKeys(state->GetRequiredKeys());
-    inner.SetFrameBuffer(this->Frame.Framebuffer());
-    delegate->Render(&inner);
-  }
+  RenderThrough(state, moved, this->Frame.Framebuffer(), delegate);
   this->Frame.End();
   return true;
 }

@@ -18,6 +18,23 @@ int CurrentSamples()
   return samples;
 }
 
+bool FitTexture(
+  vtkOpenGLRenderWindow* window, vtkTextureObject* texture, TextureKind kind, int width, int height)
+{
+  const auto w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
+  texture->SetContext(window);
+  texture->SetMinificationFilter(vtkTextureObject::Nearest);
+  texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+  texture->SetWrapS(vtkTextureObject::ClampToEdge);
+  texture->SetWrapT(vtkTextureObject::ClampToEdge);
+  if (texture->GetHandle() && texture->GetWidth() == w && texture->GetHeight() == h)
+  {
+    return true;
+  }
+  return kind == TextureKind::Depth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
+                                    : texture->Allocate2D(w, h, 4, VTK_FLOAT);
+}
+
 OffscreenFrame::OffscreenFrame()
 {
   this->MakeObjects();
@@ -35,23 +52,10 @@ void OffscreenFrame::MakeObjects()
 
 bool OffscreenFrame::Allocate(int width, int height, int samples)
 {
-  const unsigned int w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
-  for (vtkTextureObject* texture : { this->SingleColor.Get(), this->SingleDepth.Get() })
+  if (!FitTexture(this->Window, this->SingleColor, TextureKind::Color, width, height) ||
+    !FitTexture(this->Window, this->SingleDepth, TextureKind::Depth, width, height))
   {
-    texture->SetContext(this->Window);
-    texture->SetMinificationFilter(vtkTextureObject::Nearest);
-    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-    texture->SetWrapS(vtkTextureObject::ClampToEdge);
-    texture->SetWrapT(vtkTextureObject::ClampToEdge);
-    if (texture->GetHandle() && texture->GetWidth() == w && texture->GetHeight() == h)
-    {
-      continue;
-    }
-    if (!(texture == this->SingleDepth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
-                                       : texture->Allocate2D(w, h, 4, VTK_FLOAT)))
-    {
-      return false;
-    }
+    return false;
   }
   const bool fits = this->MultiColor->GetHandle() && this->Samples == samples &&
     this->Size[0] == width && this->Size[1] == height;
@@ -60,6 +64,7 @@ bool OffscreenFrame::Allocate(int width, int height, int samples)
   {
     this->MultiColor->SetContext(this->Window);
     this->MultiDepth->SetContext(this->Window);
+    const auto w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
     const auto s = static_cast<unsigned int>(samples);
     if (!this->MultiColor->Create(GL_RGBA16F, w, h, s) ||
       !this->MultiDepth->Create(GL_DEPTH_COMPONENT32F, w, h, s))

@@ -20,6 +20,16 @@ namespace SurfelSplatting
 /// Samples of the framebuffer that is drawn into now: 0 where it is not multisampled.
 int CurrentSamples();
 
+enum class TextureKind
+{
+  Color, ///< RGBA, 32-bit float
+  Depth  ///< 32-bit float
+};
+
+/// Gives a texture a size, where it has another one; false where it cannot be had.
+bool FitTexture(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, TextureKind kind,
+  int width, int height);
+
 class OffscreenFrame
 {
 public:

@@ -168,15 +168,7 @@ bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rec
   glState->vtkglClearDepth(1.0);
   glState->vtkglDepthMask(GL_TRUE);
   glState->vtkglClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  {
-    const CameraSwap swap(renderer, camera);
-    std::vector<vtkProp*> props = VisibleProps(renderer);
-    vtkRenderState inner(renderer);
-    inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
-    inner.SetRequiredKeys(state->GetRequiredKeys());
-    inner.SetFrameBuffer(this->Wide.Framebuffer());
-    delegate->Render(&inner);
-  }
+  RenderThrough(state, camera, this->Wide.Framebuffer(), delegate);
   const bool good = this->Blit.ReadColor(window, wide, this->WideColor) &&
     this->Blit.ReadDepth(window, wide, this->WindowDepth);
   this->Wide.End(false);
