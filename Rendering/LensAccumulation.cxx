@@ -103,7 +103,12 @@ void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* col
   this->Quad->Program->SetUniformf("share", static_cast<float>(share));
   this->Quad->Program->SetUniformi("toLight", code == Code::ToLight ? 1 : 0);
   this->Quad->Program->SetUniformi("toCodes", code == Code::ToCodes ? 1 : 0);
+  this->Quad->Program->SetUniformi("overBelow", this->OverBelow ? 1 : 0);
+  vtkTextureObject* below = this->OverBelow ? this->ColorBelow.Get() : color;
+  below->Activate();
+  this->Quad->Program->SetUniformi("belowColor", below->GetTextureUnit());
   this->Quad->Render();
+  below->Deactivate();
   depth->Deactivate();
   color->Deactivate();
 }
@@ -135,16 +140,23 @@ void LensAccumulation::AddView(
   state->PopFramebufferBindings();
 }
 
-void LensAccumulation::KeepDepthBelow(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+/// What layers below have left in the frame: their depth, which hides what is behind, and their
+/// colours, where light is to be mixed with theirs, which blending knows nothing of.
+void LensAccumulation::KeepBelow(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool depth, bool color)
 {
-  std::vector<float> depth;
-  this->DepthBelow->SetContext(window);
-  this->DepthBelow->SetMinificationFilter(vtkTextureObject::Nearest);
-  this->DepthBelow->SetMagnificationFilter(vtkTextureObject::Nearest);
-  this->HasDepthBelow = this->Blit.ReadDepth(window, rectangle, depth) &&
-    this->DepthBelow->Create2DFromRaw(static_cast<unsigned int>(rectangle.Width),
-      static_cast<unsigned int>(rectangle.Height), 1, VTK_FLOAT, depth.data());
+  const auto upload = [&](vtkTextureObject* texture, int components, std::vector<float>& values) {
+    texture->SetContext(window);
+    texture->SetMinificationFilter(vtkTextureObject::Nearest);
+    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+    return texture->Create2DFromRaw(static_cast<unsigned int>(rectangle.Width),
+      static_cast<unsigned int>(rectangle.Height), components, VTK_FLOAT, values.data());
+  };
+  std::vector<float> values;
+  this->HasDepthBelow =
+    depth && this->Blit.ReadDepth(window, rectangle, values) && upload(this->DepthBelow, 1, values);
+  this->HasColorBelow =
+    color && this->Blit.ReadColor(window, rectangle, values) && upload(this->ColorBelow, 4, values);
 }
 
 bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& views, int index,
@@ -190,11 +202,9 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   {
     return false;
   }
-  this->HasDepthBelow = false;
-  if (state->GetRenderer()->GetPreserveDepthBuffer())
-  {
-    this->KeepDepthBelow(window, rectangle);
-  }
+  vtkRenderer* renderer = state->GetRenderer();
+  this->KeepBelow(window, rectangle, renderer->GetPreserveDepthBuffer() != 0,
+    renderer->Transparent() && views.LinearLight);
   int done = 0;
   for (; done < views.Count && (done == 0 || !window->GetAbortRender()); ++done)
   {
@@ -209,9 +219,11 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   vtkOpenGLState::ScopedglScissor scissor(glState);
   glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
   glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  this->OverBelow = this->HasColorBelow;
   this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
-    state->GetRenderer()->Transparent() ? Blending::Over : Blending::Replace,
+    renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace,
     views.LinearLight ? Code::ToCodes : Code::Keep);
+  this->OverBelow = false;
   return true;
 }
 
@@ -223,6 +235,7 @@ void LensAccumulation::ReleaseGraphicsResources(vtkWindow* window)
   this->FirstDepth->ReleaseGraphicsResources(window);
   this->SumColor->ReleaseGraphicsResources(window);
   this->DepthBelow->ReleaseGraphicsResources(window);
+  this->ColorBelow->ReleaseGraphicsResources(window);
   this->Blit.ReleaseGraphicsResources(window);
 }
 }

@@ -72,7 +72,8 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  void KeepDepthBelow(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
+  void KeepBelow(
+    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool depth, bool color);
   bool Prepare(vtkOpenGLRenderWindow* window, int width, int height);
   bool RenderView(const vtkRenderState* state, const LensViews& views, int index,
     const PixelRectangle& rectangle, vtkRenderPass* delegate);
@@ -95,9 +96,11 @@ private:
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;
-  vtkNew<vtkTextureObject> FirstDepth, SumColor, DepthBelow;
+  vtkNew<vtkTextureObject> FirstDepth, SumColor, DepthBelow, ColorBelow;
   FrameBlit Blit;
   bool HasDepthBelow = false;
+  bool HasColorBelow = false;
+  bool OverBelow = false; // while their mean is drawn
   std::unique_ptr<vtkOpenGLQuadHelper> Quad;
   vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
 };

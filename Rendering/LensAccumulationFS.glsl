@@ -4,28 +4,44 @@
 
 in vec2 texCoord;
 
-uniform sampler2D viewColor; // RGBA
-uniform sampler2D viewDepth; // R, window depth
-uniform float share;         // of the colour
-uniform int toLight;         // colours are sRGB codes, their sum is of light (LinearLight.h)
-uniform int toCodes;         // the sum is of light, its mean shown as sRGB codes
+uniform sampler2D viewColor;  // RGBA
+uniform sampler2D viewDepth;  // R, window depth
+uniform sampler2D belowColor; // RGBA, of the layers below
+uniform float share;          // of the colour
+uniform int toLight;          // colours are sRGB codes, their sum is of light (LinearLight.h)
+uniform int toCodes;          // the sum is of light, its mean shown as sRGB codes
+uniform int overBelow;        // mixed with the layers below, as light
 
 //VTK::Output::Dec
+
+vec3 lightOfCode(vec3 code)
+{
+  vec3 v = max(code, vec3(0.0));
+  return mix(pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, vec3(lessThanEqual(v, vec3(0.04045))));
+}
+
+vec3 codeOfLight(vec3 light)
+{
+  vec3 v = max(light, vec3(0.0));
+  return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v,
+    vec3(lessThanEqual(v, vec3(0.0031308))));
+}
 
 void main()
 {
   vec4 color = share * texture(viewColor, texCoord);
   if (toLight == 1)
   {
-    vec3 v = max(color.rgb, vec3(0.0));
-    color.rgb = mix(
-      pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, vec3(lessThanEqual(v, vec3(0.04045))));
+    color.rgb = lightOfCode(color.rgb);
+  }
+  if (overBelow == 1)
+  {
+    vec4 below = texture(belowColor, texCoord);
+    color += (1.0 - color.a) * vec4(lightOfCode(below.rgb), below.a);
   }
   if (toCodes == 1)
   {
-    vec3 v = max(color.rgb, vec3(0.0));
-    color.rgb = mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v,
-      vec3(lessThanEqual(v, vec3(0.0031308))));
+    color.rgb = codeOfLight(color.rgb);
   }
   gl_FragData[0] = color;
   gl_FragDepth = texture(viewDepth, texCoord).r;

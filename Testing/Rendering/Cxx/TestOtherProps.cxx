@@ -140,6 +140,36 @@ SURFEL_TEST(OtherProps, LayerOnTop)
   }
 }
 
+/// The same of light: cells mix it with the layer below as one picture does.
+SURFEL_TEST(OtherProps, LightOfLayers)
+{
+  vtkSmartPointer<vtkImageData> pictures[2];
+  for (int i = 0; i < 2; ++i)
+  {
+    Scene scene(80, 80);
+    scene.Renderer->SetBackground(0.0, 0.5, 1.0);
+    scene.Renderer->SetPass(nullptr);
+    vtkNew<vtkRenderer> top;
+    top->SetLayer(1);
+    top->SetPass(scene.Pass);
+    top->AddActor(QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 }));
+    scene.Window->SetNumberOfLayers(2);
+    scene.Window->AddRenderer(top);
+    scene.Pass->GetSplatter()->SetLensCells(i == 0 ? 1 : 19);
+    scene.Pass->GetSplatter()->LinearLightOn();
+    vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 3.0);
+    scene.See(camera);
+    camera->SetClippingRange(3.0, 9.0);
+    top->SetActiveCamera(camera);
+    pictures[i] = scene.Render();
+    CHECK_NEAR(At(pictures[i], 75, 40, 1), 127.5, 1.0);
+    // Half of each one's light.
+    CHECK_NEAR(0.5 * (At(pictures[i], 39, 40, 2) + At(pictures[i], 40, 40, 2)), 187.5, 10.0);
+  }
+  // Codes are steep where there is little light, at the disc's rim.
+  CHECK_NEAR(Compare(pictures[0], pictures[1]).Mean, 0.0, 1.0);
+}
+
 /// Tiles of a poster join, and are a window of its size.
 SURFEL_TEST(OtherProps, Poster)
 {
