@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelRepresentation
+ * @brief   "Surfel Splats": a point data set as surfels with depth of field, in any render view
+ *
+ * Surfels are drawn as they are. Points without the arrays of surfels become some first: normals,
+ * kernels, weights and a level of detail are estimated with the filters' defaults, and a message
+ * says so. The lens is the view's camera: its Camera Focal Disk and Camera Focal Distance.
+ *
+ * @sa vtkSurfelViewActor
+ */
+#ifndef vtkSurfelRepresentation_h
+#define vtkSurfelRepresentation_h
+
+#include "vtkGeometryRepresentationWithFaces.h"
+#include "vtkNew.h"               // for members
+#include "vtkSmartPointer.h"      // for members
+#include "vtkSurfelViewsModule.h" // for export macro
+
+class vtkPolyData;
+class vtkSurfelMapper;
+class vtkSurfelViewActor;
+
+class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
+{
+public:
+  static vtkSurfelRepresentation* New();
+  vtkTypeMacro(vtkSurfelRepresentation, vtkGeometryRepresentationWithFaces);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  int ProcessViewRequest(
+    vtkInformationRequestKey* request, vtkInformation* inInfo, vtkInformation* outInfo) override;
+  void SetVisibility(bool visible) override;
+
+  ///@{
+  /**
+   * Forwarded to vtkSurfelSplatter: see there.
+   */
+  void SetLensMode(int mode);
+  void SetCircleOfConfusion(double radius);
+  void SetLensCells(int cells);
+  void SetLensSectors(int sectors);
+  void SetKernel(int kernel);
+  void SetLODMode(int mode);
+  void SetLODError(double error);
+  void SetColorByLevel(int byLevel);
+  ///@}
+
+protected:
+  vtkSurfelRepresentation();
+  ~vtkSurfelRepresentation() override;
+
+  bool AddToView(vtkView* view) override;
+  bool RemoveFromView(vtkView* view) override;
+
+private:
+  vtkSurfelRepresentation(const vtkSurfelRepresentation&) = delete;
+  void operator=(const vtkSurfelRepresentation&) = delete;
+
+  void UpdateSurfels(vtkDataObject* delivered);
+  vtkSmartPointer<vtkPolyData> EstimateSurfels(vtkPolyData* points);
+
+  vtkNew<vtkSurfelViewActor> SurfelActor;
+  vtkNew<vtkSurfelMapper> SurfelMapper;
+  vtkSmartPointer<vtkPolyData> Source;
+  vtkMTimeType SourceTime = 0;
+};
+
+#endif
