@@ -145,7 +145,8 @@ SURFEL_TEST(Frame, RenderersSideBySide)
       }
     }
     vtkSmartPointer<vtkImageData> picture = scene.Render();
-    // OpenGL rounds the quad's depths otherwise in another viewport, and they take part in its blur.
+    // OpenGL rounds the quad's depths otherwise in another viewport, and they take part in its
+    // blur.
     CHECK_NEAR(Compare(Crop(picture, 0, 0, 80, 80), Crop(picture, 160, 0, 80, 80)).Max, 0.0, 1.0);
     // Dots, not nothing and not splats.
     CHECK(CountBrighter(Crop(picture, 80, 40, 80, 40), 150) > 300);

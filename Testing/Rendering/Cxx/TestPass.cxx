@@ -318,7 +318,7 @@ SURFEL_TEST(Pass, TextAndOverlayOnTop)
       changed += At(after, x, y, 0) != At(before, x, y, 0);
     }
   }
-  CHECK(yellow > 300); // the strokes of four letters 30 px high
+  CHECK(yellow > 300);                               // the strokes of four letters 30 px high
   CHECK(changed > yellow / 2 && changed < 120 * 40); // the text's rows only
 }
 
