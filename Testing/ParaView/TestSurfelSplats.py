@@ -35,8 +35,8 @@ def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
     writer.Write()
 
 
-def make_view():
-    view = simple.CreateView("RenderView")
+def make_view(kind):
+    view = simple.CreateView(kind)
     view.ViewSize = [SIZE, SIZE]
     view.UseColorPaletteForBackground = 0
     view.Background = [0.0, 0.0, 0.0]
@@ -60,11 +60,13 @@ def screenshot(view):
 
 
 class SurfelSplats(unittest.TestCase):
+    view_type = "RenderView"
+
     def setUp(self):
         os.chdir("/tmp")
         write_sphere("sphere.vtk")
         self.points = simple.LegacyVTKReader(FileNames=["sphere.vtk"])
-        self.view = make_view()
+        self.view = make_view(self.view_type)
 
     def tearDown(self):
         simple.Delete(self.view)
@@ -116,11 +118,14 @@ class SurfelSplats(unittest.TestCase):
         self.view.CameraFocalDistance = 9.0
         through_camera = screenshot(self.view)
         self.assertGreater(np.abs(through_camera - sharp).max(), 60)
-        display.SurfelLensMode = "Pinhole"
+        of_view = self.view_type == "SurfelRenderView"
+        settings, prefix = (self.view, "") if of_view else (display, "Surfel")
+        setattr(settings, prefix + "LensMode", "Pinhole")
         self.assertLess(np.abs(screenshot(self.view) - sharp).max(), 2)
-        display.SurfelLensMode = "Circle of confusion"
+        setattr(settings, prefix + "LensMode", "Circle of confusion")
         # The same lens: f R / z_f.
-        display.SurfelCircleOfConfusion = SIZE / 2 / np.tan(np.radians(15)) * 0.3 / 9.0
+        setattr(settings, prefix + "CircleOfConfusion",
+                SIZE / 2 / np.tan(np.radians(15)) * 0.3 / 9.0)
         self.assertLess(np.abs(screenshot(self.view) - through_camera).max(), 2)
 
     def test_colors_by_an_array(self):
@@ -144,9 +149,33 @@ class SurfelSplats(unittest.TestCase):
         self.assertGreater(screenshot(self.view)[middle, middle, 0], 180)
 
 
+class SurfelRenderView(SurfelSplats):
+    """The same, and meshes through the lens, in the view that has the pass."""
+
+    view_type = "SurfelRenderView"
+
+    def width_of_edges(self):
+        row = screenshot(self.view)[SIZE // 2, :, 0]
+        self.assertGreater(row.max(), 100)
+        return ((row > 0.1 * row.max()) & (row < 0.9 * row.max())).sum()
+
+    def test_meshes_are_blurred(self):
+        plane = simple.Plane(Origin=[-1, -1, -3], Point1=[0, -1, -3], Point2=[-1, 1, -3])
+        display = simple.Show(plane, self.view)
+        display.AmbientColor = display.DiffuseColor = [1.0, 1.0, 1.0]
+        self.view.CameraFocalDisk = 0.6
+        self.view.CameraFocalDistance = 4.0
+        for cells in (1, 7):
+            self.view.LensCells = cells
+            self.assertGreater(self.width_of_edges(), 15, cells)
+        self.view.OtherPropsThroughLens = 0
+        self.assertLess(self.width_of_edges(), 3)
+
+
 if __name__ == "__main__":
-    result = unittest.TextTestRunner(verbosity=2).run(
-        unittest.defaultTestLoader.loadTestsFromTestCase(SurfelSplats))
+    loader = unittest.defaultTestLoader
+    result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(
+        loader.loadTestsFromTestCase(case) for case in (SurfelSplats, SurfelRenderView)))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0 if result.wasSuccessful() else 1)  # pvpython's own end takes no status

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelViewActor.h"
 
+#include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
 
@@ -55,7 +56,9 @@ int vtkSurfelViewActor::RenderOpaqueGeometry(vtkViewport* viewport)
 int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
-  if (!renderer || renderer->GetSelector() || FirstOf(renderer) != this)
+  auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
+  const bool splatted = mapper && mapper->GetSplatted(); // by a pass of the view
+  if (!renderer || renderer->GetSelector() || splatted || FirstOf(renderer) != this)
   {
     return 0;
   }

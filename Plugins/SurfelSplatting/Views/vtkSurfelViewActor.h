@@ -5,6 +5,7 @@
  *
  * Splats all visible surfels of its renderer into one A-buffer, once for all actors of this kind,
  * after opaque and translucent props; what is behind opaque ones is hidden. Other props stay sharp.
+ * In a vtkSurfelRenderView the view's pass splats instead.
  * In hardware selection it is the mapper's dots.
  *
  * @sa vtkSurfelSplattingPass

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkSurfelRenderView
+ * @brief   a render view that draws everything through one lens
+ *
+ * Its renderer's pass is a vtkSurfelSplattingPass: all surfels in one A-buffer, and meshes blurred
+ * as they are. Lens: Camera Focal Disk and Camera Focal Distance.
+ */
+#ifndef vtkSurfelRenderView_h
+#define vtkSurfelRenderView_h
+
+#include "vtkNew.h" // for members
+#include "vtkPVRenderView.h"
+#include "vtkSurfelViewsModule.h" // for export macro
+
+class vtkSurfelSplattingPass;
+
+class VTKSURFELVIEWS_EXPORT vtkSurfelRenderView : public vtkPVRenderView
+{
+public:
+  static vtkSurfelRenderView* New();
+  vtkTypeMacro(vtkSurfelRenderView, vtkPVRenderView);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Forwarded to the pass and its vtkSurfelSplatter: see there.
+   */
+  void SetLensMode(int mode);
+  void SetCircleOfConfusion(double radius);
+  void SetLensCells(int cells);
+  void SetLinearLight(int linear);
+  void SetOtherPropsThroughLens(int through);
+  ///@}
+
+protected:
+  vtkSurfelRenderView();
+  ~vtkSurfelRenderView() override;
+
+private:
+  vtkSurfelRenderView(const vtkSurfelRenderView&) = delete;
+  void operator=(const vtkSurfelRenderView&) = delete;
+
+  vtkNew<vtkSurfelSplattingPass> Pass;
+};
+
+#endif
