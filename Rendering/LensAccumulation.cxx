@@ -77,24 +77,14 @@ bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int hei
 
 /// Draws a picture over all of the current viewport.
 void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color,
-  vtkTextureObject* depth, double share, Blending blending, Code code)
+  vtkTextureObject* depth, double share, Blending blending, Code code, vtkTextureObject* below)
 {
   vtkOpenGLState* state = window->GetState();
-  vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
-  vtkOpenGLState::ScopedglEnableDisable depthTest(state, GL_DEPTH_TEST);
-  vtkOpenGLState::ScopedglEnableDisable cull(state, GL_CULL_FACE);
-  vtkOpenGLState::ScopedglBlendFuncSeparate blendFunction(state);
-  vtkOpenGLState::ScopedglDepthFunc depthFunction(state);
-  vtkOpenGLState::ScopedglDepthMask depthMask(state);
-  state->vtkglEnable(GL_BLEND);
+  const QuadState quad(state);
   const GLenum under = blending == Blending::Replace ? GL_ZERO
     : blending == Blending::Add                      ? GL_ONE
                                                      : GL_ONE_MINUS_SRC_ALPHA;
   state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
-  state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglDepthFunc(GL_ALWAYS);
-  state->vtkglDepthMask(GL_TRUE);
-  state->vtkglDisable(GL_CULL_FACE);
   window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
   color->Activate();
   depth->Activate();
@@ -103,8 +93,8 @@ void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* col
   this->Quad->Program->SetUniformf("share", static_cast<float>(share));
   this->Quad->Program->SetUniformi("toLight", code == Code::ToLight ? 1 : 0);
   this->Quad->Program->SetUniformi("toCodes", code == Code::ToCodes ? 1 : 0);
-  this->Quad->Program->SetUniformi("overBelow", this->OverBelow ? 1 : 0);
-  vtkTextureObject* below = this->OverBelow ? this->ColorBelow.Get() : color;
+  this->Quad->Program->SetUniformi("overBelow", below ? 1 : 0);
+  below = below ? below : color; // a sampler needs some texture
   below->Activate();
   this->Quad->Program->SetUniformi("belowColor", below->GetTextureUnit());
   this->Quad->Render();
@@ -145,18 +135,11 @@ void LensAccumulation::AddView(
 void LensAccumulation::KeepBelow(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool depth, bool color)
 {
-  const auto upload = [&](vtkTextureObject* texture, int components, std::vector<float>& values) {
-    texture->SetContext(window);
-    texture->SetMinificationFilter(vtkTextureObject::Nearest);
-    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-    return texture->Create2DFromRaw(static_cast<unsigned int>(rectangle.Width),
-      static_cast<unsigned int>(rectangle.Height), components, VTK_FLOAT, values.data());
-  };
   std::vector<float> values;
-  this->HasDepthBelow =
-    depth && this->Blit.ReadDepth(window, rectangle, values) && upload(this->DepthBelow, 1, values);
-  this->HasColorBelow =
-    color && this->Blit.ReadColor(window, rectangle, values) && upload(this->ColorBelow, 4, values);
+  this->HasDepthBelow = depth && this->Blit.ReadDepth(window, rectangle, values) &&
+    Upload(window, this->DepthBelow, rectangle, 1, values.data());
+  this->HasColorBelow = color && this->Blit.ReadColor(window, rectangle, values) &&
+    Upload(window, this->ColorBelow, rectangle, 4, values.data());
 }
 
 bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& views, int index,
@@ -219,11 +202,10 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   vtkOpenGLState::ScopedglScissor scissor(glState);
   glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
   glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
-  this->OverBelow = this->HasColorBelow;
   this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
     renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace,
-    views.LinearLight ? Code::ToCodes : Code::Keep);
-  this->OverBelow = false;
+    views.LinearLight ? Code::ToCodes : Code::Keep,
+    this->HasColorBelow ? this->ColorBelow.Get() : nullptr);
   return true;
 }
 

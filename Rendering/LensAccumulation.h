@@ -92,7 +92,7 @@ private:
     ToCodes
   };
   void Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color, vtkTextureObject* depth,
-    double share, Blending blending, Code code);
+    double share, Blending blending, Code code, vtkTextureObject* below = nullptr);
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;
@@ -100,7 +100,6 @@ private:
   FrameBlit Blit;
   bool HasDepthBelow = false;
   bool HasColorBelow = false;
-  bool OverBelow = false; // while their mean is drawn
   std::unique_ptr<vtkOpenGLQuadHelper> Quad;
   vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
 };

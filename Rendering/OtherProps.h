@@ -13,7 +13,6 @@
 #include <vector>
 
 class vtkOpenGLRenderWindow;
-class vtkProp;
 class vtkRenderPass;
 class vtkRenderState;
 class vtkRenderer;

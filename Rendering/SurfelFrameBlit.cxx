@@ -67,11 +67,29 @@ void ReadPixels(const PixelRectangle& r, int x, int y, GLenum format, float* val
 }
 }
 
-namespace
+QuadState::QuadState(vtkOpenGLState* state)
+  : Blend(state, GL_BLEND)
+  , DepthTest(state, GL_DEPTH_TEST)
+  , Cull(state, GL_CULL_FACE)
+  , BlendFunction(state)
+  , DepthFunction(state)
+  , DepthMask(state)
 {
-/// Into the memory that the texture has, where it fits: fresh memory costs as much as the copy.
-bool Upload(vtkTextureObject* texture, const PixelRectangle& r, int components, const float* values)
+  state->vtkglEnable(GL_BLEND);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglDepthFunc(GL_ALWAYS);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglDisable(GL_CULL_FACE);
+}
+
+bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const PixelRectangle& r,
+  int components, const float* values)
 {
+  texture->SetContext(window);
+  texture->SetMinificationFilter(vtkTextureObject::Nearest);
+  texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+  texture->SetWrapS(vtkTextureObject::ClampToEdge);
+  texture->SetWrapT(vtkTextureObject::ClampToEdge);
   const auto width = static_cast<unsigned int>(r.Width);
   const auto height = static_cast<unsigned int>(r.Height);
   if (texture->GetHandle() == 0 || texture->GetWidth() != width || texture->GetHeight() != height)
@@ -79,6 +97,7 @@ bool Upload(vtkTextureObject* texture, const PixelRectangle& r, int components, 
     return texture->Create2DFromRaw(
       width, height, components, VTK_FLOAT, const_cast<float*>(values));
   }
+  // Into the memory that the texture has: fresh memory costs as much as the copy.
   texture->Bind();
   GLint alignment = 4;
   glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
@@ -87,7 +106,6 @@ bool Upload(vtkTextureObject* texture, const PixelRectangle& r, int components, 
     GL_FLOAT, values);
   glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
   return true;
-}
 }
 
 PixelRectangle FrameRectangle(const vtkRenderState* state)
@@ -207,34 +225,18 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   {
     return false;
   }
-  for (vtkTextureObject* texture : { this->Color.Get(), this->Depth.Get() })
-  {
-    texture->SetContext(window);
-    texture->SetMinificationFilter(vtkTextureObject::Nearest);
-    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-    texture->SetWrapS(vtkTextureObject::ClampToEdge);
-    texture->SetWrapT(vtkTextureObject::ClampToEdge);
-  }
-  if (!Upload(this->Color, rectangle, 4, color) || !Upload(this->Depth, rectangle, 1, windowDepth))
+  if (!Upload(window, this->Color, rectangle, 4, color) ||
+    !Upload(window, this->Depth, rectangle, 1, windowDepth))
   {
     return false;
   }
 
   vtkOpenGLState* state = window->GetState();
-  vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
-  vtkOpenGLState::ScopedglEnableDisable depthTest(state, GL_DEPTH_TEST);
-  vtkOpenGLState::ScopedglEnableDisable cull(state, GL_CULL_FACE);
-  vtkOpenGLState::ScopedglBlendFuncSeparate blendFunction(state);
-  vtkOpenGLState::ScopedglDepthFunc depthFunction(state);
-  vtkOpenGLState::ScopedglDepthMask depthMask(state);
+  const QuadState quad(state); // no depth test: hidden layers were left out by the splatter
   vtkOpenGLState::ScopedglViewport viewport(state);
   vtkOpenGLState::ScopedglScissor scissor(state);
-  replace ? state->vtkglDisable(GL_BLEND) : state->vtkglEnable(GL_BLEND);
-  state->vtkglBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglDepthFunc(GL_ALWAYS); // hidden layers were left out by the splatter
-  state->vtkglDepthMask(GL_TRUE);
-  state->vtkglDisable(GL_CULL_FACE);
+  const GLenum under = replace ? GL_ZERO : GL_ONE_MINUS_SRC_ALPHA;
+  state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
   state->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
   state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
 

@@ -7,13 +7,13 @@
 
 #include <vtkNew.h>
 #include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLState.h>
 #include <vtkWeakPointer.h>
 
 #include <memory>
 #include <vector>
 
 class vtkOpenGLQuadHelper;
-class vtkOpenGLState;
 class vtkRenderState;
 class vtkTextureObject;
 class vtkWindow;
@@ -49,6 +49,25 @@ struct DepthRange
     return 0.5 * (ndc + 1.0);
   }
 };
+
+/// While it lives a quad is drawn over all of the viewport: colour and depth as they come from the
+/// shader, blended by the functions that are set. All is as before afterwards.
+class QuadState
+{
+public:
+  explicit QuadState(vtkOpenGLState* state);
+
+private:
+  vtkOpenGLState::ScopedglEnableDisable Blend, DepthTest, Cull;
+  vtkOpenGLState::ScopedglBlendFuncSeparate BlendFunction;
+  vtkOpenGLState::ScopedglDepthFunc DepthFunction;
+  vtkOpenGLState::ScopedglDepthMask DepthMask;
+};
+
+/// A picture of 1 or 4 floats a pixel into a texture, read pixel by pixel; false where it cannot be
+/// had.
+bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture,
+  const PixelRectangle& rectangle, int components, const float* values);
 
 class FrameBlit
 {

@@ -8,8 +8,6 @@
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
-#include <vtk_glew.h>
-
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCameraPass.h>
@@ -442,8 +440,9 @@ int vtkSurfelSplattingPass::BeginOtherProps(
 
 void vtkSurfelSplattingPass::ReportOtherProps()
 {
-  vtkErrorMacro("The other props' colours could not be read from this framebuffer: they stay "
-                "sharp. Try vtkRenderWindow::SetMultiSamples(0), or OtherPropsThroughLensOff().");
+  vtkErrorMacro("The other props' colours could not be read from this framebuffer, or memory does "
+                "not suffice for them: they stay sharp. Try vtkRenderWindow::SetMultiSamples(0), a "
+                "smaller window, or OtherPropsThroughLensOff().");
 }
 
 void vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,

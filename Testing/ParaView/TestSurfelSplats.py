@@ -59,7 +59,7 @@ def screenshot(view):
     return scalars.reshape(SIZE, SIZE, -1)[..., :3].astype(float)
 
 
-class SurfelSplats(unittest.TestCase):
+class PluginCase(unittest.TestCase):
     view_type = "RenderView"
 
     def setUp(self):
@@ -79,6 +79,8 @@ class SurfelSplats(unittest.TestCase):
         display.AmbientColor = display.DiffuseColor = [1.0, 1.0, 1.0]
         return display
 
+
+class Filters(PluginCase):
     def test_filters(self):
         estimation = simple.SurfelEstimation(Input=self.points)
         normalization = simple.SurfelNormalization(Input=estimation)
@@ -92,6 +94,8 @@ class SurfelSplats(unittest.TestCase):
         self.assertEqual(parts.GetDataInformation().GetNumberOfPoints(), 20000)
         self.assertEqual(estimation.NumberOfNeighbors, 16)
 
+
+class SurfelSplats(PluginCase):
     def test_raw_points_are_a_closed_sphere(self):
         self.show(self.points)
         seen = screenshot(self.view)
@@ -175,7 +179,7 @@ class SurfelRenderView(SurfelSplats):
 if __name__ == "__main__":
     loader = unittest.defaultTestLoader
     result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(
-        loader.loadTestsFromTestCase(case) for case in (SurfelSplats, SurfelRenderView)))
+        loader.loadTestsFromTestCase(case) for case in (Filters, SurfelSplats, SurfelRenderView)))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0 if result.wasSuccessful() else 1)  # pvpython's own end takes no status

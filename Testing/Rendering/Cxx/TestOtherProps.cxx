@@ -46,6 +46,32 @@ void AddMeshes(vtkRenderer* renderer)
   renderer->AddActor(QuadActor({ -1.2, -0.9, 1.5 }, { 1.0, 0, 0.5 }, { 0, 1.3, 0.3 }, { 1, 0, 0 }));
   renderer->AddActor(QuadActor({ -3, -2, -2 }, { 5, 0, 0 }, { 0, 3, 0 }, { 0.2, 0.8, 0.3 }));
 }
+
+/// A renderer with the pass in a layer above the scene's own, which is VTK's.
+struct LayeredScene : Scene
+{
+  explicit LayeredScene(int cells, int samples = 0)
+    : Scene(80, 80, samples)
+  {
+    this->Renderer->SetPass(nullptr);
+    this->Top->SetLayer(1);
+    this->Top->SetPass(this->Pass);
+    this->Window->SetNumberOfLayers(2);
+    this->Window->AddRenderer(this->Top);
+    this->Pass->GetSplatter()->SetLensCells(cells);
+  }
+
+  /// Both layers through a lens that focuses there.
+  void SeeBoth(double focus)
+  {
+    vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, focus);
+    this->See(camera);
+    camera->SetClippingRange(3.0, 9.0);
+    this->Top->SetActiveCamera(camera);
+  }
+
+  vtkNew<vtkRenderer> Top;
+};
 }
 
 /// Each eye sees surfels and a mesh of the same place alike, blurred by as much.
@@ -113,20 +139,11 @@ SURFEL_TEST(OtherProps, LayerOnTop)
 {
   for (const int cells : CellCounts)
   {
-    Scene scene(80, 80);
+    LayeredScene scene(cells);
     scene.Renderer->SetBackground(0.0, 0.0, 1.0);
-    scene.Renderer->SetPass(nullptr);
-    vtkNew<vtkRenderer> top;
-    top->SetLayer(1);
-    top->SetPass(scene.Pass);
-    top->AddActor(QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 })); // left half
-    scene.Window->SetNumberOfLayers(2);
-    scene.Window->AddRenderer(top);
-    scene.Pass->GetSplatter()->SetLensCells(cells);
-    vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 3.0);
-    scene.See(camera);
-    camera->SetClippingRange(3.0, 9.0);
-    top->SetActiveCamera(camera);
+    scene.Top->AddActor(
+      QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 })); // left half
+    scene.SeeBoth(3.0);
     vtkSmartPointer<vtkImageData> picture = scene.Render();
     CHECK_NEAR(At(picture, 5, 40, 0), 255.0, 1.0);
     CHECK_NEAR(At(picture, 5, 40, 2), 0.0, 1.0);
@@ -146,21 +163,11 @@ SURFEL_TEST(OtherProps, LightOfLayers)
   vtkSmartPointer<vtkImageData> pictures[2];
   for (int i = 0; i < 2; ++i)
   {
-    Scene scene(80, 80);
+    LayeredScene scene(i == 0 ? 1 : 19);
     scene.Renderer->SetBackground(0.0, 0.5, 1.0);
-    scene.Renderer->SetPass(nullptr);
-    vtkNew<vtkRenderer> top;
-    top->SetLayer(1);
-    top->SetPass(scene.Pass);
-    top->AddActor(QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 }));
-    scene.Window->SetNumberOfLayers(2);
-    scene.Window->AddRenderer(top);
-    scene.Pass->GetSplatter()->SetLensCells(i == 0 ? 1 : 19);
+    scene.Top->AddActor(QuadActor({ -5, -5, 0 }, { 5, 0, 0 }, { 0, 10, 0 }, { 1, 0, 0 }));
     scene.Pass->GetSplatter()->LinearLightOn();
-    vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 3.0);
-    scene.See(camera);
-    camera->SetClippingRange(3.0, 9.0);
-    top->SetActiveCamera(camera);
+    scene.SeeBoth(3.0);
     pictures[i] = scene.Render();
     CHECK_NEAR(At(pictures[i], 75, 40, 1), 127.5, 1.0);
     // Half of each one's light.
@@ -243,22 +250,12 @@ SURFEL_TEST(OtherProps, PreservedDepth)
   {
     for (const int samples : { 0, 4 })
     {
-      Scene scene(80, 80, samples);
-      scene.Renderer->SetPass(nullptr);
+      LayeredScene scene(cells, samples);
       scene.Renderer->AddActor(
         QuadActor({ -0.5, -0.5, 1.0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 0, 0 }));
-      vtkNew<vtkRenderer> top;
-      top->SetLayer(1);
-      top->SetPreserveDepthBuffer(true);
-      top->SetPass(scene.Pass);
-      top->AddActor(QuadActor({ -3, -3, 0 }, { 6, 0, 0 }, { 0, 6, 0 }, { 0, 1, 0 }));
-      scene.Window->SetNumberOfLayers(2);
-      scene.Window->AddRenderer(top);
-      scene.Pass->GetSplatter()->SetLensCells(cells);
-      vtkSmartPointer<vtkCamera> camera = LensCamera(6.0, 5.0);
-      scene.See(camera);
-      camera->SetClippingRange(3.0, 9.0);
-      top->SetActiveCamera(camera);
+      scene.Top->SetPreserveDepthBuffer(true);
+      scene.Top->AddActor(QuadActor({ -3, -3, 0 }, { 6, 0, 0 }, { 0, 6, 0 }, { 0, 1, 0 }));
+      scene.SeeBoth(5.0);
       vtkSmartPointer<vtkImageData> picture = scene.Render();
       CHECK_NEAR(At(picture, 40, 40, 0), 255.0, 1.0);
       CHECK_NEAR(At(picture, 40, 40, 1), 0.0, 1.0);
