@@ -77,7 +77,8 @@ bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int hei
 
 /// Draws a picture over all of the current viewport.
 void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color,
-  vtkTextureObject* depth, double share, Blending blending, Code code, vtkTextureObject* below)
+  vtkTextureObject* depth, double share, Blending blending, Code code, vtkTextureObject* below,
+  double deepest)
 {
   vtkOpenGLState* state = window->GetState();
   const QuadState quad(state);
@@ -91,6 +92,7 @@ void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* col
   this->Quad->Program->SetUniformi("viewColor", color->GetTextureUnit());
   this->Quad->Program->SetUniformi("viewDepth", depth->GetTextureUnit());
   this->Quad->Program->SetUniformf("share", static_cast<float>(share));
+  this->Quad->Program->SetUniformf("deepest", static_cast<float>(deepest));
   this->Quad->Program->SetUniformi("toLight", code == Code::ToLight ? 1 : 0);
   this->Quad->Program->SetUniformi("toCodes", code == Code::ToCodes ? 1 : 0);
   this->Quad->Program->SetUniformi("overBelow", below ? 1 : 0);
@@ -189,7 +191,7 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   this->KeepBelow(window, rectangle, renderer->GetPreserveDepthBuffer() != 0,
     renderer->Transparent() && views.LinearLight);
   int done = 0;
-  for (; done < views.Count && (done == 0 || !window->GetAbortRender()); ++done)
+  for (; done < views.Count && (done == 0 || !views.GoOn || views.GoOn()); ++done)
   {
     if (!this->RenderView(state, views, done, rectangle, delegate))
     {
@@ -205,7 +207,7 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
     renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace,
     views.LinearLight ? Code::ToCodes : Code::Keep,
-    this->HasColorBelow ? this->ColorBelow.Get() : nullptr);
+    this->HasColorBelow ? this->ColorBelow.Get() : nullptr, views.Deepest);
   return true;
 }
 

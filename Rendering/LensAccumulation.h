@@ -49,6 +49,8 @@ struct LensViews
   int Count;                ///< of views
   double PixelFilter = 0.0; ///< standard deviation of a Gaussian filter, made by shifts, px
   bool LinearLight = false; ///< the mean is of light, colours being its sRGB codes
+  double Deepest = 1.0;     ///< depth of pixels with any colour, at most
+  std::function<bool()> GoOn; ///< asked before each view but the first; may be empty
 };
 
 class LensAccumulation
@@ -62,7 +64,7 @@ public:
    * rectangle of the current framebuffer: over what is there where the renderer is transparent,
    * otherwise instead of it. Each view is rendered through a copy of the camera within a cell of
    * the lens, FocalDisk being the cell's diameter, with as many samples as the current framebuffer
-   * has. Views after the first one are left out once the window's rendering is aborted. False: its
+   * has. Views after the first one are left out once GoOn says so. False: its
    * textures could not be made, and nothing is drawn. A renderer that preserves the depth of layers
    * below has it in every view.
    */
@@ -92,7 +94,8 @@ private:
     ToCodes
   };
   void Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color, vtkTextureObject* depth,
-    double share, Blending blending, Code code, vtkTextureObject* below = nullptr);
+    double share, Blending blending, Code code, vtkTextureObject* below = nullptr,
+    double deepest = 1.0);
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;

@@ -8,6 +8,7 @@ uniform sampler2D viewColor;  // RGBA
 uniform sampler2D viewDepth;  // R, window depth
 uniform sampler2D belowColor; // RGBA, of the layers below
 uniform float share;          // of the colour
+uniform float deepest;        // depth of pixels with any colour, at most
 uniform int toLight;          // colours are sRGB codes, their sum is of light (LinearLight.h)
 uniform int toCodes;          // the sum is of light, its mean shown as sRGB codes
 uniform int overBelow;        // mixed with the layers below, as light
@@ -44,5 +45,5 @@ void main()
     color.rgb = codeOfLight(color.rgb);
   }
   gl_FragData[0] = color;
-  gl_FragDepth = texture(viewDepth, texCoord).r;
+  gl_FragDepth = min(texture(viewDepth, texCoord).r, color.a > 0.0 ? deepest : 1.0);
 }

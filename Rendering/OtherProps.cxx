@@ -23,6 +23,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace SurfelSplatting
@@ -67,6 +68,13 @@ void MixLight(const float* color, float* under)
   }
   under[3] = color[3] + through * under[3];
 }
+
+/// A pixel that goes from one rank to another.
+struct SentPixel
+{
+  std::uint64_t Index;
+  float Distance, Color[4];
+};
 
 /// The distances of a box's corners.
 void AddDistances(const double* bounds, vtkMatrix4x4* worldToView, double distances[2])
@@ -145,6 +153,44 @@ bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectang
   this->Whole.Depth = this->WideDistances.data();
   this->Whole.Colors = this->WideColor.data();
   return true;
+}
+
+void OtherProps::Gather(Ranks& ranks, bool mine, std::vector<float>& distances)
+{
+  Message message;
+  if (mine && !ranks.IsRoot())
+  {
+    std::vector<SentPixel> pixels;
+    for (std::size_t p = 0; p < this->WideDistances.size(); ++p)
+    {
+      if (std::isfinite(this->WideDistances[p]))
+      {
+        const float* c = &this->WideColor[4 * p];
+        pixels.push_back({ p, this->WideDistances[p], { c[0], c[1], c[2], c[3] } });
+      }
+    }
+    Put(pixels.data(), pixels.size(), message);
+  }
+  const auto margin = static_cast<std::size_t>(this->Whole.Margin);
+  const std::size_t wide = this->Width + 2 * margin;
+  for (const Message& pixels : ranks.ToRoot(std::move(message)))
+  {
+    for (MessageReader reader(pixels); reader.Size() > 0;)
+    {
+      const auto pixel = reader.Get<SentPixel>();
+      if (pixel.Distance < this->WideDistances[pixel.Index])
+      {
+        this->WideDistances[pixel.Index] = pixel.Distance;
+        std::copy_n(pixel.Color, 4, &this->WideColor[4 * pixel.Index]);
+        const std::size_t x = pixel.Index % wide - margin, y = pixel.Index / wide - margin;
+        if (x < this->Width && y < distances.size() / this->Width) // not in the margin
+        {
+          distances[y * this->Width + x] = pixel.Distance;
+          std::copy_n(pixel.Color, 4, &this->Color[4 * (y * this->Width + x)]);
+        }
+      }
+    }
+  }
 }
 
 bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,

@@ -8,6 +8,7 @@
 
 #include "OffscreenFrame.h"
 #include "PixelSurfels.h"
+#include "Ranks.h"
 #include "SurfelFrameBlit.h"
 
 #include <vector>
@@ -53,6 +54,13 @@ public:
    */
   bool Read(const vtkRenderState* state, const PixelRectangle& rectangle, const DepthRange& range,
     const std::vector<float>& distances, int margin, vtkRenderPass* delegate);
+
+  /**
+   * Collective: what the last Read of each rank has seen, the nearest of each pixel, into rank 0's.
+   * @param mine      whether this rank has anything to add; rank 0 and all that have must have read
+   * @param distances [height][width] of what was drawn; on rank 0 by any rank, afterwards
+   */
+  void Gather(Ranks& ranks, bool mine, std::vector<float>& distances);
 
   /// Of the last Read.
   const PixelPicture& Picture() const { return this->Whole; }

@@ -251,6 +251,20 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   return true;
 }
 
+void FrameBlit::Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+{
+  vtkOpenGLState* state = window->GetState();
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  vtkOpenGLState::ScopedglEnableDisable test(state, GL_SCISSOR_TEST);
+  vtkOpenGLState::ScopedglDepthMask mask(state);
+  state->vtkglEnable(GL_SCISSOR_TEST);
+  state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  state->vtkglClearDepth(1.0);
+  state->vtkglClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
 void FrameBlit::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Quad.reset();

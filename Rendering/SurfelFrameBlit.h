@@ -103,6 +103,9 @@ public:
   bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
     const float* windowDepth, bool replace = false);
 
+  /// Empties a rectangle of the current draw framebuffer: no colour, nothing drawn.
+  static void Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
+
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplatter.h"
 
+#include "ControllerRanks.h"
 #include "DeepImage.h"
 #include "FrameKey.h"
 #include "PixelSurfels.h"
@@ -21,6 +22,7 @@
 #include <vtkImageData.h>
 #include <vtkLightCollection.h>
 #include <vtkMatrix4x4.h>
+#include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
@@ -29,6 +31,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <new>
 
 namespace
@@ -124,8 +127,20 @@ void AddCamera(const SurfelSplatting::SplatContext& context, vtkImageData* outpu
 }
 }
 
+/// What a frame is made of.
+struct vtkSurfelSplatter::SceneClouds
+{
+  std::vector<SurfelSplatting::SurfelCloudSource> Sources;
+  std::vector<SurfelSplatting::SurfelCloud> Clouds;
+  vtkSmartPointer<vtkFloatArray> Color, Depth;
+  const float* Limit = nullptr; ///< depths of what others have drawn and stays
+};
+
 struct vtkSurfelSplatter::Internals
 {
+  vtkSmartPointer<vtkMultiProcessController> Controller;
+  std::unique_ptr<SurfelSplatting::Ranks> Ranks; // null: this process alone
+  bool WarnedRanks = false;
   SurfelSplatting::Splatter Core;
   SurfelSplatting::Splatter ChannelCore; // the frame's statistics are those of its colours
   vtkNew<vtkImageData> Output;
@@ -133,6 +148,7 @@ struct vtkSurfelSplatter::Internals
   SurfelSplatting::FrameKey Key; // of the picture in Output
   SurfelSplatting::PixelSurfels Pixels;
   std::vector<float> SharpLimit; // depths of others without the pixels that are taken
+  SurfelSplatting::Message RootLimit;
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
@@ -147,6 +163,28 @@ vtkSurfelSplatter::vtkSurfelSplatter()
 }
 
 vtkSurfelSplatter::~vtkSurfelSplatter() = default;
+
+void vtkSurfelSplatter::SetController(vtkMultiProcessController* controller)
+{
+  if (this->Internal->Controller != controller)
+  {
+    this->Internal->Controller = controller;
+    this->Internal->Ranks.reset(controller && controller->GetNumberOfProcesses() > 1
+        ? new SurfelSplatting::ControllerRanks(controller)
+        : nullptr);
+    this->Modified();
+  }
+}
+
+vtkMultiProcessController* vtkSurfelSplatter::GetController()
+{
+  return this->Internal->Controller;
+}
+
+SurfelSplatting::Ranks* vtkSurfelSplatter::GetRanks()
+{
+  return this->Internal->Ranks.get();
+}
 
 void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
 {
@@ -254,7 +292,9 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
     key = SurfelSplatting::FrameKey(items, view, this->Internal->Context, this->GetMTime());
   }
   this->NumberOfPreparedSurfels = 0;
-  if (this->FrameReuse && this->Internal->HasPicture && key == this->Internal->Key)
+  SurfelSplatting::Ranks* ranks = this->GetRanks();
+  const bool same = this->FrameReuse && this->Internal->HasPicture && key == this->Internal->Key;
+  if (ranks ? ranks->All(same) : same)
   {
     ++this->NumberOfReusedFrames;
   }
@@ -332,18 +372,17 @@ const SurfelSplatting::PixelSurfels& vtkSurfelSplatter::GetTakenPixels()
   return this->Internal->Pixels;
 }
 
-bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
-  const std::chrono::steady_clock::time_point& start)
+void vtkSurfelSplatter::MakeScene(
+  const std::vector<Item>& items, const View& view, SceneClouds& scene)
 {
   namespace Core = SurfelSplatting;
-  std::vector<Core::SurfelCloudSource> sources(items.size());
-  std::vector<Core::SurfelCloud> clouds;
+  scene.Sources.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i)
   {
     const Core::SurfelDetailCache& cache = items[i].Mapper->GetDetailCache();
     const std::uint64_t before = cache.NumberOfPreparedSurfels();
     const std::string problem = Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property,
-      this->LODMode == LOD_PAPER, this->LinearLight != 0, sources[i]);
+      this->LODMode == LOD_PAPER, this->LinearLight != 0, scene.Sources[i]);
     this->NumberOfPreparedSurfels +=
       static_cast<vtkIdType>(cache.NumberOfPreparedSurfels() - before);
     if (!problem.empty())
@@ -351,38 +390,96 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
       vtkErrorMacro(<< problem);
       continue;
     }
-    clouds.push_back(sources[i].Cloud);
+    scene.Clouds.push_back(scene.Sources[i].Cloud);
   }
-
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
-  vtkSmartPointer<vtkFloatArray> color = NewPixelArray("Color", 4, pixels);
-  vtkSmartPointer<vtkFloatArray> depth = NewPixelArray("Depth", 1, pixels);
-  const Core::Frame frame{ view.Size[0], view.Size[1], color->GetPointer(0), depth->GetPointer(0) };
-  this->Internal->SceneMilliseconds = MillisecondsSince(start);
-  const float* limit = this->TakePixels(view, clouds);
+  scene.Color = NewPixelArray("Color", 4, pixels);
+  scene.Depth = NewPixelArray("Depth", 1, pixels);
+  scene.Limit = this->TakePixels(view, scene.Clouds);
+}
+
+/// Of all processes, each of which says whether its part could be made; the depths of others are
+/// those that process 0 has.
+void vtkSurfelSplatter::ShareScene(const View& view, bool good, SceneClouds& scene)
+{
+  SurfelSplatting::Ranks& ranks = *this->GetRanks();
+  if (!ranks.All(good))
+  {
+    throw std::bad_alloc();
+  }
+  if ((this->DeepSamples || this->Channels != 0) && !this->Internal->WarnedRanks)
+  {
+    this->Internal->WarnedRanks = true;
+    vtkErrorMacro("DeepSamples and Channels are not made by several processes: the picture has its "
+                  "colours and depths alone. Set no controller where they are wanted.");
+  }
+  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
+  SurfelSplatting::Message& limit = this->Internal->RootLimit;
+  limit.clear();
+  if (scene.Limit && std::any_of(scene.Limit, scene.Limit + pixels, [](float depth) {
+        return depth < std::numeric_limits<float>::infinity();
+      }))
+  {
+    SurfelSplatting::Put(scene.Limit, pixels, limit);
+  }
+  limit = ranks.FromRoot(limit);
+  scene.Limit = limit.empty() ? nullptr : reinterpret_cast<const float*>(limit.data());
+}
+
+bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
+  const std::chrono::steady_clock::time_point& start)
+{
+  namespace Core = SurfelSplatting;
+  Internals& my = *this->Internal;
+  SceneClouds scene;
+  std::function<bool(double)> progress = view.Progress;
+  Core::Ranks* ranks = this->GetRanks();
+  if (ranks)
+  {
+    bool good = true;
+    try
+    {
+      this->MakeScene(items, view, scene);
+    }
+    catch (const std::bad_alloc&)
+    {
+      good = false;
+    }
+    this->ShareScene(view, good, scene);
+    progress = [&](double done) { return ranks->All(!view.Progress || view.Progress(done)); };
+  }
+  else
+  {
+    this->MakeScene(items, view, scene);
+  }
+  const Core::Frame frame{ view.Size[0], view.Size[1], scene.Color->GetPointer(0),
+    scene.Depth->GetPointer(0) };
+  my.SceneMilliseconds = MillisecondsSince(start);
   Core::DeepImage deep;
-  if (this->DeepSamples)
+  const bool isDeep = this->DeepSamples && !ranks;
+  if (isDeep)
   {
     deep.Begin(view.Size[0], view.Size[1]);
   }
-  const bool whole = this->Internal->Core.Render(this->Internal->Context, clouds,
-    Core::SMPExecutor(), frame, limit, this->DeepSamples ? &deep : nullptr, view.Progress);
+  std::unique_ptr<Core::SplatExchange> exchange(ranks ? new Core::SplatExchange(*ranks) : nullptr);
+  const bool whole = my.Core.Render(my.Context, scene.Clouds, Core::SMPExecutor(), frame,
+    scene.Limit, isDeep ? &deep : nullptr, progress, exchange.get());
 
-  vtkImageData* output = this->Internal->Output;
+  vtkImageData* output = my.Output;
   output->Initialize();
   output->SetDimensions(view.Size[0], view.Size[1], 1);
-  output->GetPointData()->SetScalars(color);
-  output->GetPointData()->AddArray(depth);
-  AddCamera(this->Internal->Context, output);
-  if (this->DeepSamples)
+  output->GetPointData()->SetScalars(scene.Color);
+  output->GetPointData()->AddArray(scene.Depth);
+  AddCamera(my.Context, output);
+  if (isDeep)
   {
     deep.Finish(Core::SMPExecutor());
     AddDeepSamples(deep, output);
   }
-  if (this->Channels != 0 && whole)
+  if (this->Channels != 0 && whole && !ranks)
   {
     Core::AddChannels(
-      this->Channels, this->Internal->Context, clouds, limit, this->Internal->ChannelCore, output);
+      this->Channels, my.Context, scene.Clouds, scene.Limit, my.ChannelCore, output);
   }
   return whole;
 }

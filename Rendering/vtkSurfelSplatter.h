@@ -29,6 +29,7 @@ class vtkCamera;
 class vtkImageData;
 class vtkLightCollection;
 class vtkMatrix4x4;
+class vtkMultiProcessController;
 class vtkSurfelMapper;
 class vtkProp;
 class vtkProperty;
@@ -38,6 +39,7 @@ namespace SurfelSplatting
 struct Lens;
 struct PixelPicture;
 class PixelSurfels;
+class Ranks;
 struct SurfelCloud;
 }
 
@@ -218,6 +220,18 @@ public:
 
   ///@{
   /**
+   * The processes that make one picture of the surfels of all of them, each with some of its own or
+   * none. Every Render is then a collective call, with the same settings, camera and size on all;
+   * splats are sent to where they lie on the screen, and the picture is process 0's: that of all
+   * surfels in one process. Each process has a hierarchy of its own, so that with a level of detail
+   * nodes at their borders differ. DeepSamples and Channels are left out. Default none.
+   */
+  void SetController(vtkMultiProcessController* controller);
+  vtkMultiProcessController* GetController();
+  ///@}
+
+  ///@{
+  /**
    * Whether the last picture is kept where neither scene, camera nor settings have changed. Default
    * on.
    */
@@ -375,8 +389,12 @@ public:
 
   /**
    * Renders a picture into GetOutput(). False, and an empty output, where memory does not suffice.
+   * With a controller: on all of its processes, or on none; DepthLimit and Others are process 0's.
    */
   bool Render(const std::vector<Item>& items, const View& view);
+
+  /// The controller's processes; null where there is but this one.
+  SurfelSplatting::Ranks* GetRanks();
 
   /// Whether a camera's lens blurs anything.
   bool HasLens(vtkCamera* camera);
@@ -424,9 +442,12 @@ private:
   vtkIdType NumberOfReusedFrames = 0;
 
 #ifndef __VTK_WRAP__
+  struct SceneClouds;
   void RenderPicture(const std::vector<Item>& items, const View& view);
   void MakeContext(const View& view);
   const float* TakePixels(const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);
+  void MakeScene(const std::vector<Item>& items, const View& view, SceneClouds& scene);
+  void ShareScene(const View& view, bool good, SceneClouds& scene);
   bool RenderScene(const std::vector<Item>& items, const View& view,
     const std::chrono::steady_clock::time_point& start);
 #endif

@@ -4,11 +4,12 @@
 #include "CameraChanges.h"
 #include "LensAccumulation.h"
 #include "OtherProps.h"
+#include "Ranks.h"
+#include "SplattedMarks.h"
 #include "SurfelFrameBlit.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
-#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCameraPass.h>
 #include <vtkFloatArray.h>
@@ -27,7 +28,6 @@
 #include <vtkRenderer.h>
 #include <vtkRendererCollection.h>
 #include <vtkSMPTools.h>
-#include <vtkWeakPointer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,6 +92,9 @@ constexpr double MostCoarsening = 16.0;
 /// fewer.
 constexpr double LeastGain = 0.93;
 
+/// Of pixels that hold any colour, where a compositor takes those of depth 1 for empty.
+constexpr double DeepestPixel = 1.0 - 1e-6;
+
 bool IsInteractive(vtkRenderer* renderer)
 {
   return renderer->GetRenderWindow()->GetDesiredUpdateRate() > 1.0;
@@ -124,56 +127,12 @@ public:
 private:
   int& Count;
 };
-
-/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
-/// later passes draw translucent props.
-class SplattedMarks
-{
-public:
-  ~SplattedMarks() { this->Clear(); }
-
-  void Set(vtkRenderer* renderer, const std::vector<vtkSurfelSplatter::Item>& items)
-  {
-    this->Clear();
-    for (const vtkSurfelSplatter::Item& item : items)
-    {
-      item.Mapper->SetSplatted(true);
-      this->Mappers.push_back(item.Mapper);
-    }
-    vtkNew<vtkCallbackCommand> command;
-    command->SetClientData(this);
-    command->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-      static_cast<SplattedMarks*>(self)->Clear();
-    });
-    this->Renderer = renderer;
-    this->Observer = renderer->AddObserver(vtkCommand::EndEvent, command);
-  }
-
-  void Clear()
-  {
-    for (vtkSurfelMapper* mapper : this->Mappers)
-    {
-      mapper->SetSplatted(false);
-    }
-    this->Mappers.clear();
-    if (this->Renderer)
-    {
-      this->Renderer->RemoveObserver(this->Observer);
-      this->Renderer = nullptr;
-    }
-  }
-
-private:
-  std::vector<vtkSmartPointer<vtkSurfelMapper>> Mappers;
-  vtkWeakPointer<vtkRenderer> Renderer;
-  unsigned long Observer = 0;
-};
 }
 
 struct vtkSurfelSplattingPass::Internals
 {
   SurfelSplatting::FrameBlit Blit;
-  SplattedMarks Marks;
+  SurfelSplatting::SplattedMarks Marks;
   vtkNew<vtkRenderStepsPass> Steps;
   vtkNew<vtkOpaquePass> OpaqueProps;
   vtkNew<FunctionPass> Step;
@@ -245,6 +204,13 @@ vtkMTimeType vtkSurfelSplattingPass::GetMTime()
   return std::max(this->Superclass::GetMTime(), this->Splatter->GetMTime());
 }
 
+/// Of all processes that draw a picture together.
+bool vtkSurfelSplattingPass::All(bool mine)
+{
+  SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
+  return ranks ? ranks->All(mine) : mine;
+}
+
 void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
 {
   this->NumberOfRenderedProps = 0;
@@ -275,8 +241,9 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
   const int cells = this->Splatter->GetLensCells();
   if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() ||
-    this->Splatter->GetChannels() != 0 || !window || rectangle.Width < 1 || rectangle.Height < 1 ||
-    !this->Splatter->HasLens(camera) || !SurfelSplatting::HasOtherProps(renderer, false))
+    this->Splatter->GetChannels() != 0 || !this->Splatter->HasLens(camera) ||
+    !this->All(window && rectangle.Width > 0 && rectangle.Height > 0) ||
+    !this->Any(SurfelSplatting::HasOtherProps(renderer, false)))
   {
     return false;
   }
@@ -284,6 +251,8 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   SurfelSplatting::LensViews views(camera, view.Size, view.Aspect, this->Splatter->GetLens(view),
     { cells, this->Splatter->GetLensPinholes() != 0 });
   views.LinearLight = this->Splatter->GetLinearLight() != 0;
+  views.Deepest = this->Splatter->GetRanks() ? DeepestPixel : 1.0;
+  views.GoOn = [this, window]() { return this->All(!window->GetAbortRender()); };
   bool good = false;
   {
     const CountOfCells count(this->Internal->CellCount, cells);
@@ -347,22 +316,28 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   this->Internal->Marks.Set(renderer, items);
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
-  const bool hasPicture = window && rectangle.Width > 0 && rectangle.Height > 0;
+  const bool hasPicture = this->All(window && rectangle.Width > 0 && rectangle.Height > 0);
+  const bool hasSurfels = this->Any(!items.empty());
   this->Internal->Others.SetLinearLight(this->Splatter->GetLinearLight() != 0);
   const int margin = hasPicture ? this->BeginOtherProps(state, rectangle) : 0;
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
-  if (!hasPicture || (items.empty() && margin == 0))
+  if (!hasPicture || (!hasSurfels && margin == 0))
   {
     return;
   }
   vtkSurfelSplatter::View view = this->MakeView(state, rectangle);
   const SurfelSplatting::DepthRange range = MakeDepthRange(view.Camera, view.Aspect);
   this->ReadDepths(window, rectangle, range);
+  SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
+  const bool joined =
+    ranks && this->JoinOtherProps(state, rectangle, range, margin, delegate);
   view.DepthLimit = this->Internal->Limit.data();
-  if (margin > 0)
+  if (margin > 0 &&
+    (ranks ? joined && ranks->IsRoot()
+           : this->ReadOtherProps(state, rectangle, range, margin, delegate)))
   {
-    this->ReadOtherProps(state, rectangle, range, margin, delegate, view);
+    view.Others = &this->Internal->Others.Picture();
   }
   view.Coarsening = this->Coarsening = this->ChooseCoarsening(renderer);
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();
@@ -372,13 +347,21 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
     {
       this->LearnFrameTime(renderer);
     }
-    this->DrawPicture(window, rectangle, range);
+    if (ranks && !ranks->IsRoot())
+    {
+      SurfelSplatting::FrameBlit::Clear(window, rectangle); // all is in rank 0's picture
+      return;
+    }
+    this->DrawPicture(window, rectangle, range, joined);
   }
 }
 
 double vtkSurfelSplattingPass::ChooseCoarsening(vtkRenderer* renderer)
 {
-  return this->HoldUpdateRate && IsInteractive(renderer) ? this->Internal->NextCoarsening : 1.0;
+  const double mine =
+    this->HoldUpdateRate && IsInteractive(renderer) ? this->Internal->NextCoarsening : 1.0;
+  SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
+  return ranks ? ranks->RootValue(mine) : mine;
 }
 
 void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
@@ -421,16 +404,22 @@ int vtkSurfelSplattingPass::BeginOtherProps(
   const bool blurs = this->Internal->CellCount > 0
     ? camera->GetFocalDisk() > 0.0 && !camera->GetParallelProjection()
     : this->Splatter->HasLens(camera);
-  if (!this->OtherPropsThroughLens || !blurs || !SurfelSplatting::HasOtherProps(renderer, true))
+  if (!this->OtherPropsThroughLens || !blurs ||
+    !this->Any(SurfelSplatting::HasOtherProps(renderer, true)))
   {
     return 0;
   }
   double distances[2];
   SurfelSplatting::DistancesOfOtherProps(renderer, distances);
+  if (SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks())
+  {
+    distances[0] = -ranks->Largest(-distances[0]);
+    distances[1] = ranks->Largest(distances[1]);
+  }
   const int margin = this->Splatter->GetMargin(this->MakeView(state, rectangle), distances);
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const auto read = [&] { return this->Internal->Others.ReadBackground(window, rectangle); };
-  if (margin > 0 && !IfMemorySuffices(read))
+  if (margin > 0 && !this->All(IfMemorySuffices(read)))
   {
     this->ReportOtherProps();
     return 0;
@@ -445,20 +434,47 @@ void vtkSurfelSplattingPass::ReportOtherProps()
                 "smaller window, or OtherPropsThroughLensOff().");
 }
 
-void vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
+bool vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
   const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
-  int margin, vtkRenderPass* delegate, vtkSurfelSplatter::View& view)
+  int margin, vtkRenderPass* delegate)
 {
   SurfelSplatting::OtherProps& others = this->Internal->Others;
   const auto read = [&] {
     return others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate);
   };
-  if (!IfMemorySuffices(read))
+  const bool good = IfMemorySuffices(read);
+  if (!good)
   {
     this->ReportOtherProps();
-    return;
   }
-  view.Others = &others.Picture();
+  return good;
+}
+
+/// Of all processes, into the picture of process 0. False: there is nothing but its own, or they
+/// could not be read.
+bool vtkSurfelSplattingPass::JoinOtherProps(const vtkRenderState* state,
+  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
+  int margin, vtkRenderPass* delegate)
+{
+  SurfelSplatting::Ranks& ranks = *this->Splatter->GetRanks();
+  const bool mine = SurfelSplatting::HasOtherProps(state->GetRenderer(), false);
+  if (margin == 0 && !ranks.Any(mine && !ranks.IsRoot()))
+  {
+    return false;
+  }
+  const bool reads = mine || ranks.IsRoot();
+  if (!ranks.All(!reads || this->ReadOtherProps(state, rectangle, range, margin, delegate)))
+  {
+    return false;
+  }
+  std::vector<float>& limit = this->Internal->Limit;
+  this->Internal->Others.Gather(ranks, mine, limit);
+  for (std::size_t p = 0; p < limit.size(); ++p)
+  {
+    this->Internal->WindowDepth[p] =
+      std::isinf(limit[p]) ? 1.0f : static_cast<float>(range.WindowDepthOf(limit[p]));
+  }
+  return true;
 }
 
 void vtkSurfelSplattingPass::ReadDepths(vtkOpenGLRenderWindow* window,
@@ -475,7 +491,8 @@ void vtkSurfelSplattingPass::ReadDepths(vtkOpenGLRenderWindow* window,
 }
 
 void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
-  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range)
+  const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
+  bool joined)
 {
   vtkPointData* picture = this->Splatter->GetOutput()->GetPointData();
   const float* color = vtkFloatArray::SafeDownCast(picture->GetArray("Color"))->GetPointer(0);
@@ -494,21 +511,25 @@ void vtkSurfelSplattingPass::DrawPicture(vtkOpenGLRenderWindow* window,
     const double d = range.WindowDepthOf(distance);
     return std::min(others, static_cast<float>(std::min(std::max(d, 0.0), 1.0)));
   };
-  float* joined = windowDepth.data();
+  const float deepest = this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f;
   const auto count = static_cast<vtkIdType>(windowDepth.size());
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    std::transform(joined + begin, joined + end, depth + begin, joined + begin, join);
+    for (vtkIdType p = begin; p < end; ++p)
+    {
+      const float most = color[4 * p + 3] > 0.0f ? deepest : 1.0f;
+      windowDepth[p] = std::min(join(windowDepth[p], depth[p]), most);
+    }
   });
   SurfelSplatting::FrameBlit& blit = this->Internal->Blit;
   // Blending knows nothing of light.
-  const bool mixesLight = taken.empty() && this->Splatter->GetLinearLight() != 0;
+  const bool mixesLight = taken.empty() && !joined && this->Splatter->GetLinearLight() != 0;
   const bool read = mixesLight && this->Internal->Others.ReadPicture(window, rectangle);
   if (mixesLight && !read)
   {
     vtkErrorMacro("The frame's colours could not be read: surfels are blended over it as colours "
                   "instead of as light. Try vtkRenderWindow::SetMultiSamples(0).");
   }
-  const bool whole = read || !taken.empty();
+  const bool whole = read || joined || !taken.empty();
   const bool good = whole
     ? blit.Replace(window, rectangle,
         this->Internal->Others.Compose(this->Splatter->GetTakenPixels(), color), windowDepth.data())

@@ -29,6 +29,11 @@
  * each cell of the lens, and the frame is their mean: translucent props and volumes are blurred as
  * well, and what blurred props hide is seen past their edges. Each cell costs a frame of all props.
  *
+ * With a controller (GetSplatter()->SetController()) the renderers of all its processes draw one
+ * picture, and all have to render: opaque props come to process 0, the nearest of each pixel, and
+ * surfels as vtkSurfelSplatter says. Process 0's framebuffer then holds the picture, with a depth
+ * below 1 wherever there is any colour, and the others' are empty, as compositors want them.
+ *
  * The float picture of what was splatted, before it is rounded to the frame's 8 bits, is
  * GetSplatter()->GetOutput(): surfels and blurred pixels of other props; that of the last cell
  * where there are several.
@@ -140,15 +145,18 @@ private:
 #ifndef __VTK_WRAP__
   vtkSurfelSplatter::View MakeView(
     const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
+  bool JoinOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
+    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate);
   int BeginOtherProps(
     const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
-  void ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate,
-    vtkSurfelSplatter::View& view);
+  bool ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
+    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate);
+  bool All(bool mine);
+  bool Any(bool mine) { return !this->All(!mine); }
   void ReadDepths(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range);
   void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range);
+    const SurfelSplatting::DepthRange& range, bool joined);
 #endif
 
   vtkTypeBool HoldUpdateRate = 1;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 
 namespace SurfelSplatting
 {
@@ -133,8 +134,12 @@ void Splatter::PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor&
 
 bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const Frame& frame, const float* depthLimit, LayerSink* sink,
-  const CellFunction& afterCell)
+  const CellFunction& afterCell, SplatExchange* exchange)
 {
+  if (exchange)
+  {
+    exchange->BeginPicture();
+  }
   if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
     this->SetCell(context, { context.Camera, context.Optics });
@@ -142,7 +147,11 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
     {
       sink->BeginCell();
     }
-    this->RenderCell(clouds, executor, frame, depthLimit, sink);
+    this->RenderCell(clouds, executor, frame, depthLimit, sink, exchange);
+    if (exchange)
+    {
+      exchange->Collect(frame);
+    }
     return true;
   }
   const std::vector<LensCell> cells = DivideLens(context.Camera, context.Optics, context.Sampling);
@@ -158,7 +167,7 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
     {
       sink->BeginCell();
     }
-    this->RenderCell(clouds, executor, average.Next(), depthLimit, sink);
+    this->RenderCell(clouds, executor, average.Next(), depthLimit, sink, exchange);
     total.Add(this->Stats);
     average.Add();
     ++done;
@@ -166,39 +175,76 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
       afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
   }
   average.Finish();
+  if (exchange)
+  {
+    exchange->Collect(frame);
+  }
   this->Stats = total;
   return goOn;
 }
 
-void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
-  const Frame& frame, const float* depthLimit, LayerSink* sink)
+/// Of all clouds, into List and, where they may wait, Lazy.
+void Splatter::MakeSplats(
+  const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor)
 {
-  const SplatContext& context = this->Cell;
-  this->Stats = FrameStatistics();
-  this->TileSeconds = 0.0;
   StopWatch watch;
-  this->List.Clear(context.Sectors);
-  this->Lazy.Clear(context);
   for (const SurfelCloud& cloud : clouds)
   {
     this->ChooseRuns(cloud, executor);
     this->Stats.SelectionMilliseconds += watch.Lap();
     if (cloud.Detail)
     {
-      this->PlaceRuns(cloud, !sink, executor);
+      this->PlaceRuns(cloud, mayWait, executor);
     }
     else
     {
       this->Append(
-        context, cloud, { this->Runs.data(), this->Runs.data() + this->Runs.size() }, executor);
+        this->Cell, cloud, { this->Runs.data(), this->Runs.data() + this->Runs.size() }, executor);
     }
     this->Stats.SetupMilliseconds += watch.Lap();
   }
-
-  const View& view = context.Camera;
   this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
   this->Stats.Splats = this->List.NumberOfSplats();
   this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
+}
+
+/// Makes all splats at once: those that lie behind another rank's cannot be known. A rank that lacks
+/// the memory says so instead of leaving the others waiting.
+void Splatter::ExchangeSplats(
+  const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange)
+{
+  bool good = true;
+  try
+  {
+    this->MakeSplats(clouds, false, executor);
+  }
+  catch (const std::bad_alloc&)
+  {
+    good = false;
+  }
+  const View& view = this->Cell.Camera;
+  exchange.Exchange(view.Width, view.Height, good, executor, this->List);
+}
+
+void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
+  const Frame& frame, const float* depthLimit, LayerSink* sink, SplatExchange* exchange)
+{
+  const SplatContext& context = this->Cell;
+  this->Stats = FrameStatistics();
+  this->TileSeconds = 0.0;
+  this->List.Clear(context.Sectors);
+  this->Lazy.Clear(context);
+  if (exchange)
+  {
+    this->ExchangeSplats(clouds, executor, *exchange);
+  }
+  else
+  {
+    this->MakeSplats(clouds, !sink, executor);
+  }
+  StopWatch watch;
+  const std::uint64_t splats = this->List.NumberOfSplats();
+  const View& view = context.Camera;
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
@@ -206,7 +252,7 @@ void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments = ResolveCoarseLevels(
     this->List, view.Width, view.Height, settings, executor, this->Rasters, this->Coarse);
-  this->Stats.CoarseCells = this->List.NumberOfSplats() - this->Stats.Splats;
+  this->Stats.CoarseCells = this->List.NumberOfSplats() - splats;
   this->Stats.CoarseMilliseconds = watch.Lap();
 
   BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
@@ -218,20 +264,26 @@ void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor
   }
   this->Stats.SortMilliseconds = watch.Lap();
 
-  this->RasterTiles(settings, executor, frame, depthLimit, sink);
+  this->RasterTiles(settings, executor, frame, depthLimit, sink, exchange);
   this->ShareTime(watch.Lap());
 }
 
 void Splatter::RasterTiles(const RasterSettings& settings, const Executor& executor,
-  const Frame& frame, const float* depthLimit, LayerSink* sink)
+  const Frame& frame, const float* depthLimit, LayerSink* sink, const SplatExchange* exchange)
 {
   LazySplats* lazy = this->Lazy.IsEmpty() ? nullptr : &this->Lazy;
-  this->Tiles.resize(this->Bins.NumberOfTiles());
+  const RowRange rows = exchange ? exchange->Rows() : RowRange{ 0, frame.Height };
+  this->Tiles.assign(this->Bins.NumberOfTiles(), {});
   executor.For(this->Tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     const Pool<TileRaster>::Loan raster(this->Rasters);
     raster->Set(settings, depthLimit, sink, this->Cell.SkipHidden);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
+      const int row = static_cast<int>(tile) / this->Bins.TilesX * TileSize;
+      if (row < rows.Begin || row >= rows.End)
+      {
+        continue; // another rank's
+      }
       StopWatch watch;
       this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);
       this->Tiles[tile].Seconds = 1e-3 * watch.Lap();

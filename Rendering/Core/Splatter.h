@@ -9,6 +9,7 @@
 #include "Frame.h"
 #include "FrameAverage.h"
 #include "LazySplats.h"
+#include "SplatExchange.h"
 #include "SplatList.h"
 #include "SplatMaker.h"
 #include "TileBinning.h"
@@ -57,12 +58,16 @@ public:
    * others, infinity where there are none; layers behind it are hidden. May be null.
    * @param sink       receives every layer before it is composited, cell after cell; may be null.
    * @param afterCell  called between the cells of the lens; may be empty.
+   * @param exchange   where several ranks render a picture of all their clouds: collective, with the
+   * same context, frame size and depthLimit on all of them, and without a sink; the whole picture is
+   * rank 0's. Null: this one's alone.
    * The same frame, bit for bit, at any number of threads.
    * @return false where afterCell has stopped it: the frame is the mean of the cells so far.
    */
   bool Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const Frame& frame, const float* depthLimit = nullptr,
-    LayerSink* sink = nullptr, const CellFunction& afterCell = CellFunction());
+    LayerSink* sink = nullptr, const CellFunction& afterCell = CellFunction(),
+    SplatExchange* exchange = nullptr);
 
   const FrameStatistics& Statistics() const { return this->Stats; }
 
@@ -75,13 +80,17 @@ private:
 
   void SetCell(const SplatContext& context, const LensCell& cell);
   void RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
-    const Frame& frame, const float* depthLimit, LayerSink* sink);
+    const Frame& frame, const float* depthLimit, LayerSink* sink, SplatExchange* exchange);
+  void MakeSplats(
+    const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor);
+  void ExchangeSplats(const std::vector<SurfelCloud>& clouds, const Executor& executor,
+    SplatExchange& exchange);
   void ChooseRuns(const SurfelCloud& cloud, const Executor& executor);
   void Append(const SplatContext& context, const SurfelCloud& cloud, const RunRange& runs,
     const Executor& executor);
   void PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor& executor);
   void RasterTiles(const RasterSettings& settings, const Executor& executor, const Frame& frame,
-    const float* depthLimit, LayerSink* sink);
+    const float* depthLimit, LayerSink* sink, const SplatExchange* exchange);
   void ShareTime(double milliseconds);
 
   FrameStatistics Stats;

@@ -3,7 +3,7 @@
 set(surfelsplatting_vtk_components
   CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
   FiltersCore FiltersGeneral FiltersSources
-  ImagingCore IOImage IOPLY IOXML InteractionStyle
+  ImagingCore IOImage IOPLY IOXML InteractionStyle ParallelCore
   RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2
   opengl glew)
 if (SURFELSPLATTING_WRAP_PYTHON)

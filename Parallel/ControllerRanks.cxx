@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ControllerRanks.h"
+
+#include "vtkMultiProcessController.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <stdexcept>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Of nobody else's messages.
+constexpr int SizeTag = 52601, DataTag = 52602;
+
+/// MPI counts with ints.
+constexpr std::size_t LargestPiece = std::size_t{ 1 } << 29;
+
+/// A transport that does not work leaves the ranks in different places: nothing goes on from here.
+void Check(int good)
+{
+  if (!good)
+  {
+    throw std::runtime_error("Messages between the processes of a vtkMultiProcessController fail.");
+  }
+}
+}
+
+int ControllerRanks::Size() const
+{
+  return this->Controller->GetNumberOfProcesses();
+}
+
+int ControllerRanks::Rank() const
+{
+  return this->Controller->GetLocalProcessId();
+}
+
+void ControllerRanks::Send(const Message& message, int to)
+{
+  const std::uint64_t size = message.size();
+  Check(this->Controller->Send(
+    reinterpret_cast<const unsigned char*>(&size), vtkIdType{ sizeof(size) }, to, SizeTag));
+  for (std::size_t at = 0; at < message.size(); at += LargestPiece)
+  {
+    const std::size_t piece = std::min(LargestPiece, message.size() - at);
+    Check(this->Controller->Send(
+      message.data() + at, static_cast<vtkIdType>(piece), to, DataTag));
+  }
+}
+
+void ControllerRanks::Receive(Message& message, int from)
+{
+  std::uint64_t size = 0;
+  Check(this->Controller->Receive(
+    reinterpret_cast<unsigned char*>(&size), vtkIdType{ sizeof(size) }, from, SizeTag));
+  message.resize(static_cast<std::size_t>(size));
+  for (std::size_t at = 0; at < message.size(); at += LargestPiece)
+  {
+    const std::size_t piece = std::min(LargestPiece, message.size() - at);
+    Check(this->Controller->Receive(
+      message.data() + at, static_cast<vtkIdType>(piece), from, DataTag));
+  }
+}
+
+/// In each round every rank has one partner, or none; the lower of both sends first.
+std::vector<Message> ControllerRanks::Exchange(std::vector<Message> messages)
+{
+  const int size = this->Size(), rank = this->Rank();
+  std::vector<Message> received(messages.size());
+  for (int round = 0; round < size; ++round)
+  {
+    const int partner = ((round - rank) % size + size) % size;
+    Message& out = messages[static_cast<std::size_t>(partner)];
+    Message& in = received[static_cast<std::size_t>(partner)];
+    if (partner == rank)
+    {
+      in = std::move(out);
+    }
+    else if (rank < partner)
+    {
+      this->Send(out, partner);
+      this->Receive(in, partner);
+    }
+    else
+    {
+      this->Receive(in, partner);
+      this->Send(out, partner);
+    }
+    Message().swap(out);
+  }
+  return received;
+}
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The core's ranks as the processes of a vtkMultiProcessController.
+ */
+#pragma once
+
+#include "Ranks.h"
+
+class vtkMultiProcessController;
+
+namespace SurfelSplatting
+{
+class ControllerRanks : public Ranks
+{
+public:
+  /// @param controller must outlive this
+  explicit ControllerRanks(vtkMultiProcessController* controller)
+    : Controller(controller)
+  {
+  }
+
+  int Size() const override;
+  int Rank() const override;
+  std::vector<Message> Exchange(std::vector<Message> messages) override;
+
+private:
+  void Send(const Message& message, int to);
+  void Receive(Message& message, int from);
+
+  vtkMultiProcessController* Controller;
+};
+}

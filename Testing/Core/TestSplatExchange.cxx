@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A picture by several ranks is the picture by one, bit by bit: sharp and blurred, translucent, on
+ * coarse grids, through cells and sectors of the lens, with ranks that have nothing. A rank that
+ * fails stops all of them, and none waits for it.
+ */
+#include "Check.h"
+#include "TestScene.h"
+#include "ThreadRanks.h"
+
+#include <cstring>
+#include <limits>
+#include <new>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr int Width = 230, Height = 190;
+
+/// A wall, a sheet that cuts through it, and translucent surfels before them.
+TestCloud MakeCloud(std::uint64_t seed, int count)
+{
+  Random random(seed);
+  TestCloud cloud;
+  for (int i = 0; i < count; ++i)
+  {
+    TestSurfel s;
+    const double z = i % 3 == 0 ? 3.0 : i % 3 == 1 ? random.Uniform(1.5, 6.0) : 1.2;
+    s.Position = { random.Uniform(-1, 1) * z, random.Uniform(-1, 1) * z, z };
+    s.Normal = i % 3 == 1 ? random.Direction() : Vector3{ 0, 0, -1 };
+    s.SigmaU = s.SigmaV = random.Uniform(0.01, 0.03) * z;
+    s.Area = 8.0 * s.SigmaU * s.SigmaV;
+    s.Opacity = i % 3 == 2 ? 0.3f : 1.0f;
+    s.Color = { { static_cast<float>(random.Uniform(0, 1)),
+      static_cast<float>(random.Uniform(0, 1)), 0.1f, 1.0f } };
+    s.TwoSided = true;
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+bool Same(const Picture& a, const Picture& b)
+{
+  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
+    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
+}
+
+/// Each rank has every so-and-so-many-th cloud; the picture is rank 0's.
+Picture RenderOnRanks(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  int ranks, const float* limit = nullptr)
+{
+  Picture result(Width, Height);
+  ThreadRanks::Run(ranks, [&](Ranks& group) {
+    const std::size_t n = clouds.size(), size = static_cast<std::size_t>(ranks);
+    const std::size_t rank = static_cast<std::size_t>(group.Rank());
+    const std::vector<SurfelCloud> mine(clouds.begin() + static_cast<std::ptrdiff_t>(rank * n / size),
+      clouds.begin() + static_cast<std::ptrdiff_t>((rank + 1) * n / size));
+    SplatExchange exchange(group);
+    Splatter splatter;
+    Picture other(Width, Height);
+    const Frame frame = group.IsRoot() ? result.Get() : other.Get();
+    splatter.Render(
+      context, mine, SerialExecutor(), frame, limit, nullptr, CellFunction(), &exchange);
+  });
+  return result;
+}
+
+SplatContext MakeContext(double confusion)
+{
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(Width, Height, 200.0);
+  context.Optics = { confusion * 2.0 / 200.0, 2.0 };
+  context.SkipHidden = false; // what is skipped depends on what comes first
+  return context;
+}
+
+void TestSamePicture()
+{
+  const TestCloud first = MakeCloud(1, 3000), second = MakeCloud(2, 5000), none;
+  const TestHierarchy third(MakeCloud(3, 4000));
+  const std::vector<SurfelCloud> clouds = { first.Get(), second.Get(), none.Get(), third.Get() };
+  std::vector<float> limit(static_cast<std::size_t>(Width) * Height);
+  for (std::size_t i = 0; i < limit.size(); ++i)
+  {
+    limit[i] = i % Width < 100 ? 2.0f : std::numeric_limits<float>::infinity();
+  }
+  for (const double confusion : { 0.0, 4.0, 12.0, 60.0 })
+  {
+    for (const bool sectors : { false, true })
+    {
+      for (const int cells : { 1, 7 })
+      {
+        SplatContext context = MakeContext(confusion);
+        context.Sectors = sectors;
+        context.Sampling.Count = cells;
+        const Picture serial = RenderPicture(context, clouds, SerialExecutor(), limit.data());
+        for (const int ranks : { 1, 2, 3, 4 })
+        {
+          CHECK(Same(RenderOnRanks(context, clouds, ranks, limit.data()), serial));
+        }
+      }
+    }
+  }
+}
+
+/// More ranks than rows of tiles, and a picture without any surfels.
+void TestIdleRanks()
+{
+  const TestCloud cloud = MakeCloud(1, 3000), none;
+  const SplatContext context = MakeContext(4.0);
+  CHECK(Same(RenderOnRanks(context, { cloud.Get() }, 9), RenderPicture(context, { cloud.Get() })));
+  CHECK(Same(RenderOnRanks(context, { none.Get() }, 3), RenderPicture(context, { none.Get() })));
+}
+
+/// Skipping hidden splats moves pictures by at most 1/512 of what is behind.
+void TestHiddenSurfels()
+{
+  const TestHierarchy near(MakeCloud(3, 20000)), far(MakeCloud(4, 20000));
+  SplatContext context = MakeContext(4.0);
+  context.SkipHidden = true;
+  const std::vector<SurfelCloud> clouds = { near.Get(), far.Get() };
+  const Picture serial = RenderPicture(context, clouds), ranks = RenderOnRanks(context, clouds, 2);
+  float largest = 0.0f;
+  for (std::size_t i = 0; i < serial.Color.size(); ++i)
+  {
+    largest = std::max(largest, std::fabs(serial.Color[i] - ranks.Color[i]));
+  }
+  CHECK(largest <= 1.0f / 512.0f);
+}
+
+/// An allocation that fails on one rank.
+class FailingExecutor : public SerialExecutor
+{
+public:
+  void For(std::size_t, std::size_t, const RangeFunction&) const override
+  {
+    throw std::bad_alloc();
+  }
+};
+
+void TestFailure()
+{
+  const TestCloud cloud = MakeCloud(1, 3000);
+  const SplatContext context = MakeContext(4.0);
+  int failed[3] = { 0, 0, 0 };
+  ThreadRanks::Run(3, [&](Ranks& group) {
+    SplatExchange exchange(group);
+    Splatter splatter;
+    Picture picture(Width, Height);
+    const FailingExecutor failing;
+    const SerialExecutor serial;
+    const Executor& executor = group.Rank() == 1 ? static_cast<const Executor&>(failing) : serial;
+    try
+    {
+      splatter.Render(context, { cloud.Get() }, executor, picture.Get(), nullptr, nullptr,
+        CellFunction(), &exchange);
+    }
+    catch (const std::bad_alloc&)
+    {
+      failed[group.Rank()] = 1;
+    }
+  });
+  CHECK(failed[0] && failed[1] && failed[2]);
+}
+
+void TestAgreement()
+{
+  bool all[2] = { true, true }, any[2] = { false, false };
+  double largest[3] = {}, root[3] = {};
+  ThreadRanks::Run(3, [&](Ranks& group) {
+    const bool isLast = group.Rank() == 2;
+    const bool none = group.Any(false), one = group.Any(isLast);
+    const bool most = group.All(!isLast), every = group.All(true);
+    const double value = group.Largest(group.Rank() == 1 ? 7.5 : -1.0);
+    const double first = group.RootValue(group.Rank() + 3.0);
+    if (isLast)
+    {
+      all[0] = most;
+      all[1] = every;
+      any[0] = none;
+      any[1] = one;
+    }
+    largest[group.Rank()] = value;
+    root[group.Rank()] = first;
+  });
+  CHECK(!all[0] && all[1] && !any[0] && any[1]);
+  for (int rank = 0; rank < 3; ++rank)
+  {
+    CHECK(largest[rank] == 7.5 && root[rank] == 3.0);
+  }
+}
+}
+
+int main(int argc, char* argv[])
+{
+  ChooseKernel(argc, argv);
+  TestAgreement();
+  TestSamePicture();
+  TestIdleRanks();
+  TestHiddenSurfels();
+  TestFailure();
+  return Checks().Report("splat exchange");
+}
