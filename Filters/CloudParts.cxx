@@ -134,6 +134,49 @@ std::vector<CloudPart> CutCloud(const std::vector<float>& positions, vtkIdType l
   return parts;
 }
 
+namespace
+{
+void CutEvenly(const std::vector<float>& positions, const CloudRegion& region,
+  std::vector<vtkIdType> ids, int count, std::vector<CloudRegion>& regions)
+{
+  if (count == 1)
+  {
+    regions.push_back(region);
+    return;
+  }
+  int axis = 0;
+  float cut = 0.0f;
+  const int below = count / 2;
+  if (!ids.empty())
+  {
+    const Bounds bounds = BoundsOf(positions, ids);
+    for (int c = 1; c < 3; ++c)
+    {
+      axis = bounds.Side(c) > bounds.Side(axis) ? c : axis;
+    }
+    const auto at = ids.begin() + static_cast<std::ptrdiff_t>(ids.size() * below / count);
+    std::nth_element(ids.begin(), at, ids.end(),
+      [&](vtkIdType a, vtkIdType b) { return positions[3 * a + axis] < positions[3 * b + axis]; });
+    cut = positions[3 * *at + axis];
+  }
+  const auto middle = std::partition(
+    ids.begin(), ids.end(), [&](vtkIdType id) { return positions[3 * id + axis] < cut; });
+  CloudRegion low = region, high = region;
+  low.Upper[axis] = high.Lower[axis] =
+    std::min(std::max(cut, region.Lower[axis]), region.Upper[axis]);
+  CutEvenly(positions, low, { ids.begin(), middle }, below, regions);
+  CutEvenly(positions, high, { middle, ids.end() }, count - below, regions);
+}
+}
+
+std::vector<CloudRegion> CutEvenly(const std::vector<float>& positions, int count)
+{
+  std::vector<CloudRegion> regions;
+  const CloudRegion all;
+  CutEvenly(positions, all, FindInside(positions, all), count, regions);
+  return regions;
+}
+
 std::vector<vtkIdType> FindInside(const std::vector<float>& positions, const CloudRegion& region)
 {
   constexpr vtkIdType block = 1 << 20;

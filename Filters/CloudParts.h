@@ -52,6 +52,12 @@ struct CloudPart
  */
 std::vector<CloudPart> CutCloud(const std::vector<float>& positions, vtkIdType largest);
 
+/**
+ * Cuts the cloud into regions of about as many points each, across its longest sides. Regions are
+ * disjoint and cover space; where points share a coordinate, some may be empty.
+ */
+std::vector<CloudRegion> CutEvenly(const std::vector<float>& positions, int regions);
+
 /// Ascending indices of the points in a region.
 std::vector<vtkIdType> FindInside(const std::vector<float>& positions, const CloudRegion& region);
 }

@@ -37,25 +37,6 @@ std::uint64_t SpreadBits(std::uint64_t x)
   return (x | x << 2) & 0x1249249249249249;
 }
 
-/// Origin by the rule of the data contract, for points (relative to inputOrigin) in `bounds`.
-void ChooseOrigin(
-  const double lower[3], const double upper[3], const double inputOrigin[3], double origin[3])
-{
-  double squaredDiagonal = 0.0;
-  double largest = 0.0;
-  for (int c = 0; c < 3; ++c)
-  {
-    squaredDiagonal += (upper[c] - lower[c]) * (upper[c] - lower[c]);
-    largest = std::max({ largest, std::abs(lower[c]), std::abs(upper[c]) });
-  }
-  const bool move = largest > LocalOriginRatio * std::sqrt(squaredDiagonal);
-  for (int c = 0; c < 3; ++c)
-  {
-    const double center = 0.5 * (lower[c] + upper[c]) + inputOrigin[c];
-    origin[c] = move ? static_cast<double>(static_cast<float>(center)) : inputOrigin[c];
-  }
-}
-
 /// Sorts by position within runs of equal keys and keeps the lowest id of each position.
 std::vector<vtkIdType> WithoutDuplicates(
   std::vector<vtkIdType>& order, const std::vector<std::uint64_t>& keys, const float* positions)
@@ -200,14 +181,33 @@ std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upp
 }
 }
 
-vtkIdType PlacePoints(
-  vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions)
+void ChooseOrigin(
+  const double lower[3], const double upper[3], const double inputOrigin[3], double origin[3])
+{
+  double squaredDiagonal = 0.0;
+  double largest = 0.0;
+  for (int c = 0; c < 3; ++c)
+  {
+    squaredDiagonal += (upper[c] - lower[c]) * (upper[c] - lower[c]);
+    largest = std::max({ largest, std::abs(lower[c]), std::abs(upper[c]) });
+  }
+  const bool move = largest > LocalOriginRatio * std::sqrt(squaredDiagonal);
+  for (int c = 0; c < 3; ++c)
+  {
+    const double center = 0.5 * (lower[c] + upper[c]) + inputOrigin[c];
+    origin[c] = move ? static_cast<double>(static_cast<float>(center)) : inputOrigin[c];
+  }
+}
+
+vtkIdType FindBounds(vtkPoints* points, double lower[3], double upper[3])
+{
+  return static_cast<vtkIdType>(FindUsable(points, lower, upper).size());
+}
+
+void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double origin[3],
+  std::vector<float>& positions)
 {
   const vtkIdType count = points->GetNumberOfPoints();
-  double lower[3] = { 0.0, 0.0, 0.0 };
-  double upper[3] = { 0.0, 0.0, 0.0 };
-  const auto usable = static_cast<vtkIdType>(FindUsable(points, lower, upper).size());
-  ChooseOrigin(lower, upper, inputOrigin, origin);
   positions.resize(3 * static_cast<size_t>(count));
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
@@ -222,7 +222,17 @@ vtkIdType PlacePoints(
       }
     }
   });
-  return count - usable;
+}
+
+vtkIdType PlacePoints(
+  vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions)
+{
+  double lower[3] = { 0.0, 0.0, 0.0 };
+  double upper[3] = { 0.0, 0.0, 0.0 };
+  const vtkIdType usable = FindBounds(points, lower, upper);
+  ChooseOrigin(lower, upper, inputOrigin, origin);
+  PlaceAbout(points, inputOrigin, origin, positions);
+  return points->GetNumberOfPoints() - usable;
 }
 
 void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud)

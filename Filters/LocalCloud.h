@@ -20,10 +20,16 @@ struct LocalCloud
   double Origin[3] = { 0.0, 0.0, 0.0 }; // world units; float values, unless the input's own
   std::vector<float> Positions;         // [3n] relative to Origin
   std::vector<vtkIdType> InputIds;      // [n]
-  vtkIdType NonFinite = 0;              // points dropped: a coordinate is NaN, infinite or absurd
-  vtkIdType Duplicates = 0;             // points dropped: same position as one with a lower id
+  std::vector<vtkIdType> SampleIds; // [input points] by which random samples are drawn, the same
+                                    // in every part of a cloud; empty: the input's ids
+  vtkIdType NonFinite = 0;          // points dropped: a coordinate is NaN, infinite or absurd
+  vtkIdType Duplicates = 0;         // points dropped: same position as one with a lower id
 
   int Size() const { return static_cast<int>(this->InputIds.size()); }
+  vtkIdType SampleId(int i) const
+  {
+    return this->SampleIds.empty() ? this->InputIds[i] : this->SampleIds[this->InputIds[i]];
+  }
   const float* Position(int i) const { return this->Positions.data() + 3 * static_cast<size_t>(i); }
 };
 
@@ -37,6 +43,17 @@ constexpr double LocalOriginRatio = 4.0;
 
 /// Fills `cloud` from points that are relative to `inputOrigin`.
 void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud);
+
+/// Bounds of the points that GatherCloud keeps, relative to their origin. @return their number
+vtkIdType FindBounds(vtkPoints* points, double lower[3], double upper[3]);
+
+/// Origin by the rule of the data contract, for points (relative to inputOrigin) within bounds.
+void ChooseOrigin(
+  const double lower[3], const double upper[3], const double inputOrigin[3], double origin[3]);
+
+/// Positions of all points about an origin; NaN for those that GatherCloud drops as not finite.
+void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double origin[3],
+  std::vector<float>& positions);
 
 /// Positions of all points about the origin that GatherCloud chooses; NaN for those that it drops
 /// as not finite, which are counted. @return their number

@@ -183,7 +183,7 @@ public:
     const int count = this->Settings.SamplesPerPoint;
     const float weight = static_cast<float>(Pi * radius * radius * surfel.Area / count);
     // By the input's id, so that the samples do not depend on where the cloud lies.
-    const auto seed = static_cast<std::uint64_t>(this->Cloud.InputIds[owner]);
+    const auto seed = static_cast<std::uint64_t>(this->Cloud.SampleId(owner));
     const double turn = 2.0 * Pi * Hash(2 * seed);
     const double shift = Hash(2 * seed + 1);
     // Vogel's disc: equal areas, golden angle.
@@ -220,7 +220,8 @@ private:
   {
     // Beyond the border the sum should be 0. Without samples there, it would be 1 up to the
     // very edge, at the price of a rim of surfels that are too heavy.
-    block.Inside.push_back(!border || this->Coverage(at) >= BorderCoverage);
+    block.Inside.push_back(
+      !border || this->Coverage(at) >= BorderCoverage ? CountedSample : char{ 0 });
     this->AddEntries(at, block);
     block.Weights.push_back(weight);
     block.Ends.push_back(static_cast<int>(block.Ids.size()));
@@ -318,7 +319,8 @@ private:
 }
 
 bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<SampleBlock>& blocks)
+  const WeightSettings& settings, const WeightSharing* sharing, const SurfelMonitor& monitor,
+  std::vector<SampleBlock>& blocks)
 {
   const SurfelNeighborhood tree(cloud.Positions.data(), cloud.Size());
   const vtkIdType count = cloud.Size();
@@ -336,7 +338,13 @@ bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfe
         block.Clear();
         for (vtkIdType i = b * SampleBlockSize; i < std::min(count, (b + 1) * SampleBlockSize); ++i)
         {
+          const std::size_t before = block.Count();
           sampler.Sample(static_cast<int>(i), block);
+          if (sharing && !sharing->Mine[static_cast<std::size_t>(i)])
+          {
+            std::replace(block.Inside.begin() + static_cast<std::ptrdiff_t>(before),
+              block.Inside.end(), CountedSample, GuestSample);
+          }
         }
         blocks[b] = block; // without the room that it grew into
       }

@@ -15,6 +15,9 @@ namespace SurfelGeometry
 /// Owners (surfels and their samples) per block: the unit of the parallel loops.
 constexpr vtkIdType SampleBlockSize = 4096;
 
+/// A sample on the surface that statistics count, and one that another process's do.
+constexpr char CountedSample = 1, GuestSample = 2;
+
 /// Samples of the surfels of one block and the kernels that reach them.
 struct SampleBlock
 {
@@ -22,7 +25,8 @@ struct SampleBlock
   std::vector<float> Kernels; // [entries] K at the sample, 1 / area
   std::vector<int> Ends{ 0 }; // [samples + 1]
   std::vector<float> Weights; // [samples] area
-  std::vector<char> Inside;   // [samples] whether it is on the surface, or beyond its border
+  std::vector<char> Inside;   // [samples] whether it is on the surface, or beyond its border: of
+                              // CountedSample, GuestSample, 0
 
   std::size_t Count() const { return this->Weights.size(); }
 
@@ -37,7 +41,8 @@ struct SampleBlock
   }
 };
 
-/// Samples each surfel's own cell. Returns false if stopped.
+/// Samples each surfel's own cell. Returns false if stopped. @param sharing or null
 bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<SampleBlock>& blocks);
+  const WeightSettings& settings, const WeightSharing* sharing, const SurfelMonitor& monitor,
+  std::vector<SampleBlock>& blocks);
 }

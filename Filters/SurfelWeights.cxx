@@ -80,42 +80,18 @@ double SumAt(const SampleBlock& block, size_t sample, const std::vector<double>&
   return sum;
 }
 
-/// Moments of the sums over the samples of a block that are on the surface.
-struct BlockSums
+SumMoments Total(const std::vector<SumMoments>& blocks)
 {
-  double Area = 0.0, First = 0.0, Second = 0.0;
-  double Minimum = std::numeric_limits<double>::infinity();
-  double Maximum = -std::numeric_limits<double>::infinity();
-  vtkIdType Samples = 0;
-
-  void Add(double weight, double sum)
-  {
-    this->Area += weight;
-    this->First += weight * sum;
-    this->Second += weight * sum * sum;
-    this->Minimum = std::min(this->Minimum, sum);
-    this->Maximum = std::max(this->Maximum, sum);
-    ++this->Samples;
-  }
-
-  void Add(const BlockSums& other)
-  {
-    this->Area += other.Area;
-    this->First += other.First;
-    this->Second += other.Second;
-    this->Minimum = std::min(this->Minimum, other.Minimum);
-    this->Maximum = std::max(this->Maximum, other.Maximum);
-    this->Samples += other.Samples;
-  }
-};
-
-SumStatistics Statistics(const std::vector<BlockSums>& blocks, WeightReport& report)
-{
-  BlockSums all;
-  for (const BlockSums& block : blocks)
+  SumMoments all;
+  for (const SumMoments& block : blocks)
   {
     all.Add(block);
   }
+  return all;
+}
+
+SumStatistics Statistics(const SumMoments& all, WeightReport& report)
+{
   SumStatistics result;
   if (all.Area > 0.0)
   {
@@ -135,7 +111,7 @@ SumStatistics Statistics(const std::vector<BlockSums>& blocks, WeightReport& rep
 /// @param own [SampleBlockSize] of the block's own surfels, most terms: these need no atomic
 /// addition
 void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vector<double>* areas,
-  std::vector<std::int64_t>& own, FixedSums& sums, BlockSums& statistics)
+  std::vector<std::int64_t>& own, FixedSums& sums, SumMoments& statistics)
 {
   std::fill(own.begin(), own.end(), 0);
   for (size_t s = 0; s < block.Count(); ++s)
@@ -146,7 +122,7 @@ void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vecto
     }
     const double sum = areas ? SumAt(block, s, *areas) : 1.0;
     const double factor = block.Weights[s] / std::max(sum, SmallestSum);
-    if (areas)
+    if (areas && block.Inside[s] == CountedSample)
     {
       statistics.Add(block.Weights[s], sum);
     }
@@ -172,10 +148,10 @@ void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vecto
 
 /// @param statistics of the sums at the given areas, block by block
 void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSums& sums,
-  std::vector<BlockSums>& statistics)
+  std::vector<SumMoments>& statistics)
 {
   sums.Clear();
-  statistics.assign(blocks.size(), BlockSums());
+  statistics.assign(blocks.size(), SumMoments());
   vtkSMPTools::For(
     0, static_cast<vtkIdType>(blocks.size()), 1, [&](vtkIdType begin, vtkIdType end) {
       std::vector<std::int64_t> own(SampleBlockSize);
@@ -186,23 +162,23 @@ void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSum
     });
 }
 
-SumStatistics Measure(const Blocks& blocks, const std::vector<double>& areas, WeightReport& report)
+SumMoments Measure(const Blocks& blocks, const std::vector<double>& areas)
 {
-  std::vector<BlockSums> statistics(blocks.size());
+  std::vector<SumMoments> statistics(blocks.size());
   vtkSMPTools::For(
     0, static_cast<vtkIdType>(blocks.size()), 1, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType b = begin; b < end; ++b)
       {
         for (size_t s = 0; s < blocks[b].Count(); ++s)
         {
-          if (blocks[b].Inside[s])
+          if (blocks[b].Inside[s] == CountedSample)
           {
             statistics[b].Add(blocks[b].Weights[s], SumAt(blocks[b], s, areas));
           }
         }
       }
     });
-  return Statistics(statistics, report);
+  return Total(statistics);
 }
 
 void Step(const std::vector<WeightSurfel>& surfels, const WeightSettings& settings,
@@ -257,16 +233,21 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
 }
 
 bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<double>& areas,
-  WeightReport& report)
+  const WeightSettings& settings, const WeightSharing* sharing, const SurfelMonitor& monitor,
+  std::vector<double>& areas, WeightReport& report)
 {
+  const auto share = [sharing](bool good, SumMoments& moments) {
+    return sharing ? sharing->Sum(good, moments) : good;
+  };
   Blocks blocks;
-  if (!MakeSamples(cloud, surfels, settings, monitor.Part(0.0, 0.5), blocks))
+  bool good = MakeSamples(cloud, surfels, settings, sharing, monitor.Part(0.0, 0.5), blocks);
+  SumMoments moments;
+  if (!share(good, moments))
   {
     return false;
   }
   // A point or two: no place is known to be surface, and there is nothing to normalize.
-  std::vector<BlockSums> statistics;
+  std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
   Accumulate(blocks, nullptr, denominators, statistics);
   FixedSums numerators(areas.size());
@@ -274,7 +255,12 @@ bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surf
   for (int step = 0; step < settings.NumberOfIterations; ++step)
   {
     Accumulate(blocks, &areas, numerators, statistics);
-    const SumStatistics now = Statistics(statistics, report);
+    moments = Total(statistics);
+    if (!share(good, moments))
+    {
+      return false;
+    }
+    const SumStatistics now = Statistics(moments, report);
     report.Before = step == 0 ? now : report.Before;
     if (now.StandardDeviation > LeastProgress * last || report.NumberOfSamples == 0)
     {
@@ -282,12 +268,18 @@ bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surf
     }
     last = now.StandardDeviation;
     Step(surfels, settings, denominators, numerators, areas);
-    if (!monitor.Step(0.5 + 0.5 * (step + 1) / settings.NumberOfIterations))
+    good = monitor.Step(0.5 + 0.5 * (step + 1) / settings.NumberOfIterations);
+    if (!good && !sharing)
     {
       return false;
     }
   }
-  report.After = Measure(blocks, areas, report);
+  moments = Measure(blocks, areas);
+  if (!share(good, moments))
+  {
+    return false;
+  }
+  report.After = Statistics(moments, report);
   if (settings.NumberOfIterations == 0)
   {
     report.Before = report.After;

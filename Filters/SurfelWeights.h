@@ -17,6 +17,9 @@
 #include "SurfelMonitor.h"
 #include "SurfelVector.h"
 
+#include <algorithm>
+#include <functional>
+#include <limits>
 #include <vector>
 
 namespace SurfelGeometry
@@ -53,6 +56,45 @@ struct SumStatistics
   double Mean = 0.0, StandardDeviation = 0.0, Minimum = 0.0, Maximum = 0.0;
 };
 
+/// Moments of the sums over samples.
+struct SumMoments
+{
+  double Area = 0.0, First = 0.0, Second = 0.0; // world units squared
+  double Minimum = std::numeric_limits<double>::infinity();
+  double Maximum = -std::numeric_limits<double>::infinity();
+  vtkIdType Samples = 0;
+
+  void Add(double weight, double sum)
+  {
+    this->Area += weight;
+    this->First += weight * sum;
+    this->Second += weight * sum * sum;
+    this->Minimum = std::min(this->Minimum, sum);
+    this->Maximum = std::max(this->Maximum, sum);
+    ++this->Samples;
+  }
+
+  void Add(const SumMoments& other)
+  {
+    this->Area += other.Area;
+    this->First += other.First;
+    this->Second += other.Second;
+    this->Minimum = std::min(this->Minimum, other.Minimum);
+    this->Maximum = std::max(this->Maximum, other.Maximum);
+    this->Samples += other.Samples;
+  }
+};
+
+/// One cloud that several processes weight parts of, with the surfels about each: all take as many
+/// steps, by the statistics of the whole.
+struct WeightSharing
+{
+  std::vector<char> Mine; ///< [n] whether a surfel is of this process's part
+
+  /// Collective: moments of all processes together; whether all are good, and none is stopped.
+  std::function<bool(bool good, SumMoments& moments)> Sum;
+};
+
 struct WeightReport
 {
   SumStatistics Before, After;
@@ -63,8 +105,8 @@ struct WeightReport
 /// Fills all of a WeightSurfel but TwoSided from the contract's arrays.
 WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covariance[6]);
 
-/// areas: [n] in: |A|, out: the weighted area. Returns false if stopped.
+/// areas: [n] in: |A|, out: the weighted area. Returns false if stopped. @param sharing or null
 bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const SurfelMonitor& monitor, std::vector<double>& areas,
-  WeightReport& report);
+  const WeightSettings& settings, const WeightSharing* sharing, const SurfelMonitor& monitor,
+  std::vector<double>& areas, WeightReport& report);
 }

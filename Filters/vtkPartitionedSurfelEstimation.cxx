@@ -2,6 +2,7 @@
 #include "vtkPartitionedSurfelEstimation.h"
 
 #include "CloudParts.h"
+#include "DealtSurfels.h"
 #include "LocalCloud.h"
 #include "PointCells.h"
 #include "SurfelArrays.h"
@@ -39,15 +40,6 @@ vtkStandardNewMacro(vtkPartitionedSurfelEstimation);
 namespace
 {
 const char* const IdArray = "PartitionedPointId";
-
-/// Width of a first border in spacings, and what the neighbourhood of a surfel may reach, in roots
-/// of its area: 20 neighbours of an even surface lie within 2.5, and the weights look as far again.
-constexpr double BorderSpacings = 16.0;
-constexpr double Reach = 6.0;
-/// Borders are widened up to so often, where more than this share of the surfels might reach
-/// beyond.
-constexpr int MostWidenings = 3;
-constexpr double LeastDoubt = 1e-3;
 
 /// Besides input and part: local positions and output.
 constexpr double BytesPerPoint = 12.0 + 57.0, BytesPerPointOfPart = 320.0;
@@ -259,6 +251,8 @@ private:
     vtkNew<vtkSurfelNormalization> normalization;
     CopySettings(this->Self->Estimation, estimation);
     CopySettings(this->Self->Normalization, normalization);
+    estimation->SetController(nullptr); // each process cuts its own points
+    normalization->SetController(nullptr);
     if (!alone && estimation->GetOrientationMode() == vtkSurfelEstimation::CONSISTENT)
     {
       estimation->SetOrientationMode(
@@ -321,7 +315,7 @@ private:
       std::copy_n(a, 3, this->Areas->GetPointer(3 * to));
       this->TwoSided->SetValue(to, twoSided->GetValue(i));
       const double area = std::hypot(a[0], a[1], a[2]);
-      doubtful += margin + part.Region.DistanceToSide(position) < Reach * std::sqrt(area) ? 1 : 0;
+      doubtful += IsDoubtful(area, margin + part.Region.DistanceToSide(position)) ? 1 : 0;
     }
     return doubtful;
   }

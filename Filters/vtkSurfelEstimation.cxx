@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEstimation.h"
 
+#include "ControllerRanks.h"
+#include "DealtSurfels.h"
 #include "LocalCloud.h"
+#include "OrientationAgreement.h"
 #include "PointCells.h"
 #include "SurfelArrays.h"
 #include "SurfelCell.h"
@@ -18,6 +21,7 @@
 #include "vtkIdList.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkMultiProcessController.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
@@ -28,6 +32,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -99,8 +104,10 @@ void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s
 class vtkSurfelEstimation::Execution
 {
 public:
-  explicit Execution(vtkSurfelEstimation* self)
+  /// @param agreement of the ranks that estimate one cloud, or null
+  explicit Execution(vtkSurfelEstimation* self, OrientationAgreement* agreement = nullptr)
     : Self(self)
+    , Agreement(agreement)
   {
   }
 
@@ -121,10 +128,10 @@ public:
     const SurfelNeighborhood tree(this->Cloud.Positions.data(), this->Cloud.Size());
     const SurfelMonitor monitor(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
-    const bool finished = monitor.Step(0.1) &&
-      FitSurfels(this->Cloud, tree, settings, this->Given, monitor.Part(0.1, 0.6), this->Fits,
-        this->Graph) &&
-      this->Orient(monitor.Part(0.6, 0.85)) &&
+    const bool fitted = monitor.Step(0.1) &&
+      FitSurfels(
+        this->Cloud, tree, settings, this->Given, monitor.Part(0.1, 0.6), this->Fits, this->Graph);
+    const bool finished = this->All(fitted) && this->Orient(monitor.Part(0.6, 0.85)) &&
       RefineExtents(this->Cloud, tree, settings, this->Sides.TwoSided, this->Graph,
         monitor.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
@@ -142,19 +149,24 @@ public:
     this->WriteSurfels(output);
   }
 
-  void Count()
+  /// @param mine of a region's input points; null: all
+  void Count(const std::function<bool(vtkIdType)>& mine = nullptr)
   {
     vtkSurfelEstimation* self = this->Self;
     self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
     self->NumberOfDuplicatePoints = this->Cloud.Duplicates;
-    std::vector<float> spacings(this->Fits.size());
+    std::vector<float> spacings;
     for (size_t i = 0; i < this->Fits.size(); ++i)
     {
+      if (mine && !mine(this->Cloud.InputIds[i]))
+      {
+        continue;
+      }
       const SurfelFit& fit = this->Fits[i];
       self->NumberOfIsolatedPoints += fit.Isolated ? 1 : 0;
       self->NumberOfDegeneratePoints += fit.Degenerate ? 1 : 0;
       self->NumberOfTwoSidedSurfels += this->Sides.TwoSided[i];
-      spacings[i] = fit.Spacing;
+      spacings.push_back(fit.Spacing);
     }
     self->NumberOfComponents = this->Sides.NumberOfComponents;
     self->NumberOfClosedComponents = this->Sides.NumberOfClosedComponents;
@@ -219,8 +231,8 @@ private:
       default:
         break;
     }
-    if (std::all_of(
-          this->Fits.begin(), this->Fits.end(), [](const SurfelFit& fit) { return fit.Given; }))
+    if (this->All(std::all_of(
+          this->Fits.begin(), this->Fits.end(), [](const SurfelFit& fit) { return fit.Given; })))
     {
       this->Sides.TwoSided.assign(count, 0);
       return true;
@@ -228,6 +240,11 @@ private:
     OrientationSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
     settings.Viewpoint = this->LocalViewpoint();
+    if (this->Agreement)
+    {
+      return this->Agreement->Orient(
+        this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
+    }
     return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
   }
 
@@ -319,7 +336,11 @@ private:
     output->GetFieldData()->AddArray(origin);
   }
 
+  /// Of all ranks that estimate one cloud.
+  bool All(bool mine) { return this->Agreement ? this->Agreement->All(mine) : mine; }
+
   vtkSurfelEstimation* Self;
+  OrientationAgreement* Agreement;
   LocalCloud Cloud;
   std::vector<float> Given;
   std::vector<SurfelFit> Fits;
@@ -330,8 +351,28 @@ private:
 };
 
 //------------------------------------------------------------------------------
-vtkSurfelEstimation::vtkSurfelEstimation() = default;
+vtkSurfelEstimation::vtkSurfelEstimation()
+  : Controller(vtkMultiProcessController::GetGlobalController())
+{
+}
+
 vtkSurfelEstimation::~vtkSurfelEstimation() = default;
+
+//------------------------------------------------------------------------------
+void vtkSurfelEstimation::SetController(vtkMultiProcessController* controller)
+{
+  if (this->Controller != controller)
+  {
+    this->Controller = controller;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
+vtkMultiProcessController* vtkSurfelEstimation::GetController()
+{
+  return this->Controller;
+}
 
 //------------------------------------------------------------------------------
 int vtkSurfelEstimation::FillInputPortInformation(int vtkNotUsed(port), vtkInformation* info)
@@ -347,6 +388,11 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
   vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
   vtkPolyData* output = vtkPolyData::GetData(outputVector);
   this->ResetCounts();
+  if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
+  {
+    SurfelSplatting::ControllerRanks ranks(this->Controller);
+    return this->RequestDistributed(ranks, input, output);
+  }
   if (!this->CheckSettings(input))
   {
     return 0;
@@ -358,6 +404,54 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
   }
   execution.Count();
   execution.Write(input, output);
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelEstimation::RequestDistributed(
+  SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output)
+{
+  const bool good = this->CheckSettings(input);
+  if (!ranks.All(good))
+  {
+    if (good)
+    {
+      vtkErrorMacro("No surfels were estimated: another process cannot, see its messages.");
+    }
+    return 0;
+  }
+  DealtCloud cloud(ranks, input);
+  vtkDataArray* normals = this->KeepNormals ? FindNormals(input) : nullptr;
+  std::vector<DealtCloud::Array> arrays;
+  if (ranks.Any(normals != nullptr))
+  {
+    arrays.push_back({ "Normals", 3, normals });
+  }
+  OrientationAgreement agreement(ranks, cloud);
+  const auto estimate = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
+    Execution execution(this, &agreement);
+    if (!execution.Run(dealt))
+    {
+      return nullptr;
+    }
+    this->ResetCounts();
+    execution.Count([&cloud](vtkIdType id) { return cloud.IsMine(id); });
+    auto surfels = vtkSmartPointer<vtkPolyData>::New();
+    execution.Write(dealt, surfels);
+    return surfels;
+  };
+  const double margin = this->NeighborhoodMode == RADIUS ? 2.0 * this->Radius : 0.0;
+  const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, margin, estimate);
+  if (!surfels)
+  {
+    return 1; // stopped by a user: empty output, on all
+  }
+  const vtkIdType count = WriteDealtSurfels(cloud, surfels, input, output);
+  this->NumberOfNonFinitePoints = cloud.NumberOfNonFinitePoints();
+  this->NumberOfDuplicatePoints =
+    input->GetNumberOfPoints() - this->NumberOfNonFinitePoints - count;
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;
@@ -451,6 +545,7 @@ void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
      << this->Viewpoint[2] << ")\n";
   os << indent << "UseViewpoint: " << this->UseViewpoint << "\n";
   os << indent << "IsolationFactor: " << this->IsolationFactor << "\n";
+  os << indent << "Controller: " << this->Controller.Get() << "\n";
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfIsolatedPoints: " << this->NumberOfIsolatedPoints << "\n";

@@ -22,15 +22,29 @@
  *
  * The result does not depend on the number of threads.
  *
+ * Several processes, each with a part of a cloud (or nothing), estimate one cloud's surfels where
+ * they have a controller: the points are dealt out by place, with those about each region, and the
+ * surfels go back to where their points are. Normals and sides are agreed upon as if one process
+ * had all points, which takes process 0 210 bytes for each of them; what is counted is that of the
+ * region a process works on, but for what is dropped.
+ *
  * @sa vtkSurfelNormalization
  */
 #ifndef vtkSurfelEstimation_h
 #define vtkSurfelEstimation_h
 
 #include "vtkPolyDataAlgorithm.h"
+#include "vtkSmartPointer.h"        // for the controller
 #include "vtkSurfelFiltersModule.h" // for export macro
 
+class vtkMultiProcessController;
 class vtkPointSet;
+class vtkPolyData;
+
+namespace SurfelSplatting
+{
+class Ranks;
+}
 
 class VTKSURFELFILTERS_EXPORT vtkSurfelEstimation : public vtkPolyDataAlgorithm
 {
@@ -200,6 +214,16 @@ public:
 
   ///@{
   /**
+   * The processes that have parts of one cloud: executions are collective calls, with the same
+   * settings on all. Default vtkMultiProcessController's global one, as in VTK's parallel filters;
+   * none, or one of a single process: this process's points are all.
+   */
+  void SetController(vtkMultiProcessController* controller);
+  vtkMultiProcessController* GetController();
+  ///@}
+
+  ///@{
+  /**
    * What the last execution met.
    * - NonFinitePoints: dropped; a coordinate was NaN, infinite or beyond 1e17.
    * - DuplicatePoints: dropped; same position as an earlier point.
@@ -254,9 +278,13 @@ private:
   void ResetCounts();
   bool CheckSettings(vtkPointSet* input);
   void WarnOfTroubles();
+#ifndef __VTK_WRAP__
+  int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output);
+#endif
 
   class Execution;
 
+  vtkSmartPointer<vtkMultiProcessController> Controller;
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfIsolatedPoints = 0;

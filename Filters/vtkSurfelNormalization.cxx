@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelNormalization.h"
 
+#include "ControllerRanks.h"
+#include "DealtSurfels.h"
 #include "LocalCloud.h"
 #include "SurfelArrays.h"
 #include "SurfelInput.h"
@@ -11,6 +13,7 @@
 #include "vtkFloatArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkMultiProcessController.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
@@ -48,8 +51,10 @@ public:
   {
   }
 
-  /// Returns false if stopped.
-  bool Run(vtkPolyData* input, vtkFloatArray* result)
+  /// Returns false if stopped. @param ranks that weight one cloud with this one, whose dealt points
+  /// the input has, or null
+  bool Run(vtkPolyData* input, vtkFloatArray* result, SurfelSplatting::Ranks* ranks = nullptr,
+    const DealtCloud* dealt = nullptr)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     result->DeepCopy(areaVectors);
@@ -59,6 +64,12 @@ public:
     {
       GatherCloud(input->GetPoints(), origin, this->Cloud);
     }
+    WeightSharing sharing;
+    if (ranks)
+    {
+      this->Cloud.SampleIds = dealt->GlobalIds();
+      this->Share(*ranks, *dealt, sharing);
+    }
     this->ReadSurfels(input);
     std::vector<double> areas(this->Surfels.size());
     for (size_t i = 0; i < areas.size(); ++i)
@@ -66,7 +77,7 @@ public:
       areas[i] = this->Surfels[i].Usable ? this->Surfels[i].Area : 0.0;
       this->Self->TotalAreaBefore += areas[i];
     }
-    if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(),
+    if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(), ranks ? &sharing : nullptr,
           SurfelMonitor(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
@@ -77,6 +88,24 @@ public:
   }
 
 private:
+  void Share(SurfelSplatting::Ranks& ranks, const DealtCloud& dealt, WeightSharing& sharing) const
+  {
+    for (const vtkIdType id : this->Cloud.InputIds)
+    {
+      sharing.Mine.push_back(dealt.IsMine(id) ? 1 : 0);
+    }
+    sharing.Sum = [&ranks](bool good, SumMoments& moments) {
+      SurfelSplatting::Message message;
+      SurfelSplatting::Put(moments, message);
+      moments = SumMoments();
+      for (const SurfelSplatting::Message& other : ranks.Share(message))
+      {
+        moments.Add(SurfelSplatting::MessageReader(other).Get<SumMoments>());
+      }
+      return ranks.All(good);
+    };
+  }
+
   WeightSettings Settings() const
   {
     WeightSettings settings;
@@ -165,8 +194,28 @@ private:
 };
 
 //------------------------------------------------------------------------------
-vtkSurfelNormalization::vtkSurfelNormalization() = default;
+vtkSurfelNormalization::vtkSurfelNormalization()
+  : Controller(vtkMultiProcessController::GetGlobalController())
+{
+}
+
 vtkSurfelNormalization::~vtkSurfelNormalization() = default;
+
+//------------------------------------------------------------------------------
+void vtkSurfelNormalization::SetController(vtkMultiProcessController* controller)
+{
+  if (this->Controller != controller)
+  {
+    this->Controller = controller;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
+vtkMultiProcessController* vtkSurfelNormalization::GetController()
+{
+  return this->Controller;
+}
 
 //------------------------------------------------------------------------------
 int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
@@ -175,6 +224,11 @@ int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
   vtkPolyData* input = vtkPolyData::GetData(inputVector[0]);
   vtkPolyData* output = vtkPolyData::GetData(outputVector);
   this->ResetReport();
+  if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
+  {
+    SurfelSplatting::ControllerRanks ranks(this->Controller);
+    return this->RequestDistributed(ranks, input, output);
+  }
   if (!this->CheckInput(input))
   {
     return 0;
@@ -187,6 +241,54 @@ int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
   }
   output->ShallowCopy(input);
   output->GetPointData()->AddArray(areaVectors);
+  this->WarnOfTroubles();
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelNormalization::RequestDistributed(
+  SurfelSplatting::Ranks& ranks, vtkPolyData* input, vtkPolyData* output)
+{
+  // A process without points need not have the arrays either.
+  const bool isEmpty = input && input->GetNumberOfPoints() == 0;
+  const bool good = isEmpty || this->CheckInput(input);
+  if (!ranks.All(good))
+  {
+    if (good)
+    {
+      vtkErrorMacro("No surfels were weighted: another process cannot, see its messages.");
+    }
+    return 0;
+  }
+  vtkPointData* data = input->GetPointData();
+  DealtCloud cloud(ranks, input);
+  std::vector<DealtCloud::Array> arrays = { { Arrays::Covariance, 6,
+                                              data->GetArray(Arrays::Covariance) },
+    { Arrays::AreaVector, 3, data->GetArray(Arrays::AreaVector) } };
+  vtkDataArray* twoSided = data->GetArray(Arrays::TwoSided);
+  if (ranks.Any(twoSided != nullptr))
+  {
+    arrays.push_back({ Arrays::TwoSided, 1, twoSided });
+  }
+  const auto weight = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
+    vtkNew<vtkFloatArray> areaVectors;
+    Execution execution(this);
+    this->ResetReport();
+    if (!execution.Run(dealt, areaVectors, &ranks, &cloud))
+    {
+      return nullptr;
+    }
+    dealt->GetPointData()->AddArray(areaVectors);
+    return dealt;
+  };
+  const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, 0.0, weight);
+  if (!surfels)
+  {
+    return 1; // stopped by a user: empty output, on all
+  }
+  output->ShallowCopy(input);
+  WriteDealtAreas(cloud, surfels, output);
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;
@@ -257,6 +359,7 @@ void vtkSurfelNormalization::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NormalOffset: " << this->NormalOffset << "\n";
   os << indent << "MinimumFactor: " << this->MinimumFactor << "\n";
   os << indent << "MaximumFactor: " << this->MaximumFactor << "\n";
+  os << indent << "Controller: " << this->Controller.Get() << "\n";
   os << indent << "Sum before: mean " << this->MeanBefore << ", standard deviation "
      << this->StandardDeviationBefore << ", range " << this->MinimumBefore << " to "
      << this->MaximumBefore << "\n";

@@ -13,7 +13,9 @@
  * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), that
  * face the other way, or of which only one is two-sided.
  *
- * The result does not depend on the number of threads, nor on any cut-off of a renderer.
+ * The result does not depend on the number of threads, nor on any cut-off of a renderer. With a
+ * controller of several processes all of them weight one cloud's surfels, as vtkSurfelEstimation
+ * estimates them; sums are measured over all of it.
  *
  * @sa vtkSurfelEstimation
  */
@@ -21,7 +23,16 @@
 #define vtkSurfelNormalization_h
 
 #include "vtkPolyDataAlgorithm.h"
+#include "vtkSmartPointer.h"        // for the controller
 #include "vtkSurfelFiltersModule.h" // for export macro
+
+class vtkMultiProcessController;
+class vtkPolyData;
+
+namespace SurfelSplatting
+{
+class Ranks;
+}
 
 class VTKSURFELFILTERS_EXPORT vtkSurfelNormalization : public vtkPolyDataAlgorithm
 {
@@ -127,6 +138,14 @@ public:
   vtkGetMacro(NumberOfDuplicateSurfels, vtkIdType);
   ///@}
 
+  ///@{
+  /**
+   * The processes that have parts of one cloud; see vtkSurfelEstimation::SetController().
+   */
+  void SetController(vtkMultiProcessController* controller);
+  vtkMultiProcessController* GetController();
+  ///@}
+
 protected:
   vtkSurfelNormalization();
   ~vtkSurfelNormalization() override;
@@ -151,7 +170,11 @@ private:
   void ResetReport();
   bool CheckInput(vtkPolyData* input);
   void WarnOfTroubles();
+#ifndef __VTK_WRAP__
+  int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPolyData* input, vtkPolyData* output);
+#endif
 
+  vtkSmartPointer<vtkMultiProcessController> Controller;
   double MeanBefore = 0.0;
   double StandardDeviationBefore = 0.0;
   double MinimumBefore = 0.0;

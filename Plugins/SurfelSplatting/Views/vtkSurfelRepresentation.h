@@ -5,7 +5,11 @@
  *
  * Surfels are drawn as they are. Points without the arrays of surfels become some first: normals,
  * kernels, weights and a level of detail are estimated with the filters' defaults, and a message
- * says so. The lens is the view's camera: its Camera Focal Disk and Camera Focal Distance.
+ * says so. The lens is the view's camera: its Camera Focal Disk and Camera Focal Distance. Blocks
+ * of composite data are clouds of their own, with their visibility, colour and opacity.
+ *
+ * Where several processes render, each has its piece of the points; surfels at borders are
+ * estimated with the neighbours' points, and all processes' surfels are one picture.
  *
  * @sa vtkSurfelViewActor
  */
@@ -13,13 +17,9 @@
 #define vtkSurfelRepresentation_h
 
 #include "vtkGeometryRepresentationWithFaces.h"
-#include "vtkNew.h"               // for members
-#include "vtkSmartPointer.h"      // for members
 #include "vtkSurfelViewsModule.h" // for export macro
 
-class vtkPolyData;
-class vtkSurfelMapper;
-class vtkSurfelViewActor;
+#include <memory> // for the implementation
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
 {
@@ -57,13 +57,8 @@ private:
   vtkSurfelRepresentation(const vtkSurfelRepresentation&) = delete;
   void operator=(const vtkSurfelRepresentation&) = delete;
 
-  void UpdateSurfels(vtkDataObject* delivered);
-  vtkSmartPointer<vtkPolyData> EstimateSurfels(vtkPolyData* points);
-
-  vtkNew<vtkSurfelViewActor> SurfelActor;
-  vtkNew<vtkSurfelMapper> SurfelMapper;
-  vtkSmartPointer<vtkPolyData> Source;
-  vtkMTimeType SourceTime = 0;
+  struct Internals;
+  std::unique_ptr<Internals> Internal;
 };
 
 #endif

@@ -2,14 +2,12 @@
 #include "vtkSurfelViewActor.h"
 
 #include "vtkSurfelMapper.h"
-#include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkObjectFactory.h>
 #include <vtkPropCollection.h>
 #include <vtkRenderState.h>
 #include <vtkRenderer.h>
-#include <vtkSequencePass.h>
 
 namespace
 {
@@ -32,19 +30,31 @@ vtkSurfelViewActor* FirstOf(vtkRenderer* renderer)
 
 vtkStandardNewMacro(vtkSurfelViewActor);
 
-vtkSurfelViewActor::vtkSurfelViewActor()
-{
-  // All other props have been drawn already.
-  vtkNew<vtkSequencePass> nothing;
-  this->Pass->SetDelegatePass(nothing);
-  this->Pass->OtherPropsThroughLensOff();
-}
-
+vtkSurfelViewActor::vtkSurfelViewActor() = default;
 vtkSurfelViewActor::~vtkSurfelViewActor() = default;
 
-vtkSurfelSplatter* vtkSurfelViewActor::GetSplatter()
+void vtkSurfelViewActor::SetPass(vtkSurfelSplattingPass* pass)
 {
-  return this->Pass->GetSplatter();
+  if (this->Pass != pass)
+  {
+    this->Pass = pass;
+    this->Modified();
+  }
+}
+
+double* vtkSurfelViewActor::GetBounds()
+{
+  if (!this->CoversView)
+  {
+    return this->Superclass::GetBounds();
+  }
+  // Far beyond anything that is looked at, and well within what a projection can be computed of.
+  constexpr double far = 1e9;
+  for (int side = 0; side < 6; ++side)
+  {
+    this->ViewBounds[side] = side % 2 == 0 ? -far : far;
+  }
+  return this->ViewBounds;
 }
 
 int vtkSurfelViewActor::RenderOpaqueGeometry(vtkViewport* viewport)
@@ -57,8 +67,8 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
   auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
-  const bool splatted = mapper && mapper->GetSplatted(); // by a pass of the view
-  if (!renderer || renderer->GetSelector() || splatted || FirstOf(renderer) != this)
+  const bool splatted = mapper && mapper->GetSplatted(); // by the view's pass
+  if (!renderer || !this->Pass || renderer->GetSelector() || splatted || FirstOf(renderer) != this)
   {
     return 0;
   }
@@ -72,7 +82,7 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 void vtkSurfelViewActor::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Superclass::ReleaseGraphicsResources(window);
-  if (window) // VTK calls this without one; passes must not be
+  if (window && this->Pass) // VTK calls this without one; passes must not be
   {
     this->Pass->ReleaseGraphicsResources(window);
   }
@@ -81,6 +91,6 @@ void vtkSurfelViewActor::ReleaseGraphicsResources(vtkWindow* window)
 void vtkSurfelViewActor::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Pass:\n";
-  this->Pass->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "Pass: " << this->Pass.Get() << "\n";
+  os << indent << "CoversView: " << this->CoversView << "\n";
 }

@@ -14,10 +14,9 @@
 #define vtkSurfelViewActor_h
 
 #include "vtkActor.h"
-#include "vtkNew.h"               // for members
+#include "vtkSmartPointer.h"      // for members
 #include "vtkSurfelViewsModule.h" // for export macro
 
-class vtkSurfelSplatter;
 class vtkSurfelSplattingPass;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelViewActor : public vtkActor
@@ -27,16 +26,30 @@ public:
   vtkTypeMacro(vtkSurfelViewActor, vtkActor);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
+  /**
+   * What splats: several actors may have the same one. Of the actors of a renderer that of the
+   * first visible one does it for all. Default none: nothing is drawn.
+   */
+  void SetPass(vtkSurfelSplattingPass* pass);
+
+  ///@{
+  /**
+   * Whether the actor is taken to reach over all of the view. Compositors of several processes skip
+   * those whose props are out of sight, and cut off what is beyond their bounds; but all have to
+   * take part in a picture, and blur reaches farther. Default off.
+   */
+  vtkSetMacro(CoversView, bool);
+  vtkGetMacro(CoversView, bool);
+  ///@}
+
+  using vtkActor::GetBounds;
+  double* GetBounds() override;
+
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
   int RenderTranslucentPolygonalGeometry(vtkViewport*) override { return 0; }
   vtkTypeBool HasTranslucentPolygonalGeometry() override { return 0; }
   int RenderVolumetricGeometry(vtkViewport* viewport) override;
   void ReleaseGraphicsResources(vtkWindow* window) override;
-
-  /**
-   * Lens, kernel and level of detail. Of several actors in a renderer those of the first one count.
-   */
-  vtkSurfelSplatter* GetSplatter();
 
 protected:
   vtkSurfelViewActor();
@@ -46,7 +59,9 @@ private:
   vtkSurfelViewActor(const vtkSurfelViewActor&) = delete;
   void operator=(const vtkSurfelViewActor&) = delete;
 
-  vtkNew<vtkSurfelSplattingPass> Pass;
+  vtkSmartPointer<vtkSurfelSplattingPass> Pass;
+  bool CoversView = false;
+  double ViewBounds[6];
 };
 
 #endif

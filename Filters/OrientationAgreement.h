@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * One orientation for the points of all ranks: which side of a component is its outside cannot be
+ * told by a part of it.
+ *
+ * Every rank fits the points of its region; rank 0 gets their fits and neighbours, and orients all
+ * of them as one process would (OrientConsistently), in the same order. That takes it 210 bytes a
+ * point of the whole cloud for as long, which is less than estimating it does; all the rest of the
+ * estimation is shared out.
+ */
+#pragma once
+
+#include "SurfelOrientation.h"
+
+#include "Ranks.h"
+
+#include <vector>
+
+namespace SurfelGeometry
+{
+class DealtCloud;
+
+class OrientationAgreement
+{
+public:
+  /// Both must outlive this.
+  OrientationAgreement(SurfelSplatting::Ranks& ranks, const DealtCloud& cloud)
+    : Group(ranks)
+    , Dealt(cloud)
+  {
+  }
+
+  /// Collective: whether all ranks say so.
+  bool All(bool mine) { return this->Group.All(mine); }
+
+  /**
+   * Collective. OrientConsistently for the points that were dealt to this rank.
+   * @param cloud of the dealt points: its input ids are theirs
+   * @param settings the viewpoint relative to the dealt cloud's origin
+   */
+  bool Orient(const LocalCloud& cloud, const NeighborGraph& graph,
+    const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
+    Sidedness& sides);
+
+private:
+  std::vector<SurfelSplatting::Message> OrientAll(
+    const std::vector<SurfelSplatting::Message>& messages, const OrientationSettings& settings,
+    const SurfelMonitor& monitor) const;
+
+  SurfelSplatting::Ranks& Group;
+  const DealtCloud& Dealt;
+};
+}
