@@ -11,6 +11,7 @@
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
+#include <vtkHardwareSelector.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
@@ -38,6 +39,7 @@ vtkSurfelMapper::vtkSurfelMapper()
 
 vtkSurfelMapper::~vtkSurfelMapper()
 {
+  this->SetPointIdArrayName(nullptr);
   this->ReleasePreview();
 }
 
@@ -311,6 +313,45 @@ void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   if (this->Preview)
   {
     this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
+    this->RenamePoints(selector, pixeloffsets);
+  }
+}
+
+/// Puts the ids of an array in place of those of the input's points, in pixels of a selection.
+void vtkSurfelMapper::RenamePoints(
+  vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets)
+{
+  vtkDataArray* ids = this->PointIdArrayName && this->GetInput()
+    ? this->GetInput()->GetPointData()->GetArray(this->PointIdArrayName)
+    : nullptr;
+  unsigned char* low = selector->GetPixelBuffer(vtkHardwareSelector::POINT_ID_LOW24);
+  unsigned char* high = selector->GetPixelBuffer(vtkHardwareSelector::POINT_ID_HIGH24);
+  if (!ids || !low)
+  {
+    return;
+  }
+  // Three bytes each, and one more than the id: 0 is no point.
+  for (const unsigned int at : pixeloffsets)
+  {
+    vtkIdType id = -1;
+    for (int byte = 0; byte < 3; ++byte)
+    {
+      id += static_cast<vtkIdType>(low[at + byte]) << (8 * byte);
+      id += high ? static_cast<vtkIdType>(high[at + byte]) << (24 + 8 * byte) : 0;
+    }
+    if (id < 0 || id >= ids->GetNumberOfTuples())
+    {
+      continue;
+    }
+    const vtkIdType name = static_cast<vtkIdType>(ids->GetComponent(id, 0)) + 1;
+    for (int byte = 0; byte < 3; ++byte)
+    {
+      low[at + byte] = static_cast<unsigned char>(name >> (8 * byte));
+      if (high)
+      {
+        high[at + byte] = static_cast<unsigned char>(name >> (24 + 8 * byte));
+      }
+    }
   }
 }
 
@@ -324,4 +365,7 @@ void vtkSurfelMapper::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Splatted: " << this->Splatted << "\n";
+  os << indent
+     << "PointIdArrayName: " << (this->PointIdArrayName ? this->PointIdArrayName : "(none)")
+     << "\n";
 }

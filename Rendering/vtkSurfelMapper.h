@@ -60,6 +60,15 @@ public:
 
   ///@{
   /**
+   * Point array with the ids that hardware selection is to give instead of those of the input's
+   * points: those of the points that surfels come from. Default none.
+   */
+  vtkSetStringMacro(PointIdArrayName);
+  vtkGetStringMacro(PointIdArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Set by a pass while it takes care of these surfels itself. Not for general use.
    */
   void SetSplatted(bool splatted) { this->Splatted = splatted; }
@@ -108,6 +117,7 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
+  void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
   void UpdatePreview(vtkRenderer* renderer, double scale);
   void ReleasePreview();
   double MeanSpacing();
@@ -128,6 +138,7 @@ private:
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
+  char* PointIdArrayName = nullptr;
 };
 
 #endif

@@ -42,7 +42,7 @@ make_debian() {
 copy_sources() {
   rm -rf "$debian/source"
   mkdir -p "$debian/source" "$debian/build"
-  (cd "$root" && tar -cf - CMakeLists.txt Filters Plugins Rendering Testing/ParaView Utilities) |
+  (cd "$root" && tar -cf - CMakeLists.txt Filters Parallel Plugins Rendering Testing/ParaView Utilities) |
     tar -xf - -C "$debian/source"
 }
 

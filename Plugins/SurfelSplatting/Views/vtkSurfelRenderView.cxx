@@ -1,20 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelRenderView.h"
 
+#include "SurfelViewProcesses.h"
+#include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
+#include "vtkSurfelViewActor.h"
 
 #include <vtkObjectFactory.h>
 #include <vtkPVSynchronizedRenderer.h>
+#include <vtkRenderer.h>
 
 vtkStandardNewMacro(vtkSurfelRenderView);
 
 vtkSurfelRenderView::vtkSurfelRenderView()
 {
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
+  this->Frame->SetMapper(this->NoSurfels);
+  this->GetRenderer()->AddActor(this->Frame);
 }
 
 vtkSurfelRenderView::~vtkSurfelRenderView() = default;
+
+void vtkSurfelRenderView::Update()
+{
+  this->Frame->SetCoversView(false);
+  this->Superclass::Update();
+  // Every process takes part in a picture, also one that has nothing in sight.
+  this->RenderEmptyImages = true;
+}
+
+void vtkSurfelRenderView::AboutToRenderOnLocalProcess(bool interactive)
+{
+  this->Superclass::AboutToRenderOnLocalProcess(interactive);
+  vtkMultiProcessController* controller =
+    SurfelViews::ProcessesOf(this, interactive && this->GetUseLODForInteractiveRender());
+  this->Pass->GetSplatter()->SetController(controller);
+  this->Frame->SetCoversView(controller != nullptr);
+}
 
 void vtkSurfelRenderView::SetLensMode(int mode)
 {

@@ -13,7 +13,9 @@
 #include "vtkPVRenderView.h"
 #include "vtkSurfelViewsModule.h" // for export macro
 
+class vtkSurfelMapper;
 class vtkSurfelSplattingPass;
+class vtkSurfelViewActor;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRenderView : public vtkPVRenderView
 {
@@ -33,15 +35,21 @@ public:
   void SetOtherPropsThroughLens(int through);
   ///@}
 
+  void Update() override;
+
 protected:
   vtkSurfelRenderView();
   ~vtkSurfelRenderView() override;
+
+  void AboutToRenderOnLocalProcess(bool interactive) override;
 
 private:
   vtkSurfelRenderView(const vtkSurfelRenderView&) = delete;
   void operator=(const vtkSurfelRenderView&) = delete;
 
   vtkNew<vtkSurfelSplattingPass> Pass;
+  vtkNew<vtkSurfelViewActor> Frame; // nothing, but as wide as the view: blur has no bounds
+  vtkNew<vtkSurfelMapper> NoSurfels;
 };
 
 #endif

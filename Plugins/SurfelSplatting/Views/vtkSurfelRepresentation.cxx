@@ -1,58 +1,71 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelRepresentation.h"
 
-#include "vtkSurfelEstimation.h"
-#include "vtkSurfelHierarchy.h"
+#include "SurfelParts.h"
+#include "SurfelViewProcesses.h"
 #include "vtkSurfelMapper.h"
-#include "vtkSurfelNormalization.h"
 #include "vtkSurfelSplatter.h"
+#include "vtkSurfelSplattingPass.h"
 #include "vtkSurfelViewActor.h"
 
-#include <vtkAlgorithm.h>
-#include <vtkAlgorithmOutput.h>
-#include <vtkCompositeDataIterator.h>
-#include <vtkCompositeDataSet.h>
-#include <vtkDataObject.h>
-#include <vtkLogger.h>
+#include <vtkCompositeDataDisplayAttributes.h>
+#include <vtkCompositePolyDataMapper2.h>
+#include <vtkInformation.h>
+#include <vtkMultiProcessController.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPVLODActor.h>
 #include <vtkPVRenderView.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkProperty.h>
 #include <vtkRenderer.h>
+#include <vtkSequencePass.h>
+#include <vtkSmartPointer.h>
+#include <vtkWeakPointer.h>
+
+#include <vector>
 
 namespace
 {
-/// The first leaf that has points.
-vtkPolyData* FindPoints(vtkDataObject* data)
+/// One leaf of the data on the screen.
+struct Cloud
 {
-  auto* composite = vtkCompositeDataSet::SafeDownCast(data);
-  if (!composite)
-  {
-    return vtkPolyData::SafeDownCast(data);
-  }
-  vtkSmartPointer<vtkCompositeDataIterator> it;
-  it.TakeReference(composite->NewIterator());
-  for (it->InitTraversal(); !it->IsDoneWithTraversal(); it->GoToNextItem())
-  {
-    auto* leaf = vtkPolyData::SafeDownCast(it->GetCurrentDataObject());
-    if (leaf && leaf->GetNumberOfPoints() > 0)
-    {
-      return leaf;
-    }
-  }
-  return nullptr;
+  vtkNew<vtkSurfelViewActor> Actor;
+  vtkNew<vtkSurfelMapper> Mapper;
+  vtkNew<vtkProperty> Property; // where the block has a colour or opacity of its own
+  vtkSmartPointer<vtkPolyData> Source;
+  vtkMTimeType SourceTime = 0;
+  vtkMTimeType PropertyTime = 0;
+
+  Cloud() { this->Actor->SetMapper(this->Mapper); }
+};
 }
-}
+
+struct vtkSurfelRepresentation::Internals
+{
+  vtkNew<vtkSurfelSplattingPass> Pass;
+  vtkNew<vtkSurfelViewActor> Leader; // has no surfels, but is there on every process
+  vtkNew<vtkSurfelMapper> NoSurfels;
+  std::vector<std::unique_ptr<Cloud>> Clouds;
+  vtkWeakPointer<vtkPVRenderView> View;
+};
 
 vtkStandardNewMacro(vtkSurfelRepresentation);
 
 vtkSurfelRepresentation::vtkSurfelRepresentation()
+  : Internal(new Internals)
 {
-  this->SurfelActor->SetMapper(this->SurfelMapper);
-  this->SurfelActor->SetProperty(this->Property);
-  // Polygons of the geometry's own actor are never drawn.
+  // All other props have been drawn when surfels are.
+  vtkNew<vtkSequencePass> nothing;
+  this->Internal->Pass->SetDelegatePass(nothing);
+  this->Internal->Pass->OtherPropsThroughLensOff();
+  this->Internal->Leader->SetMapper(this->Internal->NoSurfels);
+  this->Internal->Leader->SetPass(this->Internal->Pass);
+  // Polygons of the geometry's own actor are never drawn, and fewer surfels are taken from the
+  // hierarchy while the camera moves, not from a decimated piece.
   this->Actor->SetVisibility(0);
+  this->SetSuppressLOD(true);
 }
 
 vtkSurfelRepresentation::~vtkSurfelRepresentation() = default;
@@ -64,8 +77,8 @@ bool vtkSurfelRepresentation::AddToView(vtkView* view)
   {
     return false;
   }
-  renderView->GetRenderer()->AddActor(this->SurfelActor);
-  renderView->RegisterPropForHardwareSelection(this, this->SurfelActor);
+  this->Internal->View = renderView;
+  renderView->GetRenderer()->AddActor(this->Internal->Leader);
   return this->Superclass::AddToView(view);
 }
 
@@ -76,108 +89,181 @@ bool vtkSurfelRepresentation::RemoveFromView(vtkView* view)
   {
     return false;
   }
-  renderView->GetRenderer()->RemoveActor(this->SurfelActor);
-  renderView->UnRegisterPropForHardwareSelection(this, this->SurfelActor);
+  this->ShowClouds(0);
+  renderView->GetRenderer()->RemoveActor(this->Internal->Leader);
+  this->Internal->View = nullptr;
   return this->Superclass::RemoveFromView(view);
+}
+
+/// Has so many clouds in the view.
+void vtkSurfelRepresentation::ShowClouds(std::size_t count)
+{
+  auto& clouds = this->Internal->Clouds;
+  vtkPVRenderView* view = this->Internal->View;
+  while (clouds.size() > count)
+  {
+    if (view)
+    {
+      view->GetRenderer()->RemoveActor(clouds.back()->Actor);
+      view->UnRegisterPropForHardwareSelection(this, clouds.back()->Actor);
+    }
+    clouds.pop_back();
+  }
+  while (clouds.size() < count)
+  {
+    clouds.emplace_back(new Cloud);
+    clouds.back()->Actor->SetPass(this->Internal->Pass);
+    if (view)
+    {
+      view->GetRenderer()->AddActor(clouds.back()->Actor);
+      view->RegisterPropForHardwareSelection(this, clouds.back()->Actor);
+    }
+  }
 }
 
 void vtkSurfelRepresentation::SetVisibility(bool visible)
 {
   this->Superclass::SetVisibility(visible);
   this->Actor->SetVisibility(0);
-  this->SurfelActor->SetVisibility(visible ? 1 : 0);
+  this->Internal->Leader->SetVisibility(visible ? 1 : 0);
+  for (const auto& cloud : this->Internal->Clouds)
+  {
+    cloud->Actor->SetVisibility(visible ? 1 : 0);
+  }
+}
+
+bool vtkSurfelRepresentation::NeedsOrderedCompositing()
+{
+  return false; // translucent surfels of all processes are put together by their pass
 }
 
 int vtkSurfelRepresentation::ProcessViewRequest(
   vtkInformationRequestKey* request, vtkInformation* inInfo, vtkInformation* outInfo)
 {
   const int done = this->Superclass::ProcessViewRequest(request, inInfo, outInfo);
-  if (done && request == vtkPVView::REQUEST_RENDER())
+  if (!done)
   {
-    vtkAlgorithmOutput* port = vtkPVRenderView::GetPieceProducer(inInfo, this);
-    if (port)
-    {
-      this->UpdateSurfels(port->GetProducer()->GetOutputDataObject(port->GetIndex()));
-    }
+    return done;
+  }
+  auto* view = vtkPVRenderView::SafeDownCast(inInfo->Get(vtkPVView::VIEW()));
+  if (request == vtkPVView::REQUEST_UPDATE())
+  {
+    // Every process takes part in a picture, also one that has nothing in sight. Surfels stay where
+    // they are: what mixes them needs no order of processes.
+    outInfo->Set(vtkPVRenderView::RENDER_EMPTY_IMAGES(), 1);
+    vtkPVRenderView::SetOrderedCompositingConfiguration(inInfo, this, 0);
+    this->Internal->Leader->SetCoversView(false);
+  }
+  else if (request == vtkPVView::REQUEST_UPDATE_LOD())
+  {
+    // There is no smaller piece that could be drawn elsewhere.
+    vtkPVRenderView::SetRequiresDistributedRenderingLOD(
+      inInfo, this, view && view->GetUseDistributedRenderingForRender());
+  }
+  else if (request == vtkPVView::REQUEST_RENDER())
+  {
+    vtkMultiProcessController* controller =
+      SurfelViews::ProcessesOf(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
+    this->Internal->Pass->GetSplatter()->SetController(controller);
+    this->Internal->Leader->SetCoversView(controller != nullptr);
+    this->UpdateClouds(vtkPVView::GetDeliveredPiece(inInfo, this), controller);
   }
   return done;
 }
 
-void vtkSurfelRepresentation::UpdateSurfels(vtkDataObject* delivered)
+void vtkSurfelRepresentation::UpdateClouds(
+  vtkDataObject* delivered, vtkMultiProcessController* controller)
 {
-  this->SurfelMapper->vtkMapper::ShallowCopy(this->Mapper);
-  this->SurfelActor->SetUserMatrix(this->Actor->GetMatrix());
-  vtkPolyData* points = FindPoints(delivered);
-  const vtkMTimeType time = points ? points->GetMTime() : 0;
-  if (points == this->Source && time == this->SourceTime)
+  auto* composite = vtkCompositePolyDataMapper2::SafeDownCast(this->Mapper);
+  std::vector<SurfelViews::Part> parts = SurfelViews::FindParts(
+    delivered, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
+  // The same number on all processes, whatever they have of it.
+  parts.resize(SurfelViews::Largest(parts.size(), controller));
+  this->ShowClouds(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
   {
-    return;
+    const SurfelViews::Part& part = parts[i];
+    Cloud& cloud = *this->Internal->Clouds[i];
+    const vtkMTimeType time = part.Points ? part.Points->GetMTime() : 0;
+    const bool changed = part.Points != cloud.Source || time != cloud.SourceTime;
+    if (SurfelViews::Largest(changed ? 1 : 0, controller) != 0)
+    {
+      cloud.Source = part.Points;
+      cloud.SourceTime = time;
+      const vtkSmartPointer<vtkPolyData> surfels =
+        SurfelViews::MakeSurfels(part.Points, controller);
+      cloud.Mapper->SetInputData(surfels);
+      const bool numbered = surfels && surfels->GetPointData()->HasArray(SurfelViews::PointIdArray);
+      cloud.Mapper->SetPointIdArrayName(numbered ? SurfelViews::PointIdArray : nullptr);
+    }
+    cloud.Mapper->vtkMapper::ShallowCopy(this->Mapper);
+    cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
+    cloud.Actor->SetVisibility(this->GetVisibility() && part.Visible ? 1 : 0);
+    cloud.Actor->SetPickable(this->Actor->GetPickable());
+    if (!part.HasColor && part.Opacity == 1.0)
+    {
+      cloud.Actor->SetProperty(this->Property);
+      continue;
+    }
+    if (cloud.PropertyTime != this->Property->GetMTime())
+    {
+      cloud.PropertyTime = this->Property->GetMTime();
+      cloud.Property->DeepCopy(this->Property);
+    }
+    if (part.HasColor)
+    {
+      cloud.Property->SetColor(part.Color[0], part.Color[1], part.Color[2]);
+      cloud.Mapper->ScalarVisibilityOff();
+    }
+    cloud.Property->SetOpacity(this->Property->GetOpacity() * part.Opacity);
+    cloud.Actor->SetProperty(cloud.Property);
   }
-  this->Source = points;
-  this->SourceTime = time;
-  const bool isSurfels = !points || points->GetPointData()->GetArray("SurfelCovariance") != nullptr;
-  this->SurfelMapper->SetInputData(isSurfels ? points : this->EstimateSurfels(points).GetPointer());
-}
-
-vtkSmartPointer<vtkPolyData> vtkSurfelRepresentation::EstimateSurfels(vtkPolyData* points)
-{
-  vtkLogF(INFO,
-    "Surfel Splats: %lld points have no surfel arrays; surfels are estimated. The filters "
-    "under Point Cloud do the same with settings.",
-    static_cast<long long>(points->GetNumberOfPoints()));
-  vtkNew<vtkSurfelEstimation> estimation;
-  estimation->SetInputData(points);
-  vtkNew<vtkSurfelNormalization> normalization;
-  normalization->SetInputConnection(estimation->GetOutputPort());
-  vtkNew<vtkSurfelHierarchy> hierarchy;
-  hierarchy->SetInputConnection(normalization->GetOutputPort());
-  hierarchy->Update();
-  return hierarchy->GetOutput();
 }
 
 void vtkSurfelRepresentation::SetLensMode(int mode)
 {
-  this->SurfelActor->GetSplatter()->SetLensMode(mode);
+  this->Internal->Pass->GetSplatter()->SetLensMode(mode);
 }
 
 void vtkSurfelRepresentation::SetCircleOfConfusion(double radius)
 {
-  this->SurfelActor->GetSplatter()->SetCircleOfConfusion(radius);
+  this->Internal->Pass->GetSplatter()->SetCircleOfConfusion(radius);
 }
 
 void vtkSurfelRepresentation::SetLensCells(int cells)
 {
-  this->SurfelActor->GetSplatter()->SetLensCells(cells);
+  this->Internal->Pass->GetSplatter()->SetLensCells(cells);
 }
 
 void vtkSurfelRepresentation::SetLensSectors(int sectors)
 {
-  this->SurfelActor->GetSplatter()->SetLensSectors(sectors);
+  this->Internal->Pass->GetSplatter()->SetLensSectors(sectors);
 }
 
 void vtkSurfelRepresentation::SetKernel(int kernel)
 {
-  this->SurfelActor->GetSplatter()->SetKernel(kernel);
+  this->Internal->Pass->GetSplatter()->SetKernel(kernel);
 }
 
 void vtkSurfelRepresentation::SetLODMode(int mode)
 {
-  this->SurfelActor->GetSplatter()->SetLODMode(mode);
+  this->Internal->Pass->GetSplatter()->SetLODMode(mode);
 }
 
 void vtkSurfelRepresentation::SetLODError(double error)
 {
-  this->SurfelActor->GetSplatter()->SetLODError(error);
+  this->Internal->Pass->GetSplatter()->SetLODError(error);
 }
 
 void vtkSurfelRepresentation::SetColorByLevel(int byLevel)
 {
-  this->SurfelActor->GetSplatter()->SetColorByLevel(byLevel);
+  this->Internal->Pass->GetSplatter()->SetColorByLevel(byLevel);
 }
 
 void vtkSurfelRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "SurfelActor:\n";
-  this->SurfelActor->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "Clouds: " << this->Internal->Clouds.size() << "\n";
+  os << indent << "Pass:\n";
+  this->Internal->Pass->PrintSelf(os, indent.GetNextIndent());
 }

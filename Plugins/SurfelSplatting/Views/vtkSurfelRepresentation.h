@@ -19,7 +19,10 @@
 #include "vtkGeometryRepresentationWithFaces.h"
 #include "vtkSurfelViewsModule.h" // for export macro
 
-#include <memory> // for the implementation
+#include <cstddef> // for sizes
+#include <memory>  // for the implementation
+
+class vtkMultiProcessController;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
 {
@@ -52,10 +55,14 @@ protected:
 
   bool AddToView(vtkView* view) override;
   bool RemoveFromView(vtkView* view) override;
+  bool NeedsOrderedCompositing() override;
 
 private:
   vtkSurfelRepresentation(const vtkSurfelRepresentation&) = delete;
   void operator=(const vtkSurfelRepresentation&) = delete;
+
+  void ShowClouds(std::size_t count);
+  void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 
   struct Internals;
   std::unique_ptr<Internals> Internal;

@@ -5,28 +5,8 @@
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkObjectFactory.h>
-#include <vtkPropCollection.h>
 #include <vtkRenderState.h>
 #include <vtkRenderer.h>
-
-namespace
-{
-/// The first visible actor of this kind splats for all.
-vtkSurfelViewActor* FirstOf(vtkRenderer* renderer)
-{
-  vtkCollectionSimpleIterator it;
-  renderer->GetViewProps()->InitTraversal(it);
-  while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
-  {
-    auto* actor = vtkSurfelViewActor::SafeDownCast(prop);
-    if (actor && actor->GetVisibility())
-    {
-      return actor;
-    }
-  }
-  return nullptr;
-}
-}
 
 vtkStandardNewMacro(vtkSurfelViewActor);
 
@@ -67,8 +47,9 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
   auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
-  const bool splatted = mapper && mapper->GetSplatted(); // by the view's pass
-  if (!renderer || !this->Pass || renderer->GetSelector() || splatted || FirstOf(renderer) != this)
+  // By the view's pass, or by that of an actor before this one.
+  const bool splatted = mapper && mapper->GetSplatted();
+  if (!renderer || !this->Pass || renderer->GetSelector() || splatted)
   {
     return 0;
   }

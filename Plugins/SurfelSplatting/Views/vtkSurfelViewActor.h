@@ -27,8 +27,8 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /**
-   * What splats: several actors may have the same one. Of the actors of a renderer that of the
-   * first visible one does it for all. Default none: nothing is drawn.
+   * What splats: several actors may have the same one. Of the actors of a renderer the first one
+   * that is drawn has its pass do it for all. Default none: nothing is drawn.
    */
   void SetPass(vtkSurfelSplattingPass* pass);
 
