@@ -149,7 +149,7 @@ bool OtherProps::Read(const vtkRenderState* state, const PixelRectangle& rectang
     this->Whole.Margin = 0;
   }
   this->PlaceMiddle(rectangle, distances);
-  this->HasBackdrop = this->FindBackdrop(distances);
+  this->HasBackdrop = margin > 0 && this->FindBackdrop(distances);
   this->Whole.Depth = this->WideDistances.data();
   this->Whole.Colors = this->WideColor.data();
   return true;

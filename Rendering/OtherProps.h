@@ -50,7 +50,7 @@ public:
    * What is there after they were drawn; the margin is drawn by `delegate` through a wider camera
    * and with as many samples.
    * @param distances [height][width] of what was drawn
-   * @param margin    px on each side, 0: none
+   * @param margin    px on each side; 0: none, and nothing is blurred
    */
   bool Read(const vtkRenderState* state, const PixelRectangle& rectangle, const DepthRange& range,
     const std::vector<float>& distances, int margin, vtkRenderPass* delegate);

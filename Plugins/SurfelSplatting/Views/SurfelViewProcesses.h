@@ -16,6 +16,12 @@ namespace SurfelViews
 /// @param interactive whether the frame is drawn with less detail
 vtkMultiProcessController* ProcessesOf(vtkPVRenderView* view, bool interactive);
 
+/**
+ * Collective where a view is rendered remotely or by several processes, the client included: its
+ * camera's focal disk and distance, which ParaView leaves out when it synchronizes cameras.
+ */
+void ShareLens(vtkPVRenderView* view, bool interactive);
+
 /// Collective: the largest of all processes' numbers. @param controller or null: this one's
 std::size_t Largest(std::size_t mine, vtkMultiProcessController* controller);
 }

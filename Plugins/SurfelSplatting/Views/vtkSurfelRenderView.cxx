@@ -37,6 +37,7 @@ void vtkSurfelRenderView::AboutToRenderOnLocalProcess(bool interactive)
     SurfelViews::ProcessesOf(this, interactive && this->GetUseLODForInteractiveRender());
   this->Pass->GetSplatter()->SetController(controller);
   this->Frame->SetCoversView(controller != nullptr);
+  SurfelViews::ShareLens(this, interactive && this->GetUseLODForInteractiveRender());
 }
 
 void vtkSurfelRenderView::SetLensMode(int mode)

@@ -62,9 +62,9 @@ vtkSurfelRepresentation::vtkSurfelRepresentation()
   this->Internal->Pass->OtherPropsThroughLensOff();
   this->Internal->Leader->SetMapper(this->Internal->NoSurfels);
   this->Internal->Leader->SetPass(this->Internal->Pass);
-  // Polygons of the geometry's own actor are never drawn, and fewer surfels are taken from the
+  // Polygons of the geometry's own actors are never drawn, and fewer surfels are taken from the
   // hierarchy while the camera moves, not from a decimated piece.
-  this->Actor->SetVisibility(0);
+  this->HidePolygons();
   this->SetSuppressLOD(true);
 }
 
@@ -124,12 +124,18 @@ void vtkSurfelRepresentation::ShowClouds(std::size_t count)
 void vtkSurfelRepresentation::SetVisibility(bool visible)
 {
   this->Superclass::SetVisibility(visible);
-  this->Actor->SetVisibility(0);
+  this->HidePolygons();
   this->Internal->Leader->SetVisibility(visible ? 1 : 0);
   for (const auto& cloud : this->Internal->Clouds)
   {
     cloud->Actor->SetVisibility(visible ? 1 : 0);
   }
+}
+
+void vtkSurfelRepresentation::HidePolygons()
+{
+  this->Actor->SetVisibility(0);
+  this->BackfaceActor->SetVisibility(0);
 }
 
 bool vtkSurfelRepresentation::NeedsOrderedCompositing()
@@ -162,10 +168,12 @@ int vtkSurfelRepresentation::ProcessViewRequest(
   }
   else if (request == vtkPVView::REQUEST_RENDER())
   {
+    this->HidePolygons();
     vtkMultiProcessController* controller =
       SurfelViews::ProcessesOf(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
     this->Internal->Pass->GetSplatter()->SetController(controller);
     this->Internal->Leader->SetCoversView(controller != nullptr);
+    SurfelViews::ShareLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
     this->UpdateClouds(vtkPVView::GetDeliveredPiece(inInfo, this), controller);
   }
   return done;

@@ -61,6 +61,7 @@ private:
   vtkSurfelRepresentation(const vtkSurfelRepresentation&) = delete;
   void operator=(const vtkSurfelRepresentation&) = delete;
 
+  void HidePolygons();
   void ShowClouds(std::size_t count);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 
