@@ -131,7 +131,8 @@ TileRaster::Counts TileRaster::RenderLayers(
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
-  bool opaque = false;
+  // What is binned and begins before the first run must not be taken for hidden with it.
+  bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
   while (run != end && !opaque)
   {
     opaque = this->SkipHidden && this->IsOpaque(lazy->Near(*run));

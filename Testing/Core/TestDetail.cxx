@@ -309,6 +309,30 @@ void TestWorkFollowsPixels()
   CHECK(splats[2] < 4 * splats[1] / 2 && splats[2] < 8000);
 }
 
+/// Skips hide nothing of what is blurred before an opaque prop of others.
+void TestSkipsBeforeProps()
+{
+  Random random(3);
+  const TestHierarchy hierarchy(Room(20000, random));
+  std::vector<float> limit(96 * 96);
+  for (int i = 0; i < 100; ++i)
+  {
+    SplatContext context = RandomContext(random, i);
+    context.Optics.Radius *= 3.0; // much of it on coarse grids
+    const double distance = context.Optics.FocalDistance * random.Uniform(0.3, 1.5);
+    for (std::size_t p = 0; p < limit.size(); ++p)
+    {
+      limit[p] = p % 96 < 70 ? static_cast<float>(distance) : INFINITY;
+    }
+    const Picture with =
+      RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data());
+    context.SkipHidden = false;
+    CHECK(LargestDifference(with,
+            RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data())) <=
+      1.0 / 255.0);
+  }
+}
+
 /// Through a mirror, and stretched: cones say nothing then, and nothing is lost.
 void TestTransforms()
 {
@@ -364,6 +388,7 @@ void TestLeaves()
 int main()
 {
   TestSkips();
+  TestSkipsBeforeProps();
   TestCut();
   TestNormalizationOfLevels();
   TestCoarseHasNoHoles();
