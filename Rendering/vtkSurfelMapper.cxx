@@ -317,40 +317,45 @@ void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   }
 }
 
-/// Puts the ids of an array in place of those of the input's points, in pixels of a selection.
+/// Puts the ids of an array in place of those of the input's points, in pixels of a selection. A
+/// cell of a cloud of vertices is a point.
 void vtkSurfelMapper::RenamePoints(
   vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets)
 {
   vtkDataArray* ids = this->PointIdArrayName && this->GetInput()
     ? this->GetInput()->GetPointData()->GetArray(this->PointIdArrayName)
     : nullptr;
-  unsigned char* low = selector->GetPixelBuffer(vtkHardwareSelector::POINT_ID_LOW24);
-  unsigned char* high = selector->GetPixelBuffer(vtkHardwareSelector::POINT_ID_HIGH24);
-  if (!ids || !low)
+  const int pass = selector->GetCurrentPass();
+  int lowPass = -1;
+  for (const int low : { vtkHardwareSelector::POINT_ID_LOW24, vtkHardwareSelector::CELL_ID_LOW24 })
+  {
+    lowPass = pass == low || pass == low + 1 ? low : lowPass;
+  }
+  if (!ids || lowPass < 0)
   {
     return;
   }
-  // Three bytes each, and one more than the id: 0 is no point.
+  // Three bytes of an id in each pass; there is no high one where ids are small.
+  const unsigned char* low = selector->GetRawPixelBuffer(lowPass);
+  const unsigned char* high = selector->GetRawPixelBuffer(lowPass + 1);
+  unsigned char* to = selector->GetPixelBuffer(pass);
   for (const unsigned int at : pixeloffsets)
   {
-    vtkIdType id = -1;
+    vtkIdType id = 0;
     for (int byte = 0; byte < 3; ++byte)
     {
-      id += static_cast<vtkIdType>(low[at + byte]) << (8 * byte);
-      id += high ? static_cast<vtkIdType>(high[at + byte]) << (24 + 8 * byte) : 0;
+      id |= low ? static_cast<vtkIdType>(low[at + byte]) << (8 * byte) : 0;
+      id |= high ? static_cast<vtkIdType>(high[at + byte]) << (24 + 8 * byte) : 0;
     }
-    if (id < 0 || id >= ids->GetNumberOfTuples())
+    if (id >= ids->GetNumberOfTuples())
     {
       continue;
     }
-    const vtkIdType name = static_cast<vtkIdType>(ids->GetComponent(id, 0)) + 1;
+    const auto name =
+      static_cast<vtkIdType>(ids->GetComponent(id, 0)) >> (pass == lowPass ? 0 : 24);
     for (int byte = 0; byte < 3; ++byte)
     {
-      low[at + byte] = static_cast<unsigned char>(name >> (8 * byte));
-      if (high)
-      {
-        high[at + byte] = static_cast<unsigned char>(name >> (24 + 8 * byte));
-      }
+      to[at + byte] = static_cast<unsigned char>(name >> (8 * byte));
     }
   }
 }

@@ -4,9 +4,9 @@
 #include "ControllerRanks.h"
 #include "DeepImage.h"
 #include "FrameKey.h"
+#include "PictureArrays.h"
 #include "PixelSurfels.h"
 #include "Splatter.h"
-#include "SurfelArrays.h"
 #include "SurfelChannels.h"
 #include "SurfelDetailCache.h"
 #include "SurfelSceneAdapter.h"
@@ -16,8 +16,6 @@
 #include <vtkAssemblyNode.h>
 #include <vtkAssemblyPath.h>
 #include <vtkCamera.h>
-#include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkLightCollection.h>
@@ -26,7 +24,6 @@
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkProperty.h>
-#include <vtkUnsignedIntArray.h>
 
 #include <algorithm>
 #include <chrono>
@@ -46,84 +43,11 @@ double MillisecondsSince(const std::chrono::steady_clock::time_point& start)
   return std::chrono::duration<double, std::milli>(now - start).count();
 }
 
-vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, vtkIdType pixels)
-{
-  vtkSmartPointer<vtkFloatArray> array = vtkSmartPointer<vtkFloatArray>::New();
-  array->SetName(name);
-  array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(pixels);
-  return array;
-}
-
 /// Blur, px, from which on others' pixels are taken: of the same pixels whether the lens is in
 /// cells or not.
 double LeastConfusion(const vtkSurfelSplatter::View& view)
 {
   return SurfelSplatting::LeastPixelConfusion / std::sqrt(std::max(1, view.CellCount));
-}
-
-void AddDeepSamples(const SurfelSplatting::DeepImage& deep, vtkImageData* output)
-{
-  namespace Arrays = SurfelSplatting::Arrays;
-  const std::vector<std::uint64_t>& offsets = deep.Offsets();
-  const auto pixels = static_cast<vtkIdType>(offsets.size()) - 1;
-  vtkNew<vtkUnsignedIntArray> counts;
-  counts->SetName(Arrays::SampleCount);
-  counts->SetNumberOfTuples(pixels);
-  for (vtkIdType p = 0; p < pixels; ++p)
-  {
-    counts->SetValue(p, static_cast<unsigned int>(offsets[p + 1] - offsets[p]));
-  }
-  output->GetPointData()->AddArray(counts);
-  const auto& samples = deep.Samples();
-  vtkSmartPointer<vtkFloatArray> values =
-    NewPixelArray(Arrays::DeepSamples, 5, static_cast<vtkIdType>(samples.size()));
-  float* to = values->GetPointer(0);
-  for (const SurfelSplatting::DeepSample& s : samples)
-  {
-    for (const float value : { s.Red, s.Green, s.Blue, s.Alpha, s.Depth })
-    {
-      *to++ = value;
-    }
-  }
-  output->GetFieldData()->AddArray(values);
-}
-
-/// Where the picture was taken from and through which lens.
-void AddCamera(const SurfelSplatting::SplatContext& context, vtkImageData* output)
-{
-  namespace Arrays = SurfelSplatting::Arrays;
-  vtkNew<vtkDoubleArray> matrix, lens;
-  matrix->SetName(Arrays::WorldToCamera);
-  matrix->SetNumberOfComponents(16);
-  double rows[16] = { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1 };
-  const SurfelSplatting::Affine3& m = context.Camera.WorldToCamera;
-  for (int i = 0; i < 3; ++i)
-  {
-    const double sign = i == 2 ? -1.0 : 1.0; // the core's camera looks along +z
-    for (int j = 0; j < 3; ++j)
-    {
-      rows[4 * i + j] = sign * m.L[i][j];
-    }
-    rows[4 * i + 3] = sign * m.T[i];
-  }
-  matrix->InsertNextTuple(rows);
-  lens->SetName(Arrays::CameraLens);
-  lens->SetNumberOfComponents(3);
-  lens->InsertNextTuple3(
-    context.Camera.Fy, 2.0 * context.Optics.Radius, context.Optics.FocalDistance);
-  output->GetFieldData()->AddArray(matrix);
-  output->GetFieldData()->AddArray(lens);
-  const SurfelSplatting::View& view = context.Camera;
-  if (!view.Parallel)
-  {
-    vtkNew<vtkDoubleArray> window;
-    window->SetName(Arrays::ScreenWindow);
-    window->SetNumberOfComponents(3);
-    window->InsertNextTuple3((0.5 * view.Width - view.Cx) / view.Fx,
-      (0.5 * view.Height - view.Cy) / view.Fy, view.Width / view.Fx);
-    output->GetFieldData()->AddArray(window);
-  }
 }
 }
 
@@ -315,6 +239,13 @@ SurfelSplatting::Lens vtkSurfelSplatter::GetLens(const View& view)
   {
     return lens;
   }
+  if (this->FocusMode == FOCUS_POINT)
+  {
+    const double* p = this->FocusPoint;
+    const double distance = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect)
+                              .WorldToCamera.Apply({ p[0], p[1], p[2] })[2];
+    lens.FocalDistance = distance > 0.0 ? distance : lens.FocalDistance;
+  }
   if (this->LensMode == LENS_PINHOLE)
   {
     lens.Radius = 0.0;
@@ -393,8 +324,8 @@ void vtkSurfelSplatter::MakeScene(
     scene.Clouds.push_back(scene.Sources[i].Cloud);
   }
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
-  scene.Color = NewPixelArray("Color", 4, pixels);
-  scene.Depth = NewPixelArray("Depth", 1, pixels);
+  scene.Color = Core::NewPixelArray("Color", 4, pixels);
+  scene.Depth = Core::NewPixelArray("Depth", 1, pixels);
   scene.Limit = this->TakePixels(view, scene.Clouds);
 }
 
@@ -470,11 +401,11 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(scene.Color);
   output->GetPointData()->AddArray(scene.Depth);
-  AddCamera(my.Context, output);
+  Core::AddCamera(my.Context, output);
   if (isDeep)
   {
     deep.Finish(Core::SMPExecutor());
-    AddDeepSamples(deep, output);
+    Core::AddDeepSamples(deep, output);
   }
   if (this->Channels != 0 && whole && !ranks)
   {
@@ -572,6 +503,9 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "LensMode: " << this->LensMode << "\n";
+  os << indent << "FocusMode: " << this->FocusMode << "\n";
+  os << indent << "FocusPoint: " << this->FocusPoint[0] << " " << this->FocusPoint[1] << " "
+     << this->FocusPoint[2] << "\n";
   os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
   os << indent << "LensCells: " << this->LensCells << "\n";
   os << indent << "LensSectors: " << this->LensSectors << "\n";

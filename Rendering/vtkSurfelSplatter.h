@@ -71,6 +71,31 @@ public:
   void SetLensModeToCircleOfConfusion() { this->SetLensMode(LENS_CIRCLE_OF_CONFUSION); }
   ///@}
 
+  enum FocusModes
+  {
+    FOCUS_CAMERA = 0, ///< vtkCamera's FocalDistance
+    FOCUS_POINT = 1   ///< the plane through FocusPoint, wherever the camera goes
+  };
+
+  ///@{
+  /**
+   * What is in focus. Default FOCUS_CAMERA. A point behind the camera, or at it, leaves the focus
+   * to the camera.
+   */
+  vtkSetClampMacro(FocusMode, int, FOCUS_CAMERA, FOCUS_POINT);
+  vtkGetMacro(FocusMode, int);
+  void SetFocusModeToCamera() { this->SetFocusMode(FOCUS_CAMERA); }
+  void SetFocusModeToPoint() { this->SetFocusMode(FOCUS_POINT); }
+  ///@}
+
+  ///@{
+  /**
+   * With FOCUS_POINT: world coordinates. Default (0, 0, 0).
+   */
+  vtkSetVector3Macro(FocusPoint, double);
+  vtkGetVector3Macro(FocusPoint, double);
+  ///@}
+
   ///@{
   /**
    * With LENS_CIRCLE_OF_CONFUSION: radius in pixels of the circle of confusion of a point at
@@ -419,6 +444,8 @@ private:
   void operator=(const vtkSurfelSplatter&) = delete;
 
   int LensMode = LENS_CAMERA;
+  int FocusMode = FOCUS_CAMERA;
+  double FocusPoint[3] = { 0.0, 0.0, 0.0 };
   double CircleOfConfusion = 8.0;
   int LensCells = 1;
   vtkTypeBool LensPinholes = 0;

@@ -3,14 +3,15 @@
 
 #include "PointCloudHeader.h"
 
+#include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <stdexcept>
+#include <utility>
 
 namespace PointCloud
 {
@@ -32,41 +33,78 @@ public:
 private:
   pcl::console::VERBOSITY_LEVEL Level;
 };
+
+Field::Types TypeOf(std::uint8_t datatype)
+{
+  switch (datatype)
+  {
+    case pcl::PCLPointField::BOOL:
+      return Field::BOOL;
+    case pcl::PCLPointField::INT8:
+      return Field::INT8;
+    case pcl::PCLPointField::UINT8:
+      return Field::UINT8;
+    case pcl::PCLPointField::INT16:
+      return Field::INT16;
+    case pcl::PCLPointField::UINT16:
+      return Field::UINT16;
+    case pcl::PCLPointField::INT32:
+      return Field::INT32;
+    case pcl::PCLPointField::UINT32:
+      return Field::UINT32;
+    case pcl::PCLPointField::INT64:
+      return Field::INT64;
+    case pcl::PCLPointField::UINT64:
+      return Field::UINT64;
+    case pcl::PCLPointField::FLOAT32:
+      return Field::FLOAT32;
+    case pcl::PCLPointField::FLOAT64:
+      return Field::FLOAT64;
+    default:
+      return Field::UNKNOWN;
+  }
+}
+
+/// Takes the data.
+FieldCloud ToFieldCloud(pcl::PCLPointCloud2& cloud)
+{
+  FieldCloud result;
+  result.Width = cloud.width;
+  result.Height = cloud.height;
+  result.PointStep = cloud.point_step;
+  result.BigEndian = cloud.is_bigendian;
+  for (const pcl::PCLPointField& field : cloud.fields)
+  {
+    result.Fields.push_back({ field.name, field.offset, TypeOf(field.datatype), field.count });
+  }
+  result.Data = std::move(cloud.data);
+  return result;
+}
 }
 
 //------------------------------------------------------------------------------
 Blob ReadBlob(const std::string& path)
 {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || file.peek() == std::ifstream::traits_type::eof())
-  {
-    throw std::runtime_error(
-      file.is_open() ? "the file is empty." : "the file cannot be opened; check name and rights.");
-  }
-  const Format format = FindFormat(path);
-  if (format == Format::Unknown)
-  {
-    throw std::runtime_error("neither a .ply nor a .pcd file by its first bytes.");
-  }
-  CheckHeader(path, format);
-
+  const Format format = CheckFile(path);
   QuietPCL quiet;
-  Blob blob;
+  pcl::PCLPointCloud2 cloud;
   Eigen::Vector4f origin = Eigen::Vector4f::Zero();
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
   int version = 0;
   const int status = format == Format::PLY
-    ? pcl::PLYReader().read(path, blob.Cloud, origin, orientation, version)
-    : pcl::PCDReader().read(path, blob.Cloud, origin, orientation, version);
-  const auto points = static_cast<std::uint64_t>(blob.Cloud.width) * blob.Cloud.height;
-  if (status < 0 || blob.Cloud.data.size() < points * blob.Cloud.point_step)
+    ? pcl::PLYReader().read(path, cloud, origin, orientation, version)
+    : pcl::PCDReader().read(path, cloud, origin, orientation, version);
+  const auto points = static_cast<std::uint64_t>(cloud.width) * cloud.height;
+  if (status < 0 || cloud.data.size() < points * cloud.point_step)
   {
     throw std::runtime_error("the header or the data is broken or cut short (pcl_io gave up).");
   }
+  Blob blob;
+  blob.Cloud = ToFieldCloud(cloud);
   if (format == Format::PCD)
   {
     std::copy_n(origin.data(), 3, blob.Viewpoint);
-    blob.HasViewpoint = blob.Cloud.height > 1 || !origin.head<3>().isZero();
+    blob.HasViewpoint = blob.Cloud.Height > 1 || !origin.head<3>().isZero();
   }
   return blob;
 }

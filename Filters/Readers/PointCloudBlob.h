@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Reads a .pcd or .ply file into PCL's untyped cloud: bytes and a list of fields.
+ * Reads a .pcd or .ply file into an untyped cloud.
  */
 #pragma once
 
-#include <pcl/PCLPointCloud2.h>
+#include "FieldCloud.h"
 
 #include <string>
 
@@ -12,8 +12,8 @@ namespace PointCloud
 {
 struct Blob
 {
-  pcl::PCLPointCloud2 Cloud;
-  double Viewpoint[3] = { 0.0, 0.0, 0.0 }; // of the sensor, in the points' coordinates
+  FieldCloud Cloud;
+  double Viewpoint[3] = { 0.0, 0.0, 0.0 }; ///< of the sensor, in the points' coordinates
   bool HasViewpoint = false;
 };
 

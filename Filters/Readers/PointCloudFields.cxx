@@ -11,8 +11,6 @@
 #include "vtkSmartPointer.h"
 #include "vtkUnsignedCharArray.h"
 
-#include <pcl/common/io.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -26,23 +24,22 @@ namespace PointCloud
 {
 namespace
 {
-using Field = pcl::PCLPointField;
 using Triple = std::array<const Field*, 3>;
 
-vtkIdType Count(const pcl::PCLPointCloud2& cloud)
+vtkIdType Count(const FieldCloud& cloud)
 {
-  return static_cast<vtkIdType>(cloud.width) * cloud.height;
+  return static_cast<vtkIdType>(cloud.Width) * cloud.Height;
 }
 
-const Field* Find(const pcl::PCLPointCloud2& cloud, const std::string& name)
+const Field* Find(const FieldCloud& cloud, const std::string& name)
 {
-  const auto found = std::find_if(cloud.fields.begin(), cloud.fields.end(),
-    [&](const Field& field) { return field.name == name && field.count > 0; });
-  return found == cloud.fields.end() ? nullptr : &*found;
+  const auto found = std::find_if(cloud.Fields.begin(), cloud.Fields.end(),
+    [&](const Field& field) { return field.Name == name && field.Count > 0; });
+  return found == cloud.Fields.end() ? nullptr : &*found;
 }
 
 // All three fields, or three null pointers.
-Triple FindTriple(const pcl::PCLPointCloud2& cloud, const std::array<const char*, 3>& names)
+Triple FindTriple(const FieldCloud& cloud, const std::array<const char*, 3>& names)
 {
   Triple triple = { Find(cloud, names[0]), Find(cloud, names[1]), Find(cloud, names[2]) };
   return triple[0] && triple[1] && triple[2] ? triple : Triple{};
@@ -50,7 +47,7 @@ Triple FindTriple(const pcl::PCLPointCloud2& cloud, const std::array<const char*
 
 int VTKType(const Field& field)
 {
-  switch (field.datatype)
+  switch (field.Type)
   {
     case Field::INT8:
       return VTK_SIGNED_CHAR;
@@ -74,16 +71,15 @@ int VTKType(const Field& field)
     case Field::FLOAT64:
       return VTK_DOUBLE;
     default:
-      throw std::runtime_error("the field " + field.name + " has an unknown type.");
+      throw std::runtime_error("the field " + field.Name + " has an unknown type.");
   }
 }
 
 // Copies `count` values that lie side by side in each point to component `component` on.
 template <typename In, typename Out>
-void CopyValues(
-  const pcl::PCLPointCloud2& cloud, const Field& field, int count, Out* to, int stride)
+void CopyValues(const FieldCloud& cloud, const Field& field, int count, Out* to, int stride)
 {
-  const std::uint8_t* from = cloud.data.data() + field.offset;
+  const std::uint8_t* from = cloud.Data.data() + field.Offset;
   for (vtkIdType point = 0; point < Count(cloud); ++point)
   {
     for (int i = 0; i < count; ++i)
@@ -92,14 +88,14 @@ void CopyValues(
       std::memcpy(&value, from + i * sizeof(In), sizeof(In));
       to[i] = static_cast<Out>(value);
     }
-    from += cloud.point_step;
+    from += cloud.PointStep;
     to += stride;
   }
 }
 
 // One component from a field of any type.
 template <typename Out>
-void CopyComponent(const pcl::PCLPointCloud2& cloud, const Field& field, Out* to, int stride)
+void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int stride)
 {
   switch (VTKType(field))
   {
@@ -107,7 +103,7 @@ void CopyComponent(const pcl::PCLPointCloud2& cloud, const Field& field, Out* to
   }
 }
 
-vtkSmartPointer<vtkPoints> DecodePoints(const pcl::PCLPointCloud2& cloud, const Triple& xyz)
+vtkSmartPointer<vtkPoints> DecodePoints(const FieldCloud& cloud, const Triple& xyz)
 {
   // An int does not fit into a float either.
   const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
@@ -129,7 +125,7 @@ vtkSmartPointer<vtkPoints> DecodePoints(const pcl::PCLPointCloud2& cloud, const 
   return points;
 }
 
-vtkSmartPointer<vtkDataArray> DecodeNormals(const pcl::PCLPointCloud2& cloud, const Triple& normal)
+vtkSmartPointer<vtkDataArray> DecodeNormals(const FieldCloud& cloud, const Triple& normal)
 {
   auto normals = vtkSmartPointer<vtkFloatArray>::New();
   normals->SetName("Normals");
@@ -143,8 +139,7 @@ vtkSmartPointer<vtkDataArray> DecodeNormals(const pcl::PCLPointCloud2& cloud, co
 }
 
 // PCL packs a colour into four bytes, 0xAARRGGBB, under a float or an integer type.
-vtkSmartPointer<vtkDataArray> DecodePackedColors(
-  const pcl::PCLPointCloud2& cloud, const Field& field)
+vtkSmartPointer<vtkDataArray> DecodePackedColors(const FieldCloud& cloud, const Field& field)
 {
   std::vector<std::uint32_t> packed(Count(cloud));
   CopyValues<std::uint32_t>(cloud, field, 1, packed.data(), 1);
@@ -152,7 +147,7 @@ vtkSmartPointer<vtkDataArray> DecodePackedColors(
     return std::all_of(
       packed.begin(), packed.end(), [=](std::uint32_t color) { return color >> 24 == alpha; });
   };
-  const bool hasAlpha = field.name == "rgba" && !alphaIs(0) && !alphaIs(255);
+  const bool hasAlpha = field.Name == "rgba" && !alphaIs(0) && !alphaIs(255);
 
   auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
   colors->SetName(hasAlpha ? "RGBA" : "RGB");
@@ -185,8 +180,7 @@ float ScaleToBytes(int type, const std::vector<float>& values)
 }
 
 // Three fields of their own; all three on one scale.
-vtkSmartPointer<vtkDataArray> DecodeSeparateColors(
-  const pcl::PCLPointCloud2& cloud, const Triple& rgb)
+vtkSmartPointer<vtkDataArray> DecodeSeparateColors(const FieldCloud& cloud, const Triple& rgb)
 {
   const vtkIdType points = Count(cloud);
   std::vector<float> values(3 * points);
@@ -208,11 +202,11 @@ vtkSmartPointer<vtkDataArray> DecodeSeparateColors(
   return colors;
 }
 
-vtkSmartPointer<vtkDataArray> DecodeOther(const pcl::PCLPointCloud2& cloud, const Field& field)
+vtkSmartPointer<vtkDataArray> DecodeOther(const FieldCloud& cloud, const Field& field)
 {
-  const int components = static_cast<int>(field.count);
+  const int components = static_cast<int>(field.Count);
   auto array = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(VTKType(field)));
-  array->SetName(field.name.c_str());
+  array->SetName(field.Name.c_str());
   array->SetNumberOfComponents(components);
   array->SetNumberOfTuples(Count(cloud));
   if (Count(cloud) > 0)
@@ -228,24 +222,23 @@ vtkSmartPointer<vtkDataArray> DecodeOther(const pcl::PCLPointCloud2& cloud, cons
 }
 
 // Every field must lie inside its point, or the copies above would read past the data.
-void CheckFields(const pcl::PCLPointCloud2& cloud)
+void CheckFields(const FieldCloud& cloud)
 {
-  for (const Field& field : cloud.fields)
+  for (const Field& field : cloud.Fields)
   {
-    const std::uint64_t end =
-      field.offset + std::uint64_t(field.count) * pcl::getFieldSize(field.datatype);
-    if (end > cloud.point_step)
+    const std::uint64_t end = field.Offset + std::uint64_t(field.Count) * SizeOf(field.Type);
+    if (end > cloud.PointStep)
     {
-      throw std::runtime_error("the field " + field.name + " reaches beyond its point.");
+      throw std::runtime_error("the field " + field.Name + " reaches beyond its point.");
     }
   }
 }
 
-void AddColors(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<const Field*>& used)
+void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field*>& used)
 {
   const Field* packed = Find(cloud, "rgba") ? Find(cloud, "rgba") : Find(cloud, "rgb");
   const Triple separate = FindTriple(cloud, { "red", "green", "blue" });
-  if (packed && pcl::getFieldSize(packed->datatype) == 4)
+  if (packed && SizeOf(packed->Type) == 4)
   {
     data->SetScalars(DecodePackedColors(cloud, *packed));
     used.insert(packed);
@@ -257,7 +250,7 @@ void AddColors(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<co
   }
 }
 
-void AddNormals(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<const Field*>& used)
+void AddNormals(const FieldCloud& cloud, vtkPointData* data, std::set<const Field*>& used)
 {
   Triple normal = FindTriple(cloud, { "normal_x", "normal_y", "normal_z" });
   if (!normal[0])
@@ -273,9 +266,9 @@ void AddNormals(const pcl::PCLPointCloud2& cloud, vtkPointData* data, std::set<c
 }
 
 //------------------------------------------------------------------------------
-void DecodeFields(const pcl::PCLPointCloud2& cloud, vtkPolyData* output)
+void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
 {
-  if (cloud.is_bigendian)
+  if (cloud.BigEndian)
   {
     throw std::runtime_error("big-endian .pcd data is not supported; convert it to ascii.");
   }
@@ -290,9 +283,9 @@ void DecodeFields(const pcl::PCLPointCloud2& cloud, vtkPolyData* output)
   std::set<const Field*> used(xyz.begin(), xyz.end());
   AddColors(cloud, output->GetPointData(), used);
   AddNormals(cloud, output->GetPointData(), used);
-  for (const Field& field : cloud.fields)
+  for (const Field& field : cloud.Fields)
   {
-    if (!used.count(&field) && field.name != "_" && field.count > 0) // "_" pads
+    if (!used.count(&field) && field.Name != "_" && field.Count > 0) // "_" pads
     {
       output->GetPointData()->AddArray(DecodeOther(cloud, field));
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Turns the fields of PCL's untyped cloud into points and point arrays. What becomes of which
+ * Turns the fields of an untyped cloud into points and point arrays. What becomes of which
  * field: vtkPointCloudReader.h.
  */
 #pragma once
 
-#include <pcl/PCLPointCloud2.h>
+#include "PointCloudBlob.h"
 
 class vtkPolyData;
 
@@ -14,5 +14,5 @@ namespace PointCloud
 /**
  * Throws std::runtime_error where x, y and z are missing.
  */
-void DecodeFields(const pcl::PCLPointCloud2& cloud, vtkPolyData* output);
+void DecodeFields(const FieldCloud& cloud, vtkPolyData* output);
 }

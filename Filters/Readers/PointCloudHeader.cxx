@@ -116,9 +116,10 @@ struct PointSize
   std::uint64_t Padded = 0; // of these, bytes of fields named "_"
 };
 
-PointSize CheckPCDFields(std::map<std::string, Words>& lines)
+void CheckPCDFields(std::map<std::string, Words>& lines, PCDHeader& header)
 {
-  const std::size_t fields = lines["FIELDS"].size();
+  const Words& names = lines["FIELDS"];
+  const std::size_t fields = names.size();
   if (lines["COUNT"].empty())
   {
     lines["COUNT"] = Words(fields, "1");
@@ -128,21 +129,21 @@ PointSize CheckPCDFields(std::map<std::string, Words>& lines)
   {
     Fail("FIELDS, SIZE, TYPE and COUNT differ in length");
   }
-  static const Words types = { "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8", "F4", "F8", "B1" };
-  PointSize size;
+  static const std::map<std::string, Field::Types> types = { { "I1", Field::INT8 },
+    { "I2", Field::INT16 }, { "I4", Field::INT32 }, { "I8", Field::INT64 }, { "U1", Field::UINT8 },
+    { "U2", Field::UINT16 }, { "U4", Field::UINT32 }, { "U8", Field::UINT64 },
+    { "F4", Field::FLOAT32 }, { "F8", Field::FLOAT64 }, { "B1", Field::BOOL } };
   for (std::size_t i = 0; i < fields; ++i)
   {
     const std::uint64_t count = ParseCount("COUNT", lines["COUNT"][i]);
-    const std::string type = lines["TYPE"][i] + lines["SIZE"][i];
-    if (std::find(types.begin(), types.end(), type) == types.end() || count < 1 || count > 65536)
+    const auto type = types.find(lines["TYPE"][i] + lines["SIZE"][i]);
+    if (type == types.end() || count < 1 || count > 65536)
     {
-      Fail("the field " + lines["FIELDS"][i].substr(0, 40) + " has an unknown type or count");
+      Fail("the field " + names[i].substr(0, 40) + " has an unknown type or count");
     }
-    const std::uint64_t bytes = ParseCount("SIZE", lines["SIZE"][i]) * count;
-    size.All += bytes;
-    size.Padded += lines["FIELDS"][i] == "_" ? bytes : 0;
+    header.Fields.push_back({ names[i], header.PointStep, type->second, count });
+    header.PointStep += count * SizeOf(type->second);
   }
-  return size;
 }
 
 // The data begins with its sizes, packed and unpacked; pcl_io leaves the padding out when packing.
@@ -162,10 +163,9 @@ void CheckCompressed(
   }
 }
 
-void CheckPCD(std::istream& file, std::uint64_t fileBytes)
+// Columns and rows.
+void CheckPCDSize(std::map<std::string, Words>& lines, PCDHeader& header)
 {
-  std::map<std::string, Words> lines = ReadPCDLines(file);
-  const PointSize size = CheckPCDFields(lines);
   const std::uint64_t width = ParseCount("WIDTH", lines["WIDTH"][0]);
   const std::uint64_t height =
     lines["HEIGHT"].empty() ? 1 : ParseCount("HEIGHT", lines["HEIGHT"][0]);
@@ -175,11 +175,22 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
   {
     Fail("POINTS is not WIDTH times HEIGHT");
   }
-  const std::string& data = lines["DATA"][0];
-  if (data != "ascii" && data != "binary" && data != "binary_compressed")
+  header.Width = static_cast<std::uint32_t>(width);
+  header.Height = static_cast<std::uint32_t>(height);
+}
+
+void CheckPCD(std::istream& file, std::uint64_t fileBytes)
+{
+  const PCDHeader header = ReadPCDHeader(file);
+  const std::uint64_t points = std::uint64_t(header.Width) * header.Height;
+  PointSize size;
+  for (const Field& field : header.Fields)
   {
-    Fail("DATA is neither ascii, binary nor binary_compressed");
+    const std::uint64_t bytes = field.Count * SizeOf(field.Type);
+    size.All += bytes;
+    size.Padded += field.Name == "_" ? bytes : 0;
   }
+  const std::string& data = header.Data;
   const auto dataBytes = fileBytes - static_cast<std::uint64_t>(file.tellg());
   if (data == "binary_compressed")
   {
@@ -189,7 +200,7 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
   else
   {
     // In ascii a value takes at least a digit and a blank.
-    CheckSize(points, data == "binary" ? size.All : 2 * lines["FIELDS"].size() - 1, dataBytes);
+    CheckSize(points, data == "binary" ? size.All : 2 * header.Fields.size() - 1, dataBytes);
   }
 }
 }
@@ -216,18 +227,42 @@ Format FindFormat(const std::string& path)
 }
 
 //------------------------------------------------------------------------------
-void CheckHeader(const std::string& path, Format format)
+PCDHeader ReadPCDHeader(std::istream& file)
 {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::map<std::string, Words> lines = ReadPCDLines(file);
+  PCDHeader header;
+  CheckPCDFields(lines, header);
+  CheckPCDSize(lines, header);
+  header.Data = lines["DATA"][0];
+  if (header.Data != "ascii" && header.Data != "binary" && header.Data != "binary_compressed")
+  {
+    Fail("DATA is neither ascii, binary nor binary_compressed");
+  }
+  for (std::size_t c = 0; c < std::min<std::size_t>(3, lines["VIEWPOINT"].size()); ++c)
+  {
+    std::istringstream(lines["VIEWPOINT"][c]) >> header.Viewpoint[c];
+  }
+  return header;
+}
+
+//------------------------------------------------------------------------------
+Format CheckFile(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  if (!file || file.peek() == std::ifstream::traits_type::eof())
+  {
+    throw std::runtime_error(
+      file.is_open() ? "the file is empty." : "the file cannot be opened; check name and rights.");
+  }
+  const Format format = FindFormat(path);
+  if (format == Format::Unknown)
+  {
+    throw std::runtime_error("neither a .ply nor a .pcd file by its first bytes.");
+  }
+  file.seekg(0, std::ios::end);
   const auto fileBytes = static_cast<std::uint64_t>(file.tellg());
   file.seekg(0);
-  if (format == Format::PLY)
-  {
-    CheckPLY(file, fileBytes);
-  }
-  else
-  {
-    CheckPCD(file, fileBytes);
-  }
+  format == Format::PLY ? CheckPLY(file, fileBytes) : CheckPCD(file, fileBytes);
+  return format;
 }
 }

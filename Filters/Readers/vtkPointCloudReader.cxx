@@ -57,8 +57,8 @@ int vtkPointCloudReader::RequestData(
     PointCloud::DecodeFields(blob.Cloud, output);
     std::copy_n(blob.Viewpoint, 3, this->Viewpoint);
     this->HasViewpoint = blob.HasViewpoint;
-    this->Dimensions[0] = static_cast<int>(blob.Cloud.width);
-    this->Dimensions[1] = static_cast<int>(blob.Cloud.height);
+    this->Dimensions[0] = static_cast<int>(blob.Cloud.Width);
+    this->Dimensions[1] = static_cast<int>(blob.Cloud.Height);
   }
   catch (const std::bad_alloc&)
   {

@@ -1,83 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The plugin in pvpython: its filters, and points and surfels as Surfel Splats in a render view."""
 
-import os
-import sys
-import unittest
-
 import numpy as np
 from paraview import simple
 from paraview.numpy_support import vtk_to_numpy
-from paraview.vtk.vtkCommonCore import vtkFloatArray, vtkPoints
-from paraview.vtk.vtkCommonDataModel import vtkPolyData
-from paraview.vtk.vtkIOImage import vtkPNGReader
-from paraview.vtk.vtkIOLegacy import vtkPolyDataWriter
 
-simple.LoadPlugin(os.environ["PLUGIN"], remote=False, ns=simple.__dict__)
-SIZE = 300
-
-
-def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
-    """Points alone, with their height as a scalar."""
-    i = np.arange(count)
-    z = 1 - (2 * i + 1) / count
-    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
-    data, points, height = vtkPolyData(), vtkPoints(), vtkFloatArray()
-    height.SetName("height")
-    for p in np.stack([r * np.cos(t), r * np.sin(t), z], 1) + center:
-        points.InsertNextPoint(p)
-        height.InsertNextValue(p[2])
-    data.SetPoints(points)
-    data.GetPointData().AddArray(height)
-    writer = vtkPolyDataWriter()
-    writer.SetInputData(data)
-    writer.SetFileName(path)
-    writer.Write()
-
-
-def make_view(kind):
-    view = simple.CreateView(kind)
-    view.ViewSize = [SIZE, SIZE]
-    view.UseColorPaletteForBackground = 0
-    view.Background = [0.0, 0.0, 0.0]
-    view.OrientationAxesVisibility = 0
-    view.UseFXAA = 0
-    view.CameraPosition = [0, 0, 5]
-    view.CameraFocalPoint = [0, 0, 0]
-    view.CameraViewUp = [0, 1, 0]
-    view.CameraFocalDisk = 0.0
-    return view
-
-
-def screenshot(view):
-    """-> [height, width, 3] bytes, the lowest row first"""
-    simple.SaveScreenshot("picture.png", view)
-    reader = vtkPNGReader()
-    reader.SetFileName("picture.png")
-    reader.Update()
-    scalars = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
-    return scalars.reshape(SIZE, SIZE, -1)[..., :3].astype(float)
-
-
-class PluginCase(unittest.TestCase):
-    view_type = "RenderView"
-
-    def setUp(self):
-        os.chdir("/tmp")
-        write_sphere("sphere.vtk")
-        self.points = simple.LegacyVTKReader(FileNames=["sphere.vtk"])
-        self.view = make_view(self.view_type)
-
-    def tearDown(self):
-        simple.Delete(self.view)
-        simple.ResetSession()
-
-    def show(self, source):
-        display = simple.Show(source, self.view)
-        display.Representation = "Surfel Splats"
-        display.ColorArrayName = ["POINTS", ""]
-        display.AmbientColor = display.DiffuseColor = [1.0, 1.0, 1.0]
-        return display
+from plugincase import FOCAL_LENGTH, SIZE, PluginCase, run, screenshot, write_sphere
 
 
 class Filters(PluginCase):
@@ -143,6 +71,77 @@ class SurfelSplats(PluginCase):
         self.assertGreater(column[SIZE // 2 + 40, 0], column[SIZE // 2 - 40, 0] + 60)
         self.assertGreater(column[SIZE // 2 - 40, 2], column[SIZE // 2 + 40, 2] + 20)
 
+    def test_selection_gives_the_points_of_the_source(self):
+        display = self.show(self.points)
+        screenshot(self.view)
+        left, low, right, high = rectangle = [130, 140, 170, 175]
+        simple.SelectSurfacePoints(Rectangle=rectangle, View=self.view)
+        ids = np.asarray(self.points.GetSelectionInput(0).Input[0].IDs)[1::2]
+        points = vtk_to_numpy(simple.servermanager.Fetch(self.points).GetPoints().GetData())[ids]
+        self.assertGreater(len(ids), 80)
+        self.assertGreater(points[:, 2].min(), 0.2)  # the near side
+        x, y = (SIZE / 2 + FOCAL_LENGTH * points[:, c] / (5 - points[:, 2]) for c in (0, 1))
+        # A dot is 4 px wide.
+        self.assertTrue(np.all((x > left - 4) & (x < right + 4) & (y > low - 4) & (y < high + 4)))
+        simple.ClearSelection(self.points)
+        self.assertEqual(self.view.SMProxy.Pick(SIZE // 2, SIZE // 2), display.SMProxy)
+        self.assertIsNone(self.view.SMProxy.Pick(2, 2))
+
+    def test_blocks(self):
+        write_sphere("left.vtk", 5000, (-0.6, 0, 0))
+        write_sphere("right.vtk", 5000, (0.6, 0, 0))
+        group = simple.GroupDatasets(Input=[
+            simple.LegacyVTKReader(FileNames=[name]) for name in ("left.vtk", "right.vtk")])
+        self.view.CameraPosition = [0, 0, 8]
+        display = self.show(group)
+        half = SIZE // 2
+
+        def colors():
+            seen = screenshot(self.view)
+            return seen[half, half - 60], seen[half, half + 60]
+
+        def is_white(color):
+            return color.min() > 100 and color.max() - color.min() < 15  # lit by a warm light
+
+        self.assertTrue(all(map(is_white, colors())))
+        tree = group.GetDataInformation().DataInformation.GetHierarchy()
+        root, first, second = (tree.GetNodeName(i) for i in range(3))
+        display.BlockSelectors = [f"/{root}/{second}"]
+        left, right = colors()
+        self.assertEqual(left.max(), 0)
+        self.assertTrue(is_white(right))
+        display.BlockSelectors = ["/"]
+        display.BlockColors = [f"/{root}/{first}", "1", "0", "0"]
+        left, right = colors()
+        self.assertTrue(left[0] > 100 and left[1] == 0 and is_white(right))
+        display.BlockColors = []
+        self.assertTrue(all(map(is_white, colors())))
+        simple.SelectSurfacePoints(Rectangle=[200, 140, 220, 160], View=self.view)
+        ids = np.asarray(group.GetSelectionInput(0).Input[0].IDs).reshape(-1, 3)
+        self.assertEqual(set(ids[:, 0]), {2})  # flat index of the second block
+
+    def test_other_kinds_of_data(self):
+        for source in (simple.MergeBlocks(Input=simple.SurfelEstimation(Input=self.points)),
+                       simple.Wavelet()):
+            self.show(source)
+            self.view.ResetCamera()
+            self.assertGreater(screenshot(self.view).max(), 100)
+            simple.Hide(source, self.view)
+
+    def test_focus_on_a_point(self):
+        display = self.show(self.points)
+        settings, prefix = ((self.view, "") if self.view_type == "SurfelRenderView"
+                            else (display, "Surfel"))
+        setattr(settings, prefix + "LensMode", "Circle of confusion")
+        setattr(settings, prefix + "CircleOfConfusion", 20)
+        self.view.CameraFocalDistance = 9.0
+        camera = screenshot(self.view)
+        setattr(settings, prefix + "FocusMode", "Point")
+        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, -4.0])
+        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
+        setattr(settings, prefix + "FocusPoint", [0.3, 0.2, 0.0])
+        self.assertGreater(np.abs(screenshot(self.view) - camera).max(), 60)
+
     def test_hidden_by_and_hiding_a_mesh(self):
         self.show(self.points)
         box = simple.Box(XLength=0.5, YLength=0.5, ZLength=0.5, Center=[0, 0, 1.5])
@@ -177,9 +176,4 @@ class SurfelRenderView(SurfelSplats):
 
 
 if __name__ == "__main__":
-    loader = unittest.defaultTestLoader
-    result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(
-        loader.loadTestsFromTestCase(case) for case in (Filters, SurfelSplats, SurfelRenderView)))
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0 if result.wasSuccessful() else 1)  # pvpython's own end takes no status
+    run(Filters, SurfelSplats, SurfelRenderView)

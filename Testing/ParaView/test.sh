@@ -57,6 +57,6 @@ plugin=$(inside find /build -name SurfelSplatting.so)
 for test in "$root"/Testing/ParaView/Test*.py; do
   echo "== $(basename "$test")"
   # Without -noreset the server ends between windows now and then.
-  inside env PLUGIN="$plugin" xvfb-run -n 170 -a -s "-screen 0 1024x768x24 -noreset" \
+  inside env PLUGIN="$plugin" FOLDER=/tmp xvfb-run -n 170 -a -s "-screen 0 1024x768x24 -noreset" \
     pvpython "/source/Testing/ParaView/$(basename "$test")"
 done

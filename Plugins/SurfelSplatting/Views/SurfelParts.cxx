@@ -52,6 +52,21 @@ std::vector<vtkDataObject*> ChildrenOf(vtkDataObject* data)
   return children;
 }
 
+/// As ParaView's geometry filter notes it.
+unsigned int CompositeIndexOf(vtkPolyData* points)
+{
+  for (int association : { vtkDataObject::FIELD, vtkDataObject::POINT, vtkDataObject::CELL })
+  {
+    vtkFieldData* data = points ? points->GetAttributesAsFieldData(association) : nullptr;
+    vtkDataArray* index = data ? data->GetArray("vtkCompositeIndex") : nullptr;
+    if (index && index->GetNumberOfTuples() > 0)
+    {
+      return static_cast<unsigned int>(index->GetComponent(0, 0));
+    }
+  }
+  return 0;
+}
+
 void AddParts(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes, Part inherited,
   std::vector<Part>& parts)
 {
@@ -80,6 +95,7 @@ void AddParts(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes
     return;
   }
   inherited.Points = vtkPolyData::SafeDownCast(data);
+  inherited.CompositeIndex = CompositeIndexOf(inherited.Points);
   parts.push_back(inherited);
 }
 

@@ -24,6 +24,7 @@ struct Part
   bool HasColor = false;
   double Color[3] = { 1.0, 1.0, 1.0 };
   double Opacity = 1.0;
+  unsigned int CompositeIndex = 0; ///< flat index in the data; 0: no composite ones
 };
 
 /// All leaves, the same ones in the same order on every process. @param attributes or null

@@ -45,6 +45,16 @@ void vtkSurfelRenderView::SetLensMode(int mode)
   this->Pass->GetSplatter()->SetLensMode(mode);
 }
 
+void vtkSurfelRenderView::SetFocusMode(int mode)
+{
+  this->Pass->GetSplatter()->SetFocusMode(mode);
+}
+
+void vtkSurfelRenderView::SetFocusPoint(double x, double y, double z)
+{
+  this->Pass->GetSplatter()->SetFocusPoint(x, y, z);
+}
+
 void vtkSurfelRenderView::SetCircleOfConfusion(double radius)
 {
   this->Pass->GetSplatter()->SetCircleOfConfusion(radius);

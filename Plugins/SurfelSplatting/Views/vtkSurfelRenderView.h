@@ -29,6 +29,8 @@ public:
    * Forwarded to the pass and its vtkSurfelSplatter: see there.
    */
   void SetLensMode(int mode);
+  void SetFocusMode(int mode);
+  void SetFocusPoint(double x, double y, double z);
   void SetCircleOfConfusion(double radius);
   void SetLensCells(int cells);
   void SetLinearLight(int linear);

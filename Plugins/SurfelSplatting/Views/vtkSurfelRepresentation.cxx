@@ -24,6 +24,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace
@@ -36,9 +37,39 @@ struct Cloud
   vtkNew<vtkProperty> Property; // where the block has a colour or opacity of its own
   vtkSmartPointer<vtkPolyData> Source;
   vtkMTimeType SourceTime = 0;
-  vtkMTimeType PropertyTime = 0;
 
   Cloud() { this->Actor->SetMapper(this->Mapper); }
+
+  /// As all of the data are, but for what the block has of its own.
+  void Show(const SurfelViews::Part& part, vtkProperty* property)
+  {
+    if (!part.HasColor && part.Opacity == 1.0)
+    {
+      this->Actor->SetProperty(property);
+      return;
+    }
+    // Compared before: copying would make the picture look new in every frame.
+    vtkNew<vtkProperty> wanted;
+    wanted->DeepCopy(property);
+    wanted->SetOpacity(property->GetOpacity() * part.Opacity);
+    if (part.HasColor)
+    {
+      wanted->SetColor(part.Color[0], part.Color[1], part.Color[2]);
+      this->Mapper->ScalarVisibilityOff();
+    }
+    const vtkMTimeType time = property->GetMTime();
+    if (time != this->PropertyTime || wanted->GetOpacity() != this->Property->GetOpacity() ||
+      !std::equal(wanted->GetDiffuseColor(), wanted->GetDiffuseColor() + 3,
+        this->Property->GetDiffuseColor()))
+    {
+      this->Property->DeepCopy(wanted);
+      this->PropertyTime = time;
+    }
+    this->Actor->SetProperty(this->Property);
+  }
+
+private:
+  vtkMTimeType PropertyTime = 0;
 };
 }
 
@@ -62,8 +93,7 @@ vtkSurfelRepresentation::vtkSurfelRepresentation()
   this->Internal->Pass->OtherPropsThroughLensOff();
   this->Internal->Leader->SetMapper(this->Internal->NoSurfels);
   this->Internal->Leader->SetPass(this->Internal->Pass);
-  // Polygons of the geometry's own actors are never drawn, and fewer surfels are taken from the
-  // hierarchy while the camera moves, not from a decimated piece.
+  // Polygons of the geometry's own actors are never drawn.
   this->HidePolygons();
   this->SetSuppressLOD(true);
 }
@@ -205,32 +235,27 @@ void vtkSurfelRepresentation::UpdateClouds(
       cloud.Mapper->SetPointIdArrayName(numbered ? SurfelViews::PointIdArray : nullptr);
     }
     cloud.Mapper->vtkMapper::ShallowCopy(this->Mapper);
+    cloud.Actor->SetCompositeIndex(part.CompositeIndex);
     cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
     cloud.Actor->SetVisibility(this->GetVisibility() && part.Visible ? 1 : 0);
     cloud.Actor->SetPickable(this->Actor->GetPickable());
-    if (!part.HasColor && part.Opacity == 1.0)
-    {
-      cloud.Actor->SetProperty(this->Property);
-      continue;
-    }
-    if (cloud.PropertyTime != this->Property->GetMTime())
-    {
-      cloud.PropertyTime = this->Property->GetMTime();
-      cloud.Property->DeepCopy(this->Property);
-    }
-    if (part.HasColor)
-    {
-      cloud.Property->SetColor(part.Color[0], part.Color[1], part.Color[2]);
-      cloud.Mapper->ScalarVisibilityOff();
-    }
-    cloud.Property->SetOpacity(this->Property->GetOpacity() * part.Opacity);
-    cloud.Actor->SetProperty(cloud.Property);
+    cloud.Show(part, this->Property);
   }
 }
 
 void vtkSurfelRepresentation::SetLensMode(int mode)
 {
   this->Internal->Pass->GetSplatter()->SetLensMode(mode);
+}
+
+void vtkSurfelRepresentation::SetFocusMode(int mode)
+{
+  this->Internal->Pass->GetSplatter()->SetFocusMode(mode);
+}
+
+void vtkSurfelRepresentation::SetFocusPoint(double x, double y, double z)
+{
+  this->Internal->Pass->GetSplatter()->SetFocusPoint(x, y, z);
 }
 
 void vtkSurfelRepresentation::SetCircleOfConfusion(double radius)

@@ -35,11 +35,19 @@ public:
     vtkInformationRequestKey* request, vtkInformation* inInfo, vtkInformation* outInfo) override;
   void SetVisibility(bool visible) override;
 
+  /**
+   * There is never a smaller piece for while the camera moves: fewer surfels are taken from the
+   * hierarchy instead.
+   */
+  void SetSuppressLOD(bool) override { this->Superclass::SetSuppressLOD(true); }
+
   ///@{
   /**
    * Forwarded to vtkSurfelSplatter: see there.
    */
   void SetLensMode(int mode);
+  void SetFocusMode(int mode);
+  void SetFocusPoint(double x, double y, double z);
   void SetCircleOfConfusion(double radius);
   void SetLensCells(int cells);
   void SetLensSectors(int sectors);

@@ -4,6 +4,8 @@
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplattingPass.h"
 
+#include <vtkHardwareSelector.h>
+#include <vtkMapper.h>
 #include <vtkObjectFactory.h>
 #include <vtkRenderState.h>
 #include <vtkRenderer.h>
@@ -35,6 +37,30 @@ double* vtkSurfelViewActor::GetBounds()
     this->ViewBounds[side] = side % 2 == 0 ? -far : far;
   }
   return this->ViewBounds;
+}
+
+void vtkSurfelViewActor::Render(vtkRenderer* renderer, vtkMapper* mapper)
+{
+  mapper->Render(renderer, this); // which vtkActor leaves to the subclass of its object factory
+}
+
+void vtkSurfelViewActor::ProcessSelectorPixelBuffers(
+  vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets)
+{
+  this->Superclass::ProcessSelectorPixelBuffers(selector, pixeloffsets);
+  unsigned char* to = selector->GetPixelBuffer(vtkHardwareSelector::COMPOSITE_INDEX_PASS);
+  if (this->CompositeIndex == 0 || !to ||
+    selector->GetCurrentPass() != vtkHardwareSelector::COMPOSITE_INDEX_PASS)
+  {
+    return;
+  }
+  for (const unsigned int at : pixeloffsets)
+  {
+    for (int byte = 0; byte < 3; ++byte)
+    {
+      to[at + byte] = static_cast<unsigned char>(this->CompositeIndex >> (8 * byte));
+    }
+  }
 }
 
 int vtkSurfelViewActor::RenderOpaqueGeometry(vtkViewport* viewport)
@@ -74,4 +100,5 @@ void vtkSurfelViewActor::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Pass: " << this->Pass.Get() << "\n";
   os << indent << "CoversView: " << this->CoversView << "\n";
+  os << indent << "CompositeIndex: " << this->CompositeIndex << "\n";
 }

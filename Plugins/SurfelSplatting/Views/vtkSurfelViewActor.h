@@ -45,6 +45,23 @@ public:
   using vtkActor::GetBounds;
   double* GetBounds() override;
 
+  /**
+   * Draws the mapper's dots.
+   */
+  void Render(vtkRenderer* renderer, vtkMapper* mapper) override;
+
+  ///@{
+  /**
+   * Flat index of the block that the surfels are of, which hardware selection gives; 0: the data
+   * are no composite ones. Default 0.
+   */
+  vtkSetMacro(CompositeIndex, unsigned int);
+  vtkGetMacro(CompositeIndex, unsigned int);
+  ///@}
+
+  void ProcessSelectorPixelBuffers(
+    vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets) override;
+
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
   int RenderTranslucentPolygonalGeometry(vtkViewport*) override { return 0; }
   vtkTypeBool HasTranslucentPolygonalGeometry() override { return 0; }
@@ -61,6 +78,7 @@ private:
 
   vtkSmartPointer<vtkSurfelSplattingPass> Pass;
   bool CoversView = false;
+  unsigned int CompositeIndex = 0;
   double ViewBounds[6];
 };
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A point cloud as files have it: bytes, and a list of the fields that each point consists of.
+ */
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace PointCloud
+{
+struct Field
+{
+  enum Types : std::uint8_t
+  {
+    UNKNOWN,
+    BOOL,
+    INT8,
+    UINT8,
+    INT16,
+    UINT16,
+    INT32,
+    UINT32,
+    INT64,
+    UINT64,
+    FLOAT32,
+    FLOAT64
+  };
+
+  std::string Name;
+  std::size_t Offset = 0; ///< in a point, bytes
+  Types Type = UNKNOWN;
+  std::size_t Count = 0; ///< of values
+};
+
+/// Bytes of a value.
+inline std::size_t SizeOf(Field::Types type)
+{
+  constexpr std::size_t sizes[] = { 0, 1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8 };
+  return sizes[type];
+}
+
+struct FieldCloud
+{
+  std::uint32_t Width = 0, Height = 0; ///< Height > 1: a depth image, row by row
+  std::size_t PointStep = 0;           ///< bytes from one point to the next
+  bool BigEndian = false;
+  std::vector<Field> Fields;
+  std::vector<std::uint8_t> Data;
+};
+}

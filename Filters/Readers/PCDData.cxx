@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "PCDData.h"
+
+#include "PointCloudHeader.h"
+
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <type_traits>
+
+namespace PointCloud
+{
+namespace
+{
+[[noreturn]] void FailCompressed()
+{
+  throw std::runtime_error("the compressed data is cut short or damaged.");
+}
+
+/**
+ * LZF, as M. Lehmann's liblzf packs: a byte below 32 begins so many literals and one more; any
+ * other has a length in its three high bits (7: a further byte adds to it), two less than it is,
+ * and with the byte after that how far back the copy begins, one less.
+ */
+void Unpack(const std::vector<std::uint8_t>& packed, std::vector<std::uint8_t>& data)
+{
+  std::size_t from = 0, to = 0;
+  const auto next = [&]() -> std::size_t {
+    if (from == packed.size())
+    {
+      FailCompressed();
+    }
+    return packed[from++];
+  };
+  while (from < packed.size())
+  {
+    const std::size_t control = next();
+    if (control < 32)
+    {
+      const std::size_t count = control + 1;
+      if (count > packed.size() - from || count > data.size() - to)
+      {
+        FailCompressed();
+      }
+      std::memcpy(data.data() + to, packed.data() + from, count);
+      from += count;
+      to += count;
+      continue;
+    }
+    std::size_t count = (control >> 5) + 2;
+    count += count == 9 ? next() : 0;
+    const std::size_t back = ((control & 31) << 8 | next()) + 1;
+    if (back > to || count > data.size() - to)
+    {
+      FailCompressed();
+    }
+    for (std::size_t i = 0; i < count; ++i, ++to) // it may overlap itself
+    {
+      data[to] = data[to - back];
+    }
+  }
+  if (to != data.size())
+  {
+    FailCompressed();
+  }
+}
+
+/// The data begins with its sizes, and is packed field by field; padding may have been left out.
+void ReadCompressed(std::istream& file, FieldCloud& cloud)
+{
+  std::uint32_t sizes[2] = { 0, 0 };
+  file.read(reinterpret_cast<char*>(sizes), sizeof(sizes));
+  std::vector<std::uint8_t> packed(sizes[0]), fields(sizes[1]);
+  file.read(reinterpret_cast<char*>(packed.data()), static_cast<std::streamsize>(packed.size()));
+  if (!file)
+  {
+    FailCompressed();
+  }
+  Unpack(packed, fields);
+  const std::size_t points = std::size_t(cloud.Width) * cloud.Height;
+  const bool isPadded = fields.size() == points * cloud.PointStep;
+  const std::uint8_t* from = fields.data();
+  for (const Field& field : cloud.Fields)
+  {
+    if (field.Name == "_" && !isPadded)
+    {
+      continue;
+    }
+    const std::size_t bytes = field.Count * SizeOf(field.Type);
+    for (std::size_t i = 0; i < points; ++i, from += bytes)
+    {
+      std::memcpy(cloud.Data.data() + i * cloud.PointStep + field.Offset, from, bytes);
+    }
+  }
+}
+
+void ReadBinary(std::istream& file, FieldCloud& cloud)
+{
+  file.read(
+    reinterpret_cast<char*>(cloud.Data.data()), static_cast<std::streamsize>(cloud.Data.size()));
+  if (!file)
+  {
+    throw std::runtime_error("the data is cut short.");
+  }
+}
+
+/// All of a word as a number, whatever the locale; false: it is none.
+template <typename T>
+bool Parse(const std::string& word, T& value)
+{
+  const char* end = word.data() + word.size();
+  const std::from_chars_result result = std::from_chars(word.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end;
+}
+
+/// False: it is no number of this type.
+template <typename T>
+bool StoreAs(const std::string& word, std::uint8_t* to)
+{
+  T value = 0;
+  bool good = Parse(word, value);
+  if (!good && std::is_integral<T>::value)
+  {
+    double real = 0.0; // "1.0" is a whole number, too
+    good = Parse(word, real) && real >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
+      real < static_cast<double>(std::numeric_limits<T>::max());
+    value = good ? static_cast<T>(real) : T{};
+  }
+  std::memcpy(to, &value, sizeof(T));
+  return good;
+}
+
+bool StoreWord(const std::string& word, Field::Types type, std::uint8_t* to)
+{
+  switch (type)
+  {
+    case Field::BOOL:
+    case Field::UINT8:
+      return StoreAs<std::uint8_t>(word, to);
+    case Field::INT8:
+      return StoreAs<std::int8_t>(word, to);
+    case Field::INT16:
+      return StoreAs<std::int16_t>(word, to);
+    case Field::UINT16:
+      return StoreAs<std::uint16_t>(word, to);
+    case Field::INT32:
+      return StoreAs<std::int32_t>(word, to);
+    case Field::UINT32:
+      return StoreAs<std::uint32_t>(word, to);
+    case Field::INT64:
+      return StoreAs<std::int64_t>(word, to);
+    case Field::UINT64:
+      return StoreAs<std::uint64_t>(word, to);
+    case Field::FLOAT32:
+      return StoreAs<float>(word, to);
+    default:
+      return StoreAs<double>(word, to);
+  }
+}
+
+void ReadAscii(std::istream& file, FieldCloud& cloud)
+{
+  const std::size_t points = std::size_t(cloud.Width) * cloud.Height;
+  std::string word;
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    for (const Field& field : cloud.Fields)
+    {
+      std::uint8_t* to = cloud.Data.data() + i * cloud.PointStep + field.Offset;
+      for (std::size_t k = 0; k < field.Count; ++k, to += SizeOf(field.Type))
+      {
+        if (!(file >> word))
+        {
+          throw std::runtime_error("the data ends after " + std::to_string(i) + " points.");
+        }
+        if (!StoreWord(word, field.Type, to))
+        {
+          throw std::runtime_error("point " + std::to_string(i) + ", field " + field.Name + ": \"" +
+            word.substr(0, 40) + "\" is no such number.");
+        }
+      }
+    }
+  }
+}
+}
+
+FieldCloud ReadPCDData(std::istream& file, const PCDHeader& header)
+{
+  FieldCloud cloud;
+  cloud.Width = header.Width;
+  cloud.Height = header.Height;
+  cloud.Fields = header.Fields;
+  cloud.PointStep = header.PointStep;
+  cloud.Data.assign(std::size_t(cloud.Width) * cloud.Height * cloud.PointStep, 0);
+  if (header.Data == "ascii")
+  {
+    ReadAscii(file, cloud);
+  }
+  else if (header.Data == "binary")
+  {
+    ReadBinary(file, cloud);
+  }
+  else
+  {
+    ReadCompressed(file, cloud);
+  }
+  return cloud;
+}
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// .pcd files read without PCL are those that pcl_io reads, byte by byte: its own files in all three
+// forms, with every type, several values in a field, padding and NaN; damaged data give errors.
+#include "PCDData.h"
+#include "PointCloudHeader.h"
+#include "SurfelTesting.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+using namespace SurfelTesting;
+
+namespace
+{
+const char* const Path = "TestPCDData.pcd";
+
+/// Positions, a colour, a normal and an integer; some of it alike, so that it can be packed.
+using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
+Points MakeCloud(int count)
+{
+  Random random(1);
+  Points cloud;
+  for (int i = 0; i < count; ++i)
+  {
+    pcl::PointXYZRGBNormal p;
+    p.x = static_cast<float>(random());
+    p.y = i % 3 == 0 ? 0.25f : static_cast<float>(1e6 * random());
+    p.z = i % 7 == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(i / 50);
+    p.r = static_cast<std::uint8_t>(i);
+    p.normal_z = 1.0f;
+    p.curvature = static_cast<float>(1e-9 * random());
+    cloud.push_back(p);
+  }
+  cloud.sensor_origin_ = Eigen::Vector4f(1.5f, -2.0f, 3.0f, 0.0f);
+  return cloud;
+}
+
+/// With bytes between the fields, as they are in memory.
+pcl::PCLPointCloud2 MakePaddedCloud(int count)
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (int i = 0; i < count; ++i)
+  {
+    pcl::PointXYZI p;
+    p.x = p.y = p.z = static_cast<float>(i);
+    p.intensity = static_cast<float>(i % 10);
+    cloud.push_back(p);
+  }
+  pcl::PCLPointCloud2 blob;
+  pcl::toPCLPointCloud2(cloud, blob);
+  return blob;
+}
+
+PointCloud::FieldCloud Read()
+{
+  PointCloud::CheckFile(Path);
+  std::ifstream file(Path, std::ios::binary);
+  const PointCloud::PCDHeader header = PointCloud::ReadPCDHeader(file);
+  return PointCloud::ReadPCDData(file, header);
+}
+
+/// Of a float or double; NaNs come in many kinds.
+bool IsNaN(const std::uint8_t* value, std::size_t bytes)
+{
+  float single = 0.0f;
+  double real = 0.0;
+  std::memcpy(&single, value, bytes == sizeof(single) ? bytes : 0);
+  std::memcpy(&real, value, bytes == sizeof(real) ? bytes : 0);
+  return std::isnan(single) || std::isnan(real);
+}
+
+void CompareWithPCL()
+{
+  const PointCloud::FieldCloud own = Read();
+  pcl::PCLPointCloud2 expected;
+  CHECK(pcl::PCDReader().read(Path, expected) == 0);
+  CHECK(own.Width == expected.width && own.Height == expected.height);
+  std::size_t next = 0;
+  for (const pcl::PCLPointField& field : expected.fields)
+  {
+    while (next < own.Fields.size() && own.Fields[next].Name != field.name)
+    {
+      ++next; // padding, which pcl_io drops
+    }
+    CHECK(next < own.Fields.size());
+    const PointCloud::Field& mine = own.Fields[next++];
+    const std::size_t bytes = mine.Count * PointCloud::SizeOf(mine.Type);
+    CHECK(mine.Count == field.count && SizeOf(mine.Type) == pcl::getFieldSize(field.datatype));
+    bool same = true;
+    for (std::size_t i = 0; i < std::size_t(own.Width) * own.Height; ++i)
+    {
+      const auto* a = own.Data.data() + i * own.PointStep + mine.Offset;
+      const auto* b = expected.data.data() + i * expected.point_step + field.offset;
+      same = same && (std::memcmp(a, b, bytes) == 0 || (IsNaN(a, bytes) && IsNaN(b, bytes)));
+    }
+    CHECK(same);
+  }
+}
+
+void TestFilesOfPCL()
+{
+  pcl::PCDWriter writer;
+  const pcl::PCLPointCloud2 padded = MakePaddedCloud(3000);
+  writer.writeASCII(Path, padded);
+  CompareWithPCL();
+  writer.writeBinary(Path, padded);
+  CompareWithPCL();
+  writer.writeBinaryCompressed(Path, padded);
+  CompareWithPCL();
+  const Points cloud = MakeCloud(5000);
+  writer.writeASCII(Path, cloud, 9);
+  CompareWithPCL();
+  writer.writeBinary(Path, cloud);
+  CompareWithPCL();
+  writer.writeBinaryCompressed(Path, cloud);
+  CompareWithPCL();
+  std::ifstream file(Path, std::ios::binary);
+  const PointCloud::PCDHeader header = PointCloud::ReadPCDHeader(file);
+  CHECK_NEAR(header.Viewpoint[0], 1.5, 0.0);
+  CHECK_NEAR(header.Viewpoint[1], -2.0, 0.0);
+  CHECK_NEAR(header.Viewpoint[2], 3.0, 0.0);
+}
+
+void Write(const std::string& text)
+{
+  std::ofstream(Path, std::ios::binary) << text;
+}
+
+const std::string Head = "VERSION 0.7\nFIELDS x y z a b c\nSIZE 4 8 4 1 8 2\nTYPE F F F I U U\n"
+                         "COUNT 1 1 1 2 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
+
+void TestTypes()
+{
+  Write(Head + "1 -2.5e3 inf -128 127 1234567890123 65535\n0.1 nan 3 1.0 2 9 0\n");
+  CompareWithPCL();
+}
+
+std::string ErrorOf(const std::string& text)
+{
+  Write(text);
+  try
+  {
+    Read();
+  }
+  catch (const std::runtime_error& error)
+  {
+    return error.what();
+  }
+  return std::string();
+}
+
+void TestDamage()
+{
+  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7 8 9 0 1 2 3 4\n").empty());
+  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7       \n1 2 3").find("ends after 1") != std::string::npos);
+  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7\n1 two 3 4 5 6 7\n").find("field y") != std::string::npos);
+  CHECK(ErrorOf(Head + "1 2 3 999 5 6 7\n1 2 3 4 5 6 7\n").find("999") != std::string::npos);
+  CHECK(ErrorOf(Head + "1 2 3 4 5 -6 7\n1 2 3 4 5 6 7\n").find("-6") != std::string::npos);
+  // Every byte of a packed file changed, or the end missing: an error or other numbers, no crash.
+  pcl::PCDWriter().writeBinaryCompressed(Path, MakeCloud(40));
+  std::ifstream file(Path, std::ios::binary);
+  const std::string good{ std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
+  CHECK(ErrorOf(good).empty());
+  const std::size_t begin = good.find("compressed\n") + 11;
+  int errors = 0;
+  for (std::size_t i = begin; i < good.size(); ++i)
+  {
+    for (const char change : { '\x00', '\xff', '\x25' })
+    {
+      std::string bad = good;
+      bad[i] = change;
+      errors += ErrorOf(bad).empty() ? 0 : 1;
+    }
+    CHECK(!ErrorOf(good.substr(0, i)).empty());
+  }
+  CHECK(errors > 0);
+}
+}
+
+int main()
+{
+  TestFilesOfPCL();
+  TestTypes();
+  TestDamage();
+  std::remove(Path);
+  return Failures() == 0 ? 0 : 1;
+}

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tests of the plugin share: clouds in files, views, screenshots."""
+
+import os
+import sys
+import unittest
+
+import numpy as np
+from paraview import simple
+from paraview.numpy_support import vtk_to_numpy
+from paraview.vtk.vtkCommonCore import vtkFloatArray, vtkPoints
+from paraview.vtk.vtkCommonDataModel import vtkPolyData
+from paraview.vtk.vtkIOImage import vtkPNGReader
+from paraview.vtk.vtkIOLegacy import vtkPolyDataWriter
+
+simple.LoadPlugin(os.environ["PLUGIN"], remote=False, ns=simple.__dict__)
+simple._DisableFirstRenderCameraReset()
+SIZE = 300
+FOCAL_LENGTH = SIZE / 2 / np.tan(np.radians(15))  # px
+
+
+def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
+    """Points alone, with their height as a scalar."""
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
+    data, points, height = vtkPolyData(), vtkPoints(), vtkFloatArray()
+    height.SetName("height")
+    for p in np.stack([r * np.cos(t), r * np.sin(t), z], 1) + center:
+        points.InsertNextPoint(p)
+        height.InsertNextValue(p[2])
+    data.SetPoints(points)
+    data.GetPointData().AddArray(height)
+    writer = vtkPolyDataWriter()
+    writer.SetInputData(data)
+    writer.SetFileName(path)
+    writer.Write()
+
+
+def make_view(kind):
+    view = simple.CreateView(kind)
+    view.ViewSize = [SIZE, SIZE]
+    view.UseColorPaletteForBackground = 0
+    view.Background = [0.0, 0.0, 0.0]
+    view.OrientationAxesVisibility = 0
+    view.UseFXAA = 0
+    view.CameraPosition = [0, 0, 5]
+    view.CameraFocalPoint = [0, 0, 0]
+    view.CameraViewUp = [0, 1, 0]
+    view.CameraFocalDisk = 0.0
+    return view
+
+
+def screenshot(view):
+    """-> [height, width, 3] bytes, the lowest row first"""
+    simple.SaveScreenshot("picture.png", view)
+    reader = vtkPNGReader()
+    reader.SetFileName("picture.png")
+    reader.Update()
+    scalars = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
+    return scalars.reshape(SIZE, SIZE, -1)[..., :3].astype(float)
+
+
+class PluginCase(unittest.TestCase):
+    view_type = "RenderView"
+
+    def setUp(self):
+        os.chdir(os.environ["FOLDER"])
+        write_sphere("sphere.vtk")
+        self.points = simple.LegacyVTKReader(FileNames=["sphere.vtk"])
+        self.view = make_view(self.view_type)
+
+    def tearDown(self):
+        simple.Delete(self.view)
+        simple.ResetSession()
+
+    def show(self, source):
+        display = simple.Show(source, self.view)
+        display.Representation = "Surfel Splats"
+        display.ColorArrayName = ["POINTS", ""]
+        display.AmbientColor = display.DiffuseColor = [1.0, 1.0, 1.0]
+        return display
+
+
+def run(*cases):
+    """The test program; pvpython's own end takes no status."""
+    loader = unittest.defaultTestLoader
+    result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(
+        loader.loadTestsFromTestCase(case) for case in cases))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0 if result.wasSuccessful() else 1)
