@@ -243,3 +243,25 @@ SURFEL_TEST(Lens, WideAndNarrowPictures)
   CHECK_NEAR((horizontal.VarianceX - 1.0) / (wide.VarianceX - 1.0), 4.0, 0.05); // sampled at pixels
   CHECK_NEAR(horizontal.VarianceX, horizontal.VarianceY, 1e-3 * horizontal.VarianceX);
 }
+
+SURFEL_TEST(Lens, FocusOnAPoint)
+{
+  // The plane through the point, wherever it lies on it; behind the camera the camera's focus.
+  Scene scene(100, 100);
+  scene.Renderer->AddActor(SurfelActor(UnitSphere()));
+  scene.See(FrontCamera(6.0));
+  vtkSurfelSplatter* splatter = scene.Pass->GetSplatter();
+  splatter->SetLensModeToCircleOfConfusion();
+  splatter->SetCircleOfConfusion(20.0);
+  vtkCamera* camera = scene.Renderer->GetActiveCamera();
+  camera->SetFocalDistance(4.5);
+  const vtkSmartPointer<vtkImageData> byCamera = scene.Render();
+  camera->SetFocalDistance(9.0);
+  const vtkSmartPointer<vtkImageData> other = scene.Render();
+  CHECK(Compare(byCamera, other).Max > 20.0);
+  splatter->SetFocusModeToPoint();
+  splatter->SetFocusPoint(0.7, -3.0, 1.5);
+  CHECK_NEAR(Compare(scene.Render(), byCamera).Max, 0.0, 0.0);
+  splatter->SetFocusPoint(0.0, 0.0, 6.5);
+  CHECK_NEAR(Compare(scene.Render(), other).Max, 0.0, 0.0);
+}

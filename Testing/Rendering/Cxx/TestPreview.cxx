@@ -12,6 +12,8 @@
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkHardwareSelector.h>
+#include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
 #include <vtkMath.h>
 #include <vtkPlane.h>
@@ -21,8 +23,11 @@
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkSelection.h>
+#include <vtkSelectionNode.h>
 #include <vtkSphereSource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -150,6 +155,56 @@ SURFEL_TEST(Preview, ColorsAndChanges)
   mapper->AddClippingPlane(plane);
   picture = scene.Render();
   CHECK(At(picture, 70, 50, 1) > 250 && At(picture, 70, 30, 1) < 5);
+}
+
+SURFEL_TEST(Preview, SelectionNamesPointsByAnArray)
+{
+  // As where surfels were made of other points: selection gives those points' ids.
+  Scene scene(120, 120);
+  vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
+  const vtkIdType count = surfels->GetNumberOfPoints();
+  constexpr vtkIdType first = vtkIdType{ 3 } << 24; // more than one pass of a selection holds
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetName("from");
+  for (vtkIdType i = 0; i < count; ++i)
+  {
+    ids->InsertNextValue(first + count - i);
+  }
+  surfels->GetPointData()->AddArray(ids);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(surfels);
+  scene.Renderer->AddActor(actor);
+  scene.See(FrontCamera(6.0));
+  const auto select = [&](const char* name) {
+    vtkSurfelMapper::SafeDownCast(actor->GetMapper())->SetPointIdArrayName(name);
+    scene.Render();
+    vtkNew<vtkHardwareSelector> selector;
+    selector->SetRenderer(scene.Renderer);
+    selector->SetArea(50, 55, 70, 65);
+    selector->SetFieldAssociation(vtkDataObject::FIELD_ASSOCIATION_POINTS);
+    vtkSmartPointer<vtkSelection> selection;
+    selection.TakeReference(selector->Select());
+    std::vector<vtkIdType> found;
+    if (selection->GetNumberOfNodes() == 1)
+    {
+      auto* list = vtkIdTypeArray::SafeDownCast(selection->GetNode(0)->GetSelectionList());
+      found.assign(list->GetPointer(0), list->GetPointer(0) + list->GetNumberOfTuples());
+    }
+    return found;
+  };
+  std::vector<vtkIdType> expected = select(nullptr);
+  CHECK(expected.size() > 20);
+  for (vtkIdType& id : expected)
+  {
+    id = (first + count - id) & 0xffffff; // a small cloud has but the pass of the low bits
+  }
+  std::sort(expected.begin(), expected.end());
+  std::vector<vtkIdType> found = select("from");
+  for (vtkIdType& id : found)
+  {
+    id &= 0xffffff;
+  }
+  std::sort(found.begin(), found.end());
+  CHECK(found == expected);
 }
 
 SURFEL_TEST(Preview, ActorInSeveralWindows)
