@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Two ranks, and servers of one and two, draw the picture of one process, and nothing hangs: raw
+points that are spread in space, that are mixed, and that one rank alone has."""
+
+import os
+import shutil
+import socket
+import subprocess
+import time
+import unittest
+
+import numpy as np
+from paraview.vtk.vtkCommonDataModel import vtkPolyData
+from paraview.vtk.vtkIOImage import vtkPNGReader
+from paraview.vtk.vtkIOXML import vtkXMLPolyDataWriter
+from paraview.numpy_support import numpy_to_vtk, vtk_to_numpy
+from paraview.vtk.vtkCommonCore import vtkPoints
+
+from plugincase import run
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+FOLDER = os.path.join(os.environ["FOLDER"], "processes")
+TIMEOUT = 240  # s; a run takes 30
+MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+       "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+       "OMPI_MCA_mpi_yield_when_idle": "1"}
+# pvpython is a rank of its own already, which its children must not take themselves for.
+ENVIRONMENT = {**{name: value for name, value in os.environ.items()
+                  if not name.startswith(("OMPI_", "PMIX_"))}, **MPI}
+LEAST_PSNR = 45.0  # dB; each rank has a hierarchy of its own
+
+
+def sphere(count, center, radius):
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
+    return np.stack([r * np.cos(t), r * np.sin(t), z], 1) * radius + center
+
+
+def write_pieces(name, pieces):
+    for i, piece in enumerate(pieces):
+        data, points = vtkPolyData(), vtkPoints()
+        points.SetData(numpy_to_vtk(np.ascontiguousarray(piece, np.float32), deep=1))
+        data.SetPoints(points)
+        writer = vtkXMLPolyDataWriter()
+        writer.SetDataModeToAscii()  # Debian's libexpat cannot read what is appended
+        writer.SetInputData(data)
+        writer.SetFileName(f"{FOLDER}/{name}_{i}.vtp")
+        writer.Write()
+    with open(f"{FOLDER}/{name}.pvtp", "w") as file:
+        file.write('<VTKFile type="PPolyData" version="0.1" byte_order="LittleEndian">'
+                   '<PPolyData GhostLevel="0"><PPoints><PDataArray type="Float32" Name="Points" '
+                   'NumberOfComponents="3"/></PPoints>')
+        file.write("".join(f'<Piece Source="{name}_{i}.vtp"/>' for i in range(len(pieces))))
+        file.write("</PPolyData></VTKFile>")
+
+
+def read(path):
+    reader = vtkPNGReader()
+    reader.SetFileName(path)
+    reader.Update()
+    return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(float)
+
+
+def draw(folder, command, **variables):
+    """Runs scene.py; -> its exit status"""
+    os.makedirs(folder, exist_ok=True)
+    done = subprocess.run(
+        [*command, f"{HERE}/scene.py", folder], timeout=TIMEOUT, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, env={**ENVIRONMENT, "DATA": FOLDER, **variables})
+    with open(f"{folder}/log.txt", "w") as log:
+        log.write(done.stdout)
+    return done.returncode if "drawn" in done.stdout else done.returncode or 1
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Processes(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        os.makedirs(FOLDER)
+        near = sphere(20000, [0, 0, 0], 1.0)
+        write_pieces("near", [near[0::2], near[1::2]])
+        wall = np.random.default_rng(1).uniform(-4, 4, (40000, 3))
+        wall[:, 2] = -3.0
+        write_pieces("wall", [wall[wall[:, 0] < 0.1], wall[wall[:, 0] >= 0.1]])
+        write_pieces("far", [np.empty((0, 3)), sphere(15000, [0.3, 0.2, 1.6], 0.4)])
+        assert draw(f"{FOLDER}/serial", ["pvbatch"]) == 0
+        assert draw(f"{FOLDER}/camera", ["pvbatch"], SCENES="camera") == 0
+
+    def compare(self, folder, serial):
+        names = sorted(name for name in os.listdir(serial) if name.endswith(".png"))
+        self.assertGreater(len(names), 1)
+        for name in names:
+            expected, found = read(f"{serial}/{name}"), read(f"{folder}/{name}")
+            self.assertGreater(expected.std(), 20, name)
+            error = ((found - expected) ** 2).mean()
+            psnr = 10 * np.log10(255 ** 2 / max(error, 1e-9))
+            print(f"{os.path.basename(folder)} {name}: {psnr:.1f} dB, "
+                  f"{np.abs(found - expected).max():.0f} at most", flush=True)
+            self.assertGreater(psnr, LEAST_PSNR, name)
+
+    def test_two_ranks(self):
+        folder = f"{FOLDER}/ranks"
+        self.assertEqual(draw(folder, ["mpirun", "-np", "2", "pvbatch"]), 0)
+        self.compare(folder, f"{FOLDER}/serial")
+
+    def test_all_on_the_root(self):
+        folder = f"{FOLDER}/collected"
+        self.assertEqual(draw(folder, ["mpirun", "-np", "2", "pvbatch"], SCENES="camera",
+                              THRESHOLD="1000"), 0)
+        self.compare(folder, f"{FOLDER}/camera")
+
+    def test_a_rank_that_dies(self):
+        start = time.time()
+        # On both ranks the script itself runs.
+        status = draw(f"{FOLDER}/dying", ["mpirun", "-np", "2", "pvbatch", "--symmetric"],
+                      SCENES="camera", DYING="1")
+        self.assertNotEqual(status, 0)
+        self.assertLess(time.time() - start, TIMEOUT / 2)
+
+    def serve(self, folder, command, **variables):
+        port = str(free_port())
+        server = subprocess.Popen(
+            [*command, "pvserver", "--force-offscreen-rendering", f"--server-port={port}",
+             "--multi-clients=0"], env=ENVIRONMENT, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
+        try:
+            self.assertEqual(
+                draw(folder, ["pvpython"], SCENES="camera", PORT=port, **variables), 0)
+            server.wait(TIMEOUT)
+        finally:
+            server.kill()
+        self.compare(folder, f"{FOLDER}/camera")
+
+    def test_server_that_renders(self):
+        self.serve(f"{FOLDER}/server", [])
+
+    def test_two_servers_that_render(self):
+        self.serve(f"{FOLDER}/servers", ["mpirun", "-np", "2"])
+
+    def test_servers_whose_client_renders(self):
+        self.serve(f"{FOLDER}/client", ["mpirun", "-np", "2"], THRESHOLD="1000")
+
+
+if __name__ == "__main__":
+    run(Processes)

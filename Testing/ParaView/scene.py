@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws the scenes of TestProcesses.py into FOLDER: by pvbatch, on one or several ranks, or by
+pvpython as the client of a server (PORT). All pictures are rendered where the pieces are."""
+
+import os
+import sys
+import time
+
+from paraview import simple
+
+SIZE = 300
+FOLDER = sys.argv[1]
+DATA = os.environ["DATA"]
+CIRCLES_OF_CONFUSION = (0, 4, 12, 36)
+
+
+def connect_to(port):
+    """A server that may still be starting: up to a minute."""
+    for _ in range(60):
+        try:
+            if simple.Connect("127.0.0.1", port):
+                return
+        except RuntimeError:
+            pass
+        time.sleep(1)
+    sys.exit("no server")
+
+
+def start():
+    if os.environ.get("PORT"):
+        connect_to(int(os.environ["PORT"]))
+        simple.LoadPlugin(os.environ["PLUGIN"], remote=True, ns=simple.__dict__)
+    simple.LoadPlugin(os.environ["PLUGIN"], remote=False, ns=simple.__dict__)
+    simple._DisableFirstRenderCameraReset()
+    simple.GetSettingsProxy("RenderViewSettings").RemoteRenderThreshold = float(
+        os.environ.get("THRESHOLD", "0"))
+
+
+def make_view(kind):
+    view = simple.CreateView(kind)
+    view.ViewSize = [SIZE, SIZE]
+    view.UseColorPaletteForBackground = 0
+    view.Background = [0.1, 0.2, 0.3]
+    view.OrientationAxesVisibility = 0
+    view.UseFXAA = 0
+    view.CameraPosition = [0.5, 0.4, 6]
+    view.CameraFocalPoint = [0, 0, 0]
+    view.CameraViewUp = [0, 1, 0]
+    view.CameraFocalDistance = 5.8
+    view.RemoteRenderThreshold = float(os.environ.get("THRESHOLD", "0"))
+    return view
+
+
+class Scene:
+    def __init__(self, kind):
+        self.kind = kind
+        self.view = make_view(kind)
+        self.displays = {}
+        for name, color in (("near", [1, 0.8, 0.6]), ("wall", [0.5, 0.9, 0.6]),
+                            ("far", [1, 1, 1])):
+            source = simple.XMLPartitionedPolydataReader(FileName=[f"{DATA}/{name}.pvtp"])
+            display = simple.Show(source, self.view)
+            display.Representation = "Surfel Splats"
+            display.ColorArrayName = ["POINTS", ""]
+            display.DiffuseColor = display.AmbientColor = color
+            self.displays[name] = display
+
+    def see_through(self, radius):
+        """A lens of this circle of confusion, px."""
+        if self.kind == "SurfelRenderView":
+            self.view.LensMode = "Circle of confusion"
+            self.view.CircleOfConfusion = radius
+            return
+        for display in self.displays.values():
+            display.SurfelLensMode = "Circle of confusion"
+            display.SurfelCircleOfConfusion = radius
+
+    def add_mesh(self):
+        mesh = simple.Sphere(
+            Center=[-0.6, 0.1, 1.3], Radius=0.5, ThetaResolution=64, PhiResolution=64)
+        display = simple.Show(mesh, self.view)
+        display.DiffuseColor = display.AmbientColor = [1, 0.2, 0.2]
+
+    def save(self, name):
+        simple.SaveScreenshot(f"{FOLDER}/{self.kind}-{name}.png", self.view)
+
+
+def draw_all():
+    scene = Scene("RenderView")
+    for kind in ("opaque", "translucent", "mesh"):
+        scene.displays["near"].Opacity = 0.5 if kind == "translucent" else 1.0
+        scene.displays["far"].Opacity = 0.4 if kind == "translucent" else 1.0
+        if kind == "mesh":
+            scene.add_mesh()
+        for radius in CIRCLES_OF_CONFUSION:
+            scene.see_through(radius)
+            scene.save(f"{kind}-{radius}")
+    scene = Scene("SurfelRenderView")
+    scene.add_mesh()
+    for radius in CIRCLES_OF_CONFUSION:
+        scene.see_through(radius)
+        scene.save(f"mesh-{radius}")
+    scene.view.LensCells = 3
+    scene.save("cells")
+
+
+def draw_camera_lens():
+    """The lens that the camera itself has."""
+    for kind in ("RenderView", "SurfelRenderView"):
+        scene = Scene(kind)
+        scene.view.CameraFocalDisk = 0.5
+        scene.save("camera")
+
+
+start()
+if os.environ.get("SCENES") == "camera":
+    draw_camera_lens()
+else:
+    draw_all()
+rank = simple.servermanager.vtkProcessModule.GetProcessModule().GetPartitionId()
+if os.environ.get("DYING") == str(rank):
+    os._exit(3)
+if os.environ.get("DYING"):
+    draw_camera_lens()
+print("drawn", flush=True)
+if os.environ.get("PORT"):
+    os._exit(0)
