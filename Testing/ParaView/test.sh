@@ -5,15 +5,20 @@
 #
 #   bash Testing/ParaView/test.sh [FOLDER]    default: build/paraview; as root
 #
-# Exit status 77: skipped, and why.
+# Real scans are taken from ../shared/scans beside the checkout; their pictures are compared with
+# plain VTK's where the project is built in build/. Exit status 77: skipped, and why.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=${1:-$root/build/paraview}
 debian=$folder/debian
+scans=$root/../shared/scans
+package=$root/build/lib/python3/dist-packages
 packages=(paraview-dev python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
   ninja-build libflann-dev libeigen3-dev libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev
   zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev python3-dev python3-numpy)
+# Without -noreset the server ends between windows now and then.
+screen=(-s "-screen 0 1280x1024x24 -noreset")
 
 skip() {
   echo "SKIPPED, the ParaView plugin is not tested: $1" >&2
@@ -24,9 +29,15 @@ inside() {
   chroot "$debian" env -u DISPLAY HOME=/root DEBIAN_FRONTEND=noninteractive "$@"
 }
 
+find_debootstrap() {
+  command -v debootstrap >/dev/null && return
+  (apt-get update -q && apt-get install -y -q --no-install-recommends debootstrap) \
+    >"$folder/debootstrap-package.log" 2>&1 || skip "debootstrap cannot be installed"
+}
+
 make_debian() {
   [ -e "$debian/complete" ] && return
-  command -v debootstrap >/dev/null || skip "debootstrap is not installed"
+  find_debootstrap
   rm -rf "$debian"
   mkdir -p "$debian"
   debootstrap --variant=minbase bookworm "$debian" http://deb.debian.org/debian \
@@ -38,25 +49,55 @@ make_debian() {
   touch "$debian/complete"
 }
 
-# The sources are copied: mounts would outlive a run that is cut short.
+# The sources are copied: mounts would outlive a run that is cut short. What has not changed keeps
+# its time, and is not built anew.
 copy_sources() {
-  rm -rf "$debian/source"
-  mkdir -p "$debian/source" "$debian/build"
-  (cd "$root" && tar -cf - CMakeLists.txt Filters Parallel Plugins Rendering Testing/ParaView Utilities) |
-    tar -xf - -C "$debian/source"
+  rm -rf "$debian/source" "$debian/scans" "$debian/results"
+  mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
+  (cd "$root" && tar -cf - CMakeLists.txt Examples/ParaView Filters Parallel Plugins Rendering \
+    Testing/ParaView Utilities) | tar -xf - -C "$debian/source"
+  if [ -d "$scans" ]; then
+    cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"
+  else
+    echo "SKIPPED, no real scans are drawn: there is no $scans" >&2
+  fi
+}
+
+build_plugin() {
+  inside cmake -S /source -B /build -G Ninja -DSURFELSPLATTING_BUILD_PARAVIEW_PLUGIN=ON \
+    >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" && exit 1; }
+  inside cmake --build /build
+}
+
+# Every script runs, also after one that has failed.
+run_tests() {
+  local plugin test failed=()
+  plugin=$(inside find /build -name SurfelSplatting.so)
+  for test in "$root"/Testing/ParaView/Test*.py; do
+    test=$(basename "$test")
+    echo "== $test"
+    inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
+      SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
+      xvfb-run -n 170 -a "${screen[@]}" pvpython "/source/Testing/ParaView/$test" ||
+      failed+=("$test")
+  done
+  [ ${#failed[@]} -eq 0 ] || { echo "failed: ${failed[*]}" && return 1; }
+}
+
+compare_with_plain_vtk() {
+  [ -d "$scans" ] || return 0
+  if [ ! -d "$package/surfelsplatting" ]; then
+    echo "SKIPPED, not compared with plain VTK: the project is not built in $root/build" >&2
+    return
+  fi
+  PYTHONPATH=$package xvfb-run -a "${screen[@]}" /usr/bin/python3 \
+    "$root/Testing/ParaView/plainvtk.py" "$scans" "$debian"/results/scans/*.{ply,pcd}.png
 }
 
 [ "$(id -u)" -eq 0 ] || skip "chroot needs root"
 mkdir -p "$folder"
 make_debian
 copy_sources
-inside cmake -S /source -B /build -G Ninja -DSURFELSPLATTING_BUILD_PARAVIEW_PLUGIN=ON \
-  >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" && exit 1; }
-inside cmake --build /build
-plugin=$(inside find /build -name SurfelSplatting.so)
-for test in "$root"/Testing/ParaView/Test*.py; do
-  echo "== $(basename "$test")"
-  # Without -noreset the server ends between windows now and then.
-  inside env PLUGIN="$plugin" FOLDER=/tmp xvfb-run -n 170 -a -s "-screen 0 1024x768x24 -noreset" \
-    pvpython "/source/Testing/ParaView/$(basename "$test")"
-done
+build_plugin
+run_tests
+compare_with_plain_vtk

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pictures of TestScans.py by plain VTK: the same scan through pcl_io, filters, camera and lens.
+
+    python3 plainvtk.py SCANS PICTURE.png...    exit status 1: less than 40 dB
+"""
+
+import json
+import os
+import sys
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, the implementation of rendering
+from surfelsplatting import (vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy,
+                             vtkSurfelMapper, vtkSurfelNormalization, vtkSurfelSplattingPass)
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader, vtkPNGWriter
+from vtkmodules.vtkRenderingCore import (vtkActor, vtkLightKit, vtkRenderer, vtkRenderWindow,
+                                         vtkWindowToImageFilter)
+
+LEAST_PSNR = 40.0
+
+
+def make_actor(scan):
+    reader = vtkPointCloudReader()
+    reader.SetFileName(scan)
+    stage = reader
+    for kind in (vtkSurfelEstimation, vtkSurfelNormalization, vtkSurfelHierarchy, vtkSurfelMapper):
+        following = kind()
+        following.SetInputConnection(stage.GetOutputPort())
+        stage = following
+    actor = vtkActor()
+    actor.SetMapper(stage)
+    return actor
+
+
+def draw(actor, seen):
+    renderer, window = vtkRenderer(), vtkRenderWindow()
+    renderer.SetBackground(seen["background"])
+    renderer.AddActor(actor)
+    kit = vtkLightKit()  # ParaView's lights
+    kit.AddLightsToRenderer(renderer)
+    kit.Update()
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(seen["position"])
+    camera.SetFocalPoint(seen["focal_point"])
+    camera.SetViewUp(seen["up"])
+    camera.SetViewAngle(seen["angle"])
+    renderer.ResetCameraClippingRange()
+    splatting = vtkSurfelSplattingPass()
+    splatter = splatting.GetSplatter()
+    splatter.SetLensModeToCircleOfConfusion()
+    splatter.SetCircleOfConfusion(seen["radius"])
+    splatter.SetFocusModeToPoint()
+    splatter.SetFocusPoint(seen["focus"])
+    renderer.SetPass(splatting)
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(seen["size"])
+    window.AddRenderer(renderer)
+    window.Render()
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    return grab.GetOutput()
+
+
+def pixels(image):
+    return vtk_to_numpy(image.GetPointData().GetScalars())[:, :3].astype(float)
+
+
+def compare(scans, picture):
+    """-> PSNR, dB"""
+    with open(picture + ".json") as file:
+        seen = json.load(file)
+    plain = draw(make_actor(os.path.join(scans, seen["scan"])), seen)
+    writer = vtkPNGWriter()
+    writer.SetInputData(plain)
+    writer.SetFileName(picture.replace(".png", "-plain.png"))
+    writer.Write()
+    reader = vtkPNGReader()
+    reader.SetFileName(picture)
+    reader.Update()
+    error = ((pixels(reader.GetOutput()) - pixels(plain)) ** 2).mean()
+    return 10 * np.log10(255 ** 2 / max(error, 1e-9))
+
+
+def main():
+    scans, *pictures = sys.argv[1:]
+    worst = min(compare_and_tell(scans, picture) for picture in pictures)
+    sys.exit(0 if worst >= LEAST_PSNR else 1)
+
+
+def compare_and_tell(scans, picture):
+    psnr = compare(scans, picture)
+    print(f"{os.path.basename(picture)} against plain VTK: {psnr:.1f} dB", flush=True)
+    return psnr
+
+
+if __name__ == "__main__":
+    main()
