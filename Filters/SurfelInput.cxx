@@ -56,13 +56,12 @@ void ReadOrigin(vtkPointSet* input, double origin[3])
   }
 }
 
-vtkDataArray* FindNormals(vtkPointSet* input)
+vtkDataArray* FindNormals(vtkPointSet* input, const char* name)
 {
-  vtkDataArray* normals = input->GetPointData()->GetNormals();
-  if (!normals)
-  {
-    normals = input->GetPointData()->GetArray("Normals");
-  }
+  vtkPointData* data = input->GetPointData();
+  vtkDataArray* normals = name ? data->GetArray(name) : nullptr;
+  normals = normals ? normals : data->GetNormals();
+  normals = normals ? normals : data->GetArray("Normals");
   return normals && normals->GetNumberOfComponents() == 3 &&
       normals->GetNumberOfTuples() == input->GetNumberOfPoints()
     ? normals

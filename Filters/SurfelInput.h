@@ -24,8 +24,9 @@ std::string CheckSurfels(vtkPolyData* input);
 /// The field array SurfelOrigin, three values in any shape; 0 where there is none.
 void ReadOrigin(vtkPointSet* input, double origin[3]);
 
-/// Active normals, or a point array "Normals"; null where there are none of three components.
-vtkDataArray* FindNormals(vtkPointSet* input);
+/// The point array of a name, where there is one; otherwise active normals, or a point array
+/// "Normals". Null where there is none of three components.
+vtkDataArray* FindNormals(vtkPointSet* input, const char* name);
 
 /// What was met, how often, for a warning: "3 duplicates dropped; 1 ..."; empty where nothing was.
 std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts);

@@ -55,6 +55,7 @@ void CopySettings(vtkSurfelEstimation* from, vtkSurfelEstimation* to)
   to->SetCellBlur(from->GetCellBlur());
   to->SetMaximumAxisRatio(from->GetMaximumAxisRatio());
   to->SetKeepNormals(from->GetKeepNormals());
+  to->SetNormalsArrayName(nullptr); // parts have them as their normals
   to->SetOrientationMode(from->GetOrientationMode());
   to->SetViewpoint(from->GetViewpoint());
   to->SetUseViewpoint(from->GetUseViewpoint());
@@ -139,7 +140,9 @@ public:
       PlacePoints(input->GetPoints(), this->Origin, this->LocalOrigin, this->Positions);
     this->Parts = CutCloud(this->Positions, self->PointsPerPart);
     self->NumberOfParts = static_cast<int>(this->Parts.size());
-    this->Normals = self->Estimation->GetKeepNormals() ? FindNormals(input) : nullptr;
+    this->Normals = self->Estimation->GetKeepNormals()
+      ? FindNormals(input, self->Estimation->GetNormalsArrayName())
+      : nullptr;
   }
 
   /// False where stopped, or Error is set.

@@ -181,7 +181,8 @@ public:
 private:
   void ReadNormals(vtkPointSet* input)
   {
-    vtkDataArray* normals = this->Self->KeepNormals ? FindNormals(input) : nullptr;
+    vtkDataArray* normals =
+      this->Self->KeepNormals ? FindNormals(input, this->Self->NormalsArrayName) : nullptr;
     if (!normals)
     {
       return;
@@ -356,7 +357,10 @@ vtkSurfelEstimation::vtkSurfelEstimation()
 {
 }
 
-vtkSurfelEstimation::~vtkSurfelEstimation() = default;
+vtkSurfelEstimation::~vtkSurfelEstimation()
+{
+  this->SetNormalsArrayName(nullptr);
+}
 
 //------------------------------------------------------------------------------
 void vtkSurfelEstimation::SetController(vtkMultiProcessController* controller)
@@ -423,7 +427,7 @@ int vtkSurfelEstimation::RequestDistributed(
     return 0;
   }
   DealtCloud cloud(ranks, input);
-  vtkDataArray* normals = this->KeepNormals ? FindNormals(input) : nullptr;
+  vtkDataArray* normals = this->KeepNormals ? FindNormals(input, this->NormalsArrayName) : nullptr;
   std::vector<DealtCloud::Array> arrays;
   if (ranks.Any(normals != nullptr))
   {
@@ -500,7 +504,7 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
     return false;
   }
   if (this->OrientationMode == AS_GIVEN && input->GetNumberOfPoints() > 0 &&
-    !(this->KeepNormals && FindNormals(input)))
+    !(this->KeepNormals && FindNormals(input, this->NormalsArrayName)))
   {
     vtkErrorMacro("OrientationMode is AS_GIVEN but there are no normals to keep ("
       << (this->KeepNormals ? "no active normals and no three-component array \"Normals\""
@@ -540,6 +544,9 @@ void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CellBlur: " << this->CellBlur << "\n";
   os << indent << "MaximumAxisRatio: " << this->MaximumAxisRatio << "\n";
   os << indent << "KeepNormals: " << this->KeepNormals << "\n";
+  os << indent
+     << "NormalsArrayName: " << (this->NormalsArrayName ? this->NormalsArrayName : "(none)")
+     << "\n";
   os << indent << "OrientationMode: " << this->OrientationMode << "\n";
   os << indent << "Viewpoint: (" << this->Viewpoint[0] << ", " << this->Viewpoint[1] << ", "
      << this->Viewpoint[2] << ")\n";

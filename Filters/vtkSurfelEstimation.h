@@ -167,6 +167,15 @@ public:
 
   ///@{
   /**
+   * With KeepNormals: the point array that has them. Default none; where the input has no array of
+   * this name, its active normals, or "Normals".
+   */
+  vtkSetStringMacro(NormalsArrayName);
+  vtkGetStringMacro(NormalsArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Which side of a surfel is its outside.
    * - CONSISTENT (default): signs are propagated over neighbours; closed components are turned
    *   outward and are one-sided; open or doubtful ones are two-sided, unless UseViewpoint.
@@ -266,6 +275,7 @@ protected:
   double CellBlur = 0.28;
   double MaximumAxisRatio = 4.0;
   vtkTypeBool KeepNormals = 1;
+  char* NormalsArrayName = nullptr;
   int OrientationMode = CONSISTENT;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 };
   vtkTypeBool UseViewpoint = 0;

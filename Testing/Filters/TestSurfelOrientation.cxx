@@ -198,6 +198,25 @@ void TestModes()
     const Sides given =
       CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
     CHECK_ABOVE(given.Right, 0.9999);
+    // Of another array: inward.
+    vtkNew<vtkDoubleArray> inward;
+    inward->DeepCopy(data->GetPointData()->GetNormals());
+    inward->SetName("inward");
+    for (vtkIdType i = 0; i < inward->GetNumberOfValues(); ++i)
+    {
+      inward->SetValue(i, -inward->GetValue(i));
+    }
+    data->GetPointData()->AddArray(inward);
+    estimation->SetNormalsArrayName("inward");
+    estimation->Update();
+    const Sides named =
+      CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
+    CHECK_BELOW(named.Right, 0.0001);
+    estimation->SetNormalsArrayName("missing");
+    estimation->Update();
+    CHECK_ABOVE(
+      CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size()).Right, 0.9999);
+    estimation->SetNormalsArrayName(nullptr);
   }
   Messages messages(estimation);
   estimation->SetInputData(ToPolyData(sphere.Points));

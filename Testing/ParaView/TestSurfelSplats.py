@@ -140,7 +140,13 @@ class SurfelSplats(PluginCase):
         setattr(settings, prefix + "FocusPoint", [0.3, 0.2, -4.0])
         self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
         setattr(settings, prefix + "FocusPoint", [0.3, 0.2, 0.0])
-        self.assertGreater(np.abs(screenshot(self.view) - camera).max(), 60)
+        near = screenshot(self.view)
+        self.assertGreater(np.abs(near - camera).max(), 60)
+        setattr(settings, prefix + "FocusMode", "Center of rotation")
+        self.view.CenterOfRotation = [0.0, 0.0, -4.0]
+        self.assertLess(np.abs(screenshot(self.view) - camera).max(), 2)
+        self.view.CenterOfRotation = [0.0, 0.0, 0.0]
+        self.assertLess(np.abs(screenshot(self.view) - near).max(), 2)
 
     def test_hidden_by_and_hiding_a_mesh(self):
         self.show(self.points)

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfelViewProcesses.h"
 
+#include "vtkSurfelSplatter.h"
+
 #include <vtkCamera.h>
 #include <vtkCommunicator.h>
 #include <vtkMultiProcessController.h>
+#include <vtkPVInteractorStyle.h>
 #include <vtkPVRenderView.h>
 #include <vtkPVSession.h>
 #include <vtkProcessModule.h>
@@ -28,39 +31,57 @@ vtkMultiProcessController* ProcessesOf(vtkPVRenderView* view, bool interactive)
     : nullptr;
 }
 
-void ShareLens(vtkPVRenderView* view, bool interactive)
+ViewLens ShareLens(vtkPVRenderView* view, bool interactive)
 {
-  const bool remote = view &&
-    (interactive ? view->GetUseDistributedRenderingForLODRender()
-                 : view->GetUseDistributedRenderingForRender());
+  ViewLens lens;
+  vtkCamera* camera = view->GetActiveCamera();
+  lens.FocalDisk = camera->GetFocalDisk();
+  lens.FocalDistance = camera->GetFocalDistance();
+  if (vtkPVInteractorStyle* style = view->GetInteractorStyle())
+  {
+    style->GetCenterOfRotation(lens.CenterOfRotation);
+    lens.HasCenter = true;
+  }
+  const bool remote = interactive ? view->GetUseDistributedRenderingForLODRender()
+                                  : view->GetUseDistributedRenderingForRender();
   auto* module = vtkProcessModule::GetProcessModule();
   auto* session = module ? vtkPVSession::SafeDownCast(module->GetActiveSession()) : nullptr;
   // Several clients do not render at the same time.
   if (!remote || !session || session->IsMultiClients())
   {
-    return;
+    return lens;
   }
-  vtkCamera* camera = view->GetActiveCamera();
-  double lens[2] = { camera->GetFocalDisk(), camera->GetFocalDistance() };
+  constexpr vtkIdType size = sizeof(lens);
+  auto* bytes = reinterpret_cast<unsigned char*>(&lens);
   if (vtkProcessModule::GetProcessType() == vtkProcessModule::PROCESS_CLIENT)
   {
     if (auto* server = session->GetController(vtkPVSession::RENDER_SERVER_ROOT))
     {
-      server->Send(lens, 2, 1, LensTag);
+      server->Send(bytes, size, 1, LensTag);
     }
-    return;
+    return lens;
   }
   if (auto* client = session->GetController(vtkPVSession::CLIENT))
   {
-    client->Receive(lens, 2, 1, LensTag);
+    client->Receive(bytes, size, 1, LensTag);
   }
   vtkMultiProcessController* all = vtkMultiProcessController::GetGlobalController();
   if (all && all->GetNumberOfProcesses() > 1)
   {
-    all->Broadcast(lens, 2, 0);
+    all->Broadcast(bytes, size, 0);
   }
-  camera->SetFocalDisk(lens[0]);
-  camera->SetFocalDistance(lens[1]);
+  camera->SetFocalDisk(lens.FocalDisk);
+  camera->SetFocalDistance(lens.FocalDistance);
+  return lens;
+}
+
+void Focus::Apply(const ViewLens& lens, vtkSurfelSplatter* splatter) const
+{
+  const bool center = this->Mode == CENTER_OF_ROTATION && lens.HasCenter;
+  splatter->SetFocusMode(center || this->Mode == POINT ? vtkSurfelSplatter::FOCUS_POINT
+                                                       : vtkSurfelSplatter::FOCUS_CAMERA);
+  const double* p = center ? lens.CenterOfRotation : this->Point;
+  splatter->SetFocusPoint(p[0], p[1], p[2]);
 }
 
 std::size_t Largest(std::size_t mine, vtkMultiProcessController* controller)

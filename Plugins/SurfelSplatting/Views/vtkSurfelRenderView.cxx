@@ -11,9 +11,12 @@
 #include <vtkPVSynchronizedRenderer.h>
 #include <vtkRenderer.h>
 
+#include <algorithm>
+
 vtkStandardNewMacro(vtkSurfelRenderView);
 
 vtkSurfelRenderView::vtkSurfelRenderView()
+  : Sharp(new SurfelViews::Focus)
 {
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
   this->Frame->SetMapper(this->NoSurfels);
@@ -37,7 +40,9 @@ void vtkSurfelRenderView::AboutToRenderOnLocalProcess(bool interactive)
     SurfelViews::ProcessesOf(this, interactive && this->GetUseLODForInteractiveRender());
   this->Pass->GetSplatter()->SetController(controller);
   this->Frame->SetCoversView(controller != nullptr);
-  SurfelViews::ShareLens(this, interactive && this->GetUseLODForInteractiveRender());
+  this->Sharp->Apply(
+    SurfelViews::ShareLens(this, interactive && this->GetUseLODForInteractiveRender()),
+    this->Pass->GetSplatter());
 }
 
 void vtkSurfelRenderView::SetLensMode(int mode)
@@ -47,12 +52,13 @@ void vtkSurfelRenderView::SetLensMode(int mode)
 
 void vtkSurfelRenderView::SetFocusMode(int mode)
 {
-  this->Pass->GetSplatter()->SetFocusMode(mode);
+  this->Sharp->Mode = mode;
 }
 
 void vtkSurfelRenderView::SetFocusPoint(double x, double y, double z)
 {
-  this->Pass->GetSplatter()->SetFocusPoint(x, y, z);
+  const double point[3] = { x, y, z };
+  std::copy_n(point, 3, this->Sharp->Point);
 }
 
 void vtkSurfelRenderView::SetCircleOfConfusion(double radius)

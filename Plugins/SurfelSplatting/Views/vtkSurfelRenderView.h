@@ -13,6 +13,12 @@
 #include "vtkPVRenderView.h"
 #include "vtkSurfelViewsModule.h" // for export macro
 
+#include <memory> // for members
+
+namespace SurfelViews
+{
+struct Focus;
+}
 class vtkSurfelMapper;
 class vtkSurfelSplattingPass;
 class vtkSurfelViewActor;
@@ -26,11 +32,18 @@ public:
 
   ///@{
   /**
+   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation,
+   * which its toolbar picks. Default 0.
+   */
+  void SetFocusMode(int mode);
+  void SetFocusPoint(double x, double y, double z);
+  ///@}
+
+  ///@{
+  /**
    * Forwarded to the pass and its vtkSurfelSplatter: see there.
    */
   void SetLensMode(int mode);
-  void SetFocusMode(int mode);
-  void SetFocusPoint(double x, double y, double z);
   void SetCircleOfConfusion(double radius);
   void SetLensCells(int cells);
   void SetLinearLight(int linear);
@@ -52,6 +65,7 @@ private:
   vtkNew<vtkSurfelSplattingPass> Pass;
   vtkNew<vtkSurfelViewActor> Frame; // nothing, but as wide as the view: blur has no bounds
   vtkNew<vtkSurfelMapper> NoSurfels;
+  std::unique_ptr<SurfelViews::Focus> Sharp;
 };
 
 #endif

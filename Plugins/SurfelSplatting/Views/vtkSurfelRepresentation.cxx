@@ -76,6 +76,7 @@ private:
 struct vtkSurfelRepresentation::Internals
 {
   vtkNew<vtkSurfelSplattingPass> Pass;
+  SurfelViews::Focus Sharp;
   vtkNew<vtkSurfelViewActor> Leader; // has no surfels, but is there on every process
   vtkNew<vtkSurfelMapper> NoSurfels;
   std::vector<std::unique_ptr<Cloud>> Clouds;
@@ -196,14 +197,16 @@ int vtkSurfelRepresentation::ProcessViewRequest(
     vtkPVRenderView::SetRequiresDistributedRenderingLOD(
       inInfo, this, view && view->GetUseDistributedRenderingForRender());
   }
-  else if (request == vtkPVView::REQUEST_RENDER())
+  else if (request == vtkPVView::REQUEST_RENDER() && view)
   {
     this->HidePolygons();
     vtkMultiProcessController* controller =
       SurfelViews::ProcessesOf(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
     this->Internal->Pass->GetSplatter()->SetController(controller);
     this->Internal->Leader->SetCoversView(controller != nullptr);
-    SurfelViews::ShareLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
+    this->Internal->Sharp.Apply(
+      SurfelViews::ShareLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0),
+      this->Internal->Pass->GetSplatter());
     this->UpdateClouds(vtkPVView::GetDeliveredPiece(inInfo, this), controller);
   }
   return done;
@@ -250,12 +253,13 @@ void vtkSurfelRepresentation::SetLensMode(int mode)
 
 void vtkSurfelRepresentation::SetFocusMode(int mode)
 {
-  this->Internal->Pass->GetSplatter()->SetFocusMode(mode);
+  this->Internal->Sharp.Mode = mode;
 }
 
 void vtkSurfelRepresentation::SetFocusPoint(double x, double y, double z)
 {
-  this->Internal->Pass->GetSplatter()->SetFocusPoint(x, y, z);
+  const double point[3] = { x, y, z };
+  std::copy_n(point, 3, this->Internal->Sharp.Point);
 }
 
 void vtkSurfelRepresentation::SetCircleOfConfusion(double radius)

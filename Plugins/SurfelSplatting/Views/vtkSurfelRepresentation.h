@@ -43,11 +43,18 @@ public:
 
   ///@{
   /**
+   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation,
+   * which the view's toolbar picks; without one the camera's. Default 0.
+   */
+  void SetFocusMode(int mode);
+  void SetFocusPoint(double x, double y, double z);
+  ///@}
+
+  ///@{
+  /**
    * Forwarded to vtkSurfelSplatter: see there.
    */
   void SetLensMode(int mode);
-  void SetFocusMode(int mode);
-  void SetFocusPoint(double x, double y, double z);
   void SetCircleOfConfusion(double radius);
   void SetLensCells(int cells);
   void SetLensSectors(int sectors);
