@@ -43,8 +43,8 @@ public:
 
   ///@{
   /**
-   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation,
-   * which the view's toolbar picks; without one the camera's. Default 0.
+   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation;
+   * without one the camera's. Default 0.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);
