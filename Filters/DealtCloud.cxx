@@ -104,15 +104,14 @@ void DealtCloud::ShareOrigin(vtkPointSet* input)
 void DealtCloud::Cut()
 {
   const std::size_t count = this->Positions.size() / 3;
-  vtkIdType total = 0;
   Message message;
   Put(static_cast<vtkIdType>(count), message);
   for (const Message& other : this->Group.Share(message))
   {
-    this->FirstIds.push_back(total);
-    total += MessageReader(other).Get<vtkIdType>();
+    this->FirstIds.push_back(this->Total);
+    this->Total += MessageReader(other).Get<vtkIdType>();
   }
-  const auto step = static_cast<std::size_t>(std::max<vtkIdType>(1, total / SampleSize));
+  const auto step = static_cast<std::size_t>(std::max<vtkIdType>(1, this->Total / SampleSize));
   message.clear();
   for (std::size_t i = 0; i < count; i += step)
   {

@@ -89,6 +89,9 @@ public:
   /// Collective. Every result to the rank that has the point.
   Returned Return(const Results& results);
 
+  /// Of all ranks.
+  vtkIdType NumberOfPoints() const { return this->Total; }
+
   const double* Origin() const { return this->CommonOrigin; }
   vtkIdType NumberOfNonFinitePoints() const { return this->NonFinite; }
 
@@ -99,7 +102,8 @@ private:
   SurfelSplatting::Ranks& Group;
   double CommonOrigin[3] = { 0.0, 0.0, 0.0 };
   std::vector<vtkIdType> FirstIds; // [rank] points of the ranks before
-  std::vector<float> Positions;    // of this rank's input, about the origin; NaN: takes no part
+  vtkIdType Total = 0;
+  std::vector<float> Positions; // of this rank's input, about the origin; NaN: takes no part
   vtkIdType NonFinite = 0;
   std::vector<CloudRegion> Regions; // [rank]
   std::vector<double> Spacings;     // [rank] of a surface through the region, world units

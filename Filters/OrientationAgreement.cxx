@@ -9,7 +9,7 @@
 #include "vtkPoints.h"
 
 #include <algorithm>
-#include <cstdint>
+#include <utility>
 
 using SurfelSplatting::Message;
 using SurfelSplatting::MessageReader;
@@ -91,12 +91,12 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
 }
 }
 
-std::vector<Message> OrientationAgreement::OrientAll(const std::vector<Message>& messages,
+std::vector<Message> OrientationAgreement::OrientAll(std::vector<Message> messages,
   const OrientationSettings& settings, const SurfelMonitor& monitor) const
 {
   std::vector<FittedPoint> fitted;
   std::vector<std::vector<vtkIdType>> asked;
-  for (const Message& message : messages)
+  for (Message& message : messages)
   {
     MessageReader reader(message);
     const size_t first = fitted.size();
@@ -104,9 +104,11 @@ std::vector<Message> OrientationAgreement::OrientAll(const std::vector<Message>&
     reader.Get(fitted.data() + first, fitted.size() - first);
     asked.emplace_back(reader.Size() / sizeof(vtkIdType));
     reader.Get(asked.back().data(), asked.back().size());
+    Message().swap(message);
   }
   WholeCloud whole;
   Assemble(fitted, this->Dealt.Origin(), whole);
+  std::vector<FittedPoint>().swap(fitted);
   OrientationSettings own = settings;
   const double* from = this->Dealt.Origin();
   const double* to = whole.Cloud.Origin;
@@ -171,7 +173,7 @@ bool OrientationAgreement::Orient(const LocalCloud& cloud, const NeighborGraph& 
   std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
   if (this->Group.IsRoot())
   {
-    answers = this->OrientAll(messages, settings, monitor);
+    answers = this->OrientAll(std::move(messages), settings, monitor);
   }
   const Message answer = this->Group.Exchange(std::move(answers))[0];
   if (answer.empty())

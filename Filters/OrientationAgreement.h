@@ -4,8 +4,7 @@
  * told by a part of it.
  *
  * Every rank fits the points of its region; rank 0 gets their fits and neighbours, and orients all
- * of them as one process would (OrientConsistently), in the same order. That takes it 210 bytes a
- * point of the whole cloud for as long, which is less than estimating it does; all the rest of the
+ * of them as one process would (OrientConsistently), in the same order. All the rest of the
  * estimation is shared out.
  */
 #pragma once
@@ -19,6 +18,9 @@
 namespace SurfelGeometry
 {
 class DealtCloud;
+
+/// Memory that rank 0 takes for a point of the whole cloud, as long as it orients.
+constexpr double OrientationBytesPerPoint = 400.0;
 
 class OrientationAgreement
 {
@@ -43,9 +45,8 @@ public:
     Sidedness& sides);
 
 private:
-  std::vector<SurfelSplatting::Message> OrientAll(
-    const std::vector<SurfelSplatting::Message>& messages, const OrientationSettings& settings,
-    const SurfelMonitor& monitor) const;
+  std::vector<SurfelSplatting::Message> OrientAll(std::vector<SurfelSplatting::Message> messages,
+    const OrientationSettings& settings, const SurfelMonitor& monitor) const;
 
   SurfelSplatting::Ranks& Group;
   const DealtCloud& Dealt;

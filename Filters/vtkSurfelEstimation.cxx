@@ -433,6 +433,15 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     arrays.push_back({ "Normals", 3, normals });
   }
+  const std::string memory = ranks.IsRoot() && this->OrientationMode == CONSISTENT && arrays.empty()
+    ? CheckMemory(cloud.NumberOfPoints(), OrientationBytesPerPoint, AvailableMemory())
+    : std::string();
+  if (!ranks.All(memory.empty()))
+  {
+    vtkErrorMacro(<< (memory.empty() ? "Process 0 lacks memory, see its messages." : memory)
+                  << " Process 0 tells the sides of all: VIEWPOINT and TWO_SIDED need no memory.");
+    return 0;
+  }
   OrientationAgreement agreement(ranks, cloud);
   const auto estimate = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
     Execution execution(this, &agreement);

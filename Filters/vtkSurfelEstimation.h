@@ -25,8 +25,8 @@
  * Several processes, each with a part of a cloud (or nothing), estimate one cloud's surfels where
  * they have a controller: the points are dealt out by place, with those about each region, and the
  * surfels go back to where their points are. Normals and sides are agreed upon as if one process
- * had all points, which takes process 0 210 bytes for each of them; what is counted is that of the
- * region a process works on, but for what is dropped.
+ * had all points, which takes process 0 some 400 bytes for each of them; what is counted is that of
+ * the region a process works on, but for what is dropped.
  *
  * @sa vtkSurfelNormalization
  */
