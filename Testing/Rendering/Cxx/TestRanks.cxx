@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Several processes' surfels in one picture, by the renderer without a window: process 0 has the
+ * picture of all, whether anything has changed is agreed upon, and what cannot be made is said.
+ */
+#include "RenderingTest.h"
+#include "ThreadController.h"
+
+#include "vtkSurfelImageRenderer.h"
+#include "vtkSurfelMapper.h"
+#include "vtkSurfelSplatter.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkImageData.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+
+#include <functional>
+
+using namespace RenderingTest;
+using SurfelTesting::ThreadController;
+
+namespace
+{
+vtkSmartPointer<vtkActor> Sphere(const Vector& center, double opacity)
+{
+  SurfelBuilder builder;
+  builder.AddSphere(center, 0.7, 3000);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(builder.Data);
+  actor->GetProperty()->SetOpacity(opacity);
+  actor->GetProperty()->SetColor(0.5 + 0.5 * center[0], 0.5, 1.0);
+  return actor;
+}
+
+/// Three spheres that cover one another.
+std::vector<vtkSmartPointer<vtkActor>> Spheres()
+{
+  return { Sphere({ 0, 0, 0 }, 1.0), Sphere({ 0.5, 0.2, 1.5 }, 0.4), Sphere({ -0.4, 0, -2 }, 1.0) };
+}
+
+struct Camera
+{
+  explicit Camera(vtkSurfelImageRenderer* renderer)
+  {
+    vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
+    camera->SetFocalDistance(4.5);
+    renderer->SetCamera(camera);
+    renderer->SetSize(120, 90);
+    renderer->GetSplatter()->SetLensModeToCircleOfConfusion();
+    renderer->GetSplatter()->SetCircleOfConfusion(9.0);
+  }
+};
+
+vtkSmartPointer<vtkImageData> Copy(vtkImageData* picture)
+{
+  auto copy = vtkSmartPointer<vtkImageData>::New();
+  copy->DeepCopy(picture);
+  return copy;
+}
+
+vtkSmartPointer<vtkImageData> ByOne(int cells)
+{
+  vtkNew<vtkSurfelImageRenderer> renderer;
+  const Camera camera(renderer);
+  renderer->GetSplatter()->SetLensCells(cells);
+  for (const auto& actor : Spheres())
+  {
+    renderer->AddActor(actor);
+  }
+  renderer->Update();
+  return Copy(renderer->GetOutput());
+}
+}
+
+SURFEL_TEST(Ranks, ThePictureIsThatOfOneProcess)
+{
+  for (const int cells : { 1, 7 })
+  {
+    const vtkSmartPointer<vtkImageData> expected = ByOne(cells);
+    vtkSmartPointer<vtkImageData> found;
+    ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
+      const int rank = controller->GetLocalProcessId();
+      vtkNew<vtkSurfelImageRenderer> renderer;
+      const Camera camera(renderer);
+      renderer->GetSplatter()->SetLensCells(cells);
+      renderer->GetSplatter()->SetController(controller);
+      const auto actors = Spheres();
+      for (int i = 0; i < 3; ++i)
+      {
+        if (rank == (i == 2 ? 2 : 0)) // process 1 has nothing
+        {
+          renderer->AddActor(actors[static_cast<std::size_t>(i)]);
+        }
+      }
+      renderer->Update();
+      if (rank == 0)
+      {
+        found = Copy(renderer->GetOutput());
+      }
+    });
+    CHECK_NEAR(Compare(found, expected).Max, 0.0, 0.0);
+  }
+}
+
+SURFEL_TEST(Ranks, AChangeAnywhereIsANewPicture)
+{
+  vtkSmartPointer<vtkImageData> first, second;
+  vtkIdType reused[2] = { -1, -1 };
+  ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+    const int rank = controller->GetLocalProcessId();
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    const Camera camera(renderer);
+    renderer->GetSplatter()->SetController(controller);
+    const vtkSmartPointer<vtkActor> actor = Spheres()[static_cast<std::size_t>(rank)];
+    renderer->AddActor(actor);
+    renderer->Update();
+    if (rank == 0)
+    {
+      first = Copy(renderer->GetOutput());
+    }
+    renderer->Modified();
+    renderer->Update(); // nothing has changed
+    reused[rank] = renderer->GetSplatter()->GetNumberOfReusedFrames();
+    if (rank == 1)
+    {
+      actor->GetProperty()->SetColor(0, 1, 0);
+    }
+    renderer->Modified();
+    renderer->Update();
+    if (rank == 0)
+    {
+      second = Copy(renderer->GetOutput());
+    }
+    reused[rank] -= renderer->GetSplatter()->GetNumberOfReusedFrames();
+  });
+  CHECK(Compare(first, second).Max > 0.1);
+  CHECK(reused[0] == 0 && reused[1] == 0);
+}
+
+SURFEL_TEST(Ranks, WhatIsNotMadeIsSaid)
+{
+  vtkSmartPointer<vtkImageData> found;
+  ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    const Camera camera(renderer);
+    renderer->GetSplatter()->SetController(controller);
+    renderer->GetSplatter()->DeepSamplesOn();
+    renderer->AddActor(Spheres()[0]);
+    renderer->Update();
+    if (controller->GetLocalProcessId() == 0)
+    {
+      found = Copy(renderer->GetOutput());
+    }
+  });
+  CHECK(TakeMessages().find("DeepSamples") != std::string::npos);
+  CHECK(At(found, 60, 45, 3) > 0.9);
+}
