@@ -9,7 +9,6 @@
 #include "vtkSurfelViewActor.h"
 
 #include <vtkCompositeDataDisplayAttributes.h>
-#include <vtkCompositePolyDataMapper2.h>
 #include <vtkInformation.h>
 #include <vtkMultiProcessController.h>
 #include <vtkNew.h>
@@ -22,10 +21,20 @@
 #include <vtkRenderer.h>
 #include <vtkSequencePass.h>
 #include <vtkSmartPointer.h>
+#include <vtkVersionMacros.h>
 #include <vtkWeakPointer.h>
 
 #include <algorithm>
 #include <vector>
+
+// ParaView's mapper of composite data.
+#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
+#include <vtkCompositePolyDataMapper.h>
+using CompositeMapper = vtkCompositePolyDataMapper;
+#else
+#include <vtkCompositePolyDataMapper2.h>
+using CompositeMapper = vtkCompositePolyDataMapper2;
+#endif
 
 namespace
 {
@@ -215,7 +224,7 @@ int vtkSurfelRepresentation::ProcessViewRequest(
 void vtkSurfelRepresentation::UpdateClouds(
   vtkDataObject* delivered, vtkMultiProcessController* controller)
 {
-  auto* composite = vtkCompositePolyDataMapper2::SafeDownCast(this->Mapper);
+  auto* composite = CompositeMapper::SafeDownCast(this->Mapper);
   std::vector<SurfelViews::Part> parts = SurfelViews::FindParts(
     delivered, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
   // The same number on all processes, whatever they have of it.
