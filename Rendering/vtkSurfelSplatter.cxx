@@ -137,6 +137,17 @@ void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
 
 bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
 {
+  if (SurfelSplatting::Ranks* ranks = this->GetRanks())
+  {
+    const bool same = ranks->RootValue(view.Size[0]) == view.Size[0];
+    if (!ranks->All(ranks->RootValue(view.Size[1]) == view.Size[1] && same))
+    {
+      vtkErrorMacro("The processes' pictures differ in size; this one's is "
+        << view.Size[0] << " x " << view.Size[1]
+        << " pixels. Give all windows the same size, or this one no controller.");
+      return false;
+    }
+  }
   try
   {
     this->RenderPicture(items, view);

@@ -16,6 +16,7 @@
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 
+#include <atomic>
 #include <functional>
 
 using namespace RenderingTest;
@@ -155,4 +156,20 @@ SURFEL_TEST(Ranks, WhatIsNotMadeIsSaid)
   });
   CHECK(TakeMessages().find("DeepSamples") != std::string::npos);
   CHECK(At(found, 60, 45, 3) > 0.9);
+}
+
+SURFEL_TEST(Ranks, PicturesOfDifferentSizeAreRefused)
+{
+  std::atomic<int> made{ 0 };
+  ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+    vtkNew<vtkSurfelImageRenderer> renderer;
+    const Camera camera(renderer);
+    renderer->SetSize(100, 80 + controller->GetLocalProcessId());
+    renderer->GetSplatter()->SetController(controller);
+    renderer->AddActor(Spheres()[0]);
+    renderer->Update();
+    made += renderer->GetOutput()->GetNumberOfPoints() > 0 ? 1 : 0;
+  });
+  CHECK(TakeMessages().find("differ in size") != std::string::npos);
+  CHECK(made == 0);
 }
