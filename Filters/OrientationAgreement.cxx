@@ -137,6 +137,11 @@ std::vector<Message> OrientationAgreement::OrientAll(std::vector<Message> messag
   return answers;
 }
 
+const double* OrientationAgreement::Origin() const
+{
+  return this->Dealt.Origin();
+}
+
 bool OrientationAgreement::Orient(const LocalCloud& cloud, const NeighborGraph& graph,
   const OrientationSettings& settings, const SurfelMonitor& monitor, std::vector<SurfelFit>& fits,
   Sidedness& sides)

@@ -32,6 +32,9 @@ public:
   {
   }
 
+  /// Of the dealt points.
+  const double* Origin() const;
+
   /// Collective: whether all ranks say so.
   bool All(bool mine) { return this->Group.All(mine); }
 

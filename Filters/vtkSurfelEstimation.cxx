@@ -105,9 +105,12 @@ class vtkSurfelEstimation::Execution
 {
 public:
   /// @param agreement of the ranks that estimate one cloud, or null
-  explicit Execution(vtkSurfelEstimation* self, OrientationAgreement* agreement = nullptr)
+  /// @param mine      which points count, of a region; null: all
+  explicit Execution(vtkSurfelEstimation* self, OrientationAgreement* agreement = nullptr,
+    const std::function<bool(vtkIdType)>& mine = nullptr)
     : Self(self)
     , Agreement(agreement)
+    , Mine(mine)
   {
   }
 
@@ -149,8 +152,7 @@ public:
     this->WriteSurfels(output);
   }
 
-  /// @param mine of a region's input points; null: all
-  void Count(const std::function<bool(vtkIdType)>& mine = nullptr)
+  void Count()
   {
     vtkSurfelEstimation* self = this->Self;
     self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
@@ -158,7 +160,7 @@ public:
     std::vector<float> spacings;
     for (size_t i = 0; i < this->Fits.size(); ++i)
     {
-      if (mine && !mine(this->Cloud.InputIds[i]))
+      if (!this->Counts(static_cast<int>(i)))
       {
         continue;
       }
@@ -194,7 +196,7 @@ private:
       normals->GetTuple(this->Cloud.InputIds[i], tuple);
       const Vector3 zero;
       const Vector3 normal = Normalized({ tuple[0], tuple[1], tuple[2] }, zero);
-      this->Self->NumberOfInvalidNormals += Dot(normal, normal) > 0.0 ? 0 : 1;
+      this->Self->NumberOfInvalidNormals += Dot(normal, normal) > 0.0 || !this->Counts(i) ? 0 : 1;
       Store(normal, this->Given.data() + 3 * static_cast<size_t>(i));
     }
   }
@@ -210,10 +212,9 @@ private:
     return settings;
   }
 
-  Vector3 LocalViewpoint() const
+  Vector3 LocalViewpoint(const double origin[3]) const
   {
     const double* world = this->Self->Viewpoint;
-    const double* origin = this->Cloud.Origin;
     return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
   }
 
@@ -223,7 +224,7 @@ private:
     switch (this->Self->OrientationMode)
     {
       case VIEWPOINT:
-        FaceViewpoint(this->Cloud, this->LocalViewpoint(), this->Fits);
+        FaceViewpoint(this->Cloud, this->LocalViewpoint(this->Cloud.Origin), this->Fits);
         this->Sides.TwoSided.assign(count, 0);
         return true;
       case TWO_SIDED:
@@ -240,12 +241,13 @@ private:
     }
     OrientationSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
-    settings.Viewpoint = this->LocalViewpoint();
     if (this->Agreement)
     {
+      settings.Viewpoint = this->LocalViewpoint(this->Agreement->Origin());
       return this->Agreement->Orient(
         this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
     }
+    settings.Viewpoint = this->LocalViewpoint(this->Cloud.Origin);
     return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
   }
 
@@ -337,11 +339,14 @@ private:
     output->GetFieldData()->AddArray(origin);
   }
 
+  bool Counts(int i) const { return !this->Mine || this->Mine(this->Cloud.InputIds[i]); }
+
   /// Of all ranks that estimate one cloud.
   bool All(bool mine) { return this->Agreement ? this->Agreement->All(mine) : mine; }
 
   vtkSurfelEstimation* Self;
   OrientationAgreement* Agreement;
+  std::function<bool(vtkIdType)> Mine;
   LocalCloud Cloud;
   std::vector<float> Given;
   std::vector<SurfelFit> Fits;
@@ -401,6 +406,13 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
   {
     return 0;
   }
+  const std::string memory =
+    CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
+  if (!memory.empty())
+  {
+    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation works on parts.");
+    return 0;
+  }
   Execution execution(this);
   if (!execution.Run(input))
   {
@@ -433,24 +445,28 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     arrays.push_back({ "Normals", 3, normals });
   }
-  const std::string memory = ranks.IsRoot() && this->OrientationMode == CONSISTENT && arrays.empty()
-    ? CheckMemory(cloud.NumberOfPoints(), OrientationBytesPerPoint, AvailableMemory())
-    : std::string();
+  // A share of the cloud, and for process 0 the sides of all of it where they are not given.
+  const bool areGiven = ranks.All(!input || input->GetNumberOfPoints() == 0 || normals);
+  const bool orients = ranks.IsRoot() && this->OrientationMode == CONSISTENT && !areGiven;
+  const vtkIdType all = cloud.NumberOfPoints();
+  std::string memory = CheckMemory(all / ranks.Size(), BytesPerPoint, AvailableMemory());
+  memory = memory.empty() && orients ? CheckMemory(all, OrientationBytesPerPoint, AvailableMemory())
+                                     : memory;
   if (!ranks.All(memory.empty()))
   {
-    vtkErrorMacro(<< (memory.empty() ? "Process 0 lacks memory, see its messages." : memory)
+    vtkErrorMacro(<< (memory.empty() ? "Another process lacks memory, see its messages." : memory)
                   << " Process 0 tells the sides of all: VIEWPOINT and TWO_SIDED need no memory.");
     return 0;
   }
   OrientationAgreement agreement(ranks, cloud);
   const auto estimate = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
-    Execution execution(this, &agreement);
+    this->ResetCounts();
+    Execution execution(this, &agreement, [&cloud](vtkIdType id) { return cloud.IsMine(id); });
     if (!execution.Run(dealt))
     {
       return nullptr;
     }
-    this->ResetCounts();
-    execution.Count([&cloud](vtkIdType id) { return cloud.IsMine(id); });
+    execution.Count();
     auto surfels = vtkSmartPointer<vtkPolyData>::New();
     execution.Write(dealt, surfels);
     return surfels;
@@ -497,13 +513,6 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
     vtkErrorMacro("The input has " << input->GetNumberOfPoints()
                                    << " points; the neighbour search takes up to "
                                    << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
-    return false;
-  }
-  const std::string memory =
-    CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
-  if (!memory.empty())
-  {
-    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation works on parts.");
     return false;
   }
   if (this->NeighborhoodMode == RADIUS && !(this->Radius > 0.0))

@@ -75,7 +75,7 @@ public:
     for (size_t i = 0; i < areas.size(); ++i)
     {
       areas[i] = this->Surfels[i].Usable ? this->Surfels[i].Area : 0.0;
-      this->Self->TotalAreaBefore += areas[i];
+      this->Self->TotalAreaBefore += sharing.Mine.empty() || sharing.Mine[i] ? areas[i] : 0.0;
     }
     if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(), ranks ? &sharing : nullptr,
           SurfelMonitor(this->Self, 0.1, 1.0), areas, this->Report))
@@ -83,7 +83,7 @@ public:
       return false;
     }
     this->WriteAreas(areas, input, result);
-    this->WriteReport(areas);
+    this->WriteReport(areas, sharing.Mine);
     return true;
   }
 
@@ -166,7 +166,8 @@ private:
     }
   }
 
-  void WriteReport(const std::vector<double>& areas)
+  /// @param mine which surfels count; empty: all
+  void WriteReport(const std::vector<double>& areas, const std::vector<char>& mine)
   {
     vtkSurfelNormalization* self = this->Self;
     self->MeanBefore = this->Report.Before.Mean;
@@ -182,6 +183,10 @@ private:
     self->NumberOfUnusableSurfels = this->Cloud.NonFinite;
     for (size_t i = 0; i < areas.size(); ++i)
     {
+      if (!mine.empty() && !mine[i])
+      {
+        continue;
+      }
       self->TotalAreaAfter += areas[i];
       self->NumberOfUnusableSurfels += this->Surfels[i].Usable ? 0 : 1;
     }

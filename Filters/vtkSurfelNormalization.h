@@ -15,7 +15,8 @@
  *
  * The result does not depend on the number of threads, nor on any cut-off of a renderer. With a
  * controller of several processes all of them weight one cloud's surfels, as vtkSurfelEstimation
- * estimates them; sums are measured over all of it.
+ * estimates them; sums are measured over all of it, total areas over a process's
+ * region.
  *
  * @sa vtkSurfelEstimation
  */

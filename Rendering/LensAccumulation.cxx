@@ -161,8 +161,13 @@ bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& 
   vtkRenderer* renderer = state->GetRenderer();
   vtkOpenGLRenderWindow* window = WindowOf(state);
   const int samples = CurrentSamples();
-  if (!this->Frame.Begin(window, rectangle.Width, rectangle.Height, samples))
+  const bool begun = this->Frame.Begin(window, rectangle.Width, rectangle.Height, samples);
+  if (views.All ? !views.All(begun) : !begun)
   {
+    if (begun)
+    {
+      this->Frame.End(false);
+    }
     return false;
   }
   if (renderer->Transparent()) // which does not clear what it draws over
@@ -183,7 +188,8 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   const LensViews& views, vtkRenderPass* delegate)
 {
   vtkOpenGLRenderWindow* window = WindowOf(state);
-  if (!this->Prepare(window, rectangle.Width, rectangle.Height))
+  const auto all = [&views](bool mine) { return views.All ? views.All(mine) : mine; };
+  if (!all(this->Prepare(window, rectangle.Width, rectangle.Height)))
   {
     return false;
   }
@@ -191,7 +197,7 @@ bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle&
   this->KeepBelow(window, rectangle, renderer->GetPreserveDepthBuffer() != 0,
     renderer->Transparent() && views.LinearLight);
   int done = 0;
-  for (; done < views.Count && (done == 0 || !views.GoOn || views.GoOn()); ++done)
+  for (; done < views.Count && (done == 0 || all(!window->GetAbortRender())); ++done)
   {
     if (!this->RenderView(state, views, done, rectangle, delegate))
     {

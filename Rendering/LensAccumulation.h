@@ -46,11 +46,11 @@ struct LensViews
   View Middle; // what the camera sees
   Lens Optics;
   std::vector<LensCell> Cells;
-  int Count;                ///< of views
-  double PixelFilter = 0.0; ///< standard deviation of a Gaussian filter, made by shifts, px
-  bool LinearLight = false; ///< the mean is of light, colours being its sRGB codes
-  double Deepest = 1.0;     ///< depth of pixels with any colour, at most
-  std::function<bool()> GoOn; ///< asked before each view but the first; may be empty
+  int Count;                     ///< of views
+  double PixelFilter = 0.0;      ///< standard deviation of a Gaussian filter, made by shifts, px
+  bool LinearLight = false;      ///< the mean is of light, colours being its sRGB codes
+  double Deepest = 1.0;          ///< depth of pixels with any colour, at most
+  std::function<bool(bool)> All; ///< of all processes that render the views together, or empty
 };
 
 class LensAccumulation
@@ -64,7 +64,7 @@ public:
    * rectangle of the current framebuffer: over what is there where the renderer is transparent,
    * otherwise instead of it. Each view is rendered through a copy of the camera within a cell of
    * the lens, FocalDisk being the cell's diameter, with as many samples as the current framebuffer
-   * has. Views after the first one are left out once GoOn says so. False: its
+   * has. Views after the first one are left out once the window's rendering is aborted. False: its
    * textures could not be made, and nothing is drawn. A renderer that preserves the depth of layers
    * below has it in every view.
    */

@@ -171,6 +171,10 @@ void OtherProps::Gather(Ranks& ranks, bool mine, std::vector<float>& distances)
     }
     Put(pixels.data(), pixels.size(), message);
   }
+  if (!mine && !ranks.IsRoot())
+  {
+    this->Color.clear();
+  }
   const auto margin = static_cast<std::size_t>(this->Whole.Margin);
   const std::size_t wide = this->Width + 2 * margin;
   for (const Message& pixels : ranks.ToRoot(std::move(message)))
@@ -178,7 +182,8 @@ void OtherProps::Gather(Ranks& ranks, bool mine, std::vector<float>& distances)
     for (MessageReader reader(pixels); reader.Size() > 0;)
     {
       const auto pixel = reader.Get<SentPixel>();
-      if (pixel.Distance < this->WideDistances[pixel.Index])
+      if (pixel.Index < this->WideDistances.size() &&
+        pixel.Distance < this->WideDistances[pixel.Index])
       {
         this->WideDistances[pixel.Index] = pixel.Distance;
         std::copy_n(pixel.Color, 4, &this->WideColor[4 * pixel.Index]);
@@ -191,6 +196,22 @@ void OtherProps::Gather(Ranks& ranks, bool mine, std::vector<float>& distances)
       }
     }
   }
+}
+
+const float* OtherProps::WithoutGathered(const std::vector<float>& distances)
+{
+  if (this->Color.size() != 4 * distances.size())
+  {
+    return nullptr;
+  }
+  for (std::size_t p = 0; p < distances.size(); ++p)
+  {
+    if (std::isfinite(distances[p]))
+    {
+      std::fill_n(&this->Color[4 * p], 4, 0.0f);
+    }
+  }
+  return this->Color.data();
 }
 
 bool OtherProps::DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,

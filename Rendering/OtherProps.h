@@ -62,6 +62,10 @@ public:
    */
   void Gather(Ranks& ranks, bool mine, std::vector<float>& distances);
 
+  /// On the other ranks: what the last Read has seen without what was gathered, premultiplied; null
+  /// where nothing was read.
+  const float* WithoutGathered(const std::vector<float>& distances);
+
   /// Of the last Read.
   const PixelPicture& Picture() const { return this->Whole; }
 

@@ -72,7 +72,6 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
     SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, this->DelegateBlurs == 0 });
   views.PixelFilter = this->PixelFilter;
   views.LinearLight = this->LinearLight != 0;
-  views.GoOn = [window]() { return !window->GetAbortRender(); };
   // Hardware selection draws the props' identities, which have no mean.
   if (!renderer->GetSelector() && !views.IsOne())
   {

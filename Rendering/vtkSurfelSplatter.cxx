@@ -135,26 +135,41 @@ void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
   }
 }
 
+bool vtkSurfelSplatter::HasOneSize(const int size[2])
+{
+  SurfelSplatting::Ranks* ranks = this->GetRanks();
+  if (!ranks)
+  {
+    return true;
+  }
+  const bool same = ranks->RootValue(size[0]) == size[0];
+  if (ranks->All(ranks->RootValue(size[1]) == size[1] && same))
+  {
+    return true;
+  }
+  vtkErrorMacro("The processes' pictures differ in size; this one's is "
+    << size[0] << " x " << size[1]
+    << " pixels. Give all windows the same size, or this one no controller.");
+  return false;
+}
+
 bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
 {
-  if (SurfelSplatting::Ranks* ranks = this->GetRanks())
+  if (!this->HasOneSize(view.Size))
   {
-    const bool same = ranks->RootValue(view.Size[0]) == view.Size[0];
-    if (!ranks->All(ranks->RootValue(view.Size[1]) == view.Size[1] && same))
-    {
-      vtkErrorMacro("The processes' pictures differ in size; this one's is "
-        << view.Size[0] << " x " << view.Size[1]
-        << " pixels. Give all windows the same size, or this one no controller.");
-      return false;
-    }
+    return false;
   }
   try
   {
     this->RenderPicture(items, view);
     return true;
   }
-  catch (const std::bad_alloc&)
+  catch (const std::bad_alloc& problem)
   {
+    if (this->GetRanks() && !dynamic_cast<const SurfelSplatting::RanksLackMemory*>(&problem))
+    {
+      throw; // the others wait for this process: better ended than forever
+    }
     this->Internal->Output->Initialize();
     this->Internal->HasPicture = false;
     vtkErrorMacro("Memory does not suffice for a picture of "
@@ -347,7 +362,7 @@ void vtkSurfelSplatter::ShareScene(const View& view, bool good, SceneClouds& sce
   SurfelSplatting::Ranks& ranks = *this->GetRanks();
   if (!ranks.All(good))
   {
-    throw std::bad_alloc();
+    throw SurfelSplatting::RanksLackMemory();
   }
   if ((this->DeepSamples || this->Channels != 0) && !this->Internal->WarnedRanks)
   {
@@ -407,6 +422,11 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   const bool whole = my.Core.Render(my.Context, scene.Clouds, Core::SMPExecutor(), frame,
     scene.Limit, isDeep ? &deep : nullptr, progress, exchange.get());
 
+  if (ranks && !ranks->IsRoot())
+  {
+    scene.Color->Fill(0.0); // all is in process 0's
+    scene.Depth->Fill(0.0);
+  }
   vtkImageData* output = my.Output;
   output->Initialize();
   output->SetDimensions(view.Size[0], view.Size[1], 1);
@@ -513,6 +533,7 @@ double vtkSurfelSplatter::GetStageMilliseconds(int stage)
 void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "Controller: " << this->Internal->Controller.Get() << "\n";
   os << indent << "LensMode: " << this->LensMode << "\n";
   os << indent << "FocusMode: " << this->FocusMode << "\n";
   os << indent << "FocusPoint: " << this->FocusPoint[0] << " " << this->FocusPoint[1] << " "

@@ -249,7 +249,8 @@ public:
    * none. Every Render is then a collective call, with the same settings, camera and size on all;
    * splats are sent to where they lie on the screen, and the picture is process 0's: that of all
    * surfels in one process. Each process has a hierarchy of its own, so that with a level of detail
-   * nodes at their borders differ. DeepSamples and Channels are left out. Default none.
+   * nodes at their borders differ. The other processes' outputs are 0. DeepSamples and Channels are
+   * left out. Default none.
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();
@@ -420,6 +421,10 @@ public:
 
   /// The controller's processes; null where there is but this one.
   SurfelSplatting::Ranks* GetRanks();
+
+  /// Collective with a controller: whether all processes' pictures have the same size; an error if
+  /// not.
+  bool HasOneSize(const int size[2]);
 
   /// Whether a camera's lens blurs anything.
   bool HasLens(vtkCamera* camera);

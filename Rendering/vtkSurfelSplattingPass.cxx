@@ -252,7 +252,7 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
     { cells, this->Splatter->GetLensPinholes() != 0 });
   views.LinearLight = this->Splatter->GetLinearLight() != 0;
   views.Deepest = this->Splatter->GetRanks() ? DeepestPixel : 1.0;
-  views.GoOn = [this, window]() { return this->All(!window->GetAbortRender()); };
+  views.All = [this](bool mine) { return this->All(mine); };
   bool good = false;
   {
     const CountOfCells count(this->Internal->CellCount, cells);
@@ -316,7 +316,9 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   this->Internal->Marks.Set(renderer, items);
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
-  const bool hasPicture = this->All(window && rectangle.Width > 0 && rectangle.Height > 0);
+  const int size[2] = { rectangle.Width, rectangle.Height };
+  const bool hasPicture =
+    this->All(window && size[0] > 0 && size[1] > 0) && this->Splatter->HasOneSize(size);
   const bool hasSurfels = this->Any(!items.empty());
   this->Internal->Others.SetLinearLight(this->Splatter->GetLinearLight() != 0);
   const int margin = hasPicture ? this->BeginOtherProps(state, rectangle) : 0;
@@ -330,8 +332,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   const SurfelSplatting::DepthRange range = MakeDepthRange(view.Camera, view.Aspect);
   this->ReadDepths(window, rectangle, range);
   SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
-  const bool joined =
-    ranks && this->JoinOtherProps(state, rectangle, range, margin, delegate);
+  const bool joined = ranks && this->JoinOtherProps(state, rectangle, range, margin, delegate);
   view.DepthLimit = this->Internal->Limit.data();
   if (margin > 0 &&
     (ranks ? joined && ranks->IsRoot()
@@ -349,10 +350,25 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
     }
     if (ranks && !ranks->IsRoot())
     {
-      SurfelSplatting::FrameBlit::Clear(window, rectangle); // all is in rank 0's picture
+      this->ClearPicture(window, rectangle, joined);
       return;
     }
     this->DrawPicture(window, rectangle, range, joined);
+  }
+}
+
+/// What is in process 0's picture now leaves this one's; translucent props and volumes, which have
+/// no depth, stay.
+void vtkSurfelSplattingPass::ClearPicture(
+  vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle, bool joined)
+{
+  Internals& my = *this->Internal;
+  SurfelSplatting::FrameBlit::Clear(window, rectangle);
+  const float* rest = joined ? my.Others.WithoutGathered(my.Limit) : nullptr;
+  if (rest)
+  {
+    std::fill(my.WindowDepth.begin(), my.WindowDepth.end(), 1.0f);
+    my.Blit.Replace(window, rectangle, rest, my.WindowDepth.data());
   }
 }
 

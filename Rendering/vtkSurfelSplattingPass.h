@@ -32,7 +32,8 @@
  * With a controller (GetSplatter()->SetController()) the renderers of all its processes draw one
  * picture, and all have to render: opaque props come to process 0, the nearest of each pixel, and
  * surfels as vtkSurfelSplatter says. Process 0's framebuffer then holds the picture, with a depth
- * below 1 wherever there is any colour, and the others' are empty, as compositors want them.
+ * below 1 wherever there is any colour, and the others' nothing but translucent props and volumes
+ * that were drawn before, as compositors want them.
  *
  * The float picture of what was splatted, before it is rounded to the frame's 8 bits, is
  * GetSplatter()->GetOutput(): surfels and blurred pixels of other props; that of the last cell
@@ -152,9 +153,14 @@ private:
   bool ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate);
   bool All(bool mine);
-  bool Any(bool mine) { return !this->All(!mine); }
+  bool Any(bool mine)
+  {
+    return !this->All(!mine);
+  }
   void ReadDepths(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range);
+  void ClearPicture(
+    vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle, bool joined);
   void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
     const SurfelSplatting::DepthRange& range, bool joined);
 #endif

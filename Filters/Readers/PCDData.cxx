@@ -111,8 +111,9 @@ void ReadBinary(std::istream& file, FieldCloud& cloud)
 template <typename T>
 bool Parse(const std::string& word, T& value)
 {
+  const char* begin = word.data() + (word[0] == '+' ? 1 : 0);
   const char* end = word.data() + word.size();
-  const std::from_chars_result result = std::from_chars(word.data(), end, value);
+  const std::from_chars_result result = std::from_chars(begin, end, value);
   return result.ec == std::errc() && result.ptr == end;
 }
 
@@ -122,11 +123,13 @@ bool StoreAs(const std::string& word, std::uint8_t* to)
 {
   T value = 0;
   bool good = Parse(word, value);
-  if (!good && std::is_integral<T>::value)
+  double real = 0.0;
+  if (!good && Parse(word, real))
   {
-    double real = 0.0; // "1.0" is a whole number, too
-    good = Parse(word, real) && real >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
-      real < static_cast<double>(std::numeric_limits<T>::max());
+    // "1.0" is a whole number, too, and 1e-60 a float: 0.
+    good = !std::is_integral<T>::value ||
+      (real >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
+        real < static_cast<double>(std::numeric_limits<T>::max()));
     value = good ? static_cast<T>(real) : T{};
   }
   std::memcpy(to, &value, sizeof(T));

@@ -171,7 +171,8 @@ void CheckPCDSize(std::map<std::string, Words>& lines, PCDHeader& header)
     lines["HEIGHT"].empty() ? 1 : ParseCount("HEIGHT", lines["HEIGHT"][0]);
   const std::uint64_t points =
     lines["POINTS"].empty() ? width * height : ParseCount("POINTS", lines["POINTS"][0]);
-  if (width > (1u << 31) || height > (1u << 31) || width * height != points)
+  if (width > std::numeric_limits<int>::max() || height > std::numeric_limits<int>::max() ||
+    width * height != points)
   {
     Fail("POINTS is not WIDTH times HEIGHT");
   }

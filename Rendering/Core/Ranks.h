@@ -10,12 +10,18 @@
 
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <type_traits>
 #include <vector>
 
 namespace SurfelSplatting
 {
 using Message = std::vector<unsigned char>;
+
+/// Thrown on all ranks where one of them lacks memory.
+class RanksLackMemory : public std::bad_alloc
+{
+};
 
 class Ranks
 {

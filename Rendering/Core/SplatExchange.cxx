@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <new>
+#include <utility>
 
 namespace SurfelSplatting
 {
@@ -57,8 +58,8 @@ std::vector<std::uint64_t> CostOfTiles(int width, int height, const SplatList& l
         continue;
       }
       const int first = rows.Begin / TileSize, last = (rows.End - 1) / TileSize;
-      const auto area = static_cast<std::uint64_t>(box.X1 - box.X0) *
-        static_cast<std::uint64_t>(box.Y1 - box.Y0);
+      const auto area =
+        static_cast<std::uint64_t>(box.X1 - box.X0) * static_cast<std::uint64_t>(box.Y1 - box.Y0);
       const std::uint64_t cost = area / static_cast<std::uint64_t>(last - first + 1);
       for (int tile = first; tile <= last; ++tile)
       {
@@ -132,8 +133,8 @@ void Read(const Message& message, std::size_t base, std::uint64_t begin, std::ui
 {
   if (begin < end)
   {
-    std::memcpy(static_cast<void*>(to), message.data() + base + begin * sizeof(T),
-      (end - begin) * sizeof(T));
+    std::memcpy(
+      static_cast<void*>(to), message.data() + base + begin * sizeof(T), (end - begin) * sizeof(T));
   }
 }
 
@@ -295,13 +296,26 @@ void SplatExchange::Exchange(
 {
   if (!this->Group.All(good))
   {
-    throw std::bad_alloc();
+    throw RanksLackMemory();
   }
   if (this->Bands.empty())
   {
     this->ChooseBands(width, height, list);
   }
-  this->Unpack(this->Group.Exchange(this->Pack(executor, list)), executor, list);
+  std::vector<Message> messages;
+  try
+  {
+    messages = this->Pack(executor, list);
+  }
+  catch (const std::bad_alloc&)
+  {
+    good = false;
+  }
+  if (!this->Group.All(good))
+  {
+    throw RanksLackMemory();
+  }
+  this->Unpack(this->Group.Exchange(std::move(messages)), executor, list);
 }
 
 void SplatExchange::Collect(const Frame& frame)

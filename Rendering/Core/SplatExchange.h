@@ -43,7 +43,7 @@ public:
    * Collective. Replaces the splats of this rank's surfels by those of all ranks that reach its
    * rows, rank after rank. The bands are chosen by the first splats of a picture, for even work.
    * @param good whether this rank's splats could be made
-   * @throw std::bad_alloc on all ranks where one is not good
+   * @throw RanksLackMemory on all ranks where one is not good or cannot pack its splats
    */
   void Exchange(int width, int height, bool good, const Executor& executor, SplatList& list);
 

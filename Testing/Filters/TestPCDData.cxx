@@ -160,6 +160,7 @@ void TestDamage()
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7 8 9 0 1 2 3 4\n").empty());
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7       \n1 2 3").find("ends after 1") != std::string::npos);
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7\n1 two 3 4 5 6 7\n").find("field y") != std::string::npos);
+  CHECK(ErrorOf(Head + "+1 1e-60 1e-60 +4 5 6 7\n1 2 3 4 5 6 7\n").empty());
   CHECK(ErrorOf(Head + "1 2 3 999 5 6 7\n1 2 3 4 5 6 7\n").find("999") != std::string::npos);
   CHECK(ErrorOf(Head + "1 2 3 4 5 -6 7\n1 2 3 4 5 6 7\n").find("-6") != std::string::npos);
   // Every byte of a packed file changed, or the end missing: an error or other numbers, no crash.

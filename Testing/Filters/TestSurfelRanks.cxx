@@ -161,6 +161,20 @@ void TestOddClouds()
   }
   Compare(points, 2, [](const Vec&, int i) { return i % 2; });
   Compare({}, 2, [](const Vec&, int) { return 0; });
+  // Two sheets far apart, whose regions have origins of their own, and a viewpoint between them.
+  std::vector<Vec> sheets;
+  for (const double x : { -40.0, 40.0 })
+  {
+    const Sampled sheet =
+      MakeRectangle({ x, -0.5, -0.5 }, { 0, 1, 0 }, 1.0, { 0, 0, 1 }, 1.0, 0.03, 1.0, Random(4));
+    sheets.insert(sheets.end(), sheet.Points.begin(), sheet.Points.end());
+  }
+  Compare(
+    sheets, 2, [](const Vec& p, int) { return p[0] < 0 ? 0 : 1; },
+    [](vtkSurfelEstimation* estimation) {
+      estimation->SetUseViewpoint(1);
+      estimation->SetViewpoint(0, 0, 0);
+    });
   // Two points have no normals to compare, and of fifty at one place one is left.
   std::vector<vtkIdType> two(4), one(4);
   ThreadController::Run(4, [&](vtkMultiProcessController* controller) {

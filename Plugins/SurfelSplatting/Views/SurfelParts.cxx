@@ -83,6 +83,7 @@ void AddParts(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes
     }
     if (attributes->HasBlockOpacity(data))
     {
+      inherited.HasOpacity = true;
       inherited.Opacity = attributes->GetBlockOpacity(data);
     }
   }

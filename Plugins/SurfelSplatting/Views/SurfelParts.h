@@ -23,6 +23,7 @@ struct Part
   bool Visible = true;
   bool HasColor = false;
   double Color[3] = { 1.0, 1.0, 1.0 };
+  bool HasOpacity = false;
   double Opacity = 1.0;
   unsigned int CompositeIndex = 0; ///< flat index in the data; 0: no composite ones
 };

@@ -84,6 +84,7 @@ void vtkSurfelRenderView::SetOtherPropsThroughLens(int through)
 void vtkSurfelRenderView::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "FocusMode: " << this->Sharp->Mode << "\n";
   os << indent << "Pass:\n";
   this->Pass->PrintSelf(os, indent.GetNextIndent());
 }

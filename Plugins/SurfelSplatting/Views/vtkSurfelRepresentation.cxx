@@ -49,10 +49,22 @@ struct Cloud
 
   Cloud() { this->Actor->SetMapper(this->Mapper); }
 
+  /// By the data's array, but where the block has a colour of its own.
+  void Color(const SurfelViews::Part& part, vtkMapper* mapper)
+  {
+    if (this->SettingsTime != mapper->GetMTime() || this->HasColor != part.HasColor)
+    {
+      this->SettingsTime = mapper->GetMTime();
+      this->HasColor = part.HasColor;
+      this->Mapper->vtkMapper::ShallowCopy(mapper);
+      this->Mapper->SetScalarVisibility(!part.HasColor && mapper->GetScalarVisibility());
+    }
+  }
+
   /// As all of the data are, but for what the block has of its own.
   void Show(const SurfelViews::Part& part, vtkProperty* property)
   {
-    if (!part.HasColor && part.Opacity == 1.0)
+    if (!part.HasColor && !part.HasOpacity)
     {
       this->Actor->SetProperty(property);
       return;
@@ -60,11 +72,10 @@ struct Cloud
     // Compared before: copying would make the picture look new in every frame.
     vtkNew<vtkProperty> wanted;
     wanted->DeepCopy(property);
-    wanted->SetOpacity(property->GetOpacity() * part.Opacity);
+    wanted->SetOpacity(part.HasOpacity ? part.Opacity : property->GetOpacity());
     if (part.HasColor)
     {
       wanted->SetColor(part.Color[0], part.Color[1], part.Color[2]);
-      this->Mapper->ScalarVisibilityOff();
     }
     const vtkMTimeType time = property->GetMTime();
     if (time != this->PropertyTime || wanted->GetOpacity() != this->Property->GetOpacity() ||
@@ -78,7 +89,8 @@ struct Cloud
   }
 
 private:
-  vtkMTimeType PropertyTime = 0;
+  vtkMTimeType PropertyTime = 0, SettingsTime = 0;
+  bool HasColor = false;
 };
 }
 
@@ -246,7 +258,7 @@ void vtkSurfelRepresentation::UpdateClouds(
       const bool numbered = surfels && surfels->GetPointData()->HasArray(SurfelViews::PointIdArray);
       cloud.Mapper->SetPointIdArrayName(numbered ? SurfelViews::PointIdArray : nullptr);
     }
-    cloud.Mapper->vtkMapper::ShallowCopy(this->Mapper);
+    cloud.Color(part, this->Mapper);
     cloud.Actor->SetCompositeIndex(part.CompositeIndex);
     cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
     cloud.Actor->SetVisibility(this->GetVisibility() && part.Visible ? 1 : 0);
@@ -309,6 +321,7 @@ void vtkSurfelRepresentation::SetColorByLevel(int byLevel)
 void vtkSurfelRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "FocusMode: " << this->Internal->Sharp.Mode << "\n";
   os << indent << "Clouds: " << this->Internal->Clouds.size() << "\n";
   os << indent << "Pass:\n";
   this->Internal->Pass->PrintSelf(os, indent.GetNextIndent());

@@ -30,8 +30,8 @@ double* vtkSurfelViewActor::GetBounds()
   {
     return this->Superclass::GetBounds();
   }
-  // Far beyond anything that is looked at, and well within what a projection can be computed of.
-  constexpr double far = 1e9;
+  // Beyond the largest coordinates that the filters keep.
+  constexpr double far = 1e18;
   for (int side = 0; side < 6; ++side)
   {
     this->ViewBounds[side] = side % 2 == 0 ? -far : far;
