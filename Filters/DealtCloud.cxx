@@ -15,6 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 using SurfelSplatting::Message;
 using SurfelSplatting::MessageReader;
@@ -153,43 +155,41 @@ std::vector<vtkIdType> DealtCloud::GlobalIds() const
   return ids;
 }
 
-vtkSmartPointer<vtkPolyData> DealtCloud::Fetch(double margin, const std::vector<Array>& arrays)
+/// This rank's points in a region: number, ids, positions, arrays.
+Message DealtCloud::PackInside(const CloudRegion& region, const std::vector<Array>& arrays) const
 {
+  const std::vector<vtkIdType> ids = FindInside(this->Positions, region);
   Message message;
-  Put(this->Region().Grown(margin), message);
-  std::vector<Message> messages;
-  for (const Message& other : this->Group.Share(message))
+  Put(ids.size(), message);
+  Put(ids.data(), ids.size(), message);
+  std::vector<float> values;
+  values.reserve(3 * ids.size());
+  for (const vtkIdType id : ids)
   {
-    const auto region = MessageReader(other).Get<CloudRegion>();
-    const std::vector<vtkIdType> ids = FindInside(this->Positions, region);
-    Message out;
-    Put(ids.size(), out);
-    Put(ids.data(), ids.size(), out);
-    std::vector<float> values;
-    values.reserve(3 * ids.size());
-    for (const vtkIdType id : ids)
-    {
-      values.insert(
-        values.end(), this->Positions.begin() + 3 * id, this->Positions.begin() + 3 * id + 3);
-    }
-    Put(values.data(), values.size(), out);
-    for (const Array& array : arrays)
-    {
-      values.assign(static_cast<std::size_t>(array.Components) * ids.size(), 0.0f);
-      for (std::size_t i = 0; array.Values && i < ids.size(); ++i)
-      {
-        for (int c = 0; c < array.Components; ++c)
-        {
-          values[i * array.Components + c] =
-            static_cast<float>(array.Values->GetComponent(ids[i], c));
-        }
-      }
-      Put(values.data(), values.size(), out);
-    }
-    messages.push_back(std::move(out));
+    values.insert(
+      values.end(), this->Positions.begin() + 3 * id, this->Positions.begin() + 3 * id + 3);
   }
-  messages = this->Group.Exchange(std::move(messages));
+  Put(values.data(), values.size(), message);
+  for (const Array& array : arrays)
+  {
+    values.assign(static_cast<std::size_t>(array.Components) * ids.size(), 0.0f);
+    for (std::size_t i = 0; array.Values && i < ids.size(); ++i)
+    {
+      for (int c = 0; c < array.Components; ++c)
+      {
+        values[i * array.Components + c] =
+          static_cast<float>(array.Values->GetComponent(ids[i], c));
+      }
+    }
+    Put(values.data(), values.size(), message);
+  }
+  return message;
+}
 
+/// What PackInside has packed, rank after rank.
+vtkSmartPointer<vtkPolyData> DealtCloud::Unpack(
+  const std::vector<Message>& messages, const std::vector<Array>& arrays)
+{
   this->Fetched.clear();
   std::vector<MessageReader> readers;
   std::vector<std::size_t> sizes;
@@ -213,26 +213,38 @@ vtkSmartPointer<vtkPolyData> DealtCloud::Fetch(double margin, const std::vector<
     }
   };
   const auto count = static_cast<vtkIdType>(this->Fetched.size());
-  auto dealt = vtkSmartPointer<vtkPolyData>::New();
+  this->FetchedPositions.resize(3 * this->Fetched.size());
+  read(this->FetchedPositions.data(), 3);
+  auto positions = MakeArray<vtkFloatArray>("Points", 3, count);
+  std::copy(this->FetchedPositions.begin(), this->FetchedPositions.end(), positions->GetPointer(0));
   vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  points->SetNumberOfPoints(count);
-  float* positions = static_cast<vtkFloatArray*>(points->GetData())->GetPointer(0);
-  read(positions, 3);
-  this->FetchedPositions.assign(positions, positions + 3 * count);
+  points->SetData(positions);
+  auto dealt = vtkSmartPointer<vtkPolyData>::New();
   dealt->SetPoints(points);
-  auto ids = MakeArray<vtkIdTypeArray>(IdArray, 1, count);
-  for (vtkIdType i = 0; i < count; ++i)
-  {
-    ids->SetValue(i, i);
-  }
-  dealt->GetPointData()->AddArray(ids);
   for (const Array& array : arrays)
   {
     auto values = MakeArray<vtkFloatArray>(array.Name, array.Components, count);
     read(values->GetPointer(0), array.Components);
     dealt->GetPointData()->AddArray(values);
   }
+  return dealt;
+}
+
+vtkSmartPointer<vtkPolyData> DealtCloud::Fetch(double margin, const std::vector<Array>& arrays)
+{
+  Message message;
+  Put(this->Region().Grown(margin), message);
+  std::vector<Message> messages;
+  for (const Message& other : this->Group.Share(message))
+  {
+    messages.push_back(this->PackInside(MessageReader(other).Get<CloudRegion>(), arrays));
+  }
+  vtkSmartPointer<vtkPolyData> dealt =
+    this->Unpack(this->Group.Exchange(std::move(messages)), arrays);
+  const vtkIdType count = dealt->GetNumberOfPoints();
+  auto ids = MakeArray<vtkIdTypeArray>(IdArray, 1, count);
+  std::iota(ids->GetPointer(0), ids->GetPointer(0) + count, vtkIdType{ 0 });
+  dealt->GetPointData()->AddArray(ids);
   auto origin = MakeArray<vtkDoubleArray>(SurfelSplatting::Arrays::Origin, 3, 1);
   origin->SetTuple(0, this->CommonOrigin);
   dealt->GetFieldData()->AddArray(origin);

@@ -97,6 +97,10 @@ public:
 
 private:
   void ShareOrigin(vtkPointSet* input);
+  SurfelSplatting::Message PackInside(
+    const CloudRegion& region, const std::vector<Array>& arrays) const;
+  vtkSmartPointer<vtkPolyData> Unpack(
+    const std::vector<SurfelSplatting::Message>& messages, const std::vector<Array>& arrays);
   void Cut();
 
   SurfelSplatting::Ranks& Group;

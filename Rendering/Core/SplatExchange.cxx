@@ -18,7 +18,7 @@ struct Header
   std::uint64_t Splats, Gradients;
   float LargestCoarseColor; ///< of all the sender's splats, as in the picture of all
   unsigned int Levels;
-  unsigned char Good, HasSlopes;
+  unsigned char HasSlopes;
 };
 
 /// Pixels that cost a tile as much as its sorting in of a splat does.
@@ -103,11 +103,6 @@ void ForSplats(const SplatList& list, const SplatList::Part& part,
   }
 }
 
-struct Counts
-{
-  std::uint64_t Splats = 0, Gradients = 0;
-};
-
 /// Where the arrays of a message begin.
 struct Layout
 {
@@ -136,6 +131,27 @@ void Read(const Message& message, std::size_t base, std::uint64_t begin, std::ui
     std::memcpy(
       static_cast<void*>(to), message.data() + base + begin * sizeof(T), (end - begin) * sizeof(T));
   }
+}
+
+/// At a place of a message, which moves on.
+void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
+  SplatExchange::Counts& at, Message& message)
+{
+  Splat splat = list.Splats[i];
+  if (splat.Gradient != NoGradient)
+  {
+    Write(list.Gradients[static_cast<std::size_t>(splat.Gradient)], layout.Gradients, at.Gradients,
+      message);
+    splat.Gradient = static_cast<std::int32_t>(at.Gradients++);
+  }
+  Write(splat, sizeof(Header), at.Splats, message);
+  Write(list.Boxes[i], layout.Boxes, at.Splats, message);
+  Write(list.Levels[i], layout.Levels, at.Splats, message);
+  if (list.HasSlopes)
+  {
+    Write(list.Slopes[i], layout.Slopes, at.Splats, message);
+  }
+  ++at.Splats;
 }
 
 Header HeaderOf(const Message& message)
@@ -177,10 +193,12 @@ void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
   }
 }
 
-std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatList& list) const
+/// Splats and gradients that each part sends to each rank: [part][rank].
+std::vector<SplatExchange::Counts> SplatExchange::CountSplats(
+  const Executor& executor, const SplatList& list) const
 {
   const std::size_t ranks = this->Bands.size(), parts = list.Parts.size();
-  std::vector<Counts> counts(parts * ranks); // then where each part's begin
+  std::vector<Counts> counts(parts * ranks);
   executor.For(parts, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t part = begin; part < end; ++part)
     {
@@ -194,6 +212,13 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       });
     }
   });
+  return counts;
+}
+
+std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatList& list) const
+{
+  const std::size_t ranks = this->Bands.size(), parts = list.Parts.size();
+  std::vector<Counts> counts = this->CountSplats(executor, list); // then where each part's begin
   std::vector<Message> messages(ranks);
   std::vector<Header> headers(ranks);
   for (std::size_t rank = 0; rank < ranks; ++rank)
@@ -206,7 +231,7 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       sum.Splats += count.Splats;
       sum.Gradients += count.Gradients;
     }
-    headers[rank] = { sum.Splats, sum.Gradients, list.LargestCoarseColor(), list.LevelsInUse(), 1,
+    headers[rank] = { sum.Splats, sum.Gradients, list.LargestCoarseColor(), list.LevelsInUse(),
       static_cast<unsigned char>(list.HasSlopes ? 1 : 0) };
     messages[rank].resize(Layout(headers[rank]).End);
     Write(headers[rank], 0, 0, messages[rank]);
@@ -217,24 +242,7 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       ForSplats(list, list.Parts[part], this->Bands, [&](std::size_t i, const RankRange& to) {
         for (std::size_t rank = to.Begin; rank < to.End; ++rank)
         {
-          Message& message = messages[rank];
-          Counts& at = counts[part * ranks + rank];
-          const Layout layout(headers[rank]);
-          Splat splat = list.Splats[i];
-          if (splat.Gradient != NoGradient)
-          {
-            Write(list.Gradients[static_cast<std::size_t>(splat.Gradient)], layout.Gradients,
-              at.Gradients, message);
-            splat.Gradient = static_cast<std::int32_t>(at.Gradients++);
-          }
-          Write(splat, sizeof(Header), at.Splats, message);
-          Write(list.Boxes[i], layout.Boxes, at.Splats, message);
-          Write(list.Levels[i], layout.Levels, at.Splats, message);
-          if (list.HasSlopes)
-          {
-            Write(list.Slopes[i], layout.Slopes, at.Splats, message);
-          }
-          ++at.Splats;
+          WriteSplat(list, i, Layout(headers[rank]), counts[part * ranks + rank], messages[rank]);
         }
       });
     }

@@ -17,6 +17,7 @@
 #include "Ranks.h"
 #include "SplatList.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace SurfelSplatting
@@ -35,6 +36,11 @@ public:
     : Group(ranks)
   {
   }
+
+  struct Counts
+  {
+    std::uint64_t Splats = 0, Gradients = 0;
+  };
 
   /// Before the splats of a new picture.
   void BeginPicture() { this->Bands.clear(); }
@@ -55,6 +61,7 @@ public:
 
 private:
   void ChooseBands(int width, int height, const SplatList& list);
+  std::vector<Counts> CountSplats(const Executor& executor, const SplatList& list) const;
   std::vector<Message> Pack(const Executor& executor, const SplatList& list) const;
   void Unpack(const std::vector<Message>& messages, const Executor& executor, SplatList& list);
 
