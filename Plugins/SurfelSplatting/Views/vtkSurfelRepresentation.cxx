@@ -17,7 +17,6 @@
 #include <vtkPVRenderView.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSequencePass.h>
@@ -174,34 +173,6 @@ void vtkSurfelRepresentation::ShowClouds(std::size_t count)
   }
 }
 
-/// Behind all props of other kinds in the renderer, in the order that they are drawn in.
-void vtkSurfelRepresentation::GoLast(vtkRenderer* renderer)
-{
-  bool own = false, overtaken = false;
-  vtkCollectionSimpleIterator it;
-  renderer->GetViewProps()->InitTraversal(it);
-  while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(it))
-  {
-    own = own || prop == this->Internal->Leader.Get();
-    overtaken = overtaken || (own && !vtkSurfelViewActor::SafeDownCast(prop));
-  }
-  if (!overtaken)
-  {
-    return;
-  }
-  std::vector<vtkActor*> actors = { this->Internal->Leader };
-  for (const auto& cloud : this->Internal->Clouds)
-  {
-    actors.push_back(cloud->Actor);
-  }
-  for (vtkActor* actor : actors)
-  {
-    const vtkSmartPointer<vtkActor> kept = actor;
-    renderer->RemoveActor(actor);
-    renderer->AddActor(actor);
-  }
-}
-
 void vtkSurfelRepresentation::SetVisibility(bool visible)
 {
   this->Superclass::SetVisibility(visible);
@@ -258,7 +229,6 @@ int vtkSurfelRepresentation::ProcessViewRequest(
       SurfelViews::ShareLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0),
       this->Internal->Pass->GetSplatter());
     this->UpdateClouds(vtkPVView::GetDeliveredPiece(inInfo, this), controller);
-    this->GoLast(view->GetRenderer());
   }
   return done;
 }

@@ -23,7 +23,6 @@
 #include <memory>  // for the implementation
 
 class vtkMultiProcessController;
-class vtkRenderer;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
 {
@@ -78,7 +77,6 @@ private:
   void operator=(const vtkSurfelRepresentation&) = delete;
 
   void HidePolygons();
-  void GoLast(vtkRenderer* renderer);
   void ShowClouds(std::size_t count);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 

@@ -66,14 +66,16 @@ void vtkSurfelViewActor::ProcessSelectorPixelBuffers(
 int vtkSurfelViewActor::RenderOpaqueGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
-  if (renderer && renderer->GetSelector())
-  {
-    return this->Superclass::RenderOpaqueGeometry(viewport);
-  }
+  return renderer && renderer->GetSelector() ? this->Superclass::RenderOpaqueGeometry(viewport) : 0;
+}
+
+int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
+{
+  auto* renderer = vtkRenderer::SafeDownCast(viewport);
   auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
   // By the view's pass, or by that of an actor before this one.
   const bool splatted = mapper && mapper->GetSplatted();
-  if (!renderer || !this->Pass || splatted)
+  if (!renderer || !this->Pass || renderer->GetSelector() || splatted)
   {
     return 0;
   }

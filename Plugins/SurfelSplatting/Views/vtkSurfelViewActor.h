@@ -4,8 +4,7 @@
  * @brief   surfels among the props of a view whose passes know nothing of them
  *
  * Splats all visible surfels of its renderer into one A-buffer, once for all actors of this kind,
- * as the last of the opaque props, after which it has to be in the renderer: what is behind them is
- * hidden, and translucent props come over it. Other props stay sharp.
+ * after opaque and translucent props; what is behind opaque ones is hidden. Other props stay sharp.
  * In a vtkSurfelRenderView the view's pass splats instead.
  * In hardware selection it is the mapper's dots.
  *
@@ -66,6 +65,7 @@ public:
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
   int RenderTranslucentPolygonalGeometry(vtkViewport*) override { return 0; }
   vtkTypeBool HasTranslucentPolygonalGeometry() override { return 0; }
+  int RenderVolumetricGeometry(vtkViewport* viewport) override;
   void ReleaseGraphicsResources(vtkWindow* window) override;
 
 protected:
