@@ -221,6 +221,8 @@ int vtkSurfelRepresentation::ProcessViewRequest(
   else if (request == vtkPVView::REQUEST_RENDER() && view)
   {
     this->HidePolygons();
+    // Depth peeling would have the surfels drawn with volumes in each of its layers.
+    view->GetRenderer()->SetUseDepthPeelingForVolumes(false);
     vtkMultiProcessController* controller =
       SurfelViews::ProcessesOf(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
     this->Internal->Pass->GetSplatter()->SetController(controller);
