@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPartitionedSurfelEstimation.h"
 
-#include "CloudParts.h"
-#include "DealtSurfels.h"
-#include "LocalCloud.h"
-#include "PointCells.h"
-#include "SurfelArrays.h"
-#include "SurfelInput.h"
-#include "SurfelMemory.h"
-#include "SurfelMonitor.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointCells.h"
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Partition/CloudRegions.h"
+#include "Filters/Partition/PartitionedSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
@@ -79,7 +79,7 @@ void CopySettings(vtkSurfelNormalization* from, vtkSurfelNormalization* to)
 class Listener
 {
 public:
-  Listener(const SurfelMonitor& monitor, vtkAlgorithm* worker)
+  Listener(const StageProgress& monitor, vtkAlgorithm* worker)
     : Monitor(monitor)
     , Worker(worker)
   {
@@ -121,7 +121,7 @@ private:
     }
   }
 
-  SurfelMonitor Monitor;
+  StageProgress Monitor;
   vtkAlgorithm* Worker;
   vtkNew<vtkCallbackCommand> Command;
 };
@@ -157,7 +157,7 @@ public:
     for (size_t i = 0; i < this->Parts.size(); ++i)
     {
       const double n = static_cast<double>(this->Parts.size());
-      const SurfelMonitor monitor(
+      const StageProgress monitor(
         this->Self, static_cast<double>(i) / n, (static_cast<double>(i) + 1.0) / n);
       if (!this->RunPart(this->Parts[i], monitor))
       {
@@ -189,7 +189,7 @@ public:
 
 private:
   /// With borders as wide as they have to be.
-  bool RunPart(const CloudPart& part, const SurfelMonitor& monitor)
+  bool RunPart(const CloudPart& part, const StageProgress& monitor)
   {
     const bool alone = this->Parts.size() == 1;
     double margin = this->Spacing > 0.0
@@ -247,7 +247,7 @@ private:
     return part;
   }
 
-  bool Estimate(const CloudRegion& region, bool alone, const SurfelMonitor& monitor,
+  bool Estimate(const CloudRegion& region, bool alone, const StageProgress& monitor,
     vtkSmartPointer<vtkPolyData>& surfels)
   {
     vtkNew<vtkSurfelEstimation> estimation;

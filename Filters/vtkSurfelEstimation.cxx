@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEstimation.h"
 
-#include "ControllerRanks.h"
-#include "DealtSurfels.h"
-#include "LocalCloud.h"
-#include "OrientationAgreement.h"
-#include "PointCells.h"
-#include "SurfelArrays.h"
-#include "SurfelCell.h"
-#include "SurfelFit.h"
-#include "SurfelInput.h"
-#include "SurfelMemory.h"
-#include "SurfelNeighborhood.h"
-#include "SurfelOrientation.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointCells.h"
+#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/VoronoiCell.h"
+#include "Filters/Orientation/Orientation.h"
+#include "Filters/Partition/PartitionedSurfels.h"
+#include "Filters/Partition/SharedOrientation.h"
+#include "Parallel/ControllerRanks.h"
 
 #include "vtkDataArray.h"
 #include "vtkDoubleArray.h"
@@ -57,7 +57,7 @@ struct SurfelKernel
 
 /// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale
 /// spacing)^2 in both.
-SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
+SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
 {
   const double spacing = fit.Spacing, area = spacing * spacing;
   const double ratio = elliptical
@@ -67,7 +67,7 @@ SurfelKernel SpacingKernel(const SurfelFit& fit, double scale, bool elliptical)
 }
 
 /// The cell's indicator function, blurred by a Gaussian of this many spacings.
-SurfelKernel CellKernel(const SurfelFit& fit, const SurfelCell& cell, double blur)
+SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur)
 {
   const double sigma = blur * fit.Spacing, variance = sigma * sigma;
   return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area };
@@ -106,7 +106,7 @@ class vtkSurfelEstimation::Execution
 public:
   /// @param agreement of the ranks that estimate one cloud, or null
   /// @param mine      which points count, of a region; null: all
-  explicit Execution(vtkSurfelEstimation* self, OrientationAgreement* agreement = nullptr,
+  explicit Execution(vtkSurfelEstimation* self, SharedOrientation* agreement = nullptr,
     const std::function<bool(vtkIdType)>& mine = nullptr)
     : Self(self)
     , Agreement(agreement)
@@ -128,8 +128,8 @@ public:
       std::copy_n(origin, 3, this->Cloud.Origin);
     }
     this->ReadNormals(input);
-    const SurfelNeighborhood tree(this->Cloud.Positions.data(), this->Cloud.Size());
-    const SurfelMonitor monitor(this->Self, 0.0, 1.0);
+    const NeighborSearch tree(this->Cloud.Positions.data(), this->Cloud.Size());
+    const StageProgress monitor(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = monitor.Step(0.1) &&
       FitSurfels(
@@ -164,7 +164,7 @@ public:
       {
         continue;
       }
-      const SurfelFit& fit = this->Fits[i];
+      const PlaneFit& fit = this->Fits[i];
       self->NumberOfIsolatedPoints += fit.Isolated ? 1 : 0;
       self->NumberOfDegeneratePoints += fit.Degenerate ? 1 : 0;
       self->NumberOfTwoSidedSurfels += this->Sides.TwoSided[i];
@@ -218,7 +218,7 @@ private:
     return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
   }
 
-  bool Orient(const SurfelMonitor& monitor)
+  bool Orient(const StageProgress& monitor)
   {
     const size_t count = this->Fits.size();
     switch (this->Self->OrientationMode)
@@ -234,7 +234,7 @@ private:
         break;
     }
     if (this->All(std::all_of(
-          this->Fits.begin(), this->Fits.end(), [](const SurfelFit& fit) { return fit.Given; })))
+          this->Fits.begin(), this->Fits.end(), [](const PlaneFit& fit) { return fit.Given; })))
     {
       this->Sides.TwoSided.assign(count, 0);
       return true;
@@ -254,7 +254,7 @@ private:
   /// Of point i of the cloud.
   SurfelKernel KernelOf(int i) const
   {
-    const SurfelFit& fit = this->Fits[i];
+    const PlaneFit& fit = this->Fits[i];
     SurfelKernel kernel = this->HasCell(i)
       ? CellKernel(fit, this->Cells[i], this->Self->CellBlur)
       : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
@@ -324,7 +324,7 @@ private:
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
-        const SurfelFit& fit = this->Fits[this->Order[i]];
+        const PlaneFit& fit = this->Fits[this->Order[i]];
         const SurfelKernel kernel = this->KernelOf(this->Order[i]);
         StoreCovariance(kernel, fit.Normal, covariances->GetPointer(6 * i));
         Store(kernel.Area * fit.Normal, areas->GetPointer(3 * i));
@@ -345,15 +345,15 @@ private:
   bool All(bool mine) { return this->Agreement ? this->Agreement->All(mine) : mine; }
 
   vtkSurfelEstimation* Self;
-  OrientationAgreement* Agreement;
+  SharedOrientation* Agreement;
   std::function<bool(vtkIdType)> Mine;
   LocalCloud Cloud;
   std::vector<float> Given;
-  std::vector<SurfelFit> Fits;
+  std::vector<PlaneFit> Fits;
   NeighborGraph Graph;
   std::vector<int> Order; // output id -> cloud index
   Sidedness Sides;
-  std::vector<SurfelCell> Cells;
+  std::vector<VoronoiCell> Cells;
 };
 
 //------------------------------------------------------------------------------
@@ -438,9 +438,9 @@ int vtkSurfelEstimation::RequestDistributed(
     }
     return 0;
   }
-  DealtCloud cloud(ranks, input);
+  PartitionedCloud cloud(ranks, input);
   vtkDataArray* normals = this->KeepNormals ? FindNormals(input, this->NormalsArrayName) : nullptr;
-  std::vector<DealtCloud::Array> arrays;
+  std::vector<PartitionedCloud::Array> arrays;
   if (ranks.Any(normals != nullptr))
   {
     arrays.push_back({ "Normals", 3, normals });
@@ -458,7 +458,7 @@ int vtkSurfelEstimation::RequestDistributed(
                   << " Process 0 tells the sides of all: VIEWPOINT and TWO_SIDED need no memory.");
     return 0;
   }
-  OrientationAgreement agreement(ranks, cloud);
+  SharedOrientation agreement(ranks, cloud);
   const auto estimate = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
     this->ResetCounts();
     Execution execution(this, &agreement, [&cloud](vtkIdType id) { return cloud.IsMine(id); });
@@ -477,7 +477,7 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     return 1; // stopped by a user: empty output, on all
   }
-  const vtkIdType count = WriteDealtSurfels(cloud, surfels, input, output);
+  const vtkIdType count = WritePartitionedSurfels(cloud, surfels, input, output);
   this->NumberOfNonFinitePoints = cloud.NumberOfNonFinitePoints();
   this->NumberOfDuplicatePoints =
     input->GetNumberOfPoints() - this->NumberOfNonFinitePoints - count;

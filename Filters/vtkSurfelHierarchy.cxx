@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelHierarchy.h"
 
-#include "HierarchyBuilder.h"
-#include "LeafAttributes.h"
-#include "LeafOrder.h"
-#include "LocalCloud.h"
-#include "MonitoredExecutor.h"
-#include "PointCells.h"
-#include "SurfelArrays.h"
-#include "SurfelInput.h"
-#include "SurfelMemory.h"
+#include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/KdTreeOrder.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointAttributes.h"
+#include "Filters/Common/PointCells.h"
+#include "Filters/Common/ProgressExecutor.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkDoubleArray.h"
@@ -39,7 +39,7 @@ namespace
 constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
 }
 using SurfelSplatting::HierarchyLayout;
-using SurfelSplatting::LeafOrder;
+using SurfelSplatting::KdTreeOrder;
 
 vtkStandardNewMacro(vtkSurfelHierarchy);
 
@@ -109,27 +109,27 @@ public:
   /// Returns false if stopped.
   bool Run(vtkPolyData* output)
   {
-    const SurfelGeometry::SurfelMonitor monitor(this->Self, 0.0, 1.0);
+    const SurfelGeometry::StageProgress monitor(this->Self, 0.0, 1.0);
     {
       const CloudArrays surfels(this->Input);
-      SurfelGeometry::MonitoredExecutor ordering(monitor.Part(0.0, 0.5));
-      const LeafOrder order = OrderLeaves(surfels.Cloud, ordering);
+      SurfelGeometry::ProgressExecutor ordering(monitor.Part(0.0, 0.5));
+      const KdTreeOrder order = MakeKdTreeOrder(surfels.Cloud, ordering);
       this->Layout = order.Layout;
       this->NumberOfInvalidSurfels = order.NumberOfInvalidSurfels;
-      SurfelGeometry::MonitoredExecutor passing(monitor.Part(0.5, 0.7));
+      SurfelGeometry::ProgressExecutor passing(monitor.Part(0.5, 0.7));
       if (ordering.Stopped() || !this->PassLeaves(surfels.Cloud, order, passing, output))
       {
         return false;
       }
     }
-    SurfelGeometry::MonitoredExecutor filling(monitor.Part(0.7, 1.0));
+    SurfelGeometry::ProgressExecutor filling(monitor.Part(0.7, 1.0));
     this->AddNodes(filling, output);
     return !filling.Stopped();
   }
 
 private:
-  bool PassLeaves(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order,
-    const SurfelGeometry::MonitoredExecutor& executor, vtkPolyData* output)
+  bool PassLeaves(const SurfelSplatting::SurfelCloud& surfels, const KdTreeOrder& order,
+    const SurfelGeometry::ProgressExecutor& executor, vtkPolyData* output)
   {
     this->FindShift(surfels, order);
     this->PlaceLeaves(surfels, order, executor, output);
@@ -141,7 +141,7 @@ private:
   }
 
   /// Float positions need a local origin where the cloud is far from its own.
-  void FindShift(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order)
+  void FindShift(const SurfelSplatting::SurfelCloud& surfels, const KdTreeOrder& order)
   {
     SurfelGeometry::ReadOrigin(this->Input, this->Origin);
     if (!surfels.PositionsDouble)
@@ -168,7 +168,7 @@ private:
     }
   }
 
-  void PlaceLeaves(const SurfelSplatting::SurfelCloud& surfels, const LeafOrder& order,
+  void PlaceLeaves(const SurfelSplatting::SurfelCloud& surfels, const KdTreeOrder& order,
     const SurfelSplatting::Executor& executor, vtkPolyData* output)
   {
     constexpr std::size_t grain = 16384;

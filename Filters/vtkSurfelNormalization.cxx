@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelNormalization.h"
 
-#include "ControllerRanks.h"
-#include "DealtSurfels.h"
-#include "LocalCloud.h"
-#include "SurfelArrays.h"
-#include "SurfelInput.h"
-#include "SurfelMemory.h"
-#include "SurfelWeights.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Normalization/KernelWeights.h"
+#include "Filters/Partition/PartitionedSurfels.h"
+#include "Parallel/ControllerRanks.h"
 
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
@@ -54,7 +54,7 @@ public:
   /// Returns false if stopped. @param ranks that weight one cloud with this one, whose dealt points
   /// the input has, or null
   bool Run(vtkPolyData* input, vtkFloatArray* result, SurfelSplatting::Ranks* ranks = nullptr,
-    const DealtCloud* dealt = nullptr)
+    const PartitionedCloud* dealt = nullptr)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     result->DeepCopy(areaVectors);
@@ -78,7 +78,7 @@ public:
       this->Self->TotalAreaBefore += sharing.Mine.empty() || sharing.Mine[i] ? areas[i] : 0.0;
     }
     if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(), ranks ? &sharing : nullptr,
-          SurfelMonitor(this->Self, 0.1, 1.0), areas, this->Report))
+          StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
     }
@@ -88,7 +88,8 @@ public:
   }
 
 private:
-  void Share(SurfelSplatting::Ranks& ranks, const DealtCloud& dealt, WeightSharing& sharing) const
+  void Share(
+    SurfelSplatting::Ranks& ranks, const PartitionedCloud& dealt, WeightSharing& sharing) const
   {
     for (const vtkIdType id : this->Cloud.InputIds)
     {
@@ -267,9 +268,9 @@ int vtkSurfelNormalization::RequestDistributed(
     return 0;
   }
   vtkPointData* data = input->GetPointData();
-  DealtCloud cloud(ranks, input);
-  std::vector<DealtCloud::Array> arrays = { { Arrays::Covariance, 6,
-                                              data->GetArray(Arrays::Covariance) },
+  PartitionedCloud cloud(ranks, input);
+  std::vector<PartitionedCloud::Array> arrays = { { Arrays::Covariance, 6,
+                                                    data->GetArray(Arrays::Covariance) },
     { Arrays::AreaVector, 3, data->GetArray(Arrays::AreaVector) } };
   vtkDataArray* twoSided = data->GetArray(Arrays::TwoSided);
   if (ranks.Any(twoSided != nullptr))
@@ -293,7 +294,7 @@ int vtkSurfelNormalization::RequestDistributed(
     return 1; // stopped by a user: empty output, on all
   }
   output->ShallowCopy(input);
-  WriteDealtAreas(cloud, surfels, output);
+  WritePartitionedAreas(cloud, surfels, output);
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "ControllerRanks.h"
+#include "Parallel/ControllerRanks.h"
 
 #include "vtkMultiProcessController.h"
 
@@ -45,8 +45,7 @@ void ControllerRanks::Send(const Message& message, int to)
   for (std::size_t at = 0; at < message.size(); at += LargestPiece)
   {
     const std::size_t piece = std::min(LargestPiece, message.size() - at);
-    Check(this->Controller->Send(
-      message.data() + at, static_cast<vtkIdType>(piece), to, DataTag));
+    Check(this->Controller->Send(message.data() + at, static_cast<vtkIdType>(piece), to, DataTag));
   }
 }
 
@@ -59,8 +58,8 @@ void ControllerRanks::Receive(Message& message, int from)
   for (std::size_t at = 0; at < message.size(); at += LargestPiece)
   {
     const std::size_t piece = std::min(LargestPiece, message.size() - at);
-    Check(this->Controller->Receive(
-      message.data() + at, static_cast<vtkIdType>(piece), from, DataTag));
+    Check(
+      this->Controller->Receive(message.data() + at, static_cast<vtkIdType>(piece), from, DataTag));
   }
 }
 

@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "Ranks.h"
+#include "Core/Base/Ranks.h"
 
 class vtkMultiProcessController;
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkLensAccumulationPass.h"
 
-#include "CameraChanges.h"
-#include "LensAccumulation.h"
-#include "SurfelFrameBlit.h"
-#include "SurfelSceneAdapter.h"
+#include "Rendering/OpenGL/CameraChanges.h"
+#include "Rendering/OpenGL/FrameBlit.h"
+#include "Rendering/OpenGL/LensAccumulation.h"
+#include "Rendering/Scene/SceneAdapter.h"
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkCamera.h>

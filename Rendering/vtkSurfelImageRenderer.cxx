@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelImageRenderer.h"
 
-#include "LinearLight.h"
+#include "Core/Base/LinearLight.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelMapper.h"
 
-#include "LinearLight.h"
-#include "SurfelArrays.h"
-#include "SurfelDetailCache.h"
+#include "Core/Base/LinearLight.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/Scene/HierarchyCache.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>
@@ -32,7 +32,7 @@ namespace Arrays = SurfelSplatting::Arrays;
 vtkStandardNewMacro(vtkSurfelMapper);
 
 vtkSurfelMapper::vtkSurfelMapper()
-  : DetailCache(new SurfelSplatting::SurfelDetailCache)
+  : HierarchyCache(new SurfelSplatting::HierarchyCache)
 {
   this->PreviewActor->SetUserMatrix(this->PreviewMatrix);
 }

@@ -33,7 +33,7 @@
 
 namespace SurfelSplatting
 {
-class SurfelDetailCache;
+class HierarchyCache;
 }
 class vtkDataArray;
 class vtkFloatArray;
@@ -84,9 +84,9 @@ public:
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
 
   /// What is kept of an input that is a hierarchy.
-  SurfelSplatting::SurfelDetailCache& GetDetailCache()
+  SurfelSplatting::HierarchyCache& GetHierarchyCache()
   {
-    return *this->DetailCache;
+    return *this->HierarchyCache;
   }
 #endif
 
@@ -122,7 +122,7 @@ private:
   void ReleasePreview();
   double MeanSpacing();
 
-  std::unique_ptr<SurfelSplatting::SurfelDetailCache> DetailCache;
+  std::unique_ptr<SurfelSplatting::HierarchyCache> HierarchyCache;
   vtkSmartPointer<vtkPointGaussianMapper> Preview;
   vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
   vtkNew<vtkActor> PreviewActor;

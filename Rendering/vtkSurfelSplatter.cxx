@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplatter.h"
 
-#include "ControllerRanks.h"
-#include "DeepImage.h"
-#include "FrameKey.h"
-#include "PictureArrays.h"
-#include "PixelSurfels.h"
-#include "Splatter.h"
-#include "SurfelChannels.h"
-#include "SurfelDetailCache.h"
-#include "SurfelSceneAdapter.h"
+#include "Core/Picture/DeepImage.h"
+#include "Core/Picture/Splatter.h"
+#include "Core/Splats/DepthImageSurfels.h"
+#include "Parallel/ControllerRanks.h"
+#include "Rendering/Scene/FrameKey.h"
+#include "Rendering/Scene/HierarchyCache.h"
+#include "Rendering/Scene/PictureArrays.h"
+#include "Rendering/Scene/PixelChannels.h"
+#include "Rendering/Scene/SceneAdapter.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtkActor.h>
@@ -70,7 +70,7 @@ struct vtkSurfelSplatter::Internals
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
   SurfelSplatting::FrameKey Key; // of the picture in Output
-  SurfelSplatting::PixelSurfels Pixels;
+  SurfelSplatting::DepthImageSurfels Pixels;
   std::vector<float> SharpLimit; // depths of others without the pixels that are taken
   SurfelSplatting::Message RootLimit;
   bool HasPicture = false;
@@ -194,12 +194,12 @@ void vtkSurfelSplatter::MakeContext(const View& view)
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
   context.Settings.Prefilter = this->Prefilter;
-  context.Detail.Rule = this->LODMode == LOD_OFF ? Core::DetailRule::Leaves
-    : this->LODMode == LOD_PAPER                 ? Core::DetailRule::Paper
-                                                 : Core::DetailRule::Moments;
-  context.Detail.Error = this->LODError * view.Coarsening;
-  context.Detail.SkipOutside = this->FrustumCulling != 0;
-  context.Detail.SkipBackFaces = this->BackfaceCulling != 0;
+  context.Cut.Rule = this->LODMode == LOD_OFF ? Core::CutRule::Leaves
+    : this->LODMode == LOD_PAPER              ? Core::CutRule::Paper
+                                              : Core::CutRule::Moments;
+  context.Cut.Error = this->LODError * view.Coarsening;
+  context.Cut.SkipOutside = this->FrustumCulling != 0;
+  context.Cut.SkipBackFaces = this->BackfaceCulling != 0;
   context.CoarseGrids = this->CoarseGrids != 0;
   context.SkipHidden = this->OcclusionCulling != 0;
   context.Colors = this->ColorByLevel ? Core::Paint::LevelColors : Core::Paint::Own;
@@ -296,14 +296,14 @@ const float* vtkSurfelSplatter::TakePixels(
   const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
 {
   Internals& my = *this->Internal;
-  if (!view.DepthLimit || !view.Others)
+  if (!view.OccluderDepth || !view.Others)
   {
-    my.Pixels = SurfelSplatting::PixelSurfels();
-    return view.DepthLimit;
+    my.Pixels = SurfelSplatting::DepthImageSurfels();
+    return view.OccluderDepth;
   }
   const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
-  my.SharpLimit.assign(view.DepthLimit, view.DepthLimit + pixels);
-  SurfelSplatting::PixelPicture others = *view.Others;
+  my.SharpLimit.assign(view.OccluderDepth, view.OccluderDepth + pixels);
+  SurfelSplatting::DepthImage others = *view.Others;
   others.LeastConfusion = LeastConfusion(view);
   my.Pixels.Take(my.Context.Camera, my.Context.Optics, others, my.SharpLimit.data(),
     SurfelSplatting::SMPExecutor());
@@ -324,7 +324,7 @@ bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
                                                     : camera->GetFocalDisk() > 0.0;
 }
 
-const SurfelSplatting::PixelSurfels& vtkSurfelSplatter::GetTakenPixels()
+const SurfelSplatting::DepthImageSurfels& vtkSurfelSplatter::GetTakenPixels()
 {
   return this->Internal->Pixels;
 }
@@ -336,7 +336,7 @@ void vtkSurfelSplatter::MakeScene(
   scene.Sources.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i)
   {
-    const Core::SurfelDetailCache& cache = items[i].Mapper->GetDetailCache();
+    const Core::HierarchyCache& cache = items[i].Mapper->GetHierarchyCache();
     const std::uint64_t before = cache.NumberOfPreparedSurfels();
     const std::string problem = Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property,
       this->LODMode == LOD_PAPER, this->LinearLight != 0, scene.Sources[i]);
@@ -478,22 +478,22 @@ vtkIdType vtkSurfelSplatter::GetNumberOfFragments()
 
 vtkIdType vtkSurfelSplatter::GetNumberOfChosenNodes()
 {
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.Nodes);
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.Nodes);
 }
 
 vtkIdType vtkSurfelSplatter::GetNumberOfVisitedNodes()
 {
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.VisitedNodes);
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.VisitedNodes);
 }
 
 vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsOutside()
 {
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.OutsideLeaves);
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.OutsideLeaves);
 }
 
 vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsFacingAway()
 {
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Detail.BackLeaves);
+  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.BackLeaves);
 }
 
 vtkIdType vtkSurfelSplatter::GetNumberOfCoarseCells()

@@ -8,7 +8,7 @@
  *
  * Method: J. Krivanek, J. Zara, K. Bouatouch, "Fast Depth of Field Rendering with Surface
  * Splatting", Computer Graphics International 2003. Formulas, with their equation numbers, are in
- * Rendering/Core.
+ * Core.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelMapper
  */
@@ -37,8 +37,8 @@ class vtkProperty;
 namespace SurfelSplatting
 {
 struct Lens;
-struct PixelPicture;
-class PixelSurfels;
+struct DepthImage;
+class DepthImageSurfels;
 class Ranks;
 struct SurfelCloud;
 }
@@ -403,10 +403,11 @@ public:
     double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
     double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
     double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
-    const float* DepthLimit = nullptr;  ///< [height][width] distances along the view direction of
-                                        ///< what others have drawn, infinity where nothing; or null
-    const SurfelSplatting::PixelPicture* Others = nullptr; ///< what others have drawn and is
-                                                           ///< blurred too; or null: it stays sharp
+    const float* OccluderDepth =
+      nullptr; ///< [height][width] distances along the view direction of
+               ///< what others have drawn, infinity where nothing; or null
+    const SurfelSplatting::DepthImage* Others = nullptr; ///< what others have drawn and is
+                                                         ///< blurred too; or null: it stays sharp
     int CellCount = 0; ///< > 0: the camera's own lens is one of so many cells of that of the
                        ///< settings
     std::function<bool(double)> Progress; ///< is told the share of the lens's cells that are done;
@@ -415,7 +416,8 @@ public:
 
   /**
    * Renders a picture into GetOutput(). False, and an empty output, where memory does not suffice.
-   * With a controller: on all of its processes, or on none; DepthLimit and Others are process 0's.
+   * With a controller: on all of its processes, or on none; OccluderDepth and Others are process
+   * 0's.
    */
   bool Render(const std::vector<Item>& items, const View& view);
 
@@ -437,7 +439,7 @@ public:
 
   /// Pixels of others that the last picture shows through the lens instead of where they were
   /// drawn.
-  const SurfelSplatting::PixelSurfels& GetTakenPixels();
+  const SurfelSplatting::DepthImageSurfels& GetTakenPixels();
 #endif
 
 protected:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplattingPass.h"
 
-#include "CameraChanges.h"
-#include "LensAccumulation.h"
-#include "OtherProps.h"
-#include "Ranks.h"
-#include "SplattedMarks.h"
-#include "SurfelFrameBlit.h"
+#include "Core/Base/Ranks.h"
+#include "Rendering/OpenGL/CameraChanges.h"
+#include "Rendering/OpenGL/FrameBlit.h"
+#include "Rendering/OpenGL/LensAccumulation.h"
+#include "Rendering/OpenGL/PropImage.h"
+#include "Rendering/Scene/SplattedMarks.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
@@ -141,7 +141,7 @@ struct vtkSurfelSplattingPass::Internals
   vtkNew<vtkOverlayPass> Overlay;
   vtkNew<FunctionPass> Cell; // the steps for one cell of the lens
   SurfelSplatting::LensAccumulation Accumulation;
-  SurfelSplatting::OtherProps Others;
+  SurfelSplatting::PropImage Others;
   int CellCount = 0; // while the steps are rendered for each of so many cells
   std::vector<float> WindowDepth;
   std::vector<float> Limit;
@@ -333,7 +333,7 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   this->ReadDepths(window, rectangle, range);
   SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
   const bool joined = ranks && this->JoinOtherProps(state, rectangle, range, margin, delegate);
-  view.DepthLimit = this->Internal->Limit.data();
+  view.OccluderDepth = this->Internal->Limit.data();
   if (margin > 0 &&
     (ranks ? joined && ranks->IsRoot()
            : this->ReadOtherProps(state, rectangle, range, margin, delegate)))
@@ -454,7 +454,7 @@ bool vtkSurfelSplattingPass::ReadOtherProps(const vtkRenderState* state,
   const SurfelSplatting::PixelRectangle& rectangle, const SurfelSplatting::DepthRange& range,
   int margin, vtkRenderPass* delegate)
 {
-  SurfelSplatting::OtherProps& others = this->Internal->Others;
+  SurfelSplatting::PropImage& others = this->Internal->Others;
   const auto read = [&] {
     return others.Read(state, rectangle, range, this->Internal->Limit, margin, delegate);
   };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PointCloudBlob.h without PCL: .pcd files alone.
-#include "PCDData.h"
-#include "PointCloudBlob.h"
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PCDData.h"
+#include "Filters/Readers/PointCloudBlob.h"
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include <algorithm>
 #include <fstream>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "PCDData.h"
+#include "Filters/Readers/PCDData.h"
 
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include <charconv>
 #include <cstring>

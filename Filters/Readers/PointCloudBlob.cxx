@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "PointCloudBlob.h"
+#include "Filters/Readers/PointCloudBlob.h"
 
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>

@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "FieldCloud.h"
+#include "Filters/Readers/FieldCloud.h"
 
 #include <string>
 

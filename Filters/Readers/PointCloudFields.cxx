@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "PointCloudFields.h"
+#include "Filters/Readers/PointCloudFields.h"
 
 #include "vtkCellArray.h"
 #include "vtkDataArray.h"

@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "PointCloudBlob.h"
+#include "Filters/Readers/PointCloudBlob.h"
 
 class vtkPolyData;
 

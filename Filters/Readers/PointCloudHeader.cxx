@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "FieldCloud.h"
+#include "Filters/Readers/FieldCloud.h"
 
 #include <cstdint>
 #include <istream>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointCloudReader.h"
 
-#include "PointCloudBlob.h"
-#include "PointCloudFields.h"
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PointCloudBlob.h"
+#include "Filters/Readers/PointCloudFields.h"
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include "vtkErrorCode.h"
 #include "vtkInformation.h"

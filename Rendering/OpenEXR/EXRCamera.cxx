@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "EXRCamera.h"
+#include "Rendering/OpenEXR/EXRCamera.h"
 
-#include "SurfelArrays.h"
+#include "Core/Surfels/SurfelArrays.h"
 #include "vtkDataArray.h"
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"

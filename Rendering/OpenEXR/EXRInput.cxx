@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "EXRInput.h"
+#include "Rendering/OpenEXR/EXRInput.h"
 
 #include "vtkErrorCode.h"
 

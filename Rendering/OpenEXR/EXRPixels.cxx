@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "EXRPixels.h"
+#include "Rendering/OpenEXR/EXRPixels.h"
 
-#include "EXRChannels.h"
-#include "EXRInput.h"
-#include "SurfelArrays.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/OpenEXR/EXRChannels.h"
+#include "Rendering/OpenEXR/EXRInput.h"
 #include "vtkErrorCode.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"

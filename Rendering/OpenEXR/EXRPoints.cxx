@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "EXRPoints.h"
+#include "Rendering/OpenEXR/EXRPoints.h"
 
-#include "SurfelArrays.h"
+#include "Core/Surfels/SurfelArrays.h"
 #include "vtkCellArray.h"
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"

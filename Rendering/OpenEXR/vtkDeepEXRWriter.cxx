@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkDeepEXRWriter.h"
 
-#include "EXRCamera.h"
-#include "SurfelArrays.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/OpenEXR/EXRCamera.h"
 #include "vtkDataArray.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"

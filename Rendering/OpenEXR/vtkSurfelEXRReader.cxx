@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEXRReader.h"
 
-#include "EXRCamera.h"
-#include "EXRInput.h"
-#include "EXRPixels.h"
-#include "EXRPoints.h"
+#include "Rendering/OpenEXR/EXRCamera.h"
+#include "Rendering/OpenEXR/EXRInput.h"
+#include "Rendering/OpenEXR/EXRPixels.h"
+#include "Rendering/OpenEXR/EXRPoints.h"
 
 #include "vtkDataObject.h"
 #include "vtkErrorCode.h"

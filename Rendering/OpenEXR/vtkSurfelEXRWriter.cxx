@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelEXRWriter.h"
 
-#include "EXRCamera.h"
-#include "EXRChannels.h"
+#include "Rendering/OpenEXR/EXRCamera.h"
+#include "Rendering/OpenEXR/EXRChannels.h"
 #include "vtkDataArray.h"
 #include "vtkImageData.h"
 #include "vtkObjectFactory.h"

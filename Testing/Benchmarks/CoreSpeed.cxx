@@ -6,9 +6,9 @@
  *
  *   CoreSpeed [surfels = 1000000] [pixels = 1024] [frames = 9]
  */
-#include "InstructionSet.h"
+#include "Core/Simd/InstructionSet.h"
+#include "Core/Splats/SplatMaker.h"
 #include "ScalarSplatter.h"
-#include "SplatMaker.h"
 #include "TestScene.h"
 
 #include <algorithm>
@@ -73,7 +73,7 @@ TestCloud MakeSurface(int surfels)
 }
 
 /// Nanoseconds per surfel of the set-up alone, one thread.
-double SetupTime(const SplatContext& context, const SurfelCloud& cloud, const SetupKernel& kernel,
+double SetupTime(const SplatContext& context, const SurfelCloud& cloud, const SetupTarget& kernel,
   std::size_t surfels, int repeats)
 {
   constexpr std::size_t chunk = 4096;
@@ -162,19 +162,19 @@ void Print(const Way& way)
     s.CoarseMilliseconds, s.BinningMilliseconds, s.SortMilliseconds, s.RasterMilliseconds);
 }
 
-std::vector<std::pair<const char*, const SetupKernel*>> Kernels()
+std::vector<std::pair<const char*, const SetupTarget*>> Kernels()
 {
-  std::vector<std::pair<const char*, const SetupKernel*>> kernels{ { "baseline",
-    &SetupKernelBaseline } };
-#ifdef SURFELSPLATTING_X86_KERNELS
+  std::vector<std::pair<const char*, const SetupTarget*>> kernels{ { "baseline",
+    &SetupTargetBaseline } };
+#ifdef SURFELSPLATTING_X86_TARGETS
   const InstructionSet best = DetectInstructionSet();
   if (best != InstructionSet::Baseline)
   {
-    kernels.emplace_back("avx2", &SetupKernelAVX2);
+    kernels.emplace_back("avx2", &SetupTargetAVX2);
   }
   if (best == InstructionSet::AVX512)
   {
-    kernels.emplace_back("avx512", &SetupKernelAVX512);
+    kernels.emplace_back("avx512", &SetupTargetAVX512);
   }
 #endif
   return kernels;
@@ -195,7 +195,7 @@ int main(int argc, char* argv[])
   const TestHierarchy hierarchy(cloud, ThreadExecutor(2));
   const SurfelCloud nodes = hierarchy.Get();
   SurfelCloud leaves = nodes;
-  leaves.Detail = nullptr;
+  leaves.Clusters = nullptr;
 
   SplatContext sharp;
   sharp.Camera.Width = sharp.Camera.Height = pixels;
@@ -213,7 +213,7 @@ int main(int argc, char* argv[])
     scalar.ScalarSetup = true;
     const char* lens = context.Optics.Radius > 0.0 ? "lens" : "pinhole";
     std::printf("%s\"%s scalar\": %.1f", &context == &sharp ? "" : " ", lens,
-      SetupTime(scalar, leaves, SetupKernelBaseline, leaves.NumberOfSurfels, 3));
+      SetupTime(scalar, leaves, SetupTargetBaseline, leaves.NumberOfSurfels, 3));
     for (const auto& [name, kernel] : Kernels())
     {
       std::printf(", \"%s %s\": %.1f", lens, name,

@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include "Splatter.h"
+#include "Core/Picture/Splatter.h"
 
 #include <vector>
 

@@ -18,7 +18,7 @@ were sampled from; sampling and reconstruction count, too.
 Frames are timed in turns, so that what else the machine does hits all alike; medians. A speed-up at
 equal error is the time of multisampling at the number of lens points, interpolated, that has the
 error of the splatter's one picture, over that picture's time. Multisampling uses the same hierarchy
-and the best lens points known here (Rendering/Core/LensCells.h).
+and the best lens points known here (Core/Lens/SubApertures.h).
 """
 
 import argparse

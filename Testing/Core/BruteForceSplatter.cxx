@@ -555,7 +555,7 @@ void AddSector(const ReferencePixel& sector, ReferencePixel& mean)
 }
 
 std::vector<ReferencePixel> RenderByBruteForce(
-  const SplatContext& context, const std::vector<SurfelCloud>& clouds, const float* depthLimit)
+  const SplatContext& context, const std::vector<SurfelCloud>& clouds, const float* occluderDepth)
 {
   const bool sectors = context.Sectors && context.Optics.Radius > 0.0 && !context.Camera.Parallel &&
     context.Settings.Kernel == KernelType::PearsonII;
@@ -568,7 +568,7 @@ std::vector<ReferencePixel> RenderByBruteForce(
     {
       const std::size_t index = static_cast<std::size_t>(y) * width + x;
       ReferencePixel& pixel = pixels[index];
-      const double limit = depthLimit ? static_cast<double>(depthLimit[index]) : INFINITY;
+      const double limit = occluderDepth ? static_cast<double>(occluderDepth[index]) : INFINITY;
       for (int sector = 0; sector < (sectors ? NumberOfSectors : 1); ++sector)
       {
         ReferencePixel part;

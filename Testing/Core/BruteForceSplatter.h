@@ -11,7 +11,7 @@
  */
 #pragma once
 
-#include "Splatter.h"
+#include "Core/Picture/Splatter.h"
 
 #include <vector>
 
@@ -34,9 +34,9 @@ struct ReferencePixel
 double ReferenceLensVariance(double c, double cutoff);
 double ReferenceRippleCompensation(double smooth, double cosine);
 
-/// Pixels row by row. @param depthLimit as in Splatter::Render.
+/// Pixels row by row. @param occluderDepth as in Splatter::Render.
 std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* depthLimit = nullptr);
+  const std::vector<SurfelCloud>& clouds, const float* occluderDepth = nullptr);
 
 /// Layers of every pixel, front to back, un-normalised, rounded to float at the end.
 std::vector<std::vector<Layer>> LayersByBruteForce(

@@ -1,6 +1,6 @@
 # Fails where a header of VTK, OpenGL, PCL or any other library is included by the core.
 #   cmake -DSOURCE_DIR=<folder> -P CheckIncludes.cmake
-file(GLOB sources "${SOURCE_DIR}/*.h" "${SOURCE_DIR}/*.cxx")
+file(GLOB_RECURSE sources "${SOURCE_DIR}/*.h" "${SOURCE_DIR}/*.cxx")
 list(LENGTH sources count)
 if (count LESS 10)
   message(FATAL_ERROR "Only ${count} sources in ${SOURCE_DIR}: wrong folder?")
@@ -9,7 +9,7 @@ foreach (source IN LISTS sources)
   file(STRINGS "${source}" includes REGEX "^[ \t]*#[ \t]*include")
   foreach (line IN LISTS includes)
     if (line MATCHES "\"([^\"]+)\"")
-      if (NOT EXISTS "${SOURCE_DIR}/${CMAKE_MATCH_1}")
+      if (NOT EXISTS "${SOURCE_DIR}/../${CMAKE_MATCH_1}" OR NOT CMAKE_MATCH_1 MATCHES "^Core/")
         message(SEND_ERROR "${source}: ${line}: not a header of the core")
       endif ()
     elseif (NOT line MATCHES "<([a-z_]+|immintrin.h)>")

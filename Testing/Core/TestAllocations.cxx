@@ -134,7 +134,7 @@ int main()
   blurred.Optics.FocalDistance = 2.0;
   SplatContext sectors = blurred, leaves = blurred, fine = blurred;
   sectors.Sectors = true;
-  leaves.Detail.Error = 0.0;
+  leaves.Cut.Error = 0.0;
   fine.CoarseGrids = fine.SkipHidden = false;
   CheckSteady(sharp, hierarchy.Get(), false, "pinhole");
   CheckSteady(sharp, cloud.Get(), false, "pinhole, no detail");

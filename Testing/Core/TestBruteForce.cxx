@@ -20,7 +20,7 @@ struct Scene
   std::string Name;
   SplatContext Context;
   std::vector<TestCloud> Clouds;
-  std::vector<float> DepthLimit;
+  std::vector<float> OccluderDepth;
 
   std::vector<SurfelCloud> Get() const
   {
@@ -174,8 +174,8 @@ std::vector<Scene> MakeClouds(Random& random)
   limited.Clouds.push_back(RandomCloud(random, 300));
   for (int i = 0; i < 64 * 48; ++i)
   {
-    limited.DepthLimit.push_back(i % 3 == 0 ? std::numeric_limits<float>::infinity()
-                                            : static_cast<float>(random.Uniform(0.5, 4.5)));
+    limited.OccluderDepth.push_back(i % 3 == 0 ? std::numeric_limits<float>::infinity()
+                                               : static_cast<float>(random.Uniform(0.5, 4.5)));
   }
   scenes.push_back(limited);
   return scenes;
@@ -214,7 +214,7 @@ void ComparePixel(const ReferencePixel& pixel, const float* color, float depth, 
 void CompareScene(const Scene& scene)
 {
   const std::vector<SurfelCloud> clouds = scene.Get();
-  const float* limit = scene.DepthLimit.empty() ? nullptr : scene.DepthLimit.data();
+  const float* limit = scene.OccluderDepth.empty() ? nullptr : scene.OccluderDepth.data();
   const Picture picture = RenderPicture(scene.Context, clouds, SerialExecutor(), limit);
   const std::vector<ReferencePixel> reference = RenderByBruteForce(scene.Context, clouds, limit);
   Differences worst;

@@ -4,7 +4,7 @@
  * no seams, and time that does not follow the splats' area.
  */
 #include "Check.h"
-#include "CoarseGrid.h"
+#include "Core/Raster/CoarseGrid.h"
 #include "TestScene.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Deep pictures: cells of the lens joined by hand, and scenes whose samples are tidy and give the
 // picture when they are composited.
 #include "Check.h"
-#include "DeepImage.h"
+#include "Core/Picture/DeepImage.h"
 #include "TestScene.h"
 
 #include <algorithm>

@@ -120,23 +120,23 @@ void TestSkips()
 {
   Random random(1);
   const TestHierarchy hierarchy(Room(20000, random));
-  DetailStatistics skipped;
+  CutStatistics skipped;
   std::uint64_t hidden = 0;
   double worst = 0.0;
   for (int i = 0; i < 200; ++i)
   {
     SplatContext context = RandomContext(random, i);
-    context.Detail.Rule = i % 2 ? DetailRule::Moments : DetailRule::Leaves;
+    context.Cut.Rule = i % 2 ? CutRule::Moments : CutRule::Leaves;
     Splatter splatter;
     Picture with(96, 96), without(96, 96);
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), with.Get());
-    skipped.OutsideLeaves += splatter.Statistics().Detail.OutsideLeaves;
-    skipped.BackLeaves += splatter.Statistics().Detail.BackLeaves;
+    skipped.OutsideLeaves += splatter.Statistics().Cut.OutsideLeaves;
+    skipped.BackLeaves += splatter.Statistics().Cut.BackLeaves;
     hidden += splatter.Statistics().HiddenPairs + splatter.Statistics().HiddenSurfels;
-    context.Detail.SkipOutside = context.Detail.SkipBackFaces = context.SkipHidden = false;
+    context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
-    CHECK(splatter.Statistics().Detail.OutsideLeaves == 0 &&
-      splatter.Statistics().Detail.BackLeaves == 0 && splatter.Statistics().HiddenPairs == 0 &&
+    CHECK(splatter.Statistics().Cut.OutsideLeaves == 0 &&
+      splatter.Statistics().Cut.BackLeaves == 0 && splatter.Statistics().HiddenPairs == 0 &&
       splatter.Statistics().HiddenSurfels == 0);
     const double difference = LargestDifference(with, without);
     CHECK(difference <= 1.0 / 255.0);
@@ -157,16 +157,16 @@ void TestCut()
   for (int i = 0; i < 60; ++i)
   {
     const SplatContext context = RandomContext(random, i);
-    DetailSettings settings;
-    settings.Rule = i % 2 ? DetailRule::Moments : DetailRule::Paper;
+    CutSettings settings;
+    settings.Rule = i % 2 ? CutRule::Moments : CutRule::Paper;
     settings.Error = i % 7 * 0.5;
-    DetailStatistics statistics;
-    DetailWork work;
-    std::vector<NodeRun> runs;
-    SelectDetail(hierarchy.Get(), context.Camera, context.Optics, { 4.0, 1.0 }, settings,
+    CutStatistics statistics;
+    CutWork work;
+    std::vector<CutRange> runs;
+    SelectCut(hierarchy.Get(), context.Camera, context.Optics, { 4.0, 1.0 }, settings,
       ThreadExecutor(3), work, runs, statistics);
     std::vector<int> drawn(layout.NumberOfLeaves(), 0);
-    for (const NodeRun& run : runs)
+    for (const CutRange& run : runs)
     {
       const int level = static_cast<int>(run.Level);
       for (std::size_t n = run.Begin; n < run.Begin + run.Count; ++n)
@@ -208,15 +208,15 @@ void TestNormalizationOfLevels()
     }
   }
   const TestHierarchy hierarchy(cloud);
-  for (const DetailRule rule : { DetailRule::Moments, DetailRule::Paper })
+  for (const CutRule rule : { CutRule::Moments, CutRule::Paper })
   {
     for (double radius : { 0.0, 0.02, 0.05, 0.1, 0.2, 0.4 })
     {
       SplatContext context;
       context.Camera = PinholeView(96, 96, 250.0);
       context.Optics = { radius, 1.5 };
-      context.Detail.Rule = rule;
-      context.Detail.Error = 1.0;
+      context.Cut.Rule = rule;
+      context.Cut.Error = 1.0;
       Splatter splatter;
       Picture picture(96, 96);
       splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), picture.Get());
@@ -231,12 +231,12 @@ void TestNormalizationOfLevels()
           sum += a / (48.0 * 48.0);
         }
       }
-      const double leaves = 65536.0 / static_cast<double>(splatter.Statistics().Detail.Nodes);
+      const double leaves = 65536.0 / static_cast<double>(splatter.Statistics().Cut.Nodes);
       std::printf("radius %.2f: %.1f surfels a node, coverage %.4f to %.4f, mean %.4f\n", radius,
         leaves, low, high, sum);
       // The ripple of the weights is compensated for, more or less.
-      CHECK_NEAR(sum, 0.8, rule == DetailRule::Moments ? 0.05 : 0.12);
-      CHECK(rule == DetailRule::Paper || (low > 0.9 * sum && high < 1.1 * sum));
+      CHECK_NEAR(sum, 0.8, rule == CutRule::Moments ? 0.05 : 0.12);
+      CHECK(rule == CutRule::Paper || (low > 0.9 * sum && high < 1.1 * sum));
       CHECK(radius < 0.1 || leaves > 4.0);
     }
   }
@@ -262,7 +262,7 @@ void TestCoarseHasNoHoles()
   {
     SplatContext context;
     context.Camera = PinholeView(128, 128, 200.0);
-    context.Detail.Error = error;
+    context.Cut.Error = error;
     const Picture picture = RenderPicture(context, { hierarchy.Get() });
     double low = 1.0;
     for (int y = 16; y < 112; ++y)
@@ -302,7 +302,7 @@ void TestWorkFollowsPixels()
     Picture picture(64, 64);
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), picture.Get());
     splats[k++] = splatter.Statistics().Splats;
-    CHECK(splatter.Statistics().Detail.VisitedNodes < static_cast<std::uint64_t>(count) / 20 + 200);
+    CHECK(splatter.Statistics().Cut.VisitedNodes < static_cast<std::uint64_t>(count) / 20 + 200);
   }
   std::printf("splats: %d, %d, %d\n", static_cast<int>(splats[0]), static_cast<int>(splats[1]),
     static_cast<int>(splats[2]));
@@ -327,8 +327,8 @@ void TestSkipsBeforeProps()
     const Picture with =
       RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data());
     context.SkipHidden = false;
-    CHECK(LargestDifference(with,
-            RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data())) <=
+    CHECK(LargestDifference(
+            with, RenderPicture(context, { hierarchy.Get() }, SerialExecutor(), limit.data())) <=
       1.0 / 255.0);
   }
 }
@@ -344,7 +344,7 @@ void TestTransforms()
   {
     SplatContext context = RandomContext(random, i);
     const Picture with = RenderPicture(context, { hierarchy.Get() });
-    context.Detail.SkipOutside = context.Detail.SkipBackFaces = context.SkipHidden = false;
+    context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
     CHECK(LargestDifference(with, RenderPicture(context, { hierarchy.Get() })) <= 1.0 / 255.0);
   }
 }
@@ -375,7 +375,7 @@ void TestLeaves()
   for (int i = 0; i < 20; ++i)
   {
     SplatContext context = RandomContext(random, i);
-    context.Detail.Rule = DetailRule::Leaves;
+    context.Cut.Rule = CutRule::Leaves;
     context.CoarseGrids = false;
     // Float positions, and another order where depths are equal: a pixel here or there merges
     // otherwise.

@@ -4,8 +4,8 @@
  * level, degenerate clouds, and the same at any number of threads.
  */
 #include "Check.h"
-#include "NodeMoments.h"
-#include "NodePacking.h"
+#include "Core/Surfels/NodeMoments.h"
+#include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
 
 #include <algorithm>
@@ -277,9 +277,9 @@ void CheckPictures(const TestHierarchy& h)
     context.Camera.Parallel = i % 8 == 7;
     const double radii[] = { 0.0, 0.1, 1e6 };
     context.Optics = { radii[i % 3], 2.0 };
-    context.Detail.Rule = i % 5 == 4 ? DetailRule::Paper : DetailRule::Moments;
+    context.Cut.Rule = i % 5 == 4 ? CutRule::Paper : CutRule::Moments;
     const double errors[] = { 1.0, 0.0, 100.0 };
-    context.Detail.Error = errors[i / 8];
+    context.Cut.Error = errors[i / 8];
     const Picture picture = RenderPicture(context, { h.Get() });
     CHECK(std::all_of(picture.Color.begin(), picture.Color.end(),
       [](float x) { return std::isfinite(x) && x >= 0.0f; }));

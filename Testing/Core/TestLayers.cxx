@@ -5,8 +5,8 @@
  */
 #include "BruteForceSplatter.h"
 #include "Check.h"
+#include "Core/Raster/TileRaster.h"
 #include "TestScene.h"
-#include "TileRaster.h"
 
 #include <algorithm>
 #include <limits>

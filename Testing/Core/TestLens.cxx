@@ -4,8 +4,8 @@
  * edges, and planes that recede.
  */
 #include "Check.h"
-#include "LensCells.h"
-#include "ResamplingKernel.h"
+#include "Core/Lens/ResamplingKernel.h"
+#include "Core/Lens/SubApertures.h"
 #include "TestScene.h"
 
 #include <cstdio>
@@ -19,10 +19,10 @@ struct Moments
   double X = 0, Y = 0, Squares = 0;
 };
 
-Moments MomentsOf(const std::vector<LensPoint>& points)
+Moments MomentsOf(const std::vector<ApertureSample>& points)
 {
   Moments m;
-  for (const LensPoint& p : points)
+  for (const ApertureSample& p : points)
   {
     m.X += p.X / static_cast<double>(points.size());
     m.Y += p.Y / static_cast<double>(points.size());
@@ -36,7 +36,8 @@ void TestMoments()
 {
   for (int count = 1; count <= 200; ++count)
   {
-    const std::vector<LensPoint> cells = LensCellCenters(count), points = LensSamplePoints(count);
+    const std::vector<ApertureSample> cells = SubApertureCenters(count),
+                                      points = ApertureSamples(count);
     CHECK(cells.size() == static_cast<std::size_t>(count));
     CHECK(points.size() == static_cast<std::size_t>(count));
     const Moments c = MomentsOf(cells), p = MomentsOf(points);
@@ -58,7 +59,7 @@ void TestMoments()
   }
   // Evenly over the disc: a quarter of many points lies in the inner half of the radius.
   int inner = 0;
-  for (const LensPoint& p : LensSamplePoints(1000))
+  for (const ApertureSample& p : ApertureSamples(1000))
   {
     inner += std::hypot(p.X, p.Y) < 0.5 ? 1 : 0;
     CHECK(std::hypot(p.X, p.Y) < 1.0);
@@ -74,8 +75,9 @@ void TestCellViews()
   const Lens lens{ 0.2, 3.0 };
   for (bool pinholes : { false, true })
   {
-    const std::vector<LensPoint> places = pinholes ? LensSamplePoints(13) : LensCellCenters(13);
-    const std::vector<LensCell> cells = DivideLens(view, lens, { 13, pinholes });
+    const std::vector<ApertureSample> places =
+      pinholes ? ApertureSamples(13) : SubApertureCenters(13);
+    const std::vector<SubAperture> cells = DivideLens(view, lens, { 13, pinholes });
     CHECK(cells.size() == 13);
     for (std::size_t i = 0; i < cells.size(); ++i)
     {
@@ -94,8 +96,8 @@ void TestCellViews()
     }
   }
   CHECK(DivideLens(view, Lens(), { 7, false }).size() == 1); // a pinhole
-  CHECK(DivideLens(view, lens, LensSampling()).size() == 1);
-  CHECK(DivideLens(view, lens, LensSampling())[0].Optics.Radius == 0.2);
+  CHECK(DivideLens(view, lens, ApertureSampling()).size() == 1);
+  CHECK(DivideLens(view, lens, ApertureSampling())[0].Optics.Radius == 0.2);
   CHECK(DivideLens(view, lens, { 1, true })[0].Optics.Radius == 0.0);
   view.Parallel = true;
   CHECK(DivideLens(view, lens, { 7, true }).size() == 1);
@@ -106,20 +108,20 @@ void TestMeanLensPoint()
 {
   const Lens lens{ 0.4, 2.0 };
   Random random(3);
-  const std::vector<LensPoint> points = LensSamplePoints(2000);
+  const std::vector<ApertureSample> points = ApertureSamples(2000);
   for (int i = 0; i < 200; ++i)
   {
     const Vector3 p{ random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.8, 6.0) };
     const Vector3 a = random.Direction();
     double x = 0, y = 0, sum = 0;
-    for (const LensPoint& u : points)
+    for (const ApertureSample& u : points)
     {
       const double facing = -Dot(a, { p[0] - lens.Radius * u.X, p[1] - lens.Radius * u.Y, p[2] });
       x += facing * u.X;
       y += facing * u.Y;
       sum += facing;
     }
-    const std::array<double, 2> mean = lens.MeanLensPoint(a, p);
+    const std::array<double, 2> mean = lens.MeanApertureSample(a, p);
     const double length = std::hypot(mean[0], mean[1]);
     CHECK(length <= 0.25 + 1e-12);
     if (length < 0.2499) // all of the lens sees the same side
@@ -128,7 +130,7 @@ void TestMeanLensPoint()
       CHECK_NEAR(mean[1], y / sum, 1e-4);
     }
   }
-  CHECK_NEAR(lens.MeanLensPoint({ 0, 0, -1 }, { 0, 0, 1 })[0], 0.0, 0.0);
+  CHECK_NEAR(lens.MeanApertureSample({ 0, 0, -1 }, { 0, 0, 1 })[0], 0.0, 0.0);
 }
 
 /// Share of a disc of radius c convolved with a Gaussian that lies beyond an edge at distance x.
@@ -178,9 +180,9 @@ void TestDiscEdge()
           largest, std::abs(picture.At(x, 4, 3) - DiscEdge(x + 0.5 - 96.0, confusion, 1.25)));
       }
       std::printf("edge, C = %g px%s: off by %.4f at most\n", confusion,
-        drawn.Detail ? ", hierarchy" : "", largest);
+        drawn.Clusters ? ", hierarchy" : "", largest);
       // Nodes of the default error are up to 0.42 of the blur's deviation: so are their borders.
-      CHECK(largest <= (drawn.Detail ? 0.04 : 0.015));
+      CHECK(largest <= (drawn.Clusters ? 0.04 : 0.015));
     }
   }
 }
@@ -196,8 +198,8 @@ double PlaneThroughLens(const SplatContext& context, double px, double py)
   const View& v = context.Camera;
   const Lens& lens = context.Optics;
   double sum = 0.0;
-  const std::vector<LensPoint> points = LensSamplePoints(400);
-  for (const LensPoint& u : points)
+  const std::vector<ApertureSample> points = ApertureSamples(400);
+  for (const ApertureSample& u : points)
   {
     // From (R u, 0) through the pixel's point of the plane in focus, down to y = -0.4.
     const double f = lens.FocalDistance;
@@ -380,10 +382,10 @@ void TestCells()
   CHECK(seven.Depth == threaded.Depth);
   // The mean of pictures that were rendered one by one.
   std::vector<double> sum(seven.Color.size(), 0.0);
-  for (const LensCell& cell : DivideLens(context.Camera, context.Optics, context.Sampling))
+  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, context.Sampling))
   {
     SplatContext alone = context;
-    alone.Sampling = LensSampling();
+    alone.Sampling = ApertureSampling();
     alone.Camera = cell.Camera;
     alone.Optics = cell.Optics;
     const Picture picture = RenderPicture(alone, cloud);

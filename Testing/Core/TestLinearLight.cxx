@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // sRGB: values of the standard, both ways and above 1.
 #include "Check.h"
-#include "LinearLight.h"
+#include "Core/Base/LinearLight.h"
 
 using namespace SurfelSplatting;
 

@@ -4,7 +4,7 @@
  * that the raster evaluates, for cut-offs and covariances of all kinds.
  */
 #include "Check.h"
-#include "ResamplingKernel.h"
+#include "Core/Lens/ResamplingKernel.h"
 #include "TestScene.h"
 
 #include <algorithm>

@@ -90,7 +90,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   , Surface(cloud.Surface)
 {
   const SurfelCloud surfels = cloud.Get();
-  this->Order = OrderLeaves(surfels, executor);
+  this->Order = MakeKdTreeOrder(surfels, executor);
   const HierarchyLayout& layout = this->Order.Layout;
   for (const std::uint32_t i : this->Order.Surfels)
   {
@@ -109,7 +109,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   FillNodes(this->Get(), layout, executor, this->Nodes.data());
   this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
   this->Colors = MakeNodeColors(this->Get(), layout, executor);
-  this->Table = DetailTable(this->Get(), layout, executor);
+  this->Table = ClusterBounds(this->Get(), layout, executor);
 }
 
 SurfelCloud TestHierarchy::Get() const
@@ -125,7 +125,7 @@ SurfelCloud TestHierarchy::Get() const
   cloud.Nodes = this->Nodes.data();
   cloud.NodeColors = this->Colors.data();
   cloud.LeafCovariances = this->LeafCovariances.data();
-  cloud.Detail = &this->Table;
+  cloud.Clusters = &this->Table;
   cloud.LocalToWorld = this->LocalToWorld;
   cloud.Surface = this->Surface;
   return cloud;
@@ -175,10 +175,10 @@ View PinholeView(int width, int height, double focalLength)
 }
 
 Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const Executor& executor, const float* depthLimit, LayerSink* sink)
+  const Executor& executor, const float* occluderDepth, LayerSink* sink)
 {
   Picture picture(context.Camera.Width, context.Camera.Height);
-  Splatter().Render(context, clouds, executor, picture.Get(), depthLimit, sink);
+  Splatter().Render(context, clouds, executor, picture.Get(), occluderDepth, sink);
   return picture;
 }
 

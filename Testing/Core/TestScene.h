@@ -5,11 +5,11 @@
  */
 #pragma once
 
-#include "DetailTable.h"
-#include "HierarchyBuilder.h"
-#include "LeafOrder.h"
-#include "NodeColors.h"
-#include "Splatter.h"
+#include "Core/Hierarchy/ClusterBounds.h"
+#include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/KdTreeOrder.h"
+#include "Core/Hierarchy/NodeColors.h"
+#include "Core/Picture/Splatter.h"
 
 #include <cstdint>
 #include <vector>
@@ -71,13 +71,13 @@ public:
   SurfelCloud Get() const;
   std::size_t NumberOfNodes() const { return this->Order.Layout.NumberOfNodes(); }
 
-  LeafOrder Order;
+  KdTreeOrder Order;
   std::vector<float> Positions, Covariances, AreaVectors, Opacities, LeafColors; ///< of the leaves
   std::vector<unsigned char> TwoSided;
   std::vector<HierarchyNode> Nodes;
   std::vector<float> LeafCovariances;
   std::vector<NodeColor> Colors;
-  DetailTable Table;
+  ClusterBounds Table;
 
 private:
   Affine3 LocalToWorld;
@@ -107,7 +107,7 @@ void ChooseKernel(int argc, char* argv[]);
 View PinholeView(int width, int height, double focalLength);
 
 Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const Executor& executor = SerialExecutor(), const float* depthLimit = nullptr,
+  const Executor& executor = SerialExecutor(), const float* occluderDepth = nullptr,
   LayerSink* sink = nullptr);
 Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
 

@@ -54,7 +54,8 @@ Picture RenderOnRanks(const SplatContext& context, const std::vector<SurfelCloud
   ThreadRanks::Run(ranks, [&](Ranks& group) {
     const std::size_t n = clouds.size(), size = static_cast<std::size_t>(ranks);
     const std::size_t rank = static_cast<std::size_t>(group.Rank());
-    const std::vector<SurfelCloud> mine(clouds.begin() + static_cast<std::ptrdiff_t>(rank * n / size),
+    const std::vector<SurfelCloud> mine(
+      clouds.begin() + static_cast<std::ptrdiff_t>(rank * n / size),
       clouds.begin() + static_cast<std::ptrdiff_t>((rank + 1) * n / size));
     SplatExchange exchange(group);
     Splatter splatter;

@@ -251,22 +251,21 @@ long CheckFamily(const Family& family)
       context.Settings.Kernel = kernel;
       struct Choice
       {
-        DetailRule Rule;
+        CutRule Rule;
         double Error;
         int Cells;
         bool Sectors;
       };
       for (const Choice& choice :
-        { Choice{ DetailRule::Leaves, 1.0, 1, false }, Choice{ DetailRule::Leaves, 1.0, 3, false },
-          Choice{ DetailRule::Moments, 1.0, 1, false }, Choice{ DetailRule::Moments, 1.0, 1, true },
-          Choice{ DetailRule::Moments, 50.0, 4, true },
-          Choice{ DetailRule::Paper, 1.0, 1, false } })
+        { Choice{ CutRule::Leaves, 1.0, 1, false }, Choice{ CutRule::Leaves, 1.0, 3, false },
+          Choice{ CutRule::Moments, 1.0, 1, false }, Choice{ CutRule::Moments, 1.0, 1, true },
+          Choice{ CutRule::Moments, 50.0, 4, true }, Choice{ CutRule::Paper, 1.0, 1, false } })
       {
-        context.Detail.Rule = choice.Rule;
-        context.Detail.Error = choice.Error;
+        context.Cut.Rule = choice.Rule;
+        context.Cut.Error = choice.Error;
         context.Sampling.Count = choice.Cells;
         context.Sectors = choice.Sectors;
-        const SurfelCloud& cloud = choice.Rule == DetailRule::Leaves ? leaves : nodes;
+        const SurfelCloud& cloud = choice.Rule == CutRule::Leaves ? leaves : nodes;
         const Picture one = RenderPicture(context, { cloud });
         CHECK(IsSane(one));
         CHECK(Same(one, RenderPicture(context, { cloud }, ThreadExecutor(2))));

@@ -5,7 +5,7 @@
 #include "Check.h"
 #include "TestScene.h"
 
-#include "TileBinning.h"
+#include "Core/Raster/TileBinning.h"
 
 #include <algorithm>
 #include <cmath>

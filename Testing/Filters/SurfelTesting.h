@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "SurfelArrays.h"
+#include "Core/Surfels/SurfelArrays.h"
 
 #include "vtkCallbackCommand.h"
 #include "vtkDataArray.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // .pcd files read without PCL are those that pcl_io reads, byte by byte: its own files in all three
 // forms, with every type, several values in a field, padding and NaN; damaged data give errors.
-#include "PCDData.h"
-#include "PointCloudHeader.h"
+#include "Filters/Readers/PCDData.h"
+#include "Filters/Readers/PointCloudHeader.h"
 #include "SurfelTesting.h"
 
 #include <pcl/io/pcd_io.h>

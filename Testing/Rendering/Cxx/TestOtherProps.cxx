@@ -75,7 +75,7 @@ struct LayeredScene : Scene
 }
 
 /// Each eye sees surfels and a mesh of the same place alike, blurred by as much.
-SURFEL_TEST(OtherProps, Stereo)
+SURFEL_TEST(PropImage, Stereo)
 {
   for (const int eye : { VTK_STEREO_LEFT, VTK_STEREO_RIGHT })
   {
@@ -110,7 +110,7 @@ SURFEL_TEST(OtherProps, Stereo)
 }
 
 /// The mean of many views is that of the same eye.
-SURFEL_TEST(OtherProps, StereoViews)
+SURFEL_TEST(PropImage, StereoViews)
 {
   vtkSmartPointer<vtkImageData> eyes[2];
   for (const bool left : { true, false })
@@ -135,7 +135,7 @@ SURFEL_TEST(OtherProps, StereoViews)
 }
 
 /// A blurred mesh in a layer of its own lets the layer below through at its edge only.
-SURFEL_TEST(OtherProps, LayerOnTop)
+SURFEL_TEST(PropImage, LayerOnTop)
 {
   for (const int cells : CellCounts)
   {
@@ -158,7 +158,7 @@ SURFEL_TEST(OtherProps, LayerOnTop)
 }
 
 /// The same of light: cells mix it with the layer below as one picture does.
-SURFEL_TEST(OtherProps, LightOfLayers)
+SURFEL_TEST(PropImage, LightOfLayers)
 {
   vtkSmartPointer<vtkImageData> pictures[2];
   for (int i = 0; i < 2; ++i)
@@ -178,7 +178,7 @@ SURFEL_TEST(OtherProps, LightOfLayers)
 }
 
 /// Tiles of a poster join, and are a window of its size.
-SURFEL_TEST(OtherProps, Poster)
+SURFEL_TEST(PropImage, Poster)
 {
   for (const int cells : CellCounts)
   {
@@ -209,7 +209,7 @@ SURFEL_TEST(OtherProps, Poster)
 
 /// A projection that is given as a matrix, with a user's transform on top, is that of cells and
 /// margins, too: the same picture as by the camera's own parameters.
-SURFEL_TEST(OtherProps, Projections)
+SURFEL_TEST(PropImage, Projections)
 {
   for (const int cells : CellCounts)
   {
@@ -244,7 +244,7 @@ SURFEL_TEST(OtherProps, Projections)
 }
 
 /// What layers below hide stays hidden where their depth is preserved, in every cell.
-SURFEL_TEST(OtherProps, PreservedDepth)
+SURFEL_TEST(PropImage, PreservedDepth)
 {
   for (const int cells : CellCounts)
   {
@@ -265,7 +265,7 @@ SURFEL_TEST(OtherProps, PreservedDepth)
 }
 
 /// Surfels do not get coarser for a time that meshes take.
-SURFEL_TEST(OtherProps, UpdateRate)
+SURFEL_TEST(PropImage, UpdateRate)
 {
   Scene scene(300, 240);
   AddMeshes(scene.Renderer);
@@ -289,7 +289,7 @@ SURFEL_TEST(OtherProps, UpdateRate)
 }
 
 /// In a viewport, multisampled or not, it is the picture of a window of that size.
-SURFEL_TEST(OtherProps, Viewport)
+SURFEL_TEST(PropImage, Viewport)
 {
   for (const int cells : CellCounts)
   {
@@ -311,7 +311,7 @@ SURFEL_TEST(OtherProps, Viewport)
 }
 
 /// As a step among the user's own: the same picture.
-SURFEL_TEST(OtherProps, DelegateInsideOwnSteps)
+SURFEL_TEST(PropImage, DelegateInsideOwnSteps)
 {
   Scene alone(90, 70), inside(90, 70);
   vtkNew<vtkRenderStepsPass> steps;
@@ -328,7 +328,7 @@ SURFEL_TEST(OtherProps, DelegateInsideOwnSteps)
 }
 
 /// What was released comes back, between one picture and cells as well.
-SURFEL_TEST(OtherProps, ReleaseAndRenderAgain)
+SURFEL_TEST(PropImage, ReleaseAndRenderAgain)
 {
   for (const int cells : CellCounts)
   {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Sorting by depth: keys with a float's order in the upper 32 bits and an index in the lower ones.
+ */
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace SurfelSplatting
+{
+/// Order of floats as unsigned integers.
+inline std::uint32_t SortableBits(float value)
+{
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+/// Sorts keys of (SortableBits of a depth) << 32 | index, ascending.
+class KeySorter
+{
+public:
+  void Sort(std::vector<std::uint64_t>& keys);
+
+private:
+  std::vector<std::uint64_t> Other;
+};
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Rectangles of pixels.
+ */
+#pragma once
+
+namespace SurfelSplatting
+{
+/// Pixels [X0, X1) x [Y0, Y1); empty where X0 >= X1 or Y0 >= Y1.
+struct PixelBox
+{
+  int X0, Y0, X1, Y1;
+};
+
+inline bool IsEmpty(const PixelBox& box)
+{
+  return box.X0 >= box.X1 || box.Y0 >= box.Y1;
+}
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Base/Ranks.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+std::vector<Message> Ranks::Share(const Message& message)
+{
+  return this->Exchange(std::vector<Message>(static_cast<std::size_t>(this->Size()), message));
+}
+
+Message Ranks::FromRoot(const Message& message)
+{
+  std::vector<Message> messages(static_cast<std::size_t>(this->Size()));
+  if (this->IsRoot())
+  {
+    std::fill(messages.begin(), messages.end(), message);
+  }
+  return this->Exchange(std::move(messages))[0];
+}
+
+std::vector<Message> Ranks::ToRoot(Message message)
+{
+  std::vector<Message> messages(static_cast<std::size_t>(this->Size()));
+  messages[0] = std::move(message);
+  messages = this->Exchange(std::move(messages));
+  if (!this->IsRoot())
+  {
+    messages.clear();
+  }
+  return messages;
+}
+
+bool Ranks::All(bool mine)
+{
+  const std::vector<Message> messages =
+    this->Share(Message(1, static_cast<unsigned char>(mine ? 1 : 0)));
+  return std::all_of(messages.begin(), messages.end(), [](const Message& m) { return m[0] != 0; });
+}
+
+double Ranks::Largest(double mine)
+{
+  Message message;
+  Put(mine, message);
+  double largest = mine;
+  for (const Message& m : this->Share(message))
+  {
+    largest = std::max(largest, MessageReader(m).Get<double>());
+  }
+  return largest;
+}
+
+double Ranks::RootValue(double mine)
+{
+  Message message;
+  Put(mine, message);
+  return MessageReader(this->FromRoot(message)).Get<double>();
+}
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The square tiles that a picture is divided into: the unit of binning, raster and threads.
+ */
+#pragma once
+
+#include "Core/Base/PixelBox.h"
+
+namespace SurfelSplatting
+{
+constexpr int TileSize = 32; ///< px
+
+/// Tiles that cover so many pixels in one direction.
+inline int TileCount(int pixels)
+{
+  return (pixels + TileSize - 1) / TileSize;
+}
+
+/// Tiles that a box of pixels, not empty, touches; both ends included.
+struct TileRange
+{
+  int X0, Y0, X1, Y1;
+
+  explicit TileRange(const PixelBox& box)
+    : X0(box.X0 / TileSize)
+    , Y0(box.Y0 / TileSize)
+    , X1((box.X1 - 1) / TileSize)
+    , Y1((box.Y1 - 1) / TileSize)
+  {
+  }
+};
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the choice of detail needs of a hierarchy, made once for it.
+ *
+ * The choice works on groups of up to 64 nodes: one level for a whole subtree, by its largest and
+ * its most incoherent node. There is one entry for each cluster of 64 leaves and for each node
+ * above; a frame looks at these alone, and only down to where all of a group is fine enough.
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+#include "Core/Hierarchy/HierarchyLayout.h"
+#include "Core/Surfels/SurfelCloud.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+/// Extent of a node, or the largest of several.
+struct NodeExtent
+{
+  float Sigma;     ///< largest standard deviation of S, world units
+  float Size;      ///< radius of the bounding sphere of the leaves' centres, world units
+  float Coherence; ///< |A| / sum of areas, the least of several
+};
+
+class ClusterBounds
+{
+public:
+  static constexpr int ClusterLevel = 6; ///< of nodes with 64 leaves
+  static constexpr int LevelsBelow = 6;  ///< whose extents each entry has
+
+  /// A cluster, or a node above.
+  struct Node
+  {
+    float Position[3];
+    float Axis[3];     ///< of the cone, unit length
+    float Cone;        ///< its cosine; <= 0: none
+    float LeafSigma;   ///< the largest of all leaves below
+    NodeExtent Extent; ///< its own
+  };
+
+  ClusterBounds() = default;
+
+  /// @param cloud leaves and nodes
+  ClusterBounds(const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor);
+
+  const HierarchyLayout& Layout() const { return this->Tree; }
+
+  /// ClusterLevel, or the root's level of a smaller tree; -1 for an empty one.
+  int LowestLevel(int tree) const { return this->LowestLevels[tree]; }
+
+  /// Node j of a level from LowestLevel on.
+  const Node& Get(int level, int tree, std::size_t j) const
+  {
+    return this->Nodes[this->Begins[level][tree] + j];
+  }
+
+  /// Largest extents of the nodes below node j of a level, [LevelsBelow]: those of level - 1 first.
+  const NodeExtent* Below(int level, int tree, std::size_t j) const
+  {
+    return this->Extents.data() + LevelsBelow * (this->Begins[level][tree] + j);
+  }
+
+private:
+  void FillCluster(const SurfelCloud& cloud, int tree, std::size_t j);
+  void FillAbove(int tree, int level, std::size_t j);
+  void FillNode(const SurfelCloud& cloud, int tree, int level, std::size_t j);
+
+  HierarchyLayout Tree;
+  int LowestLevels[HierarchyLayout::NumberOfTrees] = { -1, -1 };
+  std::size_t Begins[HierarchyLayout::MaximumNumberOfLevels][HierarchyLayout::NumberOfTrees] = {};
+  std::vector<Node> Nodes;
+  std::vector<NodeExtent> Extents; ///< [nodes][LevelsBelow]
+};
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Hierarchy/HierarchyBuilder.h"
+
+#include "Core/Hierarchy/NodeRecursion.h"
+#include "Core/Surfels/NodeMoments.h"
+#include "Core/Surfels/NodePacking.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Spheres and cones are about leaves where these are few, else about the nodes of this level,
+/// which keeps both tight without looking at all leaves once a level.
+constexpr int BoundedLevel = 6;
+
+double CosineBetween(const Vector3& a, const Vector3& b)
+{
+  const double lengths = Norm(a) * Norm(b);
+  return lengths > 0.0 ? Dot(a, b) / lengths : -1.0;
+}
+
+double AngleOf(double cosine)
+{
+  return std::acos(std::fmin(1.0, std::fmax(-1.0, cosine)));
+}
+
+/// Nodes from their leaves upwards.
+class NodeFiller
+{
+public:
+  using Value = NodeMoments;
+
+  NodeFiller(const SurfelCloud& leaves, const HierarchyLayout& layout, HierarchyNode* nodes)
+    : Tree(leaves)
+    , Layout(layout)
+    , Nodes(nodes)
+  {
+    this->Tree.NumberOfSurfels = layout.NumberOfLeaves();
+    this->Tree.Nodes = nodes;
+  }
+
+  NodeMoments Leaf(std::size_t i) const
+  {
+    NodeMoments m;
+    m.AreaVector = this->Tree.AreaVector(i);
+    m.Area = Norm(m.AreaVector);
+    m.Position = this->Tree.Position(i);
+    m.Covariance = this->Tree.Covariance(i);
+    m.Opacity = this->Tree.OwnOpacity(i);
+    return m;
+  }
+
+  NodeMoments Join(const NodeMoments& a, const NodeMoments& b, int tree) const
+  {
+    return SurfelSplatting::Join(a, b, tree == HierarchyLayout::TwoSided);
+  }
+
+  /// Before its parent, after its children.
+  void Store(const NodeMoments& moments, int tree, int level, std::size_t j) const
+  {
+    const bool twoSided = tree == HierarchyLayout::TwoSided;
+    const std::size_t node = this->Layout.Begin(level, tree) + j;
+    HierarchyNode& stored = this->Nodes[node - this->Tree.NumberOfSurfels];
+    stored = PackNode(moments, twoSided);
+    const int below = level <= BoundedLevel ? 0 : BoundedLevel;
+    const std::size_t begin = this->Layout.Begin(below, tree);
+    const std::size_t first = begin + (j << (level - below));
+    const std::size_t last =
+      begin + std::min<std::size_t>((j + 1) << (level - below), this->Layout.Count(below, tree));
+    const double cosine = twoSided ? -1.0 : this->Cone(node, first, last); // seen from everywhere
+    SetBounds(this->Radius(node, first, last), cosine, stored);
+  }
+
+private:
+  /// About a node, with the spheres of nodes or leaves below.
+  double Radius(std::size_t node, std::size_t first, std::size_t last) const
+  {
+    double radius = 0.0;
+    const Vector3 p = this->Tree.Position(node);
+    for (std::size_t i = first; i < last; ++i)
+    {
+      const Vector3 c = this->Tree.Position(i);
+      const double distance = Norm({ c[0] - p[0], c[1] - p[1], c[2] - p[2] });
+      const double further = this->Tree.IsNode(i) ? this->Tree.Node(i).Bound : 0.0;
+      radius = std::fmax(radius, distance + further);
+    }
+    return radius;
+  }
+
+  /// Cosine of the cone about a node with the cones of nodes or the normals of leaves below.
+  double Cone(std::size_t node, std::size_t first, std::size_t last) const
+  {
+    constexpr double pi = 3.14159265358979323846;
+    const Vector3 axis = this->Tree.AreaVector(node);
+    double least = 1.0, widest = 0.0;
+    for (std::size_t i = first; i < last; ++i)
+    {
+      const double cosine = CosineBetween(this->Tree.AreaVector(i), axis);
+      least = std::fmin(least, cosine);
+      if (this->Tree.IsNode(i))
+      {
+        widest = std::fmax(widest, AngleOf(cosine) + AngleOf(ConeOf(this->Tree.Node(i))));
+      }
+    }
+    return first < last && this->Tree.IsNode(first) ? std::cos(std::fmin(widest, pi)) : least;
+  }
+
+  SurfelCloud Tree;
+  const HierarchyLayout& Layout;
+  HierarchyNode* Nodes;
+};
+
+/// Mean covariances of the leaves, weighted with their areas.
+class LeafCovarianceFiller
+{
+public:
+  struct Value
+  {
+    double Area;
+    Symmetric3 Covariance;
+  };
+
+  LeafCovarianceFiller(const SurfelCloud& tree, const HierarchyLayout& layout, float* covariances)
+    : Tree(tree)
+    , Layout(layout)
+    , Covariances(covariances)
+  {
+  }
+
+  Value Leaf(std::size_t i) const
+  {
+    return { Norm(this->Tree.AreaVector(i)), this->Tree.Covariance(i) };
+  }
+
+  Value Join(const Value& a, const Value& b, int) const
+  {
+    const double area = a.Area + b.Area;
+    const double share = area > 0.0 ? a.Area / area : 0.5;
+    return { area, Mix(a.Covariance, share, b.Covariance, 1.0 - share) };
+  }
+
+  void Store(const Value& value, int tree, int level, std::size_t j) const
+  {
+    const Symmetric3& s = value.Covariance;
+    const double values[6] = { s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
+    const std::size_t node = this->Layout.Begin(level, tree) + j - this->Tree.NumberOfSurfels;
+    std::copy_n(values, 6, this->Covariances + 6 * node);
+  }
+
+private:
+  const SurfelCloud& Tree;
+  const HierarchyLayout& Layout;
+  float* Covariances;
+};
+}
+
+void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,
+  HierarchyNode* nodes)
+{
+  ForNodesUpwards(layout, executor, NodeFiller(leaves, layout, nodes));
+}
+
+std::vector<float> MakeLeafCovariances(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
+{
+  std::vector<float> covariances(6 * (layout.NumberOfNodes() - layout.NumberOfLeaves()));
+  ForNodesUpwards(layout, executor, LeafCovarianceFiller(tree, layout, covariances.data()));
+  return covariances;
+}
+}

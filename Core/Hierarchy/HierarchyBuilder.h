@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Builds the nodes of a hierarchy over surfels (QSplat: Rusinkiewicz and Levoy 2000; used for depth
+ * of field by Krivanek, Zara and Bouatouch 2003, section 3.3).
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+#include "Core/Hierarchy/HierarchyLayout.h"
+#include "Core/Surfels/HierarchyNode.h"
+#include "Core/Surfels/SurfelCloud.h"
+
+#include <vector>
+
+namespace SurfelSplatting
+{
+/**
+ * Moments and bounds of all nodes above the leaves, from sums in double over these.
+ * @param leaves the surfels in the order of the tree (KdTreeOrder.h)
+ * @param nodes  [layout.NumberOfNodes() - layout.NumberOfLeaves()], the caller's memory
+ */
+void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,
+  HierarchyNode* nodes);
+
+/// V_r of all nodes above the leaves, [nodes][6] XX YY ZZ XY YZ XZ; S - V_r is the paper's V_q.
+/// @param tree leaves and nodes
+std::vector<float> MakeLeafCovariances(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
+}

@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Hierarchy/HierarchyCut.h"
+
+#include "Core/Base/CoarseLevels.h"
+#include "Core/Surfels/NodeMoments.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Standard deviation of a node for an error of 1, over that of the lens's blur: the coarsest that
+/// loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
+constexpr double LensShare = 0.42;
+/// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
+/// what one of a surfel to a pixel costs; 50 dB and more from drawing every surfel.
+constexpr double PixelShare = 0.95;
+
+/// Largest share of an incoherent node's size that is allowed.
+double CoherenceFactor(double coherence)
+{
+  return std::fmin(1.0, std::fmax(0.1, (coherence - 0.5) / 0.4));
+}
+
+using Subtree = CutWork::Subtree;
+
+/// One sphere in camera space: a node's leaves' centres.
+struct Ball
+{
+  Vector3 Center;
+  double Radius;
+  double Near() const { return this->Center[2] - this->Radius; }
+  double Far() const { return this->Center[2] + this->Radius; }
+};
+
+/// One choice: the view in the hierarchy's terms.
+class Selection
+{
+public:
+  Selection(const SurfelCloud& cloud, const View& view, const Lens& lens, const KernelReach& reach,
+    const CutSettings& settings)
+    : Table(*cloud.Clusters)
+    , Layout(Table.Layout())
+    , Camera(view)
+    , Optics(lens)
+    , Reach(reach)
+    , Settings(settings)
+    , LocalToCamera(Affine3::Compose(view.WorldToCamera, cloud.LocalToWorld))
+    , AreaToCamera(LocalToCamera.AreaMatrix())
+    , FocalLength(std::fmax(std::abs(view.Fx), std::abs(view.Fy)))
+  {
+    Symmetric3 gram{}; // L'L
+    for (const Vector3& row : this->LocalToCamera.L)
+    {
+      AddOuterProduct(gram, row, 1.0);
+    }
+    const double largest = gram.LargestEigenvalue();
+    this->Scale = std::sqrt(largest);
+    // Cones keep their angles under similarities alone.
+    const double spread = std::abs(largest - gram.Trace() / 3.0);
+    this->ConesHold = spread <= 1e-5 * largest;
+  }
+
+  void Walk(const Subtree& start, CutWork::Part& part) const
+  {
+    part.Runs.clear();
+    part.Statistics = CutStatistics();
+    part.Stack.assign(1, start);
+    while (!part.Stack.empty())
+    {
+      const Subtree top = part.Stack.back();
+      part.Stack.pop_back();
+      this->Visit(top, part.Stack, part.Runs, part.Statistics);
+    }
+  }
+
+private:
+  void Visit(const Subtree& at, std::vector<Subtree>& stack, std::vector<CutRange>& runs,
+    CutStatistics& statistics) const
+  {
+    ++statistics.VisitedNodes;
+    const ClusterBounds::Node& node = this->Table.Get(at.Level, at.Tree, at.Index);
+    const Ball ball{ this->LocalToCamera.Apply(
+                       { node.Position[0], node.Position[1], node.Position[2] }),
+      this->Scale * node.Extent.Size };
+    if (this->Settings.SkipOutside && this->IsOutside(node, ball))
+    {
+      statistics.OutsideLeaves += this->LeavesOf(at);
+      return;
+    }
+    if (this->Settings.SkipBackFaces && at.Tree == HierarchyLayout::OneSided &&
+      this->FacesAway(node, ball))
+    {
+      statistics.BackLeaves += this->LeavesOf(at);
+      return;
+    }
+    const double allowed = this->AllowedSize(ball);
+    if (at.Level > 0 && this->Suffices(node.Extent, allowed))
+    {
+      this->Choose(at, at.Level, node.Extent.Sigma, ball, runs, statistics);
+    }
+    else if (!this->ChooseBelow(at, ball, allowed, runs, statistics))
+    {
+      const std::size_t left = 2 * at.Index;
+      if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
+      {
+        stack.push_back({ at.Tree, at.Level - 1, left + 1 });
+      }
+      stack.push_back({ at.Tree, at.Level - 1, left });
+    }
+  }
+
+  /// One level for all of a subtree, the coarsest that suffices; in the lowest ones the leaves
+  /// always do. Not by more levels than this above: parts of a subtree may do with less.
+  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, std::vector<CutRange>& runs,
+    CutStatistics& statistics) const
+  {
+    constexpr int mostLevels = 4;
+    const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
+    if (at.Level == this->Table.LowestLevel(at.Tree))
+    {
+      int level = at.Level - 1;
+      while (level > 0 && !this->Suffices(below[at.Level - 1 - level], allowed))
+      {
+        --level;
+      }
+      const double sigma = level >= 0 ? below[at.Level - 1 - level].Sigma
+                                      : this->Table.Get(at.Level, at.Tree, at.Index).Extent.Sigma;
+      this->Choose(at, std::max(0, level), sigma, ball, runs, statistics);
+      return true;
+    }
+    for (int i = 0; i < mostLevels; ++i)
+    {
+      if (this->Suffices(below[i], allowed))
+      {
+        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, runs, statistics);
+        return true;
+      }
+    }
+    return false;
+  }
+
+  std::uint64_t LeavesOf(const Subtree& at) const
+  {
+    return std::min<std::uint64_t>(
+             (at.Index + 1) << at.Level, this->Layout.NumberOfLeaves(at.Tree)) -
+      (at.Index << at.Level);
+  }
+
+  /// @param sigma largest standard deviation of the nodes, local units
+  void Choose(const Subtree& at, int level, double sigma, const Ball& ball,
+    std::vector<CutRange>& runs, CutStatistics& statistics) const
+  {
+    const int below = at.Level - level;
+    const std::size_t first = at.Index << below;
+    const std::size_t last =
+      std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
+    CutRange run{ this->Layout.Begin(level, at.Tree) + first,
+      static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
+    this->Place(this->Scale * sigma, ball, run);
+    if (this->Settings.SkipOutside && IsEmpty(run.Box))
+    {
+      statistics.OutsideLeaves += this->LeavesOf(at);
+      return;
+    }
+    statistics.Nodes += run.Count;
+    runs.push_back(run);
+  }
+
+  /// Where a run's splats are on the screen, and how deep.
+  void Place(double sigma, const Ball& ball, CutRange& run) const
+  {
+    const View& v = this->Camera;
+    run.Box = { 0, 0, v.Width, v.Height };
+    if (!v.Parallel && !(ball.Near() > 0.0))
+    {
+      return; // about the lens: anywhere
+    }
+    // A z-range is 2 s_z + 0.5 s of the kernel; s is overestimated by a quarter for thick ones.
+    constexpr double depthExtent = 2.7;
+    const double near = ball.Near() - depthExtent * sigma;
+    const double far = ball.Far() + depthExtent * sigma;
+    run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // before it as a float, too
+    run.Far = static_cast<float>(far + 1e-6 * std::abs(far));
+    const double h = std::sqrt(this->Reach.Prefilter);
+    double confusion[2] = { 0.0, 0.0 }; // least and largest
+    double stretch = 1.0, nearest = 1.0;
+    if (!v.Parallel)
+    {
+      const double focus = this->Optics.FocalDistance;
+      const double a = this->Optics.RelativeCircleOfConfusion(ball.Near());
+      const double b = this->Optics.RelativeCircleOfConfusion(ball.Far());
+      const bool inFocus = ball.Near() <= focus && focus <= ball.Far();
+      confusion[0] = inFocus ? 0.0 : this->FocalLength * std::fmin(a, b);
+      confusion[1] = this->FocalLength * std::fmax(a, b);
+      nearest = ball.Near();
+      stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
+    }
+    run.Wide = CoarseLevel(this->Reach.Prefilter + 0.25 * confusion[0] * confusion[0]) > 0;
+    // Nodes may be blurred by as much as they are wide (SplatSetup.cxx, LeastNodeBlur).
+    const double margin = this->Reach.Deviations *
+        (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
+      1.0;
+    SetInterval(ball.Center[0], ball, v.Fx, v.Cx, margin, v.Width, run.Box.X0, run.Box.X1);
+    SetInterval(ball.Center[1], ball, v.Fy, v.Cy, margin, v.Height, run.Box.Y0, run.Box.Y1);
+  }
+
+  /// Pixels that a ball with a margin about it covers, along x or y.
+  void SetInterval(double x, const Ball& ball, double f, double c, double margin, int size,
+    int& begin, int& end) const
+  {
+    double low, high;
+    const double a = f * x - std::abs(f) * ball.Radius, b = f * x + std::abs(f) * ball.Radius;
+    if (this->Camera.Parallel)
+    {
+      low = a;
+      high = b;
+    }
+    else
+    {
+      low = std::fmin(a / ball.Near(), a / ball.Far());
+      high = std::fmax(b / ball.Near(), b / ball.Far());
+    }
+    begin = static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size));
+    end = static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size));
+  }
+
+  bool Suffices(const NodeExtent& extent, double allowed) const
+  {
+    const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
+    return size <= allowed * CoherenceFactor(extent.Coherence);
+  }
+
+  /// Largest size of a node in local units that is coarse enough nowhere in the ball to be seen.
+  double AllowedSize(const Ball& ball) const
+  {
+    if (this->Settings.Rule == CutRule::Leaves || !(this->Settings.Error > 0.0))
+    {
+      return -1.0;
+    }
+    double confusion = 0.0, pixelsPerUnit = this->FocalLength;
+    if (!this->Camera.Parallel)
+    {
+      const double near = ball.Near(), far = ball.Far();
+      if (!(near > 0.0))
+      {
+        return -1.0; // about the lens
+      }
+      const double focus = this->Optics.FocalDistance;
+      if (!(near <= focus && focus <= far))
+      {
+        confusion = this->FocalLength *
+          std::fmin(this->Optics.RelativeCircleOfConfusion(near),
+            this->Optics.RelativeCircleOfConfusion(far));
+      }
+      // Off the axis the projection stretches lengths by 1 / cos.
+      pixelsPerUnit *= Norm(ball.Center) / (ball.Center[2] * near);
+    }
+    const double h = this->Reach.Prefilter;
+    const double blur = this->Settings.Rule == CutRule::Paper
+      ? std::fmax(confusion, std::sqrt(h))
+      : std::hypot(PixelShare * std::sqrt(h), LensShare * 0.5 * confusion);
+    return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
+  }
+
+  /// Whether nothing below can reach the picture, blur included.
+  bool IsOutside(const ClusterBounds::Node& node, const Ball& ball) const
+  {
+    const View& v = this->Camera;
+    if (ball.Far() < v.Near || ball.Near() > v.Far)
+    {
+      return true;
+    }
+    if (!v.Parallel && !(ball.Near() > 0.0))
+    {
+      return false;
+    }
+    // How far a splat reaches beyond its centre, as a length at the depth of the ball: W's standard
+    // deviation is at most the sum of kernel's, pixel's and lens's. Nodes are at most as large as
+    // the ball, which their centres are in.
+    const double spread = this->Scale * node.LeafSigma + ball.Radius;
+    double reach = 0.0;
+    if (v.Parallel)
+    {
+      reach = spread + (std::sqrt(this->Reach.Prefilter) + 1.0) / this->FocalLength;
+    }
+    else
+    {
+      const double stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / ball.Near();
+      for (const double z : { ball.Near(), ball.Far() })
+      {
+        const double pixel = (std::sqrt(this->Reach.Prefilter) + 1.0) * z / this->FocalLength;
+        const double blur = 0.6 * this->Optics.RelativeCircleOfConfusion(z) * z;
+        reach = std::fmax(reach, spread * stretch + pixel + blur);
+      }
+    }
+    const double margin = ball.Radius + this->Reach.Deviations * reach;
+    return this->IsBeyond(ball.Center[0], ball.Center[2], v.Fx, v.Cx, v.Width, margin) ||
+      this->IsBeyond(ball.Center[1], ball.Center[2], v.Fy, v.Cy, v.Height, margin);
+  }
+
+  /// Whether a ball is off the picture's strip [0, size] px in x or y.
+  bool IsBeyond(double x, double z, double f, double c, double size, double margin) const
+  {
+    const double scaled = f * x, reach = std::abs(f) * margin;
+    if (this->Camera.Parallel)
+    {
+      return scaled + reach < -c || scaled - reach > size - c;
+    }
+    // Distance from the plane through the lens and the picture's border.
+    const double low = -c, high = size - c;
+    return scaled - low * z < -std::hypot(f, low) * margin ||
+      scaled - high * z > std::hypot(f, high) * margin;
+  }
+
+  /// Whether n . x > 0 for all normals n of the node's cone and all points x of the ball.
+  bool FacesAway(const ClusterBounds::Node& node, const Ball& ball) const
+  {
+    if (!(node.Cone > 0.0f) || !this->ConesHold)
+    {
+      return false;
+    }
+    const Vector3 axis{ node.Axis[0], node.Axis[1], node.Axis[2] };
+    const Vector3 a{ Dot(this->AreaToCamera[0], axis), Dot(this->AreaToCamera[1], axis),
+      Dot(this->AreaToCamera[2], axis) };
+    const double length = Norm(a);
+    const double cosCone = node.Cone;
+    const double sinCone = std::sqrt(std::fmax(0.0, 1.0 - cosCone * cosCone));
+    if (!(length > 0.0))
+    {
+      return false;
+    }
+    if (this->Camera.Parallel)
+    {
+      return a[2] > sinCone * length;
+    }
+    const double distance = Norm(ball.Center);
+    if (!(ball.Radius < distance))
+    {
+      return false;
+    }
+    const double sinBall = ball.Radius / distance;
+    const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
+    // Cone and ball together less than a right angle, and the axis within the rest of it.
+    return cosCone * cosBall > sinCone * sinBall &&
+      Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length * distance;
+  }
+
+  const ClusterBounds& Table;
+  const HierarchyLayout& Layout;
+  const View& Camera;
+  const Lens& Optics;
+  KernelReach Reach;
+  CutSettings Settings;
+  Affine3 LocalToCamera;
+  std::array<Vector3, 3> AreaToCamera;
+  double FocalLength;
+  double Scale = 1.0;
+  bool ConesHold = true;
+};
+
+/// Subtrees enough to keep all threads busy, in the order of the leaves.
+void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
+{
+  constexpr int levelsBelowRoot = 7;
+  subtrees.clear();
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    const int root = table.Layout().RootLevel(tree);
+    if (root < 0)
+    {
+      continue;
+    }
+    const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
+    for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
+    {
+      subtrees.push_back({ tree, level, j });
+    }
+  }
+}
+}
+
+void SelectCut(const SurfelCloud& cloud, const View& view, const Lens& lens,
+  const KernelReach& reach, const CutSettings& settings, const Executor& executor, CutWork& work,
+  std::vector<CutRange>& runs, CutStatistics& statistics)
+{
+  const Selection selection(cloud, view, lens, reach, settings);
+  MakeSubtrees(*cloud.Clusters, work.Subtrees);
+  work.Parts.resize(std::max(work.Parts.size(), work.Subtrees.size()));
+  executor.For(work.Subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      selection.Walk(work.Subtrees[i], work.Parts[i]);
+    }
+  });
+  runs.clear();
+  for (std::size_t i = 0; i < work.Subtrees.size(); ++i)
+  {
+    const CutWork::Part& part = work.Parts[i];
+    runs.insert(runs.end(), part.Runs.begin(), part.Runs.end());
+    statistics.Add(part.Statistics);
+  }
+}
+}

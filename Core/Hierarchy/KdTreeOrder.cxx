@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Hierarchy/KdTreeOrder.h"
+
+#include "Core/Surfels/NodeMoments.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+constexpr std::size_t Grain = 4096;
+
+/// Nodes up to this many leaves are split by their normals where their area vectors cancel below
+/// this coherence. Both measured on ray-traced scenes.
+constexpr std::size_t LargestFold = 256;
+constexpr double FoldCoherence = 0.95;
+
+struct Leaf
+{
+  float Position[3];
+  float Normal[3]; ///< area vector
+  float Key;       ///< position along the direction of the split
+  std::uint32_t Surfel;
+
+  bool operator<(const Leaf& other) const
+  {
+    return this->Key != other.Key ? this->Key < other.Key : this->Surfel < other.Surfel;
+  }
+};
+
+Vector3 ToVector(const float* v)
+{
+  return { v[0], v[1], v[2] };
+}
+
+void Store(const Vector3& v, float* out)
+{
+  std::copy(v.begin(), v.end(), out);
+}
+
+/// A direction close to that of S's largest eigenvalue; zero where S is zero.
+Vector3 PrincipalDirection(const Symmetric3& s)
+{
+  Vector3 v = s.XX >= s.YY && s.XX >= s.ZZ ? Vector3{ s.XX, s.XY, s.XZ }
+    : s.YY >= s.ZZ                         ? Vector3{ s.XY, s.YY, s.YZ }
+                                           : Vector3{ s.XZ, s.YZ, s.ZZ };
+  for (int i = 0; i < 8; ++i)
+  {
+    const double length = Norm(v);
+    if (!(length > 0.0))
+    {
+      return { 0, 0, 0 };
+    }
+    v = s.Multiply({ v[0] / length, v[1] / length, v[2] / length });
+  }
+  const double length = Norm(v);
+  return length > 0.0 ? Vector3{ v[0] / length, v[1] / length, v[2] / length } : Vector3{ 0, 0, 0 };
+}
+
+using Field = float (Leaf::*)[3];
+
+Vector3 Sum(const Leaf* leaves, std::size_t count, Field field)
+{
+  Vector3 sum{ 0, 0, 0 };
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      sum[c] += (leaves[i].*field)[c];
+    }
+  }
+  return sum;
+}
+
+Symmetric3 SumOfSquares(const Leaf* leaves, std::size_t count, Field field, const Vector3& mean)
+{
+  Symmetric3 s{};
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const float* x = leaves[i].*field;
+    AddOuterProduct(s, { x[0] - mean[0], x[1] - mean[1], x[2] - mean[2] }, 1.0);
+  }
+  return s;
+}
+
+/// The sum of function(leaves, count) over pieces of a range; the same at any number of threads.
+template <typename Value, typename Function, typename Add>
+Value SumOfPieces(const Leaf* leaves, std::size_t count, const Executor& executor,
+  const Function& function, const Add& add)
+{
+  if (count <= Grain)
+  {
+    return function(leaves, count);
+  }
+  std::vector<Value> pieces((count + Grain - 1) / Grain);
+  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      pieces[i] = function(leaves + i * Grain, std::min(Grain, count - i * Grain));
+    }
+  });
+  Value sum = pieces[0];
+  for (std::size_t i = 1; i < pieces.size(); ++i)
+  {
+    sum = add(sum, pieces[i]);
+  }
+  return sum;
+}
+
+/// Covariance of three floats of the leaves, times their number.
+Symmetric3 Scatter(const Leaf* leaves, std::size_t count, Field field, const Executor& executor)
+{
+  Vector3 mean = SumOfPieces<Vector3>(
+    leaves, count, executor,
+    [field](const Leaf* piece, std::size_t size) { return Sum(piece, size, field); },
+    [](const Vector3& x, const Vector3& y) {
+      return Vector3{ x[0] + y[0], x[1] + y[1], x[2] + y[2] };
+    });
+  for (double& x : mean)
+  {
+    x /= static_cast<double>(count);
+  }
+  return SumOfPieces<Symmetric3>(
+    leaves, count, executor,
+    [field, &mean](
+      const Leaf* piece, std::size_t size) { return SumOfSquares(piece, size, field, mean); },
+    [](const Symmetric3& x, const Symmetric3& y) { return Mix(x, 1.0, y, 1.0); });
+}
+
+bool IsFolded(const Leaf* leaves, std::size_t count)
+{
+  Vector3 sum{ 0, 0, 0 };
+  double area = 0.0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const Vector3 a = ToVector(leaves[i].Normal);
+    for (int c = 0; c < 3; ++c)
+    {
+      sum[c] += a[c];
+    }
+    area += Norm(a);
+  }
+  return Coherence(sum, area) < FoldCoherence;
+}
+
+/// Two-sided leaves' signs mean nothing: all to the side of the principal direction.
+void AlignNormals(Leaf* leaves, std::size_t count)
+{
+  Symmetric3 s{};
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    AddOuterProduct(s, ToVector(leaves[i].Normal), 1.0);
+  }
+  const Vector3 direction = PrincipalDirection(s);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const float sign = Dot(ToVector(leaves[i].Normal), direction) < 0.0 ? -1.0f : 1.0f;
+    for (float& x : leaves[i].Normal)
+    {
+      x *= sign;
+    }
+  }
+}
+
+/// The largest power of two below count, count >= 2: the left child of a node is always full.
+std::size_t LeftCount(std::size_t count)
+{
+  std::size_t left = 1;
+  while (2 * left < count)
+  {
+    left *= 2;
+  }
+  return left;
+}
+
+/// Splits a range of leaves in two; returns the size of the first.
+std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor)
+{
+  bool byNormal = false;
+  if (count <= LargestFold && count > 2)
+  {
+    if (twoSided)
+    {
+      AlignNormals(leaves, count);
+    }
+    byNormal = IsFolded(leaves, count);
+  }
+  const auto field = byNormal ? &Leaf::Normal : &Leaf::Position;
+  const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field, executor));
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      leaves[i].Key = static_cast<float>(Dot(ToVector(leaves[i].*field), direction));
+    }
+  });
+  const std::size_t left = LeftCount(count);
+  std::nth_element(leaves, leaves + left, leaves + count);
+  return left;
+}
+
+void SplitAll(Leaf* leaves, std::size_t count, bool twoSided)
+{
+  while (count > 1)
+  {
+    const std::size_t left = Split(leaves, count, twoSided, SerialExecutor());
+    SplitAll(leaves, left, twoSided);
+    leaves += left;
+    count -= left;
+  }
+}
+
+struct Range
+{
+  std::size_t Begin, Count;
+  bool TwoSided;
+};
+
+/// Halves the largest ranges until there are enough for all threads; all threads halve the first
+/// ones together.
+void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const Executor& executor)
+{
+  constexpr std::size_t enough = 64;
+  bool halved = true;
+  while (halved && ranges.size() < enough)
+  {
+    std::vector<std::size_t> left(ranges.size(), 0);
+    constexpr std::size_t few = 2; // both trees' roots
+    const SerialExecutor alone;
+    const bool together = ranges.size() <= few;
+    const auto halve = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        const Range& r = ranges[i];
+        left[i] = r.Count > Grain ? Split(leaves.data() + r.Begin, r.Count, r.TwoSided,
+                                      together ? executor : static_cast<const Executor&>(alone))
+                                  : r.Count;
+      }
+    };
+    if (together)
+    {
+      halve(0, ranges.size());
+    }
+    else
+    {
+      executor.For(ranges.size(), 1, halve);
+    }
+    std::vector<Range> next;
+    halved = false;
+    for (std::size_t i = 0; i < ranges.size(); ++i)
+    {
+      const Range& r = ranges[i];
+      next.push_back({ r.Begin, left[i], r.TwoSided });
+      if (left[i] < r.Count)
+      {
+        next.push_back({ r.Begin + left[i], r.Count - left[i], r.TwoSided });
+        halved = true;
+      }
+    }
+    ranges.swap(next);
+  }
+  executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      SplitAll(leaves.data() + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided);
+    }
+  });
+}
+
+bool IsFinite(const SurfelCloud& cloud, std::size_t i)
+{
+  const Vector3 p = cloud.Position(i), a = cloud.AreaVector(i);
+  const Symmetric3 s = cloud.Covariance(i);
+  return std::isfinite(p[0] + p[1] + p[2]) && std::isfinite(a[0] + a[1] + a[2]) &&
+    std::isfinite(s.XX + s.YY + s.ZZ) && std::isfinite(s.XY + s.YZ + s.XZ);
+}
+}
+
+namespace
+{
+/// Surfels of a piece of the cloud by their side, and how many have no finite values.
+struct SortedPiece
+{
+  std::vector<std::uint32_t> Sides[HierarchyLayout::NumberOfTrees];
+  std::uint64_t Invalid = 0;
+};
+
+std::vector<SortedPiece> SortBySide(const SurfelCloud& cloud, const Executor& executor)
+{
+  constexpr std::size_t size = 65536;
+  std::vector<SortedPiece> pieces((cloud.NumberOfSurfels + size - 1) / size);
+  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece)
+    {
+      const std::size_t last = std::min(cloud.NumberOfSurfels, (piece + 1) * size);
+      for (std::size_t i = piece * size; i < last; ++i)
+      {
+        const bool finite = IsFinite(cloud, i);
+        pieces[piece].Invalid += finite ? 0 : 1;
+        if (finite)
+        {
+          pieces[piece].Sides[cloud.IsTwoSided(i) ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
+        }
+      }
+    }
+  });
+  return pieces;
+}
+}
+
+KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
+{
+  KdTreeOrder order;
+  std::size_t counts[HierarchyLayout::NumberOfTrees] = { 0, 0 };
+  {
+    const std::vector<SortedPiece> pieces = SortBySide(cloud, executor);
+    order.Surfels.reserve(cloud.NumberOfSurfels);
+    for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+    {
+      for (const SortedPiece& piece : pieces)
+      {
+        const std::vector<std::uint32_t>& side = piece.Sides[tree];
+        order.Surfels.insert(order.Surfels.end(), side.begin(), side.end());
+        counts[tree] += side.size();
+        order.NumberOfInvalidSurfels += tree == 0 ? piece.Invalid : 0;
+      }
+    }
+  }
+  order.Layout = HierarchyLayout(counts[0], counts[1]);
+  const std::size_t oneSided = counts[0];
+
+  // About the middle, so that float positions keep their digits.
+  std::vector<Leaf> leaves(order.Surfels.size());
+  const Vector3 middle = leaves.empty() ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
+  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      const std::uint32_t surfel = order.Surfels[i];
+      const Vector3 p = cloud.Position(surfel);
+      Store(Vector3{ p[0] - middle[0], p[1] - middle[1], p[2] - middle[2] }, leaves[i].Position);
+      Store(cloud.AreaVector(surfel), leaves[i].Normal);
+      leaves[i].Surfel = surfel;
+    }
+  });
+  SplitInParallel(
+    leaves, { { 0, oneSided, false }, { oneSided, leaves.size() - oneSided, true } }, executor);
+  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      order.Surfels[i] = leaves[i].Surfel;
+    }
+  });
+  return order;
+}
+}

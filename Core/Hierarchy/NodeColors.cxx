@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Hierarchy/NodeColors.h"
+
+#include "Core/Hierarchy/NodeRecursion.h"
+#include "Core/Surfels/NodePacking.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// A node's colour with what it is weighted with.
+struct WeightedColor
+{
+  ColorMoments Moments;
+  double Mass = 0.0; ///< sum a o
+  double Area = 0.0;
+  Vector3 Position{ 0, 0, 0 };
+};
+
+WeightedColor JoinColors(const WeightedColor& a, const WeightedColor& b)
+{
+  WeightedColor node;
+  node.Mass = a.Mass + b.Mass;
+  node.Area = a.Area + b.Area;
+  const double wb = node.Area > 0.0 ? b.Area / node.Area : 0.5;
+  const double fa = node.Mass > 0.0 ? a.Mass / node.Mass : 0.5;
+  const double fb = 1.0 - fa;
+  Vector3 apart;
+  for (int x = 0; x < 3; ++x)
+  {
+    apart[x] = b.Position[x] - a.Position[x];
+    node.Position[x] = a.Position[x] + wb * apart[x];
+  }
+  for (int c = 0; c < 3; ++c)
+  {
+    const double ca = a.Moments.Color[c], cb = b.Moments.Color[c];
+    node.Moments.Color[c] = fa * ca + fb * cb;
+    for (int x = 0; x < 3; ++x)
+    {
+      node.Moments.First[c][x] =
+        fa * a.Moments.First[c][x] + fb * b.Moments.First[c][x] + fa * fb * (cb - ca) * apart[x];
+    }
+  }
+  return node;
+}
+
+class ColorFiller
+{
+public:
+  using Value = WeightedColor;
+
+  ColorFiller(const SurfelCloud& tree, const HierarchyLayout& layout, NodeColor* colors)
+    : Tree(tree)
+    , Layout(layout)
+    , Colors(colors)
+  {
+    this->Tree.Opacity = 1.0; // of the whole cloud: it is no part of a node's
+  }
+
+  WeightedColor Leaf(std::size_t i) const
+  {
+    WeightedColor leaf;
+    leaf.Position = this->Tree.Position(i);
+    leaf.Area = Norm(this->Tree.AreaVector(i));
+    const std::array<double, 4> c = this->Tree.Color(i);
+    std::copy_n(c.begin(), 3, leaf.Moments.Color);
+    leaf.Mass = leaf.Area * c[3];
+    return leaf;
+  }
+
+  WeightedColor Join(const WeightedColor& a, const WeightedColor& b, int) const
+  {
+    return JoinColors(a, b);
+  }
+
+  void Store(const WeightedColor& value, int tree, int level, std::size_t j) const
+  {
+    ColorMoments moments = value.Moments;
+    moments.Opacity = value.Area > 0.0 ? std::fmin(1.0, value.Mass / value.Area) : 0.0;
+    this->Colors[this->Layout.Begin(level, tree) + j - this->Tree.NumberOfSurfels] =
+      PackColor(moments);
+  }
+
+private:
+  SurfelCloud Tree;
+  const HierarchyLayout& Layout;
+  NodeColor* Colors;
+};
+}
+
+std::vector<NodeColor> MakeNodeColors(
+  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
+{
+  std::vector<NodeColor> colors(layout.NumberOfNodes() - layout.NumberOfLeaves());
+  ForNodesUpwards(layout, executor, ColorFiller(tree, layout, colors.data()));
+  return colors;
+}
+}

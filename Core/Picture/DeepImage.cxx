@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Picture/DeepImage.h"
+
+#include "Core/Raster/RasterTarget.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Adds the samples of a pixel, sorted by depth, as they are seen through all cells: their visible
+/// parts over what lets through to them.
+/// @param share of one cell
+void AppendTidy(
+  const DeepSample* begin, const DeepSample* end, float share, std::vector<DeepSample>& samples)
+{
+  double before = 1.0;
+  for (const DeepSample* s = begin; s != end && before >= DeepImage::LeastTransmittance;)
+  {
+    DeepSample sum{ 0.0f, 0.0f, 0.0f, 0.0f, s->Depth };
+    for (; s != end && s->Depth == sum.Depth; ++s)
+    {
+      sum.Red += s->Red;
+      sum.Green += s->Green;
+      sum.Blue += s->Blue;
+      sum.Alpha += s->Alpha;
+    }
+    const auto scale = static_cast<float>(share / before);
+    const float alpha = std::min(1.0f, scale * sum.Alpha);
+    if (alpha > 0.0f)
+    {
+      samples.push_back({ scale * sum.Red, scale * sum.Green, scale * sum.Blue, alpha, sum.Depth });
+      before *= 1.0 - static_cast<double>(alpha);
+    }
+  }
+}
+}
+
+void DeepImage::Begin(int width, int height)
+{
+  this->Columns = width;
+  this->Rows = height;
+  this->TilesX = (width + TileSize - 1) / TileSize;
+  this->Cells = 0;
+  this->Transmittance.resize(static_cast<std::size_t>(width) * height);
+  this->Tiles.clear();
+  this->Tiles.resize(static_cast<std::size_t>(this->TilesX) * ((height + TileSize - 1) / TileSize));
+  this->Shares.assign(this->Tiles.size(), 1.0f);
+  this->Ends.clear();
+  this->All.clear();
+}
+
+void DeepImage::BeginPart(const PixelBox& tile, float share)
+{
+  for (int y = tile.Y0; y < tile.Y1; ++y)
+  {
+    const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
+    std::fill_n(this->Transmittance.begin() + static_cast<std::ptrdiff_t>(row + tile.X0),
+      tile.X1 - tile.X0, 1.0f);
+  }
+  this->Shares[this->TileOf(tile.X0, tile.Y0)] = share;
+}
+
+std::size_t DeepImage::TileOf(int x, int y) const
+{
+  return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
+}
+
+void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
+{
+  float& before = this->Transmittance[static_cast<std::size_t>(y) * this->Columns + x];
+  const ResolvedLayer resolved = Resolve(layer);
+  if (before < LeastTransmittance || !(resolved.Alpha > 0.0f))
+  {
+    return;
+  }
+  // As the raster clamps (RasterSettings::LargestColor).
+  const float largest = brightest * resolved.Alpha;
+  const std::size_t tile = this->TileOf(x, y);
+  const float through = this->Shares[tile] * before;
+  const auto visible = [&](float c) { return through * std::clamp(c, 0.0f, largest); };
+  const auto pixel = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
+  this->Tiles[tile].push_back({ pixel,
+    { visible(resolved.Red), visible(resolved.Green), visible(resolved.Blue),
+      through * resolved.Alpha, resolved.Depth } });
+  before = std::max(0.0f, before * (1.0f - resolved.Alpha));
+}
+
+/// Samples of a tile, row by row of its pixels; the number of each pixel's into Ends.
+void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
+{
+  Parts& parts = this->Tiles[tile];
+  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return a.Pixel != b.Pixel ? a.Pixel < b.Pixel : a.Visible.Depth < b.Visible.Depth;
+  });
+  const int x0 = static_cast<int>(tile) % this->TilesX * TileSize;
+  const int y0 = static_cast<int>(tile) / this->TilesX * TileSize;
+  std::vector<DeepSample> pixel;
+  for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end)
+  {
+    pixel.clear();
+    for (end = begin; end < parts.size() && parts[end].Pixel == parts[begin].Pixel; ++end)
+    {
+      pixel.push_back(parts[end].Visible);
+    }
+    const std::size_t before = samples.size();
+    AppendTidy(
+      pixel.data(), pixel.data() + pixel.size(), 1.0f / static_cast<float>(this->Cells), samples);
+    const int x = x0 + static_cast<int>(parts[begin].Pixel) % TileSize;
+    const int y = y0 + static_cast<int>(parts[begin].Pixel) / TileSize;
+    this->Ends[static_cast<std::size_t>(y) * this->Columns + x + 1] = samples.size() - before;
+  }
+  Parts().swap(parts);
+}
+
+void DeepImage::Finish(const Executor& executor)
+{
+  this->Ends.assign(this->Transmittance.size() + 1, 0);
+  std::vector<std::vector<DeepSample>> tiles(this->Tiles.size());
+  executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      this->FinishTile(tile, tiles[tile]);
+    }
+  });
+  for (std::size_t p = 1; p < this->Ends.size(); ++p)
+  {
+    this->Ends[p] += this->Ends[p - 1];
+  }
+  this->All.resize(this->Ends.back());
+  executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      const int x0 = static_cast<int>(tile) % this->TilesX * TileSize;
+      const int y0 = static_cast<int>(tile) / this->TilesX * TileSize;
+      const DeepSample* from = tiles[tile].data();
+      for (int y = y0; y < std::min(y0 + TileSize, this->Rows); ++y)
+      {
+        const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
+        const std::uint64_t first = this->Ends[row + x0];
+        const std::uint64_t last = this->Ends[row + std::min(x0 + TileSize, this->Columns)];
+        std::copy_n(from, last - first, this->All.begin() + static_cast<std::ptrdiff_t>(first));
+        from += last - first;
+      }
+    }
+  });
+}
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A picture that keeps its layers: at each pixel samples by ascending depth, each with
+ * premultiplied colour and alpha, that give the picture when they are composited front to back.
+ *
+ * Samples are tidy in the sense of OpenEXR (F. Kainz, "Interpreting OpenEXR Deep Pixels", 2013):
+ * sorted, without extent in depth (a z-range tells which splats are of one surface, not how thick
+ * it is), at most one at a depth.
+ *
+ * Cells of the lens, and their sectors, are joined exactly: with T_k the transmittance of cell k
+ * before a sample with colour c_k and alpha_k, the mean picture is the sum of mean(T_k c_k), and
+ * the mean transmittance T falls by mean(T_k alpha_k) at the sample's depth. Hence
+ *
+ *   alpha_i = 1 - T_i / T_(i-1),   c_i = mean(T_k c_k) / T_(i-1).
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+#include "Core/Raster/ABuffer.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct DeepSample
+{
+  float Red, Green, Blue, Alpha; ///< premultiplied, linear; alpha in (0, 1]
+  float Depth;                   ///< distance along the view direction, world units
+};
+
+class DeepImage : public LayerSink
+{
+public:
+  /// Empties the image, for layers of width x height pixels.
+  void Begin(int width, int height);
+
+  void BeginCell() override { ++this->Cells; }
+  void BeginPart(const PixelBox& tile, float share) override;
+  void Receive(int x, int y, const Layer& layer, float brightest) override;
+
+  /// Light that is let through, below which nothing more is kept: less than 1/255 of the picture.
+  static constexpr float LeastTransmittance = 1.0f / 4096.0f;
+
+  /// Makes the samples, after the last cell.
+  void Finish(const Executor& executor);
+
+  int Width() const { return this->Columns; }
+  int Height() const { return this->Rows; }
+
+  /// After Finish: those of pixel p = y width + x are Samples()[Offsets()[p]] up to, not including,
+  /// Samples()[Offsets()[p + 1]].
+  const std::vector<std::uint64_t>& Offsets() const { return this->Ends; }
+  const std::vector<DeepSample>& Samples() const { return this->All; }
+
+private:
+  /// What a layer adds to the picture through its cell: T c, T alpha.
+  struct Part
+  {
+    std::uint32_t Pixel; // in its tile
+    DeepSample Visible;
+  };
+  using Parts = std::vector<Part>;
+
+  std::size_t TileOf(int x, int y) const;
+  void FinishTile(std::size_t tile, std::vector<DeepSample>& samples);
+
+  int Columns = 0;
+  int Rows = 0;
+  int TilesX = 0;
+  int Cells = 0;
+  std::vector<float> Transmittance; // [pixels] through the part of the cell so far
+  std::vector<Parts> Tiles;
+  std::vector<float> Shares; // [tiles] of the part in its cell
+  std::vector<std::uint64_t> Ends;
+  std::vector<DeepSample> All;
+};
+}

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Picture/SplatExchange.h"
+
+#include "Core/Raster/RasterTarget.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <new>
+#include <utility>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// What a message of splats begins with; then splats, boxes, levels, gradients and slopes follow.
+struct Header
+{
+  std::uint64_t Splats, Gradients;
+  float LargestCoarseColor; ///< of all the sender's splats, as in the picture of all
+  unsigned int Levels;
+  unsigned char HasSlopes;
+};
+
+/// Pixels that cost a tile as much as its sorting in of a splat does.
+constexpr std::uint64_t PixelsPerPair = 64;
+
+/// Rows of the picture that a splat reaches, from its box; those on coarse grids as tents, which
+/// end with the cells beside their own (CoarseGrid.h).
+RowRange RowsOf(const PixelBox& box, int level, int height)
+{
+  if (level == 0)
+  {
+    return { box.Y0, box.Y1 };
+  }
+  const int cell = 1 << level;
+  return { std::max(0, (box.Y0 - 1) * cell), std::min(height, box.Y1 * cell) };
+}
+
+int RowsOfTiles(int height)
+{
+  return (height + TileSize - 1) / TileSize;
+}
+
+/// Work of each row of tiles, of all of a list's splats.
+std::vector<std::uint64_t> CostOfTiles(int width, int height, const SplatList& list)
+{
+  const auto count = static_cast<std::size_t>(RowsOfTiles(height));
+  std::vector<std::uint64_t> costs(
+    count, PixelsPerPair * static_cast<std::uint64_t>(RowsOfTiles(width)));
+  for (const SplatList::Part& part : list.Parts)
+  {
+    for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+    {
+      const PixelBox& box = list.Boxes[i];
+      const RowRange rows = RowsOf(box, list.Levels[i], height);
+      if (IsEmpty(box) || rows.Begin >= rows.End)
+      {
+        continue;
+      }
+      const int first = rows.Begin / TileSize, last = (rows.End - 1) / TileSize;
+      const auto area =
+        static_cast<std::uint64_t>(box.X1 - box.X0) * static_cast<std::uint64_t>(box.Y1 - box.Y0);
+      const std::uint64_t cost = area / static_cast<std::uint64_t>(last - first + 1);
+      for (int tile = first; tile <= last; ++tile)
+      {
+        costs[static_cast<std::size_t>(tile)] += cost + PixelsPerPair;
+      }
+    }
+  }
+  return costs;
+}
+
+/// Half-open range of ranks.
+struct RankRange
+{
+  std::size_t Begin, End;
+};
+
+/// Whose bands are reached by rows.
+RankRange RanksOf(const RowRange& rows, const std::vector<RowRange>& bands)
+{
+  RankRange ranks{ 0, bands.size() };
+  while (ranks.Begin < ranks.End && bands[ranks.Begin].End <= rows.Begin)
+  {
+    ++ranks.Begin;
+  }
+  while (ranks.End > ranks.Begin && bands[ranks.End - 1].Begin >= rows.End)
+  {
+    --ranks.End;
+  }
+  return ranks;
+}
+
+/// Calls visit(i, ranks) for the splats of a part.
+template <typename Visit>
+void ForSplats(const SplatList& list, const SplatList::Part& part,
+  const std::vector<RowRange>& bands, Visit&& visit)
+{
+  const int height = bands.back().End;
+  for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+  {
+    visit(i, RanksOf(RowsOf(list.Boxes[i], list.Levels[i], height), bands));
+  }
+}
+
+/// Where the arrays of a message begin.
+struct Layout
+{
+  explicit Layout(const Header& header)
+    : Boxes(sizeof(Header) + header.Splats * sizeof(Splat))
+    , Levels(this->Boxes + header.Splats * sizeof(PixelBox))
+    , Gradients(this->Levels + header.Splats)
+    , Slopes(this->Gradients + header.Gradients * sizeof(SplatGradient))
+    , End(this->Slopes + (header.HasSlopes ? header.Splats * sizeof(LensSlope) : 0))
+  {
+  }
+  std::size_t Boxes, Levels, Gradients, Slopes, End;
+};
+
+template <typename T>
+void Write(const T& value, std::size_t base, std::uint64_t i, Message& message)
+{
+  std::memcpy(message.data() + base + i * sizeof(T), &value, sizeof(T));
+}
+
+template <typename T>
+void Read(const Message& message, std::size_t base, std::uint64_t begin, std::uint64_t end, T* to)
+{
+  if (begin < end)
+  {
+    std::memcpy(
+      static_cast<void*>(to), message.data() + base + begin * sizeof(T), (end - begin) * sizeof(T));
+  }
+}
+
+/// At a place of a message, which moves on.
+void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
+  SplatExchange::Counts& at, Message& message)
+{
+  Splat splat = list.Splats[i];
+  if (splat.Gradient != NoGradient)
+  {
+    Write(list.Gradients[static_cast<std::size_t>(splat.Gradient)], layout.Gradients, at.Gradients,
+      message);
+    splat.Gradient = static_cast<std::int32_t>(at.Gradients++);
+  }
+  Write(splat, sizeof(Header), at.Splats, message);
+  Write(list.Boxes[i], layout.Boxes, at.Splats, message);
+  Write(list.Levels[i], layout.Levels, at.Splats, message);
+  if (list.HasSlopes)
+  {
+    Write(list.Slopes[i], layout.Slopes, at.Splats, message);
+  }
+  ++at.Splats;
+}
+
+Header HeaderOf(const Message& message)
+{
+  return MessageReader(message).Get<Header>();
+}
+}
+
+void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
+{
+  std::vector<std::uint64_t> costs = CostOfTiles(width, height, list);
+  Message message;
+  Put(costs.data(), costs.size(), message);
+  std::fill(costs.begin(), costs.end(), 0);
+  std::uint64_t total = 0;
+  for (const Message& other : this->Group.Share(message))
+  {
+    MessageReader reader(other);
+    for (std::uint64_t& cost : costs)
+    {
+      const auto more = reader.Get<std::uint64_t>();
+      cost += more;
+      total += more;
+    }
+  }
+  const auto ranks = static_cast<std::uint64_t>(this->Group.Size());
+  std::uint64_t sum = 0;
+  std::size_t tile = 0;
+  for (std::uint64_t rank = 0; rank < ranks; ++rank)
+  {
+    const int begin = rank == 0 ? 0 : this->Bands.back().End;
+    // Up to the row in whose middle this rank's share is reached.
+    while (tile < costs.size() &&
+      (rank + 1 == ranks || (sum + costs[tile] / 2) * ranks < total * (rank + 1)))
+    {
+      sum += costs[tile++];
+    }
+    this->Bands.push_back({ begin, std::min(height, static_cast<int>(tile) * TileSize) });
+  }
+}
+
+/// Splats and gradients that each part sends to each rank: [part][rank].
+std::vector<SplatExchange::Counts> SplatExchange::CountSplats(
+  const Executor& executor, const SplatList& list) const
+{
+  const std::size_t ranks = this->Bands.size(), parts = list.Parts.size();
+  std::vector<Counts> counts(parts * ranks);
+  executor.For(parts, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part)
+    {
+      ForSplats(list, list.Parts[part], this->Bands, [&](std::size_t i, const RankRange& to) {
+        for (std::size_t rank = to.Begin; rank < to.End; ++rank)
+        {
+          Counts& count = counts[part * ranks + rank];
+          ++count.Splats;
+          count.Gradients += list.Splats[i].Gradient == NoGradient ? 0 : 1;
+        }
+      });
+    }
+  });
+  return counts;
+}
+
+std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatList& list) const
+{
+  const std::size_t ranks = this->Bands.size(), parts = list.Parts.size();
+  std::vector<Counts> counts = this->CountSplats(executor, list); // then where each part's begin
+  std::vector<Message> messages(ranks);
+  std::vector<Header> headers(ranks);
+  for (std::size_t rank = 0; rank < ranks; ++rank)
+  {
+    Counts sum;
+    for (std::size_t part = 0; part < parts; ++part)
+    {
+      const Counts count = counts[part * ranks + rank];
+      counts[part * ranks + rank] = sum;
+      sum.Splats += count.Splats;
+      sum.Gradients += count.Gradients;
+    }
+    headers[rank] = { sum.Splats, sum.Gradients, list.LargestCoarseColor(), list.LevelsInUse(),
+      static_cast<unsigned char>(list.HasSlopes ? 1 : 0) };
+    messages[rank].resize(Layout(headers[rank]).End);
+    Write(headers[rank], 0, 0, messages[rank]);
+  }
+  executor.For(parts, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part)
+    {
+      ForSplats(list, list.Parts[part], this->Bands, [&](std::size_t i, const RankRange& to) {
+        for (std::size_t rank = to.Begin; rank < to.End; ++rank)
+        {
+          WriteSplat(list, i, Layout(headers[rank]), counts[part * ranks + rank], messages[rank]);
+        }
+      });
+    }
+  });
+  return messages;
+}
+
+void SplatExchange::Unpack(
+  const std::vector<Message>& messages, const Executor& executor, SplatList& list)
+{
+  const bool slopes = list.HasSlopes;
+  list.Clear(slopes);
+  std::size_t size = 0;
+  for (const Message& message : messages)
+  {
+    const Header header = HeaderOf(message);
+    SplatList::Part part{ size, static_cast<std::size_t>(header.Splats) };
+    part.LargestCoarseColor = header.LargestCoarseColor;
+    part.Levels = header.Levels;
+    list.Parts.push_back(part);
+    size += part.Count;
+  }
+  list.Resize(size);
+  const RowRange rows = this->Rows();
+  for (std::size_t sender = 0; sender < messages.size(); ++sender)
+  {
+    const Message& message = messages[sender];
+    const Header header = HeaderOf(message);
+    const Layout layout(header);
+    const std::size_t first = list.Parts[sender].Begin;
+    // Gradients lie where the splats do: there are at most as many.
+    Read(message, layout.Gradients, 0, header.Gradients, list.Gradients.Data() + first);
+    executor.For(header.Splats, 1 << 14, [&](std::size_t begin, std::size_t end) {
+      Read(message, sizeof(Header), begin, end, list.Splats.Data() + first + begin);
+      Read(message, layout.Boxes, begin, end, list.Boxes.Data() + first + begin);
+      Read(message, layout.Levels, begin, end, list.Levels.Data() + first + begin);
+      if (slopes)
+      {
+        Read(message, layout.Slopes, begin, end, list.Slopes.Data() + first + begin);
+      }
+      for (std::size_t i = first + begin; i < first + end; ++i)
+      {
+        Splat& splat = list.Splats[i];
+        list.Nears[i] = splat.Near;
+        splat.Gradient += splat.Gradient == NoGradient ? 0 : static_cast<std::int32_t>(first);
+        if (list.Levels[i] == 0)
+        {
+          PixelBox& box = list.Boxes[i]; // the other rows are other ranks'
+          box.Y0 = std::max(box.Y0, rows.Begin);
+          box.Y1 = std::min(box.Y1, rows.End);
+        }
+      }
+    });
+  }
+}
+
+void SplatExchange::Exchange(
+  int width, int height, bool good, const Executor& executor, SplatList& list)
+{
+  if (!this->Group.All(good))
+  {
+    throw RanksLackMemory();
+  }
+  if (this->Bands.empty())
+  {
+    this->ChooseBands(width, height, list);
+  }
+  std::vector<Message> messages;
+  try
+  {
+    messages = this->Pack(executor, list);
+  }
+  catch (const std::bad_alloc&)
+  {
+    good = false;
+  }
+  if (!this->Group.All(good))
+  {
+    throw RanksLackMemory();
+  }
+  this->Unpack(this->Group.Exchange(std::move(messages)), executor, list);
+}
+
+void SplatExchange::Collect(const Frame& frame)
+{
+  const auto width = static_cast<std::size_t>(frame.Width);
+  const RowRange mine = this->Rows();
+  Message message;
+  if (!this->Group.IsRoot() && mine.Begin < mine.End)
+  {
+    const std::size_t first = width * static_cast<std::size_t>(mine.Begin);
+    const std::size_t count = width * static_cast<std::size_t>(mine.End - mine.Begin);
+    Put(frame.Color + 4 * first, 4 * count, message);
+    Put(frame.Depth + first, count, message);
+  }
+  const std::vector<Message> messages = this->Group.ToRoot(std::move(message));
+  for (std::size_t rank = 1; rank < messages.size(); ++rank)
+  {
+    const RowRange& rows = this->Bands[rank];
+    const std::size_t first = width * static_cast<std::size_t>(rows.Begin);
+    const std::size_t count = width * static_cast<std::size_t>(rows.End - rows.Begin);
+    MessageReader reader(messages[rank]);
+    reader.Get(frame.Color + 4 * first, 4 * count);
+    reader.Get(frame.Depth + first, count);
+  }
+}
+}

@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Included by the translation units of RasterTarget.h, once for each instruction set.
+ */
+#include "Core/Raster/RasterTarget.h"
+#include "Core/Simd/Lanes.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+constexpr float Infinity = __builtin_inff();
+
+/// Adds lanes to sixteen floats.
+SURFELSPLATTING_INLINE void AddTo(float* sum, const Lanes& x)
+{
+  (Lanes::Load(sum) + x).Store(sum);
+}
+
+/// Puts a number into the chosen ones of sixteen floats.
+SURFELSPLATTING_INLINE void Put(float* values, const LaneMask& chosen, float x)
+{
+  Select(chosen, x, Lanes::Load(values)).Store(values);
+}
+
+/// out += share times the sum, clamped to [0, largest].
+SURFELSPLATTING_INLINE void AddClamped(
+  float* out, const Lanes& share, const float* sum, const Lanes& largest)
+{
+  AddTo(out, share * Min(Max(Lanes::Load(sum), 0.0f), largest));
+}
+
+/// See FinishedLayers. @param covered share of the lens that the layer covers
+SURFELSPLATTING_INLINE void NoteConflict(FinishedLayers& done, const LaneMask& visible,
+  const Lanes& before, const Lanes& coverage, const Lanes& covered)
+{
+  const Lanes behind = Lanes::Load(done.Covered);
+  Lanes conflict = Min(behind, 1.0f - behind) * Select(before > 0.0f, covered, 0.0f);
+  conflict = Max(conflict, Select(visible, before * (1.0f - MostRipple / coverage), 0.0f));
+  Max(Lanes::Load(done.Conflict), conflict).Store(done.Conflict);
+  AddTo(done.Covered, (1.0f - behind) * covered);
+}
+
+/// Composites the open layers of the chosen pixels over what is finished and empties them.
+SURFELSPLATTING_INLINE void CloseLayers(
+  PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
+{
+  OpenLayers& open = tile.Open[block];
+  FinishedLayers& done = tile.Finished[block];
+  const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
+  const Lanes coverage = Max(weight, 1.0f);
+  const Lanes depth = Lanes::Load(open.Depth) / Max(weight, 1e-30f);
+  // A layer behind an opaque prop contributes nothing.
+  const LaneMask visible = close & (depth <= Lanes::Load(done.Limit));
+  const Lanes before = Lanes::Load(done.Transmittance);
+  const Lanes share = Select(visible, before / coverage, 0.0f);
+  if (settings.NoteConflicts)
+  {
+    NoteConflict(done, visible, before, coverage, Select(visible, weight / coverage, 0.0f));
+  }
+  const Lanes brightest = settings.LargestColor * opacity;
+  AddClamped(done.Red, share, open.Red, brightest);
+  AddClamped(done.Green, share, open.Green, brightest);
+  AddClamped(done.Blue, share, open.Blue, brightest);
+  const Lanes after = Max(before - share * opacity, 0.0f);
+  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
+  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  if (!Any(after > LeastTransmittance))
+  {
+    tile.Opaque |= std::uint64_t{ 1 } << block;
+  }
+
+  Put(done.Near, close, Infinity);
+  Put(open.Far, close, -Infinity);
+  float* sums[] = { open.Weight, open.Opacity, open.Red, open.Green, open.Blue, open.Depth };
+  for (float* sum : sums)
+  {
+    Put(sum, close, 0.0f);
+  }
+}
+
+/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
+SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
+{
+  if (shape < 0.0f)
+  {
+    return ExpOfMinus(Min(0.5f * q, 80.0f));
+  }
+  Lanes k = Max(1.0f - q * (1.0f / support), 0.0f);
+  if (shape >= 16.0f)
+  {
+    k = Min(k * (shape - 16.0f), 1.0f);
+    return k * k * (3.0f - 2.0f * k);
+  }
+  if (shape == 0.0f)
+  {
+    return 1.0f;
+  }
+  if (shape == 2.0f)
+  {
+    return k * k;
+  }
+  if (shape == 3.0f)
+  {
+    return k * (k * k);
+  }
+  if (shape == 4.0f)
+  {
+    k *= k;
+    return k * k;
+  }
+  if (shape < 1.0f)
+  {
+    k = Sqrt(k);
+    return shape < 0.5f ? Sqrt(k) : k;
+  }
+  return k;
+}
+
+/// The kernel at q and its slope d = phi k without its constant (ResamplingKernel.h).
+SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float support, Lanes& d)
+{
+  if (shape < 0.0f)
+  {
+    d = ExpOfMinus(Min(0.5f * q, 80.0f));
+    return d;
+  }
+  const Lanes s = 1.0f - q * (1.0f / support);
+  if (shape >= 16.0f)
+  {
+    const Lanes u = Min(Max(s * (shape - 16.0f), 0.0f), 1.0f);
+    d = u * (1.0f - u);
+    return u * u * (3.0f - 2.0f * u);
+  }
+  d = shape == 3.0f ? s * s : shape == 4.0f ? s * s * s : s;
+  return s * d;
+}
+
+/// Makes the open layers of a block ready for a splat: closes those that end before it begins, and
+/// widens the others' z-ranges.
+SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const Splat& s,
+  const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
+{
+  OpenLayers& open = tile.Open[block];
+  const LaneMask ended =
+    inside & (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < s.Near);
+  const unsigned int bits = ended.ToBits();
+  if (bits != 0)
+  {
+    if (callback.Function)
+    {
+      callback.Function(callback.User, tile, block, bits);
+    }
+    CloseLayers(tile, block, ended, settings);
+  }
+  const Lanes far = Lanes::Load(open.Far);
+  Select(inside, Max(far, s.Far), far).Store(open.Far);
+  if (callback.Function)
+  {
+    float* nearest = tile.Finished[block].Near;
+    const Lanes near = Lanes::Load(nearest);
+    Select(inside, Min(near, s.Near), near).Store(nearest);
+    AddTo(tile.Finished[block].Fragments, Select(inside, 1.0f, 0.0f));
+  }
+}
+
+/// Pixels of a block, from a splat's centre.
+struct Offsets
+{
+  Lanes X, Y; // px
+};
+
+/// Factor of the weight in a sector of the lens (LensSectors.h).
+SURFELSPLATTING_INLINE Lanes EvaluateSector(
+  const LensSlope& slope, const LensSector& sector, const Offsets& d)
+{
+  const Lanes x = Min(Max(0.5f + (sector.X * slope.Point) * d.X, 0.0f), 1.0f);
+  const Lanes y = Min(Max(0.5f + (sector.Y * slope.Point) * d.Y, 0.0f), 1.0f);
+  const Lanes tilt = Max(1.0f + slope.TiltX * d.X + slope.TiltY * d.Y, 0.0f);
+  return 4.0f * x * y * tilt;
+}
+
+/// Adds a splat to a block; returns the lanes that it covers.
+/// @param q squared radius in the kernel's own unit
+template <bool HasGradient, bool InSector, RasterPass Pass>
+SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const Splat& s,
+  const SplatGradient* g, const LensSlope* l, const Offsets& d, const Lanes& q,
+  const RasterSettings& settings, const CloseCallback& callback)
+{
+  OpenLayers& open = tile.Open[block];
+  LaneMask inside = q < settings.Support;
+  if (Pass != RasterPass::Layers)
+  {
+    // The splat's own plane, by half its z-range nearer or farther; no further than its size, twice
+    // its z-range at most. Its inner part hides, so that tails at silhouettes do not.
+    const float range = s.Far - s.Near;
+    const Lanes plane = Min(Max(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
+    const Lanes far = Lanes::Load(open.Far);
+    if (Pass == RasterPass::Depths)
+    {
+      Select(q < 0.35f * settings.Support, Min(far, s.Far + plane), far).Store(open.Far);
+      return 0;
+    }
+    inside = inside & (far >= s.Near + plane);
+  }
+  Lanes share;
+  if (InSector)
+  {
+    share = EvaluateSector(*l, settings.Sector, d);
+    inside = inside & (share > 0.0f);
+  }
+  const unsigned int bits = inside.ToBits();
+  if (bits == 0)
+  {
+    return 0;
+  }
+  Lanes slope;
+  Lanes weight = HasGradient ? EvaluateSlope(s.Shape, q, settings.Support, slope)
+                             : EvaluateKernel(s.Shape, q, settings.Support);
+  if (InSector)
+  {
+    weight *= share;
+  }
+  weight = Select(inside, s.Weight * weight, 0.0f);
+  if (Pass == RasterPass::Layers)
+  {
+    PrepareLayers(tile, block, s, inside, settings, callback);
+  }
+  const Lanes opaque = weight * s.Opacity;
+  AddTo(open.Weight, weight);
+  AddTo(open.Opacity, opaque);
+  if (HasGradient)
+  {
+    Lanes tilt = Select(inside, (s.Weight * s.Opacity) * slope, 0.0f);
+    if (InSector)
+    {
+      tilt *= share;
+    }
+    AddTo(open.Red, opaque * s.Red + tilt * (g->RedX * d.X + g->RedY * d.Y));
+    AddTo(open.Green, opaque * s.Green + tilt * (g->GreenX * d.X + g->GreenY * d.Y));
+    AddTo(open.Blue, opaque * s.Blue + tilt * (g->BlueX * d.X + g->BlueY * d.Y));
+  }
+  else
+  {
+    AddTo(open.Red, opaque * s.Red);
+    AddTo(open.Green, opaque * s.Green);
+    AddTo(open.Blue, opaque * s.Blue);
+  }
+  const float depth = 0.5f * (s.Near + s.Far);
+  AddTo(open.Depth, weight * (depth + s.DepthX * d.X + s.DepthY * d.Y));
+  return bits;
+}
+
+/// Offsets of a block's pixels from its lower left one.
+alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
+alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
+alignas(
+  64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
+
+/// Blocks of each row that a splat's support can touch, [Begin, End).
+struct BlockRanges
+{
+  int Begin[BlocksPerRow], End[BlocksPerRow];
+};
+
+/// All blocks of a span.
+SURFELSPLATTING_INLINE void TakeAll(const PixelBox& span, BlockRanges& ranges)
+{
+  const int begin = span.X0 / BlockSize, end = (span.X1 + BlockSize - 1) / BlockSize;
+  for (int j = 0; j < BlocksPerRow; ++j)
+  {
+    ranges.Begin[j] = begin;
+    ranges.End[j] = end;
+  }
+}
+
+/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
+/// block's four rows of pixels; sixteen rows of pixels at a time.
+SURFELSPLATTING_INLINE void Narrow(
+  const Splat& s, const PixelBox& span, float x, float y, float support, BlockRanges& ranges)
+{
+  constexpr int rowsOfBlocks = LaneCount / BlockSize;
+  const float across = 1.0f / s.A;
+  for (int j = span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < span.Y1; j += rowsOfBlocks)
+  {
+    const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - y);
+    const Lanes half = Sqrt(Max(support - s.B * dy * dy, 0.0f) * across);
+    const Lanes center = (x - 0.5f) - s.K * dy;
+    alignas(64) float low[LaneCount], high[LaneCount];
+    // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
+    // outside of the tile is ever touched.
+    Min(LeastOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
+    Max(Min(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
+    for (int i = 0; i < rowsOfBlocks; ++i)
+    {
+      const int begin = static_cast<int>(low[i * BlockSize]) / BlockSize;
+      const int end = static_cast<int>(high[i * BlockSize] + BlockSize) / BlockSize;
+      ranges.Begin[j + i] = begin > ranges.Begin[j + i] ? begin : ranges.Begin[j + i];
+      ranges.End[j + i] = end < ranges.End[j + i] ? end : ranges.End[j + i];
+    }
+  }
+}
+
+/// Few blocks are tried as they are.
+constexpr int FewPixels = 3 * BlockSize;
+
+template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
+std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
+  const LensSlope* lens, const PixelBox& span, float x, float y, const RasterSettings& shared,
+  const CloseCallback& callback)
+{
+  // Copies: what is written to the tile could change the originals, for all a compiler knows.
+  const Splat s = splat;
+  const RasterSettings settings = shared;
+  const SplatGradient copiedGradient = HasGradient ? *gradient : SplatGradient{};
+  const LensSlope copiedLens = InSector ? *lens : LensSlope{};
+  const SplatGradient* g = &copiedGradient;
+  const LensSlope* l = &copiedLens;
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const int end = (span.Y1 + BlockSize - 1) / BlockSize;
+  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
+  BlockRanges ranges;
+  TakeAll(span, ranges);
+  if (span.X1 - span.X0 > FewPixels)
+  {
+    Narrow(s, span, x, y, settings.Support, ranges);
+  }
+  std::uint64_t fragments = 0;
+  for (int j = span.Y0 / BlockSize; j < end; ++j)
+  {
+    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
+    const Lanes q0 = s.B * dy * dy;
+    const Lanes u0 = rampX + s.K * dy;
+    for (int i = ranges.Begin[j]; i < ranges.End[j]; ++i)
+    {
+      const int block = j * BlocksPerRow + i;
+      if ((hidden >> block & 1) != 0)
+      {
+        continue;
+      }
+      const Lanes u = u0 + static_cast<float>(i * BlockSize);
+      const Offsets d{ rampX + static_cast<float>(i * BlockSize), dy };
+      fragments +=
+        static_cast<std::uint64_t>(__builtin_popcount(AddToBlock<HasGradient, InSector, Pass>(
+          tile, block, s, g, l, d, s.A * u * u + q0, settings, callback)));
+    }
+  }
+  return fragments;
+}
+
+/// Adds a tent, a cell of a coarse grid, interpolated.
+std::uint64_t AddTent(PixelTile& tile, const Splat& splat, const PixelBox& span, float x, float y,
+  const RasterSettings& shared, const CloseCallback& callback)
+{
+  const Splat s = splat;
+  const RasterSettings settings = shared;
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
+  std::uint64_t fragments = 0;
+  for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
+  {
+    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
+    const Lanes weightOfRow = s.Weight * (1.0f - s.A * Max(dy, 0.0f - dy));
+    for (int i = span.X0 / BlockSize; i < (span.X1 + BlockSize - 1) / BlockSize; ++i)
+    {
+      const int block = j * BlocksPerRow + i;
+      const Lanes dx = rampX + static_cast<float>(i * BlockSize);
+      const Lanes across = 1.0f - s.A * Max(dx, 0.0f - dx);
+      const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
+      const unsigned int bits = (hidden >> block & 1) != 0 ? 0 : inside.ToBits();
+      if (bits == 0)
+      {
+        continue;
+      }
+      fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
+      const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
+      PrepareLayers(tile, block, s, inside, settings, callback);
+      OpenLayers& open = tile.Open[block];
+      const Lanes opaque = weight * s.Opacity;
+      AddTo(open.Weight, weight);
+      AddTo(open.Opacity, opaque);
+      AddTo(open.Red, opaque * s.Red);
+      AddTo(open.Green, opaque * s.Green);
+      AddTo(open.Blue, opaque * s.Blue);
+      AddTo(open.Depth, weight * s.B);
+    }
+  }
+  return fragments;
+}
+
+std::uint64_t AddSplat(PixelTile& tile, const Splat& s, const SplatGradient* g, const LensSlope* l,
+  const PixelBox& span, float x, float y, const RasterSettings& settings,
+  const CloseCallback& callback)
+{
+  if (s.Shape == -2.0f) // TentShape
+  {
+    return AddTent(tile, s, span, x, y, settings, callback);
+  }
+  if (settings.Pass == RasterPass::Depths)
+  {
+    return AddBlocks<false, false, RasterPass::Depths>(
+      tile, s, nullptr, nullptr, span, x, y, settings, callback);
+  }
+  if (settings.Pass == RasterPass::Nearest)
+  {
+    return g ? AddBlocks<true, false, RasterPass::Nearest>(
+                 tile, s, g, nullptr, span, x, y, settings, callback)
+             : AddBlocks<false, false, RasterPass::Nearest>(
+                 tile, s, nullptr, nullptr, span, x, y, settings, callback);
+  }
+  if (l)
+  {
+    return g ? AddBlocks<true, true>(tile, s, g, l, span, x, y, settings, callback)
+             : AddBlocks<false, true>(tile, s, g, l, span, x, y, settings, callback);
+  }
+  return g ? AddBlocks<true, false>(tile, s, g, l, span, x, y, settings, callback)
+           : AddBlocks<false, false>(tile, s, g, l, span, x, y, settings, callback);
+}
+
+void CloseBefore(PixelTile& tile, int block, float near, const RasterSettings& settings)
+{
+  const OpenLayers& open = tile.Open[block];
+  const LaneMask close = (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < near);
+  if (Any(close))
+  {
+    CloseLayers(tile, block, close, settings);
+  }
+}
+
+void CloseAll(PixelTile& tile, const RasterSettings& settings)
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    CloseLayers(tile, i, AllLanes(), settings);
+  }
+}
+}
+}

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Raster/RasterImplementation.h"
+
+const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddSplat,
+  SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX2" };

@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Raster/RasterImplementation.h"
+
+const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX512 = {
+  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX-512"
+};

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Raster/TileBinning.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Chunks of the list's parts that count and write on their own; few, since each keeps a counter
+/// per tile.
+constexpr std::size_t NumberOfChunks = 16;
+
+/// Calls function(tile, splat) for every tile that a chunk's splats touch.
+template <typename Function>
+void ForEachPair(
+  const SplatList& list, int level, std::size_t chunk, int tilesX, Function&& function)
+{
+  const std::size_t n = list.Parts.size();
+  const std::size_t last = n * (chunk + 1) / NumberOfChunks;
+  for (std::size_t p = n * chunk / NumberOfChunks; p < last; ++p)
+  {
+    const SplatList::Part& part = list.Parts[p];
+    if ((part.Levels >> level & 1) == 0)
+    {
+      continue;
+    }
+    for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+    {
+      if (list.Levels[i] != level)
+      {
+        continue;
+      }
+      const TileRange range(list.Boxes[i]);
+      for (int ty = range.Y0; ty <= range.Y1; ++ty)
+      {
+        for (int tx = range.X0; tx <= range.X1; ++tx)
+        {
+          function(static_cast<std::size_t>(ty) * tilesX + tx, static_cast<std::uint32_t>(i));
+        }
+      }
+    }
+  }
+}
+}
+
+void BinSplats(
+  const SplatList& list, int level, int width, int height, const Executor& executor, TileBins& bins)
+{
+  bins.TilesX = TileCount(width);
+  bins.TilesY = TileCount(height);
+  const std::size_t tiles = bins.NumberOfTiles();
+
+  std::vector<std::uint64_t>& cursors = bins.Cursors; // [chunk][tile]
+  cursors.assign(NumberOfChunks * tiles, 0);
+  executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t chunk = begin; chunk < end; ++chunk)
+    {
+      std::uint64_t* counts = cursors.data() + chunk * tiles;
+      ForEachPair(
+        list, level, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t) { ++counts[tile]; });
+    }
+  });
+
+  bins.Offsets.assign(tiles + 1, 0);
+  std::uint64_t total = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile)
+  {
+    bins.Offsets[tile] = total;
+    for (std::size_t chunk = 0; chunk < NumberOfChunks; ++chunk)
+    {
+      const std::uint64_t count = cursors[chunk * tiles + tile];
+      cursors[chunk * tiles + tile] = total;
+      total += count;
+    }
+  }
+  bins.Offsets[tiles] = total;
+
+  bins.Indices.resize(total);
+  executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t chunk = begin; chunk < end; ++chunk)
+    {
+      std::uint64_t* cursor = cursors.data() + chunk * tiles;
+      ForEachPair(list, level, chunk, bins.TilesX,
+        [&](std::size_t tile, std::uint32_t splat) { bins.Indices[cursor[tile]++] = splat; });
+    }
+  });
+}
+
+void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
+{
+  executor.For(bins.NumberOfTiles(), 4, [&](std::size_t begin, std::size_t end) {
+    const Pool<TileBins::Sorting>::Loan sorting(bins.Sortings);
+    std::vector<std::uint64_t>& keys = sorting->Keys;
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      const auto first = bins.Indices.begin() + bins.Offsets[tile];
+      const auto last = bins.Indices.begin() + bins.Offsets[tile + 1];
+      keys.clear();
+      for (auto it = first; it != last; ++it)
+      {
+        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Nears[*it])) << 32 | *it);
+      }
+      sorting->Sorter.Sort(keys);
+      std::transform(keys.begin(), keys.end(), first,
+        [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+    }
+  });
+}
+}

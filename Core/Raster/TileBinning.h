@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Which splats touch which tile, sorted by near depth: what lets the raster keep one open layer per
+ * pixel.
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+#include "Core/Base/KeySorter.h"
+#include "Core/Base/Pool.h"
+#include "Core/Base/Tiles.h"
+#include "Core/Splats/SplatList.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+struct TileBins
+{
+  int TilesX = 0;
+  int TilesY = 0;
+  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
+  std::vector<std::uint32_t> Indices; ///< splats of each tile, by ascending (Near, index)
+
+  std::vector<std::uint64_t> Cursors; ///< memory of BinSplats
+  struct Sorting
+  {
+    std::vector<std::uint64_t> Keys;
+    KeySorter Sorter;
+  };
+  Pool<Sorting> Sortings; ///< memory of SortBins
+
+  std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
+};
+
+/// @param level of the splats' grid (CoarseGrid.h)
+/// @param width of that grid
+void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
+  TileBins& bins);
+
+/// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
+void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
+}

@@ -1,0 +1,549 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Raster/TileRaster.h"
+
+#include "Core/Lens/ResamplingKernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <limits>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace SurfelSplatting
+{
+namespace
+{
+constexpr float Infinity = std::numeric_limits<float>::infinity();
+const RasterTarget Kernel = SelectRasterTarget();
+
+/// Splats come in the order of their depth, which memory knows nothing of.
+constexpr std::size_t FetchAhead = 4;
+
+inline void Prefetch(const SplatList& list, std::size_t i)
+{
+  __builtin_prefetch(&list.Splats[i]);
+  __builtin_prefetch(&list.Boxes[i]);
+}
+}
+
+void TileRaster::Set(
+  const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden, int sector)
+{
+  this->Settings = settings;
+  this->LargestCoarseColor = settings.LargestColor;
+  this->OccluderDepth = limit;
+  this->Sink = sink;
+  this->SkipHidden = skipHidden && !sink;
+  this->Settings.SkipHidden = this->SkipHidden;
+  this->SetSector(sector);
+}
+
+TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
+  const Frame& frame, LazySplats* lazy)
+{
+  this->Place(tile, bins, frame);
+  this->InSectors = list.HasSlopes;
+  const bool chooses = this->InSectors && this->SectorIndex == WholeLens;
+  // Until it is known in which parts the tile is drawn.
+  LayerSink* const sink = this->Sink;
+  this->BeginPart(chooses ? nullptr : sink, 1.0f);
+  this->Settings.NoteConflicts = chooses;
+  Counts counts = this->Settings.Pass == RasterPass::Layers
+    ? this->RenderLayers(list, bins, tile, lazy)
+    : this->RenderNearest(list, bins, tile);
+  this->Settings.NoteConflicts = false;
+  this->Sink = sink;
+  if (chooses && this->NeedsSectors())
+  {
+    counts.Fragments += this->RenderSectors(list, bins, tile, lazy).Fragments;
+  }
+  else if (chooses && sink)
+  {
+    this->BeginPart(sink, 1.0f);
+    counts = this->RenderLayers(list, bins, tile, lazy);
+  }
+  if (frame.Color)
+  {
+    this->Store(frame);
+  }
+  return counts;
+}
+
+/// The mean of what is seen through each sector of the lens.
+TileRaster::Counts TileRaster::RenderSectors(
+  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
+{
+  Counts counts;
+  for (int sector = 0; sector < NumberOfSectors; ++sector)
+  {
+    this->SetSector(sector);
+    this->BeginPart(this->Sink, 1.0f / NumberOfSectors);
+    counts.Fragments += this->RenderLayers(list, bins, tile, lazy).Fragments;
+    this->AddToMean(sector == 0);
+  }
+  this->TakeMean();
+  this->SetSector(WholeLens);
+  return counts;
+}
+
+void TileRaster::BeginPart(LayerSink* sink, float share)
+{
+  this->Sink = sink;
+  if (sink)
+  {
+    sink->BeginPart({ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+                      std::min(this->OriginY + TileSize, this->Height) },
+      share);
+  }
+}
+
+void TileRaster::SetSector(int sector)
+{
+  this->Settings.Sector = SectorOf(sector);
+  this->SectorIndex = static_cast<float>(sector);
+}
+
+bool TileRaster::NeedsSectors() const
+{
+  const float least = this->Settings.LeastConflict;
+  float conflict = 0.0f;
+  for (const FinishedLayers& done : this->Tile.Finished)
+  {
+    conflict =
+      std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
+  }
+  return least == 0.0f || (this->LensSpread >= LeastLensSpread && conflict > least);
+}
+
+TileRaster::Counts TileRaster::RenderLayers(
+  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
+{
+  this->Clear();
+  this->Next = bins.Offsets[tile];
+  this->Last = bins.Offsets[tile + 1];
+  this->Pending.clear();
+  this->PendingNext = 0;
+  this->PendingFar = -Infinity;
+  Counts counts;
+  const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
+  const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
+  // What is binned and begins before the first run must not be taken for hidden with it.
+  bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
+  while (run != end && !opaque)
+  {
+    opaque = this->SkipHidden && this->IsOpaque(lazy->Near(*run));
+    if (!opaque)
+    {
+      this->TakeRuns(*lazy, run, end);
+      const float complete = run != end ? lazy->Near(*run) : Infinity;
+      opaque = this->AddBefore(complete, list, bins, lazy, counts);
+    }
+  }
+  if (!opaque)
+  {
+    this->AddBefore(Infinity, list, bins, lazy, counts);
+  }
+  counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
+  this->CloseAll();
+  return counts;
+}
+
+/// A plain z-buffer's two passes over splats in any order.
+TileRaster::Counts TileRaster::RenderNearest(
+  const SplatList& list, const TileBins& bins, std::size_t tile)
+{
+  Counts counts;
+  this->Clear();
+  for (OpenLayers& open : this->Tile.Open)
+  {
+    std::fill_n(open.Far, PixelsPerBlock, Infinity);
+  }
+  for (const RasterPass pass : { RasterPass::Depths, RasterPass::Nearest })
+  {
+    this->Settings.Pass = pass;
+    for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
+    {
+      counts.Fragments += this->AddSplat(list, bins.Indices[i]);
+    }
+  }
+  this->CloseAll();
+  return counts;
+}
+
+/// Adds a sector's pixels to the mean.
+void TileRaster::AddToMean(bool first)
+{
+  constexpr float share = 1.0f / NumberOfSectors;
+  if (first)
+  {
+    std::memset(static_cast<void*>(this->Mean), 0, sizeof(this->Mean));
+  }
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    const FinishedLayers& done = this->Tile.Finished[i];
+    MeanBlock& m = this->Mean[i];
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      m.Red[l] += share * done.Red[l];
+      m.Green[l] += share * done.Green[l];
+      m.Blue[l] += share * done.Blue[l];
+      m.Transmittance[l] += share * done.Transmittance[l];
+      // A depth has no mean across a silhouette: that of the first sector which has one.
+      m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
+    }
+  }
+}
+
+void TileRaster::TakeMean()
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    FinishedLayers& done = this->Tile.Finished[i];
+    const MeanBlock& m = this->Mean[i];
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      done.Red[l] = m.Red[l];
+      done.Green[l] = m.Green[l];
+      done.Blue[l] = m.Blue[l];
+      done.Transmittance[l] = m.Transmittance[l];
+      done.Depth[l] = m.Transmittance[l] <= 0.5f ? m.Depth[l] : 0.0f;
+    }
+  }
+}
+
+/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As
+/// many as are pending already: where all begin at one depth, the time to sort stays n log n. Fewer
+/// where a gap in depth follows: what is behind it may be hidden.
+void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
+{
+  constexpr std::size_t enough = 256;
+  this->Pending.erase(
+    this->Pending.begin(), this->Pending.begin() + static_cast<std::ptrdiff_t>(this->PendingNext));
+  this->PendingNext = 0;
+  const std::size_t before = this->Pending.size(), wanted = before + std::max(enough, before);
+  const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
+  const SplatList& list = lazy.Splats();
+  std::size_t size = before;
+  while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
+  {
+    this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
+    if (run + 1 < end)
+    {
+      lazy.Prefetch(run[1]);
+    }
+    const SplatList::Part& part = lazy.Get(*run++);
+    this->Pending.resize(size + part.Count);
+    for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+    {
+      // Kept or written over by the next one: which it is cannot be foreseen.
+      const PixelBox& box = list.Boxes[i];
+      const int inside = static_cast<int>(box.X0 < right) &
+        static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
+        static_cast<int>(box.Y1 > this->OriginY);
+      this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Nears[i])) << 32 | i;
+      size += static_cast<std::size_t>(inside);
+    }
+  }
+  this->Pending.resize(size);
+  this->Sorter.Sort(this->Pending);
+}
+
+/// Adds all splats that begin before a depth, binned and pending ones by ascending near depth;
+/// true if the tile is opaque before that.
+bool TileRaster::AddBefore(
+  float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts)
+{
+  // Looking whether all of the tile is opaque costs about as much as a splat.
+  constexpr std::uint64_t checkEvery = 64;
+  for (std::uint64_t added = 1;; ++added)
+  {
+    const Splat* binned =
+      this->Next < this->Last ? &list.Splats[bins.Indices[this->Next]] : nullptr;
+    const Splat* pending = this->PendingNext < this->Pending.size()
+      ? &lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])]
+      : nullptr;
+    const bool takeBinned = binned && (!pending || binned->Near <= pending->Near);
+    const Splat* s = takeBinned ? binned : pending;
+    if (!s || !(s->Near < depth || depth == Infinity))
+    {
+      return false;
+    }
+    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(s->Near))
+    {
+      return true;
+    }
+    if (takeBinned)
+    {
+      const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
+      Prefetch(list, bins.Indices[ahead]);
+      counts.Fragments += this->AddSplat(list, bins.Indices[this->Next++]);
+    }
+    else
+    {
+      const std::size_t ahead = std::min(this->PendingNext + FetchAhead, this->Pending.size() - 1);
+      Prefetch(lazy->Splats(), static_cast<std::uint32_t>(this->Pending[ahead]));
+      counts.Fragments += this->AddSplat(
+        lazy->Splats(), static_cast<std::uint32_t>(this->Pending[this->PendingNext++]));
+      ++counts.LazyPairs;
+    }
+  }
+}
+
+/// Whether all of a block's pixels that let light through are behind another prop from a depth on.
+bool TileRaster::IsBehindProp(int block, float near) const
+{
+  const OpenLayers& open = this->Tile.Open[block];
+  const FinishedLayers& done = this->Tile.Finished[block];
+  for (int l = 0; l < PixelsPerBlock; ++l)
+  {
+    // Unless an open layer could still be joined.
+    const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
+    if (done.Transmittance[l] > LeastTransmittance && !hidden)
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
+/// LeastTransmittance. Composites the layers that end before, block by block up to one that is not
+/// opaque.
+bool TileRaster::IsOpaque(float near)
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    if ((this->Tile.Opaque >> i & 1) != 0)
+    {
+      continue;
+    }
+    Kernel.CloseBefore(this->Tile, i, near, this->Settings);
+    if ((this->Tile.Opaque >> i & 1) == 0 && !(this->OccluderDepth && this->IsBehindProp(i, near)))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)
+{
+  this->OriginX = static_cast<int>(tile % bins.TilesX) * TileSize;
+  this->OriginY = static_cast<int>(tile / bins.TilesX) * TileSize;
+  this->Width = frame.Width;
+  this->Height = frame.Height;
+  this->LensSpread = 0.0f;
+}
+
+void TileRaster::Clear()
+{
+  this->Settings.LargestColor = this->LargestCoarseColor;
+  std::memset(static_cast<void*>(&this->Tile), 0, sizeof(this->Tile));
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    FinishedLayers& done = this->Tile.Finished[i];
+    std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
+    std::fill_n(done.Near, PixelsPerBlock, Infinity);
+    std::fill_n(done.Limit, PixelsPerBlock, Infinity);
+    const int x0 = this->BlockX(i), y0 = this->BlockY(i);
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      // Pixels beyond the picture are finished from the start.
+      const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
+      const bool inside = x < this->Width && y < this->Height;
+      done.Transmittance[l] = inside ? 1.0f : 0.0f;
+      if (inside && this->OccluderDepth)
+      {
+        done.Limit[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
+      }
+    }
+    const bool outside = x0 >= this->Width || y0 >= this->Height;
+    this->Tile.Opaque |= static_cast<std::uint64_t>(outside ? 1 : 0) << i;
+  }
+}
+
+/// How far a splat's fragments are apart on the lens.
+void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
+{
+  if (s.Shape == static_cast<float>(TentShape))
+  {
+    this->LensSpread = 1.0f; // only wide splats are on coarse grids
+  }
+  else if (slope && slope->Point != 0.0f)
+  {
+    const float reach = std::sqrt(this->Settings.Support / std::min(s.A, s.B));
+    this->LensSpread = std::max(this->LensSpread, std::abs(slope->Point) * reach);
+  }
+}
+
+std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
+{
+  const Splat& s = list.Splats[i];
+  const PixelBox& box = list.Boxes[i];
+  const LensSlope* slope = list.SlopeOf(i);
+  const SplatGradient* gradient =
+    s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
+  const bool tent = s.Shape == static_cast<float>(TentShape);
+  if (this->InSectors && this->SectorIndex == WholeLens)
+  {
+    this->NoteSpread(s, slope);
+  }
+  if (tent && this->InSectors && s.K != this->SectorIndex)
+  {
+    return 0; // another sector's
+  }
+  if (!tent) // those of coarse grids are counted already
+  {
+    this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  }
+  const PixelBox span{ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) };
+  const float x = s.X - static_cast<float>(this->OriginX);
+  const float y = s.Y - static_cast<float>(this->OriginY);
+  return Kernel.AddSplat(this->Tile, s, gradient, slope, span, x, y, this->Settings,
+    { this->Sink ? &TileRaster::SendToSink : nullptr, this });
+}
+
+void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes)
+{
+  const auto* raster = static_cast<const TileRaster*>(self);
+  const OpenLayers& open = tile.Open[block];
+  for (int l = 0; l < PixelsPerBlock; ++l)
+  {
+    const int x = raster->BlockX(block) + l % BlockSize, y = raster->BlockY(block) + l / BlockSize;
+    const bool inside = x < raster->Width && y < raster->Height;
+    if (inside && (lanes >> l & 1) != 0 && open.Weight[l] > 0.0f)
+    {
+      Layer layer;
+      layer.Near = tile.Finished[block].Near[l];
+      layer.Far = open.Far[l];
+      layer.Weight = open.Weight[l];
+      layer.Opacity = open.Opacity[l];
+      layer.Red = open.Red[l];
+      layer.Green = open.Green[l];
+      layer.Blue = open.Blue[l];
+      layer.Depth = open.Depth[l];
+      if (layer.Depth <= tile.Finished[block].Limit[l] * layer.Weight)
+      {
+        raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
+      }
+    }
+  }
+}
+
+void TileRaster::SendFragments(int block) const
+{
+  for (int l = 0; l < PixelsPerBlock; ++l)
+  {
+    const int x = this->BlockX(block) + l % BlockSize, y = this->BlockY(block) + l / BlockSize;
+    const float count = this->Tile.Finished[block].Fragments[l];
+    if (count > 0.0f && x < this->Width && y < this->Height)
+    {
+      this->Sink->ReceiveFragments(x, y, count);
+    }
+  }
+}
+
+void TileRaster::CloseAll()
+{
+  if (this->Sink)
+  {
+    for (int i = 0; i < BlocksPerTile; ++i)
+    {
+      SendToSink(this, this->Tile, i, ~0u);
+      this->SendFragments(i);
+    }
+  }
+  Kernel.CloseAll(this->Tile, this->Settings);
+}
+
+namespace
+{
+/// A row of a block, four pixels of a frame or fewer.
+inline void StorePixels(
+  const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
+{
+  for (int c = 0; c < columns; ++c)
+  {
+    const int l = first + c;
+    rgba[4 * c] = done.Red[l];
+    rgba[4 * c + 1] = done.Green[l];
+    rgba[4 * c + 2] = done.Blue[l];
+    rgba[4 * c + 3] = 1.0f - done.Transmittance[l];
+    depth[c] = done.Depth[l];
+  }
+}
+
+#if defined(__SSE2__)
+/// Four pixels past the caches, which a frame does not fit: it need not be read to be written.
+inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
+{
+  for (int l = first; l < first + BlockSize; ++l)
+  {
+    const __m128 pixel = { done.Red[l], done.Green[l], done.Blue[l], 1.0f - done.Transmittance[l] };
+    _mm_stream_ps(rgba + 4 * (l - first), pixel);
+  }
+  const float* d = done.Depth + first;
+  _mm_stream_ps(depth, __m128{ d[0], d[1], d[2], d[3] });
+}
+
+bool MayStream(const Frame& frame)
+{
+  const auto isAligned = [](const float* x) {
+    return reinterpret_cast<std::uintptr_t>(x) % 16 == 0;
+  };
+  return isAligned(frame.Color) && isAligned(frame.Depth) && frame.Width % BlockSize == 0;
+}
+
+inline void FinishStream()
+{
+  _mm_sfence();
+}
+#else
+inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
+{
+  StorePixels(done, first, BlockSize, rgba, depth);
+}
+
+bool MayStream(const Frame&)
+{
+  return false;
+}
+
+inline void FinishStream() {}
+#endif
+}
+
+void TileRaster::Store(const Frame& frame) const
+{
+  const bool stream = MayStream(frame);
+  const int rows = std::min(TileSize, frame.Height - this->OriginY);
+  const int columns = std::min(TileSize, frame.Width - this->OriginX);
+  for (int j = 0; j < rows; ++j)
+  {
+    const std::size_t first =
+      static_cast<std::size_t>(this->OriginY + j) * frame.Width + this->OriginX;
+    const FinishedLayers* row = this->Tile.Finished + j / BlockSize * BlocksPerRow;
+    const int inBlock = j % BlockSize * BlockSize;
+    for (int i = 0; i < columns; i += BlockSize)
+    {
+      const FinishedLayers& block = row[i / BlockSize];
+      float* color = frame.Color + 4 * (first + i);
+      float* depth = frame.Depth + first + i;
+      if (stream)
+      {
+        StreamPixels(block, inBlock, color, depth);
+      }
+      else
+      {
+        StorePixels(block, inBlock, std::min(BlockSize, columns - i), color, depth);
+      }
+    }
+  }
+  FinishStream();
+}
+}

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Splats/LazySplats.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+namespace SurfelSplatting
+{
+void LazySplats::Clear(const SplatContext& context)
+{
+  this->Context = context;
+  this->Context.CoarseGrids = false;
+  this->NumberOfClouds = 0;
+  this->List.Clear(context.Sectors);
+  this->Runs.clear();
+}
+
+void LazySplats::Add(const SurfelCloud& cloud, const CutRanges& runs)
+{
+  if (this->NumberOfClouds == this->Makers.size())
+  {
+    this->Makers.push_back(std::make_unique<SplatMaker>());
+  }
+  SplatMaker& maker = *this->Makers[this->NumberOfClouds++];
+  maker.Set(this->Context, cloud);
+  for (const CutRange* run = runs.Begin; run != runs.End; ++run)
+  {
+    this->Runs.push_back({ &maker, *run, {}, 0.0f });
+  }
+}
+
+/// Runs of equal depth stay in the order of the clouds and their leaves.
+void LazySplats::SortRuns()
+{
+  this->Order.clear();
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    this->Order.push_back(
+      static_cast<std::uint64_t>(SortableBits(this->Runs[r].Chosen.Near)) << 32 | r);
+  }
+  this->Sorter.Sort(this->Order);
+  if (this->NumberOfStates < this->Runs.size())
+  {
+    this->NumberOfStates = this->Runs.size();
+    this->States = std::make_unique<std::atomic<unsigned char>[]>(this->NumberOfStates);
+  }
+  std::size_t splats = 0;
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    this->Runs[r].Part.Begin = splats;
+    splats += this->Runs[r].Chosen.Count;
+    this->States[r].store(Waiting, std::memory_order_relaxed);
+  }
+  this->List.Resize(splats);
+}
+
+void LazySplats::Bin(int width, int height)
+{
+  this->SortRuns();
+  const int tilesX = TileCount(width);
+  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(height);
+  this->Offsets.assign(tiles + 1, 0);
+  const auto forTiles = [&](auto&& function) {
+    for (const std::uint64_t key : this->Order)
+    {
+      const auto r = static_cast<std::uint32_t>(key);
+      if (SurfelSplatting::IsEmpty(this->Runs[r].Chosen.Box))
+      {
+        continue;
+      }
+      const TileRange range(this->Runs[r].Chosen.Box);
+      for (int y = range.Y0; y <= range.Y1; ++y)
+      {
+        for (int x = range.X0; x <= range.X1; ++x)
+        {
+          function(static_cast<std::size_t>(y) * tilesX + x, r);
+        }
+      }
+    }
+  };
+  forTiles([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
+  for (std::size_t tile = 0; tile < tiles; ++tile)
+  {
+    this->Offsets[tile + 1] += this->Offsets[tile];
+  }
+  this->TileRuns.resize(this->Offsets[tiles]);
+  this->Cursors.assign(this->Offsets.begin(), this->Offsets.end() - 1);
+  forTiles(
+    [&](std::size_t tile, std::uint32_t run) { this->TileRuns[this->Cursors[tile]++] = run; });
+}
+
+void LazySplats::Prefetch(std::uint32_t run) const
+{
+  const Run& r = this->Runs[run];
+  if (this->States[run].load(std::memory_order_relaxed) == Waiting)
+  {
+    r.Maker->Prefetch(r.Chosen.Begin, r.Chosen.Count, static_cast<int>(r.Chosen.Level));
+  }
+}
+
+const SplatList::Part& LazySplats::Get(std::uint32_t run)
+{
+  std::atomic<unsigned char>& state = this->States[run];
+  unsigned char seen = state.load(std::memory_order_acquire);
+  if (seen == Waiting && state.compare_exchange_strong(seen, BeingMade, std::memory_order_acquire))
+  {
+    this->Make(this->Runs[run]);
+    state.store(Ready, std::memory_order_release);
+  }
+  // Another thread makes it right now: a few microseconds.
+  while (state.load(std::memory_order_acquire) != Ready)
+  {
+    std::this_thread::yield();
+  }
+  return this->Runs[run].Part;
+}
+
+void LazySplats::Make(Run& run)
+{
+  const auto start = std::chrono::steady_clock::now();
+  SplatOutput output = this->List.OutputAt(run.Part.Begin);
+  run.Maker->Make(run.Chosen.Begin, run.Chosen.Count, static_cast<int>(run.Chosen.Level), output);
+  run.Part.Take(output);
+  run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
+}
+
+LazySplats::Counts LazySplats::Count() const
+{
+  Counts counts;
+  for (std::size_t r = 0; r < this->Runs.size(); ++r)
+  {
+    const Run& run = this->Runs[r];
+    counts.Splats += run.Part.Count;
+    counts.Invalid += run.Part.Invalid;
+    counts.Blurred += run.Part.Blurred;
+    counts.Seconds += run.Seconds;
+    counts.Hidden +=
+      this->States[r].load(std::memory_order_relaxed) == Ready ? 0 : run.Chosen.Count;
+  }
+  return counts;
+}
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Splats that are made when a tile first needs them: what lies behind opaque layers never is.
+ *
+ * The runs of nodes that were chosen (HierarchyCut.h) are sorted by near depth, and each tile
+ * has a list of those that can reach it. A tile takes run after run; splats that begin before the
+ * next run are complete and can be rasterised. Once all of a tile is opaque, the rest of its runs
+ * is not looked at, and a run that no tile has asked for is not set up at all. A run is set up
+ * once, by the tile that comes first; its splats are the same whichever that is.
+ */
+#pragma once
+
+#include "Core/Base/KeySorter.h"
+#include "Core/Base/Tiles.h"
+#include "Core/Hierarchy/HierarchyCut.h"
+#include "Core/Splats/SplatList.h"
+#include "Core/Splats/SplatMaker.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace SurfelSplatting
+{
+class LazySplats
+{
+public:
+  /// Forgets the last frame's runs; keeps memory. @param context must outlive the frame
+  void Clear(const SplatContext& context);
+
+  /// Takes a cloud's runs that are not on coarse grids.
+  void Add(const SurfelCloud& cloud, const CutRanges& runs);
+
+  /// Sorts the runs and spreads them over the tiles of the picture.
+  void Bin(int width, int height);
+
+  bool IsEmpty() const { return this->Runs.empty(); }
+
+  /// Runs that can reach a tile, by ascending near depth.
+  const std::uint32_t* Begin(std::size_t tile) const
+  {
+    return this->TileRuns.data() + this->Offsets[tile];
+  }
+  const std::uint32_t* End(std::size_t tile) const
+  {
+    return this->TileRuns.data() + this->Offsets[tile + 1];
+  }
+  float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
+  float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
+
+  /// Asks for the memory of a run that will be needed soon.
+  void Prefetch(std::uint32_t run) const;
+
+  /// A run's splats, made now if need be; any thread. Indices into Splats().
+  const SplatList::Part& Get(std::uint32_t run);
+
+  const SplatList& Splats() const { return this->List; }
+
+  struct Counts
+  {
+    std::uint64_t Splats = 0;
+    std::uint64_t Blurred = 0;
+    std::uint64_t Invalid = 0;
+    std::uint64_t Hidden = 0; ///< nodes and surfels that were never set up
+    double Seconds = 0;       ///< of all threads together
+  };
+  Counts Count() const;
+
+private:
+  enum State : unsigned char
+  {
+    Waiting,
+    BeingMade,
+    Ready
+  };
+
+  struct Run
+  {
+    const SplatMaker* Maker;
+    CutRange Chosen;
+    SplatList::Part Part;
+    float Seconds = 0;
+  };
+
+  void SortRuns();
+  void Make(Run& run);
+
+  SplatContext Context;
+  std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
+  std::size_t NumberOfClouds = 0;
+  std::vector<Run> Runs;
+  std::vector<std::uint64_t> Order; // near depth above, index of the run below
+  KeySorter Sorter;
+  std::unique_ptr<std::atomic<unsigned char>[]> States;
+  std::size_t NumberOfStates = 0;
+  std::vector<std::uint64_t> Offsets, Cursors;
+  std::vector<std::uint32_t> TileRuns;
+  SplatList List; ///< without parts
+};
+}

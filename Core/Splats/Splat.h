@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * A surfel on the screen, ready to be rasterised: one cache line.
+ */
+#pragma once
+
+#include "Core/Base/PixelBox.h"
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+/// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h). The layers of such a grid
+/// come back as tents, max(0, 1 - A |dx|) max(0, 1 - A |dy|), Shape = TentShape, of depth B, in
+/// sector K of the lens.
+struct alignas(64) Splat
+{
+  float X, Y;    ///< centre, px
+  float A, K, B; ///< q = A (dx + K dy)^2 + B dy^2 (ResamplingKernel.h)
+  float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
+  float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
+  float Far;
+  std::int32_t Gradient;  ///< of the colour: index of a SplatGradient, or NoGradient
+  float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
+  float Red, Green, Blue; ///< straight, shaded, linear
+  float Opacity;          ///< [0, 1]
+  float Shape;            ///< of the kernel (ResamplingKernel.h)
+};
+constexpr std::int32_t NoGradient = -1;
+
+/// How the colour of a node changes over its footprint, per px: added to the colour is
+/// phi(q) (X dx + Y dy), phi as in ResamplingKernel.h, its constant included here.
+struct SplatGradient
+{
+  float RedX, GreenX, BlueX;
+  float RedY, GreenY, BlueY;
+};
+
+static_assert(sizeof(Splat) == 64, "a splat is one cache line");
+}

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Splats/SplatList.h"
+
+#include "Core/Splats/SplatMaker.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+namespace
+{
+constexpr std::size_t ChunkSize = 4096;
+
+void MakeChunks(const CutRanges& runs, std::vector<SplatList::Chunk>& chunks)
+{
+  chunks.clear();
+  for (const CutRange* run = runs.Begin; run != runs.End; ++run)
+  {
+    for (std::size_t skip = 0; skip < run->Count;)
+    {
+      if (chunks.empty() || chunks.back().Size == ChunkSize)
+      {
+        chunks.push_back({ run, skip });
+      }
+      const std::size_t take =
+        std::min<std::size_t>(ChunkSize - chunks.back().Size, run->Count - skip);
+      chunks.back().Size += take;
+      skip += take;
+    }
+  }
+}
+
+/// Every chunk of surfels fills a part of the list, whatever thread it runs on.
+void Fill(
+  const SplatMaker& maker, const SplatList::Chunk& chunk, SplatList& list, SplatList::Part& part)
+{
+  SplatOutput output = list.OutputAt(part.Begin);
+  std::size_t skip = chunk.Skip, left = chunk.Size;
+  for (const CutRange* run = chunk.Run; left > 0; ++run)
+  {
+    const std::size_t take = std::min<std::size_t>(left, run->Count - skip);
+    maker.Make(run->Begin + skip, take, static_cast<int>(run->Level), output);
+    left -= take;
+    skip = 0;
+  }
+  part.Take(output);
+}
+}
+
+void SplatList::Clear(bool sectors)
+{
+  this->HasSlopes = sectors;
+  this->Slopes.Clear();
+  this->Parts.clear();
+  this->Splats.Clear();
+  this->Boxes.Clear();
+  this->Nears.Clear();
+  this->Gradients.Clear();
+  this->Levels.Clear();
+}
+
+void SplatList::Resize(std::size_t size)
+{
+  this->Splats.Resize(size);
+  this->Boxes.Resize(size);
+  this->Nears.Resize(size);
+  this->Gradients.Resize(size);
+  this->Slopes.Resize(this->HasSlopes ? size : 0);
+  this->Levels.Resize(size);
+}
+
+SplatOutput SplatList::OutputAt(std::size_t begin)
+{
+  SplatOutput output;
+  output.Splats = &this->Splats[begin];
+  output.Boxes = &this->Boxes[begin];
+  output.Nears = &this->Nears[begin];
+  output.Slopes = this->HasSlopes ? &this->Slopes[begin] : nullptr;
+  output.GridLevels = &this->Levels[begin];
+  output.Gradients = this->Gradients.Data();
+  output.FirstGradient = begin;
+  return output;
+}
+
+void SplatList::Part::Take(const SplatOutput& output)
+{
+  this->Count = output.Count;
+  this->Invalid = output.Invalid;
+  this->Blurred = output.Blurred;
+  this->LargestCoarseColor = output.LargestCoarseColor;
+  this->Levels = output.Levels;
+}
+
+void SplatList::Add(const Splat& splat, const PixelBox& box)
+{
+  const std::size_t i = this->Splats.Size();
+  this->Resize(i + 1);
+  this->Levels[i] = 0;
+  this->Splats[i] = splat;
+  this->Boxes[i] = box;
+  this->Nears[i] = splat.Near;
+  this->Parts.push_back({ i, 1, 0, 0, 0.0f, 1 });
+}
+
+std::uint64_t SplatList::NumberOfSplats() const
+{
+  std::uint64_t count = 0;
+  for (const Part& part : this->Parts)
+  {
+    count += part.Count;
+  }
+  return count;
+}
+
+std::uint64_t SplatList::NumberOfBlurredSplats() const
+{
+  std::uint64_t count = 0;
+  for (const Part& part : this->Parts)
+  {
+    count += part.Blurred;
+  }
+  return count;
+}
+
+float SplatList::LargestCoarseColor() const
+{
+  float largest = 0.0f;
+  for (const Part& part : this->Parts)
+  {
+    largest = std::max(largest, part.LargestCoarseColor);
+  }
+  return largest;
+}
+
+unsigned int SplatList::LevelsInUse() const
+{
+  unsigned int levels = 0;
+  for (const Part& part : this->Parts)
+  {
+    levels |= part.Levels;
+  }
+  return levels;
+}
+
+std::uint64_t SplatList::NumberOfInvalidSurfels() const
+{
+  std::uint64_t count = 0;
+  for (const Part& part : this->Parts)
+  {
+    count += part.Invalid;
+  }
+  return count;
+}
+
+void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs)
+{
+  constexpr std::size_t largest = std::size_t{ 1 } << 31;
+  runs.clear();
+  for (std::size_t begin = 0; begin < cloud.NumberOfSurfels; begin += largest)
+  {
+    runs.push_back(
+      { begin, static_cast<std::uint32_t>(std::min(largest, cloud.NumberOfSurfels - begin)), 0 });
+  }
+}
+
+void AppendSplats(
+  const SplatMaker& maker, const CutRanges& runs, const Executor& executor, SplatList& list)
+{
+  MakeChunks(runs, list.Chunks);
+  const std::size_t count = list.Chunks.size();
+  const std::size_t first = list.Splats.Size(), firstPart = list.Parts.size();
+  list.Resize(first + count * ChunkSize);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    list.Parts.push_back({ first + i * ChunkSize });
+  }
+  executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      Fill(maker, list.Chunks[i], list, list.Parts[firstPart + i]);
+    }
+  });
+}
+}

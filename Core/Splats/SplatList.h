@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The splats of a frame: those of all clouds' surfels, or of the nodes that were chosen.
+ */
+#pragma once
+
+#include "Core/Base/Buffer.h"
+#include "Core/Base/Executor.h"
+#include "Core/Hierarchy/HierarchyCut.h"
+#include "Core/Splats/SetupTarget.h"
+#include "Core/Splats/Splat.h"
+#include "Core/Splats/SplatSetup.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace SurfelSplatting
+{
+class SplatMaker;
+
+struct SplatList
+{
+  /// Splats that were made together. Between parts there are gaps: nothing is moved.
+  struct Part
+  {
+    std::size_t Begin;
+    std::size_t Count = 0;
+    std::size_t Invalid = 0;
+    std::size_t Blurred = 0;         ///< by the lens
+    float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
+    unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
+
+    void Take(const SplatOutput& output);
+  };
+
+  std::vector<Part> Parts; ///< in the order of the surfels
+  Buffer<Splat> Splats;
+  Buffer<PixelBox> Boxes;
+  Buffer<float> Nears;             ///< Near of the splats again, close together for sorting
+  Buffer<SplatGradient> Gradients; ///< of the splats that have one
+  Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
+  Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
+
+  /// Empties the list and keeps its memory. @param sectors whether splats will have slopes
+  void Clear(bool sectors = false);
+  void Resize(std::size_t size);
+  const LensSlope* SlopeOf(std::size_t i) const
+  {
+    return this->HasSlopes ? &this->Slopes[i] : nullptr;
+  }
+
+  /// For the splats of a part; there is room for them.
+  SplatOutput OutputAt(std::size_t begin);
+
+  /// Adds one splat, as a part of its own.
+  void Add(const Splat& splat, const PixelBox& box);
+
+  std::uint64_t NumberOfSplats() const;
+  std::uint64_t NumberOfBlurredSplats() const; ///< by the lens
+  float LargestCoarseColor() const;            ///< of splats on coarse grids, all channels
+  unsigned int LevelsInUse() const;            ///< bit l: some are on the grid of level l
+  /// Surfels that are not drawn: non-finite values, or too large for float sums.
+  std::uint64_t NumberOfInvalidSurfels() const;
+
+  bool HasSlopes = false;
+
+  /// Up to some thousand surfels that one thread makes splats of: from a place in one run on, over
+  /// the next ones.
+  struct Chunk
+  {
+    const CutRange* Run;
+    std::size_t Skip;
+    std::size_t Size = 0;
+  };
+  std::vector<Chunk> Chunks; ///< of the last AppendSplats
+};
+
+/// Half-open range of a frame's runs.
+struct CutRanges
+{
+  const CutRange *Begin, *End;
+};
+
+/// Appends the visible splats of a cloud's runs of surfels or nodes.
+void AppendSplats(
+  const SplatMaker& maker, const CutRanges& runs, const Executor& executor, SplatList& list);
+
+/// All surfels of a cloud without a hierarchy.
+void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs);
+}

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the core reads of one cloud of surfels: pointers into the caller's arrays
+ * (Documentation/DataContract.md), the transform that places it, and how it is coloured. Nothing is
+ * copied or owned.
+ */
+#pragma once
+
+#include "Core/Base/Geometry.h"
+#include "Core/Surfels/NodePacking.h"
+#include "Core/Surfels/Shading.h"
+
+#include <cstddef>
+
+namespace SurfelSplatting
+{
+class ClusterBounds;
+
+struct SurfelCloud
+{
+  std::size_t NumberOfSurfels = 0;
+
+  /// If not null, the surfels are the leaves of a hierarchy, of which a cut is drawn; what follows
+  /// is about the nodes above them. Node i of HierarchyLayout's order is surfel i, or Nodes[i -
+  /// NumberOfSurfels].
+  const ClusterBounds* Clusters = nullptr;
+  const HierarchyNode* Nodes = nullptr;
+  const NodeColor* NodeColors = nullptr;  ///< or null: the material's
+  const float* LeafCovariances = nullptr; ///< [nodes][6] V_r, or null; for the paper's rule only
+
+  const float* PositionsFloat = nullptr;   ///< [n][3] local units; one of the two
+  const double* PositionsDouble = nullptr; ///< [n][3]
+  const float* Covariances = nullptr;      ///< [n][6] XX YY ZZ XY YZ XZ
+  const float* AreaVectors = nullptr;      ///< [n][3]
+  const unsigned char* TwoSided = nullptr; ///< [n], null: all one-sided
+  const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
+
+  const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
+  const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color
+  double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
+  double Prefilter = 0.0; ///< > 0: instead of SplatSettings::Prefilter, px^2; without Clusters only
+
+  Affine3 LocalToWorld; ///< of the points: local origin and actor matrix
+  Material Surface;
+
+  bool IsNode(std::size_t i) const { return i >= this->NumberOfSurfels; }
+  const HierarchyNode& Node(std::size_t i) const { return this->Nodes[i - this->NumberOfSurfels]; }
+
+  Vector3 Position(std::size_t i) const
+  {
+    if (this->IsNode(i))
+    {
+      return PositionOf(this->Node(i));
+    }
+    return this->PositionsFloat
+      ? Vector3{ this->PositionsFloat[3 * i], this->PositionsFloat[3 * i + 1],
+          this->PositionsFloat[3 * i + 2] }
+      : Vector3{ this->PositionsDouble[3 * i], this->PositionsDouble[3 * i + 1],
+          this->PositionsDouble[3 * i + 2] };
+  }
+
+  Symmetric3 Covariance(std::size_t i) const
+  {
+    if (this->IsNode(i))
+    {
+      return CovarianceOf(this->Node(i));
+    }
+    const float* s = this->Covariances + 6 * i;
+    return { s[0], s[1], s[2], s[3], s[4], s[5] };
+  }
+
+  /// Mean of the leaves' below.
+  Symmetric3 LeafCovariance(std::size_t i) const
+  {
+    if (!this->IsNode(i) || !this->LeafCovariances)
+    {
+      return this->Covariance(i);
+    }
+    const float* s = this->LeafCovariances + 6 * (i - this->NumberOfSurfels);
+    return { s[0], s[1], s[2], s[3], s[4], s[5] };
+  }
+
+  Vector3 AreaVector(std::size_t i) const
+  {
+    if (this->IsNode(i))
+    {
+      return AreaVectorOf(this->Node(i));
+    }
+    const float* a = this->AreaVectors + 3 * i;
+    return { a[0], a[1], a[2] };
+  }
+
+  bool IsTwoSided(std::size_t i) const
+  {
+    return this->IsNode(i) ? this->Node(i).TwoSided != 0 : this->TwoSided && this->TwoSided[i];
+  }
+
+  /// Of the surfel alone, colour and cloud apart.
+  double OwnOpacity(std::size_t i) const
+  {
+    return this->IsNode(i) ? OpacityOf(this->Node(i)) : this->Opacities ? this->Opacities[i] : 1.0;
+  }
+
+  /// Straight RGBA of a surfel before lighting, the cloud's and the surfel's opacity included.
+  std::array<double, 4> Color(std::size_t i) const
+  {
+    if (this->IsNode(i) && this->NodeColors)
+    {
+      const ColorMoments n = UnpackColor(this->NodeColors[i - this->NumberOfSurfels]);
+      return { n.Color[0], n.Color[1], n.Color[2], n.Opacity * this->Opacity };
+    }
+    std::array<double, 4> c{ Surface.Color[0], Surface.Color[1], Surface.Color[2], 1.0 };
+    if (!this->IsNode(i) && this->ColorsUChar)
+    {
+      const unsigned char* u = this->ColorsUChar + 4 * i;
+      c = { u[0] / 255.0, u[1] / 255.0, u[2] / 255.0, u[3] / 255.0 };
+    }
+    else if (!this->IsNode(i) && this->ColorsFloat)
+    {
+      const float* f = this->ColorsFloat + 4 * i;
+      c = { f[0], f[1], f[2], f[3] };
+    }
+    c[3] *= this->Opacity * this->OwnOpacity(i);
+    return c;
+  }
+};
+}

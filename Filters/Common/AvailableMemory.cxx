@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Common/AvailableMemory.h"
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+namespace SurfelGeometry
+{
+namespace
+{
+constexpr double Unknown = std::numeric_limits<double>::infinity();
+
+/// MemAvailable of /proc/meminfo: free memory and what caches can give back.
+double SystemMemory()
+{
+  std::ifstream file("/proc/meminfo");
+  std::string name, unit;
+  double kibibytes = 0.0;
+  while (file >> name >> kibibytes)
+  {
+    std::getline(file, unit);
+    if (name == "MemAvailable:")
+    {
+      return 1024.0 * kibibytes;
+    }
+  }
+  return Unknown;
+}
+
+double ReadNumber(const char* path)
+{
+  std::ifstream file(path);
+  double value = 0.0;
+  return file >> value ? value : Unknown; // "max" is no number
+}
+
+/// Of control groups, version 2.
+double GroupMemory()
+{
+  const double limit = ReadNumber("/sys/fs/cgroup/memory.max");
+  const double used = ReadNumber("/sys/fs/cgroup/memory.current");
+  return limit < Unknown && used < Unknown ? std::max(0.0, limit - used) : Unknown;
+}
+}
+
+double AvailableMemory()
+{
+  return std::min(SystemMemory(), GroupMemory());
+}
+
+std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available)
+{
+  const double needed = bytesPerPoint * static_cast<double>(points);
+  if (needed <= available)
+  {
+    return std::string();
+  }
+  constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
+  std::ostringstream message;
+  message.precision(3);
+  message << points << " points need about " << needed / gibibyte << " GiB of memory, of which "
+          << available / gibibyte << " GiB are free. Thin the cloud out to "
+          << static_cast<vtkIdType>(available / bytesPerPoint) << " points, or cut it in parts.";
+  return message.str();
+}
+}

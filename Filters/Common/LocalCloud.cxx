@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Common/LocalCloud.h"
+
+#include "vtkPoints.h"
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace SurfelGeometry
+{
+namespace
+{
+struct KeyedPoint
+{
+  std::uint64_t Key;
+  vtkIdType Id;
+};
+
+bool IsUsable(const double p[3])
+{
+  // A comparison with NaN is false.
+  return std::abs(p[0]) < LargestCoordinate && std::abs(p[1]) < LargestCoordinate &&
+    std::abs(p[2]) < LargestCoordinate;
+}
+
+/// Puts two zero bits before each of the low 21 bits.
+std::uint64_t SpreadBits(std::uint64_t x)
+{
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x1f00000000ffff;
+  x = (x | x << 16) & 0x1f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+/// Sorts by position within runs of equal keys and keeps the lowest id of each position.
+std::vector<vtkIdType> WithoutDuplicates(
+  std::vector<vtkIdType>& order, const std::vector<std::uint64_t>& keys, const float* positions)
+{
+  const auto less = [positions](vtkIdType a, vtkIdType b) {
+    const float* p = positions + 3 * a;
+    const float* q = positions + 3 * b;
+    for (int c = 0; c < 3; ++c)
+    {
+      if (p[c] != q[c])
+      {
+        return p[c] < q[c];
+      }
+    }
+    return a < b;
+  };
+  const auto same = [positions](vtkIdType a, vtkIdType b) {
+    const float* p = positions + 3 * a;
+    const float* q = positions + 3 * b;
+    return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+  };
+  std::vector<vtkIdType> kept;
+  kept.reserve(order.size());
+  for (size_t begin = 0, end = 0; begin < order.size(); begin = end)
+  {
+    for (end = begin + 1; end < order.size() && keys[order[end]] == keys[order[begin]]; ++end)
+    {
+    }
+    std::sort(order.begin() + begin, order.begin() + end, less);
+    for (size_t i = begin; i < end; ++i)
+    {
+      if (i == begin || !same(order[i - 1], order[i]))
+      {
+        kept.push_back(order[i]);
+      }
+    }
+  }
+  return kept;
+}
+
+std::vector<std::uint64_t> MortonKeys(const std::vector<float>& positions)
+{
+  const vtkIdType count = static_cast<vtkIdType>(positions.size() / 3);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double lower[3] = { infinity, infinity, infinity };
+  double extent = 0.0;
+  for (int c = 0; c < 3; ++c)
+  {
+    double upper = -infinity;
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      const double x = positions[3 * i + c];
+      lower[c] = std::min(lower[c], x);
+      upper = std::max(upper, x);
+    }
+    extent = std::max(extent, upper - lower[c]);
+  }
+  const double scale = extent > 0.0 ? ((1 << 21) - 1) / extent : 0.0;
+  std::vector<std::uint64_t> keys(count);
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      std::uint64_t key = 0;
+      for (int c = 0; c < 3; ++c)
+      {
+        const double cell = (positions[3 * i + c] - lower[c]) * scale;
+        key |= SpreadBits(static_cast<std::uint64_t>(cell)) << c;
+      }
+      keys[i] = key;
+    }
+  });
+  return keys;
+}
+
+std::vector<vtkIdType> OrderOfKeys(const std::vector<std::uint64_t>& keys)
+{
+  std::vector<KeyedPoint> keyed(keys.size());
+  for (size_t i = 0; i < keys.size(); ++i)
+  {
+    keyed[i] = { keys[i], static_cast<vtkIdType>(i) };
+  }
+  // A total order: the same result whatever the algorithm and its threads.
+  vtkSMPTools::Sort(keyed.begin(), keyed.end(), [](const KeyedPoint& a, const KeyedPoint& b) {
+    return a.Key != b.Key ? a.Key < b.Key : a.Id < b.Id;
+  });
+  std::vector<vtkIdType> order(keys.size());
+  std::transform(
+    keyed.begin(), keyed.end(), order.begin(), [](const KeyedPoint& k) { return k.Id; });
+  return order;
+}
+
+/// Ids of the usable points, and their bounds.
+std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upper[3])
+{
+  struct Piece
+  {
+    vtkIdType Count = 0;
+    double Lower[3], Upper[3];
+  };
+  constexpr vtkIdType size = 1 << 16;
+  const vtkIdType count = points->GetNumberOfPoints();
+  std::vector<vtkIdType> ids(count); // each piece's own at its beginning, first
+  std::vector<Piece> pieces((count + size - 1) / size);
+  vtkSMPTools::For(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
+    for (; p < last; ++p)
+    {
+      Piece& piece = pieces[p];
+      for (vtkIdType id = p * size; id < std::min(count, (p + 1) * size); ++id)
+      {
+        double x[3];
+        points->GetPoint(id, x);
+        if (!IsUsable(x))
+        {
+          continue;
+        }
+        for (int c = 0; c < 3; ++c)
+        {
+          piece.Lower[c] = piece.Count == 0 ? x[c] : std::min(piece.Lower[c], x[c]);
+          piece.Upper[c] = piece.Count == 0 ? x[c] : std::max(piece.Upper[c], x[c]);
+        }
+        ids[p * size + piece.Count++] = id;
+      }
+    }
+  });
+  vtkIdType kept = 0;
+  for (size_t p = 0; p < pieces.size(); ++p)
+  {
+    const Piece& piece = pieces[p];
+    for (int c = 0; piece.Count > 0 && c < 3; ++c)
+    {
+      lower[c] = kept == 0 ? piece.Lower[c] : std::min(lower[c], piece.Lower[c]);
+      upper[c] = kept == 0 ? piece.Upper[c] : std::max(upper[c], piece.Upper[c]);
+    }
+    if (kept != static_cast<vtkIdType>(p) * size)
+    {
+      std::copy_n(ids.begin() + p * size, piece.Count, ids.begin() + kept);
+    }
+    kept += piece.Count;
+  }
+  ids.resize(kept);
+  return ids;
+}
+}
+
+void ChooseOrigin(
+  const double lower[3], const double upper[3], const double inputOrigin[3], double origin[3])
+{
+  double squaredDiagonal = 0.0;
+  double largest = 0.0;
+  for (int c = 0; c < 3; ++c)
+  {
+    squaredDiagonal += (upper[c] - lower[c]) * (upper[c] - lower[c]);
+    largest = std::max({ largest, std::abs(lower[c]), std::abs(upper[c]) });
+  }
+  const bool move = largest > LocalOriginRatio * std::sqrt(squaredDiagonal);
+  for (int c = 0; c < 3; ++c)
+  {
+    const double center = 0.5 * (lower[c] + upper[c]) + inputOrigin[c];
+    origin[c] = move ? static_cast<double>(static_cast<float>(center)) : inputOrigin[c];
+  }
+}
+
+vtkIdType FindBounds(vtkPoints* points, double lower[3], double upper[3])
+{
+  return static_cast<vtkIdType>(FindUsable(points, lower, upper).size());
+}
+
+void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double origin[3],
+  std::vector<float>& positions)
+{
+  const vtkIdType count = points->GetNumberOfPoints();
+  positions.resize(3 * static_cast<size_t>(count));
+  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      double p[3];
+      points->GetPoint(i, p);
+      const bool drop = !IsUsable(p);
+      for (int c = 0; c < 3; ++c)
+      {
+        positions[3 * i + c] = drop ? std::numeric_limits<float>::quiet_NaN()
+                                    : static_cast<float>(p[c] + (inputOrigin[c] - origin[c]));
+      }
+    }
+  });
+}
+
+vtkIdType PlacePoints(
+  vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions)
+{
+  double lower[3] = { 0.0, 0.0, 0.0 };
+  double upper[3] = { 0.0, 0.0, 0.0 };
+  const vtkIdType usable = FindBounds(points, lower, upper);
+  ChooseOrigin(lower, upper, inputOrigin, origin);
+  PlaceAbout(points, inputOrigin, origin, positions);
+  return points->GetNumberOfPoints() - usable;
+}
+
+void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& cloud)
+{
+  double lower[3] = { 0.0, 0.0, 0.0 };
+  double upper[3] = { 0.0, 0.0, 0.0 };
+  const std::vector<vtkIdType> ids = FindUsable(points, lower, upper);
+  cloud.NonFinite = points->GetNumberOfPoints() - static_cast<vtkIdType>(ids.size());
+  ChooseOrigin(lower, upper, inputOrigin, cloud.Origin);
+  const double shift[3] = { inputOrigin[0] - cloud.Origin[0], inputOrigin[1] - cloud.Origin[1],
+    inputOrigin[2] - cloud.Origin[2] };
+
+  // Exact duplicates are those of the positions that will be stored.
+  std::vector<float> positions(3 * ids.size());
+  vtkSMPTools::For(0, static_cast<vtkIdType>(ids.size()), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      double p[3];
+      points->GetPoint(ids[i], p);
+      for (int c = 0; c < 3; ++c)
+      {
+        positions[3 * i + c] = static_cast<float>(p[c] + shift[c]);
+      }
+    }
+  });
+  const std::vector<std::uint64_t> keys = MortonKeys(positions);
+  std::vector<vtkIdType> order = OrderOfKeys(keys);
+  order = WithoutDuplicates(order, keys, positions.data());
+  cloud.Duplicates = static_cast<vtkIdType>(ids.size() - order.size());
+
+  cloud.InputIds.resize(order.size());
+  cloud.Positions.resize(3 * order.size());
+  vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      cloud.InputIds[i] = ids[order[i]];
+      std::copy_n(positions.data() + 3 * order[i], 3, cloud.Positions.data() + 3 * i);
+    }
+  });
+}
+}

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Common/PointAttributes.h"
+
+#include "vtkAbstractArray.h"
+#include "vtkDataArray.h"
+#include "vtkPointData.h"
+#include "vtkPolyData.h"
+#include "vtkSmartPointer.h"
+
+#include <cstring>
+
+namespace SurfelGeometry
+{
+namespace
+{
+using SurfelSplatting::Executor;
+using SurfelSplatting::KdTreeOrder;
+
+constexpr std::size_t Grain = 16384;
+
+/// Of an array that is one block of memory, tuple by tuple.
+void CopyTuples(
+  vtkDataArray* source, const KdTreeOrder& order, const Executor& executor, vtkDataArray* array)
+{
+  const std::size_t size =
+    static_cast<std::size_t>(source->GetNumberOfComponents()) * source->GetDataTypeSize();
+  const auto* from = static_cast<const unsigned char*>(source->GetVoidPointer(0));
+  auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
+  executor.For(order.Surfels.size(), Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      std::memcpy(to + size * i, from + size * order.Surfels[i], size);
+    }
+  });
+}
+
+/// A new array with the source's name and the leaves' tuples.
+vtkSmartPointer<vtkAbstractArray> Reorder(
+  vtkAbstractArray* source, const KdTreeOrder& order, const Executor& executor)
+{
+  vtkSmartPointer<vtkAbstractArray> array;
+  array.TakeReference(source->NewInstance());
+  array->SetName(source->GetName());
+  array->SetNumberOfComponents(source->GetNumberOfComponents());
+  array->SetNumberOfTuples(static_cast<vtkIdType>(order.Surfels.size()));
+  array->CopyComponentNames(source);
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(source);
+  // Bits share bytes, and text is reference-counted memory: these in one thread.
+  if (numbers && numbers->HasStandardMemoryLayout() && numbers->GetDataType() != VTK_BIT)
+  {
+    CopyTuples(numbers, order, executor, vtkDataArray::SafeDownCast(array));
+    return array;
+  }
+  for (std::size_t i = 0; i < order.Surfels.size(); ++i)
+  {
+    array->SetTuple(static_cast<vtkIdType>(i), order.Surfels[i], source);
+  }
+  return array;
+}
+}
+
+void PassLeafAttributes(
+  vtkPolyData* input, const KdTreeOrder& order, const Executor& executor, vtkPolyData* output)
+{
+  vtkPointData *from = input->GetPointData(), *to = output->GetPointData();
+  for (int i = 0; i < from->GetNumberOfArrays(); ++i)
+  {
+    vtkAbstractArray* source = from->GetAbstractArray(i);
+    if (source->GetNumberOfTuples() < input->GetNumberOfPoints())
+    {
+      continue; // of something else
+    }
+    const int index = to->AddArray(Reorder(source, order, executor));
+    const int attribute = from->IsArrayAnAttribute(i);
+    if (attribute >= 0)
+    {
+      to->SetActiveAttribute(index, attribute);
+    }
+  }
+}
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The core's loops on vtkSMPTools' threads, with a filter's progress and abort.
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+#include "Filters/Common/StageProgress.h"
+
+#include <algorithm>
+
+namespace SurfelGeometry
+{
+/**
+ * Runs the loops of one stage of a filter. How many loops there will be is not known: each moves
+ * the progress a share of what is left. After an abort all further loops do nothing; the results
+ * are of no use then, but nothing is out of bounds.
+ */
+class ProgressExecutor : public SurfelSplatting::Executor
+{
+public:
+  explicit ProgressExecutor(const StageProgress& monitor)
+    : Monitor(monitor)
+  {
+  }
+
+  bool Stopped() const { return this->WasStopped; }
+
+  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
+  {
+    SurfelSplatting::ExceptionCarrier carrier;
+    const std::size_t slice = std::max(grain, (size + Slices - 1) / Slices);
+    for (std::size_t begin = 0; begin < size && !this->WasStopped; begin += slice)
+    {
+      const std::size_t end = std::min(size, begin + slice);
+      vtkSMPTools::For(static_cast<vtkIdType>(begin), static_cast<vtkIdType>(end),
+        static_cast<vtkIdType>(grain), [&](vtkIdType first, vtkIdType last) {
+          carrier.Run(
+            [&]() { function(static_cast<std::size_t>(first), static_cast<std::size_t>(last)); });
+        });
+      this->Done += Share * (1.0 - this->Done);
+      this->WasStopped = !this->Monitor.Step(this->Done);
+    }
+    carrier.Rethrow();
+  }
+
+private:
+  static constexpr std::size_t Slices = 8;
+  static constexpr double Share = 0.02;
+  StageProgress Monitor;
+  mutable double Done = 0.0;
+  mutable bool WasStopped = false;
+};
+}

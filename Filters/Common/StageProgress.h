@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Parallel loops that report progress and stop when the user asks for it.
+ */
+#pragma once
+
+#include "vtkAlgorithm.h"
+#include "vtkSMPTools.h"
+#include "vtkVersionMacros.h"
+
+#include <algorithm>
+
+namespace SurfelGeometry
+{
+/// Progress of one stage of a filter: the stage's 0..1 is the filter's From..To.
+class StageProgress
+{
+public:
+  StageProgress(vtkAlgorithm* algorithm, double from, double to)
+    : Algorithm(algorithm)
+    , From(from)
+    , To(to)
+  {
+  }
+
+  /// The monitor of a part of this stage.
+  StageProgress Part(double from, double to) const
+  {
+    const double length = this->To - this->From;
+    return StageProgress(this->Algorithm, this->From + from * length, this->From + to * length);
+  }
+
+  /// Reports how much of the stage is done. Returns false if the user asked to stop.
+  bool Step(double fraction) const
+  {
+    if (!this->Algorithm)
+    {
+      return true;
+    }
+    this->Algorithm->UpdateProgress(this->From + fraction * (this->To - this->From));
+#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
+    return !this->Algorithm->CheckAbort();
+#else
+    return !this->Algorithm->GetAbortExecute();
+#endif
+  }
+
+private:
+  vtkAlgorithm* Algorithm; // may be null: no reports
+  double From;
+  double To;
+};
+
+/// Calls body(begin, end) over [0, count) in parallel. Progress and abort are looked at between
+/// blocks, on the calling thread. Returns false if stopped.
+template <typename Body>
+bool ParallelFor(vtkIdType count, const StageProgress& monitor, Body&& body)
+{
+  constexpr vtkIdType block = 1 << 16;
+  constexpr vtkIdType grain = 1 << 10;
+  for (vtkIdType begin = 0; begin < count; begin += block)
+  {
+    const vtkIdType end = std::min(count, begin + block);
+    vtkSMPTools::For(begin, end, grain, body);
+    if (!monitor.Step(static_cast<double>(end) / static_cast<double>(count)))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+}

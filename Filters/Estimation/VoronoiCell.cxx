@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Estimation/VoronoiCell.h"
+
+#include "Filters/Common/AngularGap.h"
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Estimation/NeighborSearch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace SurfelGeometry
+{
+namespace
+{
+constexpr double Pi = 3.14159265358979323846;
+
+/// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
+/// hardly ever one that is not among the 20 nearest.
+constexpr int CellNeighbors = KeptNeighbors;
+
+/// Cells end at this many spacings, where a point has no neighbours on one side.
+constexpr double CellReach = 2.0;
+constexpr int ReachCorners = 12;
+
+/// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half
+/// of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx, SetExtent),
+/// hence 0.57 instead of 0.5: squares of regular, jittered and random points then get their area
+/// within 0.3 %.
+constexpr double BorderSmoothing = 1.0;
+constexpr double BorderCoverage = 0.57;
+constexpr int BorderSteps = 12;
+
+struct Point2
+{
+  float X, Y;
+};
+
+/// A convex polygon that is cut by half-planes. Lengths in spacings of its point.
+class Polygon
+{
+public:
+  void Reset()
+  {
+    static const std::array<Point2, ReachCorners> corners = UnitCorners();
+    this->Count = ReachCorners;
+    for (int k = 0; k < ReachCorners; ++k)
+    {
+      this->X[k] = static_cast<float>(CellReach) * corners[k].X;
+      this->Y[k] = static_cast<float>(CellReach) * corners[k].Y;
+    }
+    this->Measure();
+  }
+
+  /// Keeps what has n.x <= d.
+  void Cut(float nx, float ny, float d)
+  {
+    float distances[MostCorners];
+    int cut = 0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
+      cut += distances[k] > 0.0f ? 1 : 0;
+    }
+    if (cut == this->Count)
+    {
+      this->Count = 0;
+    }
+    else if (cut > 0)
+    {
+      this->Replace(distances, cut);
+      this->Measure();
+    }
+  }
+
+  /// Squared distance of the farthest corner.
+  float SquaredRadius() const { return this->Squared; }
+
+  /// Area, first and second moments about the origin, as sums over the triangles with the origin.
+  void Moments(double& area, double first[2], double second[3]) const
+  {
+    area = first[0] = first[1] = 0.0;
+    second[0] = second[1] = second[2] = 0.0;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const int next = this->Next(k);
+      const double ax = this->X[k], ay = this->Y[k], bx = this->X[next], by = this->Y[next];
+      const double cross = ax * by - ay * bx;
+      area += cross / 2.0;
+      first[0] += cross * (ax + bx) / 6.0;
+      first[1] += cross * (ay + by) / 6.0;
+      second[0] += cross * (ax * ax + ax * bx + bx * bx) / 12.0;
+      second[1] += cross * (ay * ay + ay * by + by * by) / 12.0;
+      second[2] += cross * (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) / 24.0;
+    }
+  }
+
+private:
+  /// A cut adds a corner at most; all neighbours cut, and the border.
+  static constexpr int MostCorners = ReachCorners + CellNeighbors + 2;
+
+  static std::array<Point2, ReachCorners> UnitCorners()
+  {
+    std::array<Point2, ReachCorners> corners;
+    const double outer = 1.0 / std::cos(Pi / ReachCorners);
+    for (int k = 0; k < ReachCorners; ++k)
+    {
+      const double angle = 2.0 * Pi * k / ReachCorners;
+      corners[k] = { static_cast<float>(outer * std::cos(angle)),
+        static_cast<float>(outer * std::sin(angle)) };
+    }
+    return corners;
+  }
+
+  int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
+
+  /// Where the edge from corner a to corner b is cut. Within the edge: where rounding has left the
+  /// polygon not quite convex, both ends may be on one side, and the line far beyond them.
+  Point2 Between(int a, int b, const float* distances) const
+  {
+    const float along = distances[a] / (distances[a] - distances[b]);
+    const float t = along >= 0.0f ? std::min(along, 1.0f) : 0.0f;
+    return { this->X[a] + t * (this->X[b] - this->X[a]),
+      this->Y[a] + t * (this->Y[b] - this->Y[a]) };
+  }
+
+  /// What is cut of a convex polygon is one run of `cut` corners: two take its place.
+  void Replace(const float* distances, int cut)
+  {
+    int last = 0; // before the run
+    while (distances[last] > 0.0f || distances[this->Next(last)] <= 0.0f)
+    {
+      ++last;
+    }
+    const int run = this->Next(last);
+    const int end = last + cut < this->Count ? last + cut : last + cut - this->Count;
+    const int after = this->Next(end);
+    const Point2 a = this->Between(last, run, distances);
+    const Point2 b = this->Between(end, after, distances);
+    const int kept = this->Count - cut;
+    if (after <= last) // the run goes past the end, or to it
+    {
+      std::copy(this->X + after, this->X + after + kept, this->X);
+      std::copy(this->Y + after, this->Y + after + kept, this->Y);
+      this->Set(kept, a);
+      this->Set(kept + 1, b);
+    }
+    else
+    {
+      std::memmove(this->X + run + 2, this->X + after, (this->Count - after) * sizeof(float));
+      std::memmove(this->Y + run + 2, this->Y + after, (this->Count - after) * sizeof(float));
+      this->Set(run, a);
+      this->Set(run + 1, b);
+    }
+    this->Count = kept + 2;
+  }
+
+  void Set(int k, const Point2& p)
+  {
+    this->X[k] = p.X;
+    this->Y[k] = p.Y;
+  }
+
+  void Measure()
+  {
+    this->Squared = 0.0f;
+    for (int k = 0; k < this->Count; ++k)
+    {
+      this->Squared = std::max(this->Squared, this->X[k] * this->X[k] + this->Y[k] * this->Y[k]);
+    }
+  }
+
+  float X[MostCorners], Y[MostCorners];
+  int Count = 0;
+  float Squared = 0.0f;
+};
+
+/// Neighbours of a point in its tangent plane, nearest first. Lengths in spacings of the point.
+struct FlatSheet
+{
+  int Count;
+  float X[CellNeighbors], Y[CellNeighbors];
+  float Areas[CellNeighbors];
+};
+
+/// The point's cell among its neighbours.
+void CutCell(const FlatSheet& sheet, Polygon& cell)
+{
+  cell.Reset();
+  for (int k = 0; k < sheet.Count; ++k)
+  {
+    const float x = sheet.X[k], y = sheet.Y[k];
+    const float squared = x * x + y * y;
+    if (squared < 4.0f * cell.SquaredRadius() && squared > 0.0f)
+    {
+      cell.Cut(x, y, 0.5f * squared);
+    }
+  }
+}
+
+class CellMeasurer
+{
+public:
+  CellMeasurer(const LocalCloud& cloud, const NeighborSearch& tree, const NeighborGraph& graph,
+    const std::vector<unsigned char>& twoSided, const std::vector<PlaneFit>& fits)
+    : Cloud(cloud)
+    , Tree(tree)
+    , Graph(graph)
+    , TwoSided(twoSided)
+    , Fits(fits)
+  {
+  }
+
+  VoronoiCell Measure(int i)
+  {
+    const PlaneFit& fit = this->Fits[i];
+    VoronoiCell cell;
+    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
+    {
+      return cell;
+    }
+    Vector3 u, v;
+    TangentFrame(fit.Normal, u, v);
+    const double spacing = fit.Spacing;
+    this->Unfold(i, u, v);
+    CutCell(this->Sheet, this->Cell);
+    this->CutAtBorder();
+
+    double area, first[2], second[3];
+    this->Cell.Moments(area, first, second);
+    if (!(area > 0.0))
+    {
+      return cell;
+    }
+    const double mx = first[0] / area, my = first[1] / area;
+    const double xx = second[0] / area - mx * mx;
+    const double yy = second[1] / area - my * my;
+    const double xy = second[2] / area - mx * my;
+    const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
+    double cosine, sine;
+    PrincipalAxis(xx, yy, xy, cosine, sine);
+    const double square = spacing * spacing;
+    cell.Area = static_cast<float>(square * area);
+    cell.Centroid = (spacing * mx) * u + (spacing * my) * v;
+    cell.AxisU = cosine * u + sine * v;
+    cell.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
+    cell.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
+    return cell;
+  }
+
+private:
+  /// Neighbours of one's own sheet in the tangent plane, nearest first, at their distance in space:
+  /// the plane is unrolled around the point, so that a thin tube's far points do not come too near.
+  void Unfold(int i, const Vector3& u, const Vector3& v)
+  {
+    const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
+    if (!this->Graph.AreNearest)
+    {
+      this->Tree.FindNearest(i, CellNeighbors, this->Found);
+      this->Found.Ids.resize(CellNeighbors, -1);
+      ids = this->Found.Ids.data();
+    }
+    FlatSheet& sheet = this->Sheet;
+    sheet.Count = 0;
+    const Vector3 p = Load(this->Cloud.Position(i));
+    const double inverse = 1.0 / this->Fits[i].Spacing;
+    for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
+    {
+      const int j = ids[k];
+      const Vector3 d = Load(this->Cloud.Position(j)) - p;
+      if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
+      {
+        continue;
+      }
+      const double x = Dot(d, u), y = Dot(d, v);
+      const double flat = x * x + y * y;
+      const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
+      const double spacing = inverse * this->Fits[j].Spacing;
+      sheet.X[sheet.Count] = static_cast<float>(scale * x);
+      sheet.Y[sheet.Count] = static_cast<float>(scale * y);
+      sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
+      ++sheet.Count;
+    }
+  }
+
+  /// Where all neighbours are on one side: cuts the cell where the surface ends on the other.
+  void CutAtBorder()
+  {
+    const FlatSheet& sheet = this->Sheet;
+    this->Around.Clear();
+    double x = 0.0, y = 0.0;
+    for (int k = 0; k < sheet.Count; ++k)
+    {
+      if (sheet.X[k] != 0.0f || sheet.Y[k] != 0.0f)
+      {
+        this->Around.Add(sheet.X[k], sheet.Y[k]);
+      }
+      x += sheet.X[k];
+      y += sheet.Y[k];
+    }
+    const double length = std::sqrt(x * x + y * y);
+    if (!(length > 0.0) || !this->Around.HaveGap())
+    {
+      return;
+    }
+    const double outward[2] = { -x / length, -y / length };
+    double inside = 0.0, outside = CellReach;
+    for (int step = 0; step < BorderSteps; ++step)
+    {
+      const double middle = 0.5 * (inside + outside);
+      const bool covered =
+        this->Coverage(middle * outward[0], middle * outward[1]) >= BorderCoverage;
+      (covered ? inside : outside) = middle;
+    }
+    this->Cell.Cut(static_cast<float>(outward[0]), static_cast<float>(outward[1]),
+      static_cast<float>(std::max(inside, 0.05)));
+  }
+
+  /// Share of the plane that the areas about cover at a place.
+  double Coverage(double x, double y) const
+  {
+    const FlatSheet& sheet = this->Sheet;
+    constexpr double variance = BorderSmoothing * BorderSmoothing;
+    double sum = std::exp(-0.5 * (x * x + y * y) / variance);
+    for (int k = 0; k < sheet.Count; ++k)
+    {
+      const double dx = sheet.X[k] - x, dy = sheet.Y[k] - y;
+      sum += sheet.Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / variance);
+    }
+    return sum / (2.0 * Pi * variance);
+  }
+
+  const LocalCloud& Cloud;
+  const NeighborSearch& Tree;
+  const NeighborGraph& Graph;
+  const std::vector<unsigned char>& TwoSided;
+  const std::vector<PlaneFit>& Fits;
+  Neighbors Found;
+  FlatSheet Sheet;
+  Directions Around;
+  Polygon Cell;
+};
+}
+
+bool MeasureCells(const LocalCloud& cloud, const NeighborSearch& tree, const NeighborGraph& graph,
+  const std::vector<unsigned char>& twoSided, const std::vector<PlaneFit>& fits,
+  const StageProgress& monitor, std::vector<VoronoiCell>& cells)
+{
+  cells.resize(fits.size());
+  return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+    CellMeasurer measurer(cloud, tree, graph, twoSided, fits);
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      cells[i] = measurer.Measure(static_cast<int>(i));
+    }
+  });
+}
+}

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/OrientationGraph.h"
+
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/ParityUnionFind.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// An edge that climbs more than this (sine of its angle to either tangent plane) leads to
+/// another sheet.
+constexpr double LargestClimb = 0.8;
+
+/// For the patches: smallest vote, largest climb and largest flatness of both ends.
+constexpr double SureVote = 0.9;
+constexpr double SureClimb = 0.5;
+constexpr double SureFlatness = 0.15;
+
+/// Edges longer than this many spacings of the closer-spaced end bridge a gap.
+constexpr double LongestEdge = 4.0;
+
+/// Vote in [-1, 1] on the relative sign of two normals: n_b against n_a mirrored at the plane
+/// halfway between the points, which is exact on planes and circular arcs of any bend
+/// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
+/// 0 where the edge must not count. `sure`: whether it may join patches.
+float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, int b, bool& sure)
+{
+  sure = false;
+  const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
+  const double length = Length(d);
+  if (!(length > 0.0) || length > LongestEdge * std::min(fits[a].Spacing, fits[b].Spacing))
+  {
+    return 0.0f;
+  }
+  const double climbA = Dot(fits[a].Normal, d) / length;
+  const double climbB = Dot(fits[b].Normal, d) / length;
+  const double climb = std::max(std::abs(climbA), std::abs(climbB));
+  if (climb > LargestClimb)
+  {
+    return 0.0f;
+  }
+  const auto vote = static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
+  sure = std::abs(vote) >= SureVote && climb <= SureClimb &&
+    std::max(fits[a].Flatness, fits[b].Flatness) <= SureFlatness;
+  return vote;
+}
+
+/// Calls visit(k, j) for each neighbour j, of rank k, of i whose edge is i's to report: each edge
+/// once.
+template <typename Visit>
+void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
+{
+  const int* mine = graph.Row(i);
+  for (int k = 0; k < GraphDegree && mine[k] >= 0; ++k)
+  {
+    const int j = mine[k];
+    const int* theirs = graph.Row(j);
+    if (i < j || std::find(theirs, theirs + GraphDegree, i) == theirs + GraphDegree)
+    {
+      visit(k, j);
+    }
+  }
+}
+
+/// Sorts slots of sure edges, the surest first; those of one class stay in their order.
+std::vector<std::uint64_t> SortByClass(
+  const EdgeVotes& edges, const std::vector<std::uint64_t>& slots)
+{
+  std::array<size_t, EdgeVotes::NotSure + 1> begins{};
+  for (const std::uint64_t slot : slots)
+  {
+    ++begins[edges.Classes[slot] + 1];
+  }
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<std::uint64_t> order(slots.size());
+  for (const std::uint64_t slot : slots)
+  {
+    order[begins[edges.Classes[slot]]++] = slot;
+  }
+  return order;
+}
+
+/// Sure edges of the points from `first` to `last`, the surest first, without those that close a
+/// loop of surer ones among these points: they are in no forest of the whole either.
+std::vector<std::uint64_t> ThinSureEdges(
+  const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType first, vtkIdType last)
+{
+  std::vector<std::uint64_t> sure;
+  for (vtkIdType slot = GraphDegree * first; slot < GraphDegree * last; ++slot)
+  {
+    if (edges.Classes[slot] != EdgeVotes::NotSure)
+    {
+      sure.push_back(slot);
+    }
+  }
+  ParityUnionFind signs(static_cast<int>(last - first));
+  std::vector<std::uint64_t> kept;
+  for (const std::uint64_t slot : SortByClass(edges, sure))
+  {
+    const auto i = static_cast<vtkIdType>(slot / GraphDegree);
+    const vtkIdType j = graph.Row(i)[slot % GraphDegree];
+    if (j < first || j >= last ||
+      signs.Join(static_cast<int>(i - first), static_cast<int>(j - first), false))
+    {
+      kept.push_back(slot);
+    }
+  }
+  return kept;
+}
+}
+
+EdgeVotes CollectVotes(
+  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph)
+{
+  const vtkIdType count = cloud.Size();
+  EdgeVotes edges;
+  edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
+  edges.Classes.resize(edges.Votes.size());
+  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
+    std::fill(
+      edges.Votes.begin() + GraphDegree * begin, edges.Votes.begin() + GraphDegree * end, 0.0f);
+    std::fill(edges.Classes.begin() + GraphDegree * begin,
+      edges.Classes.begin() + GraphDegree * end, EdgeVotes::NotSure);
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      VisitEdges(graph, static_cast<int>(i), [&](int k, int j) {
+        bool sure;
+        const float vote = VoteOf(cloud, fits, static_cast<int>(i), j, sure);
+        edges.Votes[GraphDegree * i + k] = vote;
+        if (sure)
+        {
+          const double doubt = (1.0 - std::abs(vote)) / (1.0 - SureVote);
+          edges.Classes[GraphDegree * i + k] = static_cast<unsigned char>(
+            std::clamp(static_cast<int>(doubt * EdgeVotes::NotSure), 0, EdgeVotes::NotSure - 1));
+        }
+      });
+    }
+  });
+  return edges;
+}
+
+void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
+{
+  const vtkIdType count = edges.Count();
+  std::vector<std::vector<std::uint64_t>> thinned(PieceCount(count));
+  ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
+    thinned[p] = ThinSureEdges(graph, edges, first, last);
+  });
+  for (const std::uint64_t slot : SortByClass(edges, Concatenated(thinned)))
+  {
+    const size_t i = slot / GraphDegree;
+    signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
+  }
+}
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What neighbouring points say about the relative signs of their normals, and the patches on which
+ * they agree.
+ */
+#pragma once
+
+#include "Filters/Estimation/PlaneFit.h"
+
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace SurfelGeometry
+{
+struct LocalCloud;
+class ParityUnionFind;
+
+struct Edge
+{
+  int A, B;
+  float Vote;
+};
+
+/// The edges of the graph: slot GraphDegree i + k leads from i to its neighbour of rank k.
+struct EdgeVotes
+{
+  static constexpr unsigned char NotSure = 255;
+
+  std::vector<float> Votes;           ///< 0: no edge, or the other end reports it
+  std::vector<unsigned char> Classes; ///< of sure edges, the surest 0; else NotSure
+
+  vtkIdType Count() const { return static_cast<vtkIdType>(this->Votes.size() / GraphDegree); }
+};
+
+/// Votes of all edges of the graph.
+EdgeVotes CollectVotes(
+  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph);
+
+/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
+void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs);
+
+/// Calls visit(edge) for all edges of points from `begin` to `end` that have a vote, in order.
+template <typename Visit>
+void VisitVotes(
+  const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType begin, vtkIdType end, Visit&& visit)
+{
+  for (vtkIdType i = begin; i < end; ++i)
+  {
+    for (int k = 0; k < GraphDegree; ++k)
+    {
+      const float vote = edges.Votes[GraphDegree * i + k];
+      if (vote != 0.0f)
+      {
+        visit(Edge{ static_cast<int>(i), graph.Row(i)[k], vote });
+      }
+    }
+  }
+}
+
+/// Points that a thread takes at a time.
+constexpr vtkIdType PieceSize = 1 << 14;
+
+inline vtkIdType PieceCount(vtkIdType count)
+{
+  return (count + PieceSize - 1) / PieceSize;
+}
+
+/// Calls visit(p, first, last) for pieces of the cloud, in parallel: points from `first` to
+/// `last`, few enough for a core's cache.
+template <typename Visit>
+void ForPieces(vtkIdType count, Visit&& visit)
+{
+  vtkSMPTools::For(0, PieceCount(count), 1, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType p = begin; p < end; ++p)
+    {
+      visit(p, p * PieceSize, std::min(count, (p + 1) * PieceSize));
+    }
+  });
+}
+
+template <typename T>
+std::vector<T> Concatenated(const std::vector<std::vector<T>>& parts)
+{
+  std::vector<T> all;
+  for (const std::vector<T>& part : parts)
+  {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Disjoint sets whose members have a sign relative to each other.
+ */
+#pragma once
+
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace SurfelGeometry
+{
+/// Union-find with parity: besides "same set", it knows by which sign two members differ.
+class ParityUnionFind
+{
+public:
+  explicit ParityUnionFind(int count)
+    : Parents(count)
+    , Flips(count, 0)
+    , Sizes(count, 1)
+  {
+    std::iota(this->Parents.begin(), this->Parents.end(), 0);
+  }
+
+  /// Root of i's set, and whether i's sign differs from the root's. Shortens the path.
+  std::pair<int, bool> Find(int i)
+  {
+    int root = i;
+    bool flip = false;
+    while (this->Parents[root] != root)
+    {
+      flip ^= this->Flips[root] != 0;
+      root = this->Parents[root];
+    }
+    const bool result = flip;
+    while (this->Parents[i] != root && i != root)
+    {
+      const int next = this->Parents[i];
+      const bool own = this->Flips[i] != 0;
+      this->Parents[i] = root;
+      this->Flips[i] = flip;
+      flip ^= own;
+      i = next;
+    }
+    return { root, result };
+  }
+
+  /// The same without shortening the path: threads may ask at a time.
+  std::pair<int, bool> Look(int i) const
+  {
+    bool flip = false;
+    for (; this->Parents[i] != i; i = this->Parents[i])
+    {
+      flip ^= this->Flips[i] != 0;
+    }
+    return { i, flip };
+  }
+
+  /// Shortens all paths.
+  void Flatten()
+  {
+    for (size_t i = 0; i < this->Parents.size(); ++i)
+    {
+      this->Find(static_cast<int>(i));
+    }
+  }
+
+  /// Joins the sets of a and b so that their signs are equal, or differ. No effect within a set.
+  /// Returns whether they were two.
+  bool Join(int a, int b, bool differ)
+  {
+    auto [rootA, flipA] = this->Find(a);
+    auto [rootB, flipB] = this->Find(b);
+    if (rootA == rootB)
+    {
+      return false;
+    }
+    // The larger set keeps its root; of equal ones, that of the smaller index.
+    const int sizeA = this->Sizes[rootA];
+    const int sizeB = this->Sizes[rootB];
+    if (sizeA < sizeB || (sizeA == sizeB && rootB < rootA))
+    {
+      std::swap(rootA, rootB);
+    }
+    this->Parents[rootB] = rootA;
+    this->Flips[rootB] = flipA ^ flipB ^ differ;
+    this->Sizes[rootA] = sizeA + sizeB;
+    return true;
+  }
+
+  /// Number of members of the set of which `root` is the root.
+  int Size(int root) const { return this->Sizes[root]; }
+
+private:
+  std::vector<int> Parents;
+  std::vector<char> Flips; // relative to the parent
+  std::vector<int> Sizes;
+};
+}

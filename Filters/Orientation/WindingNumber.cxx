@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/WindingNumber.h"
+
+#include "Filters/Common/LocalCloud.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelGeometry
+{
+namespace
+{
+constexpr int GroupSize = 64;
+
+/// A group counts as one dipole from this many of its radii on: the terms that are left out are
+/// some percent of a group's own, of either sign.
+constexpr double FarAway = 5.0;
+
+/// 4 pi times the winding number of a dipole.
+double Dipole(const Vector3& area, const Vector3& d, double soft)
+{
+  const double squared = Dot(d, d) + soft;
+  return Dot(area, d) / (squared * std::sqrt(squared));
+}
+}
+
+WindingNumbers::WindingNumbers(
+  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count)
+  : Cloud(cloud)
+  , Fits(fits)
+  , Members(members)
+  , Count(count)
+{
+  for (int begin = 0; begin < count; begin += GroupSize)
+  {
+    const int end = std::min(count, begin + GroupSize);
+    Group group{};
+    double weights = 0.0;
+    for (int m = begin; m < end; ++m)
+    {
+      const PlaneFit& fit = fits[members[m]];
+      const double weight = fit.Spacing * fit.Spacing;
+      weights += weight;
+      group.Center = group.Center + weight * Load(cloud.Position(members[m]));
+      group.Area = group.Area + weight * fit.Normal;
+    }
+    group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
+    for (int m = begin; m < end; ++m)
+    {
+      group.Radius =
+        std::max(group.Radius, Length(Load(cloud.Position(members[m])) - group.Center));
+    }
+    this->Groups.push_back(group);
+  }
+}
+
+double WindingNumbers::Sum(
+  const Group& group, int begin, int end, const Vector3& q, double soft) const
+{
+  const Vector3 d = group.Center - q;
+  if (Dot(d, d) > FarAway * FarAway * group.Radius * group.Radius && end - begin > 1)
+  {
+    return Dipole(group.Area, d, soft);
+  }
+  double sum = 0.0;
+  for (int m = begin; m < end; ++m)
+  {
+    const int j = this->Members[m];
+    const PlaneFit& fit = this->Fits[j];
+    sum += Dipole(fit.Spacing * fit.Spacing * fit.Normal, Load(this->Cloud.Position(j)) - q, soft);
+  }
+  return sum;
+}
+
+double WindingNumbers::At(int at) const
+{
+  constexpr double fourPi = 4.0 * 3.14159265358979323846;
+  const Vector3 q = Load(this->Cloud.Position(at));
+  // Softened by half a spacing: a near surfel is not a point, and noise along the normal over a
+  // small distance would outweigh the whole rest.
+  const double soft = 0.25 * this->Fits[at].Spacing * this->Fits[at].Spacing;
+  double sum = 0.0;
+  for (size_t g = 0; g < this->Groups.size(); ++g)
+  {
+    const int begin = static_cast<int>(g) * GroupSize;
+    sum += this->Sum(this->Groups[g], begin, std::min(this->Count, begin + GroupSize), q, soft);
+  }
+  return sum / fourPi;
+}
+}

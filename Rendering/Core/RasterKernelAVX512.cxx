@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#include "RasterKernelImplementation.h"
-
-const SurfelSplatting::RasterKernel SurfelSplatting::RasterKernelAVX512 = {
-  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX-512"
-};

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Rendering/OpenGL/FrameBlit.h"
+
+#include "FrameBlitFS.h"
+
+#include <vtk_glew.h>
+
+#include <vtkFrameBufferObjectBase.h>
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkRenderState.h>
+#include <vtkRenderer.h>
+#include <vtkShaderProgram.h>
+#include <vtkTextureObject.h>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on
+/// both sides.
+GLint DepthFormat(int framebuffer)
+{
+  GLint format = GL_DEPTH_COMPONENT24;
+  if (framebuffer == 0)
+  {
+    GLint bits = 24, stencil = 0;
+    glGetFramebufferAttachmentParameteriv(
+      GL_DRAW_FRAMEBUFFER, GL_DEPTH, GL_FRAMEBUFFER_ATTACHMENT_DEPTH_SIZE, &bits);
+    glGetFramebufferAttachmentParameteriv(
+      GL_DRAW_FRAMEBUFFER, GL_STENCIL, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE, &stencil);
+    return bits == 32 ? GL_DEPTH_COMPONENT32 : stencil ? GL_DEPTH24_STENCIL8 : GL_DEPTH_COMPONENT24;
+  }
+  GLint type = GL_NONE, name = 0;
+  glGetFramebufferAttachmentParameteriv(
+    GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE, &type);
+  glGetFramebufferAttachmentParameteriv(
+    GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME, &name);
+  if (type == GL_RENDERBUFFER)
+  {
+    GLint bound = 0;
+    glGetIntegerv(GL_RENDERBUFFER_BINDING, &bound);
+    glBindRenderbuffer(GL_RENDERBUFFER, name);
+    glGetRenderbufferParameteriv(GL_RENDERBUFFER, GL_RENDERBUFFER_INTERNAL_FORMAT, &format);
+    glBindRenderbuffer(GL_RENDERBUFFER, bound);
+  }
+  else if (type == GL_TEXTURE)
+  {
+    GLint bound = 0;
+    glGetIntegerv(GL_TEXTURE_BINDING_2D_MULTISAMPLE, &bound);
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, name);
+    glGetTexLevelParameteriv(GL_TEXTURE_2D_MULTISAMPLE, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, bound);
+  }
+  return format;
+}
+
+void ReadPixels(const PixelRectangle& r, int x, int y, GLenum format, float* values)
+{
+  GLint alignment = 4;
+  glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(x, y, r.Width, r.Height, format, GL_FLOAT, values);
+  glPixelStorei(GL_PACK_ALIGNMENT, alignment);
+}
+}
+
+QuadState::QuadState(vtkOpenGLState* state)
+  : Blend(state, GL_BLEND)
+  , DepthTest(state, GL_DEPTH_TEST)
+  , Cull(state, GL_CULL_FACE)
+  , BlendFunction(state)
+  , DepthFunction(state)
+  , DepthMask(state)
+{
+  state->vtkglEnable(GL_BLEND);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglDepthFunc(GL_ALWAYS);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglDisable(GL_CULL_FACE);
+}
+
+bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const PixelRectangle& r,
+  int components, const float* values)
+{
+  texture->SetContext(window);
+  texture->SetMinificationFilter(vtkTextureObject::Nearest);
+  texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+  texture->SetWrapS(vtkTextureObject::ClampToEdge);
+  texture->SetWrapT(vtkTextureObject::ClampToEdge);
+  const auto width = static_cast<unsigned int>(r.Width);
+  const auto height = static_cast<unsigned int>(r.Height);
+  if (texture->GetHandle() == 0 || texture->GetWidth() != width || texture->GetHeight() != height)
+  {
+    return texture->Create2DFromRaw(
+      width, height, components, VTK_FLOAT, const_cast<float*>(values));
+  }
+  // Into the memory that the texture has: fresh memory costs as much as the copy.
+  texture->Bind();
+  GLint alignment = 4;
+  glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, r.Width, r.Height, components == 1 ? GL_RED : GL_RGBA,
+    GL_FLOAT, values);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+  return true;
+}
+
+PixelRectangle FrameRectangle(const vtkRenderState* state)
+{
+  PixelRectangle r;
+  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
+  {
+    int size[2];
+    framebuffer->GetLastSize(size);
+    r.Width = size[0];
+    r.Height = size[1];
+    return r;
+  }
+  state->GetRenderer()->GetTiledSizeAndOrigin(&r.Width, &r.Height, &r.X, &r.Y);
+  return r;
+}
+
+FrameBlit::FrameBlit() = default;
+FrameBlit::~FrameBlit() = default;
+
+bool FrameBlit::ReadDepth(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth)
+{
+  depth.resize(static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
+  return this->Read(window, rectangle, Plane::Depth, depth.data());
+}
+
+bool FrameBlit::ReadColor(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color)
+{
+  color.resize(4 * static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
+  return this->Read(window, rectangle, Plane::Color, color.data());
+}
+
+bool FrameBlit::Read(
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values)
+{
+  // Errors of others. A lost context reports one for ever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
+  {
+  }
+  GLint drawFramebuffer = 0, samples = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &drawFramebuffer);
+  glGetIntegerv(GL_SAMPLES, &samples);
+  vtkOpenGLState* state = window->GetState();
+  state->PushReadFramebufferBinding();
+  bool good = true;
+  if (samples > 0)
+  {
+    good = this->Resolve(state, rectangle, drawFramebuffer, plane, values);
+  }
+  else
+  {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, drawFramebuffer);
+    ReadPixels(rectangle, rectangle.X, rectangle.Y,
+      plane == Plane::Color ? GL_RGBA : GL_DEPTH_COMPONENT, values);
+  }
+  good = glGetError() == GL_NO_ERROR && good;
+  state->PopReadFramebufferBinding();
+  return good;
+}
+
+bool FrameBlit::Resolve(
+  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, Plane plane, float* values)
+{
+  // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
+  vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
+  state->vtkglDisable(GL_SCISSOR_TEST);
+  GLuint resolved = 0, buffer = 0;
+  GLint boundRenderbuffer = 0;
+  const bool isColor = plane == Plane::Color;
+  const GLint format = isColor ? GL_RGBA16F : DepthFormat(framebuffer);
+  const bool stencil = format == GL_DEPTH24_STENCIL8 || format == GL_DEPTH32F_STENCIL8;
+  glGetIntegerv(GL_RENDERBUFFER_BINDING, &boundRenderbuffer);
+  glGenRenderbuffers(1, &buffer);
+  glBindRenderbuffer(GL_RENDERBUFFER, buffer);
+  glRenderbufferStorage(GL_RENDERBUFFER, format, r.Width, r.Height);
+  glBindRenderbuffer(GL_RENDERBUFFER, boundRenderbuffer);
+
+  glGenFramebuffers(1, &resolved);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved);
+  glFramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER,
+    isColor     ? GL_COLOR_ATTACHMENT0
+      : stencil ? GL_DEPTH_STENCIL_ATTACHMENT
+                : GL_DEPTH_ATTACHMENT,
+    GL_RENDERBUFFER, buffer);
+  const bool complete = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  if (complete)
+  {
+    glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,
+      isColor ? GL_COLOR_BUFFER_BIT : GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved);
+    ReadPixels(r, 0, 0, isColor ? GL_RGBA : GL_DEPTH_COMPONENT, values);
+  }
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+  glDeleteFramebuffers(1, &resolved);
+  glDeleteRenderbuffers(1, &buffer);
+  return complete;
+}
+
+bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
+  const float* color, const float* windowDepth, bool replace)
+{
+  // Programs belong to a window's context; textures see to that themselves.
+  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
+  {
+    this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, FrameBlitFS, nullptr));
+    this->QuadWindow = window;
+  }
+  else
+  {
+    window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
+  }
+  if (!this->Quad->Program || !this->Quad->Program->GetCompiled())
+  {
+    return false;
+  }
+  if (!Upload(window, this->Color, rectangle, 4, color) ||
+    !Upload(window, this->Depth, rectangle, 1, windowDepth))
+  {
+    return false;
+  }
+
+  vtkOpenGLState* state = window->GetState();
+  const QuadState quad(state); // no depth test: hidden layers were left out by the splatter
+  vtkOpenGLState::ScopedglViewport viewport(state);
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  const GLenum under = replace ? GL_ZERO : GL_ONE_MINUS_SRC_ALPHA;
+  state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
+  state->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+
+  this->Color->Activate();
+  this->Depth->Activate();
+  this->Quad->Program->SetUniformi("frameColor", this->Color->GetTextureUnit());
+  this->Quad->Program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
+  this->Quad->Program->SetUniformi("replaces", replace ? 1 : 0);
+  this->Quad->Render();
+  this->Depth->Deactivate();
+  this->Color->Deactivate();
+  return true;
+}
+
+void FrameBlit::Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+{
+  vtkOpenGLState* state = window->GetState();
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  vtkOpenGLState::ScopedglEnableDisable test(state, GL_SCISSOR_TEST);
+  vtkOpenGLState::ScopedglDepthMask mask(state);
+  state->vtkglEnable(GL_SCISSOR_TEST);
+  state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  state->vtkglClearDepth(1.0);
+  state->vtkglClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void FrameBlit::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Quad.reset();
+  this->Color->ReleaseGraphicsResources(window);
+  this->Depth->ReleaseGraphicsResources(window);
+}
+}

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The set-up kernel of every instruction set that this machine has, against MakeSplat, surfel by
+ * surfel: every lens, kernel, grid and light, levels of a hierarchy, and values that are no
+ * numbers.
+ */
+#include "Check.h"
+#include "Core/Simd/InstructionSet.h"
+#include "Core/Splats/SplatMaker.h"
+#include "TestScene.h"
+
+#include <cstring>
+#include <limits>
+#include <string>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+/// Room for the splats of one call.
+struct Output
+{
+  explicit Output(std::size_t size, bool slopes)
+    : Splats(size)
+    , Boxes(size)
+    , Nears(size)
+    , Slopes(size)
+    , GridLevels(size)
+    , Gradients(size)
+  {
+    this->To.Splats = this->Splats.data();
+    this->To.Boxes = this->Boxes.data();
+    this->To.Nears = this->Nears.data();
+    this->To.Slopes = slopes ? this->Slopes.data() : nullptr;
+    this->To.GridLevels = this->GridLevels.data();
+    this->To.Gradients = this->Gradients.data();
+    this->To.FirstGradient = 0;
+  }
+
+  std::vector<Splat> Splats;
+  std::vector<PixelBox> Boxes;
+  std::vector<float> Nears;
+  std::vector<LensSlope> Slopes;
+  std::vector<unsigned char> GridLevels;
+  std::vector<SplatGradient> Gradients;
+  SplatOutput To{};
+};
+
+/// Fields that are equal but for the last bit of a float and, where terms cancel, of the doubles
+/// that they were rounded from.
+template <typename Fields>
+void CheckFields(const Fields& a, const Fields& b, const char* what)
+{
+  constexpr std::size_t size = sizeof(Fields) / sizeof(float);
+  float x[size], y[size];
+  std::memcpy(x, &a, sizeof(Fields));
+  std::memcpy(y, &b, sizeof(Fields));
+  float largest = 0.0f;
+  for (std::size_t i = 0; i < size; ++i)
+  {
+    largest = std::max(largest, std::abs(y[i]));
+  }
+  for (std::size_t i = 0; i < size; ++i)
+  {
+    const double tolerance = 2.4e-7 * std::abs(y[i]) + 1e-11 * largest;
+    Checks().CountNear(x[i], y[i], tolerance, what, static_cast<int>(i), "field");
+  }
+}
+
+void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
+  std::size_t begin, std::size_t count, int level)
+{
+  SplatContext scalar = context;
+  scalar.ScalarSetup = true;
+  Output expected(count, context.Sectors), actual(count, context.Sectors);
+  SplatMaker maker;
+  maker.Set(scalar, cloud);
+  maker.Make(begin, count, level, expected.To);
+  maker.Set(context, cloud, kernel);
+  maker.Make(begin, count, level, actual.To);
+  CHECK(actual.To.Count == expected.To.Count);
+  CHECK(actual.To.Invalid == expected.To.Invalid);
+  CHECK(actual.To.Blurred == expected.To.Blurred);
+  CHECK(actual.To.Levels == expected.To.Levels);
+  CHECK(actual.To.NumberOfGradients == expected.To.NumberOfGradients);
+  CHECK_NEAR(actual.To.LargestCoarseColor, expected.To.LargestCoarseColor,
+    3e-7 * expected.To.LargestCoarseColor);
+  if (actual.To.Count != expected.To.Count)
+  {
+    return;
+  }
+  for (std::size_t i = 0; i < expected.To.Count; ++i)
+  {
+    Splat a = actual.Splats[i], b = expected.Splats[i];
+    CHECK(a.Gradient == b.Gradient);
+    if (b.Gradient != NoGradient)
+    {
+      CheckFields(actual.Gradients[i], expected.Gradients[i], "gradient");
+    }
+    a.Gradient = b.Gradient = 0;
+    CheckFields(a, b, "splat");
+    CHECK(actual.Nears[i] == actual.Splats[i].Near);
+    CHECK(std::memcmp(&actual.Boxes[i], &expected.Boxes[i], sizeof(PixelBox)) == 0);
+    CHECK(actual.GridLevels[i] == expected.GridLevels[i]);
+    if (context.Sectors)
+    {
+      CheckFields(actual.Slopes[i], expected.Slopes[i], "slope");
+    }
+  }
+}
+
+/// Surfels before and behind the camera, inside and outside of the picture, from points to disks
+/// that fill it, some of them seen from behind, some not numbers.
+TestCloud MakeCloud(int surfels, Random& random)
+{
+  TestCloud cloud;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (int i = 0; i < surfels; ++i)
+  {
+    TestSurfel s;
+    s.Position = { random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(-0.5, 6) };
+    s.Normal = random.Direction();
+    s.SigmaU = std::pow(10.0, random.Uniform(-5, 0));
+    s.SigmaV = s.SigmaU * random.Uniform(0.1, 1.0);
+    s.Area = 12.0 * s.SigmaU * s.SigmaV;
+    for (float& c : s.Color)
+    {
+      c = static_cast<float>(random.Uniform(0, 1));
+    }
+    s.Opacity = static_cast<float>(random.Uniform(0, 1));
+    s.TwoSided = random.Integer(0, 1) == 1;
+    cloud.Add(s);
+    if (random.Integer(0, 40) == 0)
+    {
+      cloud.AreaVectors[3 * static_cast<std::size_t>(i) + 1] = nan;
+    }
+    if (random.Integer(0, 40) == 0)
+    {
+      cloud.Colors[4 * static_cast<std::size_t>(i) + 1] = std::numeric_limits<float>::infinity();
+    }
+  }
+  return cloud;
+}
+
+std::vector<Light> SomeLights()
+{
+  Light headlight;
+  headlight.LoneHeadlight = true;
+  Light lamp;
+  lamp.Positional = true;
+  lamp.Position = { 1, 2, 0.5 };
+  lamp.Attenuation = { 0.5, 0.1, 0.2 };
+  lamp.Color = { 0.2, 0.9, 0.5 };
+  Light sun;
+  sun.Direction = { 0.6, 0.0, 0.8 };
+  return { headlight, lamp, sun };
+}
+
+/// Every way of looking at a cloud.
+std::vector<SplatContext> Contexts()
+{
+  std::vector<SplatContext> contexts;
+  for (int i = 0; i < 64; ++i)
+  {
+    SplatContext c;
+    c.Camera = PinholeView(300, 200, 250.0);
+    c.Camera.Fy = 240.0;
+    c.Camera.Parallel = i % 8 == 7;
+    const double radii[] = { 0.0, 1e-4, 0.02, 0.3 };
+    c.Optics.Radius = radii[i / 2 % 4];
+    c.Optics.FocalDistance = 2.5;
+    c.Settings.Kernel = i % 2 == 0 ? KernelType::PearsonII : KernelType::Gaussian;
+    c.CoarseGrids = i / 8 % 2 == 0;
+    c.Sectors = i % 2 == 0 && i / 16 % 2 == 1;
+    c.DepthBuffered = !c.CoarseGrids && i / 32 == 1;
+    c.Lights = SomeLights();
+    contexts.push_back(c);
+  }
+  return contexts;
+}
+
+void TestSurfels(const SetupTarget& kernel)
+{
+  Random random(11);
+  TestCloud cloud = MakeCloud(403, random);
+  cloud.LocalToWorld.L[0] = { 0.9, 0.1, -0.2 };
+  cloud.LocalToWorld.T = { 0.1, -0.2, 0.3 };
+  cloud.Opacity = 0.9;
+  for (const SplatContext& context : Contexts())
+  {
+    SurfelCloud c = cloud.Get();
+    Compare(kernel, context, c, 0, c.NumberOfSurfels, 0);
+    c.Surface.Lit = true;
+    c.Surface.Ambient = 0.2;
+    c.Surface.Diffuse = 0.7;
+    c.Surface.Specular = 0.3;
+    c.Surface.SpecularPower = 12.0;
+    c.Surface.SpecularColor = { 1.0, 0.5, 0.25 };
+    Compare(kernel, context, c, 3, 57, 0);
+    c.ColorsFloat = nullptr;
+    c.TwoSided = nullptr;
+    c.Opacities = nullptr;
+    c.Surface.Color = { 0.3, 0.6, 0.9 };
+    c.Surface.SpecularPower = 1.0;
+    Compare(kernel, context, c, 1, 101, 0);
+    const std::vector<unsigned char> bytes(4 * c.NumberOfSurfels, 77);
+    c.ColorsUChar = bytes.data();
+    Compare(kernel, context, c, 0, 1, 0);
+    Compare(kernel, context, c, 5, 64, 0);
+  }
+}
+
+/// Nodes have floats as positions, gradients, and a blur that fills gaps.
+void TestNodes(const SetupTarget& kernel)
+{
+  Random random(12);
+  TestCloud surfels;
+  for (int i = 0; i < 4000; ++i)
+  {
+    TestSurfel s;
+    s.Normal = random.Direction();
+    s.Position = { s.Normal[0], s.Normal[1], s.Normal[2] + 3.0 };
+    s.SigmaU = s.SigmaV = 0.03;
+    s.Area = 12.566 / 4000;
+    for (float& c : s.Color)
+    {
+      c = static_cast<float>(random.Uniform(0, 1));
+    }
+    surfels.Add(s);
+  }
+  const TestHierarchy hierarchy(surfels);
+  const SurfelCloud nodes = hierarchy.Get();
+  for (const SplatContext& context : Contexts())
+  {
+    const HierarchyLayout& layout = hierarchy.Order.Layout;
+    for (int level = 1; level < layout.NumberOfLevels(); ++level)
+    {
+      Compare(kernel, context, nodes, layout.Begin(level, 0), layout.Count(level, 0), level);
+    }
+  }
+}
+
+const SetupTarget* FindKernel(const std::string& name)
+{
+  if (name == "baseline")
+  {
+    return &SetupTargetBaseline;
+  }
+#ifdef SURFELSPLATTING_X86_TARGETS
+  const InstructionSet best = DetectInstructionSet();
+  if (name == "avx2" && best != InstructionSet::Baseline)
+  {
+    return &SetupTargetAVX2;
+  }
+  if (name == "avx512" && best == InstructionSet::AVX512)
+  {
+    return &SetupTargetAVX512;
+  }
+#endif
+  return nullptr;
+}
+}
+
+/// @param argv[1] baseline, avx2 or avx512
+int main(int argc, char* argv[])
+{
+  constexpr int skipped = 77;
+  const std::string name = argc > 1 ? argv[1] : "baseline";
+  const SetupTarget* kernel = FindKernel(name);
+  if (!kernel)
+  {
+    std::printf("%s: skipped, not on this machine\n", name.c_str());
+    return skipped;
+  }
+  TestSurfels(*kernel);
+  TestNodes(*kernel);
+  return Checks().Report(("set-up kernel " + name).c_str());
+}

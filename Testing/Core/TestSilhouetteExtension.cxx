@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What goes on behind the edges of blurred things: the nearest pixel beside them, as far as the
+// blur reaches; nothing behind what is sharp, and no steeper surface for an edge.
+#include "Check.h"
+#include "Core/Splats/SilhouetteExtension.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr int Width = 80, Height = 60;
+
+/// Nearness in px of blur; the focus is at 10.
+struct Scene
+{
+  std::vector<float> Nearness = std::vector<float>(Width * Height, 0.0f);
+  std::vector<float> Confusions = std::vector<float>(Width * Height, -1.0f);
+
+  void Set(int x, int y, float nearness)
+  {
+    this->Nearness[y * Width + x] = nearness;
+    this->Confusions[y * Width + x] = nearness > 0.0f ? std::abs(nearness - 10.0f) : -1.0f;
+  }
+};
+
+/// A square before a wall on the left and nothing on the right.
+Scene SquareBeforeWall(float square, float wall)
+{
+  Scene scene;
+  for (int y = 0; y < Height; ++y)
+  {
+    for (int x = 0; x < Width; ++x)
+    {
+      const bool inSquare = x >= 20 && x < 60 && y >= 10 && y < 50;
+      scene.Set(x, y, inSquare ? square : x < 40 ? wall : 0.0f);
+    }
+  }
+  return scene;
+}
+
+void TestNearest()
+{
+  for (const float square : { 14.0f, 20.0f })
+  {
+    const Scene scene = SquareBeforeWall(square, 9.0f);
+    SilhouetteExtension hidden;
+    hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5);
+    const double reach = square - 10.0 + 2.0;
+    for (int y = 0; y < Height; ++y)
+    {
+      for (int x = 0; x < Width; ++x)
+      {
+        const std::int32_t found = hidden.Behind(static_cast<std::size_t>(y) * Width + x);
+        const bool inSquare = x >= 20 && x < 60 && y >= 10 && y < 50;
+        if (!inSquare) // the wall's own edge has nothing behind it
+        {
+          continue;
+        }
+        // The square's sides are as far away as they look; diagonal sources are never nearer.
+        const double nearest = std::min({ x - 19, 60 - x, y - 9, 50 - y });
+        CHECK((found != SilhouetteExtension::None) == (nearest <= reach));
+        if (found == SilhouetteExtension::None)
+        {
+          continue;
+        }
+        CHECK(scene.Nearness[found] < square);
+        CHECK_NEAR(std::hypot(x - found % Width, y - found / Width), nearest, 1e-6);
+      }
+    }
+  }
+}
+
+/// A sharp square hides what is behind it for good; a slope of less than a pixel of blur per pixel
+/// is one surface.
+void TestNothingBehind()
+{
+  SilhouetteExtension hidden;
+  const Scene sharp = SquareBeforeWall(10.2f, 6.0f);
+  hidden.Find(Width, Height, sharp.Nearness, sharp.Confusions, 0.5);
+  Scene slope;
+  for (int y = 0; y < Height; ++y)
+  {
+    for (int x = 0; x < Width; ++x)
+    {
+      slope.Set(x, y, 12.0f + 0.5f * static_cast<float>(x));
+    }
+  }
+  SilhouetteExtension onSlope;
+  onSlope.Find(Width, Height, slope.Nearness, slope.Confusions, 0.5);
+  for (std::size_t p = 0; p < Width * Height; ++p)
+  {
+    CHECK(sharp.Confusions[p] > 0.3f || hidden.Behind(p) == SilhouetteExtension::None);
+    CHECK(onSlope.Behind(p) == SilhouetteExtension::None);
+  }
+}
+}
+
+int main()
+{
+  TestNearest();
+  TestNothingBehind();
+  return Checks().Report("hidden pixels");
+}

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The neighbour search against the distances to all points: in the cloud's order, where a query
+// starts from the last one's reach, and in no order; with ties, far from the origin and tiny.
+#include "Filters/Estimation/NeighborSearch.h"
+#include "SurfelTesting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <vector>
+
+using namespace SurfelTesting;
+using SurfelGeometry::Neighbors;
+using SurfelGeometry::NeighborSearch;
+
+namespace
+{
+float SquaredDistance(const std::vector<float>& p, int i, int j)
+{
+  float sum = 0.0f;
+  for (int c = 0; c < 3; ++c)
+  {
+    const float d = p[3 * i + c] - p[3 * j + c];
+    sum += d * d;
+  }
+  return sum;
+}
+
+/// Of all points but i within a reach, sorted.
+std::vector<float> AllDistances(const std::vector<float>& p, int i, float squaredReach)
+{
+  std::vector<float> all;
+  for (int j = 0; j < static_cast<int>(p.size() / 3); ++j)
+  {
+    const float d = SquaredDistance(p, i, j);
+    if (j != i && d < squaredReach)
+    {
+      all.push_back(d);
+    }
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+void CheckAnswer(
+  const std::vector<float>& p, int i, size_t limit, float squaredReach, const Neighbors& found)
+{
+  std::vector<float> expected = AllDistances(p, i, squaredReach);
+  expected.resize(std::min(expected.size(), limit));
+  CHECK(found.Ids.size() == expected.size());
+  CHECK(found.SquaredDistances.size() == expected.size());
+  CHECK(std::set<int>(found.Ids.begin(), found.Ids.end()).size() == found.Ids.size());
+  for (size_t k = 0; k < std::min(found.Ids.size(), expected.size()); ++k)
+  {
+    CHECK(found.Ids[k] != i);
+    CHECK(found.SquaredDistances[k] == SquaredDistance(p, i, found.Ids[k]));
+    // The tree's distances to its cells are rounded: a tie may go either way.
+    CHECK_BELOW(std::abs(found.SquaredDistances[k] - expected[k]), 1e-5f * expected[k]);
+    CHECK(k == 0 || found.SquaredDistances[k] > found.SquaredDistances[k - 1] ||
+      found.Ids[k] > found.Ids[k - 1]);
+  }
+}
+
+void TestCloud(const std::vector<float>& p)
+{
+  const int count = static_cast<int>(p.size() / 3);
+  const NeighborSearch tree(p.data(), count);
+  CHECK(tree.Size() == count);
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int> anywhere(0, count - 1);
+  Neighbors reused;
+  for (int i = 0; i < count; ++i)
+  {
+    const int wanted = 1 + i % 40; // more than the last time, and fewer
+    tree.FindNearest(i, wanted, reused);
+    CheckAnswer(p, i, wanted, INFINITY, reused);
+    const int j = anywhere(random);
+    tree.FindNearest(j, 24, reused);
+    CheckAnswer(p, j, 24, INFINITY, reused);
+    if (reused.Count() > 8)
+    {
+      const float reach = reused.SquaredDistances[8];
+      tree.FindWithin(j, std::sqrt(reach), 5, reused);
+      CHECK(reused.Count() <= 5);
+    }
+  }
+}
+
+std::vector<float> RandomCloud(int count, float scale, float shift)
+{
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  std::vector<float> p(3 * count);
+  for (float& x : p)
+  {
+    x = shift + scale * normal(random);
+  }
+  return p;
+}
+
+std::vector<float> Grid(int side)
+{
+  std::vector<float> p;
+  for (int i = 0; i < side * side; ++i)
+  {
+    p.insert(p.end(), { float(i % side), float(i / side), 0.0f });
+  }
+  return p;
+}
+}
+
+int main()
+{
+  TestCloud(RandomCloud(600, 1.0f, 0.0f));
+  TestCloud(RandomCloud(600, 1.0f, 1000.0f));
+  TestCloud(RandomCloud(300, 1e-16f, 0.0f));
+  TestCloud(RandomCloud(300, 1e16f, 0.0f));
+  TestCloud(RandomCloud(300, 1e-30f, 0.0f)); // all squared distances are 0
+  TestCloud(Grid(20));
+  for (const int few : { 1, 2, 3, 10 })
+  {
+    TestCloud(RandomCloud(few, 1.0f, 0.0f));
+  }
+  CHECK(NeighborSearch(nullptr, 0).Size() == 0);
+  return Failures() == 0 ? 0 : 1;
+}
