@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include <cmath>
+#include "Core/Simd/RealLanes.h"
 
 namespace SurfelSplatting
 {
@@ -13,21 +13,34 @@ constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
 constexpr double CoarseCellsPerDeviation = 1.5;
 
-/// Coarsest level that carries a splat of this smallest variance (px^2); 0: the picture itself.
-inline int CoarseLevel(double smallestVariance)
+/// Cell, px, of the coarsest level that carries a splat of this smallest variance (px^2); 1: the
+/// picture itself.
+template <class Real>
+SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
 {
-  const double cells = std::sqrt(smallestVariance) / CoarseCellsPerDeviation;
+  Real cell = Uniform<Real>(1.0);
+  for (int level = LowestCoarseLevel; level <= HighestCoarseLevel; ++level)
+  {
+    const double least = CoarseCellsPerDeviation * (1 << level);
+    cell = smallestVariance >= least * least ? Uniform<Real>(1 << level) : cell;
+  }
+  return cell;
+}
+
+/// The level whose cells have this many px; 0: the picture.
+SURFELSPLATTING_INLINE int LevelOfCell(int cell)
+{
   int level = 0;
-  while (level < HighestCoarseLevel && cells >= static_cast<double>(2 << level))
+  while ((1 << level) < cell)
   {
     ++level;
   }
-  return level < LowestCoarseLevel ? 0 : level;
+  return level;
 }
 
 /// Cells of d px where the picture has this many pixels: one for each d px, and one more, so that
 /// every pixel lies between two.
-inline int CoarseSize(int pixels, int cell)
+SURFELSPLATTING_INLINE int CoarseSize(int pixels, int cell)
 {
   return (pixels + cell - 1) / cell + 1;
 }

@@ -62,11 +62,20 @@ struct Symmetric3
   }
 };
 
-/// Symmetric 2x2 matrix.
-struct Symmetric2
+/// Symmetric 3x3 matrix of numbers or of lanes (Core/Simd/RealLanes.h).
+template <class Real>
+struct Symmetric3Of
 {
-  double XX, YY, XY;
+  Real XX, YY, ZZ, XY, YZ, XZ;
 };
+
+/// Symmetric 2x2 matrix.
+template <class Real>
+struct Symmetric2Of
+{
+  Real XX, YY, XY;
+};
+using Symmetric2 = Symmetric2Of<double>;
 
 /// Affine map x -> L x + t, L row by row.
 struct Affine3

@@ -198,8 +198,8 @@ private:
       nearest = ball.Near();
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
-    run.Wide = CoarseLevel(this->Reach.Prefilter + 0.25 * confusion[0] * confusion[0]) > 0;
-    // Nodes may be blurred by as much as they are wide (SplatSetup.cxx, LeastNodeBlur).
+    run.Wide = CoarseCell(this->Reach.Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
+    // Nodes may be blurred by as much as they are wide (SetupConstants.h, LeastNodeBlur).
     const double margin = this->Reach.Deviations *
         (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
       1.0;

@@ -12,6 +12,42 @@
 
 namespace SurfelSplatting
 {
+/// C / f with a sign: negative in front of the focus. Light through point u of the unit disc of the
+/// lens meets the screen C u off.
+template <class Real>
+SURFELSPLATTING_INLINE Real SignedConfusion(
+  double radius, double inverseFocalDistance, const Real& inverseZ)
+{
+  return radius * (inverseFocalDistance - inverseZ);
+}
+
+/// A point of the lens in units of its radius: x right, y up in camera space.
+template <class Real>
+struct AperturePointOf
+{
+  Real X, Y;
+};
+
+/**
+ * Where the light of a surfel passes through the lens in the mean. Seen from point u of the unit
+ * disc, its projected area is proportional to -a.(p - R u) for area vector a at p: it is larger
+ * from one side of the lens than from the other. The mean of u with this weight is R a_xy / (-4
+ * a.p); its length ends at 1/4, where the surfel is edge-on from the lens's border. (Taking account
+ * of what of the lens sees the other side was measured to gain nothing.)
+ *
+ * The blur of a surfel is centred C u off its centre on the screen.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE AperturePointOf<Real> MeanAperturePoint(
+  double radius, const Vector3Of<Real>& a, const Vector3Of<Real>& p)
+{
+  const Real scale = radius / (-4.0 * Dot(a, p));
+  const Real x = scale * a.X, y = scale * a.Y;
+  const Real length = SquareRoot(x * x + y * y);
+  const Real limit = length > 0.25 ? 0.25 / length : Uniform<Real>(1.0);
+  return { x * limit, y * limit };
+}
+
 /// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a
 /// pinhole.
 struct Lens
@@ -23,35 +59,7 @@ struct Lens
   /// 1/z| (Potmesil and Chakravarty 1981, with the sensor scaled to pixels). z > 0.
   double RelativeCircleOfConfusion(double z) const
   {
-    return this->Radius * std::abs(1.0 / this->FocalDistance - 1.0 / z);
-  }
-
-  /**
-   * Where the light of a surfel passes through the lens in the mean, in units of its radius, x and
-   * y in camera space. Seen from point u of the unit disc, its projected area is proportional to
-   * -a.(p - R u) for area vector a at p: it is larger from one side of the lens than from the
-   * other. The mean of u with this weight is R a_xy / (-4 a.p); its length ends at 1/4, where the
-   * surfel is edge-on from the lens's border. (Taking account of what of the lens sees the other
-   * side was measured to gain nothing.)
-   */
-  std::array<double, 2> MeanApertureSample(const Vector3& a, const Vector3& p) const
-  {
-    const double scale = this->Radius / (-4.0 * Dot(a, p));
-    const double x = scale * a[0], y = scale * a[1];
-    const double length = std::hypot(x, y);
-    const double limit = length > 0.25 ? 0.25 / length : 1.0;
-    return { limit * x, limit * y };
-  }
-
-  /**
-   * How far a surfel's blur is off its centre on the screen, in units of the focal length in px:
-   * light through point u of the lens meets the screen C u off, with the sign of C.
-   */
-  std::array<double, 2> RelativeBlurOffset(const Vector3& a, const Vector3& p) const
-  {
-    const double confusion = this->Radius * (1.0 / this->FocalDistance - 1.0 / p[2]);
-    const std::array<double, 2> mean = this->MeanApertureSample(a, p);
-    return { confusion * mean[0], confusion * mean[1] };
+    return std::abs(SignedConfusion(this->Radius, 1.0 / this->FocalDistance, 1.0 / z));
   }
 };
 

@@ -19,7 +19,7 @@
  * does not hide what is seen through the other. A fragment in focus is the same in all four.
  *
  * Seen from one side of the lens, a tilted surfel covers more than from the other (Lens.h,
- * MeanApertureSample); here its weight is that of the side, times 1 + 4 m.u for the mean m, and its
+ * MeanAperturePoint); here its weight is that of the side, times 1 + 4 m.u for the mean m, and its
  * centre stays.
  */
 #pragma once

@@ -17,6 +17,7 @@
 #pragma once
 
 #include "Core/Base/Geometry.h"
+#include "Core/Simd/RealLanes.h"
 
 #include <cmath>
 
@@ -36,66 +37,94 @@ struct TruncatedGaussian
   }
 
   /// Squared Mahalanobis radius, with respect to W / tau, where the kernel ends.
-  double Support() const { return 2.0 * this->Cutoff; }
+  SURFELSPLATTING_INLINE double Support() const { return 2.0 * this->Cutoff; }
 };
 
 enum class KernelType
 {
   Gaussian, ///< Krivanek, Zara, Bouatouch 2003
   PearsonII ///< matched to variance and kurtosis of the disc convolved with the splat, see
-            ///< MakePearsonKernel
+            ///< PearsonProfile
 };
 
 /// Covariance W = M S M' + h I + V_I of a splat on the screen and its determinant, px^2 and px^4.
-struct Footprint
+template <class Real>
+struct FootprintOf
 {
-  double XX, YY, XY;
-  double Determinant;
+  Real XX, YY, XY;
+  Real Determinant;
+  Real InverseYY;   ///< 1 / YY
+  Real InverseRoot; ///< 1 / sqrt(Determinant)
+
+  FootprintOf() = default;
 
   /**
    * @param projected M S M', px^2
    * @param variance  isotropic part h + V_I in x and y (they differ only for non-square pixels),
    *                  px^2, > 0
    */
-  Footprint(const Symmetric2& projected, const double variance[2])
-    : YY(projected.YY + variance[1])
-    , XY(projected.XY)
+  SURFELSPLATTING_INLINE FootprintOf(const Symmetric2Of<Real>& projected, const Real (&variance)[2])
   {
     // det W = det(M S M') + positive terms: no cancellation can make it zero or negative.
-    const double determinantProjected =
-      std::fmax(0.0, projected.XX * projected.YY - projected.XY * projected.XY);
-    this->Determinant = determinantProjected + variance[0] * projected.YY +
-      variance[1] * projected.XX + variance[0] * variance[1];
-    // M S M' + h + V_I, but larger where rounding made the projected covariance indefinite.
-    this->XX = (this->Determinant + this->XY * this->XY) / this->YY;
+    const Real determinant =
+      Larger(projected.XX * projected.YY - projected.XY * projected.XY, Real{});
+    this->XY = projected.XY;
+    this->Determinant = determinant + variance[0] * projected.YY + variance[1] * projected.XX +
+      variance[0] * variance[1];
+    this->YY = projected.YY + variance[1];
+    this->CompleteFromDeterminant();
   }
 
-  double Trace() const { return this->XX + this->YY; }
+  SURFELSPLATTING_INLINE Real Trace() const { return this->XX + this->YY; }
 
-  double SmallestEigenvalue() const
+  SURFELSPLATTING_INLINE Real SmallestEigenvalue() const
   {
-    const double half = 0.5 * this->Trace();
-    const double radius = std::hypot(0.5 * (this->XX - this->YY), this->XY);
-    return this->Determinant / (half + radius);
+    const Real half = 0.5 * (this->XX + this->YY), difference = 0.5 * (this->XX - this->YY);
+    return this->Determinant / (half + SquareRoot(difference * difference + this->XY * this->XY));
   }
 
   /// W less an isotropic variance that is smaller than its smallest eigenvalue.
-  Footprint Without(double variance) const
+  SURFELSPLATTING_INLINE FootprintOf Without(const Real& variance) const
   {
-    Footprint w = *this;
-    w.Determinant += variance * variance - variance * this->Trace();
-    w.YY -= variance;
-    w.XX = (w.Determinant + w.XY * w.XY) / w.YY;
+    FootprintOf w = *this;
+    w.Determinant = this->Determinant + variance * variance - variance * this->Trace();
+    w.YY = this->YY - variance;
+    w.CompleteFromDeterminant();
     return w;
   }
+
+private:
+  /// XX from the determinant: M S M' + h + V_I, but larger where rounding made the projected
+  /// covariance indefinite.
+  SURFELSPLATTING_INLINE void CompleteFromDeterminant()
+  {
+    this->InverseYY = 1.0 / this->YY;
+    this->InverseRoot = 1.0 / SquareRoot(this->Determinant);
+    this->XX = (this->Determinant + this->XY * this->XY) * this->InverseYY;
+  }
 };
+using Footprint = FootprintOf<double>;
+
+template <class Real>
+SURFELSPLATTING_INLINE FootprintOf<Real> Select(
+  const MaskOf<Real>& mask, const FootprintOf<Real>& a, const FootprintOf<Real>& b)
+{
+  FootprintOf<Real> w;
+  w.XX = mask ? a.XX : b.XX;
+  w.YY = mask ? a.YY : b.YY;
+  w.XY = mask ? a.XY : b.XY;
+  w.Determinant = mask ? a.Determinant : b.Determinant;
+  w.InverseYY = mask ? a.InverseYY : b.InverseYY;
+  w.InverseRoot = mask ? a.InverseRoot : b.InverseRoot;
+  return w;
+}
 
 /**
  * Kernel in the form that the raster evaluates, at an offset (dx, dy) px from the centre:
  *   q = A (dx + K dy)^2 + B dy^2,   inside where q < Q = 2c
  *   Shape < 0:  k = Peak exp(-q/2)                 (Gaussian)
  *   Shape = n:  k = Peak (1 - q/Q)^n               (Pearson II), n one of PearsonExponents
- *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (MakeSmoothKernel)
+ *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (SmoothProfile)
  * Sums of squares: q cannot become negative by rounding.
  *
  * A node's colour changes over its footprint. With h = M H' the first moment of its colour on the
@@ -104,52 +133,61 @@ struct Footprint
  * the derivative of the kernel, whose first moment is h for any kernel of mass 1. The raster
  * evaluates t without the constant that is Tilt.
  */
-struct ResamplingKernel
+template <class Real>
+struct ResamplingKernelOf
 {
-  double A, K, B;
-  double Peak;                  ///< for unit mass, 1/px^2
-  double HalfWidth, HalfHeight; ///< of the bounding box of the support, px
-  double Shape;
-  double Tilt = 1.0;
+  Real A, K, B;
+  Real Peak;                  ///< for unit mass, 1/px^2
+  Real HalfWidth, HalfHeight; ///< of the bounding box of the support, px
+  Real Shape;
+  Real Tilt;
 };
+using ResamplingKernel = ResamplingKernelOf<double>;
 
 constexpr double GaussianShape = -1.0;
 constexpr double SmoothShape = 16.0;
 constexpr double TentShape = -2.0; ///< of a coarse grid's cells, see Splat.h
 
-/// @param scale of the inverse of W in q; the support then is x' W^-1 x < Q / scale
-inline ResamplingKernel MakeKernel(
-  const Footprint& w, double scale, double support, double peak, double shape)
-{
-  ResamplingKernel kernel;
-  kernel.A = scale * w.YY / w.Determinant;
-  kernel.K = -w.XY / w.YY;
-  kernel.B = scale / w.YY;
-  kernel.Peak = peak;
-  kernel.HalfWidth = std::sqrt(support / scale * w.XX);
-  kernel.HalfHeight = std::sqrt(support / scale * w.YY);
-  kernel.Shape = shape;
-  return kernel;
-}
-
 constexpr double Pi = 3.14159265358979323846;
 
-inline ResamplingKernel MakeGaussianKernel(const Footprint& w, const TruncatedGaussian& gaussian)
+/// A kernel as a function of q = x' W^-1 x.
+template <class Real>
+struct KernelProfile
 {
-  return MakeKernel(w, gaussian.Tau, gaussian.Support(),
-    gaussian.Tau / (2.0 * Pi * std::sqrt(w.Determinant) * gaussian.Mass), GaussianShape);
+  Real Reach; ///< q0: the support is q < q0
+  Real Scale; ///< of q in the raster, Q / q0
+  Real Peak;  ///< for unit mass, 1/px^2
+  Real Shape;
+  Real Tilt;
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> Select(
+  const MaskOf<Real>& mask, const KernelProfile<Real>& a, const KernelProfile<Real>& b)
+{
+  return { mask ? a.Reach : b.Reach, mask ? a.Scale : b.Scale, mask ? a.Peak : b.Peak,
+    mask ? a.Shape : b.Shape, mask ? a.Tilt : b.Tilt };
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> GaussianProfile(
+  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w)
+{
+  return { Uniform<Real>(gaussian.Support() / gaussian.Tau), Uniform<Real>(gaussian.Tau),
+    gaussian.Tau / (gaussian.Mass * (2.0 * Pi)) * w.InverseRoot, Uniform<Real>(GaussianShape),
+    Uniform<Real>(1.0) };
 }
 
 /// Exponents that need products and square roots alone; rounding to them costs at most 0.1 dB.
-inline double RoundPearsonExponent(double n)
+template <class Real>
+SURFELSPLATTING_INLINE Real RoundPearsonExponent(const Real& n)
 {
-  return n < 0.125 ? 0.0
-    : n < 0.375    ? 0.25
-    : n < 0.75     ? 0.5
-    : n < 1.5      ? 1.0
-    : n < 2.5      ? 2.0
-    : n < 3.5      ? 3.0
-                   : 4.0;
+  Real r = n < 3.5 ? Uniform<Real>(3.0) : Uniform<Real>(4.0);
+  r = n < 2.5 ? Uniform<Real>(2.0) : r;
+  r = n < 1.5 ? Uniform<Real>(1.0) : r;
+  r = n < 0.75 ? Uniform<Real>(0.5) : r;
+  r = n < 0.375 ? Uniform<Real>(0.25) : r;
+  return n < 0.125 ? Real{} : r;
 }
 
 /// Beyond this exponent a Pearson-II kernel is taken for the Gaussian it tends to.
@@ -162,10 +200,12 @@ constexpr double LargestPearsonExponent = 6.0;
  * 0 where blur is all; infinity or NaN in focus.
  * @param squaredConfusion C^2, px^2
  */
-inline double PearsonExponent(const Footprint& w, double squaredConfusion)
+template <class Real>
+SURFELSPLATTING_INLINE Real PearsonExponent(
+  const FootprintOf<Real>& w, const Real& squaredConfusion)
 {
-  const double trace = w.Trace();
-  const double spread =
+  const Real trace = w.Trace();
+  const Real spread =
     squaredConfusion * squaredConfusion * (3.0 * trace * trace - 4.0 * w.Determinant);
   return 384.0 * w.Determinant * w.Determinant / spread - 3.0;
 }
@@ -178,27 +218,23 @@ inline double PearsonExponent(const Footprint& w, double squaredConfusion)
  *   k(q) = (n + 1) / (pi q0 sqrt(det W)) (1 - q/q0)^n,   q0 = 2 (n + 2),   q = x' W^-1 x < q0
  *
  * Mass 1 and variance W are exact for every n; W holds the disc's own variance, C^2 / 4.
- * @param squaredConfusion C^2, px^2
+ * @param exponent by PearsonExponent, up to LargestPearsonExponent
+ * @param support  Q, the Gaussian's
  */
-inline ResamplingKernel MakePearsonKernel(
-  const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> PearsonProfile(
+  const FootprintOf<Real>& w, const Real& exponent, double support)
 {
-  const double exponent = PearsonExponent(w, squaredConfusion);
-  if (!(exponent <= LargestPearsonExponent)) // NaN too: in focus spread is 0
-  {
-    return MakeGaussianKernel(w, gaussian);
-  }
-  const double n = RoundPearsonExponent(exponent);
-  const double reach = 2.0 * (n + 2.0); // q0
-  const double support = gaussian.Support();
-  ResamplingKernel kernel =
-    MakeKernel(w, support / reach, support, (n + 1.0) / (Pi * reach * std::sqrt(w.Determinant)), n);
-  kernel.Tilt = n / (n + 2.0);
-  return kernel;
+  const Real n = RoundPearsonExponent(exponent), q0 = 2.0 * (n + 2.0), inverse = 1.0 / q0;
+  return { q0, support * inverse, (n + 1.0) * inverse * (1.0 / Pi) * w.InverseRoot, n,
+    2.0 * n * inverse };
 }
 
 /// A node's kernel is smooth below this Pearson exponent: beyond it little is gained.
 constexpr double LargestSmoothExponent = 1.95;
+
+/// A smooth kernel has a plateau below this Pearson exponent.
+constexpr double LargestPlateauExponent = 0.857;
 
 /**
  * The kernel of a blurred node with a colour gradient: flat in the middle, a smooth step down
@@ -215,35 +251,64 @@ constexpr double LargestSmoothExponent = 1.95;
  *     (1/15 - K/100) x^2 + (K/20 - 1/3) x + 2/5 - K/16 = 0,  m = 1 - x/2,
  *     q0 = 2m/(1/4 - x/10),  peak = 1/(pi q0 x^2 m sqrt(det W))
  */
-inline ResamplingKernel MakeSmoothKernel(
-  const Footprint& w, double exponent, const TruncatedGaussian& gaussian)
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
+  const FootprintOf<Real>& w, const Real& exponent, double support)
 {
-  constexpr double smallestPlateauExponent = 0.857;
-  const double n = std::fmax(0.0, exponent);
-  const double k = 8.0 * (n + 2.0) / (n + 3.0);
-  double reach, steepness, mass; // q0, kappa q0, integral of u^2 (3 - 2u) over q
-  if (n < smallestPlateauExponent)
+  const Real n = Larger(exponent, Real{});
+  const Real k = 8.0 * (n + 2.0) / (n + 3.0);
+  const Real middle = 3.0 + SquareRoot(Larger(9.0 - 1.5 * k, Real{}));
+  const Real width = SquareRoot(5.0 * Larger(4.0 * middle - middle * middle, Real{}));
+  const Real half = Larger(width, Uniform<Real>(1e-3)); // a disc without an edge: n = 0
+  const Real a = 1.0 / 15.0 - 0.01 * k, b = 0.05 * k - 1.0 / 3.0, c = 0.4 - 0.0625 * k;
+  const Real root = (-b - SquareRoot(Larger(b * b - 4.0 * a * c, Real{}))) / (2.0 * a);
+  const Real m = 1.0 - 0.5 * root;
+  const Real sharp = 2.0 * m / (0.25 - 0.1 * root);
+  const MaskOf<Real> plateau = n < LargestPlateauExponent;
+  const Real reach = plateau ? middle + half : sharp;
+  const Real steepness = plateau ? (middle + half) / (2.0 * half) : root; // kappa q0
+  const Real mass = plateau ? middle : sharp * root * root * m;           // of u^2 (3 - 2u) over q
+  return { reach, support / reach, (1.0 / Pi) * w.InverseRoot / mass, SmoothShape + steepness,
+    12.0 * steepness / reach };
+}
+
+/**
+ * The kernel's profile over a footprint.
+ * @param squaredConfusion C^2 of the disc in the kernel's shape, px^2
+ * @param tilted           whether it is to carry a colour gradient
+ */
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
+  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const Real& squaredConfusion,
+  const MaskOf<Real>& tilted)
+{
+  KernelProfile<Real> profile = GaussianProfile(gaussian, w);
+  const MaskOf<Real> blurred = squaredConfusion != 0.0;
+  if (type == KernelType::Gaussian || !AnyLane<Real>(blurred))
   {
-    const double middle = 3.0 + std::sqrt(9.0 - 1.5 * k);
-    const double width = std::sqrt(5.0 * std::fmax(0.0, 4.0 * middle - middle * middle));
-    const double half = std::fmax(width, 1e-3); // a disc without an edge: n = 0
-    reach = middle + half;
-    steepness = reach / (2.0 * half);
-    mass = middle;
+    return profile;
   }
-  else
-  {
-    const double a = 1.0 / 15.0 - 0.01 * k, b = 0.05 * k - 1.0 / 3.0, c = 0.4 - 0.0625 * k;
-    steepness = (-b - std::sqrt(std::fmax(0.0, b * b - 4.0 * a * c))) / (2.0 * a);
-    const double m = 1.0 - 0.5 * steepness;
-    reach = 2.0 * m / (0.25 - 0.1 * steepness);
-    mass = reach * steepness * steepness * m;
-  }
+  const Real exponent = PearsonExponent(w, squaredConfusion);
+  const MaskOf<Real> smooth = blurred & tilted & (exponent < LargestSmoothExponent);
+  // NaN, too, is a Gaussian: in focus the spread is 0.
+  const MaskOf<Real> pearson = blurred & Not(smooth) & (exponent <= LargestPearsonExponent);
   const double support = gaussian.Support();
-  ResamplingKernel kernel = MakeKernel(w, support / reach, support,
-    1.0 / (Pi * mass * std::sqrt(w.Determinant)), SmoothShape + steepness);
-  kernel.Tilt = 12.0 * steepness / reach;
-  return kernel;
+  profile = Select<Real>(pearson, PearsonProfile(w, exponent, support), profile);
+  if (AnyLane<Real>(smooth))
+  {
+    profile = Select<Real>(smooth, SmoothProfile(w, exponent, support), profile);
+  }
+  return profile;
+}
+
+/// A profile laid over a footprint.
+template <class Real>
+SURFELSPLATTING_INLINE ResamplingKernelOf<Real> MakeKernel(
+  const KernelProfile<Real>& profile, const FootprintOf<Real>& w)
+{
+  return { profile.Scale * w.YY * w.InverseRoot * w.InverseRoot, -w.XY * w.InverseYY,
+    profile.Scale * w.InverseYY, profile.Peak, SquareRoot(profile.Reach * w.XX),
+    SquareRoot(profile.Reach * w.YY), profile.Shape, profile.Tilt };
 }
 
 /// Radius of the largest support of all these kernels in standard deviations of W, but for the

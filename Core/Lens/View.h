@@ -12,6 +12,7 @@
 #pragma once
 
 #include "Core/Base/Geometry.h"
+#include "Core/Simd/RealLanes.h"
 
 namespace SurfelSplatting
 {
@@ -30,22 +31,41 @@ struct View
   double Far = 1e300;
 };
 
-/// Two rows of the Jacobian of the projection at a point of camera space, px per world unit.
+/// Elements of the projection's Jacobian M at a point of camera space that are not zero, px per
+/// world unit.
+template <class Real>
 struct ProjectionJacobian
 {
-  Vector3 X, Y;
+  Real XX, XZ; ///< of X on the screen, by x and z
+  Real YY, YZ; ///< of Y on the screen, by y and z
 
-  ProjectionJacobian(const View& view, const Vector3& p)
+  ProjectionJacobian() = default;
+
+  /// @param inverseZ 1 / p.Z
+  SURFELSPLATTING_INLINE ProjectionJacobian(
+    const View& view, const Vector3Of<Real>& p, const Real& inverseZ)
   {
     if (view.Parallel)
     {
-      this->X = { view.Fx, 0.0, 0.0 };
-      this->Y = { 0.0, view.Fy, 0.0 };
+      this->XX = Uniform<Real>(view.Fx);
+      this->YY = Uniform<Real>(view.Fy);
+      this->XZ = this->YZ = Real{};
       return;
     }
-    const double inverse = 1.0 / p[2];
-    this->X = { view.Fx * inverse, 0.0, -view.Fx * p[0] * inverse * inverse };
-    this->Y = { 0.0, view.Fy * inverse, -view.Fy * p[1] * inverse * inverse };
+    this->XX = view.Fx * inverseZ;
+    this->YY = view.Fy * inverseZ;
+    this->XZ = -this->XX * p.X * inverseZ;
+    this->YZ = -this->YY * p.Y * inverseZ;
+  }
+
+  /// M S M' of a covariance S, px^2.
+  SURFELSPLATTING_INLINE Symmetric2Of<Real> Project(const Symmetric3Of<Real>& s) const
+  {
+    const Real sxx = s.XX * this->XX + s.XZ * this->XZ, sxz = s.XZ * this->XX + s.ZZ * this->XZ;
+    const Real syx = s.XY * this->YY + s.XZ * this->YZ, syy = s.YY * this->YY + s.YZ * this->YZ;
+    const Real syz = s.YZ * this->YY + s.ZZ * this->YZ;
+    return { Larger(this->XX * sxx + this->XZ * sxz, Real{}),
+      Larger(this->YY * syy + this->YZ * syz, Real{}), this->XX * syx + this->XZ * syz };
   }
 };
 
@@ -54,9 +74,11 @@ struct ProjectionJacobian
  * squared) at p: positive where a faces the lens. Projected area f^2 (-a.p)/z^3 needs no division
  * by a Jacobian's determinant, so that surfaces seen edge-on deposit nothing instead of infinity.
  */
-inline double ProjectedArea(const View& view, const Vector3& a, const Vector3& p)
+template <class Real>
+SURFELSPLATTING_INLINE Real ProjectedArea(
+  const View& view, const Vector3Of<Real>& a, const Vector3Of<Real>& p, const Real& inverseZ)
 {
-  return view.Parallel ? -view.Fx * view.Fy * a[2]
-                       : -view.Fx * view.Fy * Dot(a, p) / (p[2] * p[2] * p[2]);
+  const double f2 = -view.Fx * view.Fy;
+  return view.Parallel ? f2 * a.Z : f2 * Dot(a, p) * inverseZ * inverseZ * inverseZ;
 }
 }

@@ -1,124 +1,239 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Several doubles at a time in the compiler's vector types: one register of the instruction set
- * that a translation unit is compiled for, so that everything here is that unit's own. As in
- * Lanes.h a comparison gives a mask, mask ? a : b selects.
+ * One formula for one surfel or for several at a time: templates of Real, which is double or a
+ * vector of doubles (vector types of GCC and Clang), each lane a surfel.
+ *
+ * A comparison gives a mask (bool for double); mask ? a : b chooses lane by lane. What a lane gives
+ * does not depend on its neighbours. In vectors the number of lanes follows the instruction set
+ * that a translation unit is compiled for: VectorReal.
  */
 #pragma once
 
-#include "Core/Simd/Lanes.h"
+#include "Core/Simd/Inline.h"
 
 #include <cstdint>
+#include <type_traits>
 
 namespace SurfelSplatting
 {
-namespace
+/// The types that go with Real: masks, and floats and integers with as many lanes.
+template <class Real>
+struct LaneTypes
 {
+  static constexpr int Count = static_cast<int>(sizeof(Real) / sizeof(double));
+  typedef std::int64_t Mask __attribute__((vector_size(sizeof(Real))));
+  typedef float Float __attribute__((vector_size(sizeof(Real) / 2)));
+  typedef std::int32_t Int __attribute__((vector_size(sizeof(Real) / 2)));
+};
+
+template <>
+struct LaneTypes<double>
+{
+  static constexpr int Count = 1;
+  typedef bool Mask;
+  typedef float Float;
+  typedef std::int32_t Int;
+};
+
+template <class Real>
+using MaskOf = typename LaneTypes<Real>::Mask;
+template <class Real>
+using FloatOf = typename LaneTypes<Real>::Float;
+template <class Real>
+using IntOf = typename LaneTypes<Real>::Int;
+
+/// One register of this translation unit's instruction set.
 #if defined(__AVX512F__)
-constexpr int RealLaneCount = 8;
+typedef double VectorReal __attribute__((vector_size(64)));
 #elif defined(__AVX2__)
-constexpr int RealLaneCount = 4;
+typedef double VectorReal __attribute__((vector_size(32)));
 #else
-constexpr int RealLaneCount = 2;
+typedef double VectorReal __attribute__((vector_size(16)));
 #endif
-typedef double Reals __attribute__((vector_size(8 * RealLaneCount)));
-typedef std::int64_t RealMask __attribute__((vector_size(8 * RealLaneCount)));
-typedef float Floats __attribute__((vector_size(4 * RealLaneCount)));
-typedef std::int32_t Ints __attribute__((vector_size(4 * RealLaneCount)));
 
-SURFELSPLATTING_INLINE Reals ToReals(double x)
+/// x in all lanes.
+template <class Real>
+SURFELSPLATTING_INLINE Real Uniform(double x)
 {
-  return Reals{} + x;
+  return Real{} + x;
 }
 
-SURFELSPLATTING_INLINE Reals ToReals(const Floats& x)
+/// The same numbers as another type, lane by lane; towards zero where they become integers.
+template <class To, class From>
+SURFELSPLATTING_INLINE To ConvertLanes(const From& x)
 {
-  return __builtin_convertvector(x, Reals);
-}
-
-SURFELSPLATTING_INLINE Reals ToReals(const Ints& x)
-{
-  return __builtin_convertvector(x, Reals);
-}
-
-SURFELSPLATTING_INLINE Floats ToFloats(const Reals& x)
-{
-  return __builtin_convertvector(x, Floats);
-}
-
-/// A vector with function(lane) in each lane.
-template <typename Vector, typename Function>
-SURFELSPLATTING_INLINE Vector FillLanes(Function&& function)
-{
-  Vector x;
-  for (int l = 0; l < RealLaneCount; ++l)
+  if constexpr (std::is_arithmetic<From>::value)
   {
-    x[l] = function(l);
+    return static_cast<To>(x);
   }
-  return x;
+  else
+  {
+    return __builtin_convertvector(x, To);
+  }
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE Real Widen(const FloatOf<Real>& x)
+{
+  return ConvertLanes<Real>(x);
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE Real WidenInt(const IntOf<Real>& x)
+{
+  return ConvertLanes<Real>(x);
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE FloatOf<Real> Narrow(const Real& x)
+{
+  return ConvertLanes<FloatOf<Real>>(x);
+}
+
+/// One lane of anything that has lanes.
+template <class Lanes>
+SURFELSPLATTING_INLINE auto LaneAt(const Lanes& x, int lane)
+{
+  if constexpr (std::is_arithmetic<Lanes>::value)
+  {
+    return x;
+  }
+  else
+  {
+    return x[lane];
+  }
+}
+
+/// function(lane) in each of `count` lanes.
+template <class Lanes, class Function>
+SURFELSPLATTING_INLINE Lanes FillLanes(int count, Function&& function)
+{
+  if constexpr (std::is_arithmetic<Lanes>::value)
+  {
+    return static_cast<Lanes>(function(0));
+  }
+  else
+  {
+    Lanes x;
+    for (int l = 0; l < count; ++l)
+    {
+      x[l] = function(l);
+    }
+    return x;
+  }
 }
 
 /// The larger one; b where a is NaN.
-SURFELSPLATTING_INLINE Reals Larger(const Reals& a, const Reals& b)
+template <class Real>
+SURFELSPLATTING_INLINE Real Larger(const Real& a, const Real& b)
 {
   return a > b ? a : b;
 }
 
 /// The smaller one; b where a is NaN.
-SURFELSPLATTING_INLINE Reals Smaller(const Reals& a, const Reals& b)
+template <class Real>
+SURFELSPLATTING_INLINE Real Smaller(const Real& a, const Real& b)
 {
   return a < b ? a : b;
 }
 
-SURFELSPLATTING_INLINE Reals Magnitude(const Reals& a)
+template <class Real>
+SURFELSPLATTING_INLINE Real Magnitude(const Real& a)
 {
-  return (Reals)((RealMask)a & INT64_MAX);
-}
-
-SURFELSPLATTING_INLINE Reals SquareRoot(const Reals& a)
-{
-  Reals root;
-  for (int l = 0; l < RealLaneCount; ++l)
+  if constexpr (std::is_arithmetic<Real>::value)
   {
-    root[l] = __builtin_sqrt(a[l]);
+    return __builtin_fabs(a);
   }
-  return root;
-}
-
-SURFELSPLATTING_INLINE bool AnyOf(const RealMask& mask)
-{
-  std::int64_t any = 0;
-  for (int l = 0; l < RealLaneCount; ++l)
+  else
   {
-    any |= mask[l];
+    return (Real)((MaskOf<Real>)a & INT64_MAX);
   }
-  return any != 0;
 }
 
-/// NaN and infinity are not.
-SURFELSPLATTING_INLINE RealMask IsFinite(const Reals& a)
+template <class Real>
+SURFELSPLATTING_INLINE Real SquareRoot(const Real& a)
+{
+  return FillLanes<Real>(
+    LaneTypes<Real>::Count, [&](int l) { return __builtin_sqrt(LaneAt(a, l)); });
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
+{
+  if (exponent == 1.0)
+  {
+    return base;
+  }
+  return FillLanes<Real>(
+    LaneTypes<Real>::Count, [&](int l) { return __builtin_pow(LaneAt(base, l), exponent); });
+}
+
+/// NaN and infinity are not finite.
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> IsFinite(const Real& a)
 {
   return a - a == 0.0;
 }
 
-struct Reals3
+template <class Mask>
+SURFELSPLATTING_INLINE Mask Not(const Mask& mask)
 {
-  Reals X, Y, Z;
+  if constexpr (std::is_arithmetic<Mask>::value)
+  {
+    return !mask;
+  }
+  else
+  {
+    return ~mask;
+  }
+}
+
+/// The lanes that a mask holds; `Mask` is that of a Real.
+template <class Real>
+SURFELSPLATTING_INLINE int CountLanes(const MaskOf<Real>& mask)
+{
+  int count = 0;
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    count += LaneAt(mask, l) ? 1 : 0;
+  }
+  return count;
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE bool AnyLane(const MaskOf<Real>& mask)
+{
+  std::int64_t any = 0;
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    any |= LaneAt(mask, l);
+  }
+  return any != 0;
+}
+
+/// A vector in space, or one per lane.
+template <class Real>
+struct Vector3Of
+{
+  Real X, Y, Z;
 };
 
-SURFELSPLATTING_INLINE Reals Dot(const Reals3& a, const Reals3& b)
+template <class Real>
+SURFELSPLATTING_INLINE Real Dot(const Vector3Of<Real>& a, const Vector3Of<Real>& b)
 {
   return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
 }
 
-SURFELSPLATTING_INLINE Reals Norm(const Reals3& a)
-{
-  return SquareRoot(Dot(a, a));
-}
-
-SURFELSPLATTING_INLINE Reals Dot(const double a[3], const Reals3& b)
+/// One row of a matrix that all lanes share.
+template <class Real>
+SURFELSPLATTING_INLINE Real Dot(const double (&a)[3], const Vector3Of<Real>& b)
 {
   return a[0] * b.X + a[1] * b.Y + a[2] * b.Z;
 }
+
+template <class Real>
+SURFELSPLATTING_INLINE Real Norm(const Vector3Of<Real>& a)
+{
+  return SquareRoot(Dot(a, a));
 }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Of SetupImplementation.h: as many surfels as a vector has lanes, and how they get into
- * camera space.
+ * First stage of the set-up: as many surfels as Real has lanes are read and brought into camera
+ * space; those that cannot be seen are culled.
  */
 #pragma once
 
@@ -10,157 +10,194 @@
 
 namespace SurfelSplatting
 {
-namespace
+/// Indices of the surfels in the lanes. A last batch that is not full repeats a surfel.
+template <class Real>
+struct BatchIndices
 {
-/// Surfels in camera space and on their way to the screen, one in each lane.
-struct Batch
-{
-  RealMask Alive, Invalid;
-  Reals3 P, Area; ///< position and area vector, camera space
-  Reals Deposit, InverseZ;
-  RealMask BackSide;
-  Reals XX, YY, ZZ, XY, YZ, XZ;          ///< covariance, camera space
-  Reals MX0, MX2, MY1, MY2;              ///< the Jacobian's elements that are not zero
-  Reals ConfusionX, ConfusionY, SignedC; ///< px; px over focal length
-  Reals VarianceX, VarianceY;            ///< isotropic part of W, px^2
-  Reals SquaredConfusion;                ///< that the kernel's shape is made for, px^2
-  Reals OffsetX, OffsetY;                ///< of the blur's centre, px
-  Reals WXX, WYY, WXY, Determinant;      ///< W
-  Reals InverseWYY, InverseRoot;         ///< 1 / sqrt(det W)
-  Reals Smooth;                          ///< share of W that lens and pixel filter make
-  RealMask Tilted;
-  Reals Cell; ///< of the coarse grid, px; 1: the picture
-  Reals A, K, B, Peak, HalfWidth, HalfHeight, Shape, Tilt;
-  Reals X, Y, Weight;
-  Reals Near, Far, DepthX, DepthY;
-  Reals Base[3], Share[3]; ///< of the shading
-  Reals Red, Green, Blue, Opacity;
+  std::size_t I[LaneTypes<Real>::Count];
+  MaskOf<Real> Present;
+  int Level; ///< of the hierarchy, of all of them; 0: surfels
+
+  SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
 };
 
-/// Field f of an array with the given stride, widened.
-SURFELSPLATTING_INLINE Reals Gather(const float* field, const std::size_t* index, int stride)
+/// What function(lane) gives for each lane, widened.
+template <class Real, class Function>
+SURFELSPLATTING_INLINE Real GatherFloats(Function&& function)
 {
-  return ToReals(FillLanes<Floats>([=](int l) { return field[stride * index[l]]; }));
+  return Widen<Real>(FillLanes<FloatOf<Real>>(LaneTypes<Real>::Count, function));
 }
 
-SURFELSPLATTING_INLINE Reals3 GatherPosition(const SetupJob& job, const std::size_t* index)
+template <class Real, class Function>
+SURFELSPLATTING_INLINE Real GatherInts(Function&& function)
 {
-  if (job.PositionsFloat)
+  return WidenInt<Real>(FillLanes<IntOf<Real>>(LaneTypes<Real>::Count, function));
+}
+
+template <class Real, class Function>
+SURFELSPLATTING_INLINE MaskOf<Real> GatherMask(Function&& function)
+{
+  return FillLanes<MaskOf<Real>>(
+    LaneTypes<Real>::Count, [&](int l) { return function(l) ? -1 : 0; });
+}
+
+/// A field of an array with the given stride.
+template <class Real>
+SURFELSPLATTING_INLINE Real Gather(const float* field, const BatchIndices<Real>& index, int stride)
+{
+  return GatherFloats<Real>([&](int l) { return field[stride * index[l]]; });
+}
+
+/// Surfels or nodes as they are stored.
+template <class Real>
+struct StoredSurfels
+{
+  Vector3Of<Real> Position, Area;
+  Symmetric3Of<Real> Covariance;
+  MaskOf<Real> TwoSided;
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> GatherPosition(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index)
+{
+  if (cloud.PositionsFloat)
   {
-    const float* p = job.PositionsFloat;
+    const float* p = cloud.PositionsFloat;
     return { Gather(p, index, 3), Gather(p + 1, index, 3), Gather(p + 2, index, 3) };
   }
-  const double* p = job.PositionsDouble;
-  return { FillLanes<Reals>([=](int l) { return p[3 * index[l]]; }),
-    FillLanes<Reals>([=](int l) { return p[3 * index[l] + 1]; }),
-    FillLanes<Reals>([=](int l) { return p[3 * index[l] + 2]; }) };
+  const double* p = cloud.PositionsDouble;
+  constexpr int count = LaneTypes<Real>::Count;
+  return { FillLanes<Real>(count, [&](int l) { return p[3 * index[l]]; }),
+    FillLanes<Real>(count, [&](int l) { return p[3 * index[l] + 1]; }),
+    FillLanes<Real>(count, [&](int l) { return p[3 * index[l] + 2]; }) };
 }
 
-/// Covariance to camera space, L S L'.
-SURFELSPLATTING_INLINE void PlaceCovariance(const SetupJob& job, const Reals s[6], Batch& b)
+template <class Real>
+SURFELSPLATTING_INLINE void GatherSurfels(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
-  Reals3 rows[3]; // S times each row of L
-  for (int i = 0; i < 3; ++i)
-  {
-    const double* l = job.Linear[i];
-    rows[i] = { s[0] * l[0] + s[3] * l[1] + s[5] * l[2], s[3] * l[0] + s[1] * l[1] + s[4] * l[2],
-      s[5] * l[0] + s[4] * l[1] + s[2] * l[2] };
-  }
-  b.XX = Dot(job.Linear[0], rows[0]);
-  b.YY = Dot(job.Linear[1], rows[1]);
-  b.ZZ = Dot(job.Linear[2], rows[2]);
-  b.XY = Dot(job.Linear[0], rows[1]);
-  b.YZ = Dot(job.Linear[1], rows[2]);
-  b.XZ = Dot(job.Linear[0], rows[2]);
-}
-
-/// Surfels or nodes as they are stored, one in each lane.
-struct Stored
-{
-  Reals3 Position, Area;
-  Reals Covariance[6];
-  RealMask TwoSided;
-};
-
-SURFELSPLATTING_INLINE void GatherSurfels(const SetupJob& job, const std::size_t* index, Stored& s)
-{
-  s.Position = GatherPosition(job, index);
-  const float* a = job.AreaVectors;
+  s.Position = GatherPosition(cloud, index);
+  const float *a = cloud.AreaVectors, *c = cloud.Covariances;
   s.Area = { Gather(a, index, 3), Gather(a + 1, index, 3), Gather(a + 2, index, 3) };
-  for (int i = 0; i < 6; ++i)
-  {
-    s.Covariance[i] = Gather(job.Covariances + i, index, 6);
-  }
-  const unsigned char* twoSided = job.TwoSided;
+  s.Covariance = { Gather(c, index, 6), Gather(c + 1, index, 6), Gather(c + 2, index, 6),
+    Gather(c + 3, index, 6), Gather(c + 4, index, 6), Gather(c + 5, index, 6) };
+  const unsigned char* twoSided = cloud.TwoSided;
   s.TwoSided =
-    twoSided ? FillLanes<RealMask>([=](int l) { return twoSided[index[l]] ? -1 : 0; }) : RealMask{};
+    twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
 }
 
-/// NodePacking.h.
-SURFELSPLATTING_INLINE void GatherNodes(const SetupJob& job, const std::size_t* index, Stored& s)
+/// The unpacking of NodePacking.h.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherNodes(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
-  const HierarchyNode* nodes[RealLaneCount];
-  for (int l = 0; l < RealLaneCount; ++l)
+  const HierarchyNode* nodes[LaneTypes<Real>::Count];
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
-    nodes[l] = job.Nodes + (index[l] - job.NumberOfSurfels);
+    nodes[l] = cloud.Nodes + (index[l] - cloud.NumberOfSurfels);
   }
-  Reals position[3], normal[3], x[6];
-  const Reals areaUnit =
-    ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Area; })) / PackedOne;
+  Real position[3], normal[3], x[6]; // x: the rows of L in S = L L'
+  const Real areaUnit = GatherFloats<Real>([&](int l) { return nodes[l]->Area; }) / PackedOne;
   for (int i = 0; i < 3; ++i)
   {
-    position[i] = ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Position[i]; }));
-    normal[i] = areaUnit * ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Normal[i]; }));
+    position[i] = GatherFloats<Real>([&](int l) { return nodes[l]->Position[i]; });
+    normal[i] = areaUnit * GatherInts<Real>([&](int l) { return nodes[l]->Normal[i]; });
   }
   s.Position = { position[0], position[1], position[2] };
   s.Area = { normal[0], normal[1], normal[2] };
-  s.TwoSided = FillLanes<RealMask>([&](int l) { return nodes[l]->TwoSided ? -1 : 0; });
-  const Reals unit =
-    ToReals(FillLanes<Floats>([&](int l) { return nodes[l]->Deviation; })) / PackedOne;
+  s.TwoSided = GatherMask<Real>([&](int l) { return nodes[l]->TwoSided; });
+  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->Deviation; }) / PackedOne;
   for (int i = 0; i < 6; ++i)
   {
-    x[i] = unit * ToReals(FillLanes<Ints>([&](int l) { return nodes[l]->Factor[i]; }));
+    x[i] = unit * GatherInts<Real>([&](int l) { return nodes[l]->Factor[i]; });
   }
-  s.Covariance[0] = x[0] * x[0];
-  s.Covariance[1] = x[1] * x[1] + x[2] * x[2];
-  s.Covariance[2] = x[3] * x[3] + x[4] * x[4] + x[5] * x[5];
-  s.Covariance[3] = x[0] * x[1];
-  s.Covariance[4] = x[1] * x[3] + x[2] * x[4];
-  s.Covariance[5] = x[0] * x[3];
+  s.Covariance.XX = x[0] * x[0];
+  s.Covariance.YY = x[1] * x[1] + x[2] * x[2];
+  s.Covariance.ZZ = x[3] * x[3] + x[4] * x[4] + x[5] * x[5];
+  s.Covariance.XY = x[0] * x[1];
+  s.Covariance.YZ = x[1] * x[3] + x[2] * x[4];
+  s.Covariance.XZ = x[0] * x[3];
 }
 
-/// PlaceSurfel.
-SURFELSPLATTING_INLINE void Place(
-  const SetupJob& job, const std::size_t* index, const RealMask& present, int level, Batch& b)
+/// Whether all that is stored of a surfel is finite.
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> AreFinite(const StoredSurfels<Real>& stored)
 {
-  Stored stored;
-  level > 0 ? GatherNodes(job, index, stored) : GatherSurfels(job, index, stored);
-  const Reals3 &local = stored.Position, &area = stored.Area;
-  Reals zero = 0.0 * (local.X + local.Y + local.Z) + 0.0 * (area.X + area.Y + area.Z);
-  for (const Reals& s : stored.Covariance)
+  const Vector3Of<Real>&p = stored.Position, &a = stored.Area;
+  const Symmetric3Of<Real>& s = stored.Covariance;
+  Real zero = 0.0 * (p.X + p.Y + p.Z) + 0.0 * (a.X + a.Y + a.Z);
+  const Real covariance[6] = { s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
+  for (int i = 0; i < 6; ++i)
   {
-    zero += 0.0 * s;
+    zero += 0.0 * covariance[i];
   }
-  const RealMask finite = zero == 0.0;
-  b.Invalid = present & ~finite;
-  b.P = { Dot(job.Linear[0], local) + job.Translation[0],
-    Dot(job.Linear[1], local) + job.Translation[1],
-    Dot(job.Linear[2], local) + job.Translation[2] };
-  b.Area = { Dot(job.AreaToCamera[0], area), Dot(job.AreaToCamera[1], area),
-    Dot(job.AreaToCamera[2], area) };
-  b.Alive = present & finite & (b.P.Z >= job.Near) & (b.P.Z <= job.Far);
-  b.InverseZ = job.Parallel ? ToReals(1.0) : 1.0 / b.P.Z;
-  const double f2 = -job.Fx * job.Fy;
-  b.Deposit =
-    job.Parallel ? f2 * b.Area.Z : f2 * Dot(b.Area, b.P) * b.InverseZ * b.InverseZ * b.InverseZ;
-  b.BackSide = b.Deposit < 0.0;
-  b.Deposit = (b.BackSide & stored.TwoSided) ? -b.Deposit : b.Deposit;
-  b.Alive &= b.Deposit > 0.0;
-  PlaceCovariance(job, stored.Covariance, b);
-  if (!job.Parallel)
-  {
-    b.Alive &= b.P.Z * b.P.Z >= job.Support / job.Tau * b.ZZ;
-  }
+  return zero == 0.0;
 }
+
+/// L S L'.
+template <class Real>
+SURFELSPLATTING_INLINE Symmetric3Of<Real> ToCamera(
+  const double (&linear)[3][3], const Symmetric3Of<Real>& s)
+{
+  Vector3Of<Real> rows[3]; // S times each row of L
+  for (int i = 0; i < 3; ++i)
+  {
+    const double* l = linear[i];
+    rows[i] = { s.XX * l[0] + s.XY * l[1] + s.XZ * l[2], s.XY * l[0] + s.YY * l[1] + s.YZ * l[2],
+      s.XZ * l[0] + s.YZ * l[1] + s.ZZ * l[2] };
+  }
+  return { Dot(linear[0], rows[0]), Dot(linear[1], rows[1]), Dot(linear[2], rows[2]),
+    Dot(linear[0], rows[1]), Dot(linear[1], rows[2]), Dot(linear[0], rows[2]) };
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> Multiply(
+  const double (&matrix)[3][3], const Vector3Of<Real>& x)
+{
+  return { Dot(matrix[0], x), Dot(matrix[1], x), Dot(matrix[2], x) };
+}
+
+/// Surfels in camera space, and the area that they deposit on the screen.
+template <class Real>
+struct PlacedSurfels
+{
+  MaskOf<Real> Alive;    ///< may be seen
+  MaskOf<Real> Invalid;  ///< not finite, not drawn
+  MaskOf<Real> BackSide; ///< seen from behind
+  Vector3Of<Real> P, Area;
+  Symmetric3Of<Real> Covariance;
+  Real InverseZ; ///< 1 with a parallel projection
+  Real Deposit;  ///< px^2
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
+  const SetupJob& job, const BatchIndices<Real>& index)
+{
+  const View& view = job.Camera;
+  StoredSurfels<Real> stored;
+  index.Level > 0 ? GatherNodes(job.Cloud, index, stored) : GatherSurfels(job.Cloud, index, stored);
+  const MaskOf<Real> finite = AreFinite(stored);
+  PlacedSurfels<Real> s;
+  s.Invalid = index.Present & Not(finite);
+  const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
+  s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
+  s.Area = Multiply(job.AreaToCamera, stored.Area);
+  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
+  s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
+  s.Deposit = ProjectedArea(view, s.Area, s.P, s.InverseZ);
+  s.BackSide = s.Deposit < 0.0;
+  s.Deposit = (s.BackSide & stored.TwoSided) ? -s.Deposit : s.Deposit;
+  s.Alive &= s.Deposit > 0.0;
+  s.Covariance = ToCamera(job.Linear, stored.Covariance);
+  if (!view.Parallel)
+  {
+    // Where the kernel's support reaches the lens plane, its affine footprint is no image of it:
+    // beside the lens it would cover the whole screen.
+    const double reach = job.Gaussian.Support() / job.Gaussian.Tau;
+    s.Alive &= s.P.Z * s.P.Z >= reach * s.Covariance.ZZ;
+  }
+  return s;
 }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Constants of the set-up, for MakeSplat and for its vectorised twin.
+ * Constants of the set-up, with what they were measured by.
  */
 #pragma once
 

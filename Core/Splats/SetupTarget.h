@@ -1,66 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The set-up of splats, several surfels at a time: MakeSplat's formulas (SplatSetup.cxx, where each
- * has its source) in vectors of doubles, one translation unit per instruction set like the raster
- * (RasterTarget.h). Every lane is a surfel; what a lane gives does not depend on its neighbours.
+ * The set-up of splats: cull surfels, project them, blur them by the lens, shade them. Its stages
+ * are templates (SetupImplementation.h), compiled once for each instruction set, for as many
+ * surfels at a time as a register has doubles, and once for a single one.
+ *
+ * Nothing compiled for one instruction set may end up in code that runs everywhere. The translation
+ * units of the targets therefore call functions that are always inlined, and no others.
  */
 #pragma once
 
 #include "Core/Lens/LensSectors.h"
+#include "Core/Lens/ResamplingKernel.h"
+#include "Core/Lens/View.h"
 #include "Core/Splats/Splat.h"
-#include "Core/Surfels/HierarchyNode.h"
+#include "Core/Surfels/Shading.h"
+#include "Core/Surfels/SurfelCloud.h"
 
 #include <cstddef>
 #include <cstdint>
 
 namespace SurfelSplatting
 {
-/// Light and material as Shading.h has them, without spots. Both ends of the set-up know no more
-/// than plain numbers of each other: nothing compiled for AVX may end up in code that runs
-/// everywhere.
-struct SetupLight
+/// What splats show as their colour; all but their own is unlit.
+enum class Paint
 {
-  double Color[3], Position[3], Direction[3], Attenuation[3];
-  bool Positional, LoneHeadlight;
+  Own,
+  LevelColors,  ///< a colour for each level of the hierarchy
+  LevelNumbers, ///< red: level / LargestPaintedLevel, leaves 0
+  Normals       ///< (n + 1) / 2, n being the unit normal on the side that is seen, in the world
 };
+constexpr double LargestPaintedLevel = 64.0;
 
 /// What is the same for all surfels of a cloud in a frame.
 struct SetupJob
 {
-  // The cloud (SurfelCloud.h).
-  const float* PositionsFloat;
-  const double* PositionsDouble;
-  const float *Covariances, *AreaVectors, *Opacities;
-  const unsigned char* TwoSided;
-  const unsigned char* ColorsUChar;
-  const float* ColorsFloat;
-  std::size_t NumberOfSurfels;
-  const HierarchyNode* Nodes;  ///< surfel NumberOfSurfels is the first of them
-  const NodeColor* NodeColors; ///< or null
-  double Opacity;
+  SurfelCloud Cloud;
   double Linear[3][3], Translation[3]; ///< local to camera
   double AreaToCamera[3][3];
+  double WorldToCamera[3][3]; ///< without translation
 
-  // View and lens (View.h, Lens.h).
-  bool Parallel;
-  double Fx, Fy, Cx, Cy, Near, Far;
-  int Width, Height;
-  double LensRadius, InverseFocalDistance;
-  bool Offsets; ///< blur is centred where the light passes (Lens.h, MeanApertureSample)
+  View Camera;
+  double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h
+  bool Offsets = false; ///< blur is centred where the light passes (Lens.h, MeanAperturePoint)
 
-  // Kernels (ResamplingKernel.h).
-  bool Gaussian; ///< the paper's
-  double Prefilter, Support, Mass, Tau;
-  double DefocusFactor; ///< variance that the lens adds, in units of C^2
-  bool CoarseGrids;
-  bool DepthBuffered;
+  KernelType Kernel = KernelType::PearsonII;
+  TruncatedGaussian Gaussian = TruncatedGaussian(2.5);
+  double Prefilter = 1.0;     ///< h, px^2
+  double DefocusFactor = 0.0; ///< variance that the lens adds, in units of C^2
+  bool PaperDetail = false;   ///< nodes as in the paper: no gradients
+  bool CoarseGrids = false;
+  bool DepthBuffered = false;
 
-  // Light.
-  bool Lit; ///< false: surfels are as they are
-  const SetupLight* Lights;
-  std::size_t NumberOfLights;
-  double Ambient, Diffuse, Specular, SpecularPower;
-  double Color[3], AmbientColor[3], SpecularColor[3];
+  Paint Colors = Paint::Own;
+  double Color[3] = { 1, 1, 1 }; ///< of surfels that have none of their own
+  ShadingMaterial Surface;
+  const ShadingLight* Lights = nullptr;
+  std::size_t NumberOfLights = 0;
 };
 
 /// Where splats go; the arrays have room for all surfels of a call. Gradients are those of the
@@ -90,6 +85,7 @@ struct SetupTarget
 /// The best that this processor runs.
 const SetupTarget& SelectSetupTarget();
 
+extern const SetupTarget SetupTargetScalar; ///< one surfel at a time, for comparison
 extern const SetupTarget SetupTargetBaseline;
 #ifdef SURFELSPLATTING_X86_TARGETS
 extern const SetupTarget SetupTargetAVX2;

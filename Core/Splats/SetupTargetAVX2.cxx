@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SetupImplementation.h"
 
-const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetAVX2 = { SurfelSplatting::MakeSplats,
-  "AVX2" };
+const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetAVX2 = {
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "AVX2"
+};

@@ -2,5 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetAVX512 = {
-  SurfelSplatting::MakeSplats, "AVX-512"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "AVX-512"
 };

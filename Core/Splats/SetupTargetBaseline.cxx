@@ -2,5 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetBaseline = {
-  SurfelSplatting::MakeSplats, "baseline"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "baseline"
 };

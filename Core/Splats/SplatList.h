@@ -9,7 +9,7 @@
 #include "Core/Hierarchy/HierarchyCut.h"
 #include "Core/Splats/SetupTarget.h"
 #include "Core/Splats/Splat.h"
-#include "Core/Splats/SplatSetup.h"
+#include "Core/Splats/SplatContext.h"
 
 #include <cstdint>
 #include <vector>

@@ -6,8 +6,10 @@
 #pragma once
 
 #include "Core/Base/Geometry.h"
+#include "Core/Simd/RealLanes.h"
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace SurfelSplatting
@@ -39,15 +41,136 @@ struct Material
   std::array<double, 3> SpecularColor{ 1, 1, 1 };
 };
 
+/// A light and a material as the formulas below read them: plain numbers (Core/Simd/Inline.h).
+struct ShadingLight
+{
+  double Color[3], Position[3], Direction[3], Attenuation[3];
+  double ConeCosine, Exponent;
+  bool Positional, LoneHeadlight;
+};
+
+struct ShadingMaterial
+{
+  bool Lit = false;
+  bool HasSurfelColors = false; ///< which then are the ambient colour as well
+  double Ambient = 0.0, Diffuse = 1.0, Specular = 0.0, SpecularPower = 1.0;
+  double AmbientColor[3] = { 1, 1, 1 }, SpecularColor[3] = { 1, 1, 1 };
+};
+
+inline ShadingLight ToShading(const Light& light)
+{
+  ShadingLight l;
+  for (int i = 0; i < 3; ++i)
+  {
+    l.Color[i] = light.Color[i];
+    l.Position[i] = light.Position[i];
+    l.Direction[i] = light.Direction[i];
+    l.Attenuation[i] = light.Attenuation[i];
+  }
+  l.ConeCosine = light.ConeCosine;
+  l.Exponent = light.Exponent;
+  l.Positional = light.Positional;
+  l.LoneHeadlight = light.LoneHeadlight;
+  return l;
+}
+
+/// @param hasSurfelColors whether surfels have colours of their own
+inline ShadingMaterial ToShading(const Material& material, bool hasSurfelColors)
+{
+  ShadingMaterial m;
+  m.Lit = material.Lit;
+  m.HasSurfelColors = hasSurfelColors;
+  m.Ambient = material.Ambient;
+  m.Diffuse = material.Diffuse;
+  m.Specular = material.Specular;
+  m.SpecularPower = material.SpecularPower;
+  for (int c = 0; c < 3; ++c)
+  {
+    m.AmbientColor[c] = material.AmbientColor[c];
+    m.SpecularColor[c] = material.SpecularColor[c];
+  }
+  return m;
+}
+
+/// The colour of a surfel in its light: Base + Share * its own colour, channel by channel. Affine,
+/// so that a gradient of the colour stays one.
+template <class Real>
+struct ShadedColor
+{
+  Real Base[3], Share[3];
+};
+
+/// What reaches a point of a light, 0 outside a spot's cone.
+/// @param toLight set to the direction, unit length
+template <class Real>
+SURFELSPLATTING_INLINE Real Incidence(
+  const ShadingLight& light, const Vector3Of<Real>& p, Vector3Of<Real>& toLight)
+{
+  if (!light.Positional)
+  {
+    toLight = { Uniform<Real>(-light.Direction[0]), Uniform<Real>(-light.Direction[1]),
+      Uniform<Real>(-light.Direction[2]) };
+    return Uniform<Real>(1.0);
+  }
+  toLight = { light.Position[0] - p.X, light.Position[1] - p.Y, light.Position[2] - p.Z };
+  const Real distance = Norm(toLight);
+  const Real inverse = distance > 0.0 ? 1.0 / distance : Real{};
+  toLight = { toLight.X * inverse, toLight.Y * inverse, toLight.Z * inverse };
+  const double* a = light.Attenuation;
+  const Real falloff = a[0] + a[1] * distance + a[2] * distance * distance;
+  Real strength = falloff > 0.0 ? 1.0 / falloff : Uniform<Real>(1.0);
+  if (light.ConeCosine > -1.0)
+  {
+    const Real cosine = -Dot(light.Direction, toLight);
+    // Behind a spot wider than a half space the cosine is negative.
+    strength *= cosine >= light.ConeCosine ? Power(Larger(cosine, Real{}), light.Exponent) : Real{};
+  }
+  return distance > 0.0 ? strength : Real{};
+}
+
 /**
- * Light leaving a surfel towards the lens, linear RGB.
- * @param color        diffuse (and ambient) colour of the surfel
- * @param ambientColor its ambient colour
- * @param position     camera space
- * @param normal       camera space, unit length, on the side that is seen
- * @param toViewer     camera space, unit length
+ * Light leaving a surfel towards the lens, linear RGB. For a lone headlight VTK takes (n.l)^p for
+ * the highlight, otherwise Phong's (r.v)^p with the light's mirror direction r = 2 (n.l) n - l.
+ * @param position camera space
+ * @param normal   camera space, unit length, on the side that is seen
+ * @param toViewer camera space, unit length
  */
-std::array<double, 3> Shade(const Material& material, const std::vector<Light>& lights,
-  const std::array<double, 3>& color, const std::array<double, 3>& ambientColor,
-  const Vector3& position, const Vector3& normal, const Vector3& toViewer);
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Vector3Of<Real>& position,
+  const Vector3Of<Real>& normal, const Vector3Of<Real>& toViewer)
+{
+  Real diffuse[3] = {}, specular[3] = {};
+  for (std::size_t i = 0; i < numberOfLights; ++i)
+  {
+    const ShadingLight& light = lights[i];
+    Vector3Of<Real> toLight;
+    Real strength = Incidence(light, position, toLight);
+    const Real cosine = Dot(normal, toLight);
+    strength = (strength > 0.0) & (cosine > 0.0) ? strength : Real{};
+    Real highlight = {};
+    if (material.Specular > 0.0)
+    {
+      const Real reflected = light.LoneHeadlight
+        ? cosine
+        : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
+      highlight =
+        reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
+    }
+    for (int c = 0; c < 3; ++c)
+    {
+      diffuse[c] += strength > 0.0 ? strength * cosine * light.Color[c] : Real{};
+      specular[c] += strength > 0.0 ? strength * highlight * light.Color[c] : Real{};
+    }
+  }
+  const bool own = material.HasSurfelColors;
+  ShadedColor<Real> shaded;
+  for (int c = 0; c < 3; ++c)
+  {
+    const double ambient = own ? 0.0 : material.Ambient * material.AmbientColor[c];
+    shaded.Base[c] = ambient + material.Specular * material.SpecularColor[c] * specular[c];
+    shaded.Share[c] = (own ? material.Ambient : 0.0) + material.Diffuse * diffuse[c];
+  }
+  return shaded;
+}
 }

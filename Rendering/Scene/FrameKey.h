@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "Core/Splats/SplatSetup.h"
+#include "Core/Splats/SplatContext.h"
 #include "vtkSurfelSplatter.h"
 
 #include <cstdint>

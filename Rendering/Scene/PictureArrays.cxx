@@ -2,7 +2,7 @@
 #include "Rendering/Scene/PictureArrays.h"
 
 #include "Core/Picture/DeepImage.h"
-#include "Core/Splats/SplatSetup.h"
+#include "Core/Splats/SplatContext.h"
 #include "Core/Surfels/SurfelArrays.h"
 
 #include <vtkDoubleArray.h>

@@ -76,18 +76,22 @@ void RenderScalar(
   std::vector<std::vector<Fragment>> pixels(static_cast<std::size_t>(frame.Width) * frame.Height);
   for (const SurfelCloud& cloud : clouds)
   {
-    const PlacedCloud placed(fine.Camera, cloud);
+    SplatMaker maker;
+    maker.Set(fine, cloud, SetupTargetScalar);
     for (std::size_t i = 0; i < cloud.NumberOfSurfels; ++i)
     {
-      SplatRecord record;
-      if (MakeSplat(fine, gaussian, placed, i, 0, record) != SplatStatus::Visible)
+      Splat s;
+      PixelBox box;
+      float near;
+      SplatOutput output{ &s, &box, &near, nullptr, nullptr, nullptr, 0 };
+      maker.Make(i, 1, 0, output);
+      if (output.Count == 0)
       {
         continue;
       }
-      const Splat& s = record.S;
-      for (int y = record.Box.Y0; y < record.Box.Y1; ++y)
+      for (int y = box.Y0; y < box.Y1; ++y)
       {
-        for (int x = record.Box.X0; x < record.Box.X1; ++x)
+        for (int x = box.X0; x < box.X1; ++x)
         {
           const double dx = x + 0.5 - s.X, dy = y + 0.5 - s.Y, u = dx + s.K * dy;
           const double q = s.A * u * u + s.B * dy * dy;

@@ -44,15 +44,15 @@ double MeanSquareDifference(const Picture& a, const Picture& b)
 /// One splat for each cell that it is wide; levels 0 (the picture) and from LowestCoarseLevel on.
 void TestLevels()
 {
-  CHECK(CoarseLevel(0.0) == 0);
-  CHECK(CoarseLevel(1.0) == 0);
-  CHECK(CoarseLevel(8.9) == 0); // 1.5 cells of 2 px are 3 px
-  CHECK(CoarseLevel(9.0) == 1);
-  CHECK(CoarseLevel(35.9) == 1);
-  CHECK(CoarseLevel(36.0) == 2);
-  CHECK(CoarseLevel(143.9) == 2);
-  CHECK(CoarseLevel(144.0) == 3);
-  CHECK(CoarseLevel(1e12) == HighestCoarseLevel);
+  CHECK(CoarseCell(0.0) == 1);
+  CHECK(CoarseCell(1.0) == 1);
+  CHECK(CoarseCell(8.9) == 1); // 1.5 cells of 2 px are 3 px
+  CHECK(CoarseCell(9.0) == 2);
+  CHECK(CoarseCell(35.9) == 2);
+  CHECK(CoarseCell(36.0) == 4);
+  CHECK(CoarseCell(143.9) == 4);
+  CHECK(CoarseCell(144.0) == 8);
+  CHECK(CoarseCell(1e12) == 1 << HighestCoarseLevel);
   CHECK(CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2);
 }
 

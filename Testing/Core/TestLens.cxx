@@ -121,16 +121,17 @@ void TestMeanLensPoint()
       y += facing * u.Y;
       sum += facing;
     }
-    const std::array<double, 2> mean = lens.MeanApertureSample(a, p);
-    const double length = std::hypot(mean[0], mean[1]);
+    const AperturePointOf<double> mean =
+      MeanAperturePoint<double>(lens.Radius, { a[0], a[1], a[2] }, { p[0], p[1], p[2] });
+    const double length = std::hypot(mean.X, mean.Y);
     CHECK(length <= 0.25 + 1e-12);
     if (length < 0.2499) // all of the lens sees the same side
     {
-      CHECK_NEAR(mean[0], x / sum, 1e-4); // the points' second moments are not quite a disc's
-      CHECK_NEAR(mean[1], y / sum, 1e-4);
+      CHECK_NEAR(mean.X, x / sum, 1e-4); // the points' second moments are not quite a disc's
+      CHECK_NEAR(mean.Y, y / sum, 1e-4);
     }
   }
-  CHECK_NEAR(lens.MeanApertureSample({ 0, 0, -1 }, { 0, 0, 1 })[0], 0.0, 0.0);
+  CHECK_NEAR(MeanAperturePoint<double>(lens.Radius, { 0, 0, -1 }, { 0, 0, 1 }).X, 0.0, 0.0);
 }
 
 /// Share of a disc of radius c convolved with a Gaussian that lies beyond an edge at distance x.

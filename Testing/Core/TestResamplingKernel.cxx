@@ -16,6 +16,23 @@ namespace
 {
 constexpr double Pi = 3.14159265358979324;
 
+ResamplingKernel KernelOf(
+  KernelType type, const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
+{
+  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion, false), w);
+}
+
+ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gaussian)
+{
+  return KernelOf(KernelType::Gaussian, w, 0.0, gaussian);
+}
+
+ResamplingKernel PearsonKernel(
+  const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
+{
+  return KernelOf(KernelType::PearsonII, w, squaredConfusion, gaussian);
+}
+
 struct Moments
 {
   double Mass = 0, XX = 0, YY = 0, XY = 0;
@@ -96,8 +113,8 @@ void CheckBox(const ResamplingKernel& k, double support)
   CHECK(top >= k.HalfHeight * (1.0 - missed));
 }
 
-void CheckKernel(
-  const Symmetric2& projected, const double variance[2], double cutoff, const ResamplingKernel& k)
+void CheckKernel(const Symmetric2& projected, const double (&variance)[2], double cutoff,
+  const ResamplingKernel& k)
 {
   const TruncatedGaussian gaussian(cutoff);
   const Moments m = Integrate(k, gaussian.Support());
@@ -129,13 +146,13 @@ void TestMoments()
       const double variance[2] = { v, i % 2 ? v : v * random.Uniform(0.2, 5.0) };
       const Footprint w(projected, variance);
       const TruncatedGaussian gaussian(cutoff);
-      CheckKernel(projected, variance, cutoff, MakeGaussianKernel(w, gaussian));
+      CheckKernel(projected, variance, cutoff, GaussianKernel(w, gaussian));
       // The disc's own variance, C^2 / 4, is part of the isotropic one; every other is nearly all
       // blur.
       const double share = i % 2 ? random.Uniform(0.0, 1.0) : 1.0 - 0.1 * random.Uniform(0.0, 1.0);
       const Symmetric2 little{ i % 2 ? projected.XX : 0.0, i % 2 ? projected.YY : 0.0,
         i % 2 ? projected.XY : 0.0 };
-      const ResamplingKernel pearson = MakePearsonKernel(
+      const ResamplingKernel pearson = PearsonKernel(
         Footprint(little, variance), 4.0 * std::min(variance[0], variance[1]) * share, gaussian);
       shapes.insert(pearson.Shape);
       CheckKernel(little, variance, cutoff, pearson);
@@ -154,7 +171,7 @@ void TestPearsonLimits()
   {
     const double variance[2] = { 100.0, 100.0 };
     const ResamplingKernel k =
-      MakePearsonKernel(Footprint({ 0, 0, 0 }, variance), 400.0 * share, gaussian);
+      PearsonKernel(Footprint({ 0, 0, 0 }, variance), 400.0 * share, gaussian);
     CHECK(k.Shape >= last);
     last = k.Shape;
     if (share == 1.0)
@@ -166,7 +183,7 @@ void TestPearsonLimits()
   }
   CHECK(last == 4.0);
   const double variance[2] = { 1.0, 1.0 };
-  CHECK(MakePearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
+  CHECK(PearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
 }
 
 /// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over
@@ -204,7 +221,7 @@ void TestIndefinite()
   for (double excess : { 1e-7, 1e-3, 0.3 })
   {
     const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
-    const ResamplingKernel k = MakeGaussianKernel(Footprint(projected, variance), gaussian);
+    const ResamplingKernel k = GaussianKernel(Footprint(projected, variance), gaussian);
     CHECK(k.A > 0.0 && k.B > 0.0 && k.Peak > 0.0);
     CHECK_NEAR(Integrate(k, gaussian.Support()).Mass, 1.0, 1e-12);
     CheckBox(k, gaussian.Support());

@@ -186,4 +186,30 @@ Picture RenderPicture(const SplatContext& context, const TestCloud& cloud)
 {
   return RenderPicture(context, std::vector<SurfelCloud>{ cloud.Get() });
 }
+
+std::array<double, 3> Shade(const Material& material, const std::vector<Light>& lights,
+  const std::array<double, 3>& color, const std::array<double, 3>& ambientColor,
+  const Vector3& position, const Vector3& normal, const Vector3& toViewer)
+{
+  if (!material.Lit)
+  {
+    return color;
+  }
+  ShadingMaterial surface = ToShading(material, false);
+  std::copy(ambientColor.begin(), ambientColor.end(), surface.AmbientColor);
+  std::vector<ShadingLight> plain;
+  for (const Light& light : lights)
+  {
+    plain.push_back(ToShading(light));
+  }
+  const auto lane = [](const Vector3& v) { return Vector3Of<double>{ v[0], v[1], v[2] }; };
+  const ShadedColor<double> shaded = Shade<double>(
+    surface, plain.data(), plain.size(), lane(position), lane(normal), lane(toViewer));
+  std::array<double, 3> result;
+  for (int c = 0; c < 3; ++c)
+  {
+    result[c] = shaded.Base[c] + shaded.Share[c] * color[c];
+  }
+  return result;
+}
 }

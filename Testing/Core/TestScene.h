@@ -114,4 +114,10 @@ Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);
 Vector3 Cross(const Vector3& a, const Vector3& b);
+
+/// Light leaving a surfel towards the lens, by Core/Surfels/Shading.h with one lane.
+/// @param ambientColor its ambient colour, which may be another than its own
+std::array<double, 3> Shade(const Material& material, const std::vector<Light>& lights,
+  const std::array<double, 3>& color, const std::array<double, 3>& ambientColor,
+  const Vector3& position, const Vector3& normal, const Vector3& toViewer);
 }

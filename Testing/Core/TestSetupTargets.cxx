@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The set-up kernel of every instruction set that this machine has, against MakeSplat, surfel by
- * surfel: every lens, kernel, grid and light, levels of a hierarchy, and values that are no
+ * The set-up of every instruction set that this machine has, against that of one surfel at a time:
+ * every lens, kernel, grid and light, levels of a hierarchy, and values that are no
  * numbers.
  */
 #include "Check.h"

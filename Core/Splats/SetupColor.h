@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Third stage of the set-up: the surfels' colours in their light.
+ */
+#pragma once
+
+#include "Core/Splats/SetupBatch.h"
+#include "Core/Splats/SetupConstants.h"
+
+namespace SurfelSplatting
+{
+template <class Real>
+struct SurfelColors
+{
+  Real Red, Green, Blue, Opacity;
+  ShadedColor<Real> Shaded;
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> ShadeSurfels(
+  const SetupJob& job, const PlacedSurfels<Real>& s)
+{
+  if (!job.Surface.Lit)
+  {
+    const Real one = Uniform<Real>(1.0);
+    return { { Real{}, Real{}, Real{} }, { one, one, one } };
+  }
+  const Real sign = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) / Norm(s.Area);
+  const Vector3Of<Real> normal{ s.Area.X * sign, s.Area.Y * sign, s.Area.Z * sign };
+  Vector3Of<Real> toViewer{ Real{}, Real{}, Uniform<Real>(-1.0) };
+  if (!job.Camera.Parallel)
+  {
+    const Real inverse = -1.0 / Norm(s.P);
+    toViewer = { s.P.X * inverse, s.P.Y * inverse, s.P.Z * inverse };
+  }
+  return Shade(job.Surface, job.Lights, job.NumberOfLights, s.P, normal, toViewer);
+}
+
+/// SurfelCloud::Color of surfels, without the cloud's opacity; where they have none, `color` stays.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherColors(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
+{
+  for (int i = 0; i < 4; ++i)
+  {
+    if (cloud.ColorsUChar)
+    {
+      color[i] = FillLanes<Real>(
+        LaneTypes<Real>::Count, [&](int l) { return cloud.ColorsUChar[4 * index[l] + i] / 255.0; });
+    }
+    else if (cloud.ColorsFloat)
+    {
+      color[i] = FillLanes<Real>(LaneTypes<Real>::Count,
+        [&](int l) { return static_cast<double>(cloud.ColorsFloat[4 * index[l] + i]); });
+    }
+  }
+  if (cloud.Opacities)
+  {
+    color[3] *= Gather(cloud.Opacities, index, 1);
+  }
+}
+
+/// The same of nodes above the leaves.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherNodeColors(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
+{
+  const std::size_t first = cloud.NumberOfSurfels;
+  if (!cloud.NodeColors)
+  {
+    const HierarchyNode* nodes = cloud.Nodes;
+    color[3] =
+      GatherInts<Real>([&](int l) { return nodes[index[l] - first].Opacity; }) * (1.0 / PackedOne);
+    return;
+  }
+  const NodeColor* nodes[LaneTypes<Real>::Count];
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    nodes[l] = cloud.NodeColors + (index[l] - first);
+  }
+  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->ColorUnit; }) / PackedOne;
+  for (int c = 0; c < 3; ++c)
+  {
+    color[c] = unit * GatherInts<Real>([&](int l) { return nodes[l]->Color[c]; });
+  }
+  color[3] = GatherInts<Real>([&](int l) { return nodes[l]->Opacity; }) * (1.0 / PackedOne);
+}
+
+/// The normal on the side that is seen, in the world, as a colour. Normals are covectors: the
+/// transpose takes them from the camera to the world.
+template <class Real>
+SURFELSPLATTING_INLINE void PaintNormals(
+  const SetupJob& job, const PlacedSurfels<Real>& s, Real (&color)[4])
+{
+  const auto& m = job.WorldToCamera;
+  const Vector3Of<Real>& a = s.Area;
+  const Vector3Of<Real> n = { m[0][0] * a.X + m[1][0] * a.Y + m[2][0] * a.Z,
+    m[0][1] * a.X + m[1][1] * a.Y + m[2][1] * a.Z, m[0][2] * a.X + m[1][2] * a.Y + m[2][2] * a.Z };
+  const Real half = (s.BackSide ? Uniform<Real>(-0.5) : Uniform<Real>(0.5)) / Norm(n);
+  color[0] = 0.5 + half * n.X;
+  color[1] = 0.5 + half * n.Y;
+  color[2] = 0.5 + half * n.Z;
+}
+
+/// Colours told apart at a glance, from the finest level on; they repeat (the paper's figure 5).
+constexpr double LevelColors[8][3] = { { 0.85, 0.85, 0.85 }, { 0.30, 0.55, 0.95 },
+  { 0.20, 0.75, 0.45 }, { 0.95, 0.85, 0.25 }, { 0.95, 0.55, 0.20 }, { 0.85, 0.25, 0.25 },
+  { 0.70, 0.35, 0.80 }, { 0.45, 0.30, 0.20 } };
+
+template <class Real>
+SURFELSPLATTING_INLINE void PaintLevel(const SetupJob& job, int level, Real (&color)[4])
+{
+  const bool number = job.Colors == Paint::LevelNumbers;
+  for (int c = 0; c < 3; ++c)
+  {
+    color[c] = Uniform<Real>(LevelColors[level % 8][c]);
+    if (number)
+    {
+      color[c] = Uniform<Real>(c == 0 ? level / LargestPaintedLevel : 0.0);
+    }
+  }
+}
+
+/// To [0, high]; NaN and infinity stay what they are, to be found by IsRepresentable.
+template <class Real>
+SURFELSPLATTING_INLINE Real ClampColor(const Real& x, double high)
+{
+  return IsFinite(x) ? Smaller(Larger(x, Real{}), Uniform<Real>(high)) : x;
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE SurfelColors<Real> Color(
+  const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
+{
+  Real c[4] = { Uniform<Real>(job.Color[0]), Uniform<Real>(job.Color[1]),
+    Uniform<Real>(job.Color[2]), Uniform<Real>(1.0) };
+  index.Level > 0 ? GatherNodeColors(job.Cloud, index, c) : GatherColors(job.Cloud, index, c);
+  if (job.Colors == Paint::Normals)
+  {
+    PaintNormals(job, s, c);
+  }
+  else if (job.Colors != Paint::Own)
+  {
+    PaintLevel(job, index.Level, c);
+  }
+  SurfelColors<Real> colors;
+  const ShadedColor<Real>& shaded = colors.Shaded = ShadeSurfels(job, s);
+  constexpr double largest = LargestColor;
+  colors.Red = ClampColor(shaded.Base[0] + shaded.Share[0] * c[0], largest);
+  colors.Green = ClampColor(shaded.Base[1] + shaded.Share[1] * c[1], largest);
+  colors.Blue = ClampColor(shaded.Base[2] + shaded.Share[2] * c[2], largest);
+  colors.Opacity = ClampColor(c[3] * job.Cloud.Opacity, 1.0);
+  return colors;
+}
+}

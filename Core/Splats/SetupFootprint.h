@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Second stage of the set-up: what lens, pixel and level of detail make of a surfel's footprint on
+ * the screen, the grid that it is drawn on, and its kernel.
+ */
+#pragma once
+
+#include "Core/Base/CoarseLevels.h"
+#include "Core/Lens/Lens.h"
+#include "Core/Splats/SetupBatch.h"
+#include "Core/Splats/SetupConstants.h"
+
+namespace SurfelSplatting
+{
+template <class Real>
+struct LensBlur
+{
+  Real ConfusionX, ConfusionY; ///< C in x and y, px
+  Real Signed;                 ///< C / f, negative in front of the focus
+  Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
+  Real OffsetX, OffsetY;       ///< of the blur's centre from the surfel's, px
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE LensBlur<Real> Blur(
+  const SetupJob& job, int level, const PlacedSurfels<Real>& s)
+{
+  const View& view = job.Camera;
+  const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
+  LensBlur<Real> b;
+  b.ConfusionX = b.ConfusionY = b.Signed = b.OffsetX = b.OffsetY = Real{};
+  b.Variance[0] = b.Variance[1] = Uniform<Real>(job.Prefilter);
+  if (!view.Parallel && job.LensRadius > 0.0)
+  {
+    b.Signed = SignedConfusion(job.LensRadius, job.InverseFocalDistance, s.InverseZ);
+    b.ConfusionX = fx * Magnitude(b.Signed);
+    b.ConfusionY = fy * Magnitude(b.Signed);
+    b.Variance[0] += job.DefocusFactor * b.ConfusionX * b.ConfusionX;
+    b.Variance[1] += job.DefocusFactor * b.ConfusionY * b.ConfusionY;
+    // The paper's kernel has no such offset; sectors weigh the two sides of the lens instead.
+    if (job.Offsets)
+    {
+      const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
+      b.OffsetX = view.Fx * b.Signed * mean.X;
+      b.OffsetY = view.Fy * b.Signed * mean.Y;
+    }
+  }
+  if (level > 0)
+  {
+    const Real perDepth = LeastNodeBlur * s.InverseZ;
+    const Real spacing = perDepth * perDepth * Norm(s.Area);
+    b.Variance[0] = Larger(b.Variance[0], fx * fx * spacing);
+    b.Variance[1] = Larger(b.Variance[1], fy * fy * spacing);
+  }
+  return b;
+}
+
+/**
+ * Variance matrix of the smallest ellipse about two others with the same centre (Krivanek and Zara
+ * 2003, DC-TR-2003): both diagonal in the axes of the generalised eigenproblem A x = l B x, the
+ * larger is taken in each. B is diagonal here: V_I.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Symmetric2Of<Real> Circumellipse(
+  const Symmetric2Of<Real>& a, const Real (&b)[2])
+{
+  // In the coordinates where B is the identity, A' = B^-1/2 A B^-1/2 = R diag(l) R'.
+  const Real root = SquareRoot(b[0] * b[1]);
+  const Real x = a.XX / b[0], y = a.YY / b[1], xy = a.XY / root;
+  const Real mean = 0.5 * (x + y), half = 0.5 * (x - y);
+  const Real radius = SquareRoot(half * half + xy * xy), one = Uniform<Real>(1.0);
+  const Real low = Larger(mean - radius, one), high = Larger(mean + radius, one);
+  const Real cosine = radius > 0.0 ? half / radius : one; // of twice the angle
+  const Real sine = radius > 0.0 ? xy / radius : Real{};
+  const Real m = 0.5 * (low + high), d = 0.5 * (high - low);
+  return { (m + d * cosine) * b[0], (m - d * cosine) * b[1], d * sine * root };
+}
+
+/// V_r of nodes: the mean covariance of the leaves below.
+template <class Real>
+SURFELSPLATTING_INLINE Symmetric3Of<Real> GatherLeafCovariances(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index)
+{
+  const auto field = [&](int i) {
+    return GatherFloats<Real>(
+      [&](int l) { return cloud.LeafCovariances[6 * (index[l] - cloud.NumberOfSurfels) + i]; });
+  };
+  return { field(0), field(1), field(2), field(3), field(4), field(5) };
+}
+
+/// W of a node as in the paper: M V_r M' + h + V_diff, V_diff = circumellipse(M V_q M', V_I).
+/// @param all M S M' of the node
+template <class Real>
+SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
+  const BatchIndices<Real>& index, const ProjectionJacobian<Real>& jacobian,
+  const Symmetric2Of<Real>& all, const LensBlur<Real>& blur)
+{
+  const Symmetric2Of<Real> reconstruction =
+    jacobian.Project(ToCamera(job.Linear, GatherLeafCovariances(job.Cloud, index)));
+  const Symmetric2Of<Real> level{ Larger(all.XX - reconstruction.XX, Real{}),
+    Larger(all.YY - reconstruction.YY, Real{}), all.XY - reconstruction.XY };
+  // A pinhole's V_I is 0: a millionth of the pixel keeps the eigenproblem regular.
+  const Real h = Uniform<Real>(job.Prefilter), least = 1e-6 * h;
+  const Real lens[2] = { Larger(job.DefocusFactor * blur.ConfusionX * blur.ConfusionX, least),
+    Larger(job.DefocusFactor * blur.ConfusionY * blur.ConfusionY, least) };
+  const Symmetric2Of<Real> difference = Circumellipse(level, lens);
+  const Real variance[2] = { h, h };
+  return FootprintOf<Real>({ reconstruction.XX + difference.XX, reconstruction.YY + difference.YY,
+                             reconstruction.XY + difference.XY },
+    variance);
+}
+
+/// Surfels on the screen.
+template <class Real>
+struct ScreenFootprints
+{
+  ProjectionJacobian<Real> Jacobian;
+  Symmetric2Of<Real> Projected; ///< M S M', px^2
+  FootprintOf<Real> W;          ///< without the variance that a coarse grid adds
+  Real Smooth;                  ///< share of W that lens and pixel filter make, [0, 1]
+  Real Cell;                    ///< of the coarse grid, px; 1: the picture
+  Real SquaredConfusion;        ///< that the kernel's shape is made for, px^2
+  MaskOf<Real> Tilted;          ///< carries a colour gradient
+};
+
+/// The coarse grid of a splat (CoarseGrid.h). Where the kernel's border would be too narrow for it
+/// (GridCellsPerDeviation), the grid is made finer once. A node whose gradient, which is at work in
+/// that border, needs a finer grid yet is small against the blur and does without its gradient.
+template <class Real>
+SURFELSPLATTING_INLINE void ChooseGrid(
+  const MaskOf<Real>& alive, const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
+{
+  const Real smallest = f.W.SmallestEigenvalue(), one = Uniform<Real>(1.0);
+  f.Cell = CoarseCell(smallest);
+  if (!AnyLane<Real>(alive & (f.Cell > 1.0)))
+  {
+    f.Cell = one;
+    return;
+  }
+  const Real confusion = Larger(blur.ConfusionX, blur.ConfusionY);
+  const Real sharp = SquareRoot(Larger(smallest - 0.25 * confusion * confusion, Real{}));
+  const MaskOf<Real> finer =
+    (f.Cell > 1.0) & Not<MaskOf<Real>>(f.Cell <= GridCellsPerDeviation * sharp);
+  f.Tilted &= Not(finer) | (0.5 * f.Cell <= GridCellsPerDeviation * sharp);
+  const double lowest = 1 << LowestCoarseLevel;
+  f.Cell = finer ? (f.Cell > lowest ? 0.5 * f.Cell : one) : f.Cell;
+
+  const MaskOf<Real> coarse = f.Cell > 1.0;
+  const Real softness = LeastSoftness * f.Cell;
+  const Real softened = Smaller(f.SquaredConfusion, 4.0 * (smallest - softness * softness));
+  f.SquaredConfusion = coarse ? softened : f.SquaredConfusion;
+  // The grid's interpolation adds d^2 / 6.
+  f.W = Select<Real>(coarse, f.W.Without(f.Cell * f.Cell / 6.0), f.W);
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
+  const BatchIndices<Real>& index, const PlacedSurfels<Real>& s, const LensBlur<Real>& blur)
+{
+  const View& view = job.Camera;
+  const bool paper = index.Level > 0 && job.PaperDetail;
+  ScreenFootprints<Real> f;
+  f.Jacobian = ProjectionJacobian<Real>(view, s.P, s.InverseZ);
+  f.Projected = f.Jacobian.Project(s.Covariance);
+  f.W = FootprintOf<Real>(f.Projected, blur.Variance);
+  if (paper)
+  {
+    f.W = PaperFootprint(job, index, f.Jacobian, f.Projected, blur);
+  }
+  const Real isotropic = view.Fx * view.Fx == view.Fy * view.Fy
+    ? blur.Variance[0]
+    : SquareRoot(blur.Variance[0] * blur.Variance[1]);
+  f.Smooth = Smaller(isotropic * f.W.InverseRoot, Uniform<Real>(1.0));
+  const bool gradients =
+    index.Level > 0 && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
+  f.Tilted = gradients ? s.Alive : MaskOf<Real>{};
+  f.Cell = Uniform<Real>(1.0);
+  f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
+  if (job.CoarseGrids)
+  {
+    ChooseGrid(s.Alive, blur, f);
+  }
+  return f;
+}
+}
