@@ -3,9 +3,9 @@
  * Wide splats on coarse grids: the same picture as at full resolution but for a known small error,
  * no seams, and time that does not follow the splats' area.
  */
-#include "Check.h"
 #include "Core/Raster/CoarseGrid.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -42,7 +42,7 @@ double MeanSquareDifference(const Picture& a, const Picture& b)
 }
 
 /// One splat for each cell that it is wide; levels 0 (the picture) and from LowestCoarseLevel on.
-void TestLevels()
+TEST_CASE("Levels")
 {
   CHECK(CoarseLevel(0.0) == 0);
   CHECK(CoarseLevel(1.0) == 0);
@@ -53,7 +53,7 @@ void TestLevels()
   CHECK(CoarseLevel(143.9) == 2);
   CHECK(CoarseLevel(144.0) == 3);
   CHECK(CoarseLevel(1e12) == HighestCoarseLevel);
-  CHECK(CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2);
+  CHECK((CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2));
 }
 
 /// Mass, centre and variance of a lonely blurred splat are those at full resolution.
@@ -147,7 +147,7 @@ void TestTiltedPlane(KernelType kernel)
 
 /// A textured cloud with things at several depths: close to full resolution, and far fewer
 /// fragments.
-void TestTexturedScene()
+TEST_CASE("Textured scene")
 {
   SplatContext context;
   context.Camera = PinholeView(256, 256, 250.0);
@@ -185,7 +185,7 @@ void TestTexturedScene()
 }
 
 /// A pinhole has no wide splats here and is left alone, bit for bit.
-void TestPinhole()
+TEST_CASE("Pinhole")
 {
   SplatContext context;
   context.Camera = PinholeView(64, 64, 60.0);
@@ -203,15 +203,11 @@ void TestPinhole()
 }
 }
 
-int main()
+TEST_CASE("Lonely splat and tilted plane")
 {
-  TestLevels();
-  TestPinhole();
-  TestTexturedScene();
   for (KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
   {
     TestLonelySplat(kernel);
     TestTiltedPlane(kernel);
   }
-  return Checks().Report("coarse grids");
 }

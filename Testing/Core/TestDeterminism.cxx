@@ -3,8 +3,8 @@
  * The same frame, bit for bit, at any number of threads, in any order of the pieces of work, and
  * every time.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <cstring>
 #include <new>
@@ -60,7 +60,7 @@ bool Same(const Picture& a, const Picture& b)
 }
 
 /// An exception of any thread reaches the caller, after all of them have come back.
-void TestExceptions()
+TEST_CASE("Exceptions")
 {
   for (unsigned int threads : { 1u, 2u, 8u })
   {
@@ -82,10 +82,8 @@ void TestExceptions()
   }
 }
 
-int main(int argc, char* argv[])
+TEST_CASE("Threads and order of work")
 {
-  ChooseKernel(argc, argv);
-  TestExceptions();
   const TestCloud cloud = MakeCloud();
   const std::vector<SurfelCloud> clouds(2, cloud.Get());
   SplatContext context = TestContext();
@@ -115,5 +113,4 @@ int main(int argc, char* argv[])
   splatter.Render(context, { clouds[0] }, SerialExecutor(), picture.Get());
   splatter.Render(context, clouds, ThreadExecutor(3), picture.Get());
   CHECK(Same(expected, picture));
-  return Checks().Report("determinism");
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TestScene.h"
+#include "Testing/Shared/TestRun.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 namespace SurfelSplatting
 {
@@ -144,22 +144,12 @@ Frame Picture::Get()
   return { this->Width, this->Height, this->Color.data(), this->Depth.data() };
 }
 
-namespace
-{
-KernelType KernelUnderTest = KernelType::PearsonII;
-}
-
 SplatContext TestContext()
 {
   SplatContext context;
-  context.Settings.Kernel = KernelUnderTest;
+  context.Settings.Kernel =
+    SurfelTesting::ThisRun.Variant == "gaussian" ? KernelType::Gaussian : KernelType::PearsonII;
   return context;
-}
-
-void ChooseKernel(int argc, char* argv[])
-{
-  KernelUnderTest =
-    argc > 1 && std::string(argv[1]) == "gaussian" ? KernelType::Gaussian : KernelType::PearsonII;
 }
 
 View PinholeView(int width, int height, double focalLength)

@@ -99,9 +99,8 @@ public:
   std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y) * Width + x; }
 };
 
-/// Settings with the kernel that the test was called for: argv[1] is gaussian or pearson.
+/// Settings with the kernel to test: the program's argument, gaussian or pearson.
 SplatContext TestContext();
-void ChooseKernel(int argc, char* argv[]);
 
 /// Looks along z from the origin; principal point in the middle of the picture.
 View PinholeView(int width, int height, double focalLength);
