@@ -7,7 +7,7 @@
 
 using namespace SurfelTesting;
 
-TEST_CASE("Available memory")
+TEST_CASE("Memory that points need")
 {
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   CHECK(SurfelGeometry::AvailableMemory() > 0.0);

@@ -110,7 +110,7 @@ std::vector<float> Grid(int side)
 }
 }
 
-TEST_CASE("Neighbor search")
+TEST_CASE("Nearest points as by brute force")
 {
   TestCloud(RandomCloud(600, 1.0f, 0.0f));
   TestCloud(RandomCloud(600, 1.0f, 1000.0f));

@@ -85,8 +85,8 @@ TEST_CASE("Arrays")
     packed->GetNumberOfTuples() == filter->GetNumberOfNodes() - leaves));
   CHECK(nodes->GetPoints()->GetDataType() == VTK_FLOAT);
   // VTK's own filters see the surfels.
-  CHECK((
-    nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves));
+  CHECK(
+    (nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves));
   // Surfels keep what they had, in another order.
   vtkDataArray* ids = nodes->GetPointData()->GetArray("ids");
   vtkDataArray* height = nodes->GetPointData()->GetArray("height");
@@ -104,8 +104,8 @@ TEST_CASE("Arrays")
       height->GetTuple1(i), surfels->GetPointData()->GetArray("height")->GetTuple1(id), 0.0);
   }
   auto* names = vtkStringArray::SafeDownCast(nodes->GetPointData()->GetAbstractArray("names"));
-  CHECK((
-    names && names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0)))));
+  CHECK((names &&
+    names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0)))));
 }
 
 TEST_CASE("Origin and doubles")

@@ -347,6 +347,7 @@ TEST_CASE("Given normals")
   estimation->Update();
   CHECK(Surfels(estimation->GetOutput()).Normal(100)[0] * sphere.Points[100][0] +
       Surfels(estimation->GetOutput()).Normal(100)[1] * sphere.Points[100][1] +
-      Surfels(estimation->GetOutput()).Normal(100)[2] * sphere.Points[100][2] >= 0.99);
+      Surfels(estimation->GetOutput()).Normal(100)[2] * sphere.Points[100][2] >=
+    0.99);
 }
 }

@@ -163,8 +163,8 @@ TEST_CASE("Trouble")
   Messages messages(filter);
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(15)).Points));
   filter->Update();
-  CHECK((
-    !messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos));
+  CHECK(
+    (!messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos));
 
   Pipeline empty{ Sampled() };
   CHECK(empty.Run().Count() == 0);

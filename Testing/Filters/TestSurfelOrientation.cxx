@@ -214,8 +214,8 @@ TEST_CASE("Modes")
     CHECK(named.Right <= 0.0001);
     estimation->SetNormalsArrayName("missing");
     estimation->Update();
-    CHECK(
-      CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size()).Right >= 0.9999);
+    CHECK(CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size()).Right >=
+      0.9999);
     estimation->SetNormalsArrayName(nullptr);
   }
   Messages messages(estimation);

@@ -81,7 +81,8 @@ TEST_CASE("Seams")
   partitioned->Update();
   vtkPolyData* parts = partitioned->GetOutput();
   CHECK(partitioned->GetNumberOfParts() >= 9);
-  CHECK((static_cast<double>(partitioned->GetNumberOfDoubtfulSurfels())) <= (0.01 * data->GetNumberOfPoints()));
+  CHECK((static_cast<double>(partitioned->GetNumberOfDoubtfulSurfels())) <=
+    (0.01 * data->GetNumberOfPoints()));
   CHECK(parts->GetNumberOfPoints() == whole->GetNumberOfPoints());
   const auto array = [](vtkPolyData* d, const char* name) {
     return d->GetPointData()->GetArray(name);
@@ -219,8 +220,8 @@ TEST_CASE("Troubles")
   partitioned->GetEstimation()->SetOrientationModeToAsGiven();
   partitioned->SetInputData(ToPolyData(MakeScene().Points));
   partitioned->Update();
-  CHECK((
-    !messages.Errors.empty() && messages.Errors[0].find("no normals to keep") != std::string::npos));
+  CHECK((!messages.Errors.empty() &&
+    messages.Errors[0].find("no normals to keep") != std::string::npos));
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
 }
 
