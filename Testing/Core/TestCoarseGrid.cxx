@@ -20,27 +20,6 @@ Picture Render(SplatContext context, const TestCloud& cloud, bool coarse)
   return RenderPicture(context, cloud);
 }
 
-double LargestDifference(const Picture& a, const Picture& b)
-{
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
-  }
-  return largest;
-}
-
-double MeanSquareDifference(const Picture& a, const Picture& b)
-{
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    const double d = a.Color[i] - b.Color[i];
-    sum += d * d;
-  }
-  return sum / static_cast<double>(a.Color.size());
-}
-
 /// One splat for each cell that it is wide; levels 0 (the picture) and from LowestCoarseLevel on.
 TEST_CASE("Levels")
 {

@@ -93,27 +93,6 @@ SplatContext RandomContext(Random& random, int number)
   return context;
 }
 
-double LargestDifference(const Picture& a, const Picture& b)
-{
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
-  }
-  return largest;
-}
-
-double MeanSquareDifference(const Picture& a, const Picture& b)
-{
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    const double d = a.Color[i] - b.Color[i];
-    sum += d * d;
-  }
-  return sum / static_cast<double>(a.Color.size());
-}
-
 /// No skip changes a pixel by more than 1/255 against all of them switched off; with the leaves and
 /// with the choice of detail.
 TEST_CASE("Skips")

@@ -6,7 +6,6 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
-#include <cstring>
 #include <new>
 
 using namespace SurfelSplatting;
@@ -50,12 +49,6 @@ TestCloud MakeCloud()
     cloud.Add(s);
   }
   return cloud;
-}
-
-bool Same(const Picture& a, const Picture& b)
-{
-  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
-    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
 }
 }
 

@@ -337,18 +337,10 @@ TEST_CASE("Sectors of plane")
   const Picture whole = RenderPicture(context, cloud);
   context.Sectors = true;
   const Picture sectors = RenderPicture(context, cloud);
-  double largest = 0.0;
-  for (std::size_t i = 0; i < whole.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(whole.Color[i] - sectors.Color[i]));
-  }
-  CHECK(largest == 0.0); // nothing to tell apart: drawn once
+  CHECK(LargestDifference(whole, sectors) == 0.0); // nothing to tell apart: drawn once
   context.LeastConflict = 0.0f;
   const Picture everywhere = RenderPicture(context, cloud);
-  for (std::size_t i = 0; i < whole.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(whole.Color[i] - everywhere.Color[i]));
-  }
+  const double largest = LargestDifference(whole, everywhere);
   std::printf("a plane across the view: sectors everywhere change %.5f at most\n", largest);
   CHECK(largest < 0.006);
   CHECK(largest > 0.0);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace SurfelSplatting
@@ -175,5 +176,32 @@ Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud
 Picture RenderPicture(const SplatContext& context, const TestCloud& cloud)
 {
   return RenderPicture(context, std::vector<SurfelCloud>{ cloud.Get() });
+}
+
+double LargestDifference(const Picture& a, const Picture& b)
+{
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
+  }
+  return largest;
+}
+
+double MeanSquareDifference(const Picture& a, const Picture& b)
+{
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    const double d = a.Color[i] - b.Color[i];
+    sum += d * d;
+  }
+  return sum / static_cast<double>(a.Color.size());
+}
+
+bool Same(const Picture& a, const Picture& b)
+{
+  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
+    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
 }
 }

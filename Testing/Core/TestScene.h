@@ -110,6 +110,13 @@ Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud
   LayerSink* sink = nullptr);
 Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
 
+/// Differences of two pictures' colors, on their own scale.
+double LargestDifference(const Picture& a, const Picture& b);
+double MeanSquareDifference(const Picture& a, const Picture& b);
+
+/// Whether colors and depths are equal bit for bit.
+bool Same(const Picture& a, const Picture& b);
+
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);
 Vector3 Cross(const Vector3& a, const Vector3& b);

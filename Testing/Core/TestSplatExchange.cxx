@@ -8,7 +8,6 @@
 #include "Testing/Shared/Check.h"
 #include "ThreadRanks.h"
 
-#include <cstring>
 #include <limits>
 #include <new>
 
@@ -38,12 +37,6 @@ TestCloud MakeCloud(std::uint64_t seed, int count)
     cloud.Add(s);
   }
   return cloud;
-}
-
-bool Same(const Picture& a, const Picture& b)
-{
-  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
-    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
 }
 
 /// Each rank has every so-and-so-many-th cloud; the picture is rank 0's.

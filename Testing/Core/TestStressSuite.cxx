@@ -211,11 +211,6 @@ bool IsSane(const Picture& picture)
   return true;
 }
 
-bool Same(const Picture& a, const Picture& b)
-{
-  return a.Color == b.Color && a.Depth == b.Depth;
-}
-
 void CheckAgainstDoublePrecision(
   const SplatContext& context, const SurfelCloud& cloud, const Picture& picture, long& judged)
 {
