@@ -11,7 +11,7 @@ build=$root/build
 python=/usr/bin/python3
 
 packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev
-  openexr python3 libpython3-dev python3-pip python3-vtk9 python3-numpy xvfb xauth)
+  doctest-dev openexr python3 libpython3-dev python3-pip python3-vtk9 python3-numpy xvfb xauth)
 
 install_missing_packages() {
   local missing=() package

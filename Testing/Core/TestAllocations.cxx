@@ -3,8 +3,8 @@
  * A steady frame allocates nothing: pinhole and lens, with and without detail, coarse grids, what
  * is hidden, sectors, and lit. Counted by the program's own operator new.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <atomic>
 #include <cstdlib>
@@ -122,7 +122,7 @@ void CheckSteady(
 }
 }
 
-int main()
+TEST_CASE("Steady frames")
 {
   const TestCloud cloud = MakeBall();
   const TestHierarchy hierarchy(cloud);
@@ -144,5 +144,4 @@ int main()
   CheckSteady(fine, hierarchy.Get(), false, "lens, nothing skipped");
   CheckSteady(blurred, cloud.Get(), false, "lens, no detail");
   CheckSteady(sectors, hierarchy.Get(), true, "sectors, other props");
-  return Checks().Report("allocations");
 }

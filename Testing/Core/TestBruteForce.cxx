@@ -4,8 +4,8 @@
  * cloud.
  */
 #include "BruteForceSplatter.h"
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <limits>
@@ -237,7 +237,7 @@ void CompareScene(const Scene& scene)
 }
 }
 
-int main()
+TEST_CASE("Scenes")
 {
   Random random(1);
   std::vector<Scene> scenes = MakeViews(random);
@@ -249,5 +249,4 @@ int main()
     scene.Context.Settings.Kernel = KernelType::PearsonII;
     CompareScene(scene);
   }
-  return Checks().Report("brute force");
 }

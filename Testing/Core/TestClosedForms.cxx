@@ -4,8 +4,8 @@
  * edges in and out of focus, occlusion, a linear texture.
  */
 #include "BruteForceSplatter.h"
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <functional>
@@ -53,7 +53,7 @@ void SetLens(SplatContext& context, double focus, double z, double c)
   context.Optics.Radius = c / (context.Camera.Fx * std::abs(1.0 / focus - 1.0 / z));
 }
 
-void TestCircleOfConfusion()
+TEST_CASE("Circle of confusion")
 {
   const Lens lens{ 0.03, 2.5 };
   for (double z : { 0.01, 0.5, 1.0, 2.4999, 2.5, 2.6, 10.0, 1e6 })
@@ -72,7 +72,7 @@ void TestCircleOfConfusion()
 
 /// 1/z is affine on the picture of a plane, and with it the signed circle of confusion: C = |a x +
 /// b y + c|.
-void TestConfusionOfPlane()
+TEST_CASE("Confusion of plane")
 {
   const Lens lens{ 0.05, 2.0 };
   const double f = 500.0;
@@ -84,7 +84,7 @@ void TestConfusionOfPlane()
   };
   const double c = signedConfusion(0, 0);
   const double a = (signedConfusion(300, 0) - c) / 300.0, b = (signedConfusion(0, 200) - c) / 200.0;
-  CHECK(std::abs(a) > 1e-4 && std::abs(b) > 1e-4);
+  CHECK((std::abs(a) > 1e-4 && std::abs(b) > 1e-4));
   for (int i = -10; i <= 10; ++i)
   {
     const double x = 37.0 * i, y = 23.0 * i * (i % 2 ? 1 : -1);
@@ -124,7 +124,7 @@ double LensVariance(const SplatContext& context, double confusion)
                             : ReferenceLensVariance(confusion, NoTruncation);
 }
 
-void TestDefocusVariance()
+TEST_CASE("Defocus variance")
 {
   // The paper's derivation, exp(-C^2 / 2a) = 1/4, for the Gaussian that is then ended at the
   // cut-off.
@@ -146,7 +146,7 @@ void TestDefocusVariance()
 
 /// Weights of a lonely splat sum to the area that it deposits: its projected area, whatever blur
 /// and obliqueness.
-void TestMass()
+TEST_CASE("Mass")
 {
   Random random(9);
   for (int i = 0; i < 60; ++i)
@@ -256,7 +256,7 @@ double RippleBound(double d, double cosine)
 }
 
 /// A regular grid on a plane covers it once, at any tilt, in one layer.
-void TestGridSum()
+TEST_CASE("Grid sum")
 {
   for (double degrees : { 0.0, 20.0, 45.0, 60.0, 75.0, 85.0, 88.0 })
   {
@@ -300,7 +300,7 @@ double EdgeProfile(const SplatContext& context, double x, double variance, doubl
   // Marginal of (1 - r^2 / R^2)^n, R^2 = 2 (n + 2) W, is proportional to (1 - x^2 / R^2)^(n + 1/2).
   const double ratio = variance / (confusion * confusion);
   const double n = 48.0 * ratio * ratio - 3.0;
-  CHECK(n > 0.125 && n < 0.375); // rounded to 1/4
+  CHECK((n > 0.125 && n < 0.375)); // rounded to 1/4
   const double radius = std::sqrt(4.5 * variance);
   constexpr int steps = 20000;
   double beyond = 0.0, all = 0.0;
@@ -315,7 +315,7 @@ double EdgeProfile(const SplatContext& context, double x, double variance, doubl
 }
 
 /// The edge of a half plane out of focus is that of the kernel, and near that of a disc.
-void TestBlurredEdge()
+TEST_CASE("Blurred edge")
 {
   SplatContext context = ExactContext();
   context.Camera = PinholeView(64, 8, 100.0);
@@ -385,7 +385,7 @@ OcclusionPictures RenderOcclusion(double focus, double confusionZ, double confus
 }
 
 /// Blurred occluder O over a background B in focus: alpha O + (1 - alpha) B.
-void TestBlurredOccluder()
+TEST_CASE("Blurred occluder")
 {
   const OcclusionPictures p = RenderOcclusion(3.0, 1.0, 9.0);
   double partial = 0;
@@ -407,7 +407,7 @@ void TestBlurredOccluder()
  * Occluder in focus over a blurred background: its edge is that of the pixel filter, nothing of the
  * background leaks onto it, and beside it the background is blurred as if nothing stood there.
  */
-void TestNoLeakage()
+TEST_CASE("No leakage")
 {
   const OcclusionPictures p = RenderOcclusion(1.0, 3.0, 9.0);
   // Support of the occluder's splats in focus: sqrt(2 c / tau * (h + (d/2)^2)) = 2.6 px at c = 2.5,
@@ -433,11 +433,11 @@ void TestNoLeakage()
       }
     }
   }
-  CHECK(inside >= 36 && outside > 3000);
+  CHECK((inside >= 36 && outside > 3000));
 }
 
 /// A linear texture on a plane across the view direction stays what it is under any blur.
-void TestLinearTexture()
+TEST_CASE("Linear texture")
 {
   for (double confusion : { 0.0, 3.0, 8.0 })
   {
@@ -467,19 +467,4 @@ void TestLinearTexture()
     }
   }
 }
-}
-
-int main(int argc, char* argv[])
-{
-  ChooseKernel(argc, argv);
-  TestCircleOfConfusion();
-  TestConfusionOfPlane();
-  TestDefocusVariance();
-  TestMass();
-  TestGridSum();
-  TestBlurredEdge();
-  TestBlurredOccluder();
-  TestNoLeakage();
-  TestLinearTexture();
-  return Checks().Report("closed forms");
 }

@@ -3,9 +3,9 @@
  * Wide splats on coarse grids: the same picture as at full resolution but for a known small error,
  * no seams, and time that does not follow the splats' area.
  */
-#include "Check.h"
 #include "Core/Raster/CoarseGrid.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,29 +20,8 @@ Picture Render(SplatContext context, const TestCloud& cloud, bool coarse)
   return RenderPicture(context, cloud);
 }
 
-double LargestDifference(const Picture& a, const Picture& b)
-{
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
-  }
-  return largest;
-}
-
-double MeanSquareDifference(const Picture& a, const Picture& b)
-{
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    const double d = a.Color[i] - b.Color[i];
-    sum += d * d;
-  }
-  return sum / static_cast<double>(a.Color.size());
-}
-
 /// One splat for each cell that it is wide; levels 0 (the picture) and from LowestCoarseLevel on.
-void TestLevels()
+TEST_CASE("Levels")
 {
   CHECK(CoarseCell(0.0) == 1);
   CHECK(CoarseCell(1.0) == 1);
@@ -53,7 +32,7 @@ void TestLevels()
   CHECK(CoarseCell(143.9) == 4);
   CHECK(CoarseCell(144.0) == 8);
   CHECK(CoarseCell(1e12) == 1 << HighestCoarseLevel);
-  CHECK(CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2);
+  CHECK((CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2));
 }
 
 /// Mass, centre and variance of a lonely blurred splat are those at full resolution.
@@ -147,7 +126,7 @@ void TestTiltedPlane(KernelType kernel)
 
 /// A textured cloud with things at several depths: close to full resolution, and far fewer
 /// fragments.
-void TestTexturedScene()
+TEST_CASE("Textured scene")
 {
   SplatContext context;
   context.Camera = PinholeView(256, 256, 250.0);
@@ -185,7 +164,7 @@ void TestTexturedScene()
 }
 
 /// A pinhole has no wide splats here and is left alone, bit for bit.
-void TestPinhole()
+TEST_CASE("Pinhole")
 {
   SplatContext context;
   context.Camera = PinholeView(64, 64, 60.0);
@@ -203,15 +182,11 @@ void TestPinhole()
 }
 }
 
-int main()
+TEST_CASE("Lonely splat and tilted plane")
 {
-  TestLevels();
-  TestPinhole();
-  TestTexturedScene();
   for (KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
   {
     TestLonelySplat(kernel);
     TestTiltedPlane(kernel);
   }
-  return Checks().Report("coarse grids");
 }

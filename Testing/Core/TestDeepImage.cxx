@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Deep pictures: cells of the lens joined by hand, and scenes whose samples are tidy and give the
 // picture when they are composited.
-#include "Check.h"
 #include "Core/Picture/DeepImage.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ Layer OpaqueTo(float alpha, float red, float depth)
 }
 
 /// Two cells: half of the lens sees A (z = 1) before B (z = 2), the other half C (z = 3) alone.
-void TestTwoCells()
+TEST_CASE("Two cells")
 {
   DeepImage deep;
   deep.Begin(2, 1);
@@ -35,7 +35,7 @@ void TestTwoCells()
   deep.BeginPart({ 0, 0, 2, 1 }, 1.0f);
   deep.Receive(0, 0, OpaqueTo(0.8f, 4.0f, 3.0f), 10.0f);
   deep.Finish(SerialExecutor());
-  CHECK(deep.Offsets().size() == 3 && deep.Offsets()[1] == 3 && deep.Offsets()[2] == 3);
+  CHECK((deep.Offsets().size() == 3 && deep.Offsets()[1] == 3 && deep.Offsets()[2] == 3));
   const DeepSample* s = deep.Samples().data();
   // T: 1, then 0.5 (1 - 0.5) + 0.5, then 0.5, then 0.5 (1 - 0.8).
   const double through[] = { 1.0, 0.75, 0.5, 0.1 };
@@ -49,7 +49,7 @@ void TestTwoCells()
 }
 
 /// Parts of one cell: as cells of their share.
-void TestParts()
+TEST_CASE("Parts")
 {
   DeepImage cells, parts;
   for (DeepImage* deep : { &cells, &parts })
@@ -71,7 +71,7 @@ void TestParts()
     }
     deep->Finish(SerialExecutor());
   }
-  CHECK(cells.Offsets() == parts.Offsets() && cells.Samples().size() == 10);
+  CHECK((cells.Offsets() == parts.Offsets() && cells.Samples().size() == 10));
   for (std::size_t i = 0; i < cells.Samples().size(); ++i)
   {
     CHECK_NEAR(cells.Samples()[i].Alpha, parts.Samples()[i].Alpha, 1e-6);
@@ -80,7 +80,7 @@ void TestParts()
 }
 
 /// Equal depths are one sample; what is behind an opaque one is left out; colours are clamped.
-void TestTidy()
+TEST_CASE("Tidy")
 {
   DeepImage deep;
   deep.Begin(1, 1);
@@ -101,7 +101,7 @@ void TestTidy()
   deep.Begin(3, 2);
   deep.BeginCell();
   deep.Finish(SerialExecutor());
-  CHECK(deep.Samples().empty() && deep.Offsets().size() == 7);
+  CHECK((deep.Samples().empty() && deep.Offsets().size() == 7));
 }
 
 /// Colour gradients, several translucent layers, in focus and out of it.
@@ -134,8 +134,8 @@ void CheckPixel(const DeepImage& deep, const Picture& picture, int x, int y, flo
   for (std::uint64_t i = deep.Offsets()[p]; i < deep.Offsets()[p + 1]; ++i)
   {
     const DeepSample& s = deep.Samples()[i];
-    CHECK(i == deep.Offsets()[p] || s.Depth > deep.Samples()[i - 1].Depth);
-    CHECK(s.Alpha > 0.0f && s.Alpha <= 1.0f && s.Depth <= limit);
+    CHECK((i == deep.Offsets()[p] || s.Depth > deep.Samples()[i - 1].Depth));
+    CHECK((s.Alpha > 0.0f && s.Alpha <= 1.0f && s.Depth <= limit));
     const float color[] = { s.Red, s.Green, s.Blue, s.Alpha };
     for (int c = 0; c < 4; ++c)
     {
@@ -180,12 +180,8 @@ void CompareScene(const SplatContext& context, const std::vector<SurfelCloud>& c
 }
 }
 
-int main(int argc, char* argv[])
+TEST_CASE("Flattened image is the picture")
 {
-  ChooseKernel(argc, argv);
-  TestTwoCells();
-  TestParts();
-  TestTidy();
   const TestCloud cloud = Cloud();
   const TestHierarchy hierarchy(cloud);
   SplatContext context = TestContext();
@@ -205,5 +201,4 @@ int main(int argc, char* argv[])
     CompareScene(context, { hierarchy.Get() }, INFINITY);
     context.Sectors = false;
   }
-  return Checks().Report("deep image");
 }

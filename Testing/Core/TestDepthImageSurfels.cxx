@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pixels that others have drawn, seen through the lens: surfaces stay closed, edges blur as the
 // closed forms say, nothing leaks over what is sharp, and what is sharp stays as it is.
-#include "Check.h"
 #include "Core/Splats/DepthImageSurfels.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <cmath>
 #include <limits>
@@ -60,7 +60,7 @@ double PlaneDepth(int x, int y, double tilt)
   return 1.0 / (0.5 + tilt * (x - Width / 2) + 0.3 * tilt * (y - Height / 2));
 }
 
-void TestPlanes()
+TEST_CASE("Planes")
 {
   for (const double tilt : { 0.0, 0.002, 0.004 })
   {
@@ -77,8 +77,8 @@ void TestPlanes()
       }
       std::size_t taken = 0;
       const Picture picture = RenderDrawn(context, drawn, taken);
-      CHECK(radius > 0.0 || taken == 0);
-      CHECK(radius < 0.08 || taken > Width * Height / 2);
+      CHECK((radius > 0.0 || taken == 0));
+      CHECK((radius < 0.08 || taken > Width * Height / 2));
       for (int y = 0; y < Height; ++y)
       {
         for (int x = 0; x < Width; ++x)
@@ -90,8 +90,8 @@ void TestPlanes()
           CHECK_NEAR(picture.At(x, y, 0) + through * own[0], 0.5, 1.0 / 255.0);
           CHECK_NEAR(picture.At(x, y, 1) + through * own[1], own[1], 1.0 / 255.0);
           const bool sharp = drawn.Limit[y * Width + x] != Nothing;
-          CHECK(sharp || picture.At(x, y, 3) > 0.5f);
-          CHECK(taken < Width * Height || picture.At(x, y, 3) > 0.99f);
+          CHECK((sharp || picture.At(x, y, 3) > 0.5f));
+          CHECK((taken < Width * Height || picture.At(x, y, 3) > 0.99f));
         }
       }
     }
@@ -99,7 +99,7 @@ void TestPlanes()
 }
 
 /// A blurred half-plane over nothing: the disc's share that it covers.
-void TestEdge()
+TEST_CASE("Edge")
 {
   const double confusion = 8.0, z = 1.0, focus = 2.0;
   const double radius = confusion / 100.0 / (1.0 / z - 1.0 / focus);
@@ -128,7 +128,7 @@ void TestEdge()
 
 /// A sharp square before a bright blurred wall: inside its silhouette the wall adds nothing. A
 /// blurred square before a sharp wall: it spreads over the wall and lets it through.
-void TestLeakage()
+TEST_CASE("Leakage")
 {
   const auto isSquare = [](int x, int y) { return x >= 30 && x < 60 && y >= 20 && y < 44; };
   for (const bool squareIsSharp : { true, false })
@@ -151,19 +151,19 @@ void TestLeakage()
       {
         if (squareIsSharp && isSquare(x, y))
         {
-          CHECK(picture.At(x, y, 0) == 0.0f && picture.At(x, y, 3) == 0.0f);
+          CHECK((picture.At(x, y, 0) == 0.0f && picture.At(x, y, 3) == 0.0f));
         }
         outside += squareIsSharp || isSquare(x, y) ? 0.0 : picture.At(x, y, 1);
       }
     }
     CHECK(taken == (squareIsSharp ? Width * Height - 30 * 24 : 30 * 24));
-    CHECK(squareIsSharp || outside > 50.0);
+    CHECK((squareIsSharp || outside > 50.0));
   }
 }
 
 /// Taken pixels hide what is behind them where a sharp one is near, and only there: where a plane
 /// goes through the focus nothing behind it shows in the gap.
-void TestRim()
+TEST_CASE("Rim")
 {
   SplatContext context = Context(0.2, 1.5);
   Drawn drawn;
@@ -183,7 +183,7 @@ void TestRim()
   {
     const int x = static_cast<int>(pixel.Index) % Width;
     const bool rim = std::abs(x - 40) <= 6 + RimWidth;
-    CHECK((pixel.Under == pixel.Place) == rim && rim == (limit[pixel.Index] != Nothing));
+    CHECK(((pixel.Under == pixel.Place) == rim && rim == (limit[pixel.Index] != Nothing)));
     CHECK(limit[pixel.Index] >= drawn.Limit[pixel.Index]);
   }
   // A bright wall behind all of it.
@@ -207,19 +207,19 @@ void TestRim()
 }
 
 /// As wide as the blur and the kernel's rest; nothing where all is sharp.
-void TestMargin()
+TEST_CASE("Margin")
 {
   const SplatContext context = Context(0.2, 2.0);
   CHECK(MarginOf(context.Camera, context.Optics, 2.0, 2.0) == 0);
   const double widest = 100.0 * 0.2 * (1.0 - 0.5); // f R |1/z - 1/z_f| at 1
   const int margin = MarginOf(context.Camera, context.Optics, 1.0, 3.0);
-  CHECK(margin > 1.2 * widest && margin < 1.3 * widest + 5.0);
+  CHECK((margin > 1.2 * widest && margin < 1.3 * widest + 5.0));
   CHECK(MarginOf(context.Camera, context.Optics, 1e-3, 3.0) == LargestMargin);
   CHECK(MarginOf(context.Camera, context.Optics, 0.0, 3.0) == LargestMargin);
 }
 
 /// From where the pixels were drawn in the world, through whatever camera.
-void TestCamera()
+TEST_CASE("Camera")
 {
   SplatContext context = Context(0.05, 2.0);
   const double c = std::cos(0.3), s = std::sin(0.3);
@@ -244,16 +244,4 @@ void TestCamera()
   CHECK_NEAR(x / mass, 50.0, 0.01);
   CHECK_NEAR(y / mass, 30.0, 0.01);
 }
-}
-
-int main(int argc, char* argv[])
-{
-  ChooseKernel(argc, argv);
-  TestPlanes();
-  TestEdge();
-  TestLeakage();
-  TestRim();
-  TestMargin();
-  TestCamera();
-  return Checks().Report("pixel surfels");
 }

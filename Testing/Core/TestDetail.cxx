@@ -3,8 +3,8 @@
  * The choice of detail and what is skipped: cuts that are cuts, coverage that stays at every level,
  * pictures that no skip changes, work that follows what is seen.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -93,30 +93,9 @@ SplatContext RandomContext(Random& random, int number)
   return context;
 }
 
-double LargestDifference(const Picture& a, const Picture& b)
-{
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
-  }
-  return largest;
-}
-
-double MeanSquareDifference(const Picture& a, const Picture& b)
-{
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.Color.size(); ++i)
-  {
-    const double d = a.Color[i] - b.Color[i];
-    sum += d * d;
-  }
-  return sum / static_cast<double>(a.Color.size());
-}
-
 /// No skip changes a pixel by more than 1/255 against all of them switched off; with the leaves and
 /// with the choice of detail.
-void TestSkips()
+TEST_CASE("Skips")
 {
   Random random(1);
   const TestHierarchy hierarchy(Room(20000, random));
@@ -135,9 +114,9 @@ void TestSkips()
     hidden += splatter.Statistics().HiddenPairs + splatter.Statistics().HiddenSurfels;
     context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
-    CHECK(splatter.Statistics().Cut.OutsideLeaves == 0 &&
-      splatter.Statistics().Cut.BackLeaves == 0 && splatter.Statistics().HiddenPairs == 0 &&
-      splatter.Statistics().HiddenSurfels == 0);
+    CHECK(
+      (splatter.Statistics().Cut.OutsideLeaves == 0 && splatter.Statistics().Cut.BackLeaves == 0 &&
+        splatter.Statistics().HiddenPairs == 0 && splatter.Statistics().HiddenSurfels == 0));
     const double difference = LargestDifference(with, without);
     CHECK(difference <= 1.0 / 255.0);
     worst = std::max(worst, difference);
@@ -145,11 +124,11 @@ void TestSkips()
   std::printf("skips: pixels off by %.5f at most\n", worst);
   std::printf("skipped: %.0f outside, %.0f facing away, %.0f hidden\n", 1.0 * skipped.OutsideLeaves,
     1.0 * skipped.BackLeaves, 1.0 * hidden);
-  CHECK(skipped.OutsideLeaves > 100000 && skipped.BackLeaves > 100000 && hidden > 1000);
+  CHECK((skipped.OutsideLeaves > 100000 && skipped.BackLeaves > 100000 && hidden > 1000));
 }
 
 /// Every leaf is drawn once: by itself, by a node above it, or not at all since it was skipped.
-void TestCut()
+TEST_CASE("Cut")
 {
   Random random(2);
   const TestHierarchy hierarchy(Room(5000, random));
@@ -185,14 +164,14 @@ void TestCut()
     const std::uint64_t missing =
       static_cast<std::uint64_t>(std::count(drawn.begin(), drawn.end(), 0));
     CHECK(missing == statistics.OutsideLeaves + statistics.BackLeaves);
-    CHECK(settings.Error > 0.0 ||
-      statistics.Nodes + missing == layout.NumberOfLeaves()); // error 0: leaves
+    CHECK((settings.Error > 0.0 ||
+      statistics.Nodes + missing == layout.NumberOfLeaves())); // error 0: leaves
   }
 }
 
 /// A plain surface keeps its coverage whichever level is drawn, and so does the error that is
 /// needed for it.
-void TestNormalizationOfLevels()
+TEST_CASE("Normalization of levels")
 {
   TestCloud cloud;
   for (int j = 0; j < 256; ++j)
@@ -236,14 +215,14 @@ void TestNormalizationOfLevels()
         leaves, low, high, sum);
       // The ripple of the weights is compensated for, more or less.
       CHECK_NEAR(sum, 0.8, rule == CutRule::Moments ? 0.05 : 0.12);
-      CHECK(rule == CutRule::Paper || (low > 0.9 * sum && high < 1.1 * sum));
-      CHECK(radius < 0.1 || leaves > 4.0);
+      CHECK((rule == CutRule::Paper || (low > 0.9 * sum && high < 1.1 * sum)));
+      CHECK((radius < 0.1 || leaves > 4.0));
     }
   }
 }
 
 /// Far more error than anybody wants, as under a time budget: coarse, but without holes.
-void TestCoarseHasNoHoles()
+TEST_CASE("Coarse has no holes")
 {
   Random random(4);
   TestCloud cloud;
@@ -278,7 +257,7 @@ void TestCoarseHasNoHoles()
 }
 
 /// From afar a dense cloud costs what a sparse one costs: the work follows the pixels.
-void TestWorkFollowsPixels()
+TEST_CASE("Work follows pixels")
 {
   std::uint64_t splats[3];
   int k = 0;
@@ -306,11 +285,11 @@ void TestWorkFollowsPixels()
   }
   std::printf("splats: %d, %d, %d\n", static_cast<int>(splats[0]), static_cast<int>(splats[1]),
     static_cast<int>(splats[2]));
-  CHECK(splats[2] < 4 * splats[1] / 2 && splats[2] < 8000);
+  CHECK((splats[2] < 4 * splats[1] / 2 && splats[2] < 8000));
 }
 
 /// Skips hide nothing of what is blurred before an opaque prop of others.
-void TestSkipsBeforeProps()
+TEST_CASE("Skips before props")
 {
   Random random(3);
   const TestHierarchy hierarchy(Room(20000, random));
@@ -334,7 +313,7 @@ void TestSkipsBeforeProps()
 }
 
 /// Through a mirror, and stretched: cones say nothing then, and nothing is lost.
-void TestTransforms()
+TEST_CASE("Transforms")
 {
   Random random(7);
   TestCloud cloud = Room(8000, random);
@@ -350,7 +329,7 @@ void TestTransforms()
 }
 
 /// The same frame, bit for bit, at any number of threads, whichever tile comes first to a node.
-void TestThreads()
+TEST_CASE("Threads")
 {
   Random random(9);
   const TestHierarchy hierarchy(Room(20000, random));
@@ -361,13 +340,13 @@ void TestThreads()
     for (unsigned int threads : { 2u, 8u })
     {
       const Picture picture = RenderPicture(context, { hierarchy.Get() }, ThreadExecutor(threads));
-      CHECK(picture.Color == expected.Color && picture.Depth == expected.Depth);
+      CHECK((picture.Color == expected.Color && picture.Depth == expected.Depth));
     }
   }
 }
 
 /// Leaves of a hierarchy give the picture of the cloud itself.
-void TestLeaves()
+TEST_CASE("Leaves")
 {
   Random random(8);
   const TestCloud cloud = Room(5000, random);
@@ -383,18 +362,4 @@ void TestLeaves()
             RenderPicture(context, cloud), RenderPicture(context, { hierarchy.Get() })) < 1e-6);
   }
 }
-}
-
-int main()
-{
-  TestSkips();
-  TestSkipsBeforeProps();
-  TestCut();
-  TestNormalizationOfLevels();
-  TestCoarseHasNoHoles();
-  TestWorkFollowsPixels();
-  TestTransforms();
-  TestThreads();
-  TestLeaves();
-  return Checks().Report("detail");
 }

@@ -3,10 +3,9 @@
  * The same frame, bit for bit, at any number of threads, in any order of the pieces of work, and
  * every time.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
-#include <cstring>
 #include <new>
 
 using namespace SurfelSplatting;
@@ -51,16 +50,10 @@ TestCloud MakeCloud()
   }
   return cloud;
 }
-
-bool Same(const Picture& a, const Picture& b)
-{
-  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
-    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
-}
 }
 
 /// An exception of any thread reaches the caller, after all of them have come back.
-void TestExceptions()
+TEST_CASE("Exceptions")
 {
   for (unsigned int threads : { 1u, 2u, 8u })
   {
@@ -82,10 +75,8 @@ void TestExceptions()
   }
 }
 
-int main(int argc, char* argv[])
+TEST_CASE("Threads and order of work")
 {
-  ChooseKernel(argc, argv);
-  TestExceptions();
   const TestCloud cloud = MakeCloud();
   const std::vector<SurfelCloud> clouds(2, cloud.Get());
   SplatContext context = TestContext();
@@ -115,5 +106,4 @@ int main(int argc, char* argv[])
   splatter.Render(context, { clouds[0] }, SerialExecutor(), picture.Get());
   splatter.Render(context, clouds, ThreadExecutor(3), picture.Get());
   CHECK(Same(expected, picture));
-  return Checks().Report("determinism");
 }

@@ -3,10 +3,10 @@
  * The hierarchy: every node's values against sums over its leaves, coverage from all sides at every
  * level, degenerate clouds, and the same at any number of threads.
  */
-#include "Check.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,15 +17,17 @@ using namespace SurfelSplatting;
 
 namespace
 {
-void TestLayout()
+TEST_CASE("Layout")
 {
-  CHECK(HierarchyLayout(0, 0).NumberOfNodes() == 0 && HierarchyLayout(0, 0).NumberOfLevels() == 0);
-  CHECK(HierarchyLayout(1, 0).NumberOfNodes() == 1 && HierarchyLayout(1, 0).NumberOfLevels() == 1);
+  CHECK(
+    (HierarchyLayout(0, 0).NumberOfNodes() == 0 && HierarchyLayout(0, 0).NumberOfLevels() == 0));
+  CHECK(
+    (HierarchyLayout(1, 0).NumberOfNodes() == 1 && HierarchyLayout(1, 0).NumberOfLevels() == 1));
   CHECK(HierarchyLayout(0, 3).NumberOfNodes() == 3 + 2 + 1);
   const HierarchyLayout layout(5, 2);
-  CHECK(layout.NumberOfLevels() == 4 && layout.NumberOfLeaves() == 7);
-  CHECK(layout.Count(1, 0) == 3 && layout.Count(1, 1) == 1 && layout.Begin(1, 1) == 10);
-  CHECK(layout.RootLevel(0) == 3 && layout.RootLevel(1) == 1);
+  CHECK((layout.NumberOfLevels() == 4 && layout.NumberOfLeaves() == 7));
+  CHECK((layout.Count(1, 0) == 3 && layout.Count(1, 1) == 1 && layout.Begin(1, 1) == 10));
+  CHECK((layout.RootLevel(0) == 3 && layout.RootLevel(1) == 1));
   CHECK(layout.Begin(3, 0) == 7 + 4 + 3);
   // All of them: 7 + 4 + 3 + 2 (a tree's only node is repeated up to the other's root).
   CHECK(layout.NumberOfNodes() == 16);
@@ -139,7 +141,7 @@ void CheckSpread(const SurfelCloud& tree, std::size_t node, std::size_t first, s
   covariance = Mix(covariance, 1.0, leaves, 1.0);
   CHECK(farthest <= tree.Node(node).Bound);
   const double cone = ConeOf(tree.Node(node));
-  CHECK(twoSided ? cone == -1.0 : cosine >= cone);
+  CHECK((twoSided ? cone == -1.0 : cosine >= cone));
   CheckCovariance(tree.Covariance(node), covariance, 8.0 * Packed);
   CheckCovariance(tree.LeafCovariance(node), leaves, 1e-6);
   // Opacities vary within the node, and means of position are by area: the first moment is about
@@ -180,11 +182,11 @@ void CheckNode(const TestHierarchy& h, int level, int tree, std::size_t j)
   CheckSpread(cloud, node, first, last, sums, twoSided);
 }
 
-void TestMoments()
+TEST_CASE("Moments")
 {
   Random random(1);
   const TestHierarchy h(BallAndSheet(700, random));
-  CHECK(h.Order.Layout.NumberOfLeaves(0) == 700 && h.Order.Layout.NumberOfLeaves(1) == 700);
+  CHECK((h.Order.Layout.NumberOfLeaves(0) == 700 && h.Order.Layout.NumberOfLeaves(1) == 700));
   for (int level = 1; level < h.Order.Layout.NumberOfLevels(); ++level)
   {
     for (int tree = 0; tree < 2; ++tree)
@@ -199,7 +201,7 @@ void TestMoments()
 
 /// Front-facing area of the ball, sum max(0, -A.v), from many sides: that of the leaves at levels
 /// that the rule of coherence lets be drawn.
-void TestCoverage()
+TEST_CASE("Coverage")
 {
   Random random(2);
   const TestHierarchy h(BallAndSheet(4000, random));
@@ -235,7 +237,7 @@ bool Same(const TestHierarchy& a, const TestHierarchy& b)
     SameBytes(a.Colors, b.Colors) && a.LeafCovariances == b.LeafCovariances;
 }
 
-void TestThreads()
+TEST_CASE("Threads")
 {
   Random random(3);
   const TestCloud cloud = BallAndSheet(30000, random);
@@ -287,7 +289,7 @@ void CheckPictures(const TestHierarchy& h)
 }
 
 /// No point, one point, all points in one place, on a line, at extremes, without area, and NaN.
-void TestDegenerate()
+TEST_CASE("Degenerate")
 {
   for (int kind = 0; kind < 7; ++kind)
   {
@@ -322,7 +324,7 @@ void TestDegenerate()
 
 /// Two parallel sheets that face away from each other, closer than a node is wide: split by their
 /// normals, small nodes stay on one side.
-void TestFolds()
+TEST_CASE("Folds")
 {
   TestCloud cloud;
   Random random(5);
@@ -345,7 +347,7 @@ void TestFolds()
 }
 
 /// Any moments to 16 bits and back: to half a step of their units, whatever the rank.
-void TestPacking()
+TEST_CASE("Packing")
 {
   Random random(6);
   for (int i = 0; i < 2000; ++i)
@@ -381,26 +383,14 @@ void TestPacking()
   for (double cosine : { -1.0, -0.3, 0.0, 0.99999, 1.0 })
   {
     SetBounds(1.0 / 3.0, cosine, node);
-    CHECK(node.Bound >= 1.0 / 3.0 && ConeOf(node) <= cosine && ConeOf(node) >= cosine - 1e-4);
+    CHECK((node.Bound >= 1.0 / 3.0 && ConeOf(node) <= cosine && ConeOf(node) >= cosine - 1e-4));
   }
   // Never NaN, whatever comes.
   NodeMoments wild;
   wild.Area = wild.AreaVector[1] = std::numeric_limits<double>::infinity();
   wild.Covariance = { 1e300, 1e300, 1e300, 1e300, -1e300, std::nan("") };
   const HierarchyNode packed = PackNode(wild, false);
-  CHECK(std::isfinite(packed.Area) && std::isfinite(CovarianceOf(packed).Trace()));
+  CHECK((std::isfinite(packed.Area) && std::isfinite(CovarianceOf(packed).Trace())));
   CHECK(std::isfinite(Norm(AreaVectorOf(packed))));
 }
-}
-
-int main()
-{
-  TestLayout();
-  TestPacking();
-  TestMoments();
-  TestCoverage();
-  TestThreads();
-  TestDegenerate();
-  TestFolds();
-  return Checks().Report("hierarchy");
 }

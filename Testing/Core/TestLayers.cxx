@@ -4,9 +4,9 @@
  * overlapping z-ranges, front to back; joining and resolving layers.
  */
 #include "BruteForceSplatter.h"
-#include "Check.h"
 #include "Core/Raster/TileRaster.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <limits>
@@ -60,7 +60,7 @@ Layer Joined(Layer a, const Layer& b)
   return a;
 }
 
-void TestJoin()
+TEST_CASE("Join")
 {
   Random random(5);
   for (int i = 0; i < 1000; ++i)
@@ -75,7 +75,7 @@ void TestJoin()
   }
 }
 
-void TestResolve()
+TEST_CASE("Resolve")
 {
   Layer l;
   l.Weight = 0.25f; // partial coverage stays what it is
@@ -83,17 +83,17 @@ void TestResolve()
   l.Red = 0.0625f;
   l.Depth = 0.75f;
   ResolvedLayer r = Resolve(l);
-  CHECK(r.Red == 0.0625f && r.Alpha == 0.125f && r.Depth == 3.0f);
+  CHECK((r.Red == 0.0625f && r.Alpha == 0.125f && r.Depth == 3.0f));
   l.Weight = 4.0f; // min(1, sum w) (sum w o) / (sum w)
   l.Opacity = 2.0f;
   l.Green = 1.0f;
   l.Depth = 10.0f;
   r = Resolve(l);
-  CHECK(r.Alpha == 0.5f && r.Green == 0.25f && r.Depth == 2.5f);
+  CHECK((r.Alpha == 0.5f && r.Green == 0.25f && r.Depth == 2.5f));
   l.Weight = l.Opacity = 1.0f;
   CHECK(Resolve(l).Alpha == 1.0f);
   const ResolvedLayer empty = Resolve(Layer());
-  CHECK(empty.Red == 0.0f && empty.Alpha == 0.0f && empty.Depth == 0.0f);
+  CHECK((empty.Red == 0.0f && empty.Alpha == 0.0f && empty.Depth == 0.0f));
 }
 
 /// A splat so wide that it has its full weight all over a small frame.
@@ -212,7 +212,7 @@ void CompareLayers(const std::vector<Layer>& actual, const std::vector<Layer>& e
     CHECK_NEAR(a.Opacity, e.Opacity, SumTolerance * e.Weight);
     CHECK_NEAR(a.Red, e.Red, SumTolerance * e.Weight);
     CHECK_NEAR(a.Depth, e.Depth, 2.0 * SumTolerance * e.Far * e.Weight);
-    CHECK(i == 0 || actual[i - 1].Far < a.Near); // front to back, disjoint
+    CHECK((i == 0 || actual[i - 1].Far < a.Near)); // front to back, disjoint
   }
 }
 
@@ -230,7 +230,7 @@ void CompareFrame(const std::vector<Layer>& layers, const float* rgba)
   CHECK_NEAR(rgba[3], 1.0 - transmittance, 1e-6);
 }
 
-void TestScene()
+TEST_CASE("Scene")
 {
   constexpr int Width = 40, Height = 36;
   const TestCloud cloud = RandomCloud();
@@ -260,7 +260,7 @@ void TestScene()
 }
 
 /// The z-buffer for comparison: of opaque surfaces in focus, the A-buffer's picture.
-void TestDepthBuffered()
+TEST_CASE("Depth buffered")
 {
   SplatContext context = TestContext();
   context.Camera = PinholeView(128, 128, 150.0);
@@ -297,17 +297,11 @@ void TestDepthBuffered()
 }
 }
 
-int main(int argc, char* argv[])
+TEST_CASE("Streams of splats")
 {
-  ChooseKernel(argc, argv);
-  TestJoin();
-  TestResolve();
   Random random(7);
   for (int i = 0; i < 300; ++i)
   {
     TestStream(random);
   }
-  TestScene();
-  TestDepthBuffered();
-  return Checks().Report("layers");
 }

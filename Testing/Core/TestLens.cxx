@@ -3,10 +3,10 @@
  * The lens against integrals over its points: cells and sample points, where blur is centred,
  * edges, and planes that recede.
  */
-#include "Check.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Lens/SubApertures.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <cstdio>
 
@@ -32,7 +32,7 @@ Moments MomentsOf(const std::vector<ApertureSample>& points)
 }
 
 /// Mean and mean squared distance are the disc's, 0 and 1/2, whatever the number.
-void TestMoments()
+TEST_CASE("Moments")
 {
   for (int count = 1; count <= 200; ++count)
   {
@@ -68,7 +68,7 @@ void TestMoments()
 }
 
 /// The plane in focus stays where it is, and all else moves by C times the place on the lens.
-void TestCellViews()
+TEST_CASE("Cell views")
 {
   View view = PinholeView(80, 60, 70.0);
   view.Fy = 65.0;
@@ -104,7 +104,7 @@ void TestCellViews()
 }
 
 /// The mean lens point against the sum over a thousand of them.
-void TestMeanLensPoint()
+TEST_CASE("Mean lens point")
 {
   const Lens lens{ 0.4, 2.0 };
   Random random(3);
@@ -150,7 +150,7 @@ double DiscEdge(double x, double c, double variance)
 
 /// The edge of a half plane out of focus, of surfels and of their hierarchy, is nearly that of the
 /// lens's disc convolved with pixel filter and reconstruction kernel.
-void TestDiscEdge()
+TEST_CASE("Disc edge")
 {
   for (double confusion : { 8.0, 12.0, 20.0, 40.0 })
   {
@@ -214,7 +214,7 @@ double PlaneThroughLens(const SplatContext& context, double px, double py)
 
 /// A receding plane, far out of focus in front and behind: coverage and texture are the lens's. The
 /// blur's gradient along the picture is half of what puts its foreground at infinity.
-void TestRecedingPlane()
+TEST_CASE("Receding plane")
 {
   SplatContext context;
   context.Camera = PinholeView(96, 96, 96.0);
@@ -299,7 +299,7 @@ double LightBetweenWalls(bool sameSide, bool sectors, bool secondBehindFocus)
 }
 
 /// Two walls that leave nothing, or half of the light: without sectors a quarter either way.
-void TestSectors()
+TEST_CASE("Sectors")
 {
   for (const bool behind : { false, true })
   {
@@ -316,7 +316,7 @@ void TestSectors()
 }
 
 /// What a plane alone gives: nothing changes but the second order of its tilt.
-void TestSectorsOfPlane()
+TEST_CASE("Sectors of plane")
 {
   SplatContext context;
   context.Camera = PinholeView(64, 64, 80.0);
@@ -338,25 +338,17 @@ void TestSectorsOfPlane()
   const Picture whole = RenderPicture(context, cloud);
   context.Sectors = true;
   const Picture sectors = RenderPicture(context, cloud);
-  double largest = 0.0;
-  for (std::size_t i = 0; i < whole.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(whole.Color[i] - sectors.Color[i]));
-  }
-  CHECK(largest == 0.0); // nothing to tell apart: drawn once
+  CHECK(LargestDifference(whole, sectors) == 0.0); // nothing to tell apart: drawn once
   context.LeastConflict = 0.0f;
   const Picture everywhere = RenderPicture(context, cloud);
-  for (std::size_t i = 0; i < whole.Color.size(); ++i)
-  {
-    largest = std::max<double>(largest, std::abs(whole.Color[i] - everywhere.Color[i]));
-  }
+  const double largest = LargestDifference(whole, everywhere);
   std::printf("a plane across the view: sectors everywhere change %.5f at most\n", largest);
   CHECK(largest < 0.006);
   CHECK(largest > 0.0);
 }
 
 /// Depth of cells is the innermost one's, their statistics are sums, and their threads agree.
-void TestCells()
+TEST_CASE("Cells")
 {
   SplatContext context;
   context.Camera = PinholeView(64, 48, 60.0);
@@ -396,8 +388,8 @@ void TestCells()
     }
     for (std::size_t i = 0; cell.Center[0] == 0.0 && i < picture.Depth.size(); ++i)
     {
-      CHECK(picture.Depth[i] == 0.0f || seven.Color[4 * i + 3] < 0.5f ||
-        picture.Depth[i] == seven.Depth[i]);
+      CHECK((picture.Depth[i] == 0.0f || seven.Color[4 * i + 3] < 0.5f ||
+        picture.Depth[i] == seven.Depth[i]));
     }
   }
   for (std::size_t i = 0; i < sum.size(); ++i)
@@ -405,17 +397,4 @@ void TestCells()
     CHECK_NEAR(seven.Color[i], sum[i], 1e-6);
   }
 }
-}
-
-int main()
-{
-  TestMoments();
-  TestCellViews();
-  TestMeanLensPoint();
-  TestDiscEdge();
-  TestRecedingPlane();
-  TestSectors();
-  TestSectorsOfPlane();
-  TestCells();
-  return Checks().Report("lens");
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // sRGB: values of the standard, both ways and above 1.
-#include "Check.h"
 #include "Core/Base/LinearLight.h"
+#include "Testing/Shared/Check.h"
 
 using namespace SurfelSplatting;
 
-int main()
+TEST_CASE("sRGB")
 {
   CHECK_NEAR(LightOfCode(0.0), 0.0, 0.0);
   CHECK_NEAR(LightOfCode(1.0), 1.0, 1e-12);
@@ -18,5 +18,4 @@ int main()
     const double v = 0.01 * i;
     CHECK_NEAR(CodeOfLight(LightOfCode(v)), v, 1e-7 * (1.0 + v)); // the two pieces meet to 1e-8
   }
-  return Checks().Report("linear light");
 }

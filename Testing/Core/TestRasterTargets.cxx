@@ -3,12 +3,12 @@
  * The raster kernel of every instruction set that this machine has, against a scalar evaluation in
  * double; the exponential; the choice of the kernel.
  */
-#include "Check.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Raster/RasterTarget.h"
-#include "Core/Simd/InstructionSet.h"
 #include "Core/Simd/Lanes.h"
+#include "TargetUnderTest.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <limits>
@@ -247,12 +247,12 @@ struct CallbackCount
   long Lanes = 0;
   static void Count(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
-    CHECK(lanes >> PixelsPerBlock == 0);
+    CHECK((lanes >> PixelsPerBlock) == 0);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
       const bool closed = (lanes >> l & 1) != 0;
-      CHECK(!closed || tile.Open[block].Weight[l] > 0.0f);
-      CHECK(!closed || tile.Finished[block].Near[l] <= tile.Open[block].Far[l]);
+      CHECK((!closed || tile.Open[block].Weight[l] > 0.0f));
+      CHECK((!closed || tile.Finished[block].Near[l] <= tile.Open[block].Far[l]));
       static_cast<CallbackCount*>(self)->Lanes += closed ? 1 : 0;
     }
   }
@@ -274,7 +274,7 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, double& worst)
       CHECK_NEAR(done.Transmittance[l], p.Transmittance, p.OutError + 1e-7);
       worst = std::max(worst, std::abs(done.Red[l] - p.OutRed));
     }
-    CHECK(open.Weight[l] == 0.0f && done.Near[l] > open.Far[l]); // all layers closed and emptied
+    CHECK((open.Weight[l] == 0.0f && done.Near[l] > open.Far[l])); // all layers closed and emptied
   }
 }
 
@@ -380,7 +380,7 @@ void TestExtremes(const RasterTarget& kernel)
  * exp(-x) over [0, 80]. t = -x log2(e) is rounded to within Epsilon |t| and its constant by 1.3e-8:
  * that is 7.3e-8 x of the result; polynomial and its evaluation, 2e-7.
  */
-void TestExponential()
+TEST_CASE("Exponential")
 {
   double worstNear = 0.0, worst = 0.0;
   constexpr int Steps = 400000;
@@ -402,54 +402,31 @@ void TestExponential()
 }
 }
 
-/// The named kernel if it is built in and this processor runs it, else null.
-const RasterTarget* FindKernel(const std::string& name)
-{
-  if (name == "baseline")
-  {
-    return &RasterTargetBaseline;
-  }
+const RasterTarget* const Targets[] = { &RasterTargetBaseline,
 #ifdef SURFELSPLATTING_X86_TARGETS
-  const InstructionSet best = DetectInstructionSet();
-  if (name == "avx2" && best != InstructionSet::Baseline)
-  {
-    return &RasterTargetAVX2;
-  }
-  if (name == "avx512" && best == InstructionSet::AVX512)
-  {
-    return &RasterTargetAVX512;
-  }
+  &RasterTargetAVX2, &RasterTargetAVX512
 #endif
-  return nullptr;
-}
+};
 
 /// The best that this machine has is what the raster takes.
-void TestSelection()
+TEST_CASE("Selection")
 {
   const RasterTarget* best = nullptr;
   for (const char* name : { "baseline", "avx2", "avx512" })
   {
-    const RasterTarget* kernel = FindKernel(name);
+    const RasterTarget* kernel = FindTarget(name, Targets);
     best = kernel ? kernel : best;
   }
-  CHECK(SelectRasterTarget().AddSplat == best->AddSplat);
+  CHECK((SelectRasterTarget().AddSplat == best->AddSplat));
 }
 
-/// @param argv[1] baseline, avx2 or avx512
-int main(int argc, char* argv[])
+/// The program's argument is baseline, avx2 or avx512.
+TEST_CASE("Raster targets")
 {
-  constexpr int skipped = 77;
-  const std::string name = argc > 1 ? argv[1] : "baseline";
-  const RasterTarget* kernel = FindKernel(name);
-  if (!kernel)
+  if (const RasterTarget* target = TargetUnderTest(Targets))
   {
-    std::printf("%s: skipped, not on this machine\n", name.c_str());
-    return skipped;
+    TestKernel(*target);
+    TestOpaqueBlocks(*target);
+    TestExtremes(*target);
   }
-  TestExponential();
-  TestSelection();
-  TestKernel(*kernel);
-  TestOpaqueBlocks(*kernel);
-  TestExtremes(*kernel);
-  return Checks().Report(("raster kernel " + name).c_str());
 }

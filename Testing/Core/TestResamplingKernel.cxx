@@ -3,9 +3,9 @@
  * Mass, variance and bounding box of the resampling kernel, by numerical integration of the form
  * that the raster evaluates, for cut-offs and covariances of all kinds.
  */
-#include "Check.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <set>
@@ -133,7 +133,7 @@ void CheckKernel(const Symmetric2& projected, const double (&variance)[2], doubl
   CheckBox(k, gaussian.Support());
 }
 
-void TestMoments()
+TEST_CASE("Moments")
 {
   Random random(2);
   std::set<double> shapes;
@@ -163,7 +163,7 @@ void TestMoments()
 
 /// All blur: the uniform disc. None: the Gaussian. In between, the exponent grows with what is not
 /// blur.
-void TestPearsonLimits()
+TEST_CASE("Pearson limits")
 {
   const TruncatedGaussian gaussian(2.5);
   double last = 0.0;
@@ -188,7 +188,7 @@ void TestPearsonLimits()
 
 /// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over
 /// t = q/2 < c.
-void TestTruncation()
+TEST_CASE("Truncation")
 {
   const TruncatedGaussian paper(2.5);
   CHECK_NEAR(paper.Mass, 0.917915001, 1e-9);
@@ -214,7 +214,7 @@ void TestTruncation()
 
 /// Rounding can make a projected covariance indefinite: the kernel stays positive definite, its box
 /// holds the support.
-void TestIndefinite()
+TEST_CASE("Indefinite")
 {
   const TruncatedGaussian gaussian(2.5);
   const double variance[2] = { 1.0, 1.0 };
@@ -222,18 +222,9 @@ void TestIndefinite()
   {
     const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
     const ResamplingKernel k = GaussianKernel(Footprint(projected, variance), gaussian);
-    CHECK(k.A > 0.0 && k.B > 0.0 && k.Peak > 0.0);
+    CHECK((k.A > 0.0 && k.B > 0.0 && k.Peak > 0.0));
     CHECK_NEAR(Integrate(k, gaussian.Support()).Mass, 1.0, 1e-12);
     CheckBox(k, gaussian.Support());
   }
 }
-}
-
-int main()
-{
-  TestTruncation();
-  TestMoments();
-  TestPearsonLimits();
-  TestIndefinite();
-  return Checks().Report("resampling kernel");
 }

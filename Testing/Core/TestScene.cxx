@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TestScene.h"
+#include "Testing/Shared/TestRun.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
-#include <string>
 
 namespace SurfelSplatting
 {
@@ -144,22 +145,12 @@ Frame Picture::Get()
   return { this->Width, this->Height, this->Color.data(), this->Depth.data() };
 }
 
-namespace
-{
-KernelType KernelUnderTest = KernelType::PearsonII;
-}
-
 SplatContext TestContext()
 {
   SplatContext context;
-  context.Settings.Kernel = KernelUnderTest;
+  context.Settings.Kernel =
+    SurfelTesting::ThisRun.Variant == "gaussian" ? KernelType::Gaussian : KernelType::PearsonII;
   return context;
-}
-
-void ChooseKernel(int argc, char* argv[])
-{
-  KernelUnderTest =
-    argc > 1 && std::string(argv[1]) == "gaussian" ? KernelType::Gaussian : KernelType::PearsonII;
 }
 
 View PinholeView(int width, int height, double focalLength)
@@ -211,5 +202,32 @@ std::array<double, 3> Shade(const Material& material, const std::vector<Light>& 
     result[c] = shaded.Base[c] + shaded.Share[c] * color[c];
   }
   return result;
+}
+
+double LargestDifference(const Picture& a, const Picture& b)
+{
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    largest = std::max<double>(largest, std::abs(a.Color[i] - b.Color[i]));
+  }
+  return largest;
+}
+
+double MeanSquareDifference(const Picture& a, const Picture& b)
+{
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.Color.size(); ++i)
+  {
+    const double d = a.Color[i] - b.Color[i];
+    sum += d * d;
+  }
+  return sum / static_cast<double>(a.Color.size());
+}
+
+bool Same(const Picture& a, const Picture& b)
+{
+  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
+    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
 }
 }

@@ -99,9 +99,8 @@ public:
   std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y) * Width + x; }
 };
 
-/// Settings with the kernel that the test was called for: argv[1] is gaussian or pearson.
+/// Settings with the kernel to test: the program's argument, gaussian or pearson.
 SplatContext TestContext();
-void ChooseKernel(int argc, char* argv[]);
 
 /// Looks along z from the origin; principal point in the middle of the picture.
 View PinholeView(int width, int height, double focalLength);
@@ -110,6 +109,13 @@ Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud
   const Executor& executor = SerialExecutor(), const float* occluderDepth = nullptr,
   LayerSink* sink = nullptr);
 Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
+
+/// Differences of two pictures' colors, on their own scale.
+double LargestDifference(const Picture& a, const Picture& b);
+double MeanSquareDifference(const Picture& a, const Picture& b);
+
+/// Whether colors and depths are equal bit for bit.
+bool Same(const Picture& a, const Picture& b);
 
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);

@@ -4,10 +4,10 @@
  * every lens, kernel, grid and light, levels of a hierarchy, and values that are no
  * numbers.
  */
-#include "Check.h"
-#include "Core/Simd/InstructionSet.h"
 #include "Core/Splats/SplatMaker.h"
+#include "TargetUnderTest.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <cstring>
 #include <limits>
@@ -63,7 +63,8 @@ void CheckFields(const Fields& a, const Fields& b, const char* what)
   for (std::size_t i = 0; i < size; ++i)
   {
     const double tolerance = 2.4e-7 * std::abs(y[i]) + 1e-11 * largest;
-    Checks().CountNear(x[i], y[i], tolerance, what, static_cast<int>(i), "field");
+    INFO(what, ", field ", i);
+    CHECK_NEAR(x[i], y[i], tolerance);
   }
 }
 
@@ -240,39 +241,19 @@ void TestNodes(const SetupTarget& kernel)
   }
 }
 
-const SetupTarget* FindKernel(const std::string& name)
-{
-  if (name == "baseline")
-  {
-    return &SetupTargetBaseline;
-  }
+const SetupTarget* const Targets[] = { &SetupTargetBaseline,
 #ifdef SURFELSPLATTING_X86_TARGETS
-  const InstructionSet best = DetectInstructionSet();
-  if (name == "avx2" && best != InstructionSet::Baseline)
-  {
-    return &SetupTargetAVX2;
-  }
-  if (name == "avx512" && best == InstructionSet::AVX512)
-  {
-    return &SetupTargetAVX512;
-  }
+  &SetupTargetAVX2, &SetupTargetAVX512
 #endif
-  return nullptr;
-}
+};
 }
 
-/// @param argv[1] baseline, avx2 or avx512
-int main(int argc, char* argv[])
+/// The program's argument is baseline, avx2 or avx512.
+TEST_CASE("Setup targets")
 {
-  constexpr int skipped = 77;
-  const std::string name = argc > 1 ? argv[1] : "baseline";
-  const SetupTarget* kernel = FindKernel(name);
-  if (!kernel)
+  if (const SetupTarget* target = TargetUnderTest(Targets))
   {
-    std::printf("%s: skipped, not on this machine\n", name.c_str());
-    return skipped;
+    TestSurfels(*target);
+    TestNodes(*target);
   }
-  TestSurfels(*kernel);
-  TestNodes(*kernel);
-  return Checks().Report(("set-up kernel " + name).c_str());
 }

@@ -3,8 +3,8 @@
  * The light model against the formulas of VTK's shader (vtkOpenGLPolyDataMapper, positional
  * lights), written out here.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 
@@ -107,7 +107,7 @@ Material RandomMaterial(Random& random)
   return material;
 }
 
-void TestAgainstShader()
+TEST_CASE("Against shader")
 {
   Random random(3);
   int lit = 0;
@@ -147,7 +147,7 @@ void TestAgainstShader()
   CHECK(lit > 5000);
 }
 
-void TestUnlit()
+TEST_CASE("Unlit")
 {
   Material material; // not lit
   material.Ambient = 0.7;
@@ -157,7 +157,7 @@ void TestUnlit()
 }
 
 /// A spot wider than a half space reaches surfels behind it, where the cosine is negative.
-void TestWideSpot()
+TEST_CASE("Wide spot")
 {
   Light light;
   light.Positional = true;
@@ -185,7 +185,7 @@ float RedAtCentre(const TestSurfel& surfel, const Light& light)
 }
 
 /// The side that is seen is lit: a two-sided surfel turned away looks like one turned to the lens.
-void TestBackSide()
+TEST_CASE("Back side")
 {
   Light fromLens; // along z
   Light fromBehind;
@@ -201,13 +201,4 @@ void TestBackSide()
   surfel.TwoSided = false;
   CHECK_NEAR(RedAtCentre(surfel, fromLens), -1.0, 0.0); // turned away: not seen
 }
-}
-
-int main()
-{
-  TestAgainstShader();
-  TestUnlit();
-  TestWideSpot();
-  TestBackSide();
-  return Checks().Report("shading");
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What goes on behind the edges of blurred things: the nearest pixel beside them, as far as the
 // blur reaches; nothing behind what is sharp, and no steeper surface for an edge.
-#include "Check.h"
 #include "Core/Splats/SilhouetteExtension.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,7 @@ Scene SquareBeforeWall(float square, float wall)
   return scene;
 }
 
-void TestNearest()
+TEST_CASE("Nearest")
 {
   for (const float square : { 14.0f, 20.0f })
   {
@@ -75,7 +75,7 @@ void TestNearest()
 
 /// A sharp square hides what is behind it for good; a slope of less than a pixel of blur per pixel
 /// is one surface.
-void TestNothingBehind()
+TEST_CASE("Nothing behind")
 {
   SilhouetteExtension hidden;
   const Scene sharp = SquareBeforeWall(10.2f, 6.0f);
@@ -92,15 +92,8 @@ void TestNothingBehind()
   onSlope.Find(Width, Height, slope.Nearness, slope.Confusions, 0.5);
   for (std::size_t p = 0; p < Width * Height; ++p)
   {
-    CHECK(sharp.Confusions[p] > 0.3f || hidden.Behind(p) == SilhouetteExtension::None);
+    CHECK((sharp.Confusions[p] > 0.3f || hidden.Behind(p) == SilhouetteExtension::None));
     CHECK(onSlope.Behind(p) == SilhouetteExtension::None);
   }
 }
-}
-
-int main()
-{
-  TestNearest();
-  TestNothingBehind();
-  return Checks().Report("hidden pixels");
 }

@@ -4,11 +4,10 @@
  * coarse grids, through cells and sectors of the lens, with ranks that have nothing. A rank that
  * fails stops all of them, and none waits for it.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 #include "ThreadRanks.h"
 
-#include <cstring>
 #include <limits>
 #include <new>
 
@@ -38,12 +37,6 @@ TestCloud MakeCloud(std::uint64_t seed, int count)
     cloud.Add(s);
   }
   return cloud;
-}
-
-bool Same(const Picture& a, const Picture& b)
-{
-  return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&
-    std::memcmp(a.Depth.data(), b.Depth.data(), a.Depth.size() * sizeof(float)) == 0;
 }
 
 /// Each rank has every so-and-so-many-th cloud; the picture is rank 0's.
@@ -76,7 +69,7 @@ SplatContext MakeContext(double confusion)
   return context;
 }
 
-void TestSamePicture()
+TEST_CASE("Same picture")
 {
   const TestCloud first = MakeCloud(1, 3000), second = MakeCloud(2, 5000), none;
   const TestHierarchy third(MakeCloud(3, 4000));
@@ -106,7 +99,7 @@ void TestSamePicture()
 }
 
 /// More ranks than rows of tiles, and a picture without any surfels.
-void TestIdleRanks()
+TEST_CASE("Idle ranks")
 {
   const TestCloud cloud = MakeCloud(1, 3000), none;
   const SplatContext context = MakeContext(4.0);
@@ -115,7 +108,7 @@ void TestIdleRanks()
 }
 
 /// Skipping hidden splats moves pictures by at most 1/512 of what is behind.
-void TestHiddenSurfels()
+TEST_CASE("Hidden surfels")
 {
   const TestHierarchy near(MakeCloud(3, 20000)), far(MakeCloud(4, 20000));
   SplatContext context = MakeContext(4.0);
@@ -140,7 +133,7 @@ public:
   }
 };
 
-void TestFailure()
+TEST_CASE("Failure")
 {
   const TestCloud cloud = MakeCloud(1, 3000);
   const SplatContext context = MakeContext(4.0);
@@ -162,10 +155,10 @@ void TestFailure()
       failed[group.Rank()] = 1;
     }
   });
-  CHECK(failed[0] && failed[1] && failed[2]);
+  CHECK((failed[0] && failed[1] && failed[2]));
 }
 
-void TestAgreement()
+TEST_CASE("Agreement")
 {
   bool all[2] = { true, true }, any[2] = { false, false };
   double largest[3] = {}, root[3] = {};
@@ -185,21 +178,10 @@ void TestAgreement()
     largest[group.Rank()] = value;
     root[group.Rank()] = first;
   });
-  CHECK(!all[0] && all[1] && !any[0] && any[1]);
+  CHECK((!all[0] && all[1] && !any[0] && any[1]));
   for (int rank = 0; rank < 3; ++rank)
   {
-    CHECK(largest[rank] == 7.5 && root[rank] == 3.0);
+    CHECK((largest[rank] == 7.5 && root[rank] == 3.0));
   }
 }
-}
-
-int main(int argc, char* argv[])
-{
-  ChooseKernel(argc, argv);
-  TestAgreement();
-  TestSamePicture();
-  TestIdleRanks();
-  TestHiddenSurfels();
-  TestFailure();
-  return Checks().Report("splat exchange");
 }

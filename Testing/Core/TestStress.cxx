@@ -3,8 +3,8 @@
  * Input that nobody should send but somebody will: no crash, no NaN, no negative pixel, alpha in
  * [0, 1], bounded time. Most useful under -DSURFELSPLATTING_SANITIZE=address,undefined.
  */
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <chrono>
@@ -69,7 +69,7 @@ TestSurfel BigSurfel(double z)
 }
 
 /// Every field of one surfel takes every odd value, between two good surfels.
-void TestOddFields()
+TEST_CASE("Odd fields")
 {
   enum Field
   {
@@ -114,14 +114,14 @@ void TestOddFields()
       CHECK(IsSane(picture));
       // The data contract: not drawn, and counted. The near surfel is in front of everything else
       // and unharmed.
-      CHECK(std::isfinite(value) || splatter.Statistics().InvalidSurfels == 1);
+      CHECK((std::isfinite(value) || splatter.Statistics().InvalidSurfels == 1));
       CHECK(splatter.Statistics().Splats >= 2);
     }
   }
 }
 
 /// A surfel with a NaN opacity must not dim its neighbours by its weight.
-void TestInvalidLeavesNoTrace()
+TEST_CASE("Invalid leaves no trace")
 {
   TestCloud good, bad;
   good.Add(BigSurfel(1.0));
@@ -132,7 +132,7 @@ void TestInvalidLeavesNoTrace()
   CHECK(std::equal(a.Color.begin(), a.Color.end(), b.Color.begin()));
 }
 
-void TestSizes()
+TEST_CASE("Sizes")
 {
   for (double radius = 1e-12; radius < 2e12; radius *= 100.0)
   {
@@ -154,7 +154,7 @@ void TestSizes()
   }
 }
 
-void TestTransforms()
+TEST_CASE("Transforms")
 {
   TestCloud cloud;
   cloud.Add(BigSurfel(2.0));
@@ -179,7 +179,7 @@ void TestTransforms()
   CHECK(SumOfAlpha(flat) > 1.0);
 }
 
-void TestLens()
+TEST_CASE("Lens")
 {
   TestCloud cloud;
   cloud.Add(BigSurfel(1.0));
@@ -202,7 +202,7 @@ void TestLens()
 }
 
 /// At, behind and just before the lens, with near planes that let everything through.
-void TestNearLens()
+TEST_CASE("Near lens")
 {
   for (double near : { -1e300, 0.0, 1e-300, 1e-3 })
   {
@@ -228,7 +228,7 @@ void TestNearLens()
   }
 }
 
-void TestViewAngles()
+TEST_CASE("View angles")
 {
   TestCloud cloud;
   for (double x : { 0.0, 0.01, 1.0, -3.0 })
@@ -253,7 +253,7 @@ void TestViewAngles()
 
 /// Coordinates of a map projection: the picture is the same as near the origin, since T is
 /// subtracted in double.
-void TestFarFromOrigin()
+TEST_CASE("Far from origin")
 {
   TestCloud near, far;
   for (int i = 0; i < 20; ++i)
@@ -285,7 +285,7 @@ void TestFarFromOrigin()
 }
 
 /// Float depths at 1e7 are whole numbers: rounding may join surfaces, never tear one apart.
-void TestFarAway()
+TEST_CASE("Far away")
 {
   TestCloud cloud;
   for (int i = -10; i <= 10; ++i)
@@ -309,7 +309,7 @@ void TestFarAway()
   CHECK(*std::max_element(std::begin(sink.Layers), std::end(sink.Layers)) == 1);
 }
 
-void TestOpacitiesAndColors()
+TEST_CASE("Opacities and colors")
 {
   for (float value : { -1.0f, -1e30f, 2.0f, 1e30f })
   {
@@ -333,7 +333,7 @@ void TestOpacitiesAndColors()
 }
 
 /// Lights that are broken or stand on a surfel.
-void TestLights()
+TEST_CASE("Lights")
 {
   TestCloud cloud;
   cloud.Add(BigSurfel(2.0));
@@ -357,7 +357,7 @@ void TestLights()
   }
 }
 
-void TestFrameSizes()
+TEST_CASE("Frame sizes")
 {
   TestCloud cloud;
   for (double x : { -0.3, 0.0, 0.4 })
@@ -375,7 +375,7 @@ void TestFrameSizes()
   CHECK(RenderPicture(MakeContext(0, 7), cloud).Color.empty());
 }
 
-void TestEmpty()
+TEST_CASE("Empty")
 {
   const Picture none = RenderPicture(MakeContext(), std::vector<SurfelCloud>());
   CHECK(IsSane(none));
@@ -387,7 +387,7 @@ void TestEmpty()
 }
 
 /// Settings outside of their ranges draw nothing or something, and break nothing.
-void TestSettings()
+TEST_CASE("Settings")
 {
   TestCloud cloud;
   cloud.Add(BigSurfel(2.0));
@@ -408,7 +408,7 @@ void TestSettings()
 }
 
 /// A limit that is NaN, zero or infinite hides or does not hide; it breaks nothing.
-void TestDepthLimits()
+TEST_CASE("Depth limits")
 {
   TestCloud cloud;
   cloud.Add(BigSurfel(2.0));
@@ -421,7 +421,7 @@ void TestDepthLimits()
 }
 
 /// A million surfels on one spot: time in proportion to their number, saturated sums.
-void TestCoincident()
+TEST_CASE("Coincident")
 {
   const std::size_t count = 1000000;
   const TestSurfel surfel = BigSurfel(2.0);
@@ -443,26 +443,4 @@ void TestCoincident()
   CHECK(seconds < 60.0);
   std::printf("a million coincident surfels: %.2f s\n", seconds);
 }
-}
-
-int main(int argc, char* argv[])
-{
-  ChooseKernel(argc, argv);
-  TestEmpty();
-  TestOddFields();
-  TestInvalidLeavesNoTrace();
-  TestSizes();
-  TestTransforms();
-  TestLens();
-  TestNearLens();
-  TestViewAngles();
-  TestFarFromOrigin();
-  TestFarAway();
-  TestOpacitiesAndColors();
-  TestLights();
-  TestFrameSizes();
-  TestSettings();
-  TestDepthLimits();
-  TestCoincident();
-  return Checks().Report("stress");
 }

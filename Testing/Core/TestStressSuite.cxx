@@ -6,8 +6,8 @@
  * the bound of BruteForceSplatter.h.
  */
 #include "BruteForceSplatter.h"
-#include "Check.h"
 #include "TestScene.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <chrono>
@@ -211,11 +211,6 @@ bool IsSane(const Picture& picture)
   return true;
 }
 
-bool Same(const Picture& a, const Picture& b)
-{
-  return a.Color == b.Color && a.Depth == b.Depth;
-}
-
 void CheckAgainstDoublePrecision(
   const SplatContext& context, const SurfelCloud& cloud, const Picture& picture, long& judged)
 {
@@ -288,13 +283,18 @@ long CheckFamily(const Family& family)
   return judged;
 }
 
+// Per family 84 pictures at 3 numbers of threads and up to 20 by brute force; in a release build
+// less than a second. A sanitizer multiplies it by twenty.
+constexpr double MostSeconds = 100.0;
+
 double SecondsSince(std::chrono::steady_clock::time_point start)
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 /// The smallest picture, and the largest that anybody asks for.
-void TestPictureSizes()
+TEST_CASE("Picture sizes")
 {
+  const auto begin = std::chrono::steady_clock::now();
   Family family = MakeFamily("sizes", 60, [](Random&, int, TestSurfel&) {});
   for (const int size : { 1, 8192 })
   {
@@ -307,11 +307,13 @@ void TestPictureSizes()
     CHECK(Same(one, RenderPicture(context, { family.Cloud.Get() }, ThreadExecutor(3))));
     std::printf("%d x %d: %.2f s\n", size, size, SecondsSince(start));
   }
+  CHECK(SecondsSince(begin) < MostSeconds);
 }
 
 /// A million surfels at one place, with their hierarchy.
-void TestCoincident()
+TEST_CASE("Coincident")
 {
+  const auto begin = std::chrono::steady_clock::now();
   TestCloud cloud;
   TestSurfel s;
   s.Position = { 0, 0, 3.0 };
@@ -333,15 +335,12 @@ void TestCoincident()
     CHECK_NEAR(picture.At(Width / 2, Height / 2, 3), 1.0, 1e-4);
   }
   std::printf("a million at one place: %.2f s\n", SecondsSince(start));
+  CHECK(SecondsSince(begin) < MostSeconds);
+}
 }
 
-}
-
-int main()
+TEST_CASE("Families of clouds")
 {
-  // Per family 84 pictures at 3 numbers of threads and up to 20 by brute force; in a release build
-  // less than a second. A sanitizer multiplies it by twenty.
-  constexpr double mostSeconds = 100.0;
   std::vector<Family> families = PlacesAndShapes();
   for (Family& family : ValuesAndViews())
   {
@@ -353,14 +352,7 @@ int main()
     const long judged = CheckFamily(family);
     const double seconds = SecondsSince(start);
     std::printf("%-26s %6.2f s, %6ld pixels judged\n", family.Name.c_str(), seconds, judged);
-    CHECK(seconds < mostSeconds);
-    CHECK(!family.Judge || judged > 5000);
+    CHECK(seconds < MostSeconds);
+    CHECK((!family.Judge || judged > 5000));
   }
-  for (void (*test)() : { TestPictureSizes, TestCoincident })
-  {
-    const auto start = std::chrono::steady_clock::now();
-    test();
-    CHECK(SecondsSince(start) < mostSeconds);
-  }
-  return Checks().Report("stress suite");
 }

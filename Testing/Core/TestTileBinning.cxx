@@ -2,10 +2,10 @@
 /**
  * Keys of depth and index in exact order, however the depths are spread.
  */
-#include "Check.h"
 #include "TestScene.h"
 
 #include "Core/Raster/TileBinning.h"
+#include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ void TestSorter(std::size_t size, const char* what, const std::function<float(st
   CHECK(keys == expected);
 }
 
-void TestOrderOfFloats()
+TEST_CASE("Order of floats")
 {
   const float infinity = std::numeric_limits<float>::infinity();
   const float ascending[] = { -infinity, -1e30f, -1.0f, -1e-40f, 0.0f, 1e-40f, 1.0f,
@@ -47,9 +47,8 @@ void TestOrderOfFloats()
 }
 }
 
-int main()
+TEST_CASE("Order of keys")
 {
-  TestOrderOfFloats();
   Random random(1);
   for (const std::size_t size : { 0, 1, 2, 31, 32, 33, 500, 20000 })
   {
@@ -65,5 +64,4 @@ int main()
     });
     TestSorter(size, "descending", [](std::size_t i) { return -static_cast<float>(i); });
   }
-  return Checks().Report("tile binning");
 }

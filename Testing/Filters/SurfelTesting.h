@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the tests of the filters share: checks, sampled surfaces with their true normals, and a
+ * What the tests of the filters share: sampled surfaces with their true normals, and a
  * brute-force sum of kernels.
  */
 #pragma once
 
 #include "Core/Surfels/SurfelArrays.h"
+#include "Testing/Shared/Check.h"
 
 #include "vtkCallbackCommand.h"
 #include "vtkDataArray.h"
@@ -22,7 +23,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <iostream>
 #include <string>
 #include <vector>
 
@@ -31,32 +31,6 @@ namespace SurfelTesting
 using Vec = std::array<double, 3>;
 
 constexpr double Pi = 3.14159265358979323846;
-
-inline int& Failures()
-{
-  static int failures = 0;
-  return failures;
-}
-
-inline void Check(bool passed, const char* what, double value, const char* file, int line)
-{
-  if (!passed)
-  {
-    std::cerr << file << ':' << line << ": failed: " << what << " (value " << value << ")\n";
-    ++Failures();
-  }
-}
-
-#define CHECK(condition) \
-  SurfelTesting::Check((condition), #condition, static_cast<double>(condition), __FILE__, __LINE__)
-/// |value - expected| <= tolerance; says the value if not.
-#define CHECK_NEAR(value, expected, tolerance)                        \
-  SurfelTesting::Check(std::abs((value) - (expected)) <= (tolerance), \
-    #value " near " #expected " within " #tolerance, (value), __FILE__, __LINE__)
-#define CHECK_BELOW(value, bound) \
-  SurfelTesting::Check((value) <= (bound), #value " <= " #bound, (value), __FILE__, __LINE__)
-#define CHECK_ABOVE(value, bound) \
-  SurfelTesting::Check((value) >= (bound), #value " >= " #bound, (value), __FILE__, __LINE__)
 
 inline Vec Minus(const Vec& a, const Vec& b)
 {

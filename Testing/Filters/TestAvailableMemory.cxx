@@ -7,7 +7,7 @@
 
 using namespace SurfelTesting;
 
-int main()
+TEST_CASE("Memory that points need")
 {
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   CHECK(SurfelGeometry::AvailableMemory() > 0.0);
@@ -19,5 +19,4 @@ int main()
   CHECK(said.find("100000000 points need about 37.3 GiB") == 0);
   CHECK(said.find("24 GiB are free") != std::string::npos);
   CHECK(said.find("to 64424509 points") != std::string::npos);
-  return Failures() == 0 ? 0 : 1;
 }

@@ -20,6 +20,12 @@ namespace
 {
 const char* const Path = "TestPCDData.pcd";
 
+/// Removes the file when a test ends.
+struct TemporaryFile
+{
+  ~TemporaryFile() { std::remove(Path); }
+};
+
 /// Positions, a colour, a normal and an integer; some of it alike, so that it can be packed.
 using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 Points MakeCloud(int count)
@@ -80,7 +86,7 @@ void CompareWithPCL()
   const PointCloud::FieldCloud own = Read();
   pcl::PCLPointCloud2 expected;
   CHECK(pcl::PCDReader().read(Path, expected) == 0);
-  CHECK(own.Width == expected.width && own.Height == expected.height);
+  CHECK((own.Width == expected.width && own.Height == expected.height));
   std::size_t next = 0;
   for (const pcl::PCLPointField& field : expected.fields)
   {
@@ -91,7 +97,7 @@ void CompareWithPCL()
     CHECK(next < own.Fields.size());
     const PointCloud::Field& mine = own.Fields[next++];
     const std::size_t bytes = mine.Count * PointCloud::SizeOf(mine.Type);
-    CHECK(mine.Count == field.count && SizeOf(mine.Type) == pcl::getFieldSize(field.datatype));
+    CHECK((mine.Count == field.count && SizeOf(mine.Type) == pcl::getFieldSize(field.datatype)));
     bool same = true;
     for (std::size_t i = 0; i < std::size_t(own.Width) * own.Height; ++i)
     {
@@ -103,7 +109,7 @@ void CompareWithPCL()
   }
 }
 
-void TestFilesOfPCL()
+TEST_CASE_FIXTURE(TemporaryFile, "Files of PCL")
 {
   pcl::PCDWriter writer;
   const pcl::PCLPointCloud2 padded = MakePaddedCloud(3000);
@@ -135,7 +141,7 @@ void Write(const std::string& text)
 const std::string Head = "VERSION 0.7\nFIELDS x y z a b c\nSIZE 4 8 4 1 8 2\nTYPE F F F I U U\n"
                          "COUNT 1 1 1 2 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
 
-void TestTypes()
+TEST_CASE_FIXTURE(TemporaryFile, "Types")
 {
   Write(Head + "1 -2.5e3 inf -128 127 1234567890123 65535\n0.1 nan 3 1.0 2 9 0\n");
   CompareWithPCL();
@@ -155,7 +161,7 @@ std::string ErrorOf(const std::string& text)
   return std::string();
 }
 
-void TestDamage()
+TEST_CASE_FIXTURE(TemporaryFile, "Damage")
 {
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7 8 9 0 1 2 3 4\n").empty());
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7       \n1 2 3").find("ends after 1") != std::string::npos);
@@ -182,13 +188,4 @@ void TestDamage()
   }
   CHECK(errors > 0);
 }
-}
-
-int main()
-{
-  TestFilesOfPCL();
-  TestTypes();
-  TestDamage();
-  std::remove(Path);
-  return Failures() == 0 ? 0 : 1;
 }

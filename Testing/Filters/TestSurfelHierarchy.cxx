@@ -63,7 +63,7 @@ vtkSmartPointer<vtkPolyData> SphereSurfels(int count, double offset = 0.0)
   return surfels;
 }
 
-void TestArrays()
+TEST_CASE("Arrays")
 {
   vtkSmartPointer<vtkPolyData> surfels = SphereSurfels(3000);
   vtkNew<vtkSurfelHierarchy> filter;
@@ -71,27 +71,27 @@ void TestArrays()
   filter->Update();
   vtkPolyData* nodes = filter->GetOutput();
   const vtkIdType leaves = filter->GetNumberOfLeaves();
-  CHECK(leaves == 3000 && nodes->GetNumberOfPoints() == leaves);
+  CHECK((leaves == 3000 && nodes->GetNumberOfPoints() == leaves));
   CHECK(filter->GetNumberOfNodes() > 2 * leaves - 2);
   CHECK(filter->GetNumberOfNodes() < 2 * leaves + 40);
   CHECK(filter->GetNumberOfLevels() == 13);
-  CHECK(Surfels(nodes).HasArrays() && Surfels(nodes).IsFinite());
+  CHECK((Surfels(nodes).HasArrays() && Surfels(nodes).IsFinite()));
   for (int i = 0; i < nodes->GetPointData()->GetNumberOfArrays(); ++i)
   {
     CHECK(nodes->GetPointData()->GetAbstractArray(i)->GetNumberOfTuples() == leaves);
   }
   vtkDataArray* packed = nodes->GetFieldData()->GetArray("SurfelNodes");
-  CHECK(packed && packed->GetNumberOfComponents() == 48 &&
-    packed->GetNumberOfTuples() == filter->GetNumberOfNodes() - leaves);
+  CHECK((packed && packed->GetNumberOfComponents() == 48 &&
+    packed->GetNumberOfTuples() == filter->GetNumberOfNodes() - leaves));
   CHECK(nodes->GetPoints()->GetDataType() == VTK_FLOAT);
   // VTK's own filters see the surfels.
   CHECK(
-    nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves);
+    (nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves));
   // Surfels keep what they had, in another order.
   vtkDataArray* ids = nodes->GetPointData()->GetArray("ids");
   vtkDataArray* height = nodes->GetPointData()->GetArray("height");
   vtkDataArray* colors = nodes->GetPointData()->GetScalars();
-  CHECK(colors && std::string(colors->GetName()) == "RGB");
+  CHECK((colors && std::string(colors->GetName()) == "RGB"));
   CHECK(nodes->GetPointData()->GetPedigreeIds() == ids);
   for (vtkIdType i = 0; i < leaves; ++i)
   {
@@ -104,11 +104,11 @@ void TestArrays()
       height->GetTuple1(i), surfels->GetPointData()->GetArray("height")->GetTuple1(id), 0.0);
   }
   auto* names = vtkStringArray::SafeDownCast(nodes->GetPointData()->GetAbstractArray("names"));
-  CHECK(
-    names && names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0))));
+  CHECK((names &&
+    names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0)))));
 }
 
-void TestOriginAndDoubles()
+TEST_CASE("Origin and doubles")
 {
   vtkSmartPointer<vtkPolyData> far = SphereSurfels(500, 5e5); // with an origin of its own
   vtkNew<vtkSurfelHierarchy> filter;
@@ -146,29 +146,29 @@ void TestOriginAndDoubles()
   }
 }
 
-void TestTroubles()
+TEST_CASE("Troubles")
 {
   vtkNew<vtkSurfelHierarchy> filter;
   Messages messages(filter);
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(2)).Points));
   filter->Update();
-  CHECK(!messages.Errors.empty() &&
-    messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos);
+  CHECK((!messages.Errors.empty() &&
+    messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos));
 
   messages.Errors.clear();
   vtkNew<vtkSurfelHierarchy> first;
   first->SetInputData(SphereSurfels(100));
   filter->SetInputConnection(first->GetOutputPort());
   filter->Update();
-  CHECK(!messages.Errors.empty() && messages.Errors[0].find("already") != std::string::npos);
+  CHECK((!messages.Errors.empty() && messages.Errors[0].find("already") != std::string::npos));
 
   messages.Errors.clear();
   vtkSmartPointer<vtkPolyData> faulty = SphereSurfels(100);
   faulty->GetPointData()->GetArray("SurfelCovariance")->SetComponent(3, 2, std::nan(""));
   filter->SetInputData(faulty);
   filter->Update();
-  CHECK(messages.Errors.empty() && messages.Warnings.size() == 1);
-  CHECK(filter->GetNumberOfInvalidSurfels() == 1 && filter->GetNumberOfLeaves() == 99);
+  CHECK((messages.Errors.empty() && messages.Warnings.size() == 1));
+  CHECK((filter->GetNumberOfInvalidSurfels() == 1 && filter->GetNumberOfLeaves() == 99));
 
   vtkSmartPointer<vtkPolyData> none = SphereSurfels(100);
   vtkNew<vtkPolyData> empty;
@@ -184,11 +184,11 @@ void TestTroubles()
   }
   filter->SetInputData(empty);
   filter->Update();
-  CHECK(messages.Errors.empty() && filter->GetNumberOfNodes() == 0);
+  CHECK((messages.Errors.empty() && filter->GetNumberOfNodes() == 0));
   CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
 }
 
-void TestProgressAndAbort()
+TEST_CASE("Progress and abort")
 {
   vtkNew<vtkSurfelHierarchy> filter;
   filter->SetInputData(SphereSurfels(60000));
@@ -214,7 +214,7 @@ void TestProgressAndAbort()
   });
   filter->AddObserver(vtkCommand::ProgressEvent, command);
   filter->Update();
-  CHECK(watch.Events > 20 && !watch.Backwards && watch.Last == 1.0);
+  CHECK((watch.Events > 20 && !watch.Backwards && watch.Last == 1.0));
   for (double at : { 0.01, 0.3, 0.6 })
   {
     watch = Watch();
@@ -226,7 +226,7 @@ void TestProgressAndAbort()
 }
 
 /// Written and read back: the same arrays, bit by bit.
-void TestRoundTrip()
+TEST_CASE("Round trip")
 {
   vtkNew<vtkSurfelHierarchy> filter;
   filter->SetInputData(SphereSurfels(700));
@@ -252,8 +252,8 @@ void TestRoundTrip()
     vtkDataArray* y = (ofNodes ? b->GetAttributesAsFieldData(vtkDataObject::FIELD)
                                : b->GetAttributesAsFieldData(vtkDataObject::POINT))
                         ->GetArray(name);
-    CHECK(x && y && x->GetNumberOfComponents() == y->GetNumberOfComponents() &&
-      x->GetNumberOfValues() == y->GetNumberOfValues());
+    CHECK((x && y && x->GetNumberOfComponents() == y->GetNumberOfComponents() &&
+      x->GetNumberOfValues() == y->GetNumberOfValues()));
     for (vtkIdType i = 0; x && y && i < x->GetNumberOfTuples(); ++i)
     {
       for (int c = 0; c < x->GetNumberOfComponents(); ++c)
@@ -263,14 +263,4 @@ void TestRoundTrip()
     }
   }
 }
-}
-
-int main()
-{
-  TestArrays();
-  TestOriginAndDoubles();
-  TestTroubles();
-  TestProgressAndAbort();
-  TestRoundTrip();
-  return Failures() == 0 ? 0 : 1;
 }

@@ -38,7 +38,7 @@ Spread SumsOver(const Surfels& surfels, const Sampled& probes, size_t stride)
   return Spread(sums);
 }
 
-void TestClosedSurfaces()
+TEST_CASE("Closed surfaces")
 {
   const struct
   {
@@ -65,14 +65,14 @@ void TestClosedSurfaces()
       // Cells leave little to normalize: no more than what 16 samples a surfel can tell from noise,
       // a tenth. What remains are edges of the box, where kernels of one face stand off the other.
       const bool cells = mode == vtkSurfelEstimation::CELL;
-      CHECK_BELOW(after.Deviation, (cells ? 1.1 : 0.8) * before.Deviation);
-      CHECK_BELOW(after.Deviation, cells ? 0.16 : 0.25);
+      CHECK(after.Deviation <= (cells ? 1.1 : 0.8) * before.Deviation);
+      CHECK(after.Deviation <= (cells ? 0.16 : 0.25));
     }
   }
 }
 
 /// A square: its total area, the sum inside, and no excess on the border.
-void TestBorders()
+TEST_CASE("Borders")
 {
   for (const double jitter : { 0.0, 1.0 })
   {
@@ -88,19 +88,19 @@ void TestBorders()
     const Spread border = SumsOver(surfels,
       MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, pitch, 0.005, 1.0, Random(9)), 1);
     CHECK_NEAR(border.Mean, 0.9, 0.2);
-    CHECK_BELOW(border.Maximum, 2.0);
+    CHECK(border.Maximum <= 2.0);
     double largest = 0.0;
     for (vtkIdType i = 0; i < surfels.Count(); ++i)
     {
       largest = std::max(largest, surfels.Area(i) / (pitch * pitch));
     }
-    CHECK_BELOW(largest, 4.0);
+    CHECK(largest <= 4.0);
   }
 }
 
 /// Two sheets half a spacing apart that face away from each other, and two that cross: each
 /// keeps its own area.
-void TestSheets()
+TEST_CASE("Sheets")
 {
   Sampled sheets =
     MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(10));
@@ -121,17 +121,17 @@ void TestSheets()
 }
 
 /// The report, the bounds, and settings that must not matter much.
-void TestSettings()
+TEST_CASE("Settings")
 {
   const Sampled sphere = MakeSphere(1.0, 10000, Random(14));
   Pipeline pipeline(sphere);
   pipeline.Run();
   vtkSurfelNormalization* filter = pipeline.Normalization;
   CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
-  CHECK_BELOW(filter->GetStandardDeviationAfter(), filter->GetStandardDeviationBefore());
+  CHECK((filter->GetStandardDeviationAfter()) <= (filter->GetStandardDeviationBefore()));
   CHECK_NEAR(filter->GetTotalAreaAfter(), 4.0 * Pi, 0.15);
   CHECK(filter->GetNumberOfSamples() > 10000);
-  CHECK(filter->GetMinimumAfter() > 0.0 && filter->GetMaximumAfter() < 3.0);
+  CHECK((filter->GetMinimumAfter() > 0.0 && filter->GetMaximumAfter() < 3.0));
   const double area = filter->GetTotalAreaAfter();
   filter->SetSupport(3.5);
   pipeline.Run();
@@ -148,8 +148,8 @@ void TestSettings()
     lowest = std::min(lowest, bounded.Area(i) / start.Area(i));
     highest = std::max(highest, bounded.Area(i) / start.Area(i));
   }
-  CHECK_ABOVE(lowest, 0.95 - 1e-5);
-  CHECK_BELOW(highest, 1.05 + 1e-5);
+  CHECK(lowest >= 0.95 - 1e-5);
+  CHECK(highest <= 1.05 + 1e-5);
 
   filter->SetNumberOfIterations(0);
   CHECK_NEAR(pipeline.Run().TotalArea(), start.TotalArea(), 1e-6 * start.TotalArea());
@@ -157,14 +157,14 @@ void TestSettings()
 }
 
 /// Input that is no surfel cloud, an empty one, and surfels with faults.
-void TestTrouble()
+TEST_CASE("Trouble")
 {
   vtkNew<vtkSurfelNormalization> filter;
   Messages messages(filter);
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(15)).Points));
   filter->Update();
   CHECK(
-    !messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos);
+    (!messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos));
 
   Pipeline empty{ Sampled() };
   CHECK(empty.Run().Count() == 0);
@@ -192,7 +192,7 @@ void TestTrouble()
   messages.Errors.clear();
   filter->SetInputData(faulty);
   filter->Update();
-  CHECK(messages.Errors.empty() && messages.Warnings.size() == 1);
+  CHECK((messages.Errors.empty() && messages.Warnings.size() == 1));
   CHECK(filter->GetNumberOfUnusableSurfels() == 4);
   CHECK(filter->GetNumberOfDuplicateSurfels() == 1);
   CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
@@ -201,7 +201,7 @@ void TestTrouble()
 
 /// Arrays that do not have a value for every point are refused before they are read.
 /// Kernels whose peak, 1 / area, is beyond floats: left as they are, and counted.
-void TestTinySurfels()
+TEST_CASE("Tiny surfels")
 {
   vtkNew<vtkSurfelEstimation> estimation;
   estimation->SetInputData(ToPolyData(MakeSphere(1.0, 200, Random(9)).Points));
@@ -220,7 +220,7 @@ void TestTinySurfels()
   filter->SetInputData(tiny);
   Messages messages(filter);
   filter->Update();
-  CHECK(filter->GetNumberOfUnusableSurfels() == 200 && messages.Errors.empty());
+  CHECK((filter->GetNumberOfUnusableSurfels() == 200 && messages.Errors.empty()));
   vtkDataArray* before = tiny->GetPointData()->GetArray("SurfelAreaVector");
   vtkDataArray* after = filter->GetOutput()->GetPointData()->GetArray("SurfelAreaVector");
   for (vtkIdType i = 0; i < before->GetNumberOfTuples(); ++i)
@@ -229,7 +229,7 @@ void TestTinySurfels()
   }
 }
 
-void TestShortArrays()
+TEST_CASE("Short arrays")
 {
   Pipeline pipeline(MakeSphere(1.0, 500, Random(17)));
   pipeline.Estimation->Update();
@@ -243,7 +243,7 @@ void TestShortArrays()
     messages.Errors.clear();
     filter->SetInputData(surfels);
     filter->Update();
-    CHECK(!messages.Errors.empty() && messages.Errors[0].find(name) != std::string::npos);
+    CHECK((!messages.Errors.empty() && messages.Errors[0].find(name) != std::string::npos));
   }
 
   // Normals that are too few are no normals: they are estimated.
@@ -257,16 +257,4 @@ void TestShortArrays()
   CHECK(Surfels(estimation->GetOutput()).Count() == 500);
   CHECK(Surfels(estimation->GetOutput()).IsFinite());
 }
-}
-
-int main()
-{
-  TestClosedSurfaces();
-  TestBorders();
-  TestSheets();
-  TestSettings();
-  TestTrouble();
-  TestTinySurfels();
-  TestShortArrays();
-  return Failures() == 0 ? 0 : 1;
 }

@@ -47,7 +47,7 @@ Sampled Turned(const Sampled& surface) // z becomes x
   return result;
 }
 
-void TestClosed()
+TEST_CASE("Closed")
 {
   const Sampled surfaces[] = {
     MakeSphere(1.0, 10000, Random(1)), MakeBox(1.0, 0.7, 0.4, 0.02, Random(2)),
@@ -59,14 +59,14 @@ void TestClosed()
   {
     vtkNew<vtkSurfelEstimation> estimation;
     const Sides sides = Estimate(surface, estimation);
-    CHECK_ABOVE(sides.Right, 0.995);
-    CHECK_BELOW(sides.Wrong, 0.001);
+    CHECK(sides.Right >= 0.995);
+    CHECK(sides.Wrong <= 0.001);
     CHECK(estimation->GetNumberOfClosedComponents() >= 1);
   }
 }
 
 /// A sphere with a hole at its bottom is closed; half a sphere is not.
-void TestHoles()
+TEST_CASE("Holes")
 {
   for (const double cut : { -0.9, 0.0 })
   {
@@ -83,16 +83,16 @@ void TestHoles()
     const Sides sides = Estimate(open, estimation);
     if (cut < -0.5)
     {
-      CHECK_ABOVE(sides.Right, 0.99);
+      CHECK(sides.Right >= 0.99);
     }
     else
     {
-      CHECK_ABOVE(sides.TwoSided, 0.99);
+      CHECK(sides.TwoSided >= 0.99);
     }
   }
 }
 
-void TestOpen()
+TEST_CASE("Open")
 {
   Sampled wave;
   Random random(7);
@@ -106,20 +106,20 @@ void TestOpen()
   for (const Sampled& surface : { wave, plane })
   {
     vtkNew<vtkSurfelEstimation> estimation;
-    CHECK_ABOVE(Estimate(surface, estimation).TwoSided, 0.9999);
+    CHECK(Estimate(surface, estimation).TwoSided >= 0.9999);
     // A viewpoint that all of it faces decides.
     estimation->SetViewpoint(2, 2, -30);
     estimation->UseViewpointOn();
     const Sides seen = Estimate(surface, estimation);
-    CHECK_ABOVE(seen.Wrong, 0.9999); // all of them face down, where the viewpoint is
+    CHECK(seen.Wrong >= 0.9999); // all of them face down, where the viewpoint is
     // One in its plane does not.
     estimation->SetViewpoint(100, 2, 0);
-    CHECK_ABOVE(Estimate(surface, estimation).TwoSided, 0.9999);
+    CHECK(Estimate(surface, estimation).TwoSided >= 0.9999);
   }
 }
 
 /// Things near each other: each its own verdict.
-void TestScene()
+TEST_CASE("Scene")
 {
   Sampled scene = MakeTube(0.05, 2.0, 0.012, true, Random(9));
   scene.Shift({ 0.5, 0.5, 0.0 });
@@ -133,21 +133,21 @@ void TestScene()
   vtkNew<vtkSurfelEstimation> estimation;
   Estimate(scene, estimation);
   const Surfels surfels(estimation->GetOutput());
-  CHECK_ABOVE(CountSides(surfels, scene, 0, first).Right, 0.995);
-  CHECK_ABOVE(CountSides(surfels, scene, first, second).Right, 0.995);
-  CHECK_ABOVE(CountSides(surfels, scene, second, scene.Points.size()).TwoSided, 0.9999);
+  CHECK(CountSides(surfels, scene, 0, first).Right >= 0.995);
+  CHECK(CountSides(surfels, scene, first, second).Right >= 0.995);
+  CHECK(CountSides(surfels, scene, second, scene.Points.size()).TwoSided >= 0.9999);
   CHECK(estimation->GetNumberOfComponents() == 3);
 }
 
 /// Surfaces that cross: no verdict runs across the crossing, and next to nothing is wrong.
-void TestCrossing()
+TEST_CASE("Crossing")
 {
   Sampled sheets =
     MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(12));
   sheets.Append(
     MakeRectangle({ 0.5, 0, -0.5 }, { 0, 1, 0 }, 1, { 0, 0, 1 }, 1, 0.01, 1.0, Random(13)));
   vtkNew<vtkSurfelEstimation> estimation;
-  CHECK_ABOVE(Estimate(sheets, estimation).TwoSided, 0.999);
+  CHECK(Estimate(sheets, estimation).TwoSided >= 0.999);
 
   Sampled tubes = MakeTube(0.1, 2.0, 0.015, true, Random(14));
   tubes.Shift({ 0, 0, -1.0 });
@@ -155,8 +155,8 @@ void TestCrossing()
   across.Shift({ -1.0, 0.06, 0.0 });
   tubes.Append(across);
   const Sides crossing = Estimate(tubes, estimation);
-  CHECK_ABOVE(crossing.Right, 0.9);
-  CHECK_BELOW(crossing.Wrong, 0.01);
+  CHECK(crossing.Right >= 0.9);
+  CHECK(crossing.Wrong <= 0.01);
 
   Sampled ball = MakeSphere(1.0, 20000, Random(16)); // sunk into a floor
   ball.Append(
@@ -164,11 +164,11 @@ void TestCrossing()
   Estimate(ball, estimation);
   const Surfels surfels(estimation->GetOutput());
   const Sides sphere = CountSides(surfels, ball, 0, 20000);
-  CHECK_BELOW(sphere.Wrong, 0.01);
-  CHECK_ABOVE(CountSides(surfels, ball, 20000, ball.Points.size()).TwoSided, 0.95);
+  CHECK(sphere.Wrong <= 0.01);
+  CHECK(CountSides(surfels, ball, 20000, ball.Points.size()).TwoSided >= 0.95);
 }
 
-void TestModes()
+TEST_CASE("Modes")
 {
   const Sampled sphere = MakeSphere(1.0, 5000, Random(18));
   vtkNew<vtkSurfelEstimation> estimation;
@@ -186,7 +186,7 @@ void TestModes()
     CHECK(wrong == 0);
   }
   estimation->SetOrientationModeToTwoSided();
-  CHECK_ABOVE(Estimate(sphere, estimation).TwoSided, 0.9999);
+  CHECK(Estimate(sphere, estimation).TwoSided >= 0.9999);
   CHECK(estimation->GetNumberOfTwoSidedSurfels() == 5000);
 
   estimation->SetOrientationModeToAsGiven();
@@ -197,7 +197,7 @@ void TestModes()
     estimation->Update();
     const Sides given =
       CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
-    CHECK_ABOVE(given.Right, 0.9999);
+    CHECK(given.Right >= 0.9999);
     // Of another array: inward.
     vtkNew<vtkDoubleArray> inward;
     inward->DeepCopy(data->GetPointData()->GetNormals());
@@ -211,28 +211,17 @@ void TestModes()
     estimation->Update();
     const Sides named =
       CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
-    CHECK_BELOW(named.Right, 0.0001);
+    CHECK(named.Right <= 0.0001);
     estimation->SetNormalsArrayName("missing");
     estimation->Update();
-    CHECK_ABOVE(
-      CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size()).Right, 0.9999);
+    CHECK(CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size()).Right >=
+      0.9999);
     estimation->SetNormalsArrayName(nullptr);
   }
   Messages messages(estimation);
   estimation->SetInputData(ToPolyData(sphere.Points));
   estimation->Update();
-  CHECK(!messages.Errors.empty() && messages.Errors[0].find("AS_GIVEN") != std::string::npos);
+  CHECK((!messages.Errors.empty() && messages.Errors[0].find("AS_GIVEN") != std::string::npos));
   CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
-}
-
-int main()
-{
-  TestClosed();
-  TestHoles();
-  TestOpen();
-  TestScene();
-  TestCrossing();
-  TestModes();
-  return Failures() == 0 ? 0 : 1;
 }

@@ -62,7 +62,7 @@ bool SameSurfels(vtkPolyData* a, vtkPolyData* b)
       a->GetFieldData()->GetArray("SurfelOrigin"), b->GetFieldData()->GetArray("SurfelOrigin"));
 }
 
-void TestThreads()
+TEST_CASE("Threads")
 {
   const auto data = ToPolyData(MakeScene().Points);
   vtkSmartPointer<vtkPolyData> results[3];
@@ -82,7 +82,7 @@ void TestThreads()
 }
 
 /// Every array of the surviving points passes, with its type, name and role.
-void TestPassing()
+TEST_CASE("Passing")
 {
   const Sampled scene = MakeScene();
   auto data = ToPolyData(scene.Points);
@@ -112,7 +112,7 @@ void TestPassing()
   const auto result = Process(data, vtkSurfelEstimation::CIRCULAR); // leaves points in place
   vtkPointData* arrays = result->GetPointData();
   CHECK(result->GetNumberOfPoints() == count - 2);
-  CHECK(arrays->GetScalars() && arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR);
+  CHECK((arrays->GetScalars() && arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR));
   CHECK(result->GetFieldData()->GetArray("Note") != nullptr);
   CHECK(result->GetNumberOfVerts() == 1);
   auto* resultNames = vtkStringArray::SafeDownCast(arrays->GetAbstractArray("Name"));
@@ -134,7 +134,7 @@ void TestPassing()
 }
 
 /// Any vtkPointSet is an input.
-void TestStructuredInput()
+TEST_CASE("Structured input")
 {
   vtkNew<vtkStructuredGrid> grid;
   grid->SetDimensions(40, 30, 1);
@@ -154,7 +154,7 @@ void TestStructuredInput()
 }
 
 /// The same cloud at UTM coordinates: the same surfels up to the rounding of positions.
-void TestFarCoordinates()
+TEST_CASE("Far coordinates")
 {
   Sampled scene = MakeScene();
   for (Vec& p : scene.Points) // so that the sum below is exact
@@ -197,9 +197,9 @@ void TestFarCoordinates()
     worstCovariance =
       std::max(worstCovariance, std::abs(a.Covariance(i)[0] - b.Covariance(i)[0]) / a.Area(i));
   }
-  CHECK_BELOW(worstPosition, 1e-6);
-  CHECK_BELOW(worstArea, 0.02);
-  CHECK_BELOW(worstCovariance, 0.02);
+  CHECK(worstPosition <= 1e-6);
+  CHECK(worstArea <= 0.02);
+  CHECK(worstCovariance <= 0.02);
   CHECK(sides == 0);
 
   // Surfels as an input: their origin counts.
@@ -211,7 +211,7 @@ void TestFarCoordinates()
   CHECK_NEAR(secondOrigin[1], origin[1], 1e-9);
 }
 
-void TestFiles()
+TEST_CASE("Files")
 {
   const auto surfels = Process(ToPolyData(MakeScene().Points));
   vtkNew<vtkXMLPolyDataWriter> writer;
@@ -240,7 +240,7 @@ void StopAt(vtkAlgorithm* algorithm, double progress, vtkCallbackCommand* comman
   algorithm->AddObserver(vtkCommand::ProgressEvent, command);
 }
 
-void TestAbort()
+TEST_CASE("Abort")
 {
   const auto data = ToPolyData(MakeScene().Points);
   const auto surfels = Process(data);
@@ -264,7 +264,7 @@ void TestAbort()
   }
 }
 
-void TestPrinting()
+TEST_CASE("Printing")
 {
   vtkNew<vtkSurfelEstimation> estimation;
   vtkNew<vtkSurfelNormalization> normalization;
@@ -276,16 +276,4 @@ void TestPrinting()
     CHECK(text.str().find(word) != std::string::npos);
   }
 }
-}
-
-int main()
-{
-  TestThreads();
-  TestPassing();
-  TestStructuredInput();
-  TestFarCoordinates();
-  TestFiles();
-  TestAbort();
-  TestPrinting();
-  return Failures() == 0 ? 0 : 1;
 }

@@ -27,27 +27,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iostream>
 #include <limits>
-#include <sstream>
 
 namespace RenderingTest
 {
 namespace
 {
-struct Test
-{
-  std::string Suite, Name;
-  void (*Function)();
-};
-
-std::vector<Test>& Tests()
-{
-  static std::vector<Test> tests;
-  return tests;
-}
-
-int Failures = 0;
 std::string Messages;
 
 /// Keeps messages instead of printing them.
@@ -59,48 +44,19 @@ public:
   void DisplayText(const char* text) override { Messages += text; }
 };
 vtkStandardNewMacro(MessageWindow);
-
-int Run(const std::string& wanted)
-{
-  int count = 0;
-  for (const Test& test : Tests())
-  {
-    if (wanted != test.Suite && wanted != test.Name && wanted != "all")
-    {
-      continue;
-    }
-    ++count;
-    const int before = Failures;
-    test.Function();
-    const std::string rest = TakeMessages();
-    Report(rest.empty(), test.Name.c_str(), 0, "unexpected message: " + rest);
-    std::cout << (Failures == before ? "ok      " : "FAILED  ") << test.Suite << " " << test.Name
-              << std::endl;
-  }
-  return count;
-}
 }
 
-Registration::Registration(const char* suite, const char* name, void (*function)())
+NoMessages::NoMessages()
 {
-  Tests().push_back({ suite, name, function });
+  vtkNew<MessageWindow> window;
+  vtkOutputWindow::SetInstance(window);
 }
 
-void Report(bool good, const char* file, int line, const std::string& what)
+NoMessages::~NoMessages()
 {
-  if (!good)
-  {
-    ++Failures;
-    std::cout << file << ":" << line << ": " << what << std::endl;
-  }
-}
-
-void ReportNear(
-  double a, double b, double bound, const char* file, int line, const std::string& what)
-{
-  std::ostringstream text;
-  text << what << ": " << a << ", " << b << ", bound " << bound;
-  Report(std::abs(a - b) <= bound, file, line, text.str());
+  const std::string rest = TakeMessages();
+  CHECK_MESSAGE(rest.empty(), "unexpected message: ", rest);
+  vtkOutputWindow::SetInstance(nullptr);
 }
 
 std::string TakeMessages()
@@ -358,25 +314,4 @@ bool WriteBaselines()
   const char* value = std::getenv("SURFELSPLATTING_WRITE_BASELINES");
   return value && *value && std::string(value) != "0";
 }
-}
-
-int main(int argc, char* argv[])
-{
-  if (argc < 2)
-  {
-    std::cout << "usage: " << argv[0] << " <suite, test or \"all\">...\n";
-    return 2;
-  }
-  vtkNew<RenderingTest::MessageWindow> window;
-  vtkOutputWindow::SetInstance(window);
-  for (int i = 1; i < argc; ++i)
-  {
-    if (RenderingTest::Run(argv[i]) == 0)
-    {
-      std::cout << "there is no test or suite \"" << argv[i] << "\"\n";
-      return 2;
-    }
-  }
-  vtkOutputWindow::SetInstance(nullptr);
-  return RenderingTest::Failures == 0 ? 0 : 1;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the rendering tests share: suites of named tests, checks that say what they saw, analytic
- * surfels, windows and pictures.
+ * What the rendering tests share: VTK's messages, analytic surfels, windows and pictures.
  */
 #pragma once
+
+#include "Testing/Shared/Check.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
@@ -24,34 +25,19 @@ class vtkSurfelSplattingPass;
 
 namespace RenderingTest
 {
+using SurfelTesting::Near;
 using Vector = std::array<double, 3>;
 
-/// Puts a test into a suite; SURFEL_TEST below uses it.
-struct Registration
+/// Keeps VTK's errors and warnings during a test. Those that the test does not take make it fail.
+class NoMessages
 {
-  Registration(const char* suite, const char* name, void (*function)());
+public:
+  NoMessages();
+  ~NoMessages();
 };
 
-/// Counts a failure and prints where and what.
-void Report(bool good, const char* file, int line, const std::string& what);
-
-/// The same for |a - b| <= bound.
-void ReportNear(
-  double a, double b, double bound, const char* file, int line, const std::string& what);
-
-/// VTK's errors and warnings since the last call, joined. What a test does not take makes it fail.
+/// VTK's errors and warnings since the last call, joined.
 std::string TakeMessages();
-
-#define SURFEL_TEST(suite, name)                                                    \
-  static void name();                                                               \
-  static const RenderingTest::Registration name##Registration(#suite, #name, name); \
-  static void name()
-
-#define CHECK(condition) RenderingTest::Report((condition), __FILE__, __LINE__, #condition)
-
-/// |a - b| <= bound; the reason for the bound belongs beside it.
-#define CHECK_NEAR(a, b, bound) \
-  RenderingTest::ReportNear((a), (b), (bound), __FILE__, __LINE__, #a " = " #b)
 
 /// Surfels made from formulas: kernels of half the spacing, area vectors of the whole area.
 class SurfelBuilder

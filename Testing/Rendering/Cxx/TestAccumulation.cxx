@@ -29,6 +29,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Accumulation");
+
 namespace
 {
 constexpr int Width = 120, Height = 90;
@@ -77,7 +79,7 @@ vtkSmartPointer<vtkActor> TwoSpheres()
 }
 
 /// The edge of a disc, 1/2 + (u sqrt(1 - u^2) + asin u) / pi, by a mesh.
-SURFEL_TEST(Accumulation, MeshEdge)
+TEST_CASE_FIXTURE(NoMessages, "Mesh edge")
 {
   constexpr int points = 400;
   LensScene scene(points);
@@ -85,7 +87,7 @@ SURFEL_TEST(Accumulation, MeshEdge)
   vtkSmartPointer<vtkCamera> camera = LensCamera(0.8, 3.0);
   scene.See(camera);
   const double confusion = FocalLength(Height) * 0.4 * (1.0 / 3.0 - 1.0 / 6.0);
-  CHECK(confusion > 10.0 && confusion < 30.0);
+  CHECK((confusion > 10.0 && confusion < 30.0));
   vtkSmartPointer<vtkImageData> picture = scene.Render();
   for (int x = 0; x < Width; ++x)
   {
@@ -97,7 +99,7 @@ SURFEL_TEST(Accumulation, MeshEdge)
 }
 
 /// What is in focus stays what it is, whatever the lens.
-SURFEL_TEST(Accumulation, InFocus)
+TEST_CASE_FIXTURE(NoMessages, "In focus")
 {
   LensScene scene(23);
   Scene sharp(Width, Height, 0, false);
@@ -113,7 +115,7 @@ SURFEL_TEST(Accumulation, InFocus)
 }
 
 /// Surfels through pinholes and through cells: the splatter's own.
-SURFEL_TEST(Accumulation, SurfelsAsTheSplatterDoes)
+TEST_CASE_FIXTURE(NoMessages, "Surfels as the splatter does")
 {
   for (bool cells : { false, true })
   {
@@ -137,7 +139,7 @@ SURFEL_TEST(Accumulation, SurfelsAsTheSplatterDoes)
 }
 
 /// A pixel filter of 1 px on the edge of a mesh in focus: the Gaussian's integral.
-SURFEL_TEST(Accumulation, PixelFilter)
+TEST_CASE_FIXTURE(NoMessages, "Pixel filter")
 {
   LensScene scene(500);
   scene.Accumulation->SetPixelFilter(1.0);
@@ -154,7 +156,7 @@ SURFEL_TEST(Accumulation, PixelFilter)
 }
 
 /// The camera is the renderer's own again, and has not changed.
-SURFEL_TEST(Accumulation, CameraIsLeftAlone)
+TEST_CASE_FIXTURE(NoMessages, "Camera is left alone")
 {
   LensScene scene(5);
   scene.Renderer->AddActor(HalfPlane());
@@ -169,7 +171,7 @@ SURFEL_TEST(Accumulation, CameraIsLeftAlone)
 }
 
 /// One view where there is no lens: the delegate's picture. Picking sees sharp props.
-SURFEL_TEST(Accumulation, NoLens)
+TEST_CASE_FIXTURE(NoMessages, "No lens")
 {
   Scene sharp(Width, Height, 0, false);
   sharp.Renderer->AddActor(HalfPlane());
@@ -191,7 +193,7 @@ SURFEL_TEST(Accumulation, NoLens)
 }
 
 /// Posters in tiles are the picture of a larger window.
-SURFEL_TEST(Accumulation, Tiles)
+TEST_CASE_FIXTURE(NoMessages, "Tiles")
 {
   LensScene scene(12);
   scene.Renderer->AddActor(HalfPlane());
@@ -212,7 +214,7 @@ SURFEL_TEST(Accumulation, Tiles)
 }
 
 /// The depth of the innermost view is left for others, and windows of other sizes are met.
-SURFEL_TEST(Accumulation, DepthAndSize)
+TEST_CASE_FIXTURE(NoMessages, "Depth and size")
 {
   LensScene scene(7);
   scene.Renderer->AddActor(HalfPlane());
@@ -224,7 +226,7 @@ SURFEL_TEST(Accumulation, DepthAndSize)
     scene.Render();
     const float left = scene.Renderer->GetZ(width / 2 - 20, 45);
     const float right = scene.Renderer->GetZ(width / 2 + 20, 45);
-    CHECK(left > 0.0f && left < 1.0f);
+    CHECK((left > 0.0f && left < 1.0f));
     CHECK(right == 1.0f);
   }
   scene.Window->Finalize();
@@ -232,7 +234,7 @@ SURFEL_TEST(Accumulation, DepthAndSize)
   CHECK(CountBrighter(scene.Render(), 200) > 1000);
 }
 
-SURFEL_TEST(Accumulation, NoDelegate)
+TEST_CASE_FIXTURE(NoMessages, "No delegate")
 {
   LensScene scene(7);
   scene.Accumulation->SetDelegatePass(nullptr);
@@ -240,3 +242,5 @@ SURFEL_TEST(Accumulation, NoDelegate)
   scene.Render();
   CHECK(TakeMessages().find("SetDelegatePass") != std::string::npos);
 }
+
+TEST_SUITE_END();

@@ -36,6 +36,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Baselines");
+
 namespace
 {
 /// Largest and mean difference in levels of 255. The splats are the same on every machine but for
@@ -53,7 +55,7 @@ void CheckBaseline(vtkImageData* picture, const std::string& name, double max, d
     return;
   }
   const bool exists = std::ifstream(path).good();
-  Report(exists, __FILE__, __LINE__, "there is no picture " + path);
+  CHECK_MESSAGE(exists, "there is no picture ", path);
   if (!exists)
   {
     return;
@@ -62,8 +64,8 @@ void CheckBaseline(vtkImageData* picture, const std::string& name, double max, d
   reader->SetFileName(path.c_str());
   reader->Update();
   const Difference difference = Compare(picture, reader->GetOutput());
-  ReportNear(difference.Max, 0.0, max, __FILE__, __LINE__, name + ", largest difference");
-  ReportNear(difference.Mean, 0.0, mean, __FILE__, __LINE__, name + ", mean difference");
+  CHECK_MESSAGE(Near(difference.Max, 0.0, max), name, ", largest difference");
+  CHECK_MESSAGE(Near(difference.Mean, 0.0, mean), name, ", mean difference");
   if (difference.Max > max || difference.Mean > mean)
   {
     vtkNew<vtkPNGWriter> writer;
@@ -122,7 +124,7 @@ vtkSmartPointer<vtkCamera> LowCamera()
 }
 }
 
-SURFEL_TEST(Baselines, SphereOnReceedingCheckers)
+TEST_CASE_FIXTURE(NoMessages, "Sphere on receding checkers")
 {
   vtkNew<vtkSurfelImageRenderer> renderer;
   renderer->AddActor(Checkers());
@@ -140,7 +142,7 @@ SURFEL_TEST(Baselines, SphereOnReceedingCheckers)
   CheckBaseline(EightBits(renderer->GetOutput()), "SphereOnCheckers", 1.0, 0.05);
 }
 
-SURFEL_TEST(Baselines, PassWithMeshAndText)
+TEST_CASE_FIXTURE(NoMessages, "Pass with mesh and text")
 {
   Scene scene(160, 120);
   scene.Renderer->GradientBackgroundOn();
@@ -176,3 +178,5 @@ SURFEL_TEST(Baselines, PassWithMeshAndText)
   // another colour.
   CheckBaseline(scene.Render(), "PassWithMeshAndText", 255.0, 1.0);
 }
+
+TEST_SUITE_END();

@@ -27,6 +27,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Colors");
+
 namespace
 {
 /// A wall of surfels that fills the picture and leaves the colour as it is: opaque everywhere by
@@ -79,7 +81,7 @@ vtkSmartPointer<vtkFloatArray> Constant(const char* name, vtkIdType count, float
 }
 }
 
-SURFEL_TEST(Colors, PropertyColorAndOpacity)
+TEST_CASE_FIXTURE(NoMessages, "Property color and opacity")
 {
   WallScene scene;
   scene.Add();
@@ -91,7 +93,7 @@ SURFEL_TEST(Colors, PropertyColorAndOpacity)
   scene.Expect(0.0625, 0.125, 0.1875, 0.25);
 }
 
-SURFEL_TEST(Colors, DirectRGBAndRGBA)
+TEST_CASE_FIXTURE(NoMessages, "Direct RGB and RGBA")
 {
   WallScene rgb;
   rgb.Builder.Color([](const Vector&) { return std::array<int, 4>{ 51, 102, 204, 0 }; }, 3);
@@ -115,7 +117,7 @@ SURFEL_TEST(Colors, DirectRGBAndRGBA)
   rgba.Expect(0.2 * 0.2, 0.4 * 0.2, 0.8 * 0.2, 0.2);
 }
 
-SURFEL_TEST(Colors, LookupTable)
+TEST_CASE_FIXTURE(NoMessages, "Lookup table")
 {
   WallScene scene;
   scene.Builder.Data->GetPointData()->SetScalars(Constant("Height", 3600, 1.0f));
@@ -204,7 +206,7 @@ constexpr double LitMean = 2.0;
 constexpr double LitMax = 6.0;
 }
 
-SURFEL_TEST(Colors, LightingIsVTKs)
+TEST_CASE_FIXTURE(NoMessages, "Lighting is VTK's")
 {
   const std::pair<const char*, std::function<void(vtkRenderer*, vtkProperty*)>> cases[] = {
     { "headlight", [](vtkRenderer*, vtkProperty*) {} },
@@ -282,13 +284,12 @@ SURFEL_TEST(Colors, LightingIsVTKs)
   for (const auto& entry : cases)
   {
     const Difference difference = LitDifference(entry.second);
-    ReportNear(
-      difference.Mean, 0.0, LitMean, __FILE__, __LINE__, std::string(entry.first) + ", mean");
-    ReportNear(difference.Max, 0.0, LitMax, __FILE__, __LINE__, std::string(entry.first) + ", max");
+    CHECK_MESSAGE(Near(difference.Mean, 0.0, LitMean), entry.first, ", mean");
+    CHECK_MESSAGE(Near(difference.Max, 0.0, LitMax), entry.first, ", max");
   }
 }
 
-SURFEL_TEST(Colors, TwoSidedSurfelsAreLitOnTheSideSeen)
+TEST_CASE_FIXTURE(NoMessages, "Two sided surfels are lit on the side seen")
 {
   WallScene scene;
   vtkDataArray* area = scene.Builder.Data->GetPointData()->GetArray("SurfelAreaVector");
@@ -303,3 +304,5 @@ SURFEL_TEST(Colors, TwoSidedSurfelsAreLitOnTheSideSeen)
   scene.Actor->GetProperty()->LightingOn();
   scene.Expect(1, 1, 1, 1, 1e-3); // a headlight, straight on: cosines within 2 px of the middle
 }
+
+TEST_SUITE_END();

@@ -39,6 +39,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Compose");
+
 namespace
 {
 vtkSmartPointer<vtkActor> BlueQuad()
@@ -63,7 +65,7 @@ void Fill(Scene& scene)
 }
 }
 
-SURFEL_TEST(Compose, DelegateInsideOwnSteps)
+TEST_CASE_FIXTURE(NoMessages, "Delegate inside own steps")
 {
   Scene alone(90, 70);
   Fill(alone);
@@ -92,7 +94,7 @@ SURFEL_TEST(Compose, DelegateInsideOwnSteps)
   CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
 }
 
-SURFEL_TEST(Compose, PostProcessing)
+TEST_CASE_FIXTURE(NoMessages, "Post processing")
 {
   Scene scene(90, 70);
   Fill(scene);
@@ -143,7 +145,7 @@ SURFEL_TEST(Compose, PostProcessing)
   CHECK_NEAR(Compare(splats, polygons).Max, 0.0, 0.2 * 255);
 }
 
-SURFEL_TEST(Compose, ReleaseAndRenderAgain)
+TEST_CASE_FIXTURE(NoMessages, "Release and render again")
 {
   Scene scene(90, 70, 4);
   Fill(scene);
@@ -156,7 +158,7 @@ SURFEL_TEST(Compose, ReleaseAndRenderAgain)
   CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
 }
 
-SURFEL_TEST(Compose, OnePassInTwoWindows)
+TEST_CASE_FIXTURE(NoMessages, "One pass in two windows")
 {
   // OpenGL objects belong to a context; a pass that moves between windows must not carry them
   // along. The second window has made other objects before, so that names do not agree by chance.
@@ -185,7 +187,7 @@ SURFEL_TEST(Compose, OnePassInTwoWindows)
   CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
 }
 
-SURFEL_TEST(Compose, LifeTimes)
+TEST_CASE_FIXTURE(NoMessages, "Life times")
 {
   // The pass outlives its renderer and window, and the other way round, in the middle of an event
   // too.
@@ -212,7 +214,7 @@ SURFEL_TEST(Compose, LifeTimes)
   CHECK(CountBrighter(scene.Render(), 200) > 500);
 }
 
-SURFEL_TEST(Compose, SecondRenderIsTheSame)
+TEST_CASE_FIXTURE(NoMessages, "Second render is the same")
 {
   Scene scene(90, 70, 8);
   Fill(scene);
@@ -225,7 +227,7 @@ SURFEL_TEST(Compose, SecondRenderIsTheSame)
   CHECK(scene.Renderer->VisibleActorCount() == 2);
 }
 
-SURFEL_TEST(Compose, NumberOfRenderedProps)
+TEST_CASE_FIXTURE(NoMessages, "Number of rendered props")
 {
   Scene scene(60, 60);
   Fill(scene);
@@ -233,7 +235,7 @@ SURFEL_TEST(Compose, NumberOfRenderedProps)
   CHECK_NEAR(scene.Pass->GetNumberOfRenderedProps(), 2, 0.0);
 }
 
-SURFEL_TEST(Compose, HardwareSelection)
+TEST_CASE_FIXTURE(NoMessages, "Hardware selection")
 {
   for (bool withPass : { false, true, false })
   {
@@ -260,13 +262,13 @@ SURFEL_TEST(Compose, HardwareSelection)
     selector->SetFieldAssociation(vtkDataObject::FIELD_ASSOCIATION_POINTS);
     vtkSmartPointer<vtkSelection> selection;
     selection.TakeReference(selector->Select());
-    CHECK(selection && selection->GetNumberOfNodes() == 1);
+    CHECK((selection && selection->GetNumberOfNodes() == 1));
     if (selection && selection->GetNumberOfNodes() == 1)
     {
       vtkSelectionNode* node = selection->GetNode(0);
       CHECK(node->GetProperties()->Get(vtkSelectionNode::PROP()) == sphere);
       vtkDataArray* ids = vtkDataArray::SafeDownCast(node->GetSelectionList());
-      CHECK(ids && ids->GetNumberOfTuples() > 0);
+      CHECK((ids && ids->GetNumberOfTuples() > 0));
       vtkPolyData* surfels = vtkSurfelMapper::SafeDownCast(sphere->GetMapper())->GetInput();
       for (vtkIdType i = 0; ids && i < ids->GetNumberOfTuples(); ++i)
       {
@@ -281,3 +283,5 @@ SURFEL_TEST(Compose, HardwareSelection)
     CHECK_NEAR(Compare(scene.Render(), before).Max, 0.0, 0.0);
   }
 }
+
+TEST_SUITE_END();

@@ -28,6 +28,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Detail");
+
 namespace
 {
 vtkSmartPointer<vtkPolyData> HierarchyOf(vtkPolyData* surfels)
@@ -72,7 +74,7 @@ vtkSmartPointer<vtkImageData> Picture(
 }
 }
 
-SURFEL_TEST(Detail, FewerSplatsSamePicture)
+TEST_CASE_FIXTURE(NoMessages, "Fewer splats same picture")
 {
   vtkSmartPointer<vtkPolyData> surfels = StripedSphere(), hierarchy = HierarchyOf(surfels);
   for (double disk : { 0.0, 0.6 })
@@ -87,7 +89,7 @@ SURFEL_TEST(Detail, FewerSplatsSamePicture)
     CHECK(splatter->GetNumberOfSurfels() == 40000);
     CHECK(splatter->GetNumberOfSurfelsFacingAway() > 10000);
     CHECK(splatter->GetNumberOfChosenNodes() < 30000);
-    CHECK(disk == 0.0 || 3 * splatter->GetNumberOfSplats() < splats);
+    CHECK((disk == 0.0 || 3 * splatter->GetNumberOfSplats() < splats));
     CHECK(Compare(all, some).Mean < 2e-3); // a fraction of a grey level
     CHECK(Compare(all, some).Max < 0.06);  // at the border
     splatter->SetLODModeToOff();
@@ -97,7 +99,7 @@ SURFEL_TEST(Detail, FewerSplatsSamePicture)
   }
 }
 
-SURFEL_TEST(Detail, TableColorsAreAveragedNotScalars)
+TEST_CASE_FIXTURE(NoMessages, "Table colors are averaged not scalars")
 {
   // Scalars -1 and 1 by turns, white and black in the table, blue for their mean, 0.
   SurfelBuilder builder;
@@ -138,7 +140,7 @@ SURFEL_TEST(Detail, TableColorsAreAveragedNotScalars)
   CHECK_NEAR(At(renderer->GetOutput(), 50, 50, 2), 0.5, 0.1);
 }
 
-SURFEL_TEST(Detail, OrbitPreparesNothing)
+TEST_CASE_FIXTURE(NoMessages, "Orbit prepares nothing")
 {
   vtkNew<vtkSurfelImageRenderer> renderer;
   vtkSmartPointer<vtkActor> actor = SurfelActor(HierarchyOf(StripedSphere()));
@@ -166,7 +168,7 @@ SURFEL_TEST(Detail, OrbitPreparesNothing)
   CHECK(splatter->GetNumberOfReusedFrames() == 0);
 }
 
-SURFEL_TEST(Detail, UnchangedFramesAreKept)
+TEST_CASE_FIXTURE(NoMessages, "Unchanged frames are kept")
 {
   Scene scene(80, 80);
   vtkSmartPointer<vtkActor> actor = SurfelActor(StripedSphere(5000));
@@ -212,7 +214,7 @@ SURFEL_TEST(Detail, UnchangedFramesAreKept)
   CHECK(splatter->GetNumberOfReusedFrames() == kept);
 }
 
-SURFEL_TEST(Detail, DotsAreLeavesOnly)
+TEST_CASE_FIXTURE(NoMessages, "Dots are leaves only")
 {
   vtkSmartPointer<vtkPolyData> surfels = StripedSphere(4000);
   Scene scene(90, 90, 0, false);
@@ -228,7 +230,7 @@ SURFEL_TEST(Detail, DotsAreLeavesOnly)
   CHECK(bounds[1] < 1.2); // not the root's kernel
 }
 
-SURFEL_TEST(Detail, ColorByLevel)
+TEST_CASE_FIXTURE(NoMessages, "Color by level")
 {
   vtkNew<vtkSurfelImageRenderer> renderer;
   vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(StripedSphere());
@@ -241,7 +243,7 @@ SURFEL_TEST(Detail, ColorByLevel)
   CHECK(std::abs(At(blurred, 80, 80, 0) - At(blurred, 80, 80, 2)) > 0.1);
 }
 
-SURFEL_TEST(Detail, UpdateRateIsHeld)
+TEST_CASE_FIXTURE(NoMessages, "Update rate is held")
 {
   Scene scene(300, 300);
   scene.Renderer->AddActor(SurfelActor(HierarchyOf(StripedSphere(200000))));
@@ -279,7 +281,7 @@ SURFEL_TEST(Detail, UpdateRateIsHeld)
 }
 
 /// Bytes that are no nodes, as a damaged file may hold: whatever is drawn, no NaN comes out.
-SURFEL_TEST(Detail, NodesOfNonsense)
+TEST_CASE_FIXTURE(NoMessages, "Nodes of nonsense")
 {
   vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(UnitSphere());
   for (int fill : { 0, 0x7f, 0xff, -1 })
@@ -308,7 +310,7 @@ SURFEL_TEST(Detail, NodesOfNonsense)
   }
 }
 
-SURFEL_TEST(Detail, BrokenHierarchies)
+TEST_CASE_FIXTURE(NoMessages, "Broken hierarchies")
 {
   vtkSmartPointer<vtkPolyData> hierarchy = HierarchyOf(UnitSphere());
   vtkNew<vtkSurfelImageRenderer> renderer;
@@ -338,3 +340,5 @@ SURFEL_TEST(Detail, BrokenHierarchies)
   Picture(renderer, fewer, FrontCamera(6.0));
   CHECK(TakeMessages().find("100 points") != std::string::npos);
 }
+
+TEST_SUITE_END();

@@ -30,16 +30,13 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Errors");
+
 namespace
 {
-bool Contains(const std::string& text, const std::string& part)
+void Contains(const std::string& text, const std::string& part)
 {
-  if (text.find(part) == std::string::npos)
-  {
-    Report(false, __FILE__, __LINE__, "no \"" + part + "\" in \"" + text + "\"");
-    return false;
-  }
-  return true;
+  CHECK_MESSAGE(text.find(part) != std::string::npos, "no \"", part, "\" in \"", text, "\"");
 }
 
 /// Renders bad surfels beside a good cloud and a mesh; gives the message. The others must be drawn.
@@ -80,7 +77,7 @@ vtkSmartPointer<vtkPolyData> With(const char* name, int components, vtkIdType tu
 }
 }
 
-SURFEL_TEST(Errors, ArraysMissingOrWrong)
+TEST_CASE_FIXTURE(NoMessages, "Arrays missing or wrong")
 {
   vtkNew<vtkSphereSource> points;
   points->Update();
@@ -103,7 +100,7 @@ SURFEL_TEST(Errors, ArraysMissingOrWrong)
   Contains(MessageOf(surfels), "SurfelOrigin");
 }
 
-SURFEL_TEST(Errors, EmptyInput)
+TEST_CASE_FIXTURE(NoMessages, "Empty input")
 {
   vtkNew<vtkPolyData> empty;
   CHECK(MessageOf(empty).empty());
@@ -113,7 +110,7 @@ SURFEL_TEST(Errors, EmptyInput)
   CHECK(MessageOf(noTuples).empty());
 }
 
-SURFEL_TEST(Errors, InvalidSurfelsAreCountedAndNotDrawn)
+TEST_CASE_FIXTURE(NoMessages, "Invalid surfels are counted and not drawn")
 {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinite = std::numeric_limits<float>::infinity();
@@ -140,7 +137,7 @@ SURFEL_TEST(Errors, InvalidSurfelsAreCountedAndNotDrawn)
   CHECK(CountBrighter(scene.Float(), 0.9) > 1000);
 }
 
-SURFEL_TEST(Errors, OtherTypesAreConverted)
+TEST_CASE_FIXTURE(NoMessages, "Other types are converted")
 {
   // Doubles for floats, floats for flags: the same picture.
   vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
@@ -172,7 +169,7 @@ SURFEL_TEST(Errors, OtherTypesAreConverted)
   CHECK(Values(scene.Float(), "Color") == reference);
 }
 
-SURFEL_TEST(Errors, ImageRendererSettings)
+TEST_CASE_FIXTURE(NoMessages, "Image renderer settings")
 {
   vtkNew<vtkSurfelImageRenderer> renderer;
   renderer->Update();
@@ -182,7 +179,7 @@ SURFEL_TEST(Errors, ImageRendererSettings)
   Contains(TakeMessages(), "0 x 0");
   renderer->SetSize(70000, 5);
   Contains(TakeMessages(), "70000 x 5");
-  CHECK(renderer->GetSize()[0] == 512 && renderer->GetSize()[1] == 512);
+  CHECK((renderer->GetSize()[0] == 512 && renderer->GetSize()[1] == 512));
   renderer->SetSize(1, 1);
   renderer->Update();
   CHECK(renderer->GetOutput()->GetNumberOfPoints() == 1);
@@ -211,7 +208,7 @@ SURFEL_TEST(Errors, ImageRendererSettings)
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // which need the address space
-SURFEL_TEST(Errors, OutOfMemory)
+TEST_CASE_FIXTURE(NoMessages, "Out of memory")
 {
   rlimit before;
   getrlimit(RLIMIT_AS, &before);
@@ -231,7 +228,7 @@ SURFEL_TEST(Errors, OutOfMemory)
 }
 #endif
 
-SURFEL_TEST(Errors, DegenerateCameras)
+TEST_CASE_FIXTURE(NoMessages, "Degenerate cameras")
 {
   // A disk below zero or far too large, a focus behind the camera, an angle next to nothing: finite
   // pictures, no crash.
@@ -266,3 +263,5 @@ SURFEL_TEST(Errors, DegenerateCameras)
     TakeMessages(); // VTK itself may speak about the camera
   }
 }
+
+TEST_SUITE_END();

@@ -25,6 +25,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Frame");
+
 namespace
 {
 vtkSmartPointer<vtkPolyData> StripedSphere()
@@ -60,7 +62,7 @@ void AddSphereAndQuad(vtkRenderer* renderer)
 }
 }
 
-SURFEL_TEST(Frame, SolidAndGradientBackground)
+TEST_CASE_FIXTURE(NoMessages, "Solid and gradient background")
 {
   Scene scene(80, 60);
   vtkSmartPointer<vtkActor> sphere = SurfelActor(StripedSphere());
@@ -98,7 +100,7 @@ SURFEL_TEST(Frame, SolidAndGradientBackground)
   }
 }
 
-SURFEL_TEST(Frame, ViewportIsAWindowOfItsSize)
+TEST_CASE_FIXTURE(NoMessages, "Viewport is a window of its size")
 {
   for (int samples : { 0, 4 })
   {
@@ -120,7 +122,7 @@ SURFEL_TEST(Frame, ViewportIsAWindowOfItsSize)
   }
 }
 
-SURFEL_TEST(Frame, RenderersSideBySide)
+TEST_CASE_FIXTURE(NoMessages, "Renderers side by side")
 {
   // The same actor left with the pass, right without: the pass's marks must not reach into the
   // other renderer. A third renderer shares the actor with a pass of its own.
@@ -154,7 +156,7 @@ SURFEL_TEST(Frame, RenderersSideBySide)
   }
 }
 
-SURFEL_TEST(Frame, LayerOnTop)
+TEST_CASE_FIXTURE(NoMessages, "Layer on top")
 {
   for (bool preserveDepth : { false, true })
   {
@@ -180,11 +182,11 @@ SURFEL_TEST(Frame, LayerOnTop)
     CHECK_NEAR(At(picture, 2, 40, 0), 255.0, 0.0);
     CHECK_NEAR(At(picture, 78, 78, 1), std::round(0.4 * 255), 0.0);
     CHECK(At(picture, 45, 40, 2) > 200);
-    CHECK(preserveDepth ? At(picture, 34, 40, 1) == 0.0 : At(picture, 34, 40, 1) > 200);
+    CHECK((preserveDepth ? At(picture, 34, 40, 1) == 0.0 : At(picture, 34, 40, 1) > 200));
   }
 }
 
-SURFEL_TEST(Frame, ResizeBetweenFrames)
+TEST_CASE_FIXTURE(NoMessages, "Resize between frames")
 {
   Scene scene(100, 80);
   AddSphereAndQuad(scene.Renderer);
@@ -192,7 +194,7 @@ SURFEL_TEST(Frame, ResizeBetweenFrames)
   vtkSmartPointer<vtkImageData> first = scene.Render();
   scene.Window->SetSize(61, 127);
   vtkSmartPointer<vtkImageData> other = scene.Render();
-  CHECK(scene.Float()->GetDimensions()[0] == 61 && scene.Float()->GetDimensions()[1] == 127);
+  CHECK((scene.Float()->GetDimensions()[0] == 61 && scene.Float()->GetDimensions()[1] == 127));
   Scene fresh(61, 127);
   AddSphereAndQuad(fresh.Renderer);
   fresh.See(BlurredCamera());
@@ -201,7 +203,7 @@ SURFEL_TEST(Frame, ResizeBetweenFrames)
   CHECK_NEAR(Compare(scene.Render(), first).Max, 0.0, 0.0);
 }
 
-SURFEL_TEST(Frame, MultiSamples)
+TEST_CASE_FIXTURE(NoMessages, "Multi samples")
 {
   // Surfels know no samples. Pictures may differ where the mesh's edges (270 px) and its line of
   // intersection with the sphere (50 px) have other samples.
@@ -220,7 +222,7 @@ SURFEL_TEST(Frame, MultiSamples)
     {
       reference = picture;
       referenceColor = color;
-      CHECK(At(picture, 50, 60, 0) > 200 && At(picture, 20, 15, 1) > 190);
+      CHECK((At(picture, 50, 60, 0) > 200 && At(picture, 20, 15, 1) > 190));
       continue;
     }
     int different = 0, hiddenOtherwise = 0;
@@ -236,7 +238,7 @@ SURFEL_TEST(Frame, MultiSamples)
   }
 }
 
-SURFEL_TEST(Frame, PosterOfTilesHasNoSeams)
+TEST_CASE_FIXTURE(NoMessages, "Poster of tiles has no seams")
 {
   // SetScale(2) renders four tiles through a quarter of the lens's picture each; a window of twice
   // the size is the same picture. Tiles differ in rounding only: view angle and window centre
@@ -273,7 +275,7 @@ SURFEL_TEST(Frame, PosterOfTilesHasNoSeams)
   CHECK(different <= 20);
 }
 
-SURFEL_TEST(Frame, PosterKeepsTheBlurInWindowPixels)
+TEST_CASE_FIXTURE(NoMessages, "Poster keeps the blur in window pixels")
 {
   // A lens given in pixels means the window's: a poster of twice the size looks the same, a window
   // of twice the size with twice the circle of confusion is that poster.
@@ -297,7 +299,7 @@ SURFEL_TEST(Frame, PosterKeepsTheBlurInWindowPixels)
   CHECK_NEAR(Compare(poster->GetOutput(), large.Render()).Max, 0.0, 1.0); // rounding
 }
 
-SURFEL_TEST(Frame, ParallelProjection)
+TEST_CASE_FIXTURE(NoMessages, "Parallel projection")
 {
   // Orthographic: a grid of surfels lands where height / (2 * parallel scale) px per world unit
   // puts it. The lens is said to have no effect, once.
@@ -346,7 +348,7 @@ SURFEL_TEST(Frame, ParallelProjection)
   CHECK(Values(scene.Float(), "Color") == rgba);
 }
 
-SURFEL_TEST(Frame, StereoEyesAgreeWithMeshes)
+TEST_CASE_FIXTURE(NoMessages, "Stereo eyes agree with meshes")
 {
   // Left and right eye: surfels over a mesh of the same shape and place cover the same pixels.
   for (bool left : { true, false })
@@ -387,3 +389,5 @@ SURFEL_TEST(Frame, StereoEyesAgreeWithMeshes)
     CHECK(std::abs(center(polygons) - center(mono)) > 1.5);
   }
 }
+
+TEST_SUITE_END();

@@ -34,6 +34,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("ImageRenderer");
+
 namespace
 {
 vtkSmartPointer<vtkPolyData> ColoredSphere()
@@ -62,7 +64,7 @@ struct Executions
 };
 }
 
-SURFEL_TEST(ImageRenderer, RunsWithoutADisplay)
+TEST_CASE_FIXTURE(NoMessages, "Runs without a display")
 {
   CHECK(std::getenv("DISPLAY") == nullptr);
   vtkNew<vtkSurfelImageRenderer> renderer;
@@ -74,21 +76,22 @@ SURFEL_TEST(ImageRenderer, RunsWithoutADisplay)
   renderer->Update();
   vtkImageData* picture = renderer->GetOutput();
   const int* extent = picture->GetExtent();
-  CHECK(extent[0] == 0 && extent[1] == 119 && extent[2] == 0 && extent[3] == 89 && extent[5] == 0);
-  CHECK(picture->GetScalarType() == VTK_FLOAT && picture->GetNumberOfScalarComponents() == 4);
+  CHECK(
+    (extent[0] == 0 && extent[1] == 119 && extent[2] == 0 && extent[3] == 89 && extent[5] == 0));
+  CHECK((picture->GetScalarType() == VTK_FLOAT && picture->GetNumberOfScalarComponents() == 4));
   CHECK(std::string(picture->GetPointData()->GetScalars()->GetName()) == "Color");
   CHECK(picture->GetPointData()->GetArray("Depth") != nullptr);
   vtkInformation* information = renderer->GetOutputInformation(0);
   const int* whole = information->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT());
-  CHECK(whole[1] == 119 && whole[3] == 89);
+  CHECK((whole[1] == 119 && whole[3] == 89));
   CHECK(At(picture, 60, 45, 3) > 0.97);
   // Distance along the view direction to the sphere's front; a pixel from the axis it curves by
   // 1e-4.
   CHECK_NEAR(Values(picture, "Depth")[45 * 120 + 60], 4.0, 0.01);
-  CHECK(At(picture, 2, 2, 3) == 0.0 && Values(picture, "Depth")[0] == 0.0f);
+  CHECK((At(picture, 2, 2, 3) == 0.0 && Values(picture, "Depth")[0] == 0.0f));
 }
 
-SURFEL_TEST(ImageRenderer, ExecutesWhenSomethingChanged)
+TEST_CASE_FIXTURE(NoMessages, "Executes when something changed")
 {
   vtkSmartPointer<vtkPolyData> data = ColoredSphere();
   vtkNew<vtkFloatArray> height;
@@ -168,17 +171,16 @@ SURFEL_TEST(ImageRenderer, ExecutesWhenSomethingChanged)
     const int count = executions.Count;
     change.Do();
     renderer->Update();
-    ReportNear(executions.Count, count + 1, 0, __FILE__, __LINE__, change.Name);
-    Report(Compare(before, renderer->GetOutput()).Max > 1e-6, __FILE__, __LINE__,
-      std::string("another picture after: ") + change.Name);
+    CHECK_MESSAGE(Near(executions.Count, count + 1, 0), change.Name);
+    CHECK_MESSAGE(
+      Compare(before, renderer->GetOutput()).Max > 1e-6, "another picture after: ", change.Name);
     renderer->Update();
     renderer->Update();
-    ReportNear(executions.Count, count + 1, 0, __FILE__, __LINE__,
-      std::string("nothing changed after: ") + change.Name);
+    CHECK_MESSAGE(Near(executions.Count, count + 1, 0), "nothing changed after: ", change.Name);
   }
 }
 
-SURFEL_TEST(ImageRenderer, Background)
+TEST_CASE_FIXTURE(NoMessages, "Background")
 {
   vtkNew<vtkSurfelImageRenderer> renderer;
   vtkSmartPointer<vtkActor> actor = SurfelActor(ColoredSphere());
@@ -203,7 +205,7 @@ SURFEL_TEST(ImageRenderer, Background)
   CHECK(Values(renderer->GetSplatter()->GetOutput(), "Color") == bare);
 }
 
-SURFEL_TEST(ImageRenderer, InputPort)
+TEST_CASE_FIXTURE(NoMessages, "Input port")
 {
   // Surfels at the input are the same as an unlit actor; two inputs share an A-buffer.
   vtkNew<vtkTransform> transform;
@@ -232,7 +234,7 @@ SURFEL_TEST(ImageRenderer, InputPort)
   CHECK_NEAR(executions.Count, 1, 0);
 }
 
-SURFEL_TEST(ImageRenderer, SameAtAnyNumberOfThreads)
+TEST_CASE_FIXTURE(NoMessages, "Same at any number of threads")
 {
   std::vector<float> color, depth;
   for (int threads : { 8, 2, 1 }) // TBB takes no more than it was given first
@@ -261,7 +263,7 @@ SURFEL_TEST(ImageRenderer, SameAtAnyNumberOfThreads)
   vtkSMPTools::Initialize(0);
 }
 
-SURFEL_TEST(ImageRenderer, FileRoundTrip)
+TEST_CASE_FIXTURE(NoMessages, "File round trip")
 {
   vtkNew<vtkXMLPolyDataWriter> writer;
   writer->SetInputData(ColoredSphere());
@@ -288,10 +290,10 @@ SURFEL_TEST(ImageRenderer, FileRoundTrip)
     renderer->Update();
     pictures[i] = Values(renderer->GetOutput(), "Color");
   }
-  CHECK(pictures[0].size() == 60 * 60 * 4 && pictures[0] == pictures[1]);
+  CHECK((pictures[0].size() == 60 * 60 * 4 && pictures[0] == pictures[1]));
 }
 
-SURFEL_TEST(ImageRenderer, ClippingRange)
+TEST_CASE_FIXTURE(NoMessages, "Clipping range")
 {
   // Fitted: nothing in front of the lens is cut off, and the camera stays as it is. Not fitted: the
   // camera's.
@@ -303,9 +305,11 @@ SURFEL_TEST(ImageRenderer, ClippingRange)
   renderer->SetSize(60, 60);
   renderer->Update();
   CHECK(At(renderer->GetOutput(), 30, 30, 3) > 0.97);
-  CHECK(camera->GetClippingRange()[0] == 4.5 && camera->GetClippingRange()[1] == 4.6);
+  CHECK((camera->GetClippingRange()[0] == 4.5 && camera->GetClippingRange()[1] == 4.6));
   renderer->AutomaticClippingRangeOff();
   renderer->Update();
   CHECK(At(renderer->GetOutput(), 30, 30, 3) < 0.01);
   CHECK(CountBrighter(renderer->GetOutput(), 0.1) > 20); // a ring at that distance
 }
+
+TEST_SUITE_END();

@@ -23,6 +23,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Lens");
+
 namespace
 {
 constexpr int Size = 128;
@@ -100,7 +102,7 @@ double BlurVariance(int kernel, double c, double cutoff = 2.5)
 }
 }
 
-SURFEL_TEST(Lens, VarianceOfAPoint)
+TEST_CASE_FIXTURE(NoMessages, "Variance of a point")
 {
   // C = f R |1/zf - 1/z|, R = FocalDisk / 2; variance of that blur + prefilter, on both sides of
   // the focus.
@@ -132,7 +134,7 @@ SURFEL_TEST(Lens, VarianceOfAPoint)
   }
 }
 
-SURFEL_TEST(Lens, Cutoff)
+TEST_CASE_FIXTURE(NoMessages, "Cutoff")
 {
   PointScene scene(3.0);
   scene.Camera->SetFocalDisk(0.8);
@@ -147,7 +149,7 @@ SURFEL_TEST(Lens, Cutoff)
   }
 }
 
-SURFEL_TEST(Lens, FocalDistanceZeroIsTheFocalPoint)
+TEST_CASE_FIXTURE(NoMessages, "Focal distance zero is the focal point")
 {
   PointScene scene(4.0);
   scene.Camera->SetFocalDisk(0.8);
@@ -160,7 +162,7 @@ SURFEL_TEST(Lens, FocalDistanceZeroIsTheFocalPoint)
   CHECK_NEAR(Moments(scene.Picture()).VarianceX, 1.0, Sampling);
 }
 
-SURFEL_TEST(Lens, PinholeIsADiskOfZero)
+TEST_CASE_FIXTURE(NoMessages, "Pinhole is a disk of zero")
 {
   PointScene scene(3.0);
   scene.Camera->SetFocalDistance(9.0);
@@ -174,7 +176,7 @@ SURFEL_TEST(Lens, PinholeIsADiskOfZero)
   CHECK(Values(scene.Picture(), "Color") != disk);
 }
 
-SURFEL_TEST(Lens, CircleOfConfusionInPixels)
+TEST_CASE_FIXTURE(NoMessages, "Circle of confusion in pixels")
 {
   // At infinity C; at z, C (1 - zf / z); whatever FocalDisk says.
   PointScene scene(20.0);
@@ -193,11 +195,11 @@ SURFEL_TEST(Lens, CircleOfConfusionInPixels)
   CHECK(Values(scene.Picture(), "Color") == none);
 }
 
-SURFEL_TEST(Lens, SettersKeepTheirRanges)
+TEST_CASE_FIXTURE(NoMessages, "Setters keep their ranges")
 {
   vtkNew<vtkSurfelSplatter> splatter;
   CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CAMERA);
-  CHECK(splatter->GetCutoff() == 2.5 && splatter->GetPrefilter() == 1.0);
+  CHECK((splatter->GetCutoff() == 2.5 && splatter->GetPrefilter() == 1.0));
   CHECK(splatter->GetCircleOfConfusion() == 8.0);
   splatter->SetLensMode(7);
   CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CIRCLE_OF_CONFUSION);
@@ -209,7 +211,7 @@ SURFEL_TEST(Lens, SettersKeepTheirRanges)
   CHECK(splatter->GetPrefilter() == 0.01);
 }
 
-SURFEL_TEST(Lens, PictureScalesWithSize)
+TEST_CASE_FIXTURE(NoMessages, "Picture scales with size")
 {
   // Twice the pixels: twice the circle of confusion, four times the lens's variance.
   PointScene scene(3.0);
@@ -223,7 +225,7 @@ SURFEL_TEST(Lens, PictureScalesWithSize)
   CHECK_NEAR(twice / single, 4.0, 0.04); // sampled at pixels
 }
 
-SURFEL_TEST(Lens, WideAndNarrowPictures)
+TEST_CASE_FIXTURE(NoMessages, "Wide and narrow pictures")
 {
   // The view angle is the vertical one, or the horizontal one where the camera says so; pixels stay
   // square.
@@ -244,7 +246,7 @@ SURFEL_TEST(Lens, WideAndNarrowPictures)
   CHECK_NEAR(horizontal.VarianceX, horizontal.VarianceY, 1e-3 * horizontal.VarianceX);
 }
 
-SURFEL_TEST(Lens, FocusOnAPoint)
+TEST_CASE_FIXTURE(NoMessages, "Focus on a point")
 {
   // The plane through the point, wherever it lies on it; behind the camera the camera's focus.
   Scene scene(100, 100);
@@ -265,3 +267,5 @@ SURFEL_TEST(Lens, FocusOnAPoint)
   splatter->SetFocusPoint(0.0, 0.0, 6.5);
   CHECK_NEAR(Compare(scene.Render(), other).Max, 0.0, 0.0);
 }
+
+TEST_SUITE_END();

@@ -28,6 +28,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("OtherProps");
+
 namespace
 {
 constexpr int CellCounts[] = { 1, 5 };
@@ -75,7 +77,7 @@ struct LayeredScene : Scene
 }
 
 /// Each eye sees surfels and a mesh of the same place alike, blurred by as much.
-SURFEL_TEST(PropImage, Stereo)
+TEST_CASE_FIXTURE(NoMessages, "Stereo")
 {
   for (const int eye : { VTK_STEREO_LEFT, VTK_STEREO_RIGHT })
   {
@@ -110,7 +112,7 @@ SURFEL_TEST(PropImage, Stereo)
 }
 
 /// The mean of many views is that of the same eye.
-SURFEL_TEST(PropImage, StereoViews)
+TEST_CASE_FIXTURE(NoMessages, "Stereo views")
 {
   vtkSmartPointer<vtkImageData> eyes[2];
   for (const bool left : { true, false })
@@ -135,7 +137,7 @@ SURFEL_TEST(PropImage, StereoViews)
 }
 
 /// A blurred mesh in a layer of its own lets the layer below through at its edge only.
-SURFEL_TEST(PropImage, LayerOnTop)
+TEST_CASE_FIXTURE(NoMessages, "Layer on top")
 {
   for (const int cells : CellCounts)
   {
@@ -158,7 +160,7 @@ SURFEL_TEST(PropImage, LayerOnTop)
 }
 
 /// The same of light: cells mix it with the layer below as one picture does.
-SURFEL_TEST(PropImage, LightOfLayers)
+TEST_CASE_FIXTURE(NoMessages, "Light of layers")
 {
   vtkSmartPointer<vtkImageData> pictures[2];
   for (int i = 0; i < 2; ++i)
@@ -178,7 +180,7 @@ SURFEL_TEST(PropImage, LightOfLayers)
 }
 
 /// Tiles of a poster join, and are a window of its size.
-SURFEL_TEST(PropImage, Poster)
+TEST_CASE_FIXTURE(NoMessages, "Poster")
 {
   for (const int cells : CellCounts)
   {
@@ -209,7 +211,7 @@ SURFEL_TEST(PropImage, Poster)
 
 /// A projection that is given as a matrix, with a user's transform on top, is that of cells and
 /// margins, too: the same picture as by the camera's own parameters.
-SURFEL_TEST(PropImage, Projections)
+TEST_CASE_FIXTURE(NoMessages, "Projections")
 {
   for (const int cells : CellCounts)
   {
@@ -244,7 +246,7 @@ SURFEL_TEST(PropImage, Projections)
 }
 
 /// What layers below hide stays hidden where their depth is preserved, in every cell.
-SURFEL_TEST(PropImage, PreservedDepth)
+TEST_CASE_FIXTURE(NoMessages, "Preserved depth")
 {
   for (const int cells : CellCounts)
   {
@@ -265,7 +267,7 @@ SURFEL_TEST(PropImage, PreservedDepth)
 }
 
 /// Surfels do not get coarser for a time that meshes take.
-SURFEL_TEST(PropImage, UpdateRate)
+TEST_CASE_FIXTURE(NoMessages, "Update rate")
 {
   Scene scene(300, 240);
   AddMeshes(scene.Renderer);
@@ -289,7 +291,7 @@ SURFEL_TEST(PropImage, UpdateRate)
 }
 
 /// In a viewport, multisampled or not, it is the picture of a window of that size.
-SURFEL_TEST(PropImage, Viewport)
+TEST_CASE_FIXTURE(NoMessages, "Viewport")
 {
   for (const int cells : CellCounts)
   {
@@ -311,7 +313,7 @@ SURFEL_TEST(PropImage, Viewport)
 }
 
 /// As a step among the user's own: the same picture.
-SURFEL_TEST(PropImage, DelegateInsideOwnSteps)
+TEST_CASE_FIXTURE(NoMessages, "Delegate inside own steps")
 {
   Scene alone(90, 70), inside(90, 70);
   vtkNew<vtkRenderStepsPass> steps;
@@ -328,7 +330,7 @@ SURFEL_TEST(PropImage, DelegateInsideOwnSteps)
 }
 
 /// What was released comes back, between one picture and cells as well.
-SURFEL_TEST(PropImage, ReleaseAndRenderAgain)
+TEST_CASE_FIXTURE(NoMessages, "Release and render again")
 {
   for (const int cells : CellCounts)
   {
@@ -349,3 +351,5 @@ SURFEL_TEST(PropImage, ReleaseAndRenderAgain)
     CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
   }
 }
+
+TEST_SUITE_END();

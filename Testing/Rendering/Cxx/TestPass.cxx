@@ -39,6 +39,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Pass");
+
 namespace
 {
 // A picture in 8 bits: the surfels' colour and the background's share are rounded one by one.
@@ -107,7 +109,7 @@ vtkSmartPointer<vtkPolyData> ColoredSphere()
 }
 }
 
-SURFEL_TEST(Pass, EqualsImageRenderer)
+TEST_CASE_FIXTURE(NoMessages, "Equals image renderer")
 {
   Scene scene(160, 120);
   vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
@@ -157,7 +159,7 @@ SURFEL_TEST(Pass, EqualsImageRenderer)
   CHECK_NEAR(worst, 0.0, 2.0);
 }
 
-SURFEL_TEST(Pass, MeshInFrontAndBehind)
+TEST_CASE_FIXTURE(NoMessages, "Mesh in front and behind")
 {
   // Sharp surfels at z = 0; a green mesh left in front of them, a red one right behind.
   Scene scene(100, 100);
@@ -179,7 +181,7 @@ SURFEL_TEST(Pass, MeshInFrontAndBehind)
   }
 }
 
-SURFEL_TEST(Pass, MeshIntersectsWhereDepthsCross)
+TEST_CASE_FIXTURE(NoMessages, "Mesh intersects where depths cross")
 {
   // The mesh leans out of the wall of surfels along x = 0: z = x. Its visible part is x > 0, up to
   // half a pixel of the mesh's own rasterisation and half a pixel of the prefilter, since a layer
@@ -198,11 +200,11 @@ SURFEL_TEST(Pass, MeshIntersectsWhereDepthsCross)
       ++boundary;
     }
     CHECK_NEAR(boundary, 100, 1.0);
-    CHECK(At(picture, 60, y, 1) > 250 && At(picture, 130, y, 1) < 1);
+    CHECK((At(picture, 60, y, 1) > 250 && At(picture, 130, y, 1) < 1));
   }
 }
 
-SURFEL_TEST(Pass, MeshInFrontOfBlurredSurfelsHasAHardEdge)
+TEST_CASE_FIXTURE(NoMessages, "Mesh in front of blurred surfels has a hard edge")
 {
   // Half of a mesh in front of strongly blurred surfels: nothing of them leaks over it.
   Scene scene(100, 100);
@@ -220,7 +222,7 @@ SURFEL_TEST(Pass, MeshInFrontOfBlurredSurfelsHasAHardEdge)
   }
 }
 
-SURFEL_TEST(Pass, TranslucentMesh)
+TEST_CASE_FIXTURE(NoMessages, "Translucent mesh")
 {
   for (int samples : { 0, 4 })
   {
@@ -261,7 +263,7 @@ SURFEL_TEST(Pass, TranslucentMesh)
   }
 }
 
-SURFEL_TEST(Pass, TranslucentStepIsTheRenderersOwn)
+TEST_CASE_FIXTURE(NoMessages, "Translucent step is the renderers own")
 {
   // Two translucent layers over surfels are what VTK without the pass makes of them over a mesh,
   // with depth peeling and without (order independent).
@@ -294,7 +296,7 @@ SURFEL_TEST(Pass, TranslucentStepIsTheRenderersOwn)
   }
 }
 
-SURFEL_TEST(Pass, TextAndOverlayOnTop)
+TEST_CASE_FIXTURE(NoMessages, "Text and overlay on top")
 {
   Scene scene(120, 80);
   vtkSmartPointer<vtkActor> wall = SurfelActor(Wall(0.0));
@@ -318,11 +320,11 @@ SURFEL_TEST(Pass, TextAndOverlayOnTop)
       changed += At(after, x, y, 0) != At(before, x, y, 0);
     }
   }
-  CHECK(yellow > 300);                               // the strokes of four letters 30 px high
-  CHECK(changed > yellow / 2 && changed < 120 * 40); // the text's rows only
+  CHECK(yellow > 300);                                 // the strokes of four letters 30 px high
+  CHECK((changed > yellow / 2 && changed < 120 * 40)); // the text's rows only
 }
 
-SURFEL_TEST(Pass, AxesAndImageAndVolume)
+TEST_CASE_FIXTURE(NoMessages, "Axes and image and volume")
 {
   Scene scene(120, 120);
   scene.Renderer->AddActor(SurfelActor(Wall(0.0)));
@@ -373,10 +375,10 @@ SURFEL_TEST(Pass, AxesAndImageAndVolume)
   CHECK(Compare(scene.Render(), alone).Max <= OneLevel);
   block->SetOrigin(-0.4, -0.4, 0.1); // in front: red
   vtkSmartPointer<vtkImageData> withVolume = scene.Render();
-  CHECK(At(withVolume, 60, 60, 0) > 250 && At(withVolume, 60, 60, 1) < 5);
+  CHECK((At(withVolume, 60, 60, 0) > 250 && At(withVolume, 60, 60, 1) < 5));
 }
 
-SURFEL_TEST(Pass, AssemblyAndUserMatrix)
+TEST_CASE_FIXTURE(NoMessages, "Assembly and user matrix")
 {
   Scene scene(120, 90);
   vtkSmartPointer<vtkActor> actor = SurfelActor(ColoredSphere());
@@ -415,7 +417,7 @@ SURFEL_TEST(Pass, AssemblyAndUserMatrix)
   CHECK_NEAR(CountBrighter(Grab(scene.Window), 0), 0, 0.0);
 }
 
-SURFEL_TEST(Pass, MirroredAndStretched)
+TEST_CASE_FIXTURE(NoMessages, "Mirrored and stretched")
 {
   Scene scene(120, 90);
   vtkSmartPointer<vtkActor> actor = SurfelActor(ColoredSphere());
@@ -448,7 +450,7 @@ SURFEL_TEST(Pass, MirroredAndStretched)
   }
 }
 
-SURFEL_TEST(Pass, InvisibleActorIsNotDrawn)
+TEST_CASE_FIXTURE(NoMessages, "Invisible actor is not drawn")
 {
   Scene scene(60, 60);
   vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
@@ -461,7 +463,7 @@ SURFEL_TEST(Pass, InvisibleActorIsNotDrawn)
   CHECK(CountBrighter(scene.Render(), 200) > 500);
 }
 
-SURFEL_TEST(Pass, ActorsShareOneABuffer)
+TEST_CASE_FIXTURE(NoMessages, "Actors share one A-buffer")
 {
   // Two crossing sheets as two actors are the same picture as one cloud of both: one A-buffer, same
   // order of surfels.
@@ -493,7 +495,7 @@ SURFEL_TEST(Pass, ActorsShareOneABuffer)
   CHECK(Values(scene.Float(), "Color") == separate);
 }
 
-SURFEL_TEST(Pass, BlurReachesIntoThePictureFromOutside)
+TEST_CASE_FIXTURE(NoMessages, "Blur reaches into the picture from outside")
 {
   // A sphere left of the picture, far out of focus: its blur is seen though culling would drop the
   // actor.
@@ -514,7 +516,7 @@ SURFEL_TEST(Pass, BlurReachesIntoThePictureFromOutside)
   CHECK(At(scene.Render(), 1, 40, 0) > 10);
 }
 
-SURFEL_TEST(Pass, DepthIsLeftForLaterProps)
+TEST_CASE_FIXTURE(NoMessages, "Depth is left for later props")
 {
   // The window's depth after the surfels is the depth of a mesh in their place, to the depth
   // buffer's 24 bits and float arithmetic at z / near = 10.
@@ -545,3 +547,5 @@ SURFEL_TEST(Pass, DepthIsLeftForLaterProps)
     CHECK_NEAR(worst, 0.0, 1e-6);
   }
 }
+
+TEST_SUITE_END();

@@ -33,6 +33,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("Preview");
+
 namespace
 {
 void SetOrigin(vtkPolyData* data, double x, double y, double z)
@@ -89,7 +91,7 @@ struct Silhouette
 };
 }
 
-SURFEL_TEST(Preview, DotsCoverTheSilhouette)
+TEST_CASE_FIXTURE(NoMessages, "Dots cover the silhouette")
 {
   // Also under an actor's matrix. Dots are 0.8 of the spacing (0.056): up to 2 px outside.
   const double scales[][3] = { { 1, 1, 1 }, { 3, 3, 3 }, { -1, 1, 1 }, { 1.3, 1.0, 0.8 } };
@@ -117,7 +119,7 @@ SURFEL_TEST(Preview, DotsCoverTheSilhouette)
   }
 }
 
-SURFEL_TEST(Preview, ColorsAndChanges)
+TEST_CASE_FIXTURE(NoMessages, "Colors and changes")
 {
   Scene scene(80, 80, 0, false);
   vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
@@ -125,10 +127,10 @@ SURFEL_TEST(Preview, ColorsAndChanges)
   scene.Renderer->AddActor(actor);
   scene.See(FrontCamera(6.0));
   vtkSmartPointer<vtkImageData> picture = scene.Render();
-  CHECK(At(picture, 40, 40, 0) > 250 && At(picture, 40, 40, 1) < 5);
+  CHECK((At(picture, 40, 40, 0) > 250 && At(picture, 40, 40, 1) < 5));
   actor->GetProperty()->SetColor(0, 1, 0);
   picture = scene.Render();
-  CHECK(At(picture, 40, 40, 1) > 250 && At(picture, 40, 40, 0) < 5);
+  CHECK((At(picture, 40, 40, 1) > 250 && At(picture, 40, 40, 0) < 5));
 
   SurfelBuilder builder;
   builder.AddSphere({ 0, 0, 0 }, 1.0, 4000);
@@ -138,26 +140,26 @@ SURFEL_TEST(Preview, ColorsAndChanges)
   vtkSurfelMapper* mapper = vtkSurfelMapper::SafeDownCast(actor->GetMapper());
   mapper->SetInputData(builder.Data);
   picture = scene.Render();
-  CHECK(At(picture, 40, 50, 2) > 250 && At(picture, 40, 50, 1) < 5);
-  CHECK(At(picture, 40, 30, 2) > 250 && At(picture, 40, 30, 1) > 250);
+  CHECK((At(picture, 40, 50, 2) > 250 && At(picture, 40, 50, 1) < 5));
+  CHECK((At(picture, 40, 30, 2) > 250 && At(picture, 40, 30, 1) > 250));
   mapper->ScalarVisibilityOff();
   picture = scene.Render();
-  CHECK(At(picture, 40, 50, 1) > 250 && At(picture, 40, 50, 2) < 5);
+  CHECK((At(picture, 40, 50, 1) > 250 && At(picture, 40, 50, 2) < 5));
 
   // Points that move in place, and a clipping plane.
   builder.Data->GetPoints()->GetData()->FillComponent(0, 1.2);
   builder.Data->GetPoints()->Modified();
   builder.Data->Modified();
   picture = scene.Render();
-  CHECK(At(picture, 30, 40, 1) < 5 && At(picture, 70, 40, 1) > 250);
+  CHECK((At(picture, 30, 40, 1) < 5 && At(picture, 70, 40, 1) > 250));
   vtkNew<vtkPlane> plane;
   plane->SetNormal(0, 1, 0);
   mapper->AddClippingPlane(plane);
   picture = scene.Render();
-  CHECK(At(picture, 70, 50, 1) > 250 && At(picture, 70, 30, 1) < 5);
+  CHECK((At(picture, 70, 50, 1) > 250 && At(picture, 70, 30, 1) < 5));
 }
 
-SURFEL_TEST(Preview, SelectionNamesPointsByAnArray)
+TEST_CASE_FIXTURE(NoMessages, "Selection names points by an array")
 {
   // As where surfels were made of other points: selection gives those points' ids.
   Scene scene(120, 120);
@@ -207,7 +209,7 @@ SURFEL_TEST(Preview, SelectionNamesPointsByAnArray)
   CHECK(found == expected);
 }
 
-SURFEL_TEST(Preview, ActorInSeveralWindows)
+TEST_CASE_FIXTURE(NoMessages, "Actor in several windows")
 {
   // The dots' OpenGL objects belong to a window; the actor is in two, loses its mapper, outlives
   // one of them.
@@ -240,7 +242,7 @@ SURFEL_TEST(Preview, ActorInSeveralWindows)
   CHECK_NEAR(Compare(second.Render(), meshOnly).Max, 0.0, 0.0);
 }
 
-SURFEL_TEST(Preview, LocalOriginAtUTM)
+TEST_CASE_FIXTURE(NoMessages, "Local origin at UTM")
 {
   // A sphere of 1 m at UTM coordinates is the sphere at the origin, seen from there: dots, splats
   // and bounds.
@@ -292,7 +294,7 @@ SURFEL_TEST(Preview, LocalOriginAtUTM)
   }
 }
 
-SURFEL_TEST(Preview, BoundsFollowTheInput)
+TEST_CASE_FIXTURE(NoMessages, "Bounds follow the input")
 {
   vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
   vtkSmartPointer<vtkActor> actor = SurfelActor(surfels);
@@ -305,10 +307,10 @@ SURFEL_TEST(Preview, BoundsFollowTheInput)
   CHECK_NEAR(actor->GetBounds()[5], 50.02, 0.03);
   vtkNew<vtkPolyData> empty;
   vtkSurfelMapper::SafeDownCast(actor->GetMapper())->SetInputData(empty);
-  CHECK(!actor->GetBounds() || !vtkMath::AreBoundsInitialized(actor->GetBounds()));
+  CHECK((!actor->GetBounds() || !vtkMath::AreBoundsInitialized(actor->GetBounds())));
 }
 
-SURFEL_TEST(Preview, BoundsLeaveOutInvalidSurfels)
+TEST_CASE_FIXTURE(NoMessages, "Bounds leave out invalid surfels")
 {
   // One NaN or infinite point (organised scans have them) must not spoil ResetCamera.
   for (double bad :
@@ -328,7 +330,7 @@ SURFEL_TEST(Preview, BoundsLeaveOutInvalidSurfels)
   }
 }
 
-SURFEL_TEST(Preview, NothingIsDrawnOfNothing)
+TEST_CASE_FIXTURE(NoMessages, "Nothing is drawn of nothing")
 {
   Scene scene(40, 40, 0, false);
   vtkNew<vtkPolyData> empty;
@@ -341,3 +343,5 @@ SURFEL_TEST(Preview, NothingIsDrawnOfNothing)
   scene.Renderer->AddActor(without);
   CHECK_NEAR(CountBrighter(scene.Render(), 0), 0, 0.0);
 }
+
+TEST_SUITE_END();

@@ -20,6 +20,8 @@
 #include <functional>
 
 using namespace RenderingTest;
+
+TEST_SUITE_BEGIN("Ranks");
 using SurfelTesting::ThreadController;
 
 namespace
@@ -74,7 +76,7 @@ vtkSmartPointer<vtkImageData> ByOne(int cells)
 }
 }
 
-SURFEL_TEST(Ranks, ThePictureIsThatOfOneProcess)
+TEST_CASE_FIXTURE(NoMessages, "The picture is that of one process")
 {
   for (const int cells : { 1, 7 })
   {
@@ -104,7 +106,7 @@ SURFEL_TEST(Ranks, ThePictureIsThatOfOneProcess)
   }
 }
 
-SURFEL_TEST(Ranks, AChangeAnywhereIsANewPicture)
+TEST_CASE_FIXTURE(NoMessages, "A change anywhere is a new picture")
 {
   vtkSmartPointer<vtkImageData> first, second;
   vtkIdType reused[2] = { -1, -1 };
@@ -136,10 +138,10 @@ SURFEL_TEST(Ranks, AChangeAnywhereIsANewPicture)
     reused[rank] -= renderer->GetSplatter()->GetNumberOfReusedFrames();
   });
   CHECK(Compare(first, second).Max > 0.1);
-  CHECK(reused[0] == 0 && reused[1] == 0);
+  CHECK((reused[0] == 0 && reused[1] == 0));
 }
 
-SURFEL_TEST(Ranks, WhatIsNotMadeIsSaid)
+TEST_CASE_FIXTURE(NoMessages, "What is not made is said")
 {
   vtkSmartPointer<vtkImageData> found;
   ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
@@ -158,7 +160,7 @@ SURFEL_TEST(Ranks, WhatIsNotMadeIsSaid)
   CHECK(At(found, 60, 45, 3) > 0.9);
 }
 
-SURFEL_TEST(Ranks, PicturesOfDifferentSizeAreRefused)
+TEST_CASE_FIXTURE(NoMessages, "Pictures of different size are refused")
 {
   std::atomic<int> made{ 0 };
   ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
@@ -173,3 +175,5 @@ SURFEL_TEST(Ranks, PicturesOfDifferentSizeAreRefused)
   CHECK(TakeMessages().find("differ in size") != std::string::npos);
   CHECK(made == 0);
 }
+
+TEST_SUITE_END();

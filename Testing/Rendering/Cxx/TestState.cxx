@@ -28,6 +28,8 @@
 
 using namespace RenderingTest;
 
+TEST_SUITE_BEGIN("State");
+
 namespace
 {
 /// What a pass may have changed, by name.
@@ -81,7 +83,7 @@ public:
     const auto after = Snapshot();
     for (const auto& entry : before)
     {
-      Report(after.at(entry.first) == entry.second, __FILE__, __LINE__, entry.first + " changed");
+      CHECK_MESSAGE(after.at(entry.first) == entry.second, entry.first, " changed");
     }
     this->CheckAccount(state);
     ++this->Count;
@@ -105,13 +107,13 @@ private:
     GLint source = 0, destination = 0;
     glGetIntegerv(GL_BLEND_SRC_RGB, &source);
     glGetIntegerv(GL_BLEND_DST_RGB, &destination);
-    CHECK(blend[0] == source && blend[1] == destination);
+    CHECK((blend[0] == source && blend[1] == destination));
   }
 };
 vtkStandardNewMacro(WatchingPass);
 }
 
-SURFEL_TEST(State, IsLeftAsItWas)
+TEST_CASE_FIXTURE(NoMessages, "Is left as it was")
 {
   for (int samples : { 0, 4 })
   {
@@ -145,7 +147,7 @@ SURFEL_TEST(State, IsLeftAsItWas)
   }
 }
 
-SURFEL_TEST(State, OtherRenderersAreNotDisturbed)
+TEST_CASE_FIXTURE(NoMessages, "Other renderers are not disturbed")
 {
   // A mesh in a renderer of its own, after the pass and without it: the same pixels.
   vtkSmartPointer<vtkImageData> pictures[2];
@@ -170,3 +172,5 @@ SURFEL_TEST(State, OtherRenderersAreNotDisturbed)
   }
   CHECK_NEAR(Compare(pictures[0], pictures[1]).Max, 0.0, 0.0);
 }
+
+TEST_SUITE_END();
