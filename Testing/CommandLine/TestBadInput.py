@@ -115,6 +115,8 @@ class TestBadInput(ToolCase):
     def test_unknown_view_names_the_known_ones(self):
         write("views.json", json.dumps({"views": [{"name": n, "viewAngle": 20} for n in "ab"]}))
         self.refuse_options("--camera", "views.json:c", says=["'c'", "a, b"])
+        write("unnamed.json", json.dumps({"views": [{"viewAngle": 20}]}))
+        self.refuse_options("--camera", "unnamed.json:c", says=["'c'", "have no names"])
 
     def test_camera_options(self):
         self.refuse_options("--position", "1", "2", "x", says=["--position", "'x'"])
