@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs what README.md shows, as a reader would paste it into a new shell in the checkout."""
 
+import json
 import os
 import re
 import shutil
@@ -96,6 +97,9 @@ class TestReadme(unittest.TestCase):
             file.write("ply\nformat ascii 1.0\nelement vertex 1600\n"
                        + "".join(f"property float {name}\n" for name in "xyz") + "end_header\n")
             file.writelines(f"{i % 40} {i // 40} {(i % 7) / 9}\n" for i in range(1600))
+        with open(self.path("build/demo/camera.json"), "w") as file:
+            json.dump({"position": [20, 20, 60], "focalPoint": [20, 20, 0], "viewUp": [0, 1, 0],
+                       "viewAngle": 40}, file)
         self.run_shell(command)
         self.check_picture(read_png(self.path("scene.png")), 0.2)
 
