@@ -47,7 +47,7 @@ TOADSTOOLS = [
 
 
 def shade(cloud, albedo, shadow=1.0, glow=0.0):
-    """Sun, sky from above, light off the ground from below; glow lets the sun shine through."""
+    """Light of the sun, the sky above and the ground below; glow lets the sun shine through."""
     facing = cloud.normals @ SUN
     sun = np.clip(facing, 0, None) + glow * np.clip(-facing, 0, None)
     up = 0.5 + 0.5 * cloud.normals[:, 2]
@@ -114,7 +114,7 @@ def wart_places(rng, radius, height, count):
 
 
 def warts(rng, places, radius, height):
-    """Flakes on the cap: flattened balls, half sunk in; what is inside the cap is left out."""
+    """Flakes on the cap: flattened balls, half inside it; points inside the cap are left out."""
     centers, normals, size = places
     cloud = ellipsoids(rng, centers, size, normals, flatness=0.55, bumps=0.16, per_item=700)
     r = np.minimum(1, np.hypot(cloud.points[:, 0], cloud.points[:, 1]) / radius)
@@ -157,7 +157,7 @@ def skirt(height, radius, count):
 
 
 def bend(cloud, height, lean):
-    """Bends the stem by `lean` at its top; what is above keeps its shape and is tilted."""
+    """Bends the stem by `lean` at its top; the part above keeps its shape and is tilted."""
     level = np.clip(cloud.points[:, 2], 0, height)
     above = cloud.points[:, 2] - level
     slope = 2 * lean * level / height ** 2
@@ -203,7 +203,7 @@ def moss(count):
 
 
 def grass(rng, where, height, width, per_blade, color, keep_clear=True):
-    """Blades at the points `where`, [n, 2]; in the hero's place only short ones stand."""
+    """Blades at the points `where`, [n, 2]; where the large toadstool stands they are short."""
     n = len(where)
     tall = height * rng.uniform(0.55, 1.25, n)
     if keep_clear:
@@ -334,7 +334,7 @@ def dusk(count):
 
 
 def haze(cloud):
-    """Air between the eye and what is far away."""
+    """Air between the eye and distant things."""
     depth = cloud.points[:, 1] - CAMERA["position"][1]
     share = 0.55 * smoothstep(5.5, 18.0, depth)
     cloud.colors = mix(cloud.colors, np.tile(HAZE_COLOR, (len(share), 1)), share)

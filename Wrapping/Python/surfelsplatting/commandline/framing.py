@@ -94,7 +94,7 @@ def up_axis(samples):
 
 
 def _directions(up):
-    """Where to look from, the customary side first, then in steps of 45 degrees around."""
+    """Directions to the camera: the usual side first, then in steps of 45 degrees around."""
     front = np.array([0.0, -1.0, 0.0]) if abs(up[2]) > 0.7 else np.array([0.0, 0.0, 1.0])
     front = _unit(front - (front @ up) * up)
     right = np.cross(up, front)
