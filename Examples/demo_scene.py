@@ -4,8 +4,8 @@
 
     demo_scene.py SCENE.ply CAMERA.json
 
-All things are closed shapes, evenly sampled, with exact normals. The light is part of the colours, so
-the picture is rendered unlit. z is up; one unit is the height of a toadstool.
+All things are closed shapes, evenly sampled, with exact normals. The light is part of the colours,
+so the picture is rendered unlit. z is up; one unit is the height of a toadstool.
 """
 
 import json

@@ -77,7 +77,7 @@ def _unit(vectors):
 
 
 def lathe(profile, count, ripple=0.0):
-    """The profile [m, 2] of (radius, z) turned about z, with the outside to the left of its direction.
+    """The profile [m, 2] of (radius, z) turned about z, the outside to the left of its direction.
 
     -> Cloud, and the position of each point on the profile, 0 to m - 1.
     """

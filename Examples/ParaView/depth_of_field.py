@@ -15,7 +15,7 @@ def open_scan(path):
     """A point cloud: .pcd, .ply, .vtp or another format that ParaView reads."""
     scan = simple.OpenDataFile(path)
     if scan is None:
-        raise SystemExit(f"{path}: ParaView has no reader for this file. For .pcd the plugin must be loaded.")
+        raise SystemExit(f"{path}: ParaView has no reader for it. For .pcd, load the plugin.")
     scan.UpdatePipeline()
     return scan
 
@@ -44,7 +44,7 @@ def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
 
 
 def focus_at(view, display, x, y):
-    """Focuses on the surface at a place of the view, given as fractions from the lower left corner."""
+    """Focuses on the surface at x, y of the view: fractions from the lower left corner."""
     renderer = view.GetClientSideObject().GetRenderer()
     place = [round(f * (s - 1)) for f, s in zip((x, y), view.ViewSize)]
     depth = renderer.GetZ(*place)
@@ -67,7 +67,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scan")
     parser.add_argument("picture")
-    parser.add_argument("--plugin", help="path of the plugin, if ParaView does not load it by itself")
+    parser.add_argument("--plugin", help="its path, if ParaView does not load it by itself")
     parser.add_argument("--blur", type=float, default=12.0, help="radius at infinity, px")
     parser.add_argument("--focus", type=float, nargs=2, default=(0.5, 0.5), metavar=("X", "Y"))
     parser.add_argument("--seen-from", type=float, nargs=3, default=(0, -1, 0),
