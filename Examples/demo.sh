@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Renders demo.png with depth of field: the built-in scene, or a point cloud of yours.
+# Renders demo.png with depth of field: the built-in scene, or your own point cloud.
 #
 #   bash Examples/demo.sh [CLOUD]
 set -euo pipefail
@@ -10,12 +10,12 @@ if [ -n "$cloud" ] && [ ! -f "$cloud" ]; then
   exit 2
 fi
 
-# What is said while setting up goes to stderr: stdout is for the one line at the end.
+# The messages of the set-up go to stderr; stdout has only the one line at the end.
 source "$(dirname "${BASH_SOURCE[0]}")/../Utilities/setup.sh" >&2
 
 picture=$root/demo.png
 if [ -n "$cloud" ]; then
-  what="${cloud##*/}, focused on its middle"
+  what="${cloud##*/}, in focus at its centre"
   options=(--size 1280 800 --circle-of-confusion 60)
 else
   cloud=$build/demo/scene.ply

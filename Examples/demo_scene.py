@@ -4,8 +4,8 @@
 
     demo_scene.py SCENE.ply CAMERA.json
 
-Every thing is a closed shape, sampled evenly and with its exact normals; the light is painted
-into the colours, so that the picture is rendered unlit. z is up, one unit is a toadstool's height.
+All things are closed shapes, evenly sampled, with exact normals. The light is part of the colours,
+so the picture is rendered unlit. z is up; one unit is the height of a toadstool.
 """
 
 import json
@@ -47,7 +47,7 @@ TOADSTOOLS = [
 
 
 def shade(cloud, albedo, shadow=1.0, glow=0.0):
-    """Sun, sky from above, light off the ground from below; glow lets the sun shine through."""
+    """Light of the sun, the sky above and the ground below; glow lets the sun shine through."""
     facing = cloud.normals @ SUN
     sun = np.clip(facing, 0, None) + glow * np.clip(-facing, 0, None)
     up = 0.5 + 0.5 * cloud.normals[:, 2]
@@ -114,7 +114,7 @@ def wart_places(rng, radius, height, count):
 
 
 def warts(rng, places, radius, height):
-    """Flakes on the cap: flattened balls, half sunk in; what is inside the cap is left out."""
+    """Flakes on the cap: flattened balls, half inside it; points inside the cap are left out."""
     centers, normals, size = places
     cloud = ellipsoids(rng, centers, size, normals, flatness=0.55, bumps=0.16, per_item=700)
     r = np.minimum(1, np.hypot(cloud.points[:, 0], cloud.points[:, 1]) / radius)
@@ -157,7 +157,7 @@ def skirt(height, radius, count):
 
 
 def bend(cloud, height, lean):
-    """Bends the stem by `lean` at its top; what is above keeps its shape and is tilted."""
+    """Bends the stem by `lean` at its top; the part above keeps its shape and is tilted."""
     level = np.clip(cloud.points[:, 2], 0, height)
     above = cloud.points[:, 2] - level
     slope = 2 * lean * level / height ** 2
@@ -203,7 +203,7 @@ def moss(count):
 
 
 def grass(rng, where, height, width, per_blade, color, keep_clear=True):
-    """Blades at the points `where`, [n, 2]; in the hero's place only short ones stand."""
+    """Blades at the points `where`, [n, 2]; where the large toadstool stands they are short."""
     n = len(where)
     tall = height * rng.uniform(0.55, 1.25, n)
     if keep_clear:
@@ -253,7 +253,7 @@ def seed_stalks(rng):
 
 
 def bellflowers(rng):
-    """Close to the lens, all blur: colour for the corners."""
+    """Close to the lens and completely blurred: colour for the corners."""
     feet = np.array([[-0.60, -2.2], [-0.50, -2.45], [0.64, -2.3], [-0.68, -2.0]])
     tall = np.array([0.62, 0.50, 0.56, 0.76])
     cloud, along, crests = blades(rng, feet, tall, 0.006, 2600, crest=1)
@@ -296,7 +296,7 @@ def fireflies(rng, count):
     y = rng.uniform(2.5, 13, count)
     x = rng.uniform(-1, 1, count) * (0.35 * (y + 4.7))
     z = 0.25 + rng.beta(1.6, 2.2, count) * 0.36 * (y + 4.7)
-    # As large as their blur there, or they would drown in it.
+    # As large as their blur, or they would disappear in it.
     lens = 0.5 * CAMERA["focalDisk"]
     size = rng.uniform(0.5, 1.0, count) * lens * (y + 4.7) * (1 / 4.45 - 1 / (y + 4.7))
     cloud = ellipsoids(rng, np.column_stack([x, y, z]), size, np.tile([0, 0, 1.0], (count, 1)),
@@ -334,7 +334,7 @@ def dusk(count):
 
 
 def haze(cloud):
-    """Air between the eye and what is far away."""
+    """Air between the eye and distant things."""
     depth = cloud.points[:, 1] - CAMERA["position"][1]
     share = 0.55 * smoothstep(5.5, 18.0, depth)
     cloud.colors = mix(cloud.colors, np.tile(HAZE_COLOR, (len(share), 1)), share)
@@ -348,7 +348,7 @@ def build_scene():
     plants += [toadstool(rng, *shape, is_near=number < 3)
                for number, shape in enumerate(TOADSTOOLS)]
     standing = Cloud.join(plants)
-    # What is in the ground would shine through it.
+    # Points below the ground would shine through it.
     standing = standing.where(standing.points[:, 2] > ground_height(standing.points[:, :2]) - 0.003)
     threads = [*silk(rng, [-0.155, -0.06, 0.83], [-0.52, -0.02, 0.68], 0.05, 19),
                *silk(rng, [-0.15, -0.05, 0.80], [-0.27, 0.0, 0.66], 0.02, 8)]

@@ -77,9 +77,9 @@ def _unit(vectors):
 
 
 def lathe(profile, count, ripple=0.0):
-    """The profile [m, 2] of (radius, z) turned about z, outside to the left of its direction.
+    """The profile [m, 2] of (radius, z) turned about z, the outside to the left of its direction.
 
-    -> Cloud, and where on the profile each point lies, 0 to m - 1.
+    -> Cloud, and the position of each point on the profile, 0 to m - 1.
     """
     radius, z = profile.T
     length = np.hypot(np.diff(radius), np.diff(z))

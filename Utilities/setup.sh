@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs what is missing, configures and builds into build/. What is up to date is left alone.
+# Installs missing packages, configures, and builds into build/. Skips what is up to date.
 #
-#   bash Utilities/setup.sh              or, in a script: source it for $root, $build and $python
+#   bash Utilities/setup.sh              A script can source it to get $root, $build and $python.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build
-# Debian's interpreter, which sees python3-vtk9; a pyenv or conda python3 may come first on PATH.
+# Debian's interpreter has python3-vtk9; a pyenv or conda python3 may come first on PATH.
 python=/usr/bin/python3
 
 packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev
@@ -29,17 +29,17 @@ install_missing_packages() {
     apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
-# A build folder of another source tree, or one whose configuration broke off, is of no use.
+# False for the build folder of another source tree and for one whose configuration failed.
 is_configured() {
   [ -f "$build/build.ninja" ] &&
     grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$build/CMakeCache.txt"
 }
 
-# Ray-traced scenes for the accuracy test, where they are at hand.
+# Ray-traced scenes for the accuracy test, if they are available.
 truth=$root/../shared/truth
 [ -d "$truth" ] || truth=
 
-# ninja itself configures anew when a CMake file has changed.
+# ninja runs CMake again when a CMake file has changed.
 configure_and_build() {
   is_configured || cmake -S "$root" -B "$build" -G Ninja -DPython3_EXECUTABLE="$python" \
     -DSURFELSPLATTING_TRUTH_DIR="$truth"
@@ -47,7 +47,7 @@ configure_and_build() {
 }
 
 if ! command -v dpkg-query >/dev/null; then
-  echo "setup.sh: this is not a Debian system; install the packages' counterparts by hand:" \
+  echo "setup.sh: this is not a Debian system; install the equivalents of these packages by hand:" \
     "${packages[*]}" >&2
   exit 1
 fi

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A scan as Surfel Splats with depth of field, in focus where one points.
+"""Renders a scan as Surfel Splats with depth of field, in focus at a given place of the picture.
 
     pvpython depth_of_field.py SCAN PICTURE [--plugin SurfelSplatting.so] [--blur 12]
                                [--focus 0.5 0.5] [--seen-from 0 -1 0] [--up 0 0 1] [--zoom 1.4]
@@ -12,17 +12,17 @@ from paraview import simple
 
 
 def open_scan(path):
-    """A point cloud: .pcd, .ply, .vtp and whatever else ParaView reads."""
+    """A point cloud: .pcd, .ply, .vtp or another format that ParaView reads."""
     scan = simple.OpenDataFile(path)
     if scan is None:
-        raise SystemExit(f"{path}: ParaView has no reader for it. Is the plugin loaded (.pcd)?")
+        raise SystemExit(f"{path}: ParaView has no reader for it. For .pcd, load the plugin.")
     scan.UpdatePipeline()
     return scan
 
 
 def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
-    """-> view, display of a scan, sharp, seen from a direction."""
-    simple._DisableFirstRenderCameraReset()  # as traces do: the camera below stays
+    """-> view and display of a scan, without blur, seen from a direction."""
+    simple._DisableFirstRenderCameraReset()  # as in traces: keeps the camera below
     view = simple.CreateView("RenderView")
     view.ViewSize = size
     view.OrientationAxesVisibility = 0
@@ -30,7 +30,7 @@ def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
     display.Representation = "Surfel Splats"
     if "RGB" in scan.PointData.keys():
         simple.ColorBy(display, ("POINTS", "RGB"))
-        display.MapScalars = 0  # they are colours already
+        display.MapScalars = 0  # the array holds colours
     bounds = scan.GetDataInformation().GetBounds()
     center = [(low + high) / 2 for low, high in zip(bounds[0::2], bounds[1::2])]
     distance = math.dist(bounds[0::2], bounds[1::2]) / 2 / math.sin(math.radians(15)) / zoom
@@ -44,12 +44,12 @@ def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
 
 
 def focus_at(view, display, x, y):
-    """Focuses on what is seen at a place of the view, fractions from its lower left corner."""
+    """Focuses on the surface at x, y of the view: fractions from the lower left corner."""
     renderer = view.GetClientSideObject().GetRenderer()
     place = [round(f * (s - 1)) for f, s in zip((x, y), view.ViewSize)]
     depth = renderer.GetZ(*place)
     if depth >= 1.0:
-        raise SystemExit(f"Nothing is seen at {x}, {y}: there is nothing to focus on.")
+        raise SystemExit(f"Nothing is visible at {x}, {y}; choose another --focus.")
     renderer.SetDisplayPoint(*place, depth)
     renderer.DisplayToWorld()
     *point, w = renderer.GetWorldPoint()
@@ -58,7 +58,7 @@ def focus_at(view, display, x, y):
 
 
 def blur(display, radius):
-    """A lens that spreads what is infinitely far over a disc of this radius, px."""
+    """Sets a lens by its blur radius at infinity, px."""
     display.SurfelLensMode = "Circle of confusion"
     display.SurfelCircleOfConfusion = radius
 
@@ -67,13 +67,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scan")
     parser.add_argument("picture")
-    parser.add_argument("--plugin", help="where it is not among those that ParaView loads")
-    parser.add_argument("--blur", type=float, default=12.0, help="of what is infinitely far, px")
+    parser.add_argument("--plugin", help="its path, if ParaView does not load it by itself")
+    parser.add_argument("--blur", type=float, default=12.0, help="radius at infinity, px")
     parser.add_argument("--focus", type=float, nargs=2, default=(0.5, 0.5), metavar=("X", "Y"))
     parser.add_argument("--seen-from", type=float, nargs=3, default=(0, -1, 0),
-                        metavar=("X", "Y", "Z"), help="direction")
+                        metavar=("X", "Y", "Z"), help="direction from the scan to the camera")
     parser.add_argument("--up", type=float, nargs=3, default=(0, 0, 1), metavar=("X", "Y", "Z"))
-    parser.add_argument("--zoom", type=float, default=1.4, help="1: all of it")
+    parser.add_argument("--zoom", type=float, default=1.4, help="1 shows the whole scan")
     parser.add_argument("--size", type=int, nargs=2, default=(900, 700), metavar=("W", "H"))
     arguments = parser.parse_args()
     if arguments.plugin:

@@ -25,7 +25,7 @@ from surfelsplatting import (
 
 
 def point_source(path):
-    """A cloud from a file, or a thin shell of points."""
+    """A cloud from a file, or points on a sphere."""
     if path:
         reader = vtkPointCloudReader()
         reader.SetFileName(path)
@@ -82,7 +82,7 @@ def main(cloud=None, picture="scene.png"):
         renderer.AddViewProp(prop)
     renderer.AddActor(cone_actor(0.6 * size, (bounds[0], bounds[2], bounds[5] - 0.3 * size)))
 
-    # This line, and the lens, are all that depth of field takes.
+    # Depth of field needs only this line and a lens.
     renderer.SetPass(vtkSurfelSplattingPass())
     renderer.ResetCamera()
     camera = renderer.GetActiveCamera()

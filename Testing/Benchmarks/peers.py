@@ -24,7 +24,7 @@ def focal_length(camera, height):
 
 
 def focal_disk(camera, height, confusion):
-    """Diameter of the lens that blurs a point at infinity to a disc of this radius in px."""
+    """Diameter of the lens with this blur radius at infinity in px."""
     return 2 * confusion * camera.GetFocalDistance() / focal_length(camera, height)
 
 

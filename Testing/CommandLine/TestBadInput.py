@@ -115,6 +115,8 @@ class TestBadInput(ToolCase):
     def test_unknown_view_names_the_known_ones(self):
         write("views.json", json.dumps({"views": [{"name": n, "viewAngle": 20} for n in "ab"]}))
         self.refuse_options("--camera", "views.json:c", says=["'c'", "a, b"])
+        write("unnamed.json", json.dumps({"views": [{"viewAngle": 20}]}))
+        self.refuse_options("--camera", "unnamed.json:c", says=["'c'", "have no names"])
 
     def test_camera_options(self):
         self.refuse_options("--position", "1", "2", "x", says=["--position", "'x'"])
@@ -131,7 +133,7 @@ class TestBadInput(ToolCase):
             self.refuse_options("--size", *size, says=["--size", "whole number"])
         self.refuse_options("--size", "70000", "10", says=["too large"])
 
-    def test_cameras_beyond_all_measure(self):
+    def test_unusable_cameras(self):
         for options, says in (
                 (["--position", "1e300", "0", "0"], ["position", "1e+300", "1e+17"]),
                 (["--focal-point", "0", "-1e300", "0"], ["focal point", "-1e+300"]),
@@ -153,7 +155,7 @@ class TestBadInput(ToolCase):
 
     def test_other_options(self):
         self.refuse_options("--focal-disk", "-1", says=["--focal-disk", "negative"])
-        self.refuse_options("--focal-disk", "1", "--pinhole", says=["exclude each other"])
+        self.refuse_options("--focal-disk", "1", "--pinhole", says=["--pinhole and --focal-disk cannot be combined"])
         self.refuse_options("--background", "0", "0", "2", says=["between 0 and 1"])
         self.refuse_options("--cutoff", "0", says=["between 1 and 20"])
         self.refuse_options("--threads", "0", says=["--threads"])

@@ -116,7 +116,7 @@ class TestChannels(ToolCase):
             vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars()), arrays["Color"])
 
     def test_errors(self):
-        for words, says in ((["-o", "out.exr", "--channels", "normal,hue"], "'hue' is none of normal"),
+        for words, says in ((["-o", "out.exr", "--channels", "normal,hue"], "'hue' is unknown; choose from normal"),
                             (["-o", "out.png", "--channels", "normal"], "--channels needs an OUT.exr"),
                             (["-o", "out.exr", "--deep", "--channels", "all"],
                              "--deep and --channels")):

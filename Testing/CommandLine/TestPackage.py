@@ -8,8 +8,9 @@ import unittest
 
 from toolcase import TOOL, ToolCase
 
-CLASSES = ["vtkDeepEXRWriter", "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
-           "vtkSurfelEstimation", "vtkSurfelImageRenderer", "vtkSurfelMapper",
+CLASSES = ["vtkDeepEXRWriter", "vtkLensAccumulationPass", "vtkPartitionedSurfelEstimation",
+           "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
+           "vtkSurfelEstimation", "vtkSurfelHierarchy", "vtkSurfelImageRenderer", "vtkSurfelMapper",
            "vtkSurfelNormalization", "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
 
 
@@ -42,6 +43,28 @@ class TestPackage(ToolCase):
                                   f"for name in {CLASSES}: print(getattr(s, name)())\n")
         for name in CLASSES:
             self.assertIn(name + " (0x", printed)
+
+    def test_help_lists_every_class(self):
+        described = self.run_python("import surfelsplatting; print(surfelsplatting.__doc__)")
+        for name in CLASSES:
+            self.assertIn(name, described)
+
+    def test_write_png(self):
+        """0, half and more than full light; half is 188 of 255 in sRGB."""
+        self.run_python(
+            "from surfelsplatting import vtkSurfelImageRenderer, write_png\n"
+            "from vtkmodules.vtkCommonDataModel import vtkImageData\n"
+            "from vtkmodules.vtkRenderingCore import vtkCamera\n"
+            "image = vtkImageData(); image.SetDimensions(3, 1, 1); image.AllocateScalars(10, 4)\n"
+            "for x, value in enumerate((0, 0.5, 1.5)):\n"
+            "    for c in range(4): image.SetScalarComponentFromFloat(x, 0, 0, c, value)\n"
+            "write_png(image, 'codes.png'); write_png(image, 'light.png', linear_light=True)\n"
+            "renderer = vtkSurfelImageRenderer(); renderer.SetCamera(vtkCamera())\n"
+            "renderer.SetSize(2, 1); renderer.SetBackground(0.2, 0.4, 1)\n"
+            "renderer.SetBackgroundAlpha(1); write_png(renderer, 'renderer.png')\n")
+        for name, expected in (("codes.png", [0, 128, 255]), ("light.png", [0, 188, 255])):
+            self.assertEqual(self.read_png(name)[0].tolist(), [[value] * 3 for value in expected])
+        self.assertEqual(self.read_png("renderer.png")[0].tolist(), [[51, 102, 255]] * 2)
 
     def test_module_runs_the_tool(self):
         result = subprocess.run([sys.executable, "-s", "-m", "surfelsplatting.commandline",

@@ -128,7 +128,7 @@ class TestPictures(ToolCase):
             before = file.read()
         result = self.run_tool("render", "ball.ply", "-o", "out.exr", "--stats", "./ball.ply")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("read as input", result.stderr)
+        self.assertIn("also an input", result.stderr)
         with open("ball.ply", "rb") as file:
             self.assertEqual(file.read(), before)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the README shows is run: its Python, and its C++ as part of the example that is built
-elsewhere."""
+"""Runs what README.md shows, as a reader would paste it into a new shell in the checkout."""
 
+import json
 import os
 import re
 import shutil
@@ -10,50 +10,115 @@ import sys
 import tempfile
 import unittest
 
-SOURCE = os.environ["SOURCE"]
-SAVE = """
+import numpy as np
+
+from TestInstall import read_png
+
+SOURCE, BUILD = os.environ["SOURCE"], os.environ["BUILD"]
+CLOSE_AND_SAVE = """
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
-pixels = vtkUnsignedCharArray()
-width, height = window.GetSize()
-window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 1, pixels)
-print(max(pixels.GetRange(0)))
-"""
+def close(caller, _event):
+    pixels = vtkUnsignedCharArray()
+    window.GetRGBACharPixelData(0, 0, 511, 511, 1, pixels)
+    open("window.raw", "wb").write(bytes(memoryview(pixels)))
+    caller.TerminateApp()
+interactor.Initialize(); interactor.AddObserver("TimerEvent", close); interactor.CreateOneShotTimer(100)
+interactor.Start()"""
+
+
+with open(os.path.join(SOURCE, "README.md"), encoding="utf-8") as readme:
+    TEXT = readme.read()
 
 
 def blocks(language):
-    with open(os.path.join(SOURCE, "README.md"), encoding="utf-8") as file:
-        return re.findall(rf"```{language}\n(.*?)```", file.read(), re.S)
+    return re.findall(rf"```{language}\n(.*?)```", TEXT, re.S)
 
 
-class Readme(unittest.TestCase):
-    def test_python_draws_something(self):
-        display = [] if os.environ.get("DISPLAY") else [
+def link_entries(folder, target, leave_out=()):
+    os.mkdir(target)
+    for name in set(os.listdir(folder)) - set(leave_out):
+        os.symlink(os.path.join(folder, name), os.path.join(target, name))
+
+
+class TestReadme(unittest.TestCase):
+    def setUp(self):
+        """A checkout of links, so that what the commands write goes into a temporary folder."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.checkout = os.path.join(folder.name, "checkout")
+        link_entries(SOURCE, self.checkout, leave_out=["build", os.path.basename(BUILD)])
+        link_entries(BUILD, self.path("build"), leave_out=["demo", "example", "installed"])
+
+    def path(self, name):
+        return os.path.join(self.checkout, name)
+
+    def run_shell(self, commands, display=()):
+        """In a new bash, without a display unless one is given."""
+        environment = {name: value for name, value in os.environ.items()
+                       if name not in ("PYTHONPATH", *(() if display else ("DISPLAY",)))}
+        result = subprocess.run([*display, "bash", "-e", "-c", commands], cwd=self.checkout,
+                                env=environment, capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
+
+    def run_python(self, code, display=()):
+        with open(self.path("readme.py"), "w", encoding="utf-8") as file:
+            file.write(code)
+        [export] = re.findall(r"`(export PYTHONPATH=[^`]*)`", TEXT)
+        self.run_shell(f"{export}; {sys.executable} -s readme.py", display)
+
+    def check_picture(self, picture, covered):
+        """Many shades, on a part of the picture."""
+        self.assertGreater((picture.max(axis=2) > 30).mean(), covered)
+        self.assertGreater(len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)), 100)
+
+    def test_python_without_a_display(self):
+        self.run_python(blocks("python")[0])
+        picture = read_png(self.path("hills.png"))
+        self.assertEqual(picture.shape, (512, 512, 3))
+        self.check_picture(picture, 0.25)
+
+    def test_python_in_a_window(self):
+        display = ["env"] if os.environ.get("DISPLAY") else [
             "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"]
-        if display and not shutil.which("xvfb-run"):
+        if not shutil.which(display[0]):
             self.skipTest("no X display")
-        [code] = blocks("python")
-        with tempfile.TemporaryDirectory() as folder:
-            script = os.path.join(folder, "readme.py")
-            with open(script, "w", encoding="utf-8") as file:
-                file.write(code + SAVE)
-            result = subprocess.run([*display, sys.executable, "-s", script], cwd=folder,
-                                    capture_output=True, text=True)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertGreater(float(result.stdout), 100)
+        code = "\n".join(blocks("python"))
+        self.assertEqual(code.count("interactor.Start()"), 1)
+        self.run_python(code.replace("interactor.Start()", CLOSE_AND_SAVE), display)
+        window = np.fromfile(self.path("window.raw"), np.uint8).reshape(512, 512, 4)[..., :3]
+        self.check_picture(window, 0.25)
+        saved = read_png(self.path("hills.png"))
+        self.assertLessEqual(np.abs(window.astype(int) - saved).max(), 1)
 
-    def test_cpp_is_the_example(self):
-        [code] = blocks("cpp")
-        with open(os.path.join(SOURCE, "Examples", "Cxx", "main.cxx"), encoding="utf-8") as file:
-            example = [line.strip() for line in file]
-        for line in code.splitlines():
-            self.assertIn(line.strip(), example)
+    def test_command_line(self):
+        [command] = [block for block in blocks("sh") if "surfelsplat render" in block]
+        os.mkdir(self.path("build/demo"))
+        with open(self.path("build/demo/scene.ply"), "w") as file:
+            file.write("ply\nformat ascii 1.0\nelement vertex 1600\n"
+                       + "".join(f"property float {name}\n" for name in "xyz") + "end_header\n")
+            file.writelines(f"{i % 40} {i // 40} {(i % 7) / 9}\n" for i in range(1600))
+        with open(self.path("build/demo/camera.json"), "w") as file:
+            json.dump({"position": [20, 20, 60], "focalPoint": [20, 20, 0], "viewUp": [0, 1, 0],
+                       "viewAngle": 40}, file)
+        self.run_shell(command)
+        self.check_picture(read_png(self.path("scene.png")), 0.2)
 
-    def test_files_exist(self):
-        with open(os.path.join(SOURCE, "README.md"), encoding="utf-8") as file:
-            links = re.findall(r"\]\(([^)#:]+)\)", file.read())
-        self.assertTrue(links)
-        for link in links:
-            self.assertTrue(os.path.exists(os.path.join(SOURCE, link)), link)
+    def test_cpp_package(self):
+        [commands] = [block for block in blocks("sh") if "cmake --install" in block]
+        self.run_shell(commands)
+        picture = read_png(self.path("example.png"))
+        self.assertEqual(picture.shape[:2], (512, 512))
+        self.assertGreater(picture[256, 256, 0], 180)
+        self.assertEqual(picture[2, 2].max(), 0)
+
+    def test_scripts(self):
+        scripts = [word for block in blocks("sh") for word in re.findall(r"^bash (\S+)", block, re.M)]
+        self.assertEqual(scripts, ["Examples/demo.sh", "Testing/test.sh"])
+        for script in scripts:
+            self.run_shell(f"bash -n {script}")
+
+    def test_length(self):
+        self.assertLessEqual(len(TEXT.splitlines()), 100)
 
 
 if __name__ == "__main__":

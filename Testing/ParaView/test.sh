@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Builds the ParaView plugin and runs its tests, in a Debian of its own: python3-paraview and
-# python3-vtk9, which all else needs, exclude each other. It is kept between runs.
+# Builds the ParaView plugin and runs its tests, in a separate Debian: python3-paraview cannot be
+# installed together with python3-vtk9, which everything else needs. It is kept between runs.
 #
 #   bash Testing/ParaView/test.sh [FOLDER]    default: build/paraview; as root
 #
-# Real scans are taken from ../shared/scans beside the checkout; their pictures are compared with
-# plain VTK's where the project is built in build/. Exit status 77: skipped, and why.
+# Real scans come from ../shared/scans beside the checkout. If the project is built in build/, their
+# pictures are compared with plain VTK's. Exit status 77: skipped, with a reason.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

@@ -1,9 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Depth-of-field surface splatting of point clouds for VTK.
 
-Holds every class of the modules below, in one namespace:
+All classes are in this one namespace:
 
     from surfelsplatting import vtkSurfelEstimation, vtkSurfelSplattingPass
+
+Points to surfels
+    vtkPointCloudReader             reads .pcd and .ply files
+    vtkSurfelEstimation             points to surfels: normals, kernels, outside
+    vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface
+    vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once
+    vtkSurfelHierarchy              level of detail
+Surfels to pictures
+    vtkSurfelMapper                 surfels in a vtkActor
+    vtkSurfelSplattingPass          surfels and meshes in a window: renderer.SetPass(...)
+    vtkSurfelImageRenderer          a picture without window, OpenGL or X server
+    vtkSurfelSplatter               lens, kernel and statistics of these two: GetSplatter()
+    vtkLensAccumulationPass         reference: the mean of views from N points of the lens
+Files
+    vtkSurfelEXRWriter, vtkDeepEXRWriter, vtkSurfelEXRReader    OpenEXR, flat and deep
+    write_png                       8-bit PNG of a float picture
+
+help() of each class describes its methods, with units, defaults and ranges.
 """
 
 # VTK's modules come first: the wrapped classes derive from theirs.
@@ -20,4 +38,5 @@ from .vtkSurfelFilters import *  # noqa: F401,F403
 from .vtkSurfelOpenEXR import *  # noqa: F401,F403
 from .vtkSurfelReaders import *  # noqa: F401,F403
 from .vtkSurfelRendering import *  # noqa: F401,F403
+from .pictures import write_png  # noqa: F401
 from .version import __version__  # noqa: F401

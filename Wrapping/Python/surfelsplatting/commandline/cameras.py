@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Views: the camera of a file, what options override of it, and whether it makes sense."""
+"""Views: read from camera files, overridden by options, and checked."""
 
 import json
 import math
@@ -13,14 +13,14 @@ from .problems import UserProblem
 Vector = Tuple[float, float, float]
 DEFAULT_SIZE = (800, 600)
 DEFAULT_ANGLE = 30.0
-LARGEST = 1e17  # world units; the filters' bound: sums of squares stay in float's range
-SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel spans less than rounding errors of the camera
-PARALLEL = 1e-6  # sine of the angle below which two directions are one
+LARGEST = 1e17  # world units; as in the filters: sums of squares stay in float's range
+SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel is smaller than the camera's rounding errors
+PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
 
 
 @dataclass(frozen=True)
 class View:
-    """What is None is left to framing.py; keys and units as vtkCamera's."""
+    """A camera with vtkCamera's names and units; framing.py fills in what is None."""
 
     position: Optional[Vector] = None
     focal_point: Optional[Vector] = None
@@ -37,9 +37,9 @@ class View:
 
         lens = "no lens"
         if self.circle_of_confusion is not None:
-            lens = f"a lens that blurs infinity to {self.circle_of_confusion:g} px"
+            lens = f"a lens with a blur radius of {self.circle_of_confusion:g} px at infinity"
         elif self.focal_disk:
-            lens = f"a lens {self.focal_disk:g} wide"
+            lens = f"a lens of diameter {self.focal_disk:g}"
         focus = f"{self.focal_distance:.7g}" if self.focal_distance else "the focal point"
         return (f"camera at {row(self.position)} looking at {row(self.focal_point)}, up "
                 f"{row(self.view_up)}, angle {self.view_angle:g}, {lens}, focus at {focus}")
@@ -58,7 +58,7 @@ def are_parallel(a, b, sine=PARALLEL):
 
 
 class _FileView:
-    """One view of a camera file, and the checks of its values."""
+    """One view of a camera file; checks its values."""
 
     def __init__(self, where, values):
         self._where = where
@@ -97,7 +97,7 @@ class _FileView:
 
 
 def _split_name(text):
-    """FILE.json:VIEW -> FILE.json, VIEW; VIEW is None where there is none."""
+    """FILE.json:VIEW -> FILE.json, VIEW; FILE.json -> FILE.json, None."""
     if not os.path.exists(text) and ":" in text:
         path, name = text.rsplit(":", 1)
         return path, name
@@ -115,7 +115,7 @@ def _load(path):
 
 
 def _pick(path, content, name):
-    """The object of the view that is asked for."""
+    """The JSON object of the named view, or of the first one."""
     views = content.get("views", [content]) if isinstance(content, dict) else content
     if not isinstance(views, list) or not views or not all(isinstance(v, dict) for v in views):
         raise UserProblem(f"{path} holds no views; expected {{\"views\": [{{\"name\": .., "
@@ -125,8 +125,9 @@ def _pick(path, content, name):
     for view in views:
         if view.get("name") == name:
             return view
-    names = ", ".join(str(view.get("name")) for view in views)
-    raise UserProblem(f"{path} has no view {name!r}; it has: {names}")
+    names = [str(view["name"]) for view in views if "name" in view]
+    known = f"its views are {', '.join(names)}" if names else "its views have no names"
+    raise UserProblem(f"{path} has no view {name!r}; {known}")
 
 
 def read_view(text):
@@ -153,7 +154,7 @@ def _vector_or(option, default):
 
 
 def asked_view(arguments):
-    """The view of --camera with every option on top."""
+    """The view from --camera, overridden by the other options."""
     view = read_view(arguments.camera) if arguments.camera else View()
     view = replace(
         view,
@@ -179,11 +180,12 @@ def _check_range(view):
                          ("view-up vector", view.view_up)):
         for value in vector or ():
             if abs(value) > LARGEST:
-                raise UserProblem(f"the camera's {name} has a coordinate of {value:g}; at most "
-                                  f"{LARGEST:g} makes sense")
+                raise UserProblem(f"the camera's {name} has a coordinate of {value:g}; the largest "
+                                  f"usable one is {LARGEST:g}")
     for name, value in (("focal disk", view.focal_disk), ("focal distance", view.focal_distance)):
         if value > LARGEST:
-            raise UserProblem(f"the camera's {name} is {value:g}; at most {LARGEST:g} makes sense")
+            raise UserProblem(f"the camera's {name} is {value:g}; the largest usable one is "
+                              f"{LARGEST:g}")
     if not SMALLEST_ANGLE <= view.view_angle <= 180 - SMALLEST_ANGLE:
         raise UserProblem(f"the camera's view angle is {view.view_angle:g} degrees; it must be "
                           f"between {SMALLEST_ANGLE} and {180 - SMALLEST_ANGLE}")
@@ -192,11 +194,11 @@ def _check_range(view):
 
 
 def check_view(view):
-    """What can be told without the cloud."""
+    """The checks that do not need the cloud."""
     check_size(view.size)
     _check_range(view)
     if view.view_up is not None and not any(view.view_up):
-        raise UserProblem("the view-up vector is 0 0 0; it must be a direction")
+        raise UserProblem("the view-up vector is 0 0 0; give a direction")
     if view.position is None or view.focal_point is None:
         return
     direction = subtract(view.focal_point, view.position)
@@ -208,5 +210,5 @@ def check_view(view):
 
 
 def camera_files(text):
-    """Files that --camera FILE.json[:VIEW] may read."""
+    """The files that --camera FILE.json[:VIEW] may read."""
     return [text, text.rsplit(":", 1)[0]] if text else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads point clouds of every kind the tool takes."""
+"""Reads point clouds of all formats that the tool supports."""
 
 import os
 from dataclasses import dataclass, field
@@ -17,8 +17,8 @@ def is_hierarchy(surfels):
 @dataclass
 class Cloud:
     data: object  # vtkPolyData
-    viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, where the file knows it
-    columns: int = 0  # of a depth image, stored row by row; 0 for any other cloud
+    viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
+    columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
     is_surfels: bool = field(init=False)
 
     def __post_init__(self):
@@ -55,8 +55,8 @@ def _read_text(path, _messages, _progress):
 
 
 def _refuse_las(path, _messages, _progress):
-    raise UserProblem(f"{path}: .las and .laz files are not read; convert it first, for example "
-                      "with `pdal translate in.las out.ply`")
+    raise UserProblem(f"{path}: .las and .laz files cannot be read; convert the file first, for "
+                      "example with `pdal translate in.las out.ply`")
 
 
 _READERS = {
@@ -84,8 +84,8 @@ def read_cloud(path, messages, progress):
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
     if extension not in _READERS:
-        raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is "
-                          ".ply, .pcd, .xyz, .txt or .vtp")
+        raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is a "
+                          ".ply, .pcd, .xyz, .txt or .vtp file")
     if os.path.getsize(path) == 0 and _READERS[extension] is not _refuse_las:
         raise UserProblem(f"{path} is empty")
     cloud = _READERS[extension](path, messages, progress)

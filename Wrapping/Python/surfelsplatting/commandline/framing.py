@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A view that fits a cloud: bounds that stray points do not move, what is up, where to stand."""
+"""A view that fits a cloud: bounds without stray points, the up direction, the position."""
 
 import math
 from dataclasses import replace
@@ -11,15 +11,15 @@ from .cameras import are_parallel, check_view
 from .problems import UserProblem
 
 SAMPLES = 200_000
-MARGIN = 0.92  # of the picture that the cloud fills
+MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
-MIDDLE = 0.25  # half-height of the picture's middle, of the picture's half-height
+MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
 OPEN = 0.05  # net area over area above which a surface has an open side
 
 
 class Samples:
-    """Up to SAMPLES surfels: centres in the world and area vectors, stray ones left out."""
+    """Up to SAMPLES surfels without stray ones: centres in the world and area vectors."""
 
     def __init__(self, surfels):
         data = surfels.GetPointData()
@@ -54,14 +54,14 @@ def _near_the_bulk(points, finite):
     if not finite.any():
         raise UserProblem("none of the surfels has finite values; nothing can be drawn")
     low, high = np.percentile(points[finite], (2, 98), axis=0)
-    # The largest width for all axes: the noise of a flat thing is none of the stray points.
+    # The largest width for all axes, so that the noise of a flat thing is not cut off.
     slack = 0.5 * max((high - low).max(), 1e-30)
     with np.errstate(invalid="ignore"):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
 
 
 def _typical_radius(covariances, some, keep):
-    """Of a kernel, two standard deviations: what a cloud of a single point consists of."""
+    """Two standard deviations of a kernel; gives a cloud of one point an extent."""
     if not covariances:
         return 0.0
     trace = vtk_to_numpy(covariances)[some, :3][keep].astype(np.float64).sum(axis=1)
@@ -74,7 +74,7 @@ def _unit(vector):
 
 
 def _up_of_openings(samples):
-    """An object is rarely scanned from below: its area vectors sum up to what is up."""
+    """Objects are rarely scanned from below, so the sum of the area vectors points up."""
     one_sided = samples.areas[~samples.two_sided]
     total = np.linalg.norm(one_sided, axis=1).sum()
     net = one_sided.sum(axis=0)
@@ -85,7 +85,7 @@ def _up_of_openings(samples):
 
 
 def up_axis(samples):
-    """Terrain: its normal. Object with an open bottom: away from it. Else y, models' custom."""
+    """A terrain's normal; away from an open bottom; otherwise y, as is usual for models."""
     thin = int(np.argmin(samples.extent))
     if thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min():
         return np.eye(3)[thin]
@@ -94,7 +94,7 @@ def up_axis(samples):
 
 
 def _directions(up):
-    """Where to look from, the customary side first, then in steps of 45 degrees around."""
+    """Directions to the camera: the usual side first, then in steps of 45 degrees around."""
     front = np.array([0.0, -1.0, 0.0]) if abs(up[2]) > 0.7 else np.array([0.0, 0.0, 1.0])
     front = _unit(front - (front @ up) * up)
     right = np.cross(up, front)
@@ -105,7 +105,7 @@ def _directions(up):
 
 
 def _three_quarter_direction(samples, up):
-    """From the object towards the lens: the customary side, unless another one shows much more."""
+    """From the object to the lens: the usual side, unless another one shows much more."""
     def facing(direction):
         projected = samples.areas @ direction
         return np.where(samples.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
@@ -117,7 +117,7 @@ def _three_quarter_direction(samples, up):
 
 
 def _fit(samples, direction, up, view):
-    """-> position, focal point: the nearest such that all samples lie inside the picture."""
+    """-> position, focal point: as near as possible with all samples inside the picture."""
     right = np.cross(up, direction)
     right /= np.linalg.norm(right)
     above = np.cross(direction, right)
@@ -132,7 +132,7 @@ def _fit(samples, direction, up, view):
                            (np.abs(y - shift[1]) + samples.radius) / tan_y) + z
         nearest = 1e-3 * max(np.ptp(z), np.ptp(x), 1e-9 * np.abs(samples.center).max(), 1e-12)
         distance = max(reach.max(), z.max() + nearest)
-        # The middle of what is seen moves with the distance.
+        # The middle of the visible part moves with the distance.
         depth = distance - z
         for i, along in enumerate((x, y)):
             slope = (along - shift[i]) / depth
@@ -142,7 +142,7 @@ def _fit(samples, direction, up, view):
 
 
 def _sensor_directions(cloud):
-    """Of a depth image: towards the sensor, and up in the image."""
+    """-> for a depth image: the direction to the sensor, and up in the image."""
     points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
     rays = points - np.asarray(cloud.viewpoint)
     rows = np.arange(len(rays)) // cloud.columns
@@ -155,15 +155,15 @@ def _sensor_directions(cloud):
 
 
 def _other_than(up, direction):
-    """Up, or another axis where that is nearly the view direction."""
+    """Up, or another axis if up is nearly the view direction."""
     if not are_parallel(up, direction, sine=0.1):
         return up
     return np.eye(3)[int(np.argmin(np.abs(direction)))]
 
 
 def _surface_in_the_middle(samples, position, focal_point, view):
-    """Distance along the view direction of what a photographer would focus on: the front of the
-    surface in the middle of the picture."""
+    """Distance along the view direction to the front of the surface in the middle of the picture,
+    on which a photographer would focus."""
     forward = _unit(focal_point - position)
     local = samples.points - position
     depth = local @ forward
@@ -175,7 +175,7 @@ def _surface_in_the_middle(samples, position, focal_point, view):
 
 
 def complete_view(view, cloud, surfels):
-    """The view, with what was not asked for found from the cloud."""
+    """The view; everything that was not given is derived from the cloud."""
     if view.position and view.focal_point and view.view_up:
         return view
     samples = Samples(surfels)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ctrl-C: at once in Python; in VTK's filters, where a Python exception would end the process with
-VTK's own message, at their next progress event."""
+"""Ctrl-C stops Python code at once and a VTK filter at its next progress event.
+
+A Python exception inside a VTK filter would end the process with VTK's own message.
+"""
 
 import signal
 from contextlib import contextmanager
@@ -19,7 +21,7 @@ class Interrupts:
 
     @contextmanager
     def stopping(self, algorithm):
-        """While the algorithm runs, an interrupt stops it; raised when it is back."""
+        """An interrupt stops the algorithm; KeyboardInterrupt is raised after it has returned."""
         observer = algorithm.AddObserver("ProgressEvent", self._on_progress)
         self._in_vtk = True
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Entry point: one line on stderr and exit code 2 for whatever the user can mend."""
+"""Entry point: an error that the user can fix is one line on stderr and exit code 2."""
 
 import sys
 
@@ -10,7 +10,7 @@ from .problems import UserProblem
 def main(words=None):
     try:
         arguments = parse_arguments(sys.argv[1:] if words is None else words)
-        # Here, so that --help and wrong options need not load numpy and the readers.
+        # Imported here, so that --help and wrong options do not load numpy and the readers.
         from .render import render
 
         render(arguments)
@@ -18,7 +18,7 @@ def main(words=None):
         print("surfelsplat: " + " ".join(str(problem).split()), file=sys.stderr)
         return 2
     except MemoryError:
-        print("surfelsplat: out of memory; thin the cloud out or ask for a smaller picture",
+        print("surfelsplat: out of memory; use fewer points or a smaller picture",
               file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes pictures, surfels and statistics: whole files or none."""
+"""Writes pictures, surfels and statistics; never leaves an incomplete file."""
 
 import json
 import os
@@ -13,12 +13,12 @@ PICTURES = (".png", ".exr")
 
 
 def _is_device(path):
-    """/dev/stdout, a pipe: written as it is, never replaced by a file."""
+    """Whether the path is a device or a pipe such as /dev/stdout, which no file may replace."""
     return os.path.exists(path) and not os.path.isfile(path)
 
 
 def check_output(path, extensions):
-    """Before anything is computed: can this file be written?"""
+    """Checks, before anything is computed, that this file can be written."""
     if not _is_device(path) and os.path.splitext(path)[1].lower() not in extensions:
         raise UserProblem(f"{path}: unknown extension for this output; it must be "
                           + " or ".join(extensions))
@@ -36,24 +36,24 @@ def check_output(path, extensions):
 
 
 def check_distinct(inputs, outputs):
-    """Refuses to write over what is read, or one output over another."""
+    """Refuses an output that would replace an input or another output."""
     read = {os.path.realpath(path) for path in inputs}
     written = set()
     for path in filter(None, outputs):
         real = os.path.realpath(path)
         if real in read:
-            raise UserProblem(f"{path} is read as input; give the output another name")
+            raise UserProblem(f"{path} is also an input; give the output another name")
         if real in written:
-            raise UserProblem(f"{path} is named for two outputs; give each its own name")
+            raise UserProblem(f"{path} is used for two outputs; give each its own name")
         if not _is_device(path):
             written.add(real)
 
 
 @contextmanager
 def whole_file(path):
-    """Yields the name of a temporary file that becomes path if all goes well.
+    """Yields the name of a temporary file that replaces path when it is complete.
 
-    What a link points to is written, and into devices and pipes the finished file is copied.
+    A link stays, and its target is replaced. The complete file is copied into a device or a pipe.
     """
     device = _is_device(path)
     target = os.path.realpath(path)
@@ -75,30 +75,10 @@ def whole_file(path):
             os.remove(temporary)
 
 
-def _encode_png(picture, linear_light):
-    """-> bytes of 8-bit RGB, 255 times the opaque picture's values, or their sRGB codes'."""
-    import numpy as np
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkIOImage import vtkPNGWriter
-
-    colors = vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
-    image = vtkImageData()
-    image.SetDimensions(picture.GetDimensions())
-    if linear_light:
-        low = colors <= 0.0031308  # sRGB (IEC 61966-2-1)
-        colors = np.where(low, 12.92 * colors, 1.055 * np.power(colors, 1 / 2.4) - 0.055)
-    rounded = np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
-    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
-    writer = vtkPNGWriter()
-    writer.SetInputData(image)
-    writer.WriteToMemoryOn()
-    writer.Write()
-    return memoryview(writer.GetResult())
-
-
 def _write_png(picture, path, linear_light, messages):
-    content = _encode_png(picture, linear_light)
+    from ..pictures import png_bytes
+
+    content = png_bytes(picture, linear_light)
     messages.check()
     with whole_file(path) as temporary, open(temporary, "wb") as file:
         file.write(content)
@@ -111,7 +91,7 @@ def _write_exr(picture, path, deep, messages):
     writer.SetInputData(picture)
     if not deep:
         writer.AllChannelsOn()
-    # The writer itself leaves whole files or none, but needs to go back and forth in them.
+    # The writer itself never leaves an incomplete file, but it needs a file in which it can seek.
     with whole_file(path) if _is_device(path) else nullcontext(path) as name:
         writer.SetFileName(name)
         writer.Write()
@@ -119,8 +99,9 @@ def _write_exr(picture, path, deep, messages):
 
 
 def write_picture(picture, path, deep, linear_light, messages):
-    """@param deep whether an .exr keeps the layers
-    @param linear_light whether the picture is linear light, which a .png shows as sRGB codes"""
+    """deep: whether an .exr file keeps the layers.
+    linear_light: whether the picture is linear light; a .png file is then converted to sRGB.
+    """
     if path.lower().endswith(".exr"):
         _write_exr(picture, path, deep, messages)
     else:

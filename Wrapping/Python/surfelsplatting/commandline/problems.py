@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What went wrong, in one line."""
+"""Errors that are reported in one line."""
 
 
 class UserProblem(Exception):
-    """Something the user can mend; the text says what is wrong and what to do."""
+    """An error that the user can fix; the text says what is wrong and what to do."""

@@ -1,26 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A bar on the terminal for what takes long, driven by VTK's progress events."""
+"""A progress bar on the terminal, driven by VTK's progress events."""
 
 import sys
 import time
 
 WIDTH = 30
-PATIENCE = 0.3  # s before a bar shows up
+PATIENCE = 0.3  # s before the bar appears
 
 
 class Progress:
-    """Draws on stderr where that is a terminal."""
+    """Draws on stderr if that is a terminal."""
 
     def __init__(self, interrupts, stream=None):
         self._interrupts = interrupts
         self._stream = stream or sys.stderr
         self._active = self._stream.isatty()
         self._label = ""
-        self._drawn = None  # what stands on the line
+        self._drawn = None  # the line on the terminal
         self._began = 0.0
 
     def update(self, algorithm, label):
-        """Brings the algorithm up to date; Ctrl-C stops it."""
+        """Updates the algorithm; Ctrl-C stops it."""
         observer = algorithm.AddObserver(
             "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
         with self._interrupts.stopping(algorithm):

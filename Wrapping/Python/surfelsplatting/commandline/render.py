@@ -21,8 +21,8 @@ from .progress import Progress
 from .runstatistics import RunStatistics
 from .vtkmessages import VtkMessages
 
-LIGHT_GREY = (0.8, 0.8, 0.8)  # of clouds without colours
-BACKDROP = (0.16, 0.17, 0.19)  # of lit .png pictures
+LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
+BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
 
 
 def _check_outputs(arguments):
@@ -48,8 +48,8 @@ def _has_colors(surfels):
             and scalars.GetNumberOfComponents() in (3, 4))
 
 
-# Depth images are noisy and quantised along the line of sight: normals need more neighbours than
-# those of other scans, where more would blur fine detail.
+# Depth images are noisy and quantised along the line of sight, so normals need more neighbours. In
+# other scans more neighbours would blur fine detail.
 DEPTH_IMAGE_NEIGHBORS = 30
 
 
@@ -62,7 +62,7 @@ def _set_estimation(estimation, cloud, neighbors):
 
 
 def _whole_cloud(cloud, neighbors):
-    """-> filters with the names of their stages, the one that counts first"""
+    """-> filters with the names of their stages, the estimation first."""
     estimation = vtkSurfelEstimation()
     estimation.SetInputData(cloud.data)
     _set_estimation(estimation, cloud, neighbors)
@@ -80,7 +80,7 @@ def _cloud_in_parts(cloud, arguments):
 
 
 def _check_memory(cloud, arguments):
-    """Better now than after minutes of estimation."""
+    """Refuses a cloud that is too large before the estimation, which may take minutes."""
     if not arguments.no_lod and not is_hierarchy(cloud.data):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
                                                  not cloud.is_surfels)
@@ -103,13 +103,13 @@ def _make_surfels(cloud, arguments, messages, progress, run):
     run.note_estimation(filters[0][0])
     surfels = filters[-1][0].GetOutput()
     if surfels.GetNumberOfPoints() == 0:
-        raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points makes a "
+        raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points gives a "
                           "surfel; are the coordinates finite and not all the same?")
     return surfels
 
 
-def _without_passengers(surfels):
-    """Without point arrays that the picture does not need: a hierarchy sorts them all."""
+def _without_unused_arrays(surfels):
+    """Drops point arrays that the picture does not need; the hierarchy would sort them all."""
     lean = surfels.NewInstance()
     lean.ShallowCopy(surfels)
     points = lean.GetPointData()
@@ -190,7 +190,7 @@ def _make_renderer(surfels, view, arguments):
 
 
 def _set_detail(splatter, arguments):
-    splatter.FrameReuseOff()  # --repeat renders
+    splatter.FrameReuseOff()  # render again for --repeat
     if arguments.no_lod:
         splatter.SetLODModeToOff()
     elif arguments.lod == "paper":
@@ -203,7 +203,7 @@ def _set_detail(splatter, arguments):
 def _render_frames(renderer, count, messages, progress, run):
     for number in range(count):
         progress.show("rendering", number / count)
-        renderer.Modified()  # every frame is rendered, although nothing has changed
+        renderer.Modified()  # render every frame, although nothing has changed
         progress.update(renderer, "rendering")
         messages.check()
         run.note_frame(renderer.GetSplatter())
@@ -215,7 +215,7 @@ def render(arguments):
     view = asked_view(arguments)
     _check_outputs(arguments)
     if arguments.threads:
-        # TBB complains about more threads than cores.
+        # TBB warns about more threads than cores.
         vtkSMPTools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
     run = RunStatistics(vtkSMPTools.GetEstimatedNumberOfThreads())
 
@@ -232,10 +232,10 @@ def render(arguments):
         _check_memory(cloud, arguments)
         surfels = _make_surfels(cloud, arguments, messages, progress, run)
         view = complete_view(view, cloud, surfels)
-        del cloud  # large ones are not kept for longer than they are needed
+        del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         say(f"{count} surfels; {view}")
-        drawn = surfels if arguments.hierarchy else _without_passengers(surfels)
+        drawn = surfels if arguments.hierarchy else _without_unused_arrays(surfels)
         surfels = surfels if arguments.surfels else None
         if not arguments.no_lod:
             drawn = _make_hierarchy(drawn, messages, progress, run)

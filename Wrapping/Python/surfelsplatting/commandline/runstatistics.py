@@ -50,7 +50,7 @@ class RunStatistics:
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
     def _frame_medians(self):
-        """Of the frames after the first one, which also fills caches; of that one if alone."""
+        """Without the first frame, which also fills caches, unless it is the only one."""
         frames = self._frames[1:] or self._frames
         names = {name: None for frame in frames for name in frame}
         return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
@@ -60,7 +60,7 @@ class RunStatistics:
         return self._counts["splats"] == 0
 
     def summary(self, points, surfels, view):
-        """points, surfels: how many."""
+        """The contents of the .json file. points, surfels: their numbers."""
         milliseconds = {**self._milliseconds, **self._frame_medians(),
                         "first_frame": self._frames[0]["frame"]}
         return {

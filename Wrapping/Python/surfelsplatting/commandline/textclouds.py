@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Point clouds as columns of text: .xyz and .txt."""
+"""Point clouds in columns of text: .xyz and .txt."""
 
 import itertools
 import re
@@ -36,7 +36,7 @@ def _find_layout(path):
         raise UserProblem(f"{path} holds no points")
     skip = 0
     first = _words(rows[0][1])
-    # A leading count of the points, or the columns' names.
+    # The first line may be the number of points or the names of the columns.
     is_count = len(first) == 1 and first[0].isdigit()
     if (is_count or not _is_numbers(first)) and len(rows) > 1 and _is_numbers(_words(rows[1][1])):
         skip = rows[0][0] + 1
@@ -49,7 +49,7 @@ def _read_columns(path):
     skip, delimiter = _find_layout(path)
     try:
         with open(path, encoding="utf-8") as file:
-            # Not by loadtxt's skiprows, which does not count blank lines.
+            # loadtxt's skiprows does not count blank lines, so the lines are skipped here.
             lines = itertools.islice(file, skip, None)
             columns = np.loadtxt(lines, ndmin=2, comments=COMMENTS, delimiter=delimiter)
     except (ValueError, UnicodeDecodeError) as problem:
@@ -69,13 +69,13 @@ def _are_colors(triple):
 
 
 def _as_bytes(triple):
-    # No scan is as dark as 1 of 255: what stays within 1 is a fraction, whole numbers too.
+    # No scan is as dark as 1 of 255: values up to 1 are fractions, whole numbers too.
     scale = 1.0 if triple.max() > 1 else 255.0
     return np.round(triple * scale).astype(np.uint8)
 
 
 def _name_columns(path, columns):
-    """-> {name: array} for what stands after x y z."""
+    """-> {name: array} of the columns after x y z."""
     finite = columns[np.isfinite(columns).all(axis=1)]
     count = columns.shape[1]
 
@@ -99,7 +99,7 @@ def _name_columns(path, columns):
     if count == 9 and colors_at(3) != colors_at(6):
         return dict([triple(3), triple(6)])
     raise UserProblem(
-        f"{path} has {count} columns that make no known layout; expected x y z, then nothing, "
+        f"{path} has {count} columns in an unknown layout; expected x y z, then nothing, "
         "intensity, r g b, nx ny nz, intensity with either, or r g b and nx ny nz")
 
 

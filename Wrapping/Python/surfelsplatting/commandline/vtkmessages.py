@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""VTK's errors and warnings as Python data: no windows, no traces on stderr."""
+"""VTK's errors and warnings as Python data, without windows and without output on stderr."""
 
 import re
 import sys
@@ -14,14 +14,14 @@ _PREFIX = re.compile(
 
 
 def plain_text(message):
-    """The message proper, without the file, the line and the object's address."""
+    """The message without the file, the line and the object's address."""
     return _PREFIX.sub("", message).strip()
 
 
 class VtkMessages:
-    """Collects what VTK reports from its construction on.
+    """Collects VTK's messages from its construction on.
 
-    check() raises the first error as a UserProblem. Warnings are printed where verbose.
+    check() raises the first error as a UserProblem. Warnings are printed if verbose.
     """
 
     def __init__(self, verbose=False):

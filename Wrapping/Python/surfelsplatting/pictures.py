@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Float pictures as 8-bit PNG files."""
+
+
+def _to_srgb(light):
+    """sRGB codes of linear light (IEC 61966-2-1)."""
+    import numpy as np
+
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.power(light, 1 / 2.4) - 0.055)
+
+
+def png_bytes(picture, linear_light=False):
+    """The contents of a PNG file: 8-bit RGB, 255 times the picture's values.
+
+    picture: vtkImageData with float RGBA scalars, premultiplied; where it is transparent, black
+    shows through.
+    linear_light: the picture is linear light and is converted to sRGB.
+    """
+    import numpy as np
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+
+    colors = vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
+    image = vtkImageData()
+    image.SetDimensions(picture.GetDimensions())
+    if linear_light:
+        colors = _to_srgb(colors)
+    rounded = np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
+    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
+    writer = vtkPNGWriter()
+    writer.SetInputData(image)
+    writer.WriteToMemoryOn()
+    writer.Write()
+    return memoryview(writer.GetResult())
+
+
+def write_png(picture, path, linear_light=False):
+    """Writes a picture to a .png file; see png_bytes.
+
+    picture: a vtkSurfelImageRenderer, which is updated first, or its output.
+    """
+    if not picture.IsA("vtkDataObject"):
+        picture.Update()
+        picture = picture.GetOutput()
+    content = png_bytes(picture, linear_light)
+    with open(path, "wb") as file:
+        file.write(content)
