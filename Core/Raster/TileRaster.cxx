@@ -2,16 +2,13 @@
 #include "Core/Raster/TileRaster.h"
 
 #include "Core/Lens/ResamplingKernel.h"
+#include "Core/Simd/StreamingStores.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
-
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
 
 namespace SurfelSplatting
 {
@@ -478,44 +475,22 @@ inline void StorePixels(
   }
 }
 
-#if defined(__SSE2__)
-/// Four pixels past the caches, which a frame does not fit: it need not be read to be written.
+/// Four pixels past the caches, which a frame does not fit.
 inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
 {
   for (int l = first; l < first + BlockSize; ++l)
   {
-    const __m128 pixel = { done.Red[l], done.Green[l], done.Blue[l], 1.0f - done.Transmittance[l] };
-    _mm_stream_ps(rgba + 4 * (l - first), pixel);
+    StreamFour(rgba + 4 * (l - first), done.Red[l], done.Green[l], done.Blue[l],
+      1.0f - done.Transmittance[l]);
   }
   const float* d = done.Depth + first;
-  _mm_stream_ps(depth, __m128{ d[0], d[1], d[2], d[3] });
+  StreamFour(depth, d[0], d[1], d[2], d[3]);
 }
 
 bool MayStream(const Frame& frame)
 {
-  const auto isAligned = [](const float* x) {
-    return reinterpret_cast<std::uintptr_t>(x) % 16 == 0;
-  };
-  return isAligned(frame.Color) && isAligned(frame.Depth) && frame.Width % BlockSize == 0;
+  return CanStreamTo(frame.Color) && CanStreamTo(frame.Depth) && frame.Width % BlockSize == 0;
 }
-
-inline void FinishStream()
-{
-  _mm_sfence();
-}
-#else
-inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
-{
-  StorePixels(done, first, BlockSize, rgba, depth);
-}
-
-bool MayStream(const Frame&)
-{
-  return false;
-}
-
-inline void FinishStream() {}
-#endif
 }
 
 void TileRaster::Store(const Frame& frame) const
@@ -544,6 +519,6 @@ void TileRaster::Store(const Frame& frame) const
       }
     }
   }
-  FinishStream();
+  FinishStreaming();
 }
 }

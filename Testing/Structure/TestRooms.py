@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faults put into a copy of the sources are found and named: by Utilities/rooms.py, and by
+Testing/Core/Alone for headers that do not compile on their own."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(os.environ["SOURCE"])
+
+
+class Rooms(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.root = cls.folder / "copy"
+        for top in ("Core", "Parallel", "Filters", "Rendering", "Plugins"):
+            shutil.copytree(SOURCE / top, cls.root / top)
+        cls.before = cls.problems()
+
+    @classmethod
+    def problems(cls):
+        """What rooms.py finds in the copy; the lines of a cycle are one problem."""
+        result = subprocess.run(
+            [sys.executable, SOURCE / "Utilities" / "rooms.py", "--root", cls.root],
+            capture_output=True, text=True, check=False)
+        assert result.stderr == "", result.stderr
+        problems = re.split(r"\n(?!  )", result.stdout.rstrip())
+        assert result.returncode == (0 if problems[-1].endswith("no problems") else 1)
+        return problems
+
+    def put(self, path, *lines):
+        """A new header in the copy, for this test."""
+        file = self.root / path
+        self.assertFalse(file.exists())
+        file.write_text("\n".join(["#pragma once", *lines, ""]), encoding="utf-8")
+        self.addCleanup(file.unlink)
+
+    def new_problems(self):
+        return [line for line in self.problems() if line not in self.before]
+
+    def test_cycle_between_two_files(self):
+        self.put("Core/Base/First.h", "", '#include "Core/Base/Second.h"')
+        self.put("Core/Base/Second.h", '#include "Core/Base/First.h"')
+        self.assertEqual(self.new_problems()[0],
+                         "a cycle between files:\n"
+                         "  Core/Base/First.h:3 includes Core/Base/Second.h\n"
+                         "  Core/Base/Second.h:2 includes Core/Base/First.h")
+
+    def test_cycle_through_a_source_file(self):
+        self.put("Core/Base/First.h")
+        self.put("Core/Base/Second.h", '#include "Core/Base/First.h"')
+        self.put("Core/Base/First.cxx", '#include "Core/Base/Second.h"')
+        self.assertEqual(self.new_problems()[0],
+                         "a cycle between files:\n"
+                         "  Core/Base/First.cxx:2 includes Core/Base/Second.h\n"
+                         "  Core/Base/Second.h:2 includes Core/Base/First.h")
+
+    def test_cycle_between_folders_alone(self):
+        self.put("Core/Simd/Lower.h")
+        self.put("Core/Picture/Higher.h", '#include "Core/Simd/Lower.h"')
+        self.put("Core/Simd/Other.h", '#include "Core/Picture/Higher.h"')
+        problems = self.new_problems()
+        self.assertEqual(problems[0],
+                         "a cycle between folders:\n"
+                         "  Core/Picture/Higher.h:2 includes Core/Simd/Lower.h\n"
+                         "  Core/Simd/Other.h:2 includes Core/Picture/Higher.h")
+        self.assertEqual(problems[-1], "Core/Simd/Other.h:2 includes Core/Picture/Higher.h: "
+                                       "Core/Picture is above Core/Simd")
+
+    def test_upward_include(self):
+        self.put("Filters/Common/Upward.h", '#include "Filters/Partition/CloudRegions.h"')
+        self.assertIn("Filters/Common/Upward.h:2 includes Filters/Partition/CloudRegions.h: "
+                      "Filters/Partition is above Filters/Common", self.new_problems())
+
+    def test_filters_and_rendering_stay_apart(self):
+        self.put("Rendering/Scene/Filtered.h", '#include "vtkSurfelEstimation.h"')
+        self.assertEqual(self.new_problems(), [
+            "Rendering/Scene/Filtered.h:2 includes Filters/vtkSurfelEstimation.h: "
+            "Filters is not below Rendering/Scene"])
+
+    def test_folder_without_a_place(self):
+        (self.root / "Core" / "Attic").mkdir()
+        self.addCleanup((self.root / "Core" / "Attic").rmdir)
+        self.put("Core/Attic/Old.h")
+        self.assertEqual(self.new_problems(), ["rooms.txt has no line for Core/Attic"])
+
+    def test_core_with_other_libraries(self):
+        includes = ("<vtkPolyData.h>", '"vtkPolyData.h"', "<GL/gl.h>", "<pcl/point_types.h>",
+                    "<immintrin.h>", '"Pool.h"', '"Core/Base/Missing.h"')
+        self.put("Core/Base/Impure.h", *(f"#include {include}" for include in includes))
+        problems = self.new_problems()
+        self.assertEqual(len(problems), len(includes), problems)
+        for line, problem in enumerate(problems, 2):
+            self.assertTrue(problem.startswith(f"Core/Base/Impure.h:{line} includes "), problem)
+
+    def test_public_header_with_private_ones(self):
+        includes = ("<pcl/point_types.h>", "<flann/flann.hpp>", "<OpenEXR/ImfHeader.h>",
+                    "<Eigen/Core>", '"Core/Base/Pool.h"', "<vector>", '"vtkPolyData.h"')
+        self.put("Filters/vtkPublic.h", *(f"#include {include}" for include in includes))
+        problems = self.new_problems()
+        self.assertEqual(len(problems), len(includes) - 2, problems)
+        for line, problem in enumerate(problems, 2):
+            self.assertTrue(problem.startswith(f"Filters/vtkPublic.h:{line} includes "), problem)
+
+    def test_headers_of_the_core_that_do_not_compile_alone(self):
+        self.put("Core/Base/Whole.h", "#include <vector>", "using Whole = std::vector<int>;")
+        self.put("Core/Base/Half.h", "using Half = std::vector<int>;")
+        build = self.folder / "alone"
+        subprocess.run(
+            [os.environ["CMAKE"], "-S", SOURCE / "Testing" / "Core" / "Alone", "-B", build,
+             "-G", os.environ["GENERATOR"], f"-DCORE_DIR={self.root / 'Core'}",
+             f"-DCMAKE_CXX_COMPILER={os.environ['CXX']}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"],
+            check=True, stdout=subprocess.DEVNULL)
+        entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+        commands = {Path(entry["file"]).name: entry for entry in entries}
+        for header in (self.root / "Core").rglob("*.h"):
+            name = "_".join(header.relative_to(self.root / "Core").parts).replace(".", "_")
+            self.assertIn(f"{name}.cxx", commands.keys() | {"Raster_RasterImplementation_h.cxx"})
+
+        def compile_alone(name):
+            command = commands[name]
+            return subprocess.run(command["command"], shell=True, cwd=command["directory"],
+                                  capture_output=True, text=True, check=False)
+
+        self.assertEqual(compile_alone("Base_Whole_h.cxx").returncode, 0)
+        failure = compile_alone("Base_Half_h.cxx")
+        self.assertNotEqual(failure.returncode, 0)
+        self.assertIn("Core/Base/Half.h:2", failure.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks what the sources include, and prints each problem with its file and line:
+
+- cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders;
+- includes against the order of the folders in rooms.txt;
+- a core that needs more than itself and the C++ standard library;
+- public headers (vtk*.h) that need more than VTK, the standard library and one another.
+
+    python3 Utilities/rooms.py          exit status 1: there are problems
+    python3 Utilities/rooms.py --draw   prints which folder includes which, the highest first
+"""
+
+import argparse
+import re
+import sys
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+TOPS = ("Core", "Parallel", "Filters", "Rendering", "Plugins")
+INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
+# The standard library's headers have neither a dot nor a folder.
+STANDARD = re.compile(r"[a-z_]+")
+
+
+class Include(NamedTuple):
+    source: str
+    line: int
+    name: str
+    quoted: bool
+    target: str  # the project's file, or empty
+
+    def __str__(self):
+        return f"{self.source}:{self.line} includes {self.target or self.name}"
+
+
+def room_of(path):
+    return str(PurePosixPath(path).parent)
+
+
+def unit_of(path):
+    return str(PurePosixPath(path).with_suffix(""))
+
+
+def is_public(path):
+    name = PurePosixPath(path).name
+    return name.startswith("vtk") and name.endswith(".h")
+
+
+def find_sources(root):
+    paths = (path.relative_to(root).as_posix() for top in TOPS for path in (root / top).rglob("*"))
+    return sorted(path for path in paths if path.endswith((".h", ".cxx")))
+
+
+def read_includes(root, sources):
+    public = {PurePosixPath(path).name: path for path in sources if is_public(path)}
+    known = set(sources)
+    includes = []
+    for source in sources:
+        lines = (root / source).read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, 1):
+            match = INCLUDE.match(line)
+            if match:
+                name = match[2]
+                candidates = (name, f"{room_of(source)}/{name}", public.get(name))
+                target = next((path for path in candidates if path in known), "")
+                includes.append(Include(source, number, name, match[1] == '"', target))
+    return includes
+
+
+def read_order(path):
+    """{room: all rooms that it may include}"""
+    order = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            room, _, lower = line.partition(":")
+            for name in lower.split():
+                if name not in order:
+                    sys.exit(f"rooms.txt: {room} has to stand below {name}")
+            order[room] = set().union(*({name} | order[name] for name in lower.split()))
+    return order
+
+
+def make_graph(includes, node_of):
+    """{node: {node that it includes: the first such include}}"""
+    graph = {}
+    for include in includes:
+        if include.target:
+            begin, end = node_of(include.source), node_of(include.target)
+            graph.setdefault(end, {})
+            if begin != end:
+                graph.setdefault(begin, {}).setdefault(end, include)
+    return graph
+
+
+def shortest_cycle(graph, start):
+    """The nodes of the shortest way from a node back to it; empty: there is none."""
+    ways = [[start]]
+    seen = set()
+    for way in ways:
+        for node in graph[way[-1]]:
+            if node == start:
+                return way
+            if node not in seen:
+                seen.add(node)
+                ways.append([*way, node])
+    return []
+
+
+def find_cycles(graph, what):
+    """The shortest cycle through each node, every cycle once."""
+    cycles = {}
+    for node in sorted(graph):
+        cycle = shortest_cycle(graph, node)
+        if cycle:
+            cycles.setdefault(frozenset(cycle), cycle)
+    problems = []
+    for cycle in cycles.values():
+        includes = (graph[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]]))
+        problems.append("\n  ".join([f"a cycle between {what}:", *map(str, includes)]))
+    return problems
+
+
+def check_order(sources, includes, order):
+    rooms = {room_of(source) for source in sources}
+    problems = [f"rooms.txt has no line for {room}" for room in sorted(rooms - order.keys())]
+    problems += [f"rooms.txt: {room} has no sources" for room in sorted(order.keys() - rooms)]
+    for include in includes:
+        begin, end = room_of(include.source), room_of(include.target)
+        if include.target and begin != end and end not in order.get(begin, {end}):
+            above = begin in order.get(end, ())
+            problems.append(f"{include}: {end} is {'above' if above else 'not below'} {begin}")
+    return problems
+
+
+def is_allowed_in_core(include):
+    if include.quoted:
+        return include.target == include.name and include.name.startswith("Core/")
+    in_simd = room_of(include.source) == "Core/Simd"
+    return STANDARD.fullmatch(include.name) or (in_simd and include.name == "immintrin.h")
+
+
+def is_allowed_in_public_header(include):
+    if include.target:
+        return is_public(include.target)
+    return include.name.startswith("vtk") or STANDARD.fullmatch(include.name)
+
+
+def check_surroundings(includes):
+    problems = []
+    for include in includes:
+        if include.source.startswith("Core/"):
+            if not is_allowed_in_core(include):
+                problems.append(f"{include}: neither \"Core/...\" nor the C++ standard library")
+        elif include.name.startswith(tuple(f"{top}/" for top in TOPS)) and not include.target:
+            problems.append(f"{include}: there is no such file")
+        if is_public(include.source) and not is_allowed_in_public_header(include):
+            problems.append(f"{include}: a public header needs what is not installed with it")
+    return problems
+
+
+def check(sources, includes, order):
+    return [*find_cycles(make_graph(includes, unit_of), "files"),
+            *find_cycles(make_graph(includes, room_of), "folders"),
+            *check_order(sources, includes, order),
+            *check_surroundings(includes)]
+
+
+def draw(includes, order):
+    """Arrows that follow from others are left out."""
+    graph = make_graph(includes, room_of)
+    for room in reversed(order):
+        lower = graph.get(room, {})
+        implied = set().union(*(order[name] for name in lower))
+        direct = [name for name in reversed(order) if name in lower and name not in implied]
+        print(f"{room:<30}{'-> ' if direct else ''}{', '.join(direct)}".rstrip())
+
+
+def main():
+    here = Path(__file__).resolve().parent
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=Path, default=here.parent, help="folder of the project")
+    parser.add_argument("--draw", action="store_true")
+    arguments = parser.parse_args()
+
+    sources = find_sources(arguments.root)
+    if len(sources) < 10:
+        sys.exit(f"rooms.py: only {len(sources)} sources in {arguments.root}: wrong folder?")
+    includes = read_includes(arguments.root, sources)
+    order = read_order(here / "rooms.txt")
+    if arguments.draw:
+        draw(includes, order)
+        return
+    problems = check(sources, includes, order)
+    print("\n".join(problems) or f"{len(sources)} sources, {len(includes)} includes: no problems")
+    sys.exit(1 if problems else 0)
+
+
+if __name__ == "__main__":
+    main()
