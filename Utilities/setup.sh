@@ -10,8 +10,8 @@ build=$root/build
 # Debian's interpreter has python3-vtk9; a pyenv or conda python3 may come first on PATH.
 python=/usr/bin/python3
 
-packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev
-  doctest-dev openexr python3 libpython3-dev python3-pip python3-vtk9 python3-numpy xvfb xauth)
+packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev doctest-dev openexr python3
+  libpython3-dev python3-pip python3-vtk9 python3-numpy universal-ctags xvfb xauth)
 
 install_missing_packages() {
   local missing=() package

@@ -54,8 +54,8 @@ make_debian() {
 copy_sources() {
   rm -rf "$debian/source" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
-  (cd "$root" && tar -cf - CMakeLists.txt Examples/ParaView Filters Parallel Plugins Rendering \
-    Testing/ParaView Utilities) | tar -xf - -C "$debian/source"
+  (cd "$root" && tar -cf - CMakeLists.txt Core Examples/ParaView Filters Parallel Plugins \
+    Rendering Testing/ParaView Utilities) | tar -xf - -C "$debian/source"
   if [ -d "$scans" ]; then
     cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"
   else

@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sizes of files and functions, in lines, by folder.
+
+    python3 Utilities/codestatistics.py [--root FOLDER]   a table
+    python3 Utilities/codestatistics.py --limits          lists what is too long; exit status 1: something is
+
+A function's lines go from its name to its closing brace. A lambda is a function of its own and part
+of the one around it. Needs universal-ctags; exit status 77: it is not installed.
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+FOLDERS = ("Core/", "Filters/", "Rendering/", "Parallel/", "Plugins/")
+LIMITED = ("Core/", "Filters/", "Rendering/")
+MOST_LINES_OF_A_FILE = 600
+MOST_LINES_OF_A_FUNCTION = 60
+MOST_PARAMETERS = 6
+
+
+class Function(NamedTuple):
+    path: str
+    line: int
+    name: str
+    lines: int  # 0: declared here and not defined
+    parameters: int
+
+
+def count_parameters(signature):
+    """How many a signature has, as "(const std::map<int, int>& a, int b = f(1, 2)) const"."""
+    depth = commas = 0
+    for i, letter in enumerate(signature):
+        if letter in "([{<":
+            depth += 1
+        elif letter in ")]}" or (letter == ">" and signature[i - 1] != "-"):
+            depth -= 1
+            if depth == 0:
+                inside = signature[1:i].strip()
+                return commas + 1 if inside not in ("", "void") else 0
+        elif letter == "," and depth == 1:
+            commas += 1
+    return 0
+
+
+def find_files(root, folder):
+    paths = (path for path in (root / folder).rglob("*") if path.suffix in (".h", ".cxx"))
+    return {path.relative_to(root).as_posix(): len(path.read_bytes().splitlines())
+            for path in sorted(paths)}
+
+
+def has_universal_ctags():
+    """Other programs of that name know neither ends nor JSON."""
+    return shutil.which("ctags") and "Universal Ctags" in subprocess.run(
+        ["ctags", "--version"], capture_output=True, text=True, check=False).stdout
+
+
+def find_functions(root, files):
+    result = subprocess.run(
+        ["ctags", "--quiet", "--options=NONE", "--language-force=C++", "--kinds-C++=fp", "--fields=+neS",
+         "--output-format=json", "-L", "-", "-f", "-"],
+        input="\n".join(files), cwd=root, check=True, stdout=subprocess.PIPE, text=True)
+    functions = []
+    for line in result.stdout.splitlines():
+        tag = json.loads(line)
+        begin = tag["line"]
+        lines = tag["end"] - begin + 1 if tag["kind"] == "function" else 0
+        name = "a lambda" if tag["name"].startswith("__anon") else tag["name"]
+        functions.append(Function(tag["path"], begin, name, lines,
+                                  count_parameters(tag.get("signature", "()"))))
+    return functions
+
+
+def at_share(values, share):
+    values = sorted(values)
+    return values[min(int(len(values) * share), len(values) - 1)] if values else 0
+
+
+def spread(values, share):
+    return f"{at_share(values, 0.5)} / {at_share(values, share)} / {max(values, default=0)}"
+
+
+def print_table(files, functions):
+    print("| folder | files / lines | file median / p90 / max | functions | median / p99 / max "
+          "| > 50 lines | > 6 parameters |")
+    print("|---|---|---|---|---|---|---|")
+    for folder in (*FOLDERS, ""):
+        lengths = [lines for path, lines in files.items() if path.startswith(folder)]
+        defined = [f for f in functions if f.path.startswith(folder) and f.lines]
+        lines = [f.lines for f in defined]
+        long = sum(count > 50 for count in lines) / max(len(lines), 1)
+        wide = sum(f.parameters > MOST_PARAMETERS for f in defined)
+        print(f"| {folder[:-1] or 'all'} | {len(lengths)} / {sum(lengths) / 1000:.1f}k "
+              f"| {spread(lengths, 0.9)} | {len(lines)} | {spread(lines, 0.99)} "
+              f"| {100 * long:.1f} % | {wide} |")
+
+
+def past_limits(files, functions):
+    files = {path: lines for path, lines in files.items() if path.startswith(LIMITED)}
+    problems = [f"{path}: {lines} lines, at most {MOST_LINES_OF_A_FILE}"
+                for path, lines in files.items() if lines > MOST_LINES_OF_A_FILE]
+    for f in functions:
+        where = f"{f.path}:{f.line}: {f.name}"
+        if f.path in files and f.lines > MOST_LINES_OF_A_FUNCTION:
+            problems.append(f"{where} has {f.lines} lines, at most {MOST_LINES_OF_A_FUNCTION}")
+        if f.path in files and f.parameters > MOST_PARAMETERS:
+            problems.append(f"{where} has {f.parameters} parameters, at most {MOST_PARAMETERS}")
+    return problems
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parent.parent,
+                        help="folder of the project")
+    parser.add_argument("--limits", action="store_true")
+    arguments = parser.parse_args()
+    if not has_universal_ctags():
+        print("SKIPPED, sizes are not measured: universal-ctags is not installed", file=sys.stderr)
+        sys.exit(77)
+
+    files = {}
+    for folder in FOLDERS:
+        files.update(find_files(arguments.root, folder))
+    functions = find_functions(arguments.root, files)
+    if not arguments.limits:
+        print_table(files, functions)
+        return
+    problems = past_limits(files, functions)
+    print("\n".join(problems) or f"{len(files)} files, {len(functions)} functions: none too long")
+    sys.exit(1 if problems else 0)
+
+
+if __name__ == "__main__":
+    main()
