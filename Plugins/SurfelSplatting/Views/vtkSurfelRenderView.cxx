@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelRenderView.h"
 
-#include "SurfelViewProcesses.h"
+#include "DistributedView.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
@@ -16,20 +16,20 @@
 vtkStandardNewMacro(vtkSurfelRenderView);
 
 vtkSurfelRenderView::vtkSurfelRenderView()
-  : Sharp(new SurfelViews::Focus)
+  : Focus(new SurfelViews::Focus)
 {
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
-  this->Frame->SetMapper(this->NoSurfels);
-  this->GetRenderer()->AddActor(this->Frame);
+  this->EmptyActor->SetMapper(this->EmptyMapper);
+  this->GetRenderer()->AddActor(this->EmptyActor);
 }
 
 vtkSurfelRenderView::~vtkSurfelRenderView() = default;
 
 void vtkSurfelRenderView::Update()
 {
-  this->Frame->SetCoversView(false);
+  this->EmptyActor->SetCoversView(false);
   this->Superclass::Update();
-  // Every process takes part in a picture, also one that has nothing in sight.
+  // Every process takes part in a picture, even if it has nothing in view.
   this->RenderEmptyImages = true;
 }
 
@@ -37,11 +37,11 @@ void vtkSurfelRenderView::AboutToRenderOnLocalProcess(bool interactive)
 {
   this->Superclass::AboutToRenderOnLocalProcess(interactive);
   vtkMultiProcessController* controller =
-    SurfelViews::ProcessesOf(this, interactive && this->GetUseLODForInteractiveRender());
+    SurfelViews::RenderController(this, interactive && this->GetUseLODForInteractiveRender());
   this->Pass->GetSplatter()->SetController(controller);
-  this->Frame->SetCoversView(controller != nullptr);
-  this->Sharp->Apply(
-    SurfelViews::ShareLens(this, interactive && this->GetUseLODForInteractiveRender()),
+  this->EmptyActor->SetCoversView(controller != nullptr);
+  this->Focus->Apply(
+    SurfelViews::SynchronizeLens(this, interactive && this->GetUseLODForInteractiveRender()),
     this->Pass->GetSplatter());
 }
 
@@ -52,13 +52,13 @@ void vtkSurfelRenderView::SetLensMode(int mode)
 
 void vtkSurfelRenderView::SetFocusMode(int mode)
 {
-  this->Sharp->Mode = mode;
+  this->Focus->Mode = mode;
 }
 
 void vtkSurfelRenderView::SetFocusPoint(double x, double y, double z)
 {
   const double point[3] = { x, y, z };
-  std::copy_n(point, 3, this->Sharp->Point);
+  std::copy_n(point, 3, this->Focus->Point);
 }
 
 void vtkSurfelRenderView::SetCircleOfConfusion(double radius)
@@ -84,7 +84,7 @@ void vtkSurfelRenderView::SetOtherPropsThroughLens(int through)
 void vtkSurfelRenderView::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "FocusMode: " << this->Sharp->Mode << "\n";
+  os << indent << "FocusMode: " << this->Focus->Mode << "\n";
   os << indent << "Pass:\n";
   this->Pass->PrintSelf(os, indent.GetNextIndent());
 }

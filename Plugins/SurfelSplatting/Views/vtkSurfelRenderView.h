@@ -3,8 +3,8 @@
  * @class   vtkSurfelRenderView
  * @brief   a render view that draws everything through one lens
  *
- * Its renderer's pass is a vtkSurfelSplattingPass: all surfels in one A-buffer, and meshes blurred
- * as they are. Lens: Camera Focal Disk and Camera Focal Distance.
+ * The view's render pass is a vtkSurfelSplattingPass: all surfels share one A-buffer, and meshes
+ * are blurred, too. The lens is set by Camera Focal Disk and Camera Focal Distance.
  */
 #ifndef vtkSurfelRenderView_h
 #define vtkSurfelRenderView_h
@@ -32,8 +32,8 @@ public:
 
   ///@{
   /**
-   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation.
-   * Default 0.
+   * What is in focus: 0 what lies at the camera's focal distance, 1 a point, 2 the view's centre of
+   * rotation. Default 0.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);
@@ -41,7 +41,7 @@ public:
 
   ///@{
   /**
-   * Forwarded to the pass and its vtkSurfelSplatter: see there.
+   * Passed on to vtkSurfelSplattingPass and its vtkSurfelSplatter; see there.
    */
   void SetLensMode(int mode);
   void SetCircleOfConfusion(double radius);
@@ -63,9 +63,9 @@ private:
   void operator=(const vtkSurfelRenderView&) = delete;
 
   vtkNew<vtkSurfelSplattingPass> Pass;
-  vtkNew<vtkSurfelViewActor> Frame; // nothing, but as wide as the view: blur has no bounds
-  vtkNew<vtkSurfelMapper> NoSurfels;
-  std::unique_ptr<SurfelViews::Focus> Sharp;
+  vtkNew<vtkSurfelViewActor> EmptyActor; // draws nothing; its bounds may cover the view
+  vtkNew<vtkSurfelMapper> EmptyMapper;
+  std::unique_ptr<SurfelViews::Focus> Focus;
 };
 
 #endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelRepresentation.h"
 
-#include "SurfelParts.h"
-#include "SurfelViewProcesses.h"
+#include "DataBlocks.h"
+#include "DistributedView.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
@@ -27,7 +27,7 @@
 #include <algorithm>
 #include <vector>
 
-// ParaView's mapper of composite data.
+// ParaView's mapper for composite data.
 #if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
 #include <vtkCompositePolyDataMapper.h>
 using CompositeMapper = vtkCompositePolyDataMapper;
@@ -38,51 +38,51 @@ using CompositeMapper = vtkCompositePolyDataMapper2;
 
 namespace
 {
-/// One leaf of the data on the screen.
+/// A block as it is drawn.
 struct Cloud
 {
   vtkNew<vtkSurfelViewActor> Actor;
   vtkNew<vtkSurfelMapper> Mapper;
-  vtkNew<vtkProperty> Property; // where the block has a colour or opacity of its own
+  vtkNew<vtkProperty> Property; // used where the block has its own colour or opacity
   vtkSmartPointer<vtkPolyData> Source;
   vtkMTimeType SourceTime = 0;
 
   Cloud() { this->Actor->SetMapper(this->Mapper); }
 
-  /// By the data's array, but where the block has a colour of its own.
-  void Color(const SurfelViews::Part& part, vtkMapper* mapper)
+  /// Colours by the data's array, unless the block has its own colour.
+  void UpdateMapper(const SurfelViews::Block& block, vtkMapper* mapper)
   {
-    if (this->SettingsTime != mapper->GetMTime() || this->HasColor != part.HasColor)
+    if (this->SettingsTime != mapper->GetMTime() || this->HasColor != block.HasColor)
     {
       this->SettingsTime = mapper->GetMTime();
-      this->HasColor = part.HasColor;
+      this->HasColor = block.HasColor;
       this->Mapper->vtkMapper::ShallowCopy(mapper);
-      this->Mapper->SetScalarVisibility(!part.HasColor && mapper->GetScalarVisibility());
+      this->Mapper->SetScalarVisibility(!block.HasColor && mapper->GetScalarVisibility());
     }
   }
 
-  /// As all of the data are, but for what the block has of its own.
-  void Show(const SurfelViews::Part& part, vtkProperty* property)
+  /// The representation's property, with the block's own colour and opacity.
+  void UpdateProperty(const SurfelViews::Block& block, vtkProperty* property)
   {
-    if (!part.HasColor && !part.HasOpacity)
+    if (!block.HasColor && !block.HasOpacity)
     {
       this->Actor->SetProperty(property);
       return;
     }
-    // Compared before: copying would make the picture look new in every frame.
-    vtkNew<vtkProperty> wanted;
-    wanted->DeepCopy(property);
-    wanted->SetOpacity(part.HasOpacity ? part.Opacity : property->GetOpacity());
-    if (part.HasColor)
+    // Copied only if it differs: a copy counts as a change, and the frame would be drawn anew.
+    vtkNew<vtkProperty> combined;
+    combined->DeepCopy(property);
+    combined->SetOpacity(block.HasOpacity ? block.Opacity : property->GetOpacity());
+    if (block.HasColor)
     {
-      wanted->SetColor(part.Color[0], part.Color[1], part.Color[2]);
+      combined->SetColor(block.Color[0], block.Color[1], block.Color[2]);
     }
     const vtkMTimeType time = property->GetMTime();
-    if (time != this->PropertyTime || wanted->GetOpacity() != this->Property->GetOpacity() ||
-      !std::equal(wanted->GetDiffuseColor(), wanted->GetDiffuseColor() + 3,
+    if (time != this->PropertyTime || combined->GetOpacity() != this->Property->GetOpacity() ||
+      !std::equal(combined->GetDiffuseColor(), combined->GetDiffuseColor() + 3,
         this->Property->GetDiffuseColor()))
     {
-      this->Property->DeepCopy(wanted);
+      this->Property->DeepCopy(combined);
       this->PropertyTime = time;
     }
     this->Actor->SetProperty(this->Property);
@@ -97,9 +97,9 @@ private:
 struct vtkSurfelRepresentation::Internals
 {
   vtkNew<vtkSurfelSplattingPass> Pass;
-  SurfelViews::Focus Sharp;
-  vtkNew<vtkSurfelViewActor> Leader; // has no surfels, but is there on every process
-  vtkNew<vtkSurfelMapper> NoSurfels;
+  SurfelViews::Focus Focus;
+  vtkNew<vtkSurfelViewActor> EmptyActor; // has the pass drawn on processes without surfels, too
+  vtkNew<vtkSurfelMapper> EmptyMapper;
   std::vector<std::unique_ptr<Cloud>> Clouds;
   vtkWeakPointer<vtkPVRenderView> View;
 };
@@ -109,13 +109,12 @@ vtkStandardNewMacro(vtkSurfelRepresentation);
 vtkSurfelRepresentation::vtkSurfelRepresentation()
   : Internal(new Internals)
 {
-  // All other props have been drawn when surfels are.
+  // All other props have been drawn before.
   vtkNew<vtkSequencePass> nothing;
   this->Internal->Pass->SetDelegatePass(nothing);
   this->Internal->Pass->OtherPropsThroughLensOff();
-  this->Internal->Leader->SetMapper(this->Internal->NoSurfels);
-  this->Internal->Leader->SetPass(this->Internal->Pass);
-  // Polygons of the geometry's own actors are never drawn.
+  this->Internal->EmptyActor->SetMapper(this->Internal->EmptyMapper);
+  this->Internal->EmptyActor->SetPass(this->Internal->Pass);
   this->HidePolygons();
   this->SetSuppressLOD(true);
 }
@@ -130,7 +129,7 @@ bool vtkSurfelRepresentation::AddToView(vtkView* view)
     return false;
   }
   this->Internal->View = renderView;
-  renderView->GetRenderer()->AddActor(this->Internal->Leader);
+  renderView->GetRenderer()->AddActor(this->Internal->EmptyActor);
   return this->Superclass::AddToView(view);
 }
 
@@ -141,14 +140,13 @@ bool vtkSurfelRepresentation::RemoveFromView(vtkView* view)
   {
     return false;
   }
-  this->ShowClouds(0);
-  renderView->GetRenderer()->RemoveActor(this->Internal->Leader);
+  this->SetNumberOfClouds(0);
+  renderView->GetRenderer()->RemoveActor(this->Internal->EmptyActor);
   this->Internal->View = nullptr;
   return this->Superclass::RemoveFromView(view);
 }
 
-/// Has so many clouds in the view.
-void vtkSurfelRepresentation::ShowClouds(std::size_t count)
+void vtkSurfelRepresentation::SetNumberOfClouds(std::size_t count)
 {
   auto& clouds = this->Internal->Clouds;
   vtkPVRenderView* view = this->Internal->View;
@@ -177,13 +175,14 @@ void vtkSurfelRepresentation::SetVisibility(bool visible)
 {
   this->Superclass::SetVisibility(visible);
   this->HidePolygons();
-  this->Internal->Leader->SetVisibility(visible ? 1 : 0);
+  this->Internal->EmptyActor->SetVisibility(visible ? 1 : 0);
   for (const auto& cloud : this->Internal->Clouds)
   {
     cloud->Actor->SetVisibility(visible ? 1 : 0);
   }
 }
 
+/// The geometry's own actors are never drawn.
 void vtkSurfelRepresentation::HidePolygons()
 {
   this->Actor->SetVisibility(0);
@@ -192,7 +191,7 @@ void vtkSurfelRepresentation::HidePolygons()
 
 bool vtkSurfelRepresentation::NeedsOrderedCompositing()
 {
-  return false; // translucent surfels of all processes are put together by their pass
+  return false; // the pass composites the translucent surfels of all processes
 }
 
 int vtkSurfelRepresentation::ProcessViewRequest(
@@ -206,29 +205,29 @@ int vtkSurfelRepresentation::ProcessViewRequest(
   auto* view = vtkPVRenderView::SafeDownCast(inInfo->Get(vtkPVView::VIEW()));
   if (request == vtkPVView::REQUEST_UPDATE())
   {
-    // Every process takes part in a picture, also one that has nothing in sight. Surfels stay where
-    // they are: what mixes them needs no order of processes.
+    // Every process takes part in a picture, even if it has nothing in view. Surfels stay on their
+    // processes: compositing them needs no order of processes.
     outInfo->Set(vtkPVRenderView::RENDER_EMPTY_IMAGES(), 1);
     vtkPVRenderView::SetOrderedCompositingConfiguration(inInfo, this, 0);
-    this->Internal->Leader->SetCoversView(false);
+    this->Internal->EmptyActor->SetCoversView(false);
   }
   else if (request == vtkPVView::REQUEST_UPDATE_LOD())
   {
-    // There is no smaller piece that could be drawn elsewhere.
+    // There is no decimated copy that the client could draw.
     vtkPVRenderView::SetRequiresDistributedRenderingLOD(
       inInfo, this, view && view->GetUseDistributedRenderingForRender());
   }
   else if (request == vtkPVView::REQUEST_RENDER() && view)
   {
     this->HidePolygons();
-    // Depth peeling would have the surfels drawn with volumes in each of its layers.
+    // Depth peeling draws volumes, and with them the surfels, once per layer.
     view->GetRenderer()->SetUseDepthPeelingForVolumes(false);
     vtkMultiProcessController* controller =
-      SurfelViews::ProcessesOf(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
+      SurfelViews::RenderController(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0);
     this->Internal->Pass->GetSplatter()->SetController(controller);
-    this->Internal->Leader->SetCoversView(controller != nullptr);
-    this->Internal->Sharp.Apply(
-      SurfelViews::ShareLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0),
+    this->Internal->EmptyActor->SetCoversView(controller != nullptr);
+    this->Internal->Focus.Apply(
+      SurfelViews::SynchronizeLens(view, inInfo->Has(vtkPVRenderView::USE_LOD()) != 0),
       this->Internal->Pass->GetSplatter());
     this->UpdateClouds(vtkPVView::GetDeliveredPiece(inInfo, this), controller);
   }
@@ -239,33 +238,33 @@ void vtkSurfelRepresentation::UpdateClouds(
   vtkDataObject* delivered, vtkMultiProcessController* controller)
 {
   auto* composite = CompositeMapper::SafeDownCast(this->Mapper);
-  std::vector<SurfelViews::Part> parts = SurfelViews::FindParts(
+  std::vector<SurfelViews::Block> blocks = SurfelViews::FindBlocks(
     delivered, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
-  // The same number on all processes, whatever they have of it.
-  parts.resize(SurfelViews::Largest(parts.size(), controller));
-  this->ShowClouds(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
+  // The same number on all processes, even if some have no data.
+  blocks.resize(SurfelViews::MaximumOfAll(blocks.size(), controller));
+  this->SetNumberOfClouds(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i)
   {
-    const SurfelViews::Part& part = parts[i];
+    const SurfelViews::Block& block = blocks[i];
     Cloud& cloud = *this->Internal->Clouds[i];
-    const vtkMTimeType time = part.Points ? part.Points->GetMTime() : 0;
-    const bool changed = part.Points != cloud.Source || time != cloud.SourceTime;
-    if (SurfelViews::Largest(changed ? 1 : 0, controller) != 0)
+    const vtkMTimeType time = block.Points ? block.Points->GetMTime() : 0;
+    const bool changed = block.Points != cloud.Source || time != cloud.SourceTime;
+    if (SurfelViews::MaximumOfAll(changed ? 1 : 0, controller) != 0)
     {
-      cloud.Source = part.Points;
+      cloud.Source = block.Points;
       cloud.SourceTime = time;
       const vtkSmartPointer<vtkPolyData> surfels =
-        SurfelViews::MakeSurfels(part.Points, controller);
+        SurfelViews::MakeSurfels(block.Points, controller);
       cloud.Mapper->SetInputData(surfels);
       const bool numbered = surfels && surfels->GetPointData()->HasArray(SurfelViews::PointIdArray);
       cloud.Mapper->SetPointIdArrayName(numbered ? SurfelViews::PointIdArray : nullptr);
     }
-    cloud.Color(part, this->Mapper);
-    cloud.Actor->SetCompositeIndex(part.CompositeIndex);
+    cloud.UpdateMapper(block, this->Mapper);
+    cloud.Actor->SetCompositeIndex(block.CompositeIndex);
     cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
-    cloud.Actor->SetVisibility(this->GetVisibility() && part.Visible ? 1 : 0);
+    cloud.Actor->SetVisibility(this->GetVisibility() && block.Visible ? 1 : 0);
     cloud.Actor->SetPickable(this->Actor->GetPickable());
-    cloud.Show(part, this->Property);
+    cloud.UpdateProperty(block, this->Property);
   }
 }
 
@@ -276,13 +275,13 @@ void vtkSurfelRepresentation::SetLensMode(int mode)
 
 void vtkSurfelRepresentation::SetFocusMode(int mode)
 {
-  this->Internal->Sharp.Mode = mode;
+  this->Internal->Focus.Mode = mode;
 }
 
 void vtkSurfelRepresentation::SetFocusPoint(double x, double y, double z)
 {
   const double point[3] = { x, y, z };
-  std::copy_n(point, 3, this->Internal->Sharp.Point);
+  std::copy_n(point, 3, this->Internal->Focus.Point);
 }
 
 void vtkSurfelRepresentation::SetCircleOfConfusion(double radius)
@@ -323,7 +322,7 @@ void vtkSurfelRepresentation::SetColorByLevel(int byLevel)
 void vtkSurfelRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "FocusMode: " << this->Internal->Sharp.Mode << "\n";
+  os << indent << "FocusMode: " << this->Internal->Focus.Mode << "\n";
   os << indent << "Clouds: " << this->Internal->Clouds.size() << "\n";
   os << indent << "Pass:\n";
   this->Internal->Pass->PrintSelf(os, indent.GetNextIndent());

@@ -3,13 +3,13 @@
  * @class   vtkSurfelRepresentation
  * @brief   "Surfel Splats": a point data set as surfels with depth of field, in any render view
  *
- * Surfels are drawn as they are. Points without the arrays of surfels become some first: normals,
- * kernels, weights and a level of detail are estimated with the filters' defaults, and a message
- * says so. The lens is the view's camera: its Camera Focal Disk and Camera Focal Distance. Blocks
- * of composite data are clouds of their own, with their visibility, colour and opacity.
+ * Surfels are drawn as they are. For points without surfel arrays, the representation first
+ * estimates normals, kernels, weights and levels of detail with the filters' default settings, and
+ * reports it in a message. The lens is set by the view's Camera Focal Disk and Camera Focal
+ * Distance. Each block of composite data is a cloud with its own visibility, colour and opacity.
  *
- * Where several processes render, each has its piece of the points; surfels at borders are
- * estimated with the neighbours' points, and all processes' surfels are one picture.
+ * If several processes render, each has a piece of the points. Surfels near the border of a piece
+ * are estimated with the points of its neighbours, and all surfels end up in one picture.
  *
  * @sa vtkSurfelViewActor
  */
@@ -36,15 +36,15 @@ public:
   void SetVisibility(bool visible) override;
 
   /**
-   * There is never a smaller piece for while the camera moves: fewer surfels are taken from the
-   * hierarchy instead.
+   * Always suppressed: while the camera moves, fewer surfels are drawn from the hierarchy, instead
+   * of a decimated copy of the data.
    */
   void SetSuppressLOD(bool) override { this->Superclass::SetSuppressLOD(true); }
 
   ///@{
   /**
-   * What is in focus: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation;
-   * without one the camera's. Default 0.
+   * What is in focus: 0 what lies at the camera's focal distance, 1 a point, 2 the view's centre of
+   * rotation, or as 0 where the view has none. Default 0.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);
@@ -52,7 +52,7 @@ public:
 
   ///@{
   /**
-   * Forwarded to vtkSurfelSplatter: see there.
+   * Passed on to vtkSurfelSplatter; see there.
    */
   void SetLensMode(int mode);
   void SetCircleOfConfusion(double radius);
@@ -77,7 +77,7 @@ private:
   void operator=(const vtkSurfelRepresentation&) = delete;
 
   void HidePolygons();
-  void ShowClouds(std::size_t count);
+  void SetNumberOfClouds(std::size_t count);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 
   struct Internals;

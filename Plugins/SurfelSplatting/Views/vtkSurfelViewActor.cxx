@@ -30,7 +30,7 @@ double* vtkSurfelViewActor::GetBounds()
   {
     return this->Superclass::GetBounds();
   }
-  // Beyond the largest coordinates that the filters keep.
+  // Larger than any coordinate that the filters keep.
   constexpr double far = 1e18;
   for (int side = 0; side < 6; ++side)
   {
@@ -41,24 +41,24 @@ double* vtkSurfelViewActor::GetBounds()
 
 void vtkSurfelViewActor::Render(vtkRenderer* renderer, vtkMapper* mapper)
 {
-  mapper->Render(renderer, this); // which vtkActor leaves to the subclass of its object factory
+  mapper->Render(renderer, this); // vtkActor leaves this to the subclasses of its object factory
 }
 
 void vtkSurfelViewActor::ProcessSelectorPixelBuffers(
   vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets)
 {
   this->Superclass::ProcessSelectorPixelBuffers(selector, pixeloffsets);
-  unsigned char* to = selector->GetPixelBuffer(vtkHardwareSelector::COMPOSITE_INDEX_PASS);
-  if (this->CompositeIndex == 0 || !to ||
+  unsigned char* pixels = selector->GetPixelBuffer(vtkHardwareSelector::COMPOSITE_INDEX_PASS);
+  if (this->CompositeIndex == 0 || !pixels ||
     selector->GetCurrentPass() != vtkHardwareSelector::COMPOSITE_INDEX_PASS)
   {
     return;
   }
-  for (const unsigned int at : pixeloffsets)
+  for (const unsigned int offset : pixeloffsets)
   {
     for (int byte = 0; byte < 3; ++byte)
     {
-      to[at + byte] = static_cast<unsigned char>(this->CompositeIndex >> (8 * byte));
+      pixels[offset + byte] = static_cast<unsigned char>(this->CompositeIndex >> (8 * byte));
     }
   }
 }
@@ -73,7 +73,7 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
   auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
-  // By the view's pass, or by that of an actor before this one.
+  // By the view's pass, or by the pass of an actor drawn before this one.
   const bool splatted = mapper && mapper->GetSplatted();
   if (!renderer || !this->Pass || renderer->GetSelector() || splatted)
   {
@@ -89,7 +89,7 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 void vtkSurfelViewActor::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Superclass::ReleaseGraphicsResources(window);
-  if (window && this->Pass) // VTK calls this without one; passes must not be
+  if (window && this->Pass) // VTK also calls this without a window, which passes do not allow
   {
     this->Pass->ReleaseGraphicsResources(window);
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfelViewActor
- * @brief   surfels among the props of a view whose passes know nothing of them
+ * @brief   draws surfels in a view without a vtkSurfelSplattingPass
  *
- * Splats all visible surfels of its renderer into one A-buffer, once for all actors of this kind,
- * after opaque and translucent props; what is behind opaque ones is hidden. Other props stay sharp.
- * In a vtkSurfelRenderView the view's pass splats instead.
- * In hardware selection it is the mapper's dots.
+ * After opaque and translucent props, the first actor of this class splats all visible surfels of
+ * the renderer into one A-buffer. Opaque props hide what is behind them; other props stay sharp. In
+ * a vtkSurfelRenderView the view's pass splats instead. Hardware selection renders the mapper's
+ * dots.
  *
  * @sa vtkSurfelSplattingPass
  */
@@ -27,16 +27,16 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /**
-   * What splats: several actors may have the same one. Of the actors of a renderer the first one
-   * that is drawn has its pass do it for all. Default none: nothing is drawn.
+   * The pass that splats; several actors may share one. The first actor that a renderer draws
+   * splats the surfels of all. Default none: nothing is drawn.
    */
   void SetPass(vtkSurfelSplattingPass* pass);
 
   ///@{
   /**
-   * Whether the actor is taken to reach over all of the view. Compositors of several processes skip
-   * those whose props are out of sight, and cut off what is beyond their bounds; but all have to
-   * take part in a picture, and blur reaches farther. Default off.
+   * Whether the actor's bounds cover the whole view. Compositors of several processes skip
+   * processes whose props are out of view, and cut off what lies beyond their bounds; but all have
+   * to take part in a picture, and blur reaches beyond the bounds. Default off.
    */
   vtkSetMacro(CoversView, bool);
   vtkGetMacro(CoversView, bool);
@@ -52,8 +52,8 @@ public:
 
   ///@{
   /**
-   * Flat index of the block that the surfels are of, which hardware selection gives; 0: the data
-   * are no composite ones. Default 0.
+   * Flat index of the surfels' block, for hardware selection; 0: the data are not composite.
+   * Default 0.
    */
   vtkSetMacro(CompositeIndex, unsigned int);
   vtkGetMacro(CompositeIndex, unsigned int);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "SurfelParts.h"
+#include "DataBlocks.h"
 
-#include "SurfelViewProcesses.h"
+#include "DistributedView.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
@@ -24,15 +24,15 @@ namespace SurfelViews
 {
 namespace
 {
-/// Children of a node; empty: it is a leaf.
+/// Empty for leaves.
 std::vector<vtkDataObject*> ChildrenOf(vtkDataObject* data)
 {
   std::vector<vtkDataObject*> children;
-  if (auto* blocks = vtkMultiBlockDataSet::SafeDownCast(data))
+  if (auto* multiBlock = vtkMultiBlockDataSet::SafeDownCast(data))
   {
-    for (unsigned int i = 0; i < blocks->GetNumberOfBlocks(); ++i)
+    for (unsigned int i = 0; i < multiBlock->GetNumberOfBlocks(); ++i)
     {
-      children.push_back(blocks->GetBlock(i));
+      children.push_back(multiBlock->GetBlock(i));
     }
   }
   else if (auto* sets = vtkPartitionedDataSetCollection::SafeDownCast(data))
@@ -52,7 +52,7 @@ std::vector<vtkDataObject*> ChildrenOf(vtkDataObject* data)
   return children;
 }
 
-/// As ParaView's geometry filter notes it.
+/// The flat index that ParaView's geometry filter has stored.
 unsigned int CompositeIndexOf(vtkPolyData* points)
 {
   for (int association : { vtkDataObject::FIELD, vtkDataObject::POINT, vtkDataObject::CELL })
@@ -67,37 +67,38 @@ unsigned int CompositeIndexOf(vtkPolyData* points)
   return 0;
 }
 
-void AddParts(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes, Part inherited,
-  std::vector<Part>& parts)
+/// @param block the appearance that the node has from its parent
+void AddBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes, Block block,
+  std::vector<Block>& blocks)
 {
   if (data && attributes)
   {
     if (attributes->HasBlockVisibility(data))
     {
-      inherited.Visible = attributes->GetBlockVisibility(data);
+      block.Visible = attributes->GetBlockVisibility(data);
     }
     if (attributes->HasBlockColor(data))
     {
-      inherited.HasColor = true;
-      attributes->GetBlockColor(data, inherited.Color);
+      block.HasColor = true;
+      attributes->GetBlockColor(data, block.Color);
     }
     if (attributes->HasBlockOpacity(data))
     {
-      inherited.HasOpacity = true;
-      inherited.Opacity = attributes->GetBlockOpacity(data);
+      block.HasOpacity = true;
+      block.Opacity = attributes->GetBlockOpacity(data);
     }
   }
   if (data && data->IsA("vtkCompositeDataSet"))
   {
     for (vtkDataObject* child : ChildrenOf(data))
     {
-      AddParts(child, attributes, inherited, parts);
+      AddBlocks(child, attributes, block, blocks);
     }
     return;
   }
-  inherited.Points = vtkPolyData::SafeDownCast(data);
-  inherited.CompositeIndex = CompositeIndexOf(inherited.Points);
-  parts.push_back(inherited);
+  block.Points = vtkPolyData::SafeDownCast(data);
+  block.CompositeIndex = CompositeIndexOf(block.Points);
+  blocks.push_back(block);
 }
 
 bool IsEmpty(vtkPolyData* points)
@@ -111,7 +112,7 @@ bool HasSurfels(vtkPolyData* points)
     points->GetPointData()->GetArray("SurfelAreaVector");
 }
 
-/// A hierarchy of these very points: pieces that were put together have lost theirs.
+/// Whether the hierarchy belongs to exactly these points: appended pieces keep that of one piece.
 bool HasHierarchy(vtkPolyData* points)
 {
   vtkDataArray* leaves = points->GetFieldData()->GetArray("SurfelLeaves");
@@ -122,7 +123,7 @@ bool HasHierarchy(vtkPolyData* points)
     static_cast<double>(points->GetNumberOfPoints());
 }
 
-vtkSmartPointer<vtkPolyData> WithIds(vtkPolyData* points)
+vtkSmartPointer<vtkPolyData> CopyWithIds(vtkPolyData* points)
 {
   auto copy = vtkSmartPointer<vtkPolyData>::New();
   copy->ShallowCopy(points);
@@ -141,8 +142,8 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
   if (!IsEmpty(points))
   {
     vtkLogF(INFO,
-      "Surfel Splats: %lld points have no surfel arrays; surfels are estimated. The filters "
-      "under Point Cloud do the same with settings.",
+      "Surfel Splats: %lld points have no surfel arrays; surfels are estimated from them. The "
+      "filters under Point Cloud have settings for this.",
       static_cast<long long>(points->GetNumberOfPoints()));
   }
   vtkNew<vtkSurfelEstimation> estimation;
@@ -156,23 +157,23 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
 }
 }
 
-std::vector<Part> FindParts(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes)
+std::vector<Block> FindBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes)
 {
-  std::vector<Part> parts;
-  AddParts(data, attributes, Part(), parts);
-  return parts;
+  std::vector<Block> blocks;
+  AddBlocks(data, attributes, Block(), blocks);
+  return blocks;
 }
 
 vtkSmartPointer<vtkPolyData> MakeSurfels(vtkPolyData* points, vtkMultiProcessController* controller)
 {
   const bool mustEstimate =
-    Largest(!IsEmpty(points) && !HasSurfels(points) ? 1 : 0, controller) != 0;
+    MaximumOfAll(!IsEmpty(points) && !HasSurfels(points) ? 1 : 0, controller) != 0;
   if (!mustEstimate && (IsEmpty(points) || HasHierarchy(points)))
   {
     return points;
   }
   vtkNew<vtkPolyData> nothing;
-  vtkSmartPointer<vtkPolyData> surfels = WithIds(points ? points : nothing.Get());
+  vtkSmartPointer<vtkPolyData> surfels = CopyWithIds(points ? points : nothing.Get());
   if (mustEstimate)
   {
     surfels = Estimate(surfels, controller);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "SurfelViewProcesses.h"
+#include "DistributedView.h"
 
 #include "vtkSurfelSplatter.h"
 
@@ -15,11 +15,11 @@ namespace SurfelViews
 {
 namespace
 {
-/// Of nobody else's messages.
+/// A tag of its own, so that messages cannot be mixed up.
 constexpr int LensTag = 52611;
 }
 
-vtkMultiProcessController* ProcessesOf(vtkPVRenderView* view, bool interactive)
+vtkMultiProcessController* RenderController(vtkPVRenderView* view, bool interactive)
 {
   const bool distributed = view &&
     (interactive ? view->GetUseDistributedRenderingForLODRender()
@@ -31,7 +31,7 @@ vtkMultiProcessController* ProcessesOf(vtkPVRenderView* view, bool interactive)
     : nullptr;
 }
 
-ViewLens ShareLens(vtkPVRenderView* view, bool interactive)
+ViewLens SynchronizeLens(vtkPVRenderView* view, bool interactive)
 {
   ViewLens lens;
   vtkCamera* camera = view->GetActiveCamera();
@@ -46,7 +46,7 @@ ViewLens ShareLens(vtkPVRenderView* view, bool interactive)
                                   : view->GetUseDistributedRenderingForRender();
   auto* module = vtkProcessModule::GetProcessModule();
   auto* session = module ? vtkPVSession::SafeDownCast(module->GetActiveSession()) : nullptr;
-  // Several clients do not render at the same time.
+  // Clients of a shared session do not render at the same time.
   if (!remote || !session || session->IsMultiClients())
   {
     return lens;
@@ -84,14 +84,14 @@ void Focus::Apply(const ViewLens& lens, vtkSurfelSplatter* splatter) const
   splatter->SetFocusPoint(p[0], p[1], p[2]);
 }
 
-std::size_t Largest(std::size_t mine, vtkMultiProcessController* controller)
+std::size_t MaximumOfAll(std::size_t value, vtkMultiProcessController* controller)
 {
-  auto own = static_cast<vtkIdType>(mine);
-  vtkIdType largest = own;
+  const auto own = static_cast<vtkIdType>(value);
+  vtkIdType maximum = own;
   if (controller)
   {
-    controller->AllReduce(&own, &largest, 1, vtkCommunicator::MAX_OP);
+    controller->AllReduce(&own, &maximum, 1, vtkCommunicator::MAX_OP);
   }
-  return static_cast<std::size_t>(largest);
+  return static_cast<std::size_t>(maximum);
 }
 }
