@@ -1,4 +1,4 @@
-# What Doxygen reads instead of a header. Lines keep their numbers.
+# What Doxygen reads instead of a header. Lines keep their numbers; the hold space has the line before.
 
 # A header's first comment is of the file, where it is not of a class.
 2 {
@@ -6,18 +6,30 @@
   /@class/! s|^/\*\*|/** @file|
 }
 
+# Indented formulas after an empty line are set as they stand: four spaces more.
+/^ *\*   *[^ ]/ {
+  x
+  /^ *\*$/ b formula
+  /^ *\*       / b formula
+  x
+  b other
+  :formula
+  x
+  s|^ *\*|&    |
+  :other
+}
+
 # The same in all classes of VTK.
 s|^  static vtk[A-Za-z]*\* New();|  /** Makes an object with default settings. */ &|
 
-# What overrides VTK's methods and has no comment before it is documented there. The hold space has
-# the line before.
+# What overrides VTK's methods and has no comment is documented there.
 /^  [^ ].*(.* override;$/ {
   x
-  /^   \*\/$/! {
-    x
-    s|.*|/** @cond */ & /** @endcond */|
-    x
-  }
+  /^   \*\/$/ b documented
+  x
+  s|.*|/** @cond */ & /** @endcond */|
+  x
+  :documented
   x
 }
 h
