@@ -75,14 +75,16 @@ class Rooms(unittest.TestCase):
                                        "Core/Picture is above Core/Simd")
 
     def test_upward_include(self):
-        self.put("Filters/Common/Upward.h", '#include "Filters/Partition/CloudRegions.h"')
-        self.assertIn("Filters/Common/Upward.h:2 includes Filters/Partition/CloudRegions.h: "
+        self.put("Filters/Partition/Higher.h")
+        self.put("Filters/Common/Lower.h", '#include "Filters/Partition/Higher.h"')
+        self.assertIn("Filters/Common/Lower.h:2 includes Filters/Partition/Higher.h: "
                       "Filters/Partition is above Filters/Common", self.new_problems())
 
     def test_filters_and_rendering_stay_apart(self):
-        self.put("Rendering/Scene/Filtered.h", '#include "vtkSurfelEstimation.h"')
+        self.put("Filters/vtkOther.h")
+        self.put("Rendering/Scene/Filtered.h", '#include "vtkOther.h"')
         self.assertEqual(self.new_problems(), [
-            "Rendering/Scene/Filtered.h:2 includes Filters/vtkSurfelEstimation.h: "
+            "Rendering/Scene/Filtered.h:2 includes Filters/vtkOther.h: "
             "Filters is not below Rendering/Scene"])
 
     def test_folder_without_a_place(self):
@@ -113,16 +115,18 @@ class Rooms(unittest.TestCase):
         self.put("Core/Base/Whole.h", "#include <vector>", "using Whole = std::vector<int>;")
         self.put("Core/Base/Half.h", "using Half = std::vector<int>;")
         build = self.folder / "alone"
+        project = SOURCE / "Testing" / "Core" / "Alone"
         subprocess.run(
-            [os.environ["CMAKE"], "-S", SOURCE / "Testing" / "Core" / "Alone", "-B", build,
-             "-G", os.environ["GENERATOR"], f"-DCORE_DIR={self.root / 'Core'}",
+            [os.environ["CMAKE"], "-S", project, "-B", build, "-G", os.environ["GENERATOR"],
+             f"-DCORE_DIR={self.root / 'Core'}",
              f"-DCMAKE_CXX_COMPILER={os.environ['CXX']}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"],
             check=True, stdout=subprocess.DEVNULL)
         entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
         commands = {Path(entry["file"]).name: entry for entry in entries}
+        exceptions = (project / "CMakeLists.txt").read_text(encoding="utf-8")
         for header in (self.root / "Core").rglob("*.h"):
             name = "_".join(header.relative_to(self.root / "Core").parts).replace(".", "_")
-            self.assertIn(f"{name}.cxx", commands.keys() | {"Raster_RasterImplementation_h.cxx"})
+            self.assertTrue(f"{name}.cxx" in commands or f'"{name}"' in exceptions, header)
 
         def compile_alone(name):
             command = commands[name]
