@@ -70,8 +70,7 @@ public:
   /// Before the layers of each cell of the lens.
   virtual void BeginCell() {}
 
-  /// Before a tile's layers as they are seen through a part of the cell.
-  /// @param share of the cell, (0, 1]
+  /// Before a tile's layers as seen through a part of the cell, whose share of it is in (0, 1].
   virtual void BeginPart(const PixelBox& /* tile */, float /* share */) {}
 
   /// @param brightest what a layer's colours over its alpha are clamped to as it is composited

@@ -21,9 +21,17 @@
 
 # The same in all classes of VTK.
 s|^  static vtk[A-Za-z]*\* New();|  /** Makes an object with default settings. */ &|
+s|^  enum [A-Za-z]*s$|  /** Values of a setting below; see there. */ &|
 
-# What overrides VTK's methods and has no comment is documented there.
-/^  [^ ].*(.* override;$/ {
+# What overrides VTK's methods and has no comment is documented there. A declaration may have two
+# lines, or a body.
+/^  [^ ].*($/ N
+/^  [^ ].*(.* override$/ {
+  :body
+  N
+  /\n  }$/! b body
+}
+/^  [^ ].*(.* override\(;\|\n  {.*\| {.*}\)$/ {
   x
   /^   \*\/$/ b documented
   x
