@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sizes of files and functions, in lines, by folder.
 
-    python3 Utilities/codestatistics.py [--root FOLDER]   a table
-    python3 Utilities/codestatistics.py --limits          lists what is too long; exit status 1: something is
+    python3 Utilities/codestatistics.py            prints a table
+    python3 Utilities/codestatistics.py --limits   lists what is too long; exit status 1: something is
 
-A function's lines go from its name to its closing brace. A lambda is a function of its own and part
-of the one around it. Needs universal-ctags; exit status 77: it is not installed.
+A function's lines go from its name to its closing brace. A lambda counts as a function, and its lines
+also belong to the function around it. Needs universal-ctags; exit status 77: it is not installed.
 """
 
 import argparse
@@ -62,8 +62,8 @@ def has_universal_ctags():
 
 def find_functions(root, files):
     result = subprocess.run(
-        ["ctags", "--quiet", "--options=NONE", "--language-force=C++", "--kinds-C++=fp", "--fields=+neS",
-         "--output-format=json", "-L", "-", "-f", "-"],
+        ["ctags", "--quiet", "--options=NONE", "--language-force=C++", "--kinds-C++=fp",
+         "--fields=+neS", "--output-format=json", "-L", "-", "-f", "-"],
         input="\n".join(files), cwd=root, check=True, stdout=subprocess.PIPE, text=True)
     functions = []
     for line in result.stdout.splitlines():

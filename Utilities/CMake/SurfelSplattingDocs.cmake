@@ -1,5 +1,5 @@
-# cmake --build build --target docs: pages of the public classes in build/docs, of the core in
-# build/docs/core. Fails on Doxygen's warnings.
+# `cmake --build build --target docs` makes pages of the public classes in build/docs and of the core
+# in build/docs/core. It fails on Doxygen's warnings.
 find_package(Doxygen QUIET)
 if (NOT TARGET Doxygen::doxygen)
   return()

@@ -1,12 +1,13 @@
-# What Doxygen reads instead of a header. Lines keep their numbers; the hold space has the line before.
+# Turns a header into what Doxygen reads. Lines keep their numbers; the hold space has the line
+# before.
 
-# A header's first comment is of the file, where it is not of a class.
+# A header's first comment is about the file, unless it is about a class.
 2 {
   N
   /@class/! s|^/\*\*|/** @file|
 }
 
-# Indented formulas after an empty line are set as they stand: four spaces more.
+# Indented formulas after an empty line become code: four more spaces.
 /^ *\*   *[^ ]/ {
   x
   /^ *\*$/ b formula
@@ -19,12 +20,12 @@
   :other
 }
 
-# The same in all classes of VTK.
+# The same in every class.
 s|^  static vtk[A-Za-z]*\* New();|  /** Makes an object with default settings. */ &|
 s|^  enum [A-Za-z]*s$|  /** Values of a setting below; see there. */ &|
 
-# What overrides VTK's methods and has no comment is documented there. A declaration may have two
-# lines, or a body.
+# Overridden methods without a comment are left out: VTK's pages have them. A declaration may have
+# two lines or a body.
 /^  [^ ].*($/ N
 /^  [^ ].*(.* override$/ {
   :body
@@ -42,5 +43,5 @@ s|^  enum [A-Za-z]*s$|  /** Values of a setting below; see there. */ &|
 }
 h
 
-# For subclasses.
+# Protected members are left out.
 s/^protected:/private:/
