@@ -3,10 +3,10 @@
 """Sizes of files and functions, in lines, by folder.
 
     python3 Utilities/codestatistics.py            prints a table
-    python3 Utilities/codestatistics.py --limits   lists what is too long; exit status 1: something is
+    python3 Utilities/codestatistics.py --limits   lists what is too long, then exit status 1
 
-A function's lines go from its name to its closing brace. A lambda counts as a function, and its lines
-also belong to the function around it. Needs universal-ctags; exit status 77: it is not installed.
+A function's lines go from its name to its closing brace. A lambda counts as a function, and its
+lines also belong to the function around it. Needs universal-ctags; exit status 77: it is missing.
 """
 
 import argparse
