@@ -45,7 +45,7 @@ SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
   });
 }
 
-/// @param alive loses the surfels whose support misses the picture
+/// @param s surfels whose support misses the picture are no longer Alive afterwards
 template <class Real>
 SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
   const LensBlur<Real>& blur, const Real& cell, const ResamplingKernelOf<Real>& kernel)

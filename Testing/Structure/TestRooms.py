@@ -67,12 +67,12 @@ class Rooms(unittest.TestCase):
         self.put("Core/Picture/Higher.h", '#include "Core/Simd/Lower.h"')
         self.put("Core/Simd/Other.h", '#include "Core/Picture/Higher.h"')
         problems = self.new_problems()
-        self.assertEqual(problems[0],
-                         "a cycle between folders:\n"
-                         "  Core/Picture/Higher.h:2 includes Core/Simd/Lower.h\n"
-                         "  Core/Simd/Other.h:2 includes Core/Picture/Higher.h")
-        self.assertEqual(problems[-1], "Core/Simd/Other.h:2 includes Core/Picture/Higher.h: "
-                                       "Core/Picture is above Core/Simd")
+        self.assertFalse([text for text in problems if text.startswith("a cycle between files")])
+        self.assertIn("a cycle between folders:\n"
+                      "  Core/Picture/Higher.h:2 includes Core/Simd/Lower.h\n"
+                      "  Core/Simd/Other.h:2 includes Core/Picture/Higher.h", problems)
+        self.assertIn("Core/Simd/Other.h:2 includes Core/Picture/Higher.h: "
+                      "Core/Picture is above Core/Simd", problems)
 
     def test_upward_include(self):
         self.put("Filters/Partition/Higher.h")
