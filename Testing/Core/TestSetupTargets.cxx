@@ -154,7 +154,12 @@ std::vector<Light> SomeLights()
   lamp.Color = { 0.2, 0.9, 0.5 };
   Light sun;
   sun.Direction = { 0.6, 0.0, 0.8 };
-  return { headlight, lamp, sun };
+  Light spot = lamp;
+  spot.Position = { -1, 0.5, 0 };
+  spot.Direction = { 0, 0, 1 };
+  spot.ConeCosine = 0.7;
+  spot.Exponent = 3.0;
+  return { headlight, lamp, sun, spot };
 }
 
 /// Every way of looking at a cloud.
@@ -176,6 +181,16 @@ std::vector<SplatContext> Contexts()
     c.DepthBuffered = !c.CoarseGrids && i / 32 == 1;
     c.Lights = SomeLights();
     contexts.push_back(c);
+  }
+  for (const Paint paint : { Paint::LevelColors, Paint::LevelNumbers, Paint::Normals })
+  {
+    contexts.push_back(contexts[4]);
+    contexts.back().Colors = paint;
+  }
+  for (const int paper : { 0, 1, 5, 37, 39 })
+  {
+    contexts.push_back(contexts[static_cast<std::size_t>(paper)]);
+    contexts.back().Cut.Rule = CutRule::Paper;
   }
   return contexts;
 }
