@@ -2,9 +2,9 @@
 #include "vtkLensAccumulationPass.h"
 
 #include "Rendering/OpenGL/CameraChanges.h"
-#include "Rendering/OpenGL/FrameBlit.h"
 #include "Rendering/OpenGL/LensAccumulation.h"
-#include "Rendering/Scene/SceneAdapter.h"
+#include "Rendering/OpenGL/PassFrame.h"
+#include "Rendering/Scene/CameraAdapter.h"
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkCamera.h>
@@ -55,27 +55,25 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
   this->NumberOfRenderedProps = 0;
   if (!this->DelegatePass)
   {
-    vtkErrorMacro("There is no delegate pass that renders a view: call SetDelegatePass().");
+    vtkErrorMacro("There is no delegate pass to render the views: call SetDelegatePass().");
     return;
   }
-  vtkRenderer* renderer = state->GetRenderer();
-  vtkCamera* camera = renderer->GetActiveCamera();
-  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  const SurfelSplatting::PixelRectangle rectangle = SurfelSplatting::FrameRectangle(state);
-  if (!window || rectangle.Width < 1 || rectangle.Height < 1)
+  const SurfelSplatting::PassFrame frame(state);
+  if (!frame.CanBeDrawn())
   {
     return;
   }
-  SurfelSplatting::UpdateStereo(renderer);
-  const int size[2] = { rectangle.Width, rectangle.Height };
-  SurfelSplatting::LensViews views(camera, size, renderer->GetTiledAspectRatio(),
+  SurfelSplatting::UpdateStereo(frame.Renderer);
+  vtkCamera* camera = frame.Renderer->GetActiveCamera();
+  const int size[2] = { frame.Rectangle.Width, frame.Rectangle.Height };
+  SurfelSplatting::LensViews views(SurfelSplatting::MakeView(camera, size, frame.Aspect),
     SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, this->DelegateBlurs == 0 });
   views.PixelFilter = this->PixelFilter;
   views.LinearLight = this->LinearLight != 0;
-  // Hardware selection draws the props' identities, which have no mean.
-  if (!renderer->GetSelector() && !views.IsOne())
+  // Hardware selection draws identities of props, which cannot be averaged.
+  if (!frame.Renderer->GetSelector() && !views.IsOne())
   {
-    if (!this->Internal->Accumulation.Render(state, rectangle, views, this->DelegatePass))
+    if (!this->Internal->Accumulation.Render(frame, views, this->DelegatePass))
     {
       vtkErrorMacro("Float textures of " << size[0] << " x " << size[1]
                                          << " pixels could not be made: nothing is drawn.");

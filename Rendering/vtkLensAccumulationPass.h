@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkLensAccumulationPass
- * @brief   depth of field for any props: the mean of views from points of the lens
+ * @brief   averages views from points of the lens: depth of field for any props
  *
- * Renders its delegate once for each of NumberOfLensPoints points of the camera's lens (Haeberli
- * and Akeley 1990) and averages the pictures in 32-bit float: meshes, volumes, glyphs and surfels
- * alike. It converges to the thin lens as nearly 1/N; some hundred points make a reference, at as
- * many times the cost of a frame.
+ * This render pass renders its delegate once for each of NumberOfLensPoints points of the camera's
+ * lens (Haeberli and Akeley 1990) and averages the pictures in 32-bit float: meshes, volumes, glyphs
+ * and surfels alike. The error to the thin lens falls nearly as 1/N. Some hundred points make a
+ * reference and take as many times the time of a frame.
  *
- * The lens is vtkCamera's, as for vtkSurfelSplatter: FocalDisk is its diameter in world units,
+ * The lens is that of vtkCamera, as for vtkSurfelSplatter: FocalDisk is its diameter in world units,
  * FocalDistance the distance in focus along the view direction, 0 the distance to the focal point.
- * With a FocalDisk of 0, in parallel projection and with one point there is one view, through the
- * middle of the lens.
+ * With a FocalDisk of 0, in parallel projection or with one point there is one view, through the
+ * centre of the lens.
  *
- * Each view is rendered through a copy of the camera that is moved within the plane of the lens and
- * whose window centre is shifted, so that the plane in focus stays where it is; its FocalDisk is 0:
- * a pinhole. With DelegateBlurs a delegate that blurs by itself, vtkSurfelSplattingPass, gets a
- * cell of the lens instead of a point, FocalDisk / sqrt(N), as with vtkSurfelSplatter::LensCells.
+ * Each view is rendered through a copy of the camera that is moved within the plane of the lens. Its
+ * window centre is shifted, so that the plane in focus stays in place, and its FocalDisk is 0: a
+ * pinhole. With DelegateBlurs, a delegate that blurs by itself, such as vtkSurfelSplattingPass, gets
+ * a cell of the lens instead of a point, with a FocalDisk of FocalDisk / sqrt(N), as with
+ * vtkSurfelSplatter::LensCells.
  *
- * The depth that is left in the frame buffer is that of the first view, the innermost point's.
+ * The frame buffer keeps the depth of the first view, which is that of the innermost point.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
@@ -43,8 +44,8 @@ public:
 
   ///@{
   /**
-   * Renders one view: camera, background and props. Default: a vtkSurfelSplattingPass of its own,
-   * which draws surfels among the other props.
+   * The pass that renders one view: camera, background and props. Default: a vtkSurfelSplattingPass
+   * of its own, which draws surfels among the other props.
    */
   void SetDelegatePass(vtkRenderPass* pass);
   vtkRenderPass* GetDelegatePass();
@@ -52,7 +53,7 @@ public:
 
   ///@{
   /**
-   * Number N of views. Default 64, range [1, 65536].
+   * The number N of views. Default 64, range [1, 65536].
    */
   vtkSetClampMacro(NumberOfLensPoints, int, 1, 65536);
   vtkGetMacro(NumberOfLensPoints, int);
@@ -71,9 +72,9 @@ public:
 
   ///@{
   /**
-   * Standard deviation in pixels of a Gaussian pixel filter, made by shifting each view: 1 is the
-   * filter of the splats (vtkSurfelSplatter::Prefilter), for meshes. Default 0: none, for delegates
-   * with a filter of their own. Range [0, 10].
+   * Standard deviation in pixels of a Gaussian pixel filter, made by shifting each view. 1 gives
+   * meshes the filter of splats (vtkSurfelSplatter::Prefilter). 0 is no filter, for delegates that
+   * filter by themselves. Default 0, range [0, 10].
    */
   vtkSetClampMacro(PixelFilter, double, 0.0, 10.0);
   vtkGetMacro(PixelFilter, double);
@@ -81,8 +82,8 @@ public:
 
   ///@{
   /**
-   * Whether the mean is of light, colours being its sRGB codes
-   * (vtkSurfelSplatter::LinearLight). Default off: of the colours as they are.
+   * Whether colours are converted from sRGB to linear light before they are averaged
+   * (vtkSurfelSplatter::LinearLight). Default off.
    */
   vtkSetMacro(LinearLight, vtkTypeBool);
   vtkGetMacro(LinearLight, vtkTypeBool);
@@ -90,7 +91,7 @@ public:
   ///@}
 
   /**
-   * Changes of the delegate count.
+   * The time of the last change of the settings, including those of the delegate.
    */
   vtkMTimeType GetMTime() override;
 

@@ -2,6 +2,7 @@
 #include "vtkSurfelImageRenderer.h"
 
 #include "Core/Base/LinearLight.h"
+#include "Rendering/Scene/SceneView.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 
@@ -168,9 +169,9 @@ int vtkSurfelImageRenderer::RequestInformation(
 }
 
 void vtkSurfelImageRenderer::AddInputs(
-  vtkInformationVector* inputs, std::vector<vtkSurfelSplatter::Item>& items)
+  vtkInformationVector* inputs, vtkSurfelSplatter::SceneItems& items)
 {
-  // Mappers live on: they keep what they have made of a hierarchy.
+  // The mappers are kept: they hold data of their hierarchies.
   this->InputMappers.resize(static_cast<std::size_t>(inputs->GetNumberOfInformationObjects()));
   for (std::size_t i = 0; i < this->InputMappers.size(); ++i)
   {
@@ -183,7 +184,7 @@ void vtkSurfelImageRenderer::AddInputs(
       producer->SetOutput(data);
       mapper->SetInputConnection(producer->GetOutputPort());
     }
-    vtkSurfelSplatter::Item item;
+    SurfelSplatting::SceneItem item;
     item.Mapper = mapper;
     item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
     item.Property = vtkSmartPointer<vtkProperty>::New();
@@ -197,10 +198,10 @@ int vtkSurfelImageRenderer::RequestData(
 {
   if (!this->Camera)
   {
-    vtkErrorMacro("There is no camera to see the surfels with: call SetCamera().");
+    vtkErrorMacro("There is no camera: call SetCamera().");
     return 0;
   }
-  std::vector<vtkSurfelSplatter::Item> items;
+  vtkSurfelSplatter::SceneItems items;
   vtkCollectionSimpleIterator it;
   this->Actors->InitTraversal(it);
   while (vtkActor* actor = this->Actors->GetNextActor(it))
@@ -214,7 +215,7 @@ int vtkSurfelImageRenderer::RequestData(
   vtkNew<vtkLightCollection> headlightOnly;
   headlightOnly->AddItem(headlight);
 
-  vtkSurfelSplatter::View view;
+  SurfelSplatting::SceneView view;
   view.Camera = this->Camera;
   view.Lights = this->Lights->GetNumberOfItems() > 0 ? this->Lights.Get() : headlightOnly.Get();
   std::copy_n(this->Size, 2, view.Size);
@@ -222,8 +223,8 @@ int vtkSurfelImageRenderer::RequestData(
   this->Camera->GetClippingRange(view.ClippingRange);
   if (this->AutomaticClippingRange)
   {
-    // Only what is at the lens itself has no image; a near limit costs no precision here, unlike in
-    // OpenGL.
+    // Only what is at the lens itself has no image. Unlike in OpenGL, a small near limit costs no
+    // precision.
     view.ClippingRange[0] =
       this->Camera->GetParallelProjection() ? -VTK_DOUBLE_MAX : 1e-6 * this->Camera->GetDistance();
     view.ClippingRange[1] = VTK_DOUBLE_MAX;
@@ -232,6 +233,7 @@ int vtkSurfelImageRenderer::RequestData(
     this->UpdateProgress(done);
     return this->GetAbortExecute() == 0;
   };
+  this->Splatter->CompleteView(view);
   if (!this->Splatter->Render(items, view))
   {
     return 0;
@@ -248,7 +250,7 @@ void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)
   {
     return;
   }
-  // A copy: the splatter's own output stays without background.
+  // A copy: the output of the splatter keeps no background.
   vtkNew<vtkFloatArray> color;
   color->DeepCopy(picture->GetPointData()->GetScalars());
   picture->GetPointData()->SetScalars(color);
@@ -280,6 +282,7 @@ void vtkSurfelImageRenderer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "AutomaticClippingRange: " << this->AutomaticClippingRange << "\n";
   os << indent << "Camera: " << this->Camera.Get() << "\n";
   os << indent << "Actors: " << this->Actors->GetNumberOfItems() << "\n";
+  os << indent << "Lights: " << this->Lights->GetNumberOfItems() << "\n";
   os << indent << "Splatter:\n";
   this->Splatter->PrintSelf(os, indent.GetNextIndent());
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfelImageRenderer
- * @brief   surfels and a camera in, a picture out: no window, no OpenGL, no X server
+ * @brief   renders a picture of surfels without window, OpenGL or X server
  *
- * A source of vtkImageData with float RGBA. Its scene is the surfel actors that were added
- * (vtkActor with a vtkSurfelMapper) and any surfels connected to its optional input, which are
- * shown in their own colours, unlit. The output's point arrays: "Color" (scalars; float RGBA,
- * linear, premultiplied over the background) and "Depth" (float; distance along the view direction,
- * 0 where the alpha stays below one half). Row 0 is the bottom row.
+ * This source of vtkImageData renders surfel actors (vtkActor with a vtkSurfelMapper) and any
+ * surfels connected to its optional input, which are shown in their own colours, unlit. The point
+ * arrays of the output are "Color" (scalars; float RGBA, linear, premultiplied, over the background)
+ * and "Depth" (float; distance along the view direction, 0 where alpha stays below one half). Row 0
+ * is the bottom row.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
@@ -18,7 +18,7 @@
 #include "vtkNew.h"                   // for members
 #include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
-#include "vtkSurfelSplatter.h"        // for its items
+#include "vtkSurfelSplatter.h"        // for members
 
 #include <vector> // for members
 
@@ -38,8 +38,8 @@ public:
 
   ///@{
   /**
-   * The scene: actors whose mapper is a vtkSurfelMapper. Their property, matrix and visibility
-   * count; others are left out with a warning.
+   * The actors of the scene; their mapper must be a vtkSurfelMapper. Property, matrix and visibility
+   * are respected. Other actors are left out with a warning.
    */
   void AddActor(vtkActor* actor);
   void RemoveActor(vtkActor* actor);
@@ -49,7 +49,7 @@ public:
 
   ///@{
   /**
-   * Lights for actors whose property is lit; without any there is one headlight, as in vtkRenderer.
+   * Lights for actors with lighting on. Without any there is one headlight, as in vtkRenderer.
    */
   void AddLight(vtkLight* light);
   void RemoveAllLights();
@@ -58,7 +58,7 @@ public:
 
   ///@{
   /**
-   * The camera; must be set. Its aspect is the picture's.
+   * The camera; must be set. Default none.
    */
   void SetCamera(vtkCamera* camera);
   vtkCamera* GetCamera();
@@ -66,8 +66,8 @@ public:
 
   ///@{
   /**
-   * Whether the clipping range is left open instead of being the camera's: nothing in front of the
-   * lens is cut off. The camera itself is not changed. Default on.
+   * Whether to ignore the camera's clipping range, so that nothing in front of the lens is cut off.
+   * The camera is not changed. Default on.
    */
   vtkSetMacro(AutomaticClippingRange, vtkTypeBool);
   vtkGetMacro(AutomaticClippingRange, vtkTypeBool);
@@ -84,8 +84,8 @@ public:
 
   ///@{
   /**
-   * Background colour and its opacity. Default black, transparent: alpha is the coverage. Range [0,
-   * inf), [0, 1].
+   * Background colour, in the same colours as those of the surfels, and its opacity. Default black
+   * and transparent (0): alpha is then the coverage. Ranges [0, inf) and [0, 1].
    */
   vtkSetVector3Macro(Background, double);
   vtkGetVector3Macro(Background, double);
@@ -94,12 +94,12 @@ public:
   ///@}
 
   /**
-   * Lens, kernel and statistics.
+   * The splatter: settings of lens and kernels, and statistics.
    */
   vtkSurfelSplatter* GetSplatter();
 
   /**
-   * Changes of the camera, the scene and the settings count.
+   * The time of the last change of camera, scene or settings.
    */
   vtkMTimeType GetMTime() override;
 
@@ -117,7 +117,7 @@ private:
 
   void BlendBackground(vtkImageData* picture);
 #ifndef __VTK_WRAP__
-  void AddInputs(vtkInformationVector* inputs, std::vector<vtkSurfelSplatter::Item>& items);
+  void AddInputs(vtkInformationVector* inputs, vtkSurfelSplatter::SceneItems& items);
 #endif
 
   vtkNew<vtkActorCollection> Actors;

@@ -3,13 +3,13 @@
 
 #include "Core/Base/LinearLight.h"
 #include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/HierarchyCache.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkHardwareSelector.h>
 #include <vtkMath.h>
@@ -50,18 +50,31 @@ int vtkSurfelMapper::CanUseTextureMapForColoring(vtkDataObject*)
 
 void vtkSurfelMapper::GetOrigin(double origin[3])
 {
-  std::fill_n(origin, 3, 0.0);
-  vtkPolyData* input = this->GetInput();
-  vtkDataArray* array = input ? input->GetFieldData()->GetArray(Arrays::Origin) : nullptr;
-  if (array && array->GetNumberOfValues() == 3)
-  {
-    for (int i = 0; i < 3; ++i)
-    {
-      origin[i] = array->GetVariantValue(i).ToDouble();
-    }
-  }
+  SurfelSplatting::GetSurfelOrigin(this->GetInput(), origin);
 }
 
+vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
+{
+  vtkPolyData* input = this->GetInput();
+  if (!input || input->GetNumberOfPoints() == 0)
+  {
+    return nullptr;
+  }
+  if (vtkFloatArray* colors = this->GetDirectColors())
+  {
+    return colors;
+  }
+  vtkUnsignedCharArray* bytes = this->MapScalars(1.0);
+  if (!bytes || bytes->GetNumberOfComponents() != 4 ||
+    bytes->GetNumberOfTuples() != input->GetNumberOfPoints())
+  {
+    return nullptr;
+  }
+  return linearLight ? static_cast<vtkDataArray*>(this->GetLinearColors(bytes)) : bytes;
+}
+
+/// Point scalars of type float or double with 3 or 4 components, as linear RGBA. Null unless the
+/// mapper is in direct scalar mode and has such scalars.
 vtkFloatArray* vtkSurfelMapper::GetDirectColors()
 {
   vtkPolyData* input = this->GetInput();
@@ -104,6 +117,7 @@ vtkFloatArray* vtkSurfelMapper::GetDirectColors()
   return this->DirectColors;
 }
 
+/// The light of byte colours, which are sRGB codes; kept until they change.
 vtkFloatArray* vtkSurfelMapper::GetLinearColors(vtkUnsignedCharArray* bytes)
 {
   if (this->LinearColorsSource == bytes && this->LinearColorsTime > bytes->GetMTime())
@@ -147,7 +161,7 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  // Surfels that are not drawn do not count: one NaN, as organised scans have them, would spoil
+  // Surfels that are not drawn do not count: a single NaN, as organised scans have them, would break
   // ResetCamera.
   vtkBoundingBox box;
   double largest = 0.0;
@@ -222,9 +236,9 @@ double vtkSurfelMapper::MeanSpacing()
 
 void vtkSurfelMapper::ReleasePreview()
 {
-  // vtkPointGaussianMapper does not tie its OpenGL objects to their window: freed while another
-  // context is current, they take that one's objects along. Where their own context is gone, there
-  // is nothing left to free but memory.
+  // vtkPointGaussianMapper does not bind its OpenGL objects to their window: released while another
+  // context is current, they would delete objects of that context. If their own context is gone,
+  // the mapper is leaked instead.
   this->PreviewActor->SetMapper(nullptr);
   if (this->Preview && this->PreviewWindow)
   {
@@ -253,7 +267,7 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
     this->PreviewWindow = window;
     this->Preview = vtkSmartPointer<vtkPointGaussianMapper>::New();
     this->Preview->EmissiveOff();
-    // An opaque disc instead of a Gaussian: dots that hide what is behind them.
+    // An opaque disc instead of a Gaussian, so that dots hide what is behind them.
     this->Preview->SetSplatShaderCode(
       "//VTK::Color::Impl\n"
       "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
@@ -265,7 +279,7 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
     this->PreviewTime.Modified();
   }
   // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
-  // units whatever the actor's matrix.
+  // units, independent of the actor's matrix.
   this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
 }
 
@@ -284,8 +298,8 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     return;
   }
-  // The local origin goes into the matrix, in double: added to the points it would cost a copy of
-  // them and, in the single precision of vertex buffers, their detail.
+  // The local origin goes into the matrix, in double precision. Adding it to the points would copy
+  // them and lose detail in the single precision of vertex buffers.
   double origin[3];
   this->GetOrigin(origin);
   vtkNew<vtkMatrix4x4> matrix;
@@ -317,8 +331,8 @@ void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   }
 }
 
-/// Puts the ids of an array in place of those of the input's points, in pixels of a selection. A
-/// cell of a cloud of vertices is a point.
+/// Replaces the ids of the input's points by those of an array, in the pixels of a selection. In a
+/// cloud of vertices each cell is a point.
 void vtkSurfelMapper::RenamePoints(
   vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets)
 {
@@ -335,7 +349,7 @@ void vtkSurfelMapper::RenamePoints(
   {
     return;
   }
-  // Three bytes of an id in each pass; there is no high one where ids are small.
+  // Each pass holds three bytes of an id. There is no high pass if all ids are small.
   const unsigned char* low = selector->GetRawPixelBuffer(lowPass);
   const unsigned char* high = selector->GetRawPixelBuffer(lowPass + 1);
   unsigned char* to = selector->GetPixelBuffer(pass);

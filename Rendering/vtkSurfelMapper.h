@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfelMapper
- * @brief   makes an actor of surfels
+ * @brief   draws surfels as an actor
  *
- * Put it into an ordinary vtkActor. Its input is a vtkPolyData with the arrays of
+ * This mapper gives surfels to an ordinary vtkActor. Its input is a vtkPolyData with the arrays of
  * Documentation/DataContract.md (SurfelCovariance, SurfelAreaVector and so on: the output of
- * vtkSurfelEstimation and vtkSurfelNormalization), or a hierarchy of them (vtkSurfelHierarchy), of
- * which what the view needs is drawn. Colours come as in every mapper: scalars through
- * a lookup table, direct RGB(A) scalars, or the actor's property. Direct scalars of floats or
- * doubles are linear light as they are, also above 1. Opacity is the product of the property's, the
- * colour's and the array SurfelOpacity. Lighting is evaluated once per surfel;
- * vtkProperty::LightingOff() gives the colours as they are.
+ * vtkSurfelEstimation and vtkSurfelNormalization), or a hierarchy of surfels (vtkSurfelHierarchy),
+ * of which only the nodes that the view needs are drawn. Colours come as in every mapper: scalars
+ * through a lookup table, direct RGB(A) scalars, or the actor's property. Direct scalars of type
+ * float or double are taken as linear light and may be above 1. Opacity is the product of the
+ * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once per
+ * surfel; vtkProperty::LightingOff() shows the colours unlit.
  *
- * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without) splat what it holds. In
- * a renderer without the pass, it draws each surfel as an opaque dot of about the right size.
- * Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots; vtkPointPicker works
- * on the input's points and knows no SurfelOrigin.
+ * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without one) splat the surfels.
+ * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right
+ * size. Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots. vtkPointPicker
+ * works on the input's points and ignores SurfelOrigin.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
  */
@@ -49,19 +49,20 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /**
-   * Draws dots, unless a pass splats the surfels of this frame.
+   * Draws dots, unless a pass splats the surfels in this frame.
    */
   void RenderPiece(vtkRenderer* renderer, vtkActor* actor) override;
 
   /**
-   * The local origin of the input (field array SurfelOrigin): what to add to its points.
+   * Gets the local origin of the input (field array SurfelOrigin), which is added to its points;
+   * (0, 0, 0) if there is none. World units.
    */
   void GetOrigin(double origin[3]);
 
   ///@{
   /**
-   * Point array with the ids that hardware selection is to give instead of those of the input's
-   * points: those of the points that surfels come from. Default none.
+   * Name of the point array with the ids that hardware selection returns instead of the ids of the
+   * input's points, such as the ids of the points that the surfels were made from. Default none.
    */
   vtkSetStringMacro(PointIdArrayName);
   vtkGetStringMacro(PointIdArrayName);
@@ -69,21 +70,22 @@ public:
 
   ///@{
   /**
-   * Set by a pass while it takes care of these surfels itself. Not for general use.
+   * Whether a pass splats the surfels of the current frame, so that no dots are drawn. Set by
+   * passes; not for general use. Default false.
    */
   void SetSplatted(bool splatted) { this->Splatted = splatted; }
   bool GetSplatted() const { return this->Splatted; }
   ///@}
 
 #ifndef __VTK_WRAP__
-  /// Colours as they are, linear RGBA: of float or double point scalars of 3 or 4 components with
-  /// direct scalars. Null where there are none and scalars are mapped to bytes.
-  vtkFloatArray* GetDirectColors();
+  /**
+   * The colours of the current frame: RGBA of each surfel, a vtkUnsignedCharArray or a
+   * vtkFloatArray. Null if the actor's property colours all surfels.
+   * @param linearLight whether byte colours are sRGB codes, to be converted to light
+   */
+  vtkDataArray* GetFrameColors(bool linearLight);
 
-  /// The light that such bytes stand for, as sRGB, in floats; kept until they change.
-  vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
-
-  /// What is kept of an input that is a hierarchy.
+  /// Data of a hierarchy, kept from frame to frame.
   SurfelSplatting::HierarchyCache& GetHierarchyCache()
   {
     return *this->HierarchyCache;
@@ -103,13 +105,13 @@ protected:
   ~vtkSurfelMapper() override;
 
   /**
-   * Bounds of the surfels' centres, local origin added, widened by the largest kernel's standard
-   * deviation.
+   * Computes the bounds of the surfels' centres, with the local origin added, widened by the
+   * standard deviation of the largest kernel.
    */
   void ComputeBounds() override;
 
   /**
-   * Never: splats take colours, not texture coordinates.
+   * Returns 0: splats take colours, not texture coordinates.
    */
   int CanUseTextureMapForColoring(vtkDataObject* input) override;
 
@@ -117,6 +119,8 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
+  vtkFloatArray* GetDirectColors();
+  vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
   void UpdatePreview(vtkRenderer* renderer, double scale);
   void ReleasePreview();

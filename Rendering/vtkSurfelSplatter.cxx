@@ -5,11 +5,14 @@
 #include "Core/Picture/Splatter.h"
 #include "Core/Splats/DepthImageSurfels.h"
 #include "Parallel/ControllerRanks.h"
+#include "Rendering/Scene/CameraAdapter.h"
+#include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/FrameKey.h"
 #include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/PictureArrays.h"
 #include "Rendering/Scene/PixelChannels.h"
-#include "Rendering/Scene/SceneAdapter.h"
+#include "Rendering/Scene/SMPExecutor.h"
+#include "Rendering/Scene/SceneView.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtkActor.h>
@@ -27,7 +30,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <new>
 
@@ -42,22 +44,16 @@ double MillisecondsSince(const std::chrono::steady_clock::time_point& start)
   const auto now = std::chrono::steady_clock::now();
   return std::chrono::duration<double, std::milli>(now - start).count();
 }
-
-/// Blur, px, from which on others' pixels are taken: of the same pixels whether the lens is in
-/// cells or not.
-double LeastConfusion(const vtkSurfelSplatter::View& view)
-{
-  return SurfelSplatting::LeastPixelConfusion / std::sqrt(std::max(1, view.CellCount));
-}
 }
 
-/// What a frame is made of.
+/// The scene of a frame and the arrays of its picture.
 struct vtkSurfelSplatter::SceneClouds
 {
   std::vector<SurfelSplatting::SurfelCloudSource> Sources;
   std::vector<SurfelSplatting::SurfelCloud> Clouds;
   vtkSmartPointer<vtkFloatArray> Color, Depth;
-  const float* Limit = nullptr; ///< depths of what others have drawn and stays
+  SurfelSplatting::DeepImage Deep;
+  const float* OccluderDepth = nullptr; // distances of other props that stay sharp
 };
 
 struct vtkSurfelSplatter::Internals
@@ -66,13 +62,13 @@ struct vtkSurfelSplatter::Internals
   std::unique_ptr<SurfelSplatting::Ranks> Ranks; // null: this process alone
   bool WarnedRanks = false;
   SurfelSplatting::Splatter Core;
-  SurfelSplatting::Splatter ChannelCore; // the frame's statistics are those of its colours
+  SurfelSplatting::Splatter ChannelCore; // another one: Core keeps the statistics of the colours
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
   SurfelSplatting::FrameKey Key; // of the picture in Output
-  SurfelSplatting::DepthImageSurfels Pixels;
-  std::vector<float> SharpLimit; // depths of others without the pixels that are taken
-  SurfelSplatting::Message RootLimit;
+  SurfelSplatting::DepthImageSurfels BlurredPixels;
+  std::vector<float> SharpDepth; // distances of other props without the pixels that are splatted
+  SurfelSplatting::Message RootDepth; // those of process 0
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
@@ -110,7 +106,7 @@ SurfelSplatting::Ranks* vtkSurfelSplatter::GetRanks()
   return this->Internal->Ranks.get();
 }
 
-void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
+void vtkSurfelSplatter::CollectItems(vtkProp* prop, SceneItems& items)
 {
   if (!prop || !prop->GetVisibility())
   {
@@ -126,7 +122,7 @@ void vtkSurfelSplatter::CollectItems(vtkProp* prop, std::vector<Item>& items)
     {
       continue;
     }
-    Item item;
+    SurfelSplatting::SceneItem item;
     item.Mapper = mapper;
     item.Property = actor->GetProperty();
     item.Matrix = vtkSmartPointer<vtkMatrix4x4>::New();
@@ -149,11 +145,11 @@ bool vtkSurfelSplatter::HasOneSize(const int size[2])
   }
   vtkErrorMacro("The processes' pictures differ in size; this one's is "
     << size[0] << " x " << size[1]
-    << " pixels. Give all windows the same size, or this one no controller.");
+    << " pixels. Give all windows the same size, or unset the controller of this one.");
   return false;
 }
 
-bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
+bool vtkSurfelSplatter::Render(const SceneItems& items, const SceneView& view)
 {
   if (!this->HasOneSize(view.Size))
   {
@@ -168,28 +164,29 @@ bool vtkSurfelSplatter::Render(const std::vector<Item>& items, const View& view)
   {
     if (this->GetRanks() && !dynamic_cast<const SurfelSplatting::RanksLackMemory*>(&problem))
     {
-      throw; // the others wait for this process: better ended than forever
+      throw; // the other processes wait for this one: ending is better than waiting forever
     }
     this->Internal->Output->Initialize();
     this->Internal->HasPicture = false;
     vtkErrorMacro("Memory does not suffice for a picture of "
       << view.Size[0] << " x " << view.Size[1]
-      << " pixels of these surfels. Make it smaller, or in tiles.");
+      << " pixels of these surfels. Make it smaller, or render it in tiles.");
     return false;
   }
 }
 
-void vtkSurfelSplatter::MakeContext(const View& view)
+void vtkSurfelSplatter::MakeContext(const SceneView& view)
 {
   namespace Core = SurfelSplatting;
-  vtkCamera* camera = view.Camera;
   Core::SplatContext context;
-  context.Camera = Core::MakeView(camera, view.Size, view.Aspect);
-  context.Camera.Near = view.ClippingRange[0];
-  context.Camera.Far = view.ClippingRange[1];
-  context.Lights = Core::MakeLights(view.Lights, camera, context.Camera);
+  context.Camera = view.Projection;
+  context.Optics = view.Optics;
+  context.Lights = Core::MakeLights(view.Lights, view.Camera, context.Camera);
   context.Sectors = this->LensSectors != 0;
-  context.Sampling = { this->LensCells, this->LensPinholes != 0 };
+  if (view.CellCount == 0)
+  {
+    context.Sampling = { this->LensCells, this->LensPinholes != 0 };
+  }
   context.Settings.Kernel =
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
@@ -203,33 +200,34 @@ void vtkSurfelSplatter::MakeContext(const View& view)
   context.CoarseGrids = this->CoarseGrids != 0;
   context.SkipHidden = this->OcclusionCulling != 0;
   context.Colors = this->ColorByLevel ? Core::Paint::LevelColors : Core::Paint::Own;
-
-  context.Optics = this->GetLens(view);
-  if (view.CellCount > 0)
-  {
-    context.Sampling = {};
-  }
-  if (context.Camera.Parallel && context.Optics.Radius > 0.0 && !this->Internal->WarnedParallel)
-  {
-    this->Internal->WarnedParallel = true;
-    vtkWarningMacro(
-      "Parallel projection has no lens: the picture is sharp. Use a perspective "
-      "camera for depth of field, or SetLensModeToPinhole() to say that none is wanted.");
-  }
-  if (camera->GetUseOffAxisProjection() && !this->Internal->WarnedOffAxis)
-  {
-    this->Internal->WarnedOffAxis = true;
-    vtkWarningMacro("Off-axis projection is not supported: surfels are not where meshes are. Give "
-                    "the camera the same projection with SetExplicitProjectionTransformMatrix().");
-  }
   this->Internal->Context = context;
 }
 
-void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View& view)
+/// Warns once of cameras whose pictures differ from what is expected.
+void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
+{
+  Internals& my = *this->Internal;
+  if (view.Projection.Parallel && view.Optics.Radius > 0.0 && !my.WarnedParallel)
+  {
+    my.WarnedParallel = true;
+    vtkWarningMacro(
+      "Parallel projection has no lens: the picture is sharp. Use a perspective camera for depth of "
+      "field, or call SetLensModeToPinhole() if the picture is meant to be sharp.");
+  }
+  if (view.Camera->GetUseOffAxisProjection() && !my.WarnedOffAxis)
+  {
+    my.WarnedOffAxis = true;
+    vtkWarningMacro("Off-axis projection is not supported: surfels do not appear where meshes do. "
+                    "Set the same projection with SetExplicitProjectionTransformMatrix().");
+  }
+}
+
+void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& view)
 {
   const auto start = std::chrono::steady_clock::now();
   this->MakeContext(view);
-  for (const Item& item : items)
+  this->WarnOfCamera(view);
+  for (const SurfelSplatting::SceneItem& item : items)
   {
     if (!item.Mapper->GetStatic() && item.Mapper->GetInputAlgorithm())
     {
@@ -251,25 +249,28 @@ void vtkSurfelSplatter::RenderPicture(const std::vector<Item>& items, const View
   else
   {
     this->Internal->HasPicture = false;
-    const bool whole = this->RenderScene(items, view, start);
-    this->Internal->HasPicture = whole && this->FrameReuse != 0;
+    const bool isComplete = this->RenderScene(items, view, start);
+    this->Internal->HasPicture = isComplete && this->FrameReuse != 0;
     this->Internal->Key = std::move(key);
   }
   this->FrameMilliseconds = MillisecondsSince(start);
 }
 
-SurfelSplatting::Lens vtkSurfelSplatter::GetLens(const View& view)
+void vtkSurfelSplatter::CompleteView(SceneView& view)
 {
-  SurfelSplatting::Lens lens = SurfelSplatting::MakeLens(view.Camera);
+  view.Projection = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect);
+  view.Projection.Near = view.ClippingRange[0];
+  view.Projection.Far = view.ClippingRange[1];
+  SurfelSplatting::Lens& lens = view.Optics;
+  lens = SurfelSplatting::MakeLens(view.Camera);
   if (view.CellCount > 0)
   {
-    return lens;
+    return;
   }
   if (this->FocusMode == FOCUS_POINT)
   {
     const double* p = this->FocusPoint;
-    const double distance = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect)
-                              .WorldToCamera.Apply({ p[0], p[1], p[2] })[2];
+    const double distance = view.Projection.WorldToCamera.Apply({ p[0], p[1], p[2] })[2];
     lens.FocalDistance = distance > 0.0 ? distance : lens.FocalDistance;
   }
   if (this->LensMode == LENS_PINHOLE)
@@ -278,40 +279,33 @@ SurfelSplatting::Lens vtkSurfelSplatter::GetLens(const View& view)
   }
   else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
   {
-    const double f = SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect).Fy;
-    lens.Radius = this->CircleOfConfusion * view.Oversampling * lens.FocalDistance / f;
+    lens.Radius = this->CircleOfConfusion * view.Oversampling * lens.FocalDistance /
+      view.Projection.Fy;
   }
-  return lens;
 }
 
-int vtkSurfelSplatter::GetMargin(const View& view, const double distances[2])
-{
-  return SurfelSplatting::MarginOf(SurfelSplatting::MakeView(view.Camera, view.Size, view.Aspect),
-    this->GetLens(view), distances[0], distances[1], LeastConfusion(view));
-}
-
-/// Others' pixels that are blurred become a cloud of their own. Returns the depths of those that
-/// stay.
-const float* vtkSurfelSplatter::TakePixels(
-  const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
+/// Turns the pixels of other props that the lens blurs into a cloud of their own. Returns the
+/// distances of the props that stay sharp; null if there are no props.
+const float* vtkSurfelSplatter::SplatBlurredPixels(
+  const SceneView& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
 {
   Internals& my = *this->Internal;
-  if (!view.OccluderDepth || !view.Others)
+  if (!view.OccluderDepth || !view.PropImage)
   {
-    my.Pixels = SurfelSplatting::DepthImageSurfels();
+    my.BlurredPixels = SurfelSplatting::DepthImageSurfels();
     return view.OccluderDepth;
   }
   const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
-  my.SharpLimit.assign(view.OccluderDepth, view.OccluderDepth + pixels);
-  SurfelSplatting::DepthImage others = *view.Others;
-  others.LeastConfusion = LeastConfusion(view);
-  my.Pixels.Take(my.Context.Camera, my.Context.Optics, others, my.SharpLimit.data(),
+  my.SharpDepth.assign(view.OccluderDepth, view.OccluderDepth + pixels);
+  SurfelSplatting::DepthImage props = *view.PropImage;
+  props.LeastConfusion = view.LeastConfusion();
+  my.BlurredPixels.Take(my.Context.Camera, my.Context.Optics, props, my.SharpDepth.data(),
     SurfelSplatting::SMPExecutor());
-  if (my.Pixels.Size() > 0)
+  if (my.BlurredPixels.Size() > 0)
   {
-    clouds.push_back(my.Pixels.Get());
+    clouds.push_back(my.BlurredPixels.Get());
   }
-  return my.SharpLimit.data();
+  return my.SharpDepth.data();
 }
 
 bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
@@ -324,22 +318,31 @@ bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
                                                     : camera->GetFocalDisk() > 0.0;
 }
 
-const SurfelSplatting::DepthImageSurfels& vtkSurfelSplatter::GetTakenPixels()
+const SurfelSplatting::DepthImageSurfels& vtkSurfelSplatter::GetBlurredPixels()
 {
-  return this->Internal->Pixels;
+  return this->Internal->BlurredPixels;
 }
 
-void vtkSurfelSplatter::MakeScene(
-  const std::vector<Item>& items, const View& view, SceneClouds& scene)
+/// Makes the clouds of this process.
+void vtkSurfelSplatter::MakeClouds(
+  const SceneItems& items, const SceneView& view, SceneClouds& scene)
 {
   namespace Core = SurfelSplatting;
   scene.Sources.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i)
   {
-    const Core::HierarchyCache& cache = items[i].Mapper->GetHierarchyCache();
+    vtkSurfelMapper* mapper = vtkSurfelMapper::SafeDownCast(items[i].Mapper);
+    Core::HierarchyCache& cache = mapper->GetHierarchyCache();
     const std::uint64_t before = cache.NumberOfPreparedSurfels();
-    const std::string problem = Core::MakeCloud(items[i].Mapper, items[i].Matrix, items[i].Property,
-      this->LODMode == LOD_PAPER, this->LinearLight != 0, scene.Sources[i]);
+    Core::CloudInput input;
+    input.Surfels = mapper->GetInput();
+    input.Colors = mapper->GetFrameColors(this->LinearLight != 0);
+    input.Hierarchy = &cache;
+    input.Matrix = items[i].Matrix;
+    input.Property = items[i].Property;
+    input.PaperCut = this->LODMode == LOD_PAPER;
+    input.LinearLight = this->LinearLight != 0;
+    const std::string problem = Core::MakeCloud(input, scene.Sources[i]);
     this->NumberOfPreparedSurfels +=
       static_cast<vtkIdType>(cache.NumberOfPreparedSurfels() - before);
     if (!problem.empty())
@@ -352,79 +355,105 @@ void vtkSurfelSplatter::MakeScene(
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
   scene.Color = Core::NewPixelArray("Color", 4, pixels);
   scene.Depth = Core::NewPixelArray("Depth", 1, pixels);
-  scene.Limit = this->TakePixels(view, scene.Clouds);
+  scene.OccluderDepth = this->SplatBlurredPixels(view, scene.Clouds);
 }
 
-/// Of all processes, each of which says whether its part could be made; the depths of others are
-/// those that process 0 has.
-void vtkSurfelSplatter::ShareScene(const View& view, bool good, SceneClouds& scene)
+/// Makes the clouds and, with a controller, gets the occluder depth of process 0. A process that
+/// lacks memory tells the others.
+void vtkSurfelSplatter::MakeScene(
+  const SceneItems& items, const SceneView& view, SceneClouds& scene)
 {
-  SurfelSplatting::Ranks& ranks = *this->GetRanks();
-  if (!ranks.All(good))
+  SurfelSplatting::Ranks* ranks = this->GetRanks();
+  if (!ranks)
+  {
+    this->MakeClouds(items, view, scene);
+    return;
+  }
+  bool hasMemory = true;
+  try
+  {
+    this->MakeClouds(items, view, scene);
+  }
+  catch (const std::bad_alloc&)
+  {
+    hasMemory = false;
+  }
+  if (!ranks->All(hasMemory))
   {
     throw SurfelSplatting::RanksLackMemory();
   }
   if ((this->DeepSamples || this->Channels != 0) && !this->Internal->WarnedRanks)
   {
     this->Internal->WarnedRanks = true;
-    vtkErrorMacro("DeepSamples and Channels are not made by several processes: the picture has its "
-                  "colours and depths alone. Set no controller where they are wanted.");
+    vtkErrorMacro("Several processes make neither DeepSamples nor Channels: the picture has colours "
+                  "and depths only. Unset the controller if you need them.");
   }
-  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
-  SurfelSplatting::Message& limit = this->Internal->RootLimit;
-  limit.clear();
-  if (scene.Limit && std::any_of(scene.Limit, scene.Limit + pixels, [](float depth) {
-        return depth < std::numeric_limits<float>::infinity();
-      }))
-  {
-    SurfelSplatting::Put(scene.Limit, pixels, limit);
-  }
-  limit = ranks.FromRoot(limit);
-  scene.Limit = limit.empty() ? nullptr : reinterpret_cast<const float*>(limit.data());
+  this->ShareOccluderDepth(view, scene);
 }
 
-bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& view,
+/// Collective. Gives process 0's occluder depth, if there are any occluders, to all processes.
+void vtkSurfelSplatter::ShareOccluderDepth(const SceneView& view, SceneClouds& scene)
+{
+  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
+  const float* depth = scene.OccluderDepth;
+  SurfelSplatting::Message& message = this->Internal->RootDepth;
+  message.clear();
+  if (depth && std::any_of(depth, depth + pixels, [](float distance) {
+        return distance < std::numeric_limits<float>::infinity();
+      }))
+  {
+    SurfelSplatting::Put(depth, pixels, message);
+  }
+  message = this->GetRanks()->FromRoot(message);
+  scene.OccluderDepth =
+    message.empty() ? nullptr : reinterpret_cast<const float*>(message.data());
+}
+
+bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& view,
   const std::chrono::steady_clock::time_point& start)
 {
   namespace Core = SurfelSplatting;
   Internals& my = *this->Internal;
   SceneClouds scene;
-  std::function<bool(double)> progress = view.Progress;
-  Core::Ranks* ranks = this->GetRanks();
-  if (ranks)
-  {
-    bool good = true;
-    try
-    {
-      this->MakeScene(items, view, scene);
-    }
-    catch (const std::bad_alloc&)
-    {
-      good = false;
-    }
-    this->ShareScene(view, good, scene);
-    progress = [&](double done) { return ranks->All(!view.Progress || view.Progress(done)); };
-  }
-  else
-  {
-    this->MakeScene(items, view, scene);
-  }
-  const Core::Frame frame{ view.Size[0], view.Size[1], scene.Color->GetPointer(0),
-    scene.Depth->GetPointer(0) };
+  this->MakeScene(items, view, scene);
   my.SceneMilliseconds = MillisecondsSince(start);
-  Core::DeepImage deep;
-  const bool isDeep = this->DeepSamples && !ranks;
-  if (isDeep)
-  {
-    deep.Begin(view.Size[0], view.Size[1]);
-  }
-  std::unique_ptr<Core::SplatExchange> exchange(ranks ? new Core::SplatExchange(*ranks) : nullptr);
-  const bool whole = my.Core.Render(my.Context, scene.Clouds, Core::SMPExecutor(), frame,
-    scene.Limit, isDeep ? &deep : nullptr, progress, exchange.get());
 
+  Core::RenderTarget target = Core::Frame{ view.Size[0], view.Size[1],
+    scene.Color->GetPointer(0), scene.Depth->GetPointer(0) };
+  target.OccluderDepth = scene.OccluderDepth;
+  std::function<bool(double)> progress = view.Progress;
+  std::unique_ptr<Core::SplatExchange> exchange;
+  if (Core::Ranks* ranks = this->GetRanks())
+  {
+    exchange.reset(new Core::SplatExchange(*ranks));
+    target.Exchange = exchange.get();
+    progress = [&view, ranks](
+                 double done) { return ranks->All(!view.Progress || view.Progress(done)); };
+  }
+  else if (this->DeepSamples)
+  {
+    scene.Deep.Begin(view.Size[0], view.Size[1]);
+    target.Sink = &scene.Deep;
+  }
+  const bool isComplete =
+    my.Core.Render(my.Context, scene.Clouds, Core::SMPExecutor(), target, progress);
+  this->StorePicture(view, scene);
+  if (this->Channels != 0 && isComplete && !this->GetRanks())
+  {
+    this->AddChannels(scene);
+  }
+  return isComplete;
+}
+
+/// Moves the picture into the output.
+void vtkSurfelSplatter::StorePicture(const SceneView& view, SceneClouds& scene)
+{
+  namespace Core = SurfelSplatting;
+  Internals& my = *this->Internal;
+  Core::Ranks* ranks = this->GetRanks();
   if (ranks && !ranks->IsRoot())
   {
-    scene.Color->Fill(0.0); // all is in process 0's
+    scene.Color->Fill(0.0); // process 0 has the picture
     scene.Depth->Fill(0.0);
   }
   vtkImageData* output = my.Output;
@@ -433,17 +462,23 @@ bool vtkSurfelSplatter::RenderScene(const std::vector<Item>& items, const View& 
   output->GetPointData()->SetScalars(scene.Color);
   output->GetPointData()->AddArray(scene.Depth);
   Core::AddCamera(my.Context, output);
-  if (isDeep)
+  if (this->DeepSamples && !ranks)
   {
-    deep.Finish(Core::SMPExecutor());
-    Core::AddDeepSamples(deep, output);
+    scene.Deep.Finish(Core::SMPExecutor());
+    Core::AddDeepSamples(scene.Deep, output);
   }
-  if (this->Channels != 0 && whole && !ranks)
-  {
-    Core::AddChannels(
-      this->Channels, my.Context, scene.Clouds, scene.Limit, my.ChannelCore, output);
-  }
-  return whole;
+}
+
+void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
+{
+  SurfelSplatting::PixelChannels channels;
+  channels.Normal = this->Channels & CHANNEL_NORMAL;
+  channels.CircleOfConfusion = this->Channels & CHANNEL_CIRCLE_OF_CONFUSION;
+  channels.Coverage = this->Channels & CHANNEL_COVERAGE;
+  channels.Fragments = this->Channels & CHANNEL_FRAGMENTS;
+  channels.Level = this->Channels & CHANNEL_LEVEL;
+  SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds,
+    scene.OccluderDepth, this->Internal->ChannelCore, this->Internal->Output);
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfelSplatter
- * @brief   settings, engine and statistics of depth-of-field surface splatting
+ * @brief   renders surfels with depth of field; holds the settings and statistics
  *
- * The settings of a picture and what was measured while it was made. A vtkSurfelSplattingPass and a
- * vtkSurfelImageRenderer each hold one (GetSplatter()): the same core, the same pixels.
+ * This class is the renderer behind vtkSurfelSplattingPass and vtkSurfelImageRenderer. Each of them
+ * owns one (GetSplatter()), so that both have the same settings and make the same pixels. After a
+ * picture it tells what the picture held and how long it took.
  *
  * Method: J. Krivanek, J. Zara, K. Bouatouch, "Fast Depth of Field Rendering with Surface
- * Splatting", Computer Graphics International 2003. Formulas, with their equation numbers, are in
- * Core.
+ * Splatting", Computer Graphics International 2003. The formulas, with their equation numbers, are
+ * in Core.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelMapper
  */
@@ -16,30 +17,23 @@
 #define vtkSurfelSplatter_h
 
 #include "vtkObject.h"
-#include "vtkSmartPointer.h"          // for the scene
 #include "vtkSurfelRenderingModule.h" // for export macro
 
-#include <chrono>     // for the stages' times
-#include <functional> // for progress
-#include <memory>     // for the implementation
-#include <vector>     // for the scene
+#include <chrono> // for the stages' times
+#include <memory> // for the implementation
+#include <vector> // for the scene
 
-class vtkActor;
 class vtkCamera;
 class vtkImageData;
-class vtkLightCollection;
-class vtkMatrix4x4;
 class vtkMultiProcessController;
-class vtkSurfelMapper;
 class vtkProp;
-class vtkProperty;
 
 namespace SurfelSplatting
 {
-struct Lens;
-struct DepthImage;
 class DepthImageSurfels;
 class Ranks;
+struct SceneItem;
+struct SceneView;
 struct SurfelCloud;
 }
 
@@ -52,17 +46,18 @@ public:
 
   enum LensModes
   {
-    LENS_CAMERA = 0,             ///< vtkCamera's FocalDisk and FocalDistance
-    LENS_PINHOLE = 1,            ///< everything sharp, whatever the camera says
+    LENS_CAMERA = 0,             ///< the lens of vtkCamera: FocalDisk and FocalDistance
+    LENS_PINHOLE = 1,            ///< everything is sharp, whatever the camera's lens
     LENS_CIRCLE_OF_CONFUSION = 2 ///< a lens given by its blur at infinity, in pixels
   };
 
   ///@{
   /**
-   * Which lens to see through. Default LENS_CAMERA: vtkCamera::FocalDisk is the diameter of the
-   * lens in world units (0: pinhole) and vtkCamera::FocalDistance the distance in focus along the
-   * view direction (0: the distance to the focal point), as in VTK's ray tracers. Note that a
-   * vtkCamera comes with a FocalDisk of 1. Parallel projection has no lens: everything is sharp.
+   * The lens that the scene is seen through. With LENS_CAMERA, vtkCamera::FocalDisk is the diameter
+   * of the lens in world units (0: pinhole) and vtkCamera::FocalDistance the distance in focus along
+   * the view direction (0: the distance to the focal point), as in VTK's ray tracers. Note that a
+   * new vtkCamera has a FocalDisk of 1. Parallel projection has no lens: everything is sharp.
+   * Default LENS_CAMERA.
    */
   vtkSetClampMacro(LensMode, int, LENS_CAMERA, LENS_CIRCLE_OF_CONFUSION);
   vtkGetMacro(LensMode, int);
@@ -73,14 +68,14 @@ public:
 
   enum FocusModes
   {
-    FOCUS_CAMERA = 0, ///< vtkCamera's FocalDistance
-    FOCUS_POINT = 1   ///< the plane through FocusPoint, wherever the camera goes
+    FOCUS_CAMERA = 0, ///< the camera's FocalDistance
+    FOCUS_POINT = 1   ///< the plane through FocusPoint, wherever the camera moves
   };
 
   ///@{
   /**
-   * What is in focus. Default FOCUS_CAMERA. A point behind the camera, or at it, leaves the focus
-   * to the camera.
+   * What is in focus. If FocusPoint is not in front of the camera, the camera's FocalDistance is
+   * used. Default FOCUS_CAMERA.
    */
   vtkSetClampMacro(FocusMode, int, FOCUS_CAMERA, FOCUS_POINT);
   vtkGetMacro(FocusMode, int);
@@ -90,7 +85,7 @@ public:
 
   ///@{
   /**
-   * With FOCUS_POINT: world coordinates. Default (0, 0, 0).
+   * The point in focus with FOCUS_POINT, in world coordinates. Default (0, 0, 0).
    */
   vtkSetVector3Macro(FocusPoint, double);
   vtkGetVector3Macro(FocusPoint, double);
@@ -98,8 +93,8 @@ public:
 
   ///@{
   /**
-   * With LENS_CIRCLE_OF_CONFUSION: radius in pixels of the circle of confusion of a point at
-   * infinity; the camera still says where the focus is. Pixels of the window: posters
+   * Blur radius of very distant points with LENS_CIRCLE_OF_CONFUSION, in pixels; nearer things blur
+   * less. The focus is as set by FocusMode. The unit is a pixel of the window, so that posters
    * (vtkWindowToImageFilter::SetScale) and supersampling keep the look. Default 8, range [0, 1e6].
    */
   vtkSetClampMacro(CircleOfConfusion, double, 0.0, 1e6);
@@ -108,10 +103,11 @@ public:
 
   ///@{
   /**
-   * In how many cells the lens is divided: each is a smaller lens with a centre of its own, and
-   * their pictures are averaged (vtkSurfelSplattingPass: those of all props). 1, the default, is
-   * one picture, as in the paper. More is more accurate where things of different depth cover one
-   * another, at nearly as many times the frame time; 7 is a good step. Range [1, 65536].
+   * Number of cells that the lens is divided into. Each cell is a smaller lens with its own centre;
+   * their pictures are averaged (vtkSurfelSplattingPass averages those of all props). One cell gives
+   * one picture, as in the paper. More cells are more accurate where things at different depths
+   * cover one another, and multiply the frame time; 7 is a good choice. Default 1, range [1,
+   * 65536].
    */
   vtkSetClampMacro(LensCells, int, 1, 65536);
   vtkGetMacro(LensCells, int);
@@ -119,8 +115,8 @@ public:
 
   ///@{
   /**
-   * Whether the lens is sampled at as many points, each a pinhole, instead of being divided into
-   * cells: multisampling, exact in the limit; some hundred points make a reference. Default off.
+   * Whether LensCells is a number of points of the lens, each a pinhole, instead of cells. This is
+   * multisampling, exact in the limit; some hundred points make a reference. Default off.
    */
   vtkSetMacro(LensPinholes, vtkTypeBool);
   vtkGetMacro(LensPinholes, vtkTypeBool);
@@ -129,10 +125,10 @@ public:
 
   ///@{
   /**
-   * Whether visibility is told apart for four sectors of each lens cell: what covers one side of
-   * the lens does not hide what is seen through the other. 2 to 6 dB more accurate where blurred
-   * things cover one another, at up to 3 times the frame time, less where little is blurred; with
-   * PEARSON_II only. Default off.
+   * Whether to track visibility separately for four sectors of each lens cell: what covers one side
+   * of the lens does not hide what is seen through the other side. This is 2 to 6 dB more accurate
+   * where blurred things cover one another. It takes up to 3 times the frame time, less if little is
+   * blurred. Works with PEARSON_II only. Default off.
    */
   vtkSetMacro(LensSectors, vtkTypeBool);
   vtkGetMacro(LensSectors, vtkTypeBool);
@@ -141,16 +137,16 @@ public:
 
   enum KernelTypes
   {
-    GAUSSIAN = 0,  ///< Krivanek, Zara, Bouatouch 2003: the disc's closest Gaussian in L2
-    PEARSON_II = 1 ///< matched to variance and kurtosis of the disc convolved with the splat
+    GAUSSIAN = 0,  ///< Krivanek, Zara, Bouatouch 2003: the Gaussian closest to the disc in L2
+    PEARSON_II = 1 ///< has variance and kurtosis of the disc convolved with the splat
   };
 
   ///@{
   /**
-   * Kernel of a blurred splat. Default PEARSON_II: flat where blur is all, as the uniform disc of a
-   * lens is, and the Gaussian where there is none. It is nearer to a ray tracer's lens than the
-   * paper's GAUSSIAN at every aperture that was measured (0.1 to 4.6 dB), and smaller, hence
-   * faster. In focus both are the same.
+   * The kernel of a blurred splat. PEARSON_II is flat, like the uniform disc of a lens, if the blur
+   * is wide, and becomes the Gaussian without blur. At every aperture that was measured it is closer
+   * to a ray tracer's lens than the paper's GAUSSIAN (by 0.1 to 4.6 dB). It is also smaller and
+   * hence faster. In focus both are the same. Default PEARSON_II.
    */
   vtkSetClampMacro(Kernel, int, GAUSSIAN, PEARSON_II);
   vtkGetMacro(Kernel, int);
@@ -161,10 +157,10 @@ public:
   ///@{
   /**
    * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
-   * Larger is smoother and slower. The mass of a splat and the variance of surface and pixel filter
-   * do not depend on it. With GAUSSIAN that of the lens grows with it (0.28 C^2 at the default);
-   * with PEARSON_II only splats with little blur, which are Gaussians, have a cut-off. Default
-   * 2.5, range [1, 20].
+   * A larger cut-off is smoother and slower. It changes neither the mass of a splat nor the variance
+   * of surface kernel and pixel filter. With GAUSSIAN, the variance of the lens grows with it (0.28
+   * C^2 at the default). With PEARSON_II, only splats with little blur, which are Gaussians, have a
+   * cut-off. Default 2.5, range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);
@@ -172,7 +168,8 @@ public:
 
   ///@{
   /**
-   * Variance h of the pixel filter in px^2. Default 1 (Zwicker et al. 2001), range [0.01, 100].
+   * Variance h of the Gaussian pixel filter in px^2. Default 1 (Zwicker et al. 2001), range [0.01,
+   * 100].
    */
   vtkSetClampMacro(Prefilter, double, 0.01, 100.0);
   vtkGetMacro(Prefilter, double);
@@ -180,15 +177,15 @@ public:
 
   enum LODModes
   {
-    LOD_OFF = 0,    ///< every surfel
+    LOD_OFF = 0,    ///< all surfels are drawn
     LOD_PAPER = 1,  ///< Krivanek, Zara, Bouatouch 2003: circumscribed ellipses, mean colours
     LOD_MOMENTS = 2 ///< nodes with their full covariance and a colour gradient
   };
 
   ///@{
   /**
-   * How surfels with a hierarchy (vtkSurfelHierarchy) are coarsened where blur or the pixel hide
-   * it; others are not. Default LOD_MOMENTS.
+   * How surfels with a hierarchy (vtkSurfelHierarchy) are replaced by coarser nodes where blur or
+   * the pixel size hides the difference. Other surfels are all drawn. Default LOD_MOMENTS.
    */
   vtkSetClampMacro(LODMode, int, LOD_OFF, LOD_MOMENTS);
   vtkGetMacro(LODMode, int);
@@ -199,10 +196,11 @@ public:
 
   ///@{
   /**
-   * How coarse, relative to each mode's own measure. With LOD_MOMENTS, 1 lets a node's standard
-   * deviation be 0.42 of that of the lens's blur or 0.8 of the pixel filter's; with LOD_PAPER, its
-   * radius may be that of the circle of confusion, or a pixel. Less is more accurate and slower.
-   * Default 1, range [0, 100].
+   * Factor e on the error that the level of detail allows; smaller is more accurate and slower. With
+   * LOD_MOMENTS, the variance of a node on the screen is at most e^2 (0.95^2 h + 0.42^2 V) for the
+   * pixel filter's variance h and the lens blur's variance V. With LOD_PAPER, the radius of a node
+   * is at most e times the larger one of the circle of confusion and sqrt(h). Default 1, range [0,
+   * 100].
    */
   vtkSetClampMacro(LODError, double, 0.0, 100.0);
   vtkGetMacro(LODError, double);
@@ -210,9 +208,9 @@ public:
 
   ///@{
   /**
-   * Work that cannot be seen and is skipped, for surfels with a hierarchy: what is outside of the
-   * picture and cannot blur into it, and one-sided surfels seen from behind. Default on; the
-   * pictures are the same.
+   * Whether to skip invisible parts of a hierarchy: those outside the picture that do not blur into
+   * it (FrustumCulling), and one-sided surfels seen from behind (BackfaceCulling). The picture is
+   * the same. Default on.
    */
   vtkSetMacro(FrustumCulling, vtkTypeBool);
   vtkGetMacro(FrustumCulling, vtkTypeBool);
@@ -224,9 +222,9 @@ public:
 
   ///@{
   /**
-   * Whether what lies behind opaque layers is skipped: a tile of the picture is finished when less
-   * than 1/512 shines through it everywhere, and nodes of a hierarchy are set up only when a tile
-   * that is not needs them. Default on; pictures differ by at most 1/512.
+   * Whether to skip what lies behind opaque layers. A tile of the picture is finished when every
+   * pixel lets less than 1/512 through. Nodes of a hierarchy are set up only when an unfinished tile
+   * needs them. Pictures differ by at most 1/512. Default on.
    */
   vtkSetMacro(OcclusionCulling, vtkTypeBool);
   vtkGetMacro(OcclusionCulling, vtkTypeBool);
@@ -235,8 +233,8 @@ public:
 
   ///@{
   /**
-   * Whether wide splats are drawn on grids of larger cells and interpolated, so that time follows
-   * the number of splats instead of their area. Default on; costs less than 0.1 dB.
+   * Whether to draw wide splats on coarse grids and interpolate, so that time depends on the number
+   * of splats instead of their area. The error is below 0.1 dB. Default on.
    */
   vtkSetMacro(CoarseGrids, vtkTypeBool);
   vtkGetMacro(CoarseGrids, vtkTypeBool);
@@ -245,12 +243,12 @@ public:
 
   ///@{
   /**
-   * The processes that make one picture of the surfels of all of them, each with some of its own or
-   * none. Every Render is then a collective call, with the same settings, camera and size on all;
-   * splats are sent to where they lie on the screen, and the picture is process 0's: that of all
-   * surfels in one process. Each process has a hierarchy of its own, so that with a level of detail
-   * nodes at their borders differ. The other processes' outputs are 0. DeepSamples and Channels are
-   * left out. Default none.
+   * The processes that render one picture together, each with its own surfels or none. Every Render
+   * is then a collective call with the same settings, camera and size on all processes. Splats are
+   * sent to the processes that own their part of the screen. Process 0 gets the picture, as if it
+   * had all surfels; the output of the others is 0 everywhere. Each process has its own hierarchy:
+   * with a level of detail, nodes at the borders differ. DeepSamples and Channels are not supported.
+   * Default none.
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();
@@ -258,7 +256,7 @@ public:
 
   ///@{
   /**
-   * Whether the last picture is kept where neither scene, camera nor settings have changed. Default
+   * Whether to keep the last picture if neither scene, camera nor settings have changed. Default
    * on.
    */
   vtkSetMacro(FrameReuse, vtkTypeBool);
@@ -268,8 +266,8 @@ public:
 
   ///@{
   /**
-   * Whether the picture keeps its layers: GetOutput() then has deep samples too. The frame takes up
-   * to twice as long, and longer through many cells of the lens. Default off.
+   * Whether to keep the layers of the picture as deep samples in GetOutput(). The frame takes up to
+   * twice as long, and longer with many lens cells. Default off.
    */
   vtkSetMacro(DeepSamples, vtkTypeBool);
   vtkGetMacro(DeepSamples, vtkTypeBool);
@@ -278,10 +276,11 @@ public:
 
   ///@{
   /**
-   * Whether light is added up instead of colours: byte colours (lookup tables' as well) and those
-   * of properties are taken for sRGB codes, float colours for light. GetOutput() is linear light
-   * then; a window shows its codes again, and what it held before is mixed as light, too. Bright
-   * points keep their strength as they blur. Default off: colours are mixed as they are.
+   * Whether colours are converted from sRGB to linear light first, so that bright points keep their
+   * strength when they are blurred. Byte colours (also from lookup tables) and property colours are
+   * converted; float colours are taken as light. GetOutput() is then linear light. In a window the
+   * result is converted back to sRGB, and what was drawn before is also mixed as light. Default off:
+   * colours are mixed as they are.
    */
   vtkSetMacro(LinearLight, vtkTypeBool);
   vtkGetMacro(LinearLight, vtkTypeBool);
@@ -290,20 +289,21 @@ public:
 
   enum PixelChannels
   {
-    CHANNEL_NORMAL = 1,              ///< mean normal of what is seen, of unit length, in the world
-    CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative before the focus
+    CHANNEL_NORMAL = 1,              ///< unit mean normal of what is seen, world coordinates
+    CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative in front of the focus
     CHANNEL_COVERAGE = 4,            ///< by surfels of whatever opacity, [0, 1]
-    CHANNEL_FRAGMENTS = 8,           ///< of splats, hidden ones too, over all cells of the lens
-    CHANNEL_LEVEL = 16,              ///< of the hierarchy, mean of what is seen: 0 surfels, 1 nodes
-                                     ///< of 2, ...; -1 where nothing is seen
+    CHANNEL_FRAGMENTS = 8,           ///< number of fragments, hidden ones too, in all lens cells
+    CHANNEL_LEVEL = 16,              ///< mean level in the hierarchy of what is seen: 0 for surfels,
+                                     ///< 1 for nodes of 2, ...; -1 where nothing is seen
     ALL_CHANNELS = 31
   };
 
   ///@{
   /**
-   * What else GetOutput() holds of each pixel, PixelChannels added up: float point arrays "Normal",
-   * "CircleOfConfusion", "Coverage", "Fragments" and "Level". Normals, coverage and fragments take
-   * a further frame together, levels another one. Default 0: none.
+   * Further float point arrays of GetOutput(), a sum of PixelChannels: "Normal",
+   * "CircleOfConfusion", "Coverage", "Fragments" and "Level". Normals, coverage and fragments
+   * together take the time of one more frame, levels of another one. Default 0: none. Range [0,
+   * ALL_CHANNELS].
    */
   vtkSetClampMacro(Channels, int, 0, ALL_CHANNELS);
   vtkGetMacro(Channels, int);
@@ -311,8 +311,8 @@ public:
 
   ///@{
   /**
-   * Draw each surfel and node in the colour of its level instead of its own: white the surfels
-   * themselves, then blue, green, yellow, orange, red, violet and brown for nodes of 2, 4, 8, ...
+   * Whether to draw each surfel and node in the colour of its level instead of its own: white for
+   * surfels, then blue, green, yellow, orange, red, violet and brown for nodes of 2, 4, 8, ...
    * surfels (figure 5 of the paper). Default off.
    */
   vtkSetMacro(ColorByLevel, vtkTypeBool);
@@ -322,9 +322,9 @@ public:
 
   ///@{
   /**
-   * What the last frame held: surfels handed in (of a hierarchy its leaves), those with non-finite
-   * values (not drawn), splats that touched the picture, of these those that the lens blurred (0
-   * for a pinhole), and fragments (evaluations inside the support of a kernel).
+   * What the last frame held: surfels of the scene (a hierarchy counts its leaves), surfels with
+   * non-finite values (not drawn), splats that touched the picture, those of them that the lens
+   * blurred (0 for a pinhole), and fragments (evaluations inside the support of a kernel).
    */
   vtkIdType GetNumberOfSurfels();
   vtkIdType GetNumberOfInvalidSurfels();
@@ -335,10 +335,10 @@ public:
 
   ///@{
   /**
-   * What the hierarchies spared the last frame: nodes and surfels that were chosen, entries of
-   * their tables that were looked at (one for 64 surfels, and those above), surfels skipped outside
-   * of the picture and seen from behind, chosen nodes and pairs of splat and tile skipped behind
-   * opaque layers, and cells of coarse grids that went into the picture.
+   * What the hierarchies saved in the last frame: nodes and surfels that were chosen; clusters that
+   * were tested (one for 64 surfels, and those above); surfels skipped because they are outside the
+   * picture or seen from behind; chosen nodes, and pairs of splat and tile, skipped behind opaque
+   * layers; and cells of coarse grids that went into the picture.
    */
   vtkIdType GetNumberOfChosenNodes();
   vtkIdType GetNumberOfVisitedNodes();
@@ -351,9 +351,9 @@ public:
 
   ///@{
   /**
-   * Work beyond the frame itself: surfels whose hierarchy's table or colours were made in the last
-   * frame (0 unless the data or its colours have changed), and frames that were kept, since
-   * nothing had changed, from the beginning.
+   * NumberOfPreparedSurfels: surfels for whose hierarchy bounds or colours were computed in the last
+   * frame (0 unless the data or its colours have changed). NumberOfReusedFrames: frames, since this
+   * object exists, in which nothing had changed and the last picture was kept.
    */
   vtkGetMacro(NumberOfPreparedSurfels, vtkIdType);
   vtkGetMacro(NumberOfReusedFrames, vtkIdType);
@@ -361,7 +361,8 @@ public:
 
   ///@{
   /**
-   * Wall-clock time in milliseconds of the last frame: the stages by name, and all of it.
+   * Wall-clock time of the last frame in milliseconds: of each stage, [0, GetNumberOfStages()), with
+   * its name, and of the whole frame. For other stages the name is null and the time 0.
    */
   int GetNumberOfStages();
   const char* GetStageName(int stage);
@@ -370,76 +371,47 @@ public:
   ///@}
 
   /**
-   * The last picture: point array "Color" (scalars; float RGBA, premultiplied, linear, alpha =
-   * coverage, no background) and "Depth" (float; distance along the view direction, 0 where the
-   * alpha stays below one half). Row 0 is the bottom. Field data: "WorldToCamera" (16 doubles, row
-   * by row) and "CameraLens" (focal length in pixels; diameter of the lens and distance in focus in
-   * world units). With DeepSamples also the point array "SampleCount" (unsigned int) and the field
-   * data array "DeepSamples" (float; R, G, B, premultiplied, A and depth as above of each sample),
-   * pixel after pixel, nearest first: vtkDeepEXRWriter's input.
+   * The last picture. Row 0 is the bottom row. Its point arrays are "Color" (scalars; float RGBA,
+   * premultiplied, linear, without background; alpha is the coverage) and "Depth" (float; distance
+   * along the view direction, 0 where alpha stays below one half). Its field data are
+   * "WorldToCamera" (16 doubles, row by row) and "CameraLens" (focal length in pixels; diameter of
+   * the lens and distance in focus in world units). With DeepSamples it also has the point array
+   * "SampleCount" (unsigned int) and the field data array "DeepSamples" (float; premultiplied R, G,
+   * B, then A and depth of each sample), pixel after pixel, nearest first: the input of
+   * vtkDeepEXRWriter.
    */
   vtkImageData* GetOutput();
 
 #ifndef __VTK_WRAP__
-  /// One actor of the scene: its mapper, where it stands and its property.
-  struct Item
-  {
-    vtkSmartPointer<vtkSurfelMapper> Mapper;
-    vtkSmartPointer<vtkMatrix4x4> Matrix;
-    vtkSmartPointer<vtkProperty> Property;
-  };
+  using SceneItems = std::vector<SurfelSplatting::SceneItem>;
+  using SceneView = SurfelSplatting::SceneView;
 
-  /// Adds the surfel actors that a prop consists of (assemblies are searched) to the items, where
-  /// visible.
-  static void CollectItems(vtkProp* prop, std::vector<Item>& items);
+  /// Adds the visible surfel actors of a prop, including the parts of assemblies.
+  static void CollectItems(vtkProp* prop, SceneItems& items);
 
-  /// What to render, and how it is seen.
-  struct View
-  {
-    vtkCamera* Camera = nullptr;
-    vtkLightCollection* Lights = nullptr;
-    int Size[2] = { 0, 0 };             ///< px
-    double Aspect = 1.0;                ///< width / height as the camera is to see it
-    double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
-    double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
-    double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
-    const float* OccluderDepth =
-      nullptr; ///< [height][width] distances along the view direction of
-               ///< what others have drawn, infinity where nothing; or null
-    const SurfelSplatting::DepthImage* Others = nullptr; ///< what others have drawn and is
-                                                         ///< blurred too; or null: it stays sharp
-    int CellCount = 0; ///< > 0: the camera's own lens is one of so many cells of that of the
-                       ///< settings
-    std::function<bool(double)> Progress; ///< is told the share of the lens's cells that are done;
-                                          ///< false: stop, with the mean so far; may be empty
-  };
+  /// Computes Projection and Optics of a view from its other members and the settings. Call once a
+  /// frame, before Render.
+  void CompleteView(SceneView& view);
 
   /**
-   * Renders a picture into GetOutput(). False, and an empty output, where memory does not suffice.
-   * With a controller: on all of its processes, or on none; OccluderDepth and Others are process
-   * 0's.
+   * Renders a picture into GetOutput(). False, and an empty output, if memory does not suffice. With
+   * a controller, this holds for all of its processes or for none; OccluderDepth and PropImage of
+   * the view are then read on process 0.
    */
-  bool Render(const std::vector<Item>& items, const View& view);
+  bool Render(const SceneItems& items, const SceneView& view);
 
-  /// The controller's processes; null where there is but this one.
+  /// The processes of the controller; null if there is only this one.
   SurfelSplatting::Ranks* GetRanks();
 
-  /// Collective with a controller: whether all processes' pictures have the same size; an error if
-  /// not.
+  /// Collective with a controller. Whether the pictures of all processes have the same size, px;
+  /// reports an error if not.
   bool HasOneSize(const int size[2]);
 
-  /// Whether a camera's lens blurs anything.
+  /// Whether the lens of a camera blurs anything.
   bool HasLens(vtkCamera* camera);
 
-  /// The lens that a view is seen through.
-  SurfelSplatting::Lens GetLens(const View& view);
-
-  /// How far outside a picture, px, is what blurs into it, of things between two distances.
-  int GetMargin(const View& view, const double distances[2]);
-
-  /// Pixels of others that the last picture shows through the lens instead of where they were
-  /// drawn.
-  const SurfelSplatting::DepthImageSurfels& GetTakenPixels();
+  /// Pixels of other props that the last picture shows as splats through the lens.
+  const SurfelSplatting::DepthImageSurfels& GetBlurredPixels();
 #endif
 
 protected:
@@ -477,13 +449,18 @@ private:
 
 #ifndef __VTK_WRAP__
   struct SceneClouds;
-  void RenderPicture(const std::vector<Item>& items, const View& view);
-  void MakeContext(const View& view);
-  const float* TakePixels(const View& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);
-  void MakeScene(const std::vector<Item>& items, const View& view, SceneClouds& scene);
-  void ShareScene(const View& view, bool good, SceneClouds& scene);
-  bool RenderScene(const std::vector<Item>& items, const View& view,
+  void RenderPicture(const SceneItems& items, const SceneView& view);
+  void MakeContext(const SceneView& view);
+  void WarnOfCamera(const SceneView& view);
+  const float* SplatBlurredPixels(
+    const SceneView& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);
+  void MakeClouds(const SceneItems& items, const SceneView& view, SceneClouds& scene);
+  void MakeScene(const SceneItems& items, const SceneView& view, SceneClouds& scene);
+  void ShareOccluderDepth(const SceneView& view, SceneClouds& scene);
+  bool RenderScene(const SceneItems& items, const SceneView& view,
     const std::chrono::steady_clock::time_point& start);
+  void StorePicture(const SceneView& view, SceneClouds& scene);
+  void AddChannels(const SceneClouds& scene);
 #endif
 
   struct Internals;

@@ -3,41 +3,44 @@
  * @class   vtkSurfelSplattingPass
  * @brief   draws surfels with depth of field among other props
  *
- * Splats every surfel actor of a renderer (vtkActor with a vtkSurfelMapper) into one A-buffer and
- * lets a delegate draw all other props.
+ * This render pass splats all surfel actors of a renderer (vtkActor with a vtkSurfelMapper) into
+ * one A-buffer; a delegate draws all other props.
  *
  *   renderer->SetPass(pass);
  *
- * That is all. Without a delegate pass it stands for a whole vtkRenderStepsPass: camera, lights,
- * opaque props, surfels, translucent props (with depth peeling where the renderer says so),
- * volumes, overlay; it also serves stereo and hardware selection, which VTK's own passes leave out.
- * With a delegate it is the step of opaque props alone, to be used inside a sequence of passes:
+ * Without a delegate, the pass replaces a whole vtkRenderStepsPass: camera, lights, opaque props,
+ * surfels, translucent props (with depth peeling if the renderer uses it), volumes, overlay. It also
+ * supports stereo and hardware selection, which VTK's own passes do not. With a delegate, it is the
+ * step of opaque props alone, for use in a sequence of passes:
  *
  *   pass->SetDelegatePass(opaquePass); steps->SetOpaquePass(pass); renderer->SetPass(steps);
  *
  * Stages of the step:
- *   1. the delegate draws the other opaque props;
- *   2. their depth and colour are read back: what lies behind them is hidden, layer by layer, and
- *      pixels that the lens blurs become surfels themselves (OtherPropsThroughLens);
- *   3. the core splats all surfels (vtkSurfelSplatter);
- *   4. colour (RGBA 32-bit float, premultiplied) is blended over the frame, and depth (R 32-bit
- *      float) written where the surfels' alpha passes one half, so that later props are hidden
- *      correctly.
+ *   1. The delegate draws the other opaque props.
+ *   2. Their depth and colour are read back (OpenGL/PropImage.h). What lies behind them is hidden,
+ *      layer by layer, and pixels that the lens blurs become splats (OtherPropsThroughLens).
+ *   3. To hold an update rate, the level of detail is made coarser (Scene/RateGovernor.h,
+ *      HoldUpdateRate).
+ *   4. The core splats all surfels (vtkSurfelSplatter.h).
+ *   5. The picture is drawn into the frame (OpenGL/FrameBlit.h): colour (RGBA 32-bit float,
+ *      premultiplied) is blended over it, and depth (R 32-bit float) is written where the surfels'
+ *      alpha passes one half, so that later props are hidden correctly.
  *
- * With vtkSurfelSplatter::LensCells above 1, other props to go through the lens and neither a
- * delegate nor deep samples or channels to be made, all steps but the overlay are rendered once for
- * each cell of the lens, and the frame is their mean: translucent props and volumes are blurred as
- * well, and what blurred props hide is seen past their edges. Each cell costs a frame of all props.
+ * If vtkSurfelSplatter::LensCells is above 1, other props are shown through the lens, there is no
+ * delegate, and neither deep samples nor channels are wanted, then all steps but the overlay are
+ * rendered once per cell of the lens and averaged (OpenGL/LensAccumulation.h). Translucent props and
+ * volumes are then blurred as well, and what is hidden behind the edges of blurred props is seen.
+ * Each cell takes the time of a frame of all props.
  *
- * With a controller (GetSplatter()->SetController()) the renderers of all its processes draw one
- * picture, and all have to render: opaque props come to process 0, the nearest of each pixel, and
- * surfels as vtkSurfelSplatter says. Process 0's framebuffer then holds the picture, with a depth
- * below 1 wherever there is any colour, and the others' nothing but translucent props and volumes
- * that were drawn before, as compositors want them.
+ * With a controller (GetSplatter()->SetController()), the renderers of all its processes draw one
+ * picture and all have to render. Opaque props are sent to process 0, the nearest of each pixel, and
+ * surfels are exchanged as described in vtkSurfelSplatter. The framebuffer of process 0 then holds
+ * the picture, with a depth below 1 wherever there is any colour. The others hold only translucent
+ * props and volumes that were drawn before, as compositors expect.
  *
- * The float picture of what was splatted, before it is rounded to the frame's 8 bits, is
- * GetSplatter()->GetOutput(): surfels and blurred pixels of other props; that of the last cell
- * where there are several.
+ * GetSplatter()->GetOutput() is the float picture of all splats, before it is rounded to the 8 bits
+ * of the frame: surfels and blurred pixels of other props. With several cells it is the picture of
+ * the last cell.
  *
  * @sa vtkSurfelMapper vtkSurfelSplatter vtkSurfelImageRenderer
  */
@@ -48,17 +51,15 @@
 #include "vtkRenderPass.h"
 #include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
-#include "vtkSurfelSplatter.h"        // for its view
+#include "vtkSurfelSplatter.h"        // for members
 
 #include <memory> // for the implementation
 
-class vtkOpenGLRenderWindow;
 class vtkRenderer;
 
 namespace SurfelSplatting
 {
-struct DepthRange;
-struct PixelRectangle;
+struct PassFrame;
 }
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelSplattingPass : public vtkRenderPass
@@ -73,22 +74,23 @@ public:
 
   ///@{
   /**
-   * Draws the props that are not surfels, in place of the whole default sequence. Default none.
+   * The pass that draws the props that are not surfels. If it is set, this pass is one step of a
+   * sequence. Default none.
    */
   void SetDelegatePass(vtkRenderPass* pass);
   vtkRenderPass* GetDelegatePass();
   ///@}
 
   /**
-   * Lens, kernel, statistics and the float picture.
+   * The splatter: settings of lens and kernels, statistics and the float picture.
    */
   vtkSurfelSplatter* GetSplatter();
 
   ///@{
   /**
-   * Whether surfels with a hierarchy are drawn coarser while a window asks for more than one frame
-   * a second (vtkRenderWindow::DesiredUpdateRate, which interactors raise while the mouse moves),
-   * as far as it takes to hold that rate. Still pictures are not touched. Default on.
+   * Whether to draw surfels with a hierarchy coarser, to hold the update rate of the window, while it
+   * is above one frame per second (vtkRenderWindow::DesiredUpdateRate, which interactors raise while
+   * the mouse moves). Still pictures are not changed. Default on.
    */
   vtkSetMacro(HoldUpdateRate, vtkTypeBool);
   vtkGetMacro(HoldUpdateRate, vtkTypeBool);
@@ -97,14 +99,13 @@ public:
 
   ///@{
   /**
-   * Whether what the other opaque props have drawn goes through the lens as well: pixels that it
-   * blurs by more than half a pixel join the surfels in their A-buffer; what is in focus stays as
-   * sharp as it was drawn. What is up to 128 px beyond the frame's border is drawn, too, for what
-   * blurs into it. A picture has one layer: behind the edge of a blurred prop the surface beside it
-   * is taken to go on; with LensCells above 1 every cell sees for itself. With one cell translucent
-   * props and volumes stay sharp. 2D actors, such as text, always do. The margin and the cells are
-   * drawn through cameras that the renderer has for as long (vtkCommand::ActiveCameraEvent).
-   * Default on.
+   * Whether to blur other opaque props as well. Pixels that the lens blurs by more than half a pixel
+   * join the surfels in their A-buffer; what is in focus stays as sharp as it was drawn. Props are
+   * drawn up to 128 px beyond the border of the frame, as far as they blur into it. The image of the
+   * props has one layer: behind the edge of a blurred prop, the gap is filled from the neighbouring
+   * surface. With LensCells above 1, every cell sees what is there. With one cell, translucent props
+   * and volumes stay sharp; 2D actors, such as text, always do. While the margin and the cells are
+   * drawn, the renderer has other cameras (vtkCommand::ActiveCameraEvent). Default on.
    */
   vtkSetMacro(OtherPropsThroughLens, vtkTypeBool);
   vtkGetMacro(OtherPropsThroughLens, vtkTypeBool);
@@ -112,20 +113,20 @@ public:
   ///@}
 
   /**
-   * Focuses a renderer's camera on what was last drawn at a display point (pixels, as an
-   * interactor's event position): sets its FocalDistance to the distance there along the view
-   * direction. False, and the focus stays, where nothing was drawn or the camera is parallel. With
-   * LENS_PINHOLE there is a focus but no blur to see it by.
+   * Focuses a renderer's camera on what was last drawn at a display point (pixels, like an
+   * interactor's event position): sets its FocalDistance to the distance of that point along the
+   * view direction. Returns false, and does not change the focus, if nothing was drawn there or the
+   * camera is parallel. With LENS_PINHOLE the focus is set but no blur shows it.
    */
   static bool FocusAt(vtkRenderer* renderer, int x, int y);
 
   /**
-   * Factor on the splatter's LODError in the last frame: 1, or more to hold an update rate.
+   * The factor on the splatter's LODError in the last frame: 1, or up to 16 to hold an update rate.
    */
   vtkGetMacro(Coarsening, double);
 
   /**
-   * Changes of the settings count.
+   * The time of the last change of the settings, including those of the splatter.
    */
   vtkMTimeType GetMTime() override;
 
@@ -137,32 +138,23 @@ private:
   vtkSurfelSplattingPass(const vtkSurfelSplattingPass&) = delete;
   void operator=(const vtkSurfelSplattingPass&) = delete;
 
+  void RenderSelection(const vtkRenderState* state);
+  bool RenderCells(const vtkRenderState* state);
+  void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
   double ChooseCoarsening(vtkRenderer* renderer);
   void LearnFrameTime(vtkRenderer* renderer);
-  void RenderSelection(const vtkRenderState* state);
-  void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
-  bool RenderCells(const vtkRenderState* state);
-  void ReportOtherProps();
+  void ReportSharpProps();
 #ifndef __VTK_WRAP__
-  vtkSurfelSplatter::View MakeView(
-    const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
-  bool JoinOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate);
-  int BeginOtherProps(
-    const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle);
-  bool ReadOtherProps(const vtkRenderState* state, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range, int margin, vtkRenderPass* delegate);
-  bool All(bool mine);
-  bool Any(bool mine)
+  SurfelSplatting::SceneView MakeView(const SurfelSplatting::PassFrame& frame);
+  void BeginProps(
+    const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
+  void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
+  void DrawPicture(const SurfelSplatting::PassFrame& frame);
+  bool All(bool own);
+  bool Any(bool own)
   {
-    return !this->All(!mine);
+    return !this->All(!own);
   }
-  void ReadDepths(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range);
-  void ClearPicture(
-    vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle, bool joined);
-  void DrawPicture(vtkOpenGLRenderWindow* window, const SurfelSplatting::PixelRectangle& rectangle,
-    const SurfelSplatting::DepthRange& range, bool joined);
 #endif
 
   vtkTypeBool HoldUpdateRate = 1;

@@ -9,9 +9,9 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Adds the samples of a pixel, sorted by depth, as they are seen through all cells: their visible
-/// parts over what lets through to them.
-/// @param share of one cell
+/// Joins the visible parts of a pixel's layers, sorted by depth, over all cells and appends them as
+/// tidy samples: each is divided by the mean transmittance before it.
+/// @param share of one cell in the picture
 void AppendTidy(
   const DeepSample* begin, const DeepSample* end, float share, std::vector<DeepSample>& samples)
 {
@@ -75,7 +75,7 @@ void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
   {
     return;
   }
-  // As the raster clamps (RasterSettings::LargestColor).
+  // Clamped as in the raster (RasterSettings::LargestColor).
   const float largest = brightest * resolved.Alpha;
   const std::size_t tile = this->TileOf(x, y);
   const float through = this->Shares[tile] * before;
@@ -87,7 +87,8 @@ void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
   before = std::max(0.0f, before * (1.0f - resolved.Alpha));
 }
 
-/// Samples of a tile, row by row of its pixels; the number of each pixel's into Ends.
+/// Makes the samples of a tile, row by row of its pixels, and writes the number of each pixel's
+/// into Ends.
 void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
 {
   Parts& parts = this->Tiles[tile];

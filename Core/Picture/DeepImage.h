@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A picture that keeps its layers: at each pixel samples by ascending depth, each with
- * premultiplied colour and alpha, that give the picture when they are composited front to back.
+ * A picture that keeps its layers. Each pixel has samples by ascending depth with premultiplied
+ * colour and alpha; composited front to back they give the picture.
  *
  * Samples are tidy in the sense of OpenEXR (F. Kainz, "Interpreting OpenEXR Deep Pixels", 2013):
- * sorted, without extent in depth (a z-range tells which splats are of one surface, not how thick
- * it is), at most one at a depth.
+ * sorted, without extent in depth (a z-range tells which splats belong to one surface, not how
+ * thick it is), at most one at each depth.
  *
- * Cells of the lens, and their sectors, are joined exactly: with T_k the transmittance of cell k
+ * Cells of the lens, and their sectors, are joined exactly. With T_k the transmittance of cell k
  * before a sample with colour c_k and alpha_k, the mean picture is the sum of mean(T_k c_k), and
  * the mean transmittance T falls by mean(T_k alpha_k) at the sample's depth. Hence
  *
@@ -33,32 +33,32 @@ struct DeepSample
 class DeepImage : public LayerSink
 {
 public:
-  /// Empties the image, for layers of width x height pixels.
+  /// Empties the image and sets its size, px.
   void Begin(int width, int height);
 
   void BeginCell() override { ++this->Cells; }
   void BeginPart(const PixelBox& tile, float share) override;
   void Receive(int x, int y, const Layer& layer, float brightest) override;
 
-  /// Light that is let through, below which nothing more is kept: less than 1/255 of the picture.
+  /// Layers behind a smaller transmittance are dropped: they add less than 1/255 to the picture.
   static constexpr float LeastTransmittance = 1.0f / 4096.0f;
 
-  /// Makes the samples, after the last cell.
+  /// Makes the samples. Call after the last cell.
   void Finish(const Executor& executor);
 
   int Width() const { return this->Columns; }
   int Height() const { return this->Rows; }
 
-  /// After Finish: those of pixel p = y width + x are Samples()[Offsets()[p]] up to, not including,
-  /// Samples()[Offsets()[p + 1]].
+  /// Valid after Finish. The samples of pixel p = y width + x are Samples()[Offsets()[p]] up to, but
+  /// not including, Samples()[Offsets()[p + 1]].
   const std::vector<std::uint64_t>& Offsets() const { return this->Ends; }
   const std::vector<DeepSample>& Samples() const { return this->All; }
 
 private:
-  /// What a layer adds to the picture through its cell: T c, T alpha.
+  /// What a layer adds to the picture of its cell: T c, T alpha.
   struct Part
   {
-    std::uint32_t Pixel; // in its tile
+    std::uint32_t Pixel; // index within the tile
     DeepSample Visible;
   };
   using Parts = std::vector<Part>;
@@ -70,9 +70,9 @@ private:
   int Rows = 0;
   int TilesX = 0;
   int Cells = 0;
-  std::vector<float> Transmittance; // [pixels] through the part of the cell so far
+  std::vector<float> Transmittance; // [pixels] of the layers so far, in this part of the cell
   std::vector<Parts> Tiles;
-  std::vector<float> Shares; // [tiles] of the part in its cell
+  std::vector<float> Shares; // [tiles] share of this part in its cell
   std::vector<std::uint64_t> Ends;
   std::vector<DeepSample> All;
 };

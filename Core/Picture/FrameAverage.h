@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The mean of the pictures that the cells of a lens see.
+ * Averages the pictures that the cells of a lens see.
  */
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace SurfelSplatting
 {
-/// Colours are averaged in float. A depth, which has no mean across a silhouette, is that of the
-/// first picture, the lens's innermost cell's, which has one; 0 where the mean alpha stays below
-/// one half.
+/// Colours are averaged in float. Depths have no mean across a silhouette: each pixel takes its
+/// depth from the first picture that has one, beginning with the innermost cell; 0 where the mean
+/// alpha stays below one half.
 class FrameAverage
 {
 public:
-  /// Begins a mean; keeps its memory. @param frame receives the mean
+  /// Begins a new mean; memory is kept. @param frame receives the mean
   void Start(const Frame& frame, const Executor& executor);
 
-  /// A frame to render the next picture into.
+  /// The frame to render the next picture into.
   const Frame& Next() const { return this->Scratch; }
 
   /// Adds the picture in Next().

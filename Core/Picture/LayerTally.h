@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * How much of each pixel surfels cover, and by how many splats, whatever their opacity.
+ * Measures how much of each pixel surfels cover, and with how many fragments, whatever their
+ * opacity.
  */
 #pragma once
 
@@ -13,10 +14,10 @@ namespace SurfelSplatting
 class LayerTally : public LayerSink
 {
 public:
-  /// @param coverage  [height][width] set to the coverage, [0, 1]: 1 - product of (1 - min(1, w))
-  /// over the layers, w their weights; the mean over the lens
-  /// @param fragments [height][width] set to the number of fragments, over all cells of the lens;
-  /// of a cell in sectors their mean
+  /// @param coverage  [height][width] receives the coverage, [0, 1]: the mean over the lens of 1 -
+  /// product of (1 - min(1, w)) over the layers with weights w
+  /// @param fragments [height][width] receives the number of fragments, summed over the cells of
+  /// the lens; a cell in sectors counts the mean of its sectors
   LayerTally(int width, int height, float* coverage, float* fragments);
 
   void BeginCell() override { ++this->Cells; }
@@ -24,7 +25,7 @@ public:
   void Receive(int x, int y, const Layer& layer, float brightest) override;
   void ReceiveFragments(int x, int y, float count) override;
 
-  /// After the last cell.
+  /// Call after the last cell.
   void Finish();
 
 private:
@@ -36,7 +37,7 @@ private:
   float* Coverage;
   float* Fragments;
   int TilesX;
-  std::vector<float> Shares;  // [tiles] of the part in its cell
-  std::vector<float> Through; // what the layers of the part so far let through, times its share
+  std::vector<float> Shares;  // [tiles] share of this part in its cell
+  std::vector<float> Through; // [pixels] share times transmittance of the layers so far
 };
 }

@@ -12,20 +12,20 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// What a message of splats begins with; then splats, boxes, levels, gradients and slopes follow.
+/// The beginning of a message; splats, boxes, levels, gradients and slopes follow.
 struct Header
 {
   std::uint64_t Splats, Gradients;
-  float LargestCoarseColor; ///< of all the sender's splats, as in the picture of all
+  float LargestCoarseColor; ///< over all of the sender's splats, sent or not
   unsigned int Levels;
   unsigned char HasSlopes;
 };
 
-/// Pixels that cost a tile as much as its sorting in of a splat does.
+/// Number of pixels that costs a tile as much as binning and sorting one splat.
 constexpr std::uint64_t PixelsPerPair = 64;
 
-/// Rows of the picture that a splat reaches, from its box; those on coarse grids as tents, which
-/// end with the cells beside their own (CoarseGrid.h).
+/// Rows of the picture that a splat reaches, from its box. Splats on coarse grids become tents,
+/// which reach one cell beyond their own (CoarseGrid.h).
 RowRange RowsOf(const PixelBox& box, int level, int height)
 {
   if (level == 0)
@@ -41,7 +41,7 @@ int RowsOfTiles(int height)
   return (height + TileSize - 1) / TileSize;
 }
 
-/// Work of each row of tiles, of all of a list's splats.
+/// Estimated work of each row of tiles for the splats of a list.
 std::vector<std::uint64_t> CostOfTiles(int width, int height, const SplatList& list)
 {
   const auto count = static_cast<std::size_t>(RowsOfTiles(height));
@@ -76,7 +76,7 @@ struct RankRange
   std::size_t Begin, End;
 };
 
-/// Whose bands are reached by rows.
+/// Ranks whose bands overlap the rows.
 RankRange RanksOf(const RowRange& rows, const std::vector<RowRange>& bands)
 {
   RankRange ranks{ 0, bands.size() };
@@ -133,7 +133,7 @@ void Read(const Message& message, std::size_t base, std::uint64_t begin, std::ui
   }
 }
 
-/// At a place of a message, which moves on.
+/// Writes a splat at a position of a message and moves the position on.
 void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
   SplatExchange::Counts& at, Message& message)
 {
@@ -183,7 +183,7 @@ void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
   for (std::uint64_t rank = 0; rank < ranks; ++rank)
   {
     const int begin = rank == 0 ? 0 : this->Bands.back().End;
-    // Up to the row in whose middle this rank's share is reached.
+    // Up to the row of tiles in the middle of which this rank's share is reached.
     while (tile < costs.size() &&
       (rank + 1 == ranks || (sum + costs[tile] / 2) * ranks < total * (rank + 1)))
     {
@@ -193,7 +193,7 @@ void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
   }
 }
 
-/// Splats and gradients that each part sends to each rank: [part][rank].
+/// Counts the splats and gradients that each part sends to each rank: [part][rank].
 std::vector<SplatExchange::Counts> SplatExchange::CountSplats(
   const Executor& executor, const SplatList& list) const
 {
@@ -218,7 +218,7 @@ std::vector<SplatExchange::Counts> SplatExchange::CountSplats(
 std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatList& list) const
 {
   const std::size_t ranks = this->Bands.size(), parts = list.Parts.size();
-  std::vector<Counts> counts = this->CountSplats(executor, list); // then where each part's begin
+  std::vector<Counts> counts = this->CountSplats(executor, list); // later: where each part's begin
   std::vector<Message> messages(ranks);
   std::vector<Header> headers(ranks);
   for (std::size_t rank = 0; rank < ranks; ++rank)
@@ -273,7 +273,7 @@ void SplatExchange::Unpack(
     const Header header = HeaderOf(message);
     const Layout layout(header);
     const std::size_t first = list.Parts[sender].Begin;
-    // Gradients lie where the splats do: there are at most as many.
+    // Gradients begin at the same index as the splats: there are at most as many.
     Read(message, layout.Gradients, 0, header.Gradients, list.Gradients.Data() + first);
     executor.For(header.Splats, 1 << 14, [&](std::size_t begin, std::size_t end) {
       Read(message, sizeof(Header), begin, end, list.Splats.Data() + first + begin);
@@ -290,7 +290,7 @@ void SplatExchange::Unpack(
         splat.Gradient += splat.Gradient == NoGradient ? 0 : static_cast<std::int32_t>(first);
         if (list.Levels[i] == 0)
         {
-          PixelBox& box = list.Boxes[i]; // the other rows are other ranks'
+          PixelBox& box = list.Boxes[i]; // other ranks draw the other rows
           box.Y0 = std::max(box.Y0, rows.Begin);
           box.Y1 = std::min(box.Y1, rows.End);
         }
@@ -300,9 +300,9 @@ void SplatExchange::Unpack(
 }
 
 void SplatExchange::Exchange(
-  int width, int height, bool good, const Executor& executor, SplatList& list)
+  int width, int height, bool hasSplats, const Executor& executor, SplatList& list)
 {
-  if (!this->Group.All(good))
+  if (!this->Group.All(hasSplats))
   {
     throw RanksLackMemory();
   }
@@ -311,15 +311,16 @@ void SplatExchange::Exchange(
     this->ChooseBands(width, height, list);
   }
   std::vector<Message> messages;
+  bool hasMessages = true;
   try
   {
     messages = this->Pack(executor, list);
   }
   catch (const std::bad_alloc&)
   {
-    good = false;
+    hasMessages = false;
   }
-  if (!this->Group.All(good))
+  if (!this->Group.All(hasMessages))
   {
     throw RanksLackMemory();
   }
@@ -329,12 +330,12 @@ void SplatExchange::Exchange(
 void SplatExchange::Collect(const Frame& frame)
 {
   const auto width = static_cast<std::size_t>(frame.Width);
-  const RowRange mine = this->Rows();
+  const RowRange own = this->Rows();
   Message message;
-  if (!this->Group.IsRoot() && mine.Begin < mine.End)
+  if (!this->Group.IsRoot() && own.Begin < own.End)
   {
-    const std::size_t first = width * static_cast<std::size_t>(mine.Begin);
-    const std::size_t count = width * static_cast<std::size_t>(mine.End - mine.Begin);
+    const std::size_t first = width * static_cast<std::size_t>(own.Begin);
+    const std::size_t count = width * static_cast<std::size_t>(own.End - own.Begin);
     Put(frame.Color + 4 * first, 4 * count, message);
     Put(frame.Depth + first, count, message);
   }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * One picture by several ranks, each with surfels of its own: splats are sorted to where they lie
- * on the screen (sort-middle; Molnar, Cox, Ellsworth, Fuchs 1994, "A sorting classification of
- * parallel rendering"), and each rank resolves a band of the picture.
+ * Exchanges splats between ranks that render one picture together, each with its own surfels.
+ * Splats are sent to the ranks on whose part of the screen they lie (sort-middle; Molnar, Cox,
+ * Ellsworth, Fuchs 1994, "A sorting classification of parallel rendering"), and each rank resolves
+ * a band of the picture.
  *
- * A picture of each rank's surfels alone would not do: where surfels of two ranks overlap in depth
- * they are one layer, whose weights are added up before it is normalized, and blurred layers mix
- * with what lies between them. Splats carry all of that; the bands are those of the serial picture,
- * bit by bit, where the splats come in the same order. What is sent follows the number of splats,
- * thus with a level of detail that of the pixels, not that of the surfels.
+ * Compositing one picture per rank would be wrong: surfels of two ranks that overlap in depth form
+ * one layer, whose weights are added up before it is normalised, and blurred layers mix with what
+ * lies between them. Splats carry all of that. If they come in the same order, the bands equal the
+ * serial picture bit by bit. The amount of data follows the number of splats: with a level of
+ * detail it depends on the number of pixels, not of surfels.
  */
 #pragma once
 
@@ -22,7 +23,7 @@
 
 namespace SurfelSplatting
 {
-/// Half-open, px.
+/// Half-open range of rows, px.
 struct RowRange
 {
   int Begin, End;
@@ -42,21 +43,21 @@ public:
     std::uint64_t Splats = 0, Gradients = 0;
   };
 
-  /// Before the splats of a new picture.
+  /// Call before the splats of a new picture.
   void BeginPicture() { this->Bands.clear(); }
 
   /**
    * Collective. Replaces the splats of this rank's surfels by those of all ranks that reach its
-   * rows, rank after rank. The bands are chosen by the first splats of a picture, for even work.
-   * @param good whether this rank's splats could be made
-   * @throw RanksLackMemory on all ranks where one is not good or cannot pack its splats
+   * rows, rank after rank. The first splats of a picture determine the bands, for even work.
+   * @param hasSplats whether this rank had enough memory to make its splats
+   * @throw RanksLackMemory on all ranks if one has no splats or cannot pack them
    */
-  void Exchange(int width, int height, bool good, const Executor& executor, SplatList& list);
+  void Exchange(int width, int height, bool hasSplats, const Executor& executor, SplatList& list);
 
-  /// This rank's rows, multiples of tiles; where there are more ranks than tiles, perhaps none.
+  /// This rank's rows, multiples of tiles. With more ranks than rows of tiles, some have none.
   RowRange Rows() const { return this->Bands[static_cast<std::size_t>(this->Group.Rank())]; }
 
-  /// Collective. Each rank's rows into rank 0's frame.
+  /// Collective. Copies each rank's rows into rank 0's frame.
   void Collect(const Frame& frame);
 
 private:

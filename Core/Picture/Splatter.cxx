@@ -25,7 +25,6 @@ public:
 private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
-
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -48,7 +47,7 @@ void FrameStatistics::Add(const FrameStatistics& other)
   this->RasterMilliseconds += other.RasterMilliseconds;
 }
 
-/// The frame through one cell of the lens. Lights stay where they are in the world.
+/// Sets up the frame through one cell of the lens. Lights stay where they are in the world.
 void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
 {
   SplatContext& part = this->Cell;
@@ -71,13 +70,13 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   this->CellInPicture.CoarseGrids = false;
 }
 
-/// Of one cloud, into Runs.
-void Splatter::ChooseRuns(const SurfelCloud& cloud, const Executor& executor)
+/// Selects the cut of one cloud into Ranges.
+void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
 {
   this->Stats.Surfels += cloud.NumberOfSurfels;
   if (!cloud.Clusters)
   {
-    AllSurfels(cloud, this->Runs);
+    AllSurfels(cloud, this->Ranges);
     return;
   }
   const SplatContext& cell = this->Cell;
@@ -85,122 +84,122 @@ void Splatter::ChooseRuns(const SurfelCloud& cloud, const Executor& executor)
   const KernelReach reach{ std::fmax(
                              LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau)),
     cell.Settings.Prefilter };
-  SelectCut(cloud, cell.Camera, cell.Optics, reach, cell.Cut, executor, this->Cut, this->Runs,
+  SelectCut(cloud, cell.Camera, cell.Optics, reach, cell.Cut, executor, this->Cut, this->Ranges,
     this->Stats.Cut);
 }
 
-void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& runs,
+void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& ranges,
   const Executor& executor)
 {
   if (!(cloud.Prefilter > 0.0))
   {
     this->Maker.Set(context, cloud);
-    AppendSplats(this->Maker, runs, executor, this->List);
+    AppendSplats(this->Maker, ranges, executor, this->List);
     return;
   }
   SplatContext own = context;
   own.Settings.Prefilter = cloud.Prefilter;
   this->Maker.Set(own, cloud);
-  AppendSplats(this->Maker, runs, executor, this->List);
+  AppendSplats(this->Maker, ranges, executor, this->List);
 }
 
-/// Wide runs go to coarse grids, which have to be complete before anything else. All others stay in
-/// the picture, and where hidden ones are skipped, they wait until a tile needs them.
-void Splatter::PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor& executor)
+/// Wide nodes go to coarse grids, which have to be complete before anything else. All others stay
+/// in the picture; if hidden splats are skipped, they wait until a tile needs them.
+void Splatter::PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executor& executor)
 {
   const bool grids = this->Cell.CoarseGrids;
-  this->Others.clear();
+  this->PictureRanges.clear();
   std::size_t wide = 0;
-  for (const CutRange& run : this->Runs)
+  for (const CutRange& range : this->Ranges)
   {
-    if (run.Wide && grids)
+    if (range.Wide && grids)
     {
-      this->Runs[wide++] = run;
+      this->Ranges[wide++] = range;
     }
     else
     {
-      this->Others.push_back(run);
+      this->PictureRanges.push_back(range);
     }
   }
-  const CutRanges others{ this->Others.data(), this->Others.data() + this->Others.size() };
-  this->Append(this->Cell, cloud, { this->Runs.data(), this->Runs.data() + wide }, executor);
+  const CutRange* narrow = this->PictureRanges.data();
+  const CutRanges inPicture{ narrow, narrow + this->PictureRanges.size() };
+  this->Append(this->Cell, cloud, { this->Ranges.data(), this->Ranges.data() + wide }, executor);
   if (mayWait && this->Cell.SkipHidden)
   {
-    this->Lazy.Add(cloud, others);
+    this->Lazy.Add(cloud, inPicture);
     return;
   }
-  this->Append(this->CellInPicture, cloud, others, executor);
+  this->Append(this->CellInPicture, cloud, inPicture, executor);
 }
 
 bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const Executor& executor, const Frame& frame, const float* occluderDepth, LayerSink* sink,
-  const CellFunction& afterCell, SplatExchange* exchange)
+  const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
 {
-  if (exchange)
+  if (target.Exchange)
   {
-    exchange->BeginPicture();
+    target.Exchange->BeginPicture();
   }
+  bool isWhole = true;
   if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
     this->SetCell(context, { context.Camera, context.Optics });
-    if (sink)
-    {
-      sink->BeginCell();
-    }
-    this->RenderCell(clouds, executor, frame, occluderDepth, sink, exchange);
-    if (exchange)
-    {
-      exchange->Collect(frame);
-    }
-    return true;
+    this->RenderCell(clouds, executor, target);
   }
+  else
+  {
+    isWhole = this->RenderCells(context, clouds, executor, target, afterCell);
+  }
+  if (target.Exchange)
+  {
+    target.Exchange->Collect(target.Picture);
+  }
+  return isWhole;
+}
+
+/// Renders through the cells of the lens, one after another, and takes their mean.
+bool Splatter::RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
+{
   const std::vector<SubAperture> cells =
     DivideLens(context.Camera, context.Optics, context.Sampling);
   FrameStatistics total;
-  FrameAverage& average = this->Average;
-  average.Start(frame, executor);
+  this->Average.Start(target.Picture, executor);
+  RenderTarget cellTarget = target;
+  cellTarget.Picture = this->Average.Next();
   std::size_t done = 0;
   bool goOn = true;
   while (goOn && done < cells.size())
   {
     this->SetCell(context, cells[done]);
-    if (sink)
-    {
-      sink->BeginCell();
-    }
-    this->RenderCell(clouds, executor, average.Next(), occluderDepth, sink, exchange);
+    this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
-    average.Add();
+    this->Average.Add();
     ++done;
     goOn = done == cells.size() || !afterCell ||
       afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
   }
-  average.Finish();
-  if (exchange)
-  {
-    exchange->Collect(frame);
-  }
+  this->Average.Finish();
   this->Stats = total;
   return goOn;
 }
 
-/// Of all clouds, into List and, where they may wait, Lazy.
+/// Makes the splats of all clouds into List; those that may wait go into Lazy.
 void Splatter::MakeSplats(
   const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor)
 {
   StopWatch watch;
   for (const SurfelCloud& cloud : clouds)
   {
-    this->ChooseRuns(cloud, executor);
+    this->SelectRanges(cloud, executor);
     this->Stats.SelectionMilliseconds += watch.Lap();
     if (cloud.Clusters)
     {
-      this->PlaceRuns(cloud, mayWait, executor);
+      this->PlaceRanges(cloud, mayWait, executor);
     }
     else
     {
-      this->Append(
-        this->Cell, cloud, { this->Runs.data(), this->Runs.data() + this->Runs.size() }, executor);
+      const CutRange* first = this->Ranges.data();
+      this->Append(this->Cell, cloud, { first, first + this->Ranges.size() }, executor);
     }
     this->Stats.SetupMilliseconds += watch.Lap();
   }
@@ -209,81 +208,93 @@ void Splatter::MakeSplats(
   this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
 }
 
-/// Makes all splats at once: those that lie behind another rank's cannot be known. A rank that
-/// lacks the memory says so instead of leaving the others waiting.
+/// Makes all splats at once: which of them lie behind another rank's cannot be known. A rank that
+/// lacks the memory tells the other ranks instead of leaving them waiting.
 void Splatter::ExchangeSplats(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange)
 {
-  bool good = true;
+  bool hasSplats = true;
   try
   {
     this->MakeSplats(clouds, false, executor);
   }
   catch (const std::bad_alloc&)
   {
-    good = false;
+    hasSplats = false;
   }
   const View& view = this->Cell.Camera;
-  exchange.Exchange(view.Width, view.Height, good, executor, this->List);
+  exchange.Exchange(view.Width, view.Height, hasSplats, executor, this->List);
 }
 
-void Splatter::RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
-  const Frame& frame, const float* occluderDepth, LayerSink* sink, SplatExchange* exchange)
+/// Composites the splats on coarse grids and adds their cells to List as splats of the picture.
+RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
 {
   const SplatContext& context = this->Cell;
-  this->Stats = FrameStatistics();
-  this->TileSeconds = 0.0;
-  this->List.Clear(context.Sectors);
-  this->Lazy.Clear(context);
-  if (exchange)
-  {
-    this->ExchangeSplats(clouds, executor, *exchange);
-  }
-  else
-  {
-    this->MakeSplats(clouds, !sink, executor);
-  }
-  StopWatch watch;
   const std::uint64_t splats = this->List.NumberOfSplats();
-  const View& view = context.Camera;
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
   settings.LeastConflict = context.LeastConflict;
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
-  this->Stats.Fragments = ResolveCoarseLevels(
-    this->List, view.Width, view.Height, settings, executor, this->Rasters, this->Coarse);
+  this->Stats.Fragments = ResolveCoarseLevels(this->List, context.Camera.Width,
+    context.Camera.Height, settings, executor, this->Rasters, this->Coarse);
   this->Stats.CoarseCells = this->List.NumberOfSplats() - splats;
+  return settings;
+}
+
+void Splatter::RenderCell(
+  const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target)
+{
+  const View& view = this->Cell.Camera;
+  if (target.Sink)
+  {
+    target.Sink->BeginCell();
+  }
+  this->Stats = FrameStatistics();
+  this->TileSeconds = 0.0;
+  this->List.Clear(this->Cell.Sectors);
+  this->Lazy.Clear(this->Cell);
+  if (target.Exchange)
+  {
+    this->ExchangeSplats(clouds, executor, *target.Exchange);
+  }
+  else
+  {
+    this->MakeSplats(clouds, !target.Sink, executor);
+  }
+  StopWatch watch;
+  const RasterSettings settings = this->ResolveCoarseGrids(executor);
   this->Stats.CoarseMilliseconds = watch.Lap();
 
   BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
   this->Lazy.Bin(view.Width, view.Height);
   this->Stats.BinningMilliseconds = watch.Lap();
-  if (!context.DepthBuffered)
+  if (!this->Cell.DepthBuffered)
   {
     SortBins(this->List, executor, this->Bins);
   }
   this->Stats.SortMilliseconds = watch.Lap();
 
-  this->RasterTiles(settings, executor, frame, occluderDepth, sink, exchange);
+  this->RasterTiles(settings, executor, target);
   this->ShareTime(watch.Lap());
 }
 
-void Splatter::RasterTiles(const RasterSettings& settings, const Executor& executor,
-  const Frame& frame, const float* occluderDepth, LayerSink* sink, const SplatExchange* exchange)
+void Splatter::RasterTiles(
+  const RasterSettings& settings, const Executor& executor, const RenderTarget& target)
 {
+  const Frame& frame = target.Picture;
   LazySplats* lazy = this->Lazy.IsEmpty() ? nullptr : &this->Lazy;
-  const RowRange rows = exchange ? exchange->Rows() : RowRange{ 0, frame.Height };
+  const RowRange rows = target.Exchange ? target.Exchange->Rows() : RowRange{ 0, frame.Height };
   this->Tiles.assign(this->Bins.NumberOfTiles(), {});
   executor.For(this->Tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     const Pool<TileRaster>::Loan raster(this->Rasters);
-    raster->Set(settings, occluderDepth, sink, this->Cell.SkipHidden);
+    raster->Set(settings, target.OccluderDepth, target.Sink, this->Cell.SkipHidden);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       const int row = static_cast<int>(tile) / this->Bins.TilesX * TileSize;
       if (row < rows.Begin || row >= rows.End)
       {
-        continue; // another rank's
+        continue; // belongs to another rank
       }
       StopWatch watch;
       this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);
@@ -300,8 +311,8 @@ void Splatter::RasterTiles(const RasterSettings& settings, const Executor& execu
   }
 }
 
-/// Set-up and raster run by turns in the tiles: their wall-clock time is shared out by the time
-/// that all threads spent on each.
+/// Set-up and raster take turns within the tiles. Divides their wall-clock time in proportion to
+/// the time that all threads spent on each.
 void Splatter::ShareTime(double milliseconds)
 {
   const LazySplats::Counts lazy = this->Lazy.Count();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A frame from clouds of surfels: set-up, binning, sorting, raster. The core's front door.
+ * Renders clouds of surfels into a frame: set-up, binning, sorting, raster. The core's front door.
  */
 #pragma once
 
@@ -21,19 +21,19 @@
 
 namespace SurfelSplatting
 {
-/// Of a lens in cells, those of all cells together.
+/// What a frame held and how long its stages took; with several cells of the lens, their sum.
 struct FrameStatistics
 {
-  std::uint64_t Surfels = 0;        ///< handed in; of a hierarchy its leaves
-  CutStatistics Cut;                ///< of the clouds with a hierarchy
+  std::uint64_t Surfels = 0;        ///< handed in; a hierarchy counts its leaves
+  CutStatistics Cut;                ///< clouds with a hierarchy only
   std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
   std::uint64_t Splats = 0;         ///< on the screen
-  std::uint64_t BlurredSplats = 0;  ///< of these, by the lens
-  std::uint64_t CoarseCells = 0;    ///< layers of coarse grids' cells that went into the picture
-  std::uint64_t Pairs = 0;          ///< of splat and tile
+  std::uint64_t BlurredSplats = 0;  ///< of these, blurred by the lens
+  std::uint64_t CoarseCells = 0;    ///< layers of coarse-grid cells that went into the picture
+  std::uint64_t Pairs = 0;          ///< pairs of splat and tile
   std::uint64_t Fragments = 0;
   std::uint64_t HiddenSurfels = 0;  ///< nodes and surfels skipped behind opaque tiles
-  std::uint64_t HiddenPairs = 0;    ///< of splat and tile that were skipped behind opaque layers
+  std::uint64_t HiddenPairs = 0;    ///< pairs of splat and tile skipped behind opaque layers
   double SelectionMilliseconds = 0; ///< wall clock
   double SetupMilliseconds = 0;
   double CoarseMilliseconds = 0;
@@ -41,33 +41,53 @@ struct FrameStatistics
   double SortMilliseconds = 0;
   double RasterMilliseconds = 0;
 
-  /// Adds another cell's of the same frame, but for the surfels, which are the same ones.
+  /// Adds the statistics of another cell of the same frame. All cells see the same surfels, which
+  /// are counted once.
   void Add(const FrameStatistics& other);
 };
 
-/// Is told the share of the lens's cells that are done, (0, 1); false: stop.
+/// Receives the share of the lens's cells that are done, (0, 1). Returns false to stop.
 using CellFunction = std::function<bool(double)>;
+
+/// Where a picture goes, and what was drawn there before.
+struct RenderTarget
+{
+  RenderTarget() = default;
+
+  /// A frame with nothing else in it.
+  RenderTarget(const Frame& picture)
+    : Picture(picture)
+  {
+  }
+
+  Frame Picture; ///< as large as the view
+
+  /// [Height][Width] distance along the view direction of opaque things that were drawn before,
+  /// world units; infinity where there are none. Layers behind it are hidden. May be null.
+  const float* OccluderDepth = nullptr;
+
+  /// Receives every layer before it is composited, cell after cell. May be null.
+  LayerSink* Sink = nullptr;
+
+  /// Set where several ranks render one picture of all their clouds; null for a picture of this
+  /// rank's clouds. Rendering is then collective, with the same context, frame size and occluder
+  /// depth on all ranks and without a sink. Rank 0 gets the whole picture.
+  SplatExchange* Exchange = nullptr;
+};
 
 class Splatter
 {
 public:
   /**
-   * Renders all clouds into one A-buffer and from there into the frame, whose size must be the
-   * view's; where the lens is divided (SubApertures.h), once for each of its cells.
-   * @param occluderDepth [Height][Width] distance along the view direction of opaque things drawn
-   * by others, infinity where there are none; layers behind it are hidden. May be null.
-   * @param sink       receives every layer before it is composited, cell after cell; may be null.
-   * @param afterCell  called between the cells of the lens; may be empty.
-   * @param exchange   where several ranks render a picture of all their clouds: collective, with
-   * the same context, frame size and occluderDepth on all of them, and without a sink; the whole
-   * picture is rank 0's. Null: this one's alone. The same frame, bit for bit, at any number of
-   * threads.
-   * @return false where afterCell has stopped it: the frame is the mean of the cells so far.
+   * Renders all clouds into one A-buffer and from there into the target's frame. If the lens is
+   * divided (SubApertures.h), does so once per cell and takes the mean. The frame is the same, bit
+   * for bit, at any number of threads.
+   * @param afterCell called between the cells of the lens; may be empty
+   * @return false if afterCell has stopped it: the frame is the mean of the cells so far
    */
   bool Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-    const Executor& executor, const Frame& frame, const float* occluderDepth = nullptr,
-    LayerSink* sink = nullptr, const CellFunction& afterCell = CellFunction(),
-    SplatExchange* exchange = nullptr);
+    const Executor& executor, const RenderTarget& target,
+    const CellFunction& afterCell = CellFunction());
 
   const FrameStatistics& Statistics() const { return this->Stats; }
 
@@ -79,27 +99,31 @@ private:
   };
 
   void SetCell(const SplatContext& context, const SubAperture& cell);
+  bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+    const Executor& executor, const RenderTarget& target, const CellFunction& afterCell);
   void RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
-    const Frame& frame, const float* occluderDepth, LayerSink* sink, SplatExchange* exchange);
+    const RenderTarget& target);
   void MakeSplats(const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor);
   void ExchangeSplats(
     const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange);
-  void ChooseRuns(const SurfelCloud& cloud, const Executor& executor);
-  void Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& runs,
+  void SelectRanges(const SurfelCloud& cloud, const Executor& executor);
+  void Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& ranges,
     const Executor& executor);
-  void PlaceRuns(const SurfelCloud& cloud, bool mayWait, const Executor& executor);
-  void RasterTiles(const RasterSettings& settings, const Executor& executor, const Frame& frame,
-    const float* occluderDepth, LayerSink* sink, const SplatExchange* exchange);
+  void PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executor& executor);
+  RasterSettings ResolveCoarseGrids(const Executor& executor);
+  void RasterTiles(
+    const RasterSettings& settings, const Executor& executor, const RenderTarget& target);
   void ShareTime(double milliseconds);
 
   FrameStatistics Stats;
-  double TileSeconds = 0; // of all threads together
+  double TileSeconds = 0; // sum over all threads
 
   // Memory that is kept from frame to frame: a steady frame allocates nothing.
-  SplatContext Cell;          // what is seen through the cell of the lens
+  SplatContext Cell;          // the frame through one cell of the lens
   SplatContext CellInPicture; // the same without coarse grids
   CutWork Cut;
-  std::vector<CutRange> Runs, Others; // of one cloud
+  std::vector<CutRange> Ranges;        // the cut of one cloud
+  std::vector<CutRange> PictureRanges; // those of them that are not drawn on coarse grids
   SplatMaker Maker;
   SplatList List;
   LazySplats Lazy;

@@ -55,7 +55,7 @@ vtkSmartPointer<vtkCamera> CopyCamera(vtkCamera* camera, double aspect)
 
 namespace
 {
-/// Row r of a projection: scale times itself plus shift times the row of the divisor.
+/// Replaces row r of a projection by scale times itself plus shift times the row of the divisor.
 void ChangeRow(vtkMatrix4x4* projection, int r, double scale, double shift)
 {
   for (int c = 0; c < 4; ++c)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A renderer's camera, changed for a while: moved within its lens, or seeing more. Internal to the
- * module.
+ * Renders with a changed copy of a renderer's camera: moved within its lens, or with a wider view.
+ * Internal to the module.
  */
 #pragma once
 
@@ -18,11 +18,11 @@ class vtkRenderer;
 
 namespace SurfelSplatting
 {
-/// Tells a renderer's camera which eye it is: only its own rendering does, and VTK's passes leave
-/// that out.
+/// Tells a renderer's camera which eye it stands for. Only vtkCamera::Render does that, which VTK's
+/// passes do not call.
 void UpdateStereo(vtkRenderer* renderer);
 
-/// Gives a renderer another camera for as long as it lives.
+/// Gives a renderer another camera; its destructor restores the renderer's own.
 class CameraSwap
 {
 public:
@@ -36,22 +36,23 @@ private:
   vtkSmartPointer<vtkCamera> Own;
 };
 
-/// A camera that sees the same, whose projection is explicit: all that shapes a camera's projection
-/// (window centre, user transform, shear, stereo) is in its matrix.
+/// Copies a camera so that it sees the same through an explicit projection matrix, which contains
+/// everything that shapes the projection: window centre, user transform, shear, stereo.
 vtkSmartPointer<vtkCamera> CopyCamera(vtkCamera* camera, double aspect);
 
 /// Moves a copy by (x, y) world units within the plane of its lens and shifts its picture by (u, v)
 /// in normalised device coordinates.
 void ShiftCamera(vtkCamera* copy, double x, double y, double u, double v);
 
-/// Widens a copy's picture of size px by margin px on each side.
+/// Widens the view of a copy, whose picture has the given size, by margin px on each side.
 void WidenCamera(vtkCamera* copy, const int size[2], int margin);
 
-/// All visible props of a renderer, also those that its cullers left out: a camera that was changed
-/// may see them.
+/// All visible props of a renderer, also those that its cullers left out: a changed camera may see
+/// them.
 std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer);
 
-/// Renders them with a pass through another camera into a framebuffer, which is bound.
+/// Renders all visible props with a pass through another camera into a framebuffer, which must be
+/// bound.
 void RenderThrough(const vtkRenderState* state, vtkCamera* camera,
   vtkFrameBufferObjectBase* framebuffer, vtkRenderPass* pass);
 }

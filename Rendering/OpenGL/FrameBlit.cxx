@@ -2,16 +2,12 @@
 #include "Rendering/OpenGL/FrameBlit.h"
 
 #include "FrameBlitFS.h"
+#include "Rendering/OpenGL/PixelTexture.h"
 
 #include <vtk_glew.h>
 
-#include <vtkFrameBufferObjectBase.h>
-#include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLRenderWindow.h>
-#include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
-#include <vtkRenderState.h>
-#include <vtkRenderer.h>
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
 
@@ -19,8 +15,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same on
-/// both sides.
+/// Format of the depth attachment of the bound draw framebuffer: a depth blit needs the same format
+/// on both sides.
 GLint DepthFormat(int framebuffer)
 {
   GLint format = GL_DEPTH_COMPONENT24;
@@ -67,63 +63,11 @@ void ReadPixels(const PixelRectangle& r, int x, int y, GLenum format, float* val
 }
 }
 
-QuadState::QuadState(vtkOpenGLState* state)
-  : Blend(state, GL_BLEND)
-  , DepthTest(state, GL_DEPTH_TEST)
-  , Cull(state, GL_CULL_FACE)
-  , BlendFunction(state)
-  , DepthFunction(state)
-  , DepthMask(state)
+FrameBlit::FrameBlit()
+  : Quad(FrameBlitFS)
 {
-  state->vtkglEnable(GL_BLEND);
-  state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglDepthFunc(GL_ALWAYS);
-  state->vtkglDepthMask(GL_TRUE);
-  state->vtkglDisable(GL_CULL_FACE);
 }
 
-bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const PixelRectangle& r,
-  int components, const float* values)
-{
-  texture->SetContext(window);
-  texture->SetMinificationFilter(vtkTextureObject::Nearest);
-  texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-  texture->SetWrapS(vtkTextureObject::ClampToEdge);
-  texture->SetWrapT(vtkTextureObject::ClampToEdge);
-  const auto width = static_cast<unsigned int>(r.Width);
-  const auto height = static_cast<unsigned int>(r.Height);
-  if (texture->GetHandle() == 0 || texture->GetWidth() != width || texture->GetHeight() != height)
-  {
-    return texture->Create2DFromRaw(
-      width, height, components, VTK_FLOAT, const_cast<float*>(values));
-  }
-  // Into the memory that the texture has: fresh memory costs as much as the copy.
-  texture->Bind();
-  GLint alignment = 4;
-  glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, r.Width, r.Height, components == 1 ? GL_RED : GL_RGBA,
-    GL_FLOAT, values);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
-  return true;
-}
-
-PixelRectangle FrameRectangle(const vtkRenderState* state)
-{
-  PixelRectangle r;
-  if (vtkFrameBufferObjectBase* framebuffer = state->GetFrameBuffer())
-  {
-    int size[2];
-    framebuffer->GetLastSize(size);
-    r.Width = size[0];
-    r.Height = size[1];
-    return r;
-  }
-  state->GetRenderer()->GetTiledSizeAndOrigin(&r.Width, &r.Height, &r.X, &r.Y);
-  return r;
-}
-
-FrameBlit::FrameBlit() = default;
 FrameBlit::~FrameBlit() = default;
 
 bool FrameBlit::ReadDepth(
@@ -143,7 +87,7 @@ bool FrameBlit::ReadColor(
 bool FrameBlit::Read(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values)
 {
-  // Errors of others. A lost context reports one for ever.
+  // Forget earlier errors. A lost context reports one for ever, hence the limit.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }
@@ -152,10 +96,10 @@ bool FrameBlit::Read(
   glGetIntegerv(GL_SAMPLES, &samples);
   vtkOpenGLState* state = window->GetState();
   state->PushReadFramebufferBinding();
-  bool good = true;
+  bool isRead = true;
   if (samples > 0)
   {
-    good = this->Resolve(state, rectangle, drawFramebuffer, plane, values);
+    isRead = this->Resolve(state, rectangle, drawFramebuffer, plane, values);
   }
   else
   {
@@ -163,15 +107,16 @@ bool FrameBlit::Read(
     ReadPixels(rectangle, rectangle.X, rectangle.Y,
       plane == Plane::Color ? GL_RGBA : GL_DEPTH_COMPONENT, values);
   }
-  good = glGetError() == GL_NO_ERROR && good;
+  isRead = glGetError() == GL_NO_ERROR && isRead;
   state->PopReadFramebufferBinding();
-  return good;
+  return isRead;
 }
 
+/// Blits the plane of a multisampled framebuffer into a buffer with one sample and reads that.
 bool FrameBlit::Resolve(
   vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, Plane plane, float* values)
 {
-  // A blit obeys the scissor, which is set for the rectangle's place in the window, not for ours.
+  // A blit obeys the scissor, which is set for the rectangle in the window, not in this buffer.
   vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
   state->vtkglDisable(GL_SCISSOR_TEST);
   GLuint resolved = 0, buffer = 0;
@@ -211,28 +156,16 @@ bool FrameBlit::Resolve(
 bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
   const float* color, const float* windowDepth, bool replace)
 {
-  // Programs belong to a window's context; textures see to that themselves.
-  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
-  {
-    this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, FrameBlitFS, nullptr));
-    this->QuadWindow = window;
-  }
-  else
-  {
-    window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
-  }
-  if (!this->Quad->Program || !this->Quad->Program->GetCompiled())
-  {
-    return false;
-  }
-  if (!Upload(window, this->Color, rectangle, 4, color) ||
-    !Upload(window, this->Depth, rectangle, 1, windowDepth))
+  vtkShaderProgram* program = this->Quad.Use(window);
+  if (!program ||
+    !Upload(window, this->Color, { rectangle.Width, rectangle.Height, 4, color }) ||
+    !Upload(window, this->Depth, { rectangle.Width, rectangle.Height, 1, windowDepth }))
   {
     return false;
   }
 
   vtkOpenGLState* state = window->GetState();
-  const QuadState quad(state); // no depth test: hidden layers were left out by the splatter
+  const QuadState quad(state); // no depth test: the splatter has left out hidden layers
   vtkOpenGLState::ScopedglViewport viewport(state);
   vtkOpenGLState::ScopedglScissor scissor(state);
   const GLenum under = replace ? GL_ZERO : GL_ONE_MINUS_SRC_ALPHA;
@@ -242,10 +175,10 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
 
   this->Color->Activate();
   this->Depth->Activate();
-  this->Quad->Program->SetUniformi("frameColor", this->Color->GetTextureUnit());
-  this->Quad->Program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
-  this->Quad->Program->SetUniformi("replaces", replace ? 1 : 0);
-  this->Quad->Render();
+  program->SetUniformi("frameColor", this->Color->GetTextureUnit());
+  program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
+  program->SetUniformi("replaces", replace ? 1 : 0);
+  this->Quad.Draw();
   this->Depth->Deactivate();
   this->Color->Deactivate();
   return true;
@@ -267,7 +200,7 @@ void FrameBlit::Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& recta
 
 void FrameBlit::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->Quad.reset();
+  this->Quad.ReleaseGraphicsResources();
   this->Color->ReleaseGraphicsResources(window);
   this->Depth->ReleaseGraphicsResources(window);
 }

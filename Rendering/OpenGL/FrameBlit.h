@@ -1,93 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Between the core's frames and OpenGL: reads the depth that other props have left and blends a
- * finished frame over them. Internal to the module.
+ * Copies pictures between the core's memory and OpenGL's framebuffer: reads what other props have
+ * drawn, and draws a finished frame over it. Internal to the module.
  */
 #pragma once
 
-#include <vtkNew.h>
-#include <vtkOpenGLRenderWindow.h>
-#include <vtkOpenGLState.h>
-#include <vtkWeakPointer.h>
+#include "Rendering/OpenGL/FullScreenQuad.h"
+#include "Rendering/OpenGL/PassFrame.h"
 
-#include <memory>
+#include <vtkNew.h>
+
 #include <vector>
 
-class vtkOpenGLQuadHelper;
-class vtkRenderState;
+class vtkOpenGLRenderWindow;
+class vtkOpenGLState;
 class vtkTextureObject;
 class vtkWindow;
 
 namespace SurfelSplatting
 {
-/// A rectangle of the current framebuffer, px.
-struct PixelRectangle
-{
-  int X = 0, Y = 0, Width = 0, Height = 0;
-};
-
-/// Where a state's picture lies in the framebuffer that it is drawn into.
-PixelRectangle FrameRectangle(const vtkRenderState* state);
-
-/// Window depth [0, 1] <-> distance along the view direction, from a projection matrix for z in
-/// [-1, 1].
-struct DepthRange
-{
-  double P22, P23;
-  bool Parallel;
-
-  double DistanceOf(double windowDepth) const
-  {
-    const double ndc = 2.0 * windowDepth - 1.0;
-    return this->Parallel ? (this->P23 - ndc) / this->P22 : this->P23 / (ndc + this->P22);
-  }
-
-  double WindowDepthOf(double distance) const
-  {
-    const double ndc =
-      this->Parallel ? this->P23 - this->P22 * distance : this->P23 / distance - this->P22;
-    return 0.5 * (ndc + 1.0);
-  }
-};
-
-/// While it lives a quad is drawn over all of the viewport: colour and depth as they come from the
-/// shader, blended by the functions that are set. All is as before afterwards.
-class QuadState
-{
-public:
-  explicit QuadState(vtkOpenGLState* state);
-
-private:
-  vtkOpenGLState::ScopedglEnableDisable Blend, DepthTest, Cull;
-  vtkOpenGLState::ScopedglBlendFuncSeparate BlendFunction;
-  vtkOpenGLState::ScopedglDepthFunc DepthFunction;
-  vtkOpenGLState::ScopedglDepthMask DepthMask;
-};
-
-/// A picture of 1 or 4 floats a pixel into a texture, read pixel by pixel; false where it cannot be
-/// had.
-bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture,
-  const PixelRectangle& rectangle, int components, const float* values);
-
 class FrameBlit
 {
 public:
   FrameBlit();
   ~FrameBlit();
 
-  /// Depth of the current draw framebuffer, multisampled or not, row 0 at the bottom. False: it
-  /// could not be read.
+  /// Reads the depth of the current draw framebuffer, multisampled or not, row 0 at the bottom.
+  /// False if it could not be read.
   bool ReadDepth(
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth);
 
-  /// Colour of the current draw framebuffer, linear RGBA floats, row 0 at the bottom. False: it
-  /// could not be read.
+  /// Reads the colour of the current draw framebuffer as RGBA floats, row 0 at the bottom. False if
+  /// it could not be read.
   bool ReadColor(
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
 
   /**
-   * Puts a premultiplied RGBA frame into the current draw framebuffer instead of what is there: all
-   * pixels, colour and depth, as they are. Otherwise as Draw.
+   * Replaces the current draw framebuffer, colour and depth of all pixels, by a premultiplied RGBA
+   * frame. Otherwise like Draw.
    */
   bool Replace(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
     const float* windowDepth)
@@ -98,12 +48,13 @@ public:
   /**
    * Blends a premultiplied RGBA frame over the current draw framebuffer.
    * @param color       [height][width][4]
-   * @param windowDepth [height][width] what the depth buffer shall hold where alpha > 0
+   * @param windowDepth [height][width] what the depth buffer shall hold where alpha > 0, [0, 1]
+   * @return false if the picture could not be made an OpenGL texture; nothing is drawn
    */
   bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
     const float* windowDepth, bool replace = false);
 
-  /// Empties a rectangle of the current draw framebuffer: no colour, nothing drawn.
+  /// Clears a rectangle of the current draw framebuffer: transparent black, depth 1.
   static void Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
 
   void ReleaseGraphicsResources(vtkWindow* window);
@@ -121,7 +72,6 @@ private:
 
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;
-  std::unique_ptr<vtkOpenGLQuadHelper> Quad;
-  vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
+  FullScreenQuad Quad;
 };
 }

@@ -1,8 +1,8 @@
 //VTK::System::Dec
 
-// Blends the splatter's frame over what is there: colour premultiplied (blend function ONE,
-// ONE_MINUS_SRC_ALPHA), depth in window coordinates. Pixels that no splat touched stay as they are,
-// unless the frame replaces what is there.
+// Draws the splatter's frame: premultiplied colour (blend function ONE, ONE_MINUS_SRC_ALPHA) and
+// depth in window coordinates. Pixels that no splat touched are left unchanged, unless the frame
+// replaces everything.
 
 in vec2 texCoord;
 

@@ -3,19 +3,16 @@
 
 #include "LensAccumulationFS.h"
 #include "Rendering/OpenGL/CameraChanges.h"
-#include "Rendering/Scene/SceneAdapter.h"
+#include "Rendering/OpenGL/PixelTexture.h"
 
 #include <vtk_glew.h>
 
 #include <vtkCamera.h>
 #include <vtkMath.h>
 #include <vtkOpenGLFramebufferObject.h>
-#include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLRenderWindow.h>
-#include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
 #include <vtkRenderPass.h>
-#include <vtkRenderState.h>
 #include <vtkRenderer.h>
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
@@ -28,8 +25,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Offset of the i-th view for the pixel filter, in standard deviations: a Gaussian of the
-/// low-discrepancy sequence of Roberts (2018).
+/// Offset of the i-th view for the pixel filter, in standard deviations: the low-discrepancy
+/// sequence of Roberts (2018), transformed to a Gaussian.
 ApertureSample PixelOffset(int i)
 {
   constexpr double plastic = 1.32471795724474602596;
@@ -38,78 +35,65 @@ ApertureSample PixelOffset(int i)
   const double radius = std::sqrt(-2.0 * std::log(std::max(a, 1e-12)));
   return { radius * std::cos(2.0 * vtkMath::Pi() * b), radius * std::sin(2.0 * vtkMath::Pi() * b) };
 }
-
-vtkOpenGLRenderWindow* WindowOf(const vtkRenderState* state)
-{
-  return vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
-}
 }
 
-LensViews::LensViews(vtkCamera* camera, const int size[2], double aspect, const Lens& lens,
-  const ApertureSampling& sampling)
-  : Camera(camera)
-  , Aspect(aspect)
-  , Middle(MakeView(camera, size, aspect))
+LensViews::LensViews(const View& view, const Lens& lens, const ApertureSampling& sampling)
+  : Whole(view)
   , Optics(lens)
-  , Cells(DivideLens(this->Middle, lens, sampling))
+  , Cells(DivideLens(view, lens, sampling))
   , Count(sampling.Count)
 {
 }
 
-LensAccumulation::LensAccumulation() = default;
-LensAccumulation::~LensAccumulation() = default;
-
-bool LensAccumulation::Prepare(vtkOpenGLRenderWindow* window, int width, int height)
+LensAccumulation::LensAccumulation()
+  : Quad(LensAccumulationFS)
 {
-  this->Sum->SetContext(window);
-  if (!FitTexture(window, this->FirstDepth, TextureKind::Depth, width, height) ||
-    !FitTexture(window, this->SumColor, TextureKind::Color, width, height))
-  {
-    return false;
-  }
-  if (!this->Quad || this->QuadWindow != window || !this->Quad->Program)
-  {
-    this->Quad.reset(new vtkOpenGLQuadHelper(window, nullptr, LensAccumulationFS, nullptr));
-    this->QuadWindow = window;
-  }
-  return this->Quad->Program && this->Quad->Program->GetCompiled();
 }
 
-/// Draws a picture over all of the current viewport.
-void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color,
-  vtkTextureObject* depth, double share, Blending blending, Code code, vtkTextureObject* below,
-  double deepest)
+LensAccumulation::~LensAccumulation() = default;
+
+bool LensAccumulation::Prepare(const PassFrame& frame)
+{
+  const PixelRectangle& r = frame.Rectangle;
+  this->Sum->SetContext(frame.Window);
+  return FitTexture(frame.Window, this->FirstDepth, TextureKind::Depth, r.Width, r.Height) &&
+    FitTexture(frame.Window, this->SumColor, TextureKind::Color, r.Width, r.Height) &&
+    this->Quad.Use(frame.Window);
+}
+
+void LensAccumulation::Draw(vtkOpenGLRenderWindow* window, const Drawing& drawing)
 {
   vtkOpenGLState* state = window->GetState();
   const QuadState quad(state);
-  const GLenum under = blending == Blending::Replace ? GL_ZERO
-    : blending == Blending::Add                      ? GL_ONE
-                                                     : GL_ONE_MINUS_SRC_ALPHA;
+  const GLenum under = drawing.Blend == Blending::Replace ? GL_ZERO
+    : drawing.Blend == Blending::Add                      ? GL_ONE
+                                                          : GL_ONE_MINUS_SRC_ALPHA;
   state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
-  window->GetShaderCache()->ReadyShaderProgram(this->Quad->Program);
-  color->Activate();
-  depth->Activate();
-  this->Quad->Program->SetUniformi("viewColor", color->GetTextureUnit());
-  this->Quad->Program->SetUniformi("viewDepth", depth->GetTextureUnit());
-  this->Quad->Program->SetUniformf("share", static_cast<float>(share));
-  this->Quad->Program->SetUniformf("deepest", static_cast<float>(deepest));
-  this->Quad->Program->SetUniformi("toLight", code == Code::ToLight ? 1 : 0);
-  this->Quad->Program->SetUniformi("toCodes", code == Code::ToCodes ? 1 : 0);
-  this->Quad->Program->SetUniformi("overBelow", below ? 1 : 0);
-  below = below ? below : color; // a sampler needs some texture
+  vtkShaderProgram* program = this->Quad.Use(window);
+  // A sampler needs a texture even if the shader does not read it.
+  vtkTextureObject* below = drawing.Below ? drawing.Below : drawing.Color;
+  drawing.Color->Activate();
+  drawing.Depth->Activate();
+  program->SetUniformi("viewColor", drawing.Color->GetTextureUnit());
+  program->SetUniformi("viewDepth", drawing.Depth->GetTextureUnit());
+  program->SetUniformf("share", static_cast<float>(drawing.Share));
+  program->SetUniformf("deepest", static_cast<float>(drawing.Deepest));
+  program->SetUniformi("toLight", drawing.Convert == Conversion::ToLight ? 1 : 0);
+  program->SetUniformi("toCodes", drawing.Convert == Conversion::ToCodes ? 1 : 0);
+  program->SetUniformi("overBelow", drawing.Below ? 1 : 0);
   below->Activate();
-  this->Quad->Program->SetUniformi("belowColor", below->GetTextureUnit());
-  this->Quad->Render();
+  program->SetUniformi("belowColor", below->GetTextureUnit());
+  this->Quad.Draw();
   below->Deactivate();
-  depth->Deactivate();
-  color->Deactivate();
+  drawing.Depth->Deactivate();
+  drawing.Color->Deactivate();
 }
 
-/// Adds the view's picture to the sum; of the first one the depth is kept, too.
-void LensAccumulation::AddView(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first, bool toLight)
+/// Adds the picture of the view to the sum. Keeps the depth of the first one.
+void LensAccumulation::AddView(const PassFrame& frame, bool first, bool toLight)
 {
-  vtkOpenGLState* state = window->GetState();
+  const PixelRectangle& rectangle = frame.Rectangle;
+  vtkOpenGLState* state = frame.Window->GetState();
   vtkOpenGLState::ScopedglViewport viewport(state);
   vtkOpenGLState::ScopedglScissor scissor(state);
   state->PushFramebufferBindings();
@@ -127,42 +111,42 @@ void LensAccumulation::AddView(
   this->Sum->StartNonOrtho(rectangle.Width, rectangle.Height);
   state->vtkglViewport(0, 0, rectangle.Width, rectangle.Height);
   state->vtkglScissor(0, 0, rectangle.Width, rectangle.Height);
-  this->Draw(window, this->Frame.Color(), this->Frame.Depth(), 1.0,
-    first ? Blending::Replace : Blending::Add, toLight ? Code::ToLight : Code::Keep);
+  this->Draw(frame.Window,
+    { this->Frame.Color(), this->Frame.Depth(), first ? Blending::Replace : Blending::Add,
+      toLight ? Conversion::ToLight : Conversion::None });
   state->PopFramebufferBindings();
 }
 
-/// What layers below have left in the frame: their depth, which hides what is behind, and their
-/// colours, where light is to be mixed with theirs, which blending knows nothing of.
-void LensAccumulation::KeepBelow(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool depth, bool color)
+/// Keeps what the layers below have left in the frame: their depth, which hides what is behind, and
+/// their colours if they are to be mixed as light, which blending cannot do.
+void LensAccumulation::KeepBelow(const PassFrame& frame, bool depth, bool color)
 {
+  const PixelRectangle& r = frame.Rectangle;
   std::vector<float> values;
-  this->HasDepthBelow = depth && this->Blit.ReadDepth(window, rectangle, values) &&
-    Upload(window, this->DepthBelow, rectangle, 1, values.data());
-  this->HasColorBelow = color && this->Blit.ReadColor(window, rectangle, values) &&
-    Upload(window, this->ColorBelow, rectangle, 4, values.data());
+  this->HasDepthBelow = depth && this->Blit.ReadDepth(frame.Window, r, values) &&
+    Upload(frame.Window, this->DepthBelow, { r.Width, r.Height, 1, values.data() });
+  this->HasColorBelow = color && this->Blit.ReadColor(frame.Window, r, values) &&
+    Upload(frame.Window, this->ColorBelow, { r.Width, r.Height, 4, values.data() });
 }
 
-bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& views, int index,
-  const PixelRectangle& rectangle, vtkRenderPass* delegate)
+bool LensAccumulation::RenderView(
+  const PassFrame& frame, const LensViews& views, int index, vtkRenderPass* delegate)
 {
+  const int width = frame.Rectangle.Width, height = frame.Rectangle.Height;
   const SubAperture& cell = views.Cells[views.Cells.size() == 1 ? 0 : index];
   const ApertureSample jitter = PixelOffset(index);
   const double u =
-    2.0 * (cell.Camera.Cx - views.Middle.Cx + views.PixelFilter * jitter.X) / rectangle.Width;
+    2.0 * (cell.Camera.Cx - views.Whole.Cx + views.PixelFilter * jitter.X) / width;
   const double v =
-    2.0 * (cell.Camera.Cy - views.Middle.Cy + views.PixelFilter * jitter.Y) / rectangle.Height;
-  const vtkSmartPointer<vtkCamera> moved = CopyCamera(views.Camera, views.Aspect);
+    2.0 * (cell.Camera.Cy - views.Whole.Cy + views.PixelFilter * jitter.Y) / height;
+  const vtkSmartPointer<vtkCamera> moved =
+    CopyCamera(frame.Renderer->GetActiveCamera(), frame.Aspect);
   moved->SetFocalDistance(views.Optics.FocalDistance);
   moved->SetFocalDisk(2.0 * cell.Optics.Radius);
   ShiftCamera(moved, cell.Center[0], cell.Center[1], u, v);
 
-  vtkRenderer* renderer = state->GetRenderer();
-  vtkOpenGLRenderWindow* window = WindowOf(state);
-  const int samples = CurrentSamples();
-  const bool begun = this->Frame.Begin(window, rectangle.Width, rectangle.Height, samples);
-  if (views.All ? !views.All(begun) : !begun)
+  const bool begun = this->Frame.Begin(frame.Window, width, height, CurrentSamples());
+  if (views.Group ? !views.Group->All(begun) : !begun)
   {
     if (begun)
     {
@@ -170,56 +154,62 @@ bool LensAccumulation::RenderView(const vtkRenderState* state, const LensViews& 
     }
     return false;
   }
-  if (renderer->Transparent()) // which does not clear what it draws over
+  if (frame.Renderer->Transparent()) // it does not clear what it draws over
   {
-    window->GetState()->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-    window->GetState()->vtkglClear(GL_COLOR_BUFFER_BIT);
+    frame.Window->GetState()->vtkglClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    frame.Window->GetState()->vtkglClear(GL_COLOR_BUFFER_BIT);
   }
   if (this->HasDepthBelow)
   {
-    this->Draw(window, this->DepthBelow, this->DepthBelow, 0.0, Blending::Add, Code::Keep);
+    Drawing depthOnly{ this->DepthBelow, this->DepthBelow, Blending::Add };
+    depthOnly.Share = 0.0;
+    this->Draw(frame.Window, depthOnly);
   }
-  RenderThrough(state, moved, this->Frame.Framebuffer(), delegate);
+  RenderThrough(frame.State, moved, this->Frame.Framebuffer(), delegate);
   this->Frame.End();
   return true;
 }
 
-bool LensAccumulation::Render(const vtkRenderState* state, const PixelRectangle& rectangle,
-  const LensViews& views, vtkRenderPass* delegate)
+bool LensAccumulation::Render(
+  const PassFrame& frame, const LensViews& views, vtkRenderPass* delegate)
 {
-  vtkOpenGLRenderWindow* window = WindowOf(state);
-  const auto all = [&views](bool mine) { return views.All ? views.All(mine) : mine; };
-  if (!all(this->Prepare(window, rectangle.Width, rectangle.Height)))
+  const auto all = [&views](bool own) { return views.Group ? views.Group->All(own) : own; };
+  if (!all(this->Prepare(frame)))
   {
     return false;
   }
-  vtkRenderer* renderer = state->GetRenderer();
-  this->KeepBelow(window, rectangle, renderer->GetPreserveDepthBuffer() != 0,
+  vtkRenderer* renderer = frame.Renderer;
+  this->KeepBelow(frame, renderer->GetPreserveDepthBuffer() != 0,
     renderer->Transparent() && views.LinearLight);
   int done = 0;
-  for (; done < views.Count && (done == 0 || all(!window->GetAbortRender())); ++done)
+  for (; done < views.Count && (done == 0 || all(!frame.Window->GetAbortRender())); ++done)
   {
-    if (!this->RenderView(state, views, done, rectangle, delegate))
+    if (!this->RenderView(frame, views, done, delegate))
     {
       return false;
     }
-    this->AddView(window, rectangle, done == 0, views.LinearLight);
+    this->AddView(frame, done == 0, views.LinearLight);
   }
-  vtkOpenGLState* glState = window->GetState();
-  vtkOpenGLState::ScopedglViewport viewport(glState);
-  vtkOpenGLState::ScopedglScissor scissor(glState);
-  glState->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
-  glState->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
-  this->Draw(window, this->SumColor, this->FirstDepth, 1.0 / done,
-    renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace,
-    views.LinearLight ? Code::ToCodes : Code::Keep,
-    this->HasColorBelow ? this->ColorBelow.Get() : nullptr, views.Deepest);
+  const PixelRectangle& r = frame.Rectangle;
+  vtkOpenGLState* state = frame.Window->GetState();
+  vtkOpenGLState::ScopedglViewport viewport(state);
+  vtkOpenGLState::ScopedglScissor scissor(state);
+  state->vtkglViewport(r.X, r.Y, r.Width, r.Height);
+  state->vtkglScissor(r.X, r.Y, r.Width, r.Height);
+  Drawing mean{ this->SumColor, this->FirstDepth };
+  mean.Blend =
+    renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace;
+  mean.Convert = views.LinearLight ? Conversion::ToCodes : Conversion::None;
+  mean.Share = 1.0 / done;
+  mean.Below = this->HasColorBelow ? this->ColorBelow.Get() : nullptr;
+  mean.Deepest = views.Deepest;
+  this->Draw(frame.Window, mean);
   return true;
 }
 
 void LensAccumulation::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->Quad.reset();
+  this->Quad.ReleaseGraphicsResources();
   this->Frame.ReleaseGraphicsResources(window);
   this->Sum->ReleaseGraphicsResources(window);
   this->FirstDepth->ReleaseGraphicsResources(window);

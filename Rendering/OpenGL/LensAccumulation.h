@@ -1,56 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The mean of views from cells or points of a lens, each rendered by a pass (Haeberli and Akeley
- * 1990), in 32-bit float. Internal to the module.
+ * Averages views from cells or points of a lens, each rendered by a pass (Haeberli and Akeley 1990),
+ * in 32-bit float. Internal to the module.
  */
 #pragma once
 
+#include "Core/Base/Ranks.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/SubApertures.h"
-
+#include "Core/Lens/View.h"
 #include "Rendering/OpenGL/FrameBlit.h"
+#include "Rendering/OpenGL/FullScreenQuad.h"
 #include "Rendering/OpenGL/OffscreenFrame.h"
+#include "Rendering/OpenGL/PassFrame.h"
 
 #include <vtkNew.h>
-#include <vtkWeakPointer.h>
 
-#include <functional>
-#include <memory>
+#include <vector>
 
-class vtkCamera;
 class vtkOpenGLFramebufferObject;
-class vtkOpenGLQuadHelper;
 class vtkOpenGLRenderWindow;
 class vtkRenderPass;
-class vtkRenderState;
 class vtkTextureObject;
 class vtkWindow;
 
 namespace SurfelSplatting
 {
-/// What to take the mean of.
+/// The views of a lens.
 struct LensViews
 {
-  LensViews(vtkCamera* camera, const int size[2], double aspect, const Lens& lens,
-    const ApertureSampling& sampling);
+  /// @param view what the camera sees through all of the lens
+  LensViews(const View& view, const Lens& lens, const ApertureSampling& sampling);
 
-  /// Whether there is nothing to take a mean of: one view through all of the lens.
+  /// Whether there is one view only, through all of the lens.
   bool IsOne() const
   {
     return this->Cells.size() == 1 && this->Cells[0].Optics.Radius == this->Optics.Radius &&
       this->PixelFilter == 0.0;
   }
 
-  vtkCamera* Camera;
-  double Aspect;
-  View Middle; // what the camera sees
+  View Whole; // through all of the lens
   Lens Optics;
   std::vector<SubAperture> Cells;
-  int Count;                     ///< of views
-  double PixelFilter = 0.0;      ///< standard deviation of a Gaussian filter, made by shifts, px
-  bool LinearLight = false;      ///< the mean is of light, colours being its sRGB codes
-  double Deepest = 1.0;          ///< depth of pixels with any colour, at most
-  std::function<bool(bool)> All; ///< of all processes that render the views together, or empty
+  int Count;                ///< number of views
+  double PixelFilter = 0.0; ///< standard deviation of a Gaussian filter, made by shifts, px
+  bool LinearLight = false; ///< colours are sRGB codes; the mean is of the light
+  double Deepest = 1.0;     ///< largest window depth of pixels with any colour
+  Ranks* Group = nullptr;   ///< all processes that render the views together; null: this one
 };
 
 class LensAccumulation
@@ -60,42 +56,48 @@ public:
   ~LensAccumulation();
 
   /**
-   * Renders the views with `delegate` and draws their mean, and the first one's depth, into the
-   * rectangle of the current framebuffer: over what is there where the renderer is transparent,
-   * otherwise instead of it. Each view is rendered through a copy of the camera within a cell of
-   * the lens, FocalDisk being the cell's diameter, with as many samples as the current framebuffer
-   * has. Views after the first one are left out once the window's rendering is aborted. False: its
-   * textures could not be made, and nothing is drawn. A renderer that preserves the depth of layers
-   * below has it in every view.
+   * Renders the views with `delegate` and draws their mean, and the first view's depth, into the
+   * frame: over what is there if the renderer is transparent, otherwise instead of it. Each view is
+   * rendered through a copy of the camera within a cell of the lens, with the cell's diameter as its
+   * FocalDisk, and with as many samples as the current framebuffer has. If the window's rendering is
+   * aborted, the remaining views are left out. If the renderer preserves the depth of the layers
+   * below, every view has it. Returns false, and draws nothing, if the textures could not be made.
    */
-  bool Render(const vtkRenderState* state, const PixelRectangle& rectangle, const LensViews& views,
-    vtkRenderPass* delegate);
+  bool Render(const PassFrame& frame, const LensViews& views, vtkRenderPass* delegate);
 
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  void KeepBelow(
-    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool depth, bool color);
-  bool Prepare(vtkOpenGLRenderWindow* window, int width, int height);
-  bool RenderView(const vtkRenderState* state, const LensViews& views, int index,
-    const PixelRectangle& rectangle, vtkRenderPass* delegate);
-  void AddView(
-    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, bool first, bool toLight);
   enum class Blending
   {
     Replace,
     Add,
     Over
   };
-  enum class Code
+  enum class Conversion
   {
-    Keep,
+    None,
     ToLight,
     ToCodes
   };
-  void Draw(vtkOpenGLRenderWindow* window, vtkTextureObject* color, vtkTextureObject* depth,
-    double share, Blending blending, Code code, vtkTextureObject* below = nullptr,
-    double deepest = 1.0);
+  /// A picture to be drawn over all of the viewport.
+  struct Drawing
+  {
+    vtkTextureObject* Color;
+    vtkTextureObject* Depth;
+    Blending Blend = Blending::Replace;
+    Conversion Convert = Conversion::None;
+    double Share = 1.0;                ///< factor on the colour
+    vtkTextureObject* Below = nullptr; ///< colours to mix it with as light; may be null
+    double Deepest = 1.0;              ///< as in LensViews
+  };
+
+  bool Prepare(const PassFrame& frame);
+  void KeepBelow(const PassFrame& frame, bool depth, bool color);
+  bool RenderView(
+    const PassFrame& frame, const LensViews& views, int index, vtkRenderPass* delegate);
+  void AddView(const PassFrame& frame, bool first, bool toLight);
+  void Draw(vtkOpenGLRenderWindow* window, const Drawing& drawing);
 
   OffscreenFrame Frame;
   vtkNew<vtkOpenGLFramebufferObject> Sum;
@@ -103,7 +105,6 @@ private:
   FrameBlit Blit;
   bool HasDepthBelow = false;
   bool HasColorBelow = false;
-  std::unique_ptr<vtkOpenGLQuadHelper> Quad;
-  vtkWeakPointer<vtkOpenGLRenderWindow> QuadWindow;
+  FullScreenQuad Quad;
 };
 }

@@ -7,11 +7,11 @@ in vec2 texCoord;
 uniform sampler2D viewColor;  // RGBA
 uniform sampler2D viewDepth;  // R, window depth
 uniform sampler2D belowColor; // RGBA, of the layers below
-uniform float share;          // of the colour
-uniform float deepest;        // depth of pixels with any colour, at most
-uniform int toLight;          // colours are sRGB codes, their sum is of light (LinearLight.h)
-uniform int toCodes;          // the sum is of light, its mean shown as sRGB codes
-uniform int overBelow;        // mixed with the layers below, as light
+uniform float share;          // factor on the colour
+uniform float deepest;        // largest depth of pixels with any colour
+uniform int toLight;          // convert sRGB codes to light (LinearLight.h)
+uniform int toCodes;          // convert light to sRGB codes
+uniform int overBelow;        // mix with the layers below, as light
 
 //VTK::Output::Dec
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/OpenGL/OffscreenFrame.h"
 
+#include "Rendering/OpenGL/PixelTexture.h"
+
 #include <vtk_glew.h>
 
 #include <vtkOpenGLFramebufferObject.h>
@@ -16,23 +18,6 @@ int CurrentSamples()
   GLint samples = 0;
   glGetIntegerv(GL_SAMPLES, &samples);
   return samples;
-}
-
-bool FitTexture(
-  vtkOpenGLRenderWindow* window, vtkTextureObject* texture, TextureKind kind, int width, int height)
-{
-  const auto w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
-  texture->SetContext(window);
-  texture->SetMinificationFilter(vtkTextureObject::Nearest);
-  texture->SetMagnificationFilter(vtkTextureObject::Nearest);
-  texture->SetWrapS(vtkTextureObject::ClampToEdge);
-  texture->SetWrapT(vtkTextureObject::ClampToEdge);
-  if (texture->GetHandle() && texture->GetWidth() == w && texture->GetHeight() == h)
-  {
-    return true;
-  }
-  return kind == TextureKind::Depth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
-                                    : texture->Allocate2D(w, h, 4, VTK_FLOAT);
 }
 
 OffscreenFrame::OffscreenFrame()
@@ -120,7 +105,7 @@ void OffscreenFrame::Resolve()
 {
   vtkOpenGLState* state = this->Window->GetState();
   vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
-  state->vtkglDisable(GL_SCISSOR_TEST); // a blit obeys it
+  state->vtkglDisable(GL_SCISSOR_TEST); // it would cut off the blit
   this->Multi->Bind(GL_READ_FRAMEBUFFER);
   this->Multi->ActivateReadBuffer(0);
   this->Single->Bind(GL_DRAW_FRAMEBUFFER);
@@ -162,6 +147,6 @@ void OffscreenFrame::ReleaseGraphicsResources(vtkWindow* window)
   this->SingleDepth->ReleaseGraphicsResources(window);
   this->MultiColor->ReleaseGraphicsResources(window);
   this->MultiDepth->ReleaseGraphicsResources(window);
-  this->MakeObjects(); // released, the old ones keep their context and never come back
+  this->MakeObjects(); // released objects keep their context and cannot be used again
 }
 }

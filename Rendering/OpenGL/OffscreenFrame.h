@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A framebuffer of one's own for passes to draw into: 16-bit or 32-bit float colours and depth,
- * with as many samples as wanted. Internal to the module.
+ * An offscreen framebuffer for passes to draw into: float colours (32 bits, or 16 bits if it is
+ * multisampled) and 32-bit float depth. Internal to the module.
  */
 #pragma once
 
@@ -17,18 +17,8 @@ class vtkWindow;
 
 namespace SurfelSplatting
 {
-/// Samples of the framebuffer that is drawn into now: 0 where it is not multisampled.
+/// Samples per pixel of the current draw framebuffer; 0 if it is not multisampled.
 int CurrentSamples();
-
-enum class TextureKind
-{
-  Color, ///< RGBA, 32-bit float
-  Depth  ///< 32-bit float
-};
-
-/// Gives a texture a size, where it has another one; false where it cannot be had.
-bool FitTexture(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, TextureKind kind,
-  int width, int height);
 
 class OffscreenFrame
 {
@@ -36,18 +26,18 @@ public:
   OffscreenFrame();
   ~OffscreenFrame();
 
-  /// Makes it what is drawn into and read from, viewport and scissor included; what is in it is
-  /// undefined. False, and nothing has changed: it cannot be had in this size.
+  /// Binds it for drawing and reading and sets viewport and scissor to it; its content is undefined.
+  /// False, and nothing has changed, if it could not be made in this size.
   bool Begin(vtkOpenGLRenderWindow* window, int width, int height, int samples);
 
-  /// For a vtkRenderState, between Begin and End.
+  /// The framebuffer for a vtkRenderState, between Begin and End.
   vtkFrameBufferObjectBase* Framebuffer();
 
-  /// Back to what was drawn into before. With several samples the textures get their mean, and the
-  /// depth of one of them, where that is asked for.
+  /// Binds the previous framebuffer again. If `resolve` is set and the frame is multisampled, the
+  /// textures get the mean colour and the depth of one of the samples.
   void End(bool resolve = true);
 
-  /// Of the last picture.
+  /// Textures of the last picture.
   vtkTextureObject* Color();
   vtkTextureObject* Depth();
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What other opaque props of a renderer look like, for the splatter to show it through the lens:
- * colours and distances of their pixels, and of those beyond the picture's border that blur into
- * it. Internal to the module.
+ * The image of the other opaque props of a renderer, those that are not surfels: their colours and
+ * depths in the frame, and beyond its border as far as they blur into it. The splatter shows them
+ * through the lens. Internal to the module.
  */
 #pragma once
 
@@ -10,87 +10,117 @@
 #include "Core/Splats/DepthImageSurfels.h"
 #include "Rendering/OpenGL/FrameBlit.h"
 #include "Rendering/OpenGL/OffscreenFrame.h"
+#include "Rendering/OpenGL/PassFrame.h"
+#include "Rendering/Scene/SceneView.h"
 
 #include <vector>
 
-class vtkOpenGLRenderWindow;
 class vtkRenderPass;
-class vtkRenderState;
 class vtkRenderer;
 class vtkWindow;
 
 namespace SurfelSplatting
 {
-/// Whether a renderer shows anything in space that is no surfels; opaque things alone where wanted.
+/// Whether a renderer shows any prop in 3D space that is not surfels.
 bool HasOtherProps(vtkRenderer* renderer, bool opaqueOnly);
 
-/// The distances between which a renderer's other opaque props are, within its clipping range.
-void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2]);
+/// A picture that the splatter has made.
+struct SplattedPicture
+{
+  const float* Color;                      ///< [height][width][4] premultiplied RGBA
+  const float* Depth;                      ///< [height][width] distance; 0 where there is none
+  const DepthImageSurfels& BlurredPixels; ///< pixels of props that it shows through the lens
+};
 
-/// Window depths as distances along the view direction, infinity where nothing was drawn.
-void ToDistances(
-  const std::vector<float>& windowDepth, const DepthRange& range, std::vector<float>& distances);
-
+/**
+ * Call its methods in this order in a frame: Begin or StaySharp; render the props; ReadDepth; Read;
+ * splat with OccluderDepth and BlurredImage; on rank 0 JoinDepth and Compose, on other ranks
+ * ClearGathered.
+ */
 class PropImage
 {
 public:
   /// Whether colours are sRGB codes of the light that is blurred and mixed.
-  void SetLinearLight(bool linear) { this->Whole.LinearLight = linear; }
+  void SetLinearLight(bool linear) { this->Image.LinearLight = linear; }
 
-  /// Instead of Read, where all that was drawn stays: what is there now.
-  bool ReadPicture(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)
+  /// Before the props are drawn, if they are not to be blurred.
+  void StaySharp() { this->Margin = 0; }
+
+  /**
+   * Before the props are drawn, if they are to be blurred. Chooses the margin that has to be drawn
+   * beyond the frame and reads the background. Collective if there are ranks. False if the
+   * background could not be read or memory does not suffice: the props stay sharp.
+   */
+  bool Begin(const PassFrame& frame, const SceneView& view, Ranks* ranks);
+
+  /// Whether the lens blurs any of the props.
+  bool IsBlurred() const { return this->Margin > 0; }
+
+  /// After the props were drawn. False if their depth could not be read: they hide nothing.
+  bool ReadDepth(const PassFrame& frame);
+
+  /**
+   * Reads the colours of the props, and draws and reads what is beyond the frame, as far as they are
+   * blurred or have to go to rank 0. Collective if there are ranks: gathers the nearest prop of each
+   * pixel on rank 0. False if this rank's colours could not be read or memory does not suffice: the
+   * props stay sharp.
+   * @param delegate draws the props beyond the frame, with as many samples as the frame has
+   */
+  bool Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delegate);
+
+  /// Whether the props of all ranks have been gathered on rank 0.
+  bool IsGathered() const { return this->Gathered; }
+
+  /// [height][width] distance of the props along the view direction, world units; infinity where
+  /// there are none.
+  const float* OccluderDepth() const { return this->Distances.data(); }
+
+  /// The image for the splatter; null if the props stay sharp or the image is on rank 0.
+  const DepthImage* BlurredImage() const { return this->HasImage ? &this->Image : nullptr; }
+
+  /// Reads the colours of all that was drawn, if Read was not needed. False if it could not be done.
+  bool ReadColor(const PassFrame& frame)
   {
-    return this->Blit.ReadColor(window, rectangle, this->Color);
+    return this->Blit.ReadColor(frame.Window, frame.Rectangle, this->Color);
   }
 
-  /// What is there before they are drawn. False: it could not be read.
-  bool ReadBackground(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle);
-
   /**
-   * What is there after they were drawn; the margin is drawn by `delegate` through a wider camera
-   * and with as many samples.
-   * @param distances [height][width] of what was drawn
-   * @param margin    px on each side; 0: none, and nothing is blurred
+   * The smaller window depth of props and splats, [height][width].
+   * @param deepest largest window depth of pixels with any colour
    */
-  bool Read(const vtkRenderState* state, const PixelRectangle& rectangle, const DepthRange& range,
-    const std::vector<float>& distances, int margin, vtkRenderPass* delegate);
+  const float* JoinDepth(const SplattedPicture& picture, const DepthRange& range, float deepest);
 
-  /**
-   * Collective: what the last Read of each rank has seen, the nearest of each pixel, into rank 0's.
-   * @param mine      whether this rank has anything to add; rank 0 and all that have must have read
-   * @param distances [height][width] of what was drawn; on rank 0 by any rank, afterwards
-   */
-  void Gather(Ranks& ranks, bool mine, std::vector<float>& distances);
+  /// The complete picture, [height][width][4]: the splatter's picture over the props where they
+  /// stayed sharp, and over the background where they were splatted.
+  const float* Compose(const SplattedPicture& picture);
 
-  /// On the other ranks: what the last Read has seen without what was gathered, premultiplied; null
-  /// where nothing was read.
-  const float* WithoutGathered(const std::vector<float>& distances);
-
-  /// Of the last Read.
-  const DepthImage& Picture() const { return this->Whole; }
-
-  /**
-   * The whole picture, [height][width][4]: the splatter's `color` over these props where they
-   * stayed, and over the background where they were taken.
-   */
-  const float* Compose(const DepthImageSurfels& pixels, const float* color);
+  /// On ranks other than 0: clears what is in the picture of rank 0. Translucent props and volumes,
+  /// which have no depth, stay.
+  void ClearGathered(const PassFrame& frame);
 
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool DrawWide(const vtkRenderState* state, const PixelRectangle& rectangle,
-    const DepthRange& range, vtkRenderPass* delegate);
-  bool FindBackdrop(const std::vector<float>& distances) const;
+  bool ReadImage(const PassFrame& frame, vtkRenderPass* delegate);
+  bool DrawWide(const PassFrame& frame, vtkRenderPass* delegate);
+  void PlaceMiddle(const PixelRectangle& rectangle);
+  bool FindBackdrop() const;
+  void Gather(Ranks& ranks, bool hasProps, const DepthRange& range);
+  Message PackPixels() const;
+  void AddPixels(const Message& pixels);
   const float* ColorUnder(const DepthImageSurfels::Pixel& pixel) const;
-  void PlaceMiddle(const PixelRectangle& rectangle, const std::vector<float>& distances);
 
   FrameBlit Blit;
   OffscreenFrame Wide;
-  std::vector<float> Background, Color;        // of the picture
+  std::vector<float> WindowDepth, Distances;   // of the frame
+  std::vector<float> Background, Color;        // of the frame
   std::vector<float> WideDistances, WideColor; // with the margin
-  std::vector<float> WindowDepth;
-  DepthImage Whole;
-  std::size_t Width = 0; // of the picture
-  bool HasBackdrop = false;
+  std::vector<float> WideWindowDepth;
+  DepthImage Image;
+  std::size_t Width = 0;    // of the frame, px
+  int Margin = 0;           // px on each side
+  bool HasImage = false;    // the image is complete
+  bool Gathered = false;
+  bool HasBackdrop = false; // something without a depth, such as a skybox, was drawn
 };
 }

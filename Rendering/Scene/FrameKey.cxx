@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/FrameKey.h"
 
-#include "Core/Splats/DepthImageSurfels.h"
-#include "vtkSurfelMapper.h"
-
 #include <vtkMatrix4x4.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
@@ -12,8 +9,8 @@
 
 namespace SurfelSplatting
 {
-FrameKey::FrameKey(const std::vector<vtkSurfelSplatter::Item>& items,
-  const vtkSurfelSplatter::View& view, const SplatContext& context, vtkMTimeType settings)
+FrameKey::FrameKey(const std::vector<SceneItem>& items, const SceneView& view,
+  const SplatContext& context, vtkMTimeType settings)
 {
   this->Values.push_back(settings);
   this->AddView(context);
@@ -21,7 +18,7 @@ FrameKey::FrameKey(const std::vector<vtkSurfelSplatter::Item>& items,
   {
     this->AddLight(light);
   }
-  for (const vtkSurfelSplatter::Item& item : items)
+  for (const SceneItem& item : items)
   {
     this->AddItem(item);
   }
@@ -30,12 +27,12 @@ FrameKey::FrameKey(const std::vector<vtkSurfelSplatter::Item>& items,
     const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
     this->OccluderDepth.assign(view.OccluderDepth, view.OccluderDepth + pixels);
   }
-  if (const DepthImage* others = view.Others)
+  if (const DepthImage* props = view.PropImage)
   {
-    const std::size_t wide = static_cast<std::size_t>(view.Size[0] + 2 * others->Margin) *
-      (view.Size[1] + 2 * others->Margin);
-    this->OthersDepth.assign(others->Depth, others->Depth + wide);
-    this->OthersColor.assign(others->Colors, others->Colors + 4 * wide);
+    const std::size_t pixels = static_cast<std::size_t>(view.Size[0] + 2 * props->Margin) *
+      (view.Size[1] + 2 * props->Margin);
+    this->PropDepth.assign(props->Depth, props->Depth + pixels);
+    this->PropColor.assign(props->Colors, props->Colors + 4 * pixels);
   }
 }
 
@@ -68,9 +65,9 @@ void FrameKey::AddLight(const Light& light)
   }
 }
 
-void FrameKey::AddItem(const vtkSurfelSplatter::Item& item)
+void FrameKey::AddItem(const SceneItem& item)
 {
-  // MTimes are never given twice, so that objects need not be told apart by their addresses.
+  // No two objects ever have the same MTime, so that their addresses are not needed.
   this->Values.push_back(item.Mapper->GetMTime());
   this->Values.push_back(item.Mapper->GetInput() ? item.Mapper->GetInput()->GetMTime() : 0);
   this->Values.push_back(item.Property->GetMTime());
@@ -101,12 +98,12 @@ void FrameKey::Add(double value)
 
 bool FrameKey::operator==(const FrameKey& other) const
 {
-  // Bit by bit: infinity and NaN are values like others.
+  // Compared bit by bit, so that infinity and NaN equal themselves.
   const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
     return a.size() == b.size() &&
       (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
   };
   return this->Values == other.Values && same(this->OccluderDepth, other.OccluderDepth) &&
-    same(this->OthersDepth, other.OthersDepth) && same(this->OthersColor, other.OthersColor);
+    same(this->PropDepth, other.PropDepth) && same(this->PropColor, other.PropColor);
 }
 }

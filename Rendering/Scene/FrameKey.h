@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Everything that a picture depends on, as numbers: two frames with the same key are the same.
+ * Everything that a picture depends on, as numbers: frames with equal keys have equal pictures.
  * Internal to the module.
  */
 #pragma once
 
 #include "Core/Splats/SplatContext.h"
-#include "vtkSurfelSplatter.h"
+#include "Rendering/Scene/SceneView.h"
+
+#include <vtkType.h>
 
 #include <cstdint>
 #include <vector>
@@ -19,19 +21,19 @@ public:
   FrameKey() = default;
 
   /// @param settings MTime of the splatter
-  FrameKey(const std::vector<vtkSurfelSplatter::Item>& items, const vtkSurfelSplatter::View& view,
-    const SplatContext& context, vtkMTimeType settings);
+  FrameKey(const std::vector<SceneItem>& items, const SceneView& view, const SplatContext& context,
+    vtkMTimeType settings);
 
   bool operator==(const FrameKey& other) const;
 
 private:
   void Add(double value);
   void Add(const Affine3& transform);
-  void AddItem(const vtkSurfelSplatter::Item& item);
+  void AddItem(const SceneItem& item);
   void AddView(const SplatContext& context);
   void AddLight(const Light& light);
 
   std::vector<std::uint64_t> Values;
-  std::vector<float> OccluderDepth, OthersDepth, OthersColor;
+  std::vector<float> OccluderDepth, PropDepth, PropColor;
 };
 }

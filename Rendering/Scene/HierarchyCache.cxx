@@ -34,16 +34,16 @@ HierarchyLayout ReadLayout(vtkDataArray* counts)
   return HierarchyLayout(leaves[0], leaves[1]);
 }
 
-/// The array of the nodes above the leaves; null where the input is not what its layout says.
+/// The array of the nodes above the leaves; null if the input does not match its layout.
 vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layout)
 {
   auto* array =
     vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
-  const bool whole = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
+  const bool matches = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
     static_cast<std::uint64_t>(input->GetNumberOfPoints()) == layout.NumberOfLeaves() &&
     static_cast<std::uint64_t>(array->GetNumberOfTuples()) ==
       layout.NumberOfNodes() - layout.NumberOfLeaves();
-  return whole ? array : nullptr;
+  return matches ? array : nullptr;
 }
 }
 
@@ -52,23 +52,23 @@ bool HierarchyCache::IsHierarchy(vtkPolyData* input)
   return LeafCounts(input) != nullptr;
 }
 
-std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, bool paper,
+std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, bool paperCut,
   const Executor& executor, SurfelCloud& cloud)
 {
   const HierarchyLayout layout = ReadLayout(LeafCounts(input));
   vtkUnsignedCharArray* nodes = FindNodes(input, layout);
   if (!nodes)
   {
-    return std::string("The input says that it is a hierarchy of ") +
-      std::to_string(layout.NumberOfLeaves()) + " surfels (field array " + Arrays::Leaves +
-      "), but its " + std::to_string(input->GetNumberOfPoints()) + " points and the field array " +
-      Arrays::Nodes + " are not that. Put vtkSurfelHierarchy after filters that change the points.";
+    return std::string("Field array ") + Arrays::Leaves + " announces a hierarchy of " +
+      std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
+      std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
+      " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
   }
   cloud.Nodes = reinterpret_cast<const HierarchyNode*>(nodes->GetPointer(0));
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
-    this->Table = ClusterBounds(cloud, layout, executor);
+    this->Bounds = ClusterBounds(cloud, layout, executor);
     this->InputState = inputState;
     this->ColorState = State();
     this->HasColors = false;
@@ -82,14 +82,14 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
-  if (paper && this->LeafCovariances.empty())
+  if (paperCut && this->LeafCovariances.empty())
   {
     this->LeafCovariances = MakeLeafCovariances(cloud, layout, executor);
   }
   this->HasColors = colors != nullptr;
-  cloud.Clusters = &this->Table;
+  cloud.Clusters = &this->Bounds;
   cloud.NodeColors = colors ? this->Colors.data() : nullptr;
-  cloud.LeafCovariances = paper ? this->LeafCovariances.data() : nullptr;
+  cloud.LeafCovariances = paperCut ? this->LeafCovariances.data() : nullptr;
   return std::string();
 }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a mapper keeps of its hierarchy from frame to frame: the table for choosing detail, and
- * colours and leaf covariances of the nodes. Internal to the module.
+ * Data of a hierarchy that a mapper keeps from frame to frame: bounds of its clusters for choosing
+ * the level of detail, and colours and leaf covariances of its nodes. Internal to the module.
  */
 #pragma once
 
@@ -24,24 +24,24 @@ namespace SurfelSplatting
 class HierarchyCache
 {
 public:
-  /// Whether the input says that it is a hierarchy.
+  /// Whether the input declares that it is a hierarchy (field array Arrays::Leaves).
   static bool IsHierarchy(vtkPolyData* input);
 
   /**
-   * Points the cloud, whose surfel arrays are set, to the hierarchy's nodes, table and colours;
-   * makes the last two anew only where the input or its colours have changed. Returns an empty
-   * string, or what is wrong with the input and what to do.
-   * @param colors of all surfels, or null
-   * @param paper whether the paper's rule is to choose, which needs more
+   * Points the cloud, whose surfel arrays are set, to the hierarchy's nodes, cluster bounds and
+   * colours. Computes the last two again only if the input or its colours have changed. Returns an
+   * empty string, or what is wrong with the input and what to do.
+   * @param colors   of all surfels, or null
+   * @param paperCut whether the paper's rule chooses the level of detail; it needs leaf covariances
    */
-  std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paper, const Executor& executor,
-    SurfelCloud& cloud);
+  std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paperCut,
+    const Executor& executor, SurfelCloud& cloud);
 
-  /// Surfels that tables and colours were made of, in all updates together.
+  /// Number of surfels whose cluster bounds or colours were computed, in all updates together.
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }
 
 private:
-  /// An object in a certain state. MTimes are never given twice.
+  /// An object in a certain state. No MTime is ever given twice.
   struct State
   {
     const void* Object = nullptr;
@@ -53,7 +53,7 @@ private:
   };
 
   State InputState, ColorState;
-  ClusterBounds Table;
+  ClusterBounds Bounds;
   std::vector<NodeColor> Colors;
   std::vector<float> LeafCovariances;
   bool HasColors = false;

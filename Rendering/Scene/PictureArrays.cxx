@@ -62,7 +62,7 @@ void AddCamera(const SplatContext& context, vtkImageData* output)
   const Affine3& m = context.Camera.WorldToCamera;
   for (int i = 0; i < 3; ++i)
   {
-    const double sign = i == 2 ? -1.0 : 1.0; // the core's camera looks along +z
+    const double sign = i == 2 ? -1.0 : 1.0; // the core's camera looks along +z, VTK's along -z
     for (int j = 0; j < 3; ++j)
     {
       rows[4 * i + j] = sign * m.L[i][j];

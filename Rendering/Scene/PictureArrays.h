@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The arrays of a picture (Documentation/DataContract.md). Internal to the module.
+ * Makes the arrays of a picture (Documentation/DataContract.md). Internal to the module.
  */
 #pragma once
 
@@ -15,10 +15,12 @@ namespace SurfelSplatting
 class DeepImage;
 struct SplatContext;
 
+/// A float array with values still to be set.
 vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, vtkIdType pixels);
 
+/// Adds the point array SampleCount and the field data array DeepSamples.
 void AddDeepSamples(const DeepImage& deep, vtkImageData* output);
 
-/// Where the picture was taken from and through which lens.
+/// Adds the field data arrays WorldToCamera, CameraLens and, in perspective, ScreenWindow.
 void AddCamera(const SplatContext& context, vtkImageData* output);
 }

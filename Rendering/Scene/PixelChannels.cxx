@@ -3,28 +3,25 @@
 
 #include "Core/Picture/LayerTally.h"
 #include "Core/Surfels/SurfelArrays.h"
-#include "Rendering/Scene/SceneAdapter.h"
-#include "vtkSurfelSplatter.h"
+#include "Rendering/Scene/PictureArrays.h"
+#include "Rendering/Scene/SMPExecutor.h"
 
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
-#include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkSMPTools.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace SurfelSplatting
 {
 namespace
 {
-/// A point array of the picture.
+/// Adds a point array to the picture; returns its values, still to be set.
 float* AddArray(vtkImageData* picture, const char* name, int components)
 {
-  vtkNew<vtkFloatArray> array;
-  array->SetName(name);
-  array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(picture->GetNumberOfPoints());
+  const auto array = NewPixelArray(name, components, picture->GetNumberOfPoints());
   picture->GetPointData()->AddArray(array);
   return array->GetPointer(0);
 }
@@ -40,20 +37,24 @@ void ForPixels(vtkImageData* picture, const Function& function)
   });
 }
 
-/// A picture of the scene in other colours, [height][width][4].
+/// Renders the scene in other colours, [height][width][4].
 std::vector<float> PaintScene(Paint colors, const SplatContext& context,
-  const std::vector<SurfelCloud>& clouds, const float* limit, Splatter& splatter, LayerSink* sink)
+  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
+  LayerSink* sink)
 {
   SplatContext painted = context;
   painted.Colors = colors;
   const std::size_t pixels = static_cast<std::size_t>(context.Camera.Width) * context.Camera.Height;
   std::vector<float> color(4 * pixels), depth(pixels);
-  const Frame frame{ context.Camera.Width, context.Camera.Height, color.data(), depth.data() };
-  splatter.Render(painted, clouds, SMPExecutor(), frame, limit, sink);
+  RenderTarget target =
+    Frame{ context.Camera.Width, context.Camera.Height, color.data(), depth.data() };
+  target.OccluderDepth = occluderDepth;
+  target.Sink = sink;
+  splatter.Render(painted, clouds, SMPExecutor(), target);
   return color;
 }
 
-/// The mean of (n + 1) / 2 over what is seen, made a unit vector.
+/// Computes unit normals n from the mean of (n + 1) / 2 over what is seen.
 void SetNormals(vtkImageData* picture, const std::vector<float>& mean, float* normals)
 {
   ForPixels(picture, [&](vtkIdType p) {
@@ -87,43 +88,51 @@ void AddCirclesOfConfusion(const SplatContext& context, vtkImageData* picture)
     confusion[p] = static_cast<float>(z < lens.FocalDistance ? -radius : radius);
   });
 }
+
+/// Adds normals, coverage and fragments, which one further frame gives.
+void AddTallied(const PixelChannels& channels, const SplatContext& context,
+  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
+  vtkImageData* picture)
+{
+  const bool tallied = channels.Coverage || channels.Fragments;
+  std::vector<float> coverage(tallied ? picture->GetNumberOfPoints() : 0);
+  std::vector<float> fragments(coverage.size());
+  LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
+    coverage.data(), fragments.data());
+  const std::vector<float> mean =
+    PaintScene(Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
+  if (channels.Normal)
+  {
+    SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));
+  }
+  if (channels.Coverage)
+  {
+    tally.Finish();
+    std::copy(coverage.begin(), coverage.end(), AddArray(picture, Arrays::Coverage, 1));
+  }
+  if (channels.Fragments)
+  {
+    std::copy(fragments.begin(), fragments.end(), AddArray(picture, Arrays::Fragments, 1));
+  }
+}
 }
 
-void AddChannels(int channels, const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const float* limit, Splatter& splatter, vtkImageData* picture)
+void AddChannels(const PixelChannels& channels, const SplatContext& context,
+  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
+  vtkImageData* picture)
 {
-  using Channels = vtkSurfelSplatter;
-  if (channels & Channels::CHANNEL_CIRCLE_OF_CONFUSION)
+  if (channels.CircleOfConfusion)
   {
     AddCirclesOfConfusion(context, picture);
   }
-  const bool tallied = channels & (Channels::CHANNEL_COVERAGE | Channels::CHANNEL_FRAGMENTS);
-  if (tallied || channels & Channels::CHANNEL_NORMAL)
+  if (channels.Normal || channels.Coverage || channels.Fragments)
   {
-    std::vector<float> coverage(tallied ? picture->GetNumberOfPoints() : 0);
-    std::vector<float> fragments(coverage.size());
-    LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
-      coverage.data(), fragments.data());
-    const std::vector<float> mean =
-      PaintScene(Paint::Normals, context, clouds, limit, splatter, tallied ? &tally : nullptr);
-    if (channels & Channels::CHANNEL_NORMAL)
-    {
-      SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));
-    }
-    if (channels & Channels::CHANNEL_COVERAGE)
-    {
-      tally.Finish();
-      std::copy(coverage.begin(), coverage.end(), AddArray(picture, Arrays::Coverage, 1));
-    }
-    if (channels & Channels::CHANNEL_FRAGMENTS)
-    {
-      std::copy(fragments.begin(), fragments.end(), AddArray(picture, Arrays::Fragments, 1));
-    }
+    AddTallied(channels, context, clouds, occluderDepth, splatter, picture);
   }
-  if (channels & Channels::CHANNEL_LEVEL)
+  if (channels.Level)
   {
     const std::vector<float> mean =
-      PaintScene(Paint::LevelNumbers, context, clouds, limit, splatter, nullptr);
+      PaintScene(Paint::LevelNumbers, context, clouds, occluderDepth, splatter, nullptr);
     float* level = AddArray(picture, Arrays::Level, 1);
     ForPixels(picture, [&](vtkIdType p) {
       const float alpha = mean[4 * p + 3];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a picture's pixels are besides colour and depth, as point arrays (SurfelArrays.h). Internal
- * to the module.
+ * Adds further point arrays to a picture, besides colour and depth (SurfelArrays.h). Internal to the
+ * module.
  */
 #pragma once
 
@@ -13,13 +13,23 @@ class vtkImageData;
 
 namespace SurfelSplatting
 {
+/// Which arrays to add.
+struct PixelChannels
+{
+  bool Normal = false;
+  bool CircleOfConfusion = false;
+  bool Coverage = false;
+  bool Fragments = false;
+  bool Level = false;
+};
+
 /**
- * Adds those that are asked for. Normals and levels are further pictures of the same scene; they,
- * coverage and fragments together take one or two frames' time.
- * @param channels vtkSurfelSplatter::PixelChannels
- * @param limit    as for Splatter::Render
- * @param picture  with "Color" and "Depth"
+ * Adds the chosen arrays. Normals, coverage and fragments together take one further frame of the
+ * same scene, levels another one.
+ * @param occluderDepth as in RenderTarget
+ * @param picture       has "Color" and "Depth"
  */
-void AddChannels(int channels, const SplatContext& context, const std::vector<SurfelCloud>& clouds,
-  const float* limit, Splatter& splatter, vtkImageData* picture);
+void AddChannels(const PixelChannels& channels, const SplatContext& context,
+  const std::vector<SurfelCloud>& clouds, const float* occluderDepth, Splatter& splatter,
+  vtkImageData* picture);
 }

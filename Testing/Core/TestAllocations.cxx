@@ -106,9 +106,9 @@ void CheckSteady(
   const std::vector<SurfelCloud> clouds{ cloud };
   const SerialExecutor executor;
   Splatter splatter;
-  const auto render = [&] {
-    splatter.Render(context, clouds, executor, picture.Get(), hasLimit ? limit.data() : nullptr);
-  };
+  RenderTarget target = picture.Get();
+  target.OccluderDepth = hasLimit ? limit.data() : nullptr;
+  const auto render = [&] { splatter.Render(context, clouds, executor, target); };
   render();
   render(); // buffers that have grown once get room to spare
   Allocations = 0;

@@ -169,7 +169,10 @@ Picture RenderPicture(const SplatContext& context, const std::vector<SurfelCloud
   const Executor& executor, const float* occluderDepth, LayerSink* sink)
 {
   Picture picture(context.Camera.Width, context.Camera.Height);
-  Splatter().Render(context, clouds, executor, picture.Get(), occluderDepth, sink);
+  RenderTarget target = picture.Get();
+  target.OccluderDepth = occluderDepth;
+  target.Sink = sink;
+  Splatter().Render(context, clouds, executor, target);
   return picture;
 }
 

@@ -54,8 +54,10 @@ Picture RenderOnRanks(const SplatContext& context, const std::vector<SurfelCloud
     Splatter splatter;
     Picture other(Width, Height);
     const Frame frame = group.IsRoot() ? result.Get() : other.Get();
-    splatter.Render(
-      context, mine, SerialExecutor(), frame, limit, nullptr, CellFunction(), &exchange);
+    RenderTarget target = frame;
+    target.OccluderDepth = limit;
+    target.Exchange = &exchange;
+    splatter.Render(context, mine, SerialExecutor(), target);
   });
   return result;
 }
@@ -147,8 +149,9 @@ TEST_CASE("Failure")
     const Executor& executor = group.Rank() == 1 ? static_cast<const Executor&>(failing) : serial;
     try
     {
-      splatter.Render(context, { cloud.Get() }, executor, picture.Get(), nullptr, nullptr,
-        CellFunction(), &exchange);
+      RenderTarget target = picture.Get();
+      target.Exchange = &exchange;
+      splatter.Render(context, { cloud.Get() }, executor, target);
     }
     catch (const std::bad_alloc&)
     {

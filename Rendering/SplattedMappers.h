@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which surfels a pass splats in the frame that is being drawn. Internal to the module.
+ * The mappers whose surfels a pass splats in the current frame. Internal to the module.
  */
 #pragma once
 
+#include "Rendering/Scene/SceneView.h"
 #include "vtkSurfelMapper.h"
-#include "vtkSurfelSplatter.h"
 
 #include <vtkCallbackCommand.h>
 #include <vtkNew.h>
@@ -14,27 +14,26 @@
 
 #include <vector>
 
-namespace SurfelSplatting
-{
-/// The surfels of a renderer are the pass's from now to the end of the renderer's frame, also while
-/// later passes draw translucent props.
-class SplattedMarks
+/// Tells mappers that a pass splats their surfels, from now to the end of the renderer's frame: they
+/// draw no dots, also while later passes draw translucent props.
+class SplattedMappers
 {
 public:
-  ~SplattedMarks() { this->Clear(); }
+  ~SplattedMappers() { this->Clear(); }
 
-  void Set(vtkRenderer* renderer, const std::vector<vtkSurfelSplatter::Item>& items)
+  void Set(vtkRenderer* renderer, const std::vector<SurfelSplatting::SceneItem>& items)
   {
     this->Clear();
-    for (const vtkSurfelSplatter::Item& item : items)
+    for (const SurfelSplatting::SceneItem& item : items)
     {
-      item.Mapper->SetSplatted(true);
-      this->Mappers.push_back(item.Mapper);
+      vtkSurfelMapper* mapper = vtkSurfelMapper::SafeDownCast(item.Mapper);
+      mapper->SetSplatted(true);
+      this->Mappers.push_back(mapper);
     }
     vtkNew<vtkCallbackCommand> command;
     command->SetClientData(this);
     command->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-      static_cast<SplattedMarks*>(self)->Clear();
+      static_cast<SplattedMappers*>(self)->Clear();
     });
     this->Renderer = renderer;
     this->Observer = renderer->AddObserver(vtkCommand::EndEvent, command);
@@ -59,4 +58,3 @@ private:
   vtkWeakPointer<vtkRenderer> Renderer;
   unsigned long Observer = 0;
 };
-}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Rendering/Scene/CloudAdapter.h"
+
+#include "Core/Base/LinearLight.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/Scene/CameraAdapter.h"
+#include "Rendering/Scene/HierarchyCache.h"
+#include "Rendering/Scene/SMPExecutor.h"
+
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkFloatArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkProperty.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkVariant.h>
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// The values of an array: its own if it is of type Array, otherwise a converted copy. The source
+/// keeps the array alive.
+template <typename Array>
+typename Array::ValueType* Pointer(vtkDataArray* array, SurfelCloudSource& source)
+{
+  vtkSmartPointer<Array> typed = Array::SafeDownCast(array);
+  if (!typed)
+  {
+    typed = vtkSmartPointer<Array>::New();
+    typed->DeepCopy(array);
+  }
+  source.Arrays.push_back(typed);
+  return typed->GetPointer(0);
+}
+
+/// Returns an empty string if the array is as the data contract says, otherwise what to do.
+std::string CheckArray(vtkPolyData* input, const char* name, int components, bool required)
+{
+  vtkDataArray* array = input->GetPointData()->GetArray(name);
+  if (!array)
+  {
+    return required ? std::string("The input has no point array ") + name +
+        ": it holds points, not surfels. Put a vtkSurfelEstimation before the mapper."
+                    : std::string();
+  }
+  if (array->GetNumberOfComponents() != components)
+  {
+    return std::string("Point array ") + name + " has " +
+      std::to_string(array->GetNumberOfComponents()) + " components instead of " +
+      std::to_string(components) + ": see the data contract in the documentation.";
+  }
+  if (array->GetNumberOfTuples() != input->GetNumberOfPoints())
+  {
+    return std::string("Point array ") + name + " has " +
+      std::to_string(array->GetNumberOfTuples()) + " tuples for " +
+      std::to_string(input->GetNumberOfPoints()) + " points: each surfel needs one.";
+  }
+  return std::string();
+}
+
+std::string CheckOrigin(vtkPolyData* input)
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  return array && array->GetNumberOfValues() != 3 ? std::string("Field array ") + Arrays::Origin +
+      " has " + std::to_string(array->GetNumberOfValues()) +
+      " values instead of 3: the position of the surfels is unknown."
+                                                  : std::string();
+}
+
+Material MakeMaterial(vtkProperty* property, bool linearLight)
+{
+  Material material;
+  material.Lit = property->GetLighting();
+  material.Ambient = property->GetAmbient();
+  material.Diffuse = property->GetDiffuse();
+  material.Specular = property->GetSpecular();
+  material.SpecularPower = property->GetSpecularPower();
+  property->GetDiffuseColor(material.Color.data());
+  property->GetAmbientColor(material.AmbientColor.data());
+  property->GetSpecularColor(material.SpecularColor.data());
+  for (auto* color : { &material.Color, &material.AmbientColor, &material.SpecularColor })
+  {
+    std::transform(color->begin(), color->end(), color->begin(),
+      [linearLight](double c) { return linearLight ? LightOfCode(c) : c; });
+  }
+  return material;
+}
+
+std::string CheckArrays(vtkPolyData* surfels)
+{
+  for (const std::string& problem :
+    { CheckArray(surfels, Arrays::Covariance, 6, true),
+      CheckArray(surfels, Arrays::AreaVector, 3, true),
+      CheckArray(surfels, Arrays::TwoSided, 1, false),
+      CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
+  {
+    if (!problem.empty())
+    {
+      return problem;
+    }
+  }
+  return std::string();
+}
+
+void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
+{
+  SurfelCloud& cloud = source.Cloud;
+  vtkPointData* data = surfels->GetPointData();
+  cloud.NumberOfSurfels = static_cast<std::size_t>(surfels->GetNumberOfPoints());
+  vtkDataArray* points = surfels->GetPoints()->GetData();
+  if (points->GetDataType() == VTK_DOUBLE)
+  {
+    cloud.PositionsDouble = Pointer<vtkDoubleArray>(points, source);
+  }
+  else
+  {
+    cloud.PositionsFloat = Pointer<vtkFloatArray>(points, source);
+  }
+  cloud.Covariances = Pointer<vtkFloatArray>(data->GetArray(Arrays::Covariance), source);
+  cloud.AreaVectors = Pointer<vtkFloatArray>(data->GetArray(Arrays::AreaVector), source);
+  if (vtkDataArray* twoSided = data->GetArray(Arrays::TwoSided))
+  {
+    cloud.TwoSided = Pointer<vtkUnsignedCharArray>(twoSided, source);
+  }
+  if (vtkDataArray* opacity = data->GetArray(Arrays::Opacity))
+  {
+    cloud.Opacities = Pointer<vtkFloatArray>(opacity, source);
+  }
+}
+
+void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
+{
+  if (vtkFloatArray::SafeDownCast(colors))
+  {
+    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+  }
+  else if (colors)
+  {
+    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
+  }
+}
+}
+
+void GetSurfelOrigin(vtkPolyData* surfels, double origin[3])
+{
+  std::fill_n(origin, 3, 0.0);
+  vtkDataArray* array = surfels ? surfels->GetFieldData()->GetArray(Arrays::Origin) : nullptr;
+  if (array && array->GetNumberOfValues() == 3)
+  {
+    for (int i = 0; i < 3; ++i)
+    {
+      origin[i] = array->GetVariantValue(i).ToDouble();
+    }
+  }
+}
+
+std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
+{
+  vtkPolyData* surfels = input.Surfels;
+  SurfelCloud& cloud = source.Cloud;
+  if (!surfels || surfels->GetNumberOfPoints() == 0)
+  {
+    return std::string();
+  }
+  std::string problem = CheckArrays(surfels);
+  if (!problem.empty())
+  {
+    return problem;
+  }
+  SetSurfels(surfels, source);
+  SetColors(input.Colors, source);
+  if (HierarchyCache::IsHierarchy(surfels))
+  {
+    problem =
+      input.Hierarchy->Update(surfels, input.Colors, input.PaperCut, SMPExecutor(), cloud);
+    if (!problem.empty())
+    {
+      return problem;
+    }
+  }
+  Affine3 origin;
+  GetSurfelOrigin(surfels, origin.T.data());
+  cloud.LocalToWorld = Affine3::Compose(ToAffine(input.Matrix), origin);
+  cloud.Opacity = input.Property->GetOpacity();
+  cloud.Surface = MakeMaterial(input.Property, input.LinearLight);
+  return std::string();
+}
+}

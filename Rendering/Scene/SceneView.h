@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What a picture shows: the surfel actors of a scene and the view of them. Internal to the module.
+ */
+#pragma once
+
+#include "Core/Lens/Lens.h"
+#include "Core/Lens/View.h"
+#include "Core/Splats/DepthImageSurfels.h"
+
+#include <vtkMatrix4x4.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+class vtkCamera;
+class vtkLightCollection;
+
+namespace SurfelSplatting
+{
+/// A surfel actor of the scene.
+struct SceneItem
+{
+  vtkSmartPointer<vtkPolyDataMapper> Mapper; ///< a vtkSurfelMapper
+  vtkSmartPointer<vtkMatrix4x4> Matrix;      ///< from the mapper's coordinates to the world
+  vtkSmartPointer<vtkProperty> Property;
+};
+
+/// How the scene is seen. The caller sets all members but Projection and Optics, which
+/// vtkSurfelSplatter::CompleteView() computes from them.
+struct SceneView
+{
+  vtkCamera* Camera = nullptr;
+  vtkLightCollection* Lights = nullptr;
+  int Size[2] = { 0, 0 };             ///< px
+  double Aspect = 1.0;                ///< width / height for the camera's projection
+  double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
+  double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
+  double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
+
+  /// Number of lens cells if the camera is one of them, moved within the whole lens, and its
+  /// FocalDisk is the diameter of that cell; 0 if the camera stands for the whole lens.
+  int CellCount = 0;
+
+  /// [height][width] distance of other opaque props along the view direction, world units;
+  /// infinity where there are none. May be null.
+  const float* OccluderDepth = nullptr;
+
+  /// The image of other opaque props if they are blurred too; null if they stay sharp.
+  const DepthImage* PropImage = nullptr;
+
+  /// Receives the share of the lens cells that are done. Returns false to stop with the mean of
+  /// the cells so far. May be empty.
+  std::function<bool(double)> Progress;
+
+  View Projection; ///< of the camera, in the core's terms
+  Lens Optics;     ///< from the splatter's settings and the camera
+
+  /// Circle of confusion, radius in px, from which on pixels of other props are splatted. The same
+  /// pixels are splatted whether the lens is divided into cells or not.
+  double LeastConfusion() const
+  {
+    return LeastPixelConfusion / std::sqrt(std::max(1, this->CellCount));
+  }
+};
+}
