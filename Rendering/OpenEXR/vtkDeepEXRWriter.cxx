@@ -35,7 +35,7 @@ constexpr std::array<const char*, NumberOfChannels> Channels{ "R", "G", "B", "A"
 class DeepRows
 {
 public:
-  /// Throws std::runtime_error where the image has none, or arrays that contradict one another.
+  /// Throws std::runtime_error if the image has no samples or its arrays contradict each other.
   explicit DeepRows(vtkImageData* image)
     : Width(image->GetDimensions()[0])
     , Height(image->GetDimensions()[1])
@@ -58,13 +58,13 @@ public:
     if (this->Firsts.back() != this->Samples->GetNumberOfTuples())
     {
       throw std::runtime_error("SampleCount sums to " + std::to_string(this->Firsts.back()) +
-        ", but DeepSamples are " + std::to_string(this->Samples->GetNumberOfTuples()) + ".");
+        ", but DeepSamples has " + std::to_string(this->Samples->GetNumberOfTuples()) + " tuples.");
     }
   }
 
   vtkIdType NumberOfSamples() const { return this->Firsts.back(); }
 
-  /// Points a row's slices at its samples.
+  /// Points the slices of a row to its samples.
   void Get(int row, std::vector<unsigned int>& counts,
     std::array<std::vector<float*>, NumberOfChannels>& slices) const
   {
@@ -87,7 +87,7 @@ private:
   std::vector<vtkIdType> Firsts; // [pixels + 1]
 };
 
-Imf::Header MakeHeader(vtkImageData* image, bool saysTidy)
+Imf::Header MakeHeader(vtkImageData* image, bool declareTidy)
 {
   const int* size = image->GetDimensions();
   Imf::Header header(size[0], size[1]);
@@ -97,7 +97,7 @@ Imf::Header MakeHeader(vtkImageData* image, bool saysTidy)
   {
     header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
   }
-  if (saysTidy)
+  if (declareTidy)
   {
     Imf::addDeepImageState(header, Imf::DIS_TIDY);
   }
@@ -120,7 +120,7 @@ void vtkDeepEXRWriter::WriteStream(
   const DeepRows rows(image);
   Imf::StdOFStream stream(file, path.c_str());
   Imf::DeepScanLineOutputFile output(stream, MakeHeader(image, this->DeepImageState != 0));
-  // One row at a time: all rows are at the same place in memory.
+  // One row at a time: all rows use the same memory.
   std::vector<unsigned int> counts(rows.Width);
   std::array<std::vector<float*>, NumberOfChannels> slices;
   Imf::DeepFrameBuffer frame;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkDeepEXRWriter
- * @brief   writes the A-buffer of a picture as a deep OpenEXR file
+ * @brief   writes the layers of a picture as a deep OpenEXR file
  *
- * The input is one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()): the
- * point array "SampleCount", unsigned int, samples of each pixel, and the field data array
- * "DeepSamples", float[5], pixel after pixel from the lowest row up, nearest first: premultiplied
- * linear R, G, B, then A in (0, 1], then the depth.
+ * This writer takes one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()): the
+ * point array "SampleCount" (unsigned int; number of samples of each pixel) and the field data array
+ * "DeepSamples" (float[5]; pixel after pixel from the bottom row up, nearest first: premultiplied
+ * linear R, G, B, then A in (0, 1], then the depth).
  *
- * The file is deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,
+ * The file has deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,
  * 32-bit float. Z is the distance along the camera's view direction (not along the pixel's ray) in
- * world units. Samples are points, without ZBack, and tidy, which deepImageState says: sorted, no
- * two at one depth. Composited front to back they give the picture without background; through a
- * lens in cells they do so exactly (DeepImage.h).
+ * world units. Samples are points, without ZBack, and tidy: sorted, no two at one depth. Composited
+ * front to back they give the picture without background, exactly so with any number of lens cells
+ * (DeepImage.h).
  * @code
  * renderer.GetSplatter().DeepSamplesOn()
  * writer = vtkDeepEXRWriter()
@@ -38,8 +38,10 @@ public:
 
   ///@{
   /**
-   * Whether the header says that the samples are tidy (deepImageState). OpenEXR's own Python
-   * package (3.5.3) refuses to open a file that says so; other readers take or skip it. Default on.
+   * Whether the header declares the samples tidy (attribute deepImageState). The samples are tidy in
+   * any case. OpenEXR's own Python package (3.5.3) refuses to open a file with this attribute; other
+   * readers use or ignore it. Switch it on for compositors that would otherwise sort the samples.
+   * Default off.
    */
   vtkSetMacro(DeepImageState, vtkTypeBool);
   vtkGetMacro(DeepImageState, vtkTypeBool);
@@ -47,7 +49,7 @@ public:
   ///@}
 
   /**
-   * Samples of the file that was written last.
+   * Number of samples in the file that was written last.
    */
   vtkGetMacro(NumberOfSamples, vtkIdType);
 
@@ -63,7 +65,7 @@ private:
   vtkDeepEXRWriter(const vtkDeepEXRWriter&) = delete;
   void operator=(const vtkDeepEXRWriter&) = delete;
 
-  vtkTypeBool DeepImageState = 1;
+  vtkTypeBool DeepImageState = 0;
   vtkIdType NumberOfSamples = 0;
 };
 

@@ -14,7 +14,7 @@ from deepfiles import check_tidy, deep_image, flatten
 from surfelsplatting import vtkDeepEXRWriter
 from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
 
-FLOAT, ZIPS, TIDY = 2, 2, 3  # OpenEXR's numbers
+FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpDeepEXR's
 
 
 def write_scene(path):
@@ -48,7 +48,7 @@ class TestDeepEXR(ToolCase):
             self.render(*words, "-o", "flat.exr")
             self.render(*words, "--deep", "-o", "deep.exr")
             header, counts, samples = self.read_deep("deep.exr")
-            self.assertEqual(header, (ZIPS, TIDY, [f"{c}:{FLOAT}" for c in "ABGRZ"]))
+            self.assertEqual(header, (ZIPS, NO_STATE, [f"{c}:{FLOAT}" for c in "ABGRZ"]))
             check_tidy(self, counts, samples)
             self.assertGreaterEqual(counts.max(), 2)
             flat = self.read_rgba("flat.exr")
@@ -64,8 +64,22 @@ class TestDeepEXR(ToolCase):
         write_scene("scene.ply")
         self.render("scene.ply", *CAMERA, *SMALL, "--circle-of-confusion", 6, "--deep", "-o", "deep.exr")
         said = subprocess.run([tool, "deep.exr"], capture_output=True, text=True, check=True).stdout
-        for words in ("deepscanline", "deepImageState", "worldToCamera", "focus", "lensDiameter"):
+        for words in ("deepscanline", "worldToCamera", "focus", "lensDiameter"):
             self.assertIn(words, said)
+        self.assertNotIn("deepImageState", said)
+        writer = self.writer(deep_image(np.ones((2, 2)), np.full((4, 5), 0.5)))
+        writer.DeepImageStateOn()
+        writer.Write()
+        said = subprocess.run([tool, "out.exr"], capture_output=True, text=True, check=True).stdout
+        self.assertIn("deepImageState", said)
+
+    def test_tidy_is_said_when_asked(self):
+        writer = self.writer(deep_image(np.ones((2, 2)), np.full((4, 5), 0.5)))
+        self.assertFalse(writer.GetDeepImageState())
+        writer.DeepImageStateOn()
+        writer.Write()
+        header, _, _ = self.read_deep("out.exr")
+        self.assertEqual(header, (ZIPS, TIDY, [f"{c}:{FLOAT}" for c in "ABGRZ"]))
 
     def writer(self, image, path="out.exr"):
         return self.exr_writer(vtkDeepEXRWriter, image, path)
@@ -93,7 +107,7 @@ class TestDeepEXR(ToolCase):
         flat.SetDimensions(4, 4, 1)
         self.refuse_to_write(self.writer(flat), "DeepSamplesOn")
         image = deep_image(np.ones((2, 2)), np.ones((3, 5)))
-        self.refuse_to_write(self.writer(image), "SampleCount sums to 4, but DeepSamples are 3")
+        self.refuse_to_write(self.writer(image), "SampleCount sums to 4, but DeepSamples has 3 tuples")
         image = deep_image(np.ones((2, 2)), np.ones((4, 5)))
         self.refuse_to_write(self.writer(image, "nowhere/out.exr"), "nowhere/out.exr")
         self.refuse_to_write(self.writer(image, None), "SetFileName")
