@@ -14,8 +14,8 @@
 
 #include <vector>
 
-/// Tells mappers that a pass splats their surfels, from now to the end of the renderer's frame: they
-/// draw no dots, also while later passes draw translucent props.
+/// Tells mappers that a pass splats their surfels, from now to the end of the renderer's frame:
+/// they draw no dots, also while later passes draw translucent props.
 class SplattedMappers
 {
 public:

@@ -4,19 +4,19 @@
  * @brief   averages views from points of the lens: depth of field for any props
  *
  * This render pass renders its delegate once for each of NumberOfLensPoints points of the camera's
- * lens (Haeberli and Akeley 1990) and averages the pictures in 32-bit float: meshes, volumes, glyphs
- * and surfels alike. The error to the thin lens falls nearly as 1/N. Some hundred points make a
- * reference and take as many times the time of a frame.
+ * lens (Haeberli and Akeley 1990) and averages the pictures in 32-bit float: meshes, volumes,
+ * glyphs and surfels alike. The error to the thin lens falls nearly as 1/N. Some hundred points
+ * make a reference and take as many times the time of a frame.
  *
- * The lens is that of vtkCamera, as for vtkSurfelSplatter: FocalDisk is its diameter in world units,
- * FocalDistance the distance in focus along the view direction, 0 the distance to the focal point.
- * With a FocalDisk of 0, in parallel projection or with one point there is one view, through the
- * centre of the lens.
+ * The lens is that of vtkCamera, as for vtkSurfelSplatter: FocalDisk is its diameter in world
+ * units, FocalDistance the distance in focus along the view direction, 0 the distance to the focal
+ * point. With a FocalDisk of 0, in parallel projection or with one point there is one view, through
+ * the centre of the lens.
  *
- * Each view is rendered through a copy of the camera that is moved within the plane of the lens. Its
- * window centre is shifted, so that the plane in focus stays in place, and its FocalDisk is 0: a
- * pinhole. With DelegateBlurs, a delegate that blurs by itself, such as vtkSurfelSplattingPass, gets
- * a cell of the lens instead of a point, with a FocalDisk of FocalDisk / sqrt(N), as with
+ * Each view is rendered through a copy of the camera that is moved within the plane of the lens.
+ * Its window centre is shifted, so that the plane in focus stays in place, and its FocalDisk is 0:
+ * a pinhole. With DelegateBlurs, a delegate that blurs by itself, such as vtkSurfelSplattingPass,
+ * gets a cell of the lens instead of a point, with a FocalDisk of FocalDisk / sqrt(N), as with
  * vtkSurfelSplatter::LensCells.
  *
  * The frame buffer keeps the depth of the first view, which is that of the innermost point.

@@ -5,9 +5,9 @@
  *
  * This source of vtkImageData renders surfel actors (vtkActor with a vtkSurfelMapper) and any
  * surfels connected to its optional input, which are shown in their own colours, unlit. The point
- * arrays of the output are "Color" (scalars; float RGBA, linear, premultiplied, over the background)
- * and "Depth" (float; distance along the view direction, 0 where alpha stays below one half). Row 0
- * is the bottom row.
+ * arrays of the output are "Color" (scalars; float RGBA, linear, premultiplied, over the
+ * background) and "Depth" (float; distance along the view direction, 0 where alpha stays below one
+ * half). Row 0 is the bottom row.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
@@ -38,8 +38,8 @@ public:
 
   ///@{
   /**
-   * The actors of the scene; their mapper must be a vtkSurfelMapper. Property, matrix and visibility
-   * are respected. Other actors are left out with a warning.
+   * The actors of the scene; their mapper must be a vtkSurfelMapper. Property, matrix and
+   * visibility are respected. Other actors are left out with a warning.
    */
   void AddActor(vtkActor* actor);
   void RemoveActor(vtkActor* actor);

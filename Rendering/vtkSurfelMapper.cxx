@@ -161,8 +161,8 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  // Surfels that are not drawn do not count: a single NaN, as organised scans have them, would break
-  // ResetCamera.
+  // Surfels that are not drawn do not count: a single NaN, as organised scans have them, would
+  // break ResetCamera.
   vtkBoundingBox box;
   double largest = 0.0;
   vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance);

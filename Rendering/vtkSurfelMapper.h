@@ -9,8 +9,8 @@
  * of which only the nodes that the view needs are drawn. Colours come as in every mapper: scalars
  * through a lookup table, direct RGB(A) scalars, or the actor's property. Direct scalars of type
  * float or double are taken as linear light and may be above 1. Opacity is the product of the
- * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once per
- * surfel; vtkProperty::LightingOff() shows the colours unlit.
+ * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once
+ * per surfel; vtkProperty::LightingOff() shows the colours unlit.
  *
  * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without one) splat the surfels.
  * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right

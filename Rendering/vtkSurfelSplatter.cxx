@@ -210,9 +210,9 @@ void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
   if (view.Projection.Parallel && view.Optics.Radius > 0.0 && !my.WarnedParallel)
   {
     my.WarnedParallel = true;
-    vtkWarningMacro(
-      "Parallel projection has no lens: the picture is sharp. Use a perspective camera for depth of "
-      "field, or call SetLensModeToPinhole() if the picture is meant to be sharp.");
+    vtkWarningMacro("Parallel projection has no lens: the picture is sharp. Use a perspective "
+                    "camera for depth of "
+                    "field, or call SetLensModeToPinhole() if the picture is meant to be sharp.");
   }
   if (view.Camera->GetUseOffAxisProjection() && !my.WarnedOffAxis)
   {
@@ -279,8 +279,8 @@ void vtkSurfelSplatter::CompleteView(SceneView& view)
   }
   else if (this->LensMode == LENS_CIRCLE_OF_CONFUSION)
   {
-    lens.Radius = this->CircleOfConfusion * view.Oversampling * lens.FocalDistance /
-      view.Projection.Fy;
+    lens.Radius =
+      this->CircleOfConfusion * view.Oversampling * lens.FocalDistance / view.Projection.Fy;
   }
 }
 
@@ -385,8 +385,9 @@ void vtkSurfelSplatter::MakeScene(
   if ((this->DeepSamples || this->Channels != 0) && !this->Internal->WarnedRanks)
   {
     this->Internal->WarnedRanks = true;
-    vtkErrorMacro("Several processes make neither DeepSamples nor Channels: the picture has colours "
-                  "and depths only. Unset the controller if you need them.");
+    vtkErrorMacro(
+      "Several processes make neither DeepSamples nor Channels: the picture has colours "
+      "and depths only. Unset the controller if you need them.");
   }
   this->ShareOccluderDepth(view, scene);
 }
@@ -405,8 +406,7 @@ void vtkSurfelSplatter::ShareOccluderDepth(const SceneView& view, SceneClouds& s
     SurfelSplatting::Put(depth, pixels, message);
   }
   message = this->GetRanks()->FromRoot(message);
-  scene.OccluderDepth =
-    message.empty() ? nullptr : reinterpret_cast<const float*>(message.data());
+  scene.OccluderDepth = message.empty() ? nullptr : reinterpret_cast<const float*>(message.data());
 }
 
 bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& view,
@@ -418,8 +418,8 @@ bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& vi
   this->MakeScene(items, view, scene);
   my.SceneMilliseconds = MillisecondsSince(start);
 
-  Core::RenderTarget target = Core::Frame{ view.Size[0], view.Size[1],
-    scene.Color->GetPointer(0), scene.Depth->GetPointer(0) };
+  Core::RenderTarget target = Core::Frame{ view.Size[0], view.Size[1], scene.Color->GetPointer(0),
+    scene.Depth->GetPointer(0) };
   target.OccluderDepth = scene.OccluderDepth;
   std::function<bool(double)> progress = view.Progress;
   std::unique_ptr<Core::SplatExchange> exchange;
@@ -461,7 +461,7 @@ void vtkSurfelSplatter::StorePicture(const SceneView& view, SceneClouds& scene)
   output->SetDimensions(view.Size[0], view.Size[1], 1);
   output->GetPointData()->SetScalars(scene.Color);
   output->GetPointData()->AddArray(scene.Depth);
-  Core::AddCamera(my.Context, output);
+  Core::AddCameraArrays(my.Context, output);
   if (this->DeepSamples && !ranks)
   {
     scene.Deep.Finish(Core::SMPExecutor());
@@ -477,8 +477,8 @@ void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
   channels.Coverage = this->Channels & CHANNEL_COVERAGE;
   channels.Fragments = this->Channels & CHANNEL_FRAGMENTS;
   channels.Level = this->Channels & CHANNEL_LEVEL;
-  SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds,
-    scene.OccluderDepth, this->Internal->ChannelCore, this->Internal->Output);
+  SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds, scene.OccluderDepth,
+    this->Internal->ChannelCore, this->Internal->Output);
 }
 
 vtkImageData* vtkSurfelSplatter::GetOutput()
@@ -486,65 +486,24 @@ vtkImageData* vtkSurfelSplatter::GetOutput()
   return this->Internal->Output;
 }
 
-vtkIdType vtkSurfelSplatter::GetNumberOfSurfels()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Surfels);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfInvalidSurfels()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().InvalidSurfels);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfSplats()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Splats);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfBlurredSplats()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().BlurredSplats);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfFragments()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Fragments);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfChosenNodes()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.Nodes);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfVisitedNodes()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.VisitedNodes);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsOutside()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.OutsideLeaves);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfSurfelsFacingAway()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().Cut.BackLeaves);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfCoarseCells()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().CoarseCells);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfHiddenSurfels()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenSurfels);
-}
-
-vtkIdType vtkSurfelSplatter::GetNumberOfHiddenPairs()
-{
-  return static_cast<vtkIdType>(this->Internal->Core.Statistics().HiddenPairs);
-}
+#define SURFEL_STATISTIC(name, field)                                       \
+  vtkIdType vtkSurfelSplatter::Get##name()                                  \
+  {                                                                         \
+    return static_cast<vtkIdType>(this->Internal->Core.Statistics().field); \
+  }
+SURFEL_STATISTIC(NumberOfSurfels, Surfels)
+SURFEL_STATISTIC(NumberOfInvalidSurfels, InvalidSurfels)
+SURFEL_STATISTIC(NumberOfSplats, Splats)
+SURFEL_STATISTIC(NumberOfBlurredSplats, BlurredSplats)
+SURFEL_STATISTIC(NumberOfFragments, Fragments)
+SURFEL_STATISTIC(NumberOfChosenNodes, Cut.Nodes)
+SURFEL_STATISTIC(NumberOfVisitedNodes, Cut.VisitedNodes)
+SURFEL_STATISTIC(NumberOfSurfelsOutside, Cut.OutsideLeaves)
+SURFEL_STATISTIC(NumberOfSurfelsFacingAway, Cut.BackLeaves)
+SURFEL_STATISTIC(NumberOfHiddenSurfels, HiddenSurfels)
+SURFEL_STATISTIC(NumberOfHiddenPairs, HiddenPairs)
+SURFEL_STATISTIC(NumberOfCoarseCells, CoarseCells)
+#undef SURFEL_STATISTIC
 
 int vtkSurfelSplatter::GetNumberOfStages()
 {
@@ -591,7 +550,23 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "DeepSamples: " << this->DeepSamples << "\n";
   os << indent << "Channels: " << this->Channels << "\n";
   os << indent << "ColorByLevel: " << this->ColorByLevel << "\n";
+  os << indent << "NumberOfSurfels: " << this->GetNumberOfSurfels() << "\n";
+  os << indent << "NumberOfInvalidSurfels: " << this->GetNumberOfInvalidSurfels() << "\n";
+  os << indent << "NumberOfSplats: " << this->GetNumberOfSplats() << "\n";
+  os << indent << "NumberOfBlurredSplats: " << this->GetNumberOfBlurredSplats() << "\n";
+  os << indent << "NumberOfFragments: " << this->GetNumberOfFragments() << "\n";
+  os << indent << "NumberOfChosenNodes: " << this->GetNumberOfChosenNodes() << "\n";
+  os << indent << "NumberOfVisitedNodes: " << this->GetNumberOfVisitedNodes() << "\n";
+  os << indent << "NumberOfSurfelsOutside: " << this->GetNumberOfSurfelsOutside() << "\n";
+  os << indent << "NumberOfSurfelsFacingAway: " << this->GetNumberOfSurfelsFacingAway() << "\n";
+  os << indent << "NumberOfHiddenSurfels: " << this->GetNumberOfHiddenSurfels() << "\n";
+  os << indent << "NumberOfHiddenPairs: " << this->GetNumberOfHiddenPairs() << "\n";
+  os << indent << "NumberOfCoarseCells: " << this->GetNumberOfCoarseCells() << "\n";
   os << indent << "NumberOfPreparedSurfels: " << this->NumberOfPreparedSurfels << "\n";
   os << indent << "NumberOfReusedFrames: " << this->NumberOfReusedFrames << "\n";
   os << indent << "FrameMilliseconds: " << this->FrameMilliseconds << "\n";
+  for (int i = 0; i < NumberOfStages; ++i)
+  {
+    os << indent << "  " << StageNames[i] << ": " << this->GetStageMilliseconds(i) << " ms\n";
+  }
 }

@@ -54,10 +54,10 @@ public:
   ///@{
   /**
    * The lens that the scene is seen through. With LENS_CAMERA, vtkCamera::FocalDisk is the diameter
-   * of the lens in world units (0: pinhole) and vtkCamera::FocalDistance the distance in focus along
-   * the view direction (0: the distance to the focal point), as in VTK's ray tracers. Note that a
-   * new vtkCamera has a FocalDisk of 1. Parallel projection has no lens: everything is sharp.
-   * Default LENS_CAMERA.
+   * of the lens in world units (0: pinhole) and vtkCamera::FocalDistance the distance in focus
+   * along the view direction (0: the distance to the focal point), as in VTK's ray tracers. Note
+   * that a new vtkCamera has a FocalDisk of 1. Parallel projection has no lens: everything is
+   * sharp. Default LENS_CAMERA.
    */
   vtkSetClampMacro(LensMode, int, LENS_CAMERA, LENS_CIRCLE_OF_CONFUSION);
   vtkGetMacro(LensMode, int);
@@ -104,9 +104,9 @@ public:
   ///@{
   /**
    * Number of cells that the lens is divided into. Each cell is a smaller lens with its own centre;
-   * their pictures are averaged (vtkSurfelSplattingPass averages those of all props). One cell gives
-   * one picture, as in the paper. More cells are more accurate where things at different depths
-   * cover one another, and multiply the frame time; 7 is a good choice. Default 1, range [1,
+   * their pictures are averaged (vtkSurfelSplattingPass averages those of all props). One cell
+   * gives one picture, as in the paper. More cells are more accurate where things at different
+   * depths cover one another, and multiply the frame time; 7 is a good choice. Default 1, range [1,
    * 65536].
    */
   vtkSetClampMacro(LensCells, int, 1, 65536);
@@ -127,8 +127,8 @@ public:
   /**
    * Whether to track visibility separately for four sectors of each lens cell: what covers one side
    * of the lens does not hide what is seen through the other side. This is 2 to 6 dB more accurate
-   * where blurred things cover one another. It takes up to 3 times the frame time, less if little is
-   * blurred. Works with PEARSON_II only. Default off.
+   * where blurred things cover one another. It takes up to 3 times the frame time, less if little
+   * is blurred. Works with PEARSON_II only. Default off.
    */
   vtkSetMacro(LensSectors, vtkTypeBool);
   vtkGetMacro(LensSectors, vtkTypeBool);
@@ -144,9 +144,9 @@ public:
   ///@{
   /**
    * The kernel of a blurred splat. PEARSON_II is flat, like the uniform disc of a lens, if the blur
-   * is wide, and becomes the Gaussian without blur. At every aperture that was measured it is closer
-   * to a ray tracer's lens than the paper's GAUSSIAN (by 0.1 to 4.6 dB). It is also smaller and
-   * hence faster. In focus both are the same. Default PEARSON_II.
+   * is wide, and becomes the Gaussian without blur. At every aperture that was measured it is
+   * closer to a ray tracer's lens than the paper's GAUSSIAN (by 0.1 to 4.6 dB). It is also smaller
+   * and hence faster. In focus both are the same. Default PEARSON_II.
    */
   vtkSetClampMacro(Kernel, int, GAUSSIAN, PEARSON_II);
   vtkGetMacro(Kernel, int);
@@ -157,10 +157,10 @@ public:
   ///@{
   /**
    * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
-   * A larger cut-off is smoother and slower. It changes neither the mass of a splat nor the variance
-   * of surface kernel and pixel filter. With GAUSSIAN, the variance of the lens grows with it (0.28
-   * C^2 at the default). With PEARSON_II, only splats with little blur, which are Gaussians, have a
-   * cut-off. Default 2.5, range [1, 20].
+   * A larger cut-off is smoother and slower. It changes neither the mass of a splat nor the
+   * variance of surface kernel and pixel filter. With GAUSSIAN, the variance of the lens grows with
+   * it (0.28 C^2 at the default). With PEARSON_II, only splats with little blur, which are
+   * Gaussians, have a cut-off. Default 2.5, range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);
@@ -196,11 +196,11 @@ public:
 
   ///@{
   /**
-   * Factor e on the error that the level of detail allows; smaller is more accurate and slower. With
-   * LOD_MOMENTS, the variance of a node on the screen is at most e^2 (0.95^2 h + 0.42^2 V) for the
-   * pixel filter's variance h and the lens blur's variance V. With LOD_PAPER, the radius of a node
-   * is at most e times the larger one of the circle of confusion and sqrt(h). Default 1, range [0,
-   * 100].
+   * Factor e on the error that the level of detail allows; smaller is more accurate and slower.
+   * With LOD_MOMENTS, the variance of a node on the screen is at most e^2 (0.95^2 h + 0.42^2 V) for
+   * the pixel filter's variance h and the lens blur's variance V. With LOD_PAPER, the radius of a
+   * node is at most e times the larger one of the circle of confusion and sqrt(h). Default 1, range
+   * [0, 100].
    */
   vtkSetClampMacro(LODError, double, 0.0, 100.0);
   vtkGetMacro(LODError, double);
@@ -223,8 +223,8 @@ public:
   ///@{
   /**
    * Whether to skip what lies behind opaque layers. A tile of the picture is finished when every
-   * pixel lets less than 1/512 through. Nodes of a hierarchy are set up only when an unfinished tile
-   * needs them. Pictures differ by at most 1/512. Default on.
+   * pixel lets less than 1/512 through. Nodes of a hierarchy are set up only when an unfinished
+   * tile needs them. Pictures differ by at most 1/512. Default on.
    */
   vtkSetMacro(OcclusionCulling, vtkTypeBool);
   vtkGetMacro(OcclusionCulling, vtkTypeBool);
@@ -247,8 +247,8 @@ public:
    * is then a collective call with the same settings, camera and size on all processes. Splats are
    * sent to the processes that own their part of the screen. Process 0 gets the picture, as if it
    * had all surfels; the output of the others is 0 everywhere. Each process has its own hierarchy:
-   * with a level of detail, nodes at the borders differ. DeepSamples and Channels are not supported.
-   * Default none.
+   * with a level of detail, nodes at the borders differ. DeepSamples and Channels are not
+   * supported. Default none.
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();
@@ -279,8 +279,8 @@ public:
    * Whether colours are converted from sRGB to linear light first, so that bright points keep their
    * strength when they are blurred. Byte colours (also from lookup tables) and property colours are
    * converted; float colours are taken as light. GetOutput() is then linear light. In a window the
-   * result is converted back to sRGB, and what was drawn before is also mixed as light. Default off:
-   * colours are mixed as they are.
+   * result is converted back to sRGB, and what was drawn before is also mixed as light. Default
+   * off: colours are mixed as they are.
    */
   vtkSetMacro(LinearLight, vtkTypeBool);
   vtkGetMacro(LinearLight, vtkTypeBool);
@@ -293,8 +293,8 @@ public:
     CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative in front of the focus
     CHANNEL_COVERAGE = 4,            ///< by surfels of whatever opacity, [0, 1]
     CHANNEL_FRAGMENTS = 8,           ///< number of fragments, hidden ones too, in all lens cells
-    CHANNEL_LEVEL = 16,              ///< mean level in the hierarchy of what is seen: 0 for surfels,
-                                     ///< 1 for nodes of 2, ...; -1 where nothing is seen
+    CHANNEL_LEVEL = 16, ///< mean level in the hierarchy of what is seen: 0 for surfels,
+                        ///< 1 for nodes of 2, ...; -1 where nothing is seen
     ALL_CHANNELS = 31
   };
 
@@ -351,9 +351,9 @@ public:
 
   ///@{
   /**
-   * NumberOfPreparedSurfels: surfels for whose hierarchy bounds or colours were computed in the last
-   * frame (0 unless the data or its colours have changed). NumberOfReusedFrames: frames, since this
-   * object exists, in which nothing had changed and the last picture was kept.
+   * NumberOfPreparedSurfels: surfels for whose hierarchy bounds or colours were computed in the
+   * last frame (0 unless the data or its colours have changed). NumberOfReusedFrames: frames, since
+   * this object exists, in which nothing had changed and the last picture was kept.
    */
   vtkGetMacro(NumberOfPreparedSurfels, vtkIdType);
   vtkGetMacro(NumberOfReusedFrames, vtkIdType);
@@ -361,8 +361,8 @@ public:
 
   ///@{
   /**
-   * Wall-clock time of the last frame in milliseconds: of each stage, [0, GetNumberOfStages()), with
-   * its name, and of the whole frame. For other stages the name is null and the time 0.
+   * Wall-clock time of the last frame in milliseconds: of each stage, [0, GetNumberOfStages()),
+   * with its name, and of the whole frame. For other stages the name is null and the time 0.
    */
   int GetNumberOfStages();
   const char* GetStageName(int stage);
@@ -394,9 +394,9 @@ public:
   void CompleteView(SceneView& view);
 
   /**
-   * Renders a picture into GetOutput(). False, and an empty output, if memory does not suffice. With
-   * a controller, this holds for all of its processes or for none; OccluderDepth and PropImage of
-   * the view are then read on process 0.
+   * Renders a picture into GetOutput(). False, and an empty output, if memory does not suffice.
+   * With a controller, this holds for all of its processes or for none; OccluderDepth and PropImage
+   * of the view are then read on process 0.
    */
   bool Render(const SceneItems& items, const SceneView& view);
 

@@ -208,8 +208,7 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   const int cells = this->Splatter->GetLensCells();
   if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() ||
     this->Splatter->GetChannels() != 0 ||
-    !this->Splatter->HasLens(frame.Renderer->GetActiveCamera()) ||
-    !this->All(frame.CanBeDrawn()) ||
+    !this->Splatter->HasLens(frame.Renderer->GetActiveCamera()) || !this->All(frame.CanBeDrawn()) ||
     !this->Any(SurfelSplatting::HasOtherProps(frame.Renderer, false)))
   {
     return false;
@@ -259,8 +258,7 @@ void vtkSurfelSplattingPass::RenderSelection(const vtkRenderState* state)
 }
 
 /// The view of a frame; without occluders.
-SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(
-  const SurfelSplatting::PassFrame& frame)
+SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(const SurfelSplatting::PassFrame& frame)
 {
   SurfelSplatting::SceneView view;
   view.Camera = frame.Renderer->GetActiveCamera();
@@ -365,9 +363,8 @@ void vtkSurfelSplattingPass::ReportSharpProps()
 
 double vtkSurfelSplattingPass::ChooseCoarsening(vtkRenderer* renderer)
 {
-  const double coarsening = this->HoldUpdateRate && IsInteractive(renderer)
-    ? this->Internal->Governor.Coarsening()
-    : 1.0;
+  const double coarsening =
+    this->HoldUpdateRate && IsInteractive(renderer) ? this->Internal->Governor.Coarsening() : 1.0;
   SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
   return ranks ? ranks->RootValue(coarsening) : coarsening;
 }
@@ -395,8 +392,8 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
     vtkFloatArray::SafeDownCast(output->GetArray("Depth"))->GetPointer(0),
     this->Splatter->GetBlurredPixels()
   };
-  const float* depth = my.Props.JoinDepth(picture, frame.Range,
-    this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f);
+  const float* depth = my.Props.JoinDepth(
+    picture, frame.Range, this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f);
   bool isWhole = my.Props.IsGathered() || !picture.BlurredPixels.Taken().empty();
   if (!isWhole && this->Splatter->GetLinearLight())
   {

@@ -9,9 +9,9 @@
  *   renderer->SetPass(pass);
  *
  * Without a delegate, the pass replaces a whole vtkRenderStepsPass: camera, lights, opaque props,
- * surfels, translucent props (with depth peeling if the renderer uses it), volumes, overlay. It also
- * supports stereo and hardware selection, which VTK's own passes do not. With a delegate, it is the
- * step of opaque props alone, for use in a sequence of passes:
+ * surfels, translucent props (with depth peeling if the renderer uses it), volumes, overlay. It
+ * also supports stereo and hardware selection, which VTK's own passes do not. With a delegate, it
+ * is the step of opaque props alone, for use in a sequence of passes:
  *
  *   pass->SetDelegatePass(opaquePass); steps->SetOpaquePass(pass); renderer->SetPass(steps);
  *
@@ -28,15 +28,15 @@
  *
  * If vtkSurfelSplatter::LensCells is above 1, other props are shown through the lens, there is no
  * delegate, and neither deep samples nor channels are wanted, then all steps but the overlay are
- * rendered once per cell of the lens and averaged (OpenGL/LensAccumulation.h). Translucent props and
- * volumes are then blurred as well, and what is hidden behind the edges of blurred props is seen.
- * Each cell takes the time of a frame of all props.
+ * rendered once per cell of the lens and averaged (OpenGL/LensAccumulation.h). Translucent props
+ * and volumes are then blurred as well, and what is hidden behind the edges of blurred props is
+ * seen. Each cell takes the time of a frame of all props.
  *
  * With a controller (GetSplatter()->SetController()), the renderers of all its processes draw one
- * picture and all have to render. Opaque props are sent to process 0, the nearest of each pixel, and
- * surfels are exchanged as described in vtkSurfelSplatter. The framebuffer of process 0 then holds
- * the picture, with a depth below 1 wherever there is any colour. The others hold only translucent
- * props and volumes that were drawn before, as compositors expect.
+ * picture and all have to render. Opaque props are sent to process 0, the nearest of each pixel,
+ * and surfels are exchanged as described in vtkSurfelSplatter. The framebuffer of process 0 then
+ * holds the picture, with a depth below 1 wherever there is any colour. The others hold only
+ * translucent props and volumes that were drawn before, as compositors expect.
  *
  * GetSplatter()->GetOutput() is the float picture of all splats, before it is rounded to the 8 bits
  * of the frame: surfels and blurred pixels of other props. With several cells it is the picture of
@@ -88,9 +88,9 @@ public:
 
   ///@{
   /**
-   * Whether to draw surfels with a hierarchy coarser, to hold the update rate of the window, while it
-   * is above one frame per second (vtkRenderWindow::DesiredUpdateRate, which interactors raise while
-   * the mouse moves). Still pictures are not changed. Default on.
+   * Whether to draw surfels with a hierarchy coarser, to hold the update rate of the window, while
+   * it is above one frame per second (vtkRenderWindow::DesiredUpdateRate, which interactors raise
+   * while the mouse moves). Still pictures are not changed. Default on.
    */
   vtkSetMacro(HoldUpdateRate, vtkTypeBool);
   vtkGetMacro(HoldUpdateRate, vtkTypeBool);
@@ -99,13 +99,14 @@ public:
 
   ///@{
   /**
-   * Whether to blur other opaque props as well. Pixels that the lens blurs by more than half a pixel
-   * join the surfels in their A-buffer; what is in focus stays as sharp as it was drawn. Props are
-   * drawn up to 128 px beyond the border of the frame, as far as they blur into it. The image of the
-   * props has one layer: behind the edge of a blurred prop, the gap is filled from the neighbouring
-   * surface. With LensCells above 1, every cell sees what is there. With one cell, translucent props
-   * and volumes stay sharp; 2D actors, such as text, always do. While the margin and the cells are
-   * drawn, the renderer has other cameras (vtkCommand::ActiveCameraEvent). Default on.
+   * Whether to blur other opaque props as well. Pixels that the lens blurs by more than half a
+   * pixel join the surfels in their A-buffer; what is in focus stays as sharp as it was drawn.
+   * Props are drawn up to 128 px beyond the border of the frame, as far as they blur into it. The
+   * image of the props has one layer: behind the edge of a blurred prop, the gap is filled from the
+   * neighbouring surface. With LensCells above 1, every cell sees what is there. With one cell,
+   * translucent props and volumes stay sharp; 2D actors, such as text, always do. While the margin
+   * and the cells are drawn, the renderer has other cameras (vtkCommand::ActiveCameraEvent).
+   * Default on.
    */
   vtkSetMacro(OtherPropsThroughLens, vtkTypeBool);
   vtkGetMacro(OtherPropsThroughLens, vtkTypeBool);
@@ -146,8 +147,7 @@ private:
   void ReportSharpProps();
 #ifndef __VTK_WRAP__
   SurfelSplatting::SceneView MakeView(const SurfelSplatting::PassFrame& frame);
-  void BeginProps(
-    const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
+  void BeginProps(const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
   void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
   void DrawPicture(const SurfelSplatting::PassFrame& frame);
   bool All(bool own);

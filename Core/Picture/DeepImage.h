@@ -49,8 +49,8 @@ public:
   int Width() const { return this->Columns; }
   int Height() const { return this->Rows; }
 
-  /// Valid after Finish. The samples of pixel p = y width + x are Samples()[Offsets()[p]] up to, but
-  /// not including, Samples()[Offsets()[p + 1]].
+  /// Valid after Finish. The samples of pixel p = y width + x are Samples()[Offsets()[p]] up to,
+  /// but not including, Samples()[Offsets()[p + 1]].
   const std::vector<std::uint64_t>& Offsets() const { return this->Ends; }
   const std::vector<DeepSample>& Samples() const { return this->All; }
 

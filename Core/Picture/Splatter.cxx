@@ -88,8 +88,8 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
     this->Stats.Cut);
 }
 
-void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& ranges,
-  const Executor& executor)
+void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud,
+  const CutRanges& ranges, const Executor& executor)
 {
   if (!(cloud.Prefilter > 0.0))
   {

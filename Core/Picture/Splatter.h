@@ -101,8 +101,8 @@ private:
   void SetCell(const SplatContext& context, const SubAperture& cell);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target, const CellFunction& afterCell);
-  void RenderCell(const std::vector<SurfelCloud>& clouds, const Executor& executor,
-    const RenderTarget& target);
+  void RenderCell(
+    const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target);
   void MakeSplats(const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor);
   void ExchangeSplats(
     const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange);

@@ -21,12 +21,12 @@ namespace SurfelSplatting
 {
 namespace
 {
-// Floats resolve half a unit at UTM coordinates.
+// The standard attribute is in floats, which resolve half a unit at UTM coordinates.
 constexpr const char* ExactWorldToCamera = "worldToCameraDouble";
 constexpr const char* FocalLength = "focalLengthPixels";
 constexpr const char* LensDiameter = "lensDiameter";
 
-/// The values of a field data array of that many; none where there is no such array.
+/// The values of a field data array; empty if there is no array with that many values.
 std::vector<double> Values(vtkImageData* image, const char* name, int size)
 {
   vtkDataArray* array = image->GetFieldData()->GetArray(name);
@@ -47,7 +47,7 @@ void AddValues(vtkFieldData* data, const char* name, const std::vector<double>& 
   data->AddArray(array);
 }
 
-bool SaysNone(const Imf::Header& header)
+bool HasNoScreenWindow(const Imf::Header& header)
 {
   return header.screenWindowCenter() == Imath::V2f(0.0f, 0.0f) &&
     header.screenWindowWidth() == 1.0f;
@@ -60,7 +60,7 @@ void AddScreenWindow(
     Imath::V2f(static_cast<float>(window[0]), static_cast<float>(window[1]));
   header.screenWindowWidth() = static_cast<float>(window[2]);
   header.pixelAspectRatio() = static_cast<float>(pixelAspectRatio);
-  if (SaysNone(header))
+  if (HasNoScreenWindow(header))
   {
     header.screenWindowWidth() = std::nextafter(1.0f, 2.0f);
   }
@@ -81,7 +81,7 @@ void ReadWorldToCamera(const Imf::Header& header, vtkFieldData* data)
   }
   if (vtkMatrix4x4::Determinant(matrix.data()) < 0.0)
   {
-    // A left-handed camera, as OpenEXR and others have it, looks along +z.
+    // A left-handed camera, as in OpenEXR and others, looks along +z.
     for (int i = 8; i < 12; ++i)
     {
       matrix[i] = -matrix[i];
@@ -90,7 +90,7 @@ void ReadWorldToCamera(const Imf::Header& header, vtkFieldData* data)
   AddValues(data, Arrays::WorldToCamera, matrix);
 }
 
-/// OpenEXR's window belongs to the display window, ours to what there are pixels of.
+/// OpenEXR's screen window belongs to the display window, ours to the data window.
 void ReadScreenWindow(const Imf::Header& header, vtkFieldData* data)
 {
   const Imath::Box2i &pixels = header.dataWindow(), &display = header.displayWindow();
@@ -109,12 +109,12 @@ void ReadScreenWindow(const Imf::Header& header, vtkFieldData* data)
 }
 
 //------------------------------------------------------------------------------
-void AddCamera(vtkImageData* image, Imf::Header& header)
+void WriteCamera(vtkImageData* image, Imf::Header& header)
 {
   const std::vector<double> matrix = Values(image, Arrays::WorldToCamera, 16);
   if (!matrix.empty())
   {
-    // OpenEXR's vectors are rows.
+    // OpenEXR multiplies row vectors.
     Imath::M44d transposed;
     for (int i = 0; i < 16; ++i)
     {
@@ -151,7 +151,7 @@ void ReadCamera(const Imf::Header& header, vtkFieldData* data)
   {
     AddValues(data, Arrays::CameraLens, { length->value(), diameter->value(), Imf::focus(header) });
   }
-  if (!SaysNone(header))
+  if (!HasNoScreenWindow(header))
   {
     ReadScreenWindow(header, data);
   }

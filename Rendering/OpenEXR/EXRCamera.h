@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Camera and lens of a picture in an OpenEXR header. Internal to the module.
+ * Writes and reads the camera and lens of a picture in an OpenEXR header. Internal to the module.
  *
- * OpenEXR gives every file a screen window and says that (0, 0) and width 1 stand for none; a
- * window that is truly so is written as wide as the next float.
+ * Every OpenEXR file has a screen window; (0, 0) with width 1 means that there is none. A window
+ * that really has these values is written with the next larger float as its width.
  */
 #pragma once
 
@@ -14,9 +14,9 @@ class vtkImageData;
 
 namespace SurfelSplatting
 {
-/// Adds what the picture's field data say (SurfelArrays.h); nothing where they say nothing.
-void AddCamera(vtkImageData* image, Imf::Header& header);
+/// Adds attributes from the field data of a picture (SurfelArrays.h), as far as it has them.
+void WriteCamera(vtkImageData* image, Imf::Header& header);
 
-/// The field data of the picture in the data window, as far as the header has them.
+/// Adds field data for the picture in the data window, as far as the header has attributes.
 void ReadCamera(const Imf::Header& header, vtkFieldData* data);
 }

@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a picture's point arrays are called as channels of OpenEXR files. Internal to the module.
+ * Names of channels in OpenEXR files and of the arrays that they become. Internal to the module.
  */
 #pragma once
 
+#include <array>
 #include <string>
 
 namespace SurfelSplatting
 {
+/// The channels of a deep file, in the order of the components of the array DeepSamples.
+constexpr int NumberOfDeepChannels = 5;
+constexpr std::array<const char*, NumberOfDeepChannels> DeepChannels{ "R", "G", "B", "A", "Z" };
+
 struct NamedChannel
 {
   const char* Array;
-  const char* Channel; ///< of three components: Channel.X, Channel.Y and Channel.Z
+  const char* Channel; ///< three components become Channel.X, Channel.Y and Channel.Z
 };
 
-/// All others are called the same in both.
+/// All others have the same name in both.
 constexpr NamedChannel NamedChannels[] = { { "Depth", "Z" }, { "Normal", "N" },
   { "CircleOfConfusion", "CoC" }, { "Coverage", "coverage" }, { "Fragments", "fragments" },
   { "Level", "level" } };

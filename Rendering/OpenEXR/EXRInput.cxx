@@ -24,7 +24,7 @@ constexpr int HeaderBegin = 8; // after the magic number and the version
   throw EXRProblem(vtkErrorCode::FileFormatError, what);
 }
 
-/// A little-endian integer; 0 where the file ends.
+/// Reads a little-endian integer; 0 at the end of the file.
 std::int32_t ReadInteger(std::istream& file)
 {
   std::array<unsigned char, 4> bytes{};
@@ -52,11 +52,11 @@ int RowsPerChunk(Imf::Compression compression)
   }
 }
 
-/// Bytes that one byte of a file can stand for, at most.
+/// Largest number of uncompressed bytes per byte of a file.
 double LargestRatio(Imf::Compression compression)
 {
-  constexpr double deflated = 4.0 / 3.0 * 1032.0; // PXR24, which packs 3 bytes of 4
-  constexpr double blocks = 128.0;                // DWA: 64 pixels are one value
+  constexpr double deflated = 4.0 / 3.0 * 1032.0; // zlib; PXR24 keeps 3 of 4 bytes
+  constexpr double blocks = 128.0;                // DWA: 64 pixels can become one value
   switch (compression)
   {
     case Imf::NO_COMPRESSION:
@@ -78,8 +78,8 @@ EXRInput::EXRInput(const std::string& path)
 {
   if (!this->File)
   {
-    throw EXRProblem(
-      vtkErrorCode::CannotOpenFileError, "the file cannot be opened; check name and rights.");
+    throw EXRProblem(vtkErrorCode::CannotOpenFileError,
+      "the file cannot be opened; check its name and permissions.");
   }
   this->File.seekg(0);
   const std::int32_t magic = ReadInteger(this->File);
@@ -87,16 +87,16 @@ EXRInput::EXRInput(const std::string& path)
   if (magic != Imf::MAGIC || !this->File)
   {
     throw EXRProblem(
-      vtkErrorCode::UnrecognizedFileTypeError, "not an OpenEXR file by its first bytes.");
+      vtkErrorCode::UnrecognizedFileTypeError, "not an OpenEXR file: its first bytes are wrong.");
   }
   if (Imf::getVersion(this->Version) != Imf::EXR_VERSION ||
     !Imf::supportsFlags(Imf::getFlags(this->Version)))
   {
-    Fail("a version of OpenEXR files that is not known here; convert it to version 2.");
+    Fail("the version of the file is not supported; convert it to version 2.");
   }
   if (Imf::isMultiPart(this->Version))
   {
-    Fail("a file of several parts is not read; take one out first: exrmultipart -separate.");
+    Fail("files with several parts are not supported; extract one first: exrmultipart -separate.");
   }
   this->CheckAttributes();
   this->File.seekg(HeaderBegin);
@@ -109,7 +109,7 @@ EXRInput::EXRInput(const std::string& path)
 }
 
 //------------------------------------------------------------------------------
-// Attributes that end behind the file's end: OpenEXR would take memory for them.
+// Checks that no attribute extends beyond the end of the file: OpenEXR would allocate it.
 void EXRInput::CheckAttributes()
 {
   this->File.seekg(HeaderBegin);
@@ -136,7 +136,7 @@ void EXRInput::CheckKind() const
 {
   if (this->Header.hasType() && this->Header.type() == Imf::DEEPTILE)
   {
-    Fail("deep tiles are not read; write deep scan lines.");
+    Fail("deep tiles are not supported; write deep scan lines.");
   }
   const Imf::ChannelList& channels = this->Header.channels();
   if (channels.begin() == channels.end())
@@ -148,8 +148,8 @@ void EXRInput::CheckKind() const
     if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1)
     {
       Fail(std::string("channel ") + channel.name() +
-        " does not have a value for each pixel, which is not read; write R, G and B instead of "
-        "luminance and chroma.");
+        " does not have a value for each pixel, which is not supported; write R, G and B instead "
+        "of luminance and chroma.");
     }
   }
 }
@@ -166,12 +166,12 @@ void EXRInput::CheckSize() const
     constexpr double largest = 4096.0;
     if (tiles.xSize > std::max(width, largest) || tiles.ySize > std::max(height, largest))
     {
-      Fail("the file announces tiles that are larger than its picture; it is damaged.");
+      Fail("the file announces tiles larger than its picture; it is damaged.");
     }
   }
   const std::string size =
     std::to_string(this->Width()) + " x " + std::to_string(this->Height()) + " pixels";
-  if (chunks * sizeof(std::uint64_t) > this->FileBytes) // the table of their places
+  if (chunks * sizeof(std::uint64_t) > this->FileBytes) // the offset table
   {
     this->FailAsTooLarge(size);
   }
@@ -180,11 +180,11 @@ void EXRInput::CheckSize() const
 }
 
 //------------------------------------------------------------------------------
-void EXRInput::CheckUnpacked(double bytes, const std::string& ofWhat) const
+void EXRInput::CheckUnpacked(double bytes, const std::string& what) const
 {
   if (bytes > LargestRatio(this->Header.compression()) * this->FileBytes)
   {
-    this->FailAsTooLarge(ofWhat);
+    this->FailAsTooLarge(what);
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * An OpenEXR file that is opened with care: OpenEXR allocates what a header announces, so this
- * looks first whether the file can hold it. Internal to the module.
+ * Opens an OpenEXR file and checks it. OpenEXR allocates whatever a header announces; this class
+ * first checks that the file can hold it. Internal to the module.
  */
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace SurfelSplatting
 {
-/// What is wrong with a file, to be read after its name, and its vtkErrorCode.
+/// A problem with a file: a text that follows the file name, and a vtkErrorCode.
 class EXRProblem : public std::runtime_error
 {
 public:
@@ -29,8 +29,8 @@ public:
 class EXRInput
 {
 public:
-  /// Reads the header. Throws EXRProblem, or what OpenEXR throws, where the file is none, damaged,
-  /// or of a kind that is not read.
+  /// Reads the header. Throws EXRProblem, or what OpenEXR throws, if the file is not an OpenEXR
+  /// file, is damaged, or is of an unsupported kind.
   explicit EXRInput(const std::string& path);
 
   const Imf::Header& GetHeader() const { return this->Header; }
@@ -38,13 +38,14 @@ public:
   int Width() const;
   int Height() const;
 
-  /// The file from its first byte.
+  /// The stream, at its first byte.
   Imf::IStream& Rewind();
 
-  /// Throws EXRProblem where so many bytes cannot have come from this file.
-  void CheckUnpacked(double bytes, const std::string& ofWhat) const;
+  /// Throws EXRProblem if this file is too small to hold so many uncompressed bytes.
+  /// @param what the data, for the message
+  void CheckUnpacked(double bytes, const std::string& what) const;
 
-  /// Bytes of a pixel, or of a sample of a deep one.
+  /// Bytes of a pixel; in a deep file, of a sample.
   int BytesPerPixel() const;
 
 private:

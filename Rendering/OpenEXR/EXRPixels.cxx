@@ -32,7 +32,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// An array of the picture and the channels that are its components.
+/// An array of the picture and the channels that become its components.
 struct PixelArray
 {
   std::string Name;
@@ -49,7 +49,7 @@ vtkSmartPointer<vtkFloatArray> NewArray(const char* name, int components, vtkIdT
   return array;
 }
 
-/// The arrays of a flat file, "Color" first. A name that is taken gets a trailing "_".
+/// Lists the arrays of a flat file, "Color" first. A name that exists already gets a trailing "_".
 std::vector<PixelArray> ListArrays(const Imf::Header& header)
 {
   std::set<std::string> left, taken;
@@ -98,7 +98,7 @@ std::vector<PixelArray> ListArrays(const Imf::Header& header)
   return arrays;
 }
 
-/// Where OpenEXR shall think that column 0 is.
+/// The address of column 0 for OpenEXR, whose columns begin with the data window.
 template <typename Value>
 char* BaseOf(Value* row, const Imf::Header& header)
 {
@@ -118,13 +118,12 @@ void CopyRow(const std::vector<float>& row, vtkFloatArray* array, int component,
   }
 }
 
-/// The samples of a deep file, read twice row by row: first their numbers, then they themselves.
-class DeepRows
+/// Reads the samples of a deep file row by row, in two passes: first their numbers, then the
+/// samples.
+class DeepRowReader
 {
 public:
-  static constexpr int NumberOfChannels = 5;
-
-  explicit DeepRows(EXRInput& input)
+  explicit DeepRowReader(EXRInput& input)
     : Header(input.GetHeader())
     , File(input.Rewind())
     , Counts(input.Width())
@@ -132,9 +131,9 @@ public:
     Imf::DeepFrameBuffer frame;
     frame.insertSampleCountSlice(
       Imf::Slice(Imf::UINT, BaseOf(this->Counts.data(), this->Header), sizeof(unsigned int), 0));
-    for (int c = 0; c < NumberOfChannels; ++c)
+    for (int c = 0; c < NumberOfDeepChannels; ++c)
     {
-      const char* name = Channels[c];
+      const char* name = DeepChannels[c];
       if (!this->Header.channels().findChannel(name))
       {
         throw EXRProblem(vtkErrorCode::FileFormatError,
@@ -143,12 +142,12 @@ public:
       this->Slices[c].resize(this->Counts.size());
       frame.insert(name,
         Imf::DeepSlice(Imf::FLOAT, BaseOf(this->Slices[c].data(), this->Header), sizeof(float*), 0,
-          NumberOfChannels * sizeof(float)));
+          NumberOfDeepChannels * sizeof(float)));
     }
     this->File.setFrameBuffer(frame);
   }
 
-  /// The numbers of samples of a row, counted from the lowest.
+  /// Reads the numbers of samples of a row. Row 0 is the bottom row.
   const std::vector<unsigned int>& ReadCounts(int row)
   {
     const int y = this->Header.dataWindow().max.y - row;
@@ -156,39 +155,38 @@ public:
     return this->Counts;
   }
 
-  /// The samples of a row, one after another.
+  /// Reads the samples of a row, one after another.
   void ReadSamples(int row, const unsigned int* counts, float* to)
   {
     for (std::size_t x = 0; x < this->Counts.size(); ++x)
     {
       this->Counts[x] = counts[x];
-      for (int c = 0; c < NumberOfChannels; ++c)
+      for (int c = 0; c < NumberOfDeepChannels; ++c)
       {
         this->Slices[c][x] = to + c;
       }
-      to += static_cast<std::size_t>(NumberOfChannels) * counts[x];
+      to += static_cast<std::size_t>(NumberOfDeepChannels) * counts[x];
     }
     const int y = this->Header.dataWindow().max.y - row;
     this->File.readPixels(y, y);
   }
 
 private:
-  static constexpr std::array<const char*, NumberOfChannels> Channels{ "R", "G", "B", "A", "Z" };
   const Imf::Header& Header;
   Imf::DeepScanLineInputFile File;
   std::vector<unsigned int> Counts;
-  std::array<std::vector<float*>, NumberOfChannels> Slices;
+  std::array<std::vector<float*>, NumberOfDeepChannels> Slices;
 };
 
-using Sample = std::array<float, DeepRows::NumberOfChannels>;
+using Sample = std::array<float, NumberOfDeepChannels>;
 
-/// Nearest first; what has no depth last.
+/// Nearest first; samples without a depth last.
 bool IsNearer(const Sample& a, const Sample& b)
 {
   return a[4] < b[4] || (std::isnan(b[4]) && !std::isnan(a[4]));
 }
 
-/// Sorts the samples of a pixel; what they look like from in front, and how far away.
+/// Sorts the samples of a pixel and composites them to a colour and a depth.
 void Flatten(Sample* samples, unsigned int count, float* color, float* depth)
 {
   if (!std::is_sorted(samples, samples + count, IsNearer))
@@ -272,7 +270,7 @@ void ReadDeepPixels(EXRInput& input, vtkImageData* image, const EXRProgress& pro
 {
   const int width = input.Width(), height = input.Height();
   const vtkIdType pixels = static_cast<vtkIdType>(width) * height;
-  DeepRows rows(input);
+  DeepRowReader rows(input);
   auto counts = vtkSmartPointer<vtkUnsignedIntArray>::New();
   counts->SetName(Arrays::SampleCount);
   counts->SetNumberOfTuples(pixels);
@@ -288,7 +286,7 @@ void ReadDeepPixels(EXRInput& input, vtkImageData* image, const EXRProgress& pro
     static_cast<double>(total) * input.BytesPerPixel(), std::to_string(total) + " samples");
 
   auto color = NewArray("Color", 4, pixels), depth = NewArray("Depth", 1, pixels);
-  auto values = NewArray(Arrays::DeepSamples, DeepRows::NumberOfChannels, total);
+  auto values = NewArray(Arrays::DeepSamples, NumberOfDeepChannels, total);
   auto* next = reinterpret_cast<Sample*>(values->GetPointer(0));
   for (int row = 0; row < height; ++row)
   {

@@ -21,7 +21,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// From pixels and distances to positions.
+/// Computes positions from pixels and distances.
 class Unprojection
 {
 public:
@@ -62,7 +62,7 @@ private:
   vtkIdType Width;
   vtkNew<vtkMatrix4x4> CameraToWorld;
   bool HasCamera = false;
-  double PixelWidth = 1.0, PixelHeight = 1.0; // at distance 1
+  double PixelWidth = 1.0, PixelHeight = 1.0; // at distance 1, world units
   double Left = 0.0, Bottom = 0.0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Where in space a picture's samples are. Internal to the module.
+ * Makes points in space from the samples of a picture. Internal to the module.
  */
 #pragma once
 
@@ -9,7 +9,8 @@ class vtkPolyData;
 
 namespace SurfelSplatting
 {
-/// One vertex per deep sample, or per pixel with a depth, where that is finite. Of a picture with
-/// WorldToCamera and ScreenWindow in world coordinates, else (x + 1/2, y + 1/2, depth) in pixels.
+/// Makes one vertex per deep sample, or per pixel with a depth, if the depth is finite. A picture
+/// with WorldToCamera and ScreenWindow gives world coordinates, others (x + 1/2, y + 1/2, depth)
+/// with x and y in pixels.
 void MakePoints(vtkImageData* image, double pixelAspectRatio, vtkPolyData* points);
 }

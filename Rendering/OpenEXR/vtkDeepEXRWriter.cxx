@@ -3,6 +3,7 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/OpenEXR/EXRCamera.h"
+#include "Rendering/OpenEXR/EXRChannels.h"
 #include "vtkDataArray.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
@@ -28,22 +29,22 @@ namespace Arrays = SurfelSplatting::Arrays;
 
 namespace
 {
-constexpr int NumberOfChannels = 5;
-constexpr std::array<const char*, NumberOfChannels> Channels{ "R", "G", "B", "A", "Z" };
+using SurfelSplatting::DeepChannels;
+using SurfelSplatting::NumberOfDeepChannels;
 
 /// The samples of an image, row by row.
-class DeepRows
+class DeepSampleRows
 {
 public:
   /// Throws std::runtime_error if the image has no samples or its arrays contradict each other.
-  explicit DeepRows(vtkImageData* image)
+  explicit DeepSampleRows(vtkImageData* image)
     : Width(image->GetDimensions()[0])
     , Height(image->GetDimensions()[1])
     , Counts(image->GetPointData()->GetArray(Arrays::SampleCount))
     , Samples(vtkFloatArray::SafeDownCast(image->GetFieldData()->GetArray(Arrays::DeepSamples)))
   {
     if (!this->Counts || this->Counts->GetNumberOfComponents() != 1 || !this->Samples ||
-      this->Samples->GetNumberOfComponents() != NumberOfChannels)
+      this->Samples->GetNumberOfComponents() != NumberOfDeepChannels)
     {
       throw std::runtime_error(
         "the picture has no deep samples (point array SampleCount, field data array DeepSamples of "
@@ -66,15 +67,15 @@ public:
 
   /// Points the slices of a row to its samples.
   void Get(int row, std::vector<unsigned int>& counts,
-    std::array<std::vector<float*>, NumberOfChannels>& slices) const
+    std::array<std::vector<float*>, NumberOfDeepChannels>& slices) const
   {
     for (int x = 0; x < this->Width; ++x)
     {
       const vtkIdType pixel = static_cast<vtkIdType>(row) * this->Width + x;
       counts[x] = static_cast<unsigned int>(this->Firsts[pixel + 1] - this->Firsts[pixel]);
-      for (int c = 0; c < NumberOfChannels; ++c)
+      for (int c = 0; c < NumberOfDeepChannels; ++c)
       {
-        slices[c][x] = this->Samples->GetPointer(NumberOfChannels * this->Firsts[pixel]) + c;
+        slices[c][x] = this->Samples->GetPointer(NumberOfDeepChannels * this->Firsts[pixel]) + c;
       }
     }
   }
@@ -93,7 +94,7 @@ Imf::Header MakeHeader(vtkImageData* image, bool declareTidy)
   Imf::Header header(size[0], size[1]);
   header.setType(Imf::DEEPSCANLINE);
   header.compression() = Imf::ZIPS_COMPRESSION;
-  for (const char* channel : Channels)
+  for (const char* channel : DeepChannels)
   {
     header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
   }
@@ -101,7 +102,7 @@ Imf::Header MakeHeader(vtkImageData* image, bool declareTidy)
   {
     Imf::addDeepImageState(header, Imf::DIS_TIDY);
   }
-  SurfelSplatting::AddCamera(image, header);
+  SurfelSplatting::WriteCamera(image, header);
   return header;
 }
 }
@@ -117,21 +118,21 @@ void vtkDeepEXRWriter::WriteStream(
   vtkImageData* image, std::ofstream& file, const std::string& path)
 {
   this->NumberOfSamples = 0;
-  const DeepRows rows(image);
+  const DeepSampleRows rows(image);
   Imf::StdOFStream stream(file, path.c_str());
   Imf::DeepScanLineOutputFile output(stream, MakeHeader(image, this->DeepImageState != 0));
   // One row at a time: all rows use the same memory.
   std::vector<unsigned int> counts(rows.Width);
-  std::array<std::vector<float*>, NumberOfChannels> slices;
+  std::array<std::vector<float*>, NumberOfDeepChannels> slices;
   Imf::DeepFrameBuffer frame;
   frame.insertSampleCountSlice(
     Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned int), 0));
-  for (int c = 0; c < NumberOfChannels; ++c)
+  for (int c = 0; c < NumberOfDeepChannels; ++c)
   {
     slices[c].resize(rows.Width);
-    frame.insert(Channels[c],
+    frame.insert(DeepChannels[c],
       Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(slices[c].data()), sizeof(float*), 0,
-        NumberOfChannels * sizeof(float)));
+        NumberOfDeepChannels * sizeof(float)));
   }
   output.setFrameBuffer(frame);
   for (int row = rows.Height - 1; row >= 0; --row)

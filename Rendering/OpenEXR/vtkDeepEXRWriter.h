@@ -3,10 +3,10 @@
  * @class   vtkDeepEXRWriter
  * @brief   writes the layers of a picture as a deep OpenEXR file
  *
- * This writer takes one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()): the
- * point array "SampleCount" (unsigned int; number of samples of each pixel) and the field data array
- * "DeepSamples" (float[5]; pixel after pixel from the bottom row up, nearest first: premultiplied
- * linear R, G, B, then A in (0, 1], then the depth).
+ * This writer takes one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()):
+ * the point array "SampleCount" (unsigned int; number of samples of each pixel) and the field data
+ * array "DeepSamples" (float[5]; pixel after pixel from the bottom row up, nearest first:
+ * premultiplied linear R, G, B, then A in (0, 1], then the depth).
  *
  * The file has deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,
  * 32-bit float. Z is the distance along the camera's view direction (not along the pixel's ray) in
@@ -38,10 +38,10 @@ public:
 
   ///@{
   /**
-   * Whether the header declares the samples tidy (attribute deepImageState). The samples are tidy in
-   * any case. OpenEXR's own Python package (3.5.3) refuses to open a file with this attribute; other
-   * readers use or ignore it. Switch it on for compositors that would otherwise sort the samples.
-   * Default off.
+   * Whether the header declares the samples tidy (attribute deepImageState). The samples are tidy
+   * in any case. OpenEXR's own Python package (3.5.3) refuses to open a file with this attribute;
+   * other readers use or ignore it. Switch it on for compositors that would otherwise sort the
+   * samples. Default off.
    */
   vtkSetMacro(DeepImageState, vtkTypeBool);
   vtkGetMacro(DeepImageState, vtkTypeBool);

@@ -15,12 +15,12 @@
 
 namespace
 {
-/// What a path stands for, also where the file at a link's end is still to be written.
+/// Follows links to the file that a path stands for, which may not exist yet.
 std::string FollowLinks(const std::string& path)
 {
-  constexpr int mostLinks = 40;
+  constexpr int largestDepth = 40; // as in Linux
   std::string target = path, next;
-  for (int i = 0; i < mostLinks && vtksys::SystemTools::FileIsSymlink(target); ++i)
+  for (int i = 0; i < largestDepth && vtksys::SystemTools::FileIsSymlink(target); ++i)
   {
     if (!vtksys::SystemTools::ReadSymlink(target, next))
     {
@@ -56,10 +56,10 @@ void vtkEXRWriterBase::Write()
   if (this->GetNumberOfInputConnections(0) == 0)
   {
     this->SetErrorCode(vtkErrorCode::UnknownError);
-    vtkErrorMacro("No picture to write: set the input first.");
+    vtkErrorMacro("There is no picture to write: set the input first.");
     return;
   }
-  // Written anew at every call, whether or not the input has changed.
+  // Every call writes, whether or not the input has changed.
   this->Modified();
   this->UpdateWholeExtent();
 }
@@ -72,7 +72,7 @@ int vtkEXRWriterBase::RequestData(
   if (!this->FileName || !*this->FileName)
   {
     this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro("No file to write: call SetFileName first.");
+    vtkErrorMacro("There is no file name: call SetFileName first.");
     return 0;
   }
   vtkImageData* image = vtkImageData::GetData(inputVector[0]);
@@ -86,7 +86,7 @@ int vtkEXRWriterBase::RequestData(
   }
 
   vtksys::SystemInformation system;
-  // What a link points to is written; the link stays.
+  // The target of a link is written; the link stays.
   const std::string target = FollowLinks(this->FileName);
   const std::string temporary = target + "." + std::to_string(system.GetProcessId()) + ".part";
   unsigned long problemCode = vtkErrorCode::CannotOpenFileError;

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkEXRWriterBase
- * @brief   what writers of OpenEXR files share: whole files or none
+ * @brief   superclass of the writers of OpenEXR files
  *
- * The file appears under its name only when it is complete: what is written first is a temporary
- * file beside it, which goes away where something fails. What a link points to is written; the link
- * stays. GetErrorCode() tells how the last Write() ended (vtkErrorCode).
+ * This class writes complete files or none. It writes a temporary file beside the final one and
+ * renames it when it is complete; after a failure the temporary file is deleted. If the file name
+ * is a link, its target is written and the link stays. GetErrorCode() tells how the last Write()
+ * ended (vtkErrorCode).
  *
- * Where the input has the field data of a vtkSurfelSplatter's picture, camera and lens go into the
- * file's header: worldToCamera, for row vectors as OpenEXR wants it, the camera looking along -z,
- * and the same in doubles as worldToCameraDouble; focus, the distance in focus, and lensDiameter,
- * both in world units, not metres; focalLengthPixels; screenWindowCenter, screenWindowWidth and
+ * If the input has the field data of a picture of vtkSurfelSplatter, camera and lens are written to
+ * the header: worldToCamera (for row vectors, as OpenEXR defines it, with a camera that looks along
+ * -z), the same in doubles as worldToCameraDouble, focus (the distance in focus) and lensDiameter
+ * (both in world units, not metres), focalLengthPixels, screenWindowCenter, screenWindowWidth and
  * pixelAspectRatio.
  *
  * @sa vtkSurfelEXRWriter vtkDeepEXRWriter vtkSurfelEXRReader
@@ -43,7 +44,7 @@ protected:
   int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
 
 #ifndef __VTK_WRAP__
-  /// Writes all of the file. What is wrong with the input or with writing is a std::exception; its
+  /// Writes the whole file. Throws a std::exception if the input is wrong or writing fails; its
   /// text follows "Cannot write NAME: ".
   virtual void WriteStream(vtkImageData* image, std::ofstream& file, const std::string& path) = 0;
 #endif

@@ -64,7 +64,7 @@ int vtkSurfelEXRReader::Try(const Work& work, vtkInformationVector* outputVector
     if (!this->FileName || !*this->FileName)
     {
       throw SurfelSplatting::EXRProblem(
-        vtkErrorCode::NoFileNameError, "No file to read: call SetFileName first.");
+        vtkErrorCode::NoFileNameError, "There is no file name: call SetFileName first.");
     }
     SurfelSplatting::EXRInput input(this->FileName);
     work(input);
@@ -77,7 +77,8 @@ int vtkSurfelEXRReader::Try(const Work& work, vtkInformationVector* outputVector
   }
   catch (const std::bad_alloc&)
   {
-    problem = "does not fit into memory; read a smaller one, or with GeneratePointsOff().";
+    problem =
+      "the picture does not fit into memory; read a smaller one, or call GeneratePointsOff().";
   }
   catch (const std::exception& found)
   {
@@ -107,7 +108,7 @@ int vtkSurfelEXRReader::RequestInformation(
       info->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
       info->Set(vtkDataObject::SPACING(), 1.0, 1.0, 1.0);
       info->Set(vtkDataObject::ORIGIN(), 0.0, 0.0, 0.0);
-      info->Remove(vtkDataObject::POINT_DATA_VECTOR()); // of another file
+      info->Remove(vtkDataObject::POINT_DATA_VECTOR()); // left by another file
       const int components =
         input.IsDeep() ? 4 : SurfelSplatting::NumberOfColorComponents(input.GetHeader());
       if (components > 0)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfelEXRReader
- * @brief   reads OpenEXR pictures, flat and deep, and where their samples are in space
+ * @brief   reads OpenEXR pictures, flat and deep, and makes points in space of their samples
  *
- * Output 0 is the picture, a vtkImageData of the data window, row 0 at the bottom:
+ * This reader has two outputs. Output 0 is the picture, a vtkImageData of the data window with row
+ * 0 at the bottom:
  *
  * | channels of the file        | array of the picture                                            |
  * |-----------------------------|-----------------------------------------------------------------|
@@ -12,23 +13,25 @@
  * | NAME.X NAME.Y NAME.Z        | NAME, float[3]                                                  |
  * | any other                   | a float array of the channel's name                             |
  * | R G B A Z of a deep file    | point array "SampleCount", field data array "DeepSamples";      |
- * |                             | "Color" and "Depth" as the samples give them                    |
+ * |                             | "Color" and "Depth" composited from the samples                 |
  *
  * N becomes "Normal", CoC "CircleOfConfusion", coverage "Coverage", fragments "Fragments" and level
- * "Level". Half and integer channels become floats; colours stay premultiplied. Samples are sorted
- * by depth where they are not; other channels of deep files are passed over, their samples taken as
- * points. Field data "WorldToCamera", "CameraLens" and "ScreenWindow"
- * (Documentation/DataContract.md) are there where the header has them.
+ * "Level". Half and integer channels become floats; colours stay premultiplied. Samples that are
+ * not sorted by depth are sorted. Other channels of deep files are ignored, so that their samples
+ * have no extent in depth. The field data "WorldToCamera", "CameraLens" and "ScreenWindow"
+ * (Documentation/DataContract.md) are set if the header has them.
  *
- * Output 1 is a vtkPolyData with one vertex per sample, or per pixel with a Depth above 0 of a flat
- * picture, double points: in world coordinates where the header has a camera and a screen window,
- * Z being the distance along the view direction; otherwise (x + 0.5, y + 0.5, Z), x and y in
- * pixels. Points carry "Color", premultiplied as in the file, and "Depth", those of flat pictures
- * all arrays of their pixels. Non-finite depths make no points.
+ * Output 1 is a vtkPolyData with one vertex per sample; in flat pictures, per pixel with a Depth
+ * above 0. Points are of type double. If the header has a camera and a screen window, they are in
+ * world coordinates, and Z is taken as the distance along the view direction. Otherwise they are
+ * (x + 0.5, y + 0.5, Z), with x and y in pixels. Points have the arrays "Color", premultiplied as
+ * in the file, and "Depth"; those of flat pictures have all arrays of their pixels. Samples with
+ * non-finite depths make no points.
  *
- * Scan lines and tiles of one part are read, in any order of rows and with any compression. What is
- * not, such as several parts, deep tiles and sub-sampled channels, is an error, and so are damaged
- * files: both outputs are empty then, and GetErrorCode() is not 0 (vtkErrorCode).
+ * Files with one part are supported, in scan lines or flat tiles, with any order of rows and any
+ * compression. Several parts, deep tiles and sub-sampled channels are not supported. For those, and
+ * for damaged files, an error is reported, both outputs are empty, and GetErrorCode() is not 0
+ * (vtkErrorCode).
  * @code
  * reader = vtkSurfelEXRReader()
  * reader.SetFileName("deep.exr")
@@ -44,7 +47,7 @@
 #include "vtkImageAlgorithm.h"
 #include "vtkSurfelOpenEXRModule.h" // for the export macro
 
-#include <functional> // for what is tried
+#include <functional> // for the work on a file
 
 namespace SurfelSplatting
 {
@@ -60,20 +63,21 @@ public:
 
   ///@{
   /**
-   * The file to read. Default: none.
+   * The name of the file to read. Default none.
    */
   vtkSetFilePathMacro(FileName);
   vtkGetFilePathMacro(FileName);
   ///@}
 
   /**
-   * 1 if the file begins like an OpenEXR file, else 0.
+   * Returns 1 if the file begins like an OpenEXR file, else 0.
    */
   static int CanReadFile(VTK_FILEPATH const char* fileName);
 
   ///@{
   /**
-   * Whether output 1 is made, about 60 bytes per sample; empty otherwise. Default on.
+   * Whether to make output 1, which takes about 60 bytes per sample; otherwise it is empty. Default
+   * on.
    */
   vtkSetMacro(GeneratePoints, vtkTypeBool);
   vtkGetMacro(GeneratePoints, vtkTypeBool);
@@ -94,7 +98,7 @@ private:
 
   using Work = std::function<void(SurfelSplatting::EXRInput&)>;
 
-  // Opens the file for the work. What goes wrong is reported; the outputs are empty then.
+  // Opens the file and does the work. If that fails, reports an error and empties the outputs.
   int Try(const Work& work, vtkInformationVector* outputVector);
 
   char* FileName = nullptr;

@@ -23,10 +23,10 @@
 
 namespace
 {
-// Channels by name, each one float per pixel, top row first.
+// Channels by name: one float per pixel, top row first.
 using Planes = std::map<std::string, std::vector<float>>;
 
-// What an integer type's values are divided by.
+// The divisor for values: the largest value of an integer type, otherwise 1.
 double LargestValue(vtkDataArray* array)
 {
   const bool isReal = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
@@ -82,7 +82,7 @@ void WriteEXR(vtkImageData* image, Planes& planes, int width, int height, std::o
 {
   Imf::Header header(width, height);
   header.compression() = Imf::ZIP_COMPRESSION;
-  SurfelSplatting::AddCamera(image, header);
+  SurfelSplatting::WriteCamera(image, header);
   Imf::FrameBuffer frame;
   for (auto& plane : planes)
   {
@@ -103,7 +103,7 @@ struct vtkSurfelEXRWriter::Internals
 {
   std::vector<std::pair<std::string, std::string>> Channels; // array, channel
 
-  // Throws std::runtime_error where the input does not have what is to be written.
+  // Throws std::runtime_error if the input does not have what is to be written.
   Planes CollectPlanes(vtkImageData* image, bool allChannels) const;
 };
 

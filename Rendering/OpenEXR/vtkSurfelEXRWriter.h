@@ -3,15 +3,16 @@
  * @class   vtkSurfelEXRWriter
  * @brief   writes a float picture as an OpenEXR file
  *
- * The input is one 2D image whose point scalars have 3 or 4 components: R, G, B and A of the file,
- * 32-bit float, ZIP compressed, top row first (a vtkImageData's first row is the lowest).
- * Floating-point values are written as they are: OpenEXR expects linear light, and colours
- * premultiplied by alpha, which is what vtkSurfelImageRenderer yields. Integers are scaled so that
- * their type's largest value becomes 1.
+ * This writer takes one 2D image whose point scalars have 3 or 4 components. They become the
+ * channels R, G, B and A of the file, 32-bit float, ZIP compressed, top row first (the first row of
+ * a vtkImageData is the bottom row). Floating-point values are written unchanged: OpenEXR expects
+ * linear light and colours premultiplied by alpha, which vtkSurfelImageRenderer makes. Integers are
+ * scaled so that the largest value of their type becomes 1.
  *
- * Further point arrays of one or three components become further channels: NAME, or NAME.X, NAME.Y
- * and NAME.Z. One by one, or all, "Depth" as Z, "Normal" as N, "CircleOfConfusion" as CoC and
- * "Coverage", "Fragments" and "Level" in small letters:
+ * Further point arrays with one or three components can become further channels, NAME or NAME.X,
+ * NAME.Y and NAME.Z: one by one, or all. All are written with their own names, except that "Depth"
+ * becomes Z, "Normal" N, "CircleOfConfusion" CoC, and "Coverage", "Fragments" and "Level" begin
+ * with a small letter:
  * @code
  * writer->AddChannel("Depth", "Z");
  * writer->AllChannelsOn();
@@ -36,9 +37,9 @@ public:
 
   ///@{
   /**
-   * Write the point array arrayName, of one or three components, as channel channelName (not R, G,
-   * B or A). An array that the input lacks when it is written is an error. Default: no further
-   * channels.
+   * The further channels. AddChannel() adds the point array arrayName, which has one or three
+   * components, as channel channelName (not R, G, B or A). Writing fails if the input does not have
+   * the array. Default none.
    */
   void AddChannel(const char* arrayName, const char* channelName);
   void RemoveAllChannels();
@@ -47,8 +48,8 @@ public:
 
   ///@{
   /**
-   * Whether all other point arrays of one or three components are written, besides those that were
-   * added. Two arrays for one channel are an error. Default off.
+   * Whether to write all other point arrays with one or three components as well. Writing fails if
+   * two arrays have the same channel name. Default off.
    */
   vtkSetMacro(AllChannels, vtkTypeBool);
   vtkGetMacro(AllChannels, vtkTypeBool);

@@ -157,8 +157,7 @@ bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectan
   const float* color, const float* windowDepth, bool replace)
 {
   vtkShaderProgram* program = this->Quad.Use(window);
-  if (!program ||
-    !Upload(window, this->Color, { rectangle.Width, rectangle.Height, 4, color }) ||
+  if (!program || !Upload(window, this->Color, { rectangle.Width, rectangle.Height, 4, color }) ||
     !Upload(window, this->Depth, { rectangle.Width, rectangle.Height, 1, windowDepth }))
   {
     return false;

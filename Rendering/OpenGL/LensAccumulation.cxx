@@ -135,10 +135,8 @@ bool LensAccumulation::RenderView(
   const int width = frame.Rectangle.Width, height = frame.Rectangle.Height;
   const SubAperture& cell = views.Cells[views.Cells.size() == 1 ? 0 : index];
   const ApertureSample jitter = PixelOffset(index);
-  const double u =
-    2.0 * (cell.Camera.Cx - views.Whole.Cx + views.PixelFilter * jitter.X) / width;
-  const double v =
-    2.0 * (cell.Camera.Cy - views.Whole.Cy + views.PixelFilter * jitter.Y) / height;
+  const double u = 2.0 * (cell.Camera.Cx - views.Whole.Cx + views.PixelFilter * jitter.X) / width;
+  const double v = 2.0 * (cell.Camera.Cy - views.Whole.Cy + views.PixelFilter * jitter.Y) / height;
   const vtkSmartPointer<vtkCamera> moved =
     CopyCamera(frame.Renderer->GetActiveCamera(), frame.Aspect);
   moved->SetFocalDistance(views.Optics.FocalDistance);
@@ -179,8 +177,8 @@ bool LensAccumulation::Render(
     return false;
   }
   vtkRenderer* renderer = frame.Renderer;
-  this->KeepBelow(frame, renderer->GetPreserveDepthBuffer() != 0,
-    renderer->Transparent() && views.LinearLight);
+  this->KeepBelow(
+    frame, renderer->GetPreserveDepthBuffer() != 0, renderer->Transparent() && views.LinearLight);
   int done = 0;
   for (; done < views.Count && (done == 0 || all(!frame.Window->GetAbortRender())); ++done)
   {
@@ -197,8 +195,7 @@ bool LensAccumulation::Render(
   state->vtkglViewport(r.X, r.Y, r.Width, r.Height);
   state->vtkglScissor(r.X, r.Y, r.Width, r.Height);
   Drawing mean{ this->SumColor, this->FirstDepth };
-  mean.Blend =
-    renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace;
+  mean.Blend = renderer->Transparent() && !this->HasColorBelow ? Blending::Over : Blending::Replace;
   mean.Convert = views.LinearLight ? Conversion::ToCodes : Conversion::None;
   mean.Share = 1.0 / done;
   mean.Below = this->HasColorBelow ? this->ColorBelow.Get() : nullptr;

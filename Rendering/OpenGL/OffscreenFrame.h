@@ -26,8 +26,8 @@ public:
   OffscreenFrame();
   ~OffscreenFrame();
 
-  /// Binds it for drawing and reading and sets viewport and scissor to it; its content is undefined.
-  /// False, and nothing has changed, if it could not be made in this size.
+  /// Binds it for drawing and reading and sets viewport and scissor to it; its content is
+  /// undefined. False, and nothing has changed, if it could not be made in this size.
   bool Begin(vtkOpenGLRenderWindow* window, int width, int height, int samples);
 
   /// The framebuffer for a vtkRenderState, between Begin and End.

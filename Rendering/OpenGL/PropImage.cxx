@@ -164,8 +164,8 @@ bool PropImage::Begin(const PassFrame& frame, const SceneView& view, Ranks* rank
     distances[0] = -ranks->Largest(-distances[0]);
     distances[1] = ranks->Largest(distances[1]);
   }
-  const int margin = MarginOf(
-    view.Projection, view.Optics, distances[0], distances[1], view.LeastConfusion());
+  const int margin =
+    MarginOf(view.Projection, view.Optics, distances[0], distances[1], view.LeastConfusion());
   if (margin == 0)
   {
     return true;
@@ -294,8 +294,8 @@ bool PropImage::FindBackdrop() const
     {
       const std::size_t p = y * this->Width + x;
       const float* color = &this->Color[4 * p];
-      if (isEmpty(p) && !std::equal(color, color + 4, &this->Background[4 * p]) &&
-        isEmpty(p - 1) && isEmpty(p + 1) && isEmpty(p - this->Width) && isEmpty(p + this->Width))
+      if (isEmpty(p) && !std::equal(color, color + 4, &this->Background[4 * p]) && isEmpty(p - 1) &&
+        isEmpty(p + 1) && isEmpty(p - this->Width) && isEmpty(p + this->Width))
       {
         return true;
       }
@@ -385,8 +385,7 @@ void PropImage::ClearGathered(const PassFrame& frame)
     }
   }
   std::fill(this->WindowDepth.begin(), this->WindowDepth.end(), 1.0f);
-  this->Blit.Replace(
-    frame.Window, frame.Rectangle, this->Color.data(), this->WindowDepth.data());
+  this->Blit.Replace(frame.Window, frame.Rectangle, this->Color.data(), this->WindowDepth.data());
 }
 
 const float* PropImage::JoinDepth(

@@ -27,8 +27,8 @@ bool HasOtherProps(vtkRenderer* renderer, bool opaqueOnly);
 /// A picture that the splatter has made.
 struct SplattedPicture
 {
-  const float* Color;                      ///< [height][width][4] premultiplied RGBA
-  const float* Depth;                      ///< [height][width] distance; 0 where there is none
+  const float* Color;                     ///< [height][width][4] premultiplied RGBA
+  const float* Depth;                     ///< [height][width] distance; 0 where there is none
   const DepthImageSurfels& BlurredPixels; ///< pixels of props that it shows through the lens
 };
 
@@ -60,10 +60,10 @@ public:
   bool ReadDepth(const PassFrame& frame);
 
   /**
-   * Reads the colours of the props, and draws and reads what is beyond the frame, as far as they are
-   * blurred or have to go to rank 0. Collective if there are ranks: gathers the nearest prop of each
-   * pixel on rank 0. False if this rank's colours could not be read or memory does not suffice: the
-   * props stay sharp.
+   * Reads the colours of the props, and draws and reads what is beyond the frame, as far as they
+   * are blurred or have to go to rank 0. Collective if there are ranks: gathers the nearest prop of
+   * each pixel on rank 0. False if this rank's colours could not be read or memory does not
+   * suffice: the props stay sharp.
    * @param delegate draws the props beyond the frame, with as many samples as the frame has
    */
   bool Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delegate);
@@ -78,7 +78,8 @@ public:
   /// The image for the splatter; null if the props stay sharp or the image is on rank 0.
   const DepthImage* BlurredImage() const { return this->HasImage ? &this->Image : nullptr; }
 
-  /// Reads the colours of all that was drawn, if Read was not needed. False if it could not be done.
+  /// Reads the colours of all that was drawn, if Read was not needed. False if it could not be
+  /// done.
   bool ReadColor(const PassFrame& frame)
   {
     return this->Blit.ReadColor(frame.Window, frame.Rectangle, this->Color);
@@ -117,9 +118,9 @@ private:
   std::vector<float> WideDistances, WideColor; // with the margin
   std::vector<float> WideWindowDepth;
   DepthImage Image;
-  std::size_t Width = 0;    // of the frame, px
-  int Margin = 0;           // px on each side
-  bool HasImage = false;    // the image is complete
+  std::size_t Width = 0; // of the frame, px
+  int Margin = 0;        // px on each side
+  bool HasImage = false; // the image is complete
   bool Gathered = false;
   bool HasBackdrop = false; // something without a depth, such as a skybox, was drawn
 };

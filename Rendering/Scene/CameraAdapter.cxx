@@ -106,7 +106,8 @@ View MakeView(vtkCamera* camera, const int size[2], double aspect)
     (1.0 + (view.Parallel ? projection->GetElement(1, 3) : -projection->GetElement(1, 2)));
   if (!view.Parallel)
   {
-    // The eyes of a stereo camera are beside its position; VTK puts their offset into the projection.
+    // The eyes of a stereo camera are beside its position; VTK puts their offset into the
+    // projection.
     view.WorldToCamera.T[0] += projection->GetElement(0, 3) / projection->GetElement(0, 0);
     view.WorldToCamera.T[1] += projection->GetElement(1, 3) / projection->GetElement(1, 1);
   }

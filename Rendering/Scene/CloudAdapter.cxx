@@ -94,11 +94,10 @@ Material MakeMaterial(vtkProperty* property, bool linearLight)
 
 std::string CheckArrays(vtkPolyData* surfels)
 {
-  for (const std::string& problem :
-    { CheckArray(surfels, Arrays::Covariance, 6, true),
-      CheckArray(surfels, Arrays::AreaVector, 3, true),
-      CheckArray(surfels, Arrays::TwoSided, 1, false),
-      CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
+  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
+         CheckArray(surfels, Arrays::AreaVector, 3, true),
+         CheckArray(surfels, Arrays::TwoSided, 1, false),
+         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
   {
     if (!problem.empty())
     {
@@ -177,8 +176,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   SetColors(input.Colors, source);
   if (HierarchyCache::IsHierarchy(surfels))
   {
-    problem =
-      input.Hierarchy->Update(surfels, input.Colors, input.PaperCut, SMPExecutor(), cloud);
+    problem = input.Hierarchy->Update(surfels, input.Colors, input.PaperCut, SMPExecutor(), cloud);
     if (!problem.empty())
     {
       return problem;

@@ -53,7 +53,7 @@ void AddDeepSamples(const DeepImage& deep, vtkImageData* output)
   output->GetFieldData()->AddArray(values);
 }
 
-void AddCamera(const SplatContext& context, vtkImageData* output)
+void AddCameraArrays(const SplatContext& context, vtkImageData* output)
 {
   vtkNew<vtkDoubleArray> matrix, lens;
   matrix->SetName(Arrays::WorldToCamera);

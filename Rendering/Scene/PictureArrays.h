@@ -22,5 +22,5 @@ vtkSmartPointer<vtkFloatArray> NewPixelArray(const char* name, int components, v
 void AddDeepSamples(const DeepImage& deep, vtkImageData* output);
 
 /// Adds the field data arrays WorldToCamera, CameraLens and, in perspective, ScreenWindow.
-void AddCamera(const SplatContext& context, vtkImageData* output);
+void AddCameraArrays(const SplatContext& context, vtkImageData* output);
 }

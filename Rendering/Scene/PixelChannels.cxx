@@ -99,8 +99,8 @@ void AddTallied(const PixelChannels& channels, const SplatContext& context,
   std::vector<float> fragments(coverage.size());
   LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
     coverage.data(), fragments.data());
-  const std::vector<float> mean =
-    PaintScene(Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
+  const std::vector<float> mean = PaintScene(
+    Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
   if (channels.Normal)
   {
     SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));

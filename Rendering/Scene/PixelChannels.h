@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Adds further point arrays to a picture, besides colour and depth (SurfelArrays.h). Internal to the
- * module.
+ * Adds further point arrays to a picture, besides colour and depth (SurfelArrays.h). Internal to
+ * the module.
  */
 #pragma once
 

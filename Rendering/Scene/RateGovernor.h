@@ -36,7 +36,7 @@ public:
 private:
   double Next = 1.0;
   double LastCoarsening = 1.0;
-  double LastLoad = 0.0;                     // 0: unknown
+  double LastLoad = 0.0;                    // 0: unknown
   double LargestUseful = LargestCoarsening; // more was seen to save no time
 };
 }

@@ -92,7 +92,7 @@ class TestEXRErrors(ToolCase):
         samples = {c: np.ones(4, "f4") for c in "RGBAZ"}
         tiles = attribute("tiles", "tiledesc", struct.pack("<IIB", 2, 2, 0))
         deep_file("tiles.exr", one, samples, kind="deeptile", extra=[tiles])
-        self.refuse("tiles.exr", "deep tiles are not read")
+        self.refuse("tiles.exr", "deep tiles are not supported")
         del samples["A"]
         deep_file("lacking.exr", one, samples)
         self.refuse("lacking.exr", "no channel A")
