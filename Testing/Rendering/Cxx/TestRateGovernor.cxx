@@ -3,13 +3,11 @@
  * The coarsening that holds a frame rate, from loads of made-up frames: no window is needed.
  */
 #include "Rendering/Scene/RateGovernor.h"
-#include "RenderingTest.h"
+#include "Testing/Shared/Check.h"
 
-#include <algorithm>
-#include <cmath>
-
-using namespace RenderingTest;
 using SurfelSplatting::RateGovernor;
+
+TEST_SUITE_BEGIN("RateGovernor");
 
 namespace
 {
@@ -27,7 +25,7 @@ double Settle(RateGovernor& governor, double fixed, double splats, bool hasProps
 }
 }
 
-SURFEL_TEST(RateGovernor, FastFramesAreNotCoarsened)
+TEST_CASE("Fast frames are not coarsened")
 {
   RateGovernor governor;
   CHECK(governor.Coarsening() == 1.0);
@@ -35,7 +33,7 @@ SURFEL_TEST(RateGovernor, FastFramesAreNotCoarsened)
   CHECK(governor.Coarsening() == 1.0);
 }
 
-SURFEL_TEST(RateGovernor, SlowFramesReachTheRate)
+TEST_CASE("Slow frames reach the rate")
 {
   RateGovernor governor;
   const double load = Settle(governor, 0.2, 8.0);
@@ -44,7 +42,7 @@ SURFEL_TEST(RateGovernor, SlowFramesReachTheRate)
   CHECK(governor.Coarsening() > 3.0);
 }
 
-SURFEL_TEST(RateGovernor, OneStepDoublesAtMost)
+TEST_CASE("One step doubles at most")
 {
   RateGovernor governor;
   governor.AddInteractiveFrame(1000.0, 1.0, false);
@@ -53,14 +51,14 @@ SURFEL_TEST(RateGovernor, OneStepDoublesAtMost)
   CHECK(governor.Coarsening() == 4.0);
 }
 
-SURFEL_TEST(RateGovernor, CoarseningEndsAtItsLargest)
+TEST_CASE("Coarsening ends at its largest")
 {
   RateGovernor governor;
   Settle(governor, 2.0, 1.0);
   CHECK(governor.Coarsening() == RateGovernor::LargestCoarsening);
 }
 
-SURFEL_TEST(RateGovernor, UselessCoarseningIsTakenBack)
+TEST_CASE("Useless coarsening is taken back")
 {
   // The pixels of props take all of the time: twice as coarse is as slow.
   RateGovernor governor;
@@ -77,7 +75,7 @@ SURFEL_TEST(RateGovernor, UselessCoarseningIsTakenBack)
   CHECK(governor.Coarsening() == 2.0);
 }
 
-SURFEL_TEST(RateGovernor, DetailComesBack)
+TEST_CASE("Detail comes back")
 {
   RateGovernor governor;
   Settle(governor, 0.1, 20.0);
@@ -87,3 +85,5 @@ SURFEL_TEST(RateGovernor, DetailComesBack)
   Settle(governor, 0.01, 0.1);
   CHECK(governor.Coarsening() == 1.0);
 }
+
+TEST_SUITE_END();
