@@ -268,10 +268,6 @@ void AddNormals(const FieldCloud& cloud, vtkPointData* data, std::set<const Fiel
 //------------------------------------------------------------------------------
 void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
 {
-  if (cloud.BigEndian)
-  {
-    throw std::runtime_error("big-endian .pcd data is not supported; convert it to ascii.");
-  }
   CheckFields(cloud);
   const Triple xyz = FindTriple(cloud, { "x", "y", "z" });
   if (!xyz[0])

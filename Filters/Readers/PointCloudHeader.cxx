@@ -46,14 +46,14 @@ std::uint64_t ParseCount(const std::string& key, const std::string& word)
   return std::stoull(word);
 }
 
-// Points that do not fit into the file, or into VTK's int dimensions.
+// Throws if the points do not fit into the file, or into VTK's int dimensions.
 void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
 {
   if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
     points * leastBytes > fileBytes)
   {
-    throw std::runtime_error("the header announces " + std::to_string(points) +
-      " points, the file has only " + std::to_string(fileBytes) +
+    throw std::runtime_error("the header promises " + std::to_string(points) +
+      " points, but the file has only " + std::to_string(fileBytes) +
       " bytes; it is cut short or its header is wrong.");
   }
 }
