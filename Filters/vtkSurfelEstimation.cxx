@@ -5,8 +5,8 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/PointCells.h"
-#include "Filters/Estimation/NeighborSearch.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
@@ -91,12 +91,12 @@ void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s
   const Vector3 u = kernel.AxisU;
   const Vector3 v = Cross(normal, u);
   const double varianceU = kernel.VarianceU, varianceV = kernel.VarianceV;
-  s[0] = static_cast<float>(varianceU * u.X * u.X + varianceV * v.X * v.X);
-  s[1] = static_cast<float>(varianceU * u.Y * u.Y + varianceV * v.Y * v.Y);
-  s[2] = static_cast<float>(varianceU * u.Z * u.Z + varianceV * v.Z * v.Z);
-  s[3] = static_cast<float>(varianceU * u.X * u.Y + varianceV * v.X * v.Y);
-  s[4] = static_cast<float>(varianceU * u.Y * u.Z + varianceV * v.Y * v.Z);
-  s[5] = static_cast<float>(varianceU * u.X * u.Z + varianceV * v.X * v.Z);
+  s[0] = static_cast<float>(varianceU * u[0] * u[0] + varianceV * v[0] * v[0]);
+  s[1] = static_cast<float>(varianceU * u[1] * u[1] + varianceV * v[1] * v[1]);
+  s[2] = static_cast<float>(varianceU * u[2] * u[2] + varianceV * v[2] * v[2]);
+  s[3] = static_cast<float>(varianceU * u[0] * u[1] + varianceV * v[0] * v[1]);
+  s[4] = static_cast<float>(varianceU * u[1] * u[2] + varianceV * v[1] * v[2]);
+  s[5] = static_cast<float>(varianceU * u[0] * u[2] + varianceV * v[0] * v[2]);
 }
 }
 
@@ -194,7 +194,7 @@ private:
     {
       double tuple[3];
       normals->GetTuple(this->Cloud.InputIds[i], tuple);
-      const Vector3 zero;
+      const Vector3 zero{};
       const Vector3 normal = Normalized({ tuple[0], tuple[1], tuple[2] }, zero);
       this->Self->NumberOfInvalidNormals += Dot(normal, normal) > 0.0 || !this->Counts(i) ? 0 : 1;
       Store(normal, this->Given.data() + 3 * static_cast<size_t>(i));

@@ -161,7 +161,7 @@ private:
         input->GetPoint(id, p);
         if (!seen[id] && std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < LargestCoordinate)
         {
-          Store(Vector3(), result->GetPointer(3 * id));
+          Store(Vector3{}, result->GetPointer(3 * id));
         }
       }
     }

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/AngularGap.h"
 
+#include "Filters/Common/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
 {
-namespace
-{
-constexpr double Pi = 3.14159265358979323846;
-}
-
 void Directions::Clear()
 {
   this->Count = 0;

@@ -2,7 +2,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -34,8 +34,6 @@ constexpr double SheetClimb = 0.6;
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are of another sheet.
 constexpr int MixedNeighbors = 3;
 
-constexpr double Pi = 3.14159265358979323846;
-
 /// Covariance of point i and its neighbours, de-meaned, over the number of neighbours: an
 /// unbiased estimate, and with the point itself, which sits in the middle, and the outermost
 /// neighbour, which sits on the rim, exactly r^2/4 an axis in a disc of radius r.
@@ -49,7 +47,7 @@ Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neig
   {
     // Differences to the point itself: exact where neighbours are near each other.
     const Vector3 d = Load(cloud.Position(j)) - p;
-    const Eigen::Vector3d e(d.X, d.Y, d.Z);
+    const Eigen::Vector3d e(d[0], d[1], d[2]);
     sum += e;
     squares.noalias() += e * e.transpose();
   }
@@ -185,8 +183,8 @@ private:
   {
     Vector3 u, v;
     TangentFrame(fit.Normal, u, v);
-    const Eigen::Vector3d eu(u.X, u.Y, u.Z);
-    const Eigen::Vector3d ev(v.X, v.Y, v.Z);
+    const Eigen::Vector3d eu(u[0], u[1], u[2]);
+    const Eigen::Vector3d ev(v[0], v[1], v[2]);
     const double uu = eu.dot(covariance * eu);
     const double vv = ev.dot(covariance * ev);
     const double uv = eu.dot(covariance * ev);

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Common/Vector3.h"
+#include "Filters/Common/VectorMath.h"
 
 #include <cstddef>
 #include <vector>

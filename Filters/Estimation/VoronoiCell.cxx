@@ -3,7 +3,7 @@
 
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <array>
@@ -14,8 +14,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
 /// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
 /// hardly ever one that is not among the 20 nearest.
 constexpr int CellNeighbors = KeptNeighbors;

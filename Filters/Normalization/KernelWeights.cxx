@@ -15,8 +15,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
 /// Sums of weights below this are treated as this: it bounds one step of the iteration.
 constexpr double SmallestSum = 1e-3;
 
@@ -204,14 +202,14 @@ WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covarianc
   WeightSurfel surfel{};
   const Vector3 area{ areaVector[0], areaVector[1], areaVector[2] };
   const Vector3 normal = Normalized(area, { 0.0, 0.0, 1.0 });
-  surfel.Area = static_cast<float>(Length(area));
+  surfel.Area = static_cast<float>(Norm(area));
   surfel.Normal = normal;
   Vector3 u, v;
   TangentFrame(normal, u, v);
   const double* s = covariance;
   const auto apply = [s](const Vector3& a) {
-    return Vector3{ s[0] * a.X + s[3] * a.Y + s[5] * a.Z, s[3] * a.X + s[1] * a.Y + s[4] * a.Z,
-      s[5] * a.X + s[4] * a.Y + s[2] * a.Z };
+    return Vector3{ s[0] * a[0] + s[3] * a[1] + s[5] * a[2],
+      s[3] * a[0] + s[1] * a[1] + s[4] * a[2], s[5] * a[0] + s[4] * a[1] + s[2] * a[2] };
   };
   const double uu = Dot(u, apply(u));
   const double uv = Dot(u, apply(v));

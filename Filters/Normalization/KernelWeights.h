@@ -15,7 +15,7 @@
 #pragma once
 
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Common/Vector3.h"
+#include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
 #include <functional>

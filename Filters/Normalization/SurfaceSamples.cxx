@@ -4,7 +4,7 @@
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,6 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
 /// Near a border, the surface ends where the areas about, smoothed by a Gaussian of this many
 /// spacings, cover half of the plane: at the edge of the outermost cells.
 constexpr double BorderSmoothing = 1.0;

@@ -20,7 +20,7 @@ struct LocalCloud;
 struct OrientationSettings
 {
   bool UseViewpoint = false;
-  Vector3 Viewpoint;            // relative to the cloud's origin
+  Vector3 Viewpoint{};          // relative to the cloud's origin
   double FacingAgreement = 0.8; // of the area, for a viewpoint to decide
 };
 

@@ -34,7 +34,7 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
 {
   sure = false;
   const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
-  const double length = Length(d);
+  const double length = Norm(d);
   if (!(length > 0.0) || length > LongestEdge * std::min(fits[a].Spacing, fits[b].Spacing))
   {
     return 0.0f;

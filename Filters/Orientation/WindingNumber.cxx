@@ -47,8 +47,7 @@ WindingNumbers::WindingNumbers(
     group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
     for (int m = begin; m < end; ++m)
     {
-      group.Radius =
-        std::max(group.Radius, Length(Load(cloud.Position(members[m])) - group.Center));
+      group.Radius = std::max(group.Radius, Norm(Load(cloud.Position(members[m])) - group.Center));
     }
     this->Groups.push_back(group);
   }
@@ -74,7 +73,6 @@ double WindingNumbers::Sum(
 
 double WindingNumbers::At(int at) const
 {
-  constexpr double fourPi = 4.0 * 3.14159265358979323846;
   const Vector3 q = Load(this->Cloud.Position(at));
   // Softened by half a spacing: a near surfel is not a point, and noise along the normal over a
   // small distance would outweigh the whole rest.
@@ -85,6 +83,6 @@ double WindingNumbers::At(int at) const
     const int begin = static_cast<int>(g) * GroupSize;
     sum += this->Sum(this->Groups[g], begin, std::min(this->Count, begin + GroupSize), q, soft);
   }
-  return sum / fourPi;
+  return sum / (4.0 * Pi);
 }
 }
