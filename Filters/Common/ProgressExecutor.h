@@ -19,8 +19,8 @@ namespace SurfelGeometry
 class ProgressExecutor : public SurfelSplatting::Executor
 {
 public:
-  explicit ProgressExecutor(const StageProgress& monitor)
-    : Monitor(monitor)
+  explicit ProgressExecutor(const StageProgress& progress)
+    : Progress(progress)
   {
   }
 
@@ -39,7 +39,7 @@ public:
             [&]() { function(static_cast<std::size_t>(first), static_cast<std::size_t>(last)); });
         });
       this->Done += Share * (1.0 - this->Done);
-      this->WasStopped = !this->Monitor.Step(this->Done);
+      this->WasStopped = !this->Progress.Step(this->Done);
     }
     carrier.Rethrow();
   }
@@ -47,7 +47,7 @@ public:
 private:
   static constexpr std::size_t Slices = 8;
   static constexpr double Share = 0.02;
-  StageProgress Monitor;
+  StageProgress Progress;
   mutable double Done = 0.0;
   mutable bool WasStopped = false;
 };

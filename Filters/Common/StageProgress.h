@@ -23,7 +23,7 @@ public:
   {
   }
 
-  /// The monitor of a part of this stage.
+  /// The progress of a part of this stage.
   StageProgress Part(double from, double to) const
   {
     const double length = this->To - this->From;
@@ -54,7 +54,7 @@ private:
 /// Calls body(begin, end) over [0, count) in parallel. Progress and abort are looked at between
 /// blocks, on the calling thread. Returns false if stopped.
 template <typename Body>
-bool ParallelFor(vtkIdType count, const StageProgress& monitor, Body&& body)
+bool ParallelFor(vtkIdType count, const StageProgress& progress, Body&& body)
 {
   constexpr vtkIdType block = 1 << 16;
   constexpr vtkIdType grain = 1 << 10;
@@ -62,7 +62,7 @@ bool ParallelFor(vtkIdType count, const StageProgress& monitor, Body&& body)
   {
     const vtkIdType end = std::min(count, begin + block);
     vtkSMPTools::For(begin, end, grain, body);
-    if (!monitor.Step(static_cast<double>(end) / static_cast<double>(count)))
+    if (!progress.Step(static_cast<double>(end) / static_cast<double>(count)))
     {
       return false;
     }
