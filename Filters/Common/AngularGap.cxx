@@ -16,7 +16,7 @@ void Directions::Clear()
 
 bool Directions::HaveGap()
 {
-  // Such an angle holds at least two whole octants.
+  // Such an angle contains at least two whole octants.
   const unsigned int free = ~this->Octants & 255u;
   if ((free & (free >> 1 | free << 7)) == 0)
   {

@@ -10,9 +10,8 @@
 
 namespace SurfelGeometry
 {
-/// Memory of vtkSurfelEstimation and of vtkSurfelNormalization at their peaks, output included, in
-/// bytes per point.
-constexpr double BytesPerPoint = 285.0;
+/// Memory of vtkSurfelEstimation and of vtkSurfelNormalization, as vtkSurfelEstimation.h says.
+constexpr double BytesPerPoint = 290.0;
 
 /// Memory that can be allocated without swapping, bytes: the smaller one of the system's and the
 /// control group's. Infinity if it is unknown (not on Linux).

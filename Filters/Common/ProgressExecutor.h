@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The core's loops on vtkSMPTools' threads, with a filter's progress and abort.
+ * Runs the core's loops on vtkSMPTools' threads, with a filter's progress and abort.
  */
 #pragma once
 
@@ -12,9 +12,9 @@
 namespace SurfelGeometry
 {
 /**
- * Runs the loops of one stage of a filter. How many loops there will be is not known: each moves
- * the progress a share of what is left. After an abort all further loops do nothing; the results
- * are of no use then, but nothing is out of bounds.
+ * Runs the loops of one stage of a filter. Their number is unknown, so each one advances the
+ * progress by a share of what is left. After an abort all further loops do nothing: the results are
+ * then useless, but no access is out of bounds.
  */
 class ProgressExecutor : public SurfelSplatting::Executor
 {

@@ -369,9 +369,9 @@ bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
       const int self = static_cast<int>(i);
       const auto isOfMySheet = [&](int j) { return isOfSheet(self, j); };
       const int* nearest = oriented.Graph.Row(i);
-      const auto others = std::count_if(
+      const auto onOtherSheets = std::count_if(
         nearest, nearest + GraphDegree, [&](int j) { return j >= 0 && !isOfMySheet(j); });
-      if (others >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
+      if (onOtherSheets >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
       {
         fitter.Refit(self, neighbors, fits[i], isOfMySheet);
       }

@@ -105,7 +105,7 @@ void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int str
 
 vtkSmartPointer<vtkPoints> DecodePoints(const FieldCloud& cloud, const Triple& xyz)
 {
-  // An int does not fit into a float either.
+  // A float does not hold every int either.
   const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
     [](const Field* field) { return VTKType(*field) == VTK_DOUBLE || VTKType(*field) == VTK_INT; });
   auto points = vtkSmartPointer<vtkPoints>::New();

@@ -16,7 +16,7 @@ namespace
 {
 using Words = std::vector<std::string>;
 
-constexpr std::size_t LongestLine = 1 << 16; // longer is binary data of some other format
+constexpr std::size_t LongestLine = 1 << 16; // longer ones are binary data of another format
 
 Words Split(const std::string& line)
 {
@@ -34,7 +34,7 @@ Words Split(const std::string& line)
   throw std::runtime_error(what + "; the header is damaged.");
 }
 
-// A whole number in decimal digits, or a failure.
+// Parses a whole number of decimal digits; fails if it is none.
 std::uint64_t ParseCount(const std::string& key, const std::string& word)
 {
   const bool isNumber = !word.empty() && word.size() < 19 &&
@@ -163,7 +163,7 @@ void CheckCompressed(
   }
 }
 
-// Columns and rows.
+// Reads columns and rows.
 void CheckPCDSize(std::map<std::string, Words>& lines, PCDHeader& header)
 {
   const std::uint64_t width = ParseCount("WIDTH", lines["WIDTH"][0]);
