@@ -92,6 +92,42 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
 }
 }
 
+/// The points of this rank's region, and the ids of all fetched points, whose signs it asks for.
+Message SharedOrientation::PackRegion(
+  const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const
+{
+  const std::vector<vtkIdType> globalIds = this->Partition.GlobalIds();
+  const auto count = static_cast<size_t>(cloud.Size());
+  const auto idOf = [&](int i) { return globalIds[static_cast<size_t>(cloud.InputIds[i])]; };
+  std::vector<FittedPoint> own;
+  std::vector<vtkIdType> ids(count);
+  for (size_t i = 0; i < count; ++i)
+  {
+    const vtkIdType fetched = cloud.InputIds[i];
+    ids[i] = globalIds[static_cast<size_t>(fetched)];
+    if (!this->Partition.IsInRegion(fetched))
+    {
+      continue;
+    }
+    FittedPoint point;
+    point.Id = ids[i];
+    std::copy_n(this->Partition.Position(fetched), 3, point.Position);
+    point.Fit = fits[i];
+    const int* row = graph.Row(i);
+    for (int k = 0; k < GraphDegree; ++k)
+    {
+      point.Neighbors[k] = row[k] >= 0 ? idOf(row[k]) : NoPoint;
+    }
+    own.push_back(point);
+  }
+  Message message;
+  Put(own.size(), message);
+  Put(own.data(), own.size(), message);
+  Put(ids.data(), ids.size(), message);
+  return message;
+}
+
+/// Rank 0: orients the points of all ranks. The answers are empty if stopped.
 std::vector<Message> SharedOrientation::OrientAll(std::vector<Message> messages,
   const OutsideSettings& settings, const StageProgress& progress) const
 {
@@ -147,35 +183,7 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
   const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
   OrientationResult& result)
 {
-  const std::vector<vtkIdType> globalIds = this->Partition.GlobalIds();
-  const auto count = static_cast<size_t>(cloud.Size());
-  const auto idOf = [&](int i) { return globalIds[static_cast<size_t>(cloud.InputIds[i])]; };
-  std::vector<FittedPoint> own;
-  std::vector<vtkIdType> ids(count);
-  for (size_t i = 0; i < count; ++i)
-  {
-    const vtkIdType fetched = cloud.InputIds[i];
-    ids[i] = globalIds[static_cast<size_t>(fetched)];
-    if (!this->Partition.IsInRegion(fetched))
-    {
-      continue;
-    }
-    FittedPoint point;
-    point.Id = ids[i];
-    std::copy_n(this->Partition.Position(fetched), 3, point.Position);
-    point.Fit = fits[i];
-    const int* row = graph.Row(i);
-    for (int k = 0; k < GraphDegree; ++k)
-    {
-      point.Neighbors[k] = row[k] >= 0 ? idOf(row[k]) : NoPoint;
-    }
-    own.push_back(point);
-  }
-  Message message;
-  Put(own.size(), message);
-  Put(own.data(), own.size(), message);
-  Put(ids.data(), ids.size(), message);
-  std::vector<Message> messages = this->Group.ToRoot(std::move(message));
+  std::vector<Message> messages = this->Group.ToRoot(this->PackRegion(cloud, graph, fits));
   std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
   if (this->Group.IsRoot())
   {
@@ -187,6 +195,7 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
     return false; // stopped on rank 0
   }
   MessageReader reader(answer);
+  const auto count = static_cast<size_t>(cloud.Size());
   result.NumberOfComponents = reader.Get<int>();
   result.NumberOfClosedComponents = reader.Get<int>();
   result.TwoSided.resize(count);

@@ -47,6 +47,8 @@ public:
     const StageProgress& progress, std::vector<PlaneFit>& fits, OrientationResult& result);
 
 private:
+  SurfelSplatting::Message PackRegion(
+    const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const;
   std::vector<SurfelSplatting::Message> OrientAll(std::vector<SurfelSplatting::Message> messages,
     const OutsideSettings& settings, const StageProgress& progress) const;
 
