@@ -54,7 +54,7 @@ public:
     , Worker(worker)
   {
     this->Command->SetClientData(this);
-    this->Command->SetCallback(&Listener::Hear);
+    this->Command->SetCallback(&Listener::Handle);
     for (const unsigned long event :
       { vtkCommand::ProgressEvent, vtkCommand::WarningEvent, vtkCommand::ErrorEvent })
     {
@@ -74,7 +74,7 @@ public:
   std::string Error;
 
 private:
-  static void Hear(vtkObject*, unsigned long event, void* listener, void* data)
+  static void Handle(vtkObject*, unsigned long event, void* listener, void* data)
   {
     auto* self = static_cast<Listener*>(listener);
     if (event == vtkCommand::ErrorEvent)

@@ -18,7 +18,7 @@ using namespace SurfelTesting;
 
 namespace
 {
-const char* const Path = "TestPCDData.pcd";
+const char* const Path = "TestPCDDecoder.pcd";
 
 /// Removes the file when a test ends.
 struct TemporaryFile
