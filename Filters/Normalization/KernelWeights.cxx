@@ -246,7 +246,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   {
     return false;
   }
-  // Of one or two points no place is known to be on a surface: no samples, nothing to normalize.
+  // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
   Accumulate(blocks, nullptr, denominators, statistics);

@@ -66,7 +66,7 @@ struct Sheet
   alignas(64) float Climb[Most];
   float Peak[Most];
 
-  /// @param at in units of `spacing`, world units
+  /// @param at in units of `spacing`, which is in world units
   void Add(int id, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
   {
     const int k = this->Count++;

@@ -5,7 +5,7 @@
  * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals
  *    (OrientationGraph.h).
  * 2. Signs are propagated (SignPropagation.h): reliable edges join points to patches, along a
- * maximum spanning forest; the sum of the votes between patches joins them to components.
+ *    maximum spanning forest; the sum of the votes between patches joins them to components.
  * 3. The outside of each component is decided (OutsideDecision.h). A component with a known outside
  *    is one-sided, any other is two-sided.
  */

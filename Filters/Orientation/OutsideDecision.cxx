@@ -24,7 +24,7 @@ constexpr double ClosedMean = 0.4;
 constexpr double ClosedLeast = 0.15;
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
-constexpr int SmallestClosed = 30; // points; too few to decide
+constexpr int SmallestClosed = 30; // points; fewer are not enough to decide
 
 /// Given normals decide if they agree this much: |sum of cosines| / sum of absolute values.
 constexpr double GivenAgreement = 0.8;

@@ -51,7 +51,7 @@ public:
   vtkSmartPointer<vtkPolyData> Fetch(double haloWidth, const std::vector<Array>& arrays);
   static constexpr const char* IdArray = "RegionPointId";
 
-  /// Of a point of the last Fetch.
+  /// Position of a point of the last Fetch, relative to Origin().
   const float* Position(vtkIdType i) const
   {
     return this->FetchedPositions.data() + 3 * static_cast<std::size_t>(i);

@@ -76,7 +76,7 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
   throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
-// Key -> values of a .pcd header, up to DATA.
+// Reads the lines of a .pcd header up to DATA, as key -> values.
 std::map<std::string, Words> ReadPCDLines(std::istream& file)
 {
   static const Words known = { "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT",
@@ -92,7 +92,7 @@ std::map<std::string, Words> ReadPCDLines(std::istream& file)
     }
     const std::string key = words[0] == "COLUMNS" ? "FIELDS" : words[0];
     words.erase(words.begin());
-    // pcl_io sizes its tables by FIELDS when it meets the other lines.
+    // FIELDS must come before these lines, as pcl_io requires.
     const bool early = !lines.count("FIELDS") && (key == "SIZE" || key == "TYPE" || key == "COUNT");
     if (std::find(known.begin(), known.end(), key) == known.end() || early ||
       !lines.emplace(key, words).second)
@@ -146,7 +146,7 @@ void CheckPCDFields(std::map<std::string, Words>& lines, PCDHeader& header)
   }
 }
 
-// The data begins with its sizes, packed and unpacked; pcl_io leaves the padding out when packing.
+// The data begins with its sizes, packed and unpacked; pcl_io packs no padding.
 void CheckCompressed(
   std::istream& file, std::uint64_t points, const PointSize& size, std::uint64_t dataBytes)
 {

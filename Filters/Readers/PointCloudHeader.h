@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Format and header of a .ply or .pcd file, checked before the data is read: pcl_io trusts headers,
- * so that a damaged one would make it allocate too much or read past the end.
+ * Format and header of a .ply or .pcd file, checked before the data is read: the readers rely on
+ * the header, so that a damaged one would make them allocate too much or read past the end.
  */
 #pragma once
 

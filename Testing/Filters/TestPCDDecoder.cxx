@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// .pcd files read without PCL are those that pcl_io reads, byte by byte: its own files in all three
-// forms, with every type, several values in a field, padding and NaN; damaged data give errors.
+// The .pcd decoder gives what pcl_io gives, byte by byte: for pcl_io's own files in all three
+// forms, with every type, several values in a field, padding and NaN. Damaged data gives errors.
 #include "Filters/Readers/PCDDecoder.h"
 #include "Filters/Readers/PointCloudHeader.h"
 #include "SurfelTesting.h"
