@@ -5,8 +5,8 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/PointCells.h"
 #include "Filters/Common/StageProgress.h"
+#include "Filters/Common/SurfelOutput.h"
 #include "Filters/Partition/CloudRegions.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "vtkSurfelEstimation.h"
@@ -17,7 +17,6 @@
 #include "vtkExecutive.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
-#include "vtkIdList.h"
 #include "vtkIdTypeArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -41,50 +40,21 @@ namespace
 {
 const char* const IdArray = "PartitionedPointId";
 
-/// Besides input and part: local positions and output.
-constexpr double BytesPerPoint = 12.0 + 57.0, BytesPerPointOfPart = 320.0;
+/// Memory besides the input in bytes: for each point of the cloud (local position and output), and
+/// for each point of the part that is processed (its copy and the filters' memory).
+constexpr double BytesPerCloudPoint = 12.0 + 57.0, BytesPerPartPoint = BytesPerPoint + 30.0;
 
-void CopySettings(vtkSurfelEstimation* from, vtkSurfelEstimation* to)
-{
-  to->SetNeighborhoodMode(from->GetNeighborhoodMode());
-  to->SetNumberOfNeighbors(from->GetNumberOfNeighbors());
-  to->SetRadius(from->GetRadius());
-  to->SetMaximumNumberOfNeighbors(from->GetMaximumNumberOfNeighbors());
-  to->SetKernelMode(from->GetKernelMode());
-  to->SetKernelScale(from->GetKernelScale());
-  to->SetCellBlur(from->GetCellBlur());
-  to->SetMaximumAxisRatio(from->GetMaximumAxisRatio());
-  to->SetKeepNormals(from->GetKeepNormals());
-  to->SetNormalsArrayName(nullptr); // parts have them as their normals
-  to->SetOrientationMode(from->GetOrientationMode());
-  to->SetViewpoint(from->GetViewpoint());
-  to->SetUseViewpoint(from->GetUseViewpoint());
-  to->SetIsolationFactor(from->GetIsolationFactor());
-}
-
-void CopySettings(vtkSurfelNormalization* from, vtkSurfelNormalization* to)
-{
-  to->SetSamplesPerPoint(from->GetSamplesPerPoint());
-  to->SetNumberOfIterations(from->GetNumberOfIterations());
-  to->SetNumberOfNeighbors(from->GetNumberOfNeighbors());
-  to->SetSupport(from->GetSupport());
-  to->SetSampleRadius(from->GetSampleRadius());
-  to->SetNormalOffset(from->GetNormalOffset());
-  to->SetMinimumFactor(from->GetMinimumFactor());
-  to->SetMaximumFactor(from->GetMaximumFactor());
-}
-
-/// Listens to a filter that works on a part: passes progress on, stops it, and keeps its messages,
-/// which count border points twice.
+/// Observes a filter that processes a part: passes its progress on, stops it, stores its errors and
+/// suppresses its warnings, which count the points of the halo twice.
 class Listener
 {
 public:
-  Listener(const StageProgress& monitor, vtkAlgorithm* worker)
-    : Monitor(monitor)
+  Listener(const StageProgress& progress, vtkAlgorithm* worker)
+    : Progress(progress)
     , Worker(worker)
   {
     this->Command->SetClientData(this);
-    this->Command->SetCallback(&Listener::Hear);
+    this->Command->SetCallback(&Listener::Handle);
     for (const unsigned long event :
       { vtkCommand::ProgressEvent, vtkCommand::WarningEvent, vtkCommand::ErrorEvent })
     {
@@ -104,30 +74,30 @@ public:
   std::string Error;
 
 private:
-  static void Hear(vtkObject*, unsigned long event, void* listener, void* data)
+  static void Handle(vtkObject*, unsigned long event, void* listener, void* data)
   {
     auto* self = static_cast<Listener*>(listener);
     if (event == vtkCommand::ErrorEvent)
     {
-      // The first is the cause; the pipeline's own follows.
+      // The first error is the cause; one of the pipeline follows.
       const char* text = data ? static_cast<const char*>(data) : "unknown error";
       self->Error = self->Error.empty() ? text : self->Error;
     }
     else if (event == vtkCommand::ProgressEvent &&
-      !self->Monitor.Step(*static_cast<const double*>(data)))
+      !self->Progress.Step(*static_cast<const double*>(data)))
     {
       self->Stopped = true;
       self->Worker->SetAbortExecute(1);
     }
   }
 
-  StageProgress Monitor;
+  StageProgress Progress;
   vtkAlgorithm* Worker;
   vtkNew<vtkCallbackCommand> Command;
 };
 }
 
-/// One execution. Surfels are written where their points are in the input; then gaps are closed.
+/// One execution. Surfels are stored at the index of their input point; then gaps are closed.
 class vtkPartitionedSurfelEstimation::Execution
 {
 public:
@@ -145,21 +115,18 @@ public:
       : nullptr;
   }
 
-  /// False where stopped, or Error is set.
+  /// Returns false if stopped, or after an error, which is in Error.
   bool Run()
   {
     const vtkIdType count = this->Input->GetNumberOfPoints();
     this->Kept.assign(static_cast<size_t>(count), 0);
-    this->Surfels = MakeArray<vtkFloatArray>("Points", 3, count);
-    this->Covariances = MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count);
-    this->Areas = MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count);
-    this->TwoSided = MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count);
+    this->Surfels = SurfelOutput(count);
     for (size_t i = 0; i < this->Parts.size(); ++i)
     {
       const double n = static_cast<double>(this->Parts.size());
-      const StageProgress monitor(
+      const StageProgress progress(
         this->Self, static_cast<double>(i) / n, (static_cast<double>(i) + 1.0) / n);
-      if (!this->RunPart(this->Parts[i], monitor))
+      if (!this->RunPart(this->Parts[i], progress))
       {
         return false;
       }
@@ -172,44 +139,36 @@ public:
     const vtkIdType count = this->CloseGaps();
     this->Self->NumberOfDuplicatePoints =
       this->Input->GetNumberOfPoints() - this->Self->NumberOfNonFinitePoints - count;
-    vtkNew<vtkPoints> points;
-    points->SetData(this->Surfels);
-    output->SetPoints(points);
-    output->SetVerts(MakePointCell(count));
-    this->PassArrays(count, output);
-    output->GetPointData()->AddArray(this->Covariances);
-    output->GetPointData()->AddArray(this->Areas);
-    output->GetPointData()->AddArray(this->TwoSided);
-    auto origin = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
-    origin->SetTuple(0, this->LocalOrigin);
-    output->GetFieldData()->AddArray(origin);
+    PassPointData(this->Input, this->Kept, output);
+    this->Surfels.Write(this->LocalOrigin, output);
   }
 
   std::string Error;
 
 private:
-  /// With borders as wide as they have to be.
-  bool RunPart(const CloudPart& part, const StageProgress& monitor)
+  /// Processes a part, with a halo as wide as it needs to be.
+  bool RunPart(const CloudPart& part, const StageProgress& progress)
   {
     const bool alone = this->Parts.size() == 1;
-    double margin = this->Spacing > 0.0
-      ? BorderSpacings * this->Spacing
-      : BorderSpacings * part.Diagonal / std::sqrt(static_cast<double>(part.Size));
+    double haloWidth = this->Spacing > 0.0
+      ? HaloSpacings * this->Spacing
+      : HaloSpacings * part.Diagonal / std::sqrt(static_cast<double>(part.Size));
     if (this->Self->Estimation->GetNeighborhoodMode() == vtkSurfelEstimation::RADIUS)
     {
-      margin = std::max(margin, 2.0 * this->Self->Estimation->GetRadius());
+      haloWidth = std::max(haloWidth, 2.0 * this->Self->Estimation->GetRadius());
     }
-    for (int widenings = 0;; ++widenings, margin *= 2.0)
+    for (int widenings = 0;; ++widenings, haloWidth *= 2.0)
     {
       vtkSmartPointer<vtkPolyData> surfels;
-      if (!this->Estimate(part.Region.Grown(margin), alone, monitor, surfels))
+      if (!this->Estimate(part.Region.Grown(haloWidth), alone, progress, surfels))
       {
         return false;
       }
-      const vtkIdType doubtful = this->Take(part, margin, surfels);
-      if (doubtful <= LeastDoubt * static_cast<double>(part.Size) || widenings == MostWidenings)
+      const vtkIdType uncertain = this->Keep(part, haloWidth, surfels);
+      if (uncertain <= ToleratedShare * static_cast<double>(part.Size) ||
+        widenings == MaximumWidenings)
       {
-        this->Self->NumberOfDoubtfulSurfels += doubtful;
+        this->Self->NumberOfDoubtfulSurfels += uncertain;
         return true;
       }
     }
@@ -240,20 +199,23 @@ private:
       auto normals = MakeArray<vtkFloatArray>("Normals", 3, count);
       for (vtkIdType i = 0; i < count; ++i)
       {
-        normals->SetTuple(i, ids[i], this->Normals);
+        double n[3]; // the input's normals may be double
+        this->Normals->GetTuple(ids[i], n);
+        normals->SetTuple(i, n);
       }
       part->GetPointData()->SetNormals(normals);
     }
     return part;
   }
 
-  bool Estimate(const CloudRegion& region, bool alone, const StageProgress& monitor,
+  bool Estimate(const CloudRegion& region, bool alone, const StageProgress& progress,
     vtkSmartPointer<vtkPolyData>& surfels)
   {
     vtkNew<vtkSurfelEstimation> estimation;
     vtkNew<vtkSurfelNormalization> normalization;
-    CopySettings(this->Self->Estimation, estimation);
-    CopySettings(this->Self->Normalization, normalization);
+    estimation->CopySettings(this->Self->Estimation);
+    estimation->SetNormalsArrayName(nullptr); // parts have them as their active normals
+    normalization->CopySettings(this->Self->Normalization);
     estimation->SetController(nullptr); // each process cuts its own points
     normalization->SetController(nullptr);
     if (!alone && estimation->GetOrientationMode() == vtkSurfelEstimation::CONSISTENT)
@@ -262,7 +224,7 @@ private:
         this->Normals ? vtkSurfelEstimation::AS_GIVEN : vtkSurfelEstimation::TWO_SIDED);
     }
     {
-      const Listener listener(monitor.Part(0.05, 0.6), estimation);
+      const Listener listener(progress.Part(0.05, 0.6), estimation);
       estimation->SetInputData(this->Extract(region));
       estimation->Update();
       if (!this->Finished(listener))
@@ -272,8 +234,8 @@ private:
     }
     this->Spacing = estimation->GetMedianSpacing();
     surfels = estimation->GetOutput();
-    estimation->SetInputData(nullptr); // the memory of the points
-    const Listener listener(monitor.Part(0.6, 1.0), normalization);
+    estimation->SetInputData(nullptr); // frees the points
+    const Listener listener(progress.Part(0.6, 1.0), normalization);
     normalization->SetInputData(surfels);
     normalization->Update();
     surfels = normalization->GetOutput();
@@ -286,8 +248,8 @@ private:
     return !listener.Stopped && listener.Error.empty();
   }
 
-  /// Keeps what is inside; returns the number of surfels whose neighbours may be beyond the border.
-  vtkIdType Take(const CloudPart& part, double margin, vtkPolyData* surfels)
+  /// Keeps the surfels of a part. Returns how many of them may have neighbours beyond the halo.
+  vtkIdType Keep(const CloudPart& part, double haloWidth, vtkPolyData* surfels)
   {
     vtkPointData* data = surfels->GetPointData();
     const auto* ids = vtkIdTypeArray::SafeDownCast(data->GetArray(IdArray));
@@ -296,7 +258,7 @@ private:
     auto* twoSided = vtkUnsignedCharArray::SafeDownCast(data->GetArray(Arrays::TwoSided));
     double origin[3];
     ReadOrigin(surfels, origin);
-    vtkIdType doubtful = 0;
+    vtkIdType uncertain = 0;
     for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
     {
       const vtkIdType to = ids->GetValue(i);
@@ -312,20 +274,23 @@ private:
       {
         p[c] += origin[c] - this->LocalOrigin[c];
       }
-      this->Surfels->SetTuple(to, p);
-      std::copy_n(covariances->GetPointer(6 * i), 6, this->Covariances->GetPointer(6 * to));
+      this->Surfels.Positions->SetTuple(to, p);
+      std::copy_n(covariances->GetPointer(6 * i), 6, this->Surfels.Covariances->GetPointer(6 * to));
       const float* a = areas->GetPointer(3 * i);
-      std::copy_n(a, 3, this->Areas->GetPointer(3 * to));
-      this->TwoSided->SetValue(to, twoSided->GetValue(i));
+      std::copy_n(a, 3, this->Surfels.AreaVectors->GetPointer(3 * to));
+      this->Surfels.TwoSided->SetValue(to, twoSided->GetValue(i));
       const double area = std::hypot(a[0], a[1], a[2]);
-      doubtful += IsDoubtful(area, margin + part.Region.DistanceToSide(position)) ? 1 : 0;
+      const double reach = haloWidth + part.Region.DistanceToSide(position);
+      uncertain += MayReachBeyond(area, reach) ? 1 : 0;
     }
-    return doubtful;
+    return uncertain;
   }
 
-  /// Moves what is kept to the front, in order; returns its number.
+  /// Moves the kept surfels to the front, in order. Returns their number.
   vtkIdType CloseGaps()
   {
+    const std::initializer_list<vtkDataArray*> arrays = { this->Surfels.Positions,
+      this->Surfels.Covariances, this->Surfels.AreaVectors, this->Surfels.TwoSided };
     vtkIdType to = 0;
     for (vtkIdType from = 0; from < static_cast<vtkIdType>(this->Kept.size()); ++from)
     {
@@ -333,49 +298,20 @@ private:
       {
         continue;
       }
-      if (to < from)
+      for (vtkDataArray* array : arrays)
       {
-        std::copy_n(this->Surfels->GetPointer(3 * from), 3, this->Surfels->GetPointer(3 * to));
-        std::copy_n(
-          this->Covariances->GetPointer(6 * from), 6, this->Covariances->GetPointer(6 * to));
-        std::copy_n(this->Areas->GetPointer(3 * from), 3, this->Areas->GetPointer(3 * to));
-        this->TwoSided->SetValue(to, this->TwoSided->GetValue(from));
+        if (to < from)
+        {
+          array->SetTuple(to, from, array);
+        }
       }
       ++to;
     }
-    for (vtkDataArray* array : std::initializer_list<vtkDataArray*>{
-           this->Surfels, this->Covariances, this->Areas, this->TwoSided })
+    for (vtkDataArray* array : arrays)
     {
       array->SetNumberOfTuples(to);
     }
     return to;
-  }
-
-  void PassArrays(vtkIdType count, vtkPolyData* output) const
-  {
-    output->GetFieldData()->PassData(this->Input->GetFieldData());
-    if (count == this->Input->GetNumberOfPoints())
-    {
-      output->GetPointData()->PassData(this->Input->GetPointData());
-      return;
-    }
-    vtkNew<vtkIdList> from;
-    vtkNew<vtkIdList> to;
-    from->SetNumberOfIds(count);
-    to->SetNumberOfIds(count);
-    vtkIdType next = 0;
-    for (size_t i = 0; i < this->Kept.size(); ++i)
-    {
-      if (this->Kept[i])
-      {
-        from->SetId(next, static_cast<vtkIdType>(i));
-        to->SetId(next, next);
-        ++next;
-      }
-    }
-    output->GetPointData()->CopyAllOn();
-    output->GetPointData()->CopyAllocate(this->Input->GetPointData(), count);
-    output->GetPointData()->CopyData(this->Input->GetPointData(), from, to);
   }
 
   vtkPartitionedSurfelEstimation* Self;
@@ -386,8 +322,7 @@ private:
   std::vector<CloudPart> Parts;
   double Spacing = 0.0; ///< of the last part
   std::vector<char> Kept;
-  vtkSmartPointer<vtkFloatArray> Surfels, Covariances, Areas;
-  vtkSmartPointer<vtkUnsignedCharArray> TwoSided;
+  SurfelOutput Surfels{ 0 };
 };
 
 //------------------------------------------------------------------------------
@@ -420,13 +355,13 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   this->NumberOfDoubtfulSurfels = 0;
   if (!input)
   {
-    vtkErrorMacro("No input, or an input that is no vtkPointSet: connect one with points.");
+    vtkErrorMacro("There is no input, or it is no vtkPointSet: connect a data set with points.");
     return 0;
   }
   const vtkIdType count = input->GetNumberOfPoints();
   const double part = static_cast<double>(std::min(count, this->PointsPerPart));
   const std::string memory = CheckMemory(count,
-    BytesPerPoint + BytesPerPointOfPart * part / std::max(1.0, static_cast<double>(count)),
+    BytesPerCloudPoint + BytesPerPartPoint * part / std::max(1.0, static_cast<double>(count)),
     AvailableMemory());
   if (!memory.empty())
   {

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkPartitionedSurfelEstimation
- * @brief   normalized surfels of a cloud too large to be worked on at once
+ * @brief   normalized surfels of a cloud that is too large to process at once
  *
- * Cuts the cloud into boxes of at most PointsPerPart points and runs vtkSurfelEstimation and
- * vtkSurfelNormalization on one after the other, each with the points about it; of the surfels,
- * those of the box itself are kept. Input is a vtkPointSet, output as vtkSurfelNormalization's: one
- * surfel for each point that is left, in the order of the input, with its point data. Besides input
- * and output (53 bytes a point) it takes 12 bytes a point and the memory of one part, where
- * vtkSurfelEstimation takes 340 bytes a point.
+ * Cuts the cloud into boxes of at most PointsPerPart points. Runs vtkSurfelEstimation and
+ * vtkSurfelNormalization on one box after another, each with a halo of points around it, and keeps
+ * the surfels of the box itself. The input is a vtkPointSet. The output is that of
+ * vtkSurfelNormalization: one surfel for each point that is not dropped, in the order of the input,
+ * with its point data. Besides input and output (53 bytes per point) the filter takes 12 bytes per
+ * point of the cloud, and for one part at a time the memory of vtkSurfelEstimation (see there).
  *
- * The surfels are those of the whole cloud: a part's border is as wide as its neighbourhoods ask
- * for. Where single points have neighbours farther away than that, they are counted
- * (NumberOfDoubtfulSurfels). Weights differ by the normalization's random samples.
+ * The surfels are those of the whole cloud: the halo of a part is as wide as its neighbourhoods
+ * reach. Single points whose neighbours may be farther away are counted (NumberOfDoubtfulSurfels).
+ * Weights differ by the normalization's random samples.
  *
- * What is outside cannot be told by a part: in place of CONSISTENT orientation the surfels are as
- * the normals that are given say, or two-sided. A cloud of one part is worked on as it is.
+ * The outside of a surface cannot be decided from a part of it. So CONSISTENT orientation becomes
+ * AS_GIVEN if there are normals, else TWO_SIDED. A cloud of one part keeps CONSISTENT.
  *
  * @sa vtkSurfelEstimation vtkSurfelNormalization
  */
@@ -39,8 +39,8 @@ public:
 
   ///@{
   /**
-   * Points of a part, at most (more where many share a coordinate). Default 4 million, range 1000
-   * to 2^30. Each takes about 400 bytes while its part is worked on.
+   * Largest number of points in a part (more if many share a coordinate). Default 4 million, range
+   * 1000 to 2^30.
    */
   vtkSetClampMacro(PointsPerPart, vtkIdType, 1000, vtkIdType(1) << 30);
   vtkGetMacro(PointsPerPart, vtkIdType);
@@ -48,7 +48,7 @@ public:
 
   ///@{
   /**
-   * The settings of all parts. These filters are not executed.
+   * The settings for all parts. These filters are not executed.
    */
   vtkSurfelEstimation* GetEstimation() { return this->Estimation; }
   vtkSurfelNormalization* GetNormalization() { return this->Normalization; }
@@ -58,8 +58,8 @@ public:
 
   ///@{
   /**
-   * Of the last execution: parts; points that were dropped, as in vtkSurfelEstimation; surfels
-   * whose neighbours may lie beyond the border of their part.
+   * Of the last execution: parts; dropped points, as in vtkSurfelEstimation; surfels with neighbours
+   * that may be beyond the halo of their part.
    */
   vtkGetMacro(NumberOfParts, int);
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);

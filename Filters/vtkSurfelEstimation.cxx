@@ -5,8 +5,8 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/PointCells.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
@@ -15,10 +15,7 @@
 #include "Parallel/ControllerRanks.h"
 
 #include "vtkDataArray.h"
-#include "vtkDoubleArray.h"
-#include "vtkFieldData.h"
 #include "vtkFloatArray.h"
-#include "vtkIdList.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkMultiProcessController.h"
@@ -44,10 +41,7 @@ vtkStandardNewMacro(vtkSurfelEstimation);
 
 namespace
 {
-/// At the filter's peak, its output included: 274 were measured with 4 million points.
-constexpr double BytesPerPoint = 285.0;
-
-/// A Gaussian in the tangent plane, and the area it stands for.
+/// A Gaussian in the tangent plane, and the area that it represents.
 struct SurfelKernel
 {
   Vector3 AxisU;
@@ -55,8 +49,8 @@ struct SurfelKernel
   double Area;
 };
 
-/// From the spacing alone, or with the neighbours' extent: sqrt(VarianceU VarianceV) = (scale
-/// spacing)^2 in both.
+/// The kernel from the spacing, round or stretched like the neighbours' extent; in both cases
+/// sqrt(VarianceU VarianceV) = (scale spacing)^2.
 SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
 {
   const double spacing = fit.Spacing, area = spacing * spacing;
@@ -66,7 +60,7 @@ SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
   return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area };
 }
 
-/// The cell's indicator function, blurred by a Gaussian of this many spacings.
+/// The kernel from the indicator function of a cell, blurred by a Gaussian of this many spacings.
 SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur)
 {
   const double sigma = blur * fit.Spacing, variance = sigma * sigma;
@@ -78,7 +72,7 @@ void BoundAxes(double maximumRatio, SurfelKernel& kernel)
   const double bound = maximumRatio * maximumRatio;
   if (kernel.VarianceU > bound * kernel.VarianceV)
   {
-    // Same product, smaller ratio.
+    // The same product, a smaller ratio.
     const double product = std::sqrt(kernel.VarianceU * kernel.VarianceV);
     kernel.VarianceU = product * maximumRatio;
     kernel.VarianceV = product / maximumRatio;
@@ -91,12 +85,12 @@ void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s
   const Vector3 u = kernel.AxisU;
   const Vector3 v = Cross(normal, u);
   const double varianceU = kernel.VarianceU, varianceV = kernel.VarianceV;
-  s[0] = static_cast<float>(varianceU * u.X * u.X + varianceV * v.X * v.X);
-  s[1] = static_cast<float>(varianceU * u.Y * u.Y + varianceV * v.Y * v.Y);
-  s[2] = static_cast<float>(varianceU * u.Z * u.Z + varianceV * v.Z * v.Z);
-  s[3] = static_cast<float>(varianceU * u.X * u.Y + varianceV * v.X * v.Y);
-  s[4] = static_cast<float>(varianceU * u.Y * u.Z + varianceV * v.Y * v.Z);
-  s[5] = static_cast<float>(varianceU * u.X * u.Z + varianceV * v.X * v.Z);
+  s[0] = static_cast<float>(varianceU * u[0] * u[0] + varianceV * v[0] * v[0]);
+  s[1] = static_cast<float>(varianceU * u[1] * u[1] + varianceV * v[1] * v[1]);
+  s[2] = static_cast<float>(varianceU * u[2] * u[2] + varianceV * v[2] * v[2]);
+  s[3] = static_cast<float>(varianceU * u[0] * u[1] + varianceV * v[0] * v[1]);
+  s[4] = static_cast<float>(varianceU * u[1] * u[2] + varianceV * v[1] * v[2]);
+  s[5] = static_cast<float>(varianceU * u[0] * u[2] + varianceV * v[0] * v[2]);
 }
 }
 
@@ -104,13 +98,13 @@ void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s
 class vtkSurfelEstimation::Execution
 {
 public:
-  /// @param agreement of the ranks that estimate one cloud, or null
-  /// @param mine      which points count, of a region; null: all
-  explicit Execution(vtkSurfelEstimation* self, SharedOrientation* agreement = nullptr,
-    const std::function<bool(vtkIdType)>& mine = nullptr)
+  /// @param shared  orientation together with other ranks, or null
+  /// @param counted whether statistics count a point of the input; null: all points
+  explicit Execution(vtkSurfelEstimation* self, SharedOrientation* shared = nullptr,
+    const std::function<bool(vtkIdType)>& counted = nullptr)
     : Self(self)
-    , Agreement(agreement)
-    , Mine(mine)
+    , Shared(shared)
+    , Counted(counted)
   {
   }
 
@@ -129,26 +123,29 @@ public:
     }
     this->ReadNormals(input);
     const NeighborSearch tree(this->Cloud.Positions.data(), this->Cloud.Size());
-    const StageProgress monitor(this->Self, 0.0, 1.0);
+    const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
-    const bool fitted = monitor.Step(0.1) &&
-      FitSurfels(
-        this->Cloud, tree, settings, this->Given, monitor.Part(0.1, 0.6), this->Fits, this->Graph);
-    const bool finished = this->All(fitted) && this->Orient(monitor.Part(0.6, 0.85)) &&
-      RefineExtents(this->Cloud, tree, settings, this->Sides.TwoSided, this->Graph,
-        monitor.Part(0.85, 0.9), this->Fits) &&
+    const bool fitted = progress.Step(0.1) &&
+      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
+        this->Graph);
+    const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
+    const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
+      RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
-        MeasureCells(this->Cloud, tree, this->Graph, this->Sides.TwoSided, this->Fits,
-          monitor.Part(0.9, 0.98), this->Cells));
-    this->Graph = NeighborGraph(); // its memory is wanted for the output
+        MeasureCells(oriented, this->Fits, progress.Part(0.9, 0.98), this->Cells));
+    this->Graph = NeighborGraph(); // frees memory for the output
     return finished;
   }
 
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
+    std::vector<char> kept(static_cast<size_t>(input->GetNumberOfPoints()), 0);
+    for (const vtkIdType id : this->Cloud.InputIds)
+    {
+      kept[static_cast<size_t>(id)] = 1;
+    }
+    PassPointData(input, kept, output);
     this->SortByInput(input->GetNumberOfPoints());
-    this->WritePoints(output);
-    this->PassArrays(input, output);
     this->WriteSurfels(output);
   }
 
@@ -160,18 +157,18 @@ public:
     std::vector<float> spacings;
     for (size_t i = 0; i < this->Fits.size(); ++i)
     {
-      if (!this->Counts(static_cast<int>(i)))
+      if (!this->IsCounted(static_cast<int>(i)))
       {
         continue;
       }
       const PlaneFit& fit = this->Fits[i];
       self->NumberOfIsolatedPoints += fit.Isolated ? 1 : 0;
       self->NumberOfDegeneratePoints += fit.Degenerate ? 1 : 0;
-      self->NumberOfTwoSidedSurfels += this->Sides.TwoSided[i];
+      self->NumberOfTwoSidedSurfels += this->Result.TwoSided[i];
       spacings.push_back(fit.Spacing);
     }
-    self->NumberOfComponents = this->Sides.NumberOfComponents;
-    self->NumberOfClosedComponents = this->Sides.NumberOfClosedComponents;
+    self->NumberOfComponents = this->Result.NumberOfComponents;
+    self->NumberOfClosedComponents = this->Result.NumberOfClosedComponents;
     if (!spacings.empty())
     {
       const auto middle = spacings.begin() + spacings.size() / 2;
@@ -194,9 +191,10 @@ private:
     {
       double tuple[3];
       normals->GetTuple(this->Cloud.InputIds[i], tuple);
-      const Vector3 zero;
+      const Vector3 zero{};
       const Vector3 normal = Normalized({ tuple[0], tuple[1], tuple[2] }, zero);
-      this->Self->NumberOfInvalidNormals += Dot(normal, normal) > 0.0 || !this->Counts(i) ? 0 : 1;
+      this->Self->NumberOfInvalidNormals +=
+        Dot(normal, normal) > 0.0 || !this->IsCounted(i) ? 0 : 1;
       Store(normal, this->Given.data() + 3 * static_cast<size_t>(i));
     }
   }
@@ -218,17 +216,17 @@ private:
     return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
   }
 
-  bool Orient(const StageProgress& monitor)
+  bool Orient(const StageProgress& progress)
   {
     const size_t count = this->Fits.size();
     switch (this->Self->OrientationMode)
     {
       case VIEWPOINT:
         FaceViewpoint(this->Cloud, this->LocalViewpoint(this->Cloud.Origin), this->Fits);
-        this->Sides.TwoSided.assign(count, 0);
+        this->Result.TwoSided.assign(count, 0);
         return true;
       case TWO_SIDED:
-        this->Sides.TwoSided.assign(count, 1);
+        this->Result.TwoSided.assign(count, 1);
         return true;
       default:
         break;
@@ -236,22 +234,23 @@ private:
     if (this->All(std::all_of(
           this->Fits.begin(), this->Fits.end(), [](const PlaneFit& fit) { return fit.Given; })))
     {
-      this->Sides.TwoSided.assign(count, 0);
+      this->Result.TwoSided.assign(count, 0);
       return true;
     }
-    OrientationSettings settings;
+    OutsideSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
-    if (this->Agreement)
+    if (this->Shared)
     {
-      settings.Viewpoint = this->LocalViewpoint(this->Agreement->Origin());
-      return this->Agreement->Orient(
-        this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
+      settings.Viewpoint = this->LocalViewpoint(this->Shared->Origin());
+      return this->Shared->Orient(
+        this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
     }
     settings.Viewpoint = this->LocalViewpoint(this->Cloud.Origin);
-    return OrientConsistently(this->Cloud, this->Graph, settings, monitor, this->Fits, this->Sides);
+    return OrientConsistently(
+      this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
   }
 
-  /// Of point i of the cloud.
+  /// Kernel of the cloud's point i.
   SurfelKernel KernelOf(int i) const
   {
     const PlaneFit& fit = this->Fits[i];
@@ -264,7 +263,7 @@ private:
 
   bool HasCell(int i) const { return !this->Cells.empty() && this->Cells[i].Area > 0.0f; }
 
-  /// Order of the output: that of the input.
+  /// Orders the output like the input.
   void SortByInput(vtkIdType inputPoints)
   {
     constexpr int dropped = -1;
@@ -278,81 +277,41 @@ private:
       [](int i) { return i != dropped; });
   }
 
-  void WritePoints(vtkPolyData* output)
+  void WriteSurfels(vtkPolyData* output)
   {
     const vtkIdType count = this->Cloud.Size();
-    vtkNew<vtkPoints> points;
-    points->SetDataTypeToFloat();
-    points->SetNumberOfPoints(count);
-    float* positions = vtkFloatArray::SafeDownCast(points->GetData())->GetPointer(0);
+    const SurfelOutput surfels(count);
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
         const int from = this->Order[i];
+        const PlaneFit& fit = this->Fits[from];
+        const SurfelKernel kernel = this->KernelOf(from);
         const Vector3 p = Load(this->Cloud.Position(from));
-        Store(this->HasCell(from) ? p + this->Cells[from].Centroid : p, positions + 3 * i);
+        Store(this->HasCell(from) ? p + this->Cells[from].Centroid : p,
+          surfels.Positions->GetPointer(3 * i));
+        StoreCovariance(kernel, fit.Normal, surfels.Covariances->GetPointer(6 * i));
+        Store(kernel.Area * fit.Normal, surfels.AreaVectors->GetPointer(3 * i));
+        surfels.TwoSided->SetValue(i, this->Result.TwoSided[from]);
       }
     });
-    output->SetPoints(points);
-    output->SetVerts(MakePointCell(count));
+    surfels.Write(this->Cloud.Origin, output);
   }
 
-  void PassArrays(vtkPointSet* input, vtkPolyData* output)
-  {
-    vtkNew<vtkIdList> from;
-    vtkNew<vtkIdList> to;
-    from->SetNumberOfIds(this->Cloud.Size());
-    to->SetNumberOfIds(this->Cloud.Size());
-    for (int i = 0; i < this->Cloud.Size(); ++i)
-    {
-      from->SetId(i, this->Cloud.InputIds[this->Order[i]]);
-      to->SetId(i, i);
-    }
-    vtkPointData* pointData = output->GetPointData();
-    pointData->CopyAllOn();
-    pointData->CopyAllocate(input->GetPointData(), this->Cloud.Size());
-    pointData->CopyData(input->GetPointData(), from, to);
-    output->GetFieldData()->PassData(input->GetFieldData());
-  }
+  bool IsCounted(int i) const { return !this->Counted || this->Counted(this->Cloud.InputIds[i]); }
 
-  void WriteSurfels(vtkPolyData* output)
-  {
-    const vtkIdType count = this->Cloud.Size();
-    auto covariances = MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count);
-    auto areas = MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count);
-    auto twoSided = MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count);
-    vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType i = begin; i < end; ++i)
-      {
-        const PlaneFit& fit = this->Fits[this->Order[i]];
-        const SurfelKernel kernel = this->KernelOf(this->Order[i]);
-        StoreCovariance(kernel, fit.Normal, covariances->GetPointer(6 * i));
-        Store(kernel.Area * fit.Normal, areas->GetPointer(3 * i));
-        twoSided->SetValue(i, this->Sides.TwoSided[this->Order[i]]);
-      }
-    });
-    output->GetPointData()->AddArray(covariances);
-    output->GetPointData()->AddArray(areas);
-    output->GetPointData()->AddArray(twoSided);
-    auto origin = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
-    origin->SetTuple(0, this->Cloud.Origin);
-    output->GetFieldData()->AddArray(origin);
-  }
-
-  bool Counts(int i) const { return !this->Mine || this->Mine(this->Cloud.InputIds[i]); }
-
-  /// Of all ranks that estimate one cloud.
-  bool All(bool mine) { return this->Agreement ? this->Agreement->All(mine) : mine; }
+  /// Whether `condition` holds on all ranks that estimate one cloud.
+  bool All(bool condition) { return this->Shared ? this->Shared->All(condition) : condition; }
 
   vtkSurfelEstimation* Self;
-  SharedOrientation* Agreement;
-  std::function<bool(vtkIdType)> Mine;
+  SharedOrientation* Shared;
+  std::function<bool(vtkIdType)> Counted;
   LocalCloud Cloud;
   std::vector<float> Given;
   std::vector<PlaneFit> Fits;
   NeighborGraph Graph;
   std::vector<int> Order; // output id -> cloud index
-  Sidedness Sides;
+  OrientationResult Result;
   std::vector<VoronoiCell> Cells;
 };
 
@@ -368,14 +327,7 @@ vtkSurfelEstimation::~vtkSurfelEstimation()
 }
 
 //------------------------------------------------------------------------------
-void vtkSurfelEstimation::SetController(vtkMultiProcessController* controller)
-{
-  if (this->Controller != controller)
-  {
-    this->Controller = controller;
-    this->Modified();
-  }
-}
+vtkCxxSetSmartPointerMacro(vtkSurfelEstimation, Controller, vtkMultiProcessController);
 
 //------------------------------------------------------------------------------
 vtkMultiProcessController* vtkSurfelEstimation::GetController()
@@ -410,7 +362,7 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
     CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
   if (!memory.empty())
   {
-    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation works on parts.");
+    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation processes the cloud in parts.");
     return 0;
   }
   Execution execution(this);
@@ -429,12 +381,12 @@ int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
 int vtkSurfelEstimation::RequestDistributed(
   SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output)
 {
-  const bool good = this->CheckSettings(input);
-  if (!ranks.All(good))
+  const bool isReady = this->CheckSettings(input);
+  if (!ranks.All(isReady))
   {
-    if (good)
+    if (isReady)
     {
-      vtkErrorMacro("No surfels were estimated: another process cannot, see its messages.");
+      vtkErrorMacro("No surfels were estimated: another process reported an error.");
     }
     return 0;
   }
@@ -445,37 +397,31 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     arrays.push_back({ "Normals", 3, normals });
   }
-  // A share of the cloud, and for process 0 the sides of all of it where they are not given.
   const bool areGiven = ranks.All(!input || input->GetNumberOfPoints() == 0 || normals);
   const bool orients = ranks.IsRoot() && this->OrientationMode == CONSISTENT && !areGiven;
-  const vtkIdType all = cloud.NumberOfPoints();
-  std::string memory = CheckMemory(all / ranks.Size(), BytesPerPoint, AvailableMemory());
-  memory = memory.empty() && orients ? CheckMemory(all, OrientationBytesPerPoint, AvailableMemory())
-                                     : memory;
-  if (!ranks.All(memory.empty()))
+  if (!this->CheckDistributedMemory(ranks, cloud.NumberOfPoints(), orients))
   {
-    vtkErrorMacro(<< (memory.empty() ? "Another process lacks memory, see its messages." : memory)
-                  << " Process 0 tells the sides of all: VIEWPOINT and TWO_SIDED need no memory.");
     return 0;
   }
-  SharedOrientation agreement(ranks, cloud);
-  const auto estimate = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
+  SharedOrientation shared(ranks, cloud);
+  const auto estimate = [&](vtkPolyData* region) -> vtkSmartPointer<vtkPolyData> {
     this->ResetCounts();
-    Execution execution(this, &agreement, [&cloud](vtkIdType id) { return cloud.IsMine(id); });
-    if (!execution.Run(dealt))
+    Execution execution(this, &shared, [&cloud](vtkIdType i) { return cloud.IsInRegion(i); });
+    if (!execution.Run(region))
     {
       return nullptr;
     }
     execution.Count();
     auto surfels = vtkSmartPointer<vtkPolyData>::New();
-    execution.Write(dealt, surfels);
+    execution.Write(region, surfels);
     return surfels;
   };
-  const double margin = this->NeighborhoodMode == RADIUS ? 2.0 * this->Radius : 0.0;
-  const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, margin, estimate);
+  const double haloWidth = this->NeighborhoodMode == RADIUS ? 2.0 * this->Radius : 0.0;
+  const vtkSmartPointer<vtkPolyData> surfels =
+    WorkOnRegion(ranks, cloud, arrays, haloWidth, estimate);
   if (!surfels)
   {
-    return 1; // stopped by a user: empty output, on all
+    return 1; // stopped by a user: empty output on all processes
   }
   const vtkIdType count = WritePartitionedSurfels(cloud, surfels, input, output);
   this->NumberOfNonFinitePoints = cloud.NumberOfNonFinitePoints();
@@ -484,6 +430,26 @@ int vtkSurfelEstimation::RequestDistributed(
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;
+}
+
+//------------------------------------------------------------------------------
+bool vtkSurfelEstimation::CheckDistributedMemory(
+  SurfelSplatting::Ranks& ranks, vtkIdType points, bool orients)
+{
+  std::string problem = CheckMemory(points / ranks.Size(), BytesPerPoint, AvailableMemory());
+  if (problem.empty() && orients)
+  {
+    problem = CheckMemory(points, OrientationBytesPerPoint, AvailableMemory());
+  }
+  if (ranks.All(problem.empty()))
+  {
+    return true;
+  }
+  vtkErrorMacro(
+    << (problem.empty() ? "Another process lacks memory, see its messages." : problem)
+    << " Process 0 orients the whole cloud; the orientation modes VIEWPOINT and TWO_SIDED"
+       " need no memory for that.");
+  return false;
 }
 
 //------------------------------------------------------------------------------
@@ -505,14 +471,13 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 {
   if (!input)
   {
-    vtkErrorMacro("No input, or an input that is no vtkPointSet: connect one with points.");
+    vtkErrorMacro("There is no input, or it is no vtkPointSet: connect a data set with points.");
     return false;
   }
-  if (input->GetNumberOfPoints() > std::numeric_limits<int>::max() / 2)
+  const std::string problem = CheckNumberOfPoints(input->GetNumberOfPoints());
+  if (!problem.empty())
   {
-    vtkErrorMacro("The input has " << input->GetNumberOfPoints()
-                                   << " points; the neighbour search takes up to "
-                                   << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
+    vtkErrorMacro(<< problem);
     return false;
   }
   if (this->NeighborhoodMode == RADIUS && !(this->Radius > 0.0))
@@ -547,6 +512,25 @@ void vtkSurfelEstimation::WarnOfTroubles()
   {
     vtkWarningMacro(<< message << '.');
   }
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelEstimation::CopySettings(vtkSurfelEstimation* other)
+{
+  this->SetNeighborhoodMode(other->NeighborhoodMode);
+  this->SetNumberOfNeighbors(other->NumberOfNeighbors);
+  this->SetRadius(other->Radius);
+  this->SetMaximumNumberOfNeighbors(other->MaximumNumberOfNeighbors);
+  this->SetKernelMode(other->KernelMode);
+  this->SetKernelScale(other->KernelScale);
+  this->SetCellBlur(other->CellBlur);
+  this->SetMaximumAxisRatio(other->MaximumAxisRatio);
+  this->SetKeepNormals(other->KeepNormals);
+  this->SetNormalsArrayName(other->NormalsArrayName);
+  this->SetOrientationMode(other->OrientationMode);
+  this->SetViewpoint(other->Viewpoint);
+  this->SetUseViewpoint(other->UseViewpoint);
+  this->SetIsolationFactor(other->IsolationFactor);
 }
 
 //------------------------------------------------------------------------------

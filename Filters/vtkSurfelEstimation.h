@@ -4,29 +4,32 @@
  * @brief   surfels from points: normals, sides, spacing and reconstruction kernels
  *
  * Turns the points of any vtkPointSet into surfels as Documentation/DataContract.md defines
- * them: positions about a local origin, and the arrays SurfelCovariance, SurfelAreaVector and
- * SurfelTwoSided beside every point array of the input. Cells of the input are ignored; the
- * output has one poly-vertex, so that any mapper can draw its points.
+ * them: positions relative to a local origin, the arrays SurfelCovariance, SurfelAreaVector and
+ * SurfelTwoSided, and every point array of the input. Cells of the input are ignored; the output
+ * has one poly-vertex, so that any mapper can draw its points.
  *
  * Steps:
  * 1. Points that are not finite and exact duplicates are dropped.
- * 2. Neighbours of each point (PCL's KdTreeFLANN): the NumberOfNeighbors nearest, or those
- *    within Radius. Their covariance gives the normal and the area that the point stands for;
- *    the spacing is the square root of that area.
- * 3. The reconstruction kernel is a Gaussian in the tangent plane, made from the point's Voronoi
+ * 2. A k-d tree (FLANN's) finds the neighbours of each point: the NumberOfNeighbors nearest, or
+ * those within Radius. Their covariance gives the normal and the area that the point represents;
+ * the spacing is the square root of that area.
+ * 3. Normals are turned outward, see OrientationMode. A surfel whose outside is unknown is marked
+ *    two-sided: a wrong outside makes a hole in the picture.
+ * 4. The reconstruction kernel is a Gaussian in the tangent plane, made from the point's Voronoi
  *    cell on the surface, or from the spacing alone: see KernelMode.
- * 4. Sides, see OrientationMode. A surfel whose outside cannot be known is marked two-sided:
- *    a wrong outside is a hole in the picture.
  *
- * Troubles are counted (see the GetNumberOf... methods) and reported in one warning.
+ * Problems are counted (see the GetNumberOf... methods) and reported in one warning.
  *
  * The result does not depend on the number of threads.
  *
- * Several processes, each with a part of a cloud (or nothing), estimate one cloud's surfels where
- * they have a controller: the points are dealt out by place, with those about each region, and the
- * surfels go back to where their points are. Normals and sides are agreed upon as if one process
- * had all points, which takes process 0 some 400 bytes for each of them; what is counted is that of
- * the region a process works on, but for what is dropped.
+ * Memory: about 290 bytes per point at the peak, output included (277 to 293 were measured with 4
+ * to 1 million points); vtkSurfelNormalization takes as much.
+ *
+ * Several processes with a controller, each with a part of a cloud (or nothing), estimate the
+ * surfels of one cloud. The points are distributed by location: each process works on a region with
+ * a halo around it, and the surfels return to the processes that have the points. Process 0 orients
+ * the whole cloud, which takes it about 400 bytes for each point of the cloud. Each process counts
+ * the problems of its region, but the dropped points of its own input.
  *
  * @sa vtkSurfelNormalization
  */
@@ -74,7 +77,7 @@ public:
 
   ///@{
   /**
-   * Which neighbours of a point count: the NumberOfNeighbors nearest (K_NEAREST, the default),
+   * Which neighbours of a point are used: the NumberOfNeighbors nearest (K_NEAREST, the default),
    * or all within Radius, but not more than the MaximumNumberOfNeighbors nearest (RADIUS). A
    * point with fewer than 6 within the radius uses its 6 nearest.
    */
@@ -86,7 +89,7 @@ public:
 
   ///@{
   /**
-   * Number of nearest neighbours for K_NEAREST, the point itself not counted.
+   * Number of nearest neighbours for K_NEAREST, without the point itself.
    * Default 16, range 4 to 256. More for noisy scans; fewer cost accuracy on thin tubes.
    */
   vtkSetClampMacro(NumberOfNeighbors, int, 4, 256);
@@ -103,7 +106,7 @@ public:
 
   ///@{
   /**
-   * Bound on the neighbours within Radius. Default 128, range 6 to 4096.
+   * Largest number of neighbours within Radius. Default 128, range 6 to 4096.
    */
   vtkSetClampMacro(MaximumNumberOfNeighbors, int, 6, 4096);
   vtkGetMacro(MaximumNumberOfNeighbors, int);
@@ -113,13 +116,13 @@ public:
   /**
    * Shape of the kernels.
    * - CIRCULAR: round, with the standard deviation KernelScale times the spacing.
-   * - ELLIPTICAL: of the same area, and as stretched as the neighbours are.
+   * - ELLIPTICAL: of the same area, stretched like the distribution of the neighbours.
    * - CELL (default): area, centroid and covariance of the point's Voronoi cell on the surface,
    *   blurred by CellBlur. The surfel sits at the cell's centroid, a fraction of the spacing
    *   from the point, in its tangent plane. Cells tile the surface, so these kernels sum to one
-   *   where the others leave holes and heaps: on random samplings their sum varies by 0.10
-   *   before normalization, that of round kernels by 0.30 before and 0.18 after, and sharp pictures
-   *   were 1.4 to 1.7 dB nearer to a ray tracer's.
+   *   where the others leave holes and heaps. On random samplings the standard deviation of their
+   *   sum is 0.10 before normalization; that of round kernels is 0.30 before and 0.18 after. Sharp
+   *   pictures were 1.4 to 1.7 dB nearer to a ray tracer's.
    */
   vtkSetClampMacro(KernelMode, int, CIRCULAR, CELL);
   vtkGetMacro(KernelMode, int);
@@ -148,7 +151,7 @@ public:
 
   ///@{
   /**
-   * Longest over shortest axis of a kernel, at most. Default 4, range 1 to 100.
+   * Largest ratio of a kernel's longer to its shorter axis. Default 4, range 1 to 100.
    */
   vtkSetClampMacro(MaximumAxisRatio, double, 1.0, 100.0);
   vtkGetMacro(MaximumAxisRatio, double);
@@ -167,8 +170,8 @@ public:
 
   ///@{
   /**
-   * With KeepNormals: the point array that has them. Default none; where the input has no array of
-   * this name, its active normals, or "Normals".
+   * With KeepNormals: the point array with the normals. Default none. If the input has no array of
+   * this name, its active normals are used, or the array "Normals".
    */
   vtkSetStringMacro(NormalsArrayName);
   vtkGetStringMacro(NormalsArrayName);
@@ -178,10 +181,10 @@ public:
   /**
    * Which side of a surfel is its outside.
    * - CONSISTENT (default): signs are propagated over neighbours; closed components are turned
-   *   outward and are one-sided; open or doubtful ones are two-sided, unless UseViewpoint.
+   *   outward and are one-sided; open or undecided ones are two-sided, unless UseViewpoint.
    * - VIEWPOINT: every surfel faces Viewpoint and is one-sided. For scans from one place.
-   * - AS_GIVEN: as the kept normals say, one-sided. An error if there are none to keep.
-   * - TWO_SIDED: every surfel is seen from both sides.
+   * - AS_GIVEN: the kept normals decide, one-sided. An error if there are none to keep.
+   * - TWO_SIDED: every surfel is visible from both sides.
    */
   vtkSetClampMacro(OrientationMode, int, CONSISTENT, TWO_SIDED);
   vtkGetMacro(OrientationMode, int);
@@ -212,9 +215,9 @@ public:
 
   ///@{
   /**
-   * A point is isolated where its sixth neighbour is farther than this many times the median of
-   * that distance among its neighbours, or than the square of it times the whole cloud's. It
-   * then gets the median spacing around it; where orientation is CONSISTENT it is two-sided.
+   * A point is isolated if the distance to its sixth neighbour exceeds IsolationFactor times the
+   * median of that distance among its neighbours, or IsolationFactor squared times the median of
+   * the whole cloud. It gets the median spacing of its neighbours, and is two-sided in CONSISTENT.
    * Default 6, range 2 to 1000.
    */
   vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);
@@ -223,25 +226,30 @@ public:
 
   ///@{
   /**
-   * The processes that have parts of one cloud: executions are collective calls, with the same
-   * settings on all. Default vtkMultiProcessController's global one, as in VTK's parallel filters;
-   * none, or one of a single process: this process's points are all.
+   * The processes that have parts of one cloud. Executions are collective calls; all processes need
+   * the same settings. Default: the global vtkMultiProcessController, as in VTK's parallel filters.
+   * With none, or one of a single process, the filter works on this process's points alone.
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();
   ///@}
 
+  /**
+   * Takes over all settings of another filter; the controller stays.
+   */
+  void CopySettings(vtkSurfelEstimation* other);
+
   ///@{
   /**
-   * What the last execution met.
+   * Counts of the last execution.
    * - NonFinitePoints: dropped; a coordinate was NaN, infinite or beyond 1e17.
    * - DuplicatePoints: dropped; same position as an earlier point.
    * - IsolatedPoints: kept with a bounded radius, see IsolationFactor.
-   * - DegeneratePoints: kept; fewer than three neighbours or all of them on one line, so that
+   * - DegeneratePoints: kept; fewer than three neighbours or all of them on a line, so that
    *   the direction of the normal is arbitrary.
    * - InvalidNormals: points whose given normal was zero or not finite.
-   * - TwoSidedSurfels, Components, ClosedComponents: of the output; components are counted by
-   *   CONSISTENT only.
+   * - TwoSidedSurfels, Components, ClosedComponents: in the output; only CONSISTENT counts
+   *   components.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
@@ -290,6 +298,7 @@ private:
   void WarnOfTroubles();
 #ifndef __VTK_WRAP__
   int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output);
+  bool CheckDistributedMemory(SurfelSplatting::Ranks& ranks, vtkIdType points, bool orients);
 #endif
 
   class Execution;

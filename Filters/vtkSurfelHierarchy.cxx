@@ -31,21 +31,16 @@
 #include <new>
 
 namespace Arrays = SurfelSplatting::Arrays;
-
-namespace
-{
-/// Of a surfel with a colour; of what a hierarchy and its first frame add, node and its colour
-/// before all; and while the filter works.
-constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
-}
 using SurfelSplatting::HierarchyLayout;
 using SurfelSplatting::KdTreeOrder;
 
-vtkStandardNewMacro(vtkSurfelHierarchy);
-
 namespace
 {
-/// The surfel arrays of a dataset in the core's terms; copies where they are of another type.
+/// Bytes of a surfel with a colour; bytes per surfel that a hierarchy and its first frame add, mainly
+/// a node and its colour; and bytes per surfel while the filter works.
+constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
+
+/// The surfel arrays of a dataset as the core's SurfelCloud; copies if they have another type.
 struct CloudArrays
 {
   explicit CloudArrays(vtkPolyData* data)
@@ -93,7 +88,9 @@ private:
 };
 }
 
-/// One execution: orders the surfels, passes them on in this order, builds the nodes above.
+vtkStandardNewMacro(vtkSurfelHierarchy);
+
+/// One execution: orders the surfels, passes them on in this order, builds the nodes above them.
 class vtkSurfelHierarchy::Execution
 {
 public:
@@ -109,20 +106,20 @@ public:
   /// Returns false if stopped.
   bool Run(vtkPolyData* output)
   {
-    const SurfelGeometry::StageProgress monitor(this->Self, 0.0, 1.0);
+    const SurfelGeometry::StageProgress progress(this->Self, 0.0, 1.0);
     {
       const CloudArrays surfels(this->Input);
-      SurfelGeometry::ProgressExecutor ordering(monitor.Part(0.0, 0.5));
+      SurfelGeometry::ProgressExecutor ordering(progress.Part(0.0, 0.5));
       const KdTreeOrder order = MakeKdTreeOrder(surfels.Cloud, ordering);
       this->Layout = order.Layout;
       this->NumberOfInvalidSurfels = order.NumberOfInvalidSurfels;
-      SurfelGeometry::ProgressExecutor passing(monitor.Part(0.5, 0.7));
+      SurfelGeometry::ProgressExecutor passing(progress.Part(0.5, 0.7));
       if (ordering.Stopped() || !this->PassLeaves(surfels.Cloud, order, passing, output))
       {
         return false;
       }
     }
-    SurfelGeometry::ProgressExecutor filling(monitor.Part(0.7, 1.0));
+    SurfelGeometry::ProgressExecutor filling(progress.Part(0.7, 1.0));
     this->AddNodes(filling, output);
     return !filling.Stopped();
   }
@@ -134,13 +131,13 @@ private:
     this->FindShift(surfels, order);
     this->PlaceLeaves(surfels, order, executor, output);
     SurfelGeometry::PassLeafAttributes(this->Input, order, executor, output);
-    // So that VTK's own mappers and filters see the surfels.
+    // VTK's own mappers and filters need a cell to see the surfels.
     output->SetVerts(SurfelGeometry::MakePointCell(output->GetNumberOfPoints()));
     this->AddFieldData(output);
     return !executor.Stopped();
   }
 
-  /// Float positions need a local origin where the cloud is far from its own.
+  /// Float positions need a local origin if the cloud is far from its own.
   void FindShift(const SurfelSplatting::SurfelCloud& surfels, const KdTreeOrder& order)
   {
     SurfelGeometry::ReadOrigin(this->Input, this->Origin);
@@ -238,7 +235,7 @@ std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
   }
   if (input->GetFieldData()->HasArray(Arrays::Leaves))
   {
-    return std::string("The input is a hierarchy already (field array ") + Arrays::Leaves +
+    return std::string("The input is already a hierarchy (field array ") + Arrays::Leaves +
       "): connect its surfels instead.";
   }
   if (input->GetNumberOfPoints() >
@@ -290,9 +287,9 @@ int vtkSurfelHierarchy::RequestData(vtkInformation* vtkNotUsed(request),
   catch (const std::bad_alloc&)
   {
     output->Initialize();
-    vtkErrorMacro("Memory does not suffice for the hierarchy of "
-      << input->GetNumberOfPoints() << " surfels, about " << BytesPerSurfel + BytesPerNode
-      << " bytes each. Thin the cloud out.");
+    vtkErrorMacro("There is too little memory for the hierarchy of "
+      << input->GetNumberOfPoints() << " surfels, which takes about "
+      << BytesPerSurfel + BytesPerNode << " bytes each. Reduce the cloud.");
     return 0;
   }
   if (this->NumberOfInvalidSurfels > 0)

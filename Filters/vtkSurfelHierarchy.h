@@ -3,20 +3,19 @@
  * @class   vtkSurfelHierarchy
  * @brief   level-of-detail hierarchy over surfels
  *
- * What is blurred, or smaller than a pixel, can be drawn by fewer and larger splats. This filter
- * builds a binary hierarchy over the surfels (QSplat: Rusinkiewicz and Levoy 2000; for depth of
- * field Krivanek, Zara and Bouatouch 2003): each node carries the moments of the surfels below it,
- * so that it is a surfel itself. A vtkSurfelMapper that is given the output draws a cut through the
- * hierarchy that suits the view; vtkSurfelSplatter::SetLODError says how coarse.
+ * Surfaces that are blurred, or smaller than a pixel, can be drawn with fewer and larger splats. This
+ * filter builds a binary hierarchy over the surfels (QSplat: Rusinkiewicz and Levoy 2000; for depth
+ * of field Krivanek, Zara and Bouatouch 2003): each node has the moments of the surfels below it, so
+ * that it is a surfel itself. With the output as its input, a vtkSurfelMapper draws a cut through the
+ * hierarchy that suits the view; vtkSurfelSplatter::SetLODError controls how coarse it is.
  *
  * The output is a vtkPolyData with the input's surfels and all of their point arrays, in the order
- * of the tree, and with the nodes above them in the field data (Documentation/DataContract.md). It
- * so survives any VTK writer and reader as well as filters that keep the points and their order;
- * what remains of a hierarchy after a filter that drops points is refused by the mapper. 48 bytes
- * for each surfel beside the surfel itself.
+ * of the tree, and with the nodes above them in the field data (Documentation/DataContract.md). So
+ * any VTK writer and reader preserves it, as do filters that keep the points and their order; the
+ * mapper refuses a hierarchy that has lost points. It takes 48 bytes for each surfel besides the
+ * surfel itself.
  *
- * Colours that a mapper finds through a lookup table are mapped at the surfels and averaged by the
- * mapper.
+ * Colours from a lookup table are mapped at the surfels, and the mapper averages them for the nodes.
  *
  * One-sided and two-sided surfels never share a node. Surfels with non-finite values are left out
  * and counted. The result does not depend on the number of threads.
@@ -40,8 +39,8 @@ public:
 
   ///@{
   /**
-   * Of the last execution: leaves (surfels that took part), all nodes with them, levels (1: leaves
-   * only), and surfels that were left out, since their values are not finite.
+   * Of the last execution: leaves (surfels in the hierarchy), all nodes including leaves, levels (1:
+   * leaves only), and surfels that were left out because their values are not finite.
    */
   vtkGetMacro(NumberOfLeaves, vtkIdType);
   vtkGetMacro(NumberOfNodes, vtkIdType);
@@ -50,9 +49,9 @@ public:
   ///@}
 
   /**
-   * What is wrong if the memory that is free does not hold the hierarchy of so many surfels, and
-   * what a mapper makes of it; empty if it does, or where nobody knows. withSurfels: before there
-   * are any, and for a pipeline that lets go of them when the hierarchy is there.
+   * An error message if the free memory does not suffice for a hierarchy of this many surfels and for
+   * what a mapper makes of it; empty if it suffices or is unknown. withSurfels: the surfels do not
+   * exist yet, and the pipeline releases them once the hierarchy is there.
    */
   static std::string CheckMemory(vtkIdType surfels, bool withSurfels);
 

@@ -19,8 +19,9 @@
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
 
-#include <limits>
-#include <sstream>
+#include <algorithm>
+#include <cmath>
+#include <string>
 
 using namespace SurfelGeometry;
 namespace Arrays = SurfelSplatting::Arrays;
@@ -29,7 +30,7 @@ vtkStandardNewMacro(vtkSurfelNormalization);
 
 namespace
 {
-/// Without a virtual call for what the array nearly always is.
+/// Reads a tuple; without a virtual call if the array is a vtkFloatArray, as nearly always.
 template <int Components>
 void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
 {
@@ -51,10 +52,11 @@ public:
   {
   }
 
-  /// Returns false if stopped. @param ranks that weight one cloud with this one, whose dealt points
-  /// the input has, or null
+  /// Returns false if stopped.
+  /// @param ranks  the ranks that weight one cloud together, or null
+  /// @param region with ranks: the cloud whose region and halo the input is
   bool Run(vtkPolyData* input, vtkFloatArray* result, SurfelSplatting::Ranks* ranks = nullptr,
-    const PartitionedCloud* dealt = nullptr)
+    const PartitionedCloud* region = nullptr)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     result->DeepCopy(areaVectors);
@@ -67,35 +69,36 @@ public:
     WeightSharing sharing;
     if (ranks)
     {
-      this->Cloud.SampleIds = dealt->GlobalIds();
-      this->Share(*ranks, *dealt, sharing);
+      this->Cloud.SampleIds = region->GlobalIds();
+      this->Share(*ranks, *region, sharing);
     }
-    this->ReadSurfels(input);
-    std::vector<double> areas(this->Surfels.size());
+    this->ReadKernels(input);
+    std::vector<double> areas(this->Kernels.size());
     for (size_t i = 0; i < areas.size(); ++i)
     {
-      areas[i] = this->Surfels[i].Usable ? this->Surfels[i].Area : 0.0;
-      this->Self->TotalAreaBefore += sharing.Mine.empty() || sharing.Mine[i] ? areas[i] : 0.0;
+      areas[i] = this->Kernels[i].Usable ? this->Kernels[i].Area : 0.0;
+      this->Self->TotalAreaBefore += sharing.IsOwn.empty() || sharing.IsOwn[i] ? areas[i] : 0.0;
     }
-    if (!SolveWeights(this->Cloud, this->Surfels, this->Settings(), ranks ? &sharing : nullptr,
-          StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
+    const WeightSettings settings = this->GetWeightSettings();
+    const WeightProblem problem{ this->Cloud, this->Kernels, settings, ranks ? &sharing : nullptr };
+    if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
     }
     this->WriteAreas(areas, input, result);
-    this->WriteReport(areas, sharing.Mine);
+    this->WriteReport(areas, sharing.IsOwn);
     return true;
   }
 
 private:
   void Share(
-    SurfelSplatting::Ranks& ranks, const PartitionedCloud& dealt, WeightSharing& sharing) const
+    SurfelSplatting::Ranks& ranks, const PartitionedCloud& region, WeightSharing& sharing) const
   {
     for (const vtkIdType id : this->Cloud.InputIds)
     {
-      sharing.Mine.push_back(dealt.IsMine(id) ? 1 : 0);
+      sharing.IsOwn.push_back(region.IsInRegion(id) ? 1 : 0);
     }
-    sharing.Sum = [&ranks](bool good, SumMoments& moments) {
+    sharing.Sum = [&ranks](bool running, SumMoments& moments) {
       SurfelSplatting::Message message;
       SurfelSplatting::Put(moments, message);
       moments = SumMoments();
@@ -103,11 +106,11 @@ private:
       {
         moments.Add(SurfelSplatting::MessageReader(other).Get<SumMoments>());
       }
-      return ranks.All(good);
+      return ranks.All(running);
     };
   }
 
-  WeightSettings Settings() const
+  WeightSettings GetWeightSettings() const
   {
     WeightSettings settings;
     settings.SamplesPerPoint = this->Self->SamplesPerPoint;
@@ -121,12 +124,12 @@ private:
     return settings;
   }
 
-  void ReadSurfels(vtkPolyData* input)
+  void ReadKernels(vtkPolyData* input)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     vtkDataArray* covariances = input->GetPointData()->GetArray(Arrays::Covariance);
     vtkDataArray* twoSided = input->GetPointData()->GetArray(Arrays::TwoSided);
-    this->Surfels.resize(this->Cloud.Size());
+    this->Kernels.resize(this->Cloud.Size());
     vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
@@ -135,8 +138,8 @@ private:
         double covariance[6];
         ReadTuple(areaVectors, id, areaVector);
         ReadTuple(covariances, id, covariance);
-        this->Surfels[i] = MakeWeightSurfel(areaVector, covariance);
-        this->Surfels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
+        this->Kernels[i] = MakeWeightedKernel(areaVector, covariance);
+        this->Kernels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
       }
     });
   }
@@ -148,9 +151,9 @@ private:
     {
       const vtkIdType id = this->Cloud.InputIds[i];
       seen[id] = 1;
-      if (this->Surfels[i].Usable)
+      if (this->Kernels[i].Usable)
       {
-        Store(areas[i] * this->Surfels[i].Normal, result->GetPointer(3 * id));
+        Store(areas[i] * this->Kernels[i].Normal, result->GetPointer(3 * id));
       }
     }
     if (this->Cloud.Duplicates > 0)
@@ -159,16 +162,16 @@ private:
       {
         double p[3];
         input->GetPoint(id, p);
-        if (!seen[id] && std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < LargestCoordinate)
+        if (!seen[id] && std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < CoordinateLimit)
         {
-          Store(Vector3(), result->GetPointer(3 * id));
+          Store(Vector3{}, result->GetPointer(3 * id));
         }
       }
     }
   }
 
-  /// @param mine which surfels count; empty: all
-  void WriteReport(const std::vector<double>& areas, const std::vector<char>& mine)
+  /// @param isOwn whether a surfel is in this process's region and counts; empty: all count
+  void WriteReport(const std::vector<double>& areas, const std::vector<char>& isOwn)
   {
     vtkSurfelNormalization* self = this->Self;
     self->MeanBefore = this->Report.Before.Mean;
@@ -184,18 +187,18 @@ private:
     self->NumberOfUnusableSurfels = this->Cloud.NonFinite;
     for (size_t i = 0; i < areas.size(); ++i)
     {
-      if (!mine.empty() && !mine[i])
+      if (!isOwn.empty() && !isOwn[i])
       {
         continue;
       }
       self->TotalAreaAfter += areas[i];
-      self->NumberOfUnusableSurfels += this->Surfels[i].Usable ? 0 : 1;
+      self->NumberOfUnusableSurfels += this->Kernels[i].Usable ? 0 : 1;
     }
   }
 
   vtkSurfelNormalization* Self;
   LocalCloud Cloud;
-  std::vector<WeightSurfel> Surfels;
+  std::vector<WeightedKernel> Kernels;
   WeightReport Report;
 };
 
@@ -208,14 +211,7 @@ vtkSurfelNormalization::vtkSurfelNormalization()
 vtkSurfelNormalization::~vtkSurfelNormalization() = default;
 
 //------------------------------------------------------------------------------
-void vtkSurfelNormalization::SetController(vtkMultiProcessController* controller)
-{
-  if (this->Controller != controller)
-  {
-    this->Controller = controller;
-    this->Modified();
-  }
-}
+vtkCxxSetSmartPointerMacro(vtkSurfelNormalization, Controller, vtkMultiProcessController);
 
 //------------------------------------------------------------------------------
 vtkMultiProcessController* vtkSurfelNormalization::GetController()
@@ -256,14 +252,14 @@ int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
 int vtkSurfelNormalization::RequestDistributed(
   SurfelSplatting::Ranks& ranks, vtkPolyData* input, vtkPolyData* output)
 {
-  // A process without points need not have the arrays either.
+  // A process without points does not need the arrays.
   const bool isEmpty = input && input->GetNumberOfPoints() == 0;
-  const bool good = isEmpty || this->CheckInput(input);
-  if (!ranks.All(good))
+  const bool isReady = isEmpty || this->CheckInput(input);
+  if (!ranks.All(isReady))
   {
-    if (good)
+    if (isReady)
     {
-      vtkErrorMacro("No surfels were weighted: another process cannot, see its messages.");
+      vtkErrorMacro("No surfels were weighted: another process reported an error.");
     }
     return 0;
   }
@@ -277,21 +273,21 @@ int vtkSurfelNormalization::RequestDistributed(
   {
     arrays.push_back({ Arrays::TwoSided, 1, twoSided });
   }
-  const auto weight = [&](vtkPolyData* dealt) -> vtkSmartPointer<vtkPolyData> {
+  const auto weight = [&](vtkPolyData* region) -> vtkSmartPointer<vtkPolyData> {
     vtkNew<vtkFloatArray> areaVectors;
     Execution execution(this);
     this->ResetReport();
-    if (!execution.Run(dealt, areaVectors, &ranks, &cloud))
+    if (!execution.Run(region, areaVectors, &ranks, &cloud))
     {
       return nullptr;
     }
-    dealt->GetPointData()->AddArray(areaVectors);
-    return dealt;
+    region->GetPointData()->AddArray(areaVectors);
+    return region;
   };
   const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, 0.0, weight);
   if (!surfels)
   {
-    return 1; // stopped by a user: empty output, on all
+    return 1; // stopped by a user: empty output on all processes
   }
   output->ShallowCopy(input);
   WritePartitionedAreas(cloud, surfels, output);
@@ -303,29 +299,34 @@ int vtkSurfelNormalization::RequestDistributed(
 //------------------------------------------------------------------------------
 bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
 {
-  const std::string problem = CheckSurfels(input);
+  std::string problem = CheckSurfels(input);
+  if (problem.empty())
+  {
+    problem = CheckNumberOfPoints(input->GetNumberOfPoints());
+  }
+  if (problem.empty())
+  {
+    problem = CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
+  }
   if (!problem.empty())
   {
     vtkErrorMacro(<< problem);
     return false;
   }
-  if (input->GetNumberOfPoints() > std::numeric_limits<int>::max() / 2)
-  {
-    vtkErrorMacro("The input has " << input->GetNumberOfPoints()
-                                   << " surfels; the neighbour search takes up to "
-                                   << std::numeric_limits<int>::max() / 2 << ". Split the cloud.");
-    return false;
-  }
-  // At the filter's peak, its output included: 271 were measured with 4 million surfels.
-  constexpr double bytesPerPoint = 285.0;
-  const std::string memory = SurfelGeometry::CheckMemory(
-    input->GetNumberOfPoints(), bytesPerPoint, SurfelGeometry::AvailableMemory());
-  if (!memory.empty())
-  {
-    vtkErrorMacro(<< memory);
-    return false;
-  }
   return true;
+}
+
+//------------------------------------------------------------------------------
+void vtkSurfelNormalization::CopySettings(vtkSurfelNormalization* other)
+{
+  this->SetSamplesPerPoint(other->SamplesPerPoint);
+  this->SetNumberOfIterations(other->NumberOfIterations);
+  this->SetNumberOfNeighbors(other->NumberOfNeighbors);
+  this->SetSupport(other->Support);
+  this->SetSampleRadius(other->SampleRadius);
+  this->SetNormalOffset(other->NormalOffset);
+  this->SetMinimumFactor(other->MinimumFactor);
+  this->SetMaximumFactor(other->MaximumFactor);
 }
 
 //------------------------------------------------------------------------------
@@ -347,7 +348,7 @@ void vtkSurfelNormalization::WarnOfTroubles()
   if (this->NumberOfUnusableSurfels > 0 || this->NumberOfDuplicateSurfels > 0)
   {
     vtkWarningMacro(<< this->NumberOfUnusableSurfels
-                    << " surfels left as they were (values not finite, no area or no extent); "
+                    << " surfels left unchanged (values not finite, no area or no extent); "
                     << this->NumberOfDuplicateSurfels
                     << " surfels at the position of another one got the weight 0.");
   }

@@ -5,18 +5,18 @@
  *
  * Scales each SurfelAreaVector by a weight (Documentation/DataContract.md); nothing else of the
  * surfels changes. The weights of Zwicker et al. 2001 and Ren, Pfister and Zwicker 2002 make the
- * sum one at the points. A point sits on the peak of its own kernel, so that such weights lose
- * mass; here the sum is one over the surface: at SamplesPerPoint places about each point, kept
- * where that point is the nearest one, by NumberOfIterations Richardson-Lucy steps. The total of
- * the areas then is the surface's area.
+ * sum one at the points. A point sits on the peak of its own kernel, so such weights lose mass.
+ * Here the sum is one over the surface: at up to SamplesPerPoint samples around each point, those
+ * for which the point is the nearest, by NumberOfIterations Richardson-Lucy steps. The sum of the
+ * areas is then the area of the surface.
  *
- * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), that
- * face the other way, or of which only one is two-sided.
+ * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), those that
+ * face the other way, and pairs of which only one surfel is two-sided.
  *
- * The result does not depend on the number of threads, nor on any cut-off of a renderer. With a
- * controller of several processes all of them weight one cloud's surfels, as vtkSurfelEstimation
- * estimates them; sums are measured over all of it, total areas over a process's
- * region.
+ * The result does not depend on the number of threads, nor on a renderer's cut-off. Several processes
+ * with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation; sums are
+ * measured over the whole cloud, total areas over a process's region. Memory: see
+ * vtkSurfelEstimation.
  *
  * @sa vtkSurfelEstimation
  */
@@ -44,8 +44,8 @@ public:
 
   ///@{
   /**
-   * Samples drawn about each surfel, of which those in its own cell (about one in five) count.
-   * Default 16, range 1 to 256: 8 overestimate the total area by 1 %.
+   * Samples around each surfel; those in its own cell count, about one in five. Default 16, range 1
+   * to 256; 8 samples overestimate the total area by 1 %.
    */
   vtkSetClampMacro(SamplesPerPoint, int, 1, 256);
   vtkGetMacro(SamplesPerPoint, int);
@@ -53,7 +53,7 @@ public:
 
   ///@{
   /**
-   * Richardson-Lucy steps. Default 12, range 0 (which only measures) to 1000.
+   * Number of Richardson-Lucy steps. Default 12, range 0 (only measures) to 1000.
    */
   vtkSetClampMacro(NumberOfIterations, int, 0, 1000);
   vtkGetMacro(NumberOfIterations, int);
@@ -61,8 +61,8 @@ public:
 
   ///@{
   /**
-   * Nearest surfels that are looked at about each surfel. Wider kernels need more: they reach
-   * sqrt(2 Support) standard deviations. Default 24, range 6 to 256.
+   * Number of nearest surfels whose kernels may reach a surfel's samples. Wider kernels need more:
+   * they reach sqrt(2 Support) standard deviations. Default 24, range 6 to 256.
    */
   vtkSetClampMacro(NumberOfNeighbors, int, 6, 256);
   vtkGetMacro(NumberOfNeighbors, int);
@@ -88,7 +88,7 @@ public:
 
   ///@{
   /**
-   * A kernel counts at places up to this many standard deviations off its plane.
+   * A kernel counts at samples up to this many standard deviations off its plane.
    * Default 2, range 0.1 to 100.
    */
   vtkSetClampMacro(NormalOffset, double, 0.1, 100.0);
@@ -97,7 +97,7 @@ public:
 
   ///@{
   /**
-   * Bounds of a surfel's weight, so that borders and outliers stay bounded. Defaults 0.25
+   * Bounds of a surfel's weight, for borders and outliers. Defaults 0.25
    * (range 0 to 1) and 4 (range 1 to 1000).
    */
   vtkSetClampMacro(MinimumFactor, double, 0.0, 1.0);
@@ -105,6 +105,11 @@ public:
   vtkSetClampMacro(MaximumFactor, double, 1.0, 1000.0);
   vtkGetMacro(MaximumFactor, double);
   ///@}
+
+  /**
+   * Takes over all settings of another filter; the controller stays.
+   */
+  void CopySettings(vtkSurfelNormalization* other);
 
   ///@{
   /**
@@ -130,8 +135,8 @@ public:
 
   ///@{
   /**
-   * Samples of the last execution; surfels that took no part and were left as they were (values
-   * not finite, no area, no extent); and surfels whose weight became 0, because another surfel
+   * Of the last execution: samples; surfels that were left unchanged because they are unusable
+   * (values not finite, no area, no extent); and surfels with the weight 0, because another surfel
    * has the same position.
    */
   vtkGetMacro(NumberOfSamples, vtkIdType);
@@ -141,7 +146,7 @@ public:
 
   ///@{
   /**
-   * The processes that have parts of one cloud; see vtkSurfelEstimation::SetController().
+   * The processes that have parts of one cloud, see vtkSurfelEstimation::SetController().
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();

@@ -11,18 +11,20 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Of nobody else's messages.
+/// Tags that no other messages use.
 constexpr int SizeTag = 52601, DataTag = 52602;
 
-/// MPI counts with ints.
+/// MPI counts are ints.
 constexpr std::size_t LargestPiece = std::size_t{ 1 } << 29;
 
-/// A transport that does not work leaves the ranks in different places: nothing goes on from here.
-void Check(int good)
+/// Throws if a message has failed: the ranks are then at different places and cannot go on
+/// together.
+void Check(int succeeded)
 {
-  if (!good)
+  if (!succeeded)
   {
-    throw std::runtime_error("Messages between the processes of a vtkMultiProcessController fail.");
+    throw std::runtime_error(
+      "A message between the processes of the vtkMultiProcessController has failed.");
   }
 }
 }
@@ -63,7 +65,7 @@ void ControllerRanks::Receive(Message& message, int from)
   }
 }
 
-/// In each round every rank has one partner, or none; the lower of both sends first.
+/// In each round every rank has one partner, which may be itself; the lower rank sends first.
 std::vector<Message> ControllerRanks::Exchange(std::vector<Message> messages)
 {
   const int size = this->Size(), rank = this->Rank();

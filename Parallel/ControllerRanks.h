@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The core's ranks as the processes of a vtkMultiProcessController.
+ * Implements the core's Ranks with the processes of a vtkMultiProcessController.
  */
 #pragma once
 

@@ -9,6 +9,8 @@
 
 namespace SurfelSplatting
 {
+constexpr double Pi = 3.14159265358979323846;
+
 using Vector3 = std::array<double, 3>;
 
 inline double Dot(const Vector3& a, const Vector3& b)

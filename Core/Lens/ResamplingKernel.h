@@ -148,8 +148,6 @@ constexpr double GaussianShape = -1.0;
 constexpr double SmoothShape = 16.0;
 constexpr double TentShape = -2.0; ///< of a coarse grid's cells, see Splat.h
 
-constexpr double Pi = 3.14159265358979323846;
-
 /// A kernel as a function of q = x' W^-1 x.
 template <class Real>
 struct KernelProfile

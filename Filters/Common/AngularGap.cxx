@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/AngularGap.h"
 
+#include "Filters/Common/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
 {
-namespace
-{
-constexpr double Pi = 3.14159265358979323846;
-}
-
 void Directions::Clear()
 {
   this->Count = 0;
@@ -19,7 +16,7 @@ void Directions::Clear()
 
 bool Directions::HaveGap()
 {
-  // Such an angle holds at least two whole octants.
+  // Such an angle contains at least two whole octants.
   const unsigned int free = ~this->Octants & 255u;
   if ((free & (free >> 1 | free << 7)) == 0)
   {

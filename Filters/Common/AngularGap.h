@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Directions in a plane, and whether they leave a gap: where a surface may end.
+ * Finds angular gaps between directions in a plane: there a surface may end.
  */
 #pragma once
 
@@ -15,7 +15,7 @@ public:
 
   void Clear();
 
-  /// At most `Most` of them, none of them (0, 0).
+  /// Adds a direction, at most `Most` of them; not (0, 0).
   void Add(float x, float y)
   {
     this->X[this->Count] = x;
@@ -27,13 +27,13 @@ public:
     this->Octants |= 1u << octants[(x < 0.0f ? 1 : 0) | (y < 0.0f ? 2 : 0) | (steep ? 4 : 0)];
   }
 
-  /// Whether there is an angle of more than 3/4 pi without any direction.
+  /// Whether an angle of more than 3/4 pi has no direction in it.
   bool HaveGap();
 
 private:
   float X[Most], Y[Most];
   int Count = 0;
-  unsigned int Octants = 0; // that have a direction
+  unsigned int Octants = 0; // bits of the octants that have a direction
   std::vector<double> Angles;
 };
 }

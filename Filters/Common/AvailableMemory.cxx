@@ -36,7 +36,7 @@ double ReadNumber(const char* path)
   return file >> value ? value : Unknown; // "max" is no number
 }
 
-/// Of control groups, version 2.
+/// What control groups (version 2) leave.
 double GroupMemory()
 {
   const double limit = ReadNumber("/sys/fs/cgroup/memory.max");
@@ -60,9 +60,9 @@ std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   std::ostringstream message;
   message.precision(3);
-  message << points << " points need about " << needed / gibibyte << " GiB of memory, of which "
-          << available / gibibyte << " GiB are free. Thin the cloud out to "
-          << static_cast<vtkIdType>(available / bytesPerPoint) << " points, or cut it in parts.";
+  message << points << " points need about " << needed / gibibyte << " GiB of memory, but only "
+          << available / gibibyte << " GiB are free. Reduce the cloud to "
+          << static_cast<vtkIdType>(available / bytesPerPoint) << " points, or cut it into parts.";
   return message.str();
 }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Whether a cloud fits: better told before minutes of work than by the end of the process.
+ * Checks before minutes of work whether the memory suffices for a cloud.
  */
 #pragma once
 
@@ -10,10 +10,13 @@
 
 namespace SurfelGeometry
 {
-/// Memory that a new array may still take without swapping, bytes: the system's and, where there is
-/// one, that of the control group. Infinity where nobody knows (not Linux).
+/// Memory of vtkSurfelEstimation and of vtkSurfelNormalization, as vtkSurfelEstimation.h says.
+constexpr double BytesPerPoint = 290.0;
+
+/// Memory that can be allocated without swapping, bytes: the smaller one of the system's and the
+/// control group's. Infinity if it is unknown (not on Linux).
 double AvailableMemory();
 
-/// What is wrong if `points` at `bytesPerPoint` do not fit; empty if they do.
+/// An error message if `points` with `bytesPerPoint` do not fit; empty if they do.
 std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available);
 }

@@ -10,6 +10,7 @@
 #include "vtkVariant.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace SurfelGeometry
 {
@@ -19,7 +20,7 @@ std::string CheckSurfels(vtkPolyData* input)
 {
   if (!input)
   {
-    return "No input: connect surfels, as vtkSurfelEstimation makes them.";
+    return "There is no input: connect surfels, for example from vtkSurfelEstimation.";
   }
   const struct
   {
@@ -40,10 +41,18 @@ std::string CheckSurfels(vtkPolyData* input)
     {
       return std::string("The input has no point array \"") + array.Name + "\" of " +
         std::to_string(array.Components) +
-        " components for every point: it is no surfel cloud. Run vtkSurfelEstimation first.";
+        " components for every point, so it has no surfels. Run vtkSurfelEstimation first.";
     }
   }
   return std::string();
+}
+
+std::string CheckNumberOfPoints(vtkIdType points)
+{
+  constexpr vtkIdType most = std::numeric_limits<int>::max() / 2;
+  return points <= most ? std::string()
+                        : "The input has " + std::to_string(points) +
+      " points; the neighbour search takes up to " + std::to_string(most) + ". Split the cloud.";
 }
 
 void ReadOrigin(vtkPointSet* input, double origin[3])

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the filters read of their input and demand of it, and new arrays for their output.
+ * Checks and reads the input of the filters, and makes arrays for their output.
  */
 #pragma once
 
@@ -17,18 +17,21 @@ class vtkPointSet;
 
 namespace SurfelGeometry
 {
-/// Empty where the input holds surfels (Documentation/DataContract.md), else what is wrong and what
-/// to do.
+/// Empty if the input has surfels (Documentation/DataContract.md), else what is wrong and what to
+/// do.
 std::string CheckSurfels(vtkPolyData* input);
 
-/// The field array SurfelOrigin, three values in any shape; 0 where there is none.
+/// Empty if the neighbour search takes this many points, else what is wrong and what to do.
+std::string CheckNumberOfPoints(vtkIdType points);
+
+/// The field array SurfelOrigin, three values in any shape; 0 if there is none.
 void ReadOrigin(vtkPointSet* input, double origin[3]);
 
-/// The point array of a name, where there is one; otherwise active normals, or a point array
-/// "Normals". Null where there is none of three components.
+/// The point array with this name; otherwise the active normals or the point array "Normals". Null
+/// if there is none, or it has not three components.
 vtkDataArray* FindNormals(vtkPointSet* input, const char* name);
 
-/// What was met, how often, for a warning: "3 duplicates dropped; 1 ..."; empty where nothing was.
+/// Lists the counts above 0 for a warning: "3 duplicates dropped; 1 ..."; empty if there are none.
 std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts);
 
 template <typename Array>

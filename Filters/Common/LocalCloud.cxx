@@ -22,11 +22,11 @@ struct KeyedPoint
 bool IsUsable(const double p[3])
 {
   // A comparison with NaN is false.
-  return std::abs(p[0]) < LargestCoordinate && std::abs(p[1]) < LargestCoordinate &&
-    std::abs(p[2]) < LargestCoordinate;
+  return std::abs(p[0]) < CoordinateLimit && std::abs(p[1]) < CoordinateLimit &&
+    std::abs(p[2]) < CoordinateLimit;
 }
 
-/// Puts two zero bits before each of the low 21 bits.
+/// Inserts two zero bits before each of the low 21 bits.
 std::uint64_t SpreadBits(std::uint64_t x)
 {
   x &= 0x1fffff;
@@ -118,7 +118,7 @@ std::vector<vtkIdType> OrderOfKeys(const std::vector<std::uint64_t>& keys)
   {
     keyed[i] = { keys[i], static_cast<vtkIdType>(i) };
   }
-  // A total order: the same result whatever the algorithm and its threads.
+  // A total order: the result does not depend on the algorithm or its threads.
   vtkSMPTools::Sort(keyed.begin(), keyed.end(), [](const KeyedPoint& a, const KeyedPoint& b) {
     return a.Key != b.Key ? a.Key < b.Key : a.Id < b.Id;
   });
@@ -138,7 +138,7 @@ std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upp
   };
   constexpr vtkIdType size = 1 << 16;
   const vtkIdType count = points->GetNumberOfPoints();
-  std::vector<vtkIdType> ids(count); // each piece's own at its beginning, first
+  std::vector<vtkIdType> ids(count); // first each piece's ids at the beginning of its range
   std::vector<Piece> pieces((count + size - 1) / size);
   vtkSMPTools::For(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
     for (; p < last; ++p)
@@ -245,7 +245,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
   const double shift[3] = { inputOrigin[0] - cloud.Origin[0], inputOrigin[1] - cloud.Origin[1],
     inputOrigin[2] - cloud.Origin[2] };
 
-  // Exact duplicates are those of the positions that will be stored.
+  // Duplicates are exact in the positions as stored.
   std::vector<float> positions(3 * ids.size());
   vtkSMPTools::For(0, static_cast<vtkIdType>(ids.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Functions that are compiled twice; the loader takes what the processor has.
+ * Compiles functions twice, with and without AVX2; the loader picks the one for the processor.
  */
 #pragma once
 
-/// Before a function whose loops are over floats in arrays. Not for sanitizers, which are not up
+/// Goes before a function with loops over arrays of floats. Off for sanitizers, which are not ready
 /// when the loader decides.
 #if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
   !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

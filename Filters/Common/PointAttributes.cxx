@@ -18,7 +18,7 @@ using SurfelSplatting::KdTreeOrder;
 
 constexpr std::size_t Grain = 16384;
 
-/// Of an array that is one block of memory, tuple by tuple.
+/// Copies the tuples of an array that is one block of memory.
 void CopyTuples(
   vtkDataArray* source, const KdTreeOrder& order, const Executor& executor, vtkDataArray* array)
 {
@@ -34,7 +34,7 @@ void CopyTuples(
   });
 }
 
-/// A new array with the source's name and the leaves' tuples.
+/// A new array with the source's tuples in the order of the leaves.
 vtkSmartPointer<vtkAbstractArray> Reorder(
   vtkAbstractArray* source, const KdTreeOrder& order, const Executor& executor)
 {
@@ -45,7 +45,7 @@ vtkSmartPointer<vtkAbstractArray> Reorder(
   array->SetNumberOfTuples(static_cast<vtkIdType>(order.Surfels.size()));
   array->CopyComponentNames(source);
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(source);
-  // Bits share bytes, and text is reference-counted memory: these in one thread.
+  // One thread only for bits, which share bytes, and for strings.
   if (numbers && numbers->HasStandardMemoryLayout() && numbers->GetDataType() != VTK_BIT)
   {
     CopyTuples(numbers, order, executor, vtkDataArray::SafeDownCast(array));
@@ -68,7 +68,7 @@ void PassLeafAttributes(
     vtkAbstractArray* source = from->GetAbstractArray(i);
     if (source->GetNumberOfTuples() < input->GetNumberOfPoints())
     {
-      continue; // of something else
+      continue; // not one tuple per point
     }
     const int index = to->AddArray(Reorder(source, order, executor));
     const int attribute = from->IsArrayAnAttribute(i);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Arrays of surfels in the order of a hierarchy's leaves.
+ * Reorders the point arrays of surfels like the leaves of a hierarchy.
  */
 #pragma once
 
@@ -11,7 +11,7 @@ class vtkPolyData;
 
 namespace SurfelGeometry
 {
-/// Passes all point arrays on, in the order of the leaves, as the attributes that they were.
+/// Passes all point arrays in the order of the leaves; active attributes stay active.
 void PassLeafAttributes(vtkPolyData* input, const SurfelSplatting::KdTreeOrder& order,
   const SurfelSplatting::Executor& executor, vtkPolyData* output);
 }

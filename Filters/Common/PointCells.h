@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * One cell with all points of a cloud, which VTK's own mappers need to show them.
+ * Makes the cell that VTK's own mappers need to show the points of a cloud.
  */
 #pragma once
 
@@ -11,7 +11,7 @@ class vtkCellArray;
 
 namespace SurfelGeometry
 {
-/// A polyvertex of points 0 to count - 1, with indices of 32 bits where they suffice; no cell where
+/// One poly-vertex of the points 0 to count - 1, with 32-bit indices if they suffice; no cell if
 /// count is 0.
 vtkSmartPointer<vtkCellArray> MakePointCell(vtkIdType count);
 }

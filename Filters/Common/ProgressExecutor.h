@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The core's loops on vtkSMPTools' threads, with a filter's progress and abort.
+ * Runs the core's loops on vtkSMPTools' threads, with a filter's progress and abort.
  */
 #pragma once
 
@@ -12,15 +12,15 @@
 namespace SurfelGeometry
 {
 /**
- * Runs the loops of one stage of a filter. How many loops there will be is not known: each moves
- * the progress a share of what is left. After an abort all further loops do nothing; the results
- * are of no use then, but nothing is out of bounds.
+ * Runs the loops of one stage of a filter. Their number is unknown, so each one advances the
+ * progress by a share of what is left. After an abort all further loops do nothing: the results are
+ * then useless, but no access is out of bounds.
  */
 class ProgressExecutor : public SurfelSplatting::Executor
 {
 public:
-  explicit ProgressExecutor(const StageProgress& monitor)
-    : Monitor(monitor)
+  explicit ProgressExecutor(const StageProgress& progress)
+    : Progress(progress)
   {
   }
 
@@ -39,7 +39,7 @@ public:
             [&]() { function(static_cast<std::size_t>(first), static_cast<std::size_t>(last)); });
         });
       this->Done += Share * (1.0 - this->Done);
-      this->WasStopped = !this->Monitor.Step(this->Done);
+      this->WasStopped = !this->Progress.Step(this->Done);
     }
     carrier.Rethrow();
   }
@@ -47,7 +47,7 @@ public:
 private:
   static constexpr std::size_t Slices = 8;
   static constexpr double Share = 0.02;
-  StageProgress Monitor;
+  StageProgress Progress;
   mutable double Done = 0.0;
   mutable bool WasStopped = false;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Parallel loops that report progress and stop when the user asks for it.
+ * Parallel loops that report progress, and stop on an abort.
  */
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace SurfelGeometry
 {
-/// Progress of one stage of a filter: the stage's 0..1 is the filter's From..To.
+/// Progress of one stage of a filter: 0..1 of the stage are From..To of the filter.
 class StageProgress
 {
 public:
@@ -23,14 +23,14 @@ public:
   {
   }
 
-  /// The monitor of a part of this stage.
+  /// The progress of a part of this stage.
   StageProgress Part(double from, double to) const
   {
     const double length = this->To - this->From;
     return StageProgress(this->Algorithm, this->From + from * length, this->From + to * length);
   }
 
-  /// Reports how much of the stage is done. Returns false if the user asked to stop.
+  /// Reports the finished fraction of the stage. Returns false on an abort.
   bool Step(double fraction) const
   {
     if (!this->Algorithm)
@@ -46,15 +46,15 @@ public:
   }
 
 private:
-  vtkAlgorithm* Algorithm; // may be null: no reports
+  vtkAlgorithm* Algorithm; // null: no reports
   double From;
   double To;
 };
 
-/// Calls body(begin, end) over [0, count) in parallel. Progress and abort are looked at between
-/// blocks, on the calling thread. Returns false if stopped.
+/// Calls body(begin, end) over [0, count) in parallel. Between blocks, the calling thread reports
+/// progress and checks for an abort. Returns false if stopped.
 template <typename Body>
-bool ParallelFor(vtkIdType count, const StageProgress& monitor, Body&& body)
+bool ParallelFor(vtkIdType count, const StageProgress& progress, Body&& body)
 {
   constexpr vtkIdType block = 1 << 16;
   constexpr vtkIdType grain = 1 << 10;
@@ -62,7 +62,7 @@ bool ParallelFor(vtkIdType count, const StageProgress& monitor, Body&& body)
   {
     const vtkIdType end = std::min(count, begin + block);
     vtkSMPTools::For(begin, end, grain, body);
-    if (!monitor.Step(static_cast<double>(end) / static_cast<double>(count)))
+    if (!progress.Step(static_cast<double>(end) / static_cast<double>(count)))
     {
       return false;
     }

@@ -2,7 +2,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -13,32 +13,30 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Below this ratio of the two larger variances the neighbours are a line: one scan line of a
-/// cloud whose lines are far apart. More neighbours are asked for, to see the next line.
+/// Below this ratio of the two larger variances the neighbours are on a line: one scan line of a
+/// cloud whose lines are far apart. The search then takes more neighbours, to find the next line.
 constexpr double LineRatio = 0.02;
 constexpr int LineGrowth = 4;
 
-/// Below this ratio they are a line even so, and the normal about it is arbitrary.
+/// Below this ratio they are on a line nevertheless, and the normal is arbitrary.
 constexpr double CollinearRatio = 1e-6;
 
-/// A line of points of pitch p gets the area p^2 a point if its variance across is this many
-/// p^2: along, n points have p^2 n^2 / 12, and area = 4 pi sqrt(product) / n gives
-/// 12 / (16 pi^2).
+/// Least variance of the neighbours in p^2, p the distance of the second neighbour. A line of
+/// points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 / 12
+/// along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 
-/// A neighbour is of the same sheet if the normals' cosine is at least this (signed between
-/// one-sided points) and the edge to it climbs no more than this out of the tangent plane (sine).
+/// A neighbour is on the same sheet if the cosine of the normals is at least this (signed between
+/// one-sided points) and the sine of the edge's angle to the tangent plane is at most this.
 constexpr double SheetCosine = 0.3;
 constexpr double SheetClimb = 0.6;
 
-/// A neighbourhood is mixed if this many of the GraphDegree nearest are of another sheet.
+/// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
-constexpr double Pi = 3.14159265358979323846;
-
-/// Covariance of point i and its neighbours, de-meaned, over the number of neighbours: an
-/// unbiased estimate, and with the point itself, which sits in the middle, and the outermost
-/// neighbour, which sits on the rim, exactly r^2/4 an axis in a disc of radius r.
+/// Covariance of point i and its neighbours about their mean, divided by the number of neighbours:
+/// an unbiased estimate. In a disc of radius r, whose centre is the point itself and whose rim the
+/// outermost neighbour is on, it is exactly r^2/4 per axis.
 Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neighbors)
 {
   const Vector3 p = Load(cloud.Position(i));
@@ -47,9 +45,9 @@ Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neig
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   for (const int j : neighbors.Ids)
   {
-    // Differences to the point itself: exact where neighbours are near each other.
+    // Differences to the point itself are exact where neighbours are near each other.
     const Vector3 d = Load(cloud.Position(j)) - p;
-    const Eigen::Vector3d e(d.X, d.Y, d.Z);
+    const Eigen::Vector3d e(d[0], d[1], d[2]);
     sum += e;
     squares.noalias() += e * e.transpose();
   }
@@ -90,7 +88,7 @@ public:
     return fit;
   }
 
-  /// Spacing and extent of point i from the neighbours for which isOfSheet(j).
+  /// Spacing and extent of point i from the neighbours j with isOfSheet(j).
   template <typename Test>
   void Refit(int i, Neighbors& neighbors, PlaneFit& fit, Test&& isOfSheet) const
   {
@@ -127,12 +125,12 @@ private:
       i, growth * this->Settings.Radius, this->Settings.MaximumNumberOfNeighbors, neighbors);
     if (neighbors.Count() < ReachRank)
     {
-      // A radius too small for this place: a plane still needs some points.
+      // The radius is too small here: a plane still needs some points.
       this->Tree.FindNearest(i, ReachRank, neighbors);
     }
   }
 
-  /// The neighbours of the fit, and those that are kept: one query for both.
+  /// Finds the neighbours of the fit and those that are stored, with one query.
   void FindAndKeep(int i, int* graph, Neighbors& neighbors) const
   {
     const int wanted = this->Settings.NumberOfNeighbors;
@@ -177,16 +175,16 @@ private:
     }
   }
 
-  /// Principal variances in the tangent plane, and from them the area per point: k neighbours in
-  /// a disc of radius r have the variance r^2/4, so pi r^2 / k = 4 pi sqrt(lu lv) / k. With the
-  /// mean taken out, this holds within 7 % on borders and corners and in narrow strips as well,
-  /// where pi r^2 / k is wrong by factors.
+  /// Principal variances lu, lv in the tangent plane, and from them the area per point: k
+  /// neighbours in a disc of radius r have the variance r^2/4, so pi r^2 / k = 4 pi sqrt(lu lv) /
+  /// k. About the mean, this also holds within 7 % on borders, corners and narrow strips, where pi
+  /// r^2 / k is wrong by factors.
   void SetExtent(const Eigen::Matrix3d& covariance, const Neighbors& neighbors, PlaneFit& fit) const
   {
     Vector3 u, v;
     TangentFrame(fit.Normal, u, v);
-    const Eigen::Vector3d eu(u.X, u.Y, u.Z);
-    const Eigen::Vector3d ev(v.X, v.Y, v.Z);
+    const Eigen::Vector3d eu(u[0], u[1], u[2]);
+    const Eigen::Vector3d ev(v[0], v[1], v[2]);
     const double uu = eu.dot(covariance * eu);
     const double vv = ev.dot(covariance * ev);
     const double uv = eu.dot(covariance * ev);
@@ -198,7 +196,7 @@ private:
     const int count = neighbors.Count();
     if (count < 3)
     {
-      // One or two points: their distance is all there is. A lone point has no scale at all.
+      // One or two neighbours give only a distance; a single point has no scale at all.
       fit.Degenerate = true;
       fit.Spacing = count > 0 ? fit.Reach : 0.0f;
       fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
@@ -235,9 +233,9 @@ void MakeRound(double spacing, PlaneFit& fit)
   fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
 }
 
-/// A point far from everything would become a giant disc. Far: its reach exceeds `factor` times
-/// the median reach of its neighbours, or factor^2 times that of the whole cloud (a group of
-/// outliers, whose reaches are all large). It gets the median spacing of its neighbours, or of
+/// Finds isolated points, which would become giant discs: their reach exceeds `factor` times the
+/// median reach of their neighbours, or factor^2 times that of the whole cloud (a group of
+/// outliers, whose reaches are all large). They get the median spacing of their neighbours, or of
 /// the cloud.
 class IsolationTest
 {
@@ -255,7 +253,7 @@ public:
     this->MedianSpacing = Median(values);
   }
 
-  /// Spacing to use for an isolated point; negative if it is not isolated.
+  /// The spacing that an isolated point gets; negative if the point is not isolated.
   double Spacing(int i, const int* graph, std::vector<float>& reaches) const
   {
     const PlaneFit& fit = this->Fits[i];
@@ -319,16 +317,18 @@ bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, co
     climb * climb <= SheetClimb * SheetClimb * Dot(d, d);
 }
 
-bool FitSurfels(const LocalCloud& cloud, const NeighborSearch& tree, const FitSettings& settings,
-  const std::vector<float>& given, const StageProgress& monitor, std::vector<PlaneFit>& fits,
+bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
   NeighborGraph& graph)
 {
+  const LocalCloud& cloud = input.Cloud;
+  const FitSettings& settings = input.Settings;
+  const std::vector<float>& given = input.GivenNormals;
   const size_t count = static_cast<size_t>(cloud.Size());
   fits.resize(count);
   graph.Ids.resize(KeptNeighbors * count);
   graph.AreNearest = !settings.UseRadius;
-  const Fitter fitter(cloud, tree, settings);
-  const bool finished = ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+  const Fitter fitter(cloud, input.Tree, settings);
+  const bool finished = ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {
@@ -345,32 +345,33 @@ bool FitSurfels(const LocalCloud& cloud, const NeighborSearch& tree, const FitSe
   {
     if (!(fit.Spacing > 0.0))
     {
-      // A lone point: any radius is as good as another.
+      // A single point: any radius will do.
       MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0, fit);
     }
   }
   return true;
 }
 
-bool RefineExtents(const LocalCloud& cloud, const NeighborSearch& tree, const FitSettings& settings,
-  const std::vector<unsigned char>& twoSided, const NeighborGraph& graph,
-  const StageProgress& monitor, std::vector<PlaneFit>& fits)
+bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
+  const StageProgress& progress, std::vector<PlaneFit>& fits)
 {
+  const LocalCloud& cloud = oriented.Cloud;
+  const std::vector<unsigned char>& twoSided = oriented.TwoSided;
   const auto isOfSheet = [&](int i, int j) {
     return AreOfOneSheet(fits[i], fits[j], twoSided[i] || twoSided[j],
       Load(cloud.Position(j)) - Load(cloud.Position(i)));
   };
-  const Fitter fitter(cloud, tree, settings);
-  return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
+  const Fitter fitter(cloud, oriented.Tree, settings);
+  return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {
       const int self = static_cast<int>(i);
       const auto isOfMySheet = [&](int j) { return isOfSheet(self, j); };
-      const int* nearest = graph.Row(i);
-      const auto others = std::count_if(
+      const int* nearest = oriented.Graph.Row(i);
+      const auto onOtherSheets = std::count_if(
         nearest, nearest + GraphDegree, [&](int j) { return j >= 0 && !isOfMySheet(j); });
-      if (others >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
+      if (onOtherSheets >= MixedNeighbors && !fits[i].Isolated && !fits[i].Degenerate)
       {
         fitter.Refit(self, neighbors, fits[i], isOfMySheet);
       }

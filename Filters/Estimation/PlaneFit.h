@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Common/Vector3.h"
+#include "Filters/Common/VectorMath.h"
 
 #include <cstddef>
 #include <vector>
@@ -24,10 +24,10 @@ struct FitSettings
   double IsolationFactor = 6.0;
 };
 
-/// What the neighbours of one point say. Lengths in world units.
+/// What the neighbours of a point tell about the surface there. Lengths in world units.
 struct PlaneFit
 {
-  Float3 Normal;           // unit; its sign means nothing yet
+  Float3 Normal;           // unit; of arbitrary sign until it is oriented
   Float3 AxisU;            // unit, tangential: direction of the larger variance
   float VarianceU = 0.0f;  // of the neighbours along AxisU, scaled so that
   float VarianceV = 0.0f;  // sqrt(VarianceU VarianceV) = Spacing^2
@@ -39,39 +39,53 @@ struct PlaneFit
   bool Given = false; // the normal was given, not fitted
 };
 
-/// Neighbours per point that are kept, nearest first, and how many of them make the graph over
+/// Number of neighbours stored for each point, and how many of these are edges of the graph over
 /// which signs are propagated.
 constexpr int KeptNeighbors = 20;
 constexpr int GraphDegree = 12;
 
-/// [KeptNeighbors * n] ids, -1 where there are fewer.
+/// The stored neighbours of all points, nearest first.
 struct NeighborGraph
 {
-  std::vector<int> Ids;
-  bool AreNearest = false; ///< a row holds the KeptNeighbors nearest ones, or all there are
+  std::vector<int> Ids;    // [KeptNeighbors * n], -1 where a point has fewer
+  bool AreNearest = false; // rows have the nearest points; else those within a radius
 
   const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
   int* Row(size_t i) { return this->Ids.data() + KeptNeighbors * i; }
 };
 
-/// The neighbour whose distance tells whether a point is far from everything.
+/// Rank of the neighbour whose distance decides whether a point is isolated.
 constexpr int ReachRank = 6;
 
-/// Whether two points whose difference is d can be of one sheet: normals that agree (up to sign
-/// where eitherTwoSided), and an edge that does not climb out of the tangent plane.
+/// Whether two points whose difference is d can be on the same sheet of surface: their normals
+/// agree (up to sign if eitherTwoSided), and d does not leave a's tangent plane by much.
 bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d);
 
-/// Fits all points. `given`: [3n] normals, (0, 0, 0) where a point has none; empty = none at all.
-/// Returns false if stopped.
-bool FitSurfels(const LocalCloud& cloud, const NeighborSearch& tree, const FitSettings& settings,
-  const std::vector<float>& given, const StageProgress& monitor, std::vector<PlaneFit>& fits,
+/// What planes are fitted to.
+struct FitInput
+{
+  const LocalCloud& Cloud;
+  const NeighborSearch& Tree;
+  const FitSettings& Settings;
+  const std::vector<float>& GivenNormals; // [3n], (0, 0, 0) where a point has none; or empty
+};
+
+/// Fits all points. Returns false if stopped.
+bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
   NeighborGraph& graph);
 
-/// Measures spacing and extent again, from neighbours on the same sheet only, where the normals
-/// (now known, and turned) say that the neighbours are of more than one: both sides of a thin
-/// plate, or where surfaces cross. Without it the points of the other sheet count as density.
-/// Returns false if stopped.
-bool RefineExtents(const LocalCloud& cloud, const NeighborSearch& tree, const FitSettings& settings,
-  const std::vector<unsigned char>& twoSided, const NeighborGraph& graph,
-  const StageProgress& monitor, std::vector<PlaneFit>& fits);
+/// A cloud after orientation: it is known which neighbours are on the same sheet.
+struct OrientedCloud
+{
+  const LocalCloud& Cloud;
+  const NeighborSearch& Tree;
+  const NeighborGraph& Graph;
+  const std::vector<unsigned char>& TwoSided; // [n]
+};
+
+/// Measures spacing and extent again, from neighbours on the same sheet, at points whose neighbours
+/// are on more than one: on thin plates, and where surfaces cross. Otherwise the points of the
+/// other sheet would count as density. Returns false if stopped.
+bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
+  const StageProgress& progress, std::vector<PlaneFit>& fits);
 }

@@ -3,7 +3,7 @@
 
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <array>
@@ -14,20 +14,18 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
-/// Neighbours whose bisectors may bound a cell: in a random sampling a cell has 6 on average and
-/// hardly ever one that is not among the 20 nearest.
+/// Neighbours whose bisectors may bound a cell. In a random sampling a cell has 6 on average,
+/// hardly ever one that is not among the 20 nearest points.
 constexpr int CellNeighbors = KeptNeighbors;
 
-/// Cells end at this many spacings, where a point has no neighbours on one side.
+/// Cells reach this many spacings at most, on sides without neighbours.
 constexpr double CellReach = 2.0;
 constexpr int ReachCorners = 12;
 
-/// The surface ends where the areas about, smoothed by a Gaussian of this many spacings, cover half
-/// of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx, SetExtent),
-/// hence 0.57 instead of 0.5: squares of regular, jittered and random points then get their area
-/// within 0.3 %.
+/// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
+/// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx,
+/// SetExtent), hence 0.57 instead of 0.5: squares of regular, jittered and random points then get
+/// their area within 0.3 %.
 constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.57;
 constexpr int BorderSteps = 12;
@@ -37,7 +35,7 @@ struct Point2
   float X, Y;
 };
 
-/// A convex polygon that is cut by half-planes. Lengths in spacings of its point.
+/// A convex polygon, cut by half-planes. Lengths in spacings of its point.
 class Polygon
 {
 public:
@@ -53,7 +51,7 @@ public:
     this->Measure();
   }
 
-  /// Keeps what has n.x <= d.
+  /// Keeps the part with n.x <= d.
   void Cut(float nx, float ny, float d)
   {
     float distances[MostCorners];
@@ -97,7 +95,7 @@ public:
   }
 
 private:
-  /// A cut adds a corner at most; all neighbours cut, and the border.
+  /// A cut adds one corner at most; all neighbours and the border may cut.
   static constexpr int MostCorners = ReachCorners + CellNeighbors + 2;
 
   static std::array<Point2, ReachCorners> UnitCorners()
@@ -115,8 +113,8 @@ private:
 
   int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
 
-  /// Where the edge from corner a to corner b is cut. Within the edge: where rounding has left the
-  /// polygon not quite convex, both ends may be on one side, and the line far beyond them.
+  /// The point where the edge from corner a to corner b is cut. It is clamped to the edge: after
+  /// rounding the polygon may be not quite convex and both ends on one side of a line far away.
   Point2 Between(int a, int b, const float* distances) const
   {
     const float along = distances[a] / (distances[a] - distances[b]);
@@ -125,7 +123,7 @@ private:
       this->Y[a] + t * (this->Y[b] - this->Y[a]) };
   }
 
-  /// What is cut of a convex polygon is one run of `cut` corners: two take its place.
+  /// A half-plane cuts off one run of `cut` corners; two new corners replace it.
   void Replace(const float* distances, int cut)
   {
     int last = 0; // before the run
@@ -139,7 +137,7 @@ private:
     const Point2 a = this->Between(last, run, distances);
     const Point2 b = this->Between(end, after, distances);
     const int kept = this->Count - cut;
-    if (after <= last) // the run goes past the end, or to it
+    if (after <= last) // the run reaches the end or wraps around
     {
       std::copy(this->X + after, this->X + after + kept, this->X);
       std::copy(this->Y + after, this->Y + after + kept, this->Y);
@@ -202,12 +200,11 @@ void CutCell(const FlatSheet& sheet, Polygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(const LocalCloud& cloud, const NeighborSearch& tree, const NeighborGraph& graph,
-    const std::vector<unsigned char>& twoSided, const std::vector<PlaneFit>& fits)
-    : Cloud(cloud)
-    , Tree(tree)
-    , Graph(graph)
-    , TwoSided(twoSided)
+  CellMeasurer(const OrientedCloud& oriented, const std::vector<PlaneFit>& fits)
+    : Cloud(oriented.Cloud)
+    , Tree(oriented.Tree)
+    , Graph(oriented.Graph)
+    , TwoSided(oriented.TwoSided)
     , Fits(fits)
   {
   }
@@ -250,8 +247,8 @@ public:
   }
 
 private:
-  /// Neighbours of one's own sheet in the tangent plane, nearest first, at their distance in space:
-  /// the plane is unrolled around the point, so that a thin tube's far points do not come too near.
+  /// Maps the neighbours on the same sheet to the tangent plane, at their distance in space: the
+  /// surface is unrolled, so that far points of a thin tube do not come too near.
   void Unfold(int i, const Vector3& u, const Vector3& v)
   {
     const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
@@ -284,7 +281,7 @@ private:
     }
   }
 
-  /// Where all neighbours are on one side: cuts the cell where the surface ends on the other.
+  /// If all neighbours are on one side, cuts the cell where the surface ends on the other.
   void CutAtBorder()
   {
     const FlatSheet& sheet = this->Sheet;
@@ -317,7 +314,7 @@ private:
       static_cast<float>(std::max(inside, 0.05)));
   }
 
-  /// Share of the plane that the areas about cover at a place.
+  /// Share of the plane around (x, y) that the surrounding areas cover.
   double Coverage(double x, double y) const
   {
     const FlatSheet& sheet = this->Sheet;
@@ -343,13 +340,12 @@ private:
 };
 }
 
-bool MeasureCells(const LocalCloud& cloud, const NeighborSearch& tree, const NeighborGraph& graph,
-  const std::vector<unsigned char>& twoSided, const std::vector<PlaneFit>& fits,
-  const StageProgress& monitor, std::vector<VoronoiCell>& cells)
+bool MeasureCells(const OrientedCloud& oriented, const std::vector<PlaneFit>& fits,
+  const StageProgress& progress, std::vector<VoronoiCell>& cells)
 {
   cells.resize(fits.size());
-  return ParallelFor(cloud.Size(), monitor, [&](vtkIdType begin, vtkIdType end) {
-    CellMeasurer measurer(cloud, tree, graph, twoSided, fits);
+  return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+    CellMeasurer measurer(oriented, fits);
     for (vtkIdType i = begin; i < end; ++i)
     {
       cells[i] = measurer.Measure(static_cast<int>(i));

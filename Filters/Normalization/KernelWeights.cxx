@@ -15,24 +15,21 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
-/// Sums of weights below this are treated as this: it bounds one step of the iteration.
+/// Lower bound of a sum of kernels that is divided by: it bounds one step of the iteration.
 constexpr double SmallestSum = 1e-3;
 
-/// The iteration ends where a step has taken less than 2 % off the standard deviation of the sums:
-/// from there on it fits the samples rather than the surface. Sums at other samples of a sphere of
-/// random points, whose cells start at 0.128, were at 0.126 after 1 to 4 steps and at 0.127
-/// after 12.
+/// The iteration ends when a step reduces the standard deviation of the sums by less than 2 %: from
+/// there on it fits the samples rather than the surface. On a sphere of random points, the
+/// deviation at other samples was 0.128 at first, 0.126 after 1 to 4 steps and 0.127 after 12.
 constexpr double LeastProgress = 0.98;
 
-/// Numerators are summed as integers of this unit: the order of the sum does not matter then.
+/// Unit of the fixed-point numerators: integer sums do not depend on the order.
 constexpr double FixedPoint = 1.0 / 4294967296.0;
 constexpr double LargestTerm = 65536.0;
 
 using Blocks = std::vector<SampleBlock>;
 
-/// Per surfel sum over the samples of a term, in fixed point: the same in any order.
+/// For each surfel a sum over the samples in fixed point: the same in any order.
 class FixedSums
 {
 public:
@@ -106,10 +103,10 @@ SumStatistics Statistics(const SumMoments& all, WeightReport& report)
   return result;
 }
 
-/// Terms of one block: sums_i += w_j K_ji d_j / s_j with d_j = 1 on the surface and 0 beyond its
-/// border; or w_j K_ji if `areas` is null.
-/// @param own [SampleBlockSize] of the block's own surfels, most terms: these need no atomic
-/// addition
+/// Adds the terms of one block: sums_i += w_j K_ji d_j / s_j with d_j = 1 on the surface and 0
+/// beyond its border; or w_j K_ji if `areas` is null.
+/// @param own [SampleBlockSize] scratch for the block's own surfels, which get most terms: these
+/// need no atomic addition
 void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vector<double>* areas,
   std::vector<std::int64_t>& own, FixedSums& sums, SumMoments& statistics)
 {
@@ -146,7 +143,7 @@ void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vecto
   }
 }
 
-/// @param statistics of the sums at the given areas, block by block
+/// @param statistics of the sums with the given areas, for each block
 void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSums& sums,
   std::vector<SumMoments>& statistics)
 {
@@ -181,16 +178,18 @@ SumMoments Measure(const Blocks& blocks, const std::vector<double>& areas)
   return Total(statistics);
 }
 
-void Step(const std::vector<WeightSurfel>& surfels, const WeightSettings& settings,
-  const FixedSums& denominators, const FixedSums& numerators, std::vector<double>& areas)
+void Step(const WeightProblem& problem, const FixedSums& denominators, const FixedSums& numerators,
+  std::vector<double>& areas)
 {
+  const std::vector<WeightedKernel>& kernels = problem.Kernels;
+  const WeightSettings& settings = problem.Settings;
   vtkSMPTools::For(0, static_cast<vtkIdType>(areas.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
       const double denominator = denominators.Get(i);
       if (denominator > 0.0)
       {
-        const double start = surfels[i].Area;
+        const double start = kernels[i].Area;
         areas[i] = std::clamp(areas[i] * numerators.Get(i) / denominator,
           settings.MinimumFactor * start, settings.MaximumFactor * start);
       }
@@ -199,64 +198,65 @@ void Step(const std::vector<WeightSurfel>& surfels, const WeightSettings& settin
 }
 }
 
-WeightSurfel MakeWeightSurfel(const double areaVector[3], const double covariance[6])
+WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covariance[6])
 {
-  WeightSurfel surfel{};
+  WeightedKernel kernel{};
   const Vector3 area{ areaVector[0], areaVector[1], areaVector[2] };
   const Vector3 normal = Normalized(area, { 0.0, 0.0, 1.0 });
-  surfel.Area = static_cast<float>(Length(area));
-  surfel.Normal = normal;
+  kernel.Area = static_cast<float>(Norm(area));
+  kernel.Normal = normal;
   Vector3 u, v;
   TangentFrame(normal, u, v);
   const double* s = covariance;
   const auto apply = [s](const Vector3& a) {
-    return Vector3{ s[0] * a.X + s[3] * a.Y + s[5] * a.Z, s[3] * a.X + s[1] * a.Y + s[4] * a.Z,
-      s[5] * a.X + s[4] * a.Y + s[2] * a.Z };
+    return Vector3{ s[0] * a[0] + s[3] * a[1] + s[5] * a[2],
+      s[3] * a[0] + s[1] * a[1] + s[4] * a[2], s[5] * a[0] + s[4] * a[1] + s[2] * a[2] };
   };
   const double uu = Dot(u, apply(u));
   const double uv = Dot(u, apply(v));
   const double vv = Dot(v, apply(v));
   const double determinant = uu * vv - uv * uv;
-  surfel.Usable = surfel.Area > 0.0 && uu > 0.0 && determinant > 0.0 &&
-    std::isfinite(surfel.Area) && std::isfinite(determinant);
-  if (surfel.Usable)
+  kernel.Usable = kernel.Area > 0.0 && uu > 0.0 && determinant > 0.0 &&
+    std::isfinite(kernel.Area) && std::isfinite(determinant);
+  if (kernel.Usable)
   {
     // y' S^-1 y = x^2 / uu + (y - x uv / uu)^2 uu / det: Cholesky's factors of the inverse.
-    surfel.B1 = (1.0 / std::sqrt(uu)) * u;
-    surfel.B2 = std::sqrt(uu / determinant) * (v - (uv / uu) * u);
-    surfel.Peak = static_cast<float>(1.0 / (2.0 * Pi * std::sqrt(determinant)));
-    surfel.Sigma = static_cast<float>(std::sqrt(std::sqrt(determinant)));
+    kernel.B1 = (1.0 / std::sqrt(uu)) * u;
+    kernel.B2 = std::sqrt(uu / determinant) * (v - (uv / uu) * u);
+    kernel.Peak = static_cast<float>(1.0 / (2.0 * Pi * std::sqrt(determinant)));
+    kernel.Sigma = static_cast<float>(std::sqrt(std::sqrt(determinant)));
     // Kernels are floats: peaks, 1 / area, end at 3e38.
-    surfel.Usable = std::isfinite(surfel.Peak) && surfel.Sigma > 0.0f;
+    kernel.Usable = std::isfinite(kernel.Peak) && kernel.Sigma > 0.0f;
   }
-  return surfel;
+  return kernel;
 }
 
-bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const WeightSharing* sharing, const StageProgress& monitor,
+bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   std::vector<double>& areas, WeightReport& report)
 {
-  const auto share = [sharing](bool good, SumMoments& moments) {
-    return sharing ? sharing->Sum(good, moments) : good;
+  const WeightSharing* sharing = problem.Sharing;
+  const int iterations = problem.Settings.NumberOfIterations;
+  const auto share = [sharing](bool running, SumMoments& moments) {
+    return sharing ? sharing->Sum(running, moments) : running;
   };
   Blocks blocks;
-  bool good = MakeSamples(cloud, surfels, settings, sharing, monitor.Part(0.0, 0.5), blocks);
+  bool running = MakeSamples(problem, progress.Part(0.0, 0.5), blocks);
   SumMoments moments;
-  if (!share(good, moments))
+  if (!share(running, moments))
   {
     return false;
   }
-  // A point or two: no place is known to be surface, and there is nothing to normalize.
+  // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
   Accumulate(blocks, nullptr, denominators, statistics);
   FixedSums numerators(areas.size());
   double last = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < settings.NumberOfIterations; ++step)
+  for (int step = 0; step < iterations; ++step)
   {
     Accumulate(blocks, &areas, numerators, statistics);
     moments = Total(statistics);
-    if (!share(good, moments))
+    if (!share(running, moments))
     {
       return false;
     }
@@ -267,23 +267,23 @@ bool SolveWeights(const LocalCloud& cloud, const std::vector<WeightSurfel>& surf
       break;
     }
     last = now.StandardDeviation;
-    Step(surfels, settings, denominators, numerators, areas);
-    good = monitor.Step(0.5 + 0.5 * (step + 1) / settings.NumberOfIterations);
-    if (!good && !sharing)
+    Step(problem, denominators, numerators, areas);
+    running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
+    if (!running && !sharing)
     {
       return false;
     }
   }
   moments = Measure(blocks, areas);
-  if (!share(good, moments))
+  if (!share(running, moments))
   {
     return false;
   }
   report.After = Statistics(moments, report);
-  if (settings.NumberOfIterations == 0)
+  if (iterations == 0)
   {
     report.Before = report.After;
   }
-  return monitor.Step(1.0);
+  return progress.Step(1.0);
 }
 }

@@ -4,7 +4,7 @@
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +14,12 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
-
-/// Near a border, the surface ends where the areas about, smoothed by a Gaussian of this many
+/// Near a border, the surface ends where the surrounding areas, smoothed by a Gaussian of this many
 /// spacings, cover half of the plane: at the edge of the outermost cells.
 constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.5;
 
-/// Of the golden angle, 2.39996322972865332.
+/// Cosine and sine of the golden angle, 2.39996322972865332.
 constexpr double GoldenCosine = -0.737368878078319730, GoldenSine = 0.675490294261523930;
 
 /// The exponent of a kernel that does not reach a sample.
@@ -36,19 +34,19 @@ double Hash(std::uint64_t x)
   return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
 }
 
-/// Whether two surfels can be of one sheet.
-bool AreCompatible(const WeightSurfel& a, const WeightSurfel& b)
+/// Whether two surfels can be on the same sheet of surface.
+bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
 {
   return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
 }
 
-/// The owner's sheet, itself first, then nearest first, field by field: what a loop takes all of.
-/// Lengths from the owner and in units of its spacing. Full vectors: beyond Count, surfels that
-/// are nowhere near and reach nothing.
+/// The owner and its neighbours on the same sheet, nearest first, as a structure of arrays for SIMD
+/// loops. Positions relative to the owner, lengths in units of its spacing. Beyond Count the arrays
+/// are padded to full vectors with kernels that reach nothing.
 struct Sheet
 {
   static constexpr int Lanes = 16;
-  static constexpr int Most = Directions::Most + Lanes; // neighbours, the owner, and full vectors
+  static constexpr int Most = Directions::Most + Lanes; // neighbours, the owner and padding
 
   int Count;
   int Ids[Most];
@@ -68,8 +66,8 @@ struct Sheet
   alignas(64) float Climb[Most];
   float Peak[Most];
 
-  /// @param at in units of `spacing`, world units
-  void Add(int id, const Float3& at, const WeightSurfel& surfel, float spacing, float climb)
+  /// @param at in units of `spacing`, which is in world units
+  void Add(int id, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
   {
     const int k = this->Count++;
     this->Ids[k] = id;
@@ -77,21 +75,21 @@ struct Sheet
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
     this->Squared[k] = at.X * at.X + at.Y * at.Y + at.Z * at.Z;
-    this->B1X[k] = spacing * surfel.B1.X;
-    this->B1Y[k] = spacing * surfel.B1.Y;
-    this->B1Z[k] = spacing * surfel.B1.Z;
-    this->B2X[k] = spacing * surfel.B2.X;
-    this->B2Y[k] = spacing * surfel.B2.Y;
-    this->B2Z[k] = spacing * surfel.B2.Z;
-    this->NX[k] = surfel.Normal.X;
-    this->NY[k] = surfel.Normal.Y;
-    this->NZ[k] = surfel.Normal.Z;
-    this->Climb[k] = climb * surfel.Sigma / spacing;
-    this->Peak[k] = surfel.Peak;
+    this->B1X[k] = spacing * kernel.B1.X;
+    this->B1Y[k] = spacing * kernel.B1.Y;
+    this->B1Z[k] = spacing * kernel.B1.Z;
+    this->B2X[k] = spacing * kernel.B2.X;
+    this->B2Y[k] = spacing * kernel.B2.Y;
+    this->B2Z[k] = spacing * kernel.B2.Z;
+    this->NX[k] = kernel.Normal.X;
+    this->NY[k] = kernel.Normal.Y;
+    this->NZ[k] = kernel.Normal.Z;
+    this->Climb[k] = climb * kernel.Sigma / spacing;
+    this->Peak[k] = kernel.Peak;
   }
 
-  /// After the last Add.
-  void FillUp()
+  /// Pads to full vectors; call after the last Add.
+  void Pad()
   {
     for (int k = this->Count; k % Lanes != 0; ++k)
     {
@@ -103,38 +101,39 @@ struct Sheet
   }
 };
 
-/// Places of some samples, in units of the owner's spacing.
-struct Places
+/// Positions of some samples, in units of the owner's spacing.
+struct SamplePositions
 {
   static constexpr int Most = 16;
 
   alignas(64) float X[Most];
   alignas(64) float Y[Most];
   alignas(64) float Z[Most];
-  alignas(64) int Nearer[Most]; // whether another surfel of the sheet is nearer than the owner
+  alignas(64) int Nearer[Most]; // 1: another surfel of the sheet is nearer than the owner
 };
 
-/// @param squaredReach of the places
-SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, Places& places)
+/// @param squaredReach largest squared distance of a position from the owner
+SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePositions& positions)
 {
-  for (int lane = 0; lane < Places::Most; ++lane)
+  for (int lane = 0; lane < SamplePositions::Most; ++lane)
   {
-    places.Nearer[lane] = 0;
+    positions.Nearer[lane] = 0;
   }
-  // What is twice as far from the owner as a sample cannot be nearer to the sample.
+  // A surfel twice as far from the owner as a sample cannot be nearer to the sample.
   for (int k = 1; k < s.Count && s.Squared[k] < 4.0f * squaredReach; ++k)
   {
     const float x = 2.0f * s.X[k], y = 2.0f * s.Y[k], z = 2.0f * s.Z[k], squared = s.Squared[k];
-    for (int lane = 0; lane < Places::Most; ++lane)
+    for (int lane = 0; lane < SamplePositions::Most; ++lane)
     {
       // |at - x|^2 < |at|^2
-      const float twice = places.X[lane] * x + places.Y[lane] * y + places.Z[lane] * z;
-      places.Nearer[lane] |= squared < twice ? 1 : 0;
+      const float twice = positions.X[lane] * x + positions.Y[lane] * y + positions.Z[lane] * z;
+      positions.Nearer[lane] |= squared < twice ? 1 : 0;
     }
   }
 }
 
-/// Exponents |B y|^2 / 2 of the sheet's kernels at a sample; Far where it is off a kernel's plane.
+/// Exponents |B y|^2 / 2 of the sheet's kernels at a sample; Far if it is too far off a kernel's
+/// plane.
 SURFEL_MULTIVERSION void FindExponents(
   const Sheet& s, const Float3& at, float* __restrict exponents)
 {
@@ -153,44 +152,43 @@ SURFEL_MULTIVERSION void FindExponents(
   }
 }
 
-/// Makes the samples of one surfel after the other.
+/// Makes the samples of one surfel after another.
 class Sampler
 {
 public:
-  Sampler(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-    const WeightSettings& settings, const NeighborSearch& tree)
-    : Cloud(cloud)
-    , Surfels(surfels)
-    , Settings(settings)
+  Sampler(const WeightProblem& problem, const NeighborSearch& tree)
+    : Cloud(problem.Cloud)
+    , Kernels(problem.Kernels)
+    , Settings(problem.Settings)
     , Tree(tree)
     // Unit mass within the support.
-    , KernelScale(static_cast<float>(1.0 / (1.0 - std::exp(-settings.Support))))
+    , KernelScale(static_cast<float>(1.0 / (1.0 - std::exp(-problem.Settings.Support))))
   {
   }
 
   void Sample(int owner, SampleBlock& block)
   {
-    const WeightSurfel& surfel = this->Surfels[owner];
-    if (!surfel.Usable)
+    const WeightedKernel& kernel = this->Kernels[owner];
+    if (!kernel.Usable)
     {
       return;
     }
     Vector3 u, v;
-    TangentFrame(surfel.Normal, u, v);
-    this->Spacing = std::sqrt(surfel.Area);
+    TangentFrame(kernel.Normal, u, v);
+    this->Spacing = std::sqrt(kernel.Area);
     const bool border = this->Gather(owner, u, v);
     const double radius = this->Settings.SampleRadius;
     const int count = this->Settings.SamplesPerPoint;
-    const float weight = static_cast<float>(Pi * radius * radius * surfel.Area / count);
-    // By the input's id, so that the samples do not depend on where the cloud lies.
+    const float weight = static_cast<float>(Pi * radius * radius * kernel.Area / count);
+    // Seeded by the input's id, so that the samples do not depend on where the cloud lies.
     const auto seed = static_cast<std::uint64_t>(this->Cloud.SampleId(owner));
     const double turn = 2.0 * Pi * Hash(2 * seed);
     const double shift = Hash(2 * seed + 1);
-    // Vogel's disc: equal areas, golden angle.
+    // Vogel's spiral: equal areas, golden angle.
     double cosine = std::cos(turn), sine = std::sin(turn);
-    for (int first = 0; first < count; first += Places::Most)
+    for (int first = 0; first < count; first += SamplePositions::Most)
     {
-      const int last = std::min(count, first + Places::Most);
+      const int last = std::min(count, first + SamplePositions::Most);
       for (int s = first; s < last; ++s)
       {
         const double r = radius * std::sqrt((s + shift) / count);
@@ -218,8 +216,8 @@ public:
 private:
   void Add(const Float3& at, float weight, bool border, SampleBlock& block)
   {
-    // Beyond the border the sum should be 0. Without samples there, it would be 1 up to the
-    // very edge, at the price of a rim of surfels that are too heavy.
+    // Beyond the border the wanted sum is 0. Without samples there, the sum would be 1 up to the
+    // very edge, and the surfels of the rim would be too heavy.
     block.Inside.push_back(
       !border || this->Coverage(at) >= BorderCoverage ? CountedSample : char{ 0 });
     this->AddEntries(at, block);
@@ -229,15 +227,15 @@ private:
 
   void AddToSheet(int id, const Float3& at)
   {
-    this->Near.Add(id, at, this->Surfels[id], static_cast<float>(this->Spacing),
+    this->Near.Add(id, at, this->Kernels[id], static_cast<float>(this->Spacing),
       static_cast<float>(this->Settings.NormalOffset));
   }
 
-  /// Finds the owner's sheet around it; returns whether it may lie on a border: of 24 random
-  /// neighbours inside a surface, one point in 2000 has such a gap.
+  /// Finds the owner's sheet. Returns whether the owner may lie on a border: with 24 random
+  /// neighbours, one point in 2000 inside a surface has such a gap.
   bool Gather(int owner, const Float3& u, const Float3& v)
   {
-    const WeightSurfel& surfel = this->Surfels[owner];
+    const WeightedKernel& kernel = this->Kernels[owner];
     const Vector3 p = Load(this->Cloud.Position(owner));
     const double inverse = 1.0 / this->Spacing;
     this->Tree.FindNearest(owner, this->Settings.NumberOfNeighbors, this->Found);
@@ -246,24 +244,24 @@ private:
     this->AddToSheet(owner, Float3());
     for (const int j : this->Found.Ids)
     {
-      if (!this->Surfels[j].Usable || !AreCompatible(surfel, this->Surfels[j]))
+      if (!this->Kernels[j].Usable || !AreCompatible(kernel, this->Kernels[j]))
       {
         continue;
       }
       const Float3 at = inverse * (Load(this->Cloud.Position(j)) - p);
       this->AddToSheet(j, at);
       const float x = SingleDot(at, u), y = SingleDot(at, v);
-      const float climb = SingleDot(at, surfel.Normal);
+      const float climb = SingleDot(at, kernel.Normal);
       if (x * x + y * y > climb * climb)
       {
         this->Around.Add(x, y);
       }
     }
-    this->Near.FillUp();
+    this->Near.Pad();
     return this->Around.HaveGap();
   }
 
-  /// Share of the plane that the areas of the sheet cover about a place.
+  /// Share of the plane around a position that the areas of the sheet cover.
   double Coverage(const Float3& at) const
   {
     const Sheet& s = this->Near;
@@ -272,7 +270,7 @@ private:
     for (int k = 0; k < s.Count; ++k)
     {
       const double x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
-      sum += this->Surfels[s.Ids[k]].Area * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
+      sum += this->Kernels[s.Ids[k]].Area * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
     }
     return sum / (2.0 * Pi * variance * this->Spacing * this->Spacing);
   }
@@ -287,7 +285,7 @@ private:
     block.Kernels.resize(first + s.Count);
     int* ids = block.Ids.data() + first;
     float* kernels = block.Kernels.data() + first;
-    // Not a branch: whether a kernel reaches a sample is hard to foretell.
+    // Branch-free: whether a kernel reaches a sample is hard to predict.
     int count = 0;
     for (int k = 0; k < s.Count; ++k)
     {
@@ -305,33 +303,34 @@ private:
   }
 
   const LocalCloud& Cloud;
-  const std::vector<WeightSurfel>& Surfels;
+  const std::vector<WeightedKernel>& Kernels;
   const WeightSettings& Settings;
   const NeighborSearch& Tree;
   float KernelScale;
-  double Spacing = 1.0; // of the owner
+  double Spacing = 1.0; // the owner's
   Neighbors Found;
   Sheet Near;
-  Places At{};
+  SamplePositions At{};
   alignas(64) float Exponents[Sheet::Most];
   Directions Around;
 };
 }
 
-bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const WeightSharing* sharing, const StageProgress& monitor,
-  std::vector<SampleBlock>& blocks)
+bool MakeSamples(
+  const WeightProblem& problem, const StageProgress& progress, std::vector<SampleBlock>& blocks)
 {
+  const LocalCloud& cloud = problem.Cloud;
+  const WeightSharing* sharing = problem.Sharing;
   const NeighborSearch tree(cloud.Positions.data(), cloud.Size());
   const vtkIdType count = cloud.Size();
   blocks.resize((count + SampleBlockSize - 1) / SampleBlockSize);
   const vtkIdType blockCount = static_cast<vtkIdType>(blocks.size());
-  constexpr vtkIdType stride = 32; // blocks between two looks at abort
+  constexpr vtkIdType stride = 32; // blocks between two checks for an abort
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
     vtkSMPTools::For(first, last, 1, [&](vtkIdType begin, vtkIdType end) {
-      Sampler sampler(cloud, surfels, settings, tree);
+      Sampler sampler(problem, tree);
       SampleBlock block;
       for (vtkIdType b = begin; b < end; ++b)
       {
@@ -340,16 +339,16 @@ bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfe
         {
           const std::size_t before = block.Count();
           sampler.Sample(static_cast<int>(i), block);
-          if (sharing && !sharing->Mine[static_cast<std::size_t>(i)])
+          if (sharing && !sharing->IsOwn[static_cast<std::size_t>(i)])
           {
             std::replace(block.Inside.begin() + static_cast<std::ptrdiff_t>(before),
-              block.Inside.end(), CountedSample, GuestSample);
+              block.Inside.end(), CountedSample, HaloSample);
           }
         }
-        blocks[b] = block; // without the room that it grew into
+        blocks[b] = block; // the copy has no spare capacity
       }
     });
-    if (!monitor.Step(static_cast<double>(last) / blockCount))
+    if (!progress.Step(static_cast<double>(last) / blockCount))
     {
       return false;
     }

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Filters/Common/StageProgress.h"
-#include "Filters/Normalization/KernelWeights.h"
+#include "Filters/Normalization/WeightProblem.h"
 
 #include <cstddef>
 #include <vector>
@@ -15,8 +15,8 @@ namespace SurfelGeometry
 /// Owners (surfels and their samples) per block: the unit of the parallel loops.
 constexpr vtkIdType SampleBlockSize = 4096;
 
-/// A sample on the surface that statistics count, and one that another process's do.
-constexpr char CountedSample = 1, GuestSample = 2;
+/// A sample on the surface: in this process's statistics, or in the halo and thus in another's.
+constexpr char CountedSample = 1, HaloSample = 2;
 
 /// Samples of the surfels of one block and the kernels that reach them.
 struct SampleBlock
@@ -25,12 +25,11 @@ struct SampleBlock
   std::vector<float> Kernels; // [entries] K at the sample, 1 / area
   std::vector<int> Ends{ 0 }; // [samples + 1]
   std::vector<float> Weights; // [samples] area
-  std::vector<char> Inside;   // [samples] whether it is on the surface, or beyond its border: of
-                              // CountedSample, GuestSample, 0
+  std::vector<char> Inside;   // [samples] CountedSample, HaloSample; 0: beyond the border
 
   std::size_t Count() const { return this->Weights.size(); }
 
-  /// Keeps its memory.
+  /// Keeps the memory.
   void Clear()
   {
     this->Ids.clear();
@@ -41,8 +40,7 @@ struct SampleBlock
   }
 };
 
-/// Samples each surfel's own cell. Returns false if stopped. @param sharing or null
-bool MakeSamples(const LocalCloud& cloud, const std::vector<WeightSurfel>& surfels,
-  const WeightSettings& settings, const WeightSharing* sharing, const StageProgress& monitor,
-  std::vector<SampleBlock>& blocks);
+/// Samples the cell of each surfel. Returns false if stopped.
+bool MakeSamples(
+  const WeightProblem& problem, const StageProgress& progress, std::vector<SampleBlock>& blocks);
 }

@@ -1,31 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which side of a surfel is the outside, and whether that can be known at all.
+ * Turns the normals of a cloud consistently outward.
  *
- * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals.
- * 2. Trustworthy edges are joined along a maximum spanning forest into patches.
- * 3. Patches are joined by the sum of all votes between them, the surest pair first. Where the
- *    votes contradict each other, as where surfaces cross, patches stay apart.
- * 4. Each component that turns out closed (its winding number says so) is turned outward and is
- *    one-sided; one that a viewpoint decides faces it; any other one is two-sided.
+ * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals
+ *    (OrientationGraph.h).
+ * 2. Signs are propagated (SignPropagation.h): reliable edges join points to patches, along a
+ *    maximum spanning forest; the sum of the votes between patches joins them to components.
+ * 3. The outside of each component is decided (OutsideDecision.h). A component with a known outside
+ *    is one-sided, any other is two-sided.
  */
 #pragma once
 
-#include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Orientation/OutsideDecision.h"
 
 namespace SurfelGeometry
 {
-struct LocalCloud;
-
-struct OrientationSettings
-{
-  bool UseViewpoint = false;
-  Vector3 Viewpoint;            // relative to the cloud's origin
-  double FacingAgreement = 0.8; // of the area, for a viewpoint to decide
-};
-
-/// Result per point, beside the turned normals.
-struct Sidedness
+/// What orientation finds besides the turned normals.
+struct OrientationResult
 {
   std::vector<int> Components;         // [n] 0 .. NumberOfComponents - 1
   std::vector<unsigned char> TwoSided; // [n]
@@ -33,13 +25,13 @@ struct Sidedness
   int NumberOfClosedComponents = 0;
 };
 
-/// Turns the normals in `fits` consistently and decides their sides. Points whose normals were
-/// given are one-sided and keep their sign; others follow them where the votes agree.
+/// Turns the normals in `fits` consistently outward. Points whose normals were given keep them and
+/// are one-sided; the others of their component follow them if the votes agree.
 /// Returns false if stopped.
 bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
-  const OrientationSettings& settings, const StageProgress& monitor, std::vector<PlaneFit>& fits,
-  Sidedness& sides);
+  const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
+  OrientationResult& result);
 
-/// Turns every normal to face `viewpoint` (relative to the cloud's origin).
+/// Turns every normal towards `viewpoint` (relative to the cloud's origin).
 void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<PlaneFit>& fits);
 }

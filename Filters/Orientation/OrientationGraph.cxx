@@ -14,27 +14,28 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// An edge that climbs more than this (sine of its angle to either tangent plane) leads to
-/// another sheet.
+/// An edge leads to another sheet if the sine of its angle to either tangent plane, its climb, is
+/// larger than this.
 constexpr double LargestClimb = 0.8;
 
-/// For the patches: smallest vote, largest climb and largest flatness of both ends.
+/// Sure edges, which join points to patches: smallest vote, largest climb, and largest flatness of
+/// both ends.
 constexpr double SureVote = 0.9;
 constexpr double SureClimb = 0.5;
 constexpr double SureFlatness = 0.15;
 
-/// Edges longer than this many spacings of the closer-spaced end bridge a gap.
+/// Longer edges bridge a gap; in spacings of the end with the smaller spacing.
 constexpr double LongestEdge = 4.0;
 
 /// Vote in [-1, 1] on the relative sign of two normals: n_b against n_a mirrored at the plane
 /// halfway between the points, which is exact on planes and circular arcs of any bend
 /// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
-/// 0 where the edge must not count. `sure`: whether it may join patches.
+/// 0 if the edge must not count. `sure`: whether it may join patches.
 float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, int b, bool& sure)
 {
   sure = false;
   const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
-  const double length = Length(d);
+  const double length = Norm(d);
   if (!(length > 0.0) || length > LongestEdge * std::min(fits[a].Spacing, fits[b].Spacing))
   {
     return 0.0f;
@@ -52,24 +53,24 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
   return vote;
 }
 
-/// Calls visit(k, j) for each neighbour j, of rank k, of i whose edge is i's to report: each edge
-/// once.
+/// Calls visit(k, j) for the neighbours j of i, of rank k, whose edge is stored at i: each edge is
+/// stored once.
 template <typename Visit>
 void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
 {
-  const int* mine = graph.Row(i);
-  for (int k = 0; k < GraphDegree && mine[k] >= 0; ++k)
+  const int* row = graph.Row(i);
+  for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
   {
-    const int j = mine[k];
-    const int* theirs = graph.Row(j);
-    if (i < j || std::find(theirs, theirs + GraphDegree, i) == theirs + GraphDegree)
+    const int j = row[k];
+    const int* back = graph.Row(j);
+    if (i < j || std::find(back, back + GraphDegree, i) == back + GraphDegree)
     {
       visit(k, j);
     }
   }
 }
 
-/// Sorts slots of sure edges, the surest first; those of one class stay in their order.
+/// Sorts slots of sure edges, the surest first; the order within a class stays.
 std::vector<std::uint64_t> SortByClass(
   const EdgeVotes& edges, const std::vector<std::uint64_t>& slots)
 {
@@ -87,8 +88,8 @@ std::vector<std::uint64_t> SortByClass(
   return order;
 }
 
-/// Sure edges of the points from `first` to `last`, the surest first, without those that close a
-/// loop of surer ones among these points: they are in no forest of the whole either.
+/// Sure edges of the points from `first` to `last`, the surest first. Edges that close a loop of
+/// surer ones among these points are left out: they are in no spanning forest of the whole graph.
 std::vector<std::uint64_t> ThinSureEdges(
   const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType first, vtkIdType last)
 {

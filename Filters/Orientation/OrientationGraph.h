@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What neighbouring points say about the relative signs of their normals, and the patches on which
- * they agree.
+ * The votes of neighbouring points on the relative signs of their normals, and the patches that
+ * reliable votes join.
  */
 #pragma once
 
@@ -28,20 +28,20 @@ struct EdgeVotes
 {
   static constexpr unsigned char NotSure = 255;
 
-  std::vector<float> Votes;           ///< 0: no edge, or the other end reports it
-  std::vector<unsigned char> Classes; ///< of sure edges, the surest 0; else NotSure
+  std::vector<float> Votes;           ///< 0: no edge, or stored at its other end
+  std::vector<unsigned char> Classes; ///< 0: the surest edges; NotSure: may not join patches
 
   vtkIdType Count() const { return static_cast<vtkIdType>(this->Votes.size() / GraphDegree); }
 };
 
-/// Votes of all edges of the graph.
+/// Computes the votes of all edges.
 EdgeVotes CollectVotes(
   const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph);
 
 /// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
 void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs);
 
-/// Calls visit(edge) for all edges of points from `begin` to `end` that have a vote, in order.
+/// Calls visit(edge) in order for the edges with a vote, of the points from `begin` to `end`.
 template <typename Visit>
 void VisitVotes(
   const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType begin, vtkIdType end, Visit&& visit)
@@ -59,7 +59,7 @@ void VisitVotes(
   }
 }
 
-/// Points that a thread takes at a time.
+/// Points per piece of a parallel loop.
 constexpr vtkIdType PieceSize = 1 << 14;
 
 inline vtkIdType PieceCount(vtkIdType count)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Disjoint sets whose members have a sign relative to each other.
+ * Disjoint sets whose members have signs relative to each other.
  */
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace SurfelGeometry
 {
-/// Union-find with parity: besides "same set", it knows by which sign two members differ.
+/// Union-find with parity: it knows for two members of a set whether their signs differ.
 class ParityUnionFind
 {
 public:
@@ -46,8 +46,8 @@ public:
     return { root, result };
   }
 
-  /// The same without shortening the path: threads may ask at a time.
-  std::pair<int, bool> Look(int i) const
+  /// The same without shortening the path, so that threads may call it at the same time.
+  std::pair<int, bool> FindReadOnly(int i) const
   {
     bool flip = false;
     for (; this->Parents[i] != i; i = this->Parents[i])
@@ -66,8 +66,8 @@ public:
     }
   }
 
-  /// Joins the sets of a and b so that their signs are equal, or differ. No effect within a set.
-  /// Returns whether they were two.
+  /// Joins the sets of a and b so that the signs of a and b are equal, or differ. No effect within
+  /// a set. Returns whether there were two sets.
   bool Join(int a, int b, bool differ)
   {
     auto [rootA, flipA] = this->Find(a);
@@ -76,7 +76,7 @@ public:
     {
       return false;
     }
-    // The larger set keeps its root; of equal ones, that of the smaller index.
+    // The larger set keeps its root; if the sizes are equal, the smaller index does.
     const int sizeA = this->Sizes[rootA];
     const int sizeB = this->Sizes[rootB];
     if (sizeA < sizeB || (sizeA == sizeB && rootB < rootA))
@@ -89,7 +89,7 @@ public:
     return true;
   }
 
-  /// Number of members of the set of which `root` is the root.
+  /// Number of members of the set with this root.
   int Size(int root) const { return this->Sizes[root]; }
 
 private:

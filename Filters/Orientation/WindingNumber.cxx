@@ -12,8 +12,8 @@ namespace
 {
 constexpr int GroupSize = 64;
 
-/// A group counts as one dipole from this many of its radii on: the terms that are left out are
-/// some percent of a group's own, of either sign.
+/// A group counts as one dipole beyond this many of its radii. The error is some percent of the
+/// group's own term, of either sign.
 constexpr double FarAway = 5.0;
 
 /// 4 pi times the winding number of a dipole.
@@ -47,8 +47,7 @@ WindingNumbers::WindingNumbers(
     group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
     for (int m = begin; m < end; ++m)
     {
-      group.Radius =
-        std::max(group.Radius, Length(Load(cloud.Position(members[m])) - group.Center));
+      group.Radius = std::max(group.Radius, Norm(Load(cloud.Position(members[m])) - group.Center));
     }
     this->Groups.push_back(group);
   }
@@ -74,10 +73,9 @@ double WindingNumbers::Sum(
 
 double WindingNumbers::At(int at) const
 {
-  constexpr double fourPi = 4.0 * 3.14159265358979323846;
   const Vector3 q = Load(this->Cloud.Position(at));
-  // Softened by half a spacing: a near surfel is not a point, and noise along the normal over a
-  // small distance would outweigh the whole rest.
+  // Softened by half a spacing: a near surfel is not a point; otherwise noise along the normal over
+  // a small distance would outweigh everything else.
   const double soft = 0.25 * this->Fits[at].Spacing * this->Fits[at].Spacing;
   double sum = 0.0;
   for (size_t g = 0; g < this->Groups.size(); ++g)
@@ -85,6 +83,6 @@ double WindingNumbers::At(int at) const
     const int begin = static_cast<int>(g) * GroupSize;
     sum += this->Sum(this->Groups[g], begin, std::min(this->Count, begin + GroupSize), q, soft);
   }
-  return sum / fourPi;
+  return sum / (4.0 * Pi);
 }
 }

@@ -5,8 +5,8 @@
  * Surfels are dipoles: w(q) = sum_j A_j . (p_j - q) / (4 pi |p_j - q|^3) is the share of the
  * directions about q that meet the surface from inside (Barill et al. 2018, "Fast winding
  * numbers for soups and clouds", eq. 8). On a closed surface it is 1/2 where the normals point
- * outward and -1/2 where they point inward, on a plane 0; a hole takes off its solid angle over
- * 4 pi. It is thus a test of being closed that needs no mesh, forgives holes, and has a sign.
+ * outward and -1/2 where they point inward, on a plane 0; a hole reduces it by its solid angle over
+ * 4 pi. So it tells without a mesh whether a surface is closed, up to holes, and with which sign.
  */
 #pragma once
 
@@ -18,12 +18,12 @@ namespace SurfelGeometry
 {
 struct LocalCloud;
 
-/// Of some of a cloud's surfels, with area = Spacing^2. Groups of them that are far away count as
-/// one dipole each (ibid., first order).
+/// Winding numbers of some of a cloud's surfels, with area = Spacing^2. A group of surfels far away
+/// counts as one dipole (ibid., first order).
 class WindingNumbers
 {
 public:
-  /// @param members in the order of the cloud, which keeps neighbours together; kept by the caller
+  /// @param members in the order of the cloud, which keeps neighbours together; must outlive this
   WindingNumbers(
     const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count);
 

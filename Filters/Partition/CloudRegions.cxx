@@ -11,7 +11,7 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// A part that may have to be cut.
+/// A part that may be cut further.
 struct Piece
 {
   CloudRegion Region;
@@ -42,8 +42,8 @@ Bounds BoundsOf(const std::vector<float>& positions, const std::vector<vtkIdType
   return b;
 }
 
-/// A coordinate with about half of the points below it, and some on either side; that of many of
-/// them is enough. Above all of the points if they are alike.
+/// A coordinate with about half of the points below it and at least one on either side, estimated
+/// from a sample. If all points share the coordinate, it is above them.
 float Middle(const std::vector<float>& positions, const std::vector<vtkIdType>& ids, int axis,
   const Bounds& bounds)
 {
@@ -60,7 +60,7 @@ float Middle(const std::vector<float>& positions, const std::vector<vtkIdType>& 
                                       : std::nextafter(bounds.Lower[axis], bounds.Upper[axis]);
 }
 
-/// Cuts a piece in two where it can be; returns whether it was.
+/// Cuts a piece in two. Returns false if its points are all at one position.
 bool Halve(const std::vector<float>& positions, const Bounds& bounds, Piece& piece, Piece& rest)
 {
   int axis = 0;
@@ -70,7 +70,7 @@ bool Halve(const std::vector<float>& positions, const Bounds& bounds, Piece& pie
   }
   if (!(bounds.Side(axis) > 0.0))
   {
-    return false; // all at one place
+    return false; // all at one position
   }
   const float cut = Middle(positions, piece.Ids, axis, bounds);
   const auto end = std::stable_partition(piece.Ids.begin(), piece.Ids.end(),

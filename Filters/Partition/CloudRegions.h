@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A cloud cut into boxes of a bounded number of points, for what takes much memory a point.
+ * Cuts a cloud into boxes with a bounded number of points, for filters that need much memory.
  */
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace SurfelGeometry
 {
-/// Half-open box, lower <= x < upper, about a local origin; infinite where the cloud ends.
+/// Half-open box, lower <= x < upper, relative to a local origin; infinite at the cloud's ends.
 struct CloudRegion
 {
   float Lower[3], Upper[3];
@@ -31,10 +31,10 @@ struct CloudRegion
       p[1] < this->Upper[1] && this->Lower[2] <= p[2] && p[2] < this->Upper[2];
   }
 
-  /// All that is nearer than this, in each coordinate.
+  /// The box widened by a margin on every side.
   CloudRegion Grown(double margin) const;
 
-  /// From a point inside to the nearest side.
+  /// Distance from a point inside to the nearest side.
   double DistanceToSide(const float* p) const;
 };
 
@@ -42,19 +42,19 @@ struct CloudPart
 {
   CloudRegion Region;
   vtkIdType Size;  ///< points inside
-  double Diagonal; ///< of these points' bounds
+  double Diagonal; ///< of the bounds of these points
 };
 
 /**
- * Halves the cloud across its longest side until no part has more points than `largest`, but for
- * points that share a coordinate: equal positions are never parted.
- * @param positions [3n]; points that are NaN are in no part
+ * Halves the cloud across its longest side until no part has more than `largest` points. Parts of
+ * points that share a coordinate may be larger: equal positions stay together.
+ * @param positions [3n]; NaN points are in no part
  */
 std::vector<CloudPart> CutCloud(const std::vector<float>& positions, vtkIdType largest);
 
 /**
- * Cuts the cloud into regions of about as many points each, across its longest sides. Regions are
- * disjoint and cover space; where points share a coordinate, some may be empty.
+ * Cuts the cloud across its longest sides into regions with about the same number of points.
+ * Regions are disjoint and cover space; if points share a coordinate, some regions may be empty.
  */
 std::vector<CloudRegion> CutEvenly(const std::vector<float>& positions, int regions);
 

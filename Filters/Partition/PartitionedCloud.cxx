@@ -26,17 +26,17 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Points of all ranks together by which the regions are chosen.
+/// Number of points of all ranks from which the regions are chosen.
 constexpr vtkIdType SampleSize = 200000;
 
-/// What a rank tells of its points.
+/// What a rank sends about its points.
 struct CloudSummary
 {
   vtkIdType Count;
   double Lower[3], Upper[3], Origin[3];
 };
 
-/// Of a surface through a region, from every step-th of its points.
+/// Spacing of a surface through a region, from every step-th point.
 double SpacingIn(const std::vector<float>& sample, const CloudRegion& region, std::size_t step)
 {
   const std::vector<vtkIdType> inside = FindInside(sample, region);
@@ -62,19 +62,19 @@ PartitionedCloud::PartitionedCloud(SurfelSplatting::Ranks& ranks, vtkPointSet* i
   this->Cut();
 }
 
-/// The origin that one process would choose, and this rank's points about it.
+/// Finds the origin that one process would choose, and places this rank's points relative to it.
 void PartitionedCloud::ShareOrigin(vtkPointSet* input)
 {
-  CloudSummary mine{};
+  CloudSummary own{};
   vtkPoints* points = input ? input->GetPoints() : nullptr;
   if (points)
   {
-    ReadOrigin(input, mine.Origin);
-    mine.Count = FindBounds(points, mine.Lower, mine.Upper);
-    this->NonFinite = points->GetNumberOfPoints() - mine.Count;
+    ReadOrigin(input, own.Origin);
+    own.Count = FindBounds(points, own.Lower, own.Upper);
+    this->NonFinite = points->GetNumberOfPoints() - own.Count;
   }
   Message message;
-  Put(mine, message);
+  Put(own, message);
   CloudSummary all{};
   for (const Message& other : this->Group.Share(message))
   {
@@ -99,7 +99,7 @@ void PartitionedCloud::ShareOrigin(vtkPointSet* input)
   ChooseOrigin(all.Lower, all.Upper, all.Origin, this->CommonOrigin);
   if (points)
   {
-    PlaceAbout(points, mine.Origin, this->CommonOrigin, this->Positions);
+    PlaceAbout(points, own.Origin, this->CommonOrigin, this->Positions);
   }
 }
 
@@ -155,7 +155,7 @@ std::vector<vtkIdType> PartitionedCloud::GlobalIds() const
   return ids;
 }
 
-/// This rank's points in a region: number, ids, positions, arrays.
+/// Packs this rank's points in a region: number, ids, positions, arrays.
 Message PartitionedCloud::PackInside(
   const CloudRegion& region, const std::vector<Array>& arrays) const
 {
@@ -187,7 +187,7 @@ Message PartitionedCloud::PackInside(
   return message;
 }
 
-/// What PackInside has packed, rank after rank.
+/// Unpacks what PackInside has packed, rank after rank.
 vtkSmartPointer<vtkPolyData> PartitionedCloud::Unpack(
   const std::vector<Message>& messages, const std::vector<Array>& arrays)
 {
@@ -220,46 +220,46 @@ vtkSmartPointer<vtkPolyData> PartitionedCloud::Unpack(
   std::copy(this->FetchedPositions.begin(), this->FetchedPositions.end(), positions->GetPointer(0));
   vtkNew<vtkPoints> points;
   points->SetData(positions);
-  auto dealt = vtkSmartPointer<vtkPolyData>::New();
-  dealt->SetPoints(points);
+  auto region = vtkSmartPointer<vtkPolyData>::New();
+  region->SetPoints(points);
   for (const Array& array : arrays)
   {
     auto values = MakeArray<vtkFloatArray>(array.Name, array.Components, count);
     read(values->GetPointer(0), array.Components);
-    dealt->GetPointData()->AddArray(values);
+    region->GetPointData()->AddArray(values);
   }
-  return dealt;
+  return region;
 }
 
 vtkSmartPointer<vtkPolyData> PartitionedCloud::Fetch(
-  double margin, const std::vector<Array>& arrays)
+  double haloWidth, const std::vector<Array>& arrays)
 {
   Message message;
-  Put(this->Region().Grown(margin), message);
+  Put(this->Region().Grown(haloWidth), message);
   std::vector<Message> messages;
   for (const Message& other : this->Group.Share(message))
   {
     messages.push_back(this->PackInside(MessageReader(other).Get<CloudRegion>(), arrays));
   }
-  vtkSmartPointer<vtkPolyData> dealt =
+  vtkSmartPointer<vtkPolyData> region =
     this->Unpack(this->Group.Exchange(std::move(messages)), arrays);
-  const vtkIdType count = dealt->GetNumberOfPoints();
+  const vtkIdType count = region->GetNumberOfPoints();
   auto ids = MakeArray<vtkIdTypeArray>(IdArray, 1, count);
   std::iota(ids->GetPointer(0), ids->GetPointer(0) + count, vtkIdType{ 0 });
-  dealt->GetPointData()->AddArray(ids);
+  region->GetPointData()->AddArray(ids);
   auto origin = MakeArray<vtkDoubleArray>(SurfelSplatting::Arrays::Origin, 3, 1);
   origin->SetTuple(0, this->CommonOrigin);
-  dealt->GetFieldData()->AddArray(origin);
-  return dealt;
+  region->GetFieldData()->AddArray(origin);
+  return region;
 }
 
 PartitionedCloud::Returned PartitionedCloud::Return(const Results& results)
 {
   const auto components = static_cast<std::size_t>(results.Components);
   std::vector<Message> messages(static_cast<std::size_t>(this->Group.Size()));
-  for (std::size_t i = 0; i < results.Dealt.size(); ++i)
+  for (std::size_t i = 0; i < results.Points.size(); ++i)
   {
-    const PointKey& key = this->Fetched[static_cast<std::size_t>(results.Dealt[i])];
+    const PointKey& key = this->Fetched[static_cast<std::size_t>(results.Points[i])];
     Message& message = messages[static_cast<std::size_t>(key.Rank)];
     Put(key.Id, message);
     Put(results.Values.data() + i * components, components, message);

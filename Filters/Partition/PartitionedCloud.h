@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The points of all ranks, dealt out by place: each rank works on a region of the cloud, with the
- * points about it, whichever rank they came from, and gives the results back to where the points
- * are.
+ * The points of all ranks, distributed by location: each rank gets the points of a region of the
+ * cloud and of a halo around it, whichever rank has them, and returns its results to the ranks that
+ * have the points.
  */
 #pragma once
 
@@ -21,7 +21,7 @@ class vtkPolyData;
 
 namespace SurfelGeometry
 {
-/// Where a point is, in the order of one process that has all points, rank after rank.
+/// Which rank has a point, and its id there.
 struct PointKey
 {
   std::int32_t Rank;
@@ -31,10 +31,11 @@ struct PointKey
 class PartitionedCloud
 {
 public:
-  /// Collective. @param input of this rank; null or empty where it has no points
+  /// Collective. @param input this rank's points; null or empty if it has none
   PartitionedCloud(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
 
-  /// An array that goes along, as floats; Values null where this rank has none: zeros.
+  /// An array that is fetched with the points, as floats; Values null: zeros for this rank's
+  /// points.
   struct Array
   {
     const char* Name;
@@ -43,30 +44,30 @@ public:
   };
 
   /**
-   * Collective. The points in this rank's region, and all others within a margin of it, ordered as
-   * by one process, about Origin(); point array IdArray has their indices.
+   * Collective. Fetches the points in this rank's region and in a halo of this width around it,
+   * relative to Origin(), in the order of one process with all points. The point array IdArray has
+   * their indices.
    */
-  vtkSmartPointer<vtkPolyData> Fetch(double margin, const std::vector<Array>& arrays);
-  static constexpr const char* IdArray = "DealtPointId";
+  vtkSmartPointer<vtkPolyData> Fetch(double haloWidth, const std::vector<Array>& arrays);
+  static constexpr const char* IdArray = "RegionPointId";
 
-  /// Of the last Fetch.
-  const std::vector<PointKey>& Keys() const { return this->Fetched; }
-  const float* Position(vtkIdType dealt) const
+  /// Position of a point of the last Fetch, relative to Origin().
+  const float* Position(vtkIdType i) const
   {
-    return this->FetchedPositions.data() + 3 * static_cast<std::size_t>(dealt);
+    return this->FetchedPositions.data() + 3 * static_cast<std::size_t>(i);
   }
-  /// In the order of one process that has all points.
+  /// Ids of the fetched points in one process with the points of all ranks, rank after rank.
   std::vector<vtkIdType> GlobalIds() const;
 
-  /// Whether a point is in this rank's region.
-  bool IsMine(vtkIdType dealt) const { return this->Region().Contains(this->Position(dealt)); }
+  /// Whether a fetched point is in this rank's region, not in its halo.
+  bool IsInRegion(vtkIdType i) const { return this->Region().Contains(this->Position(i)); }
   const CloudRegion& Region() const
   {
     return this->Regions[static_cast<std::size_t>(this->Group.Rank())];
   }
 
-  /// A width that a first border may have: so many spacings of a surface through the region.
-  double Margin(double spacings) const
+  /// A halo width of so many spacings, for a surface through the region.
+  double HaloWidth(double spacings) const
   {
     return spacings * this->Spacings[static_cast<std::size_t>(this->Group.Rank())];
   }
@@ -75,21 +76,21 @@ public:
   struct Results
   {
     int Components = 0;
-    std::vector<vtkIdType> Dealt; ///< which points
-    std::vector<float> Values;    ///< [Dealt.size()][Components]
+    std::vector<vtkIdType> Points; ///< which fetched points
+    std::vector<float> Values;     ///< [Points.size()][Components]
   };
 
-  /// What came back for this rank's input.
+  /// The results for this rank's input.
   struct Returned
   {
     std::vector<char> Has;     ///< [input points]
     std::vector<float> Values; ///< [input points][Components]
   };
 
-  /// Collective. Every result to the rank that has the point.
+  /// Collective. Sends every result to the rank that has the point.
   Returned Return(const Results& results);
 
-  /// Of all ranks.
+  /// Points of all ranks.
   vtkIdType NumberOfPoints() const { return this->Total; }
 
   const double* Origin() const { return this->CommonOrigin; }
@@ -105,9 +106,9 @@ private:
 
   SurfelSplatting::Ranks& Group;
   double CommonOrigin[3] = { 0.0, 0.0, 0.0 };
-  std::vector<vtkIdType> FirstIds; // [rank] points of the ranks before
+  std::vector<vtkIdType> FirstIds; // [rank] number of points of the ranks before
   vtkIdType Total = 0;
-  std::vector<float> Positions; // of this rank's input, about the origin; NaN: takes no part
+  std::vector<float> Positions; // of this rank's input, relative to the origin; NaN: unusable
   vtkIdType NonFinite = 0;
   std::vector<CloudRegion> Regions; // [rank]
   std::vector<double> Spacings;     // [rank] of a surface through the region, world units

@@ -3,16 +3,12 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/InputArrays.h"
-#include "Filters/Common/PointCells.h"
+#include "Filters/Common/SurfelOutput.h"
 
-#include "vtkDoubleArray.h"
-#include "vtkFieldData.h"
 #include "vtkFloatArray.h"
-#include "vtkIdList.h"
 #include "vtkIdTypeArray.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
-#include "vtkPoints.h"
 #include "vtkPolyData.h"
 #include "vtkUnsignedCharArray.h"
 
@@ -25,11 +21,15 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// What the neighbourhood of a surfel may reach, in roots of its area: 20 neighbours of an even
-/// surface lie within 2.5, and the weights look as far again.
+/// How far the neighbourhood of a surfel may reach, in square roots of its area: on an even surface
+/// 20 neighbours are within 2.5, and the normalization looks as far again.
 constexpr double Reach = 6.0;
 
-vtkIdType DealtId(vtkPolyData* surfels, vtkIdType i)
+/// Values that are sent for a surfel: position, covariance, area vector, two-sided.
+constexpr int SurfelComponents = 3 + 6 + 3 + 1;
+
+/// Index in the fetched cloud.
+vtkIdType RegionPointId(vtkPolyData* surfels, vtkIdType i)
 {
   auto* ids =
     vtkIdTypeArray::SafeDownCast(surfels->GetPointData()->GetArray(PartitionedCloud::IdArray));
@@ -43,81 +43,39 @@ double AreaOf(vtkPolyData* surfels, vtkIdType i)
   return std::hypot(a[0], a[1], a[2]);
 }
 
-/// Whether too many of the region's surfels may have neighbours beyond its border.
-bool IsTooNarrow(const PartitionedCloud& cloud, double margin, vtkPolyData* surfels)
+/// Whether too many of the region's surfels may have neighbours beyond its halo.
+bool IsTooNarrow(const PartitionedCloud& cloud, double haloWidth, vtkPolyData* surfels)
 {
-  vtkIdType all = 0, doubtful = 0;
+  vtkIdType all = 0, uncertain = 0;
   for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
   {
-    const vtkIdType dealt = DealtId(surfels, i);
-    if (cloud.IsMine(dealt))
+    const vtkIdType point = RegionPointId(surfels, i);
+    if (cloud.IsInRegion(point))
     {
-      const double side = cloud.Region().DistanceToSide(cloud.Position(dealt));
+      const double side = cloud.Region().DistanceToSide(cloud.Position(point));
       ++all;
-      doubtful += IsDoubtful(AreaOf(surfels, i), margin + side) ? 1 : 0;
+      uncertain += MayReachBeyond(AreaOf(surfels, i), haloWidth + side) ? 1 : 0;
     }
   }
-  return static_cast<double>(doubtful) > LeastDoubt * static_cast<double>(all);
+  return static_cast<double>(uncertain) > ToleratedShare * static_cast<double>(all);
 }
 
-/// Point data of the input's points that have a surfel.
-void PassArrays(vtkPointSet* input, const std::vector<char>& has, vtkPolyData* output)
-{
-  vtkNew<vtkIdList> from, to;
-  for (size_t i = 0; i < has.size(); ++i)
-  {
-    if (has[i])
-    {
-      to->InsertNextId(from->GetNumberOfIds());
-      from->InsertNextId(static_cast<vtkIdType>(i));
-    }
-  }
-  output->GetPointData()->CopyAllOn();
-  output->GetPointData()->CopyAllocate(input->GetPointData(), from->GetNumberOfIds());
-  output->GetPointData()->CopyData(input->GetPointData(), from, to);
-  output->GetFieldData()->PassData(input->GetFieldData());
-}
-}
-
-bool IsDoubtful(double area, double reach)
-{
-  return reach < Reach * std::sqrt(area);
-}
-
-vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
-  const std::vector<PartitionedCloud::Array>& arrays, double margin,
-  const std::function<vtkSmartPointer<vtkPolyData>(vtkPolyData*)>& work)
-{
-  margin = std::max(margin, cloud.Margin(BorderSpacings));
-  for (int widenings = 0;; ++widenings, margin *= 2.0)
-  {
-    const vtkSmartPointer<vtkPolyData> surfels = work(cloud.Fetch(margin, arrays));
-    if (!ranks.All(surfels != nullptr))
-    {
-      return nullptr;
-    }
-    if (!ranks.Any(IsTooNarrow(cloud, margin, surfels)) || widenings == MostWidenings)
-    {
-      return surfels;
-    }
-  }
-}
-
-vtkIdType WritePartitionedSurfels(
-  PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output)
+/// The surfels of this rank's region.
+PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData* surfels)
 {
   PartitionedCloud::Results results;
-  results.Components = 13;
+  results.Components = SurfelComponents;
   double origin[3];
   ReadOrigin(surfels, origin);
   vtkPointData* data = surfels->GetPointData();
   for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
   {
-    if (!cloud.IsMine(DealtId(surfels, i)))
+    const vtkIdType point = RegionPointId(surfels, i);
+    if (!cloud.IsInRegion(point))
     {
       continue;
     }
-    results.Dealt.push_back(DealtId(surfels, i));
+    results.Points.push_back(point);
     double tuple[6];
     surfels->GetPoint(i, tuple);
     for (int c = 0; c < 3; ++c)
@@ -131,37 +89,56 @@ vtkIdType WritePartitionedSurfels(
       results.Values.insert(results.Values.end(), tuple, tuple + array->GetNumberOfComponents());
     }
   }
-  const PartitionedCloud::Returned returned = cloud.Return(results);
+  return results;
+}
+}
+
+bool MayReachBeyond(double area, double distance)
+{
+  return distance < Reach * std::sqrt(area);
+}
+
+vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
+  const std::vector<PartitionedCloud::Array>& arrays, double haloWidth,
+  const std::function<vtkSmartPointer<vtkPolyData>(vtkPolyData*)>& work)
+{
+  haloWidth = std::max(haloWidth, cloud.HaloWidth(HaloSpacings));
+  for (int widenings = 0;; ++widenings, haloWidth *= 2.0)
+  {
+    const vtkSmartPointer<vtkPolyData> surfels = work(cloud.Fetch(haloWidth, arrays));
+    if (!ranks.All(surfels != nullptr))
+    {
+      return nullptr;
+    }
+    if (!ranks.Any(IsTooNarrow(cloud, haloWidth, surfels)) || widenings == MaximumWidenings)
+    {
+      return surfels;
+    }
+  }
+}
+
+vtkIdType WritePartitionedSurfels(
+  PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output)
+{
+  const PartitionedCloud::Returned returned = cloud.Return(PackSurfels(cloud, surfels));
+  PassPointData(input, returned.Has, output);
   const auto count =
     static_cast<vtkIdType>(std::count(returned.Has.begin(), returned.Has.end(), char{ 1 }));
-  auto positions = MakeArray<vtkFloatArray>("Points", 3, count);
-  auto covariances = MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count);
-  auto areas = MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count);
-  auto twoSided = MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count);
+  const SurfelOutput own(count);
   vtkIdType to = 0;
   for (size_t i = 0; i < returned.Has.size(); ++i)
   {
     if (returned.Has[i])
     {
-      const float* values = returned.Values.data() + 13 * i;
-      positions->SetTypedTuple(to, values);
-      covariances->SetTypedTuple(to, values + 3);
-      areas->SetTypedTuple(to, values + 9);
-      twoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
+      const float* values = returned.Values.data() + SurfelComponents * i;
+      own.Positions->SetTypedTuple(to, values);
+      own.Covariances->SetTypedTuple(to, values + 3);
+      own.AreaVectors->SetTypedTuple(to, values + 9);
+      own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
       ++to;
     }
   }
-  vtkNew<vtkPoints> points;
-  points->SetData(positions);
-  output->SetPoints(points);
-  output->SetVerts(MakePointCell(count));
-  PassArrays(input, returned.Has, output);
-  output->GetPointData()->AddArray(covariances);
-  output->GetPointData()->AddArray(areas);
-  output->GetPointData()->AddArray(twoSided);
-  auto common = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
-  common->SetTuple(0, cloud.Origin());
-  output->GetFieldData()->AddArray(common);
+  own.Write(cloud.Origin(), output);
   return count;
 }
 
@@ -171,9 +148,10 @@ void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPol
   results.Components = 3;
   for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
   {
-    if (cloud.IsMine(DealtId(surfels, i)))
+    const vtkIdType point = RegionPointId(surfels, i);
+    if (cloud.IsInRegion(point))
     {
-      results.Dealt.push_back(DealtId(surfels, i));
+      results.Points.push_back(point);
       double a[3];
       surfels->GetPointData()->GetArray(Arrays::AreaVector)->GetTuple(i, a);
       results.Values.insert(results.Values.end(), a, a + 3);
@@ -183,7 +161,7 @@ void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPol
   vtkDataArray* own = output->GetPointData()->GetArray(Arrays::AreaVector);
   if (!own)
   {
-    return; // a rank without surfels
+    return; // this rank has no surfels
   }
   vtkNew<vtkFloatArray> areas;
   areas->DeepCopy(own);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Surfels of points that were dealt out to several ranks: how wide a region's border has to be, and
- * the way back into each rank's output.
+ * Surfels of points that are distributed over several ranks: how wide the halo of a region must be,
+ * and how the surfels get into each rank's output.
  */
 #pragma once
 
@@ -11,34 +11,35 @@
 
 namespace SurfelGeometry
 {
-/// Whether a neighbourhood about a surfel of this area may reach farther than this, world units.
-bool IsDoubtful(double area, double reach);
+/// Whether the neighbourhood of a surfel of this area may reach farther than this distance, world
+/// units.
+bool MayReachBeyond(double area, double distance);
 
-/// First width of a border, in spacings.
-constexpr double BorderSpacings = 16.0;
+/// Width of a halo at first, in spacings.
+constexpr double HaloSpacings = 16.0;
 
-/// Borders are widened up to so often, where more than this share of the surfels might reach
-/// beyond.
-constexpr int MostWidenings = 3;
-constexpr double LeastDoubt = 1e-3;
+/// A halo is widened, this many times at most, while more than this share of the surfels may have
+/// neighbours beyond it.
+constexpr int MaximumWidenings = 3;
+constexpr double ToleratedShare = 1e-3;
 
 /**
- * Collective. Lets `work` make surfels of this rank's region, and again with a wider border where
- * that of any rank was too narrow.
- * @param margin  of the first border, at least, world units
- * @param work    dealt points -> surfels with PartitionedCloud::IdArray; null where it was stopped
- * @return the last surfels; null on all ranks where one was stopped
+ * Collective. Lets `work` make surfels of this rank's region, again with a wider halo if that of
+ * any rank was too narrow.
+ * @param haloWidth least width at first, world units
+ * @param work      points -> surfels with PartitionedCloud::IdArray; null if it was stopped
+ * @return the last surfels; null on all ranks if one was stopped
  */
 vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, PartitionedCloud& cloud,
-  const std::vector<PartitionedCloud::Array>& arrays, double margin,
+  const std::vector<PartitionedCloud::Array>& arrays, double haloWidth,
   const std::function<vtkSmartPointer<vtkPolyData>(vtkPolyData*)>& work);
 
-/// Collective. The surfels of each rank's region into the output of the rank whose points they are,
+/// Collective. Writes the surfels of all regions to the output of the rank that has their points,
 /// in the order of its input, with its point data. @return the number of this rank's surfels
 vtkIdType WritePartitionedSurfels(
   PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output);
 
-/// Collective. The area vectors of a region's surfels, likewise, for an output that is a copy of
-/// the input; points that took no part keep theirs.
+/// Collective. The same for the area vectors only, for an output that is a copy of the input;
+/// points without a result keep theirs.
 void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPolyData* output);
 }

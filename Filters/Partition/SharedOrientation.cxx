@@ -21,23 +21,24 @@ namespace
 {
 constexpr vtkIdType NoPoint = -1;
 
-/// A point of a rank's region, as rank 0 sees it. Ids are those of one process with all points.
+/// A point of a rank's region as it is sent to rank 0. Ids are those of one process with all
+/// points.
 struct FittedPoint
 {
   vtkIdType Id;
-  float Position[3]; // about the dealt cloud's origin
+  float Position[3]; // relative to the distributed cloud's origin
   PlaneFit Fit;
   vtkIdType Neighbors[GraphDegree]; // nearest first, NoPoint at the end
 };
 
-/// What rank 0 says of it.
-struct Side
+/// What rank 0 answers for a point.
+struct OrientedPoint
 {
   Float3 Normal; // outward
   unsigned char TwoSided, Known;
 };
 
-/// All ranks' points as one cloud.
+/// The points of all ranks as one cloud.
 struct WholeCloud
 {
   LocalCloud Cloud;
@@ -91,8 +92,44 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
 }
 }
 
+/// The points of this rank's region, and the ids of all fetched points, whose signs it asks for.
+Message SharedOrientation::PackRegion(
+  const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const
+{
+  const std::vector<vtkIdType> globalIds = this->Partition.GlobalIds();
+  const auto count = static_cast<size_t>(cloud.Size());
+  const auto idOf = [&](int i) { return globalIds[static_cast<size_t>(cloud.InputIds[i])]; };
+  std::vector<FittedPoint> own;
+  std::vector<vtkIdType> ids(count);
+  for (size_t i = 0; i < count; ++i)
+  {
+    const vtkIdType fetched = cloud.InputIds[i];
+    ids[i] = globalIds[static_cast<size_t>(fetched)];
+    if (!this->Partition.IsInRegion(fetched))
+    {
+      continue;
+    }
+    FittedPoint point;
+    point.Id = ids[i];
+    std::copy_n(this->Partition.Position(fetched), 3, point.Position);
+    point.Fit = fits[i];
+    const int* row = graph.Row(i);
+    for (int k = 0; k < GraphDegree; ++k)
+    {
+      point.Neighbors[k] = row[k] >= 0 ? idOf(row[k]) : NoPoint;
+    }
+    own.push_back(point);
+  }
+  Message message;
+  Put(own.size(), message);
+  Put(own.data(), own.size(), message);
+  Put(ids.data(), ids.size(), message);
+  return message;
+}
+
+/// Rank 0: orients the points of all ranks. The answers are empty if stopped.
 std::vector<Message> SharedOrientation::OrientAll(std::vector<Message> messages,
-  const OrientationSettings& settings, const StageProgress& monitor) const
+  const OutsideSettings& settings, const StageProgress& progress) const
 {
   std::vector<FittedPoint> fitted;
   std::vector<std::vector<vtkIdType>> asked;
@@ -107,30 +144,30 @@ std::vector<Message> SharedOrientation::OrientAll(std::vector<Message> messages,
     Message().swap(message);
   }
   WholeCloud whole;
-  Assemble(fitted, this->Dealt.Origin(), whole);
+  Assemble(fitted, this->Partition.Origin(), whole);
   std::vector<FittedPoint>().swap(fitted);
-  OrientationSettings own = settings;
-  const double* from = this->Dealt.Origin();
+  OutsideSettings own = settings;
+  const double* from = this->Partition.Origin();
   const double* to = whole.Cloud.Origin;
   own.Viewpoint = settings.Viewpoint + Vector3{ from[0] - to[0], from[1] - to[1], from[2] - to[2] };
-  Sidedness sides;
+  OrientationResult result;
   std::vector<Message> answers(messages.size());
-  if (!OrientConsistently(whole.Cloud, whole.Graph, own, monitor, whole.Fits, sides))
+  if (!OrientConsistently(whole.Cloud, whole.Graph, own, progress, whole.Fits, result))
   {
     return answers;
   }
   for (size_t rank = 0; rank < answers.size(); ++rank)
   {
-    Put(sides.NumberOfComponents, answers[rank]);
-    Put(sides.NumberOfClosedComponents, answers[rank]);
-    std::vector<Side> known;
+    Put(result.NumberOfComponents, answers[rank]);
+    Put(result.NumberOfClosedComponents, answers[rank]);
+    std::vector<OrientedPoint> known;
     known.reserve(asked[rank].size());
     for (const vtkIdType id : asked[rank])
     {
       const int index = IndexOf(whole, id);
-      known.push_back(index < 0 ? Side{ Float3(), 1, 0 }
-                                : Side{ whole.Fits[static_cast<size_t>(index)].Normal,
-                                    sides.TwoSided[static_cast<size_t>(index)], 1 });
+      known.push_back(index < 0 ? OrientedPoint{ Float3(), 1, 0 }
+                                : OrientedPoint{ whole.Fits[static_cast<size_t>(index)].Normal,
+                                    result.TwoSided[static_cast<size_t>(index)], 1 });
     }
     Put(known.data(), known.size(), answers[rank]);
   }
@@ -139,46 +176,18 @@ std::vector<Message> SharedOrientation::OrientAll(std::vector<Message> messages,
 
 const double* SharedOrientation::Origin() const
 {
-  return this->Dealt.Origin();
+  return this->Partition.Origin();
 }
 
 bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& graph,
-  const OrientationSettings& settings, const StageProgress& monitor, std::vector<PlaneFit>& fits,
-  Sidedness& sides)
+  const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
+  OrientationResult& result)
 {
-  const std::vector<vtkIdType> globalIds = this->Dealt.GlobalIds();
-  const auto count = static_cast<size_t>(cloud.Size());
-  const auto idOf = [&](int i) { return globalIds[static_cast<size_t>(cloud.InputIds[i])]; };
-  std::vector<FittedPoint> mine;
-  std::vector<vtkIdType> ids(count);
-  for (size_t i = 0; i < count; ++i)
-  {
-    const vtkIdType dealt = cloud.InputIds[i];
-    ids[i] = globalIds[static_cast<size_t>(dealt)];
-    if (!this->Dealt.IsMine(dealt))
-    {
-      continue;
-    }
-    FittedPoint point;
-    point.Id = ids[i];
-    std::copy_n(this->Dealt.Position(dealt), 3, point.Position);
-    point.Fit = fits[i];
-    const int* row = graph.Row(i);
-    for (int k = 0; k < GraphDegree; ++k)
-    {
-      point.Neighbors[k] = row[k] >= 0 ? idOf(row[k]) : NoPoint;
-    }
-    mine.push_back(point);
-  }
-  Message message;
-  Put(mine.size(), message);
-  Put(mine.data(), mine.size(), message);
-  Put(ids.data(), ids.size(), message);
-  std::vector<Message> messages = this->Group.ToRoot(std::move(message));
+  std::vector<Message> messages = this->Group.ToRoot(this->PackRegion(cloud, graph, fits));
   std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
   if (this->Group.IsRoot())
   {
-    answers = this->OrientAll(std::move(messages), settings, monitor);
+    answers = this->OrientAll(std::move(messages), settings, progress);
   }
   const Message answer = this->Group.Exchange(std::move(answers))[0];
   if (answer.empty())
@@ -186,14 +195,15 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
     return false; // stopped on rank 0
   }
   MessageReader reader(answer);
-  sides.NumberOfComponents = reader.Get<int>();
-  sides.NumberOfClosedComponents = reader.Get<int>();
-  sides.TwoSided.resize(count);
+  const auto count = static_cast<size_t>(cloud.Size());
+  result.NumberOfComponents = reader.Get<int>();
+  result.NumberOfClosedComponents = reader.Get<int>();
+  result.TwoSided.resize(count);
   for (size_t i = 0; i < count; ++i)
   {
-    const Side side = reader.Get<Side>();
-    sides.TwoSided[i] = side.TwoSided;
-    if (side.Known && Dot(side.Normal, fits[i].Normal) < 0.0)
+    const auto point = reader.Get<OrientedPoint>();
+    result.TwoSided[i] = point.TwoSided;
+    if (point.Known && Dot(point.Normal, fits[i].Normal) < 0.0)
     {
       fits[i].Normal = -1.0 * fits[i].Normal;
     }

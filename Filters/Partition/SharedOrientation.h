@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * One orientation for the points of all ranks: which side of a component is its outside cannot be
- * told by a part of it.
+ * Orients the points of all ranks together: the outside of a component cannot be decided from a
+ * part of it.
  *
- * Every rank fits the points of its region; rank 0 gets their fits and neighbours, and orients all
- * of them as one process would (OrientConsistently), in the same order. All the rest of the
- * estimation is shared out.
+ * Every rank fits the points of its region. Rank 0 gets all fits and neighbours and orients them as
+ * one process would (OrientConsistently), in the same order. Each rank does the rest of the
+ * estimation for its region.
  */
 #pragma once
 
@@ -19,7 +19,7 @@ namespace SurfelGeometry
 {
 class PartitionedCloud;
 
-/// Memory that rank 0 takes for a point of the whole cloud, as long as it orients.
+/// Memory that rank 0 takes while it orients, bytes per point of the whole cloud.
 constexpr double OrientationBytesPerPoint = 400.0;
 
 class SharedOrientation
@@ -28,30 +28,31 @@ public:
   /// Both must outlive this.
   SharedOrientation(SurfelSplatting::Ranks& ranks, const PartitionedCloud& cloud)
     : Group(ranks)
-    , Dealt(cloud)
+    , Partition(cloud)
   {
   }
 
-  /// Of the dealt points.
+  /// Origin of the distributed points.
   const double* Origin() const;
 
-  /// Collective: whether all ranks say so.
-  bool All(bool mine) { return this->Group.All(mine); }
+  /// Collective: whether the condition holds on all ranks.
+  bool All(bool condition) { return this->Group.All(condition); }
 
   /**
-   * Collective. OrientConsistently for the points that were dealt to this rank.
-   * @param cloud of the dealt points: its input ids are theirs
-   * @param settings the viewpoint relative to the dealt cloud's origin
+   * Collective. OrientConsistently for the points of this rank's region and halo.
+   * @param cloud    made from the fetched points: its input ids are their indices
+   * @param settings with the viewpoint relative to Origin()
    */
-  bool Orient(const LocalCloud& cloud, const NeighborGraph& graph,
-    const OrientationSettings& settings, const StageProgress& monitor, std::vector<PlaneFit>& fits,
-    Sidedness& sides);
+  bool Orient(const LocalCloud& cloud, const NeighborGraph& graph, const OutsideSettings& settings,
+    const StageProgress& progress, std::vector<PlaneFit>& fits, OrientationResult& result);
 
 private:
+  SurfelSplatting::Message PackRegion(
+    const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const;
   std::vector<SurfelSplatting::Message> OrientAll(std::vector<SurfelSplatting::Message> messages,
-    const OrientationSettings& settings, const StageProgress& monitor) const;
+    const OutsideSettings& settings, const StageProgress& progress) const;
 
   SurfelSplatting::Ranks& Group;
-  const PartitionedCloud& Dealt;
+  const PartitionedCloud& Partition;
 };
 }

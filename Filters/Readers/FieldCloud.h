@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A point cloud as files have it: bytes, and a list of the fields that each point consists of.
+ * A point cloud as it is stored in files: bytes, and a list of the fields of a point.
  */
 #pragma once
 
@@ -35,7 +35,7 @@ struct Field
   std::size_t Count = 0; ///< of values
 };
 
-/// Bytes of a value.
+/// Bytes per value.
 inline std::size_t SizeOf(Field::Types type)
 {
   constexpr std::size_t sizes[] = { 0, 1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8 };
@@ -46,7 +46,6 @@ struct FieldCloud
 {
   std::uint32_t Width = 0, Height = 0; ///< Height > 1: a depth image, row by row
   std::size_t PointStep = 0;           ///< bytes from one point to the next
-  bool BigEndian = false;
   std::vector<Field> Fields;
   std::vector<std::uint8_t> Data;
 };

@@ -38,7 +38,7 @@ const Field* Find(const FieldCloud& cloud, const std::string& name)
   return found == cloud.Fields.end() ? nullptr : &*found;
 }
 
-// All three fields, or three null pointers.
+// Finds all three fields, or returns three null pointers.
 Triple FindTriple(const FieldCloud& cloud, const std::array<const char*, 3>& names)
 {
   Triple triple = { Find(cloud, names[0]), Find(cloud, names[1]), Find(cloud, names[2]) };
@@ -75,7 +75,7 @@ int VTKType(const Field& field)
   }
 }
 
-// Copies `count` values that lie side by side in each point to component `component` on.
+// Copies `count` adjacent values of each point, `stride` values apart in `to`.
 template <typename In, typename Out>
 void CopyValues(const FieldCloud& cloud, const Field& field, int count, Out* to, int stride)
 {
@@ -93,7 +93,7 @@ void CopyValues(const FieldCloud& cloud, const Field& field, int count, Out* to,
   }
 }
 
-// One component from a field of any type.
+// Copies one component from a field of any type.
 template <typename Out>
 void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int stride)
 {
@@ -105,7 +105,7 @@ void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int str
 
 vtkSmartPointer<vtkPoints> DecodePoints(const FieldCloud& cloud, const Triple& xyz)
 {
-  // An int does not fit into a float either.
+  // A float does not hold every int either.
   const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
     [](const Field* field) { return VTKType(*field) == VTK_DOUBLE || VTKType(*field) == VTK_INT; });
   auto points = vtkSmartPointer<vtkPoints>::New();
@@ -167,7 +167,8 @@ vtkSmartPointer<vtkDataArray> DecodePackedColors(const FieldCloud& cloud, const 
   return colors;
 }
 
-// What brings a colour channel to bytes: real numbers up to 1 and 16 bits are other scales.
+// The factor from a colour channel to bytes: 255 for real numbers up to 1, 1/257 for 16 bits,
+// else 1.
 float ScaleToBytes(int type, const std::vector<float>& values)
 {
   const bool isReal = type == VTK_FLOAT || type == VTK_DOUBLE;
@@ -179,7 +180,7 @@ float ScaleToBytes(int type, const std::vector<float>& values)
   return type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
 }
 
-// Three fields of their own; all three on one scale.
+// Colours in three fields; all three have the same scale.
 vtkSmartPointer<vtkDataArray> DecodeSeparateColors(const FieldCloud& cloud, const Triple& rgb)
 {
   const vtkIdType points = Count(cloud);
@@ -195,7 +196,7 @@ vtkSmartPointer<vtkDataArray> DecodeSeparateColors(const FieldCloud& cloud, cons
   colors->SetNumberOfTuples(Count(cloud));
   for (vtkIdType i = 0; i < 3 * points; ++i)
   {
-    // The order of the arguments makes NaN 0.
+    // The order of the arguments maps NaN to 0.
     const float byte = std::min(255.f, std::max(0.f, values[i] * scale));
     colors->SetValue(i, static_cast<unsigned char>(byte + 0.5f));
   }
@@ -268,10 +269,6 @@ void AddNormals(const FieldCloud& cloud, vtkPointData* data, std::set<const Fiel
 //------------------------------------------------------------------------------
 void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
 {
-  if (cloud.BigEndian)
-  {
-    throw std::runtime_error("big-endian .pcd data is not supported; convert it to ascii.");
-  }
   CheckFields(cloud);
   const Triple xyz = FindTriple(cloud, { "x", "y", "z" });
   if (!xyz[0])

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Turns the fields of an untyped cloud into points and point arrays. What becomes of which
- * field: vtkPointCloudReader.h.
+ * Turns the fields of an untyped cloud into points and point arrays; vtkPointCloudReader.h lists
+ * which field becomes what.
  */
 #pragma once
 
-#include "Filters/Readers/PointCloudBlob.h"
+#include "Filters/Readers/FieldCloud.h"
 
 class vtkPolyData;
 
 namespace PointCloud
 {
 /**
- * Throws std::runtime_error where x, y and z are missing.
+ * Throws std::runtime_error if x, y or z is missing.
  */
 void DecodeFields(const FieldCloud& cloud, vtkPolyData* output);
 }

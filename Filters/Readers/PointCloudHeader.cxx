@@ -16,7 +16,7 @@ namespace
 {
 using Words = std::vector<std::string>;
 
-constexpr std::size_t LongestLine = 1 << 16; // longer is binary data of some other format
+constexpr std::size_t LongestLine = 1 << 16; // longer ones are binary data of another format
 
 Words Split(const std::string& line)
 {
@@ -34,7 +34,7 @@ Words Split(const std::string& line)
   throw std::runtime_error(what + "; the header is damaged.");
 }
 
-// A whole number in decimal digits, or a failure.
+// Parses a whole number of decimal digits; fails if it is none.
 std::uint64_t ParseCount(const std::string& key, const std::string& word)
 {
   const bool isNumber = !word.empty() && word.size() < 19 &&
@@ -46,14 +46,14 @@ std::uint64_t ParseCount(const std::string& key, const std::string& word)
   return std::stoull(word);
 }
 
-// Points that do not fit into the file, or into VTK's int dimensions.
+// Throws if the points do not fit into the file, or into VTK's int dimensions.
 void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
 {
   if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
     points * leastBytes > fileBytes)
   {
-    throw std::runtime_error("the header announces " + std::to_string(points) +
-      " points, the file has only " + std::to_string(fileBytes) +
+    throw std::runtime_error("the header promises " + std::to_string(points) +
+      " points, but the file has only " + std::to_string(fileBytes) +
       " bytes; it is cut short or its header is wrong.");
   }
 }
@@ -76,7 +76,7 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
   throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
-// Key -> values of a .pcd header, up to DATA.
+// Reads the lines of a .pcd header up to DATA, as key -> values.
 std::map<std::string, Words> ReadPCDLines(std::istream& file)
 {
   static const Words known = { "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT",
@@ -92,7 +92,7 @@ std::map<std::string, Words> ReadPCDLines(std::istream& file)
     }
     const std::string key = words[0] == "COLUMNS" ? "FIELDS" : words[0];
     words.erase(words.begin());
-    // pcl_io sizes its tables by FIELDS when it meets the other lines.
+    // FIELDS must come before these lines, as pcl_io requires.
     const bool early = !lines.count("FIELDS") && (key == "SIZE" || key == "TYPE" || key == "COUNT");
     if (std::find(known.begin(), known.end(), key) == known.end() || early ||
       !lines.emplace(key, words).second)
@@ -146,7 +146,7 @@ void CheckPCDFields(std::map<std::string, Words>& lines, PCDHeader& header)
   }
 }
 
-// The data begins with its sizes, packed and unpacked; pcl_io leaves the padding out when packing.
+// The data begins with its sizes, packed and unpacked; pcl_io packs no padding.
 void CheckCompressed(
   std::istream& file, std::uint64_t points, const PointSize& size, std::uint64_t dataBytes)
 {
@@ -163,7 +163,7 @@ void CheckCompressed(
   }
 }
 
-// Columns and rows.
+// Reads columns and rows.
 void CheckPCDSize(std::map<std::string, Words>& lines, PCDHeader& header)
 {
   const std::uint64_t width = ParseCount("WIDTH", lines["WIDTH"][0]);

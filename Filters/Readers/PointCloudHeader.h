@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a .ply or .pcd file is and announces, checked before its data are read: pcl_io trusts
- * headers and reserves, or reads past, what a damaged one says.
+ * Format and header of a .ply or .pcd file, checked before the data is read: the readers rely on
+ * the header, so that a damaged one would make them allocate too much or read past the end.
  */
 #pragma once
 
@@ -22,17 +22,17 @@ enum class Format
 };
 
 /**
- * The format by the file's first bytes; Unknown also where it cannot be opened.
+ * The format by the file's first bytes; Unknown also if it cannot be opened.
  */
 Format FindFormat(const std::string& path);
 
 /**
- * The format, never Unknown. Throws std::runtime_error that says what is wrong with the file or its
- * header, or that it is too short for the points that it announces.
+ * Returns the format, never Unknown. Throws std::runtime_error if the file cannot be read, its
+ * header is damaged, or it is too short for the points in its header.
  */
 Format CheckFile(const std::string& path);
 
-/// A .pcd file's, sound in itself.
+/// Header of a .pcd file; its entries agree with each other.
 struct PCDHeader
 {
   std::uint32_t Width = 0, Height = 1;
@@ -42,6 +42,6 @@ struct PCDHeader
   double Viewpoint[3] = { 0.0, 0.0, 0.0 };
 };
 
-/// Leaves the file where the data begins. Throws as CheckFile does.
+/// Reads up to where the data begins. Throws as CheckFile does.
 PCDHeader ReadPCDHeader(std::istream& file);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointCloudReader.h"
 
-#include "Filters/Readers/PointCloudBlob.h"
 #include "Filters/Readers/PointCloudFields.h"
+#include "Filters/Readers/PointCloudFile.h"
 #include "Filters/Readers/PointCloudHeader.h"
 
 #include "vtkErrorCode.h"
@@ -52,19 +52,20 @@ int vtkPointCloudReader::RequestData(
 
   try
   {
-    const PointCloud::Blob blob = PointCloud::ReadBlob(this->FileName);
+    const PointCloud::PointCloudFile file = PointCloud::ReadPointCloudFile(this->FileName);
     this->UpdateProgress(0.6);
-    PointCloud::DecodeFields(blob.Cloud, output);
-    std::copy_n(blob.Viewpoint, 3, this->Viewpoint);
-    this->HasViewpoint = blob.HasViewpoint;
-    this->Dimensions[0] = static_cast<int>(blob.Cloud.Width);
-    this->Dimensions[1] = static_cast<int>(blob.Cloud.Height);
+    PointCloud::DecodeFields(file.Cloud, output);
+    std::copy_n(file.Viewpoint, 3, this->Viewpoint);
+    this->HasViewpoint = file.HasViewpoint;
+    this->Dimensions[0] = static_cast<int>(file.Cloud.Width);
+    this->Dimensions[1] = static_cast<int>(file.Cloud.Height);
   }
   catch (const std::bad_alloc&)
   {
     output->Initialize();
     this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(<< this->FileName << " does not fit into memory: thin the cloud out first.");
+    vtkErrorMacro(<< this->FileName
+                  << " does not fit into memory: reduce the number of points first.");
     return 0;
   }
   catch (const std::exception& problem)

@@ -4,8 +4,8 @@
  * @brief   reads .pcd and .ply point clouds with all their point fields
  *
  * Reads PCL's .pcd files (ascii, binary, binary_compressed) and the vertices of .ply files (ascii,
- * binary of either byte order; faces and lists are passed over). The format is told from the
- * content, not from the file's name. What becomes of the fields:
+ * binary in either byte order; faces and lists are skipped). The content decides the format, not
+ * the file's name. Fields become:
  *
  * | field                              | output                                                  |
  * |------------------------------------|---------------------------------------------------------|
@@ -14,10 +14,13 @@
  * | normal_x .. normal_z, nx ny nz     | float "Normals", set as the normals                     |
  * | any other                          | an array of the field's name, type and component count  |
  *
- * An alpha that is 0 in every point or 255 in every point says nothing (depth cameras write 0)
- * and is left out. Points with NaN coordinates are kept, so that an organized cloud keeps its
- * rows; the surfel filters drop and count them. All points form one poly-vertex cell, so that
- * an ordinary mapper shows them.
+ * An alpha that is 0 in every point or 255 in every point is left out (depth cameras write 0).
+ * Points with NaN coordinates are kept, so that an organized cloud keeps its rows; the surfel
+ * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
+ * shows them.
+ *
+ * .ply files need a build with pcl_io (SURFELSPLATTING_READ_WITH_PCL); the ParaView plugin is built
+ * without it.
  *
  * @sa vtkSurfelEstimation
  */
@@ -49,7 +52,7 @@ public:
 
   ///@{
   /**
-   * Where the sensor stood, in the coordinates of the points, and whether the file says so. Valid
+   * Position of the sensor in the coordinates of the points, and whether the file has one. Valid
    * after an update. A .pcd header always has a viewpoint; its default (0, 0, 0) counts only for
    * an organized cloud, which is one depth image seen from the origin.
    */
@@ -59,7 +62,7 @@ public:
 
   /**
    * Columns and rows of an organized cloud (one depth image, row by row); (number of points, 1)
-   * for any other. Valid after an update.
+   * otherwise. Valid after an update.
    */
   vtkGetVector2Macro(Dimensions, int);
 

@@ -242,6 +242,73 @@ TEST_CASE("Abort")
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
 }
 
+/// Normals may be of any type.
+TEST_CASE("NormalsInDouble")
+{
+  const Sampled scene = MakeScene();
+  const auto data = ToPolyData(scene.Points);
+  AddNormals(data, scene.Normals); // doubles
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->SetInputData(data);
+  partitioned->SetPointsPerPart(7000);
+  partitioned->Update();
+  const Surfels surfels(partitioned->GetOutput());
+  int turned = 0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    turned += Dot(surfels.Normal(i), scene.Normals[i]) < 0.999 ? 1 : 0;
+  }
+  CHECK(surfels.Count() == static_cast<vtkIdType>(scene.Points.size()));
+  CHECK(turned == 0);
+}
+
+/// What PrintSelf says of a filter's settings, without the lines before them.
+template <typename Filter>
+std::string SettingsOf(Filter* filter, const std::string& first, const std::string& end)
+{
+  std::ostringstream text;
+  filter->Print(text);
+  const std::string all = text.str();
+  const std::size_t begin = all.find(first);
+  return all.substr(begin, all.find(end) - begin);
+}
+
+TEST_CASE("CopySettings")
+{
+  vtkNew<vtkSurfelEstimation> from, to;
+  from->SetNeighborhoodModeToRadius();
+  from->SetNumberOfNeighbors(20);
+  from->SetRadius(0.5);
+  from->SetMaximumNumberOfNeighbors(99);
+  from->SetKernelModeToElliptical();
+  from->SetKernelScale(0.6);
+  from->SetCellBlur(0.3);
+  from->SetMaximumAxisRatio(3.0);
+  from->SetKeepNormals(0);
+  from->SetNormalsArrayName("directions");
+  from->SetOrientationModeToViewpoint();
+  from->SetViewpoint(1.0, 2.0, 3.0);
+  from->SetUseViewpoint(1);
+  from->SetIsolationFactor(7.0);
+  const char* const first = "NeighborhoodMode";
+  CHECK(SettingsOf(from.Get(), first, "Controller") != SettingsOf(to.Get(), first, "Controller"));
+  to->CopySettings(from);
+  CHECK(SettingsOf(from.Get(), first, "Controller") == SettingsOf(to.Get(), first, "Controller"));
+
+  vtkNew<vtkSurfelNormalization> weights, copied;
+  weights->SetSamplesPerPoint(8);
+  weights->SetNumberOfIterations(3);
+  weights->SetNumberOfNeighbors(30);
+  weights->SetSupport(3.0);
+  weights->SetSampleRadius(1.5);
+  weights->SetNormalOffset(1.0);
+  weights->SetMinimumFactor(0.5);
+  weights->SetMaximumFactor(2.0);
+  copied->CopySettings(weights);
+  CHECK(SettingsOf(weights.Get(), "SamplesPerPoint", "Controller") ==
+    SettingsOf(copied.Get(), "SamplesPerPoint", "Controller"));
+}
+
 /// A change of a part's settings is a change of the filter.
 TEST_CASE("Settings")
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// .pcd files read without PCL are those that pcl_io reads, byte by byte: its own files in all three
-// forms, with every type, several values in a field, padding and NaN; damaged data give errors.
-#include "Filters/Readers/PCDData.h"
+// The .pcd decoder gives what pcl_io gives, byte by byte: for pcl_io's own files in all three
+// forms, with every type, several values in a field, padding and NaN. Damaged data gives errors.
+#include "Filters/Readers/PCDDecoder.h"
 #include "Filters/Readers/PointCloudHeader.h"
 #include "SurfelTesting.h"
 
@@ -18,7 +18,7 @@ using namespace SurfelTesting;
 
 namespace
 {
-const char* const Path = "TestPCDData.pcd";
+const char* const Path = "TestPCDDecoder.pcd";
 
 /// Removes the file when a test ends.
 struct TemporaryFile
@@ -68,7 +68,7 @@ PointCloud::FieldCloud Read()
   PointCloud::CheckFile(Path);
   std::ifstream file(Path, std::ios::binary);
   const PointCloud::PCDHeader header = PointCloud::ReadPCDHeader(file);
-  return PointCloud::ReadPCDData(file, header);
+  return PointCloud::DecodePCD(file, header);
 }
 
 /// Of a float or double; NaNs come in many kinds.

@@ -10,7 +10,7 @@
 
 namespace PointCloud
 {
-struct Blob
+struct PointCloudFile
 {
   FieldCloud Cloud;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 }; ///< of the sensor, in the points' coordinates
@@ -20,5 +20,5 @@ struct Blob
 /**
  * Throws std::runtime_error that says what is wrong with the file, or std::bad_alloc.
  */
-Blob ReadBlob(const std::string& path);
+PointCloudFile ReadPointCloudFile(const std::string& path);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Estimation/NeighborSearch.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
@@ -15,7 +15,7 @@ namespace
 {
 using Index = flann::KDTreeSingleIndex<flann::L2_Simple<float>>;
 
-/// Points in a leaf of the tree: the fastest of 8, 15, 24 and 32.
+/// Points per leaf of the tree: the fastest of 8, 15, 24 and 32.
 constexpr int LeafSize = 24;
 
 constexpr float Unbounded = std::numeric_limits<float>::max();
@@ -49,7 +49,7 @@ struct NeighborSearch::Tree
   std::unique_ptr<Index> Search; // null: no points
 };
 
-/// The nearest points within a reach, sorted as they come.
+/// The nearest points within a reach, sorted by insertion.
 class NeighborSearch::Result final : public flann::ResultSet<float>
 {
 public:
@@ -73,7 +73,7 @@ public:
     std::uint64_t* found = this->Found.data();
     if (this->full() && key >= found[this->Wanted - 1])
     {
-      return; // a leaf asks for the reach once, before its points
+      return; // FLANN reads the reach once per leaf, before its points
     }
     int k = this->Number < this->Wanted ? this->Number++ : this->Wanted - 1;
     for (; k > 0 && found[k - 1] > key; --k)
@@ -128,14 +128,14 @@ void NeighborSearch::Search(int i, int wanted, float squaredReach, Neighbors& ne
     neighbors.SquaredDistances[count] = SquaredDistanceOf(neighbors.Found[k]);
     count += id != i ? 1 : 0;
   }
-  // Where squared distances are 0, others may have taken the place of i.
+  // Other points at squared distance 0 may have displaced i.
   count = std::min(count, wanted - 1);
   neighbors.Ids.resize(count);
   neighbors.SquaredDistances.resize(count);
 }
 
-/// As many points as were found within the last query's reach are within that and the step from
-/// there to here. Along the cloud's order steps are short: the search starts with a bound.
+/// An upper bound on the squared reach of a query: the last query's reach plus the distance from
+/// its point to this one. Points that follow each other in the cloud are near each other.
 float NeighborSearch::BoundOf(int i, int wanted, const Neighbors& neighbors) const
 {
   if (neighbors.Last < 0 || wanted > neighbors.LastWanted)
@@ -146,7 +146,7 @@ float NeighborSearch::BoundOf(int i, int wanted, const Neighbors& neighbors) con
   const float* to = this->Implementation->Positions + 3 * static_cast<size_t>(i);
   const float x = to[0] - from[0], y = to[1] - from[1], z = to[2] - from[2];
   const float reach = neighbors.LastReach + std::sqrt(x * x + y * y + z * z);
-  return 1.0001f * reach * reach; // rounding
+  return 1.0001f * reach * reach; // for rounding errors
 }
 
 void NeighborSearch::FindNearest(int i, int count, Neighbors& neighbors) const
@@ -156,7 +156,7 @@ void NeighborSearch::FindNearest(int i, int count, Neighbors& neighbors) const
   this->Search(i, wanted, bound, neighbors);
   if (neighbors.Count() + 1 < wanted && bound < Unbounded)
   {
-    this->Search(i, wanted, Unbounded, neighbors); // distances at the end of what floats hold
+    this->Search(i, wanted, Unbounded, neighbors); // distances overflowed or underflowed
   }
   neighbors.Last = i;
   neighbors.LastWanted = neighbors.Count() + 1;
@@ -165,7 +165,7 @@ void NeighborSearch::FindNearest(int i, int count, Neighbors& neighbors) const
 
 void NeighborSearch::FindWithin(int i, double radius, int limit, Neighbors& neighbors) const
 {
-  // A bound on the count keeps dense clusters from answering with the whole cloud.
+  // The limit keeps a query in a dense cluster from returning the whole cloud.
   const int wanted = std::min(limit + 1, this->Size());
   this->Search(i, wanted, static_cast<float>(radius * radius), neighbors);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Nearest neighbours in a cloud: FLANN's k-d tree behind a wall, so that its headers stay in one
- * source file. It is the tree inside PCL's KdTreeFLANN, without PCL's two copies of the points
- * and its allocations for each query (Documentation/Performance.md).
+ * Nearest neighbours in a cloud by FLANN's k-d tree, whose headers only the source file includes.
+ * It is the tree inside PCL's KdTreeFLANN, without PCL's two copies of the points and its
+ * allocations for each query (Documentation/Performance.md).
  */
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace SurfelGeometry
 {
-/// Answer of a query, nearest first; at equal distance by id. One per thread, reused.
+/// Result of a query, nearest first; at equal distance by id. Each thread reuses one.
 struct Neighbors
 {
   std::vector<int> Ids;
@@ -28,11 +28,11 @@ private:
   float LastReach = 0.0f;
 };
 
-/// Queries are const and may run in parallel; their answers do not depend on the threads.
+/// Queries are const and may run in parallel; their results do not depend on the threads.
 class NeighborSearch
 {
 public:
-  /// positions: [3 count], finite, kept by the caller as long as this object.
+  /// positions: [3 count], finite; they must outlive this object.
   NeighborSearch(const float* positions, int count);
   ~NeighborSearch();
   NeighborSearch(const NeighborSearch&) = delete;
@@ -40,10 +40,10 @@ public:
 
   int Size() const;
 
-  /// The `count` points nearest to point i, without i itself; fewer if there are not as many.
+  /// The `count` points nearest to point i, without i itself; fewer if the cloud is smaller.
   void FindNearest(int i, int count, Neighbors& neighbors) const;
 
-  /// The points within `radius` of point i, without i itself, at most the `limit` nearest.
+  /// The points within `radius` of point i, without i itself; at most the `limit` nearest.
   void FindWithin(int i, double radius, int limit, Neighbors& neighbors) const;
 
 private:

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Readers/PointCloudBlob.h"
-
-#include "Filters/Readers/PointCloudHeader.h"
+#include "Filters/Readers/PLYFile.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
-#include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
@@ -17,7 +13,7 @@ namespace PointCloud
 {
 namespace
 {
-// PCL writes its findings to stderr; ours go through VTK's error macros.
+/// Keeps PCL from writing to stderr: errors go through VTK's error macros.
 class QuietPCL
 {
 public:
@@ -65,14 +61,13 @@ Field::Types TypeOf(std::uint8_t datatype)
   }
 }
 
-/// Takes the data.
+/// Moves the data out of `cloud`.
 FieldCloud ToFieldCloud(pcl::PCLPointCloud2& cloud)
 {
   FieldCloud result;
   result.Width = cloud.width;
   result.Height = cloud.height;
   result.PointStep = cloud.point_step;
-  result.BigEndian = cloud.is_bigendian;
   for (const pcl::PCLPointField& field : cloud.fields)
   {
     result.Fields.push_back({ field.name, field.offset, TypeOf(field.datatype), field.count });
@@ -83,29 +78,20 @@ FieldCloud ToFieldCloud(pcl::PCLPointCloud2& cloud)
 }
 
 //------------------------------------------------------------------------------
-Blob ReadBlob(const std::string& path)
+FieldCloud ReadPLY(const std::string& path)
 {
-  const Format format = CheckFile(path);
   QuietPCL quiet;
   pcl::PCLPointCloud2 cloud;
   Eigen::Vector4f origin = Eigen::Vector4f::Zero();
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
   int version = 0;
-  const int status = format == Format::PLY
-    ? pcl::PLYReader().read(path, cloud, origin, orientation, version)
-    : pcl::PCDReader().read(path, cloud, origin, orientation, version);
+  const int status = pcl::PLYReader().read(path, cloud, origin, orientation, version);
   const auto points = static_cast<std::uint64_t>(cloud.width) * cloud.height;
   if (status < 0 || cloud.data.size() < points * cloud.point_step)
   {
-    throw std::runtime_error("the header or the data is broken or cut short (pcl_io gave up).");
+    throw std::runtime_error(
+      "the header or the data is damaged or cut short (pcl_io cannot read it).");
   }
-  Blob blob;
-  blob.Cloud = ToFieldCloud(cloud);
-  if (format == Format::PCD)
-  {
-    std::copy_n(origin.data(), 3, blob.Viewpoint);
-    blob.HasViewpoint = blob.Cloud.Height > 1 || !origin.head<3>().isZero();
-  }
-  return blob;
+  return ToFieldCloud(cloud);
 }
 }

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The few operations on 3-vectors that the filters' loops need, in double; single where they are
- * kept.
+ * Operations on 3-vectors for the filters: computed in double, stored in float.
  */
 #pragma once
+
+#include "Core/Base/Geometry.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
 {
-struct Vector3
-{
-  double X = 0.0, Y = 0.0, Z = 0.0;
-};
+using SurfelSplatting::Dot;
+using SurfelSplatting::Norm;
+using SurfelSplatting::Pi;
+using SurfelSplatting::Vector3;
 
-/// A vector that is kept for each point: half the memory, and the time that pages take.
+/// A vector stored for each point: half the memory of a Vector3, and half the time to move it.
 struct Float3
 {
   float X = 0.0f, Y = 0.0f, Z = 0.0f;
 
   Float3() = default;
   Float3(const Vector3& a)
-    : X(static_cast<float>(a.X))
-    , Y(static_cast<float>(a.Y))
-    , Z(static_cast<float>(a.Z))
+    : X(static_cast<float>(a[0]))
+    , Y(static_cast<float>(a[1]))
+    , Z(static_cast<float>(a[2]))
   {
   }
   operator Vector3() const { return { this->X, this->Y, this->Z }; }
@@ -36,47 +37,40 @@ inline Vector3 Load(const float* p)
 }
 inline void Store(const Vector3& a, float* p)
 {
-  p[0] = static_cast<float>(a.X);
-  p[1] = static_cast<float>(a.Y);
-  p[2] = static_cast<float>(a.Z);
+  p[0] = static_cast<float>(a[0]);
+  p[1] = static_cast<float>(a[1]);
+  p[2] = static_cast<float>(a[2]);
 }
 inline Vector3 operator+(const Vector3& a, const Vector3& b)
 {
-  return { a.X + b.X, a.Y + b.Y, a.Z + b.Z };
+  return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
 }
 inline Vector3 operator-(const Vector3& a, const Vector3& b)
 {
-  return { a.X - b.X, a.Y - b.Y, a.Z - b.Z };
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
 }
 inline Vector3 operator*(double s, const Vector3& a)
 {
-  return { s * a.X, s * a.Y, s * a.Z };
+  return { s * a[0], s * a[1], s * a[2] };
 }
-inline double Dot(const Vector3& a, const Vector3& b)
-{
-  return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
-}
+/// In single precision.
 inline float SingleDot(const Float3& a, const Float3& b)
 {
   return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
 }
 inline Vector3 Cross(const Vector3& a, const Vector3& b)
 {
-  return { a.Y * b.Z - a.Z * b.Y, a.Z * b.X - a.X * b.Z, a.X * b.Y - a.Y * b.X };
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
 }
-inline double Length(const Vector3& a)
-{
-  return std::sqrt(Dot(a, a));
-}
-/// a / |a|, or `fallback` where a has no usable direction.
+/// a / |a|, or `fallback` if a is zero or not finite.
 inline Vector3 Normalized(const Vector3& a, const Vector3& fallback)
 {
-  const double length = Length(a);
+  const double length = Norm(a);
   return length > 0.0 && std::isfinite(length) ? (1.0 / length) * a : fallback;
 }
 
-/// Direction (cosine, sine), cosine >= 0, of the larger principal axis of [[xx, xy], [xy, yy]]:
-/// half of the angle of (xx - yy, 2 xy), without the angle.
+/// Direction (cosine, sine), cosine >= 0, of the larger principal axis of [[xx, xy], [xy, yy]]. Its
+/// angle is half that of (xx - yy, 2 xy), but is not computed.
 inline void PrincipalAxis(double xx, double yy, double xy, double& cosine, double& sine)
 {
   const double x = xx - yy, y = 2.0 * xy;
@@ -95,14 +89,14 @@ inline void PrincipalAxis(double xx, double yy, double xy, double& cosine, doubl
   }
 }
 
-/// Two unit vectors that make a right-handed frame (u, v, n) with the unit vector n, without
-/// a branch that loses digits (Duff et al. 2017, "Building an orthonormal basis, revisited").
+/// Completes the unit vector n to a right-handed orthonormal frame (u, v, n), accurate for every n
+/// (Duff et al. 2017, "Building an orthonormal basis, revisited").
 inline void TangentFrame(const Vector3& n, Vector3& u, Vector3& v)
 {
-  const double sign = std::copysign(1.0, n.Z);
-  const double a = -1.0 / (sign + n.Z);
-  const double b = n.X * n.Y * a;
-  u = { 1.0 + sign * n.X * n.X * a, sign * b, -sign * n.X };
-  v = { b, sign + n.Y * n.Y * a, -n.Y };
+  const double sign = std::copysign(1.0, n[2]);
+  const double a = -1.0 / (sign + n[2]);
+  const double b = n[0] * n[1] * a;
+  u = { 1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0] };
+  v = { b, sign + n[1] * n[1] * a, -n[1] };
 }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Filters/Readers/PCDData.h"
+#include "Filters/Readers/PCDDecoder.h"
 
 #include "Filters/Readers/PointCloudHeader.h"
 
@@ -21,9 +21,9 @@ namespace
 }
 
 /**
- * LZF, as M. Lehmann's liblzf packs: a byte below 32 begins so many literals and one more; any
- * other has a length in its three high bits (7: a further byte adds to it), two less than it is,
- * and with the byte after that how far back the copy begins, one less.
+ * LZF, the format of M. Lehmann's liblzf. A control byte c < 32 precedes c + 1 literal bytes. Any
+ * other starts a copy of earlier output: its three high bits are the length minus 2 (7: the next
+ * byte is added), its five low bits and the byte after that the distance back minus 1.
  */
 void Unpack(const std::vector<std::uint8_t>& packed, std::vector<std::uint8_t>& data)
 {
@@ -57,7 +57,7 @@ void Unpack(const std::vector<std::uint8_t>& packed, std::vector<std::uint8_t>& 
     {
       FailCompressed();
     }
-    for (std::size_t i = 0; i < count; ++i, ++to) // it may overlap itself
+    for (std::size_t i = 0; i < count; ++i, ++to) // source and target may overlap
     {
       data[to] = data[to - back];
     }
@@ -68,7 +68,7 @@ void Unpack(const std::vector<std::uint8_t>& packed, std::vector<std::uint8_t>& 
   }
 }
 
-/// The data begins with its sizes, and is packed field by field; padding may have been left out.
+/// Two sizes, packed and unpacked, then the fields one after the other; padding may be missing.
 void ReadCompressed(std::istream& file, FieldCloud& cloud)
 {
   std::uint32_t sizes[2] = { 0, 0 };
@@ -107,7 +107,7 @@ void ReadBinary(std::istream& file, FieldCloud& cloud)
   }
 }
 
-/// All of a word as a number, whatever the locale; false: it is none.
+/// Parses a whole word as a number, in any locale. Returns false if it is none.
 template <typename T>
 bool Parse(const std::string& word, T& value)
 {
@@ -117,23 +117,23 @@ bool Parse(const std::string& word, T& value)
   return result.ec == std::errc() && result.ptr == end;
 }
 
-/// False: it is no number of this type.
+/// Returns false if the word is no number of this type.
 template <typename T>
 bool StoreAs(const std::string& word, std::uint8_t* to)
 {
   T value = 0;
-  bool good = Parse(word, value);
+  bool isValid = Parse(word, value);
   double real = 0.0;
-  if (!good && Parse(word, real))
+  if (!isValid && Parse(word, real))
   {
-    // "1.0" is a whole number, too, and 1e-60 a float: 0.
-    good = !std::is_integral<T>::value ||
+    // Accepts "1.0" as an integer, and 1e-60 as a float: 0.
+    isValid = !std::is_integral<T>::value ||
       (real >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
         real < static_cast<double>(std::numeric_limits<T>::max()));
-    value = good ? static_cast<T>(real) : T{};
+    value = isValid ? static_cast<T>(real) : T{};
   }
   std::memcpy(to, &value, sizeof(T));
-  return good;
+  return isValid;
 }
 
 bool StoreWord(const std::string& word, Field::Types type, std::uint8_t* to)
@@ -182,7 +182,7 @@ void ReadAscii(std::istream& file, FieldCloud& cloud)
         if (!StoreWord(word, field.Type, to))
         {
           throw std::runtime_error("point " + std::to_string(i) + ", field " + field.Name + ": \"" +
-            word.substr(0, 40) + "\" is no such number.");
+            word.substr(0, 40) + "\" is not a number of this field's type.");
         }
       }
     }
@@ -190,7 +190,7 @@ void ReadAscii(std::istream& file, FieldCloud& cloud)
 }
 }
 
-FieldCloud ReadPCDData(std::istream& file, const PCDHeader& header)
+FieldCloud DecodePCD(std::istream& file, const PCDHeader& header)
 {
   FieldCloud cloud;
   cloud.Width = header.Width;

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The arrays of new surfels, and the point data that they take over from their points.
+ */
+#pragma once
+
+#include "vtkSmartPointer.h"
+#include "vtkType.h"
+
+#include <vector>
+
+class vtkFloatArray;
+class vtkPointSet;
+class vtkPolyData;
+class vtkUnsignedCharArray;
+
+namespace SurfelGeometry
+{
+/// Arrays to fill, as Documentation/DataContract.md defines them.
+struct SurfelOutput
+{
+  explicit SurfelOutput(vtkIdType count);
+
+  /// Adds the surfels to `output`: points, their cell, the point arrays and the origin.
+  void Write(const double origin[3], vtkPolyData* output) const;
+
+  vtkSmartPointer<vtkFloatArray> Positions, Covariances, AreaVectors;
+  vtkSmartPointer<vtkUnsignedCharArray> TwoSided;
+};
+
+/// Passes the point data of those input points that are kept, and the field data.
+/// @param kept [input points] 1: the point is kept
+void PassPointData(vtkPointSet* input, const std::vector<char>& kept, vtkPolyData* output);
+}

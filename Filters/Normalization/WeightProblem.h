@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What KernelWeights solves and SurfaceSamples samples: the kernels of a cloud and the settings.
+ */
+#pragma once
+
+#include "Filters/Common/VectorMath.h"
+
+#include "vtkType.h"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace SurfelGeometry
+{
+struct LocalCloud;
+
+/// The kernel of a surfel: K(x) = Peak exp(-|B (x - p)|^2 / 2) in its tangent plane.
+struct WeightedKernel
+{
+  Float3 Normal; // unit
+  Float3 B1, B2; // tangential rows of the inverse square root of the covariance, 1 / length
+  float Area;    // initial |A|
+  float Peak;    // 1 / (2 pi sqrt(det S)), 1 / area
+  float Sigma;   // (det S)^(1/4)
+  bool TwoSided;
+  bool Usable; // false: no direction, no area or no extent; left out
+};
+
+struct WeightSettings
+{
+  int SamplesPerPoint = 16;
+  int NumberOfIterations = 12;
+  int NumberOfNeighbors = 24;
+  double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this
+  double SampleRadius = 1.2; // of the disc of samples, in spacings
+  double NormalOffset = 2.0; // a kernel covers points up to this many sigma off its plane
+  double MinimumFactor = 0.25;
+  double MaximumFactor = 4.0;
+};
+
+/// Moments of the sums over samples.
+struct SumMoments
+{
+  double Area = 0.0, First = 0.0, Second = 0.0; // world units squared
+  double Minimum = std::numeric_limits<double>::infinity();
+  double Maximum = -std::numeric_limits<double>::infinity();
+  vtkIdType Samples = 0;
+
+  void Add(double weight, double sum)
+  {
+    this->Area += weight;
+    this->First += weight * sum;
+    this->Second += weight * sum * sum;
+    this->Minimum = std::min(this->Minimum, sum);
+    this->Maximum = std::max(this->Maximum, sum);
+    ++this->Samples;
+  }
+
+  void Add(const SumMoments& other)
+  {
+    this->Area += other.Area;
+    this->First += other.First;
+    this->Second += other.Second;
+    this->Minimum = std::min(this->Minimum, other.Minimum);
+    this->Maximum = std::max(this->Maximum, other.Maximum);
+    this->Samples += other.Samples;
+  }
+};
+
+/// For several processes that weight one cloud: each has a region and its halo. All take the same
+/// number of steps, which the statistics of the whole cloud decide.
+struct WeightSharing
+{
+  std::vector<char> IsOwn; ///< [n] whether a surfel is in this process's region, not in its halo
+
+  /// Collective: sums the moments of all processes. Returns false if a process was stopped.
+  std::function<bool(bool running, SumMoments& moments)> Sum;
+};
+
+/// What the weights are solved for.
+struct WeightProblem
+{
+  const LocalCloud& Cloud;
+  const std::vector<WeightedKernel>& Kernels; // [n]
+  const WeightSettings& Settings;
+  const WeightSharing* Sharing; // null: one process
+};
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/OutsideDecision.h"
+
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/WindingNumber.h"
+
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// Largest share of a component's votes that may contradict its orientation.
+constexpr double LargestConflict = 0.03;
+
+/// A component is closed if the winding number at its surfels is at least ClosedMean on average
+/// and beyond ClosedLeast at ClosedShare of the samples. On a sphere of which a share f is missing
+/// the mean is (1 - f) / 2: up to a fifth may be missing; half a sphere, 0.32, is open.
+constexpr double ClosedMean = 0.4;
+constexpr double ClosedLeast = 0.15;
+constexpr double ClosedShare = 0.85;
+constexpr int WindingSamples = 192;
+constexpr int SmallestClosed = 30; // points; fewer are not enough to decide
+
+/// Given normals decide if they agree this much: |sum of cosines| / sum of absolute values.
+constexpr double GivenAgreement = 0.8;
+
+/// +1: closed, normals point outward. -1: closed, inward. 0: open or undecided.
+int ClosedSign(const OutsideInput& input, const Component& component)
+{
+  const int count = component.Count;
+  if (count < SmallestClosed)
+  {
+    return 0;
+  }
+  const int samples = std::min(count, WindingSamples);
+  std::vector<double> windings(samples);
+  const WindingNumbers numbers(input.Cloud, input.Fits, component.Ids, count);
+  vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType s = begin; s < end; ++s)
+    {
+      const int at = component.Ids[static_cast<size_t>(s) * count / samples];
+      windings[s] = numbers.At(at);
+    }
+  });
+  const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
+  const double sign = mean < 0.0 ? -1.0 : 1.0;
+  const auto agreeing = std::count_if(
+    windings.begin(), windings.end(), [sign](double w) { return sign * w > ClosedLeast; });
+  const bool closed = std::abs(mean) >= ClosedMean && agreeing >= ClosedShare * samples;
+  return closed ? static_cast<int>(sign) : 0;
+}
+
+/// +1 if enough of the area faces the viewpoint, -1 if enough faces away from it; else 0.
+int FacingSign(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
+{
+  double toward = 0.0;
+  double away = 0.0;
+  for (int m = 0; m < component.Count; ++m)
+  {
+    const int i = component.Ids[m];
+    const PlaneFit& fit = input.Fits[i];
+    const Vector3 direction =
+      Normalized(settings.Viewpoint - Load(input.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
+    const double facing = fit.Spacing * fit.Spacing * Dot(fit.Normal, direction);
+    (facing > 0.0 ? toward : away) += std::abs(facing);
+  }
+  const double needed = settings.FacingAgreement * (toward + away);
+  return toward > needed ? 1 : (away > needed ? -1 : 0);
+}
+
+/// +1 if the component's given normals agree with its normals, -1 if they are opposite; else 0.
+int GivenSign(const OutsideInput& input, const Component& component)
+{
+  if (input.Given.empty())
+  {
+    return 0;
+  }
+  double sum = 0.0;
+  double absolute = 0.0;
+  for (int m = 0; m < component.Count; ++m)
+  {
+    const int i = component.Ids[m];
+    if (input.Fits[i].Given)
+    {
+      const double agreement = Dot(input.Fits[i].Normal, input.Given[i]);
+      sum += agreement;
+      absolute += std::abs(agreement);
+    }
+  }
+  return std::abs(sum) > GivenAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
+}
+}
+
+OutsideSign DecideOutside(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
+{
+  OutsideSign result;
+  result.Sign = GivenSign(input, component);
+  if (result.Sign == 0 && component.Conflict <= LargestConflict)
+  {
+    result.Sign = ClosedSign(input, component);
+    result.IsClosed = result.Sign != 0;
+    if (result.Sign == 0 && settings.UseViewpoint)
+    {
+      result.Sign = FacingSign(input, settings, component);
+    }
+  }
+  return result;
+}
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/SignPropagation.h"
+
+#include "Filters/Orientation/ParityUnionFind.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// Patches are joined if their votes agree this much: |sum| / sum of absolute values.
+constexpr double Agreement = 0.8;
+
+/// Larger patches need more than a chance contact: the sum of votes must reach this times the
+/// square root of the size of the smaller patch, or LargestEvidence if that is less.
+constexpr double EvidencePerRoot = 0.5;
+constexpr double LargestEvidence = 8.0;
+
+/// A patch below this size is joined to its surest neighbour if the votes agree at least this much.
+constexpr int SmallPatch = 30;
+constexpr double SmallAgreement = 0.3;
+
+/// The votes between two sets.
+struct Pair
+{
+  std::uint64_t Key; // roots of the sets, the smaller one in the high half
+  double Sum, Absolute;
+
+  int First() const { return static_cast<int>(this->Key >> 32); }
+  int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
+};
+
+/// The edges from one set to another.
+std::vector<Edge> EdgesBetweenSets(
+  const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
+{
+  signs.Flatten();
+  const vtkIdType count = edges.Count();
+  std::vector<std::vector<Edge>> found(PieceCount(count));
+  ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
+    VisitVotes(graph, edges, first, last, [&](const Edge& edge) {
+      if (signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
+      {
+        found[p].push_back(edge);
+      }
+    });
+  });
+  return Concatenated(found);
+}
+
+/// Removes the edges within a set from `edges`. Returns the votes of the others, summed for each
+/// pair of sets.
+std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& signs)
+{
+  std::vector<Pair> votes;
+  size_t kept = 0;
+  for (const Edge& edge : edges)
+  {
+    const auto [rootA, flipA] = signs.Find(edge.A);
+    const auto [rootB, flipB] = signs.Find(edge.B);
+    if (rootA == rootB)
+    {
+      continue;
+    }
+    const double vote = flipA != flipB ? -edge.Vote : edge.Vote;
+    const std::uint64_t key = static_cast<std::uint64_t>(std::min(rootA, rootB)) << 32 |
+      static_cast<std::uint64_t>(std::max(rootA, rootB));
+    votes.push_back({ key, vote, std::abs(vote) });
+    edges[kept++] = edge;
+  }
+  edges.resize(kept);
+  std::stable_sort(
+    votes.begin(), votes.end(), [](const Pair& a, const Pair& b) { return a.Key < b.Key; });
+  size_t pairs = 0;
+  for (size_t v = 0; v < votes.size(); ++v)
+  {
+    if (pairs > 0 && votes[pairs - 1].Key == votes[v].Key)
+    {
+      votes[pairs - 1].Sum += votes[v].Sum;
+      votes[pairs - 1].Absolute += votes[v].Absolute;
+    }
+    else
+    {
+      votes[pairs++] = votes[v];
+    }
+  }
+  votes.resize(pairs);
+  return votes;
+}
+
+/// Whether two patches may be joined. `isLast`: in the last rounds, which join small patches.
+bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
+{
+  const int size = std::min(signs.Size(pair.First()), signs.Size(pair.Second()));
+  const double evidence = std::abs(pair.Sum);
+  if (isLast)
+  {
+    return size < SmallPatch && evidence >= SmallAgreement * pair.Absolute;
+  }
+  return evidence >= Agreement * pair.Absolute &&
+    evidence >= std::min(EvidencePerRoot * std::sqrt(double(size)), LargestEvidence);
+}
+
+/// One round of Boruvka's algorithm: joins each set with its surest trusted partner.
+/// Returns whether any sets were joined.
+bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool isLast)
+{
+  std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                [&](const Pair& pair) { return !IsTrusted(pair, signs, isLast); }),
+    pairs.end());
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
+    const double x = std::abs(a.Sum);
+    const double y = std::abs(b.Sum);
+    return x != y ? x > y : a.Key < b.Key;
+  });
+  std::vector<char> joined(count, 0);
+  for (const Pair& pair : pairs)
+  {
+    const int a = pair.First();
+    const int b = pair.Second();
+    if (!joined[a] || !joined[b])
+    {
+      joined[a] = joined[b] = 1;
+      signs.Join(a, b, pair.Sum < 0.0);
+    }
+  }
+  return !pairs.empty();
+}
+}
+
+bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
+  const StageProgress& progress, ParityUnionFind& signs)
+{
+  JoinSureEdges(graph, edges, signs);
+  if (!progress.Step(0.4))
+  {
+    return false;
+  }
+  const auto count = static_cast<int>(edges.Count());
+  std::vector<Edge> open = EdgesBetweenSets(graph, edges, signs);
+  for (const bool isLast : { false, true })
+  {
+    while (JoinSets(open, signs, count, isLast))
+    {
+      if (!progress.Step(0.6))
+      {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+}

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Decodes the data of .pcd files: ascii, binary and binary_compressed.
+ *
+ * Our own decoder and not pcl_io's: ParaView cannot link pcl_io, which brings another VTK along.
+ */
+#pragma once
+
+#include "Filters/Readers/FieldCloud.h"
+
+#include <istream>
+
+namespace PointCloud
+{
+struct PCDHeader;
+
+/**
+ * Reads the points after a header that CheckFile has accepted. Throws std::runtime_error that says
+ * what is wrong with them.
+ */
+FieldCloud DecodePCD(std::istream& file, const PCDHeader& header);
+}
