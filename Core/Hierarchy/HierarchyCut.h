@@ -44,7 +44,8 @@ struct CutSettings
   bool SkipBackFaces = true; ///< one-sided surfels seen from behind
 };
 
-/// Consecutive nodes that are drawn; all of one level and of one cluster or above.
+/// A run of consecutive nodes that are drawn; all of one level, and below one entry of the
+/// ClusterBounds.
 struct CutRange
 {
   std::size_t Begin;
@@ -72,11 +73,13 @@ struct CutStatistics
   }
 };
 
-/// What the choice needs to know of the kernels.
-struct KernelReach
+/// What the splats of a cut are seen through.
+struct CutCamera
 {
-  double Deviations; ///< radius of the largest support in standard deviations of W
-  double Prefilter;  ///< h, px^2
+  const View& Projection;
+  const Lens& Optics;
+  double SupportRadius; ///< of the largest kernel, in standard deviations of W
+  double Prefilter;     ///< h, px^2
 };
 
 /// Memory of SelectCut, kept from frame to frame.
@@ -89,7 +92,7 @@ struct CutWork
     std::size_t Index;
   };
 
-  /// What a thread makes of a subtree.
+  /// The cut of a subtree.
   struct Part
   {
     std::vector<Subtree> Stack;
@@ -101,8 +104,8 @@ struct CutWork
   std::vector<Part> Parts;
 };
 
-/// The cut of a cloud with a ClusterBounds, into runs. The same at any number of threads.
-void SelectCut(const SurfelCloud& cloud, const View& view, const Lens& lens,
-  const KernelReach& reach, const CutSettings& settings, const Executor& executor, CutWork& work,
-  std::vector<CutRange>& runs, CutStatistics& statistics);
+/// Writes the cut of a cloud with a ClusterBounds into runs, the same at any number of threads.
+CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
+  const CutSettings& settings, const Executor& executor, CutWork& work,
+  std::vector<CutRange>& runs);
 }

@@ -81,11 +81,10 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   }
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
-  const KernelReach reach{ std::fmax(
-                             LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau)),
-    cell.Settings.Prefilter };
-  SelectCut(cloud, cell.Camera, cell.Optics, reach, cell.Cut, executor, this->Cut, this->Ranges,
-    this->Stats.Cut);
+  const double supportRadius =
+    std::fmax(LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau));
+  const CutCamera camera{ cell.Camera, cell.Optics, supportRadius, cell.Settings.Prefilter };
+  this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, this->Ranges));
 }
 
 void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud,
