@@ -6,6 +6,12 @@
 
 namespace SurfelSplatting
 {
+/// Of a picture or a coarse grid, px or cells.
+struct PictureSize
+{
+  int Width, Height;
+};
+
 /// Pixels [X0, X1) x [Y0, Y1); empty where X0 >= X1 or Y0 >= Y1.
 struct PixelBox
 {

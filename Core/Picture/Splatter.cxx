@@ -225,26 +225,26 @@ void Splatter::ExchangeSplats(
   exchange.Exchange(view.Width, view.Height, hasSplats, executor, this->List);
 }
 
-/// Composites the splats on coarse grids and adds their cells to List as splats of the picture.
+/// Composites the splats on coarse grids and adds their cells to List as tents of the picture.
 RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
 {
   const SplatContext& context = this->Cell;
-  const std::uint64_t splats = this->List.NumberOfSplats();
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
   settings.LeastConflict = context.LeastConflict;
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
-  this->Stats.Fragments = ResolveCoarseLevels(this->List, context.Camera.Width,
-    context.Camera.Height, settings, executor, this->Rasters, this->Coarse);
-  this->Stats.CoarseCells = this->List.NumberOfSplats() - splats;
+  this->Stats.Fragments =
+    ResolveCoarseLevels(this->List, { context.Camera.Width, context.Camera.Height }, settings,
+      executor, this->Rasters, this->Coarse);
+  this->Stats.CoarseCells = this->List.Tents.Size();
   return settings;
 }
 
 void Splatter::RenderCell(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target)
 {
-  const View& view = this->Cell.Camera;
+  const PictureSize size{ this->Cell.Camera.Width, this->Cell.Camera.Height };
   if (target.Sink)
   {
     target.Sink->BeginCell();
@@ -265,8 +265,8 @@ void Splatter::RenderCell(
   const RasterSettings settings = this->ResolveCoarseGrids(executor);
   this->Stats.CoarseMilliseconds = watch.Lap();
 
-  BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
-  this->Lazy.Bin(view.Width, view.Height);
+  BinSplats(this->List, 0, size, executor, this->Bins);
+  this->Lazy.Bin(size);
   this->Stats.BinningMilliseconds = watch.Lap();
   if (!this->Cell.DepthBuffered)
   {

@@ -9,6 +9,7 @@
 #include "Core/Base/Tiles.h"
 #include "Core/Lens/LensSectors.h"
 #include "Core/Splats/Splat.h"
+#include "Core/Splats/Tent.h"
 
 #include <cstdint>
 
@@ -40,8 +41,8 @@ struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
-  float Limit[PixelsPerBlock]; ///< layers behind this depth are hidden by another prop
-  float Near[PixelsPerBlock];  ///< of the open layer; kept where somebody listens to its closing
+  float OccluderDepth[PixelsPerBlock]; ///< layers behind are hidden by another prop
+  float Near[PixelsPerBlock]; ///< of the open layer; kept where somebody listens to its closing
   float Fragments[PixelsPerBlock]; ///< so far; kept where somebody listens
   /// For sectors: share of the lens that finished layers cover, whatever their opacity.
   float Covered[PixelsPerBlock];
@@ -93,14 +94,29 @@ struct RasterSettings
   bool NoteConflicts = false; ///< for sectors
 };
 
+/// A splat and what belongs to it.
+struct SplatData
+{
+  const Splat& Shape;
+  const SplatGradient* Gradient; ///< or null: one colour
+  const LensSlope* Slope;        ///< to draw it in RasterSettings::Sector, or null
+};
+
+/// Where a splat or a tent lies in a tile.
+struct TilePlace
+{
+  PixelBox Span; ///< the tile's pixels in its box
+  float X, Y;    ///< its centre, px from the tile's lower left corner
+};
+
 struct RasterTarget
 {
-  /// Adds a splat, centred at x, y px in the tile, to the blocks that its span touches; returns the
-  /// number of fragments.
-  /// @param slope of a splat in a sector of the lens, or null
-  std::uint64_t (*AddSplat)(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
-    const LensSlope* slope, const PixelBox& span, float x, float y, const RasterSettings& settings,
-    const CloseCallback& callback);
+  /// Adds a splat to the blocks that its span touches; returns the number of fragments.
+  std::uint64_t (*AddSplat)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+    const RasterSettings& settings, const CloseCallback& callback);
+  /// The same for a tent.
+  std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
+    const RasterSettings& settings, const CloseCallback& callback);
   /// Composites the open layers of a block that end before a depth, where nothing more begins
   /// before it.
   void (*CloseBefore)(PixelTile& tile, int block, float near, const RasterSettings& settings);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/TileRaster.h"
 
-#include "Core/Lens/ResamplingKernel.h"
 #include "Core/Simd/StreamingStores.h"
 
 #include <algorithm>
@@ -15,24 +14,34 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float Infinity = std::numeric_limits<float>::infinity();
-const RasterTarget Kernel = SelectRasterTarget();
+const RasterTarget Target = SelectRasterTarget();
 
 /// Splats come in the order of their depth, which memory knows nothing of.
 constexpr std::size_t FetchAhead = 4;
 
 inline void Prefetch(const SplatList& list, std::size_t i)
 {
+  if (list.IsTent(i))
+  {
+    __builtin_prefetch(&list.TentAt(i));
+    return;
+  }
   __builtin_prefetch(&list.Splats[i]);
   __builtin_prefetch(&list.Boxes[i]);
 }
+
+inline float NearOf(const SplatList& list, std::size_t i)
+{
+  return list.IsTent(i) ? list.TentAt(i).Near : list.Splats[i].Near;
+}
 }
 
-void TileRaster::Set(
-  const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden, int sector)
+void TileRaster::Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
+  bool skipHidden, int sector)
 {
   this->Settings = settings;
   this->LargestCoarseColor = settings.LargestColor;
-  this->OccluderDepth = limit;
+  this->OccluderDepth = occluderDepth;
   this->Sink = sink;
   this->SkipHidden = skipHidden && !sink;
   this->Settings.SkipHidden = this->SkipHidden;
@@ -44,7 +53,7 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 {
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
-  const bool chooses = this->InSectors && this->SectorIndex == WholeLens;
+  const bool chooses = this->InSectors && this->Sector == WholeLens;
   // Until it is known in which parts the tile is drawn.
   LayerSink* const sink = this->Sink;
   this->BeginPart(chooses ? nullptr : sink, 1.0f);
@@ -101,7 +110,7 @@ void TileRaster::BeginPart(LayerSink* sink, float share)
 void TileRaster::SetSector(int sector)
 {
   this->Settings.Sector = SectorOf(sector);
-  this->SectorIndex = static_cast<float>(sector);
+  this->Sector = sector;
 }
 
 bool TileRaster::NeedsSectors() const
@@ -164,7 +173,7 @@ TileRaster::Counts TileRaster::RenderNearest(
     this->Settings.Pass = pass;
     for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
     {
-      counts.Fragments += this->AddSplat(list, bins.Indices[i]);
+      counts.Fragments += this->Add(list, bins.Indices[i]);
     }
   }
   this->CloseAll();
@@ -258,18 +267,23 @@ bool TileRaster::AddBefore(
   constexpr std::uint64_t checkEvery = 64;
   for (std::uint64_t added = 1;; ++added)
   {
-    const Splat* binned =
-      this->Next < this->Last ? &list.Splats[bins.Indices[this->Next]] : nullptr;
-    const Splat* pending = this->PendingNext < this->Pending.size()
-      ? &lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])]
-      : nullptr;
-    const bool takeBinned = binned && (!pending || binned->Near <= pending->Near);
-    const Splat* s = takeBinned ? binned : pending;
-    if (!s || !(s->Near < depth || depth == Infinity))
+    const bool isBinned = this->Next < this->Last;
+    const bool isPending = this->PendingNext < this->Pending.size();
+    if (!isBinned && !isPending)
     {
       return false;
     }
-    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(s->Near))
+    const float binned = isBinned ? NearOf(list, bins.Indices[this->Next]) : 0.0f;
+    const float pending = isPending
+      ? lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])].Near
+      : 0.0f;
+    const bool takeBinned = isBinned && (!isPending || binned <= pending);
+    const float near = takeBinned ? binned : pending;
+    if (!(near < depth || depth == Infinity))
+    {
+      return false;
+    }
+    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(near))
     {
       return true;
     }
@@ -277,7 +291,7 @@ bool TileRaster::AddBefore(
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
       Prefetch(list, bins.Indices[ahead]);
-      counts.Fragments += this->AddSplat(list, bins.Indices[this->Next++]);
+      counts.Fragments += this->Add(list, bins.Indices[this->Next++]);
     }
     else
     {
@@ -298,7 +312,7 @@ bool TileRaster::IsBehindProp(int block, float near) const
   for (int l = 0; l < PixelsPerBlock; ++l)
   {
     // Unless an open layer could still be joined.
-    const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
+    const bool hidden = done.OccluderDepth[l] < near && open.Weight[l] <= 0.0f;
     if (done.Transmittance[l] > LeastTransmittance && !hidden)
     {
       return false;
@@ -318,7 +332,7 @@ bool TileRaster::IsOpaque(float near)
     {
       continue;
     }
-    Kernel.CloseBefore(this->Tile, i, near, this->Settings);
+    Target.CloseBefore(this->Tile, i, near, this->Settings);
     if ((this->Tile.Opaque >> i & 1) == 0 && !(this->OccluderDepth && this->IsBehindProp(i, near)))
     {
       return false;
@@ -345,7 +359,7 @@ void TileRaster::Clear()
     FinishedLayers& done = this->Tile.Finished[i];
     std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
     std::fill_n(done.Near, PixelsPerBlock, Infinity);
-    std::fill_n(done.Limit, PixelsPerBlock, Infinity);
+    std::fill_n(done.OccluderDepth, PixelsPerBlock, Infinity);
     const int x0 = this->BlockX(i), y0 = this->BlockY(i);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
@@ -355,7 +369,7 @@ void TileRaster::Clear()
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
       if (inside && this->OccluderDepth)
       {
-        done.Limit[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
+        done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
       }
     }
     const bool outside = x0 >= this->Width || y0 >= this->Height;
@@ -366,43 +380,60 @@ void TileRaster::Clear()
 /// How far a splat's fragments are apart on the lens.
 void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
 {
-  if (s.Shape == static_cast<float>(TentShape))
-  {
-    this->LensSpread = 1.0f; // only wide splats are on coarse grids
-  }
-  else if (slope && slope->Point != 0.0f)
+  if (slope && slope->Point != 0.0f)
   {
     const float reach = std::sqrt(this->Settings.Support / std::min(s.A, s.B));
     this->LensSpread = std::max(this->LensSpread, std::abs(slope->Point) * reach);
   }
 }
 
+/// Adds a splat or a tent; returns the number of fragments.
+std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
+{
+  return list.IsTent(i) ? this->AddTent(list.TentAt(i)) : this->AddSplat(list, i);
+}
+
 std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
-  const PixelBox& box = list.Boxes[i];
   const LensSlope* slope = list.SlopeOf(i);
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
-  const bool tent = s.Shape == static_cast<float>(TentShape);
-  if (this->InSectors && this->SectorIndex == WholeLens)
+  if (this->InSectors && this->Sector == WholeLens)
   {
     this->NoteSpread(s, slope);
   }
-  if (tent && this->InSectors && s.K != this->SectorIndex)
+  this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  return Target.AddSplat(this->Tile, { s, gradient, slope },
+    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callback());
+}
+
+/// Its colours are those of splats that the coarse grid has counted already.
+std::uint64_t TileRaster::AddTent(const Tent& t)
+{
+  if (this->InSectors && this->Sector == WholeLens)
   {
-    return 0; // another sector's
+    this->LensSpread = 1.0f; // only wide splats are on coarse grids
   }
-  if (!tent) // those of coarse grids are counted already
+  if (this->InSectors && t.Sector != this->Sector)
   {
-    this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+    return 0;
   }
-  const PixelBox span{ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
-    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) };
-  const float x = s.X - static_cast<float>(this->OriginX);
-  const float y = s.Y - static_cast<float>(this->OriginY);
-  return Kernel.AddSplat(this->Tile, s, gradient, slope, span, x, y, this->Settings,
-    { this->Sink ? &TileRaster::SendToSink : nullptr, this });
+  return Target.AddTent(
+    this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callback());
+}
+
+TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
+{
+  return { { std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+             std::min(TileSize, box.X1 - this->OriginX),
+             std::min(TileSize, box.Y1 - this->OriginY) },
+    x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
+}
+
+CloseCallback TileRaster::Callback()
+{
+  return { this->Sink ? &TileRaster::SendToSink : nullptr, this };
 }
 
 void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes)
@@ -424,7 +455,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
       layer.Green = open.Green[l];
       layer.Blue = open.Blue[l];
       layer.Depth = open.Depth[l];
-      if (layer.Depth <= tile.Finished[block].Limit[l] * layer.Weight)
+      if (layer.Depth <= tile.Finished[block].OccluderDepth[l] * layer.Weight)
       {
         raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
       }
@@ -455,7 +486,7 @@ void TileRaster::CloseAll()
       this->SendFragments(i);
     }
   }
-  Kernel.CloseAll(this->Tile, this->Settings);
+  Target.CloseAll(this->Tile, this->Settings);
 }
 
 namespace

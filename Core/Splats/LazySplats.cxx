@@ -55,11 +55,11 @@ void LazySplats::SortRuns()
   this->List.Resize(splats);
 }
 
-void LazySplats::Bin(int width, int height)
+void LazySplats::Bin(const PictureSize& size)
 {
   this->SortRuns();
-  const int tilesX = TileCount(width);
-  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(height);
+  const int tilesX = TileCount(size.Width);
+  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(size.Height);
   this->Offsets.assign(tiles + 1, 0);
   const auto forTiles = [&](auto&& function) {
     for (const std::uint64_t key : this->Order)

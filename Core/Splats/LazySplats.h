@@ -33,7 +33,7 @@ public:
   void Add(const SurfelCloud& cloud, const CutRanges& runs);
 
   /// Sorts the runs and spreads them over the tiles of the picture.
-  void Bin(int width, int height);
+  void Bin(const PictureSize& size);
 
   bool IsEmpty() const { return this->Runs.empty(); }
 

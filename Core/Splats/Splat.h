@@ -10,9 +10,7 @@
 
 namespace SurfelSplatting
 {
-/// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h). The layers of such a grid
-/// come back as tents, max(0, 1 - A |dx|) max(0, 1 - A |dy|), Shape = TentShape, of depth B, in
-/// sector K of the lens.
+/// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h).
 struct alignas(64) Splat
 {
   float X, Y;    ///< centre, px
@@ -28,8 +26,9 @@ struct alignas(64) Splat
 };
 constexpr std::int32_t NoGradient = -1;
 
-/// How the colour of a node changes over its footprint, per px: added to the colour is
-/// phi(q) (X dx + Y dy), phi as in ResamplingKernel.h, its constant included here.
+/// How the colour of a node changes over its footprint, per px: t (X dx + Y dy) is added to k times
+/// the splat's colour, where k is the kernel and t its derivative (ResamplingKernel.h). The
+/// constant factor of t is included here.
 struct SplatGradient
 {
   float RedX, GreenX, BlueX;

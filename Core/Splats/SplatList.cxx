@@ -57,6 +57,7 @@ void SplatList::Clear(bool sectors)
   this->Nears.Clear();
   this->Gradients.Clear();
   this->Levels.Clear();
+  this->Tents.Clear();
 }
 
 void SplatList::Resize(std::size_t size)

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The splats of a frame: those of all clouds' surfels, or of the nodes that were chosen.
+ * What a frame draws: the splats of all clouds' surfels, or of the nodes that were chosen, and the
+ * tents of coarse grids. Both are numbered together, so that tiles sort and draw them as one
+ * stream:
+ *
+ *   index: 0 ... splats ... | Splats.Size() ... tents ...
+ *
+ * CoarseGrid.h makes the tents when all splats are there; TileBinning.h assigns both to tiles.
  */
 #pragma once
 
@@ -10,6 +16,7 @@
 #include "Core/Splats/SetupTarget.h"
 #include "Core/Splats/Splat.h"
 #include "Core/Splats/SplatContext.h"
+#include "Core/Splats/Tent.h"
 
 #include <cstdint>
 #include <vector>
@@ -40,6 +47,7 @@ struct SplatList
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
   Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
+  Buffer<Tent> Tents;              ///< of coarse grids
 
   /// Empties the list and keeps its memory. @param sectors whether splats will have slopes
   void Clear(bool sectors = false);
@@ -52,8 +60,11 @@ struct SplatList
   /// For the splats of a part; there is room for them.
   SplatOutput OutputAt(std::size_t begin);
 
-  /// Adds one splat, as a part of its own.
+  /// Adds one splat, as a part of its own. Before the tents.
   void Add(const Splat& splat, const PixelBox& box);
+
+  bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
+  const Tent& TentAt(std::size_t i) const { return this->Tents[i - this->Splats.Size()]; }
 
   std::uint64_t NumberOfSplats() const;
   std::uint64_t NumberOfBlurredSplats() const; ///< by the lens
