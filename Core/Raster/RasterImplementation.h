@@ -178,14 +178,13 @@ struct BlockPixels
   Lanes Q;    // squared radius in the kernel's own unit
 };
 
-/// What splats are drawn from: copies, since what is written to the tile could change the
-/// originals, for all a compiler knows.
+/// What a splat is drawn from: the copies of AddBlocks.
 struct SplatCopy
 {
-  Splat S;
-  SplatGradient Gradient; // these two where the template's flags say so
-  LensSlope Slope;
-  RasterSettings Settings;
+  const Splat& S;
+  const SplatGradient& Gradient; // these two where the template's flags say so
+  const LensSlope& Slope;
+  const RasterSettings& Settings;
 };
 
 /// Factor of the weight in a sector of the lens (LensSectors.h).
@@ -354,21 +353,24 @@ constexpr int FewPixels = 3 * BlockSize;
 
 template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-  const RasterSettings& settings, const CloseCallback& callback)
+  const RasterSettings& shared, const CloseCallback& callback)
 {
-  const SplatCopy copy{ splat.Shape, HasGradient ? *splat.Gradient : SplatGradient{},
-    InSector ? *splat.Slope : LensSlope{}, settings };
-  const Splat& s = copy.S;
-  const PixelBox span = place.Span;
+  // Copies: what is written to the tile could change the originals, for all a compiler knows.
+  const Splat s = splat.Shape;
+  const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
+  const LensSlope slope = InSector ? *splat.Slope : LensSlope{};
+  const RasterSettings settings = shared;
+  const SplatCopy copy{ s, gradient, slope, settings };
+  const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const int end = (span.Y1 + BlockSize - 1) / BlockSize;
-  const std::uint64_t hidden = copy.Settings.SkipHidden ? tile.Opaque : 0;
+  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   BlockRanges ranges;
   TakeAll(span, ranges);
   if (span.X1 - span.X0 > FewPixels)
   {
-    Narrow(s, place, copy.Settings.Support, ranges);
+    Narrow(s, place, settings.Support, ranges);
   }
   std::uint64_t fragments = 0;
   for (int j = span.Y0 / BlockSize; j < end; ++j)
@@ -396,9 +398,9 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
 std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
   const RasterSettings& shared, const CloseCallback& callback)
 {
-  const Tent s = tent; // copies, as in SplatCopy
+  const Tent s = tent; // copies, as in AddBlocks
   const RasterSettings settings = shared;
-  const PixelBox span = place.Span;
+  const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;

@@ -19,15 +19,17 @@ const RasterTarget Target = SelectRasterTarget();
 /// Splats come in the order of their depth, which memory knows nothing of.
 constexpr std::size_t FetchAhead = 4;
 
-inline void Prefetch(const SplatList& list, std::size_t i)
+/// GCC 12 takes a function that only prefetches for one without effects, and drops calls of it that
+/// are not inlined early.
+inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
 {
-  if (list.IsTent(i))
+  const bool tent = list.IsTent(i);
+  __builtin_prefetch(
+    tent ? static_cast<const void*>(&list.TentAt(i)) : static_cast<const void*>(&list.Splats[i]));
+  if (!tent)
   {
-    __builtin_prefetch(&list.TentAt(i));
-    return;
+    __builtin_prefetch(&list.Boxes[i]);
   }
-  __builtin_prefetch(&list.Splats[i]);
-  __builtin_prefetch(&list.Boxes[i]);
 }
 
 inline float NearOf(const SplatList& list, std::size_t i)
