@@ -6,7 +6,7 @@
 
 namespace SurfelSplatting
 {
-/// Of a picture or a coarse grid, px or cells.
+/// Of a picture in px, or of a coarse grid in cells.
 struct PictureSize
 {
   int Width, Height;

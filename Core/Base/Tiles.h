@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The square tiles that a picture is divided into: the unit of binning, raster and threads.
+ * The square tiles of a picture: the unit of binning (TileBinning.h), raster (TileRaster.h) and
+ * threads.
  */
 #pragma once
 
@@ -10,13 +11,13 @@ namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
 
-/// Tiles that cover so many pixels in one direction.
+/// Number of tiles that cover so many pixels in one direction.
 inline int TileCount(int pixels)
 {
   return (pixels + TileSize - 1) / TileSize;
 }
 
-/// Tiles that a box of pixels, not empty, touches; both ends included.
+/// Tiles that a box of pixels touches, both ends included. The box must not be empty.
 struct TileRange
 {
   int X0, Y0, X1, Y1;

@@ -11,14 +11,16 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Standard deviation of a node for an error of 1, over that of the lens's blur: the coarsest that
-/// loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
+/// Largest standard deviation of a node at an error of 1, as a share of the lens blur's: the
+/// coarsest that loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes,
+/// at any blur.
 constexpr double LensShare = 0.42;
-/// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
-/// what one of a surfel to a pixel costs; 50 dB and more from drawing every surfel.
+/// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
+/// density costs as much as one with one surfel per pixel. The picture is 50 dB or more from that
+/// of all surfels.
 constexpr double PixelShare = 0.95;
 
-/// Largest share of an incoherent node's size that is allowed.
+/// Factor of the allowed size of a node that is not coherent.
 double CoherenceFactor(double coherence)
 {
   return std::fmin(1.0, std::fmax(0.1, (coherence - 0.5) / 0.4));
@@ -26,7 +28,7 @@ double CoherenceFactor(double coherence)
 
 using Subtree = CutWork::Subtree;
 
-/// One sphere in camera space: a node's leaves' centres.
+/// Sphere in camera space that contains the centres of a node's leaves.
 struct Ball
 {
   Vector3 Center;
@@ -48,11 +50,11 @@ struct PixelInterval
   int Begin, End;
 };
 
-/// One choice: the view in the hierarchy's terms.
-class Selection
+/// Selects the cut of one cloud.
+class CutSelector
 {
 public:
-  Selection(const SurfelCloud& cloud, const CutCamera& camera, const CutSettings& settings)
+  CutSelector(const SurfelCloud& cloud, const CutCamera& camera, const CutSettings& settings)
     : Table(*cloud.Clusters)
     , Layout(Table.Layout())
     , Camera(camera.Projection)
@@ -73,7 +75,7 @@ public:
     }
     const double largest = gram.LargestEigenvalue();
     this->Scale = std::sqrt(largest);
-    // Cones keep their angles under similarities alone.
+    // Only similarities preserve the angles of cones.
     const double spread = std::abs(largest - gram.Trace() / 3.0);
     this->ConesHold = spread <= 1e-5 * largest;
   }
@@ -127,8 +129,9 @@ private:
     }
   }
 
-  /// One level for all of a subtree, the coarsest that suffices; in the lowest ones the leaves
-  /// always do. Not by more levels than this above: parts of a subtree may do with less.
+  /// Chooses one level for a whole subtree, the coarsest that suffices. For the lowest subtrees the
+  /// leaves always suffice; higher ones go at most mostLevels down, since parts of them may do with
+  /// a coarser level.
   bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, CutWork::Part& part) const
   {
     constexpr int mostLevels = 4;
@@ -183,23 +186,23 @@ private:
     part.Runs.push_back(run);
   }
 
-  /// Where a run's splats are on the screen, and how deep.
+  /// Bounds a run's splats on the screen and in depth.
   void Place(double sigma, const Ball& ball, CutRange& run) const
   {
     const View& v = this->Camera;
     run.Box = { 0, 0, v.Width, v.Height };
     if (!v.Parallel && !(ball.Near() > 0.0))
     {
-      return; // about the lens: anywhere
+      return; // around the lens: anywhere on the screen
     }
-    // A z-range is 2 s_z + 0.5 s of the kernel; s is overestimated by a quarter for thick ones.
+    // A splat's z-range is 2 s_z + 0.5 s of its kernel; thick kernels overestimate s by a quarter.
     constexpr double depthExtent = 2.7;
     const double near = ball.Near() - depthExtent * sigma;
     const double far = ball.Far() + depthExtent * sigma;
-    run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // before it as a float, too
+    run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // also after rounding to float
     run.Far = static_cast<float>(far + 1e-6 * std::abs(far));
     const double h = std::sqrt(this->Prefilter);
-    double confusion[2] = { 0.0, 0.0 }; // least and largest
+    double confusion[2] = { 0.0, 0.0 }; // smallest and largest
     double stretch = 1.0, nearest = 1.0;
     if (!v.Parallel)
     {
@@ -249,7 +252,7 @@ private:
     return size <= allowed * CoherenceFactor(extent.Coherence);
   }
 
-  /// Largest size of a node in local units that is coarse enough nowhere in the ball to be seen.
+  /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
   double AllowedSize(const Ball& ball) const
   {
     if (this->Settings.Rule == CutRule::Leaves || !(this->Settings.Error > 0.0))
@@ -262,7 +265,7 @@ private:
       const double near = ball.Near(), far = ball.Far();
       if (!(near > 0.0))
       {
-        return -1.0; // about the lens
+        return -1.0; // around the lens
       }
       const double focus = this->Optics.FocalDistance;
       if (!(near <= focus && focus <= far))
@@ -281,7 +284,7 @@ private:
     return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
   }
 
-  /// Whether nothing below can reach the picture, blur included.
+  /// Whether nothing below the node can reach the picture, including blur.
   bool IsOutside(const ClusterBounds::Node& node, const Ball& ball) const
   {
     const View& v = this->Camera;
@@ -293,9 +296,9 @@ private:
     {
       return false;
     }
-    // How far a splat reaches beyond its centre, as a length at the depth of the ball: W's standard
-    // deviation is at most the sum of kernel's, pixel's and lens's. Nodes are at most as large as
-    // the ball, which their centres are in.
+    // How far a splat reaches beyond its centre, as a length at the depth of the ball: the standard
+    // deviation of W is at most the sum of those of kernel, pixel and lens. Nodes are at most as
+    // large as the ball, which contains their centres.
     const double spread = this->Scale * node.LeafSigma + ball.Radius;
     double reach = 0.0;
     if (v.Parallel)
@@ -360,7 +363,7 @@ private:
     }
     const double sinBall = ball.Radius / distance;
     const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
-    // Cone and ball together less than a right angle, and the axis within the rest of it.
+    // Cone and ball together take less than a right angle, and the axis is within the rest of it.
     return cosCone * cosBall > sinCone * sinBall &&
       Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length * distance;
   }
@@ -379,7 +382,7 @@ private:
   bool ConesHold = true;
 };
 
-/// Subtrees enough to keep all threads busy, in the order of the leaves.
+/// Enough subtrees to keep all threads busy, in the order of the leaves.
 void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
 {
   constexpr int levelsBelowRoot = 7;
@@ -403,13 +406,13 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
 CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
   const CutSettings& settings, const Executor& executor, CutWork& work, std::vector<CutRange>& runs)
 {
-  const Selection selection(cloud, camera, settings);
+  const CutSelector selector(cloud, camera, settings);
   MakeSubtrees(*cloud.Clusters, work.Subtrees);
   work.Parts.resize(std::max(work.Parts.size(), work.Subtrees.size()));
   executor.For(work.Subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      selection.Walk(work.Subtrees[i], work.Parts[i]);
+      selector.Walk(work.Subtrees[i], work.Parts[i]);
     }
   });
   CutStatistics statistics;

@@ -232,7 +232,7 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
-  settings.LeastConflict = context.LeastConflict;
+  settings.MinConflict = context.MinConflict;
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =
     ResolveCoarseLevels(this->List, { context.Camera.Width, context.Camera.Height }, settings,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Wide splats on coarse grids: raster time follows the number of splats instead of their area.
+ * Draws wide splats on coarse grids, so that raster time depends on the number of splats instead of
+ * their area.
  *
  * A splat whose smallest standard deviation is at least 1.5 cells of a grid with cells of d = 2^l
  * px loses nothing by being sampled there and interpolated bilinearly, once the interpolation's own
@@ -22,7 +23,7 @@
 
 namespace SurfelSplatting
 {
-/// What a tile of a level has given.
+/// The result of a tile of a level.
 struct TileTents
 {
   std::vector<Tent> Tents;
@@ -30,7 +31,7 @@ struct TileTents
   std::uint64_t Fragments = 0;
 };
 
-/// Memory of ResolveCoarseLevels, kept from frame to frame.
+/// Memory of ResolveCoarseLevels that is kept from frame to frame.
 struct CoarseWork
 {
   TileBins Bins;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Included by the translation units of RasterTarget.h, once for each instruction set.
+ * The loops of RasterTarget.h; included once for each instruction set.
  */
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Simd/Lanes.h"
@@ -30,18 +30,19 @@ SURFELSPLATTING_INLINE void AddClamped(
   AddTo(out, share * Min(Max(Lanes::Load(sum), 0.0f), largest));
 }
 
-/// See FinishedLayers. @param covered share of the lens that the layer covers
+/// Updates Covered and Conflict (FinishedLayers). @param covered share of the lens that the layer
+/// covers
 SURFELSPLATTING_INLINE void NoteConflict(FinishedLayers& done, const LaneMask& visible,
   const Lanes& before, const Lanes& coverage, const Lanes& covered)
 {
   const Lanes behind = Lanes::Load(done.Covered);
   Lanes conflict = Min(behind, 1.0f - behind) * Select(before > 0.0f, covered, 0.0f);
-  conflict = Max(conflict, Select(visible, before * (1.0f - MostRipple / coverage), 0.0f));
+  conflict = Max(conflict, Select(visible, before * (1.0f - MaxRipple / coverage), 0.0f));
   Max(Lanes::Load(done.Conflict), conflict).Store(done.Conflict);
   AddTo(done.Covered, (1.0f - behind) * covered);
 }
 
-/// Composites the open layers of the chosen pixels over what is finished and empties them.
+/// Composites the open layers of the chosen pixels behind the finished ones, and empties them.
 SURFELSPLATTING_INLINE void CloseLayers(
   PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
 {
@@ -66,7 +67,7 @@ SURFELSPLATTING_INLINE void CloseLayers(
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
   Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
   after.Store(done.Transmittance);
-  if (!Any(after > LeastTransmittance))
+  if (!Any(after > MinTransmittance))
   {
     tile.Opaque |= std::uint64_t{ 1 } << block;
   }
@@ -80,7 +81,7 @@ SURFELSPLATTING_INLINE void CloseLayers(
   }
 }
 
-/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
+/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); undefined where q >= support.
 SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
 {
   if (shape < 0.0f)
@@ -118,7 +119,7 @@ SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float s
   return k;
 }
 
-/// The kernel at q and its slope d = phi k without its constant (ResamplingKernel.h).
+/// The kernel at q and its derivative d, without its constant factor (t in ResamplingKernel.h).
 SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float support, Lanes& d)
 {
   if (shape < 0.0f)
@@ -137,15 +138,15 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
   return s * d;
 }
 
-/// Of a splat or tent, world units along the view direction.
-struct DepthRange
+/// The z-range of a splat or tent, world units along the view direction.
+struct ZRange
 {
   float Near, Far;
 };
 
-/// Makes the open layers of a block ready for a splat or tent of this z-range: closes those that
-/// end before it begins, and widens the others' z-ranges.
-SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const DepthRange& range,
+/// Prepares the open layers of a block for a splat or tent of this z-range: closes layers that end
+/// in front of it, and extends the z-ranges of the rest.
+SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
   const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
 {
   OpenLayers& open = tile.Open[block];
@@ -297,7 +298,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   return bits;
 }
 
-/// Offsets of a block's pixels from its lower left one.
+/// Columns and rows of a block's pixels.
 alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
 alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
 alignas(
@@ -309,8 +310,8 @@ struct BlockRanges
   int Begin[BlocksPerRow], End[BlocksPerRow];
 };
 
-/// All blocks of a span.
-SURFELSPLATTING_INLINE void TakeAll(const PixelBox& span, BlockRanges& ranges)
+/// Selects all blocks of a span.
+SURFELSPLATTING_INLINE void SelectAll(const PixelBox& span, BlockRanges& ranges)
 {
   const int begin = span.X0 / BlockSize, end = (span.X1 + BlockSize - 1) / BlockSize;
   for (int j = 0; j < BlocksPerRow; ++j)
@@ -320,8 +321,8 @@ SURFELSPLATTING_INLINE void TakeAll(const PixelBox& span, BlockRanges& ranges)
   }
 }
 
-/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
-/// block's four rows of pixels; sixteen rows of pixels at a time.
+/// Narrows the ranges to blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) /
+/// A), in any of a block's four rows of pixels; sixteen rows of pixels at a time.
 SURFELSPLATTING_INLINE void Narrow(
   const Splat& s, const TilePlace& place, float support, BlockRanges& ranges)
 {
@@ -336,7 +337,7 @@ SURFELSPLATTING_INLINE void Narrow(
     alignas(64) float low[LaneCount], high[LaneCount];
     // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
     // outside of the tile is ever touched.
-    Min(LeastOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
+    Min(SmallestOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
     Max(Min(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
     for (int i = 0; i < rowsOfBlocks; ++i)
     {
@@ -348,7 +349,7 @@ SURFELSPLATTING_INLINE void Narrow(
   }
 }
 
-/// Few blocks are tried as they are.
+/// Narrower spans are not worth narrowing.
 constexpr int FewPixels = 3 * BlockSize;
 
 template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
@@ -356,7 +357,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   const RasterSettings& shared, const CloseCallback& callback)
 {
   // Copies: what is written to the tile could change the originals, for all a compiler knows.
-  const Splat s = splat.Shape;
+  const Splat s = splat.Body;
   const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
   const LensSlope slope = InSector ? *splat.Slope : LensSlope{};
   const RasterSettings settings = shared;
@@ -367,7 +368,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   const int end = (span.Y1 + BlockSize - 1) / BlockSize;
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   BlockRanges ranges;
-  TakeAll(span, ranges);
+  SelectAll(span, ranges);
   if (span.X1 - span.X0 > FewPixels)
   {
     Narrow(s, place, settings.Support, ranges);
@@ -434,7 +435,7 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
   return fragments;
 }
 
-/// Chooses the loop without what the splat does not need.
+/// Chooses the loop that has only what the splat needs.
 std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace& place,
   const RasterSettings& settings, const CloseCallback& callback)
 {

@@ -7,8 +7,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Chunks of the list's parts that count and write on their own; few, since each keeps a counter
-/// per tile.
+/// Chunks of the list that are counted and written independently; few, since each has a counter per
+/// tile.
 constexpr std::size_t NumberOfChunks = 16;
 
 /// A chunk's share of so many parts or tents, [Begin, End).

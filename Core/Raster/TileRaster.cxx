@@ -16,7 +16,7 @@ namespace
 constexpr float Infinity = std::numeric_limits<float>::infinity();
 const RasterTarget Target = SelectRasterTarget();
 
-/// Splats come in the order of their depth, which memory knows nothing of.
+/// Splats are read in the order of depth, not of memory, so they are prefetched so many ahead.
 constexpr std::size_t FetchAhead = 4;
 
 /// GCC 12 takes a function that only prefetches for one without effects, and drops calls of it that
@@ -56,7 +56,7 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
   const bool chooses = this->InSectors && this->Sector == WholeLens;
-  // Until it is known in which parts the tile is drawn.
+  // The sink gets the layers when it is known whether the tile is drawn in sectors.
   LayerSink* const sink = this->Sink;
   this->BeginPart(chooses ? nullptr : sink, 1.0f);
   this->Settings.NoteConflicts = chooses;
@@ -81,7 +81,7 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   return counts;
 }
 
-/// The mean of what is seen through each sector of the lens.
+/// Draws the mean of what is seen through the sectors of the lens.
 TileRaster::Counts TileRaster::RenderSectors(
   const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
 {
@@ -117,14 +117,14 @@ void TileRaster::SetSector(int sector)
 
 bool TileRaster::NeedsSectors() const
 {
-  const float least = this->Settings.LeastConflict;
+  const float least = this->Settings.MinConflict;
   float conflict = 0.0f;
   for (const FinishedLayers& done : this->Tile.Finished)
   {
     conflict =
       std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
   }
-  return least == 0.0f || (this->LensSpread >= LeastLensSpread && conflict > least);
+  return least == 0.0f || (this->LensSpread >= MinLensSpread && conflict > least);
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -139,7 +139,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
-  // What is binned and begins before the first run must not be taken for hidden with it.
+  // Binned splats in front of the first run are drawn first: they are not hidden if the run is.
   bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
   while (run != end && !opaque)
   {
@@ -160,7 +160,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   return counts;
 }
 
-/// A plain z-buffer's two passes over splats in any order.
+/// The two passes of a plain z-buffer, over splats in any order.
 TileRaster::Counts TileRaster::RenderNearest(
   const SplatList& list, const TileBins& bins, std::size_t tile)
 {
@@ -200,7 +200,7 @@ void TileRaster::AddToMean(bool first)
       m.Green[l] += share * done.Green[l];
       m.Blue[l] += share * done.Blue[l];
       m.Transmittance[l] += share * done.Transmittance[l];
-      // A depth has no mean across a silhouette: that of the first sector which has one.
+      // The mean of depths across a silhouette makes no sense: that of the first sector with one.
       m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
     }
   }
@@ -223,9 +223,9 @@ void TileRaster::TakeMean()
   }
 }
 
-/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As
-/// many as are pending already: where all begin at one depth, the time to sort stays n log n. Fewer
-/// where a gap in depth follows: what is behind it may be hidden.
+/// Adds the next runs to the sorted pending splats: at least some hundred splats, and as many as
+/// are pending already, so that sorting stays n log n when all begin at one depth. Stops early at a
+/// gap in depth, since what is behind it may be hidden.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;
@@ -247,7 +247,8 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      // Kept or written over by the next one: which it is cannot be foreseen.
+      // Without a branch, which could not be predicted: the next one overwrites it if it is
+      // outside.
       const PixelBox& box = list.Boxes[i];
       const int inside = static_cast<int>(box.X0 < right) &
         static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
@@ -260,12 +261,12 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   this->Sorter.Sort(this->Pending);
 }
 
-/// Adds all splats that begin before a depth, binned and pending ones by ascending near depth;
-/// true if the tile is opaque before that.
+/// Adds all splats and tents that begin in front of a depth, binned and pending ones merged by near
+/// depth; true if the tile becomes opaque before that.
 bool TileRaster::AddBefore(
   float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts)
 {
-  // Looking whether all of the tile is opaque costs about as much as a splat.
+  // Checking whether all of the tile is opaque costs about as much as a splat.
   constexpr std::uint64_t checkEvery = 64;
   for (std::uint64_t added = 1;; ++added)
   {
@@ -306,7 +307,8 @@ bool TileRaster::AddBefore(
   }
 }
 
-/// Whether all of a block's pixels that let light through are behind another prop from a depth on.
+/// Whether another prop hides everything from a depth on at all pixels of a block that are not
+/// opaque.
 bool TileRaster::IsBehindProp(int block, float near) const
 {
   const OpenLayers& open = this->Tile.Open[block];
@@ -315,7 +317,7 @@ bool TileRaster::IsBehindProp(int block, float near) const
   {
     // Unless an open layer could still be joined.
     const bool hidden = done.OccluderDepth[l] < near && open.Weight[l] <= 0.0f;
-    if (done.Transmittance[l] > LeastTransmittance && !hidden)
+    if (done.Transmittance[l] > MinTransmittance && !hidden)
     {
       return false;
     }
@@ -323,8 +325,8 @@ bool TileRaster::IsBehindProp(int block, float near) const
   return true;
 }
 
-/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
-/// LeastTransmittance. Composites the layers that end before, block by block up to one that is not
+/// Whether nothing that begins at or behind a depth can change a pixel of the tile by more than
+/// MinTransmittance. Composites the layers that end in front of it, block by block until one is not
 /// opaque.
 bool TileRaster::IsOpaque(float near)
 {
@@ -365,7 +367,7 @@ void TileRaster::Clear()
     const int x0 = this->BlockX(i), y0 = this->BlockY(i);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
-      // Pixels beyond the picture are finished from the start.
+      // Pixels outside the picture are finished from the start.
       const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
       const bool inside = x < this->Width && y < this->Height;
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
@@ -379,7 +381,7 @@ void TileRaster::Clear()
   }
 }
 
-/// How far a splat's fragments are apart on the lens.
+/// Records how far a splat's fragments are apart on the lens.
 void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
 {
   if (slope && slope->Point != 0.0f)
@@ -410,7 +412,7 @@ std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callback());
 }
 
-/// Its colours are those of splats that the coarse grid has counted already.
+/// LargestColor has the tent's splats already, from the coarse grid.
 std::uint64_t TileRaster::AddTent(const Tent& t)
 {
   if (this->InSectors && this->Sector == WholeLens)
@@ -493,7 +495,7 @@ void TileRaster::CloseAll()
 
 namespace
 {
-/// A row of a block, four pixels of a frame or fewer.
+/// Stores a row of a block, up to four pixels.
 inline void StorePixels(
   const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
 {
@@ -508,7 +510,7 @@ inline void StorePixels(
   }
 }
 
-/// Four pixels past the caches, which a frame does not fit.
+/// Stores four pixels without reading the frame into the caches, which are too small for it.
 inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
 {
   for (int l = first; l < first + BlockSize; ++l)

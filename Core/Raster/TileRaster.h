@@ -34,7 +34,7 @@ public:
   {
     std::uint64_t Fragments = 0;
     std::uint64_t LazyPairs = 0; ///< splats that were made when they were needed
-    std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile is opaque
+    std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile was opaque
   };
 
   /// Rasterises a tile into the frame.
@@ -92,7 +92,7 @@ private:
   std::uint64_t Last = 0;
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
-  float PendingFar = 0.0f; ///< none of the runs taken so far reaches beyond
+  float PendingFar = 0.0f; ///< far end of the runs taken so far
   KeySorter Sorter;
   bool InSectors = false;
   int Sector = WholeLens;  // that is drawn

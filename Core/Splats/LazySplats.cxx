@@ -50,7 +50,7 @@ void LazySplats::SortRuns()
   {
     this->Runs[r].Part.Begin = splats;
     splats += this->Runs[r].Chosen.Count;
-    this->States[r].store(Waiting, std::memory_order_relaxed);
+    this->States[r].store(NotStarted, std::memory_order_relaxed);
   }
   this->List.Resize(splats);
 }
@@ -93,7 +93,7 @@ void LazySplats::Bin(const PictureSize& size)
 void LazySplats::Prefetch(std::uint32_t run) const
 {
   const Run& r = this->Runs[run];
-  if (this->States[run].load(std::memory_order_relaxed) == Waiting)
+  if (this->States[run].load(std::memory_order_relaxed) == NotStarted)
   {
     r.Maker->Prefetch(r.Chosen.Begin, r.Chosen.Count, static_cast<int>(r.Chosen.Level));
   }
@@ -103,12 +103,13 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
 {
   std::atomic<unsigned char>& state = this->States[run];
   unsigned char seen = state.load(std::memory_order_acquire);
-  if (seen == Waiting && state.compare_exchange_strong(seen, BeingMade, std::memory_order_acquire))
+  if (seen == NotStarted &&
+    state.compare_exchange_strong(seen, InProgress, std::memory_order_acquire))
   {
     this->Make(this->Runs[run]);
     state.store(Ready, std::memory_order_release);
   }
-  // Another thread makes it right now: a few microseconds.
+  // If another thread is making it now, that takes a few microseconds.
   while (state.load(std::memory_order_acquire) != Ready)
   {
     std::this_thread::yield();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A surfel on the screen, ready to be rasterised: one cache line.
+ * A surfel on the screen, ready for the raster (Core/Raster/TileRaster.h): one cache line.
+ * SplatMaker makes it; Tent.h has what coarse grids make.
  */
 #pragma once
 
@@ -15,10 +16,10 @@ struct alignas(64) Splat
 {
   float X, Y;    ///< centre, px
   float A, K, B; ///< q = A (dx + K dy)^2 + B dy^2 (ResamplingKernel.h)
-  float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
+  float Weight;  ///< coverage at the centre: area on the screen times the kernel's peak, [0, inf)
   float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
   float Far;
-  std::int32_t Gradient;  ///< of the colour: index of a SplatGradient, or NoGradient
+  std::int32_t Gradient;  ///< index of the colour's SplatGradient, or NoGradient
   float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]

@@ -29,7 +29,7 @@ struct SplatContext
   View Camera;
   Lens Optics;
   ApertureSampling Sampling;                  ///< of the lens, by the splatter
-  float LeastConflict = DefaultLeastConflict; ///< of sectors (LensSectors.h)
+  float MinConflict = DefaultMinConflict; ///< of sectors (LensSectors.h)
   bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;

@@ -27,7 +27,7 @@ class SplatMaker;
 
 struct SplatList
 {
-  /// Splats that were made together. Between parts there are gaps: nothing is moved.
+  /// Splats that were made together. There are gaps between parts, since nothing is moved.
   struct Part
   {
     std::size_t Begin;
@@ -43,7 +43,7 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;             ///< Near of the splats again, close together for sorting
+  Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
   Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
@@ -57,7 +57,7 @@ struct SplatList
     return this->HasSlopes ? &this->Slopes[i] : nullptr;
   }
 
-  /// For the splats of a part; there is room for them.
+  /// Where the splats of a part are written; there must be room for them.
   SplatOutput OutputAt(std::size_t begin);
 
   /// Adds one splat, as a part of its own. Before the tents.
@@ -75,8 +75,8 @@ struct SplatList
 
   bool HasSlopes = false;
 
-  /// Up to some thousand surfels that one thread makes splats of: from a place in one run on, over
-  /// the next ones.
+  /// Up to some thousand surfels from which one thread makes splats: they begin within a run and
+  /// continue in the next ones.
   struct Chunk
   {
     const CutRange* Run;
@@ -92,10 +92,10 @@ struct CutRanges
   const CutRange *Begin, *End;
 };
 
-/// Appends the visible splats of a cloud's runs of surfels or nodes.
+/// Makes the visible splats of a cloud's runs of surfels or nodes and appends them to the list.
 void AppendSplats(
   const SplatMaker& maker, const CutRanges& runs, const Executor& executor, SplatList& list);
 
-/// All surfels of a cloud without a hierarchy.
+/// Runs of all surfels, for a cloud without a hierarchy.
 void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The raster kernel of every instruction set that this machine has, against a scalar evaluation in
+ * The loops of the raster for every instruction set that this machine has, against a scalar one in
  * double; the exponential; the choice of the target.
  */
 #include "Core/Lens/ResamplingKernel.h"
@@ -280,7 +280,7 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, double& worst)
 }
 
 /// What lies behind opaque blocks changes nothing where it is skipped, and no more than
-/// LeastTransmittance where it is not.
+/// MinTransmittance where it is not.
 void TestOpaqueBlocks(const RasterTarget& target)
 {
   Splat wall{}, behind{};
@@ -312,8 +312,8 @@ void TestOpaqueBlocks(const RasterTarget& target)
     for (int i = 0; i < BlocksPerTile; ++i)
     {
       const bool covered = i % BlocksPerRow < BlocksPerRow / 2;
-      CHECK_NEAR(tile->Finished[i].Red[5], covered ? 0.0 : 1.0, LeastTransmittance);
-      CHECK_NEAR(tile->Finished[i].Green[5], covered ? 1.0 : 0.0, LeastTransmittance);
+      CHECK_NEAR(tile->Finished[i].Red[5], covered ? 0.0 : 1.0, MinTransmittance);
+      CHECK_NEAR(tile->Finished[i].Green[5], covered ? 1.0 : 0.0, MinTransmittance);
     }
   }
 }
