@@ -6,7 +6,7 @@
 
 namespace SurfelSplatting
 {
-/// Of a picture in px, or of a coarse grid in cells.
+/// Size of a picture in px, or of a coarse grid in cells.
 struct PictureSize
 {
   int Width, Height;

@@ -7,6 +7,8 @@
 
 #include "Core/Base/PixelBox.h"
 
+#include <cstddef>
+
 namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
@@ -30,4 +32,18 @@ struct TileRange
   {
   }
 };
+
+/// Calls function(tile) for every tile that a box touches, which must not be empty.
+template <typename Function>
+void ForTiles(const PixelBox& box, int tilesX, Function&& function)
+{
+  const TileRange range(box);
+  for (int y = range.Y0; y <= range.Y1; ++y)
+  {
+    for (int x = range.X0; x <= range.X1; ++x)
+    {
+      function(static_cast<std::size_t>(y) * tilesX + x);
+    }
+  }
+}
 }

@@ -75,7 +75,7 @@ public:
   }
 
 private:
-  /// Of a sphere about a node that contains the spheres of nodes, or the leaves, below.
+  /// Radius of a sphere about a node that contains the spheres of nodes, or the leaves, below.
   double Radius(std::size_t node, std::size_t first, std::size_t last) const
   {
     double radius = 0.0;

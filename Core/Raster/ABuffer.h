@@ -70,8 +70,8 @@ public:
   /// Called before the layers of each cell of the lens.
   virtual void BeginCell() {}
 
-  /// Called before a tile's layers as seen through a part of the cell, whose share of the cell is in
-  /// (0, 1].
+  /// Called before a tile's layers as seen through a part of the cell, whose share of the cell is
+  /// in (0, 1].
   virtual void BeginPart(const PixelBox& /* tile */, float /* share */) {}
 
   /// @param brightest limit of the layer's colours, not premultiplied, when it is composited

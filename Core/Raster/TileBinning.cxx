@@ -22,20 +22,6 @@ struct Share
   }
 };
 
-/// Calls function(tile) for every tile that a box touches.
-template <typename Function>
-void ForTiles(const PixelBox& box, int tilesX, Function&& function)
-{
-  const TileRange range(box);
-  for (int ty = range.Y0; ty <= range.Y1; ++ty)
-  {
-    for (int tx = range.X0; tx <= range.X1; ++tx)
-    {
-      function(static_cast<std::size_t>(ty) * tilesX + tx);
-    }
-  }
-}
-
 /// Calls function(tile, index) for every tile that a chunk's splats and tents touch.
 template <typename Function>
 void ForEachPair(

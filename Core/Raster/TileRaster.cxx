@@ -117,14 +117,14 @@ void TileRaster::SetSector(int sector)
 
 bool TileRaster::NeedsSectors() const
 {
-  const float least = this->Settings.MinConflict;
+  const float minConflict = this->Settings.MinConflict;
   float conflict = 0.0f;
   for (const FinishedLayers& done : this->Tile.Finished)
   {
     conflict =
       std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
   }
-  return least == 0.0f || (this->LensSpread >= MinLensSpread && conflict > least);
+  return minConflict == 0.0f || (this->LensSpread >= MinLensSpread && conflict > minConflict);
 }
 
 TileRaster::Counts TileRaster::RenderLayers(

@@ -14,15 +14,14 @@ namespace
 {
 Affine3 Inverse(const Affine3& a)
 {
-  // The inverse is the cofactors over the determinant.
   Affine3 inverse;
-  const double scale = 1.0 / a.Determinant();
+  const std::array<Vector3, 3> area = a.AreaMatrix(); // |det L| L^-T
+  const double scale = 1.0 / std::abs(a.Determinant());
   for (int i = 0; i < 3; ++i)
   {
     for (int j = 0; j < 3; ++j)
     {
-      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      inverse.L[j][i] = scale * (a.L[i1][j1] * a.L[i2][j2] - a.L[i1][j2] * a.L[i2][j1]);
+      inverse.L[j][i] = scale * area[i][j];
     }
   }
   inverse.T = inverse.ApplyLinear({ -a.T[0], -a.T[1], -a.T[2] });
@@ -428,7 +427,7 @@ void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& image, 
   const Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
     alongX[2] * alongY[0] - alongX[0] * alongY[2], alongX[0] * alongY[1] - alongX[1] * alongY[0] };
   const double faces = Dot(area, position) > 0.0 ? -1.0 : 1.0; // the lens
-  // Of the mixture of the pixels' Gaussians.
+  // The variance of the mixture of the pixels' Gaussians.
   const double variance = PixelDeviation * PixelDeviation + (side * side - 1) / 12.0;
   const auto product = [&](int i, int j) {
     return static_cast<float>(variance * (alongX[i] * alongX[j] + alongY[i] * alongY[j]));

@@ -61,32 +61,25 @@ void LazySplats::Bin(const PictureSize& size)
   const int tilesX = TileCount(size.Width);
   const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(size.Height);
   this->Offsets.assign(tiles + 1, 0);
-  const auto forTiles = [&](auto&& function) {
+  const auto forPairs = [&](auto&& function) {
     for (const std::uint64_t key : this->Order)
     {
-      const auto r = static_cast<std::uint32_t>(key);
-      if (SurfelSplatting::IsEmpty(this->Runs[r].Chosen.Box))
+      const auto run = static_cast<std::uint32_t>(key);
+      const PixelBox& box = this->Runs[run].Chosen.Box;
+      if (!SurfelSplatting::IsEmpty(box))
       {
-        continue;
-      }
-      const TileRange range(this->Runs[r].Chosen.Box);
-      for (int y = range.Y0; y <= range.Y1; ++y)
-      {
-        for (int x = range.X0; x <= range.X1; ++x)
-        {
-          function(static_cast<std::size_t>(y) * tilesX + x, r);
-        }
+        ForTiles(box, tilesX, [&](std::size_t tile) { function(tile, run); });
       }
     }
   };
-  forTiles([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
+  forPairs([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
   for (std::size_t tile = 0; tile < tiles; ++tile)
   {
     this->Offsets[tile + 1] += this->Offsets[tile];
   }
   this->TileRuns.resize(this->Offsets[tiles]);
   this->Cursors.assign(this->Offsets.begin(), this->Offsets.end() - 1);
-  forTiles(
+  forPairs(
     [&](std::size_t tile, std::uint32_t run) { this->TileRuns[this->Cursors[tile]++] = run; });
 }
 
