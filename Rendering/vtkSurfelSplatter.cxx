@@ -298,8 +298,8 @@ const float* vtkSurfelSplatter::SplatBlurredPixels(
   const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
   my.SharpDepth.assign(view.OccluderDepth, view.OccluderDepth + pixels);
   SurfelSplatting::DepthImage props = *view.PropImage;
-  props.LeastConfusion = view.LeastConfusion();
-  my.BlurredPixels.Take(my.Context.Camera, my.Context.Optics, props, my.SharpDepth.data(),
+  props.MinConfusion = view.MinConfusion();
+  my.BlurredPixels.MakeSurfels(my.Context.Camera, my.Context.Optics, props, my.SharpDepth.data(),
     SurfelSplatting::SMPExecutor());
   if (my.BlurredPixels.Size() > 0)
   {

@@ -394,7 +394,7 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
   };
   const float* depth = my.Props.JoinDepth(
     picture, frame.Range, this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f);
-  bool isWhole = my.Props.IsGathered() || !picture.BlurredPixels.Taken().empty();
+  bool isWhole = my.Props.IsGathered() || !picture.BlurredPixels.Blurred().empty();
   if (!isWhole && this->Splatter->GetLinearLight())
   {
     // Blending mixes colours, not light.

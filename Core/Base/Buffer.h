@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * An array that keeps its memory from frame to frame and is not filled when it grows.
+ * An array that keeps its memory from frame to frame and does not initialise new elements.
  */
 #pragma once
 
@@ -20,8 +20,8 @@ class Buffer
 public:
   std::size_t Size() const { return this->Count; }
 
-  /// Keeps what is there; what is new is undefined. The first time that memory does not suffice it
-  /// is allocated to the full, then with room to spare.
+  /// Keeps the elements; new ones are undefined. The first allocation has exactly this size, later
+  /// ones have room to grow by half.
   void Resize(std::size_t count)
   {
     if (count > this->Capacity)

@@ -8,26 +8,26 @@
 
 namespace SurfelSplatting
 {
-/// Levels below cost more for their tents than they spare.
+/// Finer levels would cost more for their tents (Tent.h) than they save.
 constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
 constexpr double CoarseCellsPerDeviation = 1.5;
 
-/// Cell, px, of the coarsest level that carries a splat of this smallest variance (px^2); 1: the
-/// picture itself.
+/// Cell size, px, of the coarsest level that can hold a splat of this smallest variance (px^2); 1:
+/// the picture itself.
 template <class Real>
 SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
 {
   Real cell = Uniform<Real>(1.0);
   for (int level = LowestCoarseLevel; level <= HighestCoarseLevel; ++level)
   {
-    const double least = CoarseCellsPerDeviation * (1 << level);
-    cell = smallestVariance >= least * least ? Uniform<Real>(1 << level) : cell;
+    const double deviation = CoarseCellsPerDeviation * (1 << level);
+    cell = smallestVariance >= deviation * deviation ? Uniform<Real>(1 << level) : cell;
   }
   return cell;
 }
 
-/// The level whose cells have this many px; 0: the picture.
+/// The level whose cells have so many px; 0: the picture.
 SURFELSPLATTING_INLINE int LevelOfCell(int cell)
 {
   int level = 0;
@@ -38,14 +38,14 @@ SURFELSPLATTING_INLINE int LevelOfCell(int cell)
   return level;
 }
 
-/// Cells of d px where the picture has this many pixels: one for each d px, and one more, so that
-/// every pixel lies between two.
+/// Number of cells of d px along so many pixels: one for each d px and one more, so that every
+/// pixel lies between two.
 SURFELSPLATTING_INLINE int CoarseSize(int pixels, int cell)
 {
   return (pixels + cell - 1) / cell + 1;
 }
 
-/// Cell i, which the raster has at i + 1/2, is centred at i d px: the 2d px of its tent begin and
-/// end with blocks of pixels (RasterTarget.h) as often as can be.
+/// Cell i is centred at i d px of the picture and at i + 1/2 of the coarse raster, so that the 2d
+/// px of its tent begin and end at blocks of pixels (RasterTarget.h) as often as possible.
 constexpr double CoarseOrigin = 0.5;
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The threads that the core runs on are lent by its caller: vtkSMPTools in VTK, std::thread in
- * tests, none in the reference. Every stage writes results by index, so that pixels do not depend
- * on the number of threads.
+ * The caller provides the threads that the core runs on: vtkSMPTools in VTK, std::thread in tests.
+ * Every stage writes its results by index, so pixels do not depend on the number of threads.
  */
 #pragma once
 
@@ -12,13 +11,13 @@
 
 namespace SurfelSplatting
 {
-/// A function of [begin, end) that somebody else owns and that lives as long as the call that it is
-/// handed to: nothing is copied or allocated.
+/// Refers to a function of [begin, end), which must outlive the call that gets it. Nothing is
+/// copied or allocated.
 class RangeFunction
 {
 public:
   template <typename Function>
-  RangeFunction(const Function& function) // lambdas are handed over as they are
+  RangeFunction(const Function& function) // implicit, for lambdas
     : Object(&function)
     , Call([](const void* object, std::size_t begin, std::size_t end) {
       (*static_cast<const Function*>(object))(begin, end);
@@ -44,17 +43,17 @@ public:
 
   virtual ~Executor() = default;
 
-  /// Runs function over [0, size) in pieces of about grain (>= 1) elements and returns when all is
-  /// done. Where a piece throws, one of the exceptions is thrown to the caller, when all threads
-  /// have come back.
+  /// Runs function over [0, size) in pieces of about grain (>= 1) elements and returns when all are
+  /// done. If pieces throw, one of the exceptions is thrown to the caller after all threads have
+  /// finished.
   virtual void For(std::size_t size, std::size_t grain, const RangeFunction& function) const = 0;
 };
 
-/// Keeps the first exception of several threads, to be thrown by the one that waits for them.
+/// Keeps the first exception of several threads for the one that waits for them.
 class ExceptionCarrier
 {
 public:
-  /// Runs function unless another one has failed already.
+  /// Runs function, unless one has failed before.
   template <typename Function>
   void Run(Function&& function)
   {
@@ -75,7 +74,7 @@ public:
     }
   }
 
-  /// After all threads have come back.
+  /// Call it after all threads have finished.
   void Rethrow() const
   {
     if (this->First)
@@ -94,16 +93,5 @@ class SerialExecutor : public Executor
 {
 public:
   void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override;
-};
-
-/// Runs on threads of the standard library, started for each call.
-class ThreadExecutor : public Executor
-{
-public:
-  explicit ThreadExecutor(unsigned int numberOfThreads);
-  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override;
-
-private:
-  unsigned int NumberOfThreads;
 };
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The little linear algebra that the core needs, in double.
+ * The linear algebra that the core needs, in double: 2 and 3 dimensions.
  */
 #pragma once
 
@@ -53,8 +53,7 @@ struct Symmetric3
     return mean + 2.0 * p * std::cos(std::acos(std::fmin(1.0, std::fmax(-1.0, half))) / 3.0);
   }
 
-  /// Largest eigenvalue where S has rank 2 at most, from its two invariants; an upper bound (the
-  /// trace) is never passed.
+  /// Largest eigenvalue of an S of rank 2 or less, from its two invariants; never above the trace.
   double LargestEigenvalueOfRankTwo() const
   {
     const double minors = XX * YY - XY * XY + YY * ZZ - YZ * YZ + XX * ZZ - XZ * XZ;
@@ -124,8 +123,8 @@ struct Affine3
     return c;
   }
 
-  /// |det L| L^-T: how area vectors transform; its absolute value keeps a mirrored surface's
-  /// outside (method of the data contract). Cofactors, so that a singular L gives no infinity.
+  /// |det L| L^-T: how area vectors transform. The absolute value keeps the outside of a mirrored
+  /// surface (Documentation/DataContract.md). From cofactors, so that a singular L is no problem.
   std::array<Vector3, 3> AreaMatrix() const
   {
     std::array<Vector3, 3> c;

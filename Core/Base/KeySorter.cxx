@@ -6,64 +6,60 @@
 
 namespace SurfelSplatting
 {
-/// By sixteen bits of the depths between the nearest and the farthest one, in two passes of a radix
-/// sort; keys that are alike in these, few or all of them, by what is left.
-void KeySorter::Sort(std::vector<std::uint64_t>& keys)
+namespace
 {
-  constexpr std::size_t few = 32;
-  constexpr int bins = 256, depthBit = 32;
-  const std::size_t n = keys.size();
-  if (n < few)
+constexpr int Bins = 256; // of a radix pass
+constexpr int DepthBit = 32;
+
+/// Sixteen bits of a key's depth, between the nearest and the farthest one.
+class DepthDigits
+{
+public:
+  explicit DepthDigits(const std::vector<std::uint64_t>& keys)
   {
-    std::sort(keys.begin(), keys.end());
-    return;
-  }
-  std::uint64_t least = keys[0], largest = keys[0];
-  for (const std::uint64_t key : keys)
-  {
-    least = std::min(least, key);
-    largest = std::max(largest, key);
-  }
-  const std::uint32_t first = static_cast<std::uint32_t>(least >> depthBit);
-  std::uint32_t range = static_cast<std::uint32_t>(largest >> depthBit) - first;
-  int shift = 0;
-  while (range >> shift > 0xffff)
-  {
-    ++shift;
-  }
-  const auto digits = [&](std::uint64_t key) {
-    return (static_cast<std::uint32_t>(key >> depthBit) - first) >> shift;
-  };
-  std::uint32_t counts[2][bins] = {};
-  for (const std::uint64_t key : keys)
-  {
-    const std::uint32_t d = digits(key);
-    ++counts[0][d & 255];
-    ++counts[1][d >> 8];
-  }
-  for (std::uint32_t* digit : counts)
-  {
-    std::uint32_t sum = 0;
-    for (int i = 0; i < bins; ++i)
+    std::uint64_t nearest = keys[0], farthest = keys[0];
+    for (const std::uint64_t key : keys)
     {
-      const std::uint32_t count = digit[i];
-      digit[i] = sum;
-      sum += count;
+      nearest = std::min(nearest, key);
+      farthest = std::max(farthest, key);
+    }
+    this->First = static_cast<std::uint32_t>(nearest >> DepthBit);
+    const std::uint32_t range = static_cast<std::uint32_t>(farthest >> DepthBit) - this->First;
+    while (range >> this->Shift > 0xffff)
+    {
+      ++this->Shift;
     }
   }
-  this->Other.resize(n);
-  for (const std::uint64_t key : keys)
+
+  std::uint32_t operator()(std::uint64_t key) const
   {
-    this->Other[counts[0][digits(key) & 255]++] = key;
+    return (static_cast<std::uint32_t>(key >> DepthBit) - this->First) >> this->Shift;
   }
-  for (const std::uint64_t key : this->Other)
+
+private:
+  std::uint32_t First;
+  int Shift = 0;
+};
+
+/// Counts to where each bin begins.
+void SumUp(std::uint32_t* counts)
+{
+  std::uint32_t sum = 0;
+  for (int i = 0; i < Bins; ++i)
   {
-    keys[counts[1][digits(key) >> 8]++] = key;
+    const std::uint32_t count = counts[i];
+    counts[i] = sum;
+    sum += count;
   }
-  for (std::size_t begin = 0, end = 0; begin < n; begin = end)
+}
+
+/// Sorts the ranges of keys with the same digits.
+void SortTies(std::vector<std::uint64_t>& keys, const DepthDigits& digits)
+{
+  for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end)
   {
     const std::uint32_t d = digits(keys[begin]);
-    for (end = begin + 1; end < n && digits(keys[end]) == d;)
+    for (end = begin + 1; end < keys.size() && digits(keys[end]) == d;)
     {
       ++end;
     }
@@ -72,5 +68,38 @@ void KeySorter::Sort(std::vector<std::uint64_t>& keys)
       std::sort(keys.data() + begin, keys.data() + end);
     }
   }
+}
+}
+
+/// A radix sort by the digits of the depths, in two passes; then ties, few or all of the keys, by
+/// all of their bits.
+void KeySorter::Sort(std::vector<std::uint64_t>& keys)
+{
+  constexpr std::size_t few = 32;
+  if (keys.size() < few)
+  {
+    std::sort(keys.begin(), keys.end());
+    return;
+  }
+  const DepthDigits digits(keys);
+  std::uint32_t counts[2][Bins] = {};
+  for (const std::uint64_t key : keys)
+  {
+    const std::uint32_t d = digits(key);
+    ++counts[0][d & 255];
+    ++counts[1][d >> 8];
+  }
+  SumUp(counts[0]);
+  SumUp(counts[1]);
+  this->Work.resize(keys.size());
+  for (const std::uint64_t key : keys)
+  {
+    this->Work[counts[0][digits(key) & 255]++] = key;
+  }
+  for (const std::uint64_t key : this->Work)
+  {
+    keys[counts[1][digits(key) >> 8]++] = key;
+  }
+  SortTies(keys, digits);
 }
 }

@@ -25,6 +25,6 @@ public:
   void Sort(std::vector<std::uint64_t>& keys);
 
 private:
-  std::vector<std::uint64_t> Other;
+  std::vector<std::uint64_t> Work;
 };
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Colours as they are stored and shown, and the light that they stand for.
+ * Colours as they are stored and shown (sRGB codes), and as linear light.
  *
  * sRGB (IEC 61966-2-1): a code v in [0, 1] is the light ((v + 0.055) / 1.055)^2.4, or v / 12.92 up
- * to 0.04045. Above 1 the power goes on; below 0 both are 0.
+ * to 0.04045. The power continues above 1; negative values become 0.
  */
 #pragma once
 

@@ -6,6 +6,12 @@
 
 namespace SurfelSplatting
 {
+/// Size of a picture in px, or of a coarse grid in cells.
+struct PictureSize
+{
+  int Width, Height;
+};
+
 /// Pixels [X0, X1) x [Y0, Y1); empty where X0 >= X1 or Y0 >= Y1.
 struct PixelBox
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Objects that keep their memory from frame to frame, for threads to borrow.
+ * Objects that threads borrow and that keep their memory from frame to frame.
  */
 #pragma once
 
@@ -15,7 +15,7 @@ template <typename T>
 class Pool
 {
 public:
-  /// An object of the pool; goes back at the end of its life.
+  /// Borrows an object of the pool until the end of this one's life.
   class Loan
   {
   public:

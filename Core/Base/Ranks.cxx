@@ -32,18 +32,18 @@ std::vector<Message> Ranks::ToRoot(Message message)
   return messages;
 }
 
-bool Ranks::All(bool mine)
+bool Ranks::All(bool value)
 {
   const std::vector<Message> messages =
-    this->Share(Message(1, static_cast<unsigned char>(mine ? 1 : 0)));
+    this->Share(Message(1, static_cast<unsigned char>(value ? 1 : 0)));
   return std::all_of(messages.begin(), messages.end(), [](const Message& m) { return m[0] != 0; });
 }
 
-double Ranks::Largest(double mine)
+double Ranks::Largest(double value)
 {
   Message message;
-  Put(mine, message);
-  double largest = mine;
+  Put(value, message);
+  double largest = value;
   for (const Message& m : this->Share(message))
   {
     largest = std::max(largest, MessageReader(m).Get<double>());
@@ -51,10 +51,10 @@ double Ranks::Largest(double mine)
   return largest;
 }
 
-double Ranks::RootValue(double mine)
+double Ranks::RootValue(double value)
 {
   Message message;
-  Put(mine, message);
+  Put(value, message);
   return MessageReader(this->FromRoot(message)).Get<double>();
 }
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The processes that work on one cloud or one picture together, whatever carries their messages.
+ * The processes that work together on one cloud or one picture, independent of what carries their
+ * messages (MPI in VTK, threads in tests).
  *
- * Every call is collective: all ranks make the same ones, in the same order, and none returns
- * before its messages have come. A rank that has failed takes part all the same and says so (All),
- * so that nobody waits for it.
+ * Every call is collective: all ranks make the same calls in the same order, and none returns
+ * before its messages have arrived. A rank that has failed still takes part and reports it (All),
+ * so that the other ranks do not wait for it.
  */
 #pragma once
 
@@ -18,7 +19,7 @@ namespace SurfelSplatting
 {
 using Message = std::vector<unsigned char>;
 
-/// Thrown on all ranks where one of them lacks memory.
+/// Thrown on all ranks if one of them lacks memory.
 class RanksLackMemory : public std::bad_alloc
 {
 };
@@ -30,12 +31,12 @@ public:
   virtual int Size() const = 0;
   virtual int Rank() const = 0;
 
-  /// Sends message r to rank r, and returns those that came: [sender].
+  /// Sends message r to rank r, and returns the messages received: [sender].
   virtual std::vector<Message> Exchange(std::vector<Message> messages) = 0;
 
   bool IsRoot() const { return this->Rank() == 0; }
 
-  /// Sends the same message to all, and returns all ranks' ones.
+  /// Sends the same message to all ranks, and returns those of all: [sender].
   std::vector<Message> Share(const Message& message);
 
   /// Rank 0's message.
@@ -44,19 +45,19 @@ public:
   /// All ranks' messages on rank 0; none elsewhere.
   std::vector<Message> ToRoot(Message message);
 
-  bool All(bool mine);
-  bool Any(bool mine) { return !this->All(!mine); }
-  double Largest(double mine);
+  bool All(bool value);
+  bool Any(bool value) { return !this->All(!value); }
+  double Largest(double value);
 
-  /// The value that rank 0 has.
-  double RootValue(double mine);
+  /// The value of rank 0.
+  double RootValue(double value);
 };
 
 /// Adds plain values to a message.
 template <typename T>
 void Put(const T* values, std::size_t count, Message& message)
 {
-  static_assert(std::is_trivially_copyable<T>::value, "values go as they are in memory");
+  static_assert(std::is_trivially_copyable<T>::value, "values are copied byte by byte");
   const std::size_t end = message.size();
   message.resize(end + count * sizeof(T));
   if (count > 0)
@@ -71,7 +72,7 @@ void Put(const T& value, Message& message)
   Put(&value, 1, message);
 }
 
-/// Takes values from a message in the order they were put.
+/// Reads values from a message in the order in which they were put.
 class MessageReader
 {
 public:
@@ -84,7 +85,7 @@ public:
   template <typename T>
   void Get(T* values, std::size_t count)
   {
-    static_assert(std::is_trivially_copyable<T>::value, "values go as they are in memory");
+    static_assert(std::is_trivially_copyable<T>::value, "values are copied byte by byte");
     if (count > 0)
     {
       std::memcpy(static_cast<void*>(values), this->Next, count * sizeof(T));
@@ -100,7 +101,7 @@ public:
     return value;
   }
 
-  /// What is left.
+  /// Bytes that are left.
   std::size_t Size() const { return static_cast<std::size_t>(this->End - this->Next); }
 
 private:

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The square tiles that a picture is divided into: the unit of binning, raster and threads.
+ * The square tiles of a picture: the unit of binning (TileBinning.h), raster (TileRaster.h) and
+ * threads.
  */
 #pragma once
 
 #include "Core/Base/PixelBox.h"
 
+#include <cstddef>
+
 namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
 
-/// Tiles that cover so many pixels in one direction.
+/// Number of tiles that cover so many pixels in one direction.
 inline int TileCount(int pixels)
 {
   return (pixels + TileSize - 1) / TileSize;
 }
 
-/// Tiles that a box of pixels, not empty, touches; both ends included.
+/// Tiles that a box of pixels touches, both ends included. The box must not be empty.
 struct TileRange
 {
   int X0, Y0, X1, Y1;
@@ -29,4 +32,18 @@ struct TileRange
   {
   }
 };
+
+/// Calls function(tile) for every tile that a box touches, which must not be empty.
+template <typename Function>
+void ForTiles(const PixelBox& box, int tilesX, Function&& function)
+{
+  const TileRange range(box);
+  for (int y = range.Y0; y <= range.Y1; ++y)
+  {
+    for (int x = range.X0; x <= range.X1; ++x)
+    {
+      function(static_cast<std::size_t>(y) * tilesX + x);
+    }
+  }
+}
 }

@@ -81,7 +81,7 @@ void ClusterBounds::FillCluster(const SurfelCloud& cloud, int tree, std::size_t 
   node.LeafSigma = lowest == 0 ? node.Extent.Sigma : below[lowest - 1].Sigma;
 }
 
-/// From the entries of a node's children.
+/// Fills an entry from those of the node's children.
 void ClusterBounds::FillAbove(int tree, int level, std::size_t j)
 {
   const std::size_t entry = this->Begins[level][tree] + j;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the choice of detail needs of a hierarchy, made once for it.
+ * Bounds of a hierarchy's nodes, computed once, from which a frame selects its cut
+ * (HierarchyCut.h).
  *
- * The choice works on groups of up to 64 nodes: one level for a whole subtree, by its largest and
- * its most incoherent node. There is one entry for each cluster of 64 leaves and for each node
- * above; a frame looks at these alone, and only down to where all of a group is fine enough.
+ * A cut is selected in groups of up to 64 nodes: a whole subtree is drawn at one level, which its
+ * largest and its least coherent node decide. There is one entry for each cluster of 64 leaves and
+ * for each node above. A frame looks at these entries only, and goes down only until all of a group
+ * is fine enough.
  */
 #pragma once
 
@@ -23,21 +25,21 @@ struct NodeExtent
 {
   float Sigma;     ///< largest standard deviation of S, world units
   float Size;      ///< radius of the bounding sphere of the leaves' centres, world units
-  float Coherence; ///< |A| / sum of areas, the least of several
+  float Coherence; ///< |A| / sum of areas, the smallest of several
 };
 
 class ClusterBounds
 {
 public:
   static constexpr int ClusterLevel = 6; ///< of nodes with 64 leaves
-  static constexpr int LevelsBelow = 6;  ///< whose extents each entry has
+  static constexpr int LevelsBelow = 6;  ///< each entry has the extents of so many levels below
 
   /// A cluster, or a node above.
   struct Node
   {
     float Position[3];
     float Axis[3];     ///< of the cone, unit length
-    float Cone;        ///< its cosine; <= 0: none
+    float Cone;        ///< cosine of the normals' cone; <= 0: none
     float LeafSigma;   ///< the largest of all leaves below
     NodeExtent Extent; ///< its own
   };
@@ -49,7 +51,7 @@ public:
 
   const HierarchyLayout& Layout() const { return this->Tree; }
 
-  /// ClusterLevel, or the root's level of a smaller tree; -1 for an empty one.
+  /// ClusterLevel, or the root's level if the tree is smaller; -1 if it is empty.
   int LowestLevel(int tree) const { return this->LowestLevels[tree]; }
 
   /// Node j of a level from LowestLevel on.
@@ -58,7 +60,7 @@ public:
     return this->Nodes[this->Begins[level][tree] + j];
   }
 
-  /// Largest extents of the nodes below node j of a level, [LevelsBelow]: those of level - 1 first.
+  /// Largest extents of the nodes below node j of a level, [LevelsBelow], those of level - 1 first.
   const NodeExtent* Below(int level, int tree, std::size_t j) const
   {
     return this->Extents.data() + LevelsBelow * (this->Begins[level][tree] + j);

@@ -12,8 +12,8 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Spheres and cones are about leaves where these are few, else about the nodes of this level,
-/// which keeps both tight without looking at all leaves once a level.
+/// Spheres and cones bound the leaves of nodes up to this level. Higher nodes bound the spheres and
+/// cones of this level, which keeps them tight without visiting all leaves once per level.
 constexpr int BoundedLevel = 6;
 
 double CosineBetween(const Vector3& a, const Vector3& b)
@@ -58,7 +58,7 @@ public:
     return SurfelSplatting::Join(a, b, tree == HierarchyLayout::TwoSided);
   }
 
-  /// Before its parent, after its children.
+  /// Called before its parent's and after its children's.
   void Store(const NodeMoments& moments, int tree, int level, std::size_t j) const
   {
     const bool twoSided = tree == HierarchyLayout::TwoSided;
@@ -75,7 +75,7 @@ public:
   }
 
 private:
-  /// About a node, with the spheres of nodes or leaves below.
+  /// Radius of a sphere about a node that contains the spheres of nodes, or the leaves, below.
   double Radius(std::size_t node, std::size_t first, std::size_t last) const
   {
     double radius = 0.0;
@@ -90,22 +90,22 @@ private:
     return radius;
   }
 
-  /// Cosine of the cone about a node with the cones of nodes or the normals of leaves below.
+  /// Cosine of the cone about a node's area vector that contains the cones of nodes, or the normals
+  /// of leaves, below.
   double Cone(std::size_t node, std::size_t first, std::size_t last) const
   {
-    constexpr double pi = 3.14159265358979323846;
     const Vector3 axis = this->Tree.AreaVector(node);
-    double least = 1.0, widest = 0.0;
+    double smallest = 1.0, widest = 0.0;
     for (std::size_t i = first; i < last; ++i)
     {
       const double cosine = CosineBetween(this->Tree.AreaVector(i), axis);
-      least = std::fmin(least, cosine);
+      smallest = std::fmin(smallest, cosine);
       if (this->Tree.IsNode(i))
       {
         widest = std::fmax(widest, AngleOf(cosine) + AngleOf(ConeOf(this->Tree.Node(i))));
       }
     }
-    return first < last && this->Tree.IsNode(first) ? std::cos(std::fmin(widest, pi)) : least;
+    return first < last && this->Tree.IsNode(first) ? std::cos(std::fmin(widest, Pi)) : smallest;
   }
 
   SurfelCloud Tree;
@@ -113,7 +113,7 @@ private:
   HierarchyNode* Nodes;
 };
 
-/// Mean covariances of the leaves, weighted with their areas.
+/// Mean covariances of the leaves, weighted by their areas.
 class LeafCovarianceFiller
 {
 public:

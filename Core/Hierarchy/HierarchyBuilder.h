@@ -15,14 +15,15 @@
 namespace SurfelSplatting
 {
 /**
- * Moments and bounds of all nodes above the leaves, from sums in double over these.
+ * Computes moments and bounds of all nodes above the leaves, summing in double.
  * @param leaves the surfels in the order of the tree (KdTreeOrder.h)
  * @param nodes  [layout.NumberOfNodes() - layout.NumberOfLeaves()], the caller's memory
  */
 void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,
   HierarchyNode* nodes);
 
-/// V_r of all nodes above the leaves, [nodes][6] XX YY ZZ XY YZ XZ; S - V_r is the paper's V_q.
+/// V_r, the mean covariance of the leaves, of all nodes above them: [nodes][6] XX YY ZZ XY YZ XZ.
+/// S - V_r is the paper's V_q.
 /// @param tree leaves and nodes
 std::vector<float> MakeLeafCovariances(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);

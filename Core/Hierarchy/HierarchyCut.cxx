@@ -11,14 +11,16 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Standard deviation of a node for an error of 1, over that of the lens's blur: the coarsest that
-/// loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes, at any blur.
+/// Largest standard deviation of a node at an error of 1, as a share of the lens blur's: the
+/// coarsest that loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes,
+/// at any blur.
 constexpr double LensShare = 0.42;
-/// And over that of the pixel filter: about a node to a pixel, so that a cloud of any density costs
-/// what one of a surfel to a pixel costs; 50 dB and more from drawing every surfel.
+/// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
+/// density costs as much as one with one surfel per pixel. The picture is 50 dB or more from that
+/// of all surfels.
 constexpr double PixelShare = 0.95;
 
-/// Largest share of an incoherent node's size that is allowed.
+/// Factor of the allowed size of a node that is not coherent.
 double CoherenceFactor(double coherence)
 {
   return std::fmin(1.0, std::fmax(0.1, (coherence - 0.5) / 0.4));
@@ -26,7 +28,7 @@ double CoherenceFactor(double coherence)
 
 using Subtree = CutWork::Subtree;
 
-/// One sphere in camera space: a node's leaves' centres.
+/// Sphere in camera space that contains the centres of a node's leaves.
 struct Ball
 {
   Vector3 Center;
@@ -35,21 +37,36 @@ struct Ball
   double Far() const { return this->Center[2] + this->Radius; }
 };
 
-/// One choice: the view in the hierarchy's terms.
-class Selection
+/// x or y on the screen.
+struct ScreenAxis
+{
+  double Focal;  ///< Fx or Fy of the view
+  double Center; ///< Cx or Cy
+  int Size;      ///< of the picture, px
+};
+
+struct PixelInterval
+{
+  int Begin, End;
+};
+
+/// Selects the cut of one cloud.
+class CutSelector
 {
 public:
-  Selection(const SurfelCloud& cloud, const View& view, const Lens& lens, const KernelReach& reach,
-    const CutSettings& settings)
+  CutSelector(const SurfelCloud& cloud, const CutCamera& camera, const CutSettings& settings)
     : Table(*cloud.Clusters)
     , Layout(Table.Layout())
-    , Camera(view)
-    , Optics(lens)
-    , Reach(reach)
+    , Camera(camera.Projection)
+    , Optics(camera.Optics)
+    , SupportRadius(camera.SupportRadius)
+    , Prefilter(camera.Prefilter)
     , Settings(settings)
-    , LocalToCamera(Affine3::Compose(view.WorldToCamera, cloud.LocalToWorld))
+    , LocalToCamera(Affine3::Compose(Camera.WorldToCamera, cloud.LocalToWorld))
     , AreaToCamera(LocalToCamera.AreaMatrix())
-    , FocalLength(std::fmax(std::abs(view.Fx), std::abs(view.Fy)))
+    , FocalLength(std::fmax(std::abs(Camera.Fx), std::abs(Camera.Fy)))
+    , AxisX{ Camera.Fx, Camera.Cx, Camera.Width }
+    , AxisY{ Camera.Fy, Camera.Cy, Camera.Height }
   {
     Symmetric3 gram{}; // L'L
     for (const Vector3& row : this->LocalToCamera.L)
@@ -58,7 +75,7 @@ public:
     }
     const double largest = gram.LargestEigenvalue();
     this->Scale = std::sqrt(largest);
-    // Cones keep their angles under similarities alone.
+    // Only similarities preserve the angles of cones.
     const double spread = std::abs(largest - gram.Trace() / 3.0);
     this->ConesHold = spread <= 1e-5 * largest;
   }
@@ -72,14 +89,14 @@ public:
     {
       const Subtree top = part.Stack.back();
       part.Stack.pop_back();
-      this->Visit(top, part.Stack, part.Runs, part.Statistics);
+      this->Visit(top, part);
     }
   }
 
 private:
-  void Visit(const Subtree& at, std::vector<Subtree>& stack, std::vector<CutRange>& runs,
-    CutStatistics& statistics) const
+  void Visit(const Subtree& at, CutWork::Part& part) const
   {
+    CutStatistics& statistics = part.Statistics;
     ++statistics.VisitedNodes;
     const ClusterBounds::Node& node = this->Table.Get(at.Level, at.Tree, at.Index);
     const Ball ball{ this->LocalToCamera.Apply(
@@ -99,23 +116,23 @@ private:
     const double allowed = this->AllowedSize(ball);
     if (at.Level > 0 && this->Suffices(node.Extent, allowed))
     {
-      this->Choose(at, at.Level, node.Extent.Sigma, ball, runs, statistics);
+      this->Choose(at, at.Level, node.Extent.Sigma, ball, part);
     }
-    else if (!this->ChooseBelow(at, ball, allowed, runs, statistics))
+    else if (!this->ChooseBelow(at, ball, allowed, part))
     {
       const std::size_t left = 2 * at.Index;
       if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
       {
-        stack.push_back({ at.Tree, at.Level - 1, left + 1 });
+        part.Stack.push_back({ at.Tree, at.Level - 1, left + 1 });
       }
-      stack.push_back({ at.Tree, at.Level - 1, left });
+      part.Stack.push_back({ at.Tree, at.Level - 1, left });
     }
   }
 
-  /// One level for all of a subtree, the coarsest that suffices; in the lowest ones the leaves
-  /// always do. Not by more levels than this above: parts of a subtree may do with less.
-  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, std::vector<CutRange>& runs,
-    CutStatistics& statistics) const
+  /// Chooses one level for a whole subtree, the coarsest that suffices. For the lowest subtrees the
+  /// leaves always suffice; higher ones go at most mostLevels down, since parts of them may do with
+  /// a coarser level.
+  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, CutWork::Part& part) const
   {
     constexpr int mostLevels = 4;
     const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
@@ -128,14 +145,14 @@ private:
       }
       const double sigma = level >= 0 ? below[at.Level - 1 - level].Sigma
                                       : this->Table.Get(at.Level, at.Tree, at.Index).Extent.Sigma;
-      this->Choose(at, std::max(0, level), sigma, ball, runs, statistics);
+      this->Choose(at, std::max(0, level), sigma, ball, part);
       return true;
     }
     for (int i = 0; i < mostLevels; ++i)
     {
       if (this->Suffices(below[i], allowed))
       {
-        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, runs, statistics);
+        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, part);
         return true;
       }
     }
@@ -150,8 +167,8 @@ private:
   }
 
   /// @param sigma largest standard deviation of the nodes, local units
-  void Choose(const Subtree& at, int level, double sigma, const Ball& ball,
-    std::vector<CutRange>& runs, CutStatistics& statistics) const
+  void Choose(
+    const Subtree& at, int level, double sigma, const Ball& ball, CutWork::Part& part) const
   {
     const int below = at.Level - level;
     const std::size_t first = at.Index << below;
@@ -162,30 +179,30 @@ private:
     this->Place(this->Scale * sigma, ball, run);
     if (this->Settings.SkipOutside && IsEmpty(run.Box))
     {
-      statistics.OutsideLeaves += this->LeavesOf(at);
+      part.Statistics.OutsideLeaves += this->LeavesOf(at);
       return;
     }
-    statistics.Nodes += run.Count;
-    runs.push_back(run);
+    part.Statistics.Nodes += run.Count;
+    part.Runs.push_back(run);
   }
 
-  /// Where a run's splats are on the screen, and how deep.
+  /// Bounds a run's splats on the screen and in depth.
   void Place(double sigma, const Ball& ball, CutRange& run) const
   {
     const View& v = this->Camera;
     run.Box = { 0, 0, v.Width, v.Height };
     if (!v.Parallel && !(ball.Near() > 0.0))
     {
-      return; // about the lens: anywhere
+      return; // around the lens: anywhere on the screen
     }
-    // A z-range is 2 s_z + 0.5 s of the kernel; s is overestimated by a quarter for thick ones.
+    // A splat's z-range is 2 s_z + 0.5 s of its kernel; thick kernels overestimate s by a quarter.
     constexpr double depthExtent = 2.7;
     const double near = ball.Near() - depthExtent * sigma;
     const double far = ball.Far() + depthExtent * sigma;
-    run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // before it as a float, too
+    run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // also after rounding to float
     run.Far = static_cast<float>(far + 1e-6 * std::abs(far));
-    const double h = std::sqrt(this->Reach.Prefilter);
-    double confusion[2] = { 0.0, 0.0 }; // least and largest
+    const double h = std::sqrt(this->Prefilter);
+    double confusion[2] = { 0.0, 0.0 }; // smallest and largest
     double stretch = 1.0, nearest = 1.0;
     if (!v.Parallel)
     {
@@ -198,20 +215,22 @@ private:
       nearest = ball.Near();
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
-    run.Wide = CoarseCell(this->Reach.Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
+    run.Wide = CoarseCell(this->Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
     // Nodes may be blurred by as much as they are wide (SetupConstants.h, LeastNodeBlur).
-    const double margin = this->Reach.Deviations *
+    const double margin = this->SupportRadius *
         (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
       1.0;
-    SetInterval(ball.Center[0], ball, v.Fx, v.Cx, margin, v.Width, run.Box.X0, run.Box.X1);
-    SetInterval(ball.Center[1], ball, v.Fy, v.Cy, margin, v.Height, run.Box.Y0, run.Box.Y1);
+    const PixelInterval x = this->CoveredPixels(ball.Center[0], ball, this->AxisX, margin);
+    const PixelInterval y = this->CoveredPixels(ball.Center[1], ball, this->AxisY, margin);
+    run.Box = { x.Begin, y.Begin, x.End, y.End };
   }
 
-  /// Pixels that a ball with a margin about it covers, along x or y.
-  void SetInterval(double x, const Ball& ball, double f, double c, double margin, int size,
-    int& begin, int& end) const
+  /// Pixels that a ball with a margin about it covers along an axis. @param x of its centre
+  PixelInterval CoveredPixels(
+    double x, const Ball& ball, const ScreenAxis& axis, double margin) const
   {
     double low, high;
+    const double f = axis.Focal, c = axis.Center, size = axis.Size;
     const double a = f * x - std::abs(f) * ball.Radius, b = f * x + std::abs(f) * ball.Radius;
     if (this->Camera.Parallel)
     {
@@ -223,8 +242,8 @@ private:
       low = std::fmin(a / ball.Near(), a / ball.Far());
       high = std::fmax(b / ball.Near(), b / ball.Far());
     }
-    begin = static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size));
-    end = static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size));
+    return { static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size)),
+      static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size)) };
   }
 
   bool Suffices(const NodeExtent& extent, double allowed) const
@@ -233,7 +252,7 @@ private:
     return size <= allowed * CoherenceFactor(extent.Coherence);
   }
 
-  /// Largest size of a node in local units that is coarse enough nowhere in the ball to be seen.
+  /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
   double AllowedSize(const Ball& ball) const
   {
     if (this->Settings.Rule == CutRule::Leaves || !(this->Settings.Error > 0.0))
@@ -246,7 +265,7 @@ private:
       const double near = ball.Near(), far = ball.Far();
       if (!(near > 0.0))
       {
-        return -1.0; // about the lens
+        return -1.0; // around the lens
       }
       const double focus = this->Optics.FocalDistance;
       if (!(near <= focus && focus <= far))
@@ -258,14 +277,14 @@ private:
       // Off the axis the projection stretches lengths by 1 / cos.
       pixelsPerUnit *= Norm(ball.Center) / (ball.Center[2] * near);
     }
-    const double h = this->Reach.Prefilter;
+    const double h = this->Prefilter;
     const double blur = this->Settings.Rule == CutRule::Paper
       ? std::fmax(confusion, std::sqrt(h))
       : std::hypot(PixelShare * std::sqrt(h), LensShare * 0.5 * confusion);
     return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
   }
 
-  /// Whether nothing below can reach the picture, blur included.
+  /// Whether nothing below the node can reach the picture, including blur.
   bool IsOutside(const ClusterBounds::Node& node, const Ball& ball) const
   {
     const View& v = this->Camera;
@@ -277,33 +296,34 @@ private:
     {
       return false;
     }
-    // How far a splat reaches beyond its centre, as a length at the depth of the ball: W's standard
-    // deviation is at most the sum of kernel's, pixel's and lens's. Nodes are at most as large as
-    // the ball, which their centres are in.
+    // How far a splat reaches beyond its centre, as a length at the depth of the ball: the standard
+    // deviation of W is at most the sum of those of kernel, pixel and lens. Nodes are at most as
+    // large as the ball, which contains their centres.
     const double spread = this->Scale * node.LeafSigma + ball.Radius;
     double reach = 0.0;
     if (v.Parallel)
     {
-      reach = spread + (std::sqrt(this->Reach.Prefilter) + 1.0) / this->FocalLength;
+      reach = spread + (std::sqrt(this->Prefilter) + 1.0) / this->FocalLength;
     }
     else
     {
       const double stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / ball.Near();
       for (const double z : { ball.Near(), ball.Far() })
       {
-        const double pixel = (std::sqrt(this->Reach.Prefilter) + 1.0) * z / this->FocalLength;
+        const double pixel = (std::sqrt(this->Prefilter) + 1.0) * z / this->FocalLength;
         const double blur = 0.6 * this->Optics.RelativeCircleOfConfusion(z) * z;
         reach = std::fmax(reach, spread * stretch + pixel + blur);
       }
     }
-    const double margin = ball.Radius + this->Reach.Deviations * reach;
-    return this->IsBeyond(ball.Center[0], ball.Center[2], v.Fx, v.Cx, v.Width, margin) ||
-      this->IsBeyond(ball.Center[1], ball.Center[2], v.Fy, v.Cy, v.Height, margin);
+    const double margin = ball.Radius + this->SupportRadius * reach;
+    return this->IsBeyond(ball.Center[0], ball.Center[2], this->AxisX, margin) ||
+      this->IsBeyond(ball.Center[1], ball.Center[2], this->AxisY, margin);
   }
 
-  /// Whether a ball is off the picture's strip [0, size] px in x or y.
-  bool IsBeyond(double x, double z, double f, double c, double size, double margin) const
+  /// Whether a ball is outside the picture's strip [0, size] px of an axis.
+  bool IsBeyond(double x, double z, const ScreenAxis& axis, double margin) const
   {
+    const double f = axis.Focal, c = axis.Center, size = axis.Size;
     const double scaled = f * x, reach = std::abs(f) * margin;
     if (this->Camera.Parallel)
     {
@@ -343,7 +363,7 @@ private:
     }
     const double sinBall = ball.Radius / distance;
     const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
-    // Cone and ball together less than a right angle, and the axis within the rest of it.
+    // Cone and ball together take less than a right angle, and the axis is within the rest of it.
     return cosCone * cosBall > sinCone * sinBall &&
       Dot(a, ball.Center) > (sinCone * cosBall + cosCone * sinBall) * length * distance;
   }
@@ -352,16 +372,17 @@ private:
   const HierarchyLayout& Layout;
   const View& Camera;
   const Lens& Optics;
-  KernelReach Reach;
+  double SupportRadius, Prefilter;
   CutSettings Settings;
   Affine3 LocalToCamera;
   std::array<Vector3, 3> AreaToCamera;
   double FocalLength;
+  ScreenAxis AxisX, AxisY;
   double Scale = 1.0;
   bool ConesHold = true;
 };
 
-/// Subtrees enough to keep all threads busy, in the order of the leaves.
+/// Enough subtrees to keep all threads busy, in the order of the leaves.
 void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
 {
   constexpr int levelsBelowRoot = 7;
@@ -382,19 +403,19 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
 }
 }
 
-void SelectCut(const SurfelCloud& cloud, const View& view, const Lens& lens,
-  const KernelReach& reach, const CutSettings& settings, const Executor& executor, CutWork& work,
-  std::vector<CutRange>& runs, CutStatistics& statistics)
+CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
+  const CutSettings& settings, const Executor& executor, CutWork& work, std::vector<CutRange>& runs)
 {
-  const Selection selection(cloud, view, lens, reach, settings);
+  const CutSelector selector(cloud, camera, settings);
   MakeSubtrees(*cloud.Clusters, work.Subtrees);
   work.Parts.resize(std::max(work.Parts.size(), work.Subtrees.size()));
   executor.For(work.Subtrees.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      selection.Walk(work.Subtrees[i], work.Parts[i]);
+      selector.Walk(work.Subtrees[i], work.Parts[i]);
     }
   });
+  CutStatistics statistics;
   runs.clear();
   for (std::size_t i = 0; i < work.Subtrees.size(); ++i)
   {
@@ -402,5 +423,6 @@ void SelectCut(const SurfelCloud& cloud, const View& view, const Lens& lens,
     runs.insert(runs.end(), part.Runs.begin(), part.Runs.end());
     statistics.Add(part.Statistics);
   }
+  return statistics;
 }
 }

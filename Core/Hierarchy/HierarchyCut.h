@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which nodes of a hierarchy are drawn: a cut through the tree, coarse where blur or the pixel hide
- * what is lost, without what the view cannot see.
+ * Selects which nodes of a hierarchy are drawn: a cut through the tree that is coarse where blur or
+ * the pixel hides the loss, and leaves out what the view cannot see. SplatList.h and LazySplats.h
+ * make splats of it.
  *
- * Two rules, with one error e for both, 1 by default:
+ * There are two rules, both with an error e, 1 by default:
  *
  * - Moments: sigma^2 <= e^2 (0.95^2 h + 0.42^2 V_I), the variance of the node on the screen against
  *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
@@ -13,8 +14,8 @@
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
  *   Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q M', V_I).
  *
- * Nodes whose area vectors cancel (thin or folded things: the sum no longer says what they hide)
- * have to be smaller: by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
+ * Nodes whose area vectors cancel (thin or folded surfaces, where the sum no longer tells how much
+ * they hide) must be smaller by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
  */
 #pragma once
 
@@ -40,25 +41,26 @@ struct CutSettings
 {
   CutRule Rule = CutRule::Moments;
   double Error = 1.0;        ///< e, >= 0
-  bool SkipOutside = true;   ///< what cannot blur into the picture
-  bool SkipBackFaces = true; ///< one-sided surfels seen from behind
+  bool SkipOutside = true;   ///< skip what cannot blur into the picture
+  bool SkipBackFaces = true; ///< skip one-sided surfels seen from behind
 };
 
-/// Consecutive nodes that are drawn; all of one level and of one cluster or above.
+/// A run of consecutive nodes that are drawn; all of one level, and below one entry of the
+/// ClusterBounds.
 struct CutRange
 {
   std::size_t Begin;
   std::uint32_t Count;
   std::uint32_t Level;
   bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
-  float Near = -1e30f;        ///< none of its splats begins before
-  float Far = 1e30f;          ///< none of them ends behind
-  PixelBox Box{ 0, 0, 0, 0 }; ///< holds all of its splats
+  float Near = -1e30f;        ///< no splat of it begins in front of this
+  float Far = 1e30f;          ///< no splat of it ends behind this
+  PixelBox Box{ 0, 0, 0, 0 }; ///< contains all of its splats
 };
 
 struct CutStatistics
 {
-  std::uint64_t VisitedNodes = 0;  ///< entries of the ClusterBounds that were looked at
+  std::uint64_t VisitedNodes = 0;  ///< entries of the ClusterBounds that were examined
   std::uint64_t OutsideLeaves = 0; ///< skipped: cannot reach the picture
   std::uint64_t BackLeaves = 0;    ///< skipped: seen from behind
   std::uint64_t Nodes = 0;         ///< chosen
@@ -72,11 +74,13 @@ struct CutStatistics
   }
 };
 
-/// What the choice needs to know of the kernels.
-struct KernelReach
+/// What the splats of a cut are seen through.
+struct CutCamera
 {
-  double Deviations; ///< radius of the largest support in standard deviations of W
-  double Prefilter;  ///< h, px^2
+  const View& Projection;
+  const Lens& Optics;
+  double SupportRadius; ///< of the largest kernel, in standard deviations of W
+  double Prefilter;     ///< h, px^2
 };
 
 /// Memory of SelectCut, kept from frame to frame.
@@ -89,7 +93,7 @@ struct CutWork
     std::size_t Index;
   };
 
-  /// What a thread makes of a subtree.
+  /// The cut of a subtree.
   struct Part
   {
     std::vector<Subtree> Stack;
@@ -101,8 +105,8 @@ struct CutWork
   std::vector<Part> Parts;
 };
 
-/// The cut of a cloud with a ClusterBounds, into runs. The same at any number of threads.
-void SelectCut(const SurfelCloud& cloud, const View& view, const Lens& lens,
-  const KernelReach& reach, const CutSettings& settings, const Executor& executor, CutWork& work,
-  std::vector<CutRange>& runs, CutStatistics& statistics);
+/// Writes the cut of a cloud with a ClusterBounds into runs, the same at any number of threads.
+CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
+  const CutSettings& settings, const Executor& executor, CutWork& work,
+  std::vector<CutRange>& runs);
 }

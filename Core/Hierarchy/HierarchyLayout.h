@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Where the nodes of a hierarchy lie: an implicit binary tree.
+ * Layout of a hierarchy's nodes: an implicit binary tree.
  *
- * The leaves are in the order of the tree, so that node j of level l stands for the leaves [j 2^l,
- * (j + 1) 2^l) (the last one for what is left). No pointers: children of (l, j) are (l - 1, 2j) and
- * (l - 1, 2j + 1). One-sided and two-sided surfels make a tree of their own each. Nodes are stored
- * level by level, leaves first; within a level the one-sided tree first. Less than two nodes for
- * each leaf, plus one for each level.
+ * The leaves are in the order of the tree (KdTreeOrder.h), so that node j of level l stands for the
+ * leaves [j 2^l, (j + 1) 2^l), the last one for those that are left. There are no pointers: the
+ * children of (l, j) are (l - 1, 2j) and (l - 1, 2j + 1). One-sided and two-sided surfels have a
+ * tree each. Nodes are stored level by level, leaves first; within a level the one-sided tree comes
+ * first. There are fewer than two nodes per leaf, plus one per level.
  *
  *   index: | leaves: one-sided, two-sided | level 1: one-sided, two-sided | ... | roots |
  */
@@ -61,7 +61,7 @@ public:
     const std::uint64_t leaves = this->Leaves[tree];
     return (leaves >> level) + ((leaves & ((std::uint64_t{ 1 } << level) - 1)) != 0 ? 1 : 0);
   }
-  /// Level whose only node is a tree's root; -1 for an empty tree.
+  /// Level of a tree's root; -1 for an empty tree.
   int RootLevel(int tree) const
   {
     int level = this->Leaves[tree] > 0 ? 0 : -1;

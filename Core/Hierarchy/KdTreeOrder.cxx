@@ -12,8 +12,8 @@ namespace
 {
 constexpr std::size_t Grain = 4096;
 
-/// Nodes up to this many leaves are split by their normals where their area vectors cancel below
-/// this coherence. Both measured on ray-traced scenes.
+/// Nodes of up to so many leaves are split by normals if their coherence is below this value. Both
+/// were measured on ray-traced scenes.
 constexpr std::size_t LargestFold = 256;
 constexpr double FoldCoherence = 0.95;
 
@@ -40,7 +40,7 @@ void Store(const Vector3& v, float* out)
   std::copy(v.begin(), v.end(), out);
 }
 
-/// A direction close to that of S's largest eigenvalue; zero where S is zero.
+/// A direction close to the eigenvector of S's largest eigenvalue; zero if S is zero.
 Vector3 PrincipalDirection(const Symmetric3& s)
 {
   Vector3 v = s.XX >= s.YY && s.XX >= s.ZZ ? Vector3{ s.XX, s.XY, s.XZ }
@@ -85,7 +85,7 @@ Symmetric3 SumOfSquares(const Leaf* leaves, std::size_t count, Field field, cons
   return s;
 }
 
-/// The sum of function(leaves, count) over pieces of a range; the same at any number of threads.
+/// Sums function(leaves, count) over pieces of a range; the same at any number of threads.
 template <typename Value, typename Function, typename Add>
 Value SumOfPieces(const Leaf* leaves, std::size_t count, const Executor& executor,
   const Function& function, const Add& add)
@@ -145,7 +145,8 @@ bool IsFolded(const Leaf* leaves, std::size_t count)
   return Coherence(sum, area) < FoldCoherence;
 }
 
-/// Two-sided leaves' signs mean nothing: all to the side of the principal direction.
+/// The signs of two-sided normals have no meaning: turns all to the side of the principal
+/// direction.
 void AlignNormals(Leaf* leaves, std::size_t count)
 {
   Symmetric3 s{};
@@ -164,7 +165,7 @@ void AlignNormals(Leaf* leaves, std::size_t count)
   }
 }
 
-/// The largest power of two below count, count >= 2: the left child of a node is always full.
+/// The largest power of two below count >= 2: the left child of a node is always full.
 std::size_t LeftCount(std::size_t count)
 {
   std::size_t left = 1;
@@ -175,7 +176,7 @@ std::size_t LeftCount(std::size_t count)
   return left;
 }
 
-/// Splits a range of leaves in two; returns the size of the first.
+/// Splits a range of leaves in two; returns the size of the first half.
 std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor)
 {
   bool byNormal = false;
@@ -217,8 +218,8 @@ struct Range
   bool TwoSided;
 };
 
-/// Halves the largest ranges until there are enough for all threads; all threads halve the first
-/// ones together.
+/// Halves the largest ranges until there are enough for all threads. All threads work together on
+/// the first ones.
 void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
@@ -279,7 +280,7 @@ bool IsFinite(const SurfelCloud& cloud, std::size_t i)
 
 namespace
 {
-/// Surfels of a piece of the cloud by their side, and how many have no finite values.
+/// Surfels of a piece of the cloud, one-sided and two-sided ones apart; without non-finite ones.
 struct SortedPiece
 {
   std::vector<std::uint32_t> Sides[HierarchyLayout::NumberOfTrees];
@@ -330,15 +331,15 @@ KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
   order.Layout = HierarchyLayout(counts[0], counts[1]);
   const std::size_t oneSided = counts[0];
 
-  // About the middle, so that float positions keep their digits.
+  // Relative to a surfel, so that float positions keep their digits.
   std::vector<Leaf> leaves(order.Surfels.size());
-  const Vector3 middle = leaves.empty() ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
+  const Vector3 origin = leaves.empty() ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
   executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       const std::uint32_t surfel = order.Surfels[i];
       const Vector3 p = cloud.Position(surfel);
-      Store(Vector3{ p[0] - middle[0], p[1] - middle[1], p[2] - middle[2] }, leaves[i].Position);
+      Store(Vector3{ p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] }, leaves[i].Position);
       Store(cloud.AreaVector(surfel), leaves[i].Normal);
       leaves[i].Surfel = surfel;
     }

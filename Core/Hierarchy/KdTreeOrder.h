@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The order of surfels that makes a hierarchy: an implicit tree needs no more (HierarchyLayout.h).
+ * The order of surfels that makes a hierarchy; an implicit tree needs no more (HierarchyLayout.h).
+ * HierarchyBuilder.h then fills the nodes.
  */
 #pragma once
 
@@ -22,10 +23,10 @@ struct KdTreeOrder
 };
 
 /**
- * Sorts the surfels into a kd-tree whose ranges of 2^l leaves are its nodes: halved across the
- * direction of their largest extent, and small folded ones (two sheets, an edge) by their normals,
- * so that a node's area vector stands for what it covers. Ties by index: the same at any number of
- * threads.
+ * Sorts the surfels into a kd-tree whose ranges of 2^l leaves are its nodes. A range is halved
+ * across the direction of its largest extent. Small folded ranges (two sheets, an edge) are halved
+ * by their normals, so that a node's area vector tells how much it covers. Ties are broken by
+ * index: the order is the same at any number of threads.
  */
 KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor);
 }

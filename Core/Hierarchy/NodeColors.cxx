@@ -11,7 +11,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// A node's colour with what it is weighted with.
+/// A node's colour with its weights.
 struct WeightedColor
 {
   ColorMoments Moments;
@@ -57,7 +57,7 @@ public:
     , Layout(layout)
     , Colors(colors)
   {
-    this->Tree.Opacity = 1.0; // of the whole cloud: it is no part of a node's
+    this->Tree.Opacity = 1.0; // nodes do not include the opacity of the whole cloud
   }
 
   WeightedColor Leaf(std::size_t i) const

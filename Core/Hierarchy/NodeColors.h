@@ -2,15 +2,16 @@
 /**
  * Colours of a hierarchy's inner nodes from those of its leaves: the mean and the first moment.
  *
- * A node that carries its mean colour alone spreads it over its whole extent, and a blurred texture
- * loses contrast. The first moment says to which side the node is lighter:
+ * A node with only its mean colour spreads it over its whole extent, so that a blurred texture
+ * loses contrast. The first moment tells which side of the node is lighter:
  *
  *   c_0 = sum a o c / sum a o                    (c colour, o opacity, a area of the leaves)
  *   H   = sum a o (c - c_0) (x - p)' / sum a o   (three colours by three coordinates)
  *
- * joined from two children by c_0 = f_a c_a + f_b c_b and
+ * Two children are joined by c_0 = f_a c_a + f_b c_b and
  *   H   = f_a H_a + f_b H_b + f_a f_b (c_a - c_b) (p_a - p_b)',    f their shares of sum a o.
- * A table maps scalars at the leaves: the colour of a mean scalar is not the mean colour.
+ * Scalars are mapped to colours at the leaves, since the colour of a mean scalar is not the mean
+ * colour.
  */
 #pragma once
 
@@ -23,7 +24,7 @@
 
 namespace SurfelSplatting
 {
-/// Of all nodes above the leaves.
+/// Computes the colours of all nodes above the leaves.
 /// @param tree leaves and nodes; the colours and opacities of the leaves are read
 std::vector<NodeColor> MakeNodeColors(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);

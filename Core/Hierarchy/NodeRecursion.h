@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Walks a hierarchy from its leaves upwards: values are joined on the way, in full precision, and
- * stored for each node.
+ * Visits the nodes of a hierarchy from the leaves upwards, joins their values in full precision,
+ * and stores one for each node.
  */
 #pragma once
 
@@ -16,7 +16,7 @@ namespace SurfelSplatting
 {
 namespace NodeRecursion
 {
-/// The value of node j of a level, after those of all nodes below.
+/// Returns the value of node j of a level, after storing those of all nodes below and its own.
 template <typename Filler>
 typename Filler::Value Fill(
   const HierarchyLayout& layout, const Filler& filler, int tree, int level, std::size_t j)
@@ -36,14 +36,14 @@ typename Filler::Value Fill(
 }
 
 /**
- * Calls filler.Store(value, tree, level, j) for all nodes above the leaves, after those of the
- * nodes below. The same at any number of threads.
+ * Calls filler.Store(value, tree, level, j) for all nodes above the leaves, children first. The
+ * result is the same at any number of threads.
  * @param filler has a type Value, Leaf(i) of leaf i, and Join(a, b, tree) of two neighbours
  */
 template <typename Filler>
 void ForNodesUpwards(const HierarchyLayout& layout, const Executor& executor, const Filler& filler)
 {
-  constexpr int subtreeLevel = 10; // of subtrees that one thread walks
+  constexpr int subtreeLevel = 10; // one thread visits a subtree of this level
   for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
   {
     const int top = layout.NumberOfLevels() - 1;

@@ -29,13 +29,13 @@ struct AperturePointOf
 };
 
 /**
- * Where the light of a surfel passes through the lens in the mean. Seen from point u of the unit
- * disc, its projected area is proportional to -a.(p - R u) for area vector a at p: it is larger
- * from one side of the lens than from the other. The mean of u with this weight is R a_xy / (-4
- * a.p); its length ends at 1/4, where the surfel is edge-on from the lens's border. (Taking account
- * of what of the lens sees the other side was measured to gain nothing.)
+ * The mean point where the light of a surfel passes through the lens. Seen from point u of the unit
+ * disc, the projected area of area vector a at p is proportional to -a.(p - R u), so it is larger
+ * from one side of the lens than from the other. The mean of u with this weight is
+ * R a_xy / (-4 a.p). Its length is limited to 1/4, where the surfel is edge-on from the border of
+ * the lens. (Also excluding the part of the lens that sees the back was measured to gain nothing.)
  *
- * The blur of a surfel is centred C u off its centre on the screen.
+ * The blur of a surfel is centred C u from the surfel's own centre on the screen.
  */
 template <class Real>
 SURFELSPLATTING_INLINE AperturePointOf<Real> MeanAperturePoint(
@@ -66,14 +66,14 @@ struct Lens
 /**
  * Variance in px^2 that a lens with circle of confusion C adds to a splat.
  *
- * PearsonII: that of the uniform disc itself, C^2 / 4.
+ * PearsonII: the variance of the uniform disc, C^2 / 4.
  *
- * Gaussian: the Gaussian closest in L2 to the uniform disc of
- * radius C has a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) =
- * 1/4). It is the splat's kernel, ended at the cut-off, that blurs: tau(c) a of the variance
- * remains, 0.28 C^2 at c = 2.5, where the disc has 0.25 C^2. Undoing that, as for the
- * reconstruction kernel and the prefilter, was measured to be farther from a ray tracer's lens at
- * every aperture (by 0.3 to 0.9 dB): the infinite Gaussian's tail is what the disc does not have.
+ * Gaussian: the Gaussian closest in L2 to the uniform disc of radius C has variance
+ * a = C^2 / (2 ln 4) (Krivanek, Zara, Bouatouch 2003, section 3.2; exp(-C^2 / 2a) = 1/4). The
+ * kernel is truncated at the cut-off c, which leaves tau(c) a of the variance: 0.28 C^2 at c = 2.5,
+ * where the disc has 0.25 C^2. The reconstruction kernel and the prefilter compensate for the
+ * truncation; here that was measured to be farther from a ray tracer's lens at every aperture (by
+ * 0.3 to 0.9 dB), since the disc has no tail.
  */
 inline double DefocusVariance(
   KernelType type, double circleOfConfusion, const TruncatedGaussian& gaussian)

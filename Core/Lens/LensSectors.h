@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What covers which part of the lens: visibility by sectors.
+ * Visibility by sectors of the lens: tracks what covers which part of the lens.
  *
- * One picture takes the visibility of different layers over the lens for independent: of two layers
- * that cover half of it each, a quarter of the light behind passes, whether they cover the same
- * half (truly one half) or different ones (truly none). But a fragment says where it passes: d px
- * off its splat's centre, in the mean at
+ * A single picture treats the visibility of different layers over the lens as independent. If two
+ * layers cover half of the lens each, a quarter of the light behind them passes, although it should
+ * be one half where they cover the same half, and nothing where they cover different ones. But a
+ * fragment's place tells where its light passes through the lens. At d px from the centre of its
+ * splat, the mean point is
  *
  *   u = M d,   M = C / (4 sqrt(det W)),   C signed: negative in front of the focus
  *
- * in units of the lens's radius (the regression of C u, of variance C^2/4, on the footprint's W):
- * on one side of a wide blur, anywhere in focus. Four sectors, (+-1, +-1), share the fragment out,
+ * in units of the lens's radius (the regression of C u, of variance C^2/4, on the footprint's W).
+ * In a wide blur this is on one side of the lens; in focus it is anywhere. The fragment is divided
+ * among four sectors (s_x, s_y) = (+-1, +-1) with the shares
  *
  *   f(s_x u_x) f(s_y u_y),   f(t) = 1/2 + t, clamped to [0, 1],
  *
- * which sums to 1 and over the disc of the lens to 1/4 each. Every sector has layers of its own, of
- * four times these weights, and the pixel is the mean of the four: what covers one side of the lens
- * does not hide what is seen through the other. A fragment in focus is the same in all four.
+ * whose sum is 1 and whose means over the lens are 1/4 each. Each sector has its own layers, with
+ * four times these weights, and the pixel is the mean of the four sectors: what covers one side of
+ * the lens does not hide what is seen through the other. A fragment in focus is the same in all
+ * four.
  *
- * Seen from one side of the lens, a tilted surfel covers more than from the other (Lens.h,
- * MeanAperturePoint); here its weight is that of the side, times 1 + 4 m.u for the mean m, and its
- * centre stays.
+ * A tilted surfel covers more from one side of the lens than from the other (Lens.h,
+ * MeanAperturePoint). With sectors, its centre stays, and its weight is multiplied by 1 + 4 m.u,
+ * where m is that mean.
  */
 #pragma once
 
@@ -29,7 +32,7 @@ namespace SurfelSplatting
 constexpr int NumberOfSectors = 4;
 constexpr int WholeLens = NumberOfSectors; ///< index of all sectors together
 
-/// Signs of a sector; both 0: the whole lens.
+/// Signs s_x, s_y of a sector; both 0: the whole lens.
 struct LensSector
 {
   float X = 0.0f, Y = 0.0f;
@@ -44,17 +47,18 @@ inline LensSector SectorOf(int index)
   return { index % 2 == 0 ? -1.0f : 1.0f, index / 2 == 0 ? -1.0f : 1.0f };
 }
 
-/// Where the light of a splat passes the lens, over its footprint; per px, or per cell of a coarse
-/// grid.
+/// How the mean lens point and the weight change over a splat's footprint, per px, or per cell of a
+/// coarse grid.
 struct LensSlope
 {
-  float Point;        ///< M: the mean lens point is Point (dx, dy)
+  float Point;        ///< M: the mean lens point u is Point (dx, dy)
   float TiltX, TiltY; ///< the weight's factor is 1 + TiltX dx + TiltY dy, at least 0
 };
 
-/// A tile is drawn once for the whole lens, and again in sectors where they would change it: where
-/// the lens points of a splat's footprint differ by the one, and more of the light than the other
-/// depends on what covers which part of the lens. 0 for the other: sectors everywhere.
-constexpr float LeastLensSpread = 0.02f;
-constexpr float DefaultLeastConflict = 1.0f / 128.0f;
+/// A tile is drawn once for the whole lens, and again in sectors where these would change it: where
+/// the lens points of a splat's footprint differ by MinLensSpread, and a larger share of the light
+/// than SplatContext::MinConflict depends on what covers which part of the lens. A MinConflict
+/// of 0 means sectors everywhere.
+constexpr float MinLensSpread = 0.02f;
+constexpr float DefaultMinConflict = 1.0f / 128.0f;
 }

@@ -146,7 +146,6 @@ using ResamplingKernel = ResamplingKernelOf<double>;
 
 constexpr double GaussianShape = -1.0;
 constexpr double SmoothShape = 16.0;
-constexpr double TentShape = -2.0; ///< of a coarse grid's cells, see Splat.h
 
 /// A kernel as a function of q = x' W^-1 x.
 template <class Real>

@@ -33,7 +33,7 @@ void SetMoments(std::vector<ApertureSample>& points, double variance)
   }
 }
 
-/// Points on concentric rings, each the middle of an equal share of the disc.
+/// Points on concentric rings, each in the middle of an equal share of the disc.
 std::vector<ApertureSample> Rings(int count)
 {
   constexpr int largestLoneRing = 5;
@@ -47,7 +47,7 @@ std::vector<ApertureSample> Rings(int count)
     const double last = ring == rings ? count : std::fmax(1.0, std::round(count * border * border));
     const int number = static_cast<int>(last - first);
     const double radius = number == 1 ? 0.0 : std::sqrt(0.5 * (first + last) / count);
-    // Turned against one another by an irrational share of the spacing: no common radii.
+    // Rings are rotated by an irrational share of the spacing, so that no points line up.
     const double phase = 0.38196601125010515 * ring;
     for (int i = 0; i < number; ++i)
     {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A lens as several smaller ones, whose pictures are averaged: from one splatted picture to a
- * distributed ray tracer's.
+ * Divides a lens into several smaller ones whose pictures are averaged. With more of them, the
+ * picture approaches that of a distributed ray tracer.
  *
- * One picture takes the visibility of different layers over the lens for independent, and the
- * footprint of a splat for one and the same from all over the lens. Each of K cells of equal area
- * sees through a K-th of the lens from its own centre, so that both errors shrink with K. With
- * pinholes instead of cells this is multisampling of the lens (Haeberli and Akeley 1990).
+ * A single picture treats the visibility of different layers over the lens as independent, and the
+ * footprint of a splat as the same from everywhere on the lens. Each of K cells of equal area looks
+ * through a K-th of the lens from its own centre, so both errors shrink with K. With pinholes
+ * instead of cells this is multisampling of the lens (Haeberli and Akeley 1990).
  */
 #pragma once
 
@@ -24,30 +24,30 @@ struct ApertureSample
 };
 
 /**
- * Centres of K cells, each a disc of radius 1 / sqrt(K), innermost first: up to 5 on one ring, 6 to
- * 9 on a ring about a centre, more on further rings.
+ * Centres of K cells, each a disc of radius 1 / sqrt(K), innermost first: up to 5 lie on one ring,
+ * 6 to 9 on a ring about a centre, more on further rings.
  *
- * The mean of the centres is 0 and the mean of their squared distances (1 - 1/K) / 2: with those of
- * the cells, 1 / (2K), it is the lens's, 1/2.
+ * The mean of the centres is 0. The mean of their squared distances is (1 - 1/K) / 2; together with
+ * the 1 / (2K) of the cells this makes the 1/2 of the lens.
  * @param count K >= 1
  */
 std::vector<ApertureSample> SubApertureCenters(int count);
 
 /**
- * N >= 1 points that sample the lens's disc evenly, with its mean and its mean squared distance, on
- * the same rings. Against the spiral of Vogel (1979), whose error falls nearly as 1/N, rings were
- * measured to be nearer to the limit by 1 to 7 dB at every N from 10 on.
+ * N >= 1 points on the same rings that sample the disc of the lens evenly, with its mean and its
+ * mean squared distance. Compared with the spiral of Vogel (1979), whose error falls nearly as 1/N,
+ * the rings were measured to be 1 to 7 dB nearer to the limit at every N from 10 on.
  */
 std::vector<ApertureSample> ApertureSamples(int count);
 
-/// A lens in cells, or in points.
+/// How a lens is divided.
 struct ApertureSampling
 {
   int Count = 1;         ///< of cells, >= 1
-  bool Pinholes = false; ///< sample the lens at points, each a pinhole, instead of at cells
+  bool Pinholes = false; ///< sample the lens by pinholes at points instead of by cells
 };
 
-/// What one of the lens's cells or points sees through.
+/// View and lens of one of the cells or pinholes.
 struct SubAperture
 {
   View Camera;
@@ -56,12 +56,12 @@ struct SubAperture
 };
 
 /**
- * The cells of a lens; one, as it is, where there is nothing to divide: a pinhole or parallel
- * projection. The picture of the plane in focus is the same from all of them.
+ * The cells of a lens. The plane in focus looks the same from all of them. Without a lens (pinhole
+ * or parallel projection) there is one cell, the view as it is.
  */
 std::vector<SubAperture> DivideLens(
   const View& view, const Lens& lens, const ApertureSampling& sampling);
 
-/// Whether DivideLens would give one cell, the lens as it is.
+/// Whether DivideLens would return the lens undivided.
 bool IsWhole(const View& view, const Lens& lens, const ApertureSampling& sampling);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Camera space and its projection.
+ * Camera space and its projection to the screen.
  *
  * Camera space: lens at the origin, x right, y up, z > 0 along the view direction, world units.
  * Screen: pixels, origin at the lower left corner of the picture, pixel (i, j) is centred at (i +
@@ -71,8 +71,8 @@ struct ProjectionJacobian
 
 /**
  * Signed area on the screen, px^2, of an infinitesimal surface with area vector a (world units
- * squared) at p: positive where a faces the lens. Projected area f^2 (-a.p)/z^3 needs no division
- * by a Jacobian's determinant, so that surfaces seen edge-on deposit nothing instead of infinity.
+ * squared) at p: positive where a faces the lens. The formula f^2 (-a.p)/z^3 does not divide by a
+ * Jacobian's determinant, so surfaces seen edge-on deposit nothing instead of infinity.
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real ProjectedArea(

@@ -16,7 +16,7 @@ void AppendTidy(
   const DeepSample* begin, const DeepSample* end, float share, std::vector<DeepSample>& samples)
 {
   double before = 1.0;
-  for (const DeepSample* s = begin; s != end && before >= DeepImage::LeastTransmittance;)
+  for (const DeepSample* s = begin; s != end && before >= DeepImage::MinTransmittance;)
   {
     DeepSample sum{ 0.0f, 0.0f, 0.0f, 0.0f, s->Depth };
     for (; s != end && s->Depth == sum.Depth; ++s)
@@ -71,7 +71,7 @@ void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
 {
   float& before = this->Transmittance[static_cast<std::size_t>(y) * this->Columns + x];
   const ResolvedLayer resolved = Resolve(layer);
-  if (before < LeastTransmittance || !(resolved.Alpha > 0.0f))
+  if (before < MinTransmittance || !(resolved.Alpha > 0.0f))
   {
     return;
   }

@@ -41,7 +41,7 @@ public:
   void Receive(int x, int y, const Layer& layer, float brightest) override;
 
   /// Layers behind a smaller transmittance are dropped: they add less than 1/255 to the picture.
-  static constexpr float LeastTransmittance = 1.0f / 4096.0f;
+  static constexpr float MinTransmittance = 1.0f / 4096.0f;
 
   /// Makes the samples. Call after the last cell.
   void Finish(const Executor& executor);

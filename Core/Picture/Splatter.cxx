@@ -81,11 +81,10 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   }
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
-  const KernelReach reach{ std::fmax(
-                             LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau)),
-    cell.Settings.Prefilter };
-  SelectCut(cloud, cell.Camera, cell.Optics, reach, cell.Cut, executor, this->Cut, this->Ranges,
-    this->Stats.Cut);
+  const double supportRadius =
+    std::fmax(LargestPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau));
+  const CutCamera camera{ cell.Camera, cell.Optics, supportRadius, cell.Settings.Prefilter };
+  this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, this->Ranges));
 }
 
 void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud,
@@ -226,26 +225,26 @@ void Splatter::ExchangeSplats(
   exchange.Exchange(view.Width, view.Height, hasSplats, executor, this->List);
 }
 
-/// Composites the splats on coarse grids and adds their cells to List as splats of the picture.
+/// Composites the splats on coarse grids and adds their cells to List as tents of the picture.
 RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
 {
   const SplatContext& context = this->Cell;
-  const std::uint64_t splats = this->List.NumberOfSplats();
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
-  settings.LeastConflict = context.LeastConflict;
+  settings.MinConflict = context.MinConflict;
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
-  this->Stats.Fragments = ResolveCoarseLevels(this->List, context.Camera.Width,
-    context.Camera.Height, settings, executor, this->Rasters, this->Coarse);
-  this->Stats.CoarseCells = this->List.NumberOfSplats() - splats;
+  this->Stats.Fragments =
+    ResolveCoarseLevels(this->List, { context.Camera.Width, context.Camera.Height }, settings,
+      executor, this->Rasters, this->Coarse);
+  this->Stats.CoarseCells = this->List.Tents.Size();
   return settings;
 }
 
 void Splatter::RenderCell(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, const RenderTarget& target)
 {
-  const View& view = this->Cell.Camera;
+  const PictureSize size{ this->Cell.Camera.Width, this->Cell.Camera.Height };
   if (target.Sink)
   {
     target.Sink->BeginCell();
@@ -266,8 +265,8 @@ void Splatter::RenderCell(
   const RasterSettings settings = this->ResolveCoarseGrids(executor);
   this->Stats.CoarseMilliseconds = watch.Lap();
 
-  BinSplats(this->List, 0, view.Width, view.Height, executor, this->Bins);
-  this->Lazy.Bin(view.Width, view.Height);
+  BinSplats(this->List, 0, size, executor, this->Bins);
+  this->Lazy.Bin(size);
   this->Stats.BinningMilliseconds = watch.Lap();
   if (!this->Cell.DepthBuffered)
   {

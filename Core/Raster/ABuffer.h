@@ -3,9 +3,9 @@
  * Layers of the A-buffer (Carpenter 1984) with the extended depth test by z-ranges (Levoy and
  * Whitted 1985, Rasanen 2002).
  *
- * Splats of one surface overlap in depth: a layer is the union of overlapping z-ranges at one
- * pixel. Its sums stay un-normalised until it is resolved, so that layers of tiles, of other props'
- * pixels and of other processes can be joined by the one rule below, in any order.
+ * Splats of one surface overlap in depth. A layer is the union of overlapping z-ranges at one
+ * pixel. Its sums are normalised only when it is resolved, so layers of tiles, of other props'
+ * pixels and of other processes can be joined in any order, by the one rule below (Join).
  *
  *       near ------ splat 1 ------ far
  *                 near --- splat 2 --- far             near - splat 3 - far
@@ -45,14 +45,14 @@ struct Layer
   }
 };
 
-/// A layer as it is composited: premultiplied colour, opacity alpha, depth.
+/// A layer ready to be composited: premultiplied colour, opacity alpha, depth.
 struct ResolvedLayer
 {
   float Red, Green, Blue, Alpha, Depth;
 };
 
-/// Coverage min(1, sum w) times mean opacity: the sums divided by max(1, sum w). Dividing by the
-/// sum itself would turn partial coverage into full.
+/// Divides the sums by max(1, sum w): alpha is the coverage min(1, sum w) times the mean opacity.
+/// Dividing by the sum itself would turn partial coverage into full coverage.
 inline ResolvedLayer Resolve(const Layer& layer)
 {
   const float scale = 1.0f / std::max(1.0f, layer.Weight);
@@ -60,23 +60,25 @@ inline ResolvedLayer Resolve(const Layer& layer)
     layer.Weight > 0 ? layer.Depth / layer.Weight : 0.0f };
 }
 
-/// Receives every layer of every pixel, front to back, as it is closed; none that is behind another
-/// prop. Called from the raster's threads, never twice at once for one tile.
+/// Receives every layer of every pixel when it is closed, front to back, except those behind
+/// another prop. The raster's threads call it, never two at once for the same tile.
 class LayerSink
 {
 public:
   virtual ~LayerSink() = default;
 
-  /// Before the layers of each cell of the lens.
+  /// Called before the layers of each cell of the lens.
   virtual void BeginCell() {}
 
-  /// Before a tile's layers as seen through a part of the cell, whose share of it is in (0, 1].
+  /// Called before a tile's layers as seen through a part of the cell, whose share of the cell is
+  /// in (0, 1].
   virtual void BeginPart(const PixelBox& /* tile */, float /* share */) {}
 
-  /// @param brightest what a layer's colours over its alpha are clamped to as it is composited
+  /// @param brightest limit of the layer's colours, not premultiplied, when it is composited
   virtual void Receive(int x, int y, const Layer& layer, float brightest) = 0;
 
-  /// After a tile's layers: how many splats, or cells of coarse grids, cover a pixel; not if none.
+  /// Called after a tile's layers for each pixel that is covered, with the number of splats and
+  /// cells of coarse grids.
   virtual void ReceiveFragments(int /* x */, int /* y */, float /* count */) {}
 };
 }

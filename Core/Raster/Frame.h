@@ -9,10 +9,10 @@ struct Frame
   int Width = 0;
   int Height = 0;
   /// [Height][Width][4] RGBA, premultiplied, linear; alpha = coverage times opacity.
-  /// Null where only the layers are wanted.
+  /// Null if only the layers are wanted.
   float* Color = nullptr;
   /// [Height][Width] distance along the view direction to the layer in which alpha passes one half,
-  /// world units; 0 where it does not.
+  /// world units; 0 where it never does.
   float* Depth = nullptr;
 };
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Included by the translation units of RasterTarget.h, once for each instruction set.
+ * The loops of RasterTarget.h; included once for each instruction set.
  */
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Simd/Lanes.h"
@@ -30,18 +30,19 @@ SURFELSPLATTING_INLINE void AddClamped(
   AddTo(out, share * Min(Max(Lanes::Load(sum), 0.0f), largest));
 }
 
-/// See FinishedLayers. @param covered share of the lens that the layer covers
+/// Updates Covered and Conflict (FinishedLayers). @param covered share of the lens that the layer
+/// covers
 SURFELSPLATTING_INLINE void NoteConflict(FinishedLayers& done, const LaneMask& visible,
   const Lanes& before, const Lanes& coverage, const Lanes& covered)
 {
   const Lanes behind = Lanes::Load(done.Covered);
   Lanes conflict = Min(behind, 1.0f - behind) * Select(before > 0.0f, covered, 0.0f);
-  conflict = Max(conflict, Select(visible, before * (1.0f - MostRipple / coverage), 0.0f));
+  conflict = Max(conflict, Select(visible, before * (1.0f - MaxRipple / coverage), 0.0f));
   Max(Lanes::Load(done.Conflict), conflict).Store(done.Conflict);
   AddTo(done.Covered, (1.0f - behind) * covered);
 }
 
-/// Composites the open layers of the chosen pixels over what is finished and empties them.
+/// Composites the open layers of the chosen pixels behind the finished ones, and empties them.
 SURFELSPLATTING_INLINE void CloseLayers(
   PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
 {
@@ -51,7 +52,7 @@ SURFELSPLATTING_INLINE void CloseLayers(
   const Lanes coverage = Max(weight, 1.0f);
   const Lanes depth = Lanes::Load(open.Depth) / Max(weight, 1e-30f);
   // A layer behind an opaque prop contributes nothing.
-  const LaneMask visible = close & (depth <= Lanes::Load(done.Limit));
+  const LaneMask visible = close & (depth <= Lanes::Load(done.OccluderDepth));
   const Lanes before = Lanes::Load(done.Transmittance);
   const Lanes share = Select(visible, before / coverage, 0.0f);
   if (settings.NoteConflicts)
@@ -66,7 +67,7 @@ SURFELSPLATTING_INLINE void CloseLayers(
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
   Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
   after.Store(done.Transmittance);
-  if (!Any(after > LeastTransmittance))
+  if (!Any(after > MinTransmittance))
   {
     tile.Opaque |= std::uint64_t{ 1 } << block;
   }
@@ -80,7 +81,7 @@ SURFELSPLATTING_INLINE void CloseLayers(
   }
 }
 
-/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); anything where q >= support.
+/// The kernel at q, 1 at q = 0 (ResamplingKernel.h); undefined where q >= support.
 SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
 {
   if (shape < 0.0f)
@@ -118,7 +119,7 @@ SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float s
   return k;
 }
 
-/// The kernel at q and its slope d = phi k without its constant (ResamplingKernel.h).
+/// The kernel at q and its derivative d, without its constant factor (t in ResamplingKernel.h).
 SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float support, Lanes& d)
 {
   if (shape < 0.0f)
@@ -137,14 +138,20 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
   return s * d;
 }
 
-/// Makes the open layers of a block ready for a splat: closes those that end before it begins, and
-/// widens the others' z-ranges.
-SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const Splat& s,
+/// The z-range of a splat or tent, world units along the view direction.
+struct ZRange
+{
+  float Near, Far;
+};
+
+/// Prepares the open layers of a block for a splat or tent of this z-range: closes layers that end
+/// in front of it, and extends the z-ranges of the rest.
+SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
   const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
 {
   OpenLayers& open = tile.Open[block];
   const LaneMask ended =
-    inside & (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < s.Near);
+    inside & (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < range.Near);
   const unsigned int bits = ended.ToBits();
   if (bits != 0)
   {
@@ -155,25 +162,35 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const Spla
     CloseLayers(tile, block, ended, settings);
   }
   const Lanes far = Lanes::Load(open.Far);
-  Select(inside, Max(far, s.Far), far).Store(open.Far);
+  Select(inside, Max(far, range.Far), far).Store(open.Far);
   if (callback.Function)
   {
     float* nearest = tile.Finished[block].Near;
     const Lanes near = Lanes::Load(nearest);
-    Select(inside, Min(near, s.Near), near).Store(nearest);
+    Select(inside, Min(near, range.Near), near).Store(nearest);
     AddTo(tile.Finished[block].Fragments, Select(inside, 1.0f, 0.0f));
   }
 }
 
-/// Pixels of a block, from a splat's centre.
-struct Offsets
+/// Pixels of a block as a splat sees them.
+struct BlockPixels
 {
-  Lanes X, Y; // px
+  Lanes X, Y; // px from the splat's centre
+  Lanes Q;    // squared radius in the kernel's own unit
+};
+
+/// What a splat is drawn from: the copies of AddBlocks.
+struct SplatCopy
+{
+  const Splat& S;
+  const SplatGradient& Gradient; // these two where the template's flags say so
+  const LensSlope& Slope;
+  const RasterSettings& Settings;
 };
 
 /// Factor of the weight in a sector of the lens (LensSectors.h).
 SURFELSPLATTING_INLINE Lanes EvaluateSector(
-  const LensSlope& slope, const LensSector& sector, const Offsets& d)
+  const LensSlope& slope, const LensSector& sector, const BlockPixels& d)
 {
   const Lanes x = Min(Max(0.5f + (sector.X * slope.Point) * d.X, 0.0f), 1.0f);
   const Lanes y = Min(Max(0.5f + (sector.Y * slope.Point) * d.Y, 0.0f), 1.0f);
@@ -181,33 +198,66 @@ SURFELSPLATTING_INLINE Lanes EvaluateSector(
   return 4.0f * x * y * tilt;
 }
 
+/// For the z-buffer: how far the splat's own plane is behind its centre, no further than its size,
+/// twice its z-range at most.
+SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
+{
+  const float range = s.Far - s.Near;
+  return Min(Max(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
+}
+
+/// Adds a splat to the depths of the z-buffer: its plane, farther by half its z-range. Its inner
+/// part hides, so that tails at silhouettes do not.
+SURFELSPLATTING_INLINE void AddDepths(
+  OpenLayers& open, const SplatCopy& splat, const BlockPixels& d)
+{
+  const Lanes far = Lanes::Load(open.Far);
+  Select(
+    d.Q < 0.35f * splat.Settings.Support, Min(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
+    .Store(open.Far);
+}
+
+/// @param opaque the weight times the opacity
+template <typename SplatOrTent>
+SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const SplatOrTent& s, const Lanes& opaque)
+{
+  AddTo(open.Red, opaque * s.Red);
+  AddTo(open.Green, opaque * s.Green);
+  AddTo(open.Blue, opaque * s.Blue);
+}
+
+/// Adds a splat's colours with their gradient. @param tilt the weight of the gradient
+SURFELSPLATTING_INLINE void AddTiltedColors(OpenLayers& open, const SplatCopy& splat,
+  const BlockPixels& d, const Lanes& opaque, const Lanes& tilt)
+{
+  const SplatGradient& g = splat.Gradient;
+  AddTo(open.Red, opaque * splat.S.Red + tilt * (g.RedX * d.X + g.RedY * d.Y));
+  AddTo(open.Green, opaque * splat.S.Green + tilt * (g.GreenX * d.X + g.GreenY * d.Y));
+  AddTo(open.Blue, opaque * splat.S.Blue + tilt * (g.BlueX * d.X + g.BlueY * d.Y));
+}
+
 /// Adds a splat to a block; returns the lanes that it covers.
-/// @param q squared radius in the kernel's own unit
 template <bool HasGradient, bool InSector, RasterPass Pass>
-SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const Splat& s,
-  const SplatGradient* g, const LensSlope* l, const Offsets& d, const Lanes& q,
-  const RasterSettings& settings, const CloseCallback& callback)
+SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const SplatCopy& splat,
+  const BlockPixels& d, const CloseCallback& callback)
 {
   OpenLayers& open = tile.Open[block];
-  LaneMask inside = q < settings.Support;
-  if (Pass != RasterPass::Layers)
+  const Splat& s = splat.S;
+  const float support = splat.Settings.Support;
+  if (Pass == RasterPass::Depths)
   {
-    // The splat's own plane, by half its z-range nearer or farther; no further than its size, twice
-    // its z-range at most. Its inner part hides, so that tails at silhouettes do not.
-    const float range = s.Far - s.Near;
-    const Lanes plane = Min(Max(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
-    const Lanes far = Lanes::Load(open.Far);
-    if (Pass == RasterPass::Depths)
-    {
-      Select(q < 0.35f * settings.Support, Min(far, s.Far + plane), far).Store(open.Far);
-      return 0;
-    }
-    inside = inside & (far >= s.Near + plane);
+    AddDepths(open, splat, d);
+    return 0;
+  }
+  LaneMask inside = d.Q < support;
+  if (Pass == RasterPass::Nearest)
+  {
+    inside = inside & (Lanes::Load(open.Far) >= s.Near + EvaluatePlane(s, d));
   }
   Lanes share;
   if (InSector)
   {
-    share = EvaluateSector(*l, settings.Sector, d);
+    share = EvaluateSector(splat.Slope, splat.Settings.Sector, d);
     inside = inside & (share > 0.0f);
   }
   const unsigned int bits = inside.ToBits();
@@ -216,8 +266,8 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
     return 0;
   }
   Lanes slope;
-  Lanes weight = HasGradient ? EvaluateSlope(s.Shape, q, settings.Support, slope)
-                             : EvaluateKernel(s.Shape, q, settings.Support);
+  Lanes weight = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
+                             : EvaluateKernel(s.Shape, d.Q, support);
   if (InSector)
   {
     weight *= share;
@@ -225,7 +275,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   weight = Select(inside, s.Weight * weight, 0.0f);
   if (Pass == RasterPass::Layers)
   {
-    PrepareLayers(tile, block, s, inside, settings, callback);
+    PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback);
   }
   const Lanes opaque = weight * s.Opacity;
   AddTo(open.Weight, weight);
@@ -237,22 +287,18 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
     {
       tilt *= share;
     }
-    AddTo(open.Red, opaque * s.Red + tilt * (g->RedX * d.X + g->RedY * d.Y));
-    AddTo(open.Green, opaque * s.Green + tilt * (g->GreenX * d.X + g->GreenY * d.Y));
-    AddTo(open.Blue, opaque * s.Blue + tilt * (g->BlueX * d.X + g->BlueY * d.Y));
+    AddTiltedColors(open, splat, d, opaque, tilt);
   }
   else
   {
-    AddTo(open.Red, opaque * s.Red);
-    AddTo(open.Green, opaque * s.Green);
-    AddTo(open.Blue, opaque * s.Blue);
+    AddColors(open, s, opaque);
   }
   const float depth = 0.5f * (s.Near + s.Far);
   AddTo(open.Depth, weight * (depth + s.DepthX * d.X + s.DepthY * d.Y));
   return bits;
 }
 
-/// Offsets of a block's pixels from its lower left one.
+/// Columns and rows of a block's pixels.
 alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
 alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
 alignas(
@@ -264,8 +310,8 @@ struct BlockRanges
   int Begin[BlocksPerRow], End[BlocksPerRow];
 };
 
-/// All blocks of a span.
-SURFELSPLATTING_INLINE void TakeAll(const PixelBox& span, BlockRanges& ranges)
+/// Selects all blocks of a span.
+SURFELSPLATTING_INLINE void SelectAll(const PixelBox& span, BlockRanges& ranges)
 {
   const int begin = span.X0 / BlockSize, end = (span.X1 + BlockSize - 1) / BlockSize;
   for (int j = 0; j < BlocksPerRow; ++j)
@@ -275,22 +321,23 @@ SURFELSPLATTING_INLINE void TakeAll(const PixelBox& span, BlockRanges& ranges)
   }
 }
 
-/// Those between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
-/// block's four rows of pixels; sixteen rows of pixels at a time.
+/// Narrows the ranges to blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) /
+/// A), in any of a block's four rows of pixels; sixteen rows of pixels at a time.
 SURFELSPLATTING_INLINE void Narrow(
-  const Splat& s, const PixelBox& span, float x, float y, float support, BlockRanges& ranges)
+  const Splat& s, const TilePlace& place, float support, BlockRanges& ranges)
 {
   constexpr int rowsOfBlocks = LaneCount / BlockSize;
   const float across = 1.0f / s.A;
-  for (int j = span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < span.Y1; j += rowsOfBlocks)
+  for (int j = place.Span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < place.Span.Y1;
+       j += rowsOfBlocks)
   {
-    const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - y);
+    const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - place.Y);
     const Lanes half = Sqrt(Max(support - s.B * dy * dy, 0.0f) * across);
-    const Lanes center = (x - 0.5f) - s.K * dy;
+    const Lanes center = (place.X - 0.5f) - s.K * dy;
     alignas(64) float low[LaneCount], high[LaneCount];
     // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
     // outside of the tile is ever touched.
-    Min(LeastOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
+    Min(SmallestOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
     Max(Min(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
     for (int i = 0; i < rowsOfBlocks; ++i)
     {
@@ -302,29 +349,29 @@ SURFELSPLATTING_INLINE void Narrow(
   }
 }
 
-/// Few blocks are tried as they are.
+/// Narrower spans are not worth narrowing.
 constexpr int FewPixels = 3 * BlockSize;
 
 template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
-std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
-  const LensSlope* lens, const PixelBox& span, float x, float y, const RasterSettings& shared,
-  const CloseCallback& callback)
+std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  const RasterSettings& shared, const CloseCallback& callback)
 {
   // Copies: what is written to the tile could change the originals, for all a compiler knows.
-  const Splat s = splat;
+  const Splat s = splat.Body;
+  const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
+  const LensSlope slope = InSector ? *splat.Slope : LensSlope{};
   const RasterSettings settings = shared;
-  const SplatGradient copiedGradient = HasGradient ? *gradient : SplatGradient{};
-  const LensSlope copiedLens = InSector ? *lens : LensSlope{};
-  const SplatGradient* g = &copiedGradient;
-  const LensSlope* l = &copiedLens;
-  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const SplatCopy copy{ s, gradient, slope, settings };
+  const PixelBox& span = place.Span;
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
+  const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const int end = (span.Y1 + BlockSize - 1) / BlockSize;
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   BlockRanges ranges;
-  TakeAll(span, ranges);
+  SelectAll(span, ranges);
   if (span.X1 - span.X0 > FewPixels)
   {
-    Narrow(s, span, x, y, settings.Support, ranges);
+    Narrow(s, place, settings.Support, ranges);
   }
   std::uint64_t fragments = 0;
   for (int j = span.Y0 / BlockSize; j < end; ++j)
@@ -340,33 +387,34 @@ std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const SplatGradient
         continue;
       }
       const Lanes u = u0 + static_cast<float>(i * BlockSize);
-      const Offsets d{ rampX + static_cast<float>(i * BlockSize), dy };
-      fragments +=
-        static_cast<std::uint64_t>(__builtin_popcount(AddToBlock<HasGradient, InSector, Pass>(
-          tile, block, s, g, l, d, s.A * u * u + q0, settings, callback)));
+      const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
+      fragments += static_cast<std::uint64_t>(__builtin_popcount(
+        AddToBlock<HasGradient, InSector, Pass>(tile, block, copy, d, callback)));
     }
   }
   return fragments;
 }
 
-/// Adds a tent, a cell of a coarse grid, interpolated.
-std::uint64_t AddTent(PixelTile& tile, const Splat& splat, const PixelBox& span, float x, float y,
+/// Adds a cell of a coarse grid, interpolated.
+std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
   const RasterSettings& shared, const CloseCallback& callback)
 {
-  const Splat s = splat;
+  const Tent s = tent; // copies, as in AddBlocks
   const RasterSettings settings = shared;
-  const Lanes rampX = Lanes::Load(RampX) + (0.5f - x), rampY = Lanes::Load(RampY) + (0.5f - y);
+  const PixelBox& span = place.Span;
+  const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
+  const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   std::uint64_t fragments = 0;
   for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
   {
     const Lanes dy = rampY + static_cast<float>(j * BlockSize);
-    const Lanes weightOfRow = s.Weight * (1.0f - s.A * Max(dy, 0.0f - dy));
+    const Lanes weightOfRow = s.Weight * (1.0f - s.InverseCell * Max(dy, 0.0f - dy));
     for (int i = span.X0 / BlockSize; i < (span.X1 + BlockSize - 1) / BlockSize; ++i)
     {
       const int block = j * BlocksPerRow + i;
       const Lanes dx = rampX + static_cast<float>(i * BlockSize);
-      const Lanes across = 1.0f - s.A * Max(dx, 0.0f - dx);
+      const Lanes across = 1.0f - s.InverseCell * Max(dx, 0.0f - dx);
       const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
       const unsigned int bits = (hidden >> block & 1) != 0 ? 0 : inside.ToBits();
       if (bits == 0)
@@ -375,47 +423,40 @@ std::uint64_t AddTent(PixelTile& tile, const Splat& splat, const PixelBox& span,
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
       const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
-      PrepareLayers(tile, block, s, inside, settings, callback);
+      PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback);
       OpenLayers& open = tile.Open[block];
       const Lanes opaque = weight * s.Opacity;
       AddTo(open.Weight, weight);
       AddTo(open.Opacity, opaque);
-      AddTo(open.Red, opaque * s.Red);
-      AddTo(open.Green, opaque * s.Green);
-      AddTo(open.Blue, opaque * s.Blue);
-      AddTo(open.Depth, weight * s.B);
+      AddColors(open, s, opaque);
+      AddTo(open.Depth, weight * s.Depth);
     }
   }
   return fragments;
 }
 
-std::uint64_t AddSplat(PixelTile& tile, const Splat& s, const SplatGradient* g, const LensSlope* l,
-  const PixelBox& span, float x, float y, const RasterSettings& settings,
-  const CloseCallback& callback)
+/// Chooses the loop that has only what the splat needs.
+std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  const RasterSettings& settings, const CloseCallback& callback)
 {
-  if (s.Shape == -2.0f) // TentShape
-  {
-    return AddTent(tile, s, span, x, y, settings, callback);
-  }
+  const bool gradient = splat.Gradient != nullptr;
   if (settings.Pass == RasterPass::Depths)
   {
-    return AddBlocks<false, false, RasterPass::Depths>(
-      tile, s, nullptr, nullptr, span, x, y, settings, callback);
+    return AddBlocks<false, false, RasterPass::Depths>(tile, splat, place, settings, callback);
   }
   if (settings.Pass == RasterPass::Nearest)
   {
-    return g ? AddBlocks<true, false, RasterPass::Nearest>(
-                 tile, s, g, nullptr, span, x, y, settings, callback)
-             : AddBlocks<false, false, RasterPass::Nearest>(
-                 tile, s, nullptr, nullptr, span, x, y, settings, callback);
+    return gradient
+      ? AddBlocks<true, false, RasterPass::Nearest>(tile, splat, place, settings, callback)
+      : AddBlocks<false, false, RasterPass::Nearest>(tile, splat, place, settings, callback);
   }
-  if (l)
+  if (splat.Slope)
   {
-    return g ? AddBlocks<true, true>(tile, s, g, l, span, x, y, settings, callback)
-             : AddBlocks<false, true>(tile, s, g, l, span, x, y, settings, callback);
+    return gradient ? AddBlocks<true, true>(tile, splat, place, settings, callback)
+                    : AddBlocks<false, true>(tile, splat, place, settings, callback);
   }
-  return g ? AddBlocks<true, false>(tile, s, g, l, span, x, y, settings, callback)
-           : AddBlocks<false, false>(tile, s, g, l, span, x, y, settings, callback);
+  return gradient ? AddBlocks<true, false>(tile, splat, place, settings, callback)
+                  : AddBlocks<false, false>(tile, splat, place, settings, callback);
 }
 
 void CloseBefore(PixelTile& tile, int block, float near, const RasterSettings& settings)

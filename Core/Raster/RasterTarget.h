@@ -1,33 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * The raster's inner loops, one translation unit per instruction set (RasterTarget*.cxx, all from
- * RasterImplementation.h), chosen when the library is loaded. These files use no inline
- * function of the standard library: one compiled for AVX could end up in code that runs everywhere.
+ * RasterImplementation.h). SelectRasterTarget chooses one when the library is loaded. These files
+ * use no inline function of the standard library: the linker could use a copy compiled for AVX in
+ * code that runs everywhere.
  */
 #pragma once
 
 #include "Core/Base/Tiles.h"
 #include "Core/Lens/LensSectors.h"
 #include "Core/Splats/Splat.h"
+#include "Core/Splats/Tent.h"
 
 #include <cstdint>
 
 namespace SurfelSplatting
 {
-/// A pixel is opaque where less than this shines through its finished layers.
-constexpr float LeastTransmittance = 1.0f / 512.0f;
+/// A pixel is opaque when less than this shines through its finished layers.
+constexpr float MinTransmittance = 1.0f / 512.0f;
 
-/// Kernels of one surface add up to less than this.
-constexpr float MostRipple = 1.25f;
+/// The sum of the kernels of one surface is less than this.
+constexpr float MaxRipple = 1.25f;
 
-/// Pixels of a tile in blocks of four by four, row by row: what the vector units take at a time,
-/// and what a splat in focus covers few of.
+/// A tile's pixels are stored in blocks of 4 x 4, row by row: sixteen are processed at a time, and
+/// a splat in focus covers few blocks.
 constexpr int BlockSize = 4; ///< px
 constexpr int PixelsPerBlock = BlockSize * BlockSize;
 constexpr int BlocksPerRow = TileSize / BlockSize;
 constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
-/// Open layers of a block's pixels, the fields of Layer; all that most splats touch.
+/// The open layers of a block's pixels, with the fields of Layer. Most splats touch nothing else.
 struct alignas(64) OpenLayers
 {
   float Far[PixelsPerBlock];
@@ -35,20 +37,20 @@ struct alignas(64) OpenLayers
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
 };
 
-/// What is finished of a block's pixels, the fields of the frame, and what goes with it.
+/// The finished part of a block's pixels: the fields of the frame and what belongs to them.
 struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
-  float Limit[PixelsPerBlock]; ///< layers behind this depth are hidden by another prop
-  float Near[PixelsPerBlock];  ///< of the open layer; kept where somebody listens to its closing
-  float Fragments[PixelsPerBlock]; ///< so far; kept where somebody listens
-  /// For sectors: share of the lens that finished layers cover, whatever their opacity.
+  float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
+  float Near[PixelsPerBlock];          ///< of the open layer; only with a CloseCallback
+  float Fragments[PixelsPerBlock];     ///< so far; only with a CloseCallback
+  /// For sectors: share of the lens that finished layers cover, regardless of their opacity.
   float Covered[PixelsPerBlock];
-  /// For sectors: largest share of the light that depends on which parts of the lens things cover:
-  /// min(c, 1 - c) w for a layer of coverage w behind others that cover c; T (1 - MostRipple / w)
-  /// for one whose weights w add up to more than rippling kernels' do, T being what shines through
-  /// to it.
+  /// For sectors: largest share of the light that depends on which parts of the lens the layers
+  /// cover. A layer of coverage w behind layers that cover c contributes min(c, 1 - c) w. One whose
+  /// weights add up to w > MaxRipple contributes T (1 - MaxRipple / w), where T is the
+  /// transmittance in front of it.
   float Conflict[PixelsPerBlock];
 };
 
@@ -56,53 +58,67 @@ struct PixelTile
 {
   OpenLayers Open[BlocksPerTile];
   FinishedLayers Finished[BlocksPerTile];
-  /// Bit i: no pixel of block i lets more than LeastTransmittance through. Where what is hidden is
-  /// skipped, nothing is added to it any more.
+  /// Bit i: no pixel of block i lets more than MinTransmittance through. With
+  /// RasterSettings::SkipHidden nothing more is added to the block.
   std::uint64_t Opaque;
 };
 static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 
-/// Called with the lanes (bit l: pixel l) of a block whose layers are about to be closed; null:
-/// nobody listens.
+/// Called with the lanes (bit l: pixel l) of a block whose layers are about to be closed. A null
+/// function is not called.
 struct CloseCallback
 {
   void (*Function)(void* user, const PixelTile& tile, int block, unsigned int lanes);
   void* User;
 };
 
-/// What splats are added to.
+/// What the raster adds splats to.
 enum class RasterPass
 {
   Layers,  ///< the A-buffer
-  Depths,  ///< the z-buffer: where the nearest surface ends
-  Nearest, ///< what begins before that, one layer
+  Depths,  ///< the z-buffer: the far end of the nearest surface
+  Nearest, ///< one layer of what begins in front of that
 };
 
-/// What is the same for all splats of a frame.
+/// Settings that are the same for all splats of a frame.
 struct RasterSettings
 {
   float Support; ///< squared radius q of the kernels' support
-  /// Of the splats so far: those on coarse grids, then those that a tile has added. Colour
-  /// gradients can overshoot where a surface ends: a resolved layer is clamped to what splats can
-  /// give.
+  /// Largest colour of the splats on coarse grids and of those that the tile has added so far.
+  /// Resolved layers are clamped to it, since colour gradients can overshoot where a surface ends.
   float LargestColor;
-  LensSector Sector = {}; ///< that is drawn
-  float LeastConflict = DefaultLeastConflict;
+  LensSector Sector = {}; ///< the one to draw
+  float MinConflict = DefaultMinConflict;
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false;    ///< add nothing to opaque blocks
-  bool NoteConflicts = false; ///< for sectors
+  bool NoteConflicts = false; ///< fill FinishedLayers::Covered and Conflict
+};
+
+/// A splat and what belongs to it.
+struct SplatData
+{
+  const Splat& Body;
+  const SplatGradient* Gradient; ///< or null: one colour
+  const LensSlope* Slope;        ///< to draw it in RasterSettings::Sector, or null
+};
+
+/// Where a splat or a tent lies in a tile.
+struct TilePlace
+{
+  PixelBox Span; ///< the tile's pixels in its box
+  float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
 struct RasterTarget
 {
-  /// Adds a splat, centred at x, y px in the tile, to the blocks that its span touches; returns the
-  /// number of fragments.
-  /// @param slope of a splat in a sector of the lens, or null
-  std::uint64_t (*AddSplat)(PixelTile& tile, const Splat& splat, const SplatGradient* gradient,
-    const LensSlope* slope, const PixelBox& span, float x, float y, const RasterSettings& settings,
-    const CloseCallback& callback);
-  /// Composites the open layers of a block that end before a depth, where nothing more begins
-  /// before it.
+  /// Adds a splat to the blocks that its span touches; returns the number of fragments.
+  std::uint64_t (*AddSplat)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+    const RasterSettings& settings, const CloseCallback& callback);
+  /// The same for a tent.
+  std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
+    const RasterSettings& settings, const CloseCallback& callback);
+  /// Composites the open layers of a block that end in front of a depth. No more splats may begin
+  /// in front of it.
   void (*CloseBefore)(PixelTile& tile, int block, float near, const RasterSettings& settings);
   /// Composites all open layers of a tile.
   void (*CloseAll)(PixelTile& tile, const RasterSettings& settings);
@@ -115,6 +131,6 @@ extern const RasterTarget RasterTargetAVX2;
 extern const RasterTarget RasterTargetAVX512;
 #endif
 
-/// The best that this processor runs.
+/// The best one that this processor can run.
 const RasterTarget& SelectRasterTarget();
 }

@@ -2,5 +2,6 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX512 = {
-  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX-512"
+  SurfelSplatting::AddSplat, SurfelSplatting::AddTent, SurfelSplatting::CloseBefore,
+  SurfelSplatting::CloseAll, "AVX-512"
 };

@@ -2,5 +2,6 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetBaseline = {
-  SurfelSplatting::AddSplat, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddSplat, SurfelSplatting::AddTent, SurfelSplatting::CloseBefore,
+  SurfelSplatting::CloseAll, "baseline"
 };

@@ -7,18 +7,28 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Chunks of the list's parts that count and write on their own; few, since each keeps a counter
-/// per tile.
+/// Chunks of the list that are counted and written independently; few, since each has a counter per
+/// tile.
 constexpr std::size_t NumberOfChunks = 16;
 
-/// Calls function(tile, splat) for every tile that a chunk's splats touch.
+/// A chunk's share of so many parts or tents, [Begin, End).
+struct Share
+{
+  std::size_t Begin, End;
+  Share(std::size_t chunk, std::size_t size)
+    : Begin(size * chunk / NumberOfChunks)
+    , End(size * (chunk + 1) / NumberOfChunks)
+  {
+  }
+};
+
+/// Calls function(tile, index) for every tile that a chunk's splats and tents touch.
 template <typename Function>
 void ForEachPair(
   const SplatList& list, int level, std::size_t chunk, int tilesX, Function&& function)
 {
-  const std::size_t n = list.Parts.size();
-  const std::size_t last = n * (chunk + 1) / NumberOfChunks;
-  for (std::size_t p = n * chunk / NumberOfChunks; p < last; ++p)
+  const Share parts(chunk, list.Parts.size());
+  for (std::size_t p = parts.Begin; p < parts.End; ++p)
   {
     const SplatList::Part& part = list.Parts[p];
     if ((part.Levels >> level & 1) == 0)
@@ -27,28 +37,28 @@ void ForEachPair(
     }
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      if (list.Levels[i] != level)
+      if (list.Levels[i] == level)
       {
-        continue;
-      }
-      const TileRange range(list.Boxes[i]);
-      for (int ty = range.Y0; ty <= range.Y1; ++ty)
-      {
-        for (int tx = range.X0; tx <= range.X1; ++tx)
-        {
-          function(static_cast<std::size_t>(ty) * tilesX + tx, static_cast<std::uint32_t>(i));
-        }
+        ForTiles(list.Boxes[i], tilesX,
+          [&](std::size_t tile) { function(tile, static_cast<std::uint32_t>(i)); });
       }
     }
+  }
+  const Share tents(chunk, level == 0 ? list.Tents.Size() : 0);
+  for (std::size_t t = tents.Begin; t < tents.End; ++t)
+  {
+    ForTiles(list.Tents[t].Box, tilesX, [&](std::size_t tile) {
+      function(tile, static_cast<std::uint32_t>(list.Splats.Size() + t));
+    });
   }
 }
 }
 
-void BinSplats(
-  const SplatList& list, int level, int width, int height, const Executor& executor, TileBins& bins)
+void BinSplats(const SplatList& list, int level, const PictureSize& size, const Executor& executor,
+  TileBins& bins)
 {
-  bins.TilesX = TileCount(width);
-  bins.TilesY = TileCount(height);
+  bins.TilesX = TileCount(size.Width);
+  bins.TilesY = TileCount(size.Height);
   const std::size_t tiles = bins.NumberOfTiles();
 
   std::vector<std::uint64_t>& cursors = bins.Cursors; // [chunk][tile]
@@ -82,7 +92,7 @@ void BinSplats(
     {
       std::uint64_t* cursor = cursors.data() + chunk * tiles;
       ForEachPair(list, level, chunk, bins.TilesX,
-        [&](std::size_t tile, std::uint32_t splat) { bins.Indices[cursor[tile]++] = splat; });
+        [&](std::size_t tile, std::uint32_t index) { bins.Indices[cursor[tile]++] = index; });
     }
   });
 }
@@ -99,7 +109,8 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       keys.clear();
       for (auto it = first; it != last; ++it)
       {
-        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.Nears[*it])) << 32 | *it);
+        const float near = list.IsTent(*it) ? list.TentAt(*it).Near : list.Nears[*it];
+        keys.push_back(static_cast<std::uint64_t>(SortableBits(near)) << 32 | *it);
       }
       sorting->Sorter.Sort(keys);
       std::transform(keys.begin(), keys.end(), first,

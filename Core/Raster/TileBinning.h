@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which splats touch which tile, sorted by near depth: what lets the raster keep one open layer per
- * pixel.
+ * Which splats and tents touch which tile, sorted by near depth: what lets the raster
+ * (TileRaster.h) keep one open layer per pixel.
  */
 #pragma once
 
@@ -21,7 +21,7 @@ struct TileBins
   int TilesX = 0;
   int TilesY = 0;
   std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
-  std::vector<std::uint32_t> Indices; ///< splats of each tile, by ascending (Near, index)
+  std::vector<std::uint32_t> Indices; ///< each tile's splats and tents, by ascending (Near, index)
 
   std::vector<std::uint64_t> Cursors; ///< memory of BinSplats
   struct Sorting
@@ -34,11 +34,12 @@ struct TileBins
   std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
 };
 
-/// @param level of the splats' grid (CoarseGrid.h)
-/// @param width of that grid
-void BinSplats(const SplatList& list, int level, int width, int height, const Executor& executor,
+/// Assigns splats to the tiles of their grid; tents to those of the picture.
+/// @param level of the grid (CoarseGrid.h); 0: the picture
+/// @param size  of the grid
+void BinSplats(const SplatList& list, int level, const PictureSize& size, const Executor& executor,
   TileBins& bins);
 
-/// Sorts every tile's splats; ties by index, so that the order does not depend on threads.
+/// Sorts what every tile has; ties by index, so that the order does not depend on threads.
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
 }

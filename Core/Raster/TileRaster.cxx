@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/TileRaster.h"
 
-#include "Core/Lens/ResamplingKernel.h"
 #include "Core/Simd/StreamingStores.h"
 
 #include <algorithm>
@@ -15,24 +14,36 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float Infinity = std::numeric_limits<float>::infinity();
-const RasterTarget Kernel = SelectRasterTarget();
+const RasterTarget Target = SelectRasterTarget();
 
-/// Splats come in the order of their depth, which memory knows nothing of.
+/// Splats are read in the order of depth, not of memory, so they are prefetched so many ahead.
 constexpr std::size_t FetchAhead = 4;
 
-inline void Prefetch(const SplatList& list, std::size_t i)
+/// GCC 12 takes a function that only prefetches for one without effects, and drops calls of it that
+/// are not inlined early.
+inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
 {
-  __builtin_prefetch(&list.Splats[i]);
-  __builtin_prefetch(&list.Boxes[i]);
+  const bool tent = list.IsTent(i);
+  __builtin_prefetch(
+    tent ? static_cast<const void*>(&list.TentAt(i)) : static_cast<const void*>(&list.Splats[i]));
+  if (!tent)
+  {
+    __builtin_prefetch(&list.Boxes[i]);
+  }
+}
+
+inline float NearOf(const SplatList& list, std::size_t i)
+{
+  return list.IsTent(i) ? list.TentAt(i).Near : list.Splats[i].Near;
 }
 }
 
-void TileRaster::Set(
-  const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden, int sector)
+void TileRaster::Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
+  bool skipHidden, int sector)
 {
   this->Settings = settings;
   this->LargestCoarseColor = settings.LargestColor;
-  this->OccluderDepth = limit;
+  this->OccluderDepth = occluderDepth;
   this->Sink = sink;
   this->SkipHidden = skipHidden && !sink;
   this->Settings.SkipHidden = this->SkipHidden;
@@ -44,8 +55,8 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 {
   this->Place(tile, bins, frame);
   this->InSectors = list.HasSlopes;
-  const bool chooses = this->InSectors && this->SectorIndex == WholeLens;
-  // Until it is known in which parts the tile is drawn.
+  const bool chooses = this->InSectors && this->Sector == WholeLens;
+  // The sink gets the layers when it is known whether the tile is drawn in sectors.
   LayerSink* const sink = this->Sink;
   this->BeginPart(chooses ? nullptr : sink, 1.0f);
   this->Settings.NoteConflicts = chooses;
@@ -70,7 +81,7 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   return counts;
 }
 
-/// The mean of what is seen through each sector of the lens.
+/// Draws the mean of what is seen through the sectors of the lens.
 TileRaster::Counts TileRaster::RenderSectors(
   const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
 {
@@ -101,19 +112,19 @@ void TileRaster::BeginPart(LayerSink* sink, float share)
 void TileRaster::SetSector(int sector)
 {
   this->Settings.Sector = SectorOf(sector);
-  this->SectorIndex = static_cast<float>(sector);
+  this->Sector = sector;
 }
 
 bool TileRaster::NeedsSectors() const
 {
-  const float least = this->Settings.LeastConflict;
+  const float minConflict = this->Settings.MinConflict;
   float conflict = 0.0f;
   for (const FinishedLayers& done : this->Tile.Finished)
   {
     conflict =
       std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
   }
-  return least == 0.0f || (this->LensSpread >= LeastLensSpread && conflict > least);
+  return minConflict == 0.0f || (this->LensSpread >= MinLensSpread && conflict > minConflict);
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -128,7 +139,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
-  // What is binned and begins before the first run must not be taken for hidden with it.
+  // Binned splats in front of the first run are drawn first: they are not hidden if the run is.
   bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
   while (run != end && !opaque)
   {
@@ -149,7 +160,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   return counts;
 }
 
-/// A plain z-buffer's two passes over splats in any order.
+/// The two passes of a plain z-buffer, over splats in any order.
 TileRaster::Counts TileRaster::RenderNearest(
   const SplatList& list, const TileBins& bins, std::size_t tile)
 {
@@ -164,7 +175,7 @@ TileRaster::Counts TileRaster::RenderNearest(
     this->Settings.Pass = pass;
     for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
     {
-      counts.Fragments += this->AddSplat(list, bins.Indices[i]);
+      counts.Fragments += this->Add(list, bins.Indices[i]);
     }
   }
   this->CloseAll();
@@ -189,7 +200,7 @@ void TileRaster::AddToMean(bool first)
       m.Green[l] += share * done.Green[l];
       m.Blue[l] += share * done.Blue[l];
       m.Transmittance[l] += share * done.Transmittance[l];
-      // A depth has no mean across a silhouette: that of the first sector which has one.
+      // The mean of depths across a silhouette makes no sense: that of the first sector with one.
       m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
     }
   }
@@ -212,9 +223,9 @@ void TileRaster::TakeMean()
   }
 }
 
-/// Takes the next runs, at least some hundred splats, into the sorted splats that are pending. As
-/// many as are pending already: where all begin at one depth, the time to sort stays n log n. Fewer
-/// where a gap in depth follows: what is behind it may be hidden.
+/// Adds the next runs to the sorted pending splats: at least some hundred splats, and as many as
+/// are pending already, so that sorting stays n log n when all begin at one depth. Stops early at a
+/// gap in depth, since what is behind it may be hidden.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;
@@ -236,7 +247,8 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      // Kept or written over by the next one: which it is cannot be foreseen.
+      // Without a branch, which could not be predicted: the next one overwrites it if it is
+      // outside.
       const PixelBox& box = list.Boxes[i];
       const int inside = static_cast<int>(box.X0 < right) &
         static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
@@ -249,27 +261,32 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   this->Sorter.Sort(this->Pending);
 }
 
-/// Adds all splats that begin before a depth, binned and pending ones by ascending near depth;
-/// true if the tile is opaque before that.
+/// Adds all splats and tents that begin in front of a depth, binned and pending ones merged by near
+/// depth; true if the tile becomes opaque before that.
 bool TileRaster::AddBefore(
   float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts)
 {
-  // Looking whether all of the tile is opaque costs about as much as a splat.
+  // Checking whether all of the tile is opaque costs about as much as a splat.
   constexpr std::uint64_t checkEvery = 64;
   for (std::uint64_t added = 1;; ++added)
   {
-    const Splat* binned =
-      this->Next < this->Last ? &list.Splats[bins.Indices[this->Next]] : nullptr;
-    const Splat* pending = this->PendingNext < this->Pending.size()
-      ? &lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])]
-      : nullptr;
-    const bool takeBinned = binned && (!pending || binned->Near <= pending->Near);
-    const Splat* s = takeBinned ? binned : pending;
-    if (!s || !(s->Near < depth || depth == Infinity))
+    const bool isBinned = this->Next < this->Last;
+    const bool isPending = this->PendingNext < this->Pending.size();
+    if (!isBinned && !isPending)
     {
       return false;
     }
-    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(s->Near))
+    const float binned = isBinned ? NearOf(list, bins.Indices[this->Next]) : 0.0f;
+    const float pending = isPending
+      ? lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])].Near
+      : 0.0f;
+    const bool takeBinned = isBinned && (!isPending || binned <= pending);
+    const float near = takeBinned ? binned : pending;
+    if (!(near < depth || depth == Infinity))
+    {
+      return false;
+    }
+    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(near))
     {
       return true;
     }
@@ -277,7 +294,7 @@ bool TileRaster::AddBefore(
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
       Prefetch(list, bins.Indices[ahead]);
-      counts.Fragments += this->AddSplat(list, bins.Indices[this->Next++]);
+      counts.Fragments += this->Add(list, bins.Indices[this->Next++]);
     }
     else
     {
@@ -290,7 +307,8 @@ bool TileRaster::AddBefore(
   }
 }
 
-/// Whether all of a block's pixels that let light through are behind another prop from a depth on.
+/// Whether another prop hides everything from a depth on at all pixels of a block that are not
+/// opaque.
 bool TileRaster::IsBehindProp(int block, float near) const
 {
   const OpenLayers& open = this->Tile.Open[block];
@@ -298,8 +316,8 @@ bool TileRaster::IsBehindProp(int block, float near) const
   for (int l = 0; l < PixelsPerBlock; ++l)
   {
     // Unless an open layer could still be joined.
-    const bool hidden = done.Limit[l] < near && open.Weight[l] <= 0.0f;
-    if (done.Transmittance[l] > LeastTransmittance && !hidden)
+    const bool hidden = done.OccluderDepth[l] < near && open.Weight[l] <= 0.0f;
+    if (done.Transmittance[l] > MinTransmittance && !hidden)
     {
       return false;
     }
@@ -307,8 +325,8 @@ bool TileRaster::IsBehindProp(int block, float near) const
   return true;
 }
 
-/// Whether nothing that begins at a depth or behind it can change a pixel of the tile by more than
-/// LeastTransmittance. Composites the layers that end before, block by block up to one that is not
+/// Whether nothing that begins at or behind a depth can change a pixel of the tile by more than
+/// MinTransmittance. Composites the layers that end in front of it, block by block until one is not
 /// opaque.
 bool TileRaster::IsOpaque(float near)
 {
@@ -318,7 +336,7 @@ bool TileRaster::IsOpaque(float near)
     {
       continue;
     }
-    Kernel.CloseBefore(this->Tile, i, near, this->Settings);
+    Target.CloseBefore(this->Tile, i, near, this->Settings);
     if ((this->Tile.Opaque >> i & 1) == 0 && !(this->OccluderDepth && this->IsBehindProp(i, near)))
     {
       return false;
@@ -345,17 +363,17 @@ void TileRaster::Clear()
     FinishedLayers& done = this->Tile.Finished[i];
     std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
     std::fill_n(done.Near, PixelsPerBlock, Infinity);
-    std::fill_n(done.Limit, PixelsPerBlock, Infinity);
+    std::fill_n(done.OccluderDepth, PixelsPerBlock, Infinity);
     const int x0 = this->BlockX(i), y0 = this->BlockY(i);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
-      // Pixels beyond the picture are finished from the start.
+      // Pixels outside the picture are finished from the start.
       const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
       const bool inside = x < this->Width && y < this->Height;
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
       if (inside && this->OccluderDepth)
       {
-        done.Limit[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
+        done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
       }
     }
     const bool outside = x0 >= this->Width || y0 >= this->Height;
@@ -363,46 +381,63 @@ void TileRaster::Clear()
   }
 }
 
-/// How far a splat's fragments are apart on the lens.
+/// Records how far a splat's fragments are apart on the lens.
 void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
 {
-  if (s.Shape == static_cast<float>(TentShape))
-  {
-    this->LensSpread = 1.0f; // only wide splats are on coarse grids
-  }
-  else if (slope && slope->Point != 0.0f)
+  if (slope && slope->Point != 0.0f)
   {
     const float reach = std::sqrt(this->Settings.Support / std::min(s.A, s.B));
     this->LensSpread = std::max(this->LensSpread, std::abs(slope->Point) * reach);
   }
 }
 
+/// Adds a splat or a tent; returns the number of fragments.
+std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
+{
+  return list.IsTent(i) ? this->AddTent(list.TentAt(i)) : this->AddSplat(list, i);
+}
+
 std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
-  const PixelBox& box = list.Boxes[i];
   const LensSlope* slope = list.SlopeOf(i);
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
-  const bool tent = s.Shape == static_cast<float>(TentShape);
-  if (this->InSectors && this->SectorIndex == WholeLens)
+  if (this->InSectors && this->Sector == WholeLens)
   {
     this->NoteSpread(s, slope);
   }
-  if (tent && this->InSectors && s.K != this->SectorIndex)
+  this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  return Target.AddSplat(this->Tile, { s, gradient, slope },
+    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callback());
+}
+
+/// LargestColor has the tent's splats already, from the coarse grid.
+std::uint64_t TileRaster::AddTent(const Tent& t)
+{
+  if (this->InSectors && this->Sector == WholeLens)
   {
-    return 0; // another sector's
+    this->LensSpread = 1.0f; // only wide splats are on coarse grids
   }
-  if (!tent) // those of coarse grids are counted already
+  if (this->InSectors && t.Sector != this->Sector)
   {
-    this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+    return 0;
   }
-  const PixelBox span{ std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
-    std::min(TileSize, box.X1 - this->OriginX), std::min(TileSize, box.Y1 - this->OriginY) };
-  const float x = s.X - static_cast<float>(this->OriginX);
-  const float y = s.Y - static_cast<float>(this->OriginY);
-  return Kernel.AddSplat(this->Tile, s, gradient, slope, span, x, y, this->Settings,
-    { this->Sink ? &TileRaster::SendToSink : nullptr, this });
+  return Target.AddTent(
+    this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callback());
+}
+
+TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
+{
+  return { { std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+             std::min(TileSize, box.X1 - this->OriginX),
+             std::min(TileSize, box.Y1 - this->OriginY) },
+    x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
+}
+
+CloseCallback TileRaster::Callback()
+{
+  return { this->Sink ? &TileRaster::SendToSink : nullptr, this };
 }
 
 void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes)
@@ -424,7 +459,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
       layer.Green = open.Green[l];
       layer.Blue = open.Blue[l];
       layer.Depth = open.Depth[l];
-      if (layer.Depth <= tile.Finished[block].Limit[l] * layer.Weight)
+      if (layer.Depth <= tile.Finished[block].OccluderDepth[l] * layer.Weight)
       {
         raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
       }
@@ -455,12 +490,12 @@ void TileRaster::CloseAll()
       this->SendFragments(i);
     }
   }
-  Kernel.CloseAll(this->Tile, this->Settings);
+  Target.CloseAll(this->Tile, this->Settings);
 }
 
 namespace
 {
-/// A row of a block, four pixels of a frame or fewer.
+/// Stores a row of a block, up to four pixels.
 inline void StorePixels(
   const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
 {
@@ -475,7 +510,7 @@ inline void StorePixels(
   }
 }
 
-/// Four pixels past the caches, which a frame does not fit.
+/// Stores four pixels without reading the frame into the caches, which are too small for it.
 inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
 {
   for (int l = first; l < first + BlockSize; ++l)

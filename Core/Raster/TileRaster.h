@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Streams the sorted splats of one tile through one open A-buffer layer per pixel.
+ * Streams the sorted splats and tents of one tile through one open A-buffer layer per pixel.
  *
- * Splats come by ascending near depth. Once a splat begins behind the far end of a pixel's open
+ * They come by ascending near depth. Once one begins behind the far end of a pixel's open
  * layer, nothing later can join that layer: it is closed, composited front to back and forgotten.
  * This equals the merge of all z-ranges into their unions and needs no list per pixel.
  */
@@ -22,19 +22,19 @@ namespace SurfelSplatting
 class TileRaster
 {
 public:
-  /// @param limit   [height][width] depth of opaque props, or null
-  /// @param sink    receives the closed layers, or null
+  /// @param occluderDepth [height][width] depth of opaque props, or null
+  /// @param sink       receives the closed layers, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
-  /// @param sector  of the lens that splats with lens slopes are drawn in for a sink
+  /// @param sector     of the lens that splats with lens slopes are drawn in for a sink
   /// (LensSectors.h); WholeLens: in all of them, one by one, where that matters
-  void Set(const RasterSettings& settings, const float* limit, LayerSink* sink, bool skipHidden,
-    int sector = WholeLens);
+  void Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
+    bool skipHidden, int sector = WholeLens);
 
   struct Counts
   {
     std::uint64_t Fragments = 0;
     std::uint64_t LazyPairs = 0; ///< splats that were made when they were needed
-    std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile is opaque
+    std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile was opaque
   };
 
   /// Rasterises a tile into the frame.
@@ -71,7 +71,11 @@ private:
   void SendFragments(int block) const;
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
+  std::uint64_t Add(const SplatList& list, std::size_t i);
   std::uint64_t AddSplat(const SplatList& list, std::size_t i);
+  std::uint64_t AddTent(const Tent& tent);
+  TilePlace PlaceInTile(const PixelBox& box, float x, float y) const;
+  CloseCallback Callback();
   void NoteSpread(const Splat& splat, const LensSlope* slope);
   void CloseAll();
 
@@ -84,14 +88,14 @@ private:
   int OriginY = 0;
   int Width = 0; // of the frame
   int Height = 0;
-  std::uint64_t Next = 0; // of the tile's binned splats
+  std::uint64_t Next = 0; // of the tile's binned splats and tents
   std::uint64_t Last = 0;
   std::vector<std::uint64_t> Pending; // lazy splats: near depth above, index below
   std::size_t PendingNext = 0;
-  float PendingFar = 0.0f; ///< none of the runs taken so far reaches beyond
+  float PendingFar = 0.0f; ///< far end of the runs taken so far
   KeySorter Sorter;
   bool InSectors = false;
-  float SectorIndex = WholeLens;
+  int Sector = WholeLens;  // that is drawn
   float LensSpread = 0.0f; // of the splats in this tile, units of the lens's radius
   PixelTile Tile;
   MeanBlock Mean[BlocksPerTile]; // of the sectors so far

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the processor can do, for the kernels that are compiled once per instruction set.
+ * The instruction set of the processor, for code that is compiled once per instruction set (raster
+ * and set-up).
  */
 #pragma once
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Sixteen floats at a time: one register of AVX-512, two of AVX2, four of what every processor has,
- * by the compiler's vector types (GCC, Clang). A comparison gives a mask; Select(mask, a, b)
- * chooses lane by lane. What a translation unit makes of this header is its own.
+ * Sixteen floats at a time, as vector types of the compiler (GCC, Clang): one register of AVX-512,
+ * two of AVX2, four of SSE2 or NEON. A comparison gives a mask; Select(mask, a, b) chooses lane by
+ * lane. Everything is local to a translation unit, since each is compiled for another processor.
  */
 #pragma once
 
@@ -156,7 +156,7 @@ struct Lanes
   LanePart P[PartCount];
 
   Lanes() = default;
-  SURFELSPLATTING_INLINE Lanes(float x) // a number may stand for lanes that are all alike
+  SURFELSPLATTING_INLINE Lanes(float x) // implicit: the same number in all lanes
   {
     for (LanePart& p : P)
     {
@@ -208,7 +208,7 @@ SURFELSPLATTING_LANES(
   LaneMask, operator&(const LaneMask& a, const LaneMask& b), static_cast<MaskPart>(a.P[p] & b.P[p]))
 SURFELSPLATTING_LANES(
   Lanes, Select(const LaneMask& m, const Lanes& a, const Lanes& b), Choose(m.P[p], a.P[p], b.P[p]))
-/// The smaller and the larger one; b where one is NaN.
+/// The smaller and the larger; b where one of them is NaN.
 SURFELSPLATTING_LANES(Lanes, Min(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, Max(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, Sqrt(const Lanes& a), Root(a.P[p]))
@@ -225,14 +225,14 @@ SURFELSPLATTING_INLINE Lanes& operator*=(Lanes& a, const Lanes& b)
   return a = a * b;
 }
 
-/// In every lane the smallest of its group of four.
-SURFELSPLATTING_INLINE Lanes LeastOfFour(const Lanes& a)
+/// The smallest of each group of four, in all four lanes.
+SURFELSPLATTING_INLINE Lanes SmallestOfFour(const Lanes& a)
 {
   const Lanes pairs = Min(a, Swap(a, 1));
   return Min(pairs, Swap(pairs, 2));
 }
 
-/// In every lane the largest of its group of four.
+/// The largest of each group of four, in all four lanes.
 SURFELSPLATTING_INLINE Lanes LargestOfFour(const Lanes& a)
 {
   const Lanes pairs = Max(a, Swap(a, 1));
@@ -249,8 +249,8 @@ SURFELSPLATTING_INLINE LaneMask AllLanes()
   return Lanes(0.0f) <= Lanes(0.0f);
 }
 
-/// exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. Relative error
-/// 2e-7 + 7.5e-8 x: the polynomial's, and that of rounding x log2(e).
+/// exp(-x) for x in [0, 80]: 2^n times Cephes' polynomial for 2^f, f in [-1/2, 1/2]. The relative
+/// error is 2e-7 from the polynomial plus 7.5e-8 x from rounding x log2(e).
 SURFELSPLATTING_INLINE Lanes ExpOfMinus(const Lanes& x)
 {
   const Lanes t = x * -1.44269504f;

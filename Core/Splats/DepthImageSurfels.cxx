@@ -14,15 +14,14 @@ namespace
 {
 Affine3 Inverse(const Affine3& a)
 {
-  // Rows of the inverse: cofactors over the determinant.
   Affine3 inverse;
-  const double scale = 1.0 / a.Determinant();
+  const std::array<Vector3, 3> area = a.AreaMatrix(); // |det L| L^-T
+  const double scale = 1.0 / std::abs(a.Determinant());
   for (int i = 0; i < 3; ++i)
   {
     for (int j = 0; j < 3; ++j)
     {
-      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      inverse.L[j][i] = scale * (a.L[i1][j1] * a.L[i2][j2] - a.L[i1][j2] * a.L[i2][j1]);
+      inverse.L[j][i] = scale * area[i][j];
     }
   }
   inverse.T = inverse.ApplyLinear({ -a.T[0], -a.T[1], -a.T[2] });
@@ -30,7 +29,8 @@ Affine3 Inverse(const Affine3& a)
 }
 }
 
-int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest, double least)
+int MarginOf(
+  const View& camera, const Lens& lens, double nearest, double farthest, double minConfusion)
 {
   const double f = std::sqrt(std::abs(camera.Fx * camera.Fy));
   double widest = 0.0;
@@ -38,20 +38,20 @@ int MarginOf(const View& camera, const Lens& lens, double nearest, double farthe
   {
     widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
-  // Kernels are up to a quarter wider than the disc, and the pixel's own.
-  return widest < least
+  // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel.
+  return widest < minConfusion
     ? 0
     : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, LargestMargin));
 }
 
-/// The blur of all pixels, and how many of each row are taken.
+/// Computes the blur of all pixels, and counts the blurred ones of each row.
 void DepthImageSurfels::FindConfusions(
-  const View& camera, const Lens& lens, const DepthImage& others, const Executor& executor)
+  const View& camera, const Lens& lens, const DepthImage& image, const Executor& executor)
 {
-  const auto width = static_cast<std::size_t>(camera.Width + 2 * others.Margin);
-  const auto height = static_cast<std::size_t>(camera.Height + 2 * others.Margin);
-  const auto left = static_cast<std::size_t>(others.Margin), right = left + camera.Width;
-  const auto low = static_cast<std::size_t>(others.Margin), high = low + camera.Height;
+  const auto width = static_cast<std::size_t>(camera.Width + 2 * image.Margin);
+  const auto height = static_cast<std::size_t>(camera.Height + 2 * image.Margin);
+  const auto left = static_cast<std::size_t>(image.Margin), right = left + camera.Width;
+  const auto low = static_cast<std::size_t>(image.Margin), high = low + camera.Height;
   const double k = std::sqrt(std::abs(camera.Fx * camera.Fy)) * lens.Radius;
   const auto focus = static_cast<float>(k / lens.FocalDistance);
   this->Nearness.resize(width * height);
@@ -63,12 +63,12 @@ void DepthImageSurfels::FindConfusions(
       for (std::size_t x = 0; x < width; ++x)
       {
         const std::size_t p = y * width + x;
-        const double z = others.Depth[p];
+        const double z = image.Depth[p];
         const bool drawn = z > 0.0 && std::isfinite(z);
         this->Nearness[p] = drawn ? static_cast<float>(k / z) : 0.0f;
         this->Confusions[p] = drawn ? std::abs(focus - this->Nearness[p]) : -1.0f;
-        const std::size_t taken = this->Confusions[p] >= others.LeastConfusion ? 1 : 0;
-        this->RowPixels[y + 1] += x >= left && x < right && y >= low && y < high ? taken : 0;
+        const std::size_t blurred = this->Confusions[p] >= image.MinConfusion ? 1 : 0;
+        this->RowPixels[y + 1] += x >= left && x < right && y >= low && y < high ? blurred : 0;
       }
     }
   });
@@ -78,14 +78,14 @@ void DepthImageSurfels::FindConfusions(
 /// Whether a square of pixels can be one surfel.
 bool DepthImageSurfels::IsBlock(std::size_t corner, int side) const
 {
-  const float least = LeastBlockConfusion[side / 4];
+  const float minConfusion = MinBlockConfusion[side / 4];
   float nearest = this->Nearness[corner], farthest = nearest;
   for (int j = 0; j < side; ++j)
   {
     for (int i = 0; i < side; ++i)
     {
       const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
-      if (!(this->Confusions[p] >= least))
+      if (!(this->Confusions[p] >= minConfusion))
       {
         return false;
       }
@@ -93,12 +93,12 @@ bool DepthImageSurfels::IsBlock(std::size_t corner, int side) const
       farthest = std::min(farthest, this->Nearness[p]);
     }
   }
-  return nearest - farthest < SilhouetteExtension::LeastStep;
+  return nearest - farthest < SilhouetteExtension::MinStep;
 }
 
-/// The taken pixels of a square, in surfels as large as may be.
+/// Places surfels for the blurred pixels of a square, as large as possible.
 void DepthImageSurfels::PlaceBlock(
-  int x, int y, int side, double least, std::vector<Placed>& places) const
+  int x, int y, int side, double minConfusion, std::vector<Placed>& places) const
 {
   if (x >= this->Width || y >= this->Height)
   {
@@ -106,22 +106,22 @@ void DepthImageSurfels::PlaceBlock(
   }
   const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
   const bool inside = x + side <= this->Width && y + side <= this->Height;
-  if (side == 1 ? this->Confusions[corner] >= least : inside && this->IsBlock(corner, side))
+  if (side == 1 ? this->Confusions[corner] >= minConfusion : inside && this->IsBlock(corner, side))
   {
     places.push_back({ corner, corner, side });
   }
   else if (side > 1)
   {
     const int half = side / 2;
-    this->PlaceBlock(x, y, half, least, places);
-    this->PlaceBlock(x + half, y, half, least, places);
-    this->PlaceBlock(x, y + half, half, least, places);
-    this->PlaceBlock(x + half, y + half, half, least, places);
+    this->PlaceBlock(x, y, half, minConfusion, places);
+    this->PlaceBlock(x + half, y, half, minConfusion, places);
+    this->PlaceBlock(x, y + half, half, minConfusion, places);
+    this->PlaceBlock(x + half, y + half, half, minConfusion, places);
   }
 }
 
-void DepthImageSurfels::TakePixels(
-  const View& camera, const DepthImage& others, const Executor& executor)
+void DepthImageSurfels::FindBlurredPixels(
+  const View& camera, const DepthImage& image, const Executor& executor)
 {
   constexpr int side = 4;
   this->Bands.resize((this->Height + side - 1) / side);
@@ -132,7 +132,7 @@ void DepthImageSurfels::TakePixels(
       for (int x = 0; x < this->Width; x += side)
       {
         this->PlaceBlock(
-          x, static_cast<int>(band) * side, side, others.LeastConfusion, this->Bands[band]);
+          x, static_cast<int>(band) * side, side, image.MinConfusion, this->Bands[band]);
       }
     }
   });
@@ -140,8 +140,8 @@ void DepthImageSurfels::TakePixels(
   {
     this->Places.insert(this->Places.end(), band.begin(), band.end());
   }
-  const auto margin = static_cast<std::size_t>(others.Margin);
-  this->Pixels.resize(this->RowPixels.back());
+  const auto margin = static_cast<std::size_t>(image.Margin);
+  this->BlurredPixels.resize(this->RowPixels.back());
   executor.For(
     static_cast<std::size_t>(camera.Height), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y)
@@ -150,17 +150,17 @@ void DepthImageSurfels::TakePixels(
         for (std::size_t x = 0; x < static_cast<std::size_t>(camera.Width); ++x)
         {
           const std::size_t p = (y + margin) * this->Width + x + margin;
-          if (this->Confusions[p] >= others.LeastConfusion)
+          if (this->Confusions[p] >= image.MinConfusion)
           {
-            this->Pixels[pixel++] = { y * camera.Width + x, p, NoPixel };
+            this->BlurredPixels[pixel++] = { y * camera.Width + x, p, NoPixel };
           }
         }
       }
     });
 }
 
-/// A pixel of the surface of (x, y), or of nothing, from (dx, dy) on: not at the edge of what is
-/// before it.
+/// A pixel of the same surface as (x, y), up to two steps of (dx, dy) away from the edge of what is
+/// in front of it.
 std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
 {
   const std::size_t own = static_cast<std::size_t>(y) * this->Width + x;
@@ -172,7 +172,7 @@ std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
       continue;
     }
     const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
-    if (std::abs(this->Nearness[p] - this->Nearness[own]) < SilhouetteExtension::LeastStep)
+    if (std::abs(this->Nearness[p] - this->Nearness[own]) < SilhouetteExtension::MinStep)
     {
       return p;
     }
@@ -180,15 +180,16 @@ std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
   return own;
 }
 
-/// What goes on behind a pixel, not mixed with what is before it; NoPixel where that is not known.
-std::size_t DepthImageSurfels::Behind(const DepthImage& others, std::size_t place) const
+/// The pixel whose surface continues behind a pixel, not mixed with what is in front of it; NoPixel
+/// if that is not known.
+std::size_t DepthImageSurfels::Behind(const DepthImage& image, std::size_t place) const
 {
   const std::int32_t behind = this->Hidden.Behind(place);
   if (behind == SilhouetteExtension::None)
   {
     return NoPixel;
   }
-  if (!others.Antialiased)
+  if (!image.Antialiased)
   {
     return static_cast<std::size_t>(behind);
   }
@@ -198,34 +199,34 @@ std::size_t DepthImageSurfels::Behind(const DepthImage& others, std::size_t plac
   return this->Unmixed(x, y, (dx > 0) - (dx < 0), (dy > 0) - (dy < 0));
 }
 
-/// Blurred surfaces that go on behind others become further surfels.
-void DepthImageSurfels::AddHidden(const DepthImage& others)
+/// Adds surfels for blurred surfaces that continue behind others.
+void DepthImageSurfels::AddHidden(const DepthImage& image)
 {
   for (std::size_t place = 0; place < this->Confusions.size(); ++place)
   {
-    const std::size_t behind = this->Behind(others, place);
-    if (behind != NoPixel && this->Confusions[behind] >= others.LeastConfusion)
+    const std::size_t behind = this->Behind(image, place);
+    if (behind != NoPixel && this->Confusions[behind] >= image.MinConfusion)
     {
       this->Places.push_back({ place, behind, 1 });
     }
   }
 }
 
-/// Whether an antialiased pixel is beside the edge of taken ones before it; then also
-/// the direction away from them.
-bool DepthImageSurfels::IsMixed(const DepthImage& others, int x, int y, int direction[2]) const
+/// Whether an antialiased pixel is beside the edge of blurred ones in front of it; then also the
+/// direction away from them.
+bool DepthImageSurfels::IsMixed(const DepthImage& image, int x, int y, int direction[2]) const
 {
   const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
-  int away[2] = { 0, 0 }, before = 0;
+  int away[2] = { 0, 0 }, inFront = 0;
   for (int j = std::max(0, y - 1); j <= std::min(this->Height - 1, y + 1); ++j)
   {
     for (int i = std::max(0, x - 1); i <= std::min(this->Width - 1, x + 1); ++i)
     {
       const std::size_t n = static_cast<std::size_t>(j) * this->Width + i;
-      if (this->Confusions[n] >= others.LeastConfusion &&
-        this->Nearness[n] - this->Nearness[p] >= SilhouetteExtension::LeastStep)
+      if (this->Confusions[n] >= image.MinConfusion &&
+        this->Nearness[n] - this->Nearness[p] >= SilhouetteExtension::MinStep)
       {
-        ++before;
+        ++inFront;
         away[0] += x - i;
         away[1] += y - j;
       }
@@ -235,13 +236,13 @@ bool DepthImageSurfels::IsMixed(const DepthImage& others, int x, int y, int dire
   {
     direction[c] = (away[c] > 0) - (away[c] < 0);
   }
-  return before > 0;
+  return inFront > 0;
 }
 
 void DepthImageSurfels::FindMixed(
-  const View& camera, const DepthImage& others, const Executor& executor)
+  const View& camera, const DepthImage& image, const Executor& executor)
 {
-  const int margin = others.Margin;
+  const int margin = image.Margin;
   std::vector<std::vector<Pixel>> rows(camera.Height);
   executor.For(rows.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row)
@@ -251,7 +252,7 @@ void DepthImageSurfels::FindMixed(
       {
         const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
         int away[2];
-        if (this->Confusions[p] < others.LeastConfusion && this->IsMixed(others, x, y, away))
+        if (this->Confusions[p] < image.MinConfusion && this->IsMixed(image, x, y, away))
         {
           rows[row].push_back(
             { row * camera.Width + x - margin, p, this->Unmixed(x, y, away[0], away[1]) });
@@ -265,11 +266,11 @@ void DepthImageSurfels::FindMixed(
   }
 }
 
-/// Behind the surface at the rim: the farthest of its pixels that are near. 0: not at the rim.
-float DepthImageSurfels::RimDepth(const DepthImage& others, std::size_t place) const
+/// A depth behind the surface at the rim: that of the farthest rim pixel nearby. 0: not at the rim.
+float DepthImageSurfels::RimDepth(const DepthImage& image, std::size_t place) const
 {
-  const double most = others.LeastConfusion + RimConfusion;
-  if (this->Confusions[place] > most)
+  const double maxConfusion = image.MinConfusion + RimConfusion;
+  if (this->Confusions[place] > maxConfusion)
   {
     return 0.0f;
   }
@@ -282,38 +283,38 @@ float DepthImageSurfels::RimDepth(const DepthImage& others, std::size_t place) c
     {
       const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
       const float confusion = this->Confusions[p];
-      if (confusion >= 0.0f && confusion <= most)
+      if (confusion >= 0.0f && confusion <= maxConfusion)
       {
-        rim = rim || confusion < others.LeastConfusion;
-        farthest = std::max(farthest, others.Depth[p]);
+        rim = rim || confusion < image.MinConfusion;
+        farthest = std::max(farthest, image.Depth[p]);
       }
     }
   }
   return rim ? farthest : 0.0f;
 }
 
-/// What is under a taken pixel; returns the depth from which on it hides.
-float DepthImageSurfels::PutUnder(const DepthImage& others, Pixel& pixel) const
+/// Sets what is drawn under a blurred pixel; returns the depth from which on that hides.
+float DepthImageSurfels::PutUnder(const DepthImage& image, Pixel& pixel) const
 {
-  const float rim = this->RimDepth(others, pixel.Place);
+  const float rim = this->RimDepth(image, pixel.Place);
   if (rim > 0.0f)
   {
     pixel.Under = pixel.Place;
     return rim;
   }
-  const std::size_t behind = this->Behind(others, pixel.Place);
-  if (behind == NoPixel || this->Confusions[behind] >= others.LeastConfusion)
+  const std::size_t behind = this->Behind(image, pixel.Place);
+  if (behind == NoPixel || this->Confusions[behind] >= image.MinConfusion)
   {
     return std::numeric_limits<float>::infinity();
   }
   pixel.Under = behind;
-  return others.Depth[behind];
+  return image.Depth[behind];
 }
 
-void DepthImageSurfels::Take(const View& camera, const Lens& lens, const DepthImage& others,
-  float* limit, const Executor& executor)
+void DepthImageSurfels::MakeSurfels(const View& camera, const Lens& lens, const DepthImage& image,
+  float* sharpDepth, const Executor& executor)
 {
-  this->Pixels.clear();
+  this->BlurredPixels.clear();
   this->MixedPixels.clear();
   this->Places.clear();
   this->CameraToWorld = Inverse(camera.WorldToCamera);
@@ -321,20 +322,20 @@ void DepthImageSurfels::Take(const View& camera, const Lens& lens, const DepthIm
   {
     return;
   }
-  this->Width = camera.Width + 2 * others.Margin;
-  this->Height = camera.Height + 2 * others.Margin;
-  this->FindConfusions(camera, lens, others, executor);
-  this->TakePixels(camera, others, executor);
+  this->Width = camera.Width + 2 * image.Margin;
+  this->Height = camera.Height + 2 * image.Margin;
+  this->FindConfusions(camera, lens, image, executor);
+  this->FindBlurredPixels(camera, image, executor);
   if (this->Places.empty())
   {
     return;
   }
   this->Hidden.Find(
-    this->Width, this->Height, this->Nearness, this->Confusions, others.LeastConfusion);
-  this->AddHidden(others);
-  if (others.Antialiased)
+    this->Width, this->Height, this->Nearness, this->Confusions, image.MinConfusion);
+  this->AddHidden(image);
+  if (image.Antialiased)
   {
-    this->FindMixed(camera, others, executor);
+    this->FindMixed(camera, image, executor);
   }
   this->Positions.resize(3 * this->Size());
   this->Covariances.resize(6 * this->Size());
@@ -343,26 +344,26 @@ void DepthImageSurfels::Take(const View& camera, const Lens& lens, const DepthIm
   executor.For(this->Size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s)
     {
-      this->MakeSurfel(camera, others, s);
+      this->MakeSurfel(camera, image, s);
     }
   });
-  executor.For(this->Pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+  executor.For(this->BlurredPixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
     {
-      limit[this->Pixels[p].Index] = this->PutUnder(others, this->Pixels[p]);
+      sharpDepth[this->BlurredPixels[p].Index] = this->PutUnder(image, this->BlurredPixels[p]);
     }
   });
 }
 
-/// Change of depth from a pixel to the next along a row or column: of the two neighbours' the
-/// smaller one. Neighbours of another surface are none: by their nearness, which is linear along a
-/// plane. 0 where there is none.
+/// Change of depth from a pixel to the next along a row or column: the smaller of those to the two
+/// neighbours, 0 if there is none. Neighbours whose nearness, which is linear along a plane,
+/// differs too much are of another surface and do not count.
 double DepthImageSurfels::DepthSlope(
   const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const
 {
-  const float most = std::max(SilhouetteExtension::LeastStep, LargestSlope * this->Confusions[at]);
+  const float maxStep = std::max(SilhouetteExtension::MinStep, LargestSlope * this->Confusions[at]);
   const auto isSame = [&](std::size_t p) {
-    return std::abs(this->Nearness[p] - this->Nearness[at]) < most;
+    return std::abs(this->Nearness[p] - this->Nearness[at]) < maxStep;
   };
   const double z = depth[at];
   const double before = hasBefore && isSame(at - step) ? z - depth[at - step] : INFINITY;
@@ -371,9 +372,10 @@ double DepthImageSurfels::DepthSlope(
   return std::isfinite(slope) ? slope : 0.0;
 }
 
-/// Mean colour of a square, not premultiplied, and mean nearness, which is linear along a plane.
+/// Mean colour of a square, not premultiplied, and mean of 1 / depth, which is linear along a
+/// plane.
 DepthImageSurfels::Sample DepthImageSurfels::MeanOf(
-  const DepthImage& others, std::size_t corner, int side) const
+  const DepthImage& image, std::size_t corner, int side) const
 {
   Sample mean{ { 0, 0, 0, 0 }, 0 };
   for (int j = 0; j < side; ++j)
@@ -381,13 +383,13 @@ DepthImageSurfels::Sample DepthImageSurfels::MeanOf(
     for (int i = 0; i < side; ++i)
     {
       const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
-      const float* rgba = others.Colors + 4 * p;
+      const float* rgba = image.Colors + 4 * p;
       for (int c = 0; c < 4; ++c)
       {
         mean.Color[c] +=
-          others.LinearLight && c < 3 ? static_cast<float>(LightOfCode(rgba[c])) : rgba[c];
+          image.LinearLight && c < 3 ? static_cast<float>(LightOfCode(rgba[c])) : rgba[c];
       }
-      mean.Nearness += 1.0 / others.Depth[p];
+      mean.Nearness += 1.0 / image.Depth[p];
     }
   }
   const auto count = static_cast<float>(side * side);
@@ -401,10 +403,10 @@ DepthImageSurfels::Sample DepthImageSurfels::MeanOf(
   return mean;
 }
 
-/// The patch that a pixel, or a square of them, sees of the plane through its source's depth with
-/// its slopes of depth: position and its derivatives along x and y on the screen, whose cross
-/// product is a pixel's area vector.
-void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& others, std::size_t s)
+/// Makes the surfel of a pixel or of a square of pixels: the part that it sees of the plane through
+/// its source's depth with its source's slopes. The cross product of the position's derivatives
+/// along x and y of the screen is the area vector of a pixel.
+void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& image, std::size_t s)
 {
   const std::size_t place = this->Places[s].Place, source = this->Places[s].Source;
   const int side = this->Places[s].Side;
@@ -412,11 +414,11 @@ void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& others,
   const auto height = static_cast<std::size_t>(this->Height);
   const std::size_t p = source + static_cast<std::size_t>(side / 2) * (width + 1); // in the middle
   const std::size_t x = p % width, y = p / width;
-  const Sample mean = this->MeanOf(others, source, side);
+  const Sample mean = this->MeanOf(image, source, side);
   const double z = 1.0 / mean.Nearness;
-  const double slopeX = this->DepthSlope(others.Depth, p, 1, x > 0, x + 1 < width);
-  const double slopeY = this->DepthSlope(others.Depth, p, width, y > 0, y + 1 < height);
-  const double middle = 0.5 * side - others.Margin;
+  const double slopeX = this->DepthSlope(image.Depth, p, 1, x > 0, x + 1 < width);
+  const double slopeY = this->DepthSlope(image.Depth, p, width, y > 0, y + 1 < height);
+  const double middle = 0.5 * side - image.Margin;
   const double rayX = (static_cast<double>(place % width) + middle - camera.Cx) / camera.Fx;
   const double rayY = (static_cast<double>(place / width) + middle - camera.Cy) / camera.Fy;
   const Vector3 position{ rayX * z, rayY * z, z };
@@ -425,7 +427,7 @@ void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& others,
   const Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
     alongX[2] * alongY[0] - alongX[0] * alongY[2], alongX[0] * alongY[1] - alongX[1] * alongY[0] };
   const double faces = Dot(area, position) > 0.0 ? -1.0 : 1.0; // the lens
-  // Kernels of a grid's points, a Gaussian each, taken together.
+  // The variance of the mixture of the pixels' Gaussians.
   const double variance = PixelDeviation * PixelDeviation + (side * side - 1) / 12.0;
   const auto product = [&](int i, int j) {
     return static_cast<float>(variance * (alongX[i] * alongX[j] + alongY[i] * alongY[j]));
@@ -450,7 +452,7 @@ SurfelCloud DepthImageSurfels::Get() const
   cloud.AreaVectors = this->AreaVectors.data();
   cloud.ColorsFloat = this->Colors.data();
   cloud.LocalToWorld = this->CameraToWorld;
-  cloud.Surface.Lit = false; // light is in the colours
+  cloud.Surface.Lit = false; // colours include light
   cloud.Prefilter = PixelPrefilter;
   return cloud;
 }

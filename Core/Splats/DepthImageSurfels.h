@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What others have drawn (meshes, lines, glyphs), pixel by pixel, as surfels: each pixel that the
- * lens blurs is a patch of the surface that is seen in it and goes through the same lens, kernels
- * and A-buffer as the surfels of clouds. What is in focus stays a picture, as sharp as it was
- * drawn.
+ * Surfels from an image with depth, of what others have drawn (meshes, lines, glyphs). Each pixel
+ * that the lens blurs becomes a patch of the surface seen in it, and goes through the same lens,
+ * kernels and A-buffer as the surfels of clouds. What is in focus stays an image, as sharp as it
+ * was drawn.
  *
- * A picture has one layer. What a blurred thing hides and lets through at its edge is taken to go
- * on from beside it (SilhouetteExtension.h); what is hidden elsewhere is not seen.
+ * An image has one layer. What shines through at the edge of a blurred thing is filled from the
+ * neighbouring surface (SilhouetteExtension.h); what is hidden elsewhere is missing.
  */
 #pragma once
 
@@ -20,42 +20,44 @@
 
 namespace SurfelSplatting
 {
-/// Circle of confusion, radius in px, from which on a pixel is taken for a surfel.
-constexpr double LeastPixelConfusion = 0.5;
+/// Pixels whose circle of confusion has at least this radius, px, become surfels.
+constexpr double MinPixelConfusion = 0.5;
 
-/// Next to a sharp pixel, which is no surfel, the kernels' sum falls short of 1, and what is behind
-/// would show as a line. Hence the rim: pixels that are taken with at most so many px more blur,
-/// and so near to a sharp one, px, hide what is behind them and have themselves under their
-/// surfels.
+/// Next to a sharp pixel, which is no surfel, the sum of the kernels is below 1, and what is behind
+/// would show as a line. Hence the rim: blurred pixels with at most RimConfusion px more blur than
+/// the least, and within RimWidth px of a sharp one. They hide what is behind them, and their own
+/// colour is drawn under their surfels.
 constexpr double RimConfusion = 1.0;
 constexpr int RimWidth = 3;
 
-/// What is drawn for the blur that reaches into the picture from outside, at most, px on each side.
+/// Largest margin, px on each side, that is drawn for blur that reaches into the picture from
+/// outside.
 constexpr int LargestMargin = 128;
 
-/// Standard deviation of a pixel's reconstruction kernel, px: as that of surfels in their spacing.
+/// Standard deviation of a pixel's reconstruction kernel, px; the same as surfels have in units of
+/// their spacing.
 constexpr double PixelDeviation = 0.5;
 
-/// Variance of the pixel filter over these kernels, px^2: the pixels have been filtered already.
-/// With PixelDeviation and the least blur, the sum of the kernels of a grid of pixels ripples by
-/// 2 exp(-2 pi^2 0.41) = 0.0006.
+/// Variance of the pixel filter for these surfels, px^2: small, since the pixels are filtered
+/// already. With PixelDeviation and the least blur, the sum of the kernels of a grid of pixels
+/// ripples by 2 exp(-2 pi^2 0.41) = 0.0006.
 constexpr double PixelPrefilter = 0.1;
 
-/// Where all of 2 x 2 or 4 x 4 pixels are blurred by so many px, radius, and of one surface, they
-/// are one surfel: what is lost of them would not be seen. Pictures of striped meshes were measured
-/// to be within 50 dB of those with a surfel for each pixel.
-constexpr float LeastBlockConfusion[] = { 6.0f, 16.0f };
+/// 2 x 2 or 4 x 4 pixels of one surface that are all blurred by so many px, radius, become one
+/// surfel, since the lost detail would not be visible. Pictures of striped meshes were measured to
+/// be 50 dB or more from those with a surfel for each pixel.
+constexpr float MinBlockConfusion[] = { 6.0f, 16.0f };
 
 /// Area of a pixel's surfel over that of its pixel. Pixels all have the same place in the raster,
-/// so that the error of a kernel's sum over it, which averages out for clouds, is the same for all:
-/// up to 0.012 short where grids are coarse, and what is behind would shine through.
+/// so the error of the sum of the kernels, which averages out for clouds, is the same for all: up
+/// to 0.012 too little where grids are coarse, and what is behind would shine through.
 constexpr double PixelSurplus = 1.0125;
 
-/// Steeper than so much blur of its own from pixel to pixel, and than
-/// SilhouetteExtension::LeastStep, there is an edge and no slope.
+/// Where nearness changes from pixel to pixel by more than this share of the blur, and by more than
+/// SilhouetteExtension::MinStep, there is an edge and no slope.
 constexpr float LargestSlope = 0.25f;
 
-/// A picture of what others have drawn, with so many px more on each side of the camera's picture.
+/// An image with depth of what others have drawn: the camera's picture with a margin on each side.
 struct DepthImage
 {
   const float* Depth = nullptr;  ///< [height + 2 margin][width + 2 margin] distance along the view
@@ -63,88 +65,89 @@ struct DepthImage
   const float* Colors = nullptr; ///< [height + 2 margin][width + 2 margin][4] RGBA,
                                  ///< premultiplied; may be above 1
   int Margin = 0;                ///< px
-  double LeastConfusion = LeastPixelConfusion; ///< radius, px, from which on pixels are taken
-  bool LinearLight = false; ///< whether colours are sRGB codes of the light that is blurred
-  bool Antialiased = false; ///< whether pixels at edges have something of both sides' colours
+  double MinConfusion = MinPixelConfusion; ///< radius, px, from which on pixels become surfels
+  bool LinearLight = false; ///< whether colours are sRGB codes to be blurred in linear light
+  bool Antialiased = false; ///< whether pixels at edges mix the colours of both sides
 };
 
-/// The margin from which a lens blurs into the picture, of things between two distances: at most
-/// LargestMargin; 0 where none of them is blurred by `least` px.
+/// Width of the margin from which things between two distances blur into the picture, at most
+/// LargestMargin; 0 if none of them is blurred by minConfusion px.
 int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest,
-  double least = LeastPixelConfusion);
+  double minConfusion = MinPixelConfusion);
 
 class DepthImageSurfels
 {
 public:
   /**
-   * Takes the pixels that a lens blurs.
-   * @param limit [height][width] the distances in the camera's picture; where a pixel is taken set
-   * to that of what is under it
+   * Makes surfels of the pixels that a lens blurs.
+   * @param sharpDepth [height][width] the distances in the camera's picture; at blurred pixels they
+   * are set to those of what remains under the surfels, infinity where that is not known
    */
-  void Take(const View& camera, const Lens& lens, const DepthImage& others, float* limit,
+  void MakeSurfels(const View& camera, const Lens& lens, const DepthImage& image, float* sharpDepth,
     const Executor& executor);
 
-  /// Of the cloud.
+  /// Number of surfels.
   std::size_t Size() const { return this->Places.size(); }
 
   struct Pixel
   {
     std::size_t Index; ///< in the camera's picture
-    std::size_t Place; ///< in the picture with its margin
-    std::size_t Under; ///< the pixel of that picture that is under the surfels: at the rim its own,
-                       ///< at an edge the sharp one, or nothing, behind it; or NoPixel: not known
+    std::size_t Place; ///< in the image with its margin
+    std::size_t Under; ///< the pixel of that image that is drawn under the surfels: at the rim
+                       ///< itself, at an edge the sharp pixel behind it; NoPixel: not known
   };
 
   static constexpr std::size_t NoPixel = static_cast<std::size_t>(-1);
 
-  /// The pixels of the camera's picture that were taken, by ascending index.
-  const std::vector<Pixel>& Taken() const { return this->Pixels; }
+  /// The pixels of the camera's picture that became surfels, by ascending index.
+  const std::vector<Pixel>& Blurred() const { return this->BlurredPixels; }
 
-  /// Antialiased pixels behind the edge of one that was taken: they stay, but not with its colour.
+  /// Antialiased sharp pixels behind the edge of blurred ones. They stay, without the colour of
+  /// these.
   const std::vector<Pixel>& Mixed() const { return this->MixedPixels; }
 
-  /// As a cloud in world coordinates, which lives as long as this object is not changed.
+  /// The surfels as a cloud in world coordinates, valid until this object changes.
   SurfelCloud Get() const;
 
 private:
   void FindConfusions(
-    const View& camera, const Lens& lens, const DepthImage& others, const Executor& executor);
-  void TakePixels(const View& camera, const DepthImage& others, const Executor& executor);
-  void AddHidden(const DepthImage& others);
-  bool IsMixed(const DepthImage& others, int x, int y, int direction[2]) const;
-  void FindMixed(const View& camera, const DepthImage& others, const Executor& executor);
-  std::size_t Behind(const DepthImage& others, std::size_t place) const;
+    const View& camera, const Lens& lens, const DepthImage& image, const Executor& executor);
+  void FindBlurredPixels(const View& camera, const DepthImage& image, const Executor& executor);
+  void AddHidden(const DepthImage& image);
+  bool IsMixed(const DepthImage& image, int x, int y, int direction[2]) const;
+  void FindMixed(const View& camera, const DepthImage& image, const Executor& executor);
+  std::size_t Behind(const DepthImage& image, std::size_t place) const;
   std::size_t Unmixed(int x, int y, int dx, int dy) const;
-  float PutUnder(const DepthImage& others, Pixel& pixel) const;
-  float RimDepth(const DepthImage& others, std::size_t place) const;
+  float PutUnder(const DepthImage& image, Pixel& pixel) const;
+  float RimDepth(const DepthImage& image, std::size_t place) const;
   struct Sample
   {
     float Color[4];  // light, not premultiplied
     double Nearness; // 1 / depth
   };
-  Sample MeanOf(const DepthImage& others, std::size_t corner, int side) const;
+  Sample MeanOf(const DepthImage& image, std::size_t corner, int side) const;
   double DepthSlope(
     const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const;
-  void MakeSurfel(const View& camera, const DepthImage& others, std::size_t s);
+  void MakeSurfel(const View& camera, const DepthImage& image, std::size_t s);
 
-  /// Where a surfel is seen, and the pixel whose depth and colour it has, or the lowest left one of
-  /// a square; both in the picture with its margin.
+  /// Where a surfel is seen, and the pixel whose depth and colour it has; for a square of pixels,
+  /// its lower left one. Both are in the image with its margin.
   struct Placed
   {
     std::size_t Place, Source;
     int Side; // of the square, px
   };
   bool IsBlock(std::size_t corner, int side) const;
-  void PlaceBlock(int x, int y, int side, double least, std::vector<Placed>& places) const;
+  void PlaceBlock(int x, int y, int side, double minConfusion, std::vector<Placed>& places) const;
 
   Affine3 CameraToWorld;
-  std::vector<Pixel> Pixels, MixedPixels;
-  std::vector<float> Nearness;        // of the picture with its margin, px (SilhouetteExtension.h)
+  std::vector<Pixel> BlurredPixels, MixedPixels;
+  std::vector<float> Nearness;        // of the image with its margin, px (SilhouetteExtension.h)
   std::vector<float> Confusions;      // px; -1 where there is nothing
-  std::vector<std::size_t> RowPixels; // before each of its rows
+  std::vector<std::size_t> RowPixels; // blurred ones before each row
   std::vector<std::vector<Placed>> Bands; // of rows
   std::vector<Placed> Places;             // of the surfels
-  int Width = 0, Height = 0;              // of the picture with its margin
+  int Width = 0, Height = 0;              // of the image with its margin
   SilhouetteExtension Hidden;
   std::vector<float> Positions, Covariances, AreaVectors, Colors;
 };

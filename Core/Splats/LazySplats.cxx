@@ -50,50 +50,43 @@ void LazySplats::SortRuns()
   {
     this->Runs[r].Part.Begin = splats;
     splats += this->Runs[r].Chosen.Count;
-    this->States[r].store(Waiting, std::memory_order_relaxed);
+    this->States[r].store(NotStarted, std::memory_order_relaxed);
   }
   this->List.Resize(splats);
 }
 
-void LazySplats::Bin(int width, int height)
+void LazySplats::Bin(const PictureSize& size)
 {
   this->SortRuns();
-  const int tilesX = TileCount(width);
-  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(height);
+  const int tilesX = TileCount(size.Width);
+  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(size.Height);
   this->Offsets.assign(tiles + 1, 0);
-  const auto forTiles = [&](auto&& function) {
+  const auto forPairs = [&](auto&& function) {
     for (const std::uint64_t key : this->Order)
     {
-      const auto r = static_cast<std::uint32_t>(key);
-      if (SurfelSplatting::IsEmpty(this->Runs[r].Chosen.Box))
+      const auto run = static_cast<std::uint32_t>(key);
+      const PixelBox& box = this->Runs[run].Chosen.Box;
+      if (!SurfelSplatting::IsEmpty(box))
       {
-        continue;
-      }
-      const TileRange range(this->Runs[r].Chosen.Box);
-      for (int y = range.Y0; y <= range.Y1; ++y)
-      {
-        for (int x = range.X0; x <= range.X1; ++x)
-        {
-          function(static_cast<std::size_t>(y) * tilesX + x, r);
-        }
+        ForTiles(box, tilesX, [&](std::size_t tile) { function(tile, run); });
       }
     }
   };
-  forTiles([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
+  forPairs([&](std::size_t tile, std::uint32_t) { ++this->Offsets[tile + 1]; });
   for (std::size_t tile = 0; tile < tiles; ++tile)
   {
     this->Offsets[tile + 1] += this->Offsets[tile];
   }
   this->TileRuns.resize(this->Offsets[tiles]);
   this->Cursors.assign(this->Offsets.begin(), this->Offsets.end() - 1);
-  forTiles(
+  forPairs(
     [&](std::size_t tile, std::uint32_t run) { this->TileRuns[this->Cursors[tile]++] = run; });
 }
 
 void LazySplats::Prefetch(std::uint32_t run) const
 {
   const Run& r = this->Runs[run];
-  if (this->States[run].load(std::memory_order_relaxed) == Waiting)
+  if (this->States[run].load(std::memory_order_relaxed) == NotStarted)
   {
     r.Maker->Prefetch(r.Chosen.Begin, r.Chosen.Count, static_cast<int>(r.Chosen.Level));
   }
@@ -103,12 +96,13 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
 {
   std::atomic<unsigned char>& state = this->States[run];
   unsigned char seen = state.load(std::memory_order_acquire);
-  if (seen == Waiting && state.compare_exchange_strong(seen, BeingMade, std::memory_order_acquire))
+  if (seen == NotStarted &&
+    state.compare_exchange_strong(seen, InProgress, std::memory_order_acquire))
   {
     this->Make(this->Runs[run]);
     state.store(Ready, std::memory_order_release);
   }
-  // Another thread makes it right now: a few microseconds.
+  // If another thread is making it now, that takes a few microseconds.
   while (state.load(std::memory_order_acquire) != Ready)
   {
     std::this_thread::yield();

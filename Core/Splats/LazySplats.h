@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Splats that are made when a tile first needs them: what lies behind opaque layers never is.
+ * Splats that are made when a tile first needs them; those behind opaque layers never are.
  *
- * The runs of nodes that were chosen (HierarchyCut.h) are sorted by near depth, and each tile
- * has a list of those that can reach it. A tile takes run after run; splats that begin before the
- * next run are complete and can be rasterised. Once all of a tile is opaque, the rest of its runs
- * is not looked at, and a run that no tile has asked for is not set up at all. A run is set up
- * once, by the tile that comes first; its splats are the same whichever that is.
+ * The runs of nodes of the cut (HierarchyCut.h) are sorted by near depth, and each tile has a list
+ * of those that can reach it. A tile asks for one run after the other (TileRaster.h). Splats that
+ * begin in front of the next run are complete and can be drawn. Once all of a tile is opaque, the
+ * rest of its runs is skipped, and a run that no tile has asked for is never set up. A run is set
+ * up once, by the first tile that asks; its splats do not depend on which tile that is.
  */
 #pragma once
 
@@ -29,11 +29,11 @@ public:
   /// Forgets the last frame's runs; keeps memory. @param context must outlive the frame
   void Clear(const SplatContext& context);
 
-  /// Takes a cloud's runs that are not on coarse grids.
+  /// Adds a cloud's runs that are not on coarse grids.
   void Add(const SurfelCloud& cloud, const CutRanges& runs);
 
-  /// Sorts the runs and spreads them over the tiles of the picture.
-  void Bin(int width, int height);
+  /// Sorts the runs and assigns them to the tiles of the picture.
+  void Bin(const PictureSize& size);
 
   bool IsEmpty() const { return this->Runs.empty(); }
 
@@ -49,10 +49,10 @@ public:
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
   float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
 
-  /// Asks for the memory of a run that will be needed soon.
+  /// Prefetches the surfels of a run that will be needed soon.
   void Prefetch(std::uint32_t run) const;
 
-  /// A run's splats, made now if need be; any thread. Indices into Splats().
+  /// A run's splats, as indices into Splats(). Makes them if necessary. Any thread may call it.
   const SplatList::Part& Get(std::uint32_t run);
 
   const SplatList& Splats() const { return this->List; }
@@ -63,15 +63,15 @@ public:
     std::uint64_t Blurred = 0;
     std::uint64_t Invalid = 0;
     std::uint64_t Hidden = 0; ///< nodes and surfels that were never set up
-    double Seconds = 0;       ///< of all threads together
+    double Seconds = 0;       ///< summed over all threads
   };
   Counts Count() const;
 
 private:
   enum State : unsigned char
   {
-    Waiting,
-    BeingMade,
+    NotStarted,
+    InProgress,
     Ready
   };
 

@@ -7,16 +7,16 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Kernels reach a little farther than the disc, px.
+/// Kernels reach so many px farther than the disc.
 constexpr float Reach = 2.0f;
 }
 
 void SilhouetteExtension::Find(int width, int height, const std::vector<float>& nearness,
-  const std::vector<float>& confusions, double least)
+  const std::vector<float>& confusions, double minConfusion)
 {
   this->Width = width;
   this->Height = height;
-  this->Least = static_cast<float>(least);
+  this->MinConfusion = static_cast<float>(minConfusion);
   this->Nearness = nearness.data();
   this->Confusions = confusions.data();
   this->Sources.assign(nearness.size(), None);
@@ -25,11 +25,11 @@ void SilhouetteExtension::Find(int width, int height, const std::vector<float>& 
   this->Sweep(-1);
 }
 
-/// Takes a source for a pixel where it is behind it, near enough to be seen, and nearer than the
-/// one so far.
+/// Uses a source for a pixel if it is behind the pixel, near enough to be seen, and nearer than the
+/// source so far.
 inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t source)
 {
-  if (source == None || !(this->Nearness[p] - this->Nearness[source] >= LeastStep))
+  if (source == None || !(this->Nearness[p] - this->Nearness[source] >= MinStep))
   {
     return;
   }
@@ -43,14 +43,14 @@ inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t
   }
 }
 
-/// From the first row to the last, in each row to and fro; or all of it backwards.
+/// Goes from the first row to the last, or back; in each row to and fro.
 void SilhouetteExtension::Sweep(int direction)
 {
   const bool forward = direction > 0;
   const auto offerFrom = [this](int x, int y, int i, int j) {
     const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
     if (i < 0 || i >= this->Width || j < 0 || j >= this->Height ||
-      this->Confusions[p] < this->Least)
+      this->Confusions[p] < this->MinConfusion)
     {
       return;
     }

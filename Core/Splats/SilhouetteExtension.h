@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What goes on behind the edges of blurred things in a picture that has one layer: at most as far
- * as the blur lets it be seen, a surface is taken to go on behind its silhouette as its nearest
- * pixel is.
+ * Extends surfaces behind the silhouettes of blurred things in an image with one layer: where the
+ * blur of a thing lets its background shine through, the nearest pixel of the background is used.
  *
- * Sources travel from pixel to pixel in two passes over the picture, as in the distance transform
- * by vectors of Danielsson (1980).
+ * Sources are passed from pixel to pixel in two sweeps over the image, as in the vector distance
+ * transform of Danielsson (1980).
  */
 #pragma once
 
@@ -18,21 +17,21 @@ class SilhouetteExtension
 {
 public:
   /**
-   * @param nearness    [height][width] k / z: k is the focal length in px times the lens's radius,
-   * so that differences are px of blur; 0 where there is nothing
+   * @param nearness    [height][width] k / z, where k is the focal length in px times the lens's
+   * radius, so that differences are px of blur; 0 where there is nothing
    * @param confusions  [height][width] radius of the circle of confusion, px, negative where there
    * is nothing
-   * @param least       confusion, px, from which on a pixel is seen through at its edges
+   * @param minConfusion pixels with at least this confusion, px, are transparent at their edges
    */
   void Find(int width, int height, const std::vector<float>& nearness,
-    const std::vector<float>& confusions, double least);
+    const std::vector<float>& confusions, double minConfusion);
 
   static constexpr std::int32_t None = -1;
 
-  /// A surface ends where the blur behind it differs by so many px.
-  static constexpr float LeastStep = 1.0f;
+  /// A surface ends where nearness drops by so many px.
+  static constexpr float MinStep = 1.0f;
 
-  /// The pixel whose surface, or nothing, goes on behind pixel p; None where that is not known.
+  /// The pixel whose surface (or empty background) continues behind pixel p; None if not known.
   std::int32_t Behind(std::size_t p) const { return this->Sources[p]; }
 
 private:
@@ -41,10 +40,10 @@ private:
 
   int Width = 0;
   int Height = 0;
-  float Least = 0.0f;
+  float MinConfusion = 0.0f;
   const float* Nearness = nullptr; // during Find
   const float* Confusions = nullptr;
   std::vector<std::int32_t> Sources;
-  std::vector<std::int32_t> Squares; // of the distances to them, px^2
+  std::vector<std::int32_t> Squares; // squared distances to them, px^2
 };
 }

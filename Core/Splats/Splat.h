@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A surfel on the screen, ready to be rasterised: one cache line.
+ * A surfel on the screen, ready for the raster (Core/Raster/TileRaster.h): one cache line.
+ * SplatMaker makes it; Tent.h has what coarse grids make.
  */
 #pragma once
 
@@ -10,17 +11,15 @@
 
 namespace SurfelSplatting
 {
-/// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h). The layers of such a grid
-/// come back as tents, max(0, 1 - A |dx|) max(0, 1 - A |dy|), Shape = TentShape, of depth B, in
-/// sector K of the lens.
+/// Fields in px are in cells for a splat on a coarse grid (CoarseGrid.h).
 struct alignas(64) Splat
 {
   float X, Y;    ///< centre, px
   float A, K, B; ///< q = A (dx + K dy)^2 + B dy^2 (ResamplingKernel.h)
-  float Weight;  ///< coverage at the centre: deposited area times the kernel's peak, [0, inf)
+  float Weight;  ///< coverage at the centre: area on the screen times the kernel's peak, [0, inf)
   float Near;    ///< z-range of the reconstruction kernel along the view direction, world units
   float Far;
-  std::int32_t Gradient;  ///< of the colour: index of a SplatGradient, or NoGradient
+  std::int32_t Gradient;  ///< index of the colour's SplatGradient, or NoGradient
   float DepthX, DepthY;   ///< slope of the depth over the footprint, world units per px
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]
@@ -28,8 +27,9 @@ struct alignas(64) Splat
 };
 constexpr std::int32_t NoGradient = -1;
 
-/// How the colour of a node changes over its footprint, per px: added to the colour is
-/// phi(q) (X dx + Y dy), phi as in ResamplingKernel.h, its constant included here.
+/// How the colour of a node changes over its footprint, per px: t (X dx + Y dy) is added to k times
+/// the splat's colour, where k is the kernel and t its derivative (ResamplingKernel.h). The
+/// constant factor of t is included here.
 struct SplatGradient
 {
   float RedX, GreenX, BlueX;

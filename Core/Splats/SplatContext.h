@@ -28,18 +28,17 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
-  ApertureSampling Sampling;                  ///< of the lens, by the splatter
-  float LeastConflict = DefaultLeastConflict; ///< of sectors (LensSectors.h)
+  ApertureSampling Sampling;              ///< of the lens, by the splatter
+  float MinConflict = DefaultMinConflict; ///< of sectors (LensSectors.h)
   bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   CutSettings Cut;
   bool SkipHidden = true;  ///< what lies behind opaque layers, in tiles that are all opaque
   bool CoarseGrids = true; ///< wide splats on grids of larger cells
-  /// For comparison: a plain z-buffer instead of layers. Of what each pixel sees, the nearest
-  /// surface alone, whatever its opacity (and too little of it where surfels are smaller than a
-  /// pixel: a bound on time rather than a picture); coarse grids, sectors and skipping of the
-  /// hidden are off.
+  /// For comparison: a plain z-buffer instead of layers. Each pixel shows its nearest surface only,
+  /// regardless of opacity, and too little of it where surfels are smaller than a pixel: this is a
+  /// bound on time rather than a picture. Coarse grids, sectors and skipping of the hidden are off.
   bool DepthBuffered = false;
   bool ScalarSetup = false; ///< splats one by one (SetupTargetScalar), for comparison
   Paint Colors = Paint::Own;

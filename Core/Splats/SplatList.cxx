@@ -30,7 +30,7 @@ void MakeChunks(const CutRanges& runs, std::vector<SplatList::Chunk>& chunks)
   }
 }
 
-/// Every chunk of surfels fills a part of the list, whatever thread it runs on.
+/// Fills the chunk's part of the list; the result does not depend on the thread.
 void Fill(
   const SplatMaker& maker, const SplatList::Chunk& chunk, SplatList& list, SplatList::Part& part)
 {
@@ -57,6 +57,7 @@ void SplatList::Clear(bool sectors)
   this->Nears.Clear();
   this->Gradients.Clear();
   this->Levels.Clear();
+  this->Tents.Clear();
 }
 
 void SplatList::Resize(std::size_t size)

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The splats of a frame: those of all clouds' surfels, or of the nodes that were chosen.
+ * What a frame draws: the splats of all clouds' surfels, or of the nodes that were chosen, and the
+ * tents of coarse grids. Both are numbered together, so that tiles sort and draw them as one
+ * stream:
+ *
+ *   index: 0 ... splats ... | Splats.Size() ... tents ...
+ *
+ * CoarseGrid.h makes the tents when all splats are there; TileBinning.h assigns both to tiles.
  */
 #pragma once
 
@@ -10,6 +16,7 @@
 #include "Core/Splats/SetupTarget.h"
 #include "Core/Splats/Splat.h"
 #include "Core/Splats/SplatContext.h"
+#include "Core/Splats/Tent.h"
 
 #include <cstdint>
 #include <vector>
@@ -20,7 +27,7 @@ class SplatMaker;
 
 struct SplatList
 {
-  /// Splats that were made together. Between parts there are gaps: nothing is moved.
+  /// Splats that were made together. There are gaps between parts, since nothing is moved.
   struct Part
   {
     std::size_t Begin;
@@ -36,10 +43,11 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;             ///< Near of the splats again, close together for sorting
+  Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
   Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
+  Buffer<Tent> Tents;              ///< of coarse grids
 
   /// Empties the list and keeps its memory. @param sectors whether splats will have slopes
   void Clear(bool sectors = false);
@@ -49,11 +57,14 @@ struct SplatList
     return this->HasSlopes ? &this->Slopes[i] : nullptr;
   }
 
-  /// For the splats of a part; there is room for them.
+  /// Where the splats of a part are written; there must be room for them.
   SplatOutput OutputAt(std::size_t begin);
 
-  /// Adds one splat, as a part of its own.
+  /// Adds one splat, as a part of its own. Before the tents.
   void Add(const Splat& splat, const PixelBox& box);
+
+  bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
+  const Tent& TentAt(std::size_t i) const { return this->Tents[i - this->Splats.Size()]; }
 
   std::uint64_t NumberOfSplats() const;
   std::uint64_t NumberOfBlurredSplats() const; ///< by the lens
@@ -64,8 +75,8 @@ struct SplatList
 
   bool HasSlopes = false;
 
-  /// Up to some thousand surfels that one thread makes splats of: from a place in one run on, over
-  /// the next ones.
+  /// Up to some thousand surfels from which one thread makes splats: they begin within a run and
+  /// continue in the next ones.
   struct Chunk
   {
     const CutRange* Run;
@@ -81,10 +92,10 @@ struct CutRanges
   const CutRange *Begin, *End;
 };
 
-/// Appends the visible splats of a cloud's runs of surfels or nodes.
+/// Makes the visible splats of a cloud's runs of surfels or nodes and appends them to the list.
 void AppendSplats(
   const SplatMaker& maker, const CutRanges& runs, const Executor& executor, SplatList& list);
 
-/// All surfels of a cloud without a hierarchy.
+/// Runs of all surfels, for a cloud without a hierarchy.
 void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * A node of the hierarchy above the leaves, and its colour, as they are stored: packed, so that
- * large clouds fit the memory and a frame loads little of it for a node. Plain data, which the
- * set-up kernels unpack on their own; for all others there is NodePacking.h.
+ * A node of the hierarchy above the leaves, and its colour, as they are stored. They are packed, so
+ * that large clouds fit into memory and a frame loads few bytes per node. The set-up's vector code
+ * (Core/Splats/SetupBatch.h) unpacks them itself; all others use NodePacking.h.
  *
- * Precision: positions are floats; everything else is right to 1 / 32767 of its unit, 1e-4 px of a
- * node that is three pixels wide.
+ * Precision: positions are floats; everything else is accurate to 1 / 32767 of its unit, 1e-4 px
+ * for a node that is three pixels wide.
  */
 #pragma once
 
@@ -13,20 +13,20 @@
 
 namespace SurfelSplatting
 {
-/// A unit in packed numbers: x is stored as round(x / unit * PackedOne).
+/// The packed value of one unit: x is stored as round(x / unit * PackedOne).
 constexpr double PackedOne = 32767.0;
 
-/// The mixture of the surfels below (NodeMoments.h) and what bounds them.
+/// The mixture of the surfels below (NodeMoments.h) and their bounds.
 struct HierarchyNode
 {
   float Position[3];      ///< p
   float Deviation;        ///< unit of Factor, world units
   std::int16_t Factor[6]; ///< S = L L', the rows of L: L00, L10, L11, L20, L21, L22
-  std::int16_t Normal[3]; ///< area vector A in units of Area: as long as the node is coherent
+  std::int16_t Normal[3]; ///< area vector A in units of Area; its length is the coherence
   std::uint16_t Opacity;  ///< mean over the area, unit 1
   float Area;             ///< sum of the leaves' areas, world units squared
-  float Bound;            ///< radius of a sphere about p that holds the leaves' centres
-  std::int16_t Cone;      ///< cosine of a cone about A that holds the leaves' normals, unit 1
+  float Bound;            ///< radius of a sphere about p that contains the leaves' centres
+  std::int16_t Cone;      ///< cosine of a cone about A that contains the leaves' normals, unit 1
   std::uint16_t TwoSided; ///< 0 or 1
 };
 static_assert(sizeof(HierarchyNode) == 48, "as Documentation/DataContract.md says");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a node of the hierarchy knows of the surfels below it: the moments of their mixture. A
- * surfel is a node with one leaf.
+ * The moments of the mixture of the surfels below a node of the hierarchy. A surfel is a node with
+ * one leaf.
  */
 #pragma once
 
@@ -15,7 +15,7 @@ struct NodeMoments
   Vector3 AreaVector{ 0, 0, 0 }; ///< sum A_i: coverage is the same at every level
   Vector3 Position{ 0, 0, 0 };   ///< sum a_i p_i / sum a_i
   Symmetric3 Covariance{};       ///< of the mixture: mean of S_i plus that of the positions
-  double Opacity = 1.0;          ///< mean, weighted with a_i
+  double Opacity = 1.0;          ///< mean, weighted by a_i
 };
 
 inline Symmetric3 Mix(const Symmetric3& a, double wa, const Symmetric3& b, double wb)
@@ -37,7 +37,7 @@ inline void AddOuterProduct(Symmetric3& s, const Vector3& d, double w)
 
 /**
  * Moments of the union of two nodes.
- * @param twoSided the signs of their area vectors mean nothing: they are made to agree
+ * @param twoSided the signs of their area vectors have no meaning and are made to agree
  */
 inline NodeMoments Join(const NodeMoments& a, const NodeMoments& b, bool twoSided)
 {
@@ -59,8 +59,8 @@ inline NodeMoments Join(const NodeMoments& a, const NodeMoments& b, bool twoSide
   return node;
 }
 
-/// Share of a node's area that its area vector keeps, [0, 1]: 1 for a flat patch, 0 for closed or
-/// double things, whose net area says nothing of what they hide.
+/// Length of a node's area vector over its area, [0, 1]: 1 for a flat patch, 0 for closed or double
+/// surfaces, whose net area does not tell how much they hide.
 inline double Coherence(const Vector3& areaVector, double area)
 {
   return area > 0.0 ? std::fmin(1.0, Norm(areaVector) / area) : 1.0;

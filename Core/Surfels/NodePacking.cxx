@@ -36,11 +36,11 @@ double Unpack(int x, double unit)
   return x * (unit / PackedOne);
 }
 
-/// L with S = L L'. Of a singular S a pivot may be no more than a rounding error: its column is 0.
+/// L with S = L L'. Where a pivot is no more than a rounding error (singular S), its column is 0.
 void Factorize(const Symmetric3& s, double l[6])
 {
-  const double least = 1e-14 * s.Trace();
-  const auto root = [least](double pivot) { return pivot > least ? std::sqrt(pivot) : 0.0; };
+  const double smallest = 1e-14 * s.Trace();
+  const auto root = [smallest](double pivot) { return pivot > smallest ? std::sqrt(pivot) : 0.0; };
   const auto quotient = [](double x, double pivot) { return pivot > 0.0 ? x / pivot : 0.0; };
   l[0] = root(s.XX);
   l[1] = quotient(s.XY, l[0]);
@@ -84,7 +84,7 @@ HierarchyNode PackNode(const NodeMoments& moments, bool twoSided)
 
 void SetBounds(double radius, double cosine, HierarchyNode& node)
 {
-  node.Bound = ToFloat(radius * (1.0 + 1e-6)); // the next float but a few
+  node.Bound = ToFloat(radius * (1.0 + 1e-6)); // a few floats more
   node.Cone = static_cast<std::int16_t>(std::floor(Clamp(cosine - 1e-6, -1.0, 1.0) * PackedOne));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Values of nodes to and from the form in which they are stored (HierarchyNode.h).
+ * Packs and unpacks the nodes of the hierarchy (HierarchyNode.h).
  */
 #pragma once
 
@@ -10,10 +10,10 @@
 
 namespace SurfelSplatting
 {
-/// Moments but the leaves' covariance; bounds are still to be set.
+/// Packs the moments. The bounds must still be set (SetBounds).
 HierarchyNode PackNode(const NodeMoments& moments, bool twoSided);
 
-/// Outwards to what can be stored, so that they hold.
+/// Stores the bounds, rounded outwards.
 /// @param radius of the sphere about the node's position, as it is stored
 /// @param cosine of the cone about the node's area vector, as it is stored
 void SetBounds(double radius, double cosine, HierarchyNode& node);
@@ -24,7 +24,7 @@ Vector3 AreaVectorOf(const HierarchyNode& node);
 double OpacityOf(const HierarchyNode& node);
 double ConeOf(const HierarchyNode& node); ///< its cosine
 
-/// A node's colour in numbers.
+/// A node's colour, unpacked.
 struct ColorMoments
 {
   double Color[3] = { 0, 0, 0 }; ///< c_0, straight RGB

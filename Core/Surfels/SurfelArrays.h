@@ -15,7 +15,7 @@ constexpr const char* AreaVector = "SurfelAreaVector"; // float[3], outward, wor
 constexpr const char* TwoSided = "SurfelTwoSided";     // unsigned char[1], 0 or 1
 constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 
-// Of a picture:
+// In a picture:
 constexpr const char* SampleCount = "SampleCount";     // point data, unsigned int[1]: deep samples
 constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth
 constexpr const char* WorldToCamera = "WorldToCamera"; // field data, double[16], row by row
@@ -23,14 +23,14 @@ constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal
                                                  // diameter and distance in focus in world units
 constexpr const char* ScreenWindow = "ScreenWindow"; // field data, double[3]: centre x, y (up) and
                                                      // width at distance 1 along the view direction
-// with vtkSurfelSplatter::Channels, point data:
+// In a picture with vtkSurfelSplatter::Channels, point data:
 constexpr const char* Normal = "Normal";                       // float[3], world, unit length
 constexpr const char* CircleOfConfusion = "CircleOfConfusion"; // float[1], px, < 0 before the focus
 constexpr const char* Coverage = "Coverage";                   // float[1], 0..1
 constexpr const char* Fragments = "Fragments";                 // float[1]
 constexpr const char* Level = "Level";                         // float[1], of the hierarchy
 
-// Of a hierarchy:
+// In a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves
 constexpr const char* Nodes = "SurfelNodes";   // field data, unsigned char[48]: HierarchyNode
 }

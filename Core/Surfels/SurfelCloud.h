@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the core reads of one cloud of surfels: pointers into the caller's arrays
- * (Documentation/DataContract.md), the transform that places it, and how it is coloured. Nothing is
- * copied or owned.
+ * A cloud of surfels as the core reads it: pointers into the caller's arrays
+ * (Documentation/DataContract.md), the transform that places the cloud, and its material. Nothing
+ * is copied or owned. A frame begins here: SplatMaker (Core/Splats) turns surfels into splats.
  */
 #pragma once
 
@@ -20,13 +20,13 @@ struct SurfelCloud
 {
   std::size_t NumberOfSurfels = 0;
 
-  /// If not null, the surfels are the leaves of a hierarchy, of which a cut is drawn; what follows
-  /// is about the nodes above them. Node i of HierarchyLayout's order is surfel i, or Nodes[i -
-  /// NumberOfSurfels].
+  /// If not null, the surfels are the leaves of a hierarchy, and a cut through it is drawn
+  /// (HierarchyCut.h). The next three members hold the nodes above the leaves. Node i in
+  /// HierarchyLayout's order is surfel i, or Nodes[i - NumberOfSurfels].
   const ClusterBounds* Clusters = nullptr;
   const HierarchyNode* Nodes = nullptr;
-  const NodeColor* NodeColors = nullptr;  ///< or null: the material's
-  const float* LeafCovariances = nullptr; ///< [nodes][6] V_r, or null; for the paper's rule only
+  const NodeColor* NodeColors = nullptr;  ///< or null: the colour of the material
+  const float* LeafCovariances = nullptr; ///< [nodes][6] V_r, or null; for CutRule::Paper only
 
   const float* PositionsFloat = nullptr;   ///< [n][3] local units; one of the two
   const double* PositionsDouble = nullptr; ///< [n][3]
@@ -38,9 +38,9 @@ struct SurfelCloud
   const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
   const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color
   double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
-  double Prefilter = 0.0; ///< > 0: instead of SplatSettings::Prefilter, px^2; without Clusters only
+  double Prefilter = 0.0; ///< > 0: replaces SplatSettings::Prefilter, px^2; without Clusters only
 
-  Affine3 LocalToWorld; ///< of the points: local origin and actor matrix
+  Affine3 LocalToWorld; ///< local origin and actor matrix
   Material Surface;
 
   bool IsNode(std::size_t i) const { return i >= this->NumberOfSurfels; }
@@ -69,7 +69,7 @@ struct SurfelCloud
     return { s[0], s[1], s[2], s[3], s[4], s[5] };
   }
 
-  /// Mean of the leaves' below.
+  /// Mean covariance of the leaves below a node.
   Symmetric3 LeafCovariance(std::size_t i) const
   {
     if (!this->IsNode(i) || !this->LeafCovariances)
@@ -95,13 +95,13 @@ struct SurfelCloud
     return this->IsNode(i) ? this->Node(i).TwoSided != 0 : this->TwoSided && this->TwoSided[i];
   }
 
-  /// Of the surfel alone, colour and cloud apart.
+  /// Opacity of the surfel itself, without that of its colour and of the cloud.
   double OwnOpacity(std::size_t i) const
   {
     return this->IsNode(i) ? OpacityOf(this->Node(i)) : this->Opacities ? this->Opacities[i] : 1.0;
   }
 
-  /// Straight RGBA of a surfel before lighting, the cloud's and the surfel's opacity included.
+  /// Straight RGBA of a surfel before lighting; alpha includes the opacities of surfel and cloud.
   std::array<double, 4> Color(std::size_t i) const
   {
     if (this->IsNode(i) && this->NodeColors)

@@ -165,7 +165,7 @@ bool PropImage::Begin(const PassFrame& frame, const SceneView& view, Ranks* rank
     distances[1] = ranks->Largest(distances[1]);
   }
   const int margin =
-    MarginOf(view.Projection, view.Optics, distances[0], distances[1], view.LeastConfusion());
+    MarginOf(view.Projection, view.Optics, distances[0], distances[1], view.MinConfusion());
   if (margin == 0)
   {
     return true;
@@ -391,7 +391,7 @@ void PropImage::ClearGathered(const PassFrame& frame)
 const float* PropImage::JoinDepth(
   const SplattedPicture& picture, const DepthRange& range, float deepest)
 {
-  for (const auto& pixel : picture.BlurredPixels.Taken())
+  for (const auto& pixel : picture.BlurredPixels.Blurred())
   {
     this->WindowDepth[pixel.Index] = 1.0f;
   }
@@ -425,7 +425,7 @@ const float* PropImage::ColorUnder(const DepthImageSurfels::Pixel& pixel) const
 const float* PropImage::Compose(const SplattedPicture& picture)
 {
   float* under = this->Color.data();
-  for (const auto* pixels : { &picture.BlurredPixels.Taken(), &picture.BlurredPixels.Mixed() })
+  for (const auto* pixels : { &picture.BlurredPixels.Blurred(), &picture.BlurredPixels.Mixed() })
   {
     for (const DepthImageSurfels::Pixel& pixel : *pixels)
     {

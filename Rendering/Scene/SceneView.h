@@ -62,9 +62,9 @@ struct SceneView
 
   /// Circle of confusion, radius in px, from which on pixels of other props are splatted. The same
   /// pixels are splatted whether the lens is divided into cells or not.
-  double LeastConfusion() const
+  double MinConfusion() const
   {
-    return LeastPixelConfusion / std::sqrt(std::max(1, this->CellCount));
+    return MinPixelConfusion / std::sqrt(std::max(1, this->CellCount));
   }
 };
 }

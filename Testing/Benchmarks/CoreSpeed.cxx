@@ -246,7 +246,7 @@ int main(int argc, char* argv[])
   Splatter splatter;
   splatter.Render(sharp, { leaves }, ThreadExecutor(2), layers.Get());
   splatter.Render(buffered, { leaves }, ThreadExecutor(2), nearest.Get());
-  const double offScalar = ShareOff(layers, picture, LeastTransmittance + 1e-3),
+  const double offScalar = ShareOff(layers, picture, MinTransmittance + 1e-3),
                offNearest = ShareOff(layers, nearest, 0.1);
   std::printf(
     ",\n  \"pixels off\": {\"scalar\": %.2g, \"z-buffer\": %.2g}\n}\n", offScalar, offNearest);

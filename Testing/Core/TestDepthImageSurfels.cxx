@@ -48,9 +48,9 @@ SplatContext Context(double radius, double focus)
 Picture RenderDrawn(const SplatContext& context, Drawn& drawn, std::size_t& taken)
 {
   DepthImageSurfels pixels;
-  pixels.Take(context.Camera, context.Optics, { drawn.Depth.data(), drawn.Color.data(), Margin },
-    drawn.Limit.data(), SerialExecutor());
-  taken = pixels.Taken().size();
+  pixels.MakeSurfels(context.Camera, context.Optics,
+    { drawn.Depth.data(), drawn.Color.data(), Margin }, drawn.Limit.data(), SerialExecutor());
+  taken = pixels.Blurred().size();
   return RenderPicture(context, { pixels.Get() }, SerialExecutor(), drawn.Limit.data());
 }
 
@@ -177,9 +177,9 @@ TEST_CASE("Rim")
   // Blur grows by 0.08 px from column to column: up to column 40 +- 6 all is sharp.
   DepthImageSurfels pixels;
   std::vector<float> limit = drawn.Limit;
-  pixels.Take(context.Camera, context.Optics, { drawn.Depth.data(), drawn.Color.data(), Margin },
-    limit.data(), SerialExecutor());
-  for (const DepthImageSurfels::Pixel& pixel : pixels.Taken())
+  pixels.MakeSurfels(context.Camera, context.Optics,
+    { drawn.Depth.data(), drawn.Color.data(), Margin }, limit.data(), SerialExecutor());
+  for (const DepthImageSurfels::Pixel& pixel : pixels.Blurred())
   {
     const int x = static_cast<int>(pixel.Index) % Width;
     const bool rim = std::abs(x - 40) <= 6 + RimWidth;

@@ -139,11 +139,10 @@ TEST_CASE("Cut")
     CutSettings settings;
     settings.Rule = i % 2 ? CutRule::Moments : CutRule::Paper;
     settings.Error = i % 7 * 0.5;
-    CutStatistics statistics;
     CutWork work;
     std::vector<CutRange> runs;
-    SelectCut(hierarchy.Get(), context.Camera, context.Optics, { 4.0, 1.0 }, settings,
-      ThreadExecutor(3), work, runs, statistics);
+    const CutStatistics statistics = SelectCut(hierarchy.Get(),
+      { context.Camera, context.Optics, 4.0, 1.0 }, settings, ThreadExecutor(3), work, runs);
     std::vector<int> drawn(layout.NumberOfLeaves(), 0);
     for (const CutRange& run : runs)
     {

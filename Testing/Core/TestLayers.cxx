@@ -160,7 +160,7 @@ void TestStream(Random& random)
     layers.push_back(l);
   }
   TileBins bins;
-  BinSplats(list, 0, Size, Size, SerialExecutor(), bins);
+  BinSplats(list, 0, { Size, Size }, SerialExecutor(), bins);
   SortBins(list, SerialExecutor(), bins);
   RecordingSink sink(Size, Size);
   Picture picture(Size, Size);

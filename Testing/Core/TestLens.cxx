@@ -339,7 +339,7 @@ TEST_CASE("Sectors of plane")
   context.Sectors = true;
   const Picture sectors = RenderPicture(context, cloud);
   CHECK(LargestDifference(whole, sectors) == 0.0); // nothing to tell apart: drawn once
-  context.LeastConflict = 0.0f;
+  context.MinConflict = 0.0f;
   const Picture everywhere = RenderPicture(context, cloud);
   const double largest = LargestDifference(whole, everywhere);
   std::printf("a plane across the view: sectors everywhere change %.5f at most\n", largest);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The raster kernel of every instruction set that this machine has, against a scalar evaluation in
- * double; the exponential; the choice of the kernel.
+ * The loops of the raster for every instruction set that this machine has, against a scalar one in
+ * double; the exponential; the choice of the target.
  */
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Raster/RasterTarget.h"
@@ -22,6 +22,7 @@ namespace
 constexpr double Epsilon = 0x1p-24;
 constexpr float Support = 5.0f;
 constexpr RasterSettings Settings{ Support, 1e30f };
+constexpr CloseCallback Nobody{ nullptr, nullptr };
 
 std::unique_ptr<PixelTile> EmptyTile()
 {
@@ -32,7 +33,7 @@ std::unique_ptr<PixelTile> EmptyTile()
   {
     std::fill_n(tile->Open[i].Far, PixelsPerBlock, -infinity);
     std::fill_n(tile->Finished[i].Near, PixelsPerBlock, infinity);
-    std::fill_n(tile->Finished[i].Limit, PixelsPerBlock, infinity);
+    std::fill_n(tile->Finished[i].OccluderDepth, PixelsPerBlock, infinity);
     std::fill_n(tile->Finished[i].Transmittance, PixelsPerBlock, 1.0f);
   }
   return tile;
@@ -279,8 +280,8 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, double& worst)
 }
 
 /// What lies behind opaque blocks changes nothing where it is skipped, and no more than
-/// LeastTransmittance where it is not.
-void TestOpaqueBlocks(const RasterTarget& kernel)
+/// MinTransmittance where it is not.
+void TestOpaqueBlocks(const RasterTarget& target)
 {
   Splat wall{}, behind{};
   wall.A = wall.B = behind.A = behind.B = 1e-4f;
@@ -295,29 +296,29 @@ void TestOpaqueBlocks(const RasterTarget& kernel)
     settings.SkipHidden = skip;
     const auto tile = EmptyTile();
     std::uint64_t fragments[3];
-    kernel.AddSplat(*tile, wall, nullptr, nullptr, left, 16, 16, settings, { nullptr, nullptr });
+    target.AddSplat(*tile, { wall, nullptr, nullptr }, { left, 16, 16 }, settings, Nobody);
     CHECK(tile->Opaque == 0); // still open
     for (int i = 0; i < 3; ++i)
     {
       behind.Near = behind.Far = 2.0f + static_cast<float>(i);
-      fragments[i] = kernel.AddSplat(
-        *tile, behind, nullptr, nullptr, all, 16, 16, settings, { nullptr, nullptr });
+      fragments[i] =
+        target.AddSplat(*tile, { behind, nullptr, nullptr }, { all, 16, 16 }, settings, Nobody);
     }
     CHECK(fragments[0] == TileSize * TileSize);
     CHECK(fragments[1] == (skip ? TileSize * TileSize / 2 : TileSize * TileSize));
     CHECK(fragments[2] == (skip ? 0u : TileSize * TileSize));
     CHECK(tile->Opaque == ~std::uint64_t{ 0 });
-    kernel.CloseAll(*tile, settings);
+    target.CloseAll(*tile, settings);
     for (int i = 0; i < BlocksPerTile; ++i)
     {
       const bool covered = i % BlocksPerRow < BlocksPerRow / 2;
-      CHECK_NEAR(tile->Finished[i].Red[5], covered ? 0.0 : 1.0, LeastTransmittance);
-      CHECK_NEAR(tile->Finished[i].Green[5], covered ? 1.0 : 0.0, LeastTransmittance);
+      CHECK_NEAR(tile->Finished[i].Red[5], covered ? 0.0 : 1.0, MinTransmittance);
+      CHECK_NEAR(tile->Finished[i].Green[5], covered ? 1.0 : 0.0, MinTransmittance);
     }
   }
 }
 
-void TestKernel(const RasterTarget& kernel)
+void TestSplats(const RasterTarget& target)
 {
   Random random(8);
   double worst = 0.0;
@@ -333,12 +334,12 @@ void TestKernel(const RasterTarget& kernel)
     {
       const SplatGradient* gradient = p.HasGradient ? &p.Gradient : nullptr;
       const LensSlope* slope = p.HasSlope ? &p.Slope : nullptr;
-      const std::uint64_t fragments = kernel.AddSplat(*tile, p.S, gradient, slope, p.Span, p.X, p.Y,
-        settings, { &CallbackCount::Count, &callback });
+      const std::uint64_t fragments = target.AddSplat(*tile, { p.S, gradient, slope },
+        { p.Span, p.X, p.Y }, settings, { &CallbackCount::Count, &callback });
       difference += std::abs(static_cast<long>(fragments) -
         static_cast<long>(AddScalar(scalar, p.S, gradient, slope, settings.Sector, p.X, p.Y)));
     }
-    kernel.CloseAll(*tile, Settings);
+    target.CloseAll(*tile, Settings);
     for (ScalarPixel& p : scalar)
     {
       p.Close();
@@ -348,11 +349,42 @@ void TestKernel(const RasterTarget& kernel)
     CHECK(undecided <= 10); // of 1024
     CompareTile(*tile, scalar, worst);
   }
-  std::printf("%s: colour off by %.1e at most\n", kernel.Name, worst);
+  std::printf("%s: colour off by %.1e at most\n", target.Name, worst);
+}
+
+/// A tent of 4 px cells about (10, 12): weights fall linearly to 0 along x and y.
+void TestTent(const RasterTarget& target)
+{
+  constexpr float x = 10.0f, y = 12.0f, cell = 4.0f;
+  Tent tent{};
+  tent.InverseCell = 1.0f / cell;
+  tent.Weight = 0.75f;
+  tent.Opacity = 0.5f;
+  tent.Near = 1.0f;
+  tent.Far = 3.0f;
+  tent.Depth = 2.5f;
+  tent.Red = 0.25f;
+  const auto tile = EmptyTile();
+  const TilePlace place{ { 6, 8, 14, 16 }, x, y };
+  CHECK(target.AddTent(*tile, tent, place, Settings, Nobody) == 64u);
+  for (int i = 0; i < TileSize * TileSize; ++i)
+  {
+    const int column = i % TileSize, row = i / TileSize;
+    const OpenLayers& open = tile->Open[row / BlockSize * BlocksPerRow + column / BlockSize];
+    const int l = row % BlockSize * BlockSize + column % BlockSize;
+    const double acrossX = std::max(0.0, 1.0 - std::abs(column + 0.5 - x) / cell);
+    const double acrossY = std::max(0.0, 1.0 - std::abs(row + 0.5 - y) / cell);
+    const double weight = 0.75 * acrossX * acrossY;
+    CHECK_NEAR(open.Weight[l], weight, 4.0 * Epsilon);
+    CHECK_NEAR(open.Opacity[l], 0.5 * weight, 4.0 * Epsilon);
+    CHECK_NEAR(open.Red[l], 0.125 * weight, 4.0 * Epsilon);
+    CHECK_NEAR(open.Depth[l], 2.5 * weight, 8.0 * Epsilon);
+    CHECK(open.Far[l] == (weight > 0.0 ? 3.0f : -std::numeric_limits<float>::infinity()));
+  }
 }
 
 /// Values that no set-up should send and that must not reach memory outside of the tile.
-void TestExtremes(const RasterTarget& kernel)
+void TestExtremes(const RasterTarget& target)
 {
   const float infinity = std::numeric_limits<float>::infinity();
   const float values[] = { 0.0f, 1e-45f, 1e-20f, 1.0f, 1e20f, 3e38f, infinity, -infinity, NAN };
@@ -369,8 +401,9 @@ void TestExtremes(const RasterTarget& kernel)
         s.K = k;
         s.Weight = s.Opacity = 1.0f;
         s.Shape = a > 1.0f ? 0.25f : -1.0f;
-        CHECK(kernel.AddSplat(*tile, s, nullptr, nullptr, { 0, 0, TileSize, TileSize }, x, 1.0f,
-                Settings, { nullptr, nullptr }) <= static_cast<std::uint64_t>(TileSize * TileSize));
+        CHECK(
+          target.AddSplat(*tile, { s, nullptr, nullptr }, { { 0, 0, TileSize, TileSize }, x, 1.0f },
+            Settings, Nobody) <= static_cast<std::uint64_t>(TileSize * TileSize));
       }
     }
   }
@@ -414,8 +447,8 @@ TEST_CASE("Selection")
   const RasterTarget* best = nullptr;
   for (const char* name : { "baseline", "avx2", "avx512" })
   {
-    const RasterTarget* kernel = FindTarget(name, Targets);
-    best = kernel ? kernel : best;
+    const RasterTarget* target = FindTarget(name, Targets);
+    best = target ? target : best;
   }
   CHECK((SelectRasterTarget().AddSplat == best->AddSplat));
 }
@@ -425,8 +458,9 @@ TEST_CASE("Raster targets")
 {
   if (const RasterTarget* target = TargetUnderTest(Targets))
   {
-    TestKernel(*target);
+    TestSplats(*target);
     TestOpaqueBlocks(*target);
+    TestTent(*target);
     TestExtremes(*target);
   }
 }

@@ -10,6 +10,7 @@
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Picture/Splatter.h"
+#include "ThreadExecutor.h"
 
 #include <cstdint>
 #include <vector>

@@ -274,7 +274,7 @@ long CheckFamily(const Family& family)
         for (const bool sectors : { false, true })
         {
           context.Sectors = sectors;
-          context.LeastConflict = 0.0f; // everywhere, as the judge has them
+          context.MinConflict = 0.0f; // everywhere, as the judge has them
           CheckAgainstDoublePrecision(context, leaves, RenderPicture(context, { leaves }), judged);
         }
       }
