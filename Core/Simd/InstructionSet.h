@@ -30,4 +30,22 @@ inline InstructionSet DetectInstructionSet()
 #endif
   return InstructionSet::Baseline;
 }
+
+/// What was compiled once per instruction set; null where it was not compiled.
+template <class Target>
+struct TargetChoice
+{
+  const Target* Baseline;
+  const Target* AVX2 = nullptr;
+  const Target* AVX512 = nullptr;
+
+  /// The best one that this processor runs.
+  const Target& Best() const
+  {
+    const InstructionSet best = DetectInstructionSet();
+    return best == InstructionSet::AVX512 && this->AVX512 ? *this->AVX512
+      : best != InstructionSet::Baseline && this->AVX2    ? *this->AVX2
+                                                          : *this->Baseline;
+  }
+};
 }
