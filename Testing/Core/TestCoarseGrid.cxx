@@ -32,7 +32,9 @@ TEST_CASE("Levels")
   CHECK(CoarseCell(143.9) == 4);
   CHECK(CoarseCell(144.0) == 8);
   CHECK(CoarseCell(1e12) == 1 << HighestCoarseLevel);
-  CHECK((CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2));
+  CHECK(CoarseSize(64, 4) == 17);
+  CHECK(CoarseSize(65, 4) == 18);
+  CHECK(CoarseSize(1, 64) == 2);
 }
 
 /// Mass, centre and variance of a lonely blurred splat are those at full resolution.

@@ -277,7 +277,8 @@ TEST_CASE("Radius mode")
   estimation->SetInputData(ToPolyData(plane.Points));
   estimation->SetNeighborhoodModeToRadius();
   estimation->Update();
-  CHECK((!messages.Errors.empty() && messages.Errors[0].find("Radius") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("Radius") != std::string::npos);
   CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
 
@@ -324,7 +325,8 @@ TEST_CASE("Given normals")
   estimation->Update();
   const Surfels surfels(estimation->GetOutput());
   CHECK(estimation->GetNumberOfInvalidNormals() == 2);
-  CHECK((messages.Warnings.size() == 1 && messages.Errors.empty()));
+  CHECK(messages.Warnings.size() == 1);
+  CHECK(messages.Errors.empty());
   CHECK(surfels.IsFinite());
   double worst = 0.0, worstKernel = 0.0;
   for (vtkIdType i = 0; i < surfels.Count(); ++i)

@@ -220,8 +220,8 @@ TEST_CASE("Troubles")
   partitioned->GetEstimation()->SetOrientationModeToAsGiven();
   partitioned->SetInputData(ToPolyData(MakeScene().Points));
   partitioned->Update();
-  CHECK((!messages.Errors.empty() &&
-    messages.Errors[0].find("no normals to keep") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("no normals to keep") != std::string::npos);
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
 }
 

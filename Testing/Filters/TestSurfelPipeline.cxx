@@ -112,7 +112,8 @@ TEST_CASE("Passing")
   const auto result = Process(data, vtkSurfelEstimation::CIRCULAR); // leaves points in place
   vtkPointData* arrays = result->GetPointData();
   CHECK(result->GetNumberOfPoints() == count - 2);
-  CHECK((arrays->GetScalars() && arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR));
+  REQUIRE(arrays->GetScalars());
+  CHECK(arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR);
   CHECK(result->GetFieldData()->GetArray("Note") != nullptr);
   CHECK(result->GetNumberOfVerts() == 1);
   auto* resultNames = vtkStringArray::SafeDownCast(arrays->GetAbstractArray("Name"));
