@@ -96,13 +96,10 @@ void TestTiltedPlane(KernelType kernel)
   {
     for (int i = 0; i < 300; ++i)
     {
-      TestSurfel s;
       // y = -0.4: the lower half of the picture from z = 1.1 on
       const double d = 0.02;
-      s.Position = { (i - 149.5) * d, -0.4, 0.6 + j * d };
+      TestSurfel s = SquareSurfel({ (i - 149.5) * d, -0.4, 0.6 + j * d }, d, 0.9); // not saturated
       s.Normal = { 0, 1, 0 };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = 0.9 * d * d; // not saturated
       cloud.Add(s);
     }
   }

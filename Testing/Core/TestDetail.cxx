@@ -180,12 +180,8 @@ TEST_CASE("Normalization of levels")
   {
     for (int i = 0; i < 256; ++i)
     {
-      TestSurfel s;
       const double d = 0.01;
-      s.Position = { (i - 127.5) * d, (j - 127.5) * d, 3.0 };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = 0.8 * d * d; // not saturated
-      cloud.Add(s);
+      cloud.Add(SquareSurfel({ (i - 127.5) * d, (j - 127.5) * d, 3.0 }, d, 0.8)); // not saturated
     }
   }
   const TestHierarchy hierarchy(cloud);

@@ -190,9 +190,7 @@ TEST_CASE("Cells of random points")
   Random random(22);
   for (int i = 0; i < 21000; ++i)
   {
-    const double z = 2.0 * random() - 1.0, angle = 2.0 * Pi * random();
-    const double r = std::sqrt(1.0 - z * z);
-    const Vec p{ r * std::cos(angle), r * std::sin(angle), z };
+    const Vec p = random.Direction();
     (i < 20000 ? sphere : probes).Add(p, p);
   }
   double deviation[2];

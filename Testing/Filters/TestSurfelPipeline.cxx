@@ -23,10 +23,7 @@ namespace
 {
 Sampled MakeScene()
 {
-  Sampled scene = MakeSphere(1.0, 12000, Random(1));
-  scene.Append(
-    MakeRectangle({ -2, -2, -1.1 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 4, 0.04, 1.0, Random(2)));
-  return scene;
+  return MakeBallAndWall(12000, -1.1, 0.04);
 }
 
 vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data, int kernelMode = vtkSurfelEstimation::CELL)
