@@ -31,7 +31,7 @@ def write_scene(path):
 class TestDeepEXR(ToolCase):
     def read_deep(self, path):
         """-> header's words, [height, width] counts, {channel: [n] samples}, top row first"""
-        dump = subprocess.run([os.environ["DUMP_DEEP_EXR"], path], capture_output=True, check=True)
+        dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
         line, values = dump.stdout.split(b"\n", 1)
         width, height, compression, state, *channels = line.decode().split()
         size = int(width) * int(height)
