@@ -30,7 +30,7 @@ struct TestSurfel
   bool TwoSided = false;
 };
 
-/// A square of a plane: a kernel of half the side.
+/// Stands for a square of a plane that faces -z: the standard deviation is half the side.
 TestSurfel SquareSurfel(const Vector3& position, double side, double coverage = 1.0);
 
 /// Owns the arrays that a SurfelCloud points into.

@@ -124,7 +124,8 @@ struct Difference
 };
 Difference Compare(vtkImageData* a, vtkImageData* b);
 
-/// Number of pixels whose component c differs by more than a tolerance; INT_MAX if their sizes differ.
+/// Number of pixels whose component c differs by more than a tolerance; INT_MAX if the pictures'
+/// sizes differ.
 int CountDifferent(vtkImageData* a, vtkImageData* b, int c, double tolerance);
 
 /// Part of a picture.
