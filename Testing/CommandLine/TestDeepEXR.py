@@ -14,7 +14,7 @@ from deepfiles import check_tidy, deep_image, flatten
 from surfelsplatting import vtkDeepEXRWriter
 from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
 
-FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpDeepEXR's
+FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpEXR's
 
 
 def write_scene(path):
