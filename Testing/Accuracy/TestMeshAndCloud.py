@@ -19,6 +19,7 @@ from vtkmodules.vtkFiltersPoints import (
 from vtkmodules.vtkRenderingCore import (
     vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter)
 
+from measures import psnr
 from surfelsplatting import (
     vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelMapper,
     vtkSurfelNormalization, vtkSurfelSplattingPass)
@@ -155,9 +156,8 @@ class MeshAndCloud(unittest.TestCase):
         with open(SCENE + ".json") as file:
             views = {view["name"]: view for view in json.load(file)["views"]}
         for (view, cells), floor in FLOORS.items():
-            a, b = (picture(mapper, views[view], cells).astype(float)
-                    for mapper in (mesh_mapper, cloud_mapper))
-            value = 10 * np.log10(255 ** 2 / np.mean((a - b) ** 2))
+            a, b = (picture(mapper, views[view], cells) for mapper in (mesh_mapper, cloud_mapper))
+            value = psnr(a, b, 255)
             print(f"mesh and cloud, {view}, K = {cells}: {value:.2f}")
             self.assertGreater(value, floor, (view, cells))
 

@@ -7,7 +7,7 @@ import os
 import sys
 import unittest
 
-import numpy as np
+from measures import psnr
 from toolcase import ToolCase
 
 TRUTH = os.environ["TRUTH"]
@@ -31,19 +31,15 @@ OWN_FLOORS = {"plane": (51.5, 51.5, 56.5), "stanford-bunny": (48.7, 53.3, 57.5),
               "bars": (40.2, 44.1, 51.0), "veil": (60.5, 60.5, 62.5)}
 
 
-def psnr(a, b):
-    return -10 * np.log10(np.mean((a - b)[..., :3].astype(float) ** 2))
-
-
 class Truth(ToolCase):
     def picture(self, cloud, scene, view, *options):
         self.render(cloud, "--camera", f"{TRUTH}/{scene}.json:{view}", "--unlit", "-o", "out.exr",
                     *options)
-        return self.read_rgba("out.exr")
+        return self.read_rgba("out.exr")[..., :3]
 
     def psnr(self, cloud, scene, view, *options):
         return psnr(self.picture(cloud, scene, view, *options),
-                    self.read_rgba(f"{TRUTH}/{scene}-{view}.exr"))
+                    self.read_rgba(f"{TRUTH}/{scene}-{view}.exr")[..., :3])
 
     def check_cells(self, nodes, scene):
         value = self.psnr(nodes, scene, "coc36", "--lens-cells", CELLS)

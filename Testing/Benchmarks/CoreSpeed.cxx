@@ -44,9 +44,7 @@ TestCloud MakeSurface(int surfels)
   const double golden = 2.399963229728653;
   for (int i = 0; i < surfels; ++i)
   {
-    const double z = 1.0 - 2.0 * (i + 0.5) / surfels, r = std::sqrt(1.0 - z * z);
-    const double angle = golden * i;
-    const Vector3 d{ r * std::cos(angle), r * std::sin(angle), z };
+    const Vector3 d = SurfelTesting::UnitSpherePoint(1.0 - 2.0 * (i + 0.5) / surfels, golden * i);
     TestSurfel s;
     const double bump = 1.0 + 0.08 * std::sin(9 * d[0]) * std::sin(9 * d[1]) * std::sin(9 * d[2]);
     s.Position = { bump * d[0], bump * d[1], bump * d[2] + 3.0 };

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far two pictures are apart: [height, width, 3], linear, 0 to 1."""
+"""How far two pictures are apart: arrays, linear, 0 to 1 unless said otherwise."""
 
 import math
 
@@ -11,8 +11,10 @@ except ImportError:  # pip install flip-evaluator
     flip_evaluator = None
 
 
-def psnr(a, b):
-    return -10 * math.log10(max(np.mean((a - b) ** 2), 1e-20))
+def psnr(a, b, white=1):
+    """dB; 200 at most"""
+    error = (np.asarray(a, float) - np.asarray(b, float)) / white
+    return -10 * math.log10(max(np.mean(error ** 2), 1e-20))
 
 
 def flip(picture, reference):

@@ -14,7 +14,7 @@ from deepfiles import check_tidy, deep_image, flatten
 from surfelsplatting import vtkDeepEXRWriter
 from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
 
-FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpDeepEXR's
+FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpEXR's
 
 
 def write_scene(path):
@@ -31,7 +31,7 @@ def write_scene(path):
 class TestDeepEXR(ToolCase):
     def read_deep(self, path):
         """-> header's words, [height, width] counts, {channel: [n] samples}, top row first"""
-        dump = subprocess.run([os.environ["DUMP_DEEP_EXR"], path], capture_output=True, check=True)
+        dump = subprocess.run([os.environ["DUMP_EXR"], path], capture_output=True, check=True)
         line, values = dump.stdout.split(b"\n", 1)
         width, height, compression, state, *channels = line.decode().split()
         size = int(width) * int(height)

@@ -84,7 +84,8 @@ TEST_CASE("Confusion of plane")
   };
   const double c = signedConfusion(0, 0);
   const double a = (signedConfusion(300, 0) - c) / 300.0, b = (signedConfusion(0, 200) - c) / 200.0;
-  CHECK((std::abs(a) > 1e-4 && std::abs(b) > 1e-4));
+  CHECK(std::abs(a) > 1e-4);
+  CHECK(std::abs(b) > 1e-4);
   for (int i = -10; i <= 10; ++i)
   {
     const double x = 37.0 * i, y = 23.0 * i * (i % 2 ? 1 : -1);
@@ -300,7 +301,8 @@ double EdgeProfile(const SplatContext& context, double x, double variance, doubl
   // Marginal of (1 - r^2 / R^2)^n, R^2 = 2 (n + 2) W, is proportional to (1 - x^2 / R^2)^(n + 1/2).
   const double ratio = variance / (confusion * confusion);
   const double n = 48.0 * ratio * ratio - 3.0;
-  CHECK((n > 0.125 && n < 0.375)); // rounded to 1/4
+  CHECK(n > 0.125);
+  CHECK(n < 0.375); // rounded to 1/4
   const double radius = std::sqrt(4.5 * variance);
   constexpr int steps = 20000;
   double beyond = 0.0, all = 0.0;
@@ -433,7 +435,8 @@ TEST_CASE("No leakage")
       }
     }
   }
-  CHECK((inside >= 36 && outside > 3000));
+  CHECK(inside >= 36);
+  CHECK(outside > 3000);
 }
 
 /// A linear texture on a plane across the view direction stays what it is under any blur.

@@ -32,7 +32,9 @@ TEST_CASE("Levels")
   CHECK(CoarseCell(143.9) == 4);
   CHECK(CoarseCell(144.0) == 8);
   CHECK(CoarseCell(1e12) == 1 << HighestCoarseLevel);
-  CHECK((CoarseSize(64, 4) == 17 && CoarseSize(65, 4) == 18 && CoarseSize(1, 64) == 2));
+  CHECK(CoarseSize(64, 4) == 17);
+  CHECK(CoarseSize(65, 4) == 18);
+  CHECK(CoarseSize(1, 64) == 2);
 }
 
 /// Mass, centre and variance of a lonely blurred splat are those at full resolution.
@@ -94,13 +96,10 @@ void TestTiltedPlane(KernelType kernel)
   {
     for (int i = 0; i < 300; ++i)
     {
-      TestSurfel s;
       // y = -0.4: the lower half of the picture from z = 1.1 on
       const double d = 0.02;
-      s.Position = { (i - 149.5) * d, -0.4, 0.6 + j * d };
+      TestSurfel s = SquareSurfel({ (i - 149.5) * d, -0.4, 0.6 + j * d }, d, 0.9); // not saturated
       s.Normal = { 0, 1, 0 };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = 0.9 * d * d; // not saturated
       cloud.Add(s);
     }
   }

@@ -35,7 +35,9 @@ TEST_CASE("Two cells")
   deep.BeginPart({ 0, 0, 2, 1 }, 1.0f);
   deep.Receive(0, 0, OpaqueTo(0.8f, 4.0f, 3.0f), 10.0f);
   deep.Finish(SerialExecutor());
-  CHECK((deep.Offsets().size() == 3 && deep.Offsets()[1] == 3 && deep.Offsets()[2] == 3));
+  REQUIRE(deep.Offsets().size() == 3);
+  CHECK(deep.Offsets()[1] == 3);
+  CHECK(deep.Offsets()[2] == 3);
   const DeepSample* s = deep.Samples().data();
   // T: 1, then 0.5 (1 - 0.5) + 0.5, then 0.5, then 0.5 (1 - 0.8).
   const double through[] = { 1.0, 0.75, 0.5, 0.1 };
@@ -71,7 +73,8 @@ TEST_CASE("Parts")
     }
     deep->Finish(SerialExecutor());
   }
-  CHECK((cells.Offsets() == parts.Offsets() && cells.Samples().size() == 10));
+  CHECK(cells.Offsets() == parts.Offsets());
+  CHECK(cells.Samples().size() == 10);
   for (std::size_t i = 0; i < cells.Samples().size(); ++i)
   {
     CHECK_NEAR(cells.Samples()[i].Alpha, parts.Samples()[i].Alpha, 1e-6);
@@ -101,7 +104,8 @@ TEST_CASE("Tidy")
   deep.Begin(3, 2);
   deep.BeginCell();
   deep.Finish(SerialExecutor());
-  CHECK((deep.Samples().empty() && deep.Offsets().size() == 7));
+  CHECK(deep.Samples().empty());
+  CHECK(deep.Offsets().size() == 7);
 }
 
 /// Colour gradients, several translucent layers, in focus and out of it.
@@ -135,7 +139,9 @@ void CheckPixel(const DeepImage& deep, const Picture& picture, int x, int y, flo
   {
     const DeepSample& s = deep.Samples()[i];
     CHECK((i == deep.Offsets()[p] || s.Depth > deep.Samples()[i - 1].Depth));
-    CHECK((s.Alpha > 0.0f && s.Alpha <= 1.0f && s.Depth <= limit));
+    CHECK(s.Alpha > 0.0f);
+    CHECK(s.Alpha <= 1.0f);
+    CHECK(s.Depth <= limit);
     const float color[] = { s.Red, s.Green, s.Blue, s.Alpha };
     for (int c = 0; c < 4; ++c)
     {

@@ -151,7 +151,8 @@ TEST_CASE("Leakage")
       {
         if (squareIsSharp && isSquare(x, y))
         {
-          CHECK((picture.At(x, y, 0) == 0.0f && picture.At(x, y, 3) == 0.0f));
+          CHECK(picture.At(x, y, 0) == 0.0f);
+          CHECK(picture.At(x, y, 3) == 0.0f);
         }
         outside += squareIsSharp || isSquare(x, y) ? 0.0 : picture.At(x, y, 1);
       }
@@ -183,7 +184,8 @@ TEST_CASE("Rim")
   {
     const int x = static_cast<int>(pixel.Index) % Width;
     const bool rim = std::abs(x - 40) <= 6 + RimWidth;
-    CHECK(((pixel.Under == pixel.Place) == rim && rim == (limit[pixel.Index] != Nothing)));
+    CHECK((pixel.Under == pixel.Place) == rim);
+    CHECK(rim == (limit[pixel.Index] != Nothing));
     CHECK(limit[pixel.Index] >= drawn.Limit[pixel.Index]);
   }
   // A bright wall behind all of it.
@@ -213,7 +215,8 @@ TEST_CASE("Margin")
   CHECK(MarginOf(context.Camera, context.Optics, 2.0, 2.0) == 0);
   const double widest = 100.0 * 0.2 * (1.0 - 0.5); // f R |1/z - 1/z_f| at 1
   const int margin = MarginOf(context.Camera, context.Optics, 1.0, 3.0);
-  CHECK((margin > 1.2 * widest && margin < 1.3 * widest + 5.0));
+  CHECK(margin > 1.2 * widest);
+  CHECK(margin < 1.3 * widest + 5.0);
   CHECK(MarginOf(context.Camera, context.Optics, 1e-3, 3.0) == LargestMargin);
   CHECK(MarginOf(context.Camera, context.Optics, 0.0, 3.0) == LargestMargin);
 }

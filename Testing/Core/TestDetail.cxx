@@ -114,9 +114,10 @@ TEST_CASE("Skips")
     hidden += splatter.Statistics().HiddenPairs + splatter.Statistics().HiddenSurfels;
     context.Cut.SkipOutside = context.Cut.SkipBackFaces = context.SkipHidden = false;
     splatter.Render(context, { hierarchy.Get() }, SerialExecutor(), without.Get());
-    CHECK(
-      (splatter.Statistics().Cut.OutsideLeaves == 0 && splatter.Statistics().Cut.BackLeaves == 0 &&
-        splatter.Statistics().HiddenPairs == 0 && splatter.Statistics().HiddenSurfels == 0));
+    CHECK(splatter.Statistics().Cut.OutsideLeaves == 0);
+    CHECK(splatter.Statistics().Cut.BackLeaves == 0);
+    CHECK(splatter.Statistics().HiddenPairs == 0);
+    CHECK(splatter.Statistics().HiddenSurfels == 0);
     const double difference = LargestDifference(with, without);
     CHECK(difference <= 1.0 / 255.0);
     worst = std::max(worst, difference);
@@ -124,7 +125,9 @@ TEST_CASE("Skips")
   std::printf("skips: pixels off by %.5f at most\n", worst);
   std::printf("skipped: %.0f outside, %.0f facing away, %.0f hidden\n", 1.0 * skipped.OutsideLeaves,
     1.0 * skipped.BackLeaves, 1.0 * hidden);
-  CHECK((skipped.OutsideLeaves > 100000 && skipped.BackLeaves > 100000 && hidden > 1000));
+  CHECK(skipped.OutsideLeaves > 100000);
+  CHECK(skipped.BackLeaves > 100000);
+  CHECK(hidden > 1000);
 }
 
 /// Every leaf is drawn once: by itself, by a node above it, or not at all since it was skipped.
@@ -177,12 +180,8 @@ TEST_CASE("Normalization of levels")
   {
     for (int i = 0; i < 256; ++i)
     {
-      TestSurfel s;
       const double d = 0.01;
-      s.Position = { (i - 127.5) * d, (j - 127.5) * d, 3.0 };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = 0.8 * d * d; // not saturated
-      cloud.Add(s);
+      cloud.Add(SquareSurfel({ (i - 127.5) * d, (j - 127.5) * d, 3.0 }, d, 0.8)); // not saturated
     }
   }
   const TestHierarchy hierarchy(cloud);
@@ -284,7 +283,8 @@ TEST_CASE("Work follows pixels")
   }
   std::printf("splats: %d, %d, %d\n", static_cast<int>(splats[0]), static_cast<int>(splats[1]),
     static_cast<int>(splats[2]));
-  CHECK((splats[2] < 4 * splats[1] / 2 && splats[2] < 8000));
+  CHECK(splats[2] < 4 * splats[1] / 2);
+  CHECK(splats[2] < 8000);
 }
 
 /// Skips hide nothing of what is blurred before an opaque prop of others.
@@ -339,7 +339,8 @@ TEST_CASE("Threads")
     for (unsigned int threads : { 2u, 8u })
     {
       const Picture picture = RenderPicture(context, { hierarchy.Get() }, ThreadExecutor(threads));
-      CHECK((picture.Color == expected.Color && picture.Depth == expected.Depth));
+      CHECK(picture.Color == expected.Color);
+      CHECK(picture.Depth == expected.Depth);
     }
   }
 }

@@ -19,15 +19,19 @@ namespace
 {
 TEST_CASE("Layout")
 {
-  CHECK(
-    (HierarchyLayout(0, 0).NumberOfNodes() == 0 && HierarchyLayout(0, 0).NumberOfLevels() == 0));
-  CHECK(
-    (HierarchyLayout(1, 0).NumberOfNodes() == 1 && HierarchyLayout(1, 0).NumberOfLevels() == 1));
+  CHECK(HierarchyLayout(0, 0).NumberOfNodes() == 0);
+  CHECK(HierarchyLayout(0, 0).NumberOfLevels() == 0);
+  CHECK(HierarchyLayout(1, 0).NumberOfNodes() == 1);
+  CHECK(HierarchyLayout(1, 0).NumberOfLevels() == 1);
   CHECK(HierarchyLayout(0, 3).NumberOfNodes() == 3 + 2 + 1);
   const HierarchyLayout layout(5, 2);
-  CHECK((layout.NumberOfLevels() == 4 && layout.NumberOfLeaves() == 7));
-  CHECK((layout.Count(1, 0) == 3 && layout.Count(1, 1) == 1 && layout.Begin(1, 1) == 10));
-  CHECK((layout.RootLevel(0) == 3 && layout.RootLevel(1) == 1));
+  CHECK(layout.NumberOfLevels() == 4);
+  CHECK(layout.NumberOfLeaves() == 7);
+  CHECK(layout.Count(1, 0) == 3);
+  CHECK(layout.Count(1, 1) == 1);
+  CHECK(layout.Begin(1, 1) == 10);
+  CHECK(layout.RootLevel(0) == 3);
+  CHECK(layout.RootLevel(1) == 1);
   CHECK(layout.Begin(3, 0) == 7 + 4 + 3);
   // All of them: 7 + 4 + 3 + 2 (a tree's only node is repeated up to the other's root).
   CHECK(layout.NumberOfNodes() == 16);
@@ -186,7 +190,8 @@ TEST_CASE("Moments")
 {
   Random random(1);
   const TestHierarchy h(BallAndSheet(700, random));
-  CHECK((h.Order.Layout.NumberOfLeaves(0) == 700 && h.Order.Layout.NumberOfLeaves(1) == 700));
+  CHECK(h.Order.Layout.NumberOfLeaves(0) == 700);
+  CHECK(h.Order.Layout.NumberOfLeaves(1) == 700);
   for (int level = 1; level < h.Order.Layout.NumberOfLevels(); ++level)
   {
     for (int tree = 0; tree < 2; ++tree)
@@ -383,14 +388,17 @@ TEST_CASE("Packing")
   for (double cosine : { -1.0, -0.3, 0.0, 0.99999, 1.0 })
   {
     SetBounds(1.0 / 3.0, cosine, node);
-    CHECK((node.Bound >= 1.0 / 3.0 && ConeOf(node) <= cosine && ConeOf(node) >= cosine - 1e-4));
+    CHECK(node.Bound >= 1.0 / 3.0);
+    CHECK(ConeOf(node) <= cosine);
+    CHECK(ConeOf(node) >= cosine - 1e-4);
   }
   // Never NaN, whatever comes.
   NodeMoments wild;
   wild.Area = wild.AreaVector[1] = std::numeric_limits<double>::infinity();
   wild.Covariance = { 1e300, 1e300, 1e300, 1e300, -1e300, std::nan("") };
   const HierarchyNode packed = PackNode(wild, false);
-  CHECK((std::isfinite(packed.Area) && std::isfinite(CovarianceOf(packed).Trace())));
+  CHECK(std::isfinite(packed.Area));
+  CHECK(std::isfinite(CovarianceOf(packed).Trace()));
   CHECK(std::isfinite(Norm(AreaVectorOf(packed))));
 }
 }

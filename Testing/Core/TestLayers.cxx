@@ -83,17 +83,23 @@ TEST_CASE("Resolve")
   l.Red = 0.0625f;
   l.Depth = 0.75f;
   ResolvedLayer r = Resolve(l);
-  CHECK((r.Red == 0.0625f && r.Alpha == 0.125f && r.Depth == 3.0f));
+  CHECK(r.Red == 0.0625f);
+  CHECK(r.Alpha == 0.125f);
+  CHECK(r.Depth == 3.0f);
   l.Weight = 4.0f; // min(1, sum w) (sum w o) / (sum w)
   l.Opacity = 2.0f;
   l.Green = 1.0f;
   l.Depth = 10.0f;
   r = Resolve(l);
-  CHECK((r.Alpha == 0.5f && r.Green == 0.25f && r.Depth == 2.5f));
+  CHECK(r.Alpha == 0.5f);
+  CHECK(r.Green == 0.25f);
+  CHECK(r.Depth == 2.5f);
   l.Weight = l.Opacity = 1.0f;
   CHECK(Resolve(l).Alpha == 1.0f);
   const ResolvedLayer empty = Resolve(Layer());
-  CHECK((empty.Red == 0.0f && empty.Alpha == 0.0f && empty.Depth == 0.0f));
+  CHECK(empty.Red == 0.0f);
+  CHECK(empty.Alpha == 0.0f);
+  CHECK(empty.Depth == 0.0f);
 }
 
 /// A splat so wide that it has its full weight all over a small frame.

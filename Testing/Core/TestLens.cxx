@@ -163,11 +163,7 @@ TEST_CASE("Disc edge")
     {
       for (int i = -190; i < 0; ++i)
       {
-        TestSurfel s;
-        s.Position = { (i + 0.5) * 1e-3, (j + 0.5) * 1e-3, 1.0 }; // 1 px apart
-        s.SigmaU = s.SigmaV = 0.5e-3;
-        s.Area = 1e-6;
-        cloud.Add(s);
+        cloud.Add(SquareSurfel({ (i + 0.5) * 1e-3, (j + 0.5) * 1e-3, 1.0 }, 1e-3)); // 1 px apart
       }
     }
     TestHierarchy hierarchy(cloud);
@@ -226,15 +222,12 @@ TEST_CASE("Receding plane")
   {
     for (int i = -450; i < 450; ++i)
     {
-      TestSurfel s;
-      s.Position = { (i + 0.5) * d, -0.4, 0.25 + j * d };
+      TestSurfel s = SquareSurfel({ (i + 0.5) * d, -0.4, 0.25 + j * d }, d, 0.8); // not saturated
       if (std::abs(s.Position[0]) > 0.8 * s.Position[2] + 0.3)
       {
         continue;
       }
       s.Normal = { 0, 1, 0 };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = 0.8 * d * d; // not saturated
       const float light = static_cast<float>(PlaneTexture(s.Position[0], s.Position[2]));
       s.Color = { { light, light, light, 1.0f } };
       cloud.Add(s);
@@ -273,10 +266,7 @@ void AddHalfWall(TestCloud& cloud, double z, bool left)
   {
     for (int i = 0; i < 60; ++i)
     {
-      TestSurfel s;
-      s.Position = { (left ? -i - 0.5 : i + 0.5) * d, (j + 0.5) * d, z };
-      s.SigmaU = s.SigmaV = 0.5 * d;
-      s.Area = d * d;
+      TestSurfel s = SquareSurfel({ (left ? -i - 0.5 : i + 0.5) * d, (j + 0.5) * d, z }, d);
       s.Color = { { 0, 0, 1, 1 } };
       cloud.Add(s);
     }
@@ -326,10 +316,7 @@ TEST_CASE("Sectors of plane")
   {
     for (int i = -80; i < 80; ++i)
     {
-      TestSurfel s;
-      s.Position = { (i + 0.5) * 0.03, (j + 0.5) * 0.03, 3.5 };
-      s.SigmaU = s.SigmaV = 0.015;
-      s.Area = 0.7 * 0.03 * 0.03;
+      TestSurfel s = SquareSurfel({ (i + 0.5) * 0.03, (j + 0.5) * 0.03, 3.5 }, 0.03, 0.7);
       const float light = static_cast<float>(0.5 + 0.4 * std::sin(3.0 * s.Position[0]));
       s.Color = { { light, 0.5f, 1.0f - light, 1.0f } };
       cloud.Add(s);

@@ -275,7 +275,8 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, double& worst)
       CHECK_NEAR(done.Transmittance[l], p.Transmittance, p.OutError + 1e-7);
       worst = std::max(worst, std::abs(done.Red[l] - p.OutRed));
     }
-    CHECK((open.Weight[l] == 0.0f && done.Near[l] > open.Far[l])); // all layers closed and emptied
+    CHECK(open.Weight[l] == 0.0f);
+    CHECK(done.Near[l] > open.Far[l]); // all layers closed and emptied
   }
 }
 

@@ -222,7 +222,9 @@ TEST_CASE("Indefinite")
   {
     const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
     const ResamplingKernel k = GaussianKernel(Footprint(projected, variance), gaussian);
-    CHECK((k.A > 0.0 && k.B > 0.0 && k.Peak > 0.0));
+    CHECK(k.A > 0.0);
+    CHECK(k.B > 0.0);
+    CHECK(k.Peak > 0.0);
     CHECK_NEAR(Integrate(k, gaussian.Support()).Mass, 1.0, 1e-12);
     CheckBox(k, gaussian.Support());
   }

@@ -9,32 +9,6 @@
 
 namespace SurfelSplatting
 {
-std::uint64_t Random::Bits()
-{
-  std::uint64_t z = this->State += 0x9e3779b97f4a7c15u;
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-  return z ^ z >> 31;
-}
-
-double Random::Uniform(double low, double high)
-{
-  return low + (high - low) * (static_cast<double>(this->Bits() >> 11) * 0x1p-53);
-}
-
-int Random::Integer(int low, int high)
-{
-  return low + static_cast<int>(this->Bits() % static_cast<std::uint64_t>(high - low + 1));
-}
-
-Vector3 Random::Direction()
-{
-  const double z = this->Uniform(-1.0, 1.0);
-  const double angle = this->Uniform(0.0, 6.283185307179586);
-  const double r = std::sqrt(1.0 - z * z);
-  return { r * std::cos(angle), r * std::sin(angle), z };
-}
-
 Vector3 Cross(const Vector3& a, const Vector3& b)
 {
   return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
@@ -47,6 +21,15 @@ void Tangents(const Vector3& normal, Vector3& u, Vector3& v)
   const double length = Norm(u);
   u = { u[0] / length, u[1] / length, u[2] / length };
   v = Cross(normal, u);
+}
+
+TestSurfel SquareSurfel(const Vector3& position, double side, double coverage)
+{
+  TestSurfel s;
+  s.Position = position;
+  s.SigmaU = s.SigmaV = 0.5 * side;
+  s.Area = coverage * side * side;
+  return s;
 }
 
 void TestCloud::Add(const TestSurfel& s)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the tests of the core share: clouds built surfel by surfel, pictures, and random numbers
- * that are the same everywhere.
+ * What the tests of the core share: clouds built surfel by surfel, and pictures.
  */
 #pragma once
 
@@ -10,29 +9,14 @@
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Picture/Splatter.h"
+#include "Testing/Shared/Random.h"
 #include "ThreadExecutor.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace SurfelSplatting
 {
-/// SplitMix64: the distributions of the standard library differ from one library to the next.
-class Random
-{
-public:
-  explicit Random(std::uint64_t seed)
-    : State(seed)
-  {
-  }
-  std::uint64_t Bits();
-  double Uniform(double low, double high);
-  int Integer(int low, int high); ///< both ends included
-  Vector3 Direction();            ///< unit length, uniform on the sphere
-
-private:
-  std::uint64_t State;
-};
+using SurfelTesting::Random;
 
 struct TestSurfel
 {
@@ -45,6 +29,9 @@ struct TestSurfel
   float Opacity = 1.0f;
   bool TwoSided = false;
 };
+
+/// Stands for a square of a plane that faces -z: the standard deviation is half the side.
+TestSurfel SquareSurfel(const Vector3& position, double side, double coverage = 1.0);
 
 /// Owns the arrays that a SurfelCloud points into.
 class TestCloud

@@ -158,7 +158,9 @@ TEST_CASE("Failure")
       failed[group.Rank()] = 1;
     }
   });
-  CHECK((failed[0] && failed[1] && failed[2]));
+  CHECK(failed[0]);
+  CHECK(failed[1]);
+  CHECK(failed[2]);
 }
 
 TEST_CASE("Agreement")
@@ -181,10 +183,14 @@ TEST_CASE("Agreement")
     largest[group.Rank()] = value;
     root[group.Rank()] = first;
   });
-  CHECK((!all[0] && all[1] && !any[0] && any[1]));
+  CHECK(!all[0]);
+  CHECK(all[1]);
+  CHECK(!any[0]);
+  CHECK(any[1]);
   for (int rank = 0; rank < 3; ++rank)
   {
-    CHECK((largest[rank] == 7.5 && root[rank] == 3.0));
+    CHECK(largest[rank] == 7.5);
+    CHECK(root[rank] == 3.0);
   }
 }
 }

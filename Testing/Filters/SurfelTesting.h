@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the tests of the filters share: sampled surfaces with their true normals, and a
- * brute-force sum of kernels.
+ * What the tests of the filters share: sampled surfaces as VTK's data, surfels that filters made, a
+ * brute-force sum of kernels, and messages.
  */
 #pragma once
 
+#include "Core/Base/Geometry.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Testing/Shared/Check.h"
+#include "Testing/Shared/SampledSurfaces.h"
 
 #include "vtkCallbackCommand.h"
 #include "vtkDataArray.h"
@@ -22,152 +24,20 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace SurfelTesting
 {
-using Vec = std::array<double, 3>;
-
-constexpr double Pi = 3.14159265358979323846;
+using SurfelSplatting::Dot;
 
 inline Vec Minus(const Vec& a, const Vec& b)
 {
   return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
 }
-inline double Dot(const Vec& a, const Vec& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 inline double Length(const Vec& a)
 {
-  return std::sqrt(Dot(a, a));
-}
-
-/// Uniform numbers in [0, 1) that are the same everywhere (splitmix64).
-class Random
-{
-public:
-  explicit Random(std::uint64_t seed)
-    : State(seed)
-  {
-  }
-  double operator()()
-  {
-    std::uint64_t x = (this->State += 0x9e3779b97f4a7c15ull);
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
-  }
-
-private:
-  std::uint64_t State;
-};
-
-/// Points on a surface with the true outward normals.
-struct Sampled
-{
-  std::vector<Vec> Points;
-  std::vector<Vec> Normals;
-
-  void Add(const Vec& p, const Vec& n)
-  {
-    this->Points.push_back(p);
-    this->Normals.push_back(n);
-  }
-  void Append(const Sampled& other)
-  {
-    this->Points.insert(this->Points.end(), other.Points.begin(), other.Points.end());
-    this->Normals.insert(this->Normals.end(), other.Normals.begin(), other.Normals.end());
-  }
-  void Shift(const Vec& by)
-  {
-    for (Vec& p : this->Points)
-    {
-      p = { p[0] + by[0], p[1] + by[1], p[2] + by[2] };
-    }
-  }
-};
-
-/// Sphere about 0, `count` points spread evenly with some jitter (a stratified sample).
-inline Sampled MakeSphere(double radius, int count, Random random)
-{
-  Sampled result;
-  for (int i = 0; i < count; ++i)
-  {
-    const double z = 1.0 - 2.0 * (i + random()) / count;
-    const double angle = 2.39996322972865332 * i + 0.02 * random();
-    const double r = std::sqrt(1.0 - z * z);
-    const Vec n{ r * std::cos(angle), r * std::sin(angle), z };
-    result.Add({ radius * n[0], radius * n[1], radius * n[2] }, n);
-  }
-  return result;
-}
-
-/// Rectangle [0, a] x [0, b] spanned by two axes from a corner; jittered cells of side `pitch`.
-inline Sampled MakeRectangle(const Vec& corner, const Vec& u, double a, const Vec& v, double b,
-  double pitch, double jitter, Random random)
-{
-  const Vec n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  const int columns = static_cast<int>(std::lround(a / pitch));
-  const int rows = static_cast<int>(std::lround(b / pitch));
-  Sampled result;
-  for (int row = 0; row < rows; ++row)
-  {
-    for (int column = 0; column < columns; ++column)
-    {
-      const double x = a * (column + 0.5 + jitter * (random() - 0.5)) / columns;
-      const double y = b * (row + 0.5 + jitter * (random() - 0.5)) / rows;
-      result.Add({ corner[0] + x * u[0] + y * v[0], corner[1] + x * u[1] + y * v[1],
-                   corner[2] + x * u[2] + y * v[2] },
-        n);
-    }
-  }
-  return result;
-}
-
-/// Tube about the z axis from z = 0 to `length`, with caps if wanted.
-inline Sampled MakeTube(double radius, double length, double pitch, bool caps, Random random)
-{
-  Sampled result;
-  const int around = static_cast<int>(std::lround(2.0 * Pi * radius / pitch));
-  const int along = static_cast<int>(std::lround(length / pitch));
-  for (int i = 0; i < along; ++i)
-  {
-    for (int j = 0; j < around; ++j)
-    {
-      const double angle = 2.0 * Pi * (j + random()) / around;
-      const Vec n{ std::cos(angle), std::sin(angle), 0.0 };
-      result.Add({ radius * n[0], radius * n[1], length * (i + random()) / along }, n);
-    }
-  }
-  const int capCount = caps ? static_cast<int>(Pi * radius * radius / (pitch * pitch)) : 0;
-  for (const double side : { 0.0, 1.0 })
-  {
-    for (int i = 0; i < capCount; ++i)
-    {
-      const double r = radius * std::sqrt((i + random()) / capCount);
-      const double angle = 2.39996322972865332 * i;
-      result.Add({ r * std::cos(angle), r * std::sin(angle), side * length },
-        { 0.0, 0.0, 2.0 * side - 1.0 });
-    }
-  }
-  return result;
-}
-
-/// Closed box [0, a] x [0, b] x [0, c].
-inline Sampled MakeBox(double a, double b, double c, double pitch, Random random)
-{
-  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 }, z{ 0, 0, 1 };
-  const double jitter = 0.9;
-  Sampled box = MakeRectangle({ 0, 0, c }, x, a, y, b, pitch, jitter, random);
-  box.Append(MakeRectangle({ 0, 0, 0 }, y, b, x, a, pitch, jitter, random));
-  box.Append(MakeRectangle({ a, 0, 0 }, y, b, z, c, pitch, jitter, random));
-  box.Append(MakeRectangle({ 0, 0, 0 }, z, c, y, b, pitch, jitter, random));
-  box.Append(MakeRectangle({ 0, b, 0 }, z, c, x, a, pitch, jitter, random));
-  box.Append(MakeRectangle({ 0, 0, 0 }, x, a, z, c, pitch, jitter, random));
-  return box;
+  return SurfelSplatting::Norm(a);
 }
 
 inline vtkSmartPointer<vtkPolyData> ToPolyData(

@@ -86,7 +86,8 @@ void CompareWithPCL()
   const PointCloud::FieldCloud own = Read();
   pcl::PCLPointCloud2 expected;
   CHECK(pcl::PCDReader().read(Path, expected) == 0);
-  CHECK((own.Width == expected.width && own.Height == expected.height));
+  CHECK(own.Width == expected.width);
+  CHECK(own.Height == expected.height);
   std::size_t next = 0;
   for (const pcl::PCLPointField& field : expected.fields)
   {
@@ -97,7 +98,8 @@ void CompareWithPCL()
     CHECK(next < own.Fields.size());
     const PointCloud::Field& mine = own.Fields[next++];
     const std::size_t bytes = mine.Count * PointCloud::SizeOf(mine.Type);
-    CHECK((mine.Count == field.count && SizeOf(mine.Type) == pcl::getFieldSize(field.datatype)));
+    CHECK(mine.Count == field.count);
+    CHECK(SizeOf(mine.Type) == pcl::getFieldSize(field.datatype));
     bool same = true;
     for (std::size_t i = 0; i < std::size_t(own.Width) * own.Height; ++i)
     {

@@ -71,27 +71,31 @@ TEST_CASE("Arrays")
   filter->Update();
   vtkPolyData* nodes = filter->GetOutput();
   const vtkIdType leaves = filter->GetNumberOfLeaves();
-  CHECK((leaves == 3000 && nodes->GetNumberOfPoints() == leaves));
+  CHECK(leaves == 3000);
+  CHECK(nodes->GetNumberOfPoints() == leaves);
   CHECK(filter->GetNumberOfNodes() > 2 * leaves - 2);
   CHECK(filter->GetNumberOfNodes() < 2 * leaves + 40);
   CHECK(filter->GetNumberOfLevels() == 13);
-  CHECK((Surfels(nodes).HasArrays() && Surfels(nodes).IsFinite()));
+  CHECK(Surfels(nodes).HasArrays());
+  CHECK(Surfels(nodes).IsFinite());
   for (int i = 0; i < nodes->GetPointData()->GetNumberOfArrays(); ++i)
   {
     CHECK(nodes->GetPointData()->GetAbstractArray(i)->GetNumberOfTuples() == leaves);
   }
   vtkDataArray* packed = nodes->GetFieldData()->GetArray("SurfelNodes");
-  CHECK((packed && packed->GetNumberOfComponents() == 48 &&
-    packed->GetNumberOfTuples() == filter->GetNumberOfNodes() - leaves));
+  REQUIRE(packed);
+  CHECK(packed->GetNumberOfComponents() == 48);
+  CHECK(packed->GetNumberOfTuples() == filter->GetNumberOfNodes() - leaves);
   CHECK(nodes->GetPoints()->GetDataType() == VTK_FLOAT);
   // VTK's own filters see the surfels.
-  CHECK(
-    (nodes->GetNumberOfVerts() == 1 && nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves));
+  CHECK(nodes->GetNumberOfVerts() == 1);
+  CHECK(nodes->GetVerts()->GetNumberOfConnectivityIds() == leaves);
   // Surfels keep what they had, in another order.
   vtkDataArray* ids = nodes->GetPointData()->GetArray("ids");
   vtkDataArray* height = nodes->GetPointData()->GetArray("height");
   vtkDataArray* colors = nodes->GetPointData()->GetScalars();
-  CHECK((colors && std::string(colors->GetName()) == "RGB"));
+  REQUIRE(colors);
+  CHECK(std::string(colors->GetName()) == "RGB");
   CHECK(nodes->GetPointData()->GetPedigreeIds() == ids);
   for (vtkIdType i = 0; i < leaves; ++i)
   {
@@ -104,8 +108,8 @@ TEST_CASE("Arrays")
       height->GetTuple1(i), surfels->GetPointData()->GetArray("height")->GetTuple1(id), 0.0);
   }
   auto* names = vtkStringArray::SafeDownCast(nodes->GetPointData()->GetAbstractArray("names"));
-  CHECK((names &&
-    names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0)))));
+  REQUIRE(names);
+  CHECK(names->GetValue(0) == "surfel " + std::to_string(static_cast<int>(ids->GetTuple1(0))));
 }
 
 TEST_CASE("Origin and doubles")
@@ -152,23 +156,26 @@ TEST_CASE("Troubles")
   Messages messages(filter);
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(2)).Points));
   filter->Update();
-  CHECK((!messages.Errors.empty() &&
-    messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos);
 
   messages.Errors.clear();
   vtkNew<vtkSurfelHierarchy> first;
   first->SetInputData(SphereSurfels(100));
   filter->SetInputConnection(first->GetOutputPort());
   filter->Update();
-  CHECK((!messages.Errors.empty() && messages.Errors[0].find("already") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("already") != std::string::npos);
 
   messages.Errors.clear();
   vtkSmartPointer<vtkPolyData> faulty = SphereSurfels(100);
   faulty->GetPointData()->GetArray("SurfelCovariance")->SetComponent(3, 2, std::nan(""));
   filter->SetInputData(faulty);
   filter->Update();
-  CHECK((messages.Errors.empty() && messages.Warnings.size() == 1));
-  CHECK((filter->GetNumberOfInvalidSurfels() == 1 && filter->GetNumberOfLeaves() == 99));
+  CHECK(messages.Errors.empty());
+  CHECK(messages.Warnings.size() == 1);
+  CHECK(filter->GetNumberOfInvalidSurfels() == 1);
+  CHECK(filter->GetNumberOfLeaves() == 99);
 
   vtkSmartPointer<vtkPolyData> none = SphereSurfels(100);
   vtkNew<vtkPolyData> empty;
@@ -184,7 +191,8 @@ TEST_CASE("Troubles")
   }
   filter->SetInputData(empty);
   filter->Update();
-  CHECK((messages.Errors.empty() && filter->GetNumberOfNodes() == 0));
+  CHECK(messages.Errors.empty());
+  CHECK(filter->GetNumberOfNodes() == 0);
   CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
 }
 
@@ -214,7 +222,9 @@ TEST_CASE("Progress and abort")
   });
   filter->AddObserver(vtkCommand::ProgressEvent, command);
   filter->Update();
-  CHECK((watch.Events > 20 && !watch.Backwards && watch.Last == 1.0));
+  CHECK(watch.Events > 20);
+  CHECK(!watch.Backwards);
+  CHECK(watch.Last == 1.0);
   for (double at : { 0.01, 0.3, 0.6 })
   {
     watch = Watch();
@@ -252,8 +262,10 @@ TEST_CASE("Round trip")
     vtkDataArray* y = (ofNodes ? b->GetAttributesAsFieldData(vtkDataObject::FIELD)
                                : b->GetAttributesAsFieldData(vtkDataObject::POINT))
                         ->GetArray(name);
-    CHECK((x && y && x->GetNumberOfComponents() == y->GetNumberOfComponents() &&
-      x->GetNumberOfValues() == y->GetNumberOfValues()));
+    REQUIRE(x);
+    REQUIRE(y);
+    CHECK(x->GetNumberOfComponents() == y->GetNumberOfComponents());
+    CHECK(x->GetNumberOfValues() == y->GetNumberOfValues());
     for (vtkIdType i = 0; x && y && i < x->GetNumberOfTuples(); ++i)
     {
       for (int c = 0; c < x->GetNumberOfComponents(); ++c)

@@ -190,9 +190,7 @@ TEST_CASE("Cells of random points")
   Random random(22);
   for (int i = 0; i < 21000; ++i)
   {
-    const double z = 2.0 * random() - 1.0, angle = 2.0 * Pi * random();
-    const double r = std::sqrt(1.0 - z * z);
-    const Vec p{ r * std::cos(angle), r * std::sin(angle), z };
+    const Vec p = random.Direction();
     (i < 20000 ? sphere : probes).Add(p, p);
   }
   double deviation[2];
@@ -277,7 +275,8 @@ TEST_CASE("Radius mode")
   estimation->SetInputData(ToPolyData(plane.Points));
   estimation->SetNeighborhoodModeToRadius();
   estimation->Update();
-  CHECK((!messages.Errors.empty() && messages.Errors[0].find("Radius") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("Radius") != std::string::npos);
   CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
 
@@ -324,7 +323,8 @@ TEST_CASE("Given normals")
   estimation->Update();
   const Surfels surfels(estimation->GetOutput());
   CHECK(estimation->GetNumberOfInvalidNormals() == 2);
-  CHECK((messages.Warnings.size() == 1 && messages.Errors.empty()));
+  CHECK(messages.Warnings.size() == 1);
+  CHECK(messages.Errors.empty());
   CHECK(surfels.IsFinite());
   double worst = 0.0, worstKernel = 0.0;
   for (vtkIdType i = 0; i < surfels.Count(); ++i)

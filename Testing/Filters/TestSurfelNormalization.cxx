@@ -131,7 +131,8 @@ TEST_CASE("Settings")
   CHECK((filter->GetStandardDeviationAfter()) <= (filter->GetStandardDeviationBefore()));
   CHECK_NEAR(filter->GetTotalAreaAfter(), 4.0 * Pi, 0.15);
   CHECK(filter->GetNumberOfSamples() > 10000);
-  CHECK((filter->GetMinimumAfter() > 0.0 && filter->GetMaximumAfter() < 3.0));
+  CHECK(filter->GetMinimumAfter() > 0.0);
+  CHECK(filter->GetMaximumAfter() < 3.0);
   const double area = filter->GetTotalAreaAfter();
   filter->SetSupport(3.5);
   pipeline.Run();
@@ -163,8 +164,8 @@ TEST_CASE("Trouble")
   Messages messages(filter);
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(15)).Points));
   filter->Update();
-  CHECK(
-    (!messages.Errors.empty() && messages.Errors[0].find("SurfelAreaVector") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("SurfelAreaVector") != std::string::npos);
 
   Pipeline empty{ Sampled() };
   CHECK(empty.Run().Count() == 0);
@@ -192,7 +193,8 @@ TEST_CASE("Trouble")
   messages.Errors.clear();
   filter->SetInputData(faulty);
   filter->Update();
-  CHECK((messages.Errors.empty() && messages.Warnings.size() == 1));
+  CHECK(messages.Errors.empty());
+  CHECK(messages.Warnings.size() == 1);
   CHECK(filter->GetNumberOfUnusableSurfels() == 4);
   CHECK(filter->GetNumberOfDuplicateSurfels() == 1);
   CHECK_NEAR(filter->GetMeanAfter(), 1.0, 0.01);
@@ -220,7 +222,8 @@ TEST_CASE("Tiny surfels")
   filter->SetInputData(tiny);
   Messages messages(filter);
   filter->Update();
-  CHECK((filter->GetNumberOfUnusableSurfels() == 200 && messages.Errors.empty()));
+  CHECK(filter->GetNumberOfUnusableSurfels() == 200);
+  CHECK(messages.Errors.empty());
   vtkDataArray* before = tiny->GetPointData()->GetArray("SurfelAreaVector");
   vtkDataArray* after = filter->GetOutput()->GetPointData()->GetArray("SurfelAreaVector");
   for (vtkIdType i = 0; i < before->GetNumberOfTuples(); ++i)
@@ -243,7 +246,8 @@ TEST_CASE("Short arrays")
     messages.Errors.clear();
     filter->SetInputData(surfels);
     filter->Update();
-    CHECK((!messages.Errors.empty() && messages.Errors[0].find(name) != std::string::npos));
+    REQUIRE(!messages.Errors.empty());
+    CHECK(messages.Errors[0].find(name) != std::string::npos);
   }
 
   // Normals that are too few are no normals: they are estimated.

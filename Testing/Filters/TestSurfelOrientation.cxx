@@ -221,7 +221,8 @@ TEST_CASE("Modes")
   Messages messages(estimation);
   estimation->SetInputData(ToPolyData(sphere.Points));
   estimation->Update();
-  CHECK((!messages.Errors.empty() && messages.Errors[0].find("AS_GIVEN") != std::string::npos));
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("AS_GIVEN") != std::string::npos);
   CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 }
 }

@@ -23,10 +23,7 @@ namespace
 {
 Sampled MakeScene()
 {
-  Sampled scene = MakeSphere(1.0, 12000, Random(1));
-  scene.Append(
-    MakeRectangle({ -2, -2, -1.1 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 4, 0.04, 1.0, Random(2)));
-  return scene;
+  return MakeBallAndWall(12000, -1.1, 0.04);
 }
 
 vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data, int kernelMode = vtkSurfelEstimation::CELL)
@@ -112,7 +109,8 @@ TEST_CASE("Passing")
   const auto result = Process(data, vtkSurfelEstimation::CIRCULAR); // leaves points in place
   vtkPointData* arrays = result->GetPointData();
   CHECK(result->GetNumberOfPoints() == count - 2);
-  CHECK((arrays->GetScalars() && arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR));
+  REQUIRE(arrays->GetScalars());
+  CHECK(arrays->GetScalars()->GetDataType() == VTK_UNSIGNED_CHAR);
   CHECK(result->GetFieldData()->GetArray("Note") != nullptr);
   CHECK(result->GetNumberOfVerts() == 1);
   auto* resultNames = vtkStringArray::SafeDownCast(arrays->GetAbstractArray("Name"));

@@ -21,10 +21,7 @@ namespace
 /// A ball that is closed, a wall that is not, and a few points that are dropped.
 std::vector<Vec> MakePoints()
 {
-  Sampled scene = MakeSphere(1.0, 12000, Random(1));
-  scene.Append(
-    MakeRectangle({ -2, -2, -1.5 }, { 1, 0, 0 }, 4, { 0, 1, 0 }, 4, 0.06, 1.0, Random(2)));
-  std::vector<Vec> points = scene.Points;
+  std::vector<Vec> points = MakeBallAndWall(12000, -1.5, 0.06).Points;
   points[5] = points[11000]; // the later one is dropped
   points[77][1] = std::numeric_limits<double>::quiet_NaN();
   return points;

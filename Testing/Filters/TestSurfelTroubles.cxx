@@ -29,7 +29,8 @@ public:
     const Surfels surfels = this->Result();
     CHECK(surfels.HasArrays());
     CHECK(surfels.IsFinite());
-    CHECK((this->Said.Errors.empty() && this->SaidLater.Errors.empty()));
+    CHECK(this->Said.Errors.empty());
+    CHECK(this->SaidLater.Errors.empty());
     CHECK(this->Said.Warnings.size() <= 1);
     double least = 1.0;
     for (vtkIdType i = 0; i < surfels.Count(); ++i)
@@ -72,7 +73,8 @@ TEST_CASE("Few")
     CHECK(few.Result().Count() == static_cast<vtkIdType>(count));
     CHECK(few.Estimation->GetNumberOfTwoSidedSurfels() == static_cast<vtkIdType>(count));
     const double area = few.Result().TotalArea() / count;
-    CHECK((area > 0.01 && area < 10.0));
+    CHECK(area > 0.01);
+    CHECK(area < 10.0);
     CHECK((few.Estimation->GetNumberOfDegeneratePoints() > 0) == (count <= 3));
   }
   Run three({ points[0], points[1], points[2] });
@@ -94,7 +96,8 @@ TEST_CASE("Bad points")
   CHECK(run.Result().Count() == 4995);
   CHECK(run.Said.Warnings.size() == 1);
   const std::string said = run.Said.Warnings.empty() ? "" : run.Said.Warnings[0];
-  CHECK((said.find("3 points") != std::string::npos && said.find("2 dup") != std::string::npos));
+  CHECK(said.find("3 points") != std::string::npos);
+  CHECK(said.find("2 dup") != std::string::npos);
   CHECK(run.Estimation->GetNumberOfTwoSidedSurfels() == 0);
 }
 

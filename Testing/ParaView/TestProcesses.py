@@ -16,7 +16,8 @@ from paraview.vtk.vtkIOXML import vtkXMLPolyDataWriter
 from paraview.numpy_support import numpy_to_vtk, vtk_to_numpy
 from paraview.vtk.vtkCommonCore import vtkPoints
 
-from plugincase import run
+from measures import psnr
+from plugincase import run, sphere
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FOLDER = os.path.join(os.environ["FOLDER"], "processes")
@@ -28,13 +29,6 @@ MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
 ENVIRONMENT = {**{name: value for name, value in os.environ.items()
                   if not name.startswith(("OMPI_", "PMIX_"))}, **MPI}
 LEAST_PSNR = 45.0  # dB; each rank has a hierarchy of its own
-
-
-def sphere(count, center, radius):
-    i = np.arange(count)
-    z = 1 - (2 * i + 1) / count
-    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
-    return np.stack([r * np.cos(t), r * np.sin(t), z], 1) * radius + center
 
 
 def write_pieces(name, pieces):
@@ -99,11 +93,10 @@ class Processes(unittest.TestCase):
         for name in names:
             expected, found = read(f"{serial}/{name}"), read(f"{folder}/{name}")
             self.assertGreater(expected.std(), 20, name)
-            error = ((found - expected) ** 2).mean()
-            psnr = 10 * np.log10(255 ** 2 / max(error, 1e-9))
-            print(f"{os.path.basename(folder)} {name}: {psnr:.1f} dB, "
+            value = psnr(found, expected, 255)
+            print(f"{os.path.basename(folder)} {name}: {value:.1f} dB, "
                   f"{np.abs(found - expected).max():.0f} at most", flush=True)
-            self.assertGreater(psnr, LEAST_PSNR, name)
+            self.assertGreater(value, LEAST_PSNR, name)
 
     def test_two_ranks(self):
         folder = f"{FOLDER}/ranks"

@@ -8,8 +8,8 @@ import json
 import os
 import sys
 
-import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, the implementation of rendering
+from measures import psnr
 from surfelsplatting import (vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy,
                              vtkSurfelMapper, vtkSurfelNormalization, vtkSurfelSplattingPass)
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -81,8 +81,7 @@ def compare(scans, picture):
     reader = vtkPNGReader()
     reader.SetFileName(picture)
     reader.Update()
-    error = ((pixels(reader.GetOutput()) - pixels(plain)) ** 2).mean()
-    return 10 * np.log10(255 ** 2 / max(error, 1e-9))
+    return psnr(pixels(reader.GetOutput()), pixels(plain), 255)
 
 
 def main():
@@ -92,9 +91,9 @@ def main():
 
 
 def compare_and_tell(scans, picture):
-    psnr = compare(scans, picture)
-    print(f"{os.path.basename(picture)} against plain VTK: {psnr:.1f} dB", flush=True)
-    return psnr
+    value = compare(scans, picture)
+    print(f"{os.path.basename(picture)} against plain VTK: {value:.1f} dB", flush=True)
+    return value
 
 
 if __name__ == "__main__":

@@ -13,20 +13,26 @@ from paraview.vtk.vtkCommonDataModel import vtkPolyData
 from paraview.vtk.vtkIOImage import vtkPNGReader
 from paraview.vtk.vtkIOLegacy import vtkPolyDataWriter
 
+from views import SIZE, plain_view, show_splats
+
 simple.LoadPlugin(os.environ["PLUGIN"], remote=False, ns=simple.__dict__)
 simple._DisableFirstRenderCameraReset()
-SIZE = 300
 FOCAL_LENGTH = SIZE / 2 / np.tan(np.radians(15))  # px
+
+
+def sphere(count, center, radius=1.0):
+    """-> [count, 3] Fibonacci points"""
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
+    return np.stack([r * np.cos(t), r * np.sin(t), z], 1) * radius + center
 
 
 def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
     """Points alone, with their height as a scalar."""
-    i = np.arange(count)
-    z = 1 - (2 * i + 1) / count
-    r, t = np.sqrt(1 - z * z), i * np.pi * (3 - np.sqrt(5))
     data, points, height = vtkPolyData(), vtkPoints(), vtkFloatArray()
     height.SetName("height")
-    for p in np.stack([r * np.cos(t), r * np.sin(t), z], 1) + center:
+    for p in sphere(count, center):
         points.InsertNextPoint(p)
         height.InsertNextValue(p[2])
     data.SetPoints(points)
@@ -38,15 +44,7 @@ def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
 
 
 def make_view(kind):
-    view = simple.CreateView(kind)
-    view.ViewSize = [SIZE, SIZE]
-    view.UseColorPaletteForBackground = 0
-    view.Background = [0.0, 0.0, 0.0]
-    view.OrientationAxesVisibility = 0
-    view.UseFXAA = 0
-    view.CameraPosition = [0, 0, 5]
-    view.CameraFocalPoint = [0, 0, 0]
-    view.CameraViewUp = [0, 1, 0]
+    view = plain_view(kind, [0.0, 0.0, 0.0], [0, 0, 5])
     view.CameraFocalDisk = 0.0
     return view
 
@@ -75,11 +73,7 @@ class PluginCase(unittest.TestCase):
         simple.ResetSession()
 
     def show(self, source):
-        display = simple.Show(source, self.view)
-        display.Representation = "Surfel Splats"
-        display.ColorArrayName = ["POINTS", ""]
-        display.AmbientColor = display.DiffuseColor = [1.0, 1.0, 1.0]
-        return display
+        return show_splats(source, self.view)
 
 
 def run(*cases):

@@ -8,7 +8,8 @@ import time
 
 from paraview import simple
 
-SIZE = 300
+from views import plain_view, show_splats
+
 FOLDER = sys.argv[1]
 DATA = os.environ["DATA"]
 CIRCLES_OF_CONFUSION = (0, 4, 12, 36)
@@ -37,15 +38,7 @@ def start():
 
 
 def make_view(kind):
-    view = simple.CreateView(kind)
-    view.ViewSize = [SIZE, SIZE]
-    view.UseColorPaletteForBackground = 0
-    view.Background = [0.1, 0.2, 0.3]
-    view.OrientationAxesVisibility = 0
-    view.UseFXAA = 0
-    view.CameraPosition = [0.5, 0.4, 6]
-    view.CameraFocalPoint = [0, 0, 0]
-    view.CameraViewUp = [0, 1, 0]
+    view = plain_view(kind, [0.1, 0.2, 0.3], [0.5, 0.4, 6])
     view.CameraFocalDistance = 5.8
     view.RemoteRenderThreshold = float(os.environ.get("THRESHOLD", "0"))
     return view
@@ -59,11 +52,7 @@ class Scene:
         for name, color in (("near", [1, 0.8, 0.6]), ("wall", [0.5, 0.9, 0.6]),
                             ("far", [1, 1, 1])):
             source = simple.XMLPartitionedPolydataReader(FileName=[f"{DATA}/{name}.pvtp"])
-            display = simple.Show(source, self.view)
-            display.Representation = "Surfel Splats"
-            display.ColorArrayName = ["POINTS", ""]
-            display.DiffuseColor = display.AmbientColor = color
-            self.displays[name] = display
+            self.displays[name] = show_splats(source, self.view, color)
 
     def see_through(self, radius):
         """A lens of this circle of confusion, px."""

@@ -55,7 +55,8 @@ copy_sources() {
   rm -rf "$debian/source" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
   (cd "$root" && tar -cf - CMakeLists.txt Core Examples/ParaView Filters Parallel Plugins \
-    Rendering Testing/ParaView Utilities) | tar -xf - -C "$debian/source"
+    Rendering Testing/Benchmarks/measures.py Testing/ParaView Utilities) |
+    tar -xf - -C "$debian/source"
   if [ -d "$scans" ]; then
     cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"
   else
@@ -78,6 +79,7 @@ run_tests() {
     echo "== $test"
     inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
       SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
+      PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks \
       xvfb-run -n 170 -a "${screen[@]}" pvpython "/source/Testing/ParaView/$test" ||
       failed+=("$test")
   done
@@ -90,7 +92,7 @@ compare_with_plain_vtk() {
     echo "SKIPPED, not compared with plain VTK: the project is not built in $root/build" >&2
     return
   fi
-  PYTHONPATH=$package xvfb-run -a "${screen[@]}" /usr/bin/python3 \
+  PYTHONPATH=$package:$root/Testing/Benchmarks xvfb-run -a "${screen[@]}" /usr/bin/python3 \
     "$root/Testing/ParaView/plainvtk.py" "$scans" "$debian"/results/scans/*.{ply,pcd}.png
 }
 

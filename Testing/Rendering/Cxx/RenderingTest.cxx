@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RenderingTest.h"
+#include "Testing/Shared/SampledSurfaces.h"
 
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
@@ -23,6 +24,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
@@ -98,14 +100,10 @@ void SurfelBuilder::Add(const Vector& position, const Vector& n, double s, doubl
 void SurfelBuilder::AddSphere(const Vector& center, double radius, int count)
 {
   const double area = 4.0 * vtkMath::Pi() * radius * radius / count;
+  const SurfelTesting::Sampled sphere = SurfelTesting::FibonacciSphere(center, radius, count);
   for (int i = 0; i < count; ++i)
   {
-    const double z = 1.0 - (2.0 * i + 1.0) / count;
-    const double r = std::sqrt(1.0 - z * z);
-    const double angle = i * vtkMath::Pi() * (3.0 - std::sqrt(5.0));
-    const Vector n{ r * std::cos(angle), r * std::sin(angle), z };
-    this->Add({ center[0] + radius * n[0], center[1] + radius * n[1], center[2] + radius * n[2] },
-      n, 0.5 * std::sqrt(area), area);
+    this->Add(sphere.Points[i], sphere.Normals[i], 0.5 * std::sqrt(area), area);
   }
 }
 
@@ -235,6 +233,42 @@ vtkSmartPointer<vtkImageData> Grab(vtkRenderWindow* window)
   return picture;
 }
 
+vtkSmartPointer<vtkImageData> RenderPoster(vtkRenderWindow* window)
+{
+  window->Render();
+  vtkNew<vtkWindowToImageFilter> poster;
+  poster->SetInput(window);
+  poster->SetScale(2);
+  poster->ReadFrontBufferOff();
+  poster->FixBoundaryOff();
+  poster->Update();
+  return poster->GetOutput();
+}
+
+EyePictures::EyePictures(int eye, vtkCamera* camera, int cells)
+{
+  Scene scene(120, 90);
+  scene.Window->SetStereoType(eye);
+  scene.Window->StereoRenderOn();
+  scene.Pass->GetSplatter()->SetLensCells(cells);
+  SurfelBuilder builder;
+  builder.AddGrid({ -0.615, -0.41, 0.8 }, { 0.02, 0, 0 }, { 0, 0.02, 0 }, 60, 40);
+  vtkSmartPointer<vtkActor> surfels = SurfelActor(builder.Data);
+  vtkSmartPointer<vtkActor> mesh =
+    QuadActor({ -0.615, -0.41, 0.8 }, { 1.2, 0, 0 }, { 0, 0.8, 0 }, { 1, 1, 1 });
+  scene.Renderer->AddActor(surfels);
+  scene.Renderer->AddActor(mesh);
+  camera->SetEyeAngle(6.0);
+  scene.See(camera);
+  mesh->VisibilityOff();
+  this->Splats = scene.Render();
+  mesh->VisibilityOn();
+  surfels->VisibilityOff();
+  this->Polygons = scene.Render();
+  camera->SetEyeAngle(0.0);
+  this->Mono = scene.Render();
+}
+
 double At(vtkImageData* picture, int x, int y, int c)
 {
   return picture->GetScalarComponentAsDouble(x, y, 0, c);
@@ -275,6 +309,22 @@ Difference Compare(vtkImageData* a, vtkImageData* b)
   }
   difference.Mean /= static_cast<double>(first->GetNumberOfTuples()) * components;
   return difference;
+}
+
+int CountDifferent(vtkImageData* a, vtkImageData* b, int c, double tolerance)
+{
+  const int* size = a->GetDimensions();
+  if (!std::equal(size, size + 3, b->GetDimensions()))
+  {
+    return std::numeric_limits<int>::max();
+  }
+  int count = 0;
+  for (int i = 0; i < size[0] * size[1]; ++i)
+  {
+    const int x = i % size[0], y = i / size[0];
+    count += std::abs(At(a, x, y, c) - At(b, x, y, c)) > tolerance;
+  }
+  return count;
 }
 
 vtkSmartPointer<vtkImageData> Crop(vtkImageData* picture, int x, int y, int width, int height)

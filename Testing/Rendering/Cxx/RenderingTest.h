@@ -97,6 +97,19 @@ struct Scene
 /// RGB of the window as it is.
 vtkSmartPointer<vtkImageData> Grab(vtkRenderWindow* window);
 
+/// The window's picture at twice its size, of four tiles. Renders the window once before.
+vtkSmartPointer<vtkImageData> RenderPoster(vtkRenderWindow* window);
+
+/// A rectangle of surfels and the same rectangle as a mesh, seen by one eye; 120 x 90 px.
+struct EyePictures
+{
+  /// @param eye VTK_STEREO_LEFT or VTK_STEREO_RIGHT; both are 6 degrees apart
+  EyePictures(int eye, vtkCamera* camera, int cells = 1);
+
+  vtkSmartPointer<vtkImageData> Splats, Polygons;
+  vtkSmartPointer<vtkImageData> Mono; ///< of the mesh, by eyes in one place
+};
+
 /// Component c of the pixel, on the picture's own scale.
 double At(vtkImageData* picture, int x, int y, int c);
 
@@ -110,6 +123,10 @@ struct Difference
   double Mean = 0.0;
 };
 Difference Compare(vtkImageData* a, vtkImageData* b);
+
+/// Number of pixels whose component c differs by more than a tolerance; INT_MAX if the pictures'
+/// sizes differ.
+int CountDifferent(vtkImageData* a, vtkImageData* b, int c, double tolerance);
 
 /// Part of a picture.
 vtkSmartPointer<vtkImageData> Crop(vtkImageData* picture, int x, int y, int width, int height);

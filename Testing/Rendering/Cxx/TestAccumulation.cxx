@@ -87,7 +87,8 @@ TEST_CASE_FIXTURE(NoMessages, "Mesh edge")
   vtkSmartPointer<vtkCamera> camera = LensCamera(0.8, 3.0);
   scene.See(camera);
   const double confusion = FocalLength(Height) * 0.4 * (1.0 / 3.0 - 1.0 / 6.0);
-  CHECK((confusion > 10.0 && confusion < 30.0));
+  CHECK(confusion > 10.0);
+  CHECK(confusion < 30.0);
   vtkSmartPointer<vtkImageData> picture = scene.Render();
   for (int x = 0; x < Width; ++x)
   {
@@ -226,7 +227,8 @@ TEST_CASE_FIXTURE(NoMessages, "Depth and size")
     scene.Render();
     const float left = scene.Renderer->GetZ(width / 2 - 20, 45);
     const float right = scene.Renderer->GetZ(width / 2 + 20, 45);
-    CHECK((left > 0.0f && left < 1.0f));
+    CHECK(left > 0.0f);
+    CHECK(left < 1.0f);
     CHECK(right == 1.0f);
   }
   scene.Window->Finalize();

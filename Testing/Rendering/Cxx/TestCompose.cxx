@@ -262,13 +262,15 @@ TEST_CASE_FIXTURE(NoMessages, "Hardware selection")
     selector->SetFieldAssociation(vtkDataObject::FIELD_ASSOCIATION_POINTS);
     vtkSmartPointer<vtkSelection> selection;
     selection.TakeReference(selector->Select());
-    CHECK((selection && selection->GetNumberOfNodes() == 1));
+    REQUIRE(selection);
+    CHECK(selection->GetNumberOfNodes() == 1);
     if (selection && selection->GetNumberOfNodes() == 1)
     {
       vtkSelectionNode* node = selection->GetNode(0);
       CHECK(node->GetProperties()->Get(vtkSelectionNode::PROP()) == sphere);
       vtkDataArray* ids = vtkDataArray::SafeDownCast(node->GetSelectionList());
-      CHECK((ids && ids->GetNumberOfTuples() > 0));
+      REQUIRE(ids);
+      CHECK(ids->GetNumberOfTuples() > 0);
       vtkPolyData* surfels = vtkSurfelMapper::SafeDownCast(sphere->GetMapper())->GetInput();
       for (vtkIdType i = 0; ids && i < ids->GetNumberOfTuples(); ++i)
       {

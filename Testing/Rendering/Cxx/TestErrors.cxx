@@ -179,7 +179,8 @@ TEST_CASE_FIXTURE(NoMessages, "Image renderer settings")
   Contains(TakeMessages(), "0 x 0");
   renderer->SetSize(70000, 5);
   Contains(TakeMessages(), "70000 x 5");
-  CHECK((renderer->GetSize()[0] == 512 && renderer->GetSize()[1] == 512));
+  CHECK(renderer->GetSize()[0] == 512);
+  CHECK(renderer->GetSize()[1] == 512);
   renderer->SetSize(1, 1);
   renderer->Update();
   CHECK(renderer->GetOutput()->GetNumberOfPoints() == 1);

@@ -76,19 +76,25 @@ TEST_CASE_FIXTURE(NoMessages, "Runs without a display")
   renderer->Update();
   vtkImageData* picture = renderer->GetOutput();
   const int* extent = picture->GetExtent();
-  CHECK(
-    (extent[0] == 0 && extent[1] == 119 && extent[2] == 0 && extent[3] == 89 && extent[5] == 0));
-  CHECK((picture->GetScalarType() == VTK_FLOAT && picture->GetNumberOfScalarComponents() == 4));
+  CHECK(extent[0] == 0);
+  CHECK(extent[1] == 119);
+  CHECK(extent[2] == 0);
+  CHECK(extent[3] == 89);
+  CHECK(extent[5] == 0);
+  CHECK(picture->GetScalarType() == VTK_FLOAT);
+  CHECK(picture->GetNumberOfScalarComponents() == 4);
   CHECK(std::string(picture->GetPointData()->GetScalars()->GetName()) == "Color");
   CHECK(picture->GetPointData()->GetArray("Depth") != nullptr);
   vtkInformation* information = renderer->GetOutputInformation(0);
   const int* whole = information->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT());
-  CHECK((whole[1] == 119 && whole[3] == 89));
+  CHECK(whole[1] == 119);
+  CHECK(whole[3] == 89);
   CHECK(At(picture, 60, 45, 3) > 0.97);
   // Distance along the view direction to the sphere's front; a pixel from the axis it curves by
   // 1e-4.
   CHECK_NEAR(Values(picture, "Depth")[45 * 120 + 60], 4.0, 0.01);
-  CHECK((At(picture, 2, 2, 3) == 0.0 && Values(picture, "Depth")[0] == 0.0f));
+  CHECK(At(picture, 2, 2, 3) == 0.0);
+  CHECK(Values(picture, "Depth")[0] == 0.0f);
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Executes when something changed")
@@ -290,7 +296,8 @@ TEST_CASE_FIXTURE(NoMessages, "File round trip")
     renderer->Update();
     pictures[i] = Values(renderer->GetOutput(), "Color");
   }
-  CHECK((pictures[0].size() == 60 * 60 * 4 && pictures[0] == pictures[1]));
+  CHECK(pictures[0].size() == 60 * 60 * 4);
+  CHECK(pictures[0] == pictures[1]);
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Clipping range")
@@ -305,7 +312,8 @@ TEST_CASE_FIXTURE(NoMessages, "Clipping range")
   renderer->SetSize(60, 60);
   renderer->Update();
   CHECK(At(renderer->GetOutput(), 30, 30, 3) > 0.97);
-  CHECK((camera->GetClippingRange()[0] == 4.5 && camera->GetClippingRange()[1] == 4.6));
+  CHECK(camera->GetClippingRange()[0] == 4.5);
+  CHECK(camera->GetClippingRange()[1] == 4.6);
   renderer->AutomaticClippingRangeOff();
   renderer->Update();
   CHECK(At(renderer->GetOutput(), 30, 30, 3) < 0.01);

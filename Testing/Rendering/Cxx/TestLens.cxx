@@ -199,7 +199,8 @@ TEST_CASE_FIXTURE(NoMessages, "Setters keep their ranges")
 {
   vtkNew<vtkSurfelSplatter> splatter;
   CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CAMERA);
-  CHECK((splatter->GetCutoff() == 2.5 && splatter->GetPrefilter() == 1.0));
+  CHECK(splatter->GetCutoff() == 2.5);
+  CHECK(splatter->GetPrefilter() == 1.0);
   CHECK(splatter->GetCircleOfConfusion() == 8.0);
   splatter->SetLensMode(7);
   CHECK(splatter->GetLensMode() == vtkSurfelSplatter::LENS_CIRCLE_OF_CONFUSION);

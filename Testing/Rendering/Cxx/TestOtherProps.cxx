@@ -21,7 +21,6 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTransform.h>
-#include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
@@ -83,30 +82,11 @@ TEST_CASE_FIXTURE(NoMessages, "Stereo")
   {
     for (const int cells : CellCounts)
     {
-      Scene scene(120, 90);
-      scene.Window->SetStereoType(eye);
-      scene.Window->StereoRenderOn();
-      scene.Pass->GetSplatter()->SetLensCells(cells);
-      SurfelBuilder builder;
-      builder.AddGrid({ -0.615, -0.41, 0.8 }, { 0.02, 0, 0 }, { 0, 0.02, 0 }, 60, 40);
-      vtkSmartPointer<vtkActor> surfels = SurfelActor(builder.Data);
-      vtkSmartPointer<vtkActor> mesh =
-        QuadActor({ -0.615, -0.41, 0.8 }, { 1.2, 0, 0 }, { 0, 0.8, 0 }, { 1, 1, 1 });
-      scene.Renderer->AddActor(surfels);
-      scene.Renderer->AddActor(mesh);
-      vtkSmartPointer<vtkCamera> camera = LensCamera(4.0, 2.2);
-      camera->SetEyeAngle(6.0);
-      scene.See(camera);
-      mesh->VisibilityOff();
-      vtkSmartPointer<vtkImageData> splats = scene.Render();
-      mesh->VisibilityOn();
-      surfels->VisibilityOff();
-      vtkSmartPointer<vtkImageData> polygons = scene.Render();
-      camera->SetEyeAngle(0.0);
-      CHECK(Compare(scene.Render(), polygons).Mean > 1.0); // the eyes do differ
+      const EyePictures pictures(eye, LensCamera(4.0, 2.2), cells);
+      CHECK(Compare(pictures.Mono, pictures.Polygons).Mean > 1.0); // the eyes do differ
       // The mesh's edges, 200 px of them, are up to half a pixel elsewhere; 10800 px in all.
-      CHECK_NEAR(Compare(splats, polygons).Mean, 0.0, 2.4);
-      CHECK_NEAR(Compare(splats, polygons).Max, 0.0, 40.0);
+      CHECK_NEAR(Compare(pictures.Splats, pictures.Polygons).Mean, 0.0, 2.4);
+      CHECK_NEAR(Compare(pictures.Splats, pictures.Polygons).Max, 0.0, 40.0);
     }
   }
 }
@@ -191,21 +171,10 @@ TEST_CASE_FIXTURE(NoMessages, "Poster")
       s->See(LensCamera(6.0, 5.0));
       s->Pass->GetSplatter()->SetLensCells(cells);
     }
-    scene.Window->Render();
-    vtkNew<vtkWindowToImageFilter> poster;
-    poster->SetInput(scene.Window);
-    poster->SetScale(2);
-    poster->ReadFrontBufferOff();
-    poster->FixBoundaryOff();
-    poster->Update();
+    vtkSmartPointer<vtkImageData> poster = RenderPoster(scene.Window);
     vtkSmartPointer<vtkImageData> picture = large.Render();
-    int different = 0;
-    for (int i = 0; i < 160 * 120; ++i)
-    {
-      different += std::abs(At(picture, i % 160, i / 160, 1) -
-                     At(poster->GetOutput(), i % 160, i / 160, 1)) > 2.0;
-    }
-    CHECK(different <= 20); // a mesh's edge may cover a pixel more in one of the two
+    // A mesh's edge may cover a pixel more in one of the two.
+    CHECK(CountDifferent(poster, picture, 1, 2.0) <= 20);
   }
 }
 

@@ -200,7 +200,8 @@ TEST_CASE_FIXTURE(NoMessages, "Mesh intersects where depths cross")
       ++boundary;
     }
     CHECK_NEAR(boundary, 100, 1.0);
-    CHECK((At(picture, 60, y, 1) > 250 && At(picture, 130, y, 1) < 1));
+    CHECK(At(picture, 60, y, 1) > 250);
+    CHECK(At(picture, 130, y, 1) < 1);
   }
 }
 
@@ -320,8 +321,9 @@ TEST_CASE_FIXTURE(NoMessages, "Text and overlay on top")
       changed += At(after, x, y, 0) != At(before, x, y, 0);
     }
   }
-  CHECK(yellow > 300);                                 // the strokes of four letters 30 px high
-  CHECK((changed > yellow / 2 && changed < 120 * 40)); // the text's rows only
+  CHECK(yellow > 300); // the strokes of four letters 30 px high
+  CHECK(changed > yellow / 2);
+  CHECK(changed < 120 * 40); // the text's rows only
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Axes and image and volume")
@@ -375,7 +377,8 @@ TEST_CASE_FIXTURE(NoMessages, "Axes and image and volume")
   CHECK(Compare(scene.Render(), alone).Max <= OneLevel);
   block->SetOrigin(-0.4, -0.4, 0.1); // in front: red
   vtkSmartPointer<vtkImageData> withVolume = scene.Render();
-  CHECK((At(withVolume, 60, 60, 0) > 250 && At(withVolume, 60, 60, 1) < 5));
+  CHECK(At(withVolume, 60, 60, 0) > 250);
+  CHECK(At(withVolume, 60, 60, 1) < 5);
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Assembly and user matrix")

@@ -138,7 +138,8 @@ TEST_CASE_FIXTURE(NoMessages, "A change anywhere is a new picture")
     reused[rank] -= renderer->GetSplatter()->GetNumberOfReusedFrames();
   });
   CHECK(Compare(first, second).Max > 0.1);
-  CHECK((reused[0] == 0 && reused[1] == 0));
+  CHECK(reused[0] == 0);
+  CHECK(reused[1] == 0);
 }
 
 TEST_CASE_FIXTURE(NoMessages, "What is not made is said")

@@ -107,7 +107,8 @@ private:
     GLint source = 0, destination = 0;
     glGetIntegerv(GL_BLEND_SRC_RGB, &source);
     glGetIntegerv(GL_BLEND_DST_RGB, &destination);
-    CHECK((blend[0] == source && blend[1] == destination));
+    CHECK(blend[0] == source);
+    CHECK(blend[1] == destination);
   }
 };
 vtkStandardNewMacro(WatchingPass);
