@@ -6,6 +6,7 @@
  * Splats of one surface overlap in depth. A layer is the union of overlapping z-ranges at one
  * pixel. Its sums are normalised only when it is resolved, so layers of tiles, of other props'
  * pixels and of other processes can be joined in any order, by the one rule below (Join).
+ * The raster applies the rule to splats in LayerMerging.h.
  *
  *       near ------ splat 1 ------ far
  *                 near --- splat 2 --- far             near - splat 3 - far
