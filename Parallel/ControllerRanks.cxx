@@ -15,7 +15,7 @@ namespace
 constexpr int SizeTag = 52601, DataTag = 52602;
 
 /// MPI counts are ints.
-constexpr std::size_t LargestPiece = std::size_t{ 1 } << 29;
+constexpr std::size_t MaxPiece = std::size_t{ 1 } << 29;
 
 /// Throws if a message has failed: the ranks are then at different places and cannot go on
 /// together.
@@ -44,9 +44,9 @@ void ControllerRanks::Send(const Message& message, int to)
   const std::uint64_t size = message.size();
   Check(this->Controller->Send(
     reinterpret_cast<const unsigned char*>(&size), vtkIdType{ sizeof(size) }, to, SizeTag));
-  for (std::size_t at = 0; at < message.size(); at += LargestPiece)
+  for (std::size_t at = 0; at < message.size(); at += MaxPiece)
   {
-    const std::size_t piece = std::min(LargestPiece, message.size() - at);
+    const std::size_t piece = std::min(MaxPiece, message.size() - at);
     Check(this->Controller->Send(message.data() + at, static_cast<vtkIdType>(piece), to, DataTag));
   }
 }
@@ -57,9 +57,9 @@ void ControllerRanks::Receive(Message& message, int from)
   Check(this->Controller->Receive(
     reinterpret_cast<unsigned char*>(&size), vtkIdType{ sizeof(size) }, from, SizeTag));
   message.resize(static_cast<std::size_t>(size));
-  for (std::size_t at = 0; at < message.size(); at += LargestPiece)
+  for (std::size_t at = 0; at < message.size(); at += MaxPiece)
   {
-    const std::size_t piece = std::min(LargestPiece, message.size() - at);
+    const std::size_t piece = std::min(MaxPiece, message.size() - at);
     Check(
       this->Controller->Receive(message.data() + at, static_cast<vtkIdType>(piece), from, DataTag));
   }

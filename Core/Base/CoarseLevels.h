@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The levels of coarse grids (CoarseGrid.h): cells of 2^level px.
+ * Levels of coarse grids (CoarseGrid.h). The cells of a level are 2^level px wide.
  */
 #pragma once
 
@@ -13,8 +13,8 @@ constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
 constexpr double CoarseCellsPerDeviation = 1.5;
 
-/// Cell size, px, of the coarsest level that can hold a splat of this smallest variance (px^2); 1:
-/// the picture itself.
+/// Cell size, px, of the coarsest level that can represent a splat whose smallest variance is
+/// smallestVariance (px^2). 1: the picture itself.
 template <class Real>
 SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
 {
@@ -27,7 +27,7 @@ SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
   return cell;
 }
 
-/// The level whose cells have so many px; 0: the picture.
+/// The level with this cell size, px; 0: the picture.
 SURFELSPLATTING_INLINE int LevelOfCell(int cell)
 {
   int level = 0;
@@ -38,14 +38,14 @@ SURFELSPLATTING_INLINE int LevelOfCell(int cell)
   return level;
 }
 
-/// Number of cells of d px along so many pixels: one for each d px and one more, so that every
-/// pixel lies between two.
+/// Number of cells along a side of the picture: one for every cell size of pixels and one more, so
+/// that every pixel lies between two cells.
 SURFELSPLATTING_INLINE int CoarseSize(int pixels, int cell)
 {
   return (pixels + cell - 1) / cell + 1;
 }
 
-/// Cell i is centred at i d px of the picture and at i + 1/2 of the coarse raster, so that the 2d
-/// px of its tent begin and end at blocks of pixels (RasterTarget.h) as often as possible.
+/// Cell i, of d px, is centred at i d px in the picture and at i + 1/2 in the coarse raster. The 2d
+/// px of its tent then begin and end at blocks of pixels (RasterTarget.h) as often as possible.
 constexpr double CoarseOrigin = 0.5;
 }

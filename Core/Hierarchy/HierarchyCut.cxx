@@ -216,7 +216,7 @@ private:
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
     run.Wide = CoarseCell(this->Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
-    // Nodes may be blurred by as much as they are wide (SetupConstants.h, LeastNodeBlur).
+    // Nodes may be blurred by as much as they are wide (SetupConstants.h, MinNodeBlur).
     const double margin = this->SupportRadius *
         (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
       1.0;

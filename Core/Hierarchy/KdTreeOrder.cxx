@@ -14,7 +14,7 @@ constexpr std::size_t Grain = 4096;
 
 /// Nodes of up to so many leaves are split by normals if their coherence is below this value. Both
 /// were measured on ray-traced scenes.
-constexpr std::size_t LargestFold = 256;
+constexpr std::size_t MaxFold = 256;
 constexpr double FoldCoherence = 0.95;
 
 struct Leaf
@@ -180,7 +180,7 @@ std::size_t LeftCount(std::size_t count)
 std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor)
 {
   bool byNormal = false;
-  if (count <= LargestFold && count > 2)
+  if (count <= MaxFold && count > 2)
   {
     if (twoSided)
     {

@@ -12,8 +12,8 @@
 
 namespace SurfelSplatting
 {
-/// C / f with a sign: negative in front of the focus. Light through point u of the unit disc of the
-/// lens meets the screen C u off.
+/// C / f with a sign: negative in front of the focus. Light through point u of the lens, a unit
+/// disc, is displaced by C u on the screen.
 template <class Real>
 SURFELSPLATTING_INLINE Real SignedConfusion(
   double radius, double inverseFocalDistance, const Real& inverseZ)
@@ -29,11 +29,11 @@ struct AperturePointOf
 };
 
 /**
- * The mean point where the light of a surfel passes through the lens. Seen from point u of the unit
- * disc, the projected area of area vector a at p is proportional to -a.(p - R u), so it is larger
- * from one side of the lens than from the other. The mean of u with this weight is
- * R a_xy / (-4 a.p). Its length is limited to 1/4, where the surfel is edge-on from the border of
- * the lens. (Also excluding the part of the lens that sees the back was measured to gain nothing.)
+ * Mean of the points where the light of a surfel passes through the lens. Seen from point u of the
+ * unit disc, the projected area of area vector a at p is proportional to -a.(p - R u), so it is
+ * larger from one side of the lens than from the other. The mean of u with this weight is R a_xy /
+ * (-4 a.p). Its length is limited to 1/4, where the surfel is edge-on from the border of the lens.
+ * (Also excluding the part of the lens that sees the back was measured to gain nothing.)
  *
  * The blur of a surfel is centred C u from the surfel's own centre on the screen.
  */

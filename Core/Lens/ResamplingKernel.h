@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The screen-space EWA resampling kernel of a splat: a truncated Gaussian, or where the lens blurs
- * a Pearson-II kernel; their mass and variance are exactly what they are said to be.
+ * The screen-space EWA resampling kernel of a splat: a truncated Gaussian or, where the lens blurs,
+ * a Pearson-II kernel. Mass and variance of both are exact.
  *
- * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, and a cut-off c on the
- * exponent. Their compensation 1 / (1 - e^-c) fits the exponent beta = q/2 of the Gaussian, q = x'
- * W^-1 x: a splat ends at q = 2c and keeps the mass 1 - e^-c. Truncation also takes variance away:
- * of a Gaussian ended at q = 2c there remains the factor
+ * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, with a cut-off c on
+ * the exponent. The exponent of the Gaussian is beta = q/2, where q = x' W^-1 x, so a splat ends at
+ * q = 2c and keeps the mass 1 - e^-c; hence their compensation 1 / (1 - e^-c). Truncation also
+ * reduces the variance, by the factor
  *
  *   tau(c) = 1 - c e^-c / (1 - e^-c)            (0.776 at c = 2.5)
  *
- * (q/2 is exponentially distributed). So that surfaces and pixels are not filtered differently at
- * each cut-off, the Gaussian that is truncated has covariance W / tau: mass 1, variance W, for
- * every c. (What the lens adds to W: Lens.h.)
+ * (q/2 is exponentially distributed). To filter surfaces and pixels equally at every cut-off, the
+ * Gaussian that is truncated has the covariance W / tau. The result has mass 1 and variance W for
+ * every c. Lens.h has the variance V_I that the lens adds to W.
  */
 #pragma once
 
@@ -27,7 +27,7 @@ struct TruncatedGaussian
 {
   double Cutoff; ///< c, on the exponent q/2; > 0
   double Mass;   ///< 1 - e^-c
-  double Tau;    ///< share of the variance that truncation leaves, (0, 1)
+  double Tau;    ///< share of the variance that remains after truncation, (0, 1)
 
   explicit TruncatedGaussian(double cutoff)
     : Cutoff(cutoff)
@@ -47,7 +47,7 @@ enum class KernelType
             ///< PearsonProfile
 };
 
-/// Covariance W = M S M' + h I + V_I of a splat on the screen and its determinant, px^2 and px^4.
+/// Covariance W = M S M' + h I + V_I of a splat on the screen, px^2, and its determinant, px^4.
 template <class Real>
 struct FootprintOf
 {
@@ -60,12 +60,12 @@ struct FootprintOf
 
   /**
    * @param projected M S M', px^2
-   * @param variance  isotropic part h + V_I in x and y (they differ only for non-square pixels),
+   * @param variance  isotropic part h + V_I in x and in y (different only for non-square pixels),
    *                  px^2, > 0
    */
   SURFELSPLATTING_INLINE FootprintOf(const Symmetric2Of<Real>& projected, const Real (&variance)[2])
   {
-    // det W = det(M S M') + positive terms: no cancellation can make it zero or negative.
+    // det W = det(M S M') + positive terms, so cancellation cannot make it zero or negative.
     const Real determinant =
       Larger(projected.XX * projected.YY - projected.XY * projected.XY, Real{});
     this->XY = projected.XY;
@@ -83,7 +83,7 @@ struct FootprintOf
     return this->Determinant / (half + SquareRoot(difference * difference + this->XY * this->XY));
   }
 
-  /// W less an isotropic variance that is smaller than its smallest eigenvalue.
+  /// W minus an isotropic variance, which must be smaller than the smallest eigenvalue.
   SURFELSPLATTING_INLINE FootprintOf Without(const Real& variance) const
   {
     FootprintOf w = *this;
@@ -94,8 +94,8 @@ struct FootprintOf
   }
 
 private:
-  /// XX from the determinant: M S M' + h + V_I, but larger where rounding made the projected
-  /// covariance indefinite.
+  /// Computes XX from the determinant. This is M S M' + h + V_I, but larger if rounding made the
+  /// projected covariance indefinite.
   SURFELSPLATTING_INLINE void CompleteFromDeterminant()
   {
     this->InverseYY = 1.0 / this->YY;
@@ -120,18 +120,18 @@ SURFELSPLATTING_INLINE FootprintOf<Real> Select(
 }
 
 /**
- * Kernel in the form that the raster evaluates, at an offset (dx, dy) px from the centre:
- *   q = A (dx + K dy)^2 + B dy^2,   inside where q < Q = 2c
+ * Kernel as the raster evaluates it, at an offset (dx, dy) px from the centre:
+ *   q = A (dx + K dy)^2 + B dy^2,   the support is q < Q = 2c
  *   Shape < 0:  k = Peak exp(-q/2)                 (Gaussian)
- *   Shape = n:  k = Peak (1 - q/Q)^n               (Pearson II), n one of PearsonExponents
+ *   Shape = n:  k = Peak (1 - q/Q)^n               (Pearson II), n from RoundPearsonExponent
  *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (SmoothProfile)
- * Sums of squares: q cannot become negative by rounding.
+ * q is a sum of squares, so rounding cannot make it negative.
  *
- * A node's colour changes over its footprint. With h = M H' the first moment of its colour on the
- * screen (NodeColors.h, px), what a splat with coverage w deposits is
+ * The colour of a node changes over its footprint. Let h = M H', px, be the first moment of its
+ * colour on the screen (NodeColors.h). A splat with coverage w deposits
  *   w (k c_0 + t h' W^-1 (dx, dy)),   t = -2 dk/dq (q here with respect to W),
- * the derivative of the kernel, whose first moment is h for any kernel of mass 1. The raster
- * evaluates t without the constant that is Tilt.
+ * The term with t is a derivative of the kernel; its first moment is h for every kernel of mass 1.
+ * The raster evaluates t without its constant factor, which is Tilt.
  */
 template <class Real>
 struct ResamplingKernelOf
@@ -152,7 +152,7 @@ template <class Real>
 struct KernelProfile
 {
   Real Reach; ///< q0: the support is q < q0
-  Real Scale; ///< of q in the raster, Q / q0
+  Real Scale; ///< factor from q to the raster's q, Q / q0
   Real Peak;  ///< for unit mass, 1/px^2
   Real Shape;
   Real Tilt;
@@ -175,7 +175,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> GaussianProfile(
     Uniform<Real>(1.0) };
 }
 
-/// Exponents that need products and square roots alone; rounding to them costs at most 0.1 dB.
+/// Rounds to exponents that need only products and square roots. This costs at most 0.1 dB.
 template <class Real>
 SURFELSPLATTING_INLINE Real RoundPearsonExponent(const Real& n)
 {
@@ -187,14 +187,15 @@ SURFELSPLATTING_INLINE Real RoundPearsonExponent(const Real& n)
   return n < 0.125 ? Real{} : r;
 }
 
-/// Beyond this exponent a Pearson-II kernel is taken for the Gaussian it tends to.
-constexpr double LargestPearsonExponent = 6.0;
+/// Above this exponent the Gaussian, to which Pearson-II kernels converge, replaces them.
+constexpr double MaxPearsonExponent = 6.0;
 
 /**
- * Exponent n of the Pearson-II kernel with the kurtosis of (uniform disc of radius C convolved with
- * the splat's own Gaussian), for det and trace of W, which holds the disc's own variance C^2 / 4:
+ * Exponent n of the Pearson-II kernel whose kurtosis is that of (uniform disc of radius C convolved
+ * with the splat's own Gaussian). det and tr are those of W, which includes the disc's variance
+ * C^2/4:
  *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det))
- * 0 where blur is all; infinity or NaN in focus.
+ * n is 0 if the footprint is all blur, and infinity or NaN in focus.
  * @param squaredConfusion C^2, px^2
  */
 template <class Real>
@@ -209,14 +210,14 @@ SURFELSPLATTING_INLINE Real PearsonExponent(
 
 /**
  * Pearson type II kernel with variance W and the kurtosis of (uniform disc of radius C convolved
- * with the splat's own Gaussian): between a flat disc, n = 0, where blur is all, and the Gaussian
- * in focus.
+ * with the splat's own Gaussian). It is a flat disc, n = 0, if the footprint is all blur, and
+ * approaches the Gaussian towards focus.
  *
  *   k(q) = (n + 1) / (pi q0 sqrt(det W)) (1 - q/q0)^n,   q0 = 2 (n + 2),   q = x' W^-1 x < q0
  *
- * Mass 1 and variance W are exact for every n; W holds the disc's own variance, C^2 / 4.
- * @param exponent by PearsonExponent, up to LargestPearsonExponent
- * @param support  Q, the Gaussian's
+ * Mass 1 and variance W are exact for every n. W includes the disc's variance, C^2 / 4.
+ * @param exponent from PearsonExponent, at most MaxPearsonExponent
+ * @param support  Q of the Gaussian
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> PearsonProfile(
@@ -227,24 +228,26 @@ SURFELSPLATTING_INLINE KernelProfile<Real> PearsonProfile(
     2.0 * n * inverse };
 }
 
-/// A node's kernel is smooth below this Pearson exponent: beyond it little is gained.
-constexpr double LargestSmoothExponent = 1.95;
+/// The kernel of a node is smooth (SmoothProfile) below this Pearson exponent; above it, little is
+/// gained.
+constexpr double MaxSmoothExponent = 1.95;
 
 /// A smooth kernel has a plateau below this Pearson exponent.
-constexpr double LargestPlateauExponent = 0.857;
+constexpr double MaxPlateauExponent = 0.857;
 
 /**
- * The kernel of a blurred node with a colour gradient: flat in the middle, a smooth step down
- * towards the border, with the mass, the variance W and the kurtosis of (disc of radius C convolved
- * with the node). A Pearson-II kernel would have an edge there, and its derivative a pole.
+ * Kernel of a blurred node with a colour gradient: flat in the middle, with a smooth step down at
+ * the border. It has mass 1, variance W, and the kurtosis of (disc of radius C convolved with the
+ * node). A Pearson-II kernel would have an edge there, and its derivative a pole.
  *
  *   k(q) = peak u^2 (3 - 2u),  u = min(1, (q0 - q) kappa) for q = x' W^-1 x < q0
  *
- * The mean of q is 2 (variance W), that of q^2 is the Pearson kernel's, K = 8 (n + 2) / (n + 3):
- *   n < 0.857: a plateau (kappa q0 > 1), the step's middle at q_m and half its width w:
+ * The mean of q is 2 (variance W). The mean of q^2 is that of the Pearson kernel, K = 8 (n + 2) /
+ * (n + 3):
+ *   n < 0.857: with a plateau (kappa q0 > 1); the step has its middle at q_m and half-width w:
  *     q_m = 3 + sqrt(9 - 3K/2),  w = sqrt(5 (4 q_m - q_m^2)),  q0 = q_m + w,  kappa = 1/(2w),
  *     peak = 1/(pi q_m sqrt(det W))
- *   else no plateau: x = kappa q0 the smaller root of
+ *   else: without a plateau; x = kappa q0 is the smaller root of
  *     (1/15 - K/100) x^2 + (K/20 - 1/3) x + 2/5 - K/16 = 0,  m = 1 - x/2,
  *     q0 = 2m/(1/4 - x/10),  peak = 1/(pi q0 x^2 m sqrt(det W))
  */
@@ -261,7 +264,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
   const Real root = (-b - SquareRoot(Larger(b * b - 4.0 * a * c, Real{}))) / (2.0 * a);
   const Real m = 1.0 - 0.5 * root;
   const Real sharp = 2.0 * m / (0.25 - 0.1 * root);
-  const MaskOf<Real> plateau = n < LargestPlateauExponent;
+  const MaskOf<Real> plateau = n < MaxPlateauExponent;
   const Real reach = plateau ? middle + half : sharp;
   const Real steepness = plateau ? (middle + half) / (2.0 * half) : root; // kappa q0
   const Real mass = plateau ? middle : sharp * root * root * m;           // of u^2 (3 - 2u) over q
@@ -270,9 +273,9 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
 }
 
 /**
- * The kernel's profile over a footprint.
- * @param squaredConfusion C^2 of the disc in the kernel's shape, px^2
- * @param tilted           whether it is to carry a colour gradient
+ * Chooses the kernel's profile for a footprint.
+ * @param squaredConfusion C^2 of the disc that determines the kernel's shape, px^2
+ * @param tilted           whether the splat has a colour gradient
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
@@ -286,9 +289,9 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
     return profile;
   }
   const Real exponent = PearsonExponent(w, squaredConfusion);
-  const MaskOf<Real> smooth = blurred & tilted & (exponent < LargestSmoothExponent);
-  // NaN, too, is a Gaussian: in focus the spread is 0.
-  const MaskOf<Real> pearson = blurred & Not(smooth) & (exponent <= LargestPearsonExponent);
+  const MaskOf<Real> smooth = blurred & tilted & (exponent < MaxSmoothExponent);
+  // NaN gives the Gaussian as well: in focus the spread is 0.
+  const MaskOf<Real> pearson = blurred & Not(smooth) & (exponent <= MaxPearsonExponent);
   const double support = gaussian.Support();
   profile = Select<Real>(pearson, PearsonProfile(w, exponent, support), profile);
   if (AnyLane<Real>(smooth))
@@ -298,7 +301,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
   return profile;
 }
 
-/// A profile laid over a footprint.
+/// Makes the kernel with this profile and footprint.
 template <class Real>
 SURFELSPLATTING_INLINE ResamplingKernelOf<Real> MakeKernel(
   const KernelProfile<Real>& profile, const FootprintOf<Real>& w)
@@ -308,7 +311,7 @@ SURFELSPLATTING_INLINE ResamplingKernelOf<Real> MakeKernel(
     SquareRoot(profile.Reach * w.YY), profile.Shape, profile.Tilt };
 }
 
-/// Radius of the largest support of all these kernels in standard deviations of W, but for the
-/// Gaussian's sqrt(2c / tau): sqrt(q0) at n = 4.
-constexpr double LargestPearsonReach = 3.4641016151377544;
+/// Radius of the largest support of all kernels except the Gaussian, in standard deviations of W:
+/// sqrt(q0) at n = 4. The Gaussian's is sqrt(2c / tau).
+constexpr double MaxPearsonReach = 3.4641016151377544;
 }

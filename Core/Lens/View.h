@@ -26,18 +26,16 @@ struct View
   double Cy = 0.0;
   int Width = 0; ///< px
   int Height = 0;
-  double Near =
-    0.0; ///< surfels with centres outside [Near, Far] are not drawn; world units along z
+  double Near = 0.0; ///< z-range of the centres of surfels that are drawn, world units
   double Far = 1e300;
 };
 
-/// Elements of the projection's Jacobian M at a point of camera space that are not zero, px per
-/// world unit.
+/// Nonzero elements of the projection's Jacobian M at a point in camera space, px per world unit.
 template <class Real>
 struct ProjectionJacobian
 {
-  Real XX, XZ; ///< of X on the screen, by x and z
-  Real YY, YZ; ///< of Y on the screen, by y and z
+  Real XX, XZ; ///< derivatives of X on the screen with respect to x and z
+  Real YY, YZ; ///< derivatives of Y on the screen with respect to y and z
 
   ProjectionJacobian() = default;
 

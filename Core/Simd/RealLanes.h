@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * One formula for one surfel or for several at a time: templates of Real, which is double or a
- * vector of doubles (vector types of GCC and Clang), each lane a surfel.
+ * Lets one formula serve one surfel or several at a time. Formulas are templates of Real, which is
+ * double or a vector of doubles (vector types of GCC and Clang) with one surfel per lane.
  *
- * A comparison gives a mask (bool for double); mask ? a : b chooses lane by lane. What a lane gives
- * does not depend on its neighbours. In vectors the number of lanes follows the instruction set
- * that a translation unit is compiled for: VectorReal.
+ * A comparison gives a mask (bool for double), and mask ? a : b chooses lane by lane. The result of
+ * a lane does not depend on the other lanes. VectorReal has as many lanes as fit the instruction
+ * set that a translation unit is compiled for.
  */
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace SurfelSplatting
 {
-/// The types that go with Real: masks, and floats and integers with as many lanes.
+/// Types with as many lanes as Real: masks, floats and integers.
 template <class Real>
 struct LaneTypes
 {
@@ -42,7 +42,7 @@ using FloatOf = typename LaneTypes<Real>::Float;
 template <class Real>
 using IntOf = typename LaneTypes<Real>::Int;
 
-/// One register of this translation unit's instruction set.
+/// The doubles of one register in this translation unit's instruction set.
 #if defined(__AVX512F__)
 typedef double VectorReal __attribute__((vector_size(64)));
 #elif defined(__AVX2__)
@@ -58,7 +58,7 @@ SURFELSPLATTING_INLINE Real Uniform(double x)
   return Real{} + x;
 }
 
-/// The same numbers as another type, lane by lane; towards zero where they become integers.
+/// Converts the lanes to another type; rounds towards zero if it is an integer type.
 template <class To, class From>
 SURFELSPLATTING_INLINE To ConvertLanes(const From& x)
 {
@@ -104,7 +104,7 @@ SURFELSPLATTING_INLINE auto LaneAt(const Lanes& x, int lane)
   }
 }
 
-/// function(lane) in each of `count` lanes.
+/// Sets each of `count` lanes to function(lane).
 template <class Lanes, class Function>
 SURFELSPLATTING_INLINE Lanes FillLanes(int count, Function&& function)
 {
@@ -123,14 +123,14 @@ SURFELSPLATTING_INLINE Lanes FillLanes(int count, Function&& function)
   }
 }
 
-/// The larger one; b where a is NaN.
+/// The larger value of each lane; b where a is NaN.
 template <class Real>
 SURFELSPLATTING_INLINE Real Larger(const Real& a, const Real& b)
 {
   return a > b ? a : b;
 }
 
-/// The smaller one; b where a is NaN.
+/// The smaller value of each lane; b where a is NaN.
 template <class Real>
 SURFELSPLATTING_INLINE Real Smaller(const Real& a, const Real& b)
 {
@@ -168,7 +168,7 @@ SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
     LaneTypes<Real>::Count, [&](int l) { return __builtin_pow(LaneAt(base, l), exponent); });
 }
 
-/// NaN and infinity are not finite.
+/// False for NaN and infinity.
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> IsFinite(const Real& a)
 {
@@ -188,7 +188,7 @@ SURFELSPLATTING_INLINE Mask Not(const Mask& mask)
   }
 }
 
-/// The lanes that a mask holds; `Mask` is that of a Real.
+/// Number of lanes that are set in a mask.
 template <class Real>
 SURFELSPLATTING_INLINE int CountLanes(const MaskOf<Real>& mask)
 {
@@ -211,7 +211,7 @@ SURFELSPLATTING_INLINE bool AnyLane(const MaskOf<Real>& mask)
   return any != 0;
 }
 
-/// A vector in space, or one per lane.
+/// A vector in space for each lane.
 template <class Real>
 struct Vector3Of
 {
@@ -224,7 +224,7 @@ SURFELSPLATTING_INLINE Real Dot(const Vector3Of<Real>& a, const Vector3Of<Real>&
   return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
 }
 
-/// One row of a matrix that all lanes share.
+/// a: a row of a matrix that all lanes share.
 template <class Real>
 SURFELSPLATTING_INLINE Real Dot(const double (&a)[3], const Vector3Of<Real>& b)
 {

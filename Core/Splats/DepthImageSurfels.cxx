@@ -41,7 +41,7 @@ int MarginOf(
   // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel.
   return widest < minConfusion
     ? 0
-    : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, LargestMargin));
+    : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, MaxMargin));
 }
 
 /// Computes the blur of all pixels, and counts the blurred ones of each row.
@@ -361,7 +361,7 @@ void DepthImageSurfels::MakeSurfels(const View& camera, const Lens& lens, const 
 double DepthImageSurfels::DepthSlope(
   const float* depth, std::size_t at, std::size_t step, bool hasBefore, bool hasAfter) const
 {
-  const float maxStep = std::max(SilhouetteExtension::MinStep, LargestSlope * this->Confusions[at]);
+  const float maxStep = std::max(SilhouetteExtension::MinStep, MaxSlope * this->Confusions[at]);
   const auto isSame = [&](std::size_t p) {
     return std::abs(this->Nearness[p] - this->Nearness[at]) < maxStep;
   };

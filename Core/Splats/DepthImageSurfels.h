@@ -32,7 +32,7 @@ constexpr int RimWidth = 3;
 
 /// Largest margin, px on each side, that is drawn for blur that reaches into the picture from
 /// outside.
-constexpr int LargestMargin = 128;
+constexpr int MaxMargin = 128;
 
 /// Standard deviation of a pixel's reconstruction kernel, px; the same as surfels have in units of
 /// their spacing.
@@ -55,7 +55,7 @@ constexpr double PixelSurplus = 1.0125;
 
 /// Where nearness changes from pixel to pixel by more than this share of the blur, and by more than
 /// SilhouetteExtension::MinStep, there is an edge and no slope.
-constexpr float LargestSlope = 0.25f;
+constexpr float MaxSlope = 0.25f;
 
 /// An image with depth of what others have drawn: the camera's picture with a margin on each side.
 struct DepthImage
@@ -71,7 +71,7 @@ struct DepthImage
 };
 
 /// Width of the margin from which things between two distances blur into the picture, at most
-/// LargestMargin; 0 if none of them is blurred by minConfusion px.
+/// MaxMargin; 0 if none of them is blurred by minConfusion px.
 int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest,
   double minConfusion = MinPixelConfusion);
 

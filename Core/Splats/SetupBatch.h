@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * First stage of the set-up: as many surfels as Real has lanes are read and brought into camera
- * space; those that cannot be seen are culled.
+ * First stage of the set-up: reads as many surfels as Real has lanes, transforms them to camera
+ * space, and culls those that cannot be seen.
  */
 #pragma once
 
@@ -10,18 +10,18 @@
 
 namespace SurfelSplatting
 {
-/// Indices of the surfels in the lanes. A last batch that is not full repeats a surfel.
+/// Indices of the surfels in the lanes. If the last batch is not full, it repeats a surfel.
 template <class Real>
 struct BatchIndices
 {
   std::size_t I[LaneTypes<Real>::Count];
   MaskOf<Real> Present;
-  int Level; ///< of the hierarchy, of all of them; 0: surfels
+  int Level; ///< level in the hierarchy, the same for all lanes; 0: surfels
 
   SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
 };
 
-/// What function(lane) gives for each lane, widened.
+/// Calls function(lane) for each lane and widens the results.
 template <class Real, class Function>
 SURFELSPLATTING_INLINE Real GatherFloats(Function&& function)
 {
@@ -41,7 +41,7 @@ SURFELSPLATTING_INLINE MaskOf<Real> GatherMask(Function&& function)
     LaneTypes<Real>::Count, [&](int l) { return function(l) ? -1 : 0; });
 }
 
-/// A field of an array with the given stride.
+/// Reads a field of an array with the given stride.
 template <class Real>
 SURFELSPLATTING_INLINE Real Gather(const float* field, const BatchIndices<Real>& index, int stride)
 {
@@ -87,7 +87,7 @@ SURFELSPLATTING_INLINE void GatherSurfels(
     twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
 }
 
-/// The unpacking of NodePacking.h.
+/// Unpacks nodes (NodePacking.h).
 template <class Real>
 SURFELSPLATTING_INLINE void GatherNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
@@ -120,7 +120,7 @@ SURFELSPLATTING_INLINE void GatherNodes(
   s.Covariance.XZ = x[0] * x[3];
 }
 
-/// Whether all that is stored of a surfel is finite.
+/// Whether all values of a surfel are finite.
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> AreFinite(const StoredSurfels<Real>& stored)
 {
@@ -193,8 +193,8 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
   if (!view.Parallel)
   {
-    // Where the kernel's support reaches the lens plane, its affine footprint is no image of it:
-    // beside the lens it would cover the whole screen.
+    // If the kernel's support reaches the lens plane, the affine footprint does not approximate its
+    // image: a surfel beside the lens would cover the whole screen.
     const double reach = job.Gaussian.Support() / job.Gaussian.Tau;
     s.Alive &= s.P.Z * s.P.Z >= reach * s.Covariance.ZZ;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Third stage of the set-up: the surfels' colours in their light.
+ * Third stage of the set-up: computes the shaded colours of the surfels.
  */
 #pragma once
 
@@ -36,7 +36,8 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeSurfels(
   return Shade(job.Surface, job.Lights, job.NumberOfLights, s.P, normal, toViewer);
 }
 
-/// SurfelCloud::Color of surfels, without the cloud's opacity; where they have none, `color` stays.
+/// Reads the colours and opacities of surfels, without the cloud's opacity. If the cloud has none,
+/// `color` is left unchanged.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherColors(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
@@ -60,7 +61,7 @@ SURFELSPLATTING_INLINE void GatherColors(
   }
 }
 
-/// The same of nodes above the leaves.
+/// Reads the colours and opacities of nodes above the leaves.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherNodeColors(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
@@ -86,8 +87,8 @@ SURFELSPLATTING_INLINE void GatherNodeColors(
   color[3] = GatherInts<Real>([&](int l) { return nodes[l]->Opacity; }) * (1.0 / PackedOne);
 }
 
-/// The normal on the side that is seen, in the world, as a colour. Normals are covectors: the
-/// transpose takes them from the camera to the world.
+/// Colours a surfel by the normal of its visible side, in world space. Normals are covectors: the
+/// transpose transforms them from camera to world space.
 template <class Real>
 SURFELSPLATTING_INLINE void PaintNormals(
   const SetupJob& job, const PlacedSurfels<Real>& s, Real (&color)[4])
@@ -102,7 +103,8 @@ SURFELSPLATTING_INLINE void PaintNormals(
   color[2] = 0.5 + half * n.Z;
 }
 
-/// Colours told apart at a glance, from the finest level on; they repeat (the paper's figure 5).
+/// Easily distinguished colours of the levels, starting at the finest; they repeat (the paper's
+/// figure 5).
 constexpr double LevelColors[8][3] = { { 0.85, 0.85, 0.85 }, { 0.30, 0.55, 0.95 },
   { 0.20, 0.75, 0.45 }, { 0.95, 0.85, 0.25 }, { 0.95, 0.55, 0.20 }, { 0.85, 0.25, 0.25 },
   { 0.70, 0.35, 0.80 }, { 0.45, 0.30, 0.20 } };
@@ -116,12 +118,12 @@ SURFELSPLATTING_INLINE void PaintLevel(const SetupJob& job, int level, Real (&co
     color[c] = Uniform<Real>(LevelColors[level % 8][c]);
     if (number)
     {
-      color[c] = Uniform<Real>(c == 0 ? level / LargestPaintedLevel : 0.0);
+      color[c] = Uniform<Real>(c == 0 ? level / MaxPaintedLevel : 0.0);
     }
   }
 }
 
-/// To [0, high]; NaN and infinity stay what they are, to be found by IsRepresentable.
+/// Clamps to [0, high]. NaN and infinity are kept, so that IsRepresentable finds them.
 template <class Real>
 SURFELSPLATTING_INLINE Real ClampColor(const Real& x, double high)
 {
@@ -145,7 +147,7 @@ SURFELSPLATTING_INLINE SurfelColors<Real> Color(
   }
   SurfelColors<Real> colors;
   const ShadedColor<Real>& shaded = colors.Shaded = ShadeSurfels(job, s);
-  constexpr double largest = LargestColor;
+  constexpr double largest = MaxSplatColor;
   colors.Red = ClampColor(shaded.Base[0] + shaded.Share[0] * c[0], largest);
   colors.Green = ClampColor(shaded.Base[1] + shaded.Share[1] * c[1], largest);
   colors.Blue = ClampColor(shaded.Base[2] + shaded.Share[2] * c[2], largest);

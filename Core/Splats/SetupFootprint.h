@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Second stage of the set-up: what lens, pixel and level of detail make of a surfel's footprint on
- * the screen, the grid that it is drawn on, and its kernel.
+ * Second stage of the set-up: computes a surfel's footprint on the screen from lens, pixel filter
+ * and level of detail, and chooses the grid that it is drawn on.
  */
 #pragma once
 
@@ -18,7 +18,7 @@ struct LensBlur
   Real ConfusionX, ConfusionY; ///< C in x and y, px
   Real Signed;                 ///< C / f, negative in front of the focus
   Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
-  Real OffsetX, OffsetY;       ///< of the blur's centre from the surfel's, px
+  Real OffsetX, OffsetY;       ///< from the surfel's centre to the blur's, px
 };
 
 template <class Real>
@@ -37,7 +37,7 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
     b.ConfusionY = fy * Magnitude(b.Signed);
     b.Variance[0] += job.DefocusFactor * b.ConfusionX * b.ConfusionX;
     b.Variance[1] += job.DefocusFactor * b.ConfusionY * b.ConfusionY;
-    // The paper's kernel has no such offset; sectors weigh the two sides of the lens instead.
+    // The paper's kernel has no offset. Sectors weight the two sides of the lens instead.
     if (job.Offsets)
     {
       const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
@@ -47,7 +47,7 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
   }
   if (level > 0)
   {
-    const Real perDepth = LeastNodeBlur * s.InverseZ;
+    const Real perDepth = MinNodeBlur * s.InverseZ;
     const Real spacing = perDepth * perDepth * Norm(s.Area);
     b.Variance[0] = Larger(b.Variance[0], fx * fx * spacing);
     b.Variance[1] = Larger(b.Variance[1], fy * fy * spacing);
@@ -56,9 +56,9 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
 }
 
 /**
- * Variance matrix of the smallest ellipse about two others with the same centre (Krivanek and Zara
- * 2003, DC-TR-2003): both diagonal in the axes of the generalised eigenproblem A x = l B x, the
- * larger is taken in each. B is diagonal here: V_I.
+ * Variance matrix of the smallest ellipse around two ellipses with the same centre (Krivanek and
+ * Zara 2003, DC-TR-2003). Both are diagonal in the axes of the generalised eigenproblem A x = l B
+ * x; the result takes the larger variance along each axis. B is diagonal here: V_I.
  */
 template <class Real>
 SURFELSPLATTING_INLINE Symmetric2Of<Real> Circumellipse(
@@ -70,7 +70,7 @@ SURFELSPLATTING_INLINE Symmetric2Of<Real> Circumellipse(
   const Real mean = 0.5 * (x + y), half = 0.5 * (x - y);
   const Real radius = SquareRoot(half * half + xy * xy), one = Uniform<Real>(1.0);
   const Real low = Larger(mean - radius, one), high = Larger(mean + radius, one);
-  const Real cosine = radius > 0.0 ? half / radius : one; // of twice the angle
+  const Real cosine = radius > 0.0 ? half / radius : one; // of the doubled angle
   const Real sine = radius > 0.0 ? xy / radius : Real{};
   const Real m = 0.5 * (low + high), d = 0.5 * (high - low);
   return { (m + d * cosine) * b[0], (m - d * cosine) * b[1], d * sine * root };
@@ -88,7 +88,7 @@ SURFELSPLATTING_INLINE Symmetric3Of<Real> GatherLeafCovariances(
   return { field(0), field(1), field(2), field(3), field(4), field(5) };
 }
 
-/// W of a node as in the paper: M V_r M' + h + V_diff, V_diff = circumellipse(M V_q M', V_I).
+/// W of a node as in the paper: M V_r M' + h I + V_diff, V_diff = Circumellipse(M V_q M', V_I).
 /// @param all M S M' of the node
 template <class Real>
 SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
@@ -99,7 +99,8 @@ SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
     jacobian.Project(ToCamera(job.Linear, GatherLeafCovariances(job.Cloud, index)));
   const Symmetric2Of<Real> level{ Larger(all.XX - reconstruction.XX, Real{}),
     Larger(all.YY - reconstruction.YY, Real{}), all.XY - reconstruction.XY };
-  // A pinhole's V_I is 0: a millionth of the pixel keeps the eigenproblem regular.
+  // V_I of a pinhole is 0. A millionth of the pixel filter's variance keeps the eigenproblem
+  // regular.
   const Real h = Uniform<Real>(job.Prefilter), least = 1e-6 * h;
   const Real lens[2] = { Larger(job.DefocusFactor * blur.ConfusionX * blur.ConfusionX, least),
     Larger(job.DefocusFactor * blur.ConfusionY * blur.ConfusionY, least) };
@@ -110,22 +111,23 @@ SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
     variance);
 }
 
-/// Surfels on the screen.
+/// Footprints of surfels on the screen.
 template <class Real>
 struct ScreenFootprints
 {
   ProjectionJacobian<Real> Jacobian;
   Symmetric2Of<Real> Projected; ///< M S M', px^2
   FootprintOf<Real> W;          ///< without the variance that a coarse grid adds
-  Real Smooth;                  ///< share of W that lens and pixel filter make, [0, 1]
-  Real Cell;                    ///< of the coarse grid, px; 1: the picture
-  Real SquaredConfusion;        ///< that the kernel's shape is made for, px^2
-  MaskOf<Real> Tilted;          ///< carries a colour gradient
+  Real Smooth;                  ///< share of W from lens and pixel filter, [0, 1]
+  Real Cell;                    ///< size of the coarse grid's cells, px; 1: the picture
+  Real SquaredConfusion;        ///< C^2 that determines the kernel's shape, px^2
+  MaskOf<Real> Tilted;          ///< has a colour gradient
 };
 
-/// The coarse grid of a splat (CoarseGrid.h). Where the kernel's border would be too narrow for it
-/// (GridCellsPerDeviation), the grid is made finer once. A node whose gradient, which is at work in
-/// that border, needs a finer grid yet is small against the blur and does without its gradient.
+/// Chooses the coarse grid of a splat (CoarseGrid.h). If the kernel's border is too narrow for the
+/// grid (GridCellsPerDeviation), the next finer grid is used. A gradient acts mainly in that
+/// border. If a node's gradient needs an even finer grid, the node is small compared with the blur,
+/// and its gradient is dropped.
 template <class Real>
 SURFELSPLATTING_INLINE void ChooseGrid(
   const MaskOf<Real>& alive, const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
@@ -146,7 +148,7 @@ SURFELSPLATTING_INLINE void ChooseGrid(
   f.Cell = finer ? (f.Cell > lowest ? 0.5 * f.Cell : one) : f.Cell;
 
   const MaskOf<Real> coarse = f.Cell > 1.0;
-  const Real softness = LeastSoftness * f.Cell;
+  const Real softness = MinBorderDeviation * f.Cell;
   const Real softened = Smaller(f.SquaredConfusion, 4.0 * (smallest - softness * softness));
   f.SquaredConfusion = coarse ? softened : f.SquaredConfusion;
   // The grid's interpolation adds d^2 / 6.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The set-up from surfels to splats, included by the translation units of its targets
- * (SetupTarget.h):
+ * Turns surfels into splats. The translation units of the targets (SetupTarget.h) include this
+ * file. Stages:
  *
- *   SetupBatch.h      read, bring into camera space, cull
- *   SetupFootprint.h  blur, project, choose a grid
- *   ResamplingKernel.h the kernel
- *   SetupColor.h      colour, light
- *   here              place on the screen, weigh, depth; write
+ *   SetupBatch.h        read, transform to camera space, cull
+ *   SetupFootprint.h    blur, project, choose a grid
+ *   ResamplingKernel.h  make the kernel
+ *   SetupColor.h        colour, shade
+ *   this file           place on the screen, weight, depth; write
  */
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace SurfelSplatting
 {
-/// Centre on the screen or on a coarse grid, and the box of the kernel's support about it.
+/// Centre on the screen or on a coarse grid, and bounding box of the kernel's support.
 template <class Real>
 struct ScreenPlaces
 {
@@ -24,8 +24,8 @@ struct ScreenPlaces
   IntOf<Real> X0, Y0, X1, Y1;
 };
 
-/// First pixel whose centre is not left of x, in [0, size]. Clamped before it is rounded up, which
-/// is the same for whole sizes.
+/// First pixel whose centre is not left of x, in [0, size]. Clamping before rounding up gives the
+/// same result, since the size is a whole number.
 template <class Real>
 SURFELSPLATTING_INLINE IntOf<Real> FirstPixel(const Real& x, const Real& size)
 {
@@ -35,7 +35,7 @@ SURFELSPLATTING_INLINE IntOf<Real> FirstPixel(const Real& x, const Real& size)
   return whole + ConvertLanes<IntOf<Real>>(part);
 }
 
-/// Pixels or cells in a direction.
+/// Number of pixels or cells along x or y.
 template <class Real>
 SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
 {
@@ -45,7 +45,7 @@ SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
   });
 }
 
-/// @param s surfels whose support misses the picture are no longer Alive afterwards
+/// @param s Alive becomes false for surfels whose support misses the picture
 template <class Real>
 SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
   const LensBlur<Real>& blur, const Real& cell, const ResamplingKernelOf<Real>& kernel)
@@ -73,19 +73,19 @@ SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, Pla
   return place;
 }
 
-/// Coverage at the centre. RippleLoss says what it is compensated for.
+/// Coverage at the centre, compensated for RippleLoss.
 template <class Real>
 SURFELSPLATTING_INLINE Real Weigh(
   const SetupJob& job, PlacedSurfels<Real>& s, const Real& smooth, const Real& peak)
 {
-  // cos^2 = along^2 / all, of the angle between normal and line of sight.
+  // along^2 / all is cos^2 of the angle between normal and line of sight.
   const Real along = job.Camera.Parallel ? s.Area.Z : Dot(s.Area, s.P);
   Real all = Dot(s.Area, s.Area);
   all *= job.Camera.Parallel ? Uniform<Real>(1.0) : Dot(s.P, s.P);
   const Real loss = RippleLoss * (1.0 - smooth) * Smaller(along * along, all);
   const Real weight = s.Deposit * peak * all / (all - loss);
   s.Invalid |= s.Alive & (weight != weight);
-  s.Alive &= weight >= SmallestWeight;
+  s.Alive &= weight >= MinSplatWeight;
   return weight;
 }
 
@@ -96,9 +96,9 @@ struct SplatDepths
   Real Near, Far, SlopeX, SlopeY;
 };
 
-/// The covariance of screen position and depth gives the depth's regression over the footprint: the
-/// plane itself in focus, flat where blur, which knows no depth, makes most of the footprint. A
-/// z-buffer, which compares fragments, takes the plane.
+/// The covariance of screen position and depth gives the regression of depth over the footprint. In
+/// focus this is the surfel's plane. Where blur dominates the footprint it is flat, because blur
+/// does not depend on depth. A z-buffer compares fragments, so it uses the plane.
 template <class Real>
 SURFELSPLATTING_INLINE SplatDepths<Real> Depths(
   const SetupJob& job, const PlacedSurfels<Real>& surfels, const ScreenFootprints<Real>& f)
@@ -118,7 +118,7 @@ SURFELSPLATTING_INLINE SplatDepths<Real> Depths(
     const Real x = m.XX * (m.XX * s.XX + 2.0 * m.XZ * s.XZ) + m.XZ * m.XZ * s.ZZ;
     const Real y = m.YY * (m.YY * s.YY + 2.0 * m.YZ * s.YZ) + m.YZ * m.YZ * s.ZZ;
     const Real sharp = x * y - f.Projected.XY * f.Projected.XY;
-    const MaskOf<Real> plane = sharp > LeastPlane * x * y;
+    const MaskOf<Real> plane = sharp > MinPlaneShare * x * y;
     xx = plane ? x : xx;
     yy = plane ? y : yy;
     xy = plane ? f.Projected.XY : xy;
@@ -136,7 +136,7 @@ SURFELSPLATTING_INLINE MaskOf<Real> Within(const Real& x, double limit)
   return Magnitude(x) <= limit;
 }
 
-/// All that the set-up has found out about a batch.
+/// Everything that the set-up has computed for a batch.
 template <class Real>
 struct SplatBatch
 {
@@ -153,17 +153,17 @@ struct SplatBatch
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> IsRepresentable(const SplatBatch<Real>& b)
 {
-  return Within(b.Places.X, LargestCoordinate) & Within(b.Places.Y, LargestCoordinate) &
-    Within(b.Kernel.K, LargestCoordinate) & Within(b.Kernel.A, LargestCoordinate) &
-    Within(b.Kernel.B, LargestCoordinate) & Within(b.Weight, LargestWeight) &
-    Within(b.Depths.Near, LargestDepth) & Within(b.Depths.Far, LargestDepth) &
-    Within(b.Depths.SlopeX, LargestDepth) & Within(b.Depths.SlopeY, LargestDepth) &
+  return Within(b.Places.X, MaxSplatCoordinate) & Within(b.Places.Y, MaxSplatCoordinate) &
+    Within(b.Kernel.K, MaxSplatCoordinate) & Within(b.Kernel.A, MaxSplatCoordinate) &
+    Within(b.Kernel.B, MaxSplatCoordinate) & Within(b.Weight, MaxSplatWeight) &
+    Within(b.Depths.Near, MaxSplatDepth) & Within(b.Depths.Far, MaxSplatDepth) &
+    Within(b.Depths.SlopeX, MaxSplatDepth) & Within(b.Depths.SlopeY, MaxSplatDepth) &
     IsFinite(b.Colors.Red) & IsFinite(b.Colors.Green) & IsFinite(b.Colors.Blue) &
     IsFinite(b.Colors.Opacity);
 }
 
-/// The colour's first moment on the screen, W^-1 M H', as the raster takes it, px or cells. The
-/// lanes whose gradient is used are left in Tilted.
+/// First moment of the colour on the screen, W^-1 M H', in the units of the raster: px or cells.
+/// Removes lanes whose gradient is too large from Tilted.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndices<Real>& index,
   SplatBatch<Real>& b, FloatOf<Real> (&gradient)[6])
@@ -188,13 +188,13 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
     const Real& share = b.Colors.Shaded.Share[c];
     const Real x = share * scale * (w.YY * hx - w.XY * hy);
     const Real y = share * scale * (w.XX * hy - w.XY * hx);
-    f.Tilted &= Within(x, LargestColor) & Within(y, LargestColor);
+    f.Tilted &= Within(x, MaxSplatColor) & Within(y, MaxSplatColor);
     gradient[c] = Narrow<Real>(x * f.Cell);
     gradient[3 + c] = Narrow<Real>(y * f.Cell);
   }
 }
 
-/// For sectors of the lens; all 0 in focus.
+/// Slopes for sectors of the lens (LensSectors.h); all 0 in focus.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeSlopes(
   const SetupJob& job, const SplatBatch<Real>& b, FloatOf<Real> (&slope)[3])
@@ -212,7 +212,7 @@ SURFELSPLATTING_INLINE void MakeSlopes(
   slope[2] = Narrow<Real>(4.0 * mean.Y * point);
 }
 
-/// A batch's splats in single precision, lengths in px or cells.
+/// Splats of a batch in single precision; lengths in px or cells.
 template <class Real>
 struct SplatFields
 {
@@ -261,7 +261,7 @@ struct SplatFields
   }
 };
 
-/// Notes the grid of the splat that is written last.
+/// Records the grid of the splat written last.
 SURFELSPLATTING_INLINE void NoteGrid(const Splat& s, int cell, SplatOutput& output)
 {
   const int level = LevelOfCell(cell);
@@ -277,7 +277,7 @@ SURFELSPLATTING_INLINE void NoteGrid(const Splat& s, int cell, SplatOutput& outp
   }
 }
 
-/// Writes the gradients of the batch's splats, the first of which is splat `first`.
+/// Writes the gradients of the batch's splats, which begin at splat `first`.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndices<Real>& index,
   SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
@@ -300,7 +300,7 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// Likewise for sectors of the lens.
+/// Writes the slopes of the batch's splats for sectors of the lens.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteSlopes(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
@@ -316,7 +316,7 @@ SURFELSPLATTING_INLINE void WriteSlopes(
   }
 }
 
-/// Writes the lanes that are alive.
+/// Writes the splats of the lanes that are alive.
 template <class Real>
 SURFELSPLATTING_INLINE void Write(
   const SetupJob& job, const BatchIndices<Real>& index, SplatBatch<Real>& b, SplatOutput& output)
@@ -349,7 +349,7 @@ SURFELSPLATTING_INLINE void Write(
   }
 }
 
-/// The splats of as many surfels as Real has lanes.
+/// Makes the splats of as many surfels as Real has lanes.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeBatch(
   const SetupJob& job, const BatchIndices<Real>& index, SplatOutput& output)

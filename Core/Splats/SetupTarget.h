@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The set-up of splats: cull surfels, project them, blur them by the lens, shade them. Its stages
- * are templates (SetupImplementation.h), compiled once for each instruction set, for as many
- * surfels at a time as a register has doubles, and once for a single one.
+ * Set-up of splats: culls surfels, projects them, blurs them by the lens, and shades them. Its
+ * stages are templates (SetupImplementation.h). For each instruction set they are compiled for as
+ * many surfels at a time as a register holds doubles, and once more for one surfel at a time.
  *
- * Nothing compiled for one instruction set may end up in code that runs everywhere. The translation
- * units of the targets therefore call functions that are always inlined, and no others.
+ * Code compiled for one instruction set must not end up in functions that run on every processor.
+ * The translation units of the targets therefore call only functions that are always inlined.
  */
 #pragma once
 
@@ -21,17 +21,17 @@
 
 namespace SurfelSplatting
 {
-/// What splats show as their colour; all but their own is unlit.
+/// What the colour of a splat shows. Only Own is lit.
 enum class Paint
 {
   Own,
   LevelColors,  ///< a colour for each level of the hierarchy
-  LevelNumbers, ///< red: level / LargestPaintedLevel, leaves 0
-  Normals       ///< (n + 1) / 2, n being the unit normal on the side that is seen, in the world
+  LevelNumbers, ///< red: level / MaxPaintedLevel, leaves 0
+  Normals       ///< (n + 1) / 2, where n is the unit normal of the visible side in world space
 };
-constexpr double LargestPaintedLevel = 64.0;
+constexpr double MaxPaintedLevel = 64.0;
 
-/// What is the same for all surfels of a cloud in a frame.
+/// Inputs that are the same for all surfels of a cloud in a frame.
 struct SetupJob
 {
   SurfelCloud Cloud;
@@ -41,34 +41,34 @@ struct SetupJob
 
   View Camera;
   double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h
-  bool Offsets = false; ///< blur is centred where the light passes (Lens.h, MeanAperturePoint)
+  bool Offsets = false; ///< shift the blur to the MeanAperturePoint (Lens.h)
 
   KernelType Kernel = KernelType::PearsonII;
   TruncatedGaussian Gaussian = TruncatedGaussian(2.5);
   double Prefilter = 1.0;     ///< h, px^2
   double DefocusFactor = 0.0; ///< variance that the lens adds, in units of C^2
-  bool PaperDetail = false;   ///< nodes as in the paper: no gradients
+  bool PaperDetail = false;   ///< draw nodes as in the paper, without gradients
   bool CoarseGrids = false;
   bool DepthBuffered = false;
 
   Paint Colors = Paint::Own;
-  double Color[3] = { 1, 1, 1 }; ///< of surfels that have none of their own
+  double Color[3] = { 1, 1, 1 }; ///< of surfels without colours of their own
   ShadingMaterial Surface;
   const ShadingLight* Lights = nullptr;
   std::size_t NumberOfLights = 0;
 };
 
-/// Where splats go; the arrays have room for all surfels of a call. Gradients are those of the
-/// splats that have one.
+/// Destination of the splats. The arrays have room for all surfels of a call. Gradients holds only
+/// those of splats that have one.
 struct SplatOutput
 {
   Splat* Splats;
   PixelBox* Boxes;
   float* Nears;
   LensSlope* Slopes;         ///< or null
-  unsigned char* GridLevels; ///< or null: all on the picture
+  unsigned char* GridLevels; ///< or null: all splats are on the picture itself
   SplatGradient* Gradients;  ///< of the whole list
-  std::size_t FirstGradient; ///< where this output's begin in it
+  std::size_t FirstGradient; ///< index of this output's first gradient in it
   std::size_t Count = 0, NumberOfGradients = 0, Invalid = 0, Blurred = 0;
   unsigned int Levels = 0;         ///< bit l: some are on the grid of level l
   float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
@@ -82,7 +82,7 @@ struct SetupTarget
   const char* Name;
 };
 
-/// The best that this processor runs.
+/// The fastest target that this processor supports.
 const SetupTarget& SelectSetupTarget();
 
 extern const SetupTarget SetupTargetScalar; ///< one surfel at a time, for comparison

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Everything that is the same for all surfels of a frame.
+ * Settings that are the same for all surfels of a frame.
  */
 #pragma once
 
@@ -28,19 +28,20 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
-  ApertureSampling Sampling;              ///< of the lens, by the splatter
+  ApertureSampling Sampling;              ///< how the splatter divides the lens
   float MinConflict = DefaultMinConflict; ///< of sectors (LensSectors.h)
   bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   CutSettings Cut;
-  bool SkipHidden = true;  ///< what lies behind opaque layers, in tiles that are all opaque
-  bool CoarseGrids = true; ///< wide splats on grids of larger cells
-  /// For comparison: a plain z-buffer instead of layers. Each pixel shows its nearest surface only,
-  /// regardless of opacity, and too little of it where surfels are smaller than a pixel: this is a
-  /// bound on time rather than a picture. Coarse grids, sectors and skipping of the hidden are off.
+  bool SkipHidden = true;  ///< skip surfels behind opaque layers, in tiles that are fully opaque
+  bool CoarseGrids = true; ///< draw wide splats on grids of larger cells
+  /// For comparison: a plain z-buffer instead of layers. Each pixel shows only its nearest surface,
+  /// regardless of opacity, and too little of it if surfels are smaller than a pixel. This measures
+  /// a lower bound of the time and does not give a good picture. It turns off coarse grids, sectors
+  /// and the skipping of hidden surfels.
   bool DepthBuffered = false;
-  bool ScalarSetup = false; ///< splats one by one (SetupTargetScalar), for comparison
+  bool ScalarSetup = false; ///< set up one surfel at a time (SetupTargetScalar), for comparison
   Paint Colors = Paint::Own;
 };
 }

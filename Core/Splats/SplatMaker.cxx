@@ -5,7 +5,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Elements [begin, begin + count) of an array, or nothing of none.
+/// Prefetches elements [begin, begin + count) of an array. Does nothing if the array is null.
 void PrefetchElements(const void* array, std::size_t size, std::size_t begin, std::size_t count)
 {
   constexpr std::size_t line = 64;

@@ -11,7 +11,8 @@
 
 namespace SurfelSplatting
 {
-/// Prepares for the set-up what is the same for all of a cloud's surfels. One for all threads.
+/// Prepares the inputs of the set-up that are the same for all surfels of a cloud. All threads
+/// share one.
 class SplatMaker
 {
 public:
@@ -19,12 +20,12 @@ public:
   SplatMaker(const SplatMaker&) = delete;
   SplatMaker& operator=(const SplatMaker&) = delete;
 
-  /// What it makes splats of. The cloud must outlive that; memory is kept.
-  /// @param target not used where the context asks for the scalar one
+  /// Sets the context and the cloud. The cloud must outlive the calls of Make. Memory is reused.
+  /// @param target ignored if the context asks for the scalar target
   void Set(const SplatContext& context, const SurfelCloud& cloud,
     const SetupTarget& target = SelectSetupTarget());
 
-  /// Asks for the memory of surfels that will be made soon.
+  /// Prefetches the data of surfels whose splats will be made soon.
   void Prefetch(std::size_t begin, std::size_t count, int level) const;
 
   /// Appends the visible splats of surfels [begin, begin + count), all of one level.

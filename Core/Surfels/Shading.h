@@ -23,25 +23,25 @@ struct Light
   std::array<double, 3> Attenuation{ 1, 0,
     0 };                    ///< 1 / (a0 + a1 d + a2 d^2), positional lights only
   double ConeCosine = -1.0; ///< cosine of the spot's half angle; -1: no spot
-  /// The only light, at the camera: VTK then takes (n.l)^p for the highlight instead of Phong's
-  /// (r.v)^p.
+  /// Whether this is the only light and sits at the camera. VTK then uses (n.l)^p for the highlight
+  /// instead of Phong's (r.v)^p.
   bool LoneHeadlight = false;
   double Exponent = 1.0; ///< of the spot
 };
 
 struct Material
 {
-  bool Lit = false; ///< false: colours as they are
+  bool Lit = false; ///< false: colours are not shaded
   double Ambient = 0.0;
   double Diffuse = 1.0;
   double Specular = 0.0;
   double SpecularPower = 1.0;
   std::array<double, 3> Color{ 1, 1, 1 };        ///< of surfels without colours of their own
-  std::array<double, 3> AmbientColor{ 1, 1, 1 }; ///< likewise
+  std::array<double, 3> AmbientColor{ 1, 1, 1 }; ///< of surfels without colours of their own
   std::array<double, 3> SpecularColor{ 1, 1, 1 };
 };
 
-/// A light and a material as the formulas below read them: plain numbers (Core/Simd/Inline.h).
+/// A light and a material as plain numbers, for the formulas below (Core/Simd/Inline.h).
 struct ShadingLight
 {
   double Color[3], Position[3], Direction[3], Attenuation[3];
@@ -52,7 +52,7 @@ struct ShadingLight
 struct ShadingMaterial
 {
   bool Lit = false;
-  bool HasSurfelColors = false; ///< which then are the ambient colour as well
+  bool HasSurfelColors = false; ///< these are then the ambient colour too
   double Ambient = 0.0, Diffuse = 1.0, Specular = 0.0, SpecularPower = 1.0;
   double AmbientColor[3] = { 1, 1, 1 }, SpecularColor[3] = { 1, 1, 1 };
 };
@@ -92,16 +92,16 @@ inline ShadingMaterial ToShading(const Material& material, bool hasSurfelColors)
   return m;
 }
 
-/// The colour of a surfel in its light: Base + Share * its own colour, channel by channel. Affine,
-/// so that a gradient of the colour stays one.
+/// The shaded colour of a surfel is Base + Share * its own colour, channel by channel. Since this
+/// is affine, a gradient of the colour remains a gradient.
 template <class Real>
 struct ShadedColor
 {
   Real Base[3], Share[3];
 };
 
-/// What reaches a point of a light, 0 outside a spot's cone.
-/// @param toLight set to the direction, unit length
+/// Share of a light that reaches a point; 0 outside a spot's cone.
+/// @param toLight receives the direction to the light, unit length
 template <class Real>
 SURFELSPLATTING_INLINE Real Incidence(
   const ShadingLight& light, const Vector3Of<Real>& p, Vector3Of<Real>& toLight)
@@ -129,10 +129,10 @@ SURFELSPLATTING_INLINE Real Incidence(
 }
 
 /**
- * Light leaving a surfel towards the lens, linear RGB. For a lone headlight VTK takes (n.l)^p for
- * the highlight, otherwise Phong's (r.v)^p with the light's mirror direction r = 2 (n.l) n - l.
+ * Light that a surfel reflects towards the lens, linear RGB. Like VTK, the highlight is (n.l)^p for
+ * a lone headlight, and otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
  * @param position camera space
- * @param normal   camera space, unit length, on the side that is seen
+ * @param normal   camera space, unit length, of the visible side
  * @param toViewer camera space, unit length
  */
 template <class Real>

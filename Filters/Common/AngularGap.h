@@ -11,11 +11,11 @@ namespace SurfelGeometry
 class Directions
 {
 public:
-  static constexpr int Most = 256;
+  static constexpr int Capacity = 256;
 
   void Clear();
 
-  /// Adds a direction, at most `Most` of them; not (0, 0).
+  /// Adds a direction, at most `Capacity` of them; not (0, 0).
   void Add(float x, float y)
   {
     this->X[this->Count] = x;
@@ -31,7 +31,7 @@ public:
   bool HaveGap();
 
 private:
-  float X[Most], Y[Most];
+  float X[Capacity], Y[Capacity];
   int Count = 0;
   unsigned int Octants = 0; // bits of the octants that have a direction
   std::vector<double> Angles;

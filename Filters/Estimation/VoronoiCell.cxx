@@ -54,7 +54,7 @@ public:
   /// Keeps the part with n.x <= d.
   void Cut(float nx, float ny, float d)
   {
-    float distances[MostCorners];
+    float distances[MaxCorners];
     int cut = 0;
     for (int k = 0; k < this->Count; ++k)
     {
@@ -96,7 +96,7 @@ public:
 
 private:
   /// A cut adds one corner at most; all neighbours and the border may cut.
-  static constexpr int MostCorners = ReachCorners + CellNeighbors + 2;
+  static constexpr int MaxCorners = ReachCorners + CellNeighbors + 2;
 
   static std::array<Point2, ReachCorners> UnitCorners()
   {
@@ -169,7 +169,7 @@ private:
     }
   }
 
-  float X[MostCorners], Y[MostCorners];
+  float X[MaxCorners], Y[MaxCorners];
   int Count = 0;
   float Squared = 0.0f;
 };

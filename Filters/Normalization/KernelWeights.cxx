@@ -16,16 +16,16 @@ namespace SurfelGeometry
 namespace
 {
 /// Lower bound of a sum of kernels that is divided by: it bounds one step of the iteration.
-constexpr double SmallestSum = 1e-3;
+constexpr double MinSum = 1e-3;
 
 /// The iteration ends when a step reduces the standard deviation of the sums by less than 2 %: from
 /// there on it fits the samples rather than the surface. On a sphere of random points, the
 /// deviation at other samples was 0.128 at first, 0.126 after 1 to 4 steps and 0.127 after 12.
-constexpr double LeastProgress = 0.98;
+constexpr double MaxErrorRatio = 0.98;
 
 /// Unit of the fixed-point numerators: integer sums do not depend on the order.
 constexpr double FixedPoint = 1.0 / 4294967296.0;
-constexpr double LargestTerm = 65536.0;
+constexpr double MaxTerm = 65536.0;
 
 using Blocks = std::vector<SampleBlock>;
 
@@ -48,7 +48,7 @@ public:
   }
   static std::int64_t ToFixed(double term)
   {
-    return static_cast<std::int64_t>(std::min(term, LargestTerm) / FixedPoint);
+    return static_cast<std::int64_t>(std::min(term, MaxTerm) / FixedPoint);
   }
   void Add(size_t i, std::int64_t term)
   {
@@ -118,7 +118,7 @@ void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vecto
       continue;
     }
     const double sum = areas ? SumAt(block, s, *areas) : 1.0;
-    const double factor = block.Weights[s] / std::max(sum, SmallestSum);
+    const double factor = block.Weights[s] / std::max(sum, MinSum);
     if (areas && block.Inside[s] == CountedSample)
     {
       statistics.Add(block.Weights[s], sum);
@@ -262,7 +262,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
     }
     const SumStatistics now = Statistics(moments, report);
     report.Before = step == 0 ? now : report.Before;
-    if (now.StandardDeviation > LeastProgress * last || report.NumberOfSamples == 0)
+    if (now.StandardDeviation > MaxErrorRatio * last || report.NumberOfSamples == 0)
     {
       break;
     }

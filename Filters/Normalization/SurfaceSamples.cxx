@@ -46,25 +46,25 @@ bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
 struct Sheet
 {
   static constexpr int Lanes = 16;
-  static constexpr int Most = Directions::Most + Lanes; // neighbours, the owner and padding
+  static constexpr int Capacity = Directions::Capacity + Lanes; // neighbours, the owner and padding
 
   int Count;
-  int Ids[Most];
-  alignas(64) float X[Most];
-  alignas(64) float Y[Most];
-  alignas(64) float Z[Most];
-  alignas(64) float Squared[Most];
-  alignas(64) float B1X[Most];
-  alignas(64) float B1Y[Most];
-  alignas(64) float B1Z[Most];
-  alignas(64) float B2X[Most];
-  alignas(64) float B2Y[Most];
-  alignas(64) float B2Z[Most];
-  alignas(64) float NX[Most];
-  alignas(64) float NY[Most];
-  alignas(64) float NZ[Most];
-  alignas(64) float Climb[Most];
-  float Peak[Most];
+  int Ids[Capacity];
+  alignas(64) float X[Capacity];
+  alignas(64) float Y[Capacity];
+  alignas(64) float Z[Capacity];
+  alignas(64) float Squared[Capacity];
+  alignas(64) float B1X[Capacity];
+  alignas(64) float B1Y[Capacity];
+  alignas(64) float B1Z[Capacity];
+  alignas(64) float B2X[Capacity];
+  alignas(64) float B2Y[Capacity];
+  alignas(64) float B2Z[Capacity];
+  alignas(64) float NX[Capacity];
+  alignas(64) float NY[Capacity];
+  alignas(64) float NZ[Capacity];
+  alignas(64) float Climb[Capacity];
+  float Peak[Capacity];
 
   /// @param at in units of `spacing`, which is in world units
   void Add(int id, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
@@ -104,18 +104,18 @@ struct Sheet
 /// Positions of some samples, in units of the owner's spacing.
 struct SamplePositions
 {
-  static constexpr int Most = 16;
+  static constexpr int Capacity = 16;
 
-  alignas(64) float X[Most];
-  alignas(64) float Y[Most];
-  alignas(64) float Z[Most];
-  alignas(64) int Nearer[Most]; // 1: another surfel of the sheet is nearer than the owner
+  alignas(64) float X[Capacity];
+  alignas(64) float Y[Capacity];
+  alignas(64) float Z[Capacity];
+  alignas(64) int Nearer[Capacity]; // 1: another surfel of the sheet is nearer than the owner
 };
 
 /// @param squaredReach largest squared distance of a position from the owner
 SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePositions& positions)
 {
-  for (int lane = 0; lane < SamplePositions::Most; ++lane)
+  for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
   {
     positions.Nearer[lane] = 0;
   }
@@ -123,7 +123,7 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
   for (int k = 1; k < s.Count && s.Squared[k] < 4.0f * squaredReach; ++k)
   {
     const float x = 2.0f * s.X[k], y = 2.0f * s.Y[k], z = 2.0f * s.Z[k], squared = s.Squared[k];
-    for (int lane = 0; lane < SamplePositions::Most; ++lane)
+    for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
     {
       // |at - x|^2 < |at|^2
       const float twice = positions.X[lane] * x + positions.Y[lane] * y + positions.Z[lane] * z;
@@ -186,9 +186,9 @@ public:
     const double shift = Hash(2 * seed + 1);
     // Vogel's spiral: equal areas, golden angle.
     double cosine = std::cos(turn), sine = std::sin(turn);
-    for (int first = 0; first < count; first += SamplePositions::Most)
+    for (int first = 0; first < count; first += SamplePositions::Capacity)
     {
-      const int last = std::min(count, first + SamplePositions::Most);
+      const int last = std::min(count, first + SamplePositions::Capacity);
       for (int s = first; s < last; ++s)
       {
         const double r = radius * std::sqrt((s + shift) / count);
@@ -311,7 +311,7 @@ private:
   Neighbors Found;
   Sheet Near;
   SamplePositions At{};
-  alignas(64) float Exponents[Sheet::Most];
+  alignas(64) float Exponents[Sheet::Capacity];
   Directions Around;
 };
 }

@@ -16,7 +16,7 @@ namespace
 {
 /// An edge leads to another sheet if the sine of its angle to either tangent plane, its climb, is
 /// larger than this.
-constexpr double LargestClimb = 0.8;
+constexpr double MaxClimb = 0.8;
 
 /// Sure edges, which join points to patches: smallest vote, largest climb, and largest flatness of
 /// both ends.
@@ -43,7 +43,7 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
   const double climbA = Dot(fits[a].Normal, d) / length;
   const double climbB = Dot(fits[b].Normal, d) / length;
   const double climb = std::max(std::abs(climbA), std::abs(climbB));
-  if (climb > LargestClimb)
+  if (climb > MaxClimb)
   {
     return 0.0f;
   }

@@ -15,16 +15,16 @@ namespace SurfelGeometry
 namespace
 {
 /// Largest share of a component's votes that may contradict its orientation.
-constexpr double LargestConflict = 0.03;
+constexpr double MaxConflict = 0.03;
 
 /// A component is closed if the winding number at its surfels is at least ClosedMean on average
-/// and beyond ClosedLeast at ClosedShare of the samples. On a sphere of which a share f is missing
+/// and beyond MinClosed at ClosedShare of the samples. On a sphere of which a share f is missing
 /// the mean is (1 - f) / 2: up to a fifth may be missing; half a sphere, 0.32, is open.
 constexpr double ClosedMean = 0.4;
-constexpr double ClosedLeast = 0.15;
+constexpr double MinClosed = 0.15;
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
-constexpr int SmallestClosed = 30; // points; fewer are not enough to decide
+constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 
 /// Given normals decide if they agree this much: |sum of cosines| / sum of absolute values.
 constexpr double GivenAgreement = 0.8;
@@ -33,7 +33,7 @@ constexpr double GivenAgreement = 0.8;
 int ClosedSign(const OutsideInput& input, const Component& component)
 {
   const int count = component.Count;
-  if (count < SmallestClosed)
+  if (count < MinClosedPoints)
   {
     return 0;
   }
@@ -50,7 +50,7 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
   const double sign = mean < 0.0 ? -1.0 : 1.0;
   const auto agreeing = std::count_if(
-    windings.begin(), windings.end(), [sign](double w) { return sign * w > ClosedLeast; });
+    windings.begin(), windings.end(), [sign](double w) { return sign * w > MinClosed; });
   const bool closed = std::abs(mean) >= ClosedMean && agreeing >= ClosedShare * samples;
   return closed ? static_cast<int>(sign) : 0;
 }
@@ -102,7 +102,7 @@ OutsideSign DecideOutside(
 {
   OutsideSign result;
   result.Sign = GivenSign(input, component);
-  if (result.Sign == 0 && component.Conflict <= LargestConflict)
+  if (result.Sign == 0 && component.Conflict <= MaxConflict)
   {
     result.Sign = ClosedSign(input, component);
     result.IsClosed = result.Sign != 0;

@@ -15,9 +15,9 @@ namespace
 constexpr double Agreement = 0.8;
 
 /// Larger patches need more than a chance contact: the sum of votes must reach this times the
-/// square root of the size of the smaller patch, or LargestEvidence if that is less.
+/// square root of the size of the smaller patch, or MaxEvidence if that is less.
 constexpr double EvidencePerRoot = 0.5;
-constexpr double LargestEvidence = 8.0;
+constexpr double MaxEvidence = 8.0;
 
 /// A patch below this size is joined to its surest neighbour if the votes agree at least this much.
 constexpr int SmallPatch = 30;
@@ -101,7 +101,7 @@ bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
     return size < SmallPatch && evidence >= SmallAgreement * pair.Absolute;
   }
   return evidence >= Agreement * pair.Absolute &&
-    evidence >= std::min(EvidencePerRoot * std::sqrt(double(size)), LargestEvidence);
+    evidence >= std::min(EvidencePerRoot * std::sqrt(double(size)), MaxEvidence);
 }
 
 /// One round of Boruvka's algorithm: joins each set with its surest trusted partner.

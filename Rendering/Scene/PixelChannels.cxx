@@ -136,8 +136,7 @@ void AddChannels(const PixelChannels& channels, const SplatContext& context,
     float* level = AddArray(picture, Arrays::Level, 1);
     ForPixels(picture, [&](vtkIdType p) {
       const float alpha = mean[4 * p + 3];
-      level[p] =
-        alpha > 0.0f ? static_cast<float>(LargestPaintedLevel) * mean[4 * p] / alpha : -1.0f;
+      level[p] = alpha > 0.0f ? static_cast<float>(MaxPaintedLevel) * mean[4 * p] / alpha : -1.0f;
     });
   }
 }

@@ -9,13 +9,13 @@ namespace SurfelSplatting
 namespace
 {
 /// A larger coarsening is useful if it reduces the load at least by this factor.
-constexpr double LeastGain = 0.93;
+constexpr double MaxLoadRatio = 0.93;
 }
 
 void RateGovernor::AddInteractiveFrame(double load, double coarsening, bool hasProps)
 {
   if (load > 1.0 && coarsening > this->LastCoarsening && this->LastLoad > 0.0 &&
-    load > LeastGain * this->LastLoad && hasProps)
+    load > MaxLoadRatio * this->LastLoad && hasProps)
   {
     this->LargestUseful = this->LastCoarsening;
   }
@@ -33,7 +33,7 @@ void RateGovernor::AddInteractiveFrame(double load, double coarsening, bool hasP
 
 void RateGovernor::AddStillFrame()
 {
-  this->LargestUseful = LargestCoarsening;
+  this->LargestUseful = MaxCoarsening;
   this->LastLoad = 0.0;
 }
 }

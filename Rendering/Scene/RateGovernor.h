@@ -15,9 +15,9 @@ namespace SurfelSplatting
 class RateGovernor
 {
 public:
-  static constexpr double LargestCoarsening = 16.0;
+  static constexpr double MaxCoarsening = 16.0;
 
-  /// Factor on the LODError for the next interactive frame, [1, LargestCoarsening].
+  /// Factor on the LODError for the next interactive frame, [1, MaxCoarsening].
   double Coarsening() const { return this->Next; }
 
   /**
@@ -36,7 +36,7 @@ public:
 private:
   double Next = 1.0;
   double LastCoarsening = 1.0;
-  double LastLoad = 0.0;                    // 0: unknown
-  double LargestUseful = LargestCoarsening; // more was seen to save no time
+  double LastLoad = 0.0;                // 0: unknown
+  double LargestUseful = MaxCoarsening; // more was seen to save no time
 };
 }

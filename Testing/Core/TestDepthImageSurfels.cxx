@@ -217,8 +217,8 @@ TEST_CASE("Margin")
   const int margin = MarginOf(context.Camera, context.Optics, 1.0, 3.0);
   CHECK(margin > 1.2 * widest);
   CHECK(margin < 1.3 * widest + 5.0);
-  CHECK(MarginOf(context.Camera, context.Optics, 1e-3, 3.0) == LargestMargin);
-  CHECK(MarginOf(context.Camera, context.Optics, 0.0, 3.0) == LargestMargin);
+  CHECK(MarginOf(context.Camera, context.Optics, 1e-3, 3.0) == MaxMargin);
+  CHECK(MarginOf(context.Camera, context.Optics, 0.0, 3.0) == MaxMargin);
 }
 
 /// From where the pixels were drawn in the world, through whatever camera.

@@ -285,7 +285,7 @@ long CheckFamily(const Family& family)
 
 // Per family 84 pictures at 3 numbers of threads and up to 20 by brute force; in a release build
 // less than a second. A sanitizer multiplies it by twenty.
-constexpr double MostSeconds = 100.0;
+constexpr double MaxSeconds = 100.0;
 
 double SecondsSince(std::chrono::steady_clock::time_point start)
 {
@@ -307,7 +307,7 @@ TEST_CASE("Picture sizes")
     CHECK(Same(one, RenderPicture(context, { family.Cloud.Get() }, ThreadExecutor(3))));
     std::printf("%d x %d: %.2f s\n", size, size, SecondsSince(start));
   }
-  CHECK(SecondsSince(begin) < MostSeconds);
+  CHECK(SecondsSince(begin) < MaxSeconds);
 }
 
 /// A million surfels at one place, with their hierarchy.
@@ -335,7 +335,7 @@ TEST_CASE("Coincident")
     CHECK_NEAR(picture.At(Width / 2, Height / 2, 3), 1.0, 1e-4);
   }
   std::printf("a million at one place: %.2f s\n", SecondsSince(start));
-  CHECK(SecondsSince(begin) < MostSeconds);
+  CHECK(SecondsSince(begin) < MaxSeconds);
 }
 }
 
@@ -352,7 +352,7 @@ TEST_CASE("Families of clouds")
     const long judged = CheckFamily(family);
     const double seconds = SecondsSince(start);
     std::printf("%-26s %6.2f s, %6ld pixels judged\n", family.Name.c_str(), seconds, judged);
-    CHECK(seconds < MostSeconds);
+    CHECK(seconds < MaxSeconds);
     CHECK((!family.Judge || judged > 5000));
   }
 }

@@ -55,7 +55,7 @@ TEST_CASE("Coarsening ends at its largest")
 {
   RateGovernor governor;
   Settle(governor, 2.0, 1.0);
-  CHECK(governor.Coarsening() == RateGovernor::LargestCoarsening);
+  CHECK(governor.Coarsening() == RateGovernor::MaxCoarsening);
 }
 
 TEST_CASE("Useless coarsening is taken back")
