@@ -355,7 +355,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   this->NumberOfDoubtfulSurfels = 0;
   if (!input)
   {
-    vtkErrorMacro("There is no input, or it is no vtkPointSet: connect a data set with points.");
+    vtkErrorMacro("There is no input, or it is not a vtkPointSet: connect a data set with points.");
     return 0;
   }
   const vtkIdType count = input->GetNumberOfPoints();

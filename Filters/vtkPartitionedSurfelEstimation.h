@@ -58,8 +58,8 @@ public:
 
   ///@{
   /**
-   * Of the last execution: parts; dropped points, as in vtkSurfelEstimation; surfels with neighbours
-   * that may be beyond the halo of their part.
+   * Counts of the last execution: parts; dropped points, as in vtkSurfelEstimation; surfels whose
+   * neighbours may lie beyond the halo of their part.
    */
   vtkGetMacro(NumberOfParts, int);
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);

@@ -446,7 +446,7 @@ bool vtkSurfelEstimation::CheckDistributedMemory(
     return true;
   }
   vtkErrorMacro(
-    << (problem.empty() ? "Another process lacks memory, see its messages." : problem)
+    << (problem.empty() ? "Another process has too little memory; see its messages." : problem)
     << " Process 0 orients the whole cloud; the orientation modes VIEWPOINT and TWO_SIDED"
        " need no memory for that.");
   return false;
@@ -471,7 +471,7 @@ bool vtkSurfelEstimation::CheckSettings(vtkPointSet* input)
 {
   if (!input)
   {
-    vtkErrorMacro("There is no input, or it is no vtkPointSet: connect a data set with points.");
+    vtkErrorMacro("There is no input, or it is not a vtkPointSet: connect a data set with points.");
     return false;
   }
   const std::string problem = CheckNumberOfPoints(input->GetNumberOfPoints());

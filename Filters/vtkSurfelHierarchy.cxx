@@ -36,8 +36,8 @@ using SurfelSplatting::KdTreeOrder;
 
 namespace
 {
-/// Bytes of a surfel with a colour; bytes per surfel that a hierarchy and its first frame add, mainly
-/// a node and its colour; and bytes per surfel while the filter works.
+/// Bytes of a surfel with a colour; bytes per surfel that a hierarchy and its first frame add,
+/// mainly a node and its colour; and bytes per surfel while the filter works.
 constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
 
 /// The surfel arrays of a dataset as the core's SurfelCloud; copies if they have another type.
@@ -289,7 +289,7 @@ int vtkSurfelHierarchy::RequestData(vtkInformation* vtkNotUsed(request),
     output->Initialize();
     vtkErrorMacro("There is too little memory for the hierarchy of "
       << input->GetNumberOfPoints() << " surfels, which takes about "
-      << BytesPerSurfel + BytesPerNode << " bytes each. Reduce the cloud.");
+      << BytesPerSurfel + BytesPerNode << " bytes each. Use fewer points.");
     return 0;
   }
   if (this->NumberOfInvalidSurfels > 0)

@@ -3,11 +3,12 @@
  * @class   vtkSurfelHierarchy
  * @brief   level-of-detail hierarchy over surfels
  *
- * Surfaces that are blurred, or smaller than a pixel, can be drawn with fewer and larger splats. This
- * filter builds a binary hierarchy over the surfels (QSplat: Rusinkiewicz and Levoy 2000; for depth
- * of field Krivanek, Zara and Bouatouch 2003): each node has the moments of the surfels below it, so
- * that it is a surfel itself. With the output as its input, a vtkSurfelMapper draws a cut through the
- * hierarchy that suits the view; vtkSurfelSplatter::SetLODError controls how coarse it is.
+ * Surfaces that are blurred, or smaller than a pixel, can be drawn with fewer and larger splats.
+ * This filter builds a binary hierarchy over the surfels (QSplat: Rusinkiewicz and Levoy 2000; for
+ * depth of field Krivanek, Zara and Bouatouch 2003): each node has the moments of the surfels below
+ * it, so that it is a surfel itself. With the output as its input, a vtkSurfelMapper draws a cut
+ * through the hierarchy that suits the view; vtkSurfelSplatter::SetLODError controls how coarse it
+ * is.
  *
  * The output is a vtkPolyData with the input's surfels and all of their point arrays, in the order
  * of the tree, and with the nodes above them in the field data (Documentation/DataContract.md). So
@@ -15,7 +16,8 @@
  * mapper refuses a hierarchy that has lost points. It takes 48 bytes for each surfel besides the
  * surfel itself.
  *
- * Colours from a lookup table are mapped at the surfels, and the mapper averages them for the nodes.
+ * Colours from a lookup table are mapped at the surfels, and the mapper averages them for the
+ * nodes.
  *
  * One-sided and two-sided surfels never share a node. Surfels with non-finite values are left out
  * and counted. The result does not depend on the number of threads.
@@ -39,8 +41,8 @@ public:
 
   ///@{
   /**
-   * Of the last execution: leaves (surfels in the hierarchy), all nodes including leaves, levels (1:
-   * leaves only), and surfels that were left out because their values are not finite.
+   * Counts of the last execution: leaves (surfels in the hierarchy), all nodes including leaves,
+   * levels (1: leaves only), and surfels that were left out because their values are not finite.
    */
   vtkGetMacro(NumberOfLeaves, vtkIdType);
   vtkGetMacro(NumberOfNodes, vtkIdType);
@@ -49,9 +51,10 @@ public:
   ///@}
 
   /**
-   * An error message if the free memory does not suffice for a hierarchy of this many surfels and for
-   * what a mapper makes of it; empty if it suffices or is unknown. withSurfels: the surfels do not
-   * exist yet, and the pipeline releases them once the hierarchy is there.
+   * An error message if there is not enough free memory for a hierarchy of this many surfels and
+   * for the data that a mapper adds; empty if there is enough or the amount is unknown.
+   * withSurfels: the surfels do not exist yet, and the pipeline releases them once the hierarchy
+   * exists.
    */
   static std::string CheckMemory(vtkIdType surfels, bool withSurfels);
 

@@ -10,12 +10,12 @@
  * for which the point is the nearest, by NumberOfIterations Richardson-Lucy steps. The sum of the
  * areas is then the area of the surface.
  *
- * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), those that
- * face the other way, and pairs of which only one surfel is two-sided.
+ * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), those
+ * that face the other way, and pairs of which only one surfel is two-sided.
  *
- * The result does not depend on the number of threads, nor on a renderer's cut-off. Several processes
- * with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation; sums are
- * measured over the whole cloud, total areas over a process's region. Memory: see
+ * The result does not depend on the number of threads, nor on a renderer's cut-off. Several
+ * processes with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation;
+ * sums are measured over the whole cloud, total areas over a process's region. Memory: see
  * vtkSurfelEstimation.
  *
  * @sa vtkSurfelEstimation
@@ -135,9 +135,9 @@ public:
 
   ///@{
   /**
-   * Of the last execution: samples; surfels that were left unchanged because they are unusable
-   * (values not finite, no area, no extent); and surfels with the weight 0, because another surfel
-   * has the same position.
+   * Counts of the last execution: samples; surfels that were left unchanged because they are
+   * unusable (values not finite, no area, no extent); and surfels with the weight 0, because
+   * another surfel has the same position.
    */
   vtkGetMacro(NumberOfSamples, vtkIdType);
   vtkGetMacro(NumberOfUnusableSurfels, vtkIdType);

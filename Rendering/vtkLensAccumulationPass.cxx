@@ -76,7 +76,8 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
     if (!this->Internal->Accumulation.Render(frame, views, this->DelegatePass))
     {
       vtkErrorMacro("Float textures of " << size[0] << " x " << size[1]
-                                         << " pixels could not be made: nothing is drawn.");
+                                         << " pixels could not be created: nothing is drawn. "
+                                            "Try a smaller window.");
       return;
     }
   }

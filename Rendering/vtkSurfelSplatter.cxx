@@ -168,7 +168,7 @@ bool vtkSurfelSplatter::Render(const SceneItems& items, const SceneView& view)
     }
     this->Internal->Output->Initialize();
     this->Internal->HasPicture = false;
-    vtkErrorMacro("Memory does not suffice for a picture of "
+    vtkErrorMacro("There is not enough memory for a picture of "
       << view.Size[0] << " x " << view.Size[1]
       << " pixels of these surfels. Make it smaller, or render it in tiles.");
     return false;
@@ -358,8 +358,8 @@ void vtkSurfelSplatter::MakeClouds(
   scene.OccluderDepth = this->SplatBlurredPixels(view, scene.Clouds);
 }
 
-/// Makes the clouds and, with a controller, gets the occluder depth of process 0. A process that
-/// lacks memory tells the others.
+/// Makes the clouds and, with a controller, gets the occluder depth of process 0. A process with
+/// too little memory informs the others.
 void vtkSurfelSplatter::MakeScene(
   const SceneItems& items, const SceneView& view, SceneClouds& scene)
 {
@@ -386,8 +386,8 @@ void vtkSurfelSplatter::MakeScene(
   {
     this->Internal->WarnedRanks = true;
     vtkErrorMacro(
-      "Several processes make neither DeepSamples nor Channels: the picture has colours "
-      "and depths only. Unset the controller if you need them.");
+      "DeepSamples and Channels need a single process: the picture has only colours and depths. "
+      "Unset the controller if you need them.");
   }
   this->ShareOccluderDepth(view, scene);
 }

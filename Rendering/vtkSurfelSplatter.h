@@ -353,7 +353,7 @@ public:
   /**
    * NumberOfPreparedSurfels: surfels for whose hierarchy bounds or colours were computed in the
    * last frame (0 unless the data or its colours have changed). NumberOfReusedFrames: frames, since
-   * this object exists, in which nothing had changed and the last picture was kept.
+   * this object was created, that reused the last picture because nothing had changed.
    */
   vtkGetMacro(NumberOfPreparedSurfels, vtkIdType);
   vtkGetMacro(NumberOfReusedFrames, vtkIdType);
@@ -394,9 +394,9 @@ public:
   void CompleteView(SceneView& view);
 
   /**
-   * Renders a picture into GetOutput(). False, and an empty output, if memory does not suffice.
-   * With a controller, this holds for all of its processes or for none; OccluderDepth and PropImage
-   * of the view are then read on process 0.
+   * Renders a picture into GetOutput(). Returns false with an empty output if there is not enough
+   * memory. With a controller, either all of its processes succeed or none; OccluderDepth and
+   * PropImage of the view are then read on process 0.
    */
   bool Render(const SceneItems& items, const SceneView& view);
 

@@ -227,8 +227,8 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
   if (!isDrawn)
   {
     vtkErrorMacro("Float textures of " << r.Width << " x " << r.Height
-                                       << " pixels could not be made: other props are seen through "
-                                          "the centre of the lens only.");
+                                       << " pixels could not be created: other props are seen only "
+                                          "through the centre of the lens. Try a smaller window.");
     return false;
   }
   vtkOpenGLState* glState = frame.Window->GetState();
@@ -355,8 +355,8 @@ void vtkSurfelSplattingPass::ReadProps(
 
 void vtkSurfelSplattingPass::ReportSharpProps()
 {
-  vtkErrorMacro("The colours of the other props could not be read from this framebuffer, or memory "
-                "does not suffice for them: they stay sharp. Try "
+  vtkErrorMacro("The colours of the other props could not be read from this framebuffer, or there "
+                "is not enough memory for them: they stay sharp. Try "
                 "vtkRenderWindow::SetMultiSamples(0), a smaller window, or "
                 "OtherPropsThroughLensOff().");
 }
@@ -411,7 +411,8 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
   if (!isDrawn)
   {
     vtkErrorMacro(
-      "The surfels could not be drawn: OpenGL could not make float textures of their picture.");
+      "The surfels could not be drawn: OpenGL could not create float textures for their picture. "
+      "Try a smaller window.");
   }
 }
 

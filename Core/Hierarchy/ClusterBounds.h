@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Bounds of a hierarchy's nodes, computed once, from which a frame selects its cut
+ * Bounds of a hierarchy's nodes, computed once. Each frame selects its cut from them
  * (HierarchyCut.h).
  *
  * A cut is selected in groups of up to 64 nodes: a whole subtree is drawn at one level, which its
- * largest and its least coherent node decide. There is one entry for each cluster of 64 leaves and
- * for each node above. A frame looks at these entries only, and goes down only until all of a group
- * is fine enough.
+ * largest and its least coherent node determine. There is one entry for each cluster of 64 leaves
+ * and for each node above. A frame reads only these entries, and descends only until all nodes of a
+ * group are fine enough.
  */
 #pragma once
 

@@ -129,12 +129,12 @@ private:
     }
   }
 
-  /// Chooses one level for a whole subtree, the coarsest that suffices. For the lowest subtrees the
-  /// leaves always suffice; higher ones go at most mostLevels down, since parts of them may do with
-  /// a coarser level.
+  /// Chooses one level for a whole subtree: the coarsest that is fine enough. For the lowest
+  /// subtrees the leaves always are; higher ones descend at most maxLevels, since parts of them may
+  /// need only a coarser level.
   bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, CutWork::Part& part) const
   {
-    constexpr int mostLevels = 4;
+    constexpr int maxLevels = 4;
     const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
     if (at.Level == this->Table.LowestLevel(at.Tree))
     {
@@ -148,7 +148,7 @@ private:
       this->Choose(at, std::max(0, level), sigma, ball, part);
       return true;
     }
-    for (int i = 0; i < mostLevels; ++i)
+    for (int i = 0; i < maxLevels; ++i)
     {
       if (this->Suffices(below[i], allowed))
       {

@@ -183,7 +183,7 @@ void SplatExchange::ChooseBands(int width, int height, const SplatList& list)
   for (std::uint64_t rank = 0; rank < ranks; ++rank)
   {
     const int begin = rank == 0 ? 0 : this->Bands.back().End;
-    // Up to the row of tiles in the middle of which this rank's share is reached.
+    // This rank's share ends in the row of tiles whose middle reaches it.
     while (tile < costs.size() &&
       (rank + 1 == ranks || (sum + costs[tile] / 2) * ranks < total * (rank + 1)))
     {

@@ -293,7 +293,7 @@ float DepthImageSurfels::RimDepth(const DepthImage& image, std::size_t place) co
   return rim ? farthest : 0.0f;
 }
 
-/// Sets what is drawn under a blurred pixel; returns the depth from which on that hides.
+/// Sets what is drawn under a blurred pixel. Returns the depth beyond which it hides other things.
 float DepthImageSurfels::PutUnder(const DepthImage& image, Pixel& pixel) const
 {
   const float rim = this->RimDepth(image, pixel.Place);

@@ -53,11 +53,11 @@ constexpr float MinBlockConfusion[] = { 6.0f, 16.0f };
 /// to 0.012 too little where grids are coarse, and what is behind would shine through.
 constexpr double PixelSurplus = 1.0125;
 
-/// Where nearness changes from pixel to pixel by more than this share of the blur, and by more than
-/// SilhouetteExtension::MinStep, there is an edge and no slope.
+/// There is an edge, not a slope, where nearness changes between pixels by more than this share of
+/// the blur and by more than SilhouetteExtension::MinStep.
 constexpr float MaxSlope = 0.25f;
 
-/// An image with depth of what others have drawn: the camera's picture with a margin on each side.
+/// An image with depth that shows the other props: the camera's picture with a margin on each side.
 struct DepthImage
 {
   const float* Depth = nullptr;  ///< [height + 2 margin][width + 2 margin] distance along the view
@@ -65,13 +65,13 @@ struct DepthImage
   const float* Colors = nullptr; ///< [height + 2 margin][width + 2 margin][4] RGBA,
                                  ///< premultiplied; may be above 1
   int Margin = 0;                ///< px
-  double MinConfusion = MinPixelConfusion; ///< radius, px, from which on pixels become surfels
+  double MinConfusion = MinPixelConfusion; ///< min. radius, px, of pixels that become surfels
   bool LinearLight = false; ///< whether colours are sRGB codes to be blurred in linear light
   bool Antialiased = false; ///< whether pixels at edges mix the colours of both sides
 };
 
-/// Width of the margin from which things between two distances blur into the picture, at most
-/// MaxMargin; 0 if none of them is blurred by minConfusion px.
+/// Width of the margin, px, from which things between two distances blur into the picture; at most
+/// MaxMargin. 0 if none of them is blurred by minConfusion px.
 int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest,
   double minConfusion = MinPixelConfusion);
 
@@ -79,9 +79,9 @@ class DepthImageSurfels
 {
 public:
   /**
-   * Makes surfels of the pixels that a lens blurs.
-   * @param sharpDepth [height][width] the distances in the camera's picture; at blurred pixels they
-   * are set to those of what remains under the surfels, infinity where that is not known
+   * Turns the pixels that a lens blurs into surfels.
+   * @param sharpDepth [height][width] receives the distances in the camera's picture. Blurred
+   * pixels get those of what remains under the surfels, or infinity if that is unknown
    */
   void MakeSurfels(const View& camera, const Lens& lens, const DepthImage& image, float* sharpDepth,
     const Executor& executor);

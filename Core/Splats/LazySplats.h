@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Splats that are made when a tile first needs them; those behind opaque layers never are.
+ * Makes splats when a tile first needs them. Those behind opaque layers are never made.
  *
  * The runs of nodes of the cut (HierarchyCut.h) are sorted by near depth, and each tile has a list
  * of those that can reach it. A tile asks for one run after the other (TileRaster.h). Splats that
  * begin in front of the next run are complete and can be drawn. Once all of a tile is opaque, the
- * rest of its runs is skipped, and a run that no tile has asked for is never set up. A run is set
- * up once, by the first tile that asks; its splats do not depend on which tile that is.
+ * rest of its runs is skipped, and a run that no tile needs is never set up. A run is set up once,
+ * by the first tile that needs it; its splats do not depend on which tile this is.
  */
 #pragma once
 

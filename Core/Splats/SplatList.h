@@ -75,7 +75,7 @@ struct SplatList
 
   bool HasSlopes = false;
 
-  /// Up to some thousand surfels from which one thread makes splats: they begin within a run and
+  /// Up to a few thousand surfels whose splats one thread makes. They begin within a run and may
   /// continue in the next ones.
   struct Chunk
   {

@@ -33,7 +33,7 @@ double ReadNumber(const char* path)
 {
   std::ifstream file(path);
   double value = 0.0;
-  return file >> value ? value : Unknown; // "max" is no number
+  return file >> value ? value : Unknown; // "max" is not a number
 }
 
 /// What control groups (version 2) leave.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Checks before minutes of work whether the memory suffices for a cloud.
+ * Checks, before minutes of work, whether there is enough memory for a cloud.
  */
 #pragma once
 
@@ -13,7 +13,7 @@ namespace SurfelGeometry
 /// Memory of vtkSurfelEstimation and of vtkSurfelNormalization, as vtkSurfelEstimation.h says.
 constexpr double BytesPerPoint = 290.0;
 
-/// Memory that can be allocated without swapping, bytes: the smaller one of the system's and the
+/// Memory that can be allocated without swapping, bytes: the minimum of the system's and the
 /// control group's. Infinity if it is unknown (not on Linux).
 double AvailableMemory();
 

@@ -11,7 +11,7 @@ class vtkCellArray;
 
 namespace SurfelGeometry
 {
-/// One poly-vertex of the points 0 to count - 1, with 32-bit indices if they suffice; no cell if
+/// One poly-vertex of the points 0 to count - 1, with 32-bit indices if count allows; no cell if
 /// count is 0.
 vtkSmartPointer<vtkCellArray> MakePointCell(vtkIdType count);
 }

@@ -17,9 +17,9 @@ namespace
 /// Largest share of a component's votes that may contradict its orientation.
 constexpr double MaxConflict = 0.03;
 
-/// A component is closed if the winding number at its surfels is at least ClosedMean on average
-/// and beyond MinClosed at ClosedShare of the samples. On a sphere of which a share f is missing
-/// the mean is (1 - f) / 2: up to a fifth may be missing; half a sphere, 0.32, is open.
+/// A component is closed if the winding number at its surfels is at least ClosedMean on average and
+/// above MinClosed at ClosedShare of the samples. If a share f of a sphere is missing, the mean is
+/// (1 - f) / 2: up to a fifth may be missing. Half a sphere, 0.32, is open.
 constexpr double ClosedMean = 0.4;
 constexpr double MinClosed = 0.15;
 constexpr double ClosedShare = 0.85;

@@ -26,7 +26,7 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Number of points of all ranks from which the regions are chosen.
+/// Number of points, from all ranks together, that determine the regions.
 constexpr vtkIdType SampleSize = 200000;
 
 /// What a rank sends about its points.

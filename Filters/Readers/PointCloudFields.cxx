@@ -230,7 +230,7 @@ void CheckFields(const FieldCloud& cloud)
     const std::uint64_t end = field.Offset + std::uint64_t(field.Count) * SizeOf(field.Type);
     if (end > cloud.PointStep)
     {
-      throw std::runtime_error("the field " + field.Name + " reaches beyond its point.");
+      throw std::runtime_error("the field " + field.Name + " extends past the end of its point.");
     }
   }
 }
@@ -273,7 +273,7 @@ void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
   const Triple xyz = FindTriple(cloud, { "x", "y", "z" });
   if (!xyz[0])
   {
-    throw std::runtime_error("no point cloud: the fields x, y and z are not all there.");
+    throw std::runtime_error("not a point cloud: it needs the fields x, y and z.");
   }
   output->SetPoints(DecodePoints(cloud, xyz));
 

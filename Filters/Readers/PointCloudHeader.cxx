@@ -97,7 +97,7 @@ std::map<std::string, Words> ReadPCDLines(std::istream& file)
     if (std::find(known.begin(), known.end(), key) == known.end() || early ||
       !lines.emplace(key, words).second)
     {
-      Fail("the line " + key.substr(0, 40) + " is unknown, out of order or there twice");
+      Fail("the line " + key.substr(0, 40) + " is unknown, out of order or repeated");
     }
   }
   for (const char* key : { "FIELDS", "SIZE", "TYPE", "WIDTH", "DATA" })
@@ -258,7 +258,7 @@ Format CheckFile(const std::string& path)
   const Format format = FindFormat(path);
   if (format == Format::Unknown)
   {
-    throw std::runtime_error("neither a .ply nor a .pcd file by its first bytes.");
+    throw std::runtime_error("neither a .ply nor a .pcd file, judging by its first bytes.");
   }
   file.seekg(0, std::ios::end);
   const auto fileBytes = static_cast<std::uint64_t>(file.tellg());

@@ -51,7 +51,7 @@ bool IsOtherProp(vtkProp* prop, bool opaqueOnly)
   return isOther;
 }
 
-/// Calls a function; false if it returns false or memory does not suffice.
+/// Calls a function. False if it returns false or there is not enough memory.
 template <typename Function>
 bool IfMemorySuffices(const Function& function)
 {

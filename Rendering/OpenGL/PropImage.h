@@ -43,27 +43,28 @@ public:
   /// Whether colours are sRGB codes of the light that is blurred and mixed.
   void SetLinearLight(bool linear) { this->Image.LinearLight = linear; }
 
-  /// Before the props are drawn, if they are not to be blurred.
+  /// Call before the props are drawn, if they are not to be blurred.
   void StaySharp() { this->Margin = 0; }
 
   /**
-   * Before the props are drawn, if they are to be blurred. Chooses the margin that has to be drawn
-   * beyond the frame and reads the background. Collective if there are ranks. False if the
-   * background could not be read or memory does not suffice: the props stay sharp.
+   * Call before the props are drawn, if they are to be blurred. Chooses the margin to draw around
+   * the frame and reads the background. Collective if there are ranks. False if the background
+   * could not be read or there is not enough memory: the props stay sharp.
    */
   bool Begin(const PassFrame& frame, const SceneView& view, Ranks* ranks);
 
   /// Whether the lens blurs any of the props.
   bool IsBlurred() const { return this->Margin > 0; }
 
-  /// After the props were drawn. False if their depth could not be read: they hide nothing.
+  /// Call after the props were drawn. False if their depth could not be read: they then hide
+  /// nothing.
   bool ReadDepth(const PassFrame& frame);
 
   /**
-   * Reads the colours of the props, and draws and reads what is beyond the frame, as far as they
-   * are blurred or have to go to rank 0. Collective if there are ranks: gathers the nearest prop of
-   * each pixel on rank 0. False if this rank's colours could not be read or memory does not
-   * suffice: the props stay sharp.
+   * Reads the colours of the props, and draws and reads the margin around the frame, if they are
+   * blurred or have to be sent to rank 0. Collective if there are ranks: gathers the nearest prop
+   * of each pixel on rank 0. False if this rank's colours could not be read or there is not enough
+   * memory: the props stay sharp.
    * @param delegate draws the props beyond the frame, with as many samples as the frame has
    */
   bool Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delegate);

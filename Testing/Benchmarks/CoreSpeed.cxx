@@ -48,7 +48,7 @@ TestCloud MakeSurface(int surfels)
     TestSurfel s;
     const double bump = 1.0 + 0.08 * std::sin(9 * d[0]) * std::sin(9 * d[1]) * std::sin(9 * d[2]);
     s.Position = { bump * d[0], bump * d[1], bump * d[2] + 3.0 };
-    // Of r(d) d: r d less the tangential gradient of r.
+    // Normal of the surface r(d) d: r d minus the tangential gradient of r.
     const Vector3 sine{ std::sin(9 * d[0]), std::sin(9 * d[1]), std::sin(9 * d[2]) };
     Vector3 g{ std::cos(9 * d[0]) * sine[1] * sine[2], sine[0] * std::cos(9 * d[1]) * sine[2],
       sine[0] * sine[1] * std::cos(9 * d[2]) };

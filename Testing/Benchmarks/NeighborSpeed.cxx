@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the filters are measured against: the search for the 16 neighbours of every point, alone, by
- * PCL's, FLANN's and VTK's trees. Points of a bumpy sphere in random order, trees built anew.
+ * Baseline for the speed of the filters: only the search for the 16 neighbours of every point, with
+ * the trees of PCL, FLANN and VTK. The points lie on a bumpy sphere, in random order; trees are
+ * rebuilt every round.
  *
  *   NeighborSpeed [points = 1000000] [rounds = 3]
  *

@@ -42,7 +42,7 @@ WAYS = (DEFAULT, Way(error=0.5), Way(error=2.0), Way(lod="Off"), Way("Gaussian")
 
 
 class View:
-    """A blur of a scene and what it is compared with."""
+    """A blur of a scene and the reference picture that it is compared with."""
 
     def __init__(self, drawing, confusion, size, truth=None, mesh=None):
         self.drawing, self.confusion, self.size = drawing, confusion, size

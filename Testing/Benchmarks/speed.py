@@ -164,7 +164,7 @@ def search_alone(arguments):
 
 
 def median(rows):
-    """Of the same nested dictionary, several times."""
+    """Medians of the values of nested dictionaries with the same keys."""
     if isinstance(rows[0], dict):
         return {key: median([row[key] for row in rows]) for key in rows[0]}
     return float(np.median(rows))

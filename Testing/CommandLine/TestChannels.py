@@ -69,7 +69,8 @@ class TestChannels(ToolCase):
             glass = self.channels("glass.ply", "--channels", "coverage,fragments", *lens)
             self.assertEqual(sorted(opaque), [n for n in NAMES if n in "ABGRZcoveragefragments"])
             np.testing.assert_allclose(glass["coverage"], opaque["coverage"], atol=1e-5)
-            # Of what is opaque coverage is alpha; what is skipped behind it is less than 1/512.
+            # Where it is opaque, coverage is alpha. Hidden surfels that are skipped change it by
+            # less than 1/512.
             np.testing.assert_allclose(opaque["coverage"], opaque["A"], atol=1 / 512)
             inner = self.inside(opaque, 12)
             np.testing.assert_allclose(glass["A"][inner], 127 / 255, atol=0.03)

@@ -65,7 +65,7 @@ class TestLensCells(ToolCase):
 
     def test_what_is_refused(self):
         for options, words in (
-                (("--lens-cells", "0"), "'0' is not a whole number from 1 on"),
+                (("--lens-cells", "0"), "'0' is not a whole number of at least 1"),
                 (("--reference", "70000"), "70000 is more than 65536"),
                 (("--lens-cells", "2", "--reference", "3"), "not allowed with")):
             result = self.run_tool("render", "balls.ply", *options, "-o", "out.exr")

@@ -170,7 +170,8 @@ void ReferenceColor(const SplatContext& context, const SurfelCloud& cloud, std::
   splat.Opacity = std::clamp(rgba[3], 0.0, 1.0);
 }
 
-/// Depth range and slope: extended depth test of ABuffer.h, constants of the set-up's DepthExtent.
+/// Depth range and slope: extended depth test of ABuffer.h, with the values of DepthExtentAlongZ
+/// and DepthExtentIsotropic in SetupConstants.h.
 void ReferenceDepth(
   const CameraSurfel& s, const Vector3 rows[2], const double w[2][2], ReferenceSplat& splat)
 {
@@ -187,10 +188,10 @@ void ReferenceDepth(
 }
 
 /**
- * Exponent of the Pearson-II kernel for W and a disc of radius C, or -1 for a Gaussian: Mardia's
- * kurtosis E[(x' W^-1 x)^2] of both is the same. Of the disc convolved with a Gaussian it is 8 plus
+ * Exponent of the Pearson-II kernel for W and a disc of radius C, or -1 for a Gaussian: both have
+ * the same Mardia's kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus
  * the disc's fourth cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1
- * W^-1; of Pearson II, 8 - 8 / (n + 3).
+ * W^-1. For Pearson II it is 8 - 8 / (n + 3).
  */
 double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
 {
@@ -528,7 +529,7 @@ void Composite(const std::vector<ReferenceLayer>& layers, double limit, Referenc
 
 double ReferenceLensVariance(double c, double cutoff)
 {
-  // The paper's a, of which a Gaussian ended at the cut-off keeps the share tau.
+  // The paper's a. A Gaussian truncated at the cut-off keeps the share tau of it.
   const double tau = 1.0 - cutoff * std::exp(-cutoff) / (1.0 - std::exp(-cutoff));
   return tau * c * c / (2.0 * std::log(4.0));
 }

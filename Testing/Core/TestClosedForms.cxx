@@ -279,7 +279,7 @@ TEST_CASE("Grid sum")
     const double compensation = ReferenceRippleCompensation(smooth, cosine);
     const double ripple = RippleBound(20.0 * d, cosine);
     // The grid's borders are 6.3 standard deviations away from the middle: Gaussian tails below
-    // 1e-8. Rounding: as in TestMass, with 3 * 52 px.
+    // 1e-8. Rounding: as in the test Mass, with 3 * 52 px.
     for (int y = 9; y <= 10; ++y)
     {
       for (int x = 5; x < 15; ++x)
@@ -456,9 +456,9 @@ TEST_CASE("Linear texture")
     for (int x = 0; x < 40; ++x)
     {
       // Surfel i is at pixel 20 + i - 59.5. One cell of 1 px: ripple of the first moment, 2 pi W
-      // exp(-2 pi^2 W) / 120 for W >= 1.25, is 1e-12; rounding as in TestMass: a displacement of
-      // 2e-5 px, and sums of up to 5000 terms, each within 2^-24 of a sum that grows to 1 (random
-      // signs: 70 of them).
+      // exp(-2 pi^2 W) / 120 for W >= 1.25, is 1e-12; rounding as in the test Mass: a displacement
+      // of 2e-5 px, and sums of up to 5000 terms, each within 2^-24 of a sum that grows to 1
+      // (random signs: 70 of them).
       const double expected = (x + 0.5 - 20.0 + 59.5) / 120.0;
       const double actual = picture.At(x, 20, 0) / static_cast<double>(picture.At(x, 20, 3));
       // The compensation varies with the cosine over the picture, by a slope of d(0.2 cos^2)/dx <=

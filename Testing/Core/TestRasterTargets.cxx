@@ -76,7 +76,7 @@ ScalarKernel EvaluateScalar(double shape, double q, double error)
   const double t = 1.0 - q / Support, errorT = error / Support + 2.0 * Epsilon;
   if (shape < 0.0)
   {
-    // 2e-7 + 7.5e-8 q/2: the exponential, see TestExponential.
+    // 2e-7 + 7.5e-8 q/2: the exponential, see the test Exponential.
     const double value = std::exp(-0.5 * q);
     const double bound = value * (0.5 * error + 2e-7 + 3.75e-8 * q);
     return { value, value, bound, bound };

@@ -47,7 +47,7 @@ Picture RenderOnRanks(const SplatContext& context, const std::vector<SurfelCloud
   ThreadRanks::Run(ranks, [&](Ranks& group) {
     const std::size_t n = clouds.size(), size = static_cast<std::size_t>(ranks);
     const std::size_t rank = static_cast<std::size_t>(group.Rank());
-    const std::vector<SurfelCloud> mine(
+    const std::vector<SurfelCloud> ownClouds(
       clouds.begin() + static_cast<std::ptrdiff_t>(rank * n / size),
       clouds.begin() + static_cast<std::ptrdiff_t>((rank + 1) * n / size));
     SplatExchange exchange(group);
@@ -57,7 +57,7 @@ Picture RenderOnRanks(const SplatContext& context, const std::vector<SurfelCloud
     RenderTarget target = frame;
     target.OccluderDepth = limit;
     target.Exchange = &exchange;
-    splatter.Render(context, mine, SerialExecutor(), target);
+    splatter.Render(context, ownClouds, SerialExecutor(), target);
   });
   return result;
 }

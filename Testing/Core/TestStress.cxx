@@ -123,12 +123,12 @@ TEST_CASE("Odd fields")
 /// A surfel with a NaN opacity must not dim its neighbours by its weight.
 TEST_CASE("Invalid leaves no trace")
 {
-  TestCloud good, bad;
-  good.Add(BigSurfel(1.0));
-  bad.Add(BigSurfel(1.0));
-  bad.Add(BigSurfel(1.0));
-  bad.Opacities[1] = NotANumber;
-  const Picture a = RenderPicture(MakeContext(), good), b = RenderPicture(MakeContext(), bad);
+  TestCloud valid, invalid;
+  valid.Add(BigSurfel(1.0));
+  invalid.Add(BigSurfel(1.0));
+  invalid.Add(BigSurfel(1.0));
+  invalid.Opacities[1] = NotANumber;
+  const Picture a = RenderPicture(MakeContext(), valid), b = RenderPicture(MakeContext(), invalid);
   CHECK(std::equal(a.Color.begin(), a.Color.end(), b.Color.begin()));
 }
 

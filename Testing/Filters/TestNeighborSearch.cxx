@@ -27,7 +27,7 @@ float SquaredDistance(const std::vector<float>& p, int i, int j)
   return sum;
 }
 
-/// Of all points but i within a reach, sorted.
+/// Sorted squared distances from point i to all other points within a reach.
 std::vector<float> AllDistances(const std::vector<float>& p, int i, float squaredReach)
 {
   std::vector<float> all;

@@ -71,7 +71,7 @@ PointCloud::FieldCloud Read()
   return PointCloud::DecodePCD(file, header);
 }
 
-/// Of a float or double; NaNs come in many kinds.
+/// Whether a float or double is a NaN; there are many bit patterns of NaN.
 bool IsNaN(const std::uint8_t* value, std::size_t bytes)
 {
   float single = 0.0f;
@@ -96,14 +96,14 @@ void CompareWithPCL()
       ++next; // padding, which pcl_io drops
     }
     CHECK(next < own.Fields.size());
-    const PointCloud::Field& mine = own.Fields[next++];
-    const std::size_t bytes = mine.Count * PointCloud::SizeOf(mine.Type);
-    CHECK(mine.Count == field.count);
-    CHECK(SizeOf(mine.Type) == pcl::getFieldSize(field.datatype));
+    const PointCloud::Field& ownField = own.Fields[next++];
+    const std::size_t bytes = ownField.Count * PointCloud::SizeOf(ownField.Type);
+    CHECK(ownField.Count == field.count);
+    CHECK(SizeOf(ownField.Type) == pcl::getFieldSize(field.datatype));
     bool same = true;
     for (std::size_t i = 0; i < std::size_t(own.Width) * own.Height; ++i)
     {
-      const auto* a = own.Data.data() + i * own.PointStep + mine.Offset;
+      const auto* a = own.Data.data() + i * own.PointStep + ownField.Offset;
       const auto* b = expected.data.data() + i * expected.point_step + field.offset;
       same = same && (std::memcmp(a, b, bytes) == 0 || (IsNaN(a, bytes) && IsNaN(b, bytes)));
     }
@@ -174,19 +174,20 @@ TEST_CASE_FIXTURE(TemporaryFile, "Damage")
   // Every byte of a packed file changed, or the end missing: an error or other numbers, no crash.
   pcl::PCDWriter().writeBinaryCompressed(Path, MakeCloud(40));
   std::ifstream file(Path, std::ios::binary);
-  const std::string good{ std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
-  CHECK(ErrorOf(good).empty());
-  const std::size_t begin = good.find("compressed\n") + 11;
+  const std::string intact{ std::istreambuf_iterator<char>(file),
+    std::istreambuf_iterator<char>() };
+  CHECK(ErrorOf(intact).empty());
+  const std::size_t begin = intact.find("compressed\n") + 11;
   int errors = 0;
-  for (std::size_t i = begin; i < good.size(); ++i)
+  for (std::size_t i = begin; i < intact.size(); ++i)
   {
     for (const char change : { '\x00', '\xff', '\x25' })
     {
-      std::string bad = good;
+      std::string bad = intact;
       bad[i] = change;
       errors += ErrorOf(bad).empty() ? 0 : 1;
     }
-    CHECK(!ErrorOf(good.substr(0, i)).empty());
+    CHECK(!ErrorOf(intact.substr(0, i)).empty());
   }
   CHECK(errors > 0);
 }

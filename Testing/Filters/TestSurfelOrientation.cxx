@@ -198,7 +198,7 @@ TEST_CASE("Modes")
     const Sides given =
       CountSides(Surfels(estimation->GetOutput()), sphere, 0, sphere.Points.size());
     CHECK(given.Right >= 0.9999);
-    // Of another array: inward.
+    // Normals from another array point inward.
     vtkNew<vtkDoubleArray> inward;
     inward->DeepCopy(data->GetPointData()->GetNormals());
     inward->SetName("inward");

@@ -213,7 +213,7 @@ TEST_CASE("Troubles")
   partitioned->Update();
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 3);
 
-  // An error of a part is told as this filter's own.
+  // An error of a part is reported as this filter's own.
   partitioned->GetEstimation()->SetOrientationModeToAsGiven();
   partitioned->SetInputData(ToPolyData(MakeScene().Points));
   partitioned->Update();

@@ -60,7 +60,7 @@ vtkSmartPointer<vtkPolyData> Estimate(
   return normalization->GetOutput();
 }
 
-/// The points dealt to processes: who has point i.
+/// Distributes the points to processes: the process of point i.
 using Owner = std::function<int(const Vec&, int)>;
 
 /// Each process's surfels must be those of one process, tuple by tuple.
@@ -176,12 +176,12 @@ TEST_CASE("Odd clouds")
   std::vector<vtkIdType> two(4), one(4);
   ThreadController::Run(4, [&](vtkMultiProcessController* controller) {
     const int rank = controller->GetLocalProcessId();
-    std::vector<Vec> mine;
+    std::vector<Vec> ownPoints;
     if (rank % 2 == 0)
     {
-      mine.push_back({ 1.0 * rank, 0, 0 });
+      ownPoints.push_back({ 1.0 * rank, 0, 0 });
     }
-    two[rank] = Estimate(ToPolyData(mine), controller)->GetNumberOfPoints();
+    two[rank] = Estimate(ToPolyData(ownPoints), controller)->GetNumberOfPoints();
     const std::vector<Vec> alike(12, Vec{ 1, 2, 3 });
     one[rank] = Estimate(ToPolyData(alike), controller)->GetNumberOfPoints();
   });

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Real scans by the example's functions: pictures, and what plainvtk.py needs to make them anew."""
+"""Renders real scans with the example's functions, and writes the input of plainvtk.py."""
 
 import json
 import os

@@ -49,8 +49,8 @@ make_debian() {
   touch "$debian/complete"
 }
 
-# The sources are copied: mounts would outlive a run that is cut short. What has not changed keeps
-# its time, and is not built anew.
+# The sources are copied: mounts would outlive a run that is cut short. Unchanged files keep
+# their time and are not built again.
 copy_sources() {
   rm -rf "$debian/source" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"

@@ -17,7 +17,7 @@ def function(name, parameters, lines):
 
 class CodeStatistics(unittest.TestCase):
     def measure(self, lines, *options):
-        """Of a project whose only file has these lines."""
+        """Runs the statistics on a project whose only file has these lines."""
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "Core").mkdir()
             (Path(folder) / "Core" / "Only.cxx").write_text("\n".join([*lines, ""]))

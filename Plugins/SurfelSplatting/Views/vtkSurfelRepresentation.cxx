@@ -69,7 +69,7 @@ struct Cloud
       this->Actor->SetProperty(property);
       return;
     }
-    // Copied only if it differs: a copy counts as a change, and the frame would be drawn anew.
+    // Copied only if it differs: a copy counts as a change, and the frame would be drawn again.
     vtkNew<vtkProperty> combined;
     combined->DeepCopy(property);
     combined->SetOpacity(block.HasOpacity ? block.Opacity : property->GetOpacity());

@@ -35,8 +35,8 @@ public:
   ///@{
   /**
    * Whether the actor's bounds cover the whole view. Compositors of several processes skip
-   * processes whose props are out of view, and cut off what lies beyond their bounds; but all have
-   * to take part in a picture, and blur reaches beyond the bounds. Default off.
+   * processes whose props are out of view, and cut off what lies beyond their bounds; but all must
+   * take part in a picture, and blur extends beyond the bounds. Default off.
    */
   vtkSetMacro(CoversView, bool);
   vtkGetMacro(CoversView, bool);

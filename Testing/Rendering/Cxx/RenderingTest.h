@@ -134,7 +134,7 @@ vtkSmartPointer<vtkImageData> Crop(vtkImageData* picture, int x, int y, int widt
 /// Number of pixels whose components exceed a value somewhere.
 int CountBrighter(vtkImageData* picture, double value);
 
-/// Folder of the pictures to compare with, and whether they are to be written anew (environment
+/// Folder of the pictures to compare with, and whether they are to be rewritten (environment
 /// variable SURFELSPLATTING_WRITE_BASELINES).
 std::string BaselineFolder();
 bool WriteBaselines();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Pictures that someone has looked at. Compared pixel by pixel: VTK's own comparison lets a shift,
- * noise of +-40 and a colour that is off by 60 of 255 pass.
+ * Compares with pictures that someone has looked at, pixel by pixel: VTK's own comparison lets a
+ * shift, noise of +-40 and a colour that is off by 60 of 255 pass.
  *
- * To make them anew, look at them and commit them: SURFELSPLATTING_WRITE_BASELINES=1 ctest -R
+ * To write new ones, look at them and commit them: SURFELSPLATTING_WRITE_BASELINES=1 ctest -R
  * Baseline
  */
 #include "RenderingTest.h"

@@ -117,7 +117,7 @@ TEST_CASE_FIXTURE(NoMessages, "Post processing")
   scene.Renderer->SetPass(ssaa);
   picture = scene.Render();
   CHECK(scene.Float()->GetDimensions()[0] > 2 * 90);
-  // Of the mesh, more pixels of the larger frame are blurred enough to go through the lens.
+  // In the larger frame, more pixels of the mesh are blurred enough to go through the lens.
   CHECK_NEAR(Compare(picture, reference).Mean, 0.0, 3.5);
   CHECK_NEAR(
     Compare(Crop(picture, 42, 42, 6, 6), Crop(reference, 42, 42, 6, 6)).Max, 0.0, 0.03 * 255);

@@ -132,7 +132,7 @@ TEST_CASE_FIXTURE(NoMessages, "Table colors are averaged not scalars")
   {
     CHECK_NEAR(At(renderer->GetOutput(), 50, 50, c), 0.5, 0.1);
   }
-  // Another table: colours anew, nothing else.
+  // Another table recomputes the colours, nothing else.
   table->SetTableValue(2, 1, 0, 0);
   renderer->Update();
   CHECK(splatter->GetNumberOfPreparedSurfels() == 20000);
@@ -179,7 +179,7 @@ TEST_CASE_FIXTURE(NoMessages, "Unchanged frames are kept")
   CHECK(splatter->GetNumberOfReusedFrames() == 0);
   CHECK_NEAR(Compare(first, scene.Render()).Max, 0.0, 0.0);
   CHECK(splatter->GetNumberOfReusedFrames() == 1);
-  // Whatever changes the picture makes it anew.
+  // Everything that changes the picture renders it again.
   vtkIdType kept = 1;
   const auto changed = [&]() {
     scene.Render();

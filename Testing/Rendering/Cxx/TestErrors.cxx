@@ -39,14 +39,15 @@ void Contains(const std::string& text, const std::string& part)
   CHECK_MESSAGE(text.find(part) != std::string::npos, "no \"", part, "\" in \"", text, "\"");
 }
 
-/// Renders bad surfels beside a good cloud and a mesh; gives the message. The others must be drawn.
+/// Renders bad surfels beside a usable cloud and a mesh; gives the message. The others must be
+/// drawn.
 std::string MessageOf(vtkPolyData* bad)
 {
   Scene scene(90, 60);
-  vtkSmartPointer<vtkActor> good = SurfelActor(UnitSphere());
-  good->SetPosition(-1.5, 0, 0);
+  vtkSmartPointer<vtkActor> usable = SurfelActor(UnitSphere());
+  usable->SetPosition(-1.5, 0, 0);
   scene.Renderer->AddActor(SurfelActor(bad));
-  scene.Renderer->AddActor(good);
+  scene.Renderer->AddActor(usable);
   scene.Renderer->AddActor(QuadActor({ 1, -1, 0 }, { 1, 0, 0 }, { 0, 2, 0 }, { 0, 0, 1 }));
   vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
   scene.See(camera);
@@ -222,7 +223,7 @@ TEST_CASE_FIXTURE(NoMessages, "Out of memory")
   setrlimit(RLIMIT_AS, &limit);
   renderer->Update();
   setrlimit(RLIMIT_AS, &before);
-  Contains(TakeMessages(), "Memory does not suffice");
+  Contains(TakeMessages(), "There is not enough memory");
   renderer->SetSize(20, 20);
   renderer->Update();
   CHECK(CountBrighter(renderer->GetOutput(), 0.5) > 20);

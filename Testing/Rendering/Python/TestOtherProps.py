@@ -57,7 +57,7 @@ def test_nothing_leaks_over_a_sharp_prop():
                "cloud": lambda: cloud_actor(plane_of_surfels(0.0, half, 100, (0, 255, 0)))}
     walls = {"mesh": lambda: mesh_actor(plane(wall_z, 6.0), (1, 0, 0)),
              "cloud": lambda: cloud_actor(plane_of_surfels(wall_z, 6.0, 150, (255, 0, 0)))}
-    # Of its silhouette: 0.5 / 5 / tan(15 degrees) of half the picture.
+    # Half-width of its silhouette: 0.5 / 5 / tan(15 degrees) of half the picture.
     reach = int(SIZE / 2 * half / 5 / math.tan(math.radians(15)))
     for square, make_square in squares.items():
         for wall, make_wall in walls.items():

@@ -26,7 +26,7 @@ def check_output(path, extensions):
         raise UserProblem(f"{path} is a folder; give a file name")
     if _is_device(path):
         if not os.access(path, os.W_OK):
-            raise UserProblem(f"cannot write {path}: it takes no input")
+            raise UserProblem(f"cannot write {path}: the device is not writable")
         return
     folder = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(folder):
