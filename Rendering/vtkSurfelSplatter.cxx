@@ -203,7 +203,7 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   this->Internal->Context = context;
 }
 
-/// Warns once of cameras whose pictures differ from what is expected.
+/// Warns once about cameras whose pictures may surprise the user.
 void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
 {
   Internals& my = *this->Internal;

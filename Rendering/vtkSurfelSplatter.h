@@ -222,7 +222,7 @@ public:
 
   ///@{
   /**
-   * Whether to skip what lies behind opaque layers. A tile of the picture is finished when every
+   * Whether to skip surfels behind opaque layers. A tile of the picture is finished when every
    * pixel lets less than 1/512 through. Nodes of a hierarchy are set up only when an unfinished
    * tile needs them. Pictures differ by at most 1/512. Default on.
    */
@@ -289,11 +289,11 @@ public:
 
   enum PixelChannels
   {
-    CHANNEL_NORMAL = 1,              ///< unit mean normal of what is seen, world coordinates
+    CHANNEL_NORMAL = 1,              ///< unit mean normal of the visible surfels, world coordinates
     CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative in front of the focus
-    CHANNEL_COVERAGE = 4,            ///< by surfels of whatever opacity, [0, 1]
+    CHANNEL_COVERAGE = 4,            ///< share covered by surfels, regardless of opacity, [0, 1]
     CHANNEL_FRAGMENTS = 8,           ///< number of fragments, hidden ones too, in all lens cells
-    CHANNEL_LEVEL = 16, ///< mean level in the hierarchy of what is seen: 0 for surfels,
+    CHANNEL_LEVEL = 16, ///< mean level in the hierarchy of the visible nodes: 0 for surfels,
                         ///< 1 for nodes of 2, ...; -1 where nothing is seen
     ALL_CHANNELS = 31
   };
@@ -322,7 +322,7 @@ public:
 
   ///@{
   /**
-   * What the last frame held: surfels of the scene (a hierarchy counts its leaves), surfels with
+   * Counts of the last frame: surfels of the scene (a hierarchy counts its leaves), surfels with
    * non-finite values (not drawn), splats that touched the picture, those of them that the lens
    * blurred (0 for a pinhole), and fragments (evaluations inside the support of a kernel).
    */
@@ -335,10 +335,10 @@ public:
 
   ///@{
   /**
-   * What the hierarchies saved in the last frame: nodes and surfels that were chosen; clusters that
-   * were tested (one for 64 surfels, and those above); surfels skipped because they are outside the
-   * picture or seen from behind; chosen nodes, and pairs of splat and tile, skipped behind opaque
-   * layers; and cells of coarse grids that went into the picture.
+   * Counts of the hierarchies in the last frame: nodes and surfels that were chosen; clusters that
+   * were tested (one for each 64 surfels, and the nodes above); surfels skipped because they are
+   * outside the picture or seen from behind; chosen nodes, and pairs of splat and tile, skipped
+   * behind opaque layers; and cells of coarse grids that went into the picture.
    */
   vtkIdType GetNumberOfChosenNodes();
   vtkIdType GetNumberOfVisitedNodes();

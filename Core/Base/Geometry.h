@@ -124,7 +124,7 @@ struct Affine3
   }
 
   /// |det L| L^-T: how area vectors transform. The absolute value keeps the outside of a mirrored
-  /// surface (Documentation/DataContract.md). From cofactors, so that a singular L is no problem.
+  /// surface (Documentation/DataContract.md). It is computed from cofactors, so L may be singular.
   std::array<Vector3, 3> AreaMatrix() const
   {
     std::array<Vector3, 3> c;

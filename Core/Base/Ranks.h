@@ -36,13 +36,13 @@ public:
 
   bool IsRoot() const { return this->Rank() == 0; }
 
-  /// Sends the same message to all ranks, and returns those of all: [sender].
+  /// Sends the same message to all ranks, and returns the messages of all: [sender].
   std::vector<Message> Share(const Message& message);
 
-  /// Rank 0's message.
+  /// Returns the message of rank 0 on all ranks.
   Message FromRoot(const Message& message);
 
-  /// All ranks' messages on rank 0; none elsewhere.
+  /// Returns the messages of all ranks on rank 0, and nothing on the others.
   std::vector<Message> ToRoot(Message message);
 
   bool All(bool value);

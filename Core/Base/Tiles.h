@@ -13,7 +13,7 @@ namespace SurfelSplatting
 {
 constexpr int TileSize = 32; ///< px
 
-/// Number of tiles that cover so many pixels in one direction.
+/// Number of tiles that cover this many pixels in one direction.
 inline int TileCount(int pixels)
 {
   return (pixels + TileSize - 1) / TileSize;

@@ -32,7 +32,7 @@ class ClusterBounds
 {
 public:
   static constexpr int ClusterLevel = 6; ///< of nodes with 64 leaves
-  static constexpr int LevelsBelow = 6;  ///< each entry has the extents of so many levels below
+  static constexpr int LevelsBelow = 6;  ///< number of levels below each entry whose extents it has
 
   /// A cluster, or a node above.
   struct Node
@@ -60,7 +60,7 @@ public:
     return this->Nodes[this->Begins[level][tree] + j];
   }
 
-  /// Largest extents of the nodes below node j of a level, [LevelsBelow], those of level - 1 first.
+  /// Largest extents of the nodes below node j of a level, [LevelsBelow], level - 1 first.
   const NodeExtent* Below(int level, int tree, std::size_t j) const
   {
     return this->Extents.data() + LevelsBelow * (this->Begins[level][tree] + j);

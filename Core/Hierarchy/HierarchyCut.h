@@ -41,11 +41,11 @@ struct CutSettings
 {
   CutRule Rule = CutRule::Moments;
   double Error = 1.0;        ///< e, >= 0
-  bool SkipOutside = true;   ///< skip what cannot blur into the picture
+  bool SkipOutside = true;   ///< skip surfels that cannot blur into the picture
   bool SkipBackFaces = true; ///< skip one-sided surfels seen from behind
 };
 
-/// A run of consecutive nodes that are drawn; all of one level, and below one entry of the
+/// A run of consecutive nodes to draw. All have the same level and lie below one entry of the
 /// ClusterBounds.
 struct CutRange
 {
@@ -74,7 +74,7 @@ struct CutStatistics
   }
 };
 
-/// What the splats of a cut are seen through.
+/// Camera, lens and filters through which the splats of a cut are seen.
 struct CutCamera
 {
   const View& Projection;

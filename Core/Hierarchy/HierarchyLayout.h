@@ -2,11 +2,11 @@
 /**
  * Layout of a hierarchy's nodes: an implicit binary tree.
  *
- * The leaves are in the order of the tree (KdTreeOrder.h), so that node j of level l stands for the
- * leaves [j 2^l, (j + 1) 2^l), the last one for those that are left. There are no pointers: the
- * children of (l, j) are (l - 1, 2j) and (l - 1, 2j + 1). One-sided and two-sided surfels have a
- * tree each. Nodes are stored level by level, leaves first; within a level the one-sided tree comes
- * first. There are fewer than two nodes per leaf, plus one per level.
+ * The leaves are in the order of the tree (KdTreeOrder.h): node j of level l represents the leaves
+ * [j 2^l, (j + 1) 2^l), and the last node those that remain. There are no pointers: the children of
+ * (l, j) are (l - 1, 2j) and (l - 1, 2j + 1). One-sided and two-sided surfels have separate trees.
+ * Nodes are stored level by level, leaves first; within a level the one-sided tree comes first.
+ * There are fewer than two nodes per leaf, plus one per level.
  *
  *   index: | leaves: one-sided, two-sided | level 1: one-sided, two-sided | ... | roots |
  */

@@ -12,8 +12,8 @@ namespace
 {
 constexpr std::size_t Grain = 4096;
 
-/// Nodes of up to so many leaves are split by normals if their coherence is below this value. Both
-/// were measured on ray-traced scenes.
+/// Nodes of at most MaxFold leaves are split by normals if their coherence is below FoldCoherence.
+/// Both were measured on ray-traced scenes.
 constexpr std::size_t MaxFold = 256;
 constexpr double FoldCoherence = 0.95;
 

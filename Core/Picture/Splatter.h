@@ -21,7 +21,7 @@
 
 namespace SurfelSplatting
 {
-/// What a frame held and how long its stages took; with several cells of the lens, their sum.
+/// Contents of a frame and times of its stages; summed over the cells of the lens.
 struct FrameStatistics
 {
   std::uint64_t Surfels = 0;        ///< handed in; a hierarchy counts its leaves
@@ -49,7 +49,7 @@ struct FrameStatistics
 /// Receives the share of the lens's cells that are done, (0, 1). Returns false to stop.
 using CellFunction = std::function<bool(double)>;
 
-/// Where a picture goes, and what was drawn there before.
+/// Destination of a picture, and the occluders drawn there before.
 struct RenderTarget
 {
   RenderTarget() = default;

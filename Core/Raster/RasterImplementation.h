@@ -18,7 +18,7 @@ struct BlockPixels
   Lanes Q;    // squared radius in the kernel's own unit
 };
 
-/// What a splat is drawn from: the copies of AddBlocks.
+/// Data that a splat is drawn from: the copies that AddBlocks makes.
 struct SplatCopy
 {
   const Splat& S;
@@ -37,8 +37,8 @@ SURFELSPLATTING_INLINE Lanes EvaluateSector(
   return 4.0f * x * y * tilt;
 }
 
-/// For the z-buffer: how far the splat's own plane is behind its centre, no further than its size,
-/// twice its z-range at most.
+/// For the z-buffer: depth of the splat's plane behind its centre, limited to the splat's size,
+/// which is at most twice its z-range.
 SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
 {
   const float range = s.Far - s.Near;
@@ -186,7 +186,7 @@ template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
   const RasterSettings& shared, const CloseCallback& callback)
 {
-  // Copies: what is written to the tile could change the originals, for all a compiler knows.
+  // Copies, because the compiler must assume that writes to the tile can change the originals.
   const Splat s = splat.Body;
   const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
   const LensSlope slope = InSector ? *splat.Slope : LensSlope{};

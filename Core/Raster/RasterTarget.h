@@ -72,12 +72,12 @@ struct CloseCallback
   void* User;
 };
 
-/// What the raster adds splats to.
+/// The buffer that the raster adds splats to.
 enum class RasterPass
 {
   Layers,  ///< the A-buffer
   Depths,  ///< the z-buffer: the far end of the nearest surface
-  Nearest, ///< one layer of what begins in front of that
+  Nearest, ///< one layer of the splats that begin in front of that
 };
 
 /// Settings that are the same for all splats of a frame.
@@ -94,7 +94,7 @@ struct RasterSettings
   bool NoteConflicts = false; ///< fill FinishedLayers::Covered and Conflict
 };
 
-/// A splat and what belongs to it.
+/// A splat and its optional data.
 struct SplatData
 {
   const Splat& Body;

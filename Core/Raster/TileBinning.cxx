@@ -11,7 +11,7 @@ namespace
 /// tile.
 constexpr std::size_t NumberOfChunks = 16;
 
-/// A chunk's share of so many parts or tents, [Begin, End).
+/// A chunk's share of `size` parts or tents, [Begin, End).
 struct Share
 {
   std::size_t Begin, End;

@@ -34,12 +34,13 @@ struct TileBins
   std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
 };
 
-/// Assigns splats to the tiles of their grid; tents to those of the picture.
+/// Assigns splats to the tiles of their grid, and tents to the tiles of the picture.
 /// @param level of the grid (CoarseGrid.h); 0: the picture
 /// @param size  of the grid
 void BinSplats(const SplatList& list, int level, const PictureSize& size, const Executor& executor,
   TileBins& bins);
 
-/// Sorts what every tile has; ties by index, so that the order does not depend on threads.
+/// Sorts the splats and tents of every tile; ties by index, so that the order does not depend on
+/// threads.
 void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
 }

@@ -16,7 +16,7 @@ namespace
 constexpr float Infinity = std::numeric_limits<float>::infinity();
 const RasterTarget Target = SelectRasterTarget();
 
-/// Splats are read in the order of depth, not of memory, so they are prefetched so many ahead.
+/// Splats are read in the order of depth, not of memory, so this many are prefetched.
 constexpr std::size_t FetchAhead = 4;
 
 /// GCC 12 takes a function that only prefetches for one without effects, and drops calls of it that
@@ -200,7 +200,8 @@ void TileRaster::AddToMean(bool first)
       m.Green[l] += share * done.Green[l];
       m.Blue[l] += share * done.Blue[l];
       m.Transmittance[l] += share * done.Transmittance[l];
-      // The mean of depths across a silhouette makes no sense: that of the first sector with one.
+      // The mean of depths across a silhouette makes no sense, so this is the depth of the first
+      // sector that has one.
       m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
     }
   }
@@ -223,9 +224,9 @@ void TileRaster::TakeMean()
   }
 }
 
-/// Adds the next runs to the sorted pending splats: at least some hundred splats, and as many as
-/// are pending already, so that sorting stays n log n when all begin at one depth. Stops early at a
-/// gap in depth, since what is behind it may be hidden.
+/// Adds the next runs to the sorted pending splats: at least `enough` splats, and as many as are
+/// pending already, so that sorting stays n log n if all begin at the same depth. Stops early at a
+/// gap in depth, since splats behind it may be hidden.
 void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end)
 {
   constexpr std::size_t enough = 256;

@@ -31,7 +31,7 @@ inline InstructionSet DetectInstructionSet()
   return InstructionSet::Baseline;
 }
 
-/// What was compiled once per instruction set; null where it was not compiled.
+/// The targets compiled for each instruction set; null if not compiled.
 template <class Target>
 struct TargetChoice
 {

@@ -164,7 +164,7 @@ struct Lanes
     }
   }
 
-  /// From sixteen aligned floats.
+  /// Loads sixteen aligned floats.
   static SURFELSPLATTING_INLINE Lanes Load(const float* x)
   {
     Lanes a;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Stores past the caches, for arrays that do not fit them: memory that is overwritten as a whole
- * need not be read first. What a translation unit makes of this header is its own.
+ * Stores that bypass the caches, for arrays that do not fit into them: memory that is overwritten
+ * as a whole need not be read first. The functions are local to each translation unit.
  */
 #pragma once
 
@@ -27,7 +27,7 @@ inline void StreamFour(float* to, float a, float b, float c, float d)
   _mm_stream_ps(to, __m128{ a, b, c, d });
 }
 
-/// Other threads see what was streamed afterwards.
+/// Call before other threads read the streamed values.
 inline void FinishStreaming()
 {
   _mm_sfence();

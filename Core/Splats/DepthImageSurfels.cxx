@@ -159,8 +159,8 @@ void DepthImageSurfels::FindBlurredPixels(
     });
 }
 
-/// A pixel of the same surface as (x, y), up to two steps of (dx, dy) away from the edge of what is
-/// in front of it.
+/// A pixel of the same surface as (x, y), up to two steps of (dx, dy) away from the edge of the
+/// surface in front of it.
 std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
 {
   const std::size_t own = static_cast<std::size_t>(y) * this->Width + x;
@@ -180,8 +180,8 @@ std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
   return own;
 }
 
-/// The pixel whose surface continues behind a pixel, not mixed with what is in front of it; NoPixel
-/// if that is not known.
+/// The pixel whose surface continues behind a pixel, unmixed with the surface in front; NoPixel if
+/// unknown.
 std::size_t DepthImageSurfels::Behind(const DepthImage& image, std::size_t place) const
 {
   const std::int32_t behind = this->Hidden.Behind(place);
@@ -266,7 +266,8 @@ void DepthImageSurfels::FindMixed(
   }
 }
 
-/// A depth behind the surface at the rim: that of the farthest rim pixel nearby. 0: not at the rim.
+/// A depth behind the surface at the rim: the depth of the farthest rim pixel nearby. 0: not at the
+/// rim.
 float DepthImageSurfels::RimDepth(const DepthImage& image, std::size_t place) const
 {
   const double maxConfusion = image.MinConfusion + RimConfusion;

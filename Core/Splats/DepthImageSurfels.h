@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Surfels from an image with depth, of what others have drawn (meshes, lines, glyphs). Each pixel
- * that the lens blurs becomes a patch of the surface seen in it, and goes through the same lens,
- * kernels and A-buffer as the surfels of clouds. What is in focus stays an image, as sharp as it
- * was drawn.
+ * Turns an image with depth of other props (meshes, lines, glyphs) into surfels. Each pixel that
+ * the lens blurs becomes a patch of the surface seen in it, and goes through the same lens, kernels
+ * and A-buffer as the surfels of clouds. Parts in focus stay an image, as sharp as it was drawn.
  *
- * An image has one layer. What shines through at the edge of a blurred thing is filled from the
- * neighbouring surface (SilhouetteExtension.h); what is hidden elsewhere is missing.
+ * An image has one layer. Gaps at the edge of a blurred thing are filled from the neighbouring
+ * surface (SilhouetteExtension.h). Other hidden surfaces are missing.
  */
 #pragma once
 
@@ -23,34 +22,34 @@ namespace SurfelSplatting
 /// Pixels whose circle of confusion has at least this radius, px, become surfels.
 constexpr double MinPixelConfusion = 0.5;
 
-/// Next to a sharp pixel, which is no surfel, the sum of the kernels is below 1, and what is behind
-/// would show as a line. Hence the rim: blurred pixels with at most RimConfusion px more blur than
-/// the least, and within RimWidth px of a sharp one. They hide what is behind them, and their own
-/// colour is drawn under their surfels.
+/// Next to a sharp pixel, which is not a surfel, the sum of the kernels is below 1, and the
+/// background would show as a line. Hence the rim: blurred pixels with at most RimConfusion px more
+/// blur than the minimum, and within RimWidth px of a sharp one. They hide the background, and
+/// their own colour is drawn under their surfels.
 constexpr double RimConfusion = 1.0;
 constexpr int RimWidth = 3;
 
-/// Largest margin, px on each side, that is drawn for blur that reaches into the picture from
-/// outside.
+/// Maximum width, px, of the margin that is drawn for blur from outside the picture.
 constexpr int MaxMargin = 128;
 
-/// Standard deviation of a pixel's reconstruction kernel, px; the same as surfels have in units of
-/// their spacing.
+/// Standard deviation of a pixel's reconstruction kernel, px; the same as that of surfels in units
+/// of their spacing.
 constexpr double PixelDeviation = 0.5;
 
 /// Variance of the pixel filter for these surfels, px^2: small, since the pixels are filtered
-/// already. With PixelDeviation and the least blur, the sum of the kernels of a grid of pixels
+/// already. With PixelDeviation and the minimum blur, the sum of the kernels of a grid of pixels
 /// ripples by 2 exp(-2 pi^2 0.41) = 0.0006.
 constexpr double PixelPrefilter = 0.1;
 
-/// 2 x 2 or 4 x 4 pixels of one surface that are all blurred by so many px, radius, become one
-/// surfel, since the lost detail would not be visible. Pictures of striped meshes were measured to
-/// be 50 dB or more from those with a surfel for each pixel.
+/// 2 x 2 or 4 x 4 pixels of one surface become one surfel if all have at least this circle of
+/// confusion, radius in px: the lost detail would not be visible. Against a surfel for each pixel,
+/// pictures of striped meshes had 50 dB or more.
 constexpr float MinBlockConfusion[] = { 6.0f, 16.0f };
 
-/// Area of a pixel's surfel over that of its pixel. Pixels all have the same place in the raster,
-/// so the error of the sum of the kernels, which averages out for clouds, is the same for all: up
-/// to 0.012 too little where grids are coarse, and what is behind would shine through.
+/// Ratio of the area of a pixel's surfel to that of the pixel. For clouds, errors of the sum of the
+/// kernels average out. Pixels all have the same place in the raster, so the error is the same for
+/// all: the sum is up to 0.012 too small where grids are coarse, and the background would shine
+/// through.
 constexpr double PixelSurplus = 1.0125;
 
 /// There is an edge, not a slope, where nearness changes between pixels by more than this share of

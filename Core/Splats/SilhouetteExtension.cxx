@@ -7,7 +7,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Kernels reach so many px farther than the disc.
+/// Kernels extend this many px beyond the disc.
 constexpr float Reach = 2.0f;
 }
 
@@ -43,7 +43,7 @@ inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t
   }
 }
 
-/// Goes from the first row to the last, or back; in each row to and fro.
+/// Goes from the first row to the last or back, and in each row to and fro.
 void SilhouetteExtension::Sweep(int direction)
 {
   const bool forward = direction > 0;

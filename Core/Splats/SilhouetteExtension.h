@@ -28,7 +28,7 @@ public:
 
   static constexpr std::int32_t None = -1;
 
-  /// A surface ends where nearness drops by so many px.
+  /// A surface ends where nearness decreases by this many px.
   static constexpr float MinStep = 1.0f;
 
   /// The pixel whose surface (or empty background) continues behind pixel p; None if not known.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a frame draws: the splats of all clouds' surfels, or of the nodes that were chosen, and the
- * tents of coarse grids. Both are numbered together, so that tiles sort and draw them as one
+ * Everything that a frame draws: the splats of the surfels or nodes in the cut of all clouds, and
+ * the tents of coarse grids. Both are numbered together, so that tiles sort and draw them as one
  * stream:
  *
  *   index: 0 ... splats ... | Splats.Size() ... tents ...
  *
- * CoarseGrid.h makes the tents when all splats are there; TileBinning.h assigns both to tiles.
+ * CoarseGrid.h makes the tents after all splats are made; TileBinning.h assigns both to tiles.
  */
 #pragma once
 
@@ -27,7 +27,7 @@ class SplatMaker;
 
 struct SplatList
 {
-  /// Splats that were made together. There are gaps between parts, since nothing is moved.
+  /// Splats that were made together. There may be gaps between parts, since splats are not moved.
   struct Part
   {
     std::size_t Begin;
@@ -57,10 +57,10 @@ struct SplatList
     return this->HasSlopes ? &this->Slopes[i] : nullptr;
   }
 
-  /// Where the splats of a part are written; there must be room for them.
+  /// Returns the output for the splats of a part; there must be room for them.
   SplatOutput OutputAt(std::size_t begin);
 
-  /// Adds one splat, as a part of its own. Before the tents.
+  /// Adds one splat, as a separate part. Call before tents are added.
   void Add(const Splat& splat, const PixelBox& box);
 
   bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }

@@ -12,7 +12,7 @@ namespace
 {
 constexpr double Unknown = std::numeric_limits<double>::infinity();
 
-/// MemAvailable of /proc/meminfo: free memory and what caches can give back.
+/// MemAvailable of /proc/meminfo: free memory and caches that can be released.
 double SystemMemory()
 {
   std::ifstream file("/proc/meminfo");
@@ -36,7 +36,7 @@ double ReadNumber(const char* path)
   return file >> value ? value : Unknown; // "max" is not a number
 }
 
-/// What control groups (version 2) leave.
+/// Memory that the limit of the control group (version 2) leaves.
 double GroupMemory()
 {
   const double limit = ReadNumber("/sys/fs/cgroup/memory.max");

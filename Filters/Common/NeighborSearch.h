@@ -12,7 +12,7 @@
 
 namespace SurfelGeometry
 {
-/// Result of a query, nearest first; at equal distance by id. Each thread reuses one.
+/// Result of a query, nearest first; points at equal distance by id. Each thread reuses one.
 struct Neighbors
 {
   std::vector<int> Ids;

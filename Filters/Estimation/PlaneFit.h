@@ -24,7 +24,7 @@ struct FitSettings
   double IsolationFactor = 6.0;
 };
 
-/// What the neighbours of a point tell about the surface there. Lengths in world units.
+/// Properties of the surface at a point, estimated from its neighbours. Lengths in world units.
 struct PlaneFit
 {
   Float3 Normal;           // unit; of arbitrary sign until it is oriented
@@ -39,8 +39,8 @@ struct PlaneFit
   bool Given = false; // the normal was given, not fitted
 };
 
-/// Number of neighbours stored for each point, and how many of these are edges of the graph over
-/// which signs are propagated.
+/// Number of neighbours stored for each point, and number of these that are edges of the graph for
+/// sign propagation.
 constexpr int KeptNeighbors = 20;
 constexpr int GraphDegree = 12;
 
@@ -61,7 +61,7 @@ constexpr int ReachRank = 6;
 /// agree (up to sign if eitherTwoSided), and d does not leave a's tangent plane by much.
 bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d);
 
-/// What planes are fitted to.
+/// Input of the plane fits.
 struct FitInput
 {
   const LocalCloud& Cloud;

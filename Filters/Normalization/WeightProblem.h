@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What KernelWeights solves and SurfaceSamples samples: the kernels of a cloud and the settings.
+ * Input of KernelWeights and SurfaceSamples: the kernels of a cloud and the settings.
  */
 #pragma once
 
@@ -70,8 +70,8 @@ struct SumMoments
   }
 };
 
-/// For several processes that weight one cloud: each has a region and its halo. All take the same
-/// number of steps, which the statistics of the whole cloud decide.
+/// For several processes that weight one cloud: each has a region and its halo. All do the same
+/// number of steps, which the statistics of the whole cloud determine.
 struct WeightSharing
 {
   std::vector<char> IsOwn; ///< [n] whether a surfel is in this process's region, not in its halo
@@ -80,7 +80,7 @@ struct WeightSharing
   std::function<bool(bool running, SumMoments& moments)> Sum;
 };
 
-/// What the weights are solved for.
+/// Input of the solver for the weights.
 struct WeightProblem
 {
   const LocalCloud& Cloud;

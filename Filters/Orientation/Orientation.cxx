@@ -63,7 +63,7 @@ Members ApplySigns(ParityUnionFind& signs, std::vector<PlaneFit>& fits, Orientat
   return members;
 }
 
-/// For each component the share of its votes that contradict its orientation.
+/// Share of the votes of each component that contradict its orientation.
 std::vector<double> Conflicts(const NeighborGraph& graph, const EdgeVotes& edges,
   const OrientationResult& result, const ParityUnionFind& signs)
 {

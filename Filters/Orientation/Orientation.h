@@ -16,7 +16,7 @@
 
 namespace SurfelGeometry
 {
-/// What orientation finds besides the turned normals.
+/// Results of the orientation besides the flipped normals.
 struct OrientationResult
 {
   std::vector<int> Components;         // [n] 0 .. NumberOfComponents - 1

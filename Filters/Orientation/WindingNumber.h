@@ -27,7 +27,7 @@ public:
   WindingNumbers(
     const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count);
 
-  /// At the cloud's point `at`.
+  /// Winding number at point `at` of the cloud.
   double At(int at) const;
 
 private:

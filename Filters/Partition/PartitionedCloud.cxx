@@ -29,7 +29,7 @@ namespace
 /// Number of points, from all ranks together, that determine the regions.
 constexpr vtkIdType SampleSize = 200000;
 
-/// What a rank sends about its points.
+/// Summary of its points that each rank sends.
 struct CloudSummary
 {
   vtkIdType Count;

@@ -66,7 +66,7 @@ public:
     return this->Regions[static_cast<std::size_t>(this->Group.Rank())];
   }
 
-  /// A halo width of so many spacings, for a surface through the region.
+  /// Halo width of this many spacings, for a surface through the region.
   double HaloWidth(double spacings) const
   {
     return spacings * this->Spacings[static_cast<std::size_t>(this->Group.Rank())];

@@ -21,7 +21,7 @@ namespace
 {
 constexpr vtkIdType NoPoint = -1;
 
-/// A point of a rank's region as it is sent to rank 0. Ids are those of one process with all
+/// A point of a rank's region as it is sent to rank 0. Ids are numbered as in one process with all
 /// points.
 struct FittedPoint
 {
@@ -31,7 +31,7 @@ struct FittedPoint
   vtkIdType Neighbors[GraphDegree]; // nearest first, NoPoint at the end
 };
 
-/// What rank 0 answers for a point.
+/// Answer of rank 0 for a point.
 struct OrientedPoint
 {
   Float3 Normal; // outward

@@ -117,7 +117,7 @@ bool Parse(const std::string& word, T& value)
   return result.ec == std::errc() && result.ptr == end;
 }
 
-/// Returns false if the word is no number of this type.
+/// Returns false if the word is not a number of this type.
 template <typename T>
 bool StoreAs(const std::string& word, std::uint8_t* to)
 {

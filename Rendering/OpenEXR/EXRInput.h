@@ -29,7 +29,7 @@ public:
 class EXRInput
 {
 public:
-  /// Reads the header. Throws EXRProblem, or what OpenEXR throws, if the file is not an OpenEXR
+  /// Reads the header. Throws EXRProblem or an exception of OpenEXR if the file is not an OpenEXR
   /// file, is damaged, or is of an unsupported kind.
   explicit EXRInput(const std::string& path);
 
@@ -41,7 +41,7 @@ public:
   /// The stream, at its first byte.
   Imf::IStream& Rewind();
 
-  /// Throws EXRProblem if this file is too small to hold so many uncompressed bytes.
+  /// Throws EXRProblem if this file is too small to hold this many uncompressed bytes.
   /// @param what the data, for the message
   void CheckUnpacked(double bytes, const std::string& what) const;
 

@@ -18,7 +18,7 @@ class vtkRenderer;
 
 namespace SurfelSplatting
 {
-/// Tells a renderer's camera which eye it stands for. Only vtkCamera::Render does that, which VTK's
+/// Sets the eye of a renderer's camera. Otherwise only vtkCamera::Render does this, which VTK's
 /// passes do not call.
 void UpdateStereo(vtkRenderer* renderer);
 

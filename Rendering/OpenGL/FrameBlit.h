@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Copies pictures between the core's memory and OpenGL's framebuffer: reads what other props have
- * drawn, and draws a finished frame over it. Internal to the module.
+ * Copies pictures between the core's memory and OpenGL's framebuffer: reads the image of other
+ * props, and draws a finished frame over it. Internal to the module.
  */
 #pragma once
 
@@ -48,8 +48,8 @@ public:
   /**
    * Blends a premultiplied RGBA frame over the current draw framebuffer.
    * @param color       [height][width][4]
-   * @param windowDepth [height][width] what the depth buffer shall hold where alpha > 0, [0, 1]
-   * @return false if the picture could not be made an OpenGL texture; nothing is drawn
+   * @param windowDepth [height][width] new values of the depth buffer where alpha > 0, [0, 1]
+   * @return false if no OpenGL texture of the picture could be created; nothing is drawn
    */
   bool Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, const float* color,
     const float* windowDepth, bool replace = false);

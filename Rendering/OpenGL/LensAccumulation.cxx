@@ -117,8 +117,8 @@ void LensAccumulation::AddView(const PassFrame& frame, bool first, bool toLight)
   state->PopFramebufferBindings();
 }
 
-/// Keeps what the layers below have left in the frame: their depth, which hides what is behind, and
-/// their colours if they are to be mixed as light, which blending cannot do.
+/// Keeps the image of the layers below: their depth, which hides things behind them, and their
+/// colours if they are to be mixed as light, which blending cannot do.
 void LensAccumulation::KeepBelow(const PassFrame& frame, bool depth, bool color)
 {
   const PixelRectangle& r = frame.Rectangle;

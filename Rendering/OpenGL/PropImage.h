@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The image of the other opaque props of a renderer, those that are not surfels: their colours and
- * depths in the frame, and beyond its border as far as they blur into it. The splatter shows them
- * through the lens. Internal to the module.
+ * Image of the opaque props of a renderer that are not surfels: their colours and depths in the
+ * frame, and in a margin from which they blur into it. The splatter shows them through the lens.
+ * Internal to the module.
  */
 #pragma once
 
@@ -96,8 +96,8 @@ public:
   /// stayed sharp, and over the background where they were splatted.
   const float* Compose(const SplattedPicture& picture);
 
-  /// On ranks other than 0: clears what is in the picture of rank 0. Translucent props and volumes,
-  /// which have no depth, stay.
+  /// On ranks other than 0: clears the props that are in the picture of rank 0. Translucent props
+  /// and volumes, which have no depth, stay.
   void ClearGathered(const PassFrame& frame);
 
   void ReleaseGraphicsResources(vtkWindow* window);

@@ -25,7 +25,7 @@ class HierarchyCache;
 /// (0, 0, 0) if there is none.
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3]);
 
-/// What a cloud is made of.
+/// Input that a cloud is made from.
 struct CloudInput
 {
   vtkPolyData* Surfels = nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What a picture shows: the surfel actors of a scene and the view of them. Internal to the module.
+ * Content of a picture: the surfel actors of a scene and the view of them. Internal to the module.
  */
 #pragma once
 
@@ -43,7 +43,7 @@ struct SceneView
   double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
 
   /// Number of lens cells if the camera is one of them, moved within the whole lens, and its
-  /// FocalDisk is the diameter of that cell; 0 if the camera stands for the whole lens.
+  /// FocalDisk is the diameter of that cell; 0 if the camera has the whole lens.
   int CellCount = 0;
 
   /// [height][width] distance of other opaque props along the view direction, world units;
@@ -60,8 +60,8 @@ struct SceneView
   View Projection; ///< of the camera, in the core's terms
   Lens Optics;     ///< from the splatter's settings and the camera
 
-  /// Circle of confusion, radius in px, from which on pixels of other props are splatted. The same
-  /// pixels are splatted whether the lens is divided into cells or not.
+  /// Minimum circle of confusion, radius in px, of pixels of other props that are splatted. The
+  /// same pixels are splatted whether or not the lens is divided into cells.
   double MinConfusion() const
   {
     return MinPixelConfusion / std::sqrt(std::max(1, this->CellCount));

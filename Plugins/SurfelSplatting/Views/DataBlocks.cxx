@@ -112,7 +112,8 @@ bool HasSurfels(vtkPolyData* points)
     points->GetPointData()->GetArray("SurfelAreaVector");
 }
 
-/// Whether the hierarchy belongs to exactly these points: appended pieces keep that of one piece.
+/// Whether the hierarchy belongs to exactly these points: appended pieces keep the hierarchy of one
+/// piece.
 bool HasHierarchy(vtkPolyData* points)
 {
   vtkDataArray* leaves = points->GetFieldData()->GetArray("SurfelLeaves");

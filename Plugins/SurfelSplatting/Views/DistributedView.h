@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * What the processes that render one view together have to agree on. Internal to the module.
+ * State on which the processes that render one view together must agree. Internal to the module.
  */
 #pragma once
 

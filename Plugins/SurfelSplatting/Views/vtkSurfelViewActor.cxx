@@ -73,7 +73,7 @@ int vtkSurfelViewActor::RenderVolumetricGeometry(vtkViewport* viewport)
 {
   auto* renderer = vtkRenderer::SafeDownCast(viewport);
   auto* mapper = vtkSurfelMapper::SafeDownCast(this->Mapper);
-  // By the view's pass, or by the pass of an actor drawn before this one.
+  // Splatted by the view's pass, or by the pass of an actor drawn before this one.
   const bool splatted = mapper && mapper->GetSplatted();
   if (!renderer || !this->Pass || renderer->GetSelector() || splatted)
   {
