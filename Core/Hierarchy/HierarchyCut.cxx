@@ -16,8 +16,8 @@ namespace
 /// at any blur.
 constexpr double LensShare = 0.42;
 /// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
-/// density costs as much as one with one surfel per pixel. The picture is 50 dB or more from that
-/// of all surfels.
+/// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
+/// dB or more.
 constexpr double PixelShare = 0.95;
 
 /// Factor of the allowed size of a node that is not coherent.

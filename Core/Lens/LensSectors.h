@@ -47,18 +47,18 @@ inline LensSector SectorOf(int index)
   return { index % 2 == 0 ? -1.0f : 1.0f, index / 2 == 0 ? -1.0f : 1.0f };
 }
 
-/// How the mean lens point and the weight change over a splat's footprint, per px, or per cell of a
-/// coarse grid.
+/// How the mean aperture point and the weight change over a splat's footprint, per px, or per cell
+/// of a coarse grid.
 struct LensSlope
 {
-  float Point;        ///< M: the mean lens point u is Point (dx, dy)
+  float Point;        ///< M: the mean aperture point u is Point (dx, dy)
   float TiltX, TiltY; ///< the weight's factor is 1 + TiltX dx + TiltY dy, at least 0
 };
 
-/// A tile is drawn once for the whole lens, and again in sectors where these would change it: where
-/// the lens points of a splat's footprint differ by MinLensSpread, and a larger share of the light
-/// than SplatContext::MinConflict depends on what covers which part of the lens. A MinConflict
-/// of 0 means sectors everywhere.
+/// A tile is drawn once for the whole lens. It is drawn again in sectors if these would change it:
+/// if the aperture points of a splat's footprint differ by MinLensSpread, and more than a share
+/// SplatContext::MinConflict of the light depends on what covers which part of the lens. A
+/// MinConflict of 0 means sectors everywhere.
 constexpr float MinLensSpread = 0.02f;
 constexpr float DefaultMinConflict = 1.0f / 128.0f;
 }

@@ -37,8 +37,8 @@ SURFELSPLATTING_INLINE Lanes EvaluateSector(
   return 4.0f * x * y * tilt;
 }
 
-/// For the z-buffer: depth of the splat's plane behind its centre, limited to the splat's size,
-/// which is at most twice its z-range.
+/// For the z-buffer: depth of the splat's plane behind its centre, limited to +- the splat's size,
+/// the length of its z-range.
 SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
 {
   const float range = s.Far - s.Near;
