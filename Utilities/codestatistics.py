@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 FOLDERS = ("Core/", "Filters/", "Rendering/", "Parallel/", "Plugins/")
 LIMITED = ("Core/", "Filters/", "Rendering/")
-MOST_LINES_OF_A_FILE = 600
-MOST_LINES_OF_A_FUNCTION = 60
-MOST_PARAMETERS = 6
+MAX_LINES_OF_A_FILE = 600
+MAX_LINES_OF_A_FUNCTION = 60
+MAX_PARAMETERS = 6
 
 
 class Function(NamedTuple):
@@ -94,7 +94,7 @@ def print_table(files, functions):
         defined = [f for f in functions if f.path.startswith(folder) and f.lines]
         lines = [f.lines for f in defined]
         long = sum(count > 50 for count in lines) / max(len(lines), 1)
-        wide = sum(f.parameters > MOST_PARAMETERS for f in defined)
+        wide = sum(f.parameters > MAX_PARAMETERS for f in defined)
         print(f"| {folder[:-1] or 'all'} | {len(lengths)} / {sum(lengths) / 1000:.1f}k "
               f"| {spread(lengths, 0.9)} | {len(lines)} | {spread(lines, 0.99)} "
               f"| {100 * long:.1f} % | {wide} |")
@@ -102,14 +102,14 @@ def print_table(files, functions):
 
 def past_limits(files, functions):
     files = {path: lines for path, lines in files.items() if path.startswith(LIMITED)}
-    problems = [f"{path}: {lines} lines, at most {MOST_LINES_OF_A_FILE}"
-                for path, lines in files.items() if lines > MOST_LINES_OF_A_FILE]
+    problems = [f"{path}: {lines} lines, at most {MAX_LINES_OF_A_FILE}"
+                for path, lines in files.items() if lines > MAX_LINES_OF_A_FILE]
     for f in functions:
         where = f"{f.path}:{f.line}: {f.name}"
-        if f.path in files and f.lines > MOST_LINES_OF_A_FUNCTION:
-            problems.append(f"{where} has {f.lines} lines, at most {MOST_LINES_OF_A_FUNCTION}")
-        if f.path in files and f.parameters > MOST_PARAMETERS:
-            problems.append(f"{where} has {f.parameters} parameters, at most {MOST_PARAMETERS}")
+        if f.path in files and f.lines > MAX_LINES_OF_A_FUNCTION:
+            problems.append(f"{where} has {f.lines} lines, at most {MAX_LINES_OF_A_FUNCTION}")
+        if f.path in files and f.parameters > MAX_PARAMETERS:
+            problems.append(f"{where} has {f.parameters} parameters, at most {MAX_PARAMETERS}")
     return problems
 
 

@@ -21,9 +21,9 @@ constexpr int LineGrowth = 4;
 /// Below this ratio they are on a line nevertheless, and the normal is arbitrary.
 constexpr double CollinearRatio = 1e-6;
 
-/// Least variance of the neighbours in p^2, p the distance of the second neighbour. A line of
-/// points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 / 12
-/// along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
+/// Minimum variance of the neighbours in p^2, where p is the distance of the second neighbour. A
+/// line of points of pitch p then gets the area p^2 per point: n points have the variance p^2 n^2 /
+/// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 
 /// A neighbour is on the same sheet if the cosine of the normals is at least this (signed between

@@ -26,7 +26,7 @@ constexpr double ToleratedShare = 1e-3;
 /**
  * Collective. Lets `work` make surfels of this rank's region, again with a wider halo if that of
  * any rank was too narrow.
- * @param haloWidth least width at first, world units
+ * @param haloWidth initial width, world units
  * @param work      points -> surfels with PartitionedCloud::IdArray; null if it was stopped
  * @return the last surfels; null on all ranks if one was stopped
  */

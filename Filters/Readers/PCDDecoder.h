@@ -2,7 +2,7 @@
 /**
  * Decodes the data of .pcd files: ascii, binary and binary_compressed.
  *
- * Our own decoder and not pcl_io's: ParaView cannot link pcl_io, which brings another VTK along.
+ * pcl_io's decoder is not used: ParaView cannot link pcl_io, which brings another VTK along.
  */
 #pragma once
 

@@ -32,8 +32,8 @@ public:
 
   ///@{
   /**
-   * What is in focus: 0 what lies at the camera's focal distance, 1 a point, 2 the view's centre of
-   * rotation. Default 0.
+   * What to focus on: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation.
+   * Default 0.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);

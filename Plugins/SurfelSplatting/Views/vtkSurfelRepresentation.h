@@ -43,8 +43,8 @@ public:
 
   ///@{
   /**
-   * What is in focus: 0 what lies at the camera's focal distance, 1 a point, 2 the view's centre of
-   * rotation, or as 0 where the view has none. Default 0.
+   * What to focus on: 0 the camera's focal distance, 1 a point, 2 the view's centre of rotation, or
+   * as 0 if the view has none. Default 0.
    */
   void SetFocusMode(int mode);
   void SetFocusPoint(double x, double y, double z);
