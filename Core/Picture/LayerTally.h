@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Measures how much of each pixel surfels cover, and with how many fragments, whatever their
+ * Measures how much of each pixel surfels cover, and with how many fragments, regardless of
  * opacity.
  */
 #pragma once

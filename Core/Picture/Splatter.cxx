@@ -207,8 +207,8 @@ void Splatter::MakeSplats(
   this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
 }
 
-/// Makes all splats at once: which of them lie behind another rank's cannot be known. A rank that
-/// lacks the memory tells the other ranks instead of leaving them waiting.
+/// Makes all splats at once, because it is unknown which of them lie behind those of other ranks. A
+/// rank with too little memory informs the others instead of leaving them waiting.
 void Splatter::ExchangeSplats(
   const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange)
 {

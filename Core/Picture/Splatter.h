@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Renders clouds of surfels into a frame: set-up, binning, sorting, raster. The core's front door.
+ * Renders clouds of surfels into a frame: set-up, binning, sorting, raster. The entry point of the
+ * core.
  */
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Which splats and tents touch which tile, sorted by near depth: what lets the raster
+ * Finds which splats and tents touch which tile, and sorts them by near depth. This lets the raster
  * (TileRaster.h) keep one open layer per pixel.
  */
 #pragma once

@@ -19,7 +19,7 @@ const RasterTarget Target = SelectRasterTarget();
 /// Splats are read in the order of depth, not of memory, so this many are prefetched.
 constexpr std::size_t FetchAhead = 4;
 
-/// GCC 12 takes a function that only prefetches for one without effects, and drops calls of it that
+/// GCC 12 treats a function that only prefetches as one without effects, and drops calls of it that
 /// are not inlined early.
 inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
 {
@@ -248,7 +248,7 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
-      // Without a branch, which could not be predicted: the next one overwrites it if it is
+      // Branch-free, because the branch could not be predicted: the next one overwrites it if it is
       // outside.
       const PixelBox& box = list.Boxes[i];
       const int inside = static_cast<int>(box.X0 < right) &

@@ -8,7 +8,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// A larger coarsening is useful if it reduces the load at least by this factor.
+/// A larger coarsening is useful if it reduces the load to at most this factor.
 constexpr double MaxLoadRatio = 0.93;
 }
 
