@@ -14,6 +14,8 @@
 
 #include <vector>
 
+namespace SurfelSplatting
+{
 /// Tells mappers that a pass splats their surfels, from now to the end of the renderer's frame:
 /// they draw no dots, also while later passes draw translucent props.
 class SplattedMappers
@@ -21,10 +23,10 @@ class SplattedMappers
 public:
   ~SplattedMappers() { this->Clear(); }
 
-  void Set(vtkRenderer* renderer, const std::vector<SurfelSplatting::SceneItem>& items)
+  void Set(vtkRenderer* renderer, const std::vector<SceneItem>& items)
   {
     this->Clear();
-    for (const SurfelSplatting::SceneItem& item : items)
+    for (const SceneItem& item : items)
     {
       vtkSurfelMapper* mapper = vtkSurfelMapper::SafeDownCast(item.Mapper);
       mapper->SetSplatted(true);
@@ -58,3 +60,4 @@ private:
   vtkWeakPointer<vtkRenderer> Renderer;
   unsigned long Observer = 0;
 };
+}

@@ -103,7 +103,7 @@ private:
 
 struct vtkSurfelSplattingPass::Internals
 {
-  SplattedMappers Mappers;
+  SurfelSplatting::SplattedMappers Mappers;
   vtkNew<vtkRenderStepsPass> Steps;
   vtkNew<vtkOpaquePass> OpaqueProps;
   vtkNew<FunctionPass> Step;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Formulas of the set-up that the brute-force splatter does not have, against plain ones: the
+ * paper's circumellipse, slopes over the lens, colour gradients of nodes, normals as colours.
+ */
+#include "Core/Splats/SetupFootprint.h"
+#include "Core/Splats/SplatMaker.h"
+#include "Core/Surfels/NodePacking.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+
+#include <cmath>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+/// The splat of one surfel or node.
+struct OneSplat
+{
+  Splat S;
+  PixelBox Box;
+  float Near;
+  LensSlope Slope;
+  unsigned char GridLevel;
+  SplatGradient Gradient;
+  bool IsVisible;
+
+  OneSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t index, int level)
+  {
+    SplatOutput output{ &this->S, &this->Box, &this->Near, context.Sectors ? &this->Slope : nullptr,
+      &this->GridLevel, &this->Gradient, 0 };
+    SplatMaker maker;
+    maker.Set(context, cloud);
+    maker.Make(index, 1, level, output);
+    this->IsVisible = output.Count == 1;
+  }
+};
+
+struct Matrix2
+{
+  double XX, YY, XY;
+};
+
+double Form(const Matrix2& m, const double (&x)[2], const double (&y)[2])
+{
+  return m.XX * x[0] * y[0] + m.YY * x[1] * y[1] + m.XY * (x[0] * y[1] + x[1] * y[0]);
+}
+
+/// M S M' + variance, px^2, for a pinhole camera with fx = fy = f.
+Matrix2 FootprintOnScreen(const Symmetric3& s, const Vector3& p, double f, double variance)
+{
+  const double z = p[2],
+               m[2][3] = { { f / z, 0, -f * p[0] / (z * z) }, { 0, f / z, -f * p[1] / (z * z) } };
+  const double full[3][3] = { { s.XX, s.XY, s.XZ }, { s.XY, s.YY, s.YZ }, { s.XZ, s.YZ, s.ZZ } };
+  double w[2][2] = { { variance, 0 }, { 0, variance } };
+  for (int a = 0; a < 2; ++a)
+  {
+    for (int b = 0; b < 2; ++b)
+    {
+      for (int i = 0; i < 3; ++i)
+      {
+        for (int j = 0; j < 3; ++j)
+        {
+          w[a][b] += m[a][i] * full[i][j] * m[b][j];
+        }
+      }
+    }
+  }
+  return { w[0][0], w[1][1], w[0][1] };
+}
+
+SplatContext Context()
+{
+  SplatContext context;
+  context.Camera = PinholeView(400, 300, 300.0);
+  context.Optics = { 0.1, 2.0 };
+  context.CoarseGrids = false;
+  return context;
+}
+
+/// In the axes x of A x = l B x, the larger of both forms; no mixed term. This defines it.
+TEST_CASE("Circumellipse")
+{
+  Random random(4);
+  for (int i = 0; i < 200; ++i)
+  {
+    const double u = random.Uniform(0.01, 9), v = random.Uniform(0.01, 9);
+    const Matrix2 a{ u, v, random.Uniform(-0.99, 0.99) * std::sqrt(u * v) };
+    const double b[2] = { random.Uniform(0.05, 5), random.Uniform(0.05, 5) };
+    const Symmetric2 e = Circumellipse<double>({ a.XX, a.YY, a.XY }, b);
+    // det(A - l B) = 0
+    const double half = 0.5 * (a.XX / b[0] + a.YY / b[1]);
+    const double root = std::sqrt(half * half - (a.XX * a.YY - a.XY * a.XY) / (b[0] * b[1]));
+    double axes[2][2];
+    for (int k = 0; k < 2; ++k)
+    {
+      const double l = half + (k == 0 ? root : -root);
+      axes[k][0] = a.XY;
+      axes[k][1] = l * b[0] - a.XX;
+      const double forms[2] = { Form(a, axes[k], axes[k]),
+        Form({ b[0], b[1], 0 }, axes[k], axes[k]) };
+      const double largest = std::fmax(forms[0], forms[1]);
+      CHECK_NEAR(Form({ e.XX, e.YY, e.XY }, axes[k], axes[k]) / largest, 1.0, 1e-9);
+    }
+    const double scale =
+      std::hypot(axes[0][0], axes[0][1]) * std::hypot(axes[1][0], axes[1][1]) * (e.XX + e.YY);
+    CHECK_NEAR(Form({ e.XX, e.YY, e.XY }, axes[0], axes[1]) / scale, 0.0, 1e-9);
+  }
+}
+
+/// LensSectors.h: M = C / (4 sqrt(det W)), tilt = 4 m M for the mean m = R a_xy / (-4 a.p).
+TEST_CASE("Slopes over the lens")
+{
+  SplatContext context = Context();
+  context.Sectors = true;
+  Random random(5);
+  for (int i = 0; i < 100; ++i)
+  {
+    TestCloud cloud;
+    TestSurfel surfel;
+    surfel.Position = { random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3),
+      random.Uniform(1.0, 5.0) };
+    surfel.Normal = random.Direction();
+    surfel.TwoSided = true;
+    surfel.SigmaU = 0.02;
+    surfel.SigmaV = 0.01;
+    cloud.Add(surfel);
+    const OneSplat splat(context, cloud.Get(), 0, 0);
+    const Vector3 p = cloud.Get().Position(0), a = cloud.Get().AreaVector(0);
+    const double radius = context.Optics.Radius, facing = -4.0 * Dot(a, p);
+    const double mean[2] = { radius * a[0] / facing, radius * a[1] / facing };
+    if (!splat.IsVisible || std::hypot(mean[0], mean[1]) > 0.249)
+    {
+      continue; // culled, or partly edge-on
+    }
+    const double confusion = 300.0 * radius * (1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
+    const Matrix2 w =
+      FootprintOnScreen(cloud.Get().Covariance(0), p, 300.0, 1.0 + 0.25 * confusion * confusion);
+    const double point = confusion / (4.0 * std::sqrt(w.XX * w.YY - w.XY * w.XY));
+    CHECK_NEAR(splat.Slope.Point, point, 1e-6 * std::abs(point));
+    CHECK_NEAR(splat.Slope.TiltX, 4.0 * mean[0] * point, 1e-6 * std::abs(point));
+    CHECK_NEAR(splat.Slope.TiltY, 4.0 * mean[1] * point, 1e-6 * std::abs(point));
+  }
+}
+
+/// W^-1 M H' for the node's covariance and the colour's first moment H.
+TEST_CASE("Gradients of nodes")
+{
+  SplatContext context = Context();
+  context.Settings.Kernel = KernelType::Gaussian; // its Tilt is 1
+  context.Optics.Radius = 0.0;
+  Random random(6);
+  for (int i = 0; i < 50; ++i)
+  {
+    TestCloud cloud;
+    for (int k = 0; k < 2; ++k)
+    {
+      TestSurfel surfel;
+      surfel.Position = { 0.2 + 0.1 * k, -0.1 + random.Uniform(-0.1, 0.1), 2.0 + 0.05 * k };
+      surfel.SigmaU = surfel.SigmaV = 0.05;
+      surfel.Area = 0.01;
+      for (int c = 0; c < 3; ++c)
+      {
+        surfel.Color[static_cast<std::size_t>(c)] = static_cast<float>(random.Uniform(0, 1));
+      }
+      cloud.Add(surfel);
+    }
+    const TestHierarchy hierarchy(cloud);
+    const SurfelCloud nodes = hierarchy.Get();
+    const OneSplat splat(context, nodes, 2, 1);
+    REQUIRE(splat.IsVisible);
+    REQUIRE(splat.S.Gradient == 0);
+    const Vector3 p = nodes.Position(2);
+    const double blur = MinNodeBlur * 300.0 / p[2];
+    const double variance = std::fmax(1.0, blur * blur * Norm(nodes.AreaVector(2)));
+    const Matrix2 w = FootprintOnScreen(nodes.Covariance(2), p, 300.0, variance);
+    const double determinant = w.XX * w.YY - w.XY * w.XY;
+    const ColorMoments moments = UnpackColor(nodes.NodeColors[0]);
+    const float actual[3][2] = { { splat.Gradient.RedX, splat.Gradient.RedY },
+      { splat.Gradient.GreenX, splat.Gradient.GreenY },
+      { splat.Gradient.BlueX, splat.Gradient.BlueY } };
+    for (int c = 0; c < 3; ++c)
+    {
+      const double* h = moments.First[c];
+      const double x = 300.0 / p[2] * (h[0] - p[0] / p[2] * h[2]);
+      const double y = 300.0 / p[2] * (h[1] - p[1] / p[2] * h[2]);
+      CHECK_NEAR(actual[c][0], (w.YY * x - w.XY * y) / determinant, 1e-6);
+      CHECK_NEAR(actual[c][1], (w.XX * y - w.XY * x) / determinant, 1e-6);
+    }
+  }
+}
+
+/// (n + 1) / 2 of the side that is seen, in the world, however the camera is turned.
+TEST_CASE("Normals as colours")
+{
+  SplatContext context = Context();
+  context.Colors = Paint::Normals;
+  context.Camera.WorldToCamera.L = { { { 0, 0, -1 }, { 0, 1, 0 }, { 1, 0, 0 } } }; // looks along x
+  Random random(7);
+  for (int i = 0; i < 100; ++i)
+  {
+    TestCloud cloud;
+    TestSurfel surfel;
+    surfel.Position = { 2, 0, 0 };
+    surfel.Normal = random.Direction();
+    surfel.TwoSided = true;
+    cloud.Add(surfel);
+    const OneSplat splat(context, cloud.Get(), 0, 0);
+    if (std::abs(surfel.Normal[0]) < 0.05)
+    {
+      continue; // edge-on
+    }
+    REQUIRE(splat.IsVisible);
+    const double side = surfel.Normal[0] > 0.0 ? -1.0 : 1.0;
+    CHECK_NEAR(splat.S.Red, 0.5 + 0.5 * side * surfel.Normal[0], 1e-6);
+    CHECK_NEAR(splat.S.Green, 0.5 + 0.5 * side * surfel.Normal[1], 1e-6);
+    CHECK_NEAR(splat.S.Blue, 0.5 + 0.5 * side * surfel.Normal[2], 1e-6);
+  }
+}
+}
