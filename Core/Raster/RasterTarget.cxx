@@ -8,7 +8,8 @@ namespace SurfelSplatting
 const RasterTarget& SelectRasterTarget()
 {
 #ifdef SURFELSPLATTING_X86_TARGETS
-  return TargetChoice<RasterTarget>{ &RasterTargetBaseline, &RasterTargetAVX2, &RasterTargetAVX512 }.Best();
+  return TargetChoice<RasterTarget>{ &RasterTargetBaseline, &RasterTargetAVX2, &RasterTargetAVX512 }
+    .Best();
 #else
   return RasterTargetBaseline;
 #endif

@@ -8,7 +8,8 @@ namespace SurfelSplatting
 const SetupTarget& SelectSetupTarget()
 {
 #ifdef SURFELSPLATTING_X86_TARGETS
-  return TargetChoice<SetupTarget>{ &SetupTargetBaseline, &SetupTargetAVX2, &SetupTargetAVX512 }.Best();
+  return TargetChoice<SetupTarget>{ &SetupTargetBaseline, &SetupTargetAVX2, &SetupTargetAVX512 }
+    .Best();
 #else
   return SetupTargetBaseline;
 #endif
