@@ -76,8 +76,8 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
   throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
-// Reads the lines of a .pcd header up to DATA, as key -> values.
-std::map<std::string, Words> ReadPCDLines(std::istream& file)
+// Reads and counts the lines of a .pcd header up to DATA, as key -> values.
+std::map<std::string, Words> ReadPCDLines(std::istream& file, std::size_t& count)
 {
   static const Words known = { "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT",
     "VIEWPOINT", "POINTS", "DATA" };
@@ -85,6 +85,7 @@ std::map<std::string, Words> ReadPCDLines(std::istream& file)
   std::string line;
   while (!lines.count("DATA") && std::getline(file, line) && line.size() < LongestLine)
   {
+    ++count;
     Words words = Split(line);
     if (words.empty() || words[0][0] == '#')
     {
@@ -230,8 +231,8 @@ Format FindFormat(const std::string& path)
 //------------------------------------------------------------------------------
 PCDHeader ReadPCDHeader(std::istream& file)
 {
-  std::map<std::string, Words> lines = ReadPCDLines(file);
   PCDHeader header;
+  std::map<std::string, Words> lines = ReadPCDLines(file, header.Lines);
   CheckPCDFields(lines, header);
   CheckPCDSize(lines, header);
   header.Data = lines["DATA"][0];

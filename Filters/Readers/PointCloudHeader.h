@@ -39,6 +39,7 @@ struct PCDHeader
   std::vector<Field> Fields; ///< offsets as in a point
   std::size_t PointStep = 0; ///< bytes of a point
   std::string Data;          ///< ascii, binary or binary_compressed
+  std::size_t Lines = 0;     ///< up to and with the line DATA
   double Viewpoint[3] = { 0.0, 0.0, 0.0 };
 };
 

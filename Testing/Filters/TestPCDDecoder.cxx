@@ -8,11 +8,13 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 using namespace SurfelTesting;
 
@@ -142,10 +144,46 @@ void Write(const std::string& text)
 
 const std::string Head = "VERSION 0.7\nFIELDS x y z a b c\nSIZE 4 8 4 1 8 2\nTYPE F F F I U U\n"
                          "COUNT 1 1 1 2 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
+const std::string Integers = "VERSION 0.7\nFIELDS a b c\nSIZE 1 4 8\nTYPE U U U\nCOUNT 1 1 1\n"
+                             "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
 
 TEST_CASE_FIXTURE(TemporaryFile, "Types")
 {
   Write(Head + "1 -2.5e3 inf -128 127 1234567890123 65535\n0.1 nan 3 1.0 2 9 0\n");
+  CompareWithPCL();
+  // Whole numbers with a decimal point, up to the largest; negative ones in unsigned fields.
+  Write(Head + "1 2 3 127.0 -128.0 9 65535.0\n1 2 3 4 5 -6 -1\n");
+  CompareWithPCL();
+  Write(Integers + "255.0 -1 -9223372036854775808\n255 4294967295.0 4611686018427387904\n");
+  CompareWithPCL();
+  Write(Integers + "255.0 1 18446744073709551615\n255 1 -1\n"); // pcl_io rounds the large one
+  const std::vector<std::uint8_t> points = Read().Data;
+  CHECK(points[0] == 255);
+  CHECK(std::equal(points.begin(), points.begin() + 13, points.begin() + 13));
+}
+
+TEST_CASE_FIXTURE(TemporaryFile, "Lines")
+{
+  const std::string first = "1 2 3 4 5 6 7", second = "8 9 10 11 12 13 14";
+  for (const std::string& data : { first + "\n" + second, first + "\n\n" + second + "\n",
+         first + "\r\n" + second + "\r\n", "\n \t" + first + " \t\n" + second + " \n" })
+  {
+    Write(Head + data);
+    CompareWithPCL();
+  }
+  // pcl_io takes a line of white space for a damaged point.
+  const std::vector<std::uint8_t> expected = Read().Data;
+  for (const char* const end : { "\n \t\n", "\r\n\r\n" })
+  {
+    Write(Head + first + end + second + end);
+    CHECK(Read().Data == expected);
+  }
+}
+
+TEST_CASE_FIXTURE(TemporaryFile, "Padding")
+{
+  Write("VERSION 0.7\nFIELDS x _ y _\nSIZE 4 1 4 4\nTYPE F U F U\nCOUNT 1 3 1 1\nWIDTH 2\n"
+        "HEIGHT 1\nPOINTS 2\nDATA ascii\n1 nan nan nan 2 nan\n3 0 1 2 4 -\n");
   CompareWithPCL();
 }
 
@@ -163,14 +201,29 @@ std::string ErrorOf(const std::string& text)
   return std::string();
 }
 
+TEST_CASE_FIXTURE(TemporaryFile, "Lines of the wrong length")
+{
+  const std::string line = "1 2 3 4 5 6 7\n";
+  CHECK(
+    ErrorOf(Head + "1 2 3 4 5 6 7 8 9 0 1 2 3 4\n") == "line 10 has 14 values, but a point has 7.");
+  CHECK(ErrorOf(Head + line + "1 2 3 4 5 6\n") == "line 11 has 6 values, but a point has 7.");
+  CHECK(ErrorOf(Head + "\n1 2 3 4 5 6\n7\n" + line) == "line 11 has 6 values, but a point has 7.");
+  CHECK(ErrorOf("# by hand\n\n" + Head + "1 2 3 4 5 6 7 8\r\n" + line) ==
+    "line 12 has 8 values, but a point has 7.");
+  CHECK(ErrorOf(Head + line + "            \n\n") == "the data ends after 1 points.");
+}
+
 TEST_CASE_FIXTURE(TemporaryFile, "Damage")
 {
-  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7 8 9 0 1 2 3 4\n").empty());
   CHECK(ErrorOf(Head + "1 2 3 4 5 6 7       \n1 2 3").find("ends after 1") != std::string::npos);
-  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7\n1 two 3 4 5 6 7\n").find("field y") != std::string::npos);
+  CHECK(ErrorOf(Head + "1 2 3 4 5 6 7\n1 two 3 4 5 6 7\n").find("line 11, field y") !=
+    std::string::npos);
   CHECK(ErrorOf(Head + "+1 1e-60 1e-60 +4 5 6 7\n1 2 3 4 5 6 7\n").empty());
   CHECK(ErrorOf(Head + "1 2 3 999 5 6 7\n1 2 3 4 5 6 7\n").find("999") != std::string::npos);
-  CHECK(ErrorOf(Head + "1 2 3 4 5 -6 7\n1 2 3 4 5 6 7\n").find("-6") != std::string::npos);
+  CHECK(ErrorOf(Integers + "256 1 1\n1 1 1\n").find("256") != std::string::npos);
+  CHECK(ErrorOf(Integers + "256.0 1 1\n1 1 1\n").find("256.0") != std::string::npos);
+  CHECK(ErrorOf(Integers + "-129 1 1\n1 1 1\n").find("-129") != std::string::npos);
+  CHECK(ErrorOf(Integers + "1 1 1\n1 1 -9223372036854775809\n").find("-92") != std::string::npos);
   // Every byte of a packed file changed, or the end missing: an error or other numbers, no crash.
   pcl::PCDWriter().writeBinaryCompressed(Path, MakeCloud(40));
   std::ifstream file(Path, std::ios::binary);
