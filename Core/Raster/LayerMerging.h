@@ -122,6 +122,18 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
   }
 }
 
+/// Adds a splat or tent to the sums of open layers, but for its colours.
+/// @param weight its coverage, 0 outside its support
+/// @param opaque the weight times the opacity
+/// @param depth  world units along the view direction
+SURFELSPLATTING_INLINE void AddCoverage(
+  OpenLayers& open, const Lanes& weight, const Lanes& opaque, const Lanes& depth)
+{
+  AddTo(open.Weight, weight);
+  AddTo(open.Opacity, opaque);
+  AddTo(open.Depth, weight * depth);
+}
+
 /// @param opaque the weight times the opacity
 template <typename SplatOrTent>
 SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const SplatOrTent& s, const Lanes& opaque)

@@ -108,8 +108,8 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
     PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback);
   }
   const Lanes opaque = weight * s.Opacity;
-  AddTo(open.Weight, weight);
-  AddTo(open.Opacity, opaque);
+  const float depth = 0.5f * (s.Near + s.Far);
+  AddCoverage(open, weight, opaque, depth + s.DepthX * d.X + s.DepthY * d.Y);
   if (HasGradient)
   {
     Lanes tilt = Select(inside, (s.Weight * s.Opacity) * slope, 0.0f);
@@ -123,8 +123,6 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     AddColors(open, s, opaque);
   }
-  const float depth = 0.5f * (s.Near + s.Far);
-  AddTo(open.Depth, weight * (depth + s.DepthX * d.X + s.DepthY * d.Y));
   return bits;
 }
 
@@ -256,10 +254,8 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback);
       OpenLayers& open = tile.Open[block];
       const Lanes opaque = weight * s.Opacity;
-      AddTo(open.Weight, weight);
-      AddTo(open.Opacity, opaque);
+      AddCoverage(open, weight, opaque, s.Depth);
       AddColors(open, s, opaque);
-      AddTo(open.Depth, weight * s.Depth);
     }
   }
   return fragments;
