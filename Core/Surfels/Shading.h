@@ -147,7 +147,7 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
     Vector3Of<Real> toLight;
     Real strength = Incidence(light, position, toLight);
     const Real cosine = Dot(normal, toLight);
-    strength = (strength > 0.0) & (cosine > 0.0) ? strength : Real{};
+    strength = ((strength > 0.0) & (cosine > 0.0)) ? strength : Real{};
     Real highlight = {};
     if (material.Specular > 0.0)
     {
