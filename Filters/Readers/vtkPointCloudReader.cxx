@@ -13,6 +13,30 @@
 
 #include <algorithm>
 #include <exception>
+#include <string>
+
+namespace
+{
+/// A message that may quote a damaged file: bytes other than printable ASCII as \xNN. VTK's Python
+/// observers get no message at all if it is not UTF-8.
+std::string Printable(const std::string& message)
+{
+  constexpr char digits[] = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char c : message)
+  {
+    if (c >= 0x20 && c < 0x7f)
+    {
+      text += static_cast<char>(c);
+    }
+    else
+    {
+      text += { '\\', 'x', digits[c >> 4], digits[c & 15] };
+    }
+  }
+  return text;
+}
+}
 
 vtkStandardNewMacro(vtkPointCloudReader);
 
@@ -72,7 +96,7 @@ int vtkPointCloudReader::RequestData(
   {
     output->Initialize();
     this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(<< this->FileName << ": " << problem.what());
+    vtkErrorMacro(<< this->FileName << ": " << Printable(problem.what()));
     return 0;
   }
   return 1;

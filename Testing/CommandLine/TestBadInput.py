@@ -74,6 +74,13 @@ class TestBadInput(ToolCase):
               "HEIGHT 1\nPOINTS 4000000\nDATA binary\n")
         self.refuse_cloud("lots.pcd", "4000000 points")
 
+    def test_bytes_that_are_no_text(self):
+        """They are quoted so that the message stays readable."""
+        content = (b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nPOINTS 1\n"
+                   b"DATA ascii\n0 \xff\xfe1 0\n")
+        self.refuse_cloud(write("bytes.pcd", content),
+                          'line 9, field y: "\\xff\\xfe1" is not a number')
+
     def test_clouds_without_points(self):
         write_ply("none.ply", np.zeros((0, 3)))
         self.refuse_cloud("none.ply", "no points")
