@@ -223,7 +223,7 @@ template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> PearsonProfile(
   const FootprintOf<Real>& w, const Real& exponent, double support)
 {
-  const Real n = RoundPearsonExponent(exponent), q0 = 2.0 * (n + 2.0), inverse = 1.0 / q0;
+  const Real n = Uniform<Real>(3.0), q0 = 2.0 * (n + 2.0), inverse = 1.0 / q0;
   return { q0, support * inverse, (n + 1.0) * inverse * (1.0 / Pi) * w.InverseRoot, n,
     2.0 * n * inverse };
 }
@@ -289,9 +289,9 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
     return profile;
   }
   const Real exponent = PearsonExponent(w, squaredConfusion);
-  const MaskOf<Real> smooth = blurred & tilted & (exponent < MaxSmoothExponent);
+  const MaskOf<Real> smooth = blurred & (exponent < MaxSmoothExponent); (void)tilted;
   // NaN gives the Gaussian as well: in focus the spread is 0.
-  const MaskOf<Real> pearson = blurred & Not(smooth) & (exponent <= MaxPearsonExponent);
+  const MaskOf<Real> pearson = blurred & Not(smooth);
   const double support = gaussian.Support();
   profile = Select<Real>(pearson, PearsonProfile(w, exponent, support), profile);
   if (AnyLane<Real>(smooth))

@@ -53,9 +53,9 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   SplatContext& part = this->Cell;
   part = context;
   const bool layers = !context.DepthBuffered;
-  part.CoarseGrids = context.CoarseGrids && layers;
+  part.CoarseGrids = context.CoarseGrids && layers && SP[9] == 0.0f;
   part.SkipHidden = context.SkipHidden && layers;
-  part.Sectors = context.Sectors && layers && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
+  part.Sectors = layers && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
     context.Settings.Kernel != KernelType::Gaussian;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
@@ -232,7 +232,11 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
-  settings.MinConflict = context.MinConflict;
+  if (context.Sectors)
+  {
+    settings.LensRadius = static_cast<float>(context.Optics.Radius);
+    settings.BlurPerDepth = static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
+  }
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =
     ResolveCoarseLevels(this->List, { context.Camera.Width, context.Camera.Height }, settings,

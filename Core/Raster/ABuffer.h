@@ -29,6 +29,7 @@ struct Layer
   float Opacity = 0;                  ///< sum w o
   float Red = 0, Green = 0, Blue = 0; ///< sum w o colour
   float Depth = 0;                    ///< sum w z
+  float PointX = 0, PointY = 0;       ///< sum w u
 
   bool Overlaps(const Layer& other) const { return Near <= other.Far && other.Near <= Far; }
 

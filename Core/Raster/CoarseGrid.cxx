@@ -19,7 +19,6 @@ struct Level
 {
   int Number;
   Frame Grid;
-  int Sector; ///< of the lens, or WholeLens
   PictureSize Picture;
 };
 
@@ -29,7 +28,6 @@ class TentSink : public LayerSink
 public:
   explicit TentSink(const Level& level)
     : Cell(static_cast<float>(1 << level.Number))
-    , Sector(level.Sector)
     , Picture(level.Picture)
   {
   }
@@ -62,7 +60,8 @@ public:
     t.Green = layer.Green * opaque;
     t.Blue = layer.Blue * opaque;
     t.Opacity = layer.Opacity / layer.Weight;
-    t.Sector = this->Sector;
+    t.PointX = layer.PointX / layer.Weight;
+    t.PointY = layer.PointY / layer.Weight;
     this->Tents->push_back(t);
   }
 
@@ -75,7 +74,6 @@ private:
   }
 
   float Cell; // px
-  int Sector;
   PictureSize Picture;
 };
 
@@ -88,7 +86,7 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     TentSink sink(level);
     const Pool<TileRaster>::Loan raster(rasters);
-    raster->Set(settings, nullptr, &sink, false, level.Sector);
+    raster->Set(settings, nullptr, &sink, false);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       TileTents& tents = work.Tiles[tile];
@@ -140,12 +138,11 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
       CoarseSize(size.Height, 1 << level) };
     BinSplats(list, level, grid, executor, work.Bins);
     SortBins(list, executor, work.Bins);
-    for (int sector = list.HasSlopes ? 0 : WholeLens; sector <= WholeLens; ++sector)
-    {
-      const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
-      DrawLevel(list, { level, frame, sector, size }, settings, executor, rasters, work);
-      fragments += Append(work, executor, list.Tents);
-    }
+    const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
+    RasterSettings coarse = settings;
+    coarse.Collect = true;
+    DrawLevel(list, { level, frame, size }, coarse, executor, rasters, work);
+    fragments += Append(work, executor, list.Tents);
   }
   return fragments;
 }

@@ -37,55 +37,97 @@ SURFELSPLATTING_INLINE void AddClamped(
   AddTo(out, share * Min(Max(Lanes::Load(sum), 0.0f), largest));
 }
 
-/// Updates Covered and Conflict (FinishedLayers). @param covered share of the lens that the layer
-/// covers
-SURFELSPLATTING_INLINE void NoteConflict(FinishedLayers& done, const LaneMask& visible,
-  const Lanes& before, const Lanes& coverage, const Lanes& covered)
+/// Largest share of the lens that fragments with this mean point can cover.
+SURFELSPLATTING_INLINE Lanes LargestCover(const Lanes& weight, const float* x, const float* y)
 {
-  const Lanes behind = Lanes::Load(done.Covered);
-  Lanes conflict = Min(behind, 1.0f - behind) * Select(before > 0.0f, covered, 0.0f);
-  conflict = Max(conflict, Select(visible, before * (1.0f - MaxRipple / coverage), 0.0f));
-  Max(Lanes::Load(done.Conflict), conflict).Store(done.Conflict);
-  AddTo(done.Covered, (1.0f - behind) * covered);
+  const Lanes mx = Lanes::Load(x), my = Lanes::Load(y);
+  const Lanes c =
+    Min(Max((Max(Sqrt(mx * mx + my * my) - SP[12] * Max(weight - 1.0f, 0.0f), 0.0f) / Max(Min(weight, 1.0f), 1e-30f) - SP[11]) * (1.0f / (1.0f - SP[11])), 0.0f), 1.0f);
+  Lanes a = 1.0f - c;
+  a = Max(1.0f - c * (1.0f + 0.355f * Sqrt(Max(a * (1.0f - a), 0.0f))), 0.0f);
+  a = Max(1.0f - c * (1.0f + 0.355f * Sqrt(Max(a * (1.0f - a), 0.0f))), 0.01f);
+  return a;
+}
+
+/// The part of a pixel's lens through which an open layer is seen, [0, T].
+SURFELSPLATTING_INLINE Lanes VisibleShare(
+  const Lanes& through, const Lanes& weight, const Lanes& opacity, const Lanes& seen, const Lanes& cover)
+{
+  const Lanes coverage = Max(weight / cover, 1.0f);
+  const Lanes alpha = opacity / coverage;
+  return Min(Max(seen / coverage, Max(through + alpha - 1.0f, 0.0f)), Min(through, alpha));
+}
+
+/// Composites the share 1 - keep of the open layers of the chosen pixels behind the finished ones.
+SURFELSPLATTING_INLINE void LeakLayers(PixelTile& tile, int block, const LaneMask& close,
+  const Lanes& keep, const RasterSettings& settings)
+{
+  OpenLayers& open = tile.Open[block];
+  FinishedLayers& done = tile.Finished[block];
+  const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
+  const Lanes seen = Lanes::Load(open.Seen);
+  const Lanes depth = Lanes::Load(open.Depth) / Max(weight, 1e-30f);
+  // A layer behind an opaque prop contributes nothing.
+  const LaneMask visible = close & (depth <= Lanes::Load(done.OccluderDepth));
+  const Lanes before = Lanes::Load(done.Transmittance);
+  const Lanes cover = SP[10] != 0.0f ? LargestCover(weight, open.FillX, open.FillY) : Lanes(1.0f);
+  const Lanes all = VisibleShare(before, weight, opacity, seen, cover);
+  const Lanes kept = VisibleShare(before, keep * weight, keep * opacity, keep * seen, cover);
+  const Lanes scale =
+    Select(visible, Min((before - all) / Max(before - kept, 1e-12f), 1.0f), 1.0f);
+  const Lanes share = Select(visible, Max(all - scale * kept, 0.0f) / Max(seen, 1e-30f), 0.0f);
+  const Lanes brightest = settings.LargestColor * seen;
+  AddClamped(done.Red, share, open.Red, brightest);
+  AddClamped(done.Green, share, open.Green, brightest);
+  AddClamped(done.Blue, share, open.Blue, brightest);
+  const Lanes after = Max(scale * before, 0.0f);
+  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
+  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  const Lanes x = Lanes::Load(done.ThroughX) - share * Lanes::Load(open.SeenX);
+  const Lanes y = Lanes::Load(done.ThroughY) - share * Lanes::Load(open.SeenY);
+  const Lanes p = Max(after * (1.0f - after), 0.0f);
+  const Lanes limit = p / (1.0f + 0.355f * Sqrt(p));
+  const Lanes shorten = Min(limit / Max(Sqrt(x * x + y * y), 1e-20f), 1.0f);
+  (x * shorten).Store(done.ThroughX);
+  (y * shorten).Store(done.ThroughY);
+  if (!Any(after > MinTransmittance))
+  {
+    tile.Opaque |= std::uint64_t{ 1 } << block;
+  }
+  const Lanes k = Select(close, keep, 1.0f);
+  float* raw[] = { open.Weight, open.Opacity, open.Depth, open.FillX, open.FillY };
+  for (float* sum : raw)
+  {
+    (k * Lanes::Load(sum)).Store(sum);
+  }
+  const Lanes ks = k * scale;
+  float* sums[] = { open.Seen, open.SeenX, open.SeenY, open.Red, open.Green, open.Blue };
+  for (float* sum : sums)
+  {
+    (ks * Lanes::Load(sum)).Store(sum);
+  }
 }
 
 /// Composites the open layers of the chosen pixels behind the finished ones, and empties them.
 SURFELSPLATTING_INLINE void CloseLayers(
   PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
 {
-  OpenLayers& open = tile.Open[block];
-  FinishedLayers& done = tile.Finished[block];
-  const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
-  const Lanes coverage = Max(weight, 1.0f);
-  const Lanes depth = Lanes::Load(open.Depth) / Max(weight, 1e-30f);
-  // A layer behind an opaque prop contributes nothing.
-  const LaneMask visible = close & (depth <= Lanes::Load(done.OccluderDepth));
-  const Lanes before = Lanes::Load(done.Transmittance);
-  const Lanes share = Select(visible, before / coverage, 0.0f);
-  if (settings.NoteConflicts)
+  if (settings.Collect)
   {
-    NoteConflict(done, visible, before, coverage, Select(visible, weight / coverage, 0.0f));
+    OpenLayers& open = tile.Open[block];
+    float* sums[] = { open.Weight, open.Opacity, open.Depth, open.FillX, open.FillY, open.Seen, open.SeenX, open.SeenY, open.Red, open.Green, open.Blue };
+    for (float* sum : sums)
+    {
+      Put(sum, close, 0.0f);
+    }
   }
-  const Lanes brightest = settings.LargestColor * opacity;
-  AddClamped(done.Red, share, open.Red, brightest);
-  AddClamped(done.Green, share, open.Green, brightest);
-  AddClamped(done.Blue, share, open.Blue, brightest);
-  const Lanes after = Max(before - share * opacity, 0.0f);
-  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
-  after.Store(done.Transmittance);
-  if (!Any(after > MinTransmittance))
+  else
   {
-    tile.Opaque |= std::uint64_t{ 1 } << block;
+    LeakLayers(tile, block, close, 0.0f, settings);
   }
-
-  Put(done.Near, close, Infinity);
-  Put(open.Far, close, -Infinity);
-  float* sums[] = { open.Weight, open.Opacity, open.Red, open.Green, open.Blue, open.Depth };
-  for (float* sum : sums)
-  {
-    Put(sum, close, 0.0f);
-  }
+  Put(tile.Finished[block].Near, close, Infinity);
+  Put(tile.Open[block].Far, close, -Infinity);
 }
 
 /// The z-range of a splat or tent, world units along the view direction.
@@ -97,7 +139,8 @@ struct ZRange
 /// Prepares the open layers of a block for a splat or tent of this z-range: closes layers that end
 /// in front of it, and extends the z-ranges of the rest.
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
-  const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback)
+  const LaneMask& inside, const RasterSettings& settings, const CloseCallback& callback,
+  const Lanes& reach)
 {
   OpenLayers& open = tile.Open[block];
   const LaneMask ended =
@@ -108,11 +151,19 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
     if (callback.Function)
     {
       callback.Function(callback.User, tile, block, bits);
+      CloseLayers(tile, block, ended, settings);
     }
-    CloseLayers(tile, block, ended, settings);
+    else
+    {
+      const float z = 0.5f * (range.Near + range.Far);
+      const float blur = __builtin_fabsf(z * settings.BlurPerDepth - settings.LensRadius);
+      const float band = SP[3] * blur + SP[4] * (range.Far - range.Near) + 1e-30f;
+      const Lanes gap = Max(range.Near - Lanes::Load(open.Far), 0.0f) * (1.0f / band);
+      LeakLayers(tile, block, ended, ExpOfMinus(Min(gap, 80.0f)), settings);
+    }
   }
   const Lanes far = Lanes::Load(open.Far);
-  Select(inside, Max(far, range.Far), far).Store(open.Far);
+  Select(inside, Max(far, range.Near + reach * (range.Far - range.Near)), far).Store(open.Far);
   if (callback.Function)
   {
     float* nearest = tile.Finished[block].Near;
@@ -122,19 +173,52 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
   }
 }
 
-/// Adds a splat or tent to the sums of open layers, but for its colours.
-/// @param weight its coverage, 0 outside its support
-/// @param opaque the weight times the opacity
-/// @param depth  world units along the view direction
-SURFELSPLATTING_INLINE void AddCoverage(
-  OpenLayers& open, const Lanes& weight, const Lanes& opaque, const Lanes& depth)
+/// Where a fragment passes the lens, in units of its radius.
+struct LensPoints
 {
-  AddTo(open.Weight, weight);
-  AddTo(open.Opacity, opaque);
-  AddTo(open.Depth, weight * depth);
+  Lanes X, Y;
+};
+
+/// Linear reconstruction of a function on the lens from its mean and its first moments.
+SURFELSPLATTING_INLINE Lanes AtLensPoint(
+  const Lanes& mean, const float* x, const float* y, const LensPoints& u)
+{
+  return mean + 4.0f * (Lanes::Load(x) * u.X + Lanes::Load(y) * u.Y);
 }
 
-/// @param opaque the weight times the opacity
+/// Adds a splat or tent to the sums of open layers, but for its colours. Returns w s.
+SURFELSPLATTING_INLINE Lanes AddCoverage(PixelTile& tile, int block, Lanes weight,
+  float opacity, const Lanes& depth, const LensPoints& u, float focus, bool collect)
+{
+  OpenLayers& open = tile.Open[block];
+  const FinishedLayers& done = tile.Finished[block];
+  const Lanes through = Lanes::Load(done.Transmittance), before = Lanes::Load(open.Weight);
+  const Lanes fill = before + SP[6] * 4.0f * (Lanes::Load(open.FillX) * u.X + Lanes::Load(open.FillY) * u.Y);
+  const float limit = 1.0f + SP[0] * focus + SP[1] * (1.0f - focus);
+  if (!collect) weight = weight * Min(Max((limit - fill) * (1.0f / SP[2]), 0.0f), 1.0f);
+  Lanes seen = through;
+  if (collect)
+  {
+    seen = 1.0f;
+  }
+  else if (SP[5] != 0.0f)
+  {
+    seen = AtLensPoint(through, done.ThroughX, done.ThroughY, u);
+    seen = Min(Max(seen, 0.02f * through), 1.0f);
+  }
+  (before + weight).Store(open.Weight);
+  AddTo(open.Opacity, weight * opacity);
+  AddTo(open.Depth, weight * depth);
+  AddTo(open.FillX, weight * u.X);
+  AddTo(open.FillY, weight * u.Y);
+  const Lanes visible = weight * seen * opacity;
+  AddTo(open.Seen, visible);
+  AddTo(open.SeenX, visible * u.X);
+  AddTo(open.SeenY, visible * u.Y);
+  return visible;
+}
+
+/// @param opaque the weight times the opacity times the visibility
 template <typename SplatOrTent>
 SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const SplatOrTent& s, const Lanes& opaque)
 {

@@ -27,16 +27,6 @@ struct SplatCopy
   const RasterSettings& Settings;
 };
 
-/// Factor of the weight in a sector of the lens (LensSectors.h).
-SURFELSPLATTING_INLINE Lanes EvaluateSector(
-  const LensSlope& slope, const LensSector& sector, const BlockPixels& d)
-{
-  const Lanes x = Min(Max(0.5f + (sector.X * slope.Point) * d.X, 0.0f), 1.0f);
-  const Lanes y = Min(Max(0.5f + (sector.Y * slope.Point) * d.Y, 0.0f), 1.0f);
-  const Lanes tilt = Max(1.0f + slope.TiltX * d.X + slope.TiltY * d.Y, 0.0f);
-  return 4.0f * x * y * tilt;
-}
-
 /// For the z-buffer: depth of the splat's plane behind its centre, limited to +- the splat's size,
 /// the length of its z-range.
 SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
@@ -67,7 +57,7 @@ SURFELSPLATTING_INLINE void AddTiltedColors(OpenLayers& open, const SplatCopy& s
 }
 
 /// Adds a splat to a block; returns the lanes that it covers.
-template <bool HasGradient, bool InSector, RasterPass Pass>
+template <bool HasGradient, bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const SplatCopy& splat,
   const BlockPixels& d, const CloseCallback& callback)
 {
@@ -84,44 +74,38 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     inside = inside & (Lanes::Load(open.Far) >= s.Near + EvaluatePlane(s, d));
   }
-  Lanes share;
-  if (InSector)
-  {
-    share = EvaluateSector(splat.Slope, splat.Settings.Sector, d);
-    inside = inside & (share > 0.0f);
-  }
   const unsigned int bits = inside.ToBits();
   if (bits == 0)
   {
     return 0;
   }
   Lanes slope;
-  Lanes weight = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
+  const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
                              : EvaluateKernel(s.Shape, d.Q, support);
-  if (InSector)
-  {
-    weight *= share;
-  }
-  weight = Select(inside, s.Weight * weight, 0.0f);
+  const Lanes weight = Select(inside, s.Weight * kernel, 0.0f);
   if (Pass == RasterPass::Layers)
   {
-    PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback);
+    const Lanes reach = SP[7] == 0.0f ? Lanes(1.0f) : Min(kernel * SP[7], 1.0f);
+    PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback, reach);
   }
-  const Lanes opaque = weight * s.Opacity;
+  LensPoints u{ 0.0f, 0.0f };
+  float focus = 1.0f;
+  if (OnLens)
+  {
+    u = { splat.Slope.Point * d.X, splat.Slope.Point * d.Y };
+    focus = 1.0f - splat.Slope.TiltX;
+  }
   const float depth = 0.5f * (s.Near + s.Far);
-  AddCoverage(open, weight, opaque, depth + s.DepthX * d.X + s.DepthY * d.Y);
+  const Lanes visible = AddCoverage(
+    tile, block, weight, s.Opacity, depth + s.DepthX * d.X + s.DepthY * d.Y, u, focus, splat.Settings.Collect);
   if (HasGradient)
   {
-    Lanes tilt = Select(inside, (s.Weight * s.Opacity) * slope, 0.0f);
-    if (InSector)
-    {
-      tilt *= share;
-    }
-    AddTiltedColors(open, splat, d, opaque, tilt);
+    Lanes tilt = Select(inside, visible * slope / Max(kernel, 1e-6f), 0.0f);
+    AddTiltedColors(open, splat, d, visible, tilt);
   }
   else
   {
-    AddColors(open, s, opaque);
+    AddColors(open, s, visible);
   }
   return bits;
 }
@@ -180,14 +164,14 @@ SURFELSPLATTING_INLINE void Narrow(
 /// Narrower spans are not worth narrowing.
 constexpr int FewPixels = 3 * BlockSize;
 
-template <bool HasGradient, bool InSector, RasterPass Pass = RasterPass::Layers>
+template <bool HasGradient, bool OnLens, RasterPass Pass = RasterPass::Layers>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
   const RasterSettings& shared, const CloseCallback& callback)
 {
   // Copies, because the compiler must assume that writes to the tile can change the originals.
   const Splat s = splat.Body;
   const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
-  const LensSlope slope = InSector ? *splat.Slope : LensSlope{};
+  const LensSlope slope = OnLens ? *splat.Slope : LensSlope{};
   const RasterSettings settings = shared;
   const SplatCopy copy{ s, gradient, slope, settings };
   const PixelBox& span = place.Span;
@@ -217,7 +201,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
       const Lanes u = u0 + static_cast<float>(i * BlockSize);
       const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
       fragments += static_cast<std::uint64_t>(__builtin_popcount(
-        AddToBlock<HasGradient, InSector, Pass>(tile, block, copy, d, callback)));
+        AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callback)));
     }
   }
   return fragments;
@@ -251,11 +235,11 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
       const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
-      PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback);
+      PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback, 1.0f);
       OpenLayers& open = tile.Open[block];
-      const Lanes opaque = weight * s.Opacity;
-      AddCoverage(open, weight, opaque, s.Depth);
-      AddColors(open, s, opaque);
+      const Lanes visible = AddCoverage(
+        tile, block, weight, s.Opacity, s.Depth, { s.PointX, s.PointY }, 0.0f, settings.Collect);
+      AddColors(open, s, visible);
     }
   }
   return fragments;
@@ -285,14 +269,19 @@ std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace&
                   : AddBlocks<false, false>(tile, splat, place, settings, callback);
 }
 
-void CloseBefore(PixelTile& tile, int block, float near, const RasterSettings& settings)
+/// Pixels of a block that nothing behind a depth can change.
+unsigned int HiddenFrom(
+  const PixelTile& tile, int block, float near, const RasterSettings& settings)
 {
   const OpenLayers& open = tile.Open[block];
-  const LaneMask close = (Lanes::Load(open.Weight) > 0.0f) & (Lanes::Load(open.Far) < near);
-  if (Any(close))
-  {
-    CloseLayers(tile, block, close, settings);
-  }
+  const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
+  const Lanes weight = Lanes::Load(open.Weight);
+  const Lanes after =
+    through - VisibleShare(through, weight, Lanes::Load(open.Opacity), Lanes::Load(open.Seen), 1.0f);
+  const float blur = __builtin_fabsf(near * settings.BlurPerDepth - settings.LensRadius);
+  const LaneMask ended = Lanes::Load(open.Far) < near - 0.5f * SP[3] * blur;
+  const Lanes rest = Select(ended, 4.0f * after, through);
+  return (Min(rest, through) <= MinTransmittance).ToBits();
 }
 
 void CloseAll(PixelTile& tile, const RasterSettings& settings)

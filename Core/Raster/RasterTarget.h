@@ -35,6 +35,9 @@ struct alignas(64) OpenLayers
   float Far[PixelsPerBlock];
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
+  float Seen[PixelsPerBlock];                         ///< sum w o s
+  float SeenX[PixelsPerBlock], SeenY[PixelsPerBlock]; ///< sum w o s u
+  float FillX[PixelsPerBlock], FillY[PixelsPerBlock]; ///< sum w u
 };
 
 /// The finished part of a block's pixels: the fields of the frame and what belongs to them.
@@ -45,13 +48,7 @@ struct alignas(64) FinishedLayers
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
   float Near[PixelsPerBlock];          ///< of the open layer; only with a CloseCallback
   float Fragments[PixelsPerBlock];     ///< so far; only with a CloseCallback
-  /// For sectors: share of the lens that finished layers cover, regardless of their opacity.
-  float Covered[PixelsPerBlock];
-  /// For sectors: largest share of the light that depends on which parts of the lens the layers
-  /// cover. A layer of coverage w behind layers that cover c contributes min(c, 1 - c) w. One whose
-  /// weights add up to w > MaxRipple contributes T (1 - MaxRipple / w), where T is the
-  /// transmittance in front of it.
-  float Conflict[PixelsPerBlock];
+  float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
 };
 
 struct PixelTile
@@ -87,11 +84,10 @@ struct RasterSettings
   /// Largest colour of the splats on coarse grids and of those that the tile has added so far.
   /// Resolved layers are clamped to it, since colour gradients can overshoot where a surface ends.
   float LargestColor;
-  LensSector Sector = {}; ///< the one to draw
-  float MinConflict = DefaultMinConflict;
+  float LensRadius = 0.0f, BlurPerDepth = 0.0f;
   RasterPass Pass = RasterPass::Layers;
-  bool SkipHidden = false;    ///< add nothing to opaque blocks
-  bool NoteConflicts = false; ///< fill FinishedLayers::Covered and Conflict
+  bool SkipHidden = false; ///< add nothing to opaque blocks
+  bool Collect = false;    ///< layers are not composited
 };
 
 /// A splat and its optional data.
@@ -109,6 +105,7 @@ struct TilePlace
   float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
+extern float SP[16];
 struct RasterTarget
 {
   /// Adds a splat to the blocks that its span touches; returns the number of fragments.
@@ -117,9 +114,10 @@ struct RasterTarget
   /// The same for a tent.
   std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
     const RasterSettings& settings, const CloseCallback& callback);
-  /// Composites the open layers of a block that end in front of a depth. No more splats may begin
-  /// in front of it.
-  void (*CloseBefore)(PixelTile& tile, int block, float near, const RasterSettings& settings);
+  /// Lanes of a block that nothing which begins behind a depth can change by more than
+  /// MinTransmittance.
+  unsigned int (*HiddenFrom)(
+    const PixelTile& tile, int block, float near, const RasterSettings& settings);
   /// Composites all open layers of a tile.
   void (*CloseAll)(PixelTile& tile, const RasterSettings& settings);
   const char* Name;

@@ -2,4 +2,4 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddSplat,
-  SurfelSplatting::AddTent, SurfelSplatting::CloseBefore, SurfelSplatting::CloseAll, "AVX2" };
+  SurfelSplatting::AddTent, SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX2" };

@@ -39,7 +39,7 @@ inline float NearOf(const SplatList& list, std::size_t i)
 }
 
 void TileRaster::Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
-  bool skipHidden, int sector)
+  bool skipHidden)
 {
   this->Settings = settings;
   this->LargestCoarseColor = settings.LargestColor;
@@ -47,54 +47,20 @@ void TileRaster::Set(const RasterSettings& settings, const float* occluderDepth,
   this->Sink = sink;
   this->SkipHidden = skipHidden && !sink;
   this->Settings.SkipHidden = this->SkipHidden;
-  this->SetSector(sector);
 }
 
 TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
   const Frame& frame, LazySplats* lazy)
 {
   this->Place(tile, bins, frame);
-  this->InSectors = list.HasSlopes;
-  const bool chooses = this->InSectors && this->Sector == WholeLens;
-  // The sink gets the layers when it is known whether the tile is drawn in sectors.
-  LayerSink* const sink = this->Sink;
-  this->BeginPart(chooses ? nullptr : sink, 1.0f);
-  this->Settings.NoteConflicts = chooses;
-  Counts counts = this->Settings.Pass == RasterPass::Layers
+  this->BeginPart(this->Sink, 1.0f);
+  const Counts counts = this->Settings.Pass == RasterPass::Layers
     ? this->RenderLayers(list, bins, tile, lazy)
     : this->RenderNearest(list, bins, tile);
-  this->Settings.NoteConflicts = false;
-  this->Sink = sink;
-  if (chooses && this->NeedsSectors())
-  {
-    counts.Fragments += this->RenderSectors(list, bins, tile, lazy).Fragments;
-  }
-  else if (chooses && sink)
-  {
-    this->BeginPart(sink, 1.0f);
-    counts = this->RenderLayers(list, bins, tile, lazy);
-  }
   if (frame.Color)
   {
     this->Store(frame);
   }
-  return counts;
-}
-
-/// Draws the mean of what is seen through the sectors of the lens.
-TileRaster::Counts TileRaster::RenderSectors(
-  const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
-{
-  Counts counts;
-  for (int sector = 0; sector < NumberOfSectors; ++sector)
-  {
-    this->SetSector(sector);
-    this->BeginPart(this->Sink, 1.0f / NumberOfSectors);
-    counts.Fragments += this->RenderLayers(list, bins, tile, lazy).Fragments;
-    this->AddToMean(sector == 0);
-  }
-  this->TakeMean();
-  this->SetSector(WholeLens);
   return counts;
 }
 
@@ -107,24 +73,6 @@ void TileRaster::BeginPart(LayerSink* sink, float share)
                       std::min(this->OriginY + TileSize, this->Height) },
       share);
   }
-}
-
-void TileRaster::SetSector(int sector)
-{
-  this->Settings.Sector = SectorOf(sector);
-  this->Sector = sector;
-}
-
-bool TileRaster::NeedsSectors() const
-{
-  const float minConflict = this->Settings.MinConflict;
-  float conflict = 0.0f;
-  for (const FinishedLayers& done : this->Tile.Finished)
-  {
-    conflict =
-      std::max(conflict, *std::max_element(std::begin(done.Conflict), std::end(done.Conflict)));
-  }
-  return minConflict == 0.0f || (this->LensSpread >= MinLensSpread && conflict > minConflict);
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -180,48 +128,6 @@ TileRaster::Counts TileRaster::RenderNearest(
   }
   this->CloseAll();
   return counts;
-}
-
-/// Adds a sector's pixels to the mean.
-void TileRaster::AddToMean(bool first)
-{
-  constexpr float share = 1.0f / NumberOfSectors;
-  if (first)
-  {
-    std::memset(static_cast<void*>(this->Mean), 0, sizeof(this->Mean));
-  }
-  for (int i = 0; i < BlocksPerTile; ++i)
-  {
-    const FinishedLayers& done = this->Tile.Finished[i];
-    MeanBlock& m = this->Mean[i];
-    for (int l = 0; l < PixelsPerBlock; ++l)
-    {
-      m.Red[l] += share * done.Red[l];
-      m.Green[l] += share * done.Green[l];
-      m.Blue[l] += share * done.Blue[l];
-      m.Transmittance[l] += share * done.Transmittance[l];
-      // The mean of depths across a silhouette makes no sense, so this is the depth of the first
-      // sector that has one.
-      m.Depth[l] = m.Depth[l] == 0.0f ? done.Depth[l] : m.Depth[l];
-    }
-  }
-}
-
-void TileRaster::TakeMean()
-{
-  for (int i = 0; i < BlocksPerTile; ++i)
-  {
-    FinishedLayers& done = this->Tile.Finished[i];
-    const MeanBlock& m = this->Mean[i];
-    for (int l = 0; l < PixelsPerBlock; ++l)
-    {
-      done.Red[l] = m.Red[l];
-      done.Green[l] = m.Green[l];
-      done.Blue[l] = m.Blue[l];
-      done.Transmittance[l] = m.Transmittance[l];
-      done.Depth[l] = m.Transmittance[l] <= 0.5f ? m.Depth[l] : 0.0f;
-    }
-  }
 }
 
 /// Adds the next runs to the sorted pending splats: at least `enough` splats, and as many as are
@@ -308,37 +214,38 @@ bool TileRaster::AddBefore(
   }
 }
 
-/// Whether another prop hides everything from a depth on at all pixels of a block that are not
-/// opaque.
-bool TileRaster::IsBehindProp(int block, float near) const
+/// Pixels of a block that other props hide from a depth on.
+unsigned int TileRaster::BehindProps(int block, float near) const
 {
   const OpenLayers& open = this->Tile.Open[block];
   const FinishedLayers& done = this->Tile.Finished[block];
+  unsigned int bits = 0;
   for (int l = 0; l < PixelsPerBlock; ++l)
   {
     // Unless an open layer could still be joined.
     const bool hidden = done.OccluderDepth[l] < near && open.Weight[l] <= 0.0f;
-    if (done.Transmittance[l] > MinTransmittance && !hidden)
-    {
-      return false;
-    }
+    bits |= (hidden ? 1u : 0u) << l;
   }
-  return true;
+  return bits;
 }
 
 /// Whether nothing that begins at or behind a depth can change a pixel of the tile by more than
-/// MinTransmittance. Composites the layers that end in front of it, block by block until one is not
-/// opaque.
+/// MinTransmittance.
 bool TileRaster::IsOpaque(float near)
 {
+  constexpr unsigned int all = (1u << PixelsPerBlock) - 1;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
     if ((this->Tile.Opaque >> i & 1) != 0)
     {
       continue;
     }
-    Target.CloseBefore(this->Tile, i, near, this->Settings);
-    if ((this->Tile.Opaque >> i & 1) == 0 && !(this->OccluderDepth && this->IsBehindProp(i, near)))
+    unsigned int hidden = Target.HiddenFrom(this->Tile, i, near, this->Settings);
+    if (hidden != all && this->OccluderDepth)
+    {
+      hidden |= this->BehindProps(i, near);
+    }
+    if (hidden != all)
     {
       return false;
     }
@@ -352,7 +259,6 @@ void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& fram
   this->OriginY = static_cast<int>(tile / bins.TilesX) * TileSize;
   this->Width = frame.Width;
   this->Height = frame.Height;
-  this->LensSpread = 0.0f;
 }
 
 void TileRaster::Clear()
@@ -382,16 +288,6 @@ void TileRaster::Clear()
   }
 }
 
-/// Records how far a splat's fragments are apart on the lens.
-void TileRaster::NoteSpread(const Splat& s, const LensSlope* slope)
-{
-  if (slope && slope->Point != 0.0f)
-  {
-    const float reach = std::sqrt(this->Settings.Support / std::min(s.A, s.B));
-    this->LensSpread = std::max(this->LensSpread, std::abs(slope->Point) * reach);
-  }
-}
-
 /// Adds a splat or a tent; returns the number of fragments.
 std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
 {
@@ -404,10 +300,6 @@ std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
   const LensSlope* slope = list.SlopeOf(i);
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
-  if (this->InSectors && this->Sector == WholeLens)
-  {
-    this->NoteSpread(s, slope);
-  }
   this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
   return Target.AddSplat(this->Tile, { s, gradient, slope },
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callback());
@@ -416,14 +308,6 @@ std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 /// LargestColor has the tent's splats already, from the coarse grid.
 std::uint64_t TileRaster::AddTent(const Tent& t)
 {
-  if (this->InSectors && this->Sector == WholeLens)
-  {
-    this->LensSpread = 1.0f; // only wide splats are on coarse grids
-  }
-  if (this->InSectors && t.Sector != this->Sector)
-  {
-    return 0;
-  }
   return Target.AddTent(
     this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callback());
 }
@@ -460,6 +344,8 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
       layer.Green = open.Green[l];
       layer.Blue = open.Blue[l];
       layer.Depth = open.Depth[l];
+      layer.PointX = open.FillX[l];
+      layer.PointY = open.FillY[l];
       if (layer.Depth <= tile.Finished[block].OccluderDepth[l] * layer.Weight)
       {
         raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);

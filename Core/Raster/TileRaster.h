@@ -25,10 +25,8 @@ public:
   /// @param occluderDepth [height][width] depth of opaque props, or null
   /// @param sink       receives the closed layers, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
-  /// @param sector     of the lens that splats with lens slopes are drawn in for a sink
-  /// (LensSectors.h); WholeLens: in all of them, one by one, where that matters
   void Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
-    bool skipHidden, int sector = WholeLens);
+    bool skipHidden);
 
   struct Counts
   {
@@ -43,26 +41,14 @@ public:
     LazySplats* lazy = nullptr);
 
 private:
-  struct MeanBlock
-  {
-    float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
-    float Transmittance[PixelsPerBlock], Depth[PixelsPerBlock];
-  };
-
   Counts RenderLayers(
     const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
   Counts RenderNearest(const SplatList& list, const TileBins& bins, std::size_t tile);
-  Counts RenderSectors(
-    const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
   void BeginPart(LayerSink* sink, float share);
-  void SetSector(int sector);
-  bool NeedsSectors() const;
-  void AddToMean(bool first);
-  void TakeMean();
   void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
   bool AddBefore(
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
-  bool IsBehindProp(int block, float near) const;
+  unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near);
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
@@ -76,7 +62,6 @@ private:
   std::uint64_t AddTent(const Tent& tent);
   TilePlace PlaceInTile(const PixelBox& box, float x, float y) const;
   CloseCallback Callback();
-  void NoteSpread(const Splat& splat, const LensSlope* slope);
   void CloseAll();
 
   RasterSettings Settings{};
@@ -94,10 +79,6 @@ private:
   std::size_t PendingNext = 0;
   float PendingFar = 0.0f; ///< far end of the runs taken so far
   KeySorter Sorter;
-  bool InSectors = false;
-  int Sector = WholeLens;  // that is drawn
-  float LensSpread = 0.0f; // of the splats in this tile, units of the lens's radius
   PixelTile Tile;
-  MeanBlock Mean[BlocksPerTile]; // of the sectors so far
 };
 }

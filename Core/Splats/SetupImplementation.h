@@ -204,12 +204,10 @@ SURFELSPLATTING_INLINE void MakeSlopes(
   {
     return;
   }
-  const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
   const Real point = 0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell;
   slope[0] = Narrow<Real>(point);
-  slope[1] = Narrow<Real>(4.0 * mean.X * point);
-  slope[2] = Narrow<Real>(4.0 * mean.Y * point);
+  slope[1] = Narrow<Real>(0.25 * f * f * b.Blur.Signed * b.Blur.Signed * b.Footprints.W.InverseRoot);
 }
 
 /// Splats of a batch in single precision; lengths in px or cells.

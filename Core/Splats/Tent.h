@@ -24,9 +24,9 @@ struct alignas(64) Tent
   float Depth;            ///< mean depth of the layer, world units
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]
-  std::int32_t Sector;    ///< of the lens, or WholeLens (LensSectors.h)
+  float PointX, PointY; ///< mean point of the lens
   PixelBox Box;           ///< pixels of the picture under the tent
 };
 
-static_assert(sizeof(Tent) == 64, "a tent is one cache line");
+static_assert(sizeof(Tent) == 128, "a tent is one cache line");
 }
