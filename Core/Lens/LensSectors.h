@@ -52,6 +52,7 @@ inline LensSector SectorOf(int index)
 struct LensSlope
 {
   float Point;        ///< M: the mean aperture point u is Point (dx, dy)
+  float MeanX, MeanY;
   float TiltX, TiltY; ///< the weight's factor is 1 + TiltX dx + TiltY dy, at least 0
 };
 

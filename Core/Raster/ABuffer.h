@@ -30,6 +30,7 @@ struct Layer
   float Red = 0, Green = 0, Blue = 0; ///< sum w o colour
   float Depth = 0;                    ///< sum w z
   float PointX = 0, PointY = 0;       ///< sum w u
+  float ColorX[3] = {}, ColorY[3] = {}, XX = 0, XY = 0, YY = 0, HalfRange = 0, Spread = 0;
 
   bool Overlaps(const Layer& other) const { return Near <= other.Far && other.Near <= Far; }
 

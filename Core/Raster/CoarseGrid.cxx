@@ -53,15 +53,31 @@ public:
     const float opaque = layer.Opacity > 0.0f ? 1.0f / layer.Opacity : 0.0f;
     t.InverseCell = 1.0f / this->Cell;
     t.Weight = layer.Weight;
+    t.Depth = layer.Depth / layer.Weight;
     t.Near = layer.Near;
     t.Far = layer.Far;
-    t.Depth = layer.Depth / layer.Weight;
     t.Red = layer.Red * opaque;
     t.Green = layer.Green * opaque;
     t.Blue = layer.Blue * opaque;
     t.Opacity = layer.Opacity / layer.Weight;
-    t.PointX = layer.PointX / layer.Weight;
-    t.PointY = layer.PointY / layer.Weight;
+    t.PointX = layer.PointX * opaque;
+    t.PointY = layer.PointY * opaque;
+    const float c[3] = { t.Red, t.Green, t.Blue };
+    for (int i = 0; i < 3; ++i)
+    {
+      t.ColorX[i] = layer.ColorX[i] * opaque - c[i] * t.PointX;
+      t.ColorY[i] = layer.ColorY[i] * opaque - c[i] * t.PointY;
+    }
+    t.XX = layer.XX * opaque - t.PointX * t.PointX;
+    t.XY = layer.XY * opaque - t.PointX * t.PointY;
+    t.YY = layer.YY * opaque - t.PointY * t.PointY;
+    if (SP[8] != 0.0f)
+    {
+      const float mean = t.Depth - layer.Near;
+      const float half = layer.HalfRange / layer.Weight + SP[8] * std::sqrt(std::max(layer.Spread / layer.Weight - mean * mean, 0.0f));
+      t.Near = t.Depth - half;
+      t.Far = t.Depth + half;
+    }
     this->Tents->push_back(t);
   }
 

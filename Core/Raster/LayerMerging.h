@@ -49,6 +49,33 @@ SURFELSPLATTING_INLINE Lanes LargestCover(const Lanes& weight, const float* x, c
   return a;
 }
 
+/// Linear function on the lens, clamped to [0, 1], with the mean and moment of T(u).
+SURFELSPLATTING_INLINE void NoteSeen(FinishedLayers& done, const Lanes& t, const Lanes& limit, const Lanes& x, const Lanes& y)
+{
+  if (SP[7] == 0.0f)
+  {
+    t.Store(done.SeenMean);
+    (4.0f * x).Store(done.SeenX);
+    (4.0f * y).Store(done.SeenY);
+    return;
+  }
+  const Lanes length = Sqrt(x * x + y * y);
+  const Lanes r = Min(length / Max(limit, 1e-20f), 1.0f), r2 = r * r;
+  const Lanes s = 4.0f * t * (1.0f - t);
+  const Lanes a = Min(Max((s - 0.69f) * (1.0f / 0.18f), 0.0f), 1.0f);
+  const Lanes b = Min(Max((s - 0.87f) * (1.0f / 0.13f), 0.0f), 1.0f);
+  const Lanes rest = (1.0f - r2) * (1.0f + a * r2 + b * r2 * r2);
+  const Lanes k = 4.0f * length / Sqrt(Max(rest, 1e-6f));
+  const Lanes slope = Min(k, SP[7]);
+  const Lanes e = 1.0f - 2.0f * t, e2 = e * e;
+  const Lanes edge = 0.5f - slope * e * (0.785f + 0.215f * e2 * e2);
+  const Lanes mean = Select(t < 0.5f, Min(t, edge), Max(t, edge));
+  const Lanes scale = slope / Max(length, 1e-20f);
+  mean.Store(done.SeenMean);
+  (scale * x).Store(done.SeenX);
+  (scale * y).Store(done.SeenY);
+}
+
 /// The part of a pixel's lens through which an open layer is seen, [0, T].
 SURFELSPLATTING_INLINE Lanes VisibleShare(
   const Lanes& through, const Lanes& weight, const Lanes& opacity, const Lanes& seen, const Lanes& cover)
@@ -91,6 +118,7 @@ SURFELSPLATTING_INLINE void LeakLayers(PixelTile& tile, int block, const LaneMas
   const Lanes shorten = Min(limit / Max(Sqrt(x * x + y * y), 1e-20f), 1.0f);
   (x * shorten).Store(done.ThroughX);
   (y * shorten).Store(done.ThroughY);
+  NoteSeen(done, after, limit, x * shorten, y * shorten);
   if (!Any(after > MinTransmittance))
   {
     tile.Opaque |= std::uint64_t{ 1 } << block;
@@ -109,18 +137,27 @@ SURFELSPLATTING_INLINE void LeakLayers(PixelTile& tile, int block, const LaneMas
   }
 }
 
+/// Multiplies all sums of coarse layers.
+SURFELSPLATTING_INLINE void ScaleSums(PixelTile& tile, int block, const Lanes& k)
+{
+  OpenLayers& open = tile.Open[block];
+  OpenMoments& m = tile.Moments[block];
+  float* sums[] = { open.Weight, open.Opacity, open.Depth, open.FillX, open.FillY, open.Seen,
+    open.SeenX, open.SeenY, open.Red, open.Green, open.Blue, m.RedX, m.RedY, m.GreenX, m.GreenY,
+    m.BlueX, m.BlueY, m.XX, m.XY, m.YY, m.HalfRange, m.Spread };
+  for (float* sum : sums)
+  {
+    (k * Lanes::Load(sum)).Store(sum);
+  }
+}
+
 /// Composites the open layers of the chosen pixels behind the finished ones, and empties them.
 SURFELSPLATTING_INLINE void CloseLayers(
   PixelTile& tile, int block, const LaneMask& close, const RasterSettings& settings)
 {
   if (settings.Collect)
   {
-    OpenLayers& open = tile.Open[block];
-    float* sums[] = { open.Weight, open.Opacity, open.Depth, open.FillX, open.FillY, open.Seen, open.SeenX, open.SeenY, open.Red, open.Green, open.Blue };
-    for (float* sum : sums)
-    {
-      Put(sum, close, 0.0f);
-    }
+    ScaleSums(tile, block, Select(close, 0.0f, 1.0f));
   }
   else
   {
@@ -148,9 +185,9 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
   const unsigned int bits = ended.ToBits();
   if (bits != 0)
   {
-    if (callback.Function)
+    if (callback.Function && !(settings.Collect && false))
     {
-      callback.Function(callback.User, tile, block, bits);
+      callback.Function(callback.User, tile, block, bits, nullptr);
       CloseLayers(tile, block, ended, settings);
     }
     else
@@ -159,7 +196,23 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
       const float blur = __builtin_fabsf(z * settings.BlurPerDepth - settings.LensRadius);
       const float band = SP[3] * blur + SP[4] * (range.Far - range.Near) + 1e-30f;
       const Lanes gap = Max(range.Near - Lanes::Load(open.Far), 0.0f) * (1.0f / band);
-      LeakLayers(tile, block, ended, ExpOfMinus(Min(gap, 80.0f)), settings);
+      const Lanes keep = ExpOfMinus(Min(gap, 80.0f));
+      if (settings.Collect)
+      {
+        const LaneMask much = ended & (keep < 0.98f);
+        const unsigned int emit = much.ToBits();
+        if (emit != 0)
+        {
+          alignas(64) float k[PixelsPerBlock];
+          keep.Store(k);
+          callback.Function(callback.User, tile, block, emit, k);
+          ScaleSums(tile, block, Select(much, keep, 1.0f));
+        }
+      }
+      else
+      {
+        LeakLayers(tile, block, ended, keep, settings);
+      }
     }
   }
   const Lanes far = Lanes::Load(open.Far);
@@ -194,8 +247,8 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(PixelTile& tile, int block, Lanes weigh
   const FinishedLayers& done = tile.Finished[block];
   const Lanes through = Lanes::Load(done.Transmittance), before = Lanes::Load(open.Weight);
   const Lanes fill = before + SP[6] * 4.0f * (Lanes::Load(open.FillX) * u.X + Lanes::Load(open.FillY) * u.Y);
-  const float limit = 1.0f + SP[0] * focus + SP[1] * (1.0f - focus);
-  if (!collect) weight = weight * Min(Max((limit - fill) * (1.0f / SP[2]), 0.0f), 1.0f);
+  const float limit = collect ? 1.0f + SP[15] : 1.0f + SP[0] * (focus < 0.0f ? 0.0f : focus) + SP[1] * (1.0f - (focus < 0.0f ? 0.0f : focus));
+  if (!collect || SP[15] != 0.0f) weight = weight * Min(Max((limit - fill) * (1.0f / SP[2]), 0.0f), 1.0f);
   Lanes seen = through;
   if (collect)
   {
@@ -203,14 +256,17 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(PixelTile& tile, int block, Lanes weigh
   }
   else if (SP[5] != 0.0f)
   {
-    seen = AtLensPoint(through, done.ThroughX, done.ThroughY, u);
+    if (focus < 0.0f) seen = AtLensPoint(through, done.ThroughX, done.ThroughY, u);
+    else seen = Lanes::Load(done.SeenMean) + Lanes::Load(done.SeenX) * u.X + Lanes::Load(done.SeenY) * u.Y;
+    if (SP[7] != 0.0f && focus >= 0.0f) seen = through + (1.0f - focus) * (Min(Max(seen, 0.0f), 1.0f) - through);
     seen = Min(Max(seen, 0.02f * through), 1.0f);
   }
   (before + weight).Store(open.Weight);
   AddTo(open.Opacity, weight * opacity);
   AddTo(open.Depth, weight * depth);
-  AddTo(open.FillX, weight * u.X);
-  AddTo(open.FillY, weight * u.Y);
+  const float share = 1.0f;
+  AddTo(open.FillX, weight * (share * u.X));
+  AddTo(open.FillY, weight * (share * u.Y));
   const Lanes visible = weight * seen * opacity;
   AddTo(open.Seen, visible);
   AddTo(open.SeenX, visible * u.X);

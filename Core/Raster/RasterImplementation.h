@@ -46,16 +46,6 @@ SURFELSPLATTING_INLINE void AddDepths(
     .Store(open.Far);
 }
 
-/// Adds a splat's colours with their gradient. @param tilt the weight of the gradient
-SURFELSPLATTING_INLINE void AddTiltedColors(OpenLayers& open, const SplatCopy& splat,
-  const BlockPixels& d, const Lanes& opaque, const Lanes& tilt)
-{
-  const SplatGradient& g = splat.Gradient;
-  AddTo(open.Red, opaque * splat.S.Red + tilt * (g.RedX * d.X + g.RedY * d.Y));
-  AddTo(open.Green, opaque * splat.S.Green + tilt * (g.GreenX * d.X + g.GreenY * d.Y));
-  AddTo(open.Blue, opaque * splat.S.Blue + tilt * (g.BlueX * d.X + g.BlueY * d.Y));
-}
-
 /// Adds a splat to a block; returns the lanes that it covers.
 template <bool HasGradient, bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const SplatCopy& splat,
@@ -85,27 +75,46 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   const Lanes weight = Select(inside, s.Weight * kernel, 0.0f);
   if (Pass == RasterPass::Layers)
   {
-    const Lanes reach = SP[7] == 0.0f ? Lanes(1.0f) : Min(kernel * SP[7], 1.0f);
+    const Lanes reach = Lanes(1.0f);
     PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback, reach);
   }
   LensPoints u{ 0.0f, 0.0f };
   float focus = 1.0f;
   if (OnLens)
   {
-    u = { splat.Slope.Point * d.X, splat.Slope.Point * d.Y };
+    u = { SP[14] * splat.Slope.MeanX + splat.Slope.Point * d.X, SP[14] * splat.Slope.MeanY + splat.Slope.Point * d.Y };
     focus = 1.0f - splat.Slope.TiltX;
   }
   const float depth = 0.5f * (s.Near + s.Far);
   const Lanes visible = AddCoverage(
     tile, block, weight, s.Opacity, depth + s.DepthX * d.X + s.DepthY * d.Y, u, focus, splat.Settings.Collect);
+  Lanes red = visible * s.Red, green = visible * s.Green, blue = visible * s.Blue;
   if (HasGradient)
   {
-    Lanes tilt = Select(inside, visible * slope / Max(kernel, 1e-6f), 0.0f);
-    AddTiltedColors(open, splat, d, visible, tilt);
+    const Lanes tilt = Select(inside, visible * slope / Max(kernel, 1e-6f), 0.0f);
+    const SplatGradient& g = splat.Gradient;
+    red += tilt * (g.RedX * d.X + g.RedY * d.Y);
+    green += tilt * (g.GreenX * d.X + g.GreenY * d.Y);
+    blue += tilt * (g.BlueX * d.X + g.BlueY * d.Y);
   }
-  else
+  AddTo(open.Red, red);
+  AddTo(open.Green, green);
+  AddTo(open.Blue, blue);
+  if (splat.Settings.Collect)
   {
-    AddColors(open, s, visible);
+    OpenMoments& m = tile.Moments[block];
+    AddTo(m.RedX, red * u.X);
+    AddTo(m.RedY, red * u.Y);
+    AddTo(m.GreenX, green * u.X);
+    AddTo(m.GreenY, green * u.Y);
+    AddTo(m.BlueX, blue * u.X);
+    AddTo(m.BlueY, blue * u.Y);
+    AddTo(m.XX, visible * u.X * u.X);
+    AddTo(m.XY, visible * u.X * u.Y);
+    AddTo(m.YY, visible * u.Y * u.Y);
+    const Lanes z = depth + s.DepthX * d.X + s.DepthY * d.Y - Lanes::Load(tile.Finished[block].Near);
+    AddTo(m.Spread, Select(inside, weight * z * z, 0.0f));
+    AddTo(m.HalfRange, Select(inside, weight * (0.5f * (s.Far - s.Near)), 0.0f));
   }
   return bits;
 }
@@ -237,9 +246,24 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
       PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback, 1.0f);
       OpenLayers& open = tile.Open[block];
+      const FinishedLayers& done = tile.Finished[block];
+      Lanes w = weight;
+      if (SP[13] != 0.0f)
+      {
+        const Lanes fill = Lanes::Load(open.Weight) +
+          4.0f * SP[6] * (Lanes::Load(open.FillX) * s.PointX + Lanes::Load(open.FillY) * s.PointY);
+        w = Min(w, Max(1.0f + SP[1] - fill, 0.0f));
+      }
       const Lanes visible = AddCoverage(
-        tile, block, weight, s.Opacity, s.Depth, { s.PointX, s.PointY }, 0.0f, settings.Collect);
+        tile, block, w, s.Opacity, s.Depth, { s.PointX, s.PointY }, -1.0f, settings.Collect);
       AddColors(open, s, visible);
+      const Lanes gx = 4.0f * w * s.Opacity * Lanes::Load(done.ThroughX);
+      const Lanes gy = 4.0f * w * s.Opacity * Lanes::Load(done.ThroughY);
+      AddTo(open.Red, gx * s.ColorX[0] + gy * s.ColorY[0]);
+      AddTo(open.Green, gx * s.ColorX[1] + gy * s.ColorY[1]);
+      AddTo(open.Blue, gx * s.ColorX[2] + gy * s.ColorY[2]);
+      AddTo(open.SeenX, gx * s.XX + gy * s.XY);
+      AddTo(open.SeenY, gx * s.XY + gy * s.YY);
     }
   }
   return fragments;

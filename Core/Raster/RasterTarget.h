@@ -49,11 +49,21 @@ struct alignas(64) FinishedLayers
   float Near[PixelsPerBlock];          ///< of the open layer; only with a CloseCallback
   float Fragments[PixelsPerBlock];     ///< so far; only with a CloseCallback
   float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
+  float SeenMean[PixelsPerBlock], SeenX[PixelsPerBlock], SeenY[PixelsPerBlock];
+};
+
+struct alignas(64) OpenMoments
+{
+  float RedX[PixelsPerBlock], RedY[PixelsPerBlock], GreenX[PixelsPerBlock], GreenY[PixelsPerBlock];
+  float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
+  float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock];
+  float HalfRange[PixelsPerBlock], Spread[PixelsPerBlock];
 };
 
 struct PixelTile
 {
   OpenLayers Open[BlocksPerTile];
+  OpenMoments Moments[BlocksPerTile];
   FinishedLayers Finished[BlocksPerTile];
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
   /// RasterSettings::SkipHidden nothing more is added to the block.
@@ -65,7 +75,7 @@ static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 /// function is not called.
 struct CloseCallback
 {
-  void (*Function)(void* user, const PixelTile& tile, int block, unsigned int lanes);
+  void (*Function)(void* user, const PixelTile& tile, int block, unsigned int lanes, const float* keep);
   void* User;
 };
 

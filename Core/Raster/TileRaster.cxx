@@ -278,6 +278,7 @@ void TileRaster::Clear()
       const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
       const bool inside = x < this->Width && y < this->Height;
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
+      done.SeenMean[l] = done.Transmittance[l];
       if (inside && this->OccluderDepth)
       {
         done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
@@ -325,7 +326,7 @@ CloseCallback TileRaster::Callback()
   return { this->Sink ? &TileRaster::SendToSink : nullptr, this };
 }
 
-void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes)
+void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes, const float* keep)
 {
   const auto* raster = static_cast<const TileRaster*>(self);
   const OpenLayers& open = tile.Open[block];
@@ -344,8 +345,32 @@ void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsign
       layer.Green = open.Green[l];
       layer.Blue = open.Blue[l];
       layer.Depth = open.Depth[l];
-      layer.PointX = open.FillX[l];
-      layer.PointY = open.FillY[l];
+      layer.PointX = open.SeenX[l];
+      layer.PointY = open.SeenY[l];
+      const OpenMoments& m = tile.Moments[block];
+      layer.ColorX[0] = m.RedX[l];
+      layer.ColorX[1] = m.GreenX[l];
+      layer.ColorX[2] = m.BlueX[l];
+      layer.ColorY[0] = m.RedY[l];
+      layer.ColorY[1] = m.GreenY[l];
+      layer.ColorY[2] = m.BlueY[l];
+      layer.XX = m.XX[l];
+      layer.XY = m.XY[l];
+      layer.YY = m.YY[l];
+      layer.HalfRange = m.HalfRange[l];
+      layer.Spread = m.Spread[l];
+      if (keep)
+      {
+        const float k = 1.0f - keep[l];
+        float* sums[] = { &layer.Weight, &layer.Opacity, &layer.Red, &layer.Green, &layer.Blue,
+          &layer.Depth, &layer.PointX, &layer.PointY, &layer.ColorX[0], &layer.ColorX[1],
+          &layer.ColorX[2], &layer.ColorY[0], &layer.ColorY[1], &layer.ColorY[2], &layer.XX,
+          &layer.XY, &layer.YY, &layer.HalfRange, &layer.Spread };
+        for (float* x : sums)
+        {
+          *x *= k;
+        }
+      }
       if (layer.Depth <= tile.Finished[block].OccluderDepth[l] * layer.Weight)
       {
         raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
@@ -373,7 +398,7 @@ void TileRaster::CloseAll()
   {
     for (int i = 0; i < BlocksPerTile; ++i)
     {
-      SendToSink(this, this->Tile, i, ~0u);
+      SendToSink(this, this->Tile, i, ~0u, nullptr);
       this->SendFragments(i);
     }
   }

@@ -53,7 +53,7 @@ private:
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
   void Store(const Frame& frame) const;
-  static void SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes);
+  static void SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes, const float* keep);
   void SendFragments(int block) const;
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }

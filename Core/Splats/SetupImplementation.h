@@ -197,9 +197,9 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
 /// Slopes for sectors of the lens (LensSectors.h); all 0 in focus.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeSlopes(
-  const SetupJob& job, const SplatBatch<Real>& b, FloatOf<Real> (&slope)[3])
+  const SetupJob& job, const SplatBatch<Real>& b, FloatOf<Real> (&slope)[5])
 {
-  slope[0] = slope[1] = slope[2] = FloatOf<Real>{};
+  slope[0] = slope[1] = slope[2] = slope[3] = slope[4] = FloatOf<Real>{};
   if (job.Camera.Parallel || job.LensRadius == 0.0)
   {
     return;
@@ -207,6 +207,9 @@ SURFELSPLATTING_INLINE void MakeSlopes(
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
   const Real point = 0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell;
   slope[0] = Narrow<Real>(point);
+  const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
+  slope[3] = Narrow<Real>(mean.X);
+  slope[4] = Narrow<Real>(mean.Y);
   slope[1] = Narrow<Real>(0.25 * f * f * b.Blur.Signed * b.Blur.Signed * b.Footprints.W.InverseRoot);
 }
 
@@ -303,13 +306,13 @@ template <class Real>
 SURFELSPLATTING_INLINE void WriteSlopes(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  FloatOf<Real> slope[3];
+  FloatOf<Real> slope[5];
   MakeSlopes(job, b, slope);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
-      output.Slopes[first++] = { LaneAt(slope[0], l), LaneAt(slope[1], l), LaneAt(slope[2], l) };
+      output.Slopes[first++] = { LaneAt(slope[0], l), LaneAt(slope[3], l), LaneAt(slope[4], l), LaneAt(slope[1], l), LaneAt(slope[2], l) };
     }
   }
 }

@@ -25,6 +25,7 @@ struct alignas(64) Tent
   float Red, Green, Blue; ///< straight, shaded, linear
   float Opacity;          ///< [0, 1]
   float PointX, PointY; ///< mean point of the lens
+  float ColorX[3], ColorY[3], XX, XY, YY; // covariances with the point
   PixelBox Box;           ///< pixels of the picture under the tent
 };
 
