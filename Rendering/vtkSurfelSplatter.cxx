@@ -182,7 +182,6 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   context.Camera = view.Projection;
   context.Optics = view.Optics;
   context.Lights = Core::MakeLights(view.Lights, view.Camera, context.Camera);
-  context.Sectors = this->LensSectors != 0;
   if (view.CellCount == 0)
   {
     context.Sampling = { this->LensCells, this->LensPinholes != 0 };
@@ -534,7 +533,6 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
      << this->FocusPoint[2] << "\n";
   os << indent << "CircleOfConfusion: " << this->CircleOfConfusion << " px\n";
   os << indent << "LensCells: " << this->LensCells << "\n";
-  os << indent << "LensSectors: " << this->LensSectors << "\n";
   os << indent << "LensPinholes: " << this->LensPinholes << "\n";
   os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";

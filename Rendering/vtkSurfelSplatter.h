@@ -123,18 +123,6 @@ public:
   vtkBooleanMacro(LensPinholes, vtkTypeBool);
   ///@}
 
-  ///@{
-  /**
-   * Whether to track visibility separately for four sectors of each lens cell: what covers one side
-   * of the lens does not hide what is seen through the other side. This is 2 to 6 dB more accurate
-   * where blurred things cover one another. It takes up to 3 times the frame time, less if little
-   * is blurred. Works with PEARSON_II only. Default off.
-   */
-  vtkSetMacro(LensSectors, vtkTypeBool);
-  vtkGetMacro(LensSectors, vtkTypeBool);
-  vtkBooleanMacro(LensSectors, vtkTypeBool);
-  ///@}
-
   enum KernelTypes
   {
     GAUSSIAN = 0,  ///< Krivanek, Zara, Bouatouch 2003: the Gaussian closest to the disc in L2
@@ -428,7 +416,6 @@ private:
   double CircleOfConfusion = 8.0;
   int LensCells = 1;
   vtkTypeBool LensPinholes = 0;
-  vtkTypeBool LensSectors = 0;
   int Kernel = PEARSON_II;
   double Cutoff = 2.5;
   double Prefilter = 1.0;

@@ -43,23 +43,21 @@ void DeepImage::Begin(int width, int height)
   this->Rows = height;
   this->TilesX = (width + TileSize - 1) / TileSize;
   this->Cells = 0;
-  this->Transmittance.resize(static_cast<std::size_t>(width) * height);
+  this->Last.resize(static_cast<std::size_t>(width) * height);
   this->Tiles.clear();
   this->Tiles.resize(static_cast<std::size_t>(this->TilesX) * ((height + TileSize - 1) / TileSize));
-  this->Shares.assign(this->Tiles.size(), 1.0f);
   this->Ends.clear();
   this->All.clear();
 }
 
-void DeepImage::BeginPart(const PixelBox& tile, float share)
+void DeepImage::BeginTile(const PixelBox& tile)
 {
   for (int y = tile.Y0; y < tile.Y1; ++y)
   {
     const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
-    std::fill_n(this->Transmittance.begin() + static_cast<std::ptrdiff_t>(row + tile.X0),
-      tile.X1 - tile.X0, 1.0f);
+    std::fill_n(this->Last.begin() + static_cast<std::ptrdiff_t>(row + tile.X0),
+      tile.X1 - tile.X0, 0u);
   }
-  this->Shares[this->TileOf(tile.X0, tile.Y0)] = share;
 }
 
 std::size_t DeepImage::TileOf(int x, int y) const
@@ -67,24 +65,24 @@ std::size_t DeepImage::TileOf(int x, int y) const
   return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
 }
 
-void DeepImage::Receive(int x, int y, const Layer& layer, float brightest)
+void DeepImage::Receive(int x, int y, const VisibleLayer& layer)
 {
-  float& before = this->Transmittance[static_cast<std::size_t>(y) * this->Columns + x];
-  const ResolvedLayer resolved = Resolve(layer);
-  if (before < MinTransmittance || !(resolved.Alpha > 0.0f))
+  Parts& parts = this->Tiles[this->TileOf(x, y)];
+  std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Columns + x];
+  if (last > 0 && std::min(layer.Alpha, parts[last - 1].Visible.Alpha) < MinAlpha)
   {
+    DeepSample& s = parts[last - 1].Visible;
+    const float share = layer.Alpha / (s.Alpha + layer.Alpha);
+    s.Red += layer.Red;
+    s.Green += layer.Green;
+    s.Blue += layer.Blue;
+    s.Alpha += layer.Alpha;
+    s.Depth += share * (layer.Depth - s.Depth);
     return;
   }
-  // Clamped as in the raster (RasterSettings::LargestColor).
-  const float largest = brightest * resolved.Alpha;
-  const std::size_t tile = this->TileOf(x, y);
-  const float through = this->Shares[tile] * before;
-  const auto visible = [&](float c) { return through * std::clamp(c, 0.0f, largest); };
   const auto pixel = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
-  this->Tiles[tile].push_back({ pixel,
-    { visible(resolved.Red), visible(resolved.Green), visible(resolved.Blue),
-      through * resolved.Alpha, resolved.Depth } });
-  before = std::max(0.0f, before * (1.0f - resolved.Alpha));
+  parts.push_back({ pixel, { layer.Red, layer.Green, layer.Blue, layer.Alpha, layer.Depth } });
+  last = static_cast<std::uint32_t>(parts.size());
 }
 
 /// Makes the samples of a tile, row by row of its pixels, and writes the number of each pixel's
@@ -117,7 +115,7 @@ void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
 
 void DeepImage::Finish(const Executor& executor)
 {
-  this->Ends.assign(this->Transmittance.size() + 1, 0);
+  this->Ends.assign(this->Last.size() + 1, 0);
   std::vector<std::vector<DeepSample>> tiles(this->Tiles.size());
   executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t tile = begin; tile < end; ++tile)

@@ -7,7 +7,7 @@
  * sorted, without extent in depth (a z-range tells which splats belong to one surface, not how
  * thick it is), at most one at each depth.
  *
- * Cells of the lens, and their sectors, are joined exactly. With T_k the transmittance of cell k
+ * Cells of the lens are joined exactly. With T_k the transmittance of cell k
  * before a sample with colour c_k and alpha_k, the mean picture is the sum of mean(T_k c_k), and
  * the mean transmittance T falls by mean(T_k alpha_k) at the sample's depth. Hence
  *
@@ -37,11 +37,14 @@ public:
   void Begin(int width, int height);
 
   void BeginCell() override { ++this->Cells; }
-  void BeginPart(const PixelBox& tile, float share) override;
-  void Receive(int x, int y, const Layer& layer, float brightest) override;
+  void BeginTile(const PixelBox& tile) override;
+  void Receive(int x, int y, const VisibleLayer& layer) override;
 
-  /// Layers behind a smaller transmittance are dropped: they add less than 1/255 to the picture.
+  /// Samples behind a smaller transmittance are dropped: they add less than 1/255 to the picture.
   static constexpr float MinTransmittance = 1.0f / 4096.0f;
+
+  /// Layers leak into the picture bit by bit. What adds less alpha than this joins the sample before.
+  static constexpr float MinAlpha = 1.0f / 256.0f;
 
   /// Makes the samples. Call after the last cell.
   void Finish(const Executor& executor);
@@ -55,7 +58,7 @@ public:
   const std::vector<DeepSample>& Samples() const { return this->All; }
 
 private:
-  /// What a layer adds to the picture of its cell: T c, T alpha.
+  /// What layers add to the picture of their cell: T c, T alpha.
   struct Part
   {
     std::uint32_t Pixel; // index within the tile
@@ -70,9 +73,8 @@ private:
   int Rows = 0;
   int TilesX = 0;
   int Cells = 0;
-  std::vector<float> Transmittance; // [pixels] of the layers so far, in this part of the cell
+  std::vector<std::uint32_t> Last; // [pixels] the pixel's last part in its tile, plus 1; 0: none
   std::vector<Parts> Tiles;
-  std::vector<float> Shares; // [tiles] share of this part in its cell
   std::vector<std::uint64_t> Ends;
   std::vector<DeepSample> All;
 };

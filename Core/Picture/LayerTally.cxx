@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/LayerTally.h"
 
-#include "Core/Raster/RasterTarget.h"
-
 #include <algorithm>
 
 namespace SurfelSplatting
@@ -11,39 +9,31 @@ LayerTally::LayerTally(int width, int height, float* coverage, float* fragments)
   : Width(width)
   , Coverage(coverage)
   , Fragments(fragments)
-  , TilesX((width + TileSize - 1) / TileSize)
-  , Shares(static_cast<std::size_t>(TilesX) * ((height + TileSize - 1) / TileSize))
   , Through(static_cast<std::size_t>(width) * height)
 {
   std::fill_n(coverage, this->Through.size(), 0.0f);
   std::fill_n(fragments, this->Through.size(), 0.0f);
 }
 
-std::size_t LayerTally::TileOf(int x, int y) const
+void LayerTally::BeginTile(const PixelBox& tile)
 {
-  return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
-}
-
-void LayerTally::BeginPart(const PixelBox& tile, float share)
-{
-  this->Shares[this->TileOf(tile.X0, tile.Y0)] = share;
   for (int y = tile.Y0; y < tile.Y1; ++y)
   {
-    std::fill_n(&this->Through[this->Index(tile.X0, y)], tile.X1 - tile.X0, share);
+    std::fill_n(&this->Through[this->Index(tile.X0, y)], tile.X1 - tile.X0, 1.0f);
   }
 }
 
-void LayerTally::Receive(int x, int y, const Layer& layer, float)
+void LayerTally::Receive(int x, int y, const VisibleLayer& layer)
 {
   const std::size_t p = this->Index(x, y);
-  const float covered = this->Through[p] * std::min(1.0f, layer.Weight);
+  const float covered = this->Through[p] * layer.Coverage;
   this->Coverage[p] += covered;
   this->Through[p] -= covered;
 }
 
 void LayerTally::ReceiveFragments(int x, int y, float count)
 {
-  this->Fragments[this->Index(x, y)] += this->Shares[this->TileOf(x, y)] * count;
+  this->Fragments[this->Index(x, y)] += count;
 }
 
 void LayerTally::Finish()

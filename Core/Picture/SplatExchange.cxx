@@ -12,13 +12,13 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// The beginning of a message; splats, boxes, levels, gradients and slopes follow.
+/// The beginning of a message; splats, boxes, levels, gradients and footprints follow.
 struct Header
 {
   std::uint64_t Splats, Gradients;
   float LargestCoarseColor; ///< over all of the sender's splats, sent or not
   unsigned int Levels;
-  unsigned char HasSlopes;
+  unsigned char HasFootprints;
 };
 
 /// Number of pixels that costs a tile as much as binning and sorting one splat.
@@ -110,11 +110,11 @@ struct Layout
     : Boxes(sizeof(Header) + header.Splats * sizeof(Splat))
     , Levels(this->Boxes + header.Splats * sizeof(PixelBox))
     , Gradients(this->Levels + header.Splats)
-    , Slopes(this->Gradients + header.Gradients * sizeof(SplatGradient))
-    , End(this->Slopes + (header.HasSlopes ? header.Splats * sizeof(LensSlope) : 0))
+    , Footprints(this->Gradients + header.Gradients * sizeof(SplatGradient))
+    , End(this->Footprints + (header.HasFootprints ? header.Splats * sizeof(LensFootprint) : 0))
   {
   }
-  std::size_t Boxes, Levels, Gradients, Slopes, End;
+  std::size_t Boxes, Levels, Gradients, Footprints, End;
 };
 
 template <typename T>
@@ -147,9 +147,9 @@ void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
   Write(splat, sizeof(Header), at.Splats, message);
   Write(list.Boxes[i], layout.Boxes, at.Splats, message);
   Write(list.Levels[i], layout.Levels, at.Splats, message);
-  if (list.HasSlopes)
+  if (list.HasFootprints)
   {
-    Write(list.Slopes[i], layout.Slopes, at.Splats, message);
+    Write(list.Footprints[i], layout.Footprints, at.Splats, message);
   }
   ++at.Splats;
 }
@@ -232,7 +232,7 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       sum.Gradients += count.Gradients;
     }
     headers[rank] = { sum.Splats, sum.Gradients, list.LargestCoarseColor(), list.LevelsInUse(),
-      static_cast<unsigned char>(list.HasSlopes ? 1 : 0) };
+      static_cast<unsigned char>(list.HasFootprints ? 1 : 0) };
     messages[rank].resize(Layout(headers[rank]).End);
     Write(headers[rank], 0, 0, messages[rank]);
   }
@@ -253,8 +253,8 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
 void SplatExchange::Unpack(
   const std::vector<Message>& messages, const Executor& executor, SplatList& list)
 {
-  const bool slopes = list.HasSlopes;
-  list.Clear(slopes);
+  const bool footprints = list.HasFootprints;
+  list.Clear(footprints);
   std::size_t size = 0;
   for (const Message& message : messages)
   {
@@ -279,9 +279,9 @@ void SplatExchange::Unpack(
       Read(message, sizeof(Header), begin, end, list.Splats.Data() + first + begin);
       Read(message, layout.Boxes, begin, end, list.Boxes.Data() + first + begin);
       Read(message, layout.Levels, begin, end, list.Levels.Data() + first + begin);
-      if (slopes)
+      if (footprints)
       {
-        Read(message, layout.Slopes, begin, end, list.Slopes.Data() + first + begin);
+        Read(message, layout.Footprints, begin, end, list.Footprints.Data() + first + begin);
       }
       for (std::size_t i = first + begin; i < first + end; ++i)
       {

@@ -53,10 +53,8 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   SplatContext& part = this->Cell;
   part = context;
   const bool layers = !context.DepthBuffered;
-  part.CoarseGrids = context.CoarseGrids && layers && SP[9] == 0.0f;
+  part.CoarseGrids = context.CoarseGrids && layers;
   part.SkipHidden = context.SkipHidden && layers;
-  part.Sectors = layers && cell.Optics.Radius > 0.0 && !cell.Camera.Parallel &&
-    context.Settings.Kernel != KernelType::Gaussian;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
   for (Light& light : part.Lights)
@@ -232,7 +230,7 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
     this->List.LargestCoarseColor() };
-  if (context.Sectors)
+  if (context.HasLens())
   {
     settings.LensRadius = static_cast<float>(context.Optics.Radius);
     settings.BlurPerDepth = static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
@@ -255,7 +253,7 @@ void Splatter::RenderCell(
   }
   this->Stats = FrameStatistics();
   this->TileSeconds = 0.0;
-  this->List.Clear(this->Cell.Sectors);
+  this->List.Clear(this->Cell.HasLens());
   this->Lazy.Clear(this->Cell);
   if (target.Exchange)
   {

@@ -2,8 +2,6 @@
 #include "Core/Raster/CoarseGrid.h"
 
 #include "Core/Base/Executor.h"
-#include "Core/Lens/LensSectors.h"
-#include "Core/Raster/ABuffer.h"
 #include "Core/Splats/SplatList.h"
 
 #include <algorithm>
@@ -23,7 +21,7 @@ struct Level
 };
 
 /// Turns a level's layers into tents of the picture.
-class TentSink : public LayerSink
+class TentSink : public CellSink
 {
 public:
   explicit TentSink(const Level& level)
@@ -34,54 +32,63 @@ public:
 
   std::vector<Tent>* Tents = nullptr;
 
-  void Receive(int x, int y, const Layer& layer, float) override
+  void Receive(int x, int y, const PixelTile& tile, int block, int lane) override
   {
-    if (!(layer.Weight > 0.0f))
-    {
-      return;
-    }
     Tent t;
     t.X = static_cast<float>(x) * this->Cell;
     t.Y = static_cast<float>(y) * this->Cell;
+    t.InverseCell = 1.0f / this->Cell;
     t.Box = { First(t.X - this->Cell, this->Picture.Width),
       First(t.Y - this->Cell, this->Picture.Height), First(t.X + this->Cell, this->Picture.Width),
       First(t.Y + this->Cell, this->Picture.Height) };
-    if (IsEmpty(t.Box))
+    if (!IsEmpty(t.Box))
     {
-      return;
+      SetRange(tile.Open[block], tile.Coarse[block], lane, t);
+      SetColor(tile.Open[block], tile.Lens[block], lane, t);
+      SetCovariances(tile.Open[block], tile.Coarse[block], lane, t);
+      this->Tents->push_back(t);
     }
-    const float opaque = layer.Opacity > 0.0f ? 1.0f / layer.Opacity : 0.0f;
-    t.InverseCell = 1.0f / this->Cell;
-    t.Weight = layer.Weight;
-    t.Depth = layer.Depth / layer.Weight;
-    t.Near = layer.Near;
-    t.Far = layer.Far;
-    t.Red = layer.Red * opaque;
-    t.Green = layer.Green * opaque;
-    t.Blue = layer.Blue * opaque;
-    t.Opacity = layer.Opacity / layer.Weight;
-    t.PointX = layer.PointX * opaque;
-    t.PointY = layer.PointY * opaque;
-    const float c[3] = { t.Red, t.Green, t.Blue };
-    for (int i = 0; i < 3; ++i)
-    {
-      t.ColorX[i] = layer.ColorX[i] * opaque - c[i] * t.PointX;
-      t.ColorY[i] = layer.ColorY[i] * opaque - c[i] * t.PointY;
-    }
-    t.XX = layer.XX * opaque - t.PointX * t.PointX;
-    t.XY = layer.XY * opaque - t.PointX * t.PointY;
-    t.YY = layer.YY * opaque - t.PointY * t.PointY;
-    if (SP[8] != 0.0f)
-    {
-      const float mean = t.Depth - layer.Near;
-      const float half = layer.HalfRange / layer.Weight + SP[8] * std::sqrt(std::max(layer.Spread / layer.Weight - mean * mean, 0.0f));
-      t.Near = t.Depth - half;
-      t.Far = t.Depth + half;
-    }
-    this->Tents->push_back(t);
   }
 
 private:
+  /// The z-range of most of a layer: splats of hardly any weight cannot make it longer.
+  static void SetRange(const OpenLayers& open, const CoarseLayers& coarse, int l, Tent& t)
+  {
+    t.Weight = open.Weight[l];
+    const float inverse = 1.0f / t.Weight;
+    t.Depth = open.Depth[l] * inverse;
+    const float mean = t.Depth - coarse.Near[l];
+    const float variance = std::max(coarse.SquaredDepth[l] * inverse - mean * mean, 0.0f);
+    const float half = coarse.HalfRange[l] * inverse + std::sqrt(variance);
+    t.Near = t.Depth - half;
+    t.Far = t.Depth + half;
+  }
+
+  static void SetColor(const OpenLayers& open, const LensLayers& lens, int l, Tent& t)
+  {
+    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
+    t.Opacity = open.Opacity[l] / t.Weight;
+    t.Red = open.Red[l] * inverse;
+    t.Green = open.Green[l] * inverse;
+    t.Blue = open.Blue[l] * inverse;
+    t.PointX = lens.FillX[l] / t.Weight;
+    t.PointY = lens.FillY[l] / t.Weight;
+  }
+
+  static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)
+  {
+    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
+    t.RedX = c.RedX[l] * inverse - t.Red * t.PointX;
+    t.RedY = c.RedY[l] * inverse - t.Red * t.PointY;
+    t.GreenX = c.GreenX[l] * inverse - t.Green * t.PointX;
+    t.GreenY = c.GreenY[l] * inverse - t.Green * t.PointY;
+    t.BlueX = c.BlueX[l] * inverse - t.Blue * t.PointX;
+    t.BlueY = c.BlueY[l] * inverse - t.Blue * t.PointY;
+    t.XX = c.XX[l] * inverse - t.PointX * t.PointX;
+    t.XY = c.XY[l] * inverse - t.PointX * t.PointY;
+    t.YY = c.YY[l] * inverse - t.PointY * t.PointY;
+  }
+
   /// First pixel whose centre is not before x.
   static int First(float x, int size)
   {
@@ -102,7 +109,7 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     TentSink sink(level);
     const Pool<TileRaster>::Loan raster(rasters);
-    raster->Set(settings, nullptr, &sink, false);
+    raster->SetCoarse(settings, sink);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       TileTents& tents = work.Tiles[tile];
@@ -155,9 +162,7 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
     BinSplats(list, level, grid, executor, work.Bins);
     SortBins(list, executor, work.Bins);
     const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
-    RasterSettings coarse = settings;
-    coarse.Collect = true;
-    DrawLevel(list, { level, frame, size }, coarse, executor, rasters, work);
+    DrawLevel(list, { level, frame, size }, settings, executor, rasters, work);
     fragments += Append(work, executor, list.Tents);
   }
   return fragments;

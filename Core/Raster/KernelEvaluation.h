@@ -19,37 +19,15 @@ SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float s
 {
   if (shape < 0.0f)
   {
-    return ExpOfMinus(Min(0.5f * q, 80.0f));
+    return ExpOfMinus(Smaller(0.5f * q, 80.0f));
   }
-  Lanes k = Max(1.0f - q * (1.0f / support), 0.0f);
+  Lanes k = Larger(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= FirstSmoothShape)
   {
-    k = Min(k * (shape - FirstSmoothShape), 1.0f);
+    k = Smaller(k * (shape - FirstSmoothShape), 1.0f);
     return k * k * (3.0f - 2.0f * k);
   }
-  if (shape == 0.0f)
-  {
-    return 1.0f;
-  }
-  if (shape == 2.0f)
-  {
-    return k * k;
-  }
-  if (shape == 3.0f)
-  {
-    return k * (k * k);
-  }
-  if (shape == 4.0f)
-  {
-    k *= k;
-    return k * k;
-  }
-  if (shape < 1.0f)
-  {
-    k = Sqrt(k);
-    return shape < 0.5f ? Sqrt(k) : k;
-  }
-  return k;
+  return k * (k * k);
 }
 
 /// The kernel at q and its derivative d, without its constant factor (t in ResamplingKernel.h).
@@ -57,17 +35,17 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
 {
   if (shape < 0.0f)
   {
-    d = ExpOfMinus(Min(0.5f * q, 80.0f));
+    d = ExpOfMinus(Smaller(0.5f * q, 80.0f));
     return d;
   }
   const Lanes s = 1.0f - q * (1.0f / support);
   if (shape >= FirstSmoothShape)
   {
-    const Lanes u = Min(Max(s * (shape - FirstSmoothShape), 0.0f), 1.0f);
+    const Lanes u = Smaller(Larger(s * (shape - FirstSmoothShape), 0.0f), 1.0f);
     d = u * (1.0f - u);
     return u * u * (3.0f - 2.0f * u);
   }
-  d = shape == 3.0f ? s * s : shape == 4.0f ? s * s * s : s;
+  d = s * s;
   return s * d;
 }
 }

@@ -23,7 +23,7 @@ struct SplatCopy
 {
   const Splat& S;
   const SplatGradient& Gradient; // these two where the template's flags say so
-  const LensSlope& Slope;
+  const LensFootprint& Footprint;
   const RasterSettings& Settings;
 };
 
@@ -32,7 +32,7 @@ struct SplatCopy
 SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
 {
   const float range = s.Far - s.Near;
-  return Min(Max(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
+  return Smaller(Larger(s.DepthX * d.X + s.DepthY * d.Y, -range), range);
 }
 
 /// Adds a splat to the depths of the z-buffer: its plane, farther by half its z-range. Its inner
@@ -42,14 +42,46 @@ SURFELSPLATTING_INLINE void AddDepths(
 {
   const Lanes far = Lanes::Load(open.Far);
   Select(
-    d.Q < 0.35f * splat.Settings.Support, Min(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
+    d.Q < 0.35f * splat.Settings.Support, Smaller(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
     .Store(open.Far);
+}
+
+/// Colours of a block's fragments times their weights.
+struct WeightedColors
+{
+  Lanes Red, Green, Blue;
+};
+
+SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const WeightedColors& c)
+{
+  AddTo(open.Red, c.Red);
+  AddTo(open.Green, c.Green);
+  AddTo(open.Blue, c.Blue);
+}
+
+/// Adds what a coarse grid's cell needs besides (Tent.h).
+/// @param visible weights times opacity
+SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const FragmentCoverage& f,
+  const Lanes& visible, const WeightedColors& c, const LensPoints& u, float halfRange)
+{
+  AddTo(coarse.RedX, c.Red * u.X);
+  AddTo(coarse.RedY, c.Red * u.Y);
+  AddTo(coarse.GreenX, c.Green * u.X);
+  AddTo(coarse.GreenY, c.Green * u.Y);
+  AddTo(coarse.BlueX, c.Blue * u.X);
+  AddTo(coarse.BlueY, c.Blue * u.Y);
+  AddTo(coarse.XX, visible * u.X * u.X);
+  AddTo(coarse.XY, visible * u.X * u.Y);
+  AddTo(coarse.YY, visible * u.Y * u.Y);
+  const Lanes z = f.Depth - Lanes::Load(coarse.Near);
+  AddTo(coarse.SquaredDepth, f.Weight * z * z);
+  AddTo(coarse.HalfRange, f.Weight * halfRange);
 }
 
 /// Adds a splat to a block; returns the lanes that it covers.
 template <bool HasGradient, bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const SplatCopy& splat,
-  const BlockPixels& d, const CloseCallback& callback)
+  const BlockPixels& d, const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   const Splat& s = splat.S;
@@ -69,52 +101,35 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     return 0;
   }
+  if (Pass != RasterPass::Nearest)
+  {
+    PrepareLayers<Pass>(tile, block, { s.Near, s.Far }, inside, splat.Settings, callbacks);
+  }
   Lanes slope;
   const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
-                             : EvaluateKernel(s.Shape, d.Q, support);
-  const Lanes weight = Select(inside, s.Weight * kernel, 0.0f);
-  if (Pass == RasterPass::Layers)
-  {
-    const Lanes reach = Lanes(1.0f);
-    PrepareLayers(tile, block, { s.Near, s.Far }, inside, splat.Settings, callback, reach);
-  }
-  LensPoints u{ 0.0f, 0.0f };
-  float focus = 1.0f;
-  if (OnLens)
-  {
-    u = { SP[14] * splat.Slope.MeanX + splat.Slope.Point * d.X, SP[14] * splat.Slope.MeanY + splat.Slope.Point * d.Y };
-    focus = 1.0f - splat.Slope.TiltX;
-  }
-  const float depth = 0.5f * (s.Near + s.Far);
-  const Lanes visible = AddCoverage(
-    tile, block, weight, s.Opacity, depth + s.DepthX * d.X + s.DepthY * d.Y, u, focus, splat.Settings.Collect);
-  Lanes red = visible * s.Red, green = visible * s.Green, blue = visible * s.Blue;
+                                   : EvaluateKernel(s.Shape, d.Q, support);
+  const LensFootprint& lens = splat.Footprint;
+  const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
+  constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
+    : OnLens                                         ? FullThroughLens
+                                                     : FullInFocus;
+  // Lanes outside may hold anything, so that nothing of them may be multiplied by 0.
+  const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
+  const FragmentCoverage f{ Select(inside, s.Weight * kernel, 0.0f), s.Opacity, depth, full };
+  const Lanes visible = AddCoverage<OnLens>(tile, block, f, u);
+  WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (HasGradient)
   {
-    const Lanes tilt = Select(inside, visible * slope / Max(kernel, 1e-6f), 0.0f);
     const SplatGradient& g = splat.Gradient;
-    red += tilt * (g.RedX * d.X + g.RedY * d.Y);
-    green += tilt * (g.GreenX * d.X + g.GreenY * d.Y);
-    blue += tilt * (g.BlueX * d.X + g.BlueY * d.Y);
+    const Lanes tilt = Select(inside, visible * slope / Larger(kernel, 1e-30f), 0.0f);
+    c.Red += tilt * (g.RedX * d.X + g.RedY * d.Y);
+    c.Green += tilt * (g.GreenX * d.X + g.GreenY * d.Y);
+    c.Blue += tilt * (g.BlueX * d.X + g.BlueY * d.Y);
   }
-  AddTo(open.Red, red);
-  AddTo(open.Green, green);
-  AddTo(open.Blue, blue);
-  if (splat.Settings.Collect)
+  AddColors(open, c);
+  if (Pass == RasterPass::Collect)
   {
-    OpenMoments& m = tile.Moments[block];
-    AddTo(m.RedX, red * u.X);
-    AddTo(m.RedY, red * u.Y);
-    AddTo(m.GreenX, green * u.X);
-    AddTo(m.GreenY, green * u.Y);
-    AddTo(m.BlueX, blue * u.X);
-    AddTo(m.BlueY, blue * u.Y);
-    AddTo(m.XX, visible * u.X * u.X);
-    AddTo(m.XY, visible * u.X * u.Y);
-    AddTo(m.YY, visible * u.Y * u.Y);
-    const Lanes z = depth + s.DepthX * d.X + s.DepthY * d.Y - Lanes::Load(tile.Finished[block].Near);
-    AddTo(m.Spread, Select(inside, weight * z * z, 0.0f));
-    AddTo(m.HalfRange, Select(inside, weight * (0.5f * (s.Far - s.Near)), 0.0f));
+    AddCoarse(tile.Coarse[block], f, visible, c, u, 0.5f * (s.Far - s.Near));
   }
   return bits;
 }
@@ -153,13 +168,13 @@ SURFELSPLATTING_INLINE void Narrow(
        j += rowsOfBlocks)
   {
     const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - place.Y);
-    const Lanes half = Sqrt(Max(support - s.B * dy * dy, 0.0f) * across);
+    const Lanes half = SquareRoot(Larger(support - s.B * dy * dy, 0.0f) * across);
     const Lanes center = (place.X - 0.5f) - s.K * dy;
     alignas(64) float low[LaneCount], high[LaneCount];
     // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
     // outside of the tile is ever touched.
-    Min(SmallestOfFour(Max(center - half - 1.0f, 0.0f)), TileSize).Store(low);
-    Max(Min(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
+    Smaller(SmallestOfFour(Larger(center - half - 1.0f, 0.0f)), TileSize).Store(low);
+    Larger(Smaller(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
     for (int i = 0; i < rowsOfBlocks; ++i)
     {
       const int begin = static_cast<int>(low[i * BlockSize]) / BlockSize;
@@ -173,16 +188,16 @@ SURFELSPLATTING_INLINE void Narrow(
 /// Narrower spans are not worth narrowing.
 constexpr int FewPixels = 3 * BlockSize;
 
-template <bool HasGradient, bool OnLens, RasterPass Pass = RasterPass::Layers>
+template <bool HasGradient, bool OnLens, RasterPass Pass>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-  const RasterSettings& shared, const CloseCallback& callback)
+  const RasterSettings& shared, const RasterCallbacks& callbacks)
 {
   // Copies, because the compiler must assume that writes to the tile can change the originals.
   const Splat s = splat.Body;
   const SplatGradient gradient = HasGradient ? *splat.Gradient : SplatGradient{};
-  const LensSlope slope = OnLens ? *splat.Slope : LensSlope{};
+  const LensFootprint footprint = OnLens ? *splat.Footprint : LensFootprint{};
   const RasterSettings settings = shared;
-  const SplatCopy copy{ s, gradient, slope, settings };
+  const SplatCopy copy{ s, gradient, footprint, settings };
   const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
@@ -210,15 +225,43 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
       const Lanes u = u0 + static_cast<float>(i * BlockSize);
       const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
       fragments += static_cast<std::uint64_t>(__builtin_popcount(
-        AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callback)));
+        AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
     }
   }
   return fragments;
 }
 
+/// Adds a tent to a block, seen through the linear reconstruction of T over all of its lens points.
+SURFELSPLATTING_INLINE void AddTentToBlock(
+  PixelTile& tile, int block, const Tent& s, const Lanes& weight)
+{
+  OpenLayers& open = tile.Open[block];
+  LensLayers& lens = tile.Lens[block];
+  const FinishedLayers& done = tile.Finished[block];
+  const LensPoints u{ s.PointX, s.PointY };
+  // A tent may be as heavy as a layer: what has no room is cut off.
+  const Lanes before = Lanes::Load(open.Weight);
+  const Lanes fill = before + LinearPart(lens.FillX, lens.FillY, u);
+  const Lanes room = Larger(FullThroughLens - fill, 0.0f);
+  const Lanes visible =
+    AddCoverage<true>(tile, block, { Smaller(weight, room), s.Opacity, s.Depth, FullThroughLens }, u);
+  WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
+  if (IsTilted(tile, block))
+  {
+    const Lanes opaque = (4.0f * s.Opacity) * (Lanes::Load(open.Weight) - before);
+    const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
+    c.Red += x * s.RedX + y * s.RedY;
+    c.Green += x * s.GreenX + y * s.GreenY;
+    c.Blue += x * s.BlueX + y * s.BlueY;
+    AddTo(lens.SeenX, x * s.XX + y * s.XY);
+    AddTo(lens.SeenY, x * s.XY + y * s.YY);
+  }
+  AddColors(open, c);
+}
+
 /// Adds a cell of a coarse grid, interpolated.
 std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
-  const RasterSettings& shared, const CloseCallback& callback)
+  const RasterSettings& shared, const RasterCallbacks& callbacks)
 {
   const Tent s = tent; // copies, as in AddBlocks
   const RasterSettings settings = shared;
@@ -230,12 +273,12 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
   for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
   {
     const Lanes dy = rampY + static_cast<float>(j * BlockSize);
-    const Lanes weightOfRow = s.Weight * (1.0f - s.InverseCell * Max(dy, 0.0f - dy));
+    const Lanes weightOfRow = s.Weight * (1.0f - s.InverseCell * Larger(dy, 0.0f - dy));
     for (int i = span.X0 / BlockSize; i < (span.X1 + BlockSize - 1) / BlockSize; ++i)
     {
       const int block = j * BlocksPerRow + i;
       const Lanes dx = rampX + static_cast<float>(i * BlockSize);
-      const Lanes across = 1.0f - s.InverseCell * Max(dx, 0.0f - dx);
+      const Lanes across = 1.0f - s.InverseCell * Larger(dx, 0.0f - dx);
       const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
       const unsigned int bits = (hidden >> block & 1) != 0 ? 0 : inside.ToBits();
       if (bits == 0)
@@ -243,76 +286,74 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
         continue;
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
-      const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
-      PrepareLayers(tile, block, { s.Near, s.Far }, inside, settings, callback, 1.0f);
-      OpenLayers& open = tile.Open[block];
-      const FinishedLayers& done = tile.Finished[block];
-      Lanes w = weight;
-      if (SP[13] != 0.0f)
-      {
-        const Lanes fill = Lanes::Load(open.Weight) +
-          4.0f * SP[6] * (Lanes::Load(open.FillX) * s.PointX + Lanes::Load(open.FillY) * s.PointY);
-        w = Min(w, Max(1.0f + SP[1] - fill, 0.0f));
-      }
-      const Lanes visible = AddCoverage(
-        tile, block, w, s.Opacity, s.Depth, { s.PointX, s.PointY }, -1.0f, settings.Collect);
-      AddColors(open, s, visible);
-      const Lanes gx = 4.0f * w * s.Opacity * Lanes::Load(done.ThroughX);
-      const Lanes gy = 4.0f * w * s.Opacity * Lanes::Load(done.ThroughY);
-      AddTo(open.Red, gx * s.ColorX[0] + gy * s.ColorY[0]);
-      AddTo(open.Green, gx * s.ColorX[1] + gy * s.ColorY[1]);
-      AddTo(open.Blue, gx * s.ColorX[2] + gy * s.ColorY[2]);
-      AddTo(open.SeenX, gx * s.XX + gy * s.XY);
-      AddTo(open.SeenY, gx * s.XY + gy * s.YY);
+      PrepareLayers<RasterPass::Layers>(
+        tile, block, { s.Near, s.Far }, inside, settings, callbacks);
+      AddTentToBlock(tile, block, s, Select(inside, weightOfRow * across, 0.0f));
     }
   }
   return fragments;
 }
 
 /// Chooses the loop that has only what the splat needs.
-std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-  const RasterSettings& settings, const CloseCallback& callback)
+template <RasterPass Pass>
+std::uint64_t AddChosen(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  const bool gradient = splat.Gradient != nullptr;
-  if (settings.Pass == RasterPass::Depths)
+  if (splat.Footprint)
   {
-    return AddBlocks<false, false, RasterPass::Depths>(tile, splat, place, settings, callback);
+    return splat.Gradient ? AddBlocks<true, true, Pass>(tile, splat, place, settings, callbacks)
+                          : AddBlocks<false, true, Pass>(tile, splat, place, settings, callbacks);
   }
-  if (settings.Pass == RasterPass::Nearest)
-  {
-    return gradient
-      ? AddBlocks<true, false, RasterPass::Nearest>(tile, splat, place, settings, callback)
-      : AddBlocks<false, false, RasterPass::Nearest>(tile, splat, place, settings, callback);
-  }
-  if (splat.Slope)
-  {
-    return gradient ? AddBlocks<true, true>(tile, splat, place, settings, callback)
-                    : AddBlocks<false, true>(tile, splat, place, settings, callback);
-  }
-  return gradient ? AddBlocks<true, false>(tile, splat, place, settings, callback)
-                  : AddBlocks<false, false>(tile, splat, place, settings, callback);
+  return splat.Gradient ? AddBlocks<true, false, Pass>(tile, splat, place, settings, callbacks)
+                        : AddBlocks<false, false, Pass>(tile, splat, place, settings, callbacks);
 }
 
-/// Pixels of a block that nothing behind a depth can change.
+std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  switch (settings.Pass)
+  {
+    case RasterPass::Layers:
+      return AddChosen<RasterPass::Layers>(tile, splat, place, settings, callbacks);
+    case RasterPass::Collect:
+      return AddChosen<RasterPass::Collect>(tile, splat, place, settings, callbacks);
+    case RasterPass::Depths:
+      return AddBlocks<false, false, RasterPass::Depths>(tile, splat, place, settings, callbacks);
+    case RasterPass::Nearest:
+      break;
+  }
+  const SplatData sharp{ splat.Body, splat.Gradient, nullptr };
+  return AddChosen<RasterPass::Nearest>(tile, sharp, place, settings, callbacks);
+}
+
+/// Pixels of a block that nothing which begins behind a depth can change by more than
+/// MinTransmittance.
 unsigned int HiddenFrom(
   const PixelTile& tile, int block, float near, const RasterSettings& settings)
 {
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
-  const Lanes weight = Lanes::Load(open.Weight);
-  const Lanes after =
-    through - VisibleShare(through, weight, Lanes::Load(open.Opacity), Lanes::Load(open.Seen), 1.0f);
-  const float blur = __builtin_fabsf(near * settings.BlurPerDepth - settings.LensRadius);
-  const LaneMask ended = Lanes::Load(open.Far) < near - 0.5f * SP[3] * blur;
-  const Lanes rest = Select(ended, 4.0f * after, through);
-  return (Min(rest, through) <= MinTransmittance).ToBits();
+  const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
+  const Lanes after = through - VisibleShare(through, layer, Lanes(1.0f));
+  // Half of an open layer has leaked at least: T' < 2 after.
+  const LaneMask ended =
+    Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
+  const Lanes rest = Select(ended, 2.0f * after, through);
+  return (Smaller(rest, through) <= MinTransmittance).ToBits();
 }
 
-void CloseAll(PixelTile& tile, const RasterSettings& settings)
+void CloseAll(PixelTile& tile, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    CloseLayers(tile, i, AllLanes(), settings);
+    if (settings.Pass == RasterPass::Collect)
+    {
+      CollectLayers(tile, i, AllLanes(), callbacks);
+    }
+    else
+    {
+      EndLayers(tile, i, settings, callbacks);
+    }
   }
 }
 }

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "Core/Base/Tiles.h"
-#include "Core/Lens/LensSectors.h"
+#include "Core/Lens/LensVisibility.h"
 #include "Core/Splats/Splat.h"
 #include "Core/Splats/Tent.h"
 
@@ -19,9 +19,6 @@ namespace SurfelSplatting
 /// A pixel is opaque when less than this shines through its finished layers.
 constexpr float MinTransmittance = 1.0f / 512.0f;
 
-/// The sum of the kernels of one surface is less than this.
-constexpr float MaxRipple = 1.25f;
-
 /// A tile's pixels are stored in blocks of 4 x 4, row by row: sixteen are processed at a time, and
 /// a splat in focus covers few blocks.
 constexpr int BlockSize = 4; ///< px
@@ -29,60 +26,86 @@ constexpr int PixelsPerBlock = BlockSize * BlockSize;
 constexpr int BlocksPerRow = TileSize / BlockSize;
 constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
-/// The open layers of a block's pixels, with the fields of Layer. Most splats touch nothing else.
+/// The open layers of a block's pixels. Most splats touch nothing else. Colours are sums of w o c,
+/// or, in tilted blocks, of w o T(u) c.
 struct alignas(64) OpenLayers
 {
-  float Far[PixelsPerBlock];
-  float Weight[PixelsPerBlock], Opacity[PixelsPerBlock];
-  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
-  float Seen[PixelsPerBlock];                         ///< sum w o s
-  float SeenX[PixelsPerBlock], SeenY[PixelsPerBlock]; ///< sum w o s u
+  float Far[PixelsPerBlock]; ///< of their z-ranges
+  float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
+  float Depth[PixelsPerBlock]; ///< sum w z
+};
+
+/// First moments over the lens of the open layers (LensVisibility.h).
+struct alignas(64) LensLayers
+{
   float FillX[PixelsPerBlock], FillY[PixelsPerBlock]; ///< sum w u
+  /// In tilted blocks only:
+  float Seen[PixelsPerBlock];                         ///< sum w o T(u)
+  float SeenX[PixelsPerBlock], SeenY[PixelsPerBlock]; ///< sum w o T(u) u
+};
+
+/// What else is known about the layers of a coarse grid's cells (Tent.h).
+struct alignas(64) CoarseLayers
+{
+  float Near[PixelsPerBlock];                       ///< of their z-ranges
+  float RedX[PixelsPerBlock], RedY[PixelsPerBlock]; ///< sum w o c u
+  float GreenX[PixelsPerBlock], GreenY[PixelsPerBlock];
+  float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
+  float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock]; ///< sum w o u u'
+  float HalfRange[PixelsPerBlock];    ///< sum w (far - near) / 2 of the splats
+  float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
 };
 
 /// The finished part of a block's pixels: the fields of the frame and what belongs to them.
 struct alignas(64) FinishedLayers
 {
-  float Transmittance[PixelsPerBlock];
+  float Transmittance[PixelsPerBlock];                      ///< mean of T(u) over the lens
+  float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
-  float Near[PixelsPerBlock];          ///< of the open layer; only with a CloseCallback
-  float Fragments[PixelsPerBlock];     ///< so far; only with a CloseCallback
-  float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
-  float SeenMean[PixelsPerBlock], SeenX[PixelsPerBlock], SeenY[PixelsPerBlock];
-};
-
-struct alignas(64) OpenMoments
-{
-  float RedX[PixelsPerBlock], RedY[PixelsPerBlock], GreenX[PixelsPerBlock], GreenY[PixelsPerBlock];
-  float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
-  float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock];
-  float HalfRange[PixelsPerBlock], Spread[PixelsPerBlock];
+  float Fragments[PixelsPerBlock];     ///< so far; only with a callback
 };
 
 struct PixelTile
 {
   OpenLayers Open[BlocksPerTile];
-  OpenMoments Moments[BlocksPerTile];
+  LensLayers Lens[BlocksPerTile];
+  CoarseLayers Coarse[BlocksPerTile];
   FinishedLayers Finished[BlocksPerTile];
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
   /// RasterSettings::SkipHidden nothing more is added to the block.
   std::uint64_t Opaque;
+  /// Bit i: T depends on the point of the lens in block i; fragments are weighted with it.
+  std::uint64_t Tilted;
 };
 static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 
-/// Called with the lanes (bit l: pixel l) of a block whose layers are about to be closed. A null
-/// function is not called.
-struct CloseCallback
+/// What the layers of a block add to the picture.
+struct alignas(64) LeakedLayers
 {
-  void (*Function)(void* user, const PixelTile& tile, int block, unsigned int lanes, const float* keep);
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< premultiplied, visible
+  float Alpha[PixelsPerBlock]; ///< by which the transmittance falls
+  float Depth[PixelsPerBlock]; ///< mean, world units along the view direction
+  float LargestColor;          ///< RasterSettings::LargestColor
+};
+
+/// Functions that are called with the lanes (bit l: pixel l) of a block. Null ones are not called.
+struct RasterCallbacks
+{
   void* User;
+  /// For layers of which a part joins the finished ones, all of it in the end.
+  void (*Leaked)(
+    void* user, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked);
+  /// For layers of a coarse grid that are about to be emptied. Required by RasterPass::Collect.
+  void (*Closed)(void* user, const PixelTile& tile, int block, unsigned int lanes);
 };
 
 /// The buffer that the raster adds splats to.
 enum class RasterPass
 {
   Layers,  ///< the A-buffer
+  Collect, ///< layers of a coarse grid, which are not composited
   Depths,  ///< the z-buffer: the far end of the nearest surface
   Nearest, ///< one layer of the splats that begin in front of that
 };
@@ -94,10 +117,10 @@ struct RasterSettings
   /// Largest colour of the splats on coarse grids and of those that the tile has added so far.
   /// Resolved layers are clamped to it, since colour gradients can overshoot where a surface ends.
   float LargestColor;
+  /// The radius of the blur at depth z, world units, is |z BlurPerDepth - LensRadius|. 0: no lens.
   float LensRadius = 0.0f, BlurPerDepth = 0.0f;
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false; ///< add nothing to opaque blocks
-  bool Collect = false;    ///< layers are not composited
 };
 
 /// A splat and its optional data.
@@ -105,7 +128,7 @@ struct SplatData
 {
   const Splat& Body;
   const SplatGradient* Gradient; ///< or null: one colour
-  const LensSlope* Slope;        ///< to draw it in RasterSettings::Sector, or null
+  const LensFootprint* Footprint; ///< or null: in focus
 };
 
 /// Where a splat or a tent lies in a tile.
@@ -115,21 +138,21 @@ struct TilePlace
   float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
-extern float SP[16];
 struct RasterTarget
 {
   /// Adds a splat to the blocks that its span touches; returns the number of fragments.
   std::uint64_t (*AddSplat)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-    const RasterSettings& settings, const CloseCallback& callback);
+    const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// The same for a tent.
   std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
-    const RasterSettings& settings, const CloseCallback& callback);
+    const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// Lanes of a block that nothing which begins behind a depth can change by more than
   /// MinTransmittance.
   unsigned int (*HiddenFrom)(
     const PixelTile& tile, int block, float near, const RasterSettings& settings);
-  /// Composites all open layers of a tile.
-  void (*CloseAll)(PixelTile& tile, const RasterSettings& settings);
+  /// Composites all open layers of a tile, or hands them over (RasterPass::Collect).
+  void (*CloseAll)(
+    PixelTile& tile, const RasterSettings& settings, const RasterCallbacks& callbacks);
   const char* Name;
 };
 

@@ -38,23 +38,37 @@ inline float NearOf(const SplatList& list, std::size_t i)
 }
 }
 
-void TileRaster::Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
-  bool skipHidden)
+void TileRaster::Set(
+  const RasterSettings& settings, const float* occluderDepth, LayerSink* sink, bool skipHidden)
 {
   this->Settings = settings;
   this->LargestCoarseColor = settings.LargestColor;
   this->OccluderDepth = occluderDepth;
   this->Sink = sink;
+  this->Cells = nullptr;
   this->SkipHidden = skipHidden && !sink;
   this->Settings.SkipHidden = this->SkipHidden;
+}
+
+void TileRaster::SetCoarse(const RasterSettings& settings, CellSink& cells)
+{
+  this->Set(settings, nullptr, nullptr, false);
+  this->Settings.Pass = RasterPass::Collect;
+  this->Cells = &cells;
 }
 
 TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
   const Frame& frame, LazySplats* lazy)
 {
   this->Place(tile, bins, frame);
-  this->BeginPart(this->Sink, 1.0f);
-  const Counts counts = this->Settings.Pass == RasterPass::Layers
+  if (this->Sink)
+  {
+    this->Sink->BeginTile({ this->OriginX, this->OriginY,
+      std::min(this->OriginX + TileSize, this->Width),
+      std::min(this->OriginY + TileSize, this->Height) });
+  }
+  const RasterPass pass = this->Settings.Pass;
+  const Counts counts = pass == RasterPass::Layers || pass == RasterPass::Collect
     ? this->RenderLayers(list, bins, tile, lazy)
     : this->RenderNearest(list, bins, tile);
   if (frame.Color)
@@ -62,17 +76,6 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
     this->Store(frame);
   }
   return counts;
-}
-
-void TileRaster::BeginPart(LayerSink* sink, float share)
-{
-  this->Sink = sink;
-  if (sink)
-  {
-    sink->BeginPart({ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
-                      std::min(this->OriginY + TileSize, this->Height) },
-      share);
-  }
 }
 
 TileRaster::Counts TileRaster::RenderLayers(
@@ -231,7 +234,7 @@ unsigned int TileRaster::BehindProps(int block, float near) const
 
 /// Whether nothing that begins at or behind a depth can change a pixel of the tile by more than
 /// MinTransmittance.
-bool TileRaster::IsOpaque(float near)
+bool TileRaster::IsOpaque(float near) const
 {
   constexpr unsigned int all = (1u << PixelsPerBlock) - 1;
   for (int i = 0; i < BlocksPerTile; ++i)
@@ -264,12 +267,23 @@ void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& fram
 void TileRaster::Clear()
 {
   this->Settings.LargestColor = this->LargestCoarseColor;
-  std::memset(static_cast<void*>(&this->Tile), 0, sizeof(this->Tile));
+  const bool collects = this->Settings.Pass == RasterPass::Collect;
+  std::memset(static_cast<void*>(this->Tile.Open), 0, sizeof(this->Tile.Open));
+  std::memset(static_cast<void*>(this->Tile.Finished), 0, sizeof(this->Tile.Finished));
+  if (collects || this->Settings.LensRadius > 0.0f)
+  {
+    std::memset(static_cast<void*>(this->Tile.Lens), 0, sizeof(this->Tile.Lens));
+  }
+  if (collects)
+  {
+    std::memset(static_cast<void*>(this->Tile.Coarse), 0, sizeof(this->Tile.Coarse));
+  }
+  this->Tile.Opaque = this->Tile.Tilted = 0;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
     FinishedLayers& done = this->Tile.Finished[i];
     std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
-    std::fill_n(done.Near, PixelsPerBlock, Infinity);
+    std::fill_n(this->Tile.Coarse[i].Near, PixelsPerBlock, Infinity);
     std::fill_n(done.OccluderDepth, PixelsPerBlock, Infinity);
     const int x0 = this->BlockX(i), y0 = this->BlockY(i);
     for (int l = 0; l < PixelsPerBlock; ++l)
@@ -278,7 +292,6 @@ void TileRaster::Clear()
       const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
       const bool inside = x < this->Width && y < this->Height;
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
-      done.SeenMean[l] = done.Transmittance[l];
       if (inside && this->OccluderDepth)
       {
         done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
@@ -298,19 +311,18 @@ std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
 std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
-  const LensSlope* slope = list.SlopeOf(i);
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
   this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
-  return Target.AddSplat(this->Tile, { s, gradient, slope },
-    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callback());
+  return Target.AddSplat(this->Tile, { s, gradient, list.FootprintOf(i) },
+    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
 }
 
 /// LargestColor has the tent's splats already, from the coarse grid.
 std::uint64_t TileRaster::AddTent(const Tent& t)
 {
   return Target.AddTent(
-    this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callback());
+    this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callbacks());
 }
 
 TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
@@ -321,88 +333,69 @@ TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
     x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
 }
 
-CloseCallback TileRaster::Callback()
+RasterCallbacks TileRaster::Callbacks()
 {
-  return { this->Sink ? &TileRaster::SendToSink : nullptr, this };
+  return { this, this->Sink ? &TileRaster::SendToSink : nullptr,
+    this->Cells ? &TileRaster::SendCells : nullptr };
 }
 
-void TileRaster::SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes, const float* keep)
-{
-  const auto* raster = static_cast<const TileRaster*>(self);
-  const OpenLayers& open = tile.Open[block];
-  for (int l = 0; l < PixelsPerBlock; ++l)
-  {
-    const int x = raster->BlockX(block) + l % BlockSize, y = raster->BlockY(block) + l / BlockSize;
-    const bool inside = x < raster->Width && y < raster->Height;
-    if (inside && (lanes >> l & 1) != 0 && open.Weight[l] > 0.0f)
-    {
-      Layer layer;
-      layer.Near = tile.Finished[block].Near[l];
-      layer.Far = open.Far[l];
-      layer.Weight = open.Weight[l];
-      layer.Opacity = open.Opacity[l];
-      layer.Red = open.Red[l];
-      layer.Green = open.Green[l];
-      layer.Blue = open.Blue[l];
-      layer.Depth = open.Depth[l];
-      layer.PointX = open.SeenX[l];
-      layer.PointY = open.SeenY[l];
-      const OpenMoments& m = tile.Moments[block];
-      layer.ColorX[0] = m.RedX[l];
-      layer.ColorX[1] = m.GreenX[l];
-      layer.ColorX[2] = m.BlueX[l];
-      layer.ColorY[0] = m.RedY[l];
-      layer.ColorY[1] = m.GreenY[l];
-      layer.ColorY[2] = m.BlueY[l];
-      layer.XX = m.XX[l];
-      layer.XY = m.XY[l];
-      layer.YY = m.YY[l];
-      layer.HalfRange = m.HalfRange[l];
-      layer.Spread = m.Spread[l];
-      if (keep)
-      {
-        const float k = 1.0f - keep[l];
-        float* sums[] = { &layer.Weight, &layer.Opacity, &layer.Red, &layer.Green, &layer.Blue,
-          &layer.Depth, &layer.PointX, &layer.PointY, &layer.ColorX[0], &layer.ColorX[1],
-          &layer.ColorX[2], &layer.ColorY[0], &layer.ColorY[1], &layer.ColorY[2], &layer.XX,
-          &layer.XY, &layer.YY, &layer.HalfRange, &layer.Spread };
-        for (float* x : sums)
-        {
-          *x *= k;
-        }
-      }
-      if (layer.Depth <= tile.Finished[block].OccluderDepth[l] * layer.Weight)
-      {
-        raster->Sink->Receive(x, y, layer, raster->Settings.LargestColor);
-      }
-    }
-  }
-}
-
-void TileRaster::SendFragments(int block) const
+/// Calls function(x, y, lane) for the chosen lanes of a block that are inside of the picture.
+template <class Function>
+void TileRaster::ForPixels(int block, unsigned int lanes, Function&& function) const
 {
   for (int l = 0; l < PixelsPerBlock; ++l)
   {
     const int x = this->BlockX(block) + l % BlockSize, y = this->BlockY(block) + l / BlockSize;
-    const float count = this->Tile.Finished[block].Fragments[l];
-    if (count > 0.0f && x < this->Width && y < this->Height)
+    if ((lanes >> l & 1) != 0 && x < this->Width && y < this->Height)
     {
-      this->Sink->ReceiveFragments(x, y, count);
+      function(x, y, l);
     }
   }
 }
 
+void TileRaster::SendCells(void* self, const PixelTile& tile, int block, unsigned int lanes)
+{
+  const auto* raster = static_cast<const TileRaster*>(self);
+  raster->ForPixels(block, lanes, [&](int x, int y, int l) {
+    if (tile.Open[block].Weight[l] > 0.0f)
+    {
+      raster->Cells->Receive(x, y, tile, block, l);
+    }
+  });
+}
+
+void TileRaster::SendToSink(
+  void* self, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked)
+{
+  const auto* raster = static_cast<const TileRaster*>(self);
+  const OpenLayers& open = tile.Open[block];
+  raster->ForPixels(block, lanes, [&](int x, int y, int l) {
+    const float alpha = leaked.Alpha[l];
+    if (alpha > 0.0f)
+    {
+      // By now the transmittance is that behind the layer.
+      const float before = tile.Finished[block].Transmittance[l] + alpha;
+      const float coverage =
+        std::min(1.0f, alpha * open.Weight[l] / std::max(before * open.Opacity[l], 1e-30f));
+      raster->Sink->Receive(x, y,
+        { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
+    }
+  });
+}
+
 void TileRaster::CloseAll()
 {
-  if (this->Sink)
+  Target.CloseAll(this->Tile, this->Settings, this->Callbacks());
+  for (int i = 0; this->Sink && i < BlocksPerTile; ++i)
   {
-    for (int i = 0; i < BlocksPerTile; ++i)
-    {
-      SendToSink(this, this->Tile, i, ~0u, nullptr);
-      this->SendFragments(i);
-    }
+    const float* count = this->Tile.Finished[i].Fragments;
+    this->ForPixels(i, ~0u, [&](int x, int y, int l) {
+      if (count[l] > 0.0f)
+      {
+        this->Sink->ReceiveFragments(x, y, count[l]);
+      }
+    });
   }
-  Target.CloseAll(this->Tile, this->Settings);
 }
 
 namespace

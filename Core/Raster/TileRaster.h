@@ -2,9 +2,8 @@
 /**
  * Streams the sorted splats and tents of one tile through one open A-buffer layer per pixel.
  *
- * They come by ascending near depth. Once one begins behind the far end of a pixel's open
- * layer, nothing later can join that layer: it is closed, composited front to back and forgotten.
- * This equals the merge of all z-ranges into their unions and needs no list per pixel.
+ * They come by ascending near depth. What of a layer lies far enough in front of the next splat is
+ * composited front to back and forgotten (ABuffer.h): this needs no list per pixel.
  */
 #pragma once
 
@@ -19,14 +18,27 @@
 
 namespace SurfelSplatting
 {
+/// Receives the layers of a coarse grid's cells.
+class CellSink
+{
+public:
+  virtual ~CellSink() = default;
+
+  /// @param lane pixel of the block; its weight is > 0
+  virtual void Receive(int x, int y, const PixelTile& tile, int block, int lane) = 0;
+};
+
 class TileRaster
 {
 public:
   /// @param occluderDepth [height][width] depth of opaque props, or null
-  /// @param sink       receives the closed layers, or null
+  /// @param sink       receives what layers add to the picture, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
   void Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
     bool skipHidden);
+
+  /// For a coarse grid, whose layers are not composited.
+  void SetCoarse(const RasterSettings& settings, CellSink& cells);
 
   struct Counts
   {
@@ -44,30 +56,33 @@ private:
   Counts RenderLayers(
     const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy);
   Counts RenderNearest(const SplatList& list, const TileBins& bins, std::size_t tile);
-  void BeginPart(LayerSink* sink, float share);
   void TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std::uint32_t* end);
   bool AddBefore(
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
   unsigned int BehindProps(int block, float near) const;
-  bool IsOpaque(float near);
+  bool IsOpaque(float near) const;
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
   void Store(const Frame& frame) const;
-  static void SendToSink(void* self, const PixelTile& tile, int block, unsigned int lanes, const float* keep);
-  void SendFragments(int block) const;
+  template <class Function>
+  void ForPixels(int block, unsigned int lanes, Function&& function) const;
+  static void SendToSink(
+    void* self, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked);
+  static void SendCells(void* self, const PixelTile& tile, int block, unsigned int lanes);
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
   std::uint64_t Add(const SplatList& list, std::size_t i);
   std::uint64_t AddSplat(const SplatList& list, std::size_t i);
   std::uint64_t AddTent(const Tent& tent);
   TilePlace PlaceInTile(const PixelBox& box, float x, float y) const;
-  CloseCallback Callback();
+  RasterCallbacks Callbacks();
   void CloseAll();
 
   RasterSettings Settings{};
   float LargestCoarseColor = 0.0f;
   const float* OccluderDepth = nullptr;
   LayerSink* Sink = nullptr;
+  CellSink* Cells = nullptr;
   bool SkipHidden = false;
   int OriginX = 0;
   int OriginY = 0;

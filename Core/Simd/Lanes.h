@@ -209,9 +209,9 @@ SURFELSPLATTING_LANES(
 SURFELSPLATTING_LANES(
   Lanes, Select(const LaneMask& m, const Lanes& a, const Lanes& b), Choose(m.P[p], a.P[p], b.P[p]))
 /// The smaller and the larger; b where one of them is NaN.
-SURFELSPLATTING_LANES(Lanes, Min(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
-SURFELSPLATTING_LANES(Lanes, Max(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
-SURFELSPLATTING_LANES(Lanes, Sqrt(const Lanes& a), Root(a.P[p]))
+SURFELSPLATTING_LANES(Lanes, Smaller(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(Lanes, Larger(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
+SURFELSPLATTING_LANES(Lanes, SquareRoot(const Lanes& a), Root(a.P[p]))
 SURFELSPLATTING_LANES(Lanes, Swap(const Lanes& a, int distance), Swapped(a.P[p], distance))
 #undef SURFELSPLATTING_LANES
 
@@ -228,15 +228,15 @@ SURFELSPLATTING_INLINE Lanes& operator*=(Lanes& a, const Lanes& b)
 /// The smallest of each group of four, in all four lanes.
 SURFELSPLATTING_INLINE Lanes SmallestOfFour(const Lanes& a)
 {
-  const Lanes pairs = Min(a, Swap(a, 1));
-  return Min(pairs, Swap(pairs, 2));
+  const Lanes pairs = Smaller(a, Swap(a, 1));
+  return Smaller(pairs, Swap(pairs, 2));
 }
 
 /// The largest of each group of four, in all four lanes.
 SURFELSPLATTING_INLINE Lanes LargestOfFour(const Lanes& a)
 {
-  const Lanes pairs = Max(a, Swap(a, 1));
-  return Max(pairs, Swap(pairs, 2));
+  const Lanes pairs = Larger(a, Swap(a, 1));
+  return Larger(pairs, Swap(pairs, 2));
 }
 
 SURFELSPLATTING_INLINE bool Any(const LaneMask& mask)

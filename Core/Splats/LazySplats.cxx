@@ -12,7 +12,7 @@ void LazySplats::Clear(const SplatContext& context)
   this->Context = context;
   this->Context.CoarseGrids = false;
   this->NumberOfClouds = 0;
-  this->List.Clear(context.Sectors);
+  this->List.Clear(context.HasLens());
   this->Runs.clear();
 }
 

@@ -37,7 +37,7 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
     b.ConfusionY = fy * Magnitude(b.Signed);
     b.Variance[0] += job.DefocusFactor * b.ConfusionX * b.ConfusionX;
     b.Variance[1] += job.DefocusFactor * b.ConfusionY * b.ConfusionY;
-    // The paper's kernel has no offset. Sectors weight the two sides of the lens instead.
+    // The paper's kernel has no offset.
     if (job.Offsets)
     {
       const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);

@@ -194,25 +194,6 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
   }
 }
 
-/// Slopes for sectors of the lens (LensSectors.h); all 0 in focus.
-template <class Real>
-SURFELSPLATTING_INLINE void MakeSlopes(
-  const SetupJob& job, const SplatBatch<Real>& b, FloatOf<Real> (&slope)[5])
-{
-  slope[0] = slope[1] = slope[2] = slope[3] = slope[4] = FloatOf<Real>{};
-  if (job.Camera.Parallel || job.LensRadius == 0.0)
-  {
-    return;
-  }
-  const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-  const Real point = 0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell;
-  slope[0] = Narrow<Real>(point);
-  const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
-  slope[3] = Narrow<Real>(mean.X);
-  slope[4] = Narrow<Real>(mean.Y);
-  slope[1] = Narrow<Real>(0.25 * f * f * b.Blur.Signed * b.Blur.Signed * b.Footprints.W.InverseRoot);
-}
-
 /// Splats of a batch in single precision; lengths in px or cells.
 template <class Real>
 struct SplatFields
@@ -301,18 +282,22 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// Writes the slopes of the batch's splats for sectors of the lens.
+/// Writes where the batch's splats pass the lens (LensVisibility.h); all 0 in focus.
 template <class Real>
-SURFELSPLATTING_INLINE void WriteSlopes(
+SURFELSPLATTING_INLINE void WriteFootprints(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  FloatOf<Real> slope[5];
-  MakeSlopes(job, b, slope);
+  const AperturePointOf<Real> mean =
+    MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
+  const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
+  const FloatOf<Real> x = Narrow<Real>(mean.X), y = Narrow<Real>(mean.Y);
+  const FloatOf<Real> perPixel = Narrow<Real>(
+    0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
-      output.Slopes[first++] = { LaneAt(slope[0], l), LaneAt(slope[3], l), LaneAt(slope[4], l), LaneAt(slope[1], l), LaneAt(slope[2], l) };
+      output.Footprints[first++] = { LaneAt(x, l), LaneAt(y, l), LaneAt(perPixel, l) };
     }
   }
 }
@@ -344,9 +329,9 @@ SURFELSPLATTING_INLINE void Write(
   {
     WriteGradients(job, index, b, first, output);
   }
-  if (output.Slopes)
+  if (output.Footprints)
   {
-    WriteSlopes(job, b, first, output);
+    WriteFootprints(job, b, first, output);
   }
 }
 
@@ -361,7 +346,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
     const LensBlur<Real> blur = Blur(job, index.Level, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel = MakeKernel(
-      ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion, f.Tilted), f.W);
+      ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, blur, f.Cell, kernel);
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))

@@ -9,7 +9,7 @@
  */
 #pragma once
 
-#include "Core/Lens/LensSectors.h"
+#include "Core/Lens/LensVisibility.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Lens/View.h"
 #include "Core/Splats/Splat.h"
@@ -65,7 +65,7 @@ struct SplatOutput
   Splat* Splats;
   PixelBox* Boxes;
   float* Nears;
-  LensSlope* Slopes;         ///< or null
+  LensFootprint* Footprints;         ///< or null
   unsigned char* GridLevels; ///< or null: all splats are on the picture itself
   SplatGradient* Gradients;  ///< of the whole list
   std::size_t FirstGradient; ///< index of this output's first gradient in it

@@ -6,7 +6,6 @@
 
 #include "Core/Hierarchy/HierarchyCut.h"
 #include "Core/Lens/Lens.h"
-#include "Core/Lens/LensSectors.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Lens/SubApertures.h"
 #include "Core/Lens/View.h"
@@ -29,8 +28,6 @@ struct SplatContext
   View Camera;
   Lens Optics;
   ApertureSampling Sampling;              ///< how the splatter divides the lens
-  float MinConflict = DefaultMinConflict; ///< of sectors (LensSectors.h)
-  bool Sectors = false;      ///< visibility by sectors of the lens (LensSectors.h); Pearson II only
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   CutSettings Cut;
@@ -38,10 +35,18 @@ struct SplatContext
   bool CoarseGrids = true; ///< draw wide splats on grids of larger cells
   /// For comparison: a plain z-buffer instead of layers. Each pixel shows only its nearest surface,
   /// regardless of opacity, and too little of it if surfels are smaller than a pixel. This measures
-  /// a lower bound of the time and does not give a good picture. It turns off coarse grids, sectors
-  /// and the skipping of hidden surfels.
+  /// a lower bound of the time and does not give a good picture. It turns off coarse grids and the
+  /// skipping of hidden surfels.
   bool DepthBuffered = false;
   bool ScalarSetup = false; ///< set up one surfel at a time (SetupTargetScalar), for comparison
   Paint Colors = Paint::Own;
+
+  /// Whether visibility depends on the point of the lens (LensVisibility.h). The paper's kernel treats
+  /// the visibility of layers as independent.
+  bool HasLens() const
+  {
+    return this->Optics.Radius > 0.0 && !this->Camera.Parallel && !this->DepthBuffered &&
+      this->Settings.Kernel != KernelType::Gaussian;
+  }
 };
 }

@@ -47,10 +47,10 @@ void Fill(
 }
 }
 
-void SplatList::Clear(bool sectors)
+void SplatList::Clear(bool footprints)
 {
-  this->HasSlopes = sectors;
-  this->Slopes.Clear();
+  this->HasFootprints = footprints;
+  this->Footprints.Clear();
   this->Parts.clear();
   this->Splats.Clear();
   this->Boxes.Clear();
@@ -66,7 +66,7 @@ void SplatList::Resize(std::size_t size)
   this->Boxes.Resize(size);
   this->Nears.Resize(size);
   this->Gradients.Resize(size);
-  this->Slopes.Resize(this->HasSlopes ? size : 0);
+  this->Footprints.Resize(this->HasFootprints ? size : 0);
   this->Levels.Resize(size);
 }
 
@@ -76,7 +76,7 @@ SplatOutput SplatList::OutputAt(std::size_t begin)
   output.Splats = &this->Splats[begin];
   output.Boxes = &this->Boxes[begin];
   output.Nears = &this->Nears[begin];
-  output.Slopes = this->HasSlopes ? &this->Slopes[begin] : nullptr;
+  output.Footprints = this->HasFootprints ? &this->Footprints[begin] : nullptr;
   output.GridLevels = &this->Levels[begin];
   output.Gradients = this->Gradients.Data();
   output.FirstGradient = begin;

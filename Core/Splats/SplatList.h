@@ -45,16 +45,16 @@ struct SplatList
   Buffer<PixelBox> Boxes;
   Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
   Buffer<SplatGradient> Gradients; ///< of the splats that have one
-  Buffer<LensSlope> Slopes;        ///< of all splats where the lens has sectors; else empty
+  Buffer<LensFootprint> Footprints;        ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
   Buffer<Tent> Tents;              ///< of coarse grids
 
-  /// Empties the list and keeps its memory. @param sectors whether splats will have slopes
-  void Clear(bool sectors = false);
+  /// Empties the list and keeps its memory. @param footprints whether splats will have footprints
+  void Clear(bool footprints = false);
   void Resize(std::size_t size);
-  const LensSlope* SlopeOf(std::size_t i) const
+  const LensFootprint* FootprintOf(std::size_t i) const
   {
-    return this->HasSlopes ? &this->Slopes[i] : nullptr;
+    return this->HasFootprints ? &this->Footprints[i] : nullptr;
   }
 
   /// Returns the output for the splats of a part; there must be room for them.
@@ -73,7 +73,7 @@ struct SplatList
   /// Surfels that are not drawn: non-finite values, or too large for float sums.
   std::uint64_t NumberOfInvalidSurfels() const;
 
-  bool HasSlopes = false;
+  bool HasFootprints = false;
 
   /// Up to a few thousand surfels whose splats one thread makes. They begin within a run and may
   /// continue in the next ones.

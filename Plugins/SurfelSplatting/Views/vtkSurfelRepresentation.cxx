@@ -294,11 +294,6 @@ void vtkSurfelRepresentation::SetLensCells(int cells)
   this->Internal->Pass->GetSplatter()->SetLensCells(cells);
 }
 
-void vtkSurfelRepresentation::SetLensSectors(int sectors)
-{
-  this->Internal->Pass->GetSplatter()->SetLensSectors(sectors);
-}
-
 void vtkSurfelRepresentation::SetKernel(int kernel)
 {
   this->Internal->Pass->GetSplatter()->SetKernel(kernel);

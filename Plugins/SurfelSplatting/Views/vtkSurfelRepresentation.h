@@ -57,7 +57,6 @@ public:
   void SetLensMode(int mode);
   void SetCircleOfConfusion(double radius);
   void SetLensCells(int cells);
-  void SetLensSectors(int sectors);
   void SetKernel(int kernel);
   void SetLODMode(int mode);
   void SetLODError(double error);

@@ -124,9 +124,6 @@ def _add_lens_options(parser):
                       help="instead of --focal-disk: blur radius of very distant points in "
                            "pixels; it decreases towards the focus")
     lens.add_argument("--pinhole", action="store_true", help="no lens; ignore the camera's lens")
-    lens.add_argument("--lens-sectors", action="store_true",
-                      help="track visibility separately for parts of the lens: more accurate where "
-                           "blurred things overlap, up to three times slower")
     parts = lens.add_mutually_exclusive_group()
     parts.add_argument("--lens-cells", type=_lens_parts, default=1, metavar="K",
                        help="average the pictures of K smaller lenses: more accurate where things "

@@ -177,7 +177,6 @@ def _make_renderer(surfels, view, arguments):
         splatter.SetLensModeToPinhole()
     splatter.SetLensCells(arguments.reference or arguments.lens_cells)
     splatter.SetLensPinholes(arguments.reference is not None)
-    splatter.SetLensSectors(arguments.lens_sectors)
     splatter.SetDeepSamples(arguments.deep)
     splatter.SetLinearLight(arguments.linear_light)
     splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))

@@ -45,8 +45,7 @@ class RunStatistics:
                          "hidden": splatter.GetNumberOfHiddenSurfels(),
                          "hidden_pairs": splatter.GetNumberOfHiddenPairs()}
         self._lens = {"cells": splatter.GetLensCells(),
-                      "pinholes": bool(splatter.GetLensPinholes()),
-                      "sectors": bool(splatter.GetLensSectors())}
+                      "pinholes": bool(splatter.GetLensPinholes())}
         self._invalid["surfels"] = splatter.GetNumberOfInvalidSurfels()
 
     def _frame_medians(self):
