@@ -292,10 +292,17 @@ struct FragmentCoverage
   float Full;   ///< coverage at which its layer is full (LensVisibility.h)
 };
 
-/// Adds a splat to the sums of open layers, but for its colours; returns the weight that these have.
+/// What of a fragment's coverage its layer has room for.
+struct AddedCoverage
+{
+  Lanes Weight;
+  Lanes Visible; ///< weight of its colour in the layer's sums
+};
+
+/// Adds a splat to the sums of open layers, but for its colours.
 /// @param u where it passes the lens; unused without OnLens
 template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes AddCoverage(
+SURFELSPLATTING_INLINE AddedCoverage AddCoverage(
   PixelTile& tile, int block, const FragmentCoverage& f, const LensPoints& u)
 {
   OpenLayers& open = tile.Open[block];
@@ -333,7 +340,7 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(
       AddTo(lens.SeenY, visible * u.Y);
     }
   }
-  return visible;
+  return { weight, visible };
 }
 }
 }

@@ -60,9 +60,8 @@ SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const WeightedColors& c)
 }
 
 /// Adds what a coarse grid's cell needs besides (Tent.h).
-/// @param visible weights times opacity
-SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const FragmentCoverage& f,
-  const Lanes& visible, const WeightedColors& c, const LensPoints& u, float halfRange)
+SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const AddedCoverage& added,
+  const Lanes& depth, const WeightedColors& c, const LensPoints& u, float halfRange)
 {
   AddTo(coarse.RedX, c.Red * u.X);
   AddTo(coarse.RedY, c.Red * u.Y);
@@ -70,12 +69,13 @@ SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const FragmentCovera
   AddTo(coarse.GreenY, c.Green * u.Y);
   AddTo(coarse.BlueX, c.Blue * u.X);
   AddTo(coarse.BlueY, c.Blue * u.Y);
-  AddTo(coarse.XX, visible * u.X * u.X);
-  AddTo(coarse.XY, visible * u.X * u.Y);
-  AddTo(coarse.YY, visible * u.Y * u.Y);
-  const Lanes z = f.Depth - Lanes::Load(coarse.Near);
-  AddTo(coarse.SquaredDepth, f.Weight * z * z);
-  AddTo(coarse.HalfRange, f.Weight * halfRange);
+  AddTo(coarse.XX, added.Visible * u.X * u.X);
+  AddTo(coarse.XY, added.Visible * u.X * u.Y);
+  AddTo(coarse.YY, added.Visible * u.Y * u.Y);
+  // Layers that are empty have no near depth yet.
+  const Lanes z = Select(added.Weight > 0.0f, depth - Lanes::Load(coarse.Near), 0.0f);
+  AddTo(coarse.SquaredDepth, added.Weight * z * z);
+  AddTo(coarse.HalfRange, added.Weight * halfRange);
 }
 
 /// Adds a splat to a block; returns the lanes that it covers.
@@ -116,7 +116,8 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   // Lanes outside may hold anything, so that nothing of them may be multiplied by 0.
   const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
   const FragmentCoverage f{ Select(inside, s.Weight * kernel, 0.0f), s.Opacity, depth, full };
-  const Lanes visible = AddCoverage<OnLens>(tile, block, f, u);
+  const AddedCoverage added = AddCoverage<OnLens>(tile, block, f, u);
+  const Lanes& visible = added.Visible;
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (HasGradient)
   {
@@ -129,7 +130,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   AddColors(open, c);
   if (Pass == RasterPass::Collect)
   {
-    AddCoarse(tile.Coarse[block], f, visible, c, u, 0.5f * (s.Far - s.Near));
+    AddCoarse(tile.Coarse[block], added, depth, c, u, 0.5f * (s.Far - s.Near));
   }
   return bits;
 }
@@ -240,15 +241,15 @@ SURFELSPLATTING_INLINE void AddTentToBlock(
   const FinishedLayers& done = tile.Finished[block];
   const LensPoints u{ s.PointX, s.PointY };
   // A tent may be as heavy as a layer: what has no room is cut off.
-  const Lanes before = Lanes::Load(open.Weight);
-  const Lanes fill = before + LinearPart(lens.FillX, lens.FillY, u);
+  const Lanes fill = Lanes::Load(open.Weight) + LinearPart(lens.FillX, lens.FillY, u);
   const Lanes room = Larger(FullThroughLens - fill, 0.0f);
-  const Lanes visible =
+  const AddedCoverage added =
     AddCoverage<true>(tile, block, { Smaller(weight, room), s.Opacity, s.Depth, FullThroughLens }, u);
+  const Lanes& visible = added.Visible;
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (IsTilted(tile, block))
   {
-    const Lanes opaque = (4.0f * s.Opacity) * (Lanes::Load(open.Weight) - before);
+    const Lanes opaque = (4.0f * s.Opacity) * added.Weight;
     const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
     c.Red += x * s.RedX + y * s.RedY;
     c.Green += x * s.GreenX + y * s.GreenY;
