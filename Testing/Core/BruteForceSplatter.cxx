@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BruteForceSplatter.h"
 
+#include "ReferenceLayers.h"
 #include "TestScene.h"
 
 #include <algorithm>
@@ -63,20 +64,21 @@ struct CameraSurfel
 struct ReferenceSplat
 {
   double X, Y, Weight;
-  double Exponent;      ///< of (1 - q/2c)^n; negative: exp(-q/2)
+  double Exponent;      ///< of Pearson's kernel; negative: a Gaussian
+  double Steepness;     ///< kappa q0 of the smooth kernel; 0: (1 - q/2c)^3 or the Gaussian
   double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2]; ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
-  double Point = 0, TiltX = 0, TiltY = 0; ///< of the lens, as in LensSectors.h
+  double PointX = 0, PointY = 0, PerPixel = 0; ///< of the lens, as in LensVisibility.h
   double Color[3], Opacity;
 };
 
 struct Fragment
 {
-  double Near, Far, Weight, Depth;
+  ReferenceFragment Values;
   double Error;      ///< of the weight, relative
   double DepthError; ///< world units
-  const ReferenceSplat* Splat;
+  double PointError; ///< of the point of the lens
 };
 
 CameraSurfel ToCamera(const View& view, const SurfelCloud& cloud, std::size_t i)
@@ -188,8 +190,7 @@ void ReferenceDepth(
 }
 
 /**
- * Exponent of the Pearson-II kernel for W and a disc of radius C, or -1 for a Gaussian: both have
- * the same Mardia's kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus
+ * Exponent of the Pearson-II kernel for W and a disc of radius C: both have the same Mardia's kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus
  * the disc's fourth cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1
  * W^-1. For Pearson II it is 8 - 8 / (n + 3).
  */
@@ -205,19 +206,88 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
     const int deltas = (i == j && k == l) + (i == k && j == l) + (i == l && j == k);
     excess -= squaredConfusion * squaredConfusion / 48.0 * deltas * inverse[i][j] * inverse[k][l];
   }
-  const double n = excess < 0.0 ? -8.0 / excess - 3.0 : 1e300;
-  if (n > 6.0)
+  return excess < 0.0 ? std::max(0.0, -8.0 / excess - 3.0) : 1e300;
+}
+
+/// The smooth kernel u^2 (3 - 2u), u = min(1, steepness t), at t = 1 - q/q0.
+double SmoothStep(double steepness, double t)
+{
+  const double u = std::min(1.0, steepness * t);
+  return u * u * (3.0 - 2.0 * u);
+}
+
+/// Integrals of the smooth kernel times q^k over q / q0 in [0, 1], k = 0, 1, 2, by Simpson's rule
+/// on its plateau and on its step.
+std::array<double, 3> SmoothIntegrals(double steepness)
+{
+  constexpr int Steps = 200;
+  std::array<double, 3> sums{};
+  const double plateau = std::max(0.0, 1.0 - 1.0 / steepness);
+  for (int part = 0; part < 2; ++part)
   {
-    return -1.0;
+    const double begin = part == 0 ? 0.0 : plateau, end = part == 0 ? plateau : 1.0;
+    for (int i = 0; i <= Steps; ++i)
+    {
+      const double q = begin + (end - begin) * i / Steps;
+      const double rule = i == 0 || i == Steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+      const double k = rule * (end - begin) / (3.0 * Steps) * SmoothStep(steepness, 1.0 - q);
+      sums[0] += k;
+      sums[1] += k * q;
+      sums[2] += k * q * q;
+    }
   }
-  // The nearest of the exponents that the raster has: up to halfway to the next.
-  const double exponents[] = { 0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0 };
-  int nearest = 0;
-  while (nearest < 6 && n >= 0.5 * (exponents[nearest] + exponents[nearest + 1]))
+  return sums;
+}
+
+/// The smooth kernel that has the kurtosis of Pearson's with this exponent, by bisection: mean of
+/// q^2 over squared mean of q. It falls from the parabola's, n = 2, to the disc's, n = 0.
+double SmoothSteepness(double n)
+{
+  const double wanted = 2.0 * (n + 2.0) / (n + 3.0);
+  double low = 1e-3, high = 2000.5; // the sharpest step that ResamplingKernel.h makes
+  for (int i = 0; i < 60; ++i)
   {
-    ++nearest;
+    const double middle = std::sqrt(low * high);
+    const std::array<double, 3> m = SmoothIntegrals(middle);
+    (m[2] * m[0] / (m[1] * m[1]) > wanted ? low : high) = middle;
   }
-  return exponents[nearest];
+  return high;
+}
+
+/// Weight at the centre and the unit of q, by the kernel's own integrals.
+void ReferenceKernel(double deposit, double det, double c, ReferenceSplat& splat)
+{
+  const double mass = 1.0 - std::exp(-c);
+  const double tau = 1.0 - c * std::exp(-c) / mass;
+  double scale = tau, volume = 2.0 * Pi * mass / tau; // the raster's q per q = x' W^-1 x
+  splat.Steepness = 0.0;
+  if (splat.Exponent >= 1.95)
+  {
+    // Whatever the exponent, n = 3: q0 = 2 (n + 2), mass pi q0 / (n + 1).
+    scale = 2.0 * c / 10.0;
+    volume = Pi * 10.0 / 4.0;
+  }
+  else if (splat.Exponent >= 0.0)
+  {
+    splat.Steepness = SmoothSteepness(splat.Exponent);
+    const std::array<double, 3> m = SmoothIntegrals(splat.Steepness);
+    const double q0 = 2.0 * m[0] / m[1]; // the mean of q is 2
+    scale = 2.0 * c / q0;
+    volume = Pi * q0 * m[0];
+  }
+  splat.Weight = deposit / (volume * std::sqrt(det));
+  splat.Inverse[0][0] = scale * splat.W[1][1] / det;
+  splat.Inverse[1][1] = scale * splat.W[0][0] / det;
+  splat.Inverse[0][1] = splat.Inverse[1][0] = -scale * splat.W[0][1] / det;
+}
+
+/// The kernel at the raster's q, 1 at its centre.
+double EvaluateKernel(const ReferenceSplat& s, double q, double cutoff)
+{
+  const double t = std::max(0.0, 1.0 - q / (2.0 * cutoff));
+  return s.Exponent < 0.0 ? std::exp(-0.5 * q)
+    : s.Steepness > 0.0   ? SmoothStep(s.Steepness, t)
+                          : t * t * t;
 }
 
 /// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
@@ -296,36 +366,22 @@ bool MakeReferenceSplat(
   w[1][1] += h + lensY;
   const double det = w[0][0] * w[1][1] - w[0][1] * w[1][0];
 
-  const double mass = 1.0 - std::exp(-c);
-  const double tau = 1.0 - c * std::exp(-c) / mass;
   const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  splat.Exponent = pearson ? ReferencePearsonExponent(w, cx * cy) : -1.0;
-  // Support of q = x' W^-1 x: q0 = 2 (n + 2), or 2 c / tau; scaled to 2 c in both.
-  const double n = splat.Exponent;
-  const double scale = n < 0.0 ? tau : 2.0 * c / (2.0 * (n + 2.0));
-  const double volume = n < 0.0 ? 2.0 * Pi * mass / tau : 2.0 * Pi * (n + 2.0) / (n + 1.0);
-  splat.Weight = deposit * ReferenceRippleCompensation(smooth, cosine) / (volume * std::sqrt(det));
-  splat.Inverse[0][0] = scale * w[1][1] / det;
-  splat.Inverse[1][1] = scale * w[0][0] / det;
-  splat.Inverse[0][1] = splat.Inverse[1][0] = -scale * w[0][1] / det;
+  splat.Exponent = pearson && confusion > 0.0 ? ReferencePearsonExponent(w, cx * cy) : -1.0;
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
+  ReferenceKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
   if (pearson && confusion > 0.0)
   {
-    const double shiftX = splat.X, shiftY = splat.Y;
+    const double x = splat.X, y = splat.Y;
     AddBlurOffset(context, s, splat);
-    if (context.Sectors)
-    {
-      // The offset is C times the mean lens point; weights take its place.
-      const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
-      splat.Point = sign * std::sqrt(cx * cy / det) / 4.0;
-      splat.TiltX = 4.0 * (splat.X - shiftX) / (sign * cx) * splat.Point;
-      splat.TiltY = 4.0 * (splat.Y - shiftY) / (sign * cy) * splat.Point;
-      splat.X = shiftX;
-      splat.Y = shiftY;
-    }
+    // The blur is centred C times the mean point of the lens from the surfel.
+    const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
+    splat.PointX = (splat.X - x) / (sign * cx);
+    splat.PointY = (splat.Y - y) / (sign * cy);
+    splat.PerPixel = sign * std::sqrt(cx * cy / det) / 4.0;
   }
   ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
@@ -366,36 +422,40 @@ double ErrorOfQ(const ReferenceSplat& s, double dx, double dy, double q)
   return 2.0 * std::abs(gx) * errorX + 2.0 * std::abs(gy) * errorY + 4.0 * Epsilon * q;
 }
 
-/// Factor of a fragment's weight in a sector of the lens, and its relative error; 1 without
-/// sectors.
-double SectorShare(const ReferenceSplat& s, const LensSector& sector, double dx, double dy,
-  double& error, bool& undecided)
+/// A splat's fragment at an offset, and what single precision may do to it.
+Fragment MakeFragment(
+  const ReferenceSplat& s, bool onLens, double cutoff, double dx, double dy, double q)
 {
-  error = 0.0;
-  if (sector.X == 0.0f)
-  {
-    return 1.0;
-  }
-  // Each factor is a sum about the tile's corner: four roundings of its largest term.
-  const double reach = std::abs(s.X) + std::abs(s.Y) + 64.0;
-  double share = 4.0;
-  for (const double along : { sector.X * s.Point * dx, sector.Y * s.Point * dy })
-  {
-    const double bound = 4.0 * Epsilon * (1.0 + std::abs(s.Point) * reach);
-    const double part = std::clamp(0.5 + along, 0.0, 1.0);
-    undecided = undecided || std::abs(0.5 + along) <= bound;
-    error += part > 0.0 ? bound / part : 0.0;
-    share *= part;
-  }
-  const double tilt = 1.0 + s.TiltX * dx + s.TiltY * dy;
-  const double bound = 4.0 * Epsilon * (1.0 + (std::abs(s.TiltX) + std::abs(s.TiltY)) * reach);
-  undecided = undecided || std::abs(tilt) <= bound;
-  error += tilt > 0.0 ? bound / tilt : 0.0;
-  return share * std::max(0.0, tilt);
+  Fragment f;
+  ReferenceFragment& v = f.Values;
+  // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, products and a colour one rounding
+  // each; t = 1 - q/2c one, and the kernel what the error of q does to it.
+  const double error = ErrorOfQ(s, dx, dy, q) + 4.0 * Epsilon * cutoff;
+  const double kernel = EvaluateKernel(s, q, cutoff);
+  const double change = EvaluateKernel(s, std::max(0.0, q - error), cutoff) -
+    EvaluateKernel(s, q + error, cutoff);
+  f.Error = change / std::max(kernel, 1e-300) + 8.0 * Epsilon +
+    (s.Exponent < 0.0 ? 2e-7 + 3.75e-8 * q : s.Steepness * Epsilon);
+  // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the largest
+  // term.
+  f.DepthError = 5.0 * Epsilon *
+    (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
+      std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
+  f.PointError = 4.0 * Epsilon * (0.25 + std::abs(s.PerPixel) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
+  v.Near = s.Near;
+  v.Far = s.Far;
+  v.Weight = s.Weight * kernel;
+  v.Opacity = s.Opacity;
+  v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
+  std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
+  v.OnLens = onLens;
+  v.U[0] = s.PointX + s.PerPixel * dx;
+  v.U[1] = s.PointY + s.PerPixel * dy;
+  return f;
 }
 
-std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats, double cutoff,
-  const LensSector& sector, double x, double y, bool& undecided)
+std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats, bool onLens,
+  double cutoff, double x, double y, bool& undecided)
 {
   std::vector<Fragment> fragments;
   for (const ReferenceSplat& s : splats)
@@ -403,127 +463,85 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
     const double dx = x - s.X, dy = y - s.Y;
     const double q =
       s.Inverse[0][0] * dx * dx + 2.0 * s.Inverse[0][1] * dx * dy + s.Inverse[1][1] * dy * dy;
-    const double error = ErrorOfQ(s, dx, dy, q);
-    undecided = undecided || std::abs(q - 2.0 * cutoff) <= error;
-    double shareError = 0.0;
-    const double share =
-      q < 2.0 * cutoff ? SectorShare(s, sector, dx, dy, shareError, undecided) : 0.0;
-    if (share > 0.0)
+    undecided = undecided || std::abs(q - 2.0 * cutoff) <= ErrorOfQ(s, dx, dy, q);
+    if (q < 2.0 * cutoff)
     {
-      // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one
-      // rounding each. A power of t = 1 - q/2c has n times t's own error, and up to four roundings.
-      const double t = 1.0 - q / (2.0 * cutoff), n = s.Exponent;
-      const double relative = n < 0.0
-        ? 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon
-        : n * (error / (2.0 * cutoff) + 2.0 * Epsilon) / t + 8.0 * Epsilon;
-      const double kernel = share * (n < 0.0 ? std::exp(-0.5 * q) : std::pow(t, n));
-      // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the
-      // largest term.
-      const double depthError = 5.0 * Epsilon *
-        (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
-          std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
-      fragments.push_back({ s.Near, s.Far, s.Weight * kernel,
-        s.Depth + s.DepthX * dx + s.DepthY * dy, relative + shareError, depthError, &s });
+      fragments.push_back(MakeFragment(s, onLens, cutoff, dx, dy, q));
     }
   }
   std::stable_sort(fragments.begin(), fragments.end(),
-    [](const Fragment& a, const Fragment& b) { return a.Near < b.Near; });
+    [](const Fragment& a, const Fragment& b) { return a.Values.Near < b.Values.Near; });
   return fragments;
 }
 
-struct ReferenceLayer
+ReferenceLayers Composite(
+  const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit)
 {
-  double Near = 0, Far = 0, Weight = 0, Opacity = 0, Color[3] = { 0, 0, 0 }, Depth = 0;
-  double Error = 0;      ///< sum of weights times their relative error
-  double DepthError = 0; ///< sum of weights times the error of their depths
-  int Count = 0;
-
-  void Add(const Fragment& f)
-  {
-    const double opaque = f.Weight * f.Splat->Opacity;
-    Near = Count == 0 ? f.Near : std::min(Near, f.Near);
-    Far = Count == 0 ? f.Far : std::max(Far, f.Far);
-    Weight += f.Weight;
-    Opacity += opaque;
-    for (int k = 0; k < 3; ++k)
-    {
-      Color[k] += opaque * f.Splat->Color[k];
-    }
-    Depth += f.Weight * f.Depth;
-    Error += f.Weight * f.Error;
-    DepthError += f.Weight * f.DepthError;
-    ++Count;
-  }
-};
-
-/// Unions of overlapping intervals, of fragments sorted by their near ends.
-std::vector<ReferenceLayer> MergeFragments(const std::vector<Fragment>& fragments, bool& undecided)
-{
-  std::vector<ReferenceLayer> layers;
+  ReferenceLayers layers(lens, limit);
   for (const Fragment& f : fragments)
   {
-    const bool first = layers.empty();
-    const double gap = first ? 0.0 : f.Near - layers.back().Far;
-    // Near and Far are rounded once each.
-    undecided =
-      undecided || (!first && std::abs(gap) <= 2.0 * Epsilon * (std::abs(f.Near) + 1e-30));
-    if (first || gap > 0.0)
-    {
-      layers.emplace_back();
-    }
-    layers.back().Add(f);
+    layers.Add(f.Values);
   }
+  layers.Finish();
   return layers;
 }
 
-Layer ToLayer(const ReferenceLayer& layer)
+/// Fragments as single precision may have them: each error somewhere within its bound.
+std::vector<Fragment> Perturb(const std::vector<Fragment>& fragments, Random& random)
 {
-  Layer l;
-  l.Near = static_cast<float>(layer.Near);
-  l.Far = static_cast<float>(layer.Far);
-  l.Weight = static_cast<float>(layer.Weight);
-  l.Opacity = static_cast<float>(layer.Opacity);
-  l.Red = static_cast<float>(layer.Color[0]);
-  l.Green = static_cast<float>(layer.Color[1]);
-  l.Blue = static_cast<float>(layer.Color[2]);
-  l.Depth = static_cast<float>(layer.Depth);
-  return l;
+  std::vector<Fragment> moved = fragments;
+  for (Fragment& f : moved)
+  {
+    ReferenceFragment& v = f.Values;
+    v.Weight *= 1.0 + random.Uniform(-f.Error, f.Error);
+    v.Depth += random.Uniform(-f.DepthError, f.DepthError);
+    v.Near *= 1.0 + random.Uniform(-Epsilon, Epsilon);
+    v.Far *= 1.0 + random.Uniform(-Epsilon, Epsilon);
+    v.U[0] += random.Uniform(-f.PointError, f.PointError);
+    v.U[1] += random.Uniform(-f.PointError, f.PointError);
+  }
+  return moved;
 }
 
-/// Front to back "over" with the depth limit; the running bounds of ReferencePixel.
-void Composite(const std::vector<ReferenceLayer>& layers, double limit, ReferencePixel& pixel)
+/**
+ * The bounds are measured, since what a layer leaks depends on all that came before: how far the
+ * pixel moves when its fragments are moved at random within their own bounds. Of several draws the
+ * largest, times four, since the worst case has all errors on one side; then the roundings of the
+ * sums, one for each fragment and eight for each leak. A decision that rounding may change (a
+ * layer behind the limit, a share of less than MinKeep, the median) shows as a jump.
+ */
+void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit,
+  Random& random, ReferencePixel& pixel)
 {
-  double transmittance = 1.0;
-  for (const ReferenceLayer& layer : layers)
+  constexpr int Draws = 6;
+  constexpr double Safety = 4.0, Jump = 1e-4;
+  double color = 0.0, depth = 0.0;
+  for (int i = 0; i < Draws; ++i)
   {
-    const double depth = layer.Depth / layer.Weight;
-    // A sum of n terms is off by n roundings at most; both sums of a quotient are.
-    const double relative = layer.Error / layer.Weight + (layer.Count + 4) * Epsilon;
-    const double depthBound = 2.0 * relative * std::abs(depth) + layer.DepthError / layer.Weight;
-    pixel.Undecided = pixel.Undecided || std::abs(depth - limit) <= depthBound;
-    if (!(depth <= limit))
-    {
-      continue;
-    }
-    const double share = transmittance / std::max(1.0, layer.Weight);
+    const ReferenceLayers moved = Composite(Perturb(fragments, random), lens, limit);
     for (int k = 0; k < 3; ++k)
     {
-      pixel.Color[k] += share * layer.Color[k];
+      color = std::max(color, std::abs(moved.Color[k] - pixel.Color[k]));
     }
-    const double after = std::max(0.0, transmittance - share * layer.Opacity);
-    // The layer's own terms carry 2 relative; all that lies behind it sees that error again in the
-    // transmittance.
-    pixel.ColorBound += 2.0 * 2.0 * relative * share * layer.Weight + Epsilon;
-    pixel.DepthUndecided = pixel.DepthUndecided || std::abs(after - 0.5) <= pixel.ColorBound;
-    if (transmittance > 0.5 && after <= 0.5)
-    {
-      pixel.Depth = depth;
-      pixel.DepthBound = depthBound;
-    }
-    transmittance = after;
+    color = std::max(color, std::abs(1.0 - moved.Through - pixel.Color[3]));
+    depth = std::max(depth, std::abs(moved.Depth - pixel.Depth));
+    pixel.DepthUndecided =
+      pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
   }
-  pixel.Color[3] = 1.0 - transmittance;
-  pixel.Layers = static_cast<int>(layers.size());
+  const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 8.0 * pixel.Layers);
+  pixel.ColorBound = Safety * color + roundings;
+  pixel.DepthBound = Safety * depth + roundings * std::abs(pixel.Depth);
+  pixel.Undecided = pixel.Undecided || color > Jump;
+  pixel.DepthUndecided = pixel.DepthUndecided || depth > Jump * (1.0 + std::abs(pixel.Depth));
+}
+
+/// The lens of LensVisibility.h, if there is one.
+ReferenceLens LensOf(const SplatContext& context)
+{
+  const bool has = context.Optics.Radius > 0.0 && !context.Camera.Parallel &&
+    context.Settings.Kernel == KernelType::PearsonII;
+  return has ? ReferenceLens{ context.Optics.Radius, context.Optics.FocalDistance }
+             : ReferenceLens{};
 }
 }
 
@@ -539,76 +557,28 @@ double ReferenceRippleCompensation(double smooth, double cosine)
   return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
-namespace
-{
-/// Adds one of the four sectors of a lens to their mean.
-void AddSector(const ReferencePixel& sector, ReferencePixel& mean)
-{
-  for (int k = 0; k < 4; ++k)
-  {
-    mean.Color[k] += sector.Color[k] / NumberOfSectors;
-  }
-  mean.ColorBound += sector.ColorBound / NumberOfSectors + Epsilon;
-  mean.Undecided = mean.Undecided || sector.Undecided;
-  mean.DepthUndecided = true; // which sector's it is
-  mean.Layers = std::max(mean.Layers, sector.Layers);
-}
-}
-
 std::vector<ReferencePixel> RenderByBruteForce(
   const SplatContext& context, const std::vector<SurfelCloud>& clouds, const float* occluderDepth)
 {
-  const bool sectors = context.Sectors && context.Optics.Radius > 0.0 && !context.Camera.Parallel &&
-    context.Settings.Kernel == KernelType::PearsonII;
   const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
+  const ReferenceLens lens = LensOf(context);
   const int width = context.Camera.Width, height = context.Camera.Height;
   std::vector<ReferencePixel> pixels(static_cast<std::size_t>(width) * height);
-  for (int y = 0; y < height; ++y)
+  Random random(3);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
   {
-    for (int x = 0; x < width; ++x)
-    {
-      const std::size_t index = static_cast<std::size_t>(y) * width + x;
-      ReferencePixel& pixel = pixels[index];
-      const double limit = occluderDepth ? static_cast<double>(occluderDepth[index]) : INFINITY;
-      for (int sector = 0; sector < (sectors ? NumberOfSectors : 1); ++sector)
-      {
-        ReferencePixel part;
-        const std::vector<Fragment> fragments = CollectFragments(splats, context.Settings.Cutoff,
-          sectors ? SectorOf(sector) : LensSector(), x + 0.5, y + 0.5, part.Undecided);
-        Composite(MergeFragments(fragments, part.Undecided), limit, part);
-        if (!sectors)
-        {
-          pixel = part;
-          break;
-        }
-        AddSector(part, pixel);
-      }
-    }
+    ReferencePixel& pixel = pixels[i];
+    const double limit = occluderDepth ? static_cast<double>(occluderDepth[i]) : INFINITY;
+    const auto x = static_cast<double>(i % width), y = static_cast<double>(i / width);
+    const std::vector<Fragment> fragments = CollectFragments(
+      splats, lens.Radius > 0.0, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
+    const ReferenceLayers layers = Composite(fragments, lens, limit);
+    std::copy(std::begin(layers.Color), std::end(layers.Color), pixel.Color);
+    pixel.Color[3] = 1.0 - layers.Through;
+    pixel.Depth = layers.Depth;
+    pixel.Layers = layers.Leaks;
+    SetBounds(fragments, lens, limit, random, pixel);
   }
   return pixels;
-}
-
-std::vector<std::vector<Layer>> LayersByBruteForce(
-  const SplatContext& context, const std::vector<SurfelCloud>& clouds)
-{
-  const std::vector<ReferenceSplat> splats = MakeReferenceSplats(context, clouds);
-  std::vector<std::vector<Layer>> result;
-  for (int y = 0; y < context.Camera.Height; ++y)
-  {
-    for (int x = 0; x < context.Camera.Width; ++x)
-    {
-      bool undecided = false;
-      const std::vector<ReferenceLayer> layers =
-        MergeFragments(CollectFragments(splats, context.Settings.Cutoff, LensSector(), x + 0.5,
-                         y + 0.5, undecided),
-          undecided);
-      result.emplace_back();
-      for (const ReferenceLayer& layer : layers)
-      {
-        result.back().push_back(ToLayer(layer));
-      }
-    }
-  }
-  return result;
 }
 }

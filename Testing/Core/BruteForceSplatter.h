@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The method in double precision without a shortcut: every pixel evaluates every surfel, keeps all
- * fragments, and merges their z-ranges by sorting. What the Splatter is compared with; shares no
- * code with it but the input structures and the light model.
+ * The method in double precision without a shortcut: every pixel evaluates every surfel, sorts all
+ * fragments by their near depth, and adds them one by one (ReferenceLayers.h). What the Splatter is
+ * compared with; shares no code with it but the input structures and the light model.
  *
- * Beside each pixel goes a bound on how far single precision may move it, from the rounding of a
- * splat's fields and of the raster's sums, and a mark where that rounding may change a decision:
- * whether the pixel lies inside a support, whether two z-ranges overlap, or whether a layer lies
- * behind the depth limit. There no bound holds.
+ * Beside each pixel goes a bound on how far single precision may move it, measured by moving its
+ * fragments by the rounding of a splat's fields and of the raster's sums, and a mark where that
+ * rounding may change a decision: whether the pixel lies inside a support, whether enough of a
+ * layer stays open, or whether a layer lies behind the depth limit. There no bound holds.
  */
 #pragma once
 
@@ -25,7 +25,7 @@ struct ReferencePixel
   double DepthBound = 0;
   bool Undecided = false;      ///< rounding may decide otherwise
   bool DepthUndecided = false; ///< rounding may move the median to another layer
-  int Layers = 0;
+  int Layers = 0;              ///< times that a layer leaked or ended
 };
 
 /// Variance in px^2 of the lens's Gaussian for a circle of confusion of radius c px, and the factor
@@ -37,8 +37,4 @@ double ReferenceRippleCompensation(double smooth, double cosine);
 /// Pixels row by row. @param occluderDepth as in Splatter::Render.
 std::vector<ReferencePixel> RenderByBruteForce(const SplatContext& context,
   const std::vector<SurfelCloud>& clouds, const float* occluderDepth = nullptr);
-
-/// Layers of every pixel, front to back, un-normalised, rounded to float at the end.
-std::vector<std::vector<Layer>> LayersByBruteForce(
-  const SplatContext& context, const std::vector<SurfelCloud>& clouds);
 }

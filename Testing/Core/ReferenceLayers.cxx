@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ReferenceLayers.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+double ReferenceLargestMoment(double mean)
+{
+  const double p = std::max(0.0, mean * (1.0 - mean));
+  return p / (1.0 + 0.355 * std::sqrt(p));
+}
+
+double ReferenceLargestCover(double centroid)
+{
+  double area = 1.0 - centroid;
+  area = std::max(0.01, 1.0 - centroid * (1.0 + 0.355 * std::sqrt(area * (1.0 - area))));
+  return std::max(0.01, 1.0 - centroid * (1.0 + 0.355 * std::sqrt(area * (1.0 - area))));
+}
+
+/// The layer's centroid without the excess over full coverage, from a dead zone of 0.02 on.
+double ReferenceLayers::LargestCover() const
+{
+  if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
+  {
+    return 1.0;
+  }
+  const double excess = std::max(0.0, this->Weight - 1.0);
+  const double moment = std::hypot(this->Fill[0], this->Fill[1]);
+  const double centroid =
+    std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
+  return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 1.0));
+}
+
+double ReferenceLayers::VisibleShare(double keep) const
+{
+  const double weight = keep * this->Weight, cover = this->LargestCover();
+  const double shrink = weight > cover ? cover / weight : 1.0;
+  const double alpha = shrink * keep * this->Opacity;
+  const double overlap = std::max(0.0, this->Through + alpha - 1.0);
+  return std::min({ std::max(shrink * keep * this->Seen, overlap), this->Through, alpha });
+}
+
+void ReferenceLayers::Add(const ReferenceFragment& f)
+{
+  if (this->Weight > 0.0 && f.Near > this->Far)
+  {
+    const double z = 0.5 * (f.Near + f.Far);
+    const double blur =
+      this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
+    const double band = std::max(blur + f.Far - f.Near, 1e-30);
+    const double keep = std::exp(-(f.Near - this->Far) / band);
+    this->Leak(keep > this->MinKeep ? keep : 0.0);
+  }
+  this->Far = std::max(this->Far, f.Far);
+  const double fill =
+    this->Weight + 4.0 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
+  const double full = f.OnLens ? 1.3 : 1.1;
+  double weight = f.IsTent ? std::min(f.Weight, std::max(0.0, full - fill)) : f.Weight;
+  weight *= std::clamp((full - fill) / 0.1, 0.0, 1.0);
+  const double linear =
+    this->Through + 4.0 * (this->ThroughU[0] * f.U[0] + this->ThroughU[1] * f.U[1]);
+  const double seen = f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
+  const double opaque = weight * f.Opacity;
+  this->Weight += weight;
+  this->Opacity += opaque;
+  this->DepthSum += weight * f.Depth;
+  this->Seen += opaque * seen;
+  for (int k = 0; k < 3; ++k)
+  {
+    this->SeenColor[k] += opaque *
+      (seen * f.Color[k] +
+        4.0 * (this->ThroughU[0] * f.ColorU[k][0] + this->ThroughU[1] * f.ColorU[k][1]));
+  }
+  for (int k = 0; k < 2 && f.OnLens; ++k)
+  {
+    this->Fill[k] += weight * f.U[k];
+    this->SeenU[k] += opaque *
+      (seen * f.U[k] +
+        4.0 * (this->ThroughU[0] * f.UU[0][k] + this->ThroughU[1] * f.UU[1][k]));
+  }
+}
+
+/// Adds the share of the open layer's sums to the finished ones.
+void ReferenceLayers::Composite(double share, double after)
+{
+  this->Last.Depth = this->DepthSum / this->Weight;
+  this->Last.Alpha = this->Through - after;
+  for (int k = 0; k < 3; ++k)
+  {
+    this->Last.Color[k] = share * std::max(0.0, this->SeenColor[k]);
+    this->Color[k] += this->Last.Color[k];
+  }
+  if (this->Through > 0.5 && after <= 0.5)
+  {
+    this->Depth = this->Last.Depth;
+  }
+  this->Through = after;
+  for (int k = 0; k < 2; ++k)
+  {
+    this->ThroughU[k] -= share * this->SeenU[k];
+  }
+  const double length = std::hypot(this->ThroughU[0], this->ThroughU[1]);
+  const double longest = ReferenceLargestMoment(after);
+  for (double& moment : this->ThroughU)
+  {
+    moment *= length > longest ? longest / length : 1.0;
+  }
+  this->Tilted = this->Tilted || length > 0.0;
+  ++this->Leaks;
+}
+
+void ReferenceLayers::Leak(double keep)
+{
+  if (this->Weight <= 0.0)
+  {
+    return;
+  }
+  double rest = 1.0;
+  if (this->DepthSum <= this->Limit * this->Weight)
+  {
+    const double all = this->VisibleShare(1.0), kept = this->VisibleShare(keep);
+    rest = this->Through > kept ? (this->Through - all) / (this->Through - kept) : 0.0;
+    const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;
+    this->Composite(std::max(0.0, share), rest * this->Through);
+  }
+  for (double* sum : { &this->Weight, &this->Opacity, &this->DepthSum, &this->Fill[0], &this->Fill[1] })
+  {
+    *sum *= keep;
+  }
+  for (double* sum : { &this->Seen, &this->SeenU[0], &this->SeenU[1], &this->SeenColor[0],
+         &this->SeenColor[1], &this->SeenColor[2] })
+  {
+    *sum *= keep * rest;
+  }
+}
+}

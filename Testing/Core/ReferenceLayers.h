@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The layers of one pixel in double precision, from the formulas of ABuffer.h and LensVisibility.h:
+ * fragments come by ascending near depth and each is weighted with T(u) at once. Nothing of the
+ * raster's code is used, nor its short cuts:
+ *
+ * - The raster ignores T's first moments in a block of 16 pixels while they change what is seen by
+ *   less than MinTilt = 1/512. It then takes the mean opacity of a layer for that of all of its
+ *   lens points.
+ * - It ends a layer of which less than MinKeep = 1/1024 would stay. This one is a parameter here,
+ *   since without it no comparison could be tighter than MinKeep.
+ */
+#pragma once
+
+namespace SurfelSplatting
+{
+/// The lens that makes bands and moments; no radius: none.
+struct ReferenceLens
+{
+  double Radius = 0.0, FocalDistance = 1.0; ///< world units
+};
+
+struct ReferenceFragment
+{
+  double Near = 0, Far = 0; ///< z-range of its splat
+  double Weight = 0, Opacity = 1, Depth = 0;
+  double Color[3] = { 0, 0, 0 };
+  double U[2] = { 0, 0 }; ///< point of the lens
+  bool OnLens = false;    ///< else U is not used
+  bool IsTent = false;    ///< has no more weight than there is room, and covariances:
+  double ColorU[3][2] = {};
+  double UU[2][2] = {};
+};
+
+/// A part of a layer that joined the finished ones.
+struct ReferenceLeak
+{
+  double Color[3], Alpha, Depth;
+};
+
+class ReferenceLayers
+{
+public:
+  explicit ReferenceLayers(const ReferenceLens& lens = {}, double limit = 1e300)
+    : Lens(lens)
+    , Limit(limit)
+  {
+  }
+
+  void Add(const ReferenceFragment& f);
+
+  /// Ends the open layer.
+  void Finish() { this->Leak(0.0); }
+
+  double MinKeep = 1.0 / 1024.0; ///< shares that are smaller do not stay
+
+  // The picture so far.
+  double Through = 1.0, ThroughU[2] = { 0, 0 };
+  double Color[3] = { 0, 0, 0 };
+  double Depth = 0.0; ///< median
+  ReferenceLeak Last{};
+  int Leaks = 0;       ///< times that something joined the finished layers
+  bool Tilted = false; ///< whether T has depended on u
+
+  // The open layer.
+  double Far = -1e300, Weight = 0, Opacity = 0, DepthSum = 0, Fill[2] = { 0, 0 };
+  double Seen = 0, SeenU[2] = { 0, 0 }, SeenColor[3] = { 0, 0, 0 };
+
+  /// Share of the lens through which the share keep of the open layer is seen.
+  double VisibleShare(double keep) const;
+
+private:
+  void Leak(double keep);
+  void Composite(double share, double after);
+  double LargestCover() const;
+
+  ReferenceLens Lens;
+  double Limit; // layers behind this depth are not seen
+};
+
+/// Of LensVisibility.h.
+double ReferenceLargestMoment(double mean);
+double ReferenceLargestCover(double centroid);
+}
