@@ -138,6 +138,11 @@ struct LayerLeak
   Real Through; ///< T' / T: what then shines through
 };
 
+/// A layer that leaves less than this share of the light behind it ends the more, the less it
+/// leaves: of an opaque one nothing stays. Else rounding would decide, where both T - v and T - v'
+/// are 0.
+constexpr float LeastLeft = 1.0f / 512.0f;
+
 /**
  * A layer does not end at once: the share keep of it stays open. The rest is composited so that the
  * picture, if nothing else came, is the same:
@@ -154,7 +159,10 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
 {
   const Real all = VisibleShare(through, layer, Real(1.0f));
   const Real kept = VisibleShare(through, layer, keep);
-  const Real rest = Smaller((through - all) / Larger(through - kept, Real(1e-12f)), Real(1.0f));
+  const Real left = through - all;
+  const Real stays =
+    Smaller(left / Larger(LeastLeft * through, Real(1e-30f)), Real(1.0f));
+  const Real rest = stays * Smaller(left / Larger(through - kept, Real(1e-12f)), Real(1.0f));
   return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)), rest };
 }
 }
