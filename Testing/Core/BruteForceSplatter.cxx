@@ -507,7 +507,7 @@ std::vector<Fragment> Perturb(const std::vector<Fragment>& fragments, Random& ra
  * The bounds are measured, since what a layer leaks depends on all that came before: how far the
  * pixel moves when its fragments are moved at random within their own bounds. Of several draws the
  * largest, times four, since the worst case has all errors on one side; then the roundings of the
- * sums, one for each fragment and eight for each leak. A decision that rounding may change (a
+ * sums, one for each fragment and sixteen for each leak. A decision that rounding may change (a
  * layer behind the limit, a share of less than MinKeep, the median) shows as a jump.
  */
 void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit,
@@ -528,7 +528,7 @@ void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens
     pixel.DepthUndecided =
       pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
   }
-  const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 8.0 * pixel.Layers);
+  const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 16.0 * pixel.Layers);
   pixel.ColorBound = Safety * color + roundings;
   pixel.DepthBound = Safety * depth + roundings * std::abs(pixel.Depth);
   pixel.Undecided = pixel.Undecided || color > Jump;

@@ -118,10 +118,12 @@ void ReferenceLayers::Leak(double keep)
     return;
   }
   double rest = 1.0;
-  if (this->DepthSum <= this->Limit * this->Weight)
+  if (this->DepthSum <= this->Limit * this->Weight && this->Through > 0.0)
   {
     const double all = this->VisibleShare(1.0), kept = this->VisibleShare(keep);
-    rest = this->Through > kept ? (this->Through - all) / (this->Through - kept) : 0.0;
+    const double left = this->Through - all;
+    rest = left > 0.0 ? std::min(1.0, left / std::max(this->Through - kept, 1e-300)) : 0.0;
+    rest *= std::min(1.0, 512.0 * left / this->Through); // nothing of an opaque layer stays
     const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;
     this->Composite(std::max(0.0, share), rest * this->Through);
   }

@@ -19,6 +19,7 @@ struct Scene
 {
   std::string Name;
   SplatContext Context;
+  bool Opaque = false; ///< all surfels are
   std::vector<TestCloud> Clouds;
   std::vector<float> OccluderDepth;
 
@@ -42,7 +43,8 @@ TestSurfel RandomSurfel(Random& random, double nearest, double farthest)
   s.SigmaU = random.Uniform(0.01, 0.2);
   s.SigmaV = random.Uniform(0.002, 0.2);
   s.Area = random.Uniform(0.5, 8.0) * s.SigmaU * s.SigmaV;
-  s.Opacity = static_cast<float>(random.Integer(0, 2) == 0 ? random.Uniform(0.0, 1.0) : 1.0);
+  const double opacity = random.Integer(0, 2) == 0 ? random.Uniform(0.0, 1.0) : 1.0;
+  s.Opacity = static_cast<float>(opacity);
   for (float& c : s.Color)
   {
     c = static_cast<float>(random.Uniform(0.0, 1.0));
@@ -67,6 +69,7 @@ Scene MakeScene(const std::string& name, int width, int height)
   Scene scene;
   scene.Name = name;
   scene.Context.CoarseGrids = false; // an approximation, see TestCoarseGrid
+  scene.Context.SkipHidden = false;  // may move a pixel by 1/512, and does here by 2e-5
   scene.Context.Camera = PinholeView(width, height, 0.8 * std::max(width, height));
   return scene;
 }
@@ -183,11 +186,27 @@ std::vector<Scene> MakeClouds(Random& random)
 
 struct Differences
 {
-  double Color = 0, Bound = 0, Depth = 0, DepthBound = 0;
+  double Color = 0, Squares = 0, Bound = 0, Depth = 0, DepthBound = 0;
   int Undecided = 0, DepthUndecided = 0, Layers = 0;
 };
 
-void ComparePixel(const ReferencePixel& pixel, const float* color, float depth, Differences& worst)
+/// What a pixel may be off by beyond its own bound. Where T depends on the point of the lens, two short
+/// cuts of the raster add to rounding (ReferenceLayers.h). Without translucent surfels only the
+/// threshold MinTilt = 1/512 is left, of which 1/20 was measured. With opacities drawn at random for
+/// each surfel, layers of one fragment here and two there, the mean opacity of a layer is 1/100 off.
+double ShortCut(const Scene& scene)
+{
+  const Lens& lens = scene.Context.Optics;
+  if (lens.Radius == 0.0 || scene.Context.Camera.Parallel ||
+    scene.Context.Settings.Kernel == KernelType::Gaussian)
+  {
+    return 0.0;
+  }
+  return scene.Opaque ? 1.0 / 512.0 : 0.02;
+}
+
+void ComparePixel(const ReferencePixel& pixel, double shortCut, const float* color, float depth,
+  Differences& worst)
 {
   worst.Layers = std::max(worst.Layers, pixel.Layers);
   if (pixel.Undecided)
@@ -197,11 +216,13 @@ void ComparePixel(const ReferencePixel& pixel, const float* color, float depth, 
   }
   for (int k = 0; k < 4; ++k)
   {
-    CHECK_NEAR(color[k], pixel.Color[k], pixel.ColorBound + 1e-7);
-    worst.Color = std::max(worst.Color, std::abs(color[k] - pixel.Color[k]));
+    const double off = std::abs(color[k] - pixel.Color[k]);
+    CHECK_NEAR(color[k], pixel.Color[k], pixel.ColorBound + shortCut + 1e-7);
+    worst.Color = std::max(worst.Color, off);
+    worst.Squares += off * off;
   }
   worst.Bound = std::max(worst.Bound, pixel.ColorBound);
-  if (pixel.DepthUndecided)
+  if (pixel.DepthUndecided || std::abs(pixel.Color[3] - 0.5) <= shortCut)
   {
     worst.DepthUndecided++;
     return;
@@ -217,23 +238,27 @@ void CompareScene(const Scene& scene)
   const float* limit = scene.OccluderDepth.empty() ? nullptr : scene.OccluderDepth.data();
   const Picture picture = RenderPicture(scene.Context, clouds, SerialExecutor(), limit);
   const std::vector<ReferencePixel> reference = RenderByBruteForce(scene.Context, clouds, limit);
+  const double shortCut = ShortCut(scene), size = static_cast<double>(reference.size());
   Differences worst;
   double alpha = 0.0;
   for (std::size_t i = 0; i < reference.size(); ++i)
   {
-    ComparePixel(reference[i], &picture.Color[4 * i], picture.Depth[i], worst);
+    ComparePixel(reference[i], shortCut, &picture.Color[4 * i], picture.Depth[i], worst);
     alpha += reference[i].Color[3];
   }
-  std::printf("%-38s colour %.1e (bound %.1e)  depth %.1e (%.1e)  undecided %d + %d of %zu, "
-              "<= %d layers, mean alpha %.2f\n",
-    scene.Name.c_str(), worst.Color, worst.Bound, worst.Depth, worst.DepthBound, worst.Undecided,
-    worst.DepthUndecided, reference.size(), worst.Layers, alpha / reference.size());
+  const double rms = std::sqrt(worst.Squares / (4.0 * size));
+  std::printf("%-38s colour %.1e, rms %.1e (bound %.1e)  depth %.1e (%.1e)  undecided %d + %d of "
+              "%zu, <= %d layers, mean alpha %.2f\n",
+    scene.Name.c_str(), worst.Color, rms, worst.Bound, worst.Depth, worst.DepthBound,
+    worst.Undecided, worst.DepthUndecided, reference.size(), worst.Layers, alpha / size);
 
   // The bounds of single pixels are worst cases; in fact rounding must stay below a thousandth of
   // an 8-bit step, and pixels that it may decide must be rare.
-  CHECK(worst.Color <= 0.001 / 255.0);
-  CHECK(worst.Undecided + worst.DepthUndecided <= 0.02 * static_cast<double>(reference.size()) + 1);
-  CHECK(alpha > 0.05 * static_cast<double>(reference.size())); // a scene that shows something
+  CHECK(rms <= (shortCut > 0.0 ? 0.05 * shortCut : 2e-7));
+  CHECK(worst.Color <= shortCut + 0.001 / 255.0);
+  CHECK(worst.Undecided <= 0.02 * size + 1);
+  CHECK(worst.Undecided + worst.DepthUndecided <= (shortCut > 0.0 ? 0.05 : 0.02) * size + 1);
+  CHECK(alpha > 0.05 * size); // a scene that shows something
 }
 }
 
@@ -245,8 +270,19 @@ TEST_CASE("Scenes")
   scenes.insert(scenes.end(), clouds.begin(), clouds.end());
   for (Scene& scene : scenes)
   {
-    CompareScene(scene);
-    scene.Context.Settings.Kernel = KernelType::PearsonII;
-    CompareScene(scene);
+    for (const bool opaque : { false, true })
+    {
+      scene.Opaque = opaque;
+      for (std::size_t i = 0; opaque && i < scene.Clouds.size(); ++i)
+      {
+        scene.Clouds[i].Opacity = 1.0;
+        std::fill(scene.Clouds[i].Opacities.begin(), scene.Clouds[i].Opacities.end(), 1.0f);
+      }
+      for (const KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
+      {
+        scene.Context.Settings.Kernel = kernel;
+        CompareScene(scene);
+      }
+    }
   }
 }
