@@ -292,7 +292,8 @@ double EvaluateKernel(const ReferenceSplat& s, double q, double cutoff)
 
 /// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
 /// points of the lens, weighted by the area that each of them sees (first moments of a linear
-/// weight over a disc), up to where the surfel is edge-on from the lens's border.
+/// weight over a disc), up to where the surfel is edge-on from the lens's border. Their mean is the
+/// splat's point of the lens.
 void AddBlurOffset(const SplatContext& context, const CameraSurfel& s, ReferenceSplat& splat)
 {
   const View& view = context.Camera;
@@ -309,6 +310,7 @@ void AddBlurOffset(const SplatContext& context, const CameraSurfel& s, Reference
   for (int k = 0; k < 2; ++k)
   {
     const double u = sign * mean * radius * s.Area[k] / std::hypot(s.Area[0], s.Area[1]);
+    (k == 0 ? splat.PointX : splat.PointY) = u / radius;
     // The ray from lens point u through p, where it meets the plane in focus.
     const double z = context.Optics.FocalDistance / p[2];
     const double shift = (u + (p[k] - u) * z) / context.Optics.FocalDistance - p[k] / p[2];
@@ -373,14 +375,10 @@ bool MakeReferenceSplat(
   ReferenceKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
-  if (pearson && confusion > 0.0)
+  if (pearson && context.Optics.Radius > 0.0 && !view.Parallel)
   {
-    const double x = splat.X, y = splat.Y;
     AddBlurOffset(context, s, splat);
-    // The blur is centred C times the mean point of the lens from the surfel.
     const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
-    splat.PointX = (splat.X - x) / (sign * cx);
-    splat.PointY = (splat.Y - y) / (sign * cy);
     splat.PerPixel = sign * std::sqrt(cx * cy / det) / 4.0;
   }
   ReferenceDepth(s, rows, w, splat);
@@ -555,6 +553,11 @@ double ReferenceLensVariance(double c, double cutoff)
 double ReferenceRippleCompensation(double smooth, double cosine)
 {
   return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
+}
+
+double ShortCutBound(const SplatContext& context, bool opaque)
+{
+  return LensOf(context).Radius == 0.0 ? 0.0 : opaque ? 1.0 / 512.0 : 0.02;
 }
 
 std::vector<ReferencePixel> RenderByBruteForce(

@@ -190,21 +190,6 @@ struct Differences
   int Undecided = 0, DepthUndecided = 0, Layers = 0;
 };
 
-/// What a pixel may be off by beyond its own bound. Where T depends on the point of the lens, two short
-/// cuts of the raster add to rounding (ReferenceLayers.h). Without translucent surfels only the
-/// threshold MinTilt = 1/512 is left, of which 1/20 was measured. With opacities drawn at random for
-/// each surfel, layers of one fragment here and two there, the mean opacity of a layer is 1/100 off.
-double ShortCut(const Scene& scene)
-{
-  const Lens& lens = scene.Context.Optics;
-  if (lens.Radius == 0.0 || scene.Context.Camera.Parallel ||
-    scene.Context.Settings.Kernel == KernelType::Gaussian)
-  {
-    return 0.0;
-  }
-  return scene.Opaque ? 1.0 / 512.0 : 0.02;
-}
-
 void ComparePixel(const ReferencePixel& pixel, double shortCut, const float* color, float depth,
   Differences& worst)
 {
@@ -238,7 +223,7 @@ void CompareScene(const Scene& scene)
   const float* limit = scene.OccluderDepth.empty() ? nullptr : scene.OccluderDepth.data();
   const Picture picture = RenderPicture(scene.Context, clouds, SerialExecutor(), limit);
   const std::vector<ReferencePixel> reference = RenderByBruteForce(scene.Context, clouds, limit);
-  const double shortCut = ShortCut(scene), size = static_cast<double>(reference.size());
+  const double shortCut = ShortCutBound(scene.Context, scene.Opaque), size = static_cast<double>(reference.size());
   Differences worst;
   double alpha = 0.0;
   for (std::size_t i = 0; i < reference.size(); ++i)

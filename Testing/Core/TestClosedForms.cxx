@@ -29,7 +29,7 @@ public:
     , Weight(Count.size(), 0.0)
   {
   }
-  void Receive(int x, int y, const Layer& layer, float) override
+  void Receive(int x, int y, const VisibleLayer& layer) override
   {
     const std::size_t i = static_cast<std::size_t>(y) * this->Width + x;
     this->Count[i]++;

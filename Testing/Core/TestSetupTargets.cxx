@@ -20,18 +20,18 @@ namespace
 /// Room for the splats of one call.
 struct Output
 {
-  explicit Output(std::size_t size, bool slopes)
+  explicit Output(std::size_t size, bool footprints)
     : Splats(size)
     , Boxes(size)
     , Nears(size)
-    , Slopes(size)
+    , Footprints(size)
     , GridLevels(size)
     , Gradients(size)
   {
     this->To.Splats = this->Splats.data();
     this->To.Boxes = this->Boxes.data();
     this->To.Nears = this->Nears.data();
-    this->To.Slopes = slopes ? this->Slopes.data() : nullptr;
+    this->To.Footprints = footprints ? this->Footprints.data() : nullptr;
     this->To.GridLevels = this->GridLevels.data();
     this->To.Gradients = this->Gradients.data();
     this->To.FirstGradient = 0;
@@ -40,7 +40,7 @@ struct Output
   std::vector<Splat> Splats;
   std::vector<PixelBox> Boxes;
   std::vector<float> Nears;
-  std::vector<LensSlope> Slopes;
+  std::vector<LensFootprint> Footprints;
   std::vector<unsigned char> GridLevels;
   std::vector<SplatGradient> Gradients;
   SplatOutput To{};
@@ -73,7 +73,7 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
 {
   SplatContext scalar = context;
   scalar.ScalarSetup = true;
-  Output expected(count, context.Sectors), actual(count, context.Sectors);
+  Output expected(count, context.HasLens()), actual(count, context.HasLens());
   SplatMaker maker;
   maker.Set(scalar, cloud);
   maker.Make(begin, count, level, expected.To);
@@ -103,9 +103,9 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     CHECK(actual.Nears[i] == actual.Splats[i].Near);
     CHECK(std::memcmp(&actual.Boxes[i], &expected.Boxes[i], sizeof(PixelBox)) == 0);
     CHECK(actual.GridLevels[i] == expected.GridLevels[i]);
-    if (context.Sectors)
+    if (context.HasLens())
     {
-      CheckFields(actual.Slopes[i], expected.Slopes[i], "slope");
+      CheckFields(actual.Footprints[i], expected.Footprints[i], "footprint");
     }
   }
 }
@@ -177,7 +177,6 @@ std::vector<SplatContext> Contexts()
     c.Optics.FocalDistance = 2.5;
     c.Settings.Kernel = i % 2 == 0 ? KernelType::PearsonII : KernelType::Gaussian;
     c.CoarseGrids = i / 8 % 2 == 0;
-    c.Sectors = i % 2 == 0 && i / 16 % 2 == 1;
     c.DepthBuffered = !c.CoarseGrids && i / 32 == 1;
     c.Lights = SomeLights();
     contexts.push_back(c);

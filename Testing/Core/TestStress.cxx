@@ -302,7 +302,7 @@ TEST_CASE("Far away")
   {
   public:
     int Layers[40 * 36] = {};
-    void Receive(int x, int y, const Layer&, float) override { ++this->Layers[y * 40 + x]; }
+    void Receive(int x, int y, const VisibleLayer&) override { ++this->Layers[y * 40 + x]; }
   } sink;
   const Picture picture = RenderPicture(context, { cloud.Get() }, SerialExecutor(), nullptr, &sink);
   CHECK(IsSane(picture));
