@@ -335,11 +335,11 @@ unsigned int HiddenFrom(
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
-  const Lanes after = through - VisibleShare(through, layer, Lanes(1.0f));
-  // Half of an open layer has leaked at least: T' < 2 after.
+  // Half of an open layer has leaked at least.
+  const Lanes after = through * Leak(through, layer, Lanes(0.5f)).Through;
   const LaneMask ended =
     Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
-  const Lanes rest = Select(ended, 2.0f * after, through);
+  const Lanes rest = Select(ended, after, through);
   return (Smaller(rest, through) <= MinTransmittance).ToBits();
 }
 
