@@ -473,9 +473,10 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
 }
 
 ReferenceLayers Composite(
-  const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit)
+  const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit, double nudge)
 {
   ReferenceLayers layers(lens, limit);
+  layers.Nudge = nudge;
   for (const Fragment& f : fragments)
   {
     layers.Add(f.Values);
@@ -516,7 +517,8 @@ void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens
   double color = 0.0, depth = 0.0;
   for (int i = 0; i < Draws; ++i)
   {
-    const ReferenceLayers moved = Composite(Perturb(fragments, random), lens, limit);
+    const ReferenceLayers moved = Composite(
+      Perturb(fragments, random), lens, limit, (i % 2 == 0 ? 8.0 : -8.0) * Epsilon);
     for (int k = 0; k < 3; ++k)
     {
       color = std::max(color, std::abs(moved.Color[k] - pixel.Color[k]));
@@ -575,7 +577,7 @@ std::vector<ReferencePixel> RenderByBruteForce(
     const auto x = static_cast<double>(i % width), y = static_cast<double>(i / width);
     const std::vector<Fragment> fragments = CollectFragments(
       splats, lens.Radius > 0.0, context.Settings.Cutoff, x + 0.5, y + 0.5, pixel.Undecided);
-    const ReferenceLayers layers = Composite(fragments, lens, limit);
+    const ReferenceLayers layers = Composite(fragments, lens, limit, 0.0);
     std::copy(std::begin(layers.Color), std::end(layers.Color), pixel.Color);
     pixel.Color[3] = 1.0 - layers.Through;
     pixel.Depth = layers.Depth;

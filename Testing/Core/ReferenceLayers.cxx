@@ -42,7 +42,7 @@ double ReferenceLayers::VisibleShare(double keep) const
   return std::min({ std::max(shrink * keep * this->Seen, overlap), this->Through, alpha });
 }
 
-void ReferenceLayers::Add(const ReferenceFragment& f)
+void ReferenceLayers::Prepare(const ReferenceFragment& f)
 {
   if (this->Weight > 0.0 && f.Near > this->Far)
   {
@@ -54,13 +54,28 @@ void ReferenceLayers::Add(const ReferenceFragment& f)
     this->Leak(keep > this->MinKeep ? keep : 0.0);
   }
   this->Far = std::max(this->Far, f.Far);
+}
+
+/// The moments of a layer that T was the same for, by its mean opacity.
+void ReferenceLayers::Tilt()
+{
+  for (int k = 0; k < 2 && this->Flat; ++k)
+  {
+    this->SeenU[k] = this->Weight > 0.0 ? this->Seen / this->Weight * this->Fill[k] : 0.0;
+  }
+  this->Flat = false;
+}
+
+void ReferenceLayers::Append(const ReferenceFragment& f)
+{
   const double fill =
     this->Weight + 4.0 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
   const double full = f.OnLens ? 1.3 : 1.1;
   double weight = f.IsTent ? std::min(f.Weight, std::max(0.0, full - fill)) : f.Weight;
   weight *= std::clamp((full - fill) / 0.1, 0.0, 1.0);
-  const double linear =
-    this->Through + 4.0 * (this->ThroughU[0] * f.U[0] + this->ThroughU[1] * f.U[1]);
+  const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
+    this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
+  const double linear = this->Through + tilt[0] * f.U[0] + tilt[1] * f.U[1];
   const double seen = f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
   const double opaque = weight * f.Opacity;
   this->Weight += weight;
@@ -70,15 +85,13 @@ void ReferenceLayers::Add(const ReferenceFragment& f)
   for (int k = 0; k < 3; ++k)
   {
     this->SeenColor[k] += opaque *
-      (seen * f.Color[k] +
-        4.0 * (this->ThroughU[0] * f.ColorU[k][0] + this->ThroughU[1] * f.ColorU[k][1]));
+      (seen * f.Color[k] + tilt[0] * f.ColorU[k][0] + tilt[1] * f.ColorU[k][1]);
   }
   for (int k = 0; k < 2 && f.OnLens; ++k)
   {
     this->Fill[k] += weight * f.U[k];
     this->SeenU[k] += opaque *
-      (seen * f.U[k] +
-        4.0 * (this->ThroughU[0] * f.UU[0][k] + this->ThroughU[1] * f.UU[1][k]));
+      (seen * f.U[k] + tilt[0] * f.UU[0][k] + tilt[1] * f.UU[1][k]);
   }
 }
 
@@ -117,11 +130,16 @@ void ReferenceLayers::Leak(double keep)
   {
     return;
   }
+  if (this->Flat)
+  {
+    this->Tilt();
+    this->Flat = true;
+  }
   double rest = 1.0;
   if (this->DepthSum <= this->Limit * this->Weight && this->Through > 0.0)
   {
     const double all = this->VisibleShare(1.0), kept = this->VisibleShare(keep);
-    const double left = this->Through - all;
+    const double left = std::max(0.0, this->Through - all + this->Nudge * this->Through);
     rest = left > 0.0 ? std::min(1.0, left / std::max(this->Through - kept, 1e-300)) : 0.0;
     rest *= std::min(1.0, 512.0 * left / this->Through); // nothing of an opaque layer stays
     const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;

@@ -6,7 +6,7 @@
  *
  * - The raster ignores T's first moments in a block of 16 pixels while they change what is seen by
  *   less than MinTilt = 1/512. It then takes the mean opacity of a layer for that of all of its
- *   lens points.
+ *   lens points. Flat makes a pixel do that, until Tilt.
  * - It ends a layer of which less than MinKeep = 1/1024 would stay. This one is a parameter here,
  *   since without it no comparison could be tighter than MinKeep.
  */
@@ -47,10 +47,27 @@ public:
   {
   }
 
-  void Add(const ReferenceFragment& f);
+  void Add(const ReferenceFragment& f)
+  {
+    this->Prepare(f);
+    this->Append(f);
+  }
+
+  /// The two parts of Add: what ends in front of the fragment leaks; it joins the open layer.
+  void Prepare(const ReferenceFragment& f);
+  void Append(const ReferenceFragment& f);
+
+  bool Flat = false; ///< whether T's first moments are ignored
+
+  /// Ends Flat.
+  void Tilt();
 
   /// Ends the open layer.
   void Finish() { this->Leak(0.0); }
+
+  /// Added to what a layer leaves of the light, as a share: for bounds on rounding, since T - v of a
+  /// layer that leaves little is a difference.
+  double Nudge = 0.0;
 
   double MinKeep = 1.0 / 1024.0; ///< shares that are smaller do not stay
 

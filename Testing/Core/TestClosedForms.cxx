@@ -26,19 +26,19 @@ public:
   explicit LayerCollector(const View& view)
     : Width(view.Width)
     , Count(static_cast<std::size_t>(view.Width) * view.Height, 0)
-    , Weight(Count.size(), 0.0)
+    , Covered(Count.size(), 0.0)
   {
   }
   void Receive(int x, int y, const VisibleLayer& layer) override
   {
     const std::size_t i = static_cast<std::size_t>(y) * this->Width + x;
     this->Count[i]++;
-    this->Weight[i] += layer.Weight;
+    this->Covered[i] += layer.Coverage;
   }
 
   int Width;
   std::vector<int> Count;
-  std::vector<double> Weight;
+  std::vector<double> Covered; ///< weight of opaque layers that are not full
 };
 
 double Confusion(const SplatContext& context, double z)
@@ -167,7 +167,7 @@ TEST_CASE("Mass")
     LayerCollector sink(context.Camera);
     RenderPicture(context, { cloud.Get() }, SerialExecutor(), nullptr, &sink);
     double sum = 0.0;
-    for (double w : sink.Weight)
+    for (double w : sink.Covered)
     {
       sum += w;
     }
