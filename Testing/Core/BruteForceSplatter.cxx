@@ -557,6 +557,24 @@ double ReferenceRippleCompensation(double smooth, double cosine)
   return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
+ReferenceBlurKernel::ReferenceBlurKernel(double exponent)
+{
+  ReferenceSplat unit;
+  unit.Exponent = exponent;
+  unit.W[0][0] = unit.W[1][1] = 1.0;
+  unit.W[0][1] = unit.W[1][0] = 0.0;
+  ReferenceKernel(1.0, 1.0, 0.5, unit); // the raster's q is q / q0
+  this->Reach = 1.0 / unit.Inverse[0][0];
+  this->Steepness = unit.Steepness;
+  this->Peak = unit.Weight;
+}
+
+double ReferenceBlurKernel::At(double q) const
+{
+  const double t = std::max(0.0, 1.0 - q / this->Reach);
+  return this->Peak * (this->Steepness > 0.0 ? SmoothStep(this->Steepness, t) : t * t * t);
+}
+
 double ShortCutBound(const SplatContext& context, bool opaque)
 {
   return LensOf(context).Radius == 0.0 ? 0.0 : opaque ? 1.0 / 512.0 : 0.02;

@@ -34,6 +34,21 @@ struct ReferencePixel
 double ReferenceLensVariance(double c, double cutoff);
 double ReferenceRippleCompensation(double smooth, double cosine);
 
+/// The kernel of a blurred splat with this Pearson exponent, at q = x' W^-1 x, for unit mass and det
+/// W = 1.
+class ReferenceBlurKernel
+{
+public:
+  explicit ReferenceBlurKernel(double exponent);
+  double At(double q) const;
+
+  double Reach; ///< q0: it is 0 from there on
+
+private:
+  double Steepness; // of the smooth kernel; 0: (1 - q/q0)^3
+  double Peak;
+};
+
 /// What a pixel may be off by beyond its bound for rounding. Where T depends on the point of the
 /// lens, two short cuts of the raster add to it (ReferenceLayers.h). Without translucent surfels
 /// only the threshold MinTilt = 1/512 is left, of which 1/20 was measured. With opacities drawn at

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Formulas of the set-up that the brute-force splatter does not have, against plain ones: the
- * paper's circumellipse, slopes over the lens, colour gradients of nodes, normals as colours.
+ * paper's circumellipse, points of the lens, colour gradients of nodes, normals as colours.
  */
 #include "Core/Splats/SetupFootprint.h"
 #include "Core/Splats/SplatMaker.h"
@@ -21,14 +21,14 @@ struct OneSplat
   Splat S;
   PixelBox Box;
   float Near;
-  LensSlope Slope;
+  LensFootprint Footprint{};
   unsigned char GridLevel;
   SplatGradient Gradient;
   bool IsVisible;
 
   OneSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t index, int level)
   {
-    SplatOutput output{ &this->S, &this->Box, &this->Near, context.Sectors ? &this->Slope : nullptr,
+    SplatOutput output{ &this->S, &this->Box, &this->Near, context.HasLens() ? &this->Footprint : nullptr,
       &this->GridLevel, &this->Gradient, 0 };
     SplatMaker maker;
     maker.Set(context, cloud);
@@ -109,11 +109,10 @@ TEST_CASE("Circumellipse")
   }
 }
 
-/// LensSectors.h: M = C / (4 sqrt(det W)), tilt = 4 m M for the mean m = R a_xy / (-4 a.p).
-TEST_CASE("Slopes over the lens")
+/// LensVisibility.h: M = C / (4 sqrt(det W)), and the mean m = R a_xy / (-4 a.p).
+TEST_CASE("Points of the lens")
 {
   SplatContext context = Context();
-  context.Sectors = true;
   Random random(5);
   for (int i = 0; i < 100; ++i)
   {
@@ -138,9 +137,9 @@ TEST_CASE("Slopes over the lens")
     const Matrix2 w =
       FootprintOnScreen(cloud.Get().Covariance(0), p, 300.0, 1.0 + 0.25 * confusion * confusion);
     const double point = confusion / (4.0 * std::sqrt(w.XX * w.YY - w.XY * w.XY));
-    CHECK_NEAR(splat.Slope.Point, point, 1e-6 * std::abs(point));
-    CHECK_NEAR(splat.Slope.TiltX, 4.0 * mean[0] * point, 1e-6 * std::abs(point));
-    CHECK_NEAR(splat.Slope.TiltY, 4.0 * mean[1] * point, 1e-6 * std::abs(point));
+    CHECK_NEAR(splat.Footprint.PerPixel, point, 1e-6 * std::abs(point));
+    CHECK_NEAR(splat.Footprint.MeanX, mean[0], 1e-6);
+    CHECK_NEAR(splat.Footprint.MeanY, mean[1], 1e-6);
   }
 }
 
