@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Formulas of LensVisibility.h against integrals over the lens: segments of a disc, the regression
+ * of lens points, bounds, leaks, and what two occluders let through.
+ */
+#include "Core/Lens/LensVisibility.h"
+#include "ReferenceLayers.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr double Pi = 3.14159265358979324;
+
+/// Area and first moment, as means over the unit disc, of its segment x > t, by the midpoint rule in
+/// the angle.
+struct Segment
+{
+  double Area = 0.0, Moment = 0.0;
+
+  explicit Segment(double t)
+  {
+    constexpr int Steps = 20000;
+    const double angle = std::acos(std::clamp(t, -1.0, 1.0));
+    for (int i = 0; i < Steps; ++i)
+    {
+      const double a = angle * (i + 0.5) / Steps; // x = cos a, dx = sin a da, height 2 sin a
+      const double strip = 2.0 * std::sin(a) * std::sin(a) * angle / Steps / Pi;
+      this->Area += strip;
+      this->Moment += strip * std::cos(a);
+    }
+  }
+};
+
+TEST_CASE("Largest moment")
+{
+  double worst = 0.0;
+  for (int i = 1; i < 400; ++i)
+  {
+    const Segment s(1.0 - 0.005 * i);
+    worst = std::max(worst, std::abs(LargestMoment(s.Area) / s.Moment - 1.0));
+    CHECK_NEAR(LargestMoment(s.Area), ReferenceLargestMoment(s.Area), 1e-12);
+  }
+  std::printf("LargestMoment: off by %.2f %%\n", 100.0 * worst);
+  CHECK(worst < 0.005);
+  for (const double mean : { 0.0, 1.0 })
+  {
+    CHECK_NEAR(LargestMoment(mean), 0.0, 0.0);
+  }
+  CHECK(LargestMoment(1.0 + 1e-7) == 0.0); // rounding
+  CHECK(LargestMoment(-1e-7) == 0.0);
+}
+
+/// The centroid of a segment is its moment by its area.
+TEST_CASE("Largest cover")
+{
+  double worst = 0.0, least = 1.0, worstThin = 0.0, last = 1.0;
+  for (int i = 1; i < 400; ++i)
+  {
+    const Segment s(-1.0 + 0.005 * i);
+    const double c = s.Moment / s.Area, cover = LargestCover(c);
+    const double off = cover - s.Area;
+    (s.Area > 0.05 ? worst : worstThin) = std::max(s.Area > 0.05 ? worst : worstThin, std::abs(off));
+    least = std::min(least, off);
+    CHECK(cover <= last); // the farther off, the less
+    CHECK(cover >= 0.01);
+    CHECK_NEAR(cover, ReferenceLargestCover(c), 1e-12);
+    last = cover;
+  }
+  std::printf("LargestCover: off by %.4f at most, by %.4f below an area of 0.05; lowest by %.4f\n",
+    worst, worstThin, least);
+  CHECK(LargestCover(0.0) == 1.0);
+  CHECK(LargestCover(1.0) == 0.01);
+}
+
+/// u on the offset d, for a disc of radius C convolved with a Gaussian: the regression's slope is
+/// cov(u, d) / var(d), along both axes of the footprint in the mean.
+TEST_CASE("Points of the lens")
+{
+  Random random(3);
+  for (int i = 0; i < 12; ++i)
+  {
+    const double confusion = random.Uniform(0.5, 12.0) * (i % 2 == 0 ? 1.0 : -1.0);
+    const double sigma[] = { random.Uniform(0.3, 2.0), random.Uniform(0.3, 2.0) };
+    double products[2] = {}, squares[2] = {};
+    constexpr int Samples = 400000;
+    for (int k = 0; k < Samples; ++k)
+    {
+      const double r = std::sqrt(random.Uniform(0.0, 1.0)), a = random.Uniform(0.0, 2.0 * Pi);
+      const double g = std::sqrt(-2.0 * std::log(random.Uniform(1e-300, 1.0)));
+      const double b = random.Uniform(0.0, 2.0 * Pi);
+      const double u[] = { r * std::cos(a), r * std::sin(a) };
+      const double d[] = { confusion * u[0] + sigma[0] * g * std::cos(b),
+        confusion * u[1] + sigma[1] * g * std::sin(b) };
+      for (int axis = 0; axis < 2; ++axis)
+      {
+        products[axis] += u[axis] * d[axis];
+        squares[axis] += d[axis] * d[axis];
+      }
+    }
+    const double slope[] = { products[0] / squares[0], products[1] / squares[1] };
+    const double xx = 0.25 * confusion * confusion + sigma[0] * sigma[0];
+    const double yy = 0.25 * confusion * confusion + sigma[1] * sigma[1];
+    const double m = confusion / (4.0 * std::sqrt(xx * yy));
+    // M is one number for both axes, their geometric mean. 400000 samples: 1 / sqrt(400000) of the
+    // spread of each slope, about 0.5 %.
+    CHECK_NEAR(std::sqrt(slope[0] * slope[1]) / std::abs(m), 1.0, 0.01);
+    CHECK((slope[0] > 0.0) == (m > 0.0));
+    const double isotropic = confusion / (4.0 * xx);
+    CHECK_NEAR(slope[0] / isotropic, 1.0, 0.01);
+  }
+}
+
+LayerCoverage<double> RandomCoverage(Random& random, double through)
+{
+  LayerCoverage<double> layer;
+  layer.Weight = random.Integer(0, 4) == 0 ? 1.0 : std::pow(10.0, random.Uniform(-3.0, 0.5));
+  layer.Opacity = layer.Weight * (random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.0, 1.0));
+  layer.Seen = layer.Opacity * random.Uniform(0.02 * through, 1.0);
+  layer.Largest = random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.01, 1.0);
+  return layer;
+}
+
+/// Frechet: at least the overlap that cannot be avoided, at most the smaller one of both.
+TEST_CASE("Visible share")
+{
+  Random random(4);
+  for (int i = 0; i < 100000; ++i)
+  {
+    const double through = random.Integer(0, 3) == 0 ? 1.0 : random.Uniform(0.0, 1.0);
+    const LayerCoverage<double> layer = RandomCoverage(random, through);
+    const double keep = random.Uniform(0.0, 1.0);
+    const double v = VisibleShare(through, layer, keep);
+    const double cover = std::min(keep * layer.Weight, layer.Largest);
+    const double alpha = layer.Weight > 0.0 ? cover * layer.Opacity / layer.Weight : 0.0;
+    CHECK(v >= 0.0);
+    CHECK(v >= std::min(through + alpha - 1.0, std::min(through, alpha)) - 1e-12);
+    CHECK(v <= std::min(through, alpha) + 1e-12);
+    CHECK(VisibleShare(through, layer, 0.0) == 0.0);
+    CHECK(VisibleShare(through, layer, 0.5 * keep) <= v + 1e-12); // less of it covers no more
+    // Independent of the point of the lens: the product.
+    LayerCoverage<double> plain = layer;
+    plain.Seen = through * layer.Opacity;
+    CHECK_NEAR(VisibleShare(through, plain, keep), through * alpha, 1e-12);
+  }
+}
+
+/// T' - v' = T - v, where the light that is left is not less than LeastLeft.
+TEST_CASE("Leak keeps the picture")
+{
+  Random random(5);
+  long exact = 0;
+  for (int i = 0; i < 100000; ++i)
+  {
+    const double through = random.Integer(0, 3) == 0 ? 1.0 : random.Uniform(0.01, 1.0);
+    const LayerCoverage<double> layer = RandomCoverage(random, through);
+    const double keep = random.Integer(0, 3) == 0 ? 0.0 : random.Uniform(0.0, 1.0);
+    const LayerLeak<double> leak = Leak(through, layer, keep);
+    const double all = VisibleShare(through, layer, 1.0), kept = VisibleShare(through, layer, keep);
+    const double left = through - all;
+    CHECK(leak.Through >= 0.0);
+    CHECK(leak.Through <= 1.0);
+    CHECK(leak.Share >= 0.0);
+    const double after = leak.Through * through - leak.Through * kept;
+    if (left >= LeastLeft * through)
+    {
+      ++exact;
+      CHECK_NEAR(after, left, 1e-12);
+      // The sums that were composited and those that stay add up to all that is visible.
+      CHECK_NEAR(leak.Share * layer.Seen + leak.Through * kept, all, 1e-10);
+    }
+    CHECK(after <= left + 1e-12);
+    CHECK(left - after <= 0.25 * LeastLeft * through + 1e-12); // what LeastLeft costs at most
+    if (keep == 0.0)
+    {
+      CHECK_NEAR(leak.Share * layer.Seen, all, 1e-10);
+    }
+  }
+  CHECK(exact > 50000);
+}
+
+/// Nothing that comes in makes NaN: zeros, denormals, the largest.
+TEST_CASE("Extremes")
+{
+  const float values[] = { 0.0f, 1e-45f, 1e-38f, 1e-20f, 1e-7f, 0.5f, 1.0f, 1.0000001f, 1e6f, 1e12f,
+    4e21f };
+  const double shares[] = { 0.0, 1e-30, 1e-3, 0.5, 1.0 };
+  for (const float weight : values)
+  {
+    for (const float moment : values)
+    {
+      if (weight > 0.0f)
+      {
+        const double cover = LargestCoverOfLayer<double>(weight, moment);
+        CHECK(cover >= 0.01); // and not NaN
+        CHECK(cover <= 1.0);
+        CHECK(cover == LargestCoverOfLayer<double>(weight, moment));
+      }
+      for (const double through : shares)
+      {
+        for (const double keep : { 0.0, 1e-3, 0.5, 0.999 })
+        {
+          const LayerCoverage<double> layer{ weight, weight, std::min(moment, weight), 0.5 };
+          const LayerLeak<double> leak = Leak(through, layer, keep);
+          CHECK(leak.Through >= 0.0);
+          CHECK(leak.Through <= 1.0);
+          CHECK(leak.Share >= 0.0);
+          CHECK(std::isfinite(leak.Share));
+        }
+      }
+    }
+  }
+  for (const double f : { -1e30, -1.0, 0.0, 1.0, 1.15, 1e30 })
+  {
+    const double room = RoomInLayer(f, FullInFocus);
+    CHECK(room >= 0.0);
+    CHECK(room <= 1.0);
+    CHECK((room == 1.0) == (f < 1.01));
+    CHECK(LimitSeen(f, 0.5) >= 0.5 * LeastSeen);
+    CHECK(LimitSeen(f, 0.5) <= 1.0);
+  }
+}
+
+/// A surfel far off at the point of the lens, by fragments over one half of it or all of it.
+/// @param side -1, 1: through the half at negative or positive x; 0: all
+void AddOccluder(ReferenceLayers& layers, double z, int side, double color)
+{
+  constexpr int Steps = 20;
+  for (int i = 0; i < Steps; ++i)
+  {
+    for (int j = 0; j < Steps; ++j)
+    {
+      ReferenceFragment f;
+      f.U[0] = -1.0 + (2.0 * i + 1.0) / Steps;
+      f.U[1] = -1.0 + (2.0 * j + 1.0) / Steps;
+      if (std::hypot(f.U[0], f.U[1]) > 1.0 || f.U[0] * side < 0.0)
+      {
+        continue;
+      }
+      f.Near = f.Far = f.Depth = z;
+      f.Weight = 4.0 / (Steps * Steps * Pi);
+      f.Color[0] = color;
+      f.OnLens = true;
+      layers.Add(f);
+    }
+  }
+}
+
+/// What passes two occluders that cover half of the lens each: truly 1/2 and 0; were they
+/// independent, 1/4. The linear reconstruction of T behind the first is 1/2 + 4 t1 x, t1 = 2 / (3
+/// pi): from 1/2 - 0.85 to 1/2 + 0.85, cut to [0.01, 1].
+TEST_CASE("Two occluders")
+{
+  const ReferenceLens lens{ 1.0, 1000.0 };
+  for (const int second : { -1, 1 })
+  {
+    ReferenceLayers layers(lens);
+    AddOccluder(layers, 1.0, -1, 0.0);
+    AddOccluder(layers, 50.0, second, 0.0);
+    layers.Finish();
+    std::printf("%s halves: %.3f of the light passes\n", second < 0 ? "equal" : "opposite",
+      layers.Through);
+    CHECK(layers.Through >= 0.0);
+    if (second < 0)
+    {
+      CHECK_NEAR(layers.Through, 0.5, 0.12);
+    }
+    else
+    {
+      CHECK_NEAR(layers.Through, 0.0, 0.12);
+    }
+  }
+}
+
+/// Behind a half that is covered, a wall with another colour on either side: that of the other half.
+TEST_CASE("Colour through a half")
+{
+  const ReferenceLens lens{ 1.0, 1000.0 };
+  ReferenceLayers layers(lens);
+  AddOccluder(layers, 1.0, -1, 0.0);
+  AddOccluder(layers, 50.0, -1, 1.0);
+  AddOccluder(layers, 50.0, 1, 0.0);
+  layers.Finish();
+  std::printf("%.3f of what is hidden is seen, of 0.25 if it were independent\n", layers.Color[0]);
+  CHECK(layers.Color[0] < 0.1);
+  CHECK_NEAR(layers.Through, 0.0, 0.02);
+}
+}
