@@ -46,7 +46,8 @@ SURFELSPLATTING_INLINE Real LargestMoment(const Real& mean)
 
 /**
  * Largest mean of a function with values in [0, 1] whose centroid is c away from the centre: the
- * area of a segment of the disc, from LargestMoment(a) = c a by two steps of a fixed point.
+ * area of a segment of the disc, from LargestMoment(a) = c a by two steps of a fixed point. It is up
+ * to 0.031 too large, where a segment has c = 0.9, and 0.001 too small.
  * @param c [0, 1], units of the lens's radius
  */
 template <class Real>

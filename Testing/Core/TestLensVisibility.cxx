@@ -45,7 +45,7 @@ TEST_CASE("Largest moment")
   {
     const Segment s(1.0 - 0.005 * i);
     worst = std::max(worst, std::abs(LargestMoment(s.Area) / s.Moment - 1.0));
-    CHECK_NEAR(LargestMoment(s.Area), ReferenceLargestMoment(s.Area), 1e-12);
+    CHECK_NEAR(LargestMoment(s.Area), ReferenceLargestMoment(s.Area), 1e-8);
   }
   std::printf("LargestMoment: off by %.2f %%\n", 100.0 * worst);
   CHECK(worst < 0.005);
@@ -69,14 +69,17 @@ TEST_CASE("Largest cover")
     (s.Area > 0.05 ? worst : worstThin) = std::max(s.Area > 0.05 ? worst : worstThin, std::abs(off));
     least = std::min(least, off);
     CHECK(cover <= last); // the farther off, the less
-    CHECK(cover >= 0.01);
-    CHECK_NEAR(cover, ReferenceLargestCover(c), 1e-12);
+    CHECK(cover >= 0.01f);
+    CHECK_NEAR(cover, ReferenceLargestCover(c), 1e-7);
     last = cover;
   }
   std::printf("LargestCover: off by %.4f at most, by %.4f below an area of 0.05; lowest by %.4f\n",
     worst, worstThin, least);
+CHECK(worst < 0.028);
+  CHECK(worstThin < 0.032);
+  CHECK(least > -0.002);
   CHECK(LargestCover(0.0) == 1.0);
-  CHECK(LargestCover(1.0) == 0.01);
+  CHECK(LargestCover(1.0) == 0.01f);
 }
 
 /// u on the offset d, for a disc of radius C convolved with a Gaussian: the regression's slope is
@@ -198,7 +201,7 @@ TEST_CASE("Extremes")
       if (weight > 0.0f)
       {
         const double cover = LargestCoverOfLayer<double>(weight, moment);
-        CHECK(cover >= 0.01); // and not NaN
+        CHECK(cover >= 0.01f); // and not NaN
         CHECK(cover <= 1.0);
         CHECK(cover == LargestCoverOfLayer<double>(weight, moment));
       }
@@ -254,7 +257,8 @@ void AddOccluder(ReferenceLayers& layers, double z, int side, double color)
 
 /// What passes two occluders that cover half of the lens each: truly 1/2 and 0; were they
 /// independent, 1/4. The linear reconstruction of T behind the first is 1/2 + 4 t1 x, t1 = 2 / (3
-/// pi): from 1/2 - 0.85 to 1/2 + 0.85, cut to [0.01, 1].
+/// pi): from 1/2 - 0.85 to 1/2 + 0.85, cut to [0.01, 1]. That leaves a tenth of the light wrong, which
+/// was measured with fragments spread over the halves.
 TEST_CASE("Two occluders")
 {
   const ReferenceLens lens{ 1.0, 1000.0 };
@@ -269,11 +273,11 @@ TEST_CASE("Two occluders")
     CHECK(layers.Through >= 0.0);
     if (second < 0)
     {
-      CHECK_NEAR(layers.Through, 0.5, 0.12);
+      CHECK_NEAR(layers.Through, 0.5, 0.11);
     }
     else
     {
-      CHECK_NEAR(layers.Through, 0.0, 0.12);
+      CHECK_NEAR(layers.Through, 0.0, 0.11);
     }
   }
 }

@@ -19,7 +19,7 @@ constexpr double Pi = 3.14159265358979324;
 ResamplingKernel KernelOf(
   KernelType type, const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
-  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion, false), w);
+  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion), w);
 }
 
 ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gaussian)
@@ -38,11 +38,27 @@ struct Moments
   double Mass = 0, XX = 0, YY = 0, XY = 0;
 };
 
+/// The kernel at q, as the raster evaluates it.
+double ValueAt(const ResamplingKernel& k, double q, double support)
+{
+  const double t = 1.0 - q / support;
+  if (k.Shape < 0.0)
+  {
+    return k.Peak * std::exp(-0.5 * q);
+  }
+  if (k.Shape < SmoothShape)
+  {
+    return k.Peak * std::pow(t, k.Shape);
+  }
+  const double u = std::min(1.0, (k.Shape - SmoothShape) * t);
+  return k.Peak * u * u * (3.0 - 2.0 * u);
+}
+
 /**
  * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy
  * = sqrt(q / B) sin(t), dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments,
- * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. A power (1 - q/Q)^n, n
- * a multiple of 1/4, is a polynomial of r, q = Q (1 - r^4).
+ * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. Pearson's and smooth
+ * kernels are polynomials of q, the latter with one at either side of its plateau's end.
  */
 Moments Integrate(const ResamplingKernel& k, double support)
 {
@@ -50,28 +66,23 @@ Moments Integrate(const ResamplingKernel& k, double support)
     0.906179845938664 };
   constexpr double Weights[5] = { 0.236926885056189, 0.478628670499366, 0.568888888888889,
     0.478628670499366, 0.236926885056189 };
-  // 20 panels more for powers of r up to 23: their error falls with the tenth power of that.
-  const int panels = static_cast<int>(std::ceil(2.0 * support)) + (k.Shape < 0.0 ? 0 : 20);
+  const double plateau =
+    k.Shape >= SmoothShape ? support * std::max(0.0, 1.0 - 1.0 / (k.Shape - SmoothShape)) : 0.0;
+  const int panels = k.Shape < 0.0 ? static_cast<int>(std::ceil(2.0 * support)) : 1;
   Moments m;
-  for (int i = 0; i < 5 * panels; ++i)
+  for (int i = 0; i < 10 * panels; ++i)
   {
-    double q = support / panels * (i / 5 + 0.5 + 0.5 * Nodes[i % 5]);
-    double dq = 0.5 * support / panels * Weights[i % 5];
-    if (k.Shape >= 0.0)
-    {
-      const double r = q / support;
-      dq *= 4.0 * r * r * r;
-      q = support * (1.0 - r * r * r * r);
-    }
+    const double begin = i < 5 * panels ? 0.0 : plateau, end = i < 5 * panels ? plateau : support;
+    const double panel = (end - begin) / panels;
+    const double q = begin + panel * (i / 5 % panels + 0.5 + 0.5 * Nodes[i % 5]);
+    const double dq = 0.5 * panel * Weights[i % 5];
     for (int j = 0; j < 8; ++j)
     {
       const double t = Pi * j / 4.0;
       const double dy = std::sqrt(q / k.B) * std::sin(t);
       const double dx = std::sqrt(q / k.A) * std::cos(t) - k.K * dy;
       const double u = dx + k.K * dy;
-      const double exponent = k.A * u * u + k.B * dy * dy;
-      const double value =
-        k.Peak * (k.Shape < 0.0 ? std::exp(-0.5 * exponent) : std::pow(1.0 - q / support, k.Shape));
+      const double value = ValueAt(k, k.A * u * u + k.B * dy * dy, support);
       const double share = value * dq * Pi / 4.0 / (2.0 * std::sqrt(k.A * k.B));
       m.Mass += share;
       m.XX += share * dx * dx;
@@ -158,30 +169,58 @@ TEST_CASE("Moments")
       CheckKernel(little, variance, cutoff, pearson);
     }
   }
-  CHECK(shapes.size() == 8); // all exponents, and the Gaussian
+  CHECK(shapes.count(PearsonShape) == 1);
+  CHECK(shapes.size() > 50); // smooth ones
+  CHECK(*std::max_element(shapes.begin(), shapes.end()) > SmoothShape + 1.0); // with a plateau
 }
 
-/// All blur: the uniform disc. None: the Gaussian. In between, the exponent grows with what is not
-/// blur.
+/// The kurtosis E[q^2] of a kernel, q = x' W^-1 x, by the midpoint rule.
+double Kurtosis(const ResamplingKernel& k, double support, double scale)
+{
+  constexpr int Steps = 20000;
+  double mass = 0.0, squares = 0.0;
+  for (int i = 0; i < Steps; ++i)
+  {
+    const double q = support * (i + 0.5) / Steps, value = ValueAt(k, q, support);
+    mass += value;
+    squares += value * q * q / (scale * scale);
+  }
+  return squares / mass;
+}
+
+/// All blur: the uniform disc, but for a step of 1/1000. None: the Gaussian. In between, smooth
+/// kernels have the kurtosis of the disc convolved with the splat, 8 (n + 2) / (n + 3), up to where
+/// the cubic one takes over.
 TEST_CASE("Pearson limits")
 {
   const TruncatedGaussian gaussian(2.5);
-  double last = 0.0;
-  for (double share : { 1.0, 0.98, 0.93, 0.85, 0.75, 0.67, 0.65, 0.6 })
+  double last = 1e300;
+  for (double share : { 1.0, 0.98, 0.93, 0.85, 0.8, 0.75, 0.67, 0.65, 0.6, 0.3 })
   {
     const double variance[2] = { 100.0, 100.0 };
+    const double squaredConfusion = 400.0 * share;
     const ResamplingKernel k =
-      PearsonKernel(Footprint({ 0, 0, 0 }, variance), 400.0 * share, gaussian);
-    CHECK(k.Shape >= last);
-    last = k.Shape;
+      PearsonKernel(Footprint({ 0, 0, 0 }, variance), squaredConfusion, gaussian);
+    const double n = 48.0 * 100.0 * 100.0 / (squaredConfusion * squaredConfusion) - 3.0;
+    CHECK((k.Shape == PearsonShape) == (n >= MaxSmoothExponent));
+    if (n >= MaxSmoothExponent)
+    {
+      CHECK(last > SmoothShape); // cubic from here on
+    }
+    else
+    {
+      CHECK(k.Shape < last); // softer and softer
+      const double scale = gaussian.Support() / (k.HalfWidth * k.HalfWidth / 100.0);
+      // A cell of the midpoint rule is 1/20000 of the support; the step at n = 0 is 1/1000 of it.
+      CHECK_NEAR(Kurtosis(k, gaussian.Support(), scale), 8.0 * (n + 2.0) / (n + 3.0), 1e-4);
+      last = k.Shape;
+    }
     if (share == 1.0)
     {
-      CHECK(k.Shape == 0.0);
-      CHECK_NEAR(k.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
-      CHECK_NEAR(k.HalfWidth, 20.0, 1e-12);          // C
+      CHECK_NEAR(k.Peak, 1.0 / (Pi * 400.0), 1e-6); // 1 / (pi C^2)
+      CHECK_NEAR(k.HalfWidth, 20.0, 0.005);         // C
     }
   }
-  CHECK(last == 4.0);
   const double variance[2] = { 1.0, 1.0 };
   CHECK(PearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
 }
