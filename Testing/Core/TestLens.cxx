@@ -210,9 +210,11 @@ double PlaneThroughLens(const SplatContext& context, double px, double py)
 
 /// A receding plane, far out of focus in front and behind: coverage and texture are the lens's. The
 /// blur's gradient along the picture is half of what puts its foreground at infinity.
-TEST_CASE("Receding plane")
+/// @param errors of the colour and of the coverage, with the paper's kernel and with Pearson's
+void RecedingPlane(bool coarseGrids, double (&errors)[2], double (&coverages)[2])
 {
   SplatContext context;
+  context.CoarseGrids = coarseGrids;
   context.Camera = PinholeView(96, 96, 96.0);
   context.Camera.Cy = 120.0; // looks down
   context.Optics = { 0.16, 3.0 };
@@ -233,7 +235,6 @@ TEST_CASE("Receding plane")
       cloud.Add(s);
     }
   }
-  double errors[2] = { 0, 0 }, coverages[2] = { 0, 0 };
   for (KernelType kernel : { KernelType::Gaussian, KernelType::PearsonII })
   {
     context.Settings.Kernel = kernel;
@@ -251,11 +252,24 @@ TEST_CASE("Receding plane")
       }
     }
   }
-  std::printf("receding plane: colour off by %.4f, coverage by %.4f; without offset %.4f, %.4f\n",
-    errors[1], coverages[1], errors[0], coverages[0]);
-  CHECK(errors[1] < 0.002);
-  CHECK(5.0 * errors[1] < errors[0]);
-  CHECK(coverages[1] < 0.025); // ripple's compensation, and the offset's second order
+}
+
+TEST_CASE("Receding plane")
+{
+  for (const bool coarseGrids : { false, true })
+  {
+    double errors[2] = { 0, 0 }, coverages[2] = { 0, 0 };
+    RecedingPlane(coarseGrids, errors, coverages);
+    std::printf("receding plane%s: colour off by %.4f, coverage by %.4f; without offset %.4f, "
+                "%.4f\n",
+      coarseGrids ? " on coarse grids" : "", errors[1], coverages[1], errors[0], coverages[0]);
+    CHECK(5.0 * errors[1] < errors[0]);
+    // Ripple's compensation, and the offset's second order. On coarse grids the z-ranges of tents
+    // are those of most of their cell's splats, so that along a receding plane one leaks before the
+    // next: 0.034 of the coverage is lost in one row of cells.
+    CHECK(errors[1] < (coarseGrids ? 0.0025 : 0.001));
+    CHECK(coverages[1] < (coarseGrids ? 0.035 : 0.004));
+  }
 }
 
 /// White where x is left of 0, or right of it.
@@ -301,8 +315,8 @@ TEST_CASE("Walls before the lens")
     CHECK_NEAR(LightBetweenWalls(KernelType::Gaussian, true, behind), 0.25, 0.03);
     CHECK_NEAR(LightBetweenWalls(KernelType::Gaussian, false, behind), 0.25, 0.03);
     // T is reconstructed linearly (TestLensVisibility).
-    CHECK(same > 0.32);
-    CHECK(opposite < 0.17);
+    CHECK(same > 0.35);
+    CHECK(opposite < 0.14);
   }
 }
 
