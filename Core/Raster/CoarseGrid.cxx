@@ -59,7 +59,7 @@ private:
     t.Depth = open.Depth[l] * inverse;
     const float mean = t.Depth - coarse.Near[l];
     const float variance = std::max(coarse.SquaredDepth[l] * inverse - mean * mean, 0.0f);
-    const float half = coarse.HalfRange[l] * inverse + std::sqrt(variance);
+    const float half = coarse.HalfRange[l] * inverse + 1.7320508f * std::sqrt(variance);
     t.Near = t.Depth - half;
     t.Far = t.Depth + half;
   }
