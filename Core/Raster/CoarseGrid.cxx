@@ -59,7 +59,10 @@ private:
     t.Depth = open.Depth[l] * inverse;
     const float mean = t.Depth - coarse.Near[l];
     const float variance = std::max(coarse.SquaredDepth[l] * inverse - mean * mean, 0.0f);
-    const float half = coarse.HalfRange[l] * inverse + 1.7320508f * std::sqrt(variance);
+    // The half length of an even range is sqrt(3) deviations. The mean is a quotient of float sums.
+    constexpr float perDeviation = 1.7320508f, rounding = 5e-7f;
+    const float half =
+      coarse.HalfRange[l] * inverse + perDeviation * std::sqrt(variance) + rounding * t.Depth;
     t.Near = t.Depth - half;
     t.Far = t.Depth + half;
   }
