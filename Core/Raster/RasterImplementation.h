@@ -41,8 +41,8 @@ SURFELSPLATTING_INLINE void AddDepths(
   OpenLayers& open, const SplatCopy& splat, const BlockPixels& d)
 {
   const Lanes far = Lanes::Load(open.Far);
-  Select(
-    d.Q < 0.35f * splat.Settings.Support, Smaller(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
+  Select(d.Q < 0.35f * splat.Settings.Support,
+    Smaller(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
     .Store(open.Far);
 }
 
@@ -225,8 +225,8 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
       }
       const Lanes u = u0 + static_cast<float>(i * BlockSize);
       const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
-      fragments += static_cast<std::uint64_t>(__builtin_popcount(
-        AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
+      fragments += static_cast<std::uint64_t>(
+        __builtin_popcount(AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
     }
   }
   return fragments;
@@ -243,8 +243,8 @@ SURFELSPLATTING_INLINE void AddTentToBlock(
   // A tent may be as heavy as a layer: what has no room is cut off.
   const Lanes fill = Lanes::Load(open.Weight) + LinearPart(lens.FillX, lens.FillY, u);
   const Lanes room = Larger(FullThroughLens - fill, 0.0f);
-  const AddedCoverage added =
-    AddCoverage<true>(tile, block, { Smaller(weight, room), s.Opacity, s.Depth, FullThroughLens }, u);
+  const AddedCoverage added = AddCoverage<true>(
+    tile, block, { Smaller(weight, room), s.Opacity, s.Depth, FullThroughLens }, u);
   const Lanes& visible = added.Visible;
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (IsTilted(tile, block))
@@ -337,8 +337,7 @@ unsigned int HiddenFrom(
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
   // Half of an open layer has leaked at least.
   const Lanes after = through * Leak(through, layer, Lanes(0.5f)).Through;
-  const LaneMask ended =
-    Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
+  const LaneMask ended = Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
   const Lanes rest = Select(ended, after, through);
   return (Smaller(rest, through) <= MinTransmittance).ToBits();
 }

@@ -282,17 +282,17 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// Writes where the batch's splats pass the lens (LensVisibility.h); all 0 in focus.
+/// Writes where the batch's splats pass the lens (LensVisibility.h); in focus, the means of their
+/// surfels.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteFootprints(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  const AperturePointOf<Real> mean =
-    MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
+  const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
   const FloatOf<Real> x = Narrow<Real>(mean.X), y = Narrow<Real>(mean.Y);
-  const FloatOf<Real> perPixel = Narrow<Real>(
-    0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
+  const FloatOf<Real> perPixel =
+    Narrow<Real>(0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
@@ -345,8 +345,8 @@ SURFELSPLATTING_INLINE void MakeBatch(
   {
     const LensBlur<Real> blur = Blur(job, index.Level, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
-    const ResamplingKernelOf<Real> kernel = MakeKernel(
-      ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
+    const ResamplingKernelOf<Real> kernel =
+      MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, blur, f.Cell, kernel);
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))

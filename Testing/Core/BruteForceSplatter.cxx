@@ -190,9 +190,10 @@ void ReferenceDepth(
 }
 
 /**
- * Exponent of the Pearson-II kernel for W and a disc of radius C: both have the same Mardia's kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus
- * the disc's fourth cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1
- * W^-1. For Pearson II it is 8 - 8 / (n + 3).
+ * Exponent of the Pearson-II kernel for W and a disc of radius C: both have the same Mardia's
+ * kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus the disc's fourth
+ * cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1 W^-1. For Pearson II
+ * it is 8 - 8 / (n + 3).
  */
 double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
 {
@@ -430,8 +431,8 @@ Fragment MakeFragment(
   // each; t = 1 - q/2c one, and the kernel what the error of q does to it.
   const double error = ErrorOfQ(s, dx, dy, q) + 4.0 * Epsilon * cutoff;
   const double kernel = EvaluateKernel(s, q, cutoff);
-  const double change = EvaluateKernel(s, std::max(0.0, q - error), cutoff) -
-    EvaluateKernel(s, q + error, cutoff);
+  const double change =
+    EvaluateKernel(s, std::max(0.0, q - error), cutoff) - EvaluateKernel(s, q + error, cutoff);
   f.Error = change / std::max(kernel, 1e-300) + 8.0 * Epsilon +
     (s.Exponent < 0.0 ? 2e-7 + 3.75e-8 * q : s.Steepness * Epsilon);
   // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the largest
@@ -439,7 +440,8 @@ Fragment MakeFragment(
   f.DepthError = 5.0 * Epsilon *
     (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
       std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
-  f.PointError = 4.0 * Epsilon * (0.25 + std::abs(s.PerPixel) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
+  f.PointError =
+    4.0 * Epsilon * (0.25 + std::abs(s.PerPixel) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
   v.Near = s.Near;
   v.Far = s.Far;
   v.Weight = s.Weight * kernel;
@@ -517,16 +519,15 @@ void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens
   double color = 0.0, depth = 0.0;
   for (int i = 0; i < Draws; ++i)
   {
-    const ReferenceLayers moved = Composite(
-      Perturb(fragments, random), lens, limit, (i % 2 == 0 ? 8.0 : -8.0) * Epsilon);
+    const ReferenceLayers moved =
+      Composite(Perturb(fragments, random), lens, limit, (i % 2 == 0 ? 8.0 : -8.0) * Epsilon);
     for (int k = 0; k < 3; ++k)
     {
       color = std::max(color, std::abs(moved.Color[k] - pixel.Color[k]));
     }
     color = std::max(color, std::abs(1.0 - moved.Through - pixel.Color[3]));
     depth = std::max(depth, std::abs(moved.Depth - pixel.Depth));
-    pixel.DepthUndecided =
-      pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
+    pixel.DepthUndecided = pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
   }
   const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 16.0 * pixel.Layers);
   pixel.ColorBound = Safety * color + roundings;

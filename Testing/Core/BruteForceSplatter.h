@@ -34,8 +34,8 @@ struct ReferencePixel
 double ReferenceLensVariance(double c, double cutoff);
 double ReferenceRippleCompensation(double smooth, double cosine);
 
-/// The kernel of a blurred splat with this Pearson exponent, at q = x' W^-1 x, for unit mass and det
-/// W = 1.
+/// The kernel of a blurred splat with this Pearson exponent, at q = x' W^-1 x, for unit mass and
+/// det W = 1.
 class ReferenceBlurKernel
 {
 public:

@@ -28,8 +28,7 @@ double ReferenceLayers::LargestCover() const
   }
   const double excess = std::max(0.0, this->Weight - 1.0);
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
-  const double centroid =
-    std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
+  const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
   return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 1.0));
 }
 
@@ -76,7 +75,8 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
   const double linear = this->Through + tilt[0] * f.U[0] + tilt[1] * f.U[1];
-  const double seen = f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
+  const double seen =
+    f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
   const double opaque = weight * f.Opacity;
   this->Weight += weight;
   this->Opacity += opaque;
@@ -84,14 +84,13 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   this->Seen += opaque * seen;
   for (int k = 0; k < 3; ++k)
   {
-    this->SeenColor[k] += opaque *
-      (seen * f.Color[k] + tilt[0] * f.ColorU[k][0] + tilt[1] * f.ColorU[k][1]);
+    this->SeenColor[k] +=
+      opaque * (seen * f.Color[k] + tilt[0] * f.ColorU[k][0] + tilt[1] * f.ColorU[k][1]);
   }
   for (int k = 0; k < 2 && f.OnLens; ++k)
   {
     this->Fill[k] += weight * f.U[k];
-    this->SeenU[k] += opaque *
-      (seen * f.U[k] + tilt[0] * f.UU[0][k] + tilt[1] * f.UU[1][k]);
+    this->SeenU[k] += opaque * (seen * f.U[k] + tilt[0] * f.UU[0][k] + tilt[1] * f.UU[1][k]);
   }
 }
 
@@ -145,7 +144,8 @@ void ReferenceLayers::Leak(double keep)
     const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;
     this->Composite(std::max(0.0, share), rest * this->Through);
   }
-  for (double* sum : { &this->Weight, &this->Opacity, &this->DepthSum, &this->Fill[0], &this->Fill[1] })
+  for (double* sum :
+    { &this->Weight, &this->Opacity, &this->DepthSum, &this->Fill[0], &this->Fill[1] })
   {
     *sum *= keep;
   }

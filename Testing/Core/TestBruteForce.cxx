@@ -190,8 +190,8 @@ struct Differences
   int Undecided = 0, DepthUndecided = 0, Layers = 0;
 };
 
-void ComparePixel(const ReferencePixel& pixel, double shortCut, const float* color, float depth,
-  Differences& worst)
+void ComparePixel(
+  const ReferencePixel& pixel, double shortCut, const float* color, float depth, Differences& worst)
 {
   worst.Layers = std::max(worst.Layers, pixel.Layers);
   if (pixel.Undecided)
@@ -223,7 +223,8 @@ void CompareScene(const Scene& scene)
   const float* limit = scene.OccluderDepth.empty() ? nullptr : scene.OccluderDepth.data();
   const Picture picture = RenderPicture(scene.Context, clouds, SerialExecutor(), limit);
   const std::vector<ReferencePixel> reference = RenderByBruteForce(scene.Context, clouds, limit);
-  const double shortCut = ShortCutBound(scene.Context, scene.Opaque), size = static_cast<double>(reference.size());
+  const double shortCut = ShortCutBound(scene.Context, scene.Opaque),
+               size = static_cast<double>(reference.size());
   Differences worst;
   double alpha = 0.0;
   for (std::size_t i = 0; i < reference.size(); ++i)

@@ -162,6 +162,91 @@ TEST_CASE("Textured scene")
   CHECK(4 * splatter.Statistics().Fragments < fragments);
 }
 
+/// A splat on a coarse grid, so wide that all cells have its full weight.
+void AddWide(SplatList& list, float weight, float opacity, const float (&color)[3], float near,
+  const LensFootprint& footprint)
+{
+  Splat s{};
+  s.A = s.B = 1e-30f;
+  s.Shape = GaussianShape;
+  s.Weight = weight;
+  s.Opacity = opacity;
+  s.Red = color[0];
+  s.Green = color[1];
+  s.Blue = color[2];
+  s.Near = near;
+  s.Far = near + 1.0f;
+  s.Gradient = NoGradient;
+  list.Add(s, { 0, 0, 17, 17 });
+  const std::size_t i = list.Splats.Size() - 1;
+  list.Levels[i] = 1;
+  list.Parts.back().Levels = 1u << 1;
+  list.Footprints[i] = footprint;
+}
+
+/// Means and covariances of a cell's splats, weighted with coverage and opacity; the z-range of
+/// most of them.
+TEST_CASE("Tents")
+{
+  SplatList list;
+  list.Clear(true);
+  const float weights[] = { 0.3f, 0.1f }, opacities = 0.75f, nears[] = { 2.0f, 2.5f };
+  const float colors[2][3] = { { 0.9f, 0.1f, 0.5f }, { 0.2f, 0.6f, 0.5f } };
+  const LensFootprint points[] = { { 0.2f, -0.1f, 0.0f }, { -0.3f, 0.4f, 0.0f } };
+  for (int i = 0; i < 2; ++i)
+  {
+    AddWide(list, weights[i], opacities, colors[i], nears[i], points[i]);
+  }
+  AddWide(list, 0.2f, 1.0f, colors[0], 9.0f, points[0]); // a layer of its own
+  Pool<TileRaster> rasters;
+  CoarseWork work;
+  RasterSettings settings{ 5.0f, 1.0f };
+  settings.LensRadius = 0.1f;
+  ResolveCoarseLevels(list, { 32, 32 }, settings, SerialExecutor(), rasters, work);
+  CHECK(list.Tents.Size() == 2 * 17 * 17);
+  const double share[] = { 0.75, 0.25 };
+  const auto mean = [&](double a, double b) { return share[0] * a + share[1] * b; };
+  const auto covariance = [&](const double(&a)[2], const double(&b)[2]) {
+    return mean(a[0] * b[0], a[1] * b[1]) - mean(a[0], a[1]) * mean(b[0], b[1]);
+  };
+  const double x[] = { points[0].MeanX, points[1].MeanX },
+               y[] = { points[0].MeanY, points[1].MeanY };
+  const double red[] = { colors[0][0], colors[1][0] }, green[] = { colors[0][1], colors[1][1] };
+  int first = 0;
+  for (std::size_t i = 0; i < list.Tents.Size(); ++i)
+  {
+    const Tent& t = list.Tents[i];
+    if (t.Depth > 5.0f)
+    {
+      CHECK_NEAR(t.XX, 0.0, 1e-6); // one splat
+      CHECK_NEAR(t.RedX, 0.0, 1e-6);
+      CHECK_NEAR(t.Near, 9.0, 2e-3); // a difference of squares of 0.5
+      CHECK_NEAR(t.Far, 10.0, 2e-3);
+      continue;
+    }
+    ++first;
+    CHECK_NEAR(t.Weight, 0.4, 1e-6);
+    CHECK_NEAR(t.Opacity, 0.75, 1e-6);
+    CHECK_NEAR(t.Red, mean(red[0], red[1]), 1e-6);
+    CHECK_NEAR(t.Green, mean(green[0], green[1]), 1e-6);
+    CHECK_NEAR(t.PointX, mean(x[0], x[1]), 1e-6);
+    CHECK_NEAR(t.PointY, mean(y[0], y[1]), 1e-6);
+    CHECK_NEAR(t.RedX, covariance(red, x), 1e-6);
+    CHECK_NEAR(t.RedY, covariance(red, y), 1e-6);
+    CHECK_NEAR(t.GreenX, covariance(green, x), 1e-6);
+    CHECK_NEAR(t.GreenY, covariance(green, y), 1e-6);
+    CHECK_NEAR(t.BlueX, 0.0, 1e-6);
+    CHECK_NEAR(t.XX, covariance(x, x), 1e-6);
+    CHECK_NEAR(t.XY, covariance(x, y), 1e-6);
+    CHECK_NEAR(t.YY, covariance(y, y), 1e-6);
+    // Depths 2.5 and 3: deviation 0.5 sqrt(3) / 4, times sqrt(3); half ranges of 0.5.
+    CHECK_NEAR(t.Depth, 2.625, 1e-5);
+    CHECK_NEAR(t.Near, 2.625 - 0.5 - 0.375, 1e-4);
+    CHECK_NEAR(t.Far, 2.625 + 0.5 + 0.375, 1e-4);
+  }
+  CHECK(first == 17 * 17);
+}
+
 /// A pinhole has no wide splats here and is left alone, bit for bit.
 TEST_CASE("Pinhole")
 {

@@ -18,8 +18,8 @@ namespace
 {
 constexpr double Pi = 3.14159265358979324;
 
-/// Area and first moment, as means over the unit disc, of its segment x > t, by the midpoint rule in
-/// the angle.
+/// Area and first moment, as means over the unit disc, of its segment x > t, by the midpoint rule
+/// in the angle.
 struct Segment
 {
   double Area = 0.0, Moment = 0.0;
@@ -66,7 +66,8 @@ TEST_CASE("Largest cover")
     const Segment s(-1.0 + 0.005 * i);
     const double c = s.Moment / s.Area, cover = LargestCover(c);
     const double off = cover - s.Area;
-    (s.Area > 0.05 ? worst : worstThin) = std::max(s.Area > 0.05 ? worst : worstThin, std::abs(off));
+    (s.Area > 0.05 ? worst : worstThin) =
+      std::max(s.Area > 0.05 ? worst : worstThin, std::abs(off));
     least = std::min(least, off);
     CHECK(cover <= last); // the farther off, the less
     CHECK(cover >= 0.01f);
@@ -75,7 +76,7 @@ TEST_CASE("Largest cover")
   }
   std::printf("LargestCover: off by %.4f at most, by %.4f below an area of 0.05; lowest by %.4f\n",
     worst, worstThin, least);
-CHECK(worst < 0.028);
+  CHECK(worst < 0.028);
   CHECK(worstThin < 0.032);
   CHECK(least > -0.002);
   CHECK(LargestCover(0.0) == 1.0);
@@ -257,8 +258,8 @@ void AddOccluder(ReferenceLayers& layers, double z, int side, double color)
 
 /// What passes two occluders that cover half of the lens each: truly 1/2 and 0; were they
 /// independent, 1/4. The linear reconstruction of T behind the first is 1/2 + 4 t1 x, t1 = 2 / (3
-/// pi): from 1/2 - 0.85 to 1/2 + 0.85, cut to [0.01, 1]. That leaves a tenth of the light wrong, which
-/// was measured with fragments spread over the halves.
+/// pi): from 1/2 - 0.85 to 1/2 + 0.85, cut to [0.01, 1]. That leaves a tenth of the light wrong,
+/// which was measured with fragments spread over the halves.
 TEST_CASE("Two occluders")
 {
   const ReferenceLens lens{ 1.0, 1000.0 };
@@ -268,8 +269,8 @@ TEST_CASE("Two occluders")
     AddOccluder(layers, 1.0, -1, 0.0);
     AddOccluder(layers, 50.0, second, 0.0);
     layers.Finish();
-    std::printf("%s halves: %.3f of the light passes\n", second < 0 ? "equal" : "opposite",
-      layers.Through);
+    std::printf(
+      "%s halves: %.3f of the light passes\n", second < 0 ? "equal" : "opposite", layers.Through);
     CHECK(layers.Through >= 0.0);
     if (second < 0)
     {
@@ -282,7 +283,8 @@ TEST_CASE("Two occluders")
   }
 }
 
-/// Behind a half that is covered, a wall with another colour on either side: that of the other half.
+/// Behind a half that is covered, a wall with another colour on either side: that of the other
+/// half.
 TEST_CASE("Colour through a half")
 {
   const ReferenceLens lens{ 1.0, 1000.0 };

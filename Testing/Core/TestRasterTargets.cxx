@@ -186,8 +186,8 @@ struct PlacedSplat
 };
 
 /// The values of a splat's fragment at an offset; its colour is what the kernel is multiplied with.
-void SetValues(const PlacedSplat& p, bool onLens, const ScalarKernel& k, const double (&d)[2],
-  ScalarFragment& f)
+void SetValues(
+  const PlacedSplat& p, bool onLens, const ScalarKernel& k, const double (&d)[2], ScalarFragment& f)
 {
   const Splat& s = p.S;
   ReferenceFragment& v = f.Values;
@@ -207,8 +207,8 @@ void SetValues(const PlacedSplat& p, bool onLens, const ScalarKernel& k, const d
   {
     const SplatGradient& g = p.Gradient;
     const double tilt = g.RedX * d[0] + g.RedY * d[1], ratio = k.Slope / k.Value;
-    const double terms = std::abs(g.RedX) * (TileSize + std::abs(p.X)) +
-      std::abs(g.RedY) * (TileSize + std::abs(p.Y));
+    const double terms =
+      std::abs(g.RedX) * (TileSize + std::abs(p.X)) + std::abs(g.RedY) * (TileSize + std::abs(p.Y));
     v.Color[0] += ratio * tilt;
     f.ColorError += ratio * 8.0 * Epsilon * terms +
       std::abs(tilt) * (k.SlopeError + ratio * k.ValueError) / k.Value;
@@ -365,8 +365,8 @@ struct LeakSum
   double Red[TileSize * TileSize] = {}, Alpha[TileSize * TileSize] = {};
   int Calls = 0;
 
-  static void Leaked(void* self, const PixelTile& tile, int block, unsigned int lanes,
-    const LeakedLayers& leaked)
+  static void Leaked(
+    void* self, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked)
   {
     CHECK((lanes >> PixelsPerBlock) == 0);
     auto* sum = static_cast<LeakSum*>(self);
@@ -392,8 +392,7 @@ struct Worst
   long Compared = 0, Bounded = 0;
 };
 
-void CompareTile(
-  const PixelTile& tile, const ScalarTile& scalar, const LeakSum& sum, Worst& worst)
+void CompareTile(const PixelTile& tile, const ScalarTile& scalar, const LeakSum& sum, Worst& worst)
 {
   for (int i = 0; i < TileSize * TileSize; ++i)
   {
@@ -529,8 +528,8 @@ void TestSplats(const RasterTarget& target, bool onLens, bool opaque)
       const std::uint64_t fragments = target.AddSplat(*tile,
         { p.S, p.HasGradient ? &p.Gradient : nullptr, onLens ? &p.Footprint : nullptr },
         { p.Span, p.X, p.Y }, settings, callbacks);
-      difference += std::abs(static_cast<long>(fragments) -
-        static_cast<long>(AddScalar(scalar, p, onLens, roundings)));
+      difference += std::abs(
+        static_cast<long>(fragments) - static_cast<long>(AddScalar(scalar, p, onLens, roundings)));
     }
     target.CloseAll(*tile, settings, callbacks);
     for (ScalarPixel& p : scalar)
@@ -648,7 +647,8 @@ void TestTentBehind(const RasterTarget& target)
 struct Cells
 {
   int Count = 0;
-  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, SquaredDepth = 0, Near = 0;
+  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, SquaredDepth = 0,
+         Near = 0;
 
   static void Closed(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
@@ -687,7 +687,8 @@ void TestCollect(const RasterTarget& target)
   {
     s.Near = near;
     s.Far = near + 0.5f;
-    target.AddSplat(*tile, { s, nullptr, &footprint }, { { 0, 0, 4, 4 }, 2, 2 }, settings, callbacks);
+    target.AddSplat(
+      *tile, { s, nullptr, &footprint }, { { 0, 0, 4, 4 }, 2, 2 }, settings, callbacks);
     CHECK(cells.Count == (near == 4.0f ? 1 : 0)); // not a leak: all of it, where the gap opens
   }
   target.CloseAll(*tile, settings, callbacks);

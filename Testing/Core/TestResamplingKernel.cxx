@@ -170,7 +170,7 @@ TEST_CASE("Moments")
     }
   }
   CHECK(shapes.count(PearsonShape) == 1);
-  CHECK(shapes.size() > 50); // smooth ones
+  CHECK(shapes.size() > 50);                                                  // smooth ones
   CHECK(*std::max_element(shapes.begin(), shapes.end()) > SmoothShape + 1.0); // with a plateau
 }
 

@@ -28,8 +28,8 @@ struct OneSplat
 
   OneSplat(const SplatContext& context, const SurfelCloud& cloud, std::size_t index, int level)
   {
-    SplatOutput output{ &this->S, &this->Box, &this->Near, context.HasLens() ? &this->Footprint : nullptr,
-      &this->GridLevel, &this->Gradient, 0 };
+    SplatOutput output{ &this->S, &this->Box, &this->Near,
+      context.HasLens() ? &this->Footprint : nullptr, &this->GridLevel, &this->Gradient, 0 };
     SplatMaker maker;
     maker.Set(context, cloud);
     maker.Make(index, 1, level, output);

@@ -253,10 +253,9 @@ long CheckFamily(const Family& family)
         double Error;
         int Cells;
       };
-      for (const Choice& choice :
-        { Choice{ CutRule::Leaves, 1.0, 1 }, Choice{ CutRule::Leaves, 1.0, 3 },
-          Choice{ CutRule::Moments, 1.0, 1 }, Choice{ CutRule::Moments, 50.0, 4 },
-          Choice{ CutRule::Paper, 1.0, 1 } })
+      for (const Choice& choice : { Choice{ CutRule::Leaves, 1.0, 1 },
+             Choice{ CutRule::Leaves, 1.0, 3 }, Choice{ CutRule::Moments, 1.0, 1 },
+             Choice{ CutRule::Moments, 50.0, 4 }, Choice{ CutRule::Paper, 1.0, 1 } })
       {
         context.Cut.Rule = choice.Rule;
         context.Cut.Error = choice.Error;
