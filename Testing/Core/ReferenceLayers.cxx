@@ -52,7 +52,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double keep = std::exp(-(f.Near - this->Far) / band);
     this->Leak(keep > this->MinKeep ? keep : 0.0);
   }
-  this->Far = std::max(this->Far, f.Far);
+  this->Far = std::max(this->Far, f.Near + f.Reach * (f.Far - f.Near));
 }
 
 /// The moments of a layer that T was the same for, by its mean opacity.
