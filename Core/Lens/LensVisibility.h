@@ -68,6 +68,9 @@ constexpr float MinLensCentroid = 0.02f;
 /// fully covered lens with a second surface in front of half of it is no less covered.
 constexpr float ExcessCentroid = 0.5f;
 
+/// LargestCover(c) is at least 1 - CoverLossPerCentroid c.
+constexpr float CoverLossPerCentroid = 1.18f;
+
 /**
  * Share of the lens that a layer can cover at most. Surfaces that cover one another through the same
  * side of the lens have a sum of weights that their centroid does not allow.
@@ -112,10 +115,9 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
 template <class Real>
 struct LayerCoverage
 {
-  Real Weight;  ///< sum w
+  Real Filled;  ///< sum w over LargestCoverOfLayer
   Real Opacity; ///< sum w o
   Real Seen;    ///< sum w o T(u)
-  Real Largest; ///< LargestCoverOfLayer
 };
 
 /// The part of the lens through which a layer is seen, [0, T]: within Frechet's bounds for the
@@ -124,7 +126,7 @@ template <class Real>
 SURFELSPLATTING_INLINE Real VisibleShare(
   const Real& through, const LayerCoverage<Real>& layer, const Real& keep)
 {
-  const Real scale = keep / Larger(keep * layer.Weight / layer.Largest, Real(1.0f));
+  const Real scale = keep / Larger(keep * layer.Filled, Real(1.0f));
   const Real alpha = scale * layer.Opacity;
   const Real least = Larger(through + alpha - 1.0f, Real(0.0f));
   return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));

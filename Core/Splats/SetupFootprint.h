@@ -18,6 +18,7 @@ struct LensBlur
   Real ConfusionX, ConfusionY; ///< C in x and y, px
   Real Signed;                 ///< C / f, negative in front of the focus
   Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
+  AperturePointOf<Real> Mean;  ///< where the light passes through the lens; 0 without offsets
   Real OffsetX, OffsetY;       ///< from the surfel's centre to the blur's, px
 };
 
@@ -29,6 +30,7 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
   const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
   LensBlur<Real> b;
   b.ConfusionX = b.ConfusionY = b.Signed = b.OffsetX = b.OffsetY = Real{};
+  b.Mean = { Real{}, Real{} };
   b.Variance[0] = b.Variance[1] = Uniform<Real>(job.Prefilter);
   if (!view.Parallel && job.LensRadius > 0.0)
   {
@@ -40,9 +42,9 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
     // The paper's kernel has no offset.
     if (job.Offsets)
     {
-      const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
-      b.OffsetX = view.Fx * b.Signed * mean.X;
-      b.OffsetY = view.Fy * b.Signed * mean.Y;
+      b.Mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
+      b.OffsetX = view.Fx * b.Signed * b.Mean.X;
+      b.OffsetY = view.Fy * b.Signed * b.Mean.Y;
     }
   }
   if (level > 0)

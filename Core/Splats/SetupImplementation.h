@@ -287,10 +287,8 @@ template <class Real>
 SURFELSPLATTING_INLINE void WriteFootprints(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  const AperturePointOf<Real> mean =
-    MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-  const FloatOf<Real> x = Narrow<Real>(mean.X), y = Narrow<Real>(mean.Y);
+  const FloatOf<Real> x = Narrow<Real>(b.Blur.Mean.X), y = Narrow<Real>(b.Blur.Mean.Y);
   const FloatOf<Real> perPixel = Narrow<Real>(
     0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
