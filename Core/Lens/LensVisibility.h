@@ -26,7 +26,7 @@ namespace SurfelSplatting
 {
 /// Where the light of a splat's fragments passes through the lens: u = (MeanX, MeanY) + PerPixel
 /// (dx, dy). The offset (dx, dy) from the centre is in px, or in cells of a coarse grid.
-struct LensFootprint
+struct alignas(16) LensFootprint
 {
   float MeanX, MeanY;
   float PerPixel;
@@ -132,21 +132,22 @@ SURFELSPLATTING_INLINE Real VisibleShare(
   return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
 }
 
-/// What of a layer joins the finished ones where the next fragment begins behind its end.
+/// What of a layer joins the finished ones.
 template <class Real>
 struct LayerLeak
 {
   Real Share;   ///< of the layer's sums that is composited
-  Real Through; ///< T' / T: what then shines through
+  Real Through; ///< T', what then shines through
+  Real Rest;    ///< T' / T: by which the share of the sums that stays is seen less
 };
 
 /**
- * A layer does not end at once: the share keep of it stays open. The rest is composited so that the
- * picture, if nothing else came, is the same:
+ * A layer does not end at once where the next fragment begins behind it: the share keep of it stays
+ * open. The rest is composited so that the picture, if nothing else came, is the same:
  *
  *   T' - v' = T - v,   v, v' = VisibleShare of the layer and of the share that stays
  *
- * where the sums that stay see T' instead of T. keep = 0 ends the layer.
+ * where the sums that stay see T' instead of T.
  * @param keep [0, 1); if it is exp(-gap / band), splats of hardly any weight within a gap change
  * nothing
  */
@@ -157,6 +158,15 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real all = VisibleShare(through, layer, Real(1.0f));
   const Real kept = VisibleShare(through, layer, keep);
   const Real rest = Smaller((through - all) / Larger(through - kept, Real(1e-12f)), Real(1.0f));
-  return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)), rest };
+  return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)),
+    Larger(rest * through, Real(0.0f)), rest };
+}
+
+/// The same with keep = 0: the layer ends.
+template <class Real>
+SURFELSPLATTING_INLINE LayerLeak<Real> End(const Real& through, const LayerCoverage<Real>& layer)
+{
+  const Real all = VisibleShare(through, layer, Real(1.0f));
+  return { all / Larger(layer.Seen, Real(1e-30f)), Larger(through - all, Real(0.0f)), Real(0.0f) };
 }
 }

@@ -18,8 +18,8 @@ namespace
 {
 constexpr float Infinity = __builtin_inff();
 
-/// Where all lanes keep less of a layer than this, it ends.
-constexpr float MinKeep = 1.0f / 1024.0f;
+/// A layer ends, instead of leaking, at a gap of so many bands: less than a thousandth would stay.
+constexpr float LargestGap = 7.0f;
 
 /// A block whose first moments of T change what is seen by less than this has none.
 constexpr float MinTilt = 1.0f / 512.0f;
@@ -87,18 +87,19 @@ SURFELSPLATTING_INLINE bool StoreMoment(FinishedLayers& done, const Lanes& share
 /// weighted with T from then on.
 /// @return whether it has become so
 SURFELSPLATTING_INLINE bool LeakThroughLens(
-  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen, const Lanes& after)
+  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen)
 {
   LensLayers& lens = tile.Lens[block];
   FinishedLayers& done = tile.Finished[block];
   if (IsTilted(tile, block))
   {
-    StoreMoment(done, leak.Share, { Lanes::Load(lens.SeenX), Lanes::Load(lens.SeenY) }, after);
+    StoreMoment(
+      done, leak.Share, { Lanes::Load(lens.SeenX), Lanes::Load(lens.SeenY) }, leak.Through);
     return false;
   }
   const Lanes toSeen = seen / Larger(Lanes::Load(tile.Open[block].Weight), 1e-30f);
   const LensPoints moment{ toSeen * Lanes::Load(lens.FillX), toSeen * Lanes::Load(lens.FillY) };
-  if (!StoreMoment(done, leak.Share, moment, after))
+  if (!StoreMoment(done, leak.Share, moment, leak.Through))
   {
     return false;
   }
@@ -179,38 +180,42 @@ SURFELSPLATTING_INLINE LayerCoverage<Lanes> CoverageOf(
                           : Lanes::Load(tile.Finished[block].Transmittance) * opacity };
 }
 
-/// Leaves what stays open of the chosen pixels' layers.
-/// @param keep the share
-/// @param through T' / T: what stays sees this much less
-/// @param before T, if the block has just become tilted: its colours are not weighted with it yet
-SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const Lanes& keep,
-  const Lanes& through, const Lanes& before, bool hasLens)
+/// What becomes of the sums of layers after a leak.
+struct KeptShares
+{
+  Lanes Coverage; ///< of what is not weighted with T
+  Lanes Seen;     ///< of what is weighted with T
+  Lanes Colors;
+};
+
+SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const KeptShares& keep, bool hasLens)
 {
   OpenLayers& open = tile.Open[block];
   LensLayers& lens = tile.Lens[block];
-  const bool tilted = IsTilted(tile, block);
-  const Lanes seen = keep * through, colors = tilted ? seen * before : keep;
   float* const coverage[] = { open.Weight, open.Opacity, open.Depth };
-  float* const sums[] = { open.Red, open.Green, open.Blue };
+  float* const colors[] = { open.Red, open.Green, open.Blue };
   float* const visible[] = { lens.Seen, lens.SeenX, lens.SeenY };
+  const bool tilted = IsTilted(tile, block);
   for (int i = 0; i < 3; ++i)
   {
-    MultiplyBy(coverage[i], keep);
-    MultiplyBy(sums[i], colors);
+    MultiplyBy(coverage[i], keep.Coverage);
+    MultiplyBy(colors[i], keep.Colors);
     if (tilted)
     {
-      MultiplyBy(visible[i], seen);
+      MultiplyBy(visible[i], keep.Seen);
     }
   }
   if (hasLens)
   {
-    MultiplyBy(lens.FillX, keep);
-    MultiplyBy(lens.FillY, keep);
+    MultiplyBy(lens.FillX, keep.Coverage);
+    MultiplyBy(lens.FillY, keep.Coverage);
   }
 }
 
 /// Composites the open layers of the chosen pixels behind the finished ones, but for the share that
 /// stays open.
+/// @param keep unused if Ends: nothing stays
+template <bool Ends>
 void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes& keep,
   const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
@@ -219,30 +224,34 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   const bool hasLens = settings.LensRadius > 0.0f;
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, hasLens);
   const Lanes before = Lanes::Load(done.Transmittance);
-  LayerLeak<Lanes> leak = Leak(before, layer, keep);
+  LayerLeak<Lanes> leak = Ends ? End(before, layer) : Leak(before, layer, keep);
   // A layer behind an opaque prop contributes nothing.
   const LaneMask visible = chosen &
     (Lanes::Load(open.Depth) <=
       Lanes::Load(done.OccluderDepth) * Larger(Lanes::Load(open.Weight), 1e-30f));
   leak.Share = Select(visible, leak.Share, 0.0f);
-  leak.Through = Select(visible, leak.Through, 1.0f);
-  const Lanes after = Larger(leak.Through * before, 0.0f);
+  leak.Through = Select(visible, leak.Through, before);
+  leak.Rest = Select(visible, leak.Rest, 1.0f);
   LeakedLayers leaked;
   CompositeColors(tile, block, leak.Share, layer.Seen, settings.LargestColor, leaked);
-  StoreTransmittance(tile, block, after, callbacks.Leaked != nullptr, leaked);
+  StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)
   {
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
-  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen, after);
-  Keep(tile, block, Select(chosen, keep, 1.0f), leak.Through, tilts ? before : Lanes(1.0f), hasLens);
+  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);
+  const Lanes kept = Select(chosen, Ends ? Lanes(0.0f) : keep, 1.0f);
+  const Lanes seen = kept * leak.Rest;
+  // Colours of a block that has just become tilted are not weighted with T yet.
+  Keep(tile, block,
+    { kept, seen, tilts ? seen * before : IsTilted(tile, block) ? seen : kept }, hasLens);
 }
 
 /// Composites all open layers of a block and empties them.
 SURFELSPLATTING_INLINE void EndLayers(
   PixelTile& tile, int block, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  LeakLayers(tile, block, AllLanes(), 0.0f, settings, callbacks);
+  LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
   Put(tile.Open[block].Far, AllLanes(), -Infinity);
 }
 
@@ -300,8 +309,15 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
     {
       const float perBand = 1.0f / LeakBand(range, settings);
       const Lanes gap = Larger(range.Near - far, 0.0f) * perBand;
-      const Lanes keep = ExpOfMinus(Smaller(gap, 80.0f));
-      LeakLayers(tile, block, ended, Select(keep > MinKeep, keep, 0.0f), settings, callbacks);
+      if (Any(ended & (gap < LargestGap)))
+      {
+        const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
+        LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
+      }
+      else
+      {
+        LeakLayers<true>(tile, block, ended, 0.0f, settings, callbacks);
+      }
     }
   }
   Select(inside, Larger(Lanes::Load(open.Far), range.Far), Lanes::Load(open.Far)).Store(open.Far);

@@ -29,6 +29,7 @@ inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::
   if (!tent)
   {
     __builtin_prefetch(&list.Boxes[i]);
+    __builtin_prefetch(list.FootprintOf(i));
   }
 }
 
