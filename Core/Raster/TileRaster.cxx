@@ -23,14 +23,16 @@ constexpr std::size_t FetchAhead = 4;
 /// are not inlined early.
 inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
 {
-  const bool tent = list.IsTent(i);
-  __builtin_prefetch(
-    tent ? static_cast<const void*>(&list.TentAt(i)) : static_cast<const void*>(&list.Splats[i]));
-  if (!tent)
+  if (list.IsTent(i))
   {
-    __builtin_prefetch(&list.Boxes[i]);
-    __builtin_prefetch(list.FootprintOf(i));
+    const char* tent = reinterpret_cast<const char*>(&list.TentAt(i));
+    __builtin_prefetch(tent);
+    __builtin_prefetch(tent + sizeof(Tent) / 2);
+    return;
   }
+  __builtin_prefetch(&list.Splats[i]);
+  __builtin_prefetch(&list.Boxes[i]);
+  __builtin_prefetch(list.FootprintOf(i));
 }
 
 inline float NearOf(const SplatList& list, std::size_t i)
