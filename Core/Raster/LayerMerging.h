@@ -138,7 +138,6 @@ SURFELSPLATTING_INLINE void StoreTransmittance(
   const OpenLayers& open = tile.Open[block];
   FinishedLayers& done = tile.Finished[block];
   const Lanes before = Lanes::Load(done.Transmittance);
-  (before - after).Store(leaked.Alpha);
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
   if (wantsDepth || Any(median))
   {
@@ -234,6 +233,7 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   leak.Rest = Select(visible, leak.Rest, 1.0f);
   LeakedLayers leaked;
   CompositeColors(tile, block, leak.Share, layer.Seen, settings.LargestColor, leaked);
+  (leak.Share * layer.Seen).Store(leaked.Alpha);
   StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)
   {

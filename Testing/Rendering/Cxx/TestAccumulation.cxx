@@ -135,7 +135,7 @@ TEST_CASE_FIXTURE(NoMessages, "Surfels as the splatter does")
     CHECK(d.Max <= 1.0); // the frame buffer's 8 bits
     own.Pass->GetSplatter()->SetLensCells(1);
     own.Pass->GetSplatter()->LensPinholesOff();
-    CHECK(Compare(passes, own.Render()).Max > 4.0); // and not that of one cell
+    CHECK(Compare(passes, own.Render()).Max > 2.0); // and not that of one cell, which is near
   }
 }
 
