@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace SurfelSplatting
 {
@@ -19,6 +20,18 @@ constexpr double LensShare = 0.42;
 /// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
 /// dB or more.
 constexpr double PixelShare = 0.95;
+
+/// An entry of the ClusterBounds draws its nodes of at most this many levels below.
+constexpr int MaxLevelsBelow = 4;
+const double MergingBand = getenv("BAND") ? atof(getenv("BAND")) : 1.25;
+const double LimitSlope = getenv("SLOPE") ? atof(getenv("SLOPE")) : 2.0;
+
+/// 0 below 0, 1 above 1.
+double SmoothStep(double x)
+{
+  const double u = std::fmin(1.0, std::fmax(0.0, x));
+  return u * u * (3.0 - 2.0 * u);
+}
 
 /// Factor of the allowed size of a node that is not coherent.
 double CoherenceFactor(double coherence)
@@ -113,50 +126,73 @@ private:
       statistics.BackLeaves += this->LeavesOf(at);
       return;
     }
-    const double allowed = this->AllowedSize(ball);
-    if (at.Level > 0 && this->Suffices(node.Extent, allowed))
+    const double level = std::fmin(this->DetailLevel(at, ball), at.Limit);
+    if (level >= at.Level - MaxLevelsBelow || at.Level == this->Table.LowestLevel(at.Tree))
     {
-      this->Choose(at, at.Level, node.Extent.Sigma, ball, part);
+      this->Choose(at, std::fmax(level, 0.0), ball, part);
+      return;
     }
-    else if (!this->ChooseBelow(at, ball, allowed, part))
+    const double limit = this->LimitBelow(at.Level, level);
+    const std::size_t left = 2 * at.Index;
+    if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
     {
-      const std::size_t left = 2 * at.Index;
-      if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
-      {
-        part.Stack.push_back({ at.Tree, at.Level - 1, left + 1 });
-      }
-      part.Stack.push_back({ at.Tree, at.Level - 1, left });
+      part.Stack.push_back({ at.Tree, at.Level - 1, left + 1, limit });
     }
+    part.Stack.push_back({ at.Tree, at.Level - 1, left, limit });
   }
 
-  /// Chooses one level for a whole subtree: the coarsest that is fine enough. For the lowest
-  /// subtrees the leaves always are; higher ones descend at most maxLevels, since parts of them may
-  /// need only a coarser level.
-  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, CutWork::Part& part) const
+  /// Size that must be allowed so that the nodes of a level below an entry may be drawn.
+  double NeededSize(const Subtree& at, int level) const
   {
-    constexpr int maxLevels = 4;
-    const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
-    if (at.Level == this->Table.LowestLevel(at.Tree))
+    const NodeExtent& extent = this->ExtentAt(at, level);
+    const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
+    return size / CoherenceFactor(extent.Coherence);
+  }
+
+  /// The largest extents of the nodes of a level below an entry, or its own.
+  const NodeExtent& ExtentAt(const Subtree& at, int level) const
+  {
+    return level == at.Level
+      ? this->Table.Get(at.Level, at.Tree, at.Index).Extent
+      : this->Table.Below(at.Level, at.Tree, at.Index)[at.Level - 1 - level];
+  }
+
+  /**
+   * The coarsest level that is fine enough for a whole subtree, plus the share to which its nodes
+   * merge with their parents (CutRange.h): a continuous function of the allowed size. Far below the
+   * levels whose extents are known, it goes on with half an octave per level.
+   */
+  double DetailLevel(const Subtree& at, const Ball& ball) const
+  {
+    const double allowed = this->AllowedSize(ball);
+    if (!(allowed > 0.0))
     {
-      int level = at.Level - 1;
-      while (level > 0 && !this->Suffices(below[at.Level - 1 - level], allowed))
-      {
-        --level;
-      }
-      const double sigma = level >= 0 ? below[at.Level - 1 - level].Sigma
-                                      : this->Table.Get(at.Level, at.Tree, at.Index).Extent.Sigma;
-      this->Choose(at, std::max(0, level), sigma, ball, part);
-      return true;
+      return -1.0;
     }
-    for (int i = 0; i < maxLevels; ++i)
+    const int lowest = std::max(0, at.Level - ClusterBounds::LevelsBelow);
+    double needed = this->NeededSize(at, lowest);
+    if (lowest > 0 && allowed < needed)
     {
-      if (this->Suffices(below[i], allowed))
-      {
-        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, part);
-        return true;
-      }
+      return lowest + 2.0 * std::log2(allowed / needed);
     }
-    return false;
+    for (int level = lowest; level < at.Level; ++level)
+    {
+      const double next = std::fmax(this->NeededSize(at, level + 1),  MergingBand * (level > 0 ? needed : 0.0));
+      if (allowed < next)
+      {
+        return level + SmoothStep((allowed * MergingBand / next - 1.0) / (MergingBand - 1.0));
+      }
+      needed = next;
+    }
+    return at.Level;
+  }
+
+  /// The coarsest level that the children of an entry may draw. It is MaxLevelsBelow if the entry
+  /// could nearly be drawn itself, so that nothing jumps when it is.
+  static double LimitBelow(int entryLevel, double level)
+  {
+    const double border = entryLevel - MaxLevelsBelow;
+    return border + LimitSlope * (border - level);
   }
 
   std::uint64_t LeavesOf(const Subtree& at) const
@@ -166,16 +202,23 @@ private:
       (at.Index << at.Level);
   }
 
-  /// @param sigma largest standard deviation of the nodes, local units
-  void Choose(
-    const Subtree& at, int level, double sigma, const Ball& ball, CutWork::Part& part) const
+  /// Chooses the nodes of a subtree at a level; its fraction is the share to which they merge.
+  void Choose(const Subtree& at, double detail, const Ball& ball, CutWork::Part& part) const
   {
+    const int level = static_cast<int>(detail);
     const int below = at.Level - level;
     const std::size_t first = at.Index << below;
     const std::size_t last =
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
     CutRange run{ this->Layout.Begin(level, at.Tree) + first,
       static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
+    double sigma = this->ExtentAt(at, level).Sigma;
+    run.Merging = static_cast<float>(detail - level);
+    if (run.Merging > 0.0f)
+    {
+      run.Parents = this->Layout.Begin(level + 1, at.Tree) + first / 2;
+      sigma = std::fmax(sigma, this->ExtentAt(at, level + 1).Sigma);
+    }
     this->Place(this->Scale * sigma, ball, run);
     if (this->Settings.SkipOutside && IsEmpty(run.Box))
     {
@@ -244,12 +287,6 @@ private:
     }
     return { static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size)),
       static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size)) };
-  }
-
-  bool Suffices(const NodeExtent& extent, double allowed) const
-  {
-    const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
-    return size <= allowed * CoherenceFactor(extent.Coherence);
   }
 
   /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
@@ -397,7 +434,7 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
     const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
     for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
     {
-      subtrees.push_back({ tree, level, j });
+      subtrees.push_back({ tree, level, j, static_cast<double>(level) });
     }
   }
 }

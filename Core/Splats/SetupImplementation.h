@@ -168,21 +168,14 @@ template <class Real>
 SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndices<Real>& index,
   SplatBatch<Real>& b, FloatOf<Real> (&gradient)[6])
 {
-  const NodeColor* nodes[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    nodes[l] = job.Cloud.NodeColors + (index[l] - job.Cloud.NumberOfSurfels);
-  }
   ScreenFootprints<Real>& f = b.Footprints;
   const FootprintOf<Real>& w = f.W;
-  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->MomentUnit; });
-  const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot * (unit / PackedOne);
+  Vector3Of<Real> moments[3];
+  GatherColorMoments(job.Cloud, index, moments);
+  const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot;
   for (int c = 0; c < 3; ++c)
   {
-    const Vector3Of<Real> local{ GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][0]; }),
-      GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][1]; }),
-      GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][2]; }) };
-    const Vector3Of<Real> moment = Multiply(job.Linear, local);
+    const Vector3Of<Real> moment = Multiply(job.Linear, moments[c]);
     const Real hx = f.Jacobian.XX * moment.X + f.Jacobian.XZ * moment.Z;
     const Real hy = f.Jacobian.YY * moment.Y + f.Jacobian.YZ * moment.Z;
     const Real& share = b.Colors.Shaded.Share[c];
@@ -357,7 +350,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
   PlacedSurfels<Real> s = Place(job, index);
   if (AnyLane<Real>(s.Alive))
   {
-    const LensBlur<Real> blur = Blur(job, index.Level, s);
+    const LensBlur<Real> blur = Blur(job, index, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel = MakeKernel(
       ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion, f.Tilted), f.W);
@@ -380,16 +373,19 @@ SURFELSPLATTING_INLINE void MakeBatch(
 /// SetupTarget::MakeSplats.
 template <class Real>
 void MakeSplats(
-  const SetupJob& job, std::size_t begin, std::size_t count, int level, SplatOutput& output)
+  const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output)
 {
   constexpr std::size_t lanes = LaneTypes<Real>::Count;
+  BatchIndices<Real> index;
+  index.Level = static_cast<int>(run.Level);
+  index.Merging = run.Merging;
   for (std::size_t i = 0; i < count; i += lanes)
   {
-    BatchIndices<Real> index;
-    index.Level = level;
     for (std::size_t l = 0; l < lanes; ++l)
     {
-      index.I[l] = begin + (i + l < count ? i + l : count - 1);
+      const std::size_t place = skip + (i + l < count ? i + l : count - 1);
+      index.I[l] = run.Begin + place;
+      index.Parents[l] = run.Parents + place / 2;
     }
     index.Present = GatherMask<Real>([&](int l) { return i + l < count; });
     MakeBatch(job, index, output);

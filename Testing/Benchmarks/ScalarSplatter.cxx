@@ -84,7 +84,7 @@ void RenderScalar(
       PixelBox box;
       float near;
       SplatOutput output{ &s, &box, &near, nullptr, nullptr, nullptr, 0 };
-      maker.Make(i, 1, 0, output);
+      maker.Make({ i, 1, 0 }, output);
       if (output.Count == 0)
       {
         continue;

@@ -76,9 +76,10 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
   Output expected(count, context.Sectors), actual(count, context.Sectors);
   SplatMaker maker;
   maker.Set(scalar, cloud);
-  maker.Make(begin, count, level, expected.To);
+  const CutRange run{ begin, static_cast<std::uint32_t>(count), static_cast<std::uint32_t>(level) };
+  maker.Make(run, expected.To);
   maker.Set(context, cloud, kernel);
-  maker.Make(begin, count, level, actual.To);
+  maker.Make(run, actual.To);
   CHECK(actual.To.Count == expected.To.Count);
   CHECK(actual.To.Invalid == expected.To.Invalid);
   CHECK(actual.To.Blurred == expected.To.Blurred);
