@@ -282,23 +282,14 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
   const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const Real& squaredConfusion,
   const MaskOf<Real>& tilted)
 {
-  KernelProfile<Real> profile = GaussianProfile(gaussian, w);
-  const MaskOf<Real> blurred = squaredConfusion != 0.0;
-  if (type == KernelType::Gaussian || !AnyLane<Real>(blurred))
+  if (type == KernelType::Gaussian)
   {
-    return profile;
+    return GaussianProfile(gaussian, w);
   }
   const Real exponent = PearsonExponent(w, squaredConfusion);
-  const MaskOf<Real> smooth = blurred & tilted & (exponent < MaxSmoothExponent);
-  // NaN gives the Gaussian as well: in focus the spread is 0.
-  const MaskOf<Real> pearson = blurred & Not(smooth) & (exponent <= MaxPearsonExponent);
-  const double support = gaussian.Support();
-  profile = Select<Real>(pearson, PearsonProfile(w, exponent, support), profile);
-  if (AnyLane<Real>(smooth))
-  {
-    profile = Select<Real>(smooth, SmoothProfile(w, exponent, support), profile);
-  }
-  return profile;
+  const Real most = Uniform<Real>(MaxSmoothExponent);
+  // NaN gives the largest as well: in focus the spread is 0.
+  return SmoothProfile(w, exponent <= most ? exponent : most, gaussian.Support());
 }
 
 /// Makes the kernel with this profile and footprint.
