@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace SurfelSplatting
 {
@@ -21,10 +20,18 @@ constexpr double LensShare = 0.42;
 /// dB or more.
 constexpr double PixelShare = 0.95;
 
-/// An entry of the ClusterBounds draws its nodes of at most this many levels below.
+/// An entry of the ClusterBounds draws its nodes of at most this many levels below. More would
+/// draw parts of it too finely, less would visit more entries.
 constexpr int MaxLevelsBelow = 4;
-const double MergingBand = getenv("BAND") ? atof(getenv("BAND")) : 1.25;
-const double LimitSlope = getenv("SLOPE") ? atof(getenv("SLOPE")) : 2.0;
+
+/// Nodes merge with their siblings while the allowed size grows by this factor, up to that of their
+/// parents. In a wider band fewer pixels change, but more nodes have to be set up together with
+/// their parents: 1.15 takes up to 5 % of a frame.
+constexpr double MergingBand = 1.15;
+
+/// By how many levels the limit of an entry's children rises while the entry's own level falls by
+/// one (LimitBelow).
+constexpr double LimitSlope = 2.0;
 
 /// 0 below 0, 1 above 1.
 double SmoothStep(double x)
@@ -126,13 +133,13 @@ private:
       statistics.BackLeaves += this->LeavesOf(at);
       return;
     }
-    const double level = std::fmin(this->DetailLevel(at, ball), at.Limit);
+    const double level = this->DetailLevel(at, this->AllowedSize(ball));
     if (level >= at.Level - MaxLevelsBelow || at.Level == this->Table.LowestLevel(at.Tree))
     {
       this->Choose(at, std::fmax(level, 0.0), ball, part);
       return;
     }
-    const double limit = this->LimitBelow(at.Level, level);
+    const double limit = this->LimitBelow(at, level);
     const std::size_t left = 2 * at.Index;
     if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
     {
@@ -152,47 +159,62 @@ private:
   /// The largest extents of the nodes of a level below an entry, or its own.
   const NodeExtent& ExtentAt(const Subtree& at, int level) const
   {
-    return level == at.Level
-      ? this->Table.Get(at.Level, at.Tree, at.Index).Extent
-      : this->Table.Below(at.Level, at.Tree, at.Index)[at.Level - 1 - level];
+    return level == at.Level ? this->Table.Get(at.Level, at.Tree, at.Index).Extent
+                             : this->Table.Below(at.Level, at.Tree, at.Index)[at.Level - 1 - level];
   }
 
-  /**
-   * The coarsest level that is fine enough for a whole subtree, plus the share to which its nodes
-   * merge with their parents (CutRange.h): a continuous function of the allowed size. Far below the
-   * levels whose extents are known, it goes on with half an octave per level.
-   */
-  double DetailLevel(const Subtree& at, const Ball& ball) const
+  /// The coarsest level that is fine enough for a whole subtree, plus the share to which its nodes
+  /// merge with their siblings. -1: none of those whose extents are known.
+  double DetailLevel(const Subtree& at, double allowed) const
   {
-    const double allowed = this->AllowedSize(ball);
     if (!(allowed > 0.0))
     {
       return -1.0;
     }
+    return this->Settings.Rule == CutRule::Paper
+      ? this->SteppedLevel(at, allowed)
+      : std::fmin(this->ContinuousLevel(at, allowed), at.Limit);
+  }
+
+  double SteppedLevel(const Subtree& at, double allowed) const
+  {
+    const int lowest = std::max(1, at.Level - ClusterBounds::LevelsBelow);
+    int level = at.Level;
+    while (level >= lowest && allowed < this->NeededSize(at, level))
+    {
+      --level;
+    }
+    return level >= lowest ? level : -1.0;
+  }
+
+  /// A continuous function of the allowed size, also where levels need nearly the same size. Below
+  /// the known levels it goes on with half an octave per level.
+  double ContinuousLevel(const Subtree& at, double allowed) const
+  {
     const int lowest = std::max(0, at.Level - ClusterBounds::LevelsBelow);
-    double needed = this->NeededSize(at, lowest);
-    if (lowest > 0 && allowed < needed)
+    double needed = lowest > 0 ? this->NeededSize(at, lowest) : 0.0;
+    if (allowed < needed)
     {
       return lowest + 2.0 * std::log2(allowed / needed);
     }
     for (int level = lowest; level < at.Level; ++level)
     {
-      const double next = std::fmax(this->NeededSize(at, level + 1),  MergingBand * (level > 0 ? needed : 0.0));
-      if (allowed < next)
+      needed = std::fmax(this->NeededSize(at, level + 1), MergingBand * needed);
+      if (allowed < needed)
       {
-        return level + SmoothStep((allowed * MergingBand / next - 1.0) / (MergingBand - 1.0));
+        return level + SmoothStep((MergingBand * allowed / needed - 1.0) / (MergingBand - 1.0));
       }
-      needed = next;
     }
     return at.Level;
   }
 
-  /// The coarsest level that the children of an entry may draw. It is MaxLevelsBelow if the entry
-  /// could nearly be drawn itself, so that nothing jumps when it is.
-  static double LimitBelow(int entryLevel, double level)
+  /// The coarsest level that an entry's children may draw. Its own nodes and those of its children
+  /// are then of the same level when it becomes fine enough, so that nothing jumps.
+  double LimitBelow(const Subtree& at, double level) const
   {
-    const double border = entryLevel - MaxLevelsBelow;
-    return border + LimitSlope * (border - level);
+    const double border = at.Level - MaxLevelsBelow;
+    return this->Settings.Rule == CutRule::Paper ? at.Limit
+                                                 : border + LimitSlope * (border - level);
   }
 
   std::uint64_t LeavesOf(const Subtree& at) const
@@ -434,7 +456,7 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
     const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
     for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
     {
-      subtrees.push_back({ tree, level, j, static_cast<double>(level) });
+      subtrees.push_back({ tree, level, j, HierarchyLayout::MaximumNumberOfLevels });
     }
   }
 }

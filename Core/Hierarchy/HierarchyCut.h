@@ -8,7 +8,7 @@
  *
  * - Moments: sigma^2 <= e^2 (0.95^2 h + 0.42^2 V_I), the variance of the node on the screen against
  *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
- *   gradient.
+ *   gradient. Below the size at which a node is drawn, its two children merge (CutRange.h).
  *
  * - Paper: r <= e max(C, sqrt(h)), the projected radius of the node's bounding sphere against the
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
@@ -78,7 +78,7 @@ struct CutWork
   {
     int Tree, Level;
     std::size_t Index;
-    double Limit; ///< coarsest level that may be drawn; its fraction as in DetailLevel
+    double Limit; ///< coarsest level that may be drawn; its fraction: the share of merging
   };
 
   /// The cut of a subtree.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * The screen-space EWA resampling kernel of a splat: a truncated Gaussian or, where the lens blurs,
- * a Pearson-II kernel. Mass and variance of both are exact.
+ * The screen-space EWA resampling kernel of a splat: the paper's truncated Gaussian, or one with
+ * the kurtosis of the lens's disc convolved with the splat. Mass and variance of both are exact.
  *
  * Krivanek, Zara, Bouatouch 2003, equations 4 and 7: W = M S M' + h I + V_I, with a cut-off c on
  * the exponent. The exponent of the Gaussian is beta = q/2, where q = x' W^-1 x, so a splat ends at
@@ -43,8 +43,8 @@ struct TruncatedGaussian
 enum class KernelType
 {
   Gaussian, ///< Krivanek, Zara, Bouatouch 2003
-  PearsonII ///< matched to variance and kurtosis of the disc convolved with the splat, see
-            ///< PearsonProfile
+  PearsonII ///< with variance and kurtosis of the disc convolved with the splat: SmoothProfile,
+            ///< BellProfile
 };
 
 /// Covariance W = M S M' + h I + V_I of a splat on the screen, px^2, and its determinant, px^4.
@@ -123,7 +123,7 @@ SURFELSPLATTING_INLINE FootprintOf<Real> Select(
  * Kernel as the raster evaluates it, at an offset (dx, dy) px from the centre:
  *   q = A (dx + K dy)^2 + B dy^2,   the support is q < Q = 2c
  *   Shape < 0:  k = Peak exp(-q/2)                 (Gaussian)
- *   Shape = n:  k = Peak (1 - q/Q)^n               (Pearson II), n from RoundPearsonExponent
+ *   0 <= Shape = r <= 1:  k = Peak x ((1 - r) x + r (a + (1 - a) x^3)),  x = 1 - q/Q  (BellProfile)
  *   Shape = SmoothShape + s:  k = Peak u^2 (3 - 2u),  u = min(1, s (1 - q/Q))   (SmoothProfile)
  * q is a sum of squares, so rounding cannot make it negative.
  *
@@ -175,25 +175,10 @@ SURFELSPLATTING_INLINE KernelProfile<Real> GaussianProfile(
     Uniform<Real>(1.0) };
 }
 
-/// Rounds to exponents that need only products and square roots. This costs at most 0.1 dB.
-template <class Real>
-SURFELSPLATTING_INLINE Real RoundPearsonExponent(const Real& n)
-{
-  Real r = n < 3.5 ? Uniform<Real>(3.0) : Uniform<Real>(4.0);
-  r = n < 2.5 ? Uniform<Real>(2.0) : r;
-  r = n < 1.5 ? Uniform<Real>(1.0) : r;
-  r = n < 0.75 ? Uniform<Real>(0.5) : r;
-  r = n < 0.375 ? Uniform<Real>(0.25) : r;
-  return n < 0.125 ? Real{} : r;
-}
-
-/// Above this exponent the Gaussian, to which Pearson-II kernels converge, replaces them.
-constexpr double MaxPearsonExponent = 6.0;
-
 /**
- * Exponent n of the Pearson-II kernel whose kurtosis is that of (uniform disc of radius C convolved
- * with the splat's own Gaussian). det and tr are those of W, which includes the disc's variance
- * C^2/4:
+ * The kurtosis of (uniform disc of radius C convolved with the splat's own Gaussian), as the
+ * exponent n of the Pearson-II kernel (1 - q/q0)^n that has it: K = mean of q^2 = 8 (n + 2) / (n +
+ * 3). det and tr are those of W, which includes the disc's variance C^2/4:
  *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det))
  * n is 0 if the footprint is all blur, and infinity or NaN in focus.
  * @param squaredConfusion C^2, px^2
@@ -208,37 +193,51 @@ SURFELSPLATTING_INLINE Real PearsonExponent(
   return 384.0 * w.Determinant * w.Determinant / spread - 3.0;
 }
 
+/// Splats with a smaller Pearson exponent have the kernel of SmoothProfile, others that of
+/// BellProfile. At 2 both are (1 - q/q0)^2.
+constexpr double MaxSmoothExponent = 1.95;
+
+/// From this exponent on, the kernel is that of a splat in focus.
+constexpr double FocusExponent = 2.5;
+
+/// a: the larger it is, the smaller is the support of a splat in focus, and the more do neighbours
+/// ripple. Pinhole pictures have the error that the Gaussian, cut off at c = 2.5, gave them.
+constexpr double BellEdge = 0.45;
+
 /**
- * Pearson type II kernel with variance W and the kurtosis of (uniform disc of radius C convolved
- * with the splat's own Gaussian). It is a flat disc, n = 0, if the footprint is all blur, and
- * approaches the Gaussian towards focus.
+ * Kernel of a splat with little blur. In focus it has nearly the kurtosis and the support of the
+ * Gaussian cut off at c = 2.5 (6.54 and q0 = 7.2 instead of 6.60 and 6.4), but it ends in zero: a
+ * splat that moves enters a pixel without a jump. The smooth kernel below goes over into it.
  *
- *   k(q) = (n + 1) / (pi q0 sqrt(det W)) (1 - q/q0)^n,   q0 = 2 (n + 2),   q = x' W^-1 x < q0
+ *   k(q) = peak x ((1 - r) x + r (a + (1 - a) x^3)),  x = 1 - q/q0,  q = x' W^-1 x < q0
  *
- * Mass 1 and variance W are exact for every n. W includes the disc's variance, C^2 / 4.
- * @param exponent from PearsonExponent, at most MaxPearsonExponent
+ * r grows from 0 to 1 between the exponents above. Mass and variance are exact for every r: with
+ * the moments m0 = integral of k over x, m1 = that of (1 - x) k, q0 = 2 m0 / m1.
+ * @param exponent from PearsonExponent
  * @param support  Q of the Gaussian
  */
 template <class Real>
-SURFELSPLATTING_INLINE KernelProfile<Real> PearsonProfile(
+SURFELSPLATTING_INLINE KernelProfile<Real> BellProfile(
   const FootprintOf<Real>& w, const Real& exponent, double support)
 {
-  const Real n = RoundPearsonExponent(exponent), q0 = 2.0 * (n + 2.0), inverse = 1.0 / q0;
-  return { q0, support * inverse, (n + 1.0) * inverse * (1.0 / Pi) * w.InverseRoot, n,
-    2.0 * n * inverse };
+  constexpr double focus0 = BellEdge / 2.0 + (1.0 - BellEdge) / 5.0;  // m0 at r = 1
+  constexpr double focus1 = BellEdge / 6.0 + (1.0 - BellEdge) / 30.0; // m1
+  const Real share = (exponent - MaxSmoothExponent) / (FocusExponent - MaxSmoothExponent);
+  const Real one = Uniform<Real>(1.0);
+  const Real r = exponent < FocusExponent ? Larger(share, Real{}) : one; // NaN: in focus
+  const Real m0 = 1.0 / 3.0 + (focus0 - 1.0 / 3.0) * r;
+  const Real reach = 2.0 * m0 / (1.0 / 12.0 + (focus1 - 1.0 / 12.0) * r), inverse = 1.0 / reach;
+  return { reach, support * inverse, (1.0 / Pi) * inverse * w.InverseRoot / m0, r, 2.0 * inverse };
 }
-
-/// The kernel of a node is smooth (SmoothProfile) below this Pearson exponent; above it, little is
-/// gained.
-constexpr double MaxSmoothExponent = 1.95;
 
 /// A smooth kernel has a plateau below this Pearson exponent.
 constexpr double MaxPlateauExponent = 0.857;
 
 /**
- * Kernel of a blurred node with a colour gradient: flat in the middle, with a smooth step down at
- * the border. It has mass 1, variance W, and the kurtosis of (disc of radius C convolved with the
- * node). A Pearson-II kernel would have an edge there, and its derivative a pole.
+ * Kernel of a blurred splat: flat in the middle, with a smooth step down at the border. It has mass
+ * 1, variance W, and the kurtosis of (disc of radius C convolved with the splat). A Pearson-II
+ * kernel would have an edge there, and its derivative, which the colour gradients of nodes need, a
+ * pole.
  *
  *   k(q) = peak u^2 (3 - 2u),  u = min(1, (q0 - q) kappa) for q = x' W^-1 x < q0
  *
@@ -275,21 +274,25 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
 /**
  * Chooses the kernel's profile for a footprint.
  * @param squaredConfusion C^2 of the disc that determines the kernel's shape, px^2
- * @param tilted           whether the splat has a colour gradient
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
-  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const Real& squaredConfusion,
-  const MaskOf<Real>& tilted)
+  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const Real& squaredConfusion)
 {
   if (type == KernelType::Gaussian)
   {
     return GaussianProfile(gaussian, w);
   }
+  const double support = gaussian.Support();
   const Real exponent = PearsonExponent(w, squaredConfusion);
+  const KernelProfile<Real> bell = BellProfile(w, exponent, support);
+  const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
+  if (!AnyLane<Real>(smooth))
+  {
+    return bell;
+  }
   const Real most = Uniform<Real>(MaxSmoothExponent);
-  // NaN gives the largest as well: in focus the spread is 0.
-  return SmoothProfile(w, exponent <= most ? exponent : most, gaussian.Support());
+  return Select<Real>(smooth, SmoothProfile(w, smooth ? exponent : most, support), bell);
 }
 
 /// Makes the kernel with this profile and footprint.
@@ -303,6 +306,6 @@ SURFELSPLATTING_INLINE ResamplingKernelOf<Real> MakeKernel(
 }
 
 /// Radius of the largest support of all kernels except the Gaussian, in standard deviations of W:
-/// sqrt(q0) at n = 4. The Gaussian's is sqrt(2c / tau).
-constexpr double MaxPearsonReach = 3.4641016151377544;
+/// sqrt(q0) of the kernel between the two profiles. The Gaussian's is sqrt(2c / tau).
+constexpr double MaxKernelReach = 2.8284271247461903;
 }

@@ -13,6 +13,7 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float FirstSmoothShape = static_cast<float>(SmoothShape);
+constexpr float Edge = static_cast<float>(BellEdge);
 
 /// The kernel at q, 1 at q = 0 (ResamplingKernel.h); undefined where q >= support.
 SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
@@ -21,35 +22,13 @@ SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float s
   {
     return ExpOfMinus(Min(0.5f * q, 80.0f));
   }
-  Lanes k = Max(1.0f - q * (1.0f / support), 0.0f);
+  const Lanes x = Max(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= FirstSmoothShape)
   {
-    k = Min(k * (shape - FirstSmoothShape), 1.0f);
-    return k * k * (3.0f - 2.0f * k);
+    const Lanes u = Min(x * (shape - FirstSmoothShape), 1.0f);
+    return u * u * (3.0f - 2.0f * u);
   }
-  if (shape == 0.0f)
-  {
-    return 1.0f;
-  }
-  if (shape == 2.0f)
-  {
-    return k * k;
-  }
-  if (shape == 3.0f)
-  {
-    return k * (k * k);
-  }
-  if (shape == 4.0f)
-  {
-    k *= k;
-    return k * k;
-  }
-  if (shape < 1.0f)
-  {
-    k = Sqrt(k);
-    return shape < 0.5f ? Sqrt(k) : k;
-  }
-  return k;
+  return x * (x + shape * (Edge + (1.0f - Edge) * (x * x * x) - x));
 }
 
 /// The kernel at q and its derivative d, without its constant factor (t in ResamplingKernel.h).
@@ -60,15 +39,16 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
     d = ExpOfMinus(Min(0.5f * q, 80.0f));
     return d;
   }
-  const Lanes s = 1.0f - q * (1.0f / support);
+  const Lanes x = Max(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= FirstSmoothShape)
   {
-    const Lanes u = Min(Max(s * (shape - FirstSmoothShape), 0.0f), 1.0f);
+    const Lanes u = Min(x * (shape - FirstSmoothShape), 1.0f);
     d = u * (1.0f - u);
     return u * u * (3.0f - 2.0f * u);
   }
-  d = shape == 3.0f ? s * s : shape == 4.0f ? s * s * s : s;
-  return s * d;
+  const Lanes cube = (1.0f - Edge) * (x * x * x);
+  d = 2.0f * x + shape * (Edge + 4.0f * cube - 2.0f * x);
+  return x * (x + shape * (Edge + cube - x));
 }
 }
 }

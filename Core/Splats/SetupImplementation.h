@@ -352,8 +352,8 @@ SURFELSPLATTING_INLINE void MakeBatch(
   {
     const LensBlur<Real> blur = Blur(job, index, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
-    const ResamplingKernelOf<Real> kernel = MakeKernel(
-      ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion, f.Tilted), f.W);
+    const ResamplingKernelOf<Real> kernel =
+      MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, blur, f.Cell, kernel);
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))
@@ -372,8 +372,8 @@ SURFELSPLATTING_INLINE void MakeBatch(
 
 /// SetupTarget::MakeSplats.
 template <class Real>
-void MakeSplats(
-  const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output)
+void MakeSplats(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
+  SplatOutput& output)
 {
   constexpr std::size_t lanes = LaneTypes<Real>::Count;
   BatchIndices<Real> index;
