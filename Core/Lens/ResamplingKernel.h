@@ -130,7 +130,7 @@ SURFELSPLATTING_INLINE FootprintOf<Real> Select(
  * The colour of a node changes over its footprint. Let h = M H', px, be the first moment of its
  * colour on the screen (NodeColors.h). A splat with coverage w deposits
  *   w (k c_0 + t h' W^-1 (dx, dy)),   t = -2 dk/dq (q here with respect to W),
- * The term with t is a derivative of the kernel; its first moment is h for every kernel of mass 1.
+ * The term with t is the derivative of a kernel; its first moment is h for every kernel of mass 1.
  * The raster evaluates t without its constant factor, which is Tilt.
  */
 template <class Real>
@@ -145,7 +145,7 @@ struct ResamplingKernelOf
 using ResamplingKernel = ResamplingKernelOf<double>;
 
 constexpr double GaussianShape = -1.0;
-constexpr double SmoothShape = 16.0;
+constexpr double SmoothShape = 2.0;
 
 /// A kernel as a function of q = x' W^-1 x.
 template <class Real>
@@ -195,21 +195,24 @@ SURFELSPLATTING_INLINE Real PearsonExponent(
 
 /// Splats with a smaller Pearson exponent have the kernel of SmoothProfile, others that of
 /// BellProfile. At 2 both are (1 - q/q0)^2.
-constexpr double MaxSmoothExponent = 1.95;
+constexpr double MaxSmoothExponent = 1.99;
 
 /// From this exponent on, the kernel is that of a splat in focus.
-constexpr double FocusExponent = 2.5;
+constexpr double FocusExponent = 2.9;
 
 /// a: the larger it is, the smaller is the support of a splat in focus, and the more do neighbours
 /// ripple. Pinhole pictures have the error that the Gaussian, cut off at c = 2.5, gave them.
-constexpr double BellEdge = 0.45;
+constexpr double BellEdge = 0.4;
 
 /**
  * Kernel of a splat with little blur. In focus it has nearly the kurtosis and the support of the
- * Gaussian cut off at c = 2.5 (6.54 and q0 = 7.2 instead of 6.60 and 6.4), but it ends in zero: a
+ * Gaussian cut off at c = 2.5 (6.65 and q0 = 7.4 instead of 6.60 and 6.4), but it ends in zero: a
  * splat that moves enters a pixel without a jump. The smooth kernel below goes over into it.
  *
  *   k(q) = peak x ((1 - r) x + r (a + (1 - a) x^3)),  x = 1 - q/q0,  q = x' W^-1 x < q0
+ *
+ * Gradients have the derivative of the kernel (1 - q/q0)^2, which ends in zero as well: t =
+ * peak 12 m0 / q0 x.
  *
  * r grows from 0 to 1 between the exponents above. Mass and variance are exact for every r: with
  * the moments m0 = integral of k over x, m1 = that of (1 - x) k, q0 = 2 m0 / m1.
@@ -227,7 +230,8 @@ SURFELSPLATTING_INLINE KernelProfile<Real> BellProfile(
   const Real r = exponent < FocusExponent ? Larger(share, Real{}) : one; // NaN: in focus
   const Real m0 = 1.0 / 3.0 + (focus0 - 1.0 / 3.0) * r;
   const Real reach = 2.0 * m0 / (1.0 / 12.0 + (focus1 - 1.0 / 12.0) * r), inverse = 1.0 / reach;
-  return { reach, support * inverse, (1.0 / Pi) * inverse * w.InverseRoot / m0, r, 2.0 * inverse };
+  return { reach, support * inverse, (1.0 / Pi) * inverse * w.InverseRoot / m0, r,
+    12.0 * m0 * inverse };
 }
 
 /// A smooth kernel has a plateau below this Pearson exponent.
@@ -260,7 +264,7 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
   const Real width = SquareRoot(5.0 * Larger(4.0 * middle - middle * middle, Real{}));
   const Real half = Larger(width, Uniform<Real>(1e-3)); // a disc without an edge: n = 0
   const Real a = 1.0 / 15.0 - 0.01 * k, b = 0.05 * k - 1.0 / 3.0, c = 0.4 - 0.0625 * k;
-  const Real root = (-b - SquareRoot(Larger(b * b - 4.0 * a * c, Real{}))) / (2.0 * a);
+  const Real root = 2.0 * c / (SquareRoot(Larger(b * b - 4.0 * a * c, Real{})) - b);
   const Real m = 1.0 - 0.5 * root;
   const Real sharp = 2.0 * m / (0.25 - 0.1 * root);
   const MaskOf<Real> plateau = n < MaxPlateauExponent;

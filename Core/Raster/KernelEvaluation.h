@@ -46,9 +46,8 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
     d = u * (1.0f - u);
     return u * u * (3.0f - 2.0f * u);
   }
-  const Lanes cube = (1.0f - Edge) * (x * x * x);
-  d = 2.0f * x + shape * (Edge + 4.0f * cube - 2.0f * x);
-  return x * (x + shape * (Edge + cube - x));
+  d = x;
+  return x * (x + shape * (Edge + (1.0f - Edge) * (x * x * x) - x));
 }
 }
 }

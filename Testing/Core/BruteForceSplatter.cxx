@@ -65,7 +65,7 @@ struct ReferenceKernel
   enum
   {
     Gaussian, ///< exp(-q/2)
-    Bell,     ///< t ((1 - P) t + P (0.45 + 0.55 t^3))
+    Bell,     ///< t ((1 - P) t + P (0.4 + 0.6 t^3))
     Smooth    ///< u^2 (3 - 2u), u = min(1, P t)
   } Type;
   double P;
@@ -74,13 +74,13 @@ struct ReferenceKernel
   {
     const double u = std::min(1.0, this->P * t);
     return this->Type == Smooth ? u * u * (3.0 - 2.0 * u)
-                                : t * ((1.0 - this->P) * t + this->P * (0.45 + 0.55 * t * t * t));
+                                : t * ((1.0 - this->P) * t + this->P * (0.4 + 0.6 * t * t * t));
   }
   /// Largest slope near t.
   double Slope(double t) const
   {
     const double u = std::min(1.0, this->P * t);
-    return this->Type == Smooth ? this->P * 6.0 * u : 2.0 * t + this->P * (0.45 + 2.2 * t * t * t);
+    return this->Type == Smooth ? this->P * 6.0 * u : 2.0 * t + this->P * (0.4 + 2.4 * t * t * t);
   }
 };
 
@@ -266,7 +266,7 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
 /// The kernel with this Pearson exponent, and its integrals over t: of itself and times 1 - t.
 ReferenceKernel ChooseReferenceKernel(double n, double& mass, double& moment)
 {
-  if (n < 1.95)
+  if (n < 1.99)
   {
     const double kurtosis = 8.0 - 8.0 / (std::max(n, 0.0) + 3.0);
     const ReferenceKernel kernel{ ReferenceKernel::Smooth, SmoothSteepness(kurtosis) };
@@ -276,7 +276,7 @@ ReferenceKernel ChooseReferenceKernel(double n, double& mass, double& moment)
     moment = m[1];
     return kernel;
   }
-  const ReferenceKernel kernel{ ReferenceKernel::Bell, std::min(1.0, (n - 1.95) / 0.55) };
+  const ReferenceKernel kernel{ ReferenceKernel::Bell, std::min(1.0, (n - 1.99) / 0.91) };
   mass = moment = 0.0;
   constexpr int Steps = 2000; // Simpson's rule: 1e-13 for a polynomial of fifth degree
   for (int i = 0; i <= Steps; ++i)
