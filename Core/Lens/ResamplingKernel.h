@@ -201,7 +201,8 @@ constexpr double MaxSmoothExponent = 1.99;
 constexpr double FocusExponent = 2.9;
 
 /// a: the larger it is, the smaller is the support of a splat in focus, and the more do neighbours
-/// ripple. Pinhole pictures have the error that the Gaussian, cut off at c = 2.5, gave them.
+/// ripple. With 0.5, pinhole pictures have the error that the Gaussian cut off at c = 2.5 gives;
+/// 0.4 gains 0.02 to 0.2 dB, and as much at 12 px of blur.
 constexpr double BellEdge = 0.4;
 
 /**
@@ -225,7 +226,8 @@ SURFELSPLATTING_INLINE KernelProfile<Real> BellProfile(
 {
   constexpr double focus0 = BellEdge / 2.0 + (1.0 - BellEdge) / 5.0;  // m0 at r = 1
   constexpr double focus1 = BellEdge / 6.0 + (1.0 - BellEdge) / 30.0; // m1
-  const Real share = (exponent - MaxSmoothExponent) / (FocusExponent - MaxSmoothExponent);
+  constexpr double perExponent = 1.0 / (FocusExponent - MaxSmoothExponent);
+  const Real share = (exponent - MaxSmoothExponent) * perExponent;
   const Real one = Uniform<Real>(1.0);
   const Real r = exponent < FocusExponent ? Larger(share, Real{}) : one; // NaN: in focus
   const Real m0 = 1.0 / 3.0 + (focus0 - 1.0 / 3.0) * r;
@@ -288,6 +290,10 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
     return GaussianProfile(gaussian, w);
   }
   const double support = gaussian.Support();
+  if (!AnyLane<Real>(squaredConfusion != 0.0))
+  {
+    return BellProfile(w, Uniform<Real>(FocusExponent), support);
+  }
   const Real exponent = PearsonExponent(w, squaredConfusion);
   const KernelProfile<Real> bell = BellProfile(w, exponent, support);
   const MaskOf<Real> smooth = exponent < MaxSmoothExponent;

@@ -370,25 +370,42 @@ SURFELSPLATTING_INLINE void MakeBatch(
   output.Invalid += CountLanes<Real>(s.Invalid);
 }
 
+/// Makes the splats of a part of a run.
+/// @param merging that of the run; a constant 0 leaves the code for pairs out
+template <class Real>
+SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, double merging,
+  std::size_t begin, std::size_t end, SplatOutput& output)
+{
+  constexpr std::size_t lanes = LaneTypes<Real>::Count;
+  BatchIndices<Real> index;
+  index.Level = static_cast<int>(run.Level);
+  index.Merging = merging;
+  for (std::size_t i = begin; i < end; i += lanes)
+  {
+    for (std::size_t l = 0; l < lanes; ++l)
+    {
+      const std::size_t place = i + l < end ? i + l : end - 1;
+      index.I[l] = run.Begin + place;
+      if (merging > 0.0)
+      {
+        index.Parents[l] = run.Parents + place / 2;
+      }
+    }
+    index.Present = GatherMask<Real>([&](int l) { return i + l < end; });
+    MakeBatch(job, index, output);
+  }
+}
+
 /// SetupTarget::MakeSplats.
 template <class Real>
 void MakeSplats(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
   SplatOutput& output)
 {
-  constexpr std::size_t lanes = LaneTypes<Real>::Count;
-  BatchIndices<Real> index;
-  index.Level = static_cast<int>(run.Level);
-  index.Merging = run.Merging;
-  for (std::size_t i = 0; i < count; i += lanes)
+  if (run.Merging > 0.0f)
   {
-    for (std::size_t l = 0; l < lanes; ++l)
-    {
-      const std::size_t place = skip + (i + l < count ? i + l : count - 1);
-      index.I[l] = run.Begin + place;
-      index.Parents[l] = run.Parents + place / 2;
-    }
-    index.Present = GatherMask<Real>([&](int l) { return i + l < count; });
-    MakeBatch(job, index, output);
+    MakeRun<Real>(job, run, run.Merging, skip, skip + count, output);
+    return;
   }
+  MakeRun<Real>(job, run, 0.0, skip, skip + count, output);
 }
 }
