@@ -80,7 +80,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const double supportRadius =
-    std::fmax(MaxPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau));
+    std::fmax(MaxKernelReach, std::sqrt(gaussian.Support() / gaussian.Tau));
   const CutCamera camera{ cell.Camera, cell.Optics, supportRadius, cell.Settings.Prefilter };
   this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, this->Ranges));
 }

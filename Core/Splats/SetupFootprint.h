@@ -24,7 +24,7 @@ struct LensBlur
 
 template <class Real>
 SURFELSPLATTING_INLINE LensBlur<Real> Blur(
-  const SetupJob& job, int level, const PlacedSurfels<Real>& s)
+  const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
 {
   const View& view = job.Camera;
   const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
@@ -47,10 +47,10 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
       b.OffsetY = view.Fy * b.Signed * b.Mean.Y;
     }
   }
-  if (level > 0)
+  if (index.HasNodes())
   {
     const Real perDepth = MinNodeBlur * s.InverseZ;
-    const Real spacing = perDepth * perDepth * Norm(s.Area);
+    const Real spacing = perDepth * perDepth * Norm(s.Area) * s.Patch;
     b.Variance[0] = Larger(b.Variance[0], fx * fx * spacing);
     b.Variance[1] = Larger(b.Variance[1], fy * fy * spacing);
   }
@@ -176,7 +176,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
     : SquareRoot(blur.Variance[0] * blur.Variance[1]);
   f.Smooth = Smaller(isotropic * f.W.InverseRoot, Uniform<Real>(1.0));
   const bool gradients =
-    index.Level > 0 && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
+    index.HasNodes() && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
   f.Tilted = gradients ? s.Alive : MaskOf<Real>{};
   f.Cell = Uniform<Real>(1.0);
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;

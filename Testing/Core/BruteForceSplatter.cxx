@@ -59,11 +59,36 @@ struct CameraSurfel
   Vector3 Area;
 };
 
+/// A kernel as a function of t = 1 - q/2c.
+struct ReferenceKernel
+{
+  enum
+  {
+    Gaussian, ///< exp(-q/2)
+    Bell,     ///< t ((1 - P) t + P (0.4 + 0.6 t^3))
+    Smooth    ///< u^2 (3 - 2u), u = min(1, P t)
+  } Type;
+  double P;
+
+  double Value(double t) const
+  {
+    const double u = std::min(1.0, this->P * t);
+    return this->Type == Smooth ? u * u * (3.0 - 2.0 * u)
+                                : t * ((1.0 - this->P) * t + this->P * (0.4 + 0.6 * t * t * t));
+  }
+  /// Largest slope near t.
+  double Slope(double t) const
+  {
+    const double u = std::min(1.0, this->P * t);
+    return this->Type == Smooth ? this->P * 6.0 * u : 2.0 * t + this->P * (0.4 + 2.4 * t * t * t);
+  }
+};
+
 /// One evaluated splat: everything that does not depend on the pixel.
 struct ReferenceSplat
 {
   double X, Y, Weight;
-  double Exponent;      ///< of (1 - q/2c)^n; negative: exp(-q/2)
+  ReferenceKernel Kernel;
   double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2]; ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
@@ -187,8 +212,38 @@ void ReferenceDepth(
   splat.DepthY = (w[0][0] * cy - w[0][1] * cx) / det;
 }
 
+/// Integrals of a smooth kernel of steepness s and of its products with 1 - t and (1 - t)^2 over t
+/// in [0, 1]: a step on [0, e], and 1 on [e, 1]; if s < 1, the step's first part only.
+void SmoothMoments(double s, double (&m)[3])
+{
+  const double e = std::min(1.0, 1.0 / s), u = std::min(1.0, s);
+  double t[3]; // integrals of k t^j
+  for (int j = 0; j < 3; ++j)
+  {
+    const double step = std::pow(e, j + 1) * u * u * (3.0 / (j + 3) - 2.0 * u / (j + 4));
+    t[j] = step + (1.0 - std::pow(e, j + 1)) / (j + 1);
+  }
+  m[0] = t[0];
+  m[1] = t[0] - t[1];
+  m[2] = t[0] - 2.0 * t[1] + t[2];
+}
+
+/// The steepness with this E[q^2], if E[q] = 2: by bisection, since a steeper step has less.
+double SmoothSteepness(double kurtosis)
+{
+  double low = 1e-6, high = 2e3; // the widest plateau that SmoothProfile makes
+  for (int i = 0; i < 100; ++i)
+  {
+    const double s = std::sqrt(low * high);
+    double m[3];
+    SmoothMoments(s, m);
+    (4.0 * m[0] * m[2] / (m[1] * m[1]) > kurtosis ? low : high) = s;
+  }
+  return low;
+}
+
 /**
- * Exponent of the Pearson-II kernel for W and a disc of radius C, or -1 for a Gaussian: both have
+ * Exponent of the Pearson-II kernel for W and a disc of radius C: both have
  * the same Mardia's kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus
  * the disc's fourth cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1
  * W^-1. For Pearson II it is 8 - 8 / (n + 3).
@@ -205,19 +260,33 @@ double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
     const int deltas = (i == j && k == l) + (i == k && j == l) + (i == l && j == k);
     excess -= squaredConfusion * squaredConfusion / 48.0 * deltas * inverse[i][j] * inverse[k][l];
   }
-  const double n = excess < 0.0 ? -8.0 / excess - 3.0 : 1e300;
-  if (n > 6.0)
+  return excess < 0.0 ? -8.0 / excess - 3.0 : 1e300;
+}
+
+/// The kernel with this Pearson exponent, and its integrals over t: of itself and times 1 - t.
+ReferenceKernel ChooseReferenceKernel(double n, double& mass, double& moment)
+{
+  if (n < 1.99)
   {
-    return -1.0;
+    const double kurtosis = 8.0 - 8.0 / (std::max(n, 0.0) + 3.0);
+    const ReferenceKernel kernel{ ReferenceKernel::Smooth, SmoothSteepness(kurtosis) };
+    double m[3];
+    SmoothMoments(kernel.P, m);
+    mass = m[0];
+    moment = m[1];
+    return kernel;
   }
-  // The nearest of the exponents that the raster has: up to halfway to the next.
-  const double exponents[] = { 0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0 };
-  int nearest = 0;
-  while (nearest < 6 && n >= 0.5 * (exponents[nearest] + exponents[nearest + 1]))
+  const ReferenceKernel kernel{ ReferenceKernel::Bell, std::min(1.0, (n - 1.99) / 0.91) };
+  mass = moment = 0.0;
+  constexpr int Steps = 2000; // Simpson's rule: 1e-13 for a polynomial of fifth degree
+  for (int i = 0; i <= Steps; ++i)
   {
-    ++nearest;
+    const double t = static_cast<double>(i) / Steps;
+    const double weight = (i == 0 || i == Steps ? 1.0 : i % 2 ? 4.0 : 2.0) / (3.0 * Steps);
+    mass += weight * kernel.Value(t);
+    moment += weight * kernel.Value(t) * (1.0 - t);
   }
-  return exponents[nearest];
+  return kernel;
 }
 
 /// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
@@ -300,11 +369,17 @@ bool MakeReferenceSplat(
   const double tau = 1.0 - c * std::exp(-c) / mass;
   const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  splat.Exponent = pearson ? ReferencePearsonExponent(w, cx * cy) : -1.0;
-  // Support of q = x' W^-1 x: q0 = 2 (n + 2), or 2 c / tau; scaled to 2 c in both.
-  const double n = splat.Exponent;
-  const double scale = n < 0.0 ? tau : 2.0 * c / (2.0 * (n + 2.0));
-  const double volume = n < 0.0 ? 2.0 * Pi * mass / tau : 2.0 * Pi * (n + 2.0) / (n + 1.0);
+  splat.Kernel = { ReferenceKernel::Gaussian, 0.0 };
+  double scale = tau, volume = 2.0 * Pi * mass / tau;
+  if (pearson)
+  {
+    // The mean of q = x' W^-1 x, which ends at q0, is 2; it is scaled to end at 2 c.
+    double total = 0.0, moment = 0.0;
+    splat.Kernel = ChooseReferenceKernel(ReferencePearsonExponent(w, cx * cy), total, moment);
+    const double q0 = 2.0 * total / moment;
+    scale = 2.0 * c / q0;
+    volume = Pi * q0 * total;
+  }
   splat.Weight = deposit * ReferenceRippleCompensation(smooth, cosine) / (volume * std::sqrt(det));
   splat.Inverse[0][0] = scale * w[1][1] / det;
   splat.Inverse[1][1] = scale * w[0][0] / det;
@@ -411,12 +486,15 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
     if (share > 0.0)
     {
       // ExpOfMinus adds 2e-7 + 7.5e-8 q/2 (see its test); the peak, two products and a colour one
-      // rounding each. A power of t = 1 - q/2c has n times t's own error, and up to four roundings.
-      const double t = 1.0 - q / (2.0 * cutoff), n = s.Exponent;
-      const double relative = n < 0.0
+      // rounding each. Other kernels have their slope times the error of t = 1 - q/2c, and up to
+      // six roundings.
+      const double t = 1.0 - q / (2.0 * cutoff);
+      const bool gaussian = s.Kernel.Type == ReferenceKernel::Gaussian;
+      const double value = gaussian ? std::exp(-0.5 * q) : s.Kernel.Value(t);
+      const double relative = gaussian
         ? 0.5 * error + 2e-7 + 3.75e-8 * q + 4.0 * Epsilon
-        : n * (error / (2.0 * cutoff) + 2.0 * Epsilon) / t + 8.0 * Epsilon;
-      const double kernel = share * (n < 0.0 ? std::exp(-0.5 * q) : std::pow(t, n));
+        : s.Kernel.Slope(t) * (error / (2.0 * cutoff) + 2.0 * Epsilon) / value + 10.0 * Epsilon;
+      const double kernel = share * value;
       // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the
       // largest term.
       const double depthError = 5.0 * Epsilon *

@@ -192,9 +192,10 @@ TEST_CASE("Mass")
     const double expected = deposit * ReferenceRippleCompensation(smooth, along / Norm(s.Position));
     // Sampling a Gaussian of variance >= 1 px^2 at pixels: 4 exp(-2 pi^2) = 1e-8. Rounding of the
     // centre and of offsets, 3 * 160 px * 2^-24, times the mean slope of log k, <= 1.3 per px and
-    // axis: 5e-5. Area and covariance are floats. A Pearson-II kernel ends at an ellipse: pixels
-    // that it holds, against its area, by Gauss's circle problem, some 1 % for a flat disc of 5 px.
-    CHECK_NEAR(sum / expected, 1.0, IsPearson(context) && i % 2 ? 0.02 : 5e-5);
+    // axis: 5e-5. Area and covariance are floats. Kernels for a lens end at an ellipse whatever the
+    // cut-off: pixels that it holds, against its area, by Gauss's circle problem, some 1 % for a
+    // flat disc of 5 px. In focus they end in zero, but at 2.7 px: 0.0065 measured.
+    CHECK_NEAR(sum / expected, 1.0, !IsPearson(context) ? 5e-5 : i % 2 ? 0.02 : 0.01);
   }
 }
 
@@ -279,13 +280,15 @@ TEST_CASE("Grid sum")
     const double compensation = ReferenceRippleCompensation(smooth, cosine);
     const double ripple = RippleBound(20.0 * d, cosine);
     // The grid's borders are 6.3 standard deviations away from the middle: Gaussian tails below
-    // 1e-8. Rounding: as in the test Mass, with 3 * 52 px.
+    // 1e-8. Rounding: as in the test Mass, with 3 * 52 px. The kernel for a lens ends in focus as
+    // well, whatever the cut-off, and ripples by up to 0.04 (measured).
+    const double ends = IsPearson(context) ? 0.04 : 0.0;
     for (int y = 9; y <= 10; ++y)
     {
       for (int x = 5; x < 15; ++x)
       {
         CHECK(sink.Count[y * 20 + x] == 1);
-        CHECK_NEAR(sink.Weight[y * 20 + x] / compensation, 1.0, ripple + 2e-5);
+        CHECK_NEAR(sink.Weight[y * 20 + x] / compensation, 1.0, ripple + ends + 2e-5);
       }
     }
   }
@@ -298,11 +301,12 @@ double EdgeProfile(const SplatContext& context, double x, double variance, doubl
   {
     return 0.5 * std::erfc(x / std::sqrt(2.0 * variance));
   }
-  // Marginal of (1 - r^2 / R^2)^n, R^2 = 2 (n + 2) W, is proportional to (1 - x^2 / R^2)^(n + 1/2).
+  // The Pearson-II kernel with n = 1/4, nearly that of the same kurtosis. Marginal of (1 - r^2 /
+  // R^2)^n, R^2 = 2 (n + 2) W, is proportional to (1 - x^2 / R^2)^(n + 1/2).
   const double ratio = variance / (confusion * confusion);
   const double n = 48.0 * ratio * ratio - 3.0;
   CHECK(n > 0.125);
-  CHECK(n < 0.375); // rounded to 1/4
+  CHECK(n < 0.375);
   const double radius = std::sqrt(4.5 * variance);
   constexpr int steps = 20000;
   double beyond = 0.0, all = 0.0;
@@ -340,7 +344,7 @@ TEST_CASE("Blurred edge")
     // The compensation varies by 0.2 (1 - smooth) sin^2 of up to 35 degrees over the grid.
     const double tolerance =
       0.242 / variance / 24.0 + 0.2 * (1.0 - (1.0 + lens) / variance) * 0.33 + 1e-6;
-    // Pearson-II kernels end at an ellipse: of each of its 22 rows one cell is in or out, 0.29 of
+    // Kernels for a lens end at an ellipse: of each of its 22 rows one cell is in or out, 0.29 of
     // one of 380 px^2 by root mean square: sqrt(22) 0.29 / 380.
     CHECK_NEAR(
       picture.At(x, 4, 3), std::min(1.0, sum), tolerance + (IsPearson(context) ? 3.6e-3 : 0.0));

@@ -214,10 +214,13 @@ void CompareLayers(const std::vector<Layer>& actual, const std::vector<Layer>& e
     const Layer &a = actual[i], &e = expected[i];
     CHECK_NEAR(a.Near, e.Near, 0x1p-22 * std::abs(e.Near));
     CHECK_NEAR(a.Far, e.Far, 0x1p-22 * std::abs(e.Far));
-    CHECK_NEAR(a.Weight, e.Weight, SumTolerance * e.Weight);
-    CHECK_NEAR(a.Opacity, e.Opacity, SumTolerance * e.Weight);
-    CHECK_NEAR(a.Red, e.Red, SumTolerance * e.Weight);
-    CHECK_NEAR(a.Depth, e.Depth, 2.0 * SumTolerance * e.Far * e.Weight);
+    // Kernels that fall to zero do so with a slope of 0.4 / Q there, while that of the Gaussian is
+    // half its value: weights below 0.05 have the error of 0.05.
+    const double bound = SumTolerance * std::max(e.Weight, 0.05f);
+    CHECK_NEAR(a.Weight, e.Weight, bound);
+    CHECK_NEAR(a.Opacity, e.Opacity, bound);
+    CHECK_NEAR(a.Red, e.Red, bound);
+    CHECK_NEAR(a.Depth, e.Depth, 2.0 * e.Far * bound);
     CHECK((i == 0 || actual[i - 1].Far < a.Near)); // front to back, disjoint
   }
 }

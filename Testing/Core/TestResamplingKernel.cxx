@@ -19,7 +19,7 @@ constexpr double Pi = 3.14159265358979324;
 ResamplingKernel KernelOf(
   KernelType type, const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
-  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion, false), w);
+  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion), w);
 }
 
 ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gaussian)
@@ -27,7 +27,7 @@ ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gau
   return KernelOf(KernelType::Gaussian, w, 0.0, gaussian);
 }
 
-ResamplingKernel PearsonKernel(
+ResamplingKernel LensKernel(
   const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
   return KernelOf(KernelType::PearsonII, w, squaredConfusion, gaussian);
@@ -38,11 +38,25 @@ struct Moments
   double Mass = 0, XX = 0, YY = 0, XY = 0;
 };
 
+/// The kernel at q as a share of its peak (ResamplingKernel.h).
+double ShapeAt(const ResamplingKernel& k, double q, double support)
+{
+  if (k.Shape < 0.0)
+  {
+    return std::exp(-0.5 * q);
+  }
+  const double x = 1.0 - q / support, r = k.Shape;
+  const double u = std::min(1.0, (k.Shape - SmoothShape) * x);
+  return k.Shape >= SmoothShape
+    ? u * u * (3.0 - 2.0 * u)
+    : x * ((1.0 - r) * x + r * (BellEdge + (1.0 - BellEdge) * x * x * x));
+}
+
 /**
  * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy
  * = sqrt(q / B) sin(t), dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments,
- * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. A power (1 - q/Q)^n, n
- * a multiple of 1/4, is a polynomial of r, q = Q (1 - r^4).
+ * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. They begin anew where
+ * a plateau ends.
  */
 Moments Integrate(const ResamplingKernel& k, double support)
 {
@@ -50,28 +64,24 @@ Moments Integrate(const ResamplingKernel& k, double support)
     0.906179845938664 };
   constexpr double Weights[5] = { 0.236926885056189, 0.478628670499366, 0.568888888888889,
     0.478628670499366, 0.236926885056189 };
-  // 20 panels more for powers of r up to 23: their error falls with the tenth power of that.
-  const int panels = static_cast<int>(std::ceil(2.0 * support)) + (k.Shape < 0.0 ? 0 : 20);
+  const double steepness = k.Shape - SmoothShape;
+  const double borders[3] = { 0.0, steepness > 1.0 ? support * (1.0 - 1.0 / steepness) : 0.0,
+    support };
+  const int panels = static_cast<int>(std::ceil(2.0 * support));
   Moments m;
-  for (int i = 0; i < 5 * panels; ++i)
+  for (int i = 0; i < 10 * panels; ++i)
   {
-    double q = support / panels * (i / 5 + 0.5 + 0.5 * Nodes[i % 5]);
-    double dq = 0.5 * support / panels * Weights[i % 5];
-    if (k.Shape >= 0.0)
-    {
-      const double r = q / support;
-      dq *= 4.0 * r * r * r;
-      q = support * (1.0 - r * r * r * r);
-    }
+    const int part = i % 2, panel = i / 10;
+    const double length = (borders[part + 1] - borders[part]) / panels;
+    const double q = borders[part] + length * (panel + 0.5 + 0.5 * Nodes[i / 2 % 5]);
+    const double dq = 0.5 * length * Weights[i / 2 % 5];
     for (int j = 0; j < 8; ++j)
     {
       const double t = Pi * j / 4.0;
       const double dy = std::sqrt(q / k.B) * std::sin(t);
       const double dx = std::sqrt(q / k.A) * std::cos(t) - k.K * dy;
       const double u = dx + k.K * dy;
-      const double exponent = k.A * u * u + k.B * dy * dy;
-      const double value =
-        k.Peak * (k.Shape < 0.0 ? std::exp(-0.5 * exponent) : std::pow(1.0 - q / support, k.Shape));
+      const double value = k.Peak * ShapeAt(k, k.A * u * u + k.B * dy * dy, support);
       const double share = value * dq * Pi / 4.0 / (2.0 * std::sqrt(k.A * k.B));
       m.Mass += share;
       m.XX += share * dx * dx;
@@ -136,7 +146,7 @@ void CheckKernel(const Symmetric2& projected, const double (&variance)[2], doubl
 TEST_CASE("Moments")
 {
   Random random(2);
-  std::set<double> shapes;
+  std::set<int> kinds; // bell, bell in focus, smooth, smooth with a plateau
   for (double cutoff : { 0.01, 0.1, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0, 8.0, 20.0 })
   {
     for (int i = 0; i < 40; ++i)
@@ -152,38 +162,65 @@ TEST_CASE("Moments")
       const double share = i % 2 ? random.Uniform(0.0, 1.0) : 1.0 - 0.1 * random.Uniform(0.0, 1.0);
       const Symmetric2 little{ i % 2 ? projected.XX : 0.0, i % 2 ? projected.YY : 0.0,
         i % 2 ? projected.XY : 0.0 };
-      const ResamplingKernel pearson = PearsonKernel(
+      const ResamplingKernel lens = LensKernel(
         Footprint(little, variance), 4.0 * std::min(variance[0], variance[1]) * share, gaussian);
-      shapes.insert(pearson.Shape);
-      CheckKernel(little, variance, cutoff, pearson);
+      kinds.insert(
+        static_cast<int>(std::min(2.0 + SmoothShape, lens.Shape)) - (lens.Shape < 1.0 ? 1 : 0));
+      CheckKernel(little, variance, cutoff, lens);
     }
   }
-  CHECK(shapes.size() == 8); // all exponents, and the Gaussian
+  CHECK(kinds.size() >= 4);
 }
 
-/// All blur: the uniform disc. None: the Gaussian. In between, the exponent grows with what is not
-/// blur.
-TEST_CASE("Pearson limits")
+/// All blur: the uniform disc. None: that of focus. In between, what is not blur takes the border
+/// in.
+TEST_CASE("Limits")
 {
   const TruncatedGaussian gaussian(2.5);
-  double last = 0.0;
-  for (double share : { 1.0, 0.98, 0.93, 0.85, 0.75, 0.67, 0.65, 0.6 })
+  const double variance[2] = { 100.0, 100.0 };
+  const Footprint w({ 0, 0, 0 }, variance);
+  const ResamplingKernel disc = LensKernel(w, 400.0, gaussian);
+  CHECK_NEAR(disc.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
+  CHECK_NEAR(disc.HalfWidth, 20.0, 0.003);          // C; its border is 1e-3 wide in q
+  double last = 1e30;
+  for (double share : { 1.0, 0.99, 0.98, 0.95, 0.9, 0.85 })
   {
-    const double variance[2] = { 100.0, 100.0 };
-    const ResamplingKernel k =
-      PearsonKernel(Footprint({ 0, 0, 0 }, variance), 400.0 * share, gaussian);
-    CHECK(k.Shape >= last);
-    last = k.Shape;
-    if (share == 1.0)
+    const double shape = LensKernel(w, 400.0 * share, gaussian).Shape;
+    CHECK(shape >= SmoothShape);
+    CHECK(shape < last);
+    last = shape;
+  }
+  CHECK(LensKernel(w, 0.0, gaussian).Shape == 1.0);
+  const double little[2] = { 1.0, 1.0 };
+  CHECK(LensKernel(Footprint({ 3, 2, 1 }, little), 0.0, gaussian).Shape == 1.0);
+}
+
+/// A kernel changes continuously with the blur, everywhere, and ends in zero: nothing jumps when
+/// focus or camera move.
+TEST_CASE("Continuity")
+{
+  const TruncatedGaussian gaussian(2.5);
+  const double variance[2] = { 100.0, 100.0 };
+  const Footprint w({ 0, 0, 0 }, variance);
+  constexpr int Steps = 20000, Places = 60;
+  double last[Places] = {}, largest = 0.0;
+  for (int i = 0; i <= Steps; ++i)
+  {
+    // The blur's share grows up to 0.95: a disc has an edge.
+    const ResamplingKernel k = LensKernel(w, 380.0 * i / Steps, gaussian);
+    CHECK(ShapeAt(k, gaussian.Support(), gaussian.Support()) < 1e-12);
+    for (int place = 0; place < Places; ++place)
     {
-      CHECK(k.Shape == 0.0);
-      CHECK_NEAR(k.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
-      CHECK_NEAR(k.HalfWidth, 20.0, 1e-12);          // C
+      const double x = 0.5 * place, q = k.A * x * x; // px
+      const double value =
+        q < gaussian.Support() ? k.Peak * ShapeAt(k, q, gaussian.Support()) : 0.0;
+      largest = i > 0 ? std::max(largest, std::abs(value - last[place])) : largest;
+      last[place] = value;
     }
   }
-  CHECK(last == 4.0);
-  const double variance[2] = { 1.0, 1.0 };
-  CHECK(PearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
+  const double peak = LensKernel(w, 0.0, gaussian).Peak;
+  std::printf("largest change of %d: %.2e of the peak in focus\n", Steps, largest / peak);
+  CHECK(largest < 0.002 * peak);
 }
 
 /// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over
