@@ -280,6 +280,9 @@ struct ZRange
   float Near, Far;
 };
 
+/// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
+constexpr float FullReach = 0.05f;
+
 /// How far behind a layer's end splats of the same surface may begin: what keeps of the layer falls
 /// to 1/e there. Through the lens this is the width of the blurred footprint.
 SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings& settings)
@@ -292,9 +295,11 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
 
 /// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in front
 /// of it leak, and the z-ranges become longer.
+/// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it longer
 template <RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
-  const LaneMask& inside, const RasterSettings& settings, const RasterCallbacks& callbacks)
+  const LaneMask& inside, const Lanes& reach, const RasterSettings& settings,
+  const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   const Lanes far = Lanes::Load(open.Far);
@@ -320,7 +325,8 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
       }
     }
   }
-  Select(inside, Larger(Lanes::Load(open.Far), range.Far), Lanes::Load(open.Far)).Store(open.Far);
+  const Lanes end = range.Near + reach * (range.Far - range.Near);
+  Select(inside, Larger(Lanes::Load(open.Far), end), Lanes::Load(open.Far)).Store(open.Far);
   if (Pass == RasterPass::Collect)
   {
     float* near = tile.Coarse[block].Near;

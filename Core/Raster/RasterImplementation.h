@@ -102,9 +102,16 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     return 0;
   }
+  Lanes slope;
+  const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
+                                   : EvaluateKernel(s.Shape, d.Q, support);
   if (Pass != RasterPass::Nearest)
   {
-    PrepareLayers<Pass>(tile, block, { s.Near, s.Far }, inside, splat.Settings, callbacks);
+    // The layers of coarse grids end at once: all of the range keeps them together.
+    const Lanes reach =
+      Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
+    PrepareLayers<Pass>(
+      tile, block, { s.Near, s.Far }, inside, reach, splat.Settings, callbacks);
   }
   const LensFootprint& lens = splat.Footprint;
   const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
@@ -116,9 +123,6 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     return bits;
   }
-  Lanes slope;
-  const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
-                                   : EvaluateKernel(s.Shape, d.Q, support);
   // Lanes outside of the support may hold anything.
   const Lanes weight = Select(inside, s.Weight * kernel * room, 0.0f);
   const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
@@ -292,7 +296,7 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
       PrepareLayers<RasterPass::Layers>(
-        tile, block, { s.Near, s.Far }, inside, settings, callbacks);
+        tile, block, { s.Near, s.Far }, inside, 1.0f, settings, callbacks);
       AddTentToBlock(tile, block, s, Select(inside, weightOfRow * across, 0.0f));
     }
   }
