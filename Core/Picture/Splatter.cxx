@@ -233,7 +233,8 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   if (context.HasLens())
   {
     settings.LensRadius = static_cast<float>(context.Optics.Radius);
-    settings.BlurPerDepth = static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
+    settings.BlurPerDepth =
+      static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
   }
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =

@@ -63,11 +63,11 @@ SURFELSPLATTING_INLINE bool IsTilted(const PixelTile& tile, int block)
   return (tile.Tilted >> block & 1) != 0;
 }
 
-/// Stores the first moment of T after a leak, which can be no longer than that of a segment; true if
-/// it is so long that it matters.
+/// Stores the first moment of T after a leak, which can be no longer than that of a segment; true
+/// if it is so long that it matters.
 /// @param share of the layer's sums that is composited
-SURFELSPLATTING_INLINE bool StoreMoment(FinishedLayers& done, const Lanes& share,
-  const LensPoints& layer, const Lanes& after)
+SURFELSPLATTING_INLINE bool StoreMoment(
+  FinishedLayers& done, const Lanes& share, const LensPoints& layer, const Lanes& after)
 {
   Lanes x = Lanes::Load(done.ThroughX) - share * layer.X;
   Lanes y = Lanes::Load(done.ThroughY) - share * layer.Y;
@@ -121,8 +121,7 @@ SURFELSPLATTING_INLINE void CompositeColors(PixelTile& tile, int block, const La
   float* to[] = { done.Red, done.Green, done.Blue };
   float* part[] = { leaked.Red, leaked.Green, leaked.Blue };
   // Sums of blocks that are not tilted are not weighted with T.
-  const Lanes visible =
-    IsTilted(tile, block) ? Lanes(1.0f) : Lanes::Load(done.Transmittance);
+  const Lanes visible = IsTilted(tile, block) ? Lanes(1.0f) : Lanes::Load(done.Transmittance);
   for (int c = 0; c < 3; ++c)
   {
     const Lanes color = share * Smaller(Larger(visible * Lanes::Load(from[c]), 0.0f), brightest);
@@ -244,7 +243,11 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   const Lanes seen = kept * leak.Rest;
   // Colours of a block that has just become tilted are not weighted with T yet.
   Keep(tile, block,
-    { kept, seen, tilts ? seen * before : IsTilted(tile, block) ? seen : kept }, hasLens);
+    { kept, seen,
+      tilts                     ? seen * before
+        : IsTilted(tile, block) ? seen
+                                : kept },
+    hasLens);
 }
 
 /// Composites all open layers of a block and empties them.
@@ -293,9 +296,10 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
   return band > 1e-30f ? band : 1e-30f;
 }
 
-/// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in front
-/// of it leak, and the z-ranges become longer.
-/// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it longer
+/// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in
+/// front of it leak, and the z-ranges become longer.
+/// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it
+/// longer
 template <RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
   const LaneMask& inside, const Lanes& reach, const RasterSettings& settings,
@@ -341,8 +345,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
 /// The share of a fragment that its layer has room for.
 /// @param u where it passes the lens; unused without OnLens
 template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes Room(
-  const PixelTile& tile, int block, const LensPoints& u, float full)
+SURFELSPLATTING_INLINE Lanes Room(const PixelTile& tile, int block, const LensPoints& u, float full)
 {
   const LensLayers& lens = tile.Lens[block];
   Lanes fill = Lanes::Load(tile.Open[block].Weight);

@@ -41,8 +41,8 @@ SURFELSPLATTING_INLINE void AddDepths(
   OpenLayers& open, const SplatCopy& splat, const BlockPixels& d)
 {
   const Lanes far = Lanes::Load(open.Far);
-  Select(
-    d.Q < 0.35f * splat.Settings.Support, Smaller(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
+  Select(d.Q < 0.35f * splat.Settings.Support,
+    Smaller(far, splat.S.Far + EvaluatePlane(splat.S, d)), far)
     .Store(open.Far);
 }
 
@@ -110,8 +110,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
     // The layers of coarse grids end at once: all of the range keeps them together.
     const Lanes reach =
       Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
-    PrepareLayers<Pass>(
-      tile, block, { s.Near, s.Far }, inside, reach, splat.Settings, callbacks);
+    PrepareLayers<Pass>(tile, block, { s.Near, s.Far }, inside, reach, splat.Settings, callbacks);
   }
   const LensFootprint& lens = splat.Footprint;
   const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
@@ -234,8 +233,8 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
       }
       const Lanes u = u0 + static_cast<float>(i * BlockSize);
       const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
-      fragments += static_cast<std::uint64_t>(__builtin_popcount(
-        AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
+      fragments += static_cast<std::uint64_t>(
+        __builtin_popcount(AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
     }
   }
   return fragments;
@@ -343,11 +342,10 @@ unsigned int HiddenFrom(
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
-  const Lanes after = through - VisibleShare(through, layer, Lanes(1.0f));
-  // Half of an open layer has leaked at least: T' < 2 after.
-  const LaneMask ended =
-    Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
-  const Lanes rest = Select(ended, 2.0f * after, through);
+  // Half of an open layer has leaked at least.
+  const Lanes after = Leak(through, layer, Lanes(0.5f)).Through;
+  const LaneMask ended = Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
+  const Lanes rest = Select(ended, after, through);
   return (Smaller(rest, through) <= MinTransmittance).ToBits();
 }
 

@@ -66,9 +66,9 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   this->Place(tile, bins, frame);
   if (this->Sink)
   {
-    this->Sink->BeginTile({ this->OriginX, this->OriginY,
-      std::min(this->OriginX + TileSize, this->Width),
-      std::min(this->OriginY + TileSize, this->Height) });
+    this->Sink->BeginTile(
+      { this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+        std::min(this->OriginY + TileSize, this->Height) });
   }
   const RasterPass pass = this->Settings.Pass;
   const Counts counts = pass == RasterPass::Layers || pass == RasterPass::Collect
@@ -380,8 +380,8 @@ void TileRaster::SendToSink(
       const float before = tile.Finished[block].Transmittance[l] + alpha;
       const float coverage =
         std::min(1.0f, alpha * open.Weight[l] / std::max(before * open.Opacity[l], 1e-30f));
-      raster->Sink->Receive(x, y,
-        { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
+      raster->Sink->Receive(
+        x, y, { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
     }
   });
 }

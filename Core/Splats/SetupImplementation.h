@@ -282,8 +282,8 @@ SURFELSPLATTING_INLINE void WriteFootprints(
 {
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
   const FloatOf<Real> x = Narrow<Real>(b.Blur.Mean.X), y = Narrow<Real>(b.Blur.Mean.Y);
-  const FloatOf<Real> perPixel = Narrow<Real>(
-    0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
+  const FloatOf<Real> perPixel =
+    Narrow<Real>(0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))

@@ -66,7 +66,7 @@ struct SplatOutput
   Splat* Splats;
   PixelBox* Boxes;
   float* Nears;
-  LensFootprint* Footprints;         ///< or null
+  LensFootprint* Footprints; ///< or null
   unsigned char* GridLevels; ///< or null: all splats are on the picture itself
   SplatGradient* Gradients;  ///< of the whole list
   std::size_t FirstGradient; ///< index of this output's first gradient in it
