@@ -296,18 +296,25 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
   return band > 1e-30f ? band : 1e-30f;
 }
 
+/// The pixels of a splat, and the share of its z-range that counts there, [0, 1]: nothing of hardly
+/// any weight makes a layer longer.
+struct FragmentReach
+{
+  LaneMask Inside;
+  Lanes Reach;
+};
+
 /// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in
 /// front of it leak, and the z-ranges become longer.
 /// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it
 /// longer
 template <RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
-  const LaneMask& inside, const Lanes& reach, const RasterSettings& settings,
-  const RasterCallbacks& callbacks)
+  const FragmentReach& at, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   const Lanes far = Lanes::Load(open.Far);
-  const LaneMask ended = inside & (Lanes::Load(open.Weight) > 0.0f) & (far < range.Near);
+  const LaneMask ended = at.Inside & (Lanes::Load(open.Weight) > 0.0f) & (far < range.Near);
   if (Any(ended))
   {
     if (Pass == RasterPass::Collect)
@@ -329,16 +336,16 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
       }
     }
   }
-  const Lanes end = range.Near + reach * (range.Far - range.Near);
-  Select(inside, Larger(Lanes::Load(open.Far), end), Lanes::Load(open.Far)).Store(open.Far);
+  const Lanes end = range.Near + at.Reach * (range.Far - range.Near);
+  Select(at.Inside, Larger(Lanes::Load(open.Far), end), Lanes::Load(open.Far)).Store(open.Far);
   if (Pass == RasterPass::Collect)
   {
     float* near = tile.Coarse[block].Near;
-    Select(inside, Smaller(Lanes::Load(near), range.Near), Lanes::Load(near)).Store(near);
+    Select(at.Inside, Smaller(Lanes::Load(near), range.Near), Lanes::Load(near)).Store(near);
   }
   else if (callbacks.Leaked)
   {
-    AddTo(tile.Finished[block].Fragments, Select(inside, 1.0f, 0.0f));
+    AddTo(tile.Finished[block].Fragments, Select(at.Inside, 1.0f, 0.0f));
   }
 }
 

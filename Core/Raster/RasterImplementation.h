@@ -79,6 +79,13 @@ SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight,
   AddTo(coarse.HalfRange, weight * (0.5f * (s.Far - s.Near)));
 }
 
+/// The layers of coarse grids end at once: all of the range keeps them together.
+template <RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes EvaluateReach(const Lanes& kernel)
+{
+  return Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
+}
+
 /// Adds a splat to a block; returns the lanes that it covers.
 template <bool HasGradient, bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const SplatCopy& splat,
@@ -107,10 +114,9 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
                                    : EvaluateKernel(s.Shape, d.Q, support);
   if (Pass != RasterPass::Nearest)
   {
-    // The layers of coarse grids end at once: all of the range keeps them together.
-    const Lanes reach =
-      Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
-    PrepareLayers<Pass>(tile, block, { s.Near, s.Far }, inside, reach, splat.Settings, callbacks);
+    const Lanes reach = EvaluateReach<Pass>(kernel);
+    PrepareLayers<Pass>(
+      tile, block, { s.Near, s.Far }, { inside, reach }, splat.Settings, callbacks);
   }
   const LensFootprint& lens = splat.Footprint;
   const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
@@ -295,7 +301,7 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
       PrepareLayers<RasterPass::Layers>(
-        tile, block, { s.Near, s.Far }, inside, 1.0f, settings, callbacks);
+        tile, block, { s.Near, s.Far }, { inside, 1.0f }, settings, callbacks);
       AddTentToBlock(tile, block, s, Select(inside, weightOfRow * across, 0.0f));
     }
   }
