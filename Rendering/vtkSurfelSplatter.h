@@ -132,9 +132,10 @@ public:
   ///@{
   /**
    * The kernel of a blurred splat. PEARSON_II is flat, like the uniform disc of a lens, if the blur
-   * is wide, and becomes the Gaussian without blur. At every aperture that was measured it is
-   * closer to a ray tracer's lens than the paper's GAUSSIAN (by 0.1 to 4.6 dB). It is also smaller
-   * and hence faster. In focus both are the same. Default PEARSON_II.
+   * is wide, and a bell of nearly the Gaussian's kurtosis without blur. At every aperture that was
+   * measured it is closer to a ray tracer's lens than the paper's GAUSSIAN (by 0.1 to 4.6 dB). It
+   * ends in zero, so that nothing jumps in motion, and is faster where much is blurred. Default
+   * PEARSON_II.
    */
   vtkSetClampMacro(Kernel, int, GAUSSIAN, PEARSON_II);
   vtkGetMacro(Kernel, int);
@@ -144,11 +145,10 @@ public:
 
   ///@{
   /**
-   * Cut-off c of the resampling kernel, on the Gaussian's exponent: a splat ends where q/2 = c.
-   * A larger cut-off is smoother and slower. It changes neither the mass of a splat nor the
-   * variance of surface kernel and pixel filter. With GAUSSIAN, the variance of the lens grows with
-   * it (0.28 C^2 at the default). With PEARSON_II, only splats with little blur, which are
-   * Gaussians, have a cut-off. Default 2.5, range [1, 20].
+   * Cut-off c of the GAUSSIAN kernel, on its exponent: a splat ends where q/2 = c. A larger cut-off
+   * is smoother and slower. It changes neither the mass of a splat nor the variance of surface
+   * kernel and pixel filter; the variance of the lens grows with it (0.28 C^2 at the default).
+   * Default 2.5, range [1, 20].
    */
   vtkSetClampMacro(Cutoff, double, 1.0, 20.0);
   vtkGetMacro(Cutoff, double);

@@ -379,8 +379,7 @@ void vtkSurfelSplattingPass::LearnFrameTime(vtkRenderer* renderer)
   }
   const double load = this->Splatter->GetFrameMilliseconds() * std::max(1, my.CellCount) /
     (1000.0 * SecondsPerFrame(renderer));
-  my.Governor.AddInteractiveFrame(
-    load, this->Coarsening, this->Splatter->GetBlurredPixels().Size() > 0);
+  my.Governor.AddInteractiveFrame(load, this->Coarsening);
 }
 
 void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame)

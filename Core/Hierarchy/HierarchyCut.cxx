@@ -20,6 +20,26 @@ constexpr double LensShare = 0.42;
 /// dB or more.
 constexpr double PixelShare = 0.95;
 
+/// An entry of the ClusterBounds draws its nodes of at most this many levels below. More would
+/// draw parts of it too finely, less would visit more entries.
+constexpr int MaxLevelsBelow = 4;
+
+/// Nodes merge with their siblings while the allowed size grows by this factor, up to that of their
+/// parents. In a wider band fewer pixels change, but more nodes have to be set up together with
+/// their parents: 1.15 takes up to 5 % of a frame.
+constexpr double MergingBand = 1.15;
+
+/// By how many levels the limit of an entry's children rises while the entry's own level falls by
+/// one (LimitBelow).
+constexpr double LimitSlope = 2.0;
+
+/// 0 below 0, 1 above 1.
+double SmoothStep(double x)
+{
+  const double u = std::fmin(1.0, std::fmax(0.0, x));
+  return u * u * (3.0 - 2.0 * u);
+}
+
 /// Factor of the allowed size of a node that is not coherent.
 double CoherenceFactor(double coherence)
 {
@@ -113,50 +133,88 @@ private:
       statistics.BackLeaves += this->LeavesOf(at);
       return;
     }
-    const double allowed = this->AllowedSize(ball);
-    if (at.Level > 0 && this->Suffices(node.Extent, allowed))
+    const double level = this->DetailLevel(at, this->AllowedSize(ball));
+    if (level >= at.Level - MaxLevelsBelow || at.Level == this->Table.LowestLevel(at.Tree))
     {
-      this->Choose(at, at.Level, node.Extent.Sigma, ball, part);
+      this->Choose(at, std::fmax(level, 0.0), ball, part);
+      return;
     }
-    else if (!this->ChooseBelow(at, ball, allowed, part))
+    const double limit = this->LimitBelow(at, level);
+    const std::size_t left = 2 * at.Index;
+    if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
     {
-      const std::size_t left = 2 * at.Index;
-      if (left + 1 < this->Layout.Count(at.Level - 1, at.Tree))
-      {
-        part.Stack.push_back({ at.Tree, at.Level - 1, left + 1 });
-      }
-      part.Stack.push_back({ at.Tree, at.Level - 1, left });
+      part.Stack.push_back({ at.Tree, at.Level - 1, left + 1, limit });
     }
+    part.Stack.push_back({ at.Tree, at.Level - 1, left, limit });
   }
 
-  /// Chooses one level for a whole subtree: the coarsest that is fine enough. For the lowest
-  /// subtrees the leaves always are; higher ones descend at most maxLevels, since parts of them may
-  /// need only a coarser level.
-  bool ChooseBelow(const Subtree& at, const Ball& ball, double allowed, CutWork::Part& part) const
+  /// Size that must be allowed so that the nodes of a level below an entry may be drawn.
+  double NeededSize(const Subtree& at, int level) const
   {
-    constexpr int maxLevels = 4;
-    const NodeExtent* below = this->Table.Below(at.Level, at.Tree, at.Index);
-    if (at.Level == this->Table.LowestLevel(at.Tree))
+    const NodeExtent& extent = this->ExtentAt(at, level);
+    const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
+    return size / CoherenceFactor(extent.Coherence);
+  }
+
+  /// The largest extents of the nodes of a level below an entry, or its own.
+  const NodeExtent& ExtentAt(const Subtree& at, int level) const
+  {
+    return level == at.Level ? this->Table.Get(at.Level, at.Tree, at.Index).Extent
+                             : this->Table.Below(at.Level, at.Tree, at.Index)[at.Level - 1 - level];
+  }
+
+  /// The coarsest level that is fine enough for a whole subtree, plus the share to which its nodes
+  /// merge with their siblings. -1: none of those whose extents are known.
+  double DetailLevel(const Subtree& at, double allowed) const
+  {
+    if (!(allowed > 0.0))
     {
-      int level = at.Level - 1;
-      while (level > 0 && !this->Suffices(below[at.Level - 1 - level], allowed))
-      {
-        --level;
-      }
-      const double sigma = level >= 0 ? below[at.Level - 1 - level].Sigma
-                                      : this->Table.Get(at.Level, at.Tree, at.Index).Extent.Sigma;
-      this->Choose(at, std::max(0, level), sigma, ball, part);
-      return true;
+      return -1.0;
     }
-    for (int i = 0; i < maxLevels; ++i)
+    return this->Settings.Rule == CutRule::Paper
+      ? this->SteppedLevel(at, allowed)
+      : std::fmin(this->ContinuousLevel(at, allowed), at.Limit);
+  }
+
+  double SteppedLevel(const Subtree& at, double allowed) const
+  {
+    const int lowest = std::max(1, at.Level - ClusterBounds::LevelsBelow);
+    int level = at.Level;
+    while (level >= lowest && allowed < this->NeededSize(at, level))
     {
-      if (this->Suffices(below[i], allowed))
+      --level;
+    }
+    return level >= lowest ? level : -1.0;
+  }
+
+  /// A continuous function of the allowed size, also where levels need nearly the same size. Below
+  /// the known levels it goes on with half an octave per level.
+  double ContinuousLevel(const Subtree& at, double allowed) const
+  {
+    const int lowest = std::max(0, at.Level - ClusterBounds::LevelsBelow);
+    double needed = lowest > 0 ? this->NeededSize(at, lowest) : 0.0;
+    if (allowed < needed)
+    {
+      return lowest + 2.0 * std::log2(allowed / needed);
+    }
+    for (int level = lowest; level < at.Level; ++level)
+    {
+      needed = std::fmax(this->NeededSize(at, level + 1), MergingBand * needed);
+      if (allowed < needed)
       {
-        this->Choose(at, at.Level - 1 - i, below[i].Sigma, ball, part);
-        return true;
+        return level + SmoothStep((MergingBand * allowed / needed - 1.0) / (MergingBand - 1.0));
       }
     }
-    return false;
+    return at.Level;
+  }
+
+  /// The coarsest level that an entry's children may draw. Its own nodes and those of its children
+  /// are then of the same level when it becomes fine enough, so that nothing jumps.
+  double LimitBelow(const Subtree& at, double level) const
+  {
+    const double border = at.Level - MaxLevelsBelow;
+    return this->Settings.Rule == CutRule::Paper ? at.Limit
+                                                 : border + LimitSlope * (border - level);
   }
 
   std::uint64_t LeavesOf(const Subtree& at) const
@@ -166,16 +224,23 @@ private:
       (at.Index << at.Level);
   }
 
-  /// @param sigma largest standard deviation of the nodes, local units
-  void Choose(
-    const Subtree& at, int level, double sigma, const Ball& ball, CutWork::Part& part) const
+  /// Chooses the nodes of a subtree at a level; its fraction is the share to which they merge.
+  void Choose(const Subtree& at, double detail, const Ball& ball, CutWork::Part& part) const
   {
+    const int level = static_cast<int>(detail);
     const int below = at.Level - level;
     const std::size_t first = at.Index << below;
     const std::size_t last =
       std::min<std::size_t>((at.Index + 1) << below, this->Layout.Count(level, at.Tree));
     CutRange run{ this->Layout.Begin(level, at.Tree) + first,
       static_cast<std::uint32_t>(last - first), static_cast<std::uint32_t>(level) };
+    double sigma = this->ExtentAt(at, level).Sigma;
+    run.Merging = static_cast<float>(detail - level);
+    if (run.Merging > 0.0f)
+    {
+      run.Parents = this->Layout.Begin(level + 1, at.Tree) + first / 2;
+      sigma = std::fmax(sigma, this->ExtentAt(at, level + 1).Sigma);
+    }
     this->Place(this->Scale * sigma, ball, run);
     if (this->Settings.SkipOutside && IsEmpty(run.Box))
     {
@@ -244,12 +309,6 @@ private:
     }
     return { static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size)),
       static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size)) };
-  }
-
-  bool Suffices(const NodeExtent& extent, double allowed) const
-  {
-    const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
-    return size <= allowed * CoherenceFactor(extent.Coherence);
   }
 
   /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
@@ -397,7 +456,7 @@ void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
     const int level = std::max(table.LowestLevel(tree), root - levelsBelowRoot);
     for (std::size_t j = 0; j < table.Layout().Count(level, tree); ++j)
     {
-      subtrees.push_back({ tree, level, j });
+      subtrees.push_back({ tree, level, j, HierarchyLayout::MaximumNumberOfLevels });
     }
   }
 }

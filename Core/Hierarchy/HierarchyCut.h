@@ -8,7 +8,7 @@
  *
  * - Moments: sigma^2 <= e^2 (0.95^2 h + 0.42^2 V_I), the variance of the node on the screen against
  *   those of pixel filter and lens. The node is drawn with its full covariance and a colour
- *   gradient.
+ *   gradient. Below the size at which a node is drawn, its two children merge (CutRange.h).
  *
  * - Paper: r <= e max(C, sqrt(h)), the projected radius of the node's bounding sphere against the
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
@@ -20,8 +20,8 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
-#include "Core/Base/PixelBox.h"
 #include "Core/Hierarchy/ClusterBounds.h"
+#include "Core/Hierarchy/CutRange.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/View.h"
 
@@ -43,19 +43,6 @@ struct CutSettings
   double Error = 1.0;        ///< e, >= 0
   bool SkipOutside = true;   ///< skip surfels that cannot blur into the picture
   bool SkipBackFaces = true; ///< skip one-sided surfels seen from behind
-};
-
-/// A run of consecutive nodes to draw. All have the same level and lie below one entry of the
-/// ClusterBounds.
-struct CutRange
-{
-  std::size_t Begin;
-  std::uint32_t Count;
-  std::uint32_t Level;
-  bool Wide = false;          ///< all of its splats are wide enough for a coarse grid
-  float Near = -1e30f;        ///< no splat of it begins in front of this
-  float Far = 1e30f;          ///< no splat of it ends behind this
-  PixelBox Box{ 0, 0, 0, 0 }; ///< contains all of its splats
 };
 
 struct CutStatistics
@@ -91,6 +78,7 @@ struct CutWork
   {
     int Tree, Level;
     std::size_t Index;
+    double Limit; ///< coarsest level that may be drawn; its fraction: the share of merging
   };
 
   /// The cut of a subtree.

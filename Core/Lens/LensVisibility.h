@@ -26,7 +26,7 @@ namespace SurfelSplatting
 {
 /// Where the light of a splat's fragments passes through the lens: u = (MeanX, MeanY) + PerPixel
 /// (dx, dy). The offset (dx, dy) from the centre is in px, or in cells of a coarse grid.
-struct LensFootprint
+struct alignas(16) LensFootprint
 {
   float MeanX, MeanY;
   float PerPixel;
@@ -68,6 +68,9 @@ constexpr float MinLensCentroid = 0.02f;
 /// The excess of a layer's weights over full coverage is assumed this far off the lens's centre: a
 /// fully covered lens with a second surface in front of half of it is no less covered.
 constexpr float ExcessCentroid = 0.5f;
+
+/// LargestCover(c) is at least 1 - CoverLossPerCentroid c.
+constexpr float CoverLossPerCentroid = 1.18f;
 
 /**
  * Share of the lens that a layer can cover at most. Surfaces that cover one another through the
@@ -113,10 +116,9 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
 template <class Real>
 struct LayerCoverage
 {
-  Real Weight;  ///< sum w
+  Real Filled;  ///< sum w over LargestCoverOfLayer
   Real Opacity; ///< sum w o
   Real Seen;    ///< sum w o T(u)
-  Real Largest; ///< LargestCoverOfLayer
 };
 
 /// The part of the lens through which a layer is seen, [0, T]: within Frechet's bounds for the
@@ -125,18 +127,19 @@ template <class Real>
 SURFELSPLATTING_INLINE Real VisibleShare(
   const Real& through, const LayerCoverage<Real>& layer, const Real& keep)
 {
-  const Real scale = keep / Larger(keep * layer.Weight / layer.Largest, Real(1.0f));
+  const Real scale = keep / Larger(keep * layer.Filled, Real(1.0f));
   const Real alpha = scale * layer.Opacity;
   const Real least = Larger(through + alpha - 1.0f, Real(0.0f));
   return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
 }
 
-/// What of a layer joins the finished ones where the next fragment begins behind its end.
+/// What of a layer joins the finished ones.
 template <class Real>
 struct LayerLeak
 {
   Real Share;   ///< of the layer's sums that is composited
-  Real Through; ///< T' / T: what then shines through
+  Real Through; ///< T', what then shines through
+  Real Rest;    ///< T' / T: by which the share of the sums that stays is seen less
 };
 
 /// A layer that leaves less than this share of the light behind it ends the more, the less it
@@ -145,12 +148,12 @@ struct LayerLeak
 constexpr float LeastLeft = 1.0f / 512.0f;
 
 /**
- * A layer does not end at once: the share keep of it stays open. The rest is composited so that the
- * picture, if nothing else came, is the same:
+ * A layer does not end at once where the next fragment begins behind it: the share keep of it stays
+ * open. The rest is composited so that the picture, if nothing else came, is the same:
  *
  *   T' - v' = T - v,   v, v' = VisibleShare of the layer and of the share that stays
  *
- * where the sums that stay see T' instead of T. keep = 0 ends the layer.
+ * where the sums that stay see T' instead of T.
  * @param keep [0, 1); if it is exp(-gap / band), splats of hardly any weight within a gap change
  * nothing
  */
@@ -163,6 +166,15 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real left = through - all;
   const Real stays = Smaller(left / Larger(LeastLeft * through, Real(1e-30f)), Real(1.0f));
   const Real rest = stays * Smaller(left / Larger(through - kept, Real(1e-12f)), Real(1.0f));
-  return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)), rest };
+  return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)),
+    Larger(rest * through, Real(0.0f)), rest };
+}
+
+/// The same with keep = 0: the layer ends.
+template <class Real>
+SURFELSPLATTING_INLINE LayerLeak<Real> End(const Real& through, const LayerCoverage<Real>& layer)
+{
+  const Real all = VisibleShare(through, layer, Real(1.0f));
+  return { all / Larger(layer.Seen, Real(1e-30f)), Larger(through - all, Real(0.0f)), Real(0.0f) };
 }
 }

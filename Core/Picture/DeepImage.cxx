@@ -55,8 +55,8 @@ void DeepImage::BeginTile(const PixelBox& tile)
   for (int y = tile.Y0; y < tile.Y1; ++y)
   {
     const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
-    std::fill_n(this->Last.begin() + static_cast<std::ptrdiff_t>(row + tile.X0),
-      tile.X1 - tile.X0, 0u);
+    std::fill_n(
+      this->Last.begin() + static_cast<std::ptrdiff_t>(row + tile.X0), tile.X1 - tile.X0, 0u);
   }
 }
 

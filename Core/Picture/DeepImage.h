@@ -43,7 +43,8 @@ public:
   /// Samples behind a smaller transmittance are dropped: they add less than 1/255 to the picture.
   static constexpr float MinTransmittance = 1.0f / 4096.0f;
 
-  /// Layers leak into the picture bit by bit. What adds less alpha than this joins the sample before.
+  /// Layers leak into the picture bit by bit. What adds less alpha than this joins the sample
+  /// before.
   static constexpr float MinAlpha = 1.0f / 256.0f;
 
   /// Makes the samples. Call after the last cell.

@@ -80,7 +80,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const double supportRadius =
-    std::fmax(MaxPearsonReach, std::sqrt(gaussian.Support() / gaussian.Tau));
+    std::fmax(MaxKernelReach, std::sqrt(gaussian.Support() / gaussian.Tau));
   const CutCamera camera{ cell.Camera, cell.Optics, supportRadius, cell.Settings.Prefilter };
   this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, this->Ranges));
 }
@@ -233,7 +233,8 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   if (context.HasLens())
   {
     settings.LensRadius = static_cast<float>(context.Optics.Radius);
-    settings.BlurPerDepth = static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
+    settings.BlurPerDepth =
+      static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
   }
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =

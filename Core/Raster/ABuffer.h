@@ -30,8 +30,8 @@ struct VisibleLayer
   float Coverage;         ///< share of the layers behind that it covers, regardless of opacity
 };
 
-/// Receives what every pixel's layers add to the picture, front to back, except those behind another
-/// prop. The raster's threads call it, never two at once for the same tile.
+/// Receives what every pixel's layers add to the picture, front to back, except those behind
+/// another prop. The raster's threads call it, never two at once for the same tile.
 class LayerSink
 {
 public:

@@ -59,8 +59,9 @@ private:
     t.Depth = open.Depth[l] * inverse;
     const float mean = t.Depth - coarse.Near[l];
     const float variance = std::max(coarse.SquaredDepth[l] * inverse - mean * mean, 0.0f);
-    // The half length of an even range is sqrt(3) deviations. The mean is a quotient of float sums.
-    constexpr float perDeviation = 1.7320508f, rounding = 5e-7f;
+    // The half length of an even range would be sqrt(3) deviations; longer ranges merge surfaces of
+    // scans. The mean is a quotient of float sums.
+    constexpr float perDeviation = 1.4f, rounding = 5e-7f;
     const float half =
       coarse.HalfRange[l] * inverse + perDeviation * std::sqrt(variance) + rounding * t.Depth;
     t.Near = t.Depth - half;

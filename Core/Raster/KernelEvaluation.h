@@ -13,6 +13,7 @@ namespace SurfelSplatting
 namespace
 {
 constexpr float FirstSmoothShape = static_cast<float>(SmoothShape);
+constexpr float Edge = static_cast<float>(BellEdge);
 
 /// The kernel at q, 1 at q = 0 (ResamplingKernel.h); undefined where q >= support.
 SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
@@ -21,13 +22,13 @@ SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float s
   {
     return ExpOfMinus(Smaller(0.5f * q, 80.0f));
   }
-  Lanes k = Larger(1.0f - q * (1.0f / support), 0.0f);
+  const Lanes x = Larger(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= FirstSmoothShape)
   {
-    k = Smaller(k * (shape - FirstSmoothShape), 1.0f);
-    return k * k * (3.0f - 2.0f * k);
+    const Lanes u = Smaller(x * (shape - FirstSmoothShape), 1.0f);
+    return u * u * (3.0f - 2.0f * u);
   }
-  return k * (k * k);
+  return x * (x + shape * (Edge + (1.0f - Edge) * (x * x * x) - x));
 }
 
 /// The kernel at q and its derivative d, without its constant factor (t in ResamplingKernel.h).
@@ -38,15 +39,15 @@ SURFELSPLATTING_INLINE Lanes EvaluateSlope(float shape, const Lanes& q, float su
     d = ExpOfMinus(Smaller(0.5f * q, 80.0f));
     return d;
   }
-  const Lanes s = 1.0f - q * (1.0f / support);
+  const Lanes x = Larger(1.0f - q * (1.0f / support), 0.0f);
   if (shape >= FirstSmoothShape)
   {
-    const Lanes u = Smaller(Larger(s * (shape - FirstSmoothShape), 0.0f), 1.0f);
+    const Lanes u = Smaller(x * (shape - FirstSmoothShape), 1.0f);
     d = u * (1.0f - u);
     return u * u * (3.0f - 2.0f * u);
   }
-  d = s * s;
-  return s * d;
+  d = x;
+  return x * (x + shape * (Edge + (1.0f - Edge) * (x * x * x) - x));
 }
 }
 }

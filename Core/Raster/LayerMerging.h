@@ -18,8 +18,8 @@ namespace
 {
 constexpr float Infinity = __builtin_inff();
 
-/// Where all lanes keep less of a layer than this, it ends.
-constexpr float MinKeep = 1.0f / 1024.0f;
+/// A layer ends, instead of leaking, at a gap of so many bands: less than a thousandth would stay.
+constexpr float LargestGap = 7.0f;
 
 /// A block whose first moments of T change what is seen by less than this has none.
 constexpr float MinTilt = 1.0f / 512.0f;
@@ -63,71 +63,87 @@ SURFELSPLATTING_INLINE bool IsTilted(const PixelTile& tile, int block)
   return (tile.Tilted >> block & 1) != 0;
 }
 
-/// The first moment of T after a leak, which can be no longer than that of a segment.
+/// Stores the first moment of T after a leak, which can be no longer than that of a segment; true
+/// if it is so long that it matters.
 /// @param share of the layer's sums that is composited
-SURFELSPLATTING_INLINE LensPoints MomentBehind(const FinishedLayers& done, const Lanes& share,
-  const LensPoints& layer, const Lanes& after)
+SURFELSPLATTING_INLINE bool StoreMoment(
+  FinishedLayers& done, const Lanes& share, const LensPoints& layer, const Lanes& after)
 {
-  const Lanes x = Lanes::Load(done.ThroughX) - share * layer.X;
-  const Lanes y = Lanes::Load(done.ThroughY) - share * layer.Y;
-  const Lanes limit = LargestMoment(after);
-  const Lanes shorten = Smaller(limit / Larger(LengthOf(x, y), 1e-20f), 1.0f);
-  return { x * shorten, y * shorten };
+  Lanes x = Lanes::Load(done.ThroughX) - share * layer.X;
+  Lanes y = Lanes::Load(done.ThroughY) - share * layer.Y;
+  const Lanes squared = x * x + y * y, limit = LargestMoment(after);
+  if (Any(squared > limit * limit))
+  {
+    const Lanes shorten = Smaller(limit / Larger(SquareRoot(squared), 1e-20f), 1.0f);
+    x *= shorten;
+    y *= shorten;
+  }
+  x.Store(done.ThroughX);
+  y.Store(done.ThroughY);
+  return Any(squared > MinTilt * MinTilt / 16.0f);
 }
 
-/// The lens's side of a leak: makes the block tilted once its moments matter.
-/// @param toSeen factor from the layers' sums to those weighted with T
-/// @return whether the block has become tilted
+/// The lens's side of a leak. Once the moments of T matter, the block becomes tilted: sums are
+/// weighted with T from then on.
+/// @return whether it has become so
 SURFELSPLATTING_INLINE bool LeakThroughLens(
-  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen, const Lanes& after)
+  PixelTile& tile, int block, const LayerLeak<Lanes>& leak, const Lanes& seen)
 {
   LensLayers& lens = tile.Lens[block];
   FinishedLayers& done = tile.Finished[block];
-  const bool tilted = IsTilted(tile, block);
-  const Lanes weight = Lanes::Load(tile.Open[block].Weight);
-  const Lanes toSeen = seen / Larger(weight, 1e-30f);
-  const LensPoints moment = tilted
-    ? LensPoints{ Lanes::Load(lens.SeenX), Lanes::Load(lens.SeenY) }
-    : LensPoints{ toSeen * Lanes::Load(lens.FillX), toSeen * Lanes::Load(lens.FillY) };
-  const LensPoints behind = MomentBehind(done, leak.Share, moment, after);
-  behind.X.Store(done.ThroughX);
-  behind.Y.Store(done.ThroughY);
-  if (!tilted && Any(4.0f * LengthOf(behind.X, behind.Y) > MinTilt))
+  if (IsTilted(tile, block))
   {
-    tile.Tilted |= std::uint64_t{ 1 } << block;
-    seen.Store(lens.Seen);
-    moment.X.Store(lens.SeenX);
-    moment.Y.Store(lens.SeenY);
-    return true;
+    StoreMoment(
+      done, leak.Share, { Lanes::Load(lens.SeenX), Lanes::Load(lens.SeenY) }, leak.Through);
+    return false;
   }
-  return false;
+  const Lanes toSeen = seen / Larger(Lanes::Load(tile.Open[block].Weight), 1e-30f);
+  const LensPoints moment{ toSeen * Lanes::Load(lens.FillX), toSeen * Lanes::Load(lens.FillY) };
+  if (!StoreMoment(done, leak.Share, moment, leak.Through))
+  {
+    return false;
+  }
+  tile.Tilted |= std::uint64_t{ 1 } << block;
+  seen.Store(lens.Seen);
+  moment.X.Store(lens.SeenX);
+  moment.Y.Store(lens.SeenY);
+  return true;
 }
 
-/// Adds the share of the open layers to the finished ones.
-SURFELSPLATTING_INLINE void Composite(PixelTile& tile, int block, const Lanes& share,
-  const Lanes& seen, const Lanes& after, LeakedLayers& leaked)
+/// Adds the share of the open layers to the colours of the finished ones.
+SURFELSPLATTING_INLINE void CompositeColors(PixelTile& tile, int block, const Lanes& share,
+  const Lanes& seen, float largestColor, LeakedLayers& leaked)
 {
   const OpenLayers& open = tile.Open[block];
   FinishedLayers& done = tile.Finished[block];
-  const Lanes brightest = leaked.LargestColor * seen;
+  const Lanes brightest = largestColor * seen;
   const float* from[] = { open.Red, open.Green, open.Blue };
   float* to[] = { done.Red, done.Green, done.Blue };
   float* part[] = { leaked.Red, leaked.Green, leaked.Blue };
-  const Lanes before = Lanes::Load(done.Transmittance);
   // Sums of blocks that are not tilted are not weighted with T.
-  const Lanes visible = IsTilted(tile, block) ? Lanes(1.0f) : before;
+  const Lanes visible = IsTilted(tile, block) ? Lanes(1.0f) : Lanes::Load(done.Transmittance);
   for (int c = 0; c < 3; ++c)
   {
-    const Lanes color =
-      share * Smaller(Larger(visible * Lanes::Load(from[c]), 0.0f), brightest);
+    const Lanes color = share * Smaller(Larger(visible * Lanes::Load(from[c]), 0.0f), brightest);
     color.Store(part[c]);
     AddTo(to[c], color);
   }
-  const Lanes depth = Lanes::Load(open.Depth) / Larger(Lanes::Load(open.Weight), 1e-30f);
-  depth.Store(leaked.Depth);
-  (before - after).Store(leaked.Alpha);
+}
+
+/// Stores the transmittance behind the layers.
+SURFELSPLATTING_INLINE void StoreTransmittance(
+  PixelTile& tile, int block, const Lanes& after, bool wantsDepth, LeakedLayers& leaked)
+{
+  const OpenLayers& open = tile.Open[block];
+  FinishedLayers& done = tile.Finished[block];
+  const Lanes before = Lanes::Load(done.Transmittance);
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  if (wantsDepth || Any(median))
+  {
+    const Lanes depth = Lanes::Load(open.Depth) / Larger(Lanes::Load(open.Weight), 1e-30f);
+    depth.Store(leaked.Depth);
+    Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  }
   after.Store(done.Transmittance);
   if (!Any(after > MinTransmittance))
   {
@@ -135,81 +151,110 @@ SURFELSPLATTING_INLINE void Composite(PixelTile& tile, int block, const Lanes& s
   }
 }
 
-/// The open layers' coverage, to decide how much of them is seen.
+/// The open layers' weights over the largest share of the lens that they can cover.
+SURFELSPLATTING_INLINE Lanes FilledShare(const Lanes& weight, const LensLayers& lens)
+{
+  const Lanes x = Lanes::Load(lens.FillX), y = Lanes::Load(lens.FillY);
+  const Lanes squared = x * x + y * y;
+  // No limit is met where weight <= 1 - CoverLossPerCentroid moment / weight.
+  const Lanes free = Larger(weight - weight * weight, 0.0f);
+  constexpr float loss = CoverLossPerCentroid * CoverLossPerCentroid;
+  if (!Any(loss * squared > free * free))
+  {
+    return weight;
+  }
+  return weight / LargestCoverOfLayer(weight, SquareRoot(squared));
+}
+
+/// The open layers' coverage, which decides how much of them is seen.
 SURFELSPLATTING_INLINE LayerCoverage<Lanes> CoverageOf(
   const PixelTile& tile, int block, bool hasLens)
 {
   const OpenLayers& open = tile.Open[block];
   const LensLayers& lens = tile.Lens[block];
-  LayerCoverage<Lanes> layer;
-  layer.Weight = Lanes::Load(open.Weight);
-  layer.Opacity = Lanes::Load(open.Opacity);
-  layer.Seen = IsTilted(tile, block)
-    ? Lanes::Load(lens.Seen)
-    : Lanes::Load(tile.Finished[block].Transmittance) * layer.Opacity;
-  layer.Largest = 1.0f;
+  const Lanes weight = Lanes::Load(open.Weight), opacity = Lanes::Load(open.Opacity);
+  return { hasLens ? FilledShare(weight, lens) : weight, opacity,
+    IsTilted(tile, block) ? Lanes::Load(lens.Seen)
+                          : Lanes::Load(tile.Finished[block].Transmittance) * opacity };
+}
+
+/// What becomes of the sums of layers after a leak.
+struct KeptShares
+{
+  Lanes Coverage; ///< of what is not weighted with T
+  Lanes Seen;     ///< of what is weighted with T
+  Lanes Colors;
+};
+
+SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const KeptShares& keep, bool hasLens)
+{
+  OpenLayers& open = tile.Open[block];
+  LensLayers& lens = tile.Lens[block];
+  float* const coverage[] = { open.Weight, open.Opacity, open.Depth };
+  float* const colors[] = { open.Red, open.Green, open.Blue };
+  float* const visible[] = { lens.Seen, lens.SeenX, lens.SeenY };
+  const bool tilted = IsTilted(tile, block);
+  for (int i = 0; i < 3; ++i)
+  {
+    MultiplyBy(coverage[i], keep.Coverage);
+    MultiplyBy(colors[i], keep.Colors);
+    if (tilted)
+    {
+      MultiplyBy(visible[i], keep.Seen);
+    }
+  }
   if (hasLens)
   {
-    layer.Largest = LargestCoverOfLayer(
-      layer.Weight, LengthOf(Lanes::Load(lens.FillX), Lanes::Load(lens.FillY)));
+    MultiplyBy(lens.FillX, keep.Coverage);
+    MultiplyBy(lens.FillY, keep.Coverage);
   }
-  return layer;
 }
 
 /// Composites the open layers of the chosen pixels behind the finished ones, but for the share that
 /// stays open.
+/// @param keep unused if Ends: nothing stays
+template <bool Ends>
 void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes& keep,
   const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  OpenLayers& open = tile.Open[block];
-  LensLayers& lens = tile.Lens[block];
+  const OpenLayers& open = tile.Open[block];
   const FinishedLayers& done = tile.Finished[block];
-  const bool hasLens = settings.LensRadius > 0.0f, wasTilted = IsTilted(tile, block);
+  const bool hasLens = settings.LensRadius > 0.0f;
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, hasLens);
   const Lanes before = Lanes::Load(done.Transmittance);
-  LayerLeak<Lanes> leak = Leak(before, layer, keep);
+  LayerLeak<Lanes> leak = Ends ? End(before, layer) : Leak(before, layer, keep);
   // A layer behind an opaque prop contributes nothing.
   const LaneMask visible = chosen &
-    (Lanes::Load(open.Depth) <= Lanes::Load(done.OccluderDepth) * Larger(layer.Weight, 1e-30f));
+    (Lanes::Load(open.Depth) <=
+      Lanes::Load(done.OccluderDepth) * Larger(Lanes::Load(open.Weight), 1e-30f));
   leak.Share = Select(visible, leak.Share, 0.0f);
-  leak.Through = Select(visible, leak.Through, 1.0f);
-  const Lanes after = Larger(leak.Through * before, 0.0f);
+  leak.Through = Select(visible, leak.Through, before);
+  leak.Rest = Select(visible, leak.Rest, 1.0f);
   LeakedLayers leaked;
-  leaked.LargestColor = settings.LargestColor;
-  Composite(tile, block, leak.Share, layer.Seen, after, leaked);
+  CompositeColors(tile, block, leak.Share, layer.Seen, settings.LargestColor, leaked);
+  (leak.Share * layer.Seen).Store(leaked.Alpha);
+  StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)
   {
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
-  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen, after);
-  const Lanes kept = Select(chosen, keep, 1.0f);
-  const Lanes keptSeen = kept * leak.Through;
-  const Lanes colors = wasTilted ? keptSeen : tilts ? keptSeen * before : kept;
-  float* const coverage[] = { open.Weight, open.Opacity, open.Depth };
-  float* const sums[] = { open.Red, open.Green, open.Blue };
-  for (int i = 0; i < 3; ++i)
-  {
-    MultiplyBy(coverage[i], kept);
-    MultiplyBy(sums[i], colors);
-  }
-  if (hasLens)
-  {
-    MultiplyBy(lens.FillX, kept);
-    MultiplyBy(lens.FillY, kept);
-  }
-  if (wasTilted || tilts)
-  {
-    MultiplyBy(lens.Seen, keptSeen);
-    MultiplyBy(lens.SeenX, keptSeen);
-    MultiplyBy(lens.SeenY, keptSeen);
-  }
+  const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);
+  const Lanes kept = Select(chosen, Ends ? Lanes(0.0f) : keep, 1.0f);
+  const Lanes seen = kept * leak.Rest;
+  // Colours of a block that has just become tilted are not weighted with T yet.
+  Keep(tile, block,
+    { kept, seen,
+      tilts                     ? seen * before
+        : IsTilted(tile, block) ? seen
+                                : kept },
+    hasLens);
 }
 
 /// Composites all open layers of a block and empties them.
 SURFELSPLATTING_INLINE void EndLayers(
   PixelTile& tile, int block, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  LeakLayers(tile, block, AllLanes(), 0.0f, settings, callbacks);
+  LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
   Put(tile.Open[block].Far, AllLanes(), -Infinity);
 }
 
@@ -238,6 +283,9 @@ struct ZRange
   float Near, Far;
 };
 
+/// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
+constexpr float FullReach = 0.05f;
+
 /// How far behind a layer's end splats of the same surface may begin: what keeps of the layer falls
 /// to 1/e there. Through the lens this is the width of the blurred footprint.
 SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings& settings)
@@ -248,15 +296,25 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
   return band > 1e-30f ? band : 1e-30f;
 }
 
-/// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in front
-/// of it leak, and the z-ranges become longer.
+/// The pixels of a splat, and the share of its z-range that counts there, [0, 1]: nothing of hardly
+/// any weight makes a layer longer.
+struct FragmentReach
+{
+  LaneMask Inside;
+  Lanes Reach;
+};
+
+/// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in
+/// front of it leak, and the z-ranges become longer.
+/// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it
+/// longer
 template <RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
-  const LaneMask& inside, const RasterSettings& settings, const RasterCallbacks& callbacks)
+  const FragmentReach& at, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   const Lanes far = Lanes::Load(open.Far);
-  const LaneMask ended = inside & (Lanes::Load(open.Weight) > 0.0f) & (far < range.Near);
+  const LaneMask ended = at.Inside & (Lanes::Load(open.Weight) > 0.0f) & (far < range.Near);
   if (Any(ended))
   {
     if (Pass == RasterPass::Collect)
@@ -267,56 +325,57 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
     {
       const float perBand = 1.0f / LeakBand(range, settings);
       const Lanes gap = Larger(range.Near - far, 0.0f) * perBand;
-      const Lanes keep = ExpOfMinus(Smaller(gap, 80.0f));
-      LeakLayers(tile, block, ended, Select(keep > MinKeep, keep, 0.0f), settings, callbacks);
+      if (Any(ended & (gap < LargestGap)))
+      {
+        const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
+        LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
+      }
+      else
+      {
+        LeakLayers<true>(tile, block, ended, 0.0f, settings, callbacks);
+      }
     }
   }
-  Select(inside, Larger(Lanes::Load(open.Far), range.Far), Lanes::Load(open.Far)).Store(open.Far);
+  const Lanes end = range.Near + at.Reach * (range.Far - range.Near);
+  Select(at.Inside, Larger(Lanes::Load(open.Far), end), Lanes::Load(open.Far)).Store(open.Far);
   if (Pass == RasterPass::Collect)
   {
     float* near = tile.Coarse[block].Near;
-    Select(inside, Smaller(Lanes::Load(near), range.Near), Lanes::Load(near)).Store(near);
+    Select(at.Inside, Smaller(Lanes::Load(near), range.Near), Lanes::Load(near)).Store(near);
   }
   else if (callbacks.Leaked)
   {
-    AddTo(tile.Finished[block].Fragments, Select(inside, 1.0f, 0.0f));
+    AddTo(tile.Finished[block].Fragments, Select(at.Inside, 1.0f, 0.0f));
   }
 }
 
-/// A fragment's part in its layer.
-struct FragmentCoverage
-{
-  Lanes Weight; ///< its coverage, 0 outside of its support
-  float Opacity;
-  Lanes Depth;  ///< world units along the view direction
-  float Full;   ///< coverage at which its layer is full (LensVisibility.h)
-};
-
-/// What of a fragment's coverage its layer has room for.
-struct AddedCoverage
-{
-  Lanes Weight;
-  Lanes Visible; ///< weight of its colour in the layer's sums
-};
-
-/// Adds a splat to the sums of open layers, but for its colours.
+/// The share of a fragment that its layer has room for.
 /// @param u where it passes the lens; unused without OnLens
 template <bool OnLens>
-SURFELSPLATTING_INLINE AddedCoverage AddCoverage(
-  PixelTile& tile, int block, const FragmentCoverage& f, const LensPoints& u)
+SURFELSPLATTING_INLINE Lanes Room(const PixelTile& tile, int block, const LensPoints& u, float full)
 {
-  OpenLayers& open = tile.Open[block];
-  LensLayers& lens = tile.Lens[block];
-  const Lanes before = Lanes::Load(open.Weight);
-  Lanes fill = before;
+  const LensLayers& lens = tile.Lens[block];
+  Lanes fill = Lanes::Load(tile.Open[block].Weight);
   if (OnLens)
   {
     fill += LinearPart(lens.FillX, lens.FillY, u);
   }
-  const Lanes weight = f.Weight * RoomInLayer(fill, f.Full);
-  (before + weight).Store(open.Weight);
-  AddTo(open.Depth, weight * f.Depth);
-  Lanes visible = weight * f.Opacity;
+  return RoomInLayer(fill, full);
+}
+
+/// Adds a splat to the sums of open layers, but for its colours; returns the weight of these.
+/// @param weight its coverage, 0 outside of its support
+/// @param depth  world units along the view direction
+/// @param u      where it passes the lens; unused without OnLens
+template <bool OnLens>
+SURFELSPLATTING_INLINE Lanes AddCoverage(PixelTile& tile, int block, const Lanes& weight,
+  float opacity, const Lanes& depth, const LensPoints& u)
+{
+  OpenLayers& open = tile.Open[block];
+  LensLayers& lens = tile.Lens[block];
+  AddTo(open.Weight, weight);
+  AddTo(open.Depth, weight * depth);
+  Lanes visible = weight * opacity;
   AddTo(open.Opacity, visible);
   if (OnLens)
   {
@@ -340,7 +399,7 @@ SURFELSPLATTING_INLINE AddedCoverage AddCoverage(
       AddTo(lens.SeenY, visible * u.Y);
     }
   }
-  return { weight, visible };
+  return visible;
 }
 }
 }

@@ -60,8 +60,8 @@ SURFELSPLATTING_INLINE void AddColors(OpenLayers& open, const WeightedColors& c)
 }
 
 /// Adds what a coarse grid's cell needs besides (Tent.h).
-SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const AddedCoverage& added,
-  const Lanes& depth, const WeightedColors& c, const LensPoints& u, float halfRange)
+SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight, const Splat& s,
+  const Lanes& depth, const WeightedColors& c, const LensPoints& u)
 {
   AddTo(coarse.RedX, c.Red * u.X);
   AddTo(coarse.RedY, c.Red * u.Y);
@@ -69,13 +69,21 @@ SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const AddedCoverage&
   AddTo(coarse.GreenY, c.Green * u.Y);
   AddTo(coarse.BlueX, c.Blue * u.X);
   AddTo(coarse.BlueY, c.Blue * u.Y);
-  AddTo(coarse.XX, added.Visible * u.X * u.X);
-  AddTo(coarse.XY, added.Visible * u.X * u.Y);
-  AddTo(coarse.YY, added.Visible * u.Y * u.Y);
+  const Lanes opaque = weight * s.Opacity;
+  AddTo(coarse.XX, opaque * u.X * u.X);
+  AddTo(coarse.XY, opaque * u.X * u.Y);
+  AddTo(coarse.YY, opaque * u.Y * u.Y);
   // Layers that are empty have no near depth yet.
-  const Lanes z = Select(added.Weight > 0.0f, depth - Lanes::Load(coarse.Near), 0.0f);
-  AddTo(coarse.SquaredDepth, added.Weight * z * z);
-  AddTo(coarse.HalfRange, added.Weight * halfRange);
+  const Lanes z = Select(weight > 0.0f, depth - Lanes::Load(coarse.Near), 0.0f);
+  AddTo(coarse.SquaredDepth, weight * z * z);
+  AddTo(coarse.HalfRange, weight * (0.5f * (s.Far - s.Near)));
+}
+
+/// The layers of coarse grids end at once: all of the range keeps them together.
+template <RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes EvaluateReach(const Lanes& kernel)
+{
+  return Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
 }
 
 /// Adds a splat to a block; returns the lanes that it covers.
@@ -101,23 +109,29 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   {
     return 0;
   }
-  if (Pass != RasterPass::Nearest)
-  {
-    PrepareLayers<Pass>(tile, block, { s.Near, s.Far }, inside, splat.Settings, callbacks);
-  }
   Lanes slope;
   const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
                                    : EvaluateKernel(s.Shape, d.Q, support);
+  if (Pass != RasterPass::Nearest)
+  {
+    const Lanes reach = EvaluateReach<Pass>(kernel);
+    PrepareLayers<Pass>(
+      tile, block, { s.Near, s.Far }, { inside, reach }, splat.Settings, callbacks);
+  }
   const LensFootprint& lens = splat.Footprint;
   const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
   constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
     : OnLens                                         ? FullThroughLens
                                                      : FullInFocus;
-  // Lanes outside may hold anything, so that nothing of them may be multiplied by 0.
+  const Lanes room = Select(inside, Room<OnLens>(tile, block, u, full), 0.0f);
+  if (!Any(room > 0.0f))
+  {
+    return bits;
+  }
+  // Lanes outside of the support may hold anything.
+  const Lanes weight = Select(inside, s.Weight * kernel * room, 0.0f);
   const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
-  const FragmentCoverage f{ Select(inside, s.Weight * kernel, 0.0f), s.Opacity, depth, full };
-  const AddedCoverage added = AddCoverage<OnLens>(tile, block, f, u);
-  const Lanes& visible = added.Visible;
+  const Lanes visible = AddCoverage<OnLens>(tile, block, weight, s.Opacity, depth, u);
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (HasGradient)
   {
@@ -130,7 +144,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   AddColors(open, c);
   if (Pass == RasterPass::Collect)
   {
-    AddCoarse(tile.Coarse[block], added, depth, c, u, 0.5f * (s.Far - s.Near));
+    AddCoarse(tile.Coarse[block], weight, s, depth, c, u);
   }
   return bits;
 }
@@ -242,14 +256,13 @@ SURFELSPLATTING_INLINE void AddTentToBlock(
   const LensPoints u{ s.PointX, s.PointY };
   // A tent may be as heavy as a layer: what has no room is cut off.
   const Lanes fill = Lanes::Load(open.Weight) + LinearPart(lens.FillX, lens.FillY, u);
-  const Lanes room = Larger(FullThroughLens - fill, 0.0f);
-  const AddedCoverage added = AddCoverage<true>(
-    tile, block, { Smaller(weight, room), s.Opacity, s.Depth, FullThroughLens }, u);
-  const Lanes& visible = added.Visible;
+  const Lanes left = Larger(FullThroughLens - fill, 0.0f);
+  const Lanes added = Smaller(weight, left) * RoomInLayer(fill, FullThroughLens);
+  const Lanes visible = AddCoverage<true>(tile, block, added, s.Opacity, s.Depth, u);
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (IsTilted(tile, block))
   {
-    const Lanes opaque = (4.0f * s.Opacity) * added.Weight;
+    const Lanes opaque = (4.0f * s.Opacity) * added;
     const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
     c.Red += x * s.RedX + y * s.RedY;
     c.Green += x * s.GreenX + y * s.GreenY;
@@ -288,7 +301,7 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
       PrepareLayers<RasterPass::Layers>(
-        tile, block, { s.Near, s.Far }, inside, settings, callbacks);
+        tile, block, { s.Near, s.Far }, { inside, 1.0f }, settings, callbacks);
       AddTentToBlock(tile, block, s, Select(inside, weightOfRow * across, 0.0f));
     }
   }
@@ -336,7 +349,7 @@ unsigned int HiddenFrom(
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
   // Half of an open layer has leaked at least.
-  const Lanes after = through * Leak(through, layer, Lanes(0.5f)).Through;
+  const Lanes after = Leak(through, layer, Lanes(0.5f)).Through;
   const LaneMask ended = Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
   const Lanes rest = Select(ended, after, through);
   return (Smaller(rest, through) <= MinTransmittance).ToBits();

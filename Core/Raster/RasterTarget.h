@@ -30,7 +30,7 @@ constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 /// or, in tilted blocks, of w o T(u) c.
 struct alignas(64) OpenLayers
 {
-  float Far[PixelsPerBlock]; ///< of their z-ranges
+  float Far[PixelsPerBlock];                             ///< of their z-ranges
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
   float Depth[PixelsPerBlock]; ///< sum w z
@@ -84,7 +84,8 @@ static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 /// What the layers of a block add to the picture.
 struct alignas(64) LeakedLayers
 {
-  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< premultiplied, visible
+  float Red[PixelsPerBlock], Green[PixelsPerBlock],
+    Blue[PixelsPerBlock];      ///< premultiplied, visible
   float Alpha[PixelsPerBlock]; ///< by which the transmittance falls
   float Depth[PixelsPerBlock]; ///< mean, world units along the view direction
   float LargestColor;          ///< RasterSettings::LargestColor
@@ -127,7 +128,7 @@ struct RasterSettings
 struct SplatData
 {
   const Splat& Body;
-  const SplatGradient* Gradient; ///< or null: one colour
+  const SplatGradient* Gradient;  ///< or null: one colour
   const LensFootprint* Footprint; ///< or null: in focus
 };
 

@@ -23,13 +23,16 @@ constexpr std::size_t FetchAhead = 4;
 /// are not inlined early.
 inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
 {
-  const bool tent = list.IsTent(i);
-  __builtin_prefetch(
-    tent ? static_cast<const void*>(&list.TentAt(i)) : static_cast<const void*>(&list.Splats[i]));
-  if (!tent)
+  if (list.IsTent(i))
   {
-    __builtin_prefetch(&list.Boxes[i]);
+    const char* tent = reinterpret_cast<const char*>(&list.TentAt(i));
+    __builtin_prefetch(tent);
+    __builtin_prefetch(tent + sizeof(Tent) / 2);
+    return;
   }
+  __builtin_prefetch(&list.Splats[i]);
+  __builtin_prefetch(&list.Boxes[i]);
+  __builtin_prefetch(list.FootprintOf(i));
 }
 
 inline float NearOf(const SplatList& list, std::size_t i)
@@ -63,9 +66,9 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   this->Place(tile, bins, frame);
   if (this->Sink)
   {
-    this->Sink->BeginTile({ this->OriginX, this->OriginY,
-      std::min(this->OriginX + TileSize, this->Width),
-      std::min(this->OriginY + TileSize, this->Height) });
+    this->Sink->BeginTile(
+      { this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+        std::min(this->OriginY + TileSize, this->Height) });
   }
   const RasterPass pass = this->Settings.Pass;
   const Counts counts = pass == RasterPass::Layers || pass == RasterPass::Collect
@@ -377,8 +380,8 @@ void TileRaster::SendToSink(
       const float before = tile.Finished[block].Transmittance[l] + alpha;
       const float coverage =
         std::min(1.0f, alpha * open.Weight[l] / std::max(before * open.Opacity[l], 1e-30f));
-      raster->Sink->Receive(x, y,
-        { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
+      raster->Sink->Receive(
+        x, y, { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
     }
   });
 }

@@ -34,8 +34,8 @@ public:
   /// @param occluderDepth [height][width] depth of opaque props, or null
   /// @param sink       receives what layers add to the picture, or null
   /// @param skipHidden whether to stop where all of a tile is opaque; without a sink only
-  void Set(const RasterSettings& settings, const float* occluderDepth, LayerSink* sink,
-    bool skipHidden);
+  void Set(
+    const RasterSettings& settings, const float* occluderDepth, LayerSink* sink, bool skipHidden);
 
   /// For a coarse grid, whose layers are not composited.
   void SetCoarse(const RasterSettings& settings, CellSink& cells);

@@ -88,7 +88,7 @@ void LazySplats::Prefetch(std::uint32_t run) const
   const Run& r = this->Runs[run];
   if (this->States[run].load(std::memory_order_relaxed) == NotStarted)
   {
-    r.Maker->Prefetch(r.Chosen.Begin, r.Chosen.Count, static_cast<int>(r.Chosen.Level));
+    r.Maker->Prefetch(r.Chosen);
   }
 }
 
@@ -114,7 +114,7 @@ void LazySplats::Make(Run& run)
 {
   const auto start = std::chrono::steady_clock::now();
   SplatOutput output = this->List.OutputAt(run.Part.Begin);
-  run.Maker->Make(run.Chosen.Begin, run.Chosen.Count, static_cast<int>(run.Chosen.Level), output);
+  run.Maker->Make(run.Chosen, output);
   run.Part.Take(output);
   run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
 }

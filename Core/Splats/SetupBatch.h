@@ -14,11 +14,25 @@ namespace SurfelSplatting
 template <class Real>
 struct BatchIndices
 {
-  std::size_t I[LaneTypes<Real>::Count];
+  std::size_t I[LaneTypes<Real>::Count], Parents[LaneTypes<Real>::Count];
   MaskOf<Real> Present;
-  int Level; ///< level in the hierarchy, the same for all lanes; 0: surfels
+  int Level;      ///< level in the hierarchy, the same for all lanes; 0: surfels
+  double Merging; ///< with the parents, the same for all lanes (CutRange.h)
 
   SURFELSPLATTING_INLINE std::size_t operator[](int lane) const { return this->I[lane]; }
+  SURFELSPLATTING_INLINE bool HasNodes() const { return this->Level > 0 || this->Merging > 0.0; }
+
+  SURFELSPLATTING_INLINE BatchIndices AtParents() const
+  {
+    BatchIndices parents = *this;
+    for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+    {
+      parents.I[l] = this->Parents[l];
+    }
+    ++parents.Level;
+    parents.Merging = 0.0;
+    return parents;
+  }
 };
 
 /// Calls function(lane) for each lane and widens the results.
@@ -55,6 +69,8 @@ struct StoredSurfels
   Vector3Of<Real> Position, Area;
   Symmetric3Of<Real> Covariance;
   MaskOf<Real> TwoSided;
+  Real Size;  ///< sum of the leaves' areas, world units squared; of nodes
+  Real Patch; ///< area that MinNodeBlur applies to, over the own area; 0 for surfels
 };
 
 template <class Real>
@@ -85,6 +101,7 @@ SURFELSPLATTING_INLINE void GatherSurfels(
   const unsigned char* twoSided = cloud.TwoSided;
   s.TwoSided =
     twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
+  s.Patch = Real{};
 }
 
 /// Unpacks nodes (NodePacking.h).
@@ -98,7 +115,9 @@ SURFELSPLATTING_INLINE void GatherNodes(
     nodes[l] = cloud.Nodes + (index[l] - cloud.NumberOfSurfels);
   }
   Real position[3], normal[3], x[6]; // x: the rows of L in S = L L'
-  const Real areaUnit = GatherFloats<Real>([&](int l) { return nodes[l]->Area; }) / PackedOne;
+  s.Size = GatherFloats<Real>([&](int l) { return nodes[l]->Area; });
+  s.Patch = Uniform<Real>(1.0);
+  const Real areaUnit = s.Size / PackedOne;
   for (int i = 0; i < 3; ++i)
   {
     position[i] = GatherFloats<Real>([&](int l) { return nodes[l]->Position[i]; });
@@ -118,6 +137,51 @@ SURFELSPLATTING_INLINE void GatherNodes(
   s.Covariance.XY = x[0] * x[1];
   s.Covariance.YZ = x[1] * x[3] + x[2] * x[4];
   s.Covariance.XZ = x[0] * x[3];
+}
+
+/// Parent and child, mixed by the child's share.
+template <class Real>
+SURFELSPLATTING_INLINE Real Mixed(const Real& parent, const Real& child, const Real& share)
+{
+  return parent + share * (child - parent);
+}
+
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> Mixed(
+  const Vector3Of<Real>& parent, const Vector3Of<Real>& child, const Real& share)
+{
+  return { Mixed(parent.X, child.X, share), Mixed(parent.Y, child.Y, share),
+    Mixed(parent.Z, child.Z, share) };
+}
+
+/// t of CutRange.h.
+template <class Real>
+SURFELSPLATTING_INLINE double ShareOfChildren(const BatchIndices<Real>& index)
+{
+  return __builtin_sqrt(1.0 - index.Merging);
+}
+
+/// Moves surfels or nodes towards their parents (CutRange.h).
+template <class Real>
+SURFELSPLATTING_INLINE void MergePairs(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
+{
+  StoredSurfels<Real> parent;
+  GatherNodes(cloud, index.AtParents(), parent);
+  const Real one = Uniform<Real>(1.0), rest = Uniform<Real>(1.0 - index.Merging);
+  const Real t = Uniform<Real>(ShareOfChildren(index));
+  const Real size = index.Level > 0 ? s.Size : Norm(s.Area);
+  const Real share = parent.Size > 0.0 ? size / parent.Size : one;
+  // The two sides of a two-sided surfel are alike; the parent may have the other in front.
+  const MaskOf<Real> turned = s.TwoSided & (Dot(s.Area, parent.Area) < 0.0);
+  const Real own = turned ? -t : t, given = (1.0 - t) * share;
+  s.Area = { own * s.Area.X + given * parent.Area.X, own * s.Area.Y + given * parent.Area.Y,
+    own * s.Area.Z + given * parent.Area.Z };
+  s.Patch = rest * s.Patch + (share > 0.0 ? (1.0 - rest) / share : one);
+  s.Position = Mixed(parent.Position, s.Position, t);
+  const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
+  s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
+    Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
 }
 
 /// Whether all values of a surfel are finite.
@@ -169,6 +233,7 @@ struct PlacedSurfels
   Symmetric3Of<Real> Covariance;
   Real InverseZ; ///< 1 with a parallel projection
   Real Deposit;  ///< px^2
+  Real Patch;    ///< area that MinNodeBlur applies to, over the own area
 };
 
 template <class Real>
@@ -178,6 +243,10 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   const View& view = job.Camera;
   StoredSurfels<Real> stored;
   index.Level > 0 ? GatherNodes(job.Cloud, index, stored) : GatherSurfels(job.Cloud, index, stored);
+  if (index.Merging > 0.0)
+  {
+    MergePairs(job.Cloud, index, stored);
+  }
   const MaskOf<Real> finite = AreFinite(stored);
   PlacedSurfels<Real> s;
   s.Invalid = index.Present & Not(finite);
@@ -191,6 +260,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Deposit = (s.BackSide & stored.TwoSided) ? -s.Deposit : s.Deposit;
   s.Alive &= s.Deposit > 0.0;
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
+  s.Patch = stored.Patch;
   if (!view.Parallel)
   {
     // If the kernel's support reaches the lens plane, the affine footprint does not approximate its

@@ -87,6 +87,47 @@ SURFELSPLATTING_INLINE void GatherNodeColors(
   color[3] = GatherInts<Real>([&](int l) { return nodes[l]->Opacity; }) * (1.0 / PackedOne);
 }
 
+/// First moments of the colours of nodes, local units; 0 for surfels.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherNodeMoments(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, Vector3Of<Real> (&moments)[3])
+{
+  const NodeColor* nodes[LaneTypes<Real>::Count];
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    nodes[l] = cloud.NodeColors + (index[l] - cloud.NumberOfSurfels);
+  }
+  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->MomentUnit; }) / PackedOne;
+  for (int c = 0; c < 3; ++c)
+  {
+    moments[c] = { unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][0]; }),
+      unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][1]; }),
+      unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][2]; }) };
+  }
+}
+
+/// First moments of the colours of nodes or of pairs that merge, local units.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherColorMoments(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, Vector3Of<Real> (&moments)[3])
+{
+  if (index.Level > 0)
+  {
+    GatherNodeMoments(cloud, index, moments);
+  }
+  if (index.Merging > 0.0)
+  {
+    Vector3Of<Real> parents[3];
+    GatherNodeMoments(cloud, index.AtParents(), parents);
+    const Real rest = Uniform<Real>(1.0 - index.Merging);
+    for (int c = 0; c < 3; ++c)
+    {
+      const Vector3Of<Real> none{ Real{}, Real{}, Real{} };
+      moments[c] = Mixed(parents[c], index.Level > 0 ? moments[c] : none, rest);
+    }
+  }
+}
+
 /// Colours a surfel by the normal of its visible side, in world space. Normals are covectors: the
 /// transpose transforms them from camera to world space.
 template <class Real>
@@ -130,20 +171,42 @@ SURFELSPLATTING_INLINE Real ClampColor(const Real& x, double high)
   return IsFinite(x) ? Smaller(Larger(x, Real{}), Uniform<Real>(high)) : x;
 }
 
+/// Unshaded colours and opacities of surfels or nodes.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherPaint(
+  const SetupJob& job, const BatchIndices<Real>& index, Real (&color)[4])
+{
+  for (int i = 0; i < 4; ++i)
+  {
+    color[i] = Uniform<Real>(i < 3 ? job.Color[i] : 1.0);
+  }
+  index.Level > 0 ? GatherNodeColors(job.Cloud, index, color)
+                  : GatherColors(job.Cloud, index, color);
+  if (job.Colors == Paint::LevelColors || job.Colors == Paint::LevelNumbers)
+  {
+    PaintLevel(job, index.Level, color);
+  }
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE SurfelColors<Real> Color(
   const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
 {
-  Real c[4] = { Uniform<Real>(job.Color[0]), Uniform<Real>(job.Color[1]),
-    Uniform<Real>(job.Color[2]), Uniform<Real>(1.0) };
-  index.Level > 0 ? GatherNodeColors(job.Cloud, index, c) : GatherColors(job.Cloud, index, c);
+  Real c[4];
+  GatherPaint(job, index, c);
+  if (index.Merging > 0.0)
+  {
+    Real parent[4];
+    GatherPaint(job, index.AtParents(), parent);
+    const Real t = Uniform<Real>(ShareOfChildren(index));
+    for (int i = 0; i < 4; ++i)
+    {
+      c[i] = Mixed(parent[i], c[i], t);
+    }
+  }
   if (job.Colors == Paint::Normals)
   {
     PaintNormals(job, s, c);
-  }
-  else if (job.Colors != Paint::Own)
-  {
-    PaintLevel(job, index.Level, c);
   }
   SurfelColors<Real> colors;
   const ShadedColor<Real>& shaded = colors.Shaded = ShadeSurfels(job, s);

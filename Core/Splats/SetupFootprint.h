@@ -18,17 +18,19 @@ struct LensBlur
   Real ConfusionX, ConfusionY; ///< C in x and y, px
   Real Signed;                 ///< C / f, negative in front of the focus
   Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
+  AperturePointOf<Real> Mean;  ///< where the light passes through the lens; 0 without offsets
   Real OffsetX, OffsetY;       ///< from the surfel's centre to the blur's, px
 };
 
 template <class Real>
 SURFELSPLATTING_INLINE LensBlur<Real> Blur(
-  const SetupJob& job, int level, const PlacedSurfels<Real>& s)
+  const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
 {
   const View& view = job.Camera;
   const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
   LensBlur<Real> b;
   b.ConfusionX = b.ConfusionY = b.Signed = b.OffsetX = b.OffsetY = Real{};
+  b.Mean = { Real{}, Real{} };
   b.Variance[0] = b.Variance[1] = Uniform<Real>(job.Prefilter);
   if (!view.Parallel && job.LensRadius > 0.0)
   {
@@ -40,15 +42,15 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
     // The paper's kernel has no offset.
     if (job.Offsets)
     {
-      const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
-      b.OffsetX = view.Fx * b.Signed * mean.X;
-      b.OffsetY = view.Fy * b.Signed * mean.Y;
+      b.Mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
+      b.OffsetX = view.Fx * b.Signed * b.Mean.X;
+      b.OffsetY = view.Fy * b.Signed * b.Mean.Y;
     }
   }
-  if (level > 0)
+  if (index.HasNodes())
   {
     const Real perDepth = MinNodeBlur * s.InverseZ;
-    const Real spacing = perDepth * perDepth * Norm(s.Area);
+    const Real spacing = perDepth * perDepth * Norm(s.Area) * s.Patch;
     b.Variance[0] = Larger(b.Variance[0], fx * fx * spacing);
     b.Variance[1] = Larger(b.Variance[1], fy * fy * spacing);
   }
@@ -174,7 +176,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
     : SquareRoot(blur.Variance[0] * blur.Variance[1]);
   f.Smooth = Smaller(isotropic * f.W.InverseRoot, Uniform<Real>(1.0));
   const bool gradients =
-    index.Level > 0 && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
+    index.HasNodes() && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
   f.Tilted = gradients ? s.Alive : MaskOf<Real>{};
   f.Cell = Uniform<Real>(1.0);
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;

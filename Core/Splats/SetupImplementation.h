@@ -168,21 +168,14 @@ template <class Real>
 SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndices<Real>& index,
   SplatBatch<Real>& b, FloatOf<Real> (&gradient)[6])
 {
-  const NodeColor* nodes[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    nodes[l] = job.Cloud.NodeColors + (index[l] - job.Cloud.NumberOfSurfels);
-  }
   ScreenFootprints<Real>& f = b.Footprints;
   const FootprintOf<Real>& w = f.W;
-  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->MomentUnit; });
-  const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot * (unit / PackedOne);
+  Vector3Of<Real> moments[3];
+  GatherColorMoments(job.Cloud, index, moments);
+  const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot;
   for (int c = 0; c < 3; ++c)
   {
-    const Vector3Of<Real> local{ GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][0]; }),
-      GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][1]; }),
-      GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][2]; }) };
-    const Vector3Of<Real> moment = Multiply(job.Linear, local);
+    const Vector3Of<Real> moment = Multiply(job.Linear, moments[c]);
     const Real hx = f.Jacobian.XX * moment.X + f.Jacobian.XZ * moment.Z;
     const Real hy = f.Jacobian.YY * moment.Y + f.Jacobian.YZ * moment.Z;
     const Real& share = b.Colors.Shaded.Share[c];
@@ -282,15 +275,13 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// Writes where the batch's splats pass the lens (LensVisibility.h); in focus, the means of their
-/// surfels.
+/// Writes where the batch's splats pass the lens (LensVisibility.h); all 0 in focus.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteFootprints(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  const AperturePointOf<Real> mean = MeanAperturePoint(job.LensRadius, b.Surfels.Area, b.Surfels.P);
   const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-  const FloatOf<Real> x = Narrow<Real>(mean.X), y = Narrow<Real>(mean.Y);
+  const FloatOf<Real> x = Narrow<Real>(b.Blur.Mean.X), y = Narrow<Real>(b.Blur.Mean.Y);
   const FloatOf<Real> perPixel =
     Narrow<Real>(0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
@@ -343,7 +334,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
   PlacedSurfels<Real> s = Place(job, index);
   if (AnyLane<Real>(s.Alive))
   {
-    const LensBlur<Real> blur = Blur(job, index.Level, s);
+    const LensBlur<Real> blur = Blur(job, index, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel =
       MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
@@ -363,22 +354,42 @@ SURFELSPLATTING_INLINE void MakeBatch(
   output.Invalid += CountLanes<Real>(s.Invalid);
 }
 
-/// SetupTarget::MakeSplats.
+/// Makes the splats of a part of a run.
+/// @param merging that of the run; a constant 0 leaves the code for pairs out
 template <class Real>
-void MakeSplats(
-  const SetupJob& job, std::size_t begin, std::size_t count, int level, SplatOutput& output)
+SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, double merging,
+  std::size_t begin, std::size_t end, SplatOutput& output)
 {
   constexpr std::size_t lanes = LaneTypes<Real>::Count;
-  for (std::size_t i = 0; i < count; i += lanes)
+  BatchIndices<Real> index;
+  index.Level = static_cast<int>(run.Level);
+  index.Merging = merging;
+  for (std::size_t i = begin; i < end; i += lanes)
   {
-    BatchIndices<Real> index;
-    index.Level = level;
     for (std::size_t l = 0; l < lanes; ++l)
     {
-      index.I[l] = begin + (i + l < count ? i + l : count - 1);
+      const std::size_t place = i + l < end ? i + l : end - 1;
+      index.I[l] = run.Begin + place;
+      if (merging > 0.0)
+      {
+        index.Parents[l] = run.Parents + place / 2;
+      }
     }
-    index.Present = GatherMask<Real>([&](int l) { return i + l < count; });
+    index.Present = GatherMask<Real>([&](int l) { return i + l < end; });
     MakeBatch(job, index, output);
   }
+}
+
+/// SetupTarget::MakeSplats.
+template <class Real>
+void MakeSplats(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
+  SplatOutput& output)
+{
+  if (run.Merging > 0.0f)
+  {
+    MakeRun<Real>(job, run, run.Merging, skip, skip + count, output);
+    return;
+  }
+  MakeRun<Real>(job, run, 0.0, skip, skip + count, output);
 }
 }

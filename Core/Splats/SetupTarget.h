@@ -9,6 +9,7 @@
  */
 #pragma once
 
+#include "Core/Hierarchy/CutRange.h"
 #include "Core/Lens/LensVisibility.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Lens/View.h"
@@ -65,7 +66,7 @@ struct SplatOutput
   Splat* Splats;
   PixelBox* Boxes;
   float* Nears;
-  LensFootprint* Footprints;         ///< or null
+  LensFootprint* Footprints; ///< or null
   unsigned char* GridLevels; ///< or null: all splats are on the picture itself
   SplatGradient* Gradients;  ///< of the whole list
   std::size_t FirstGradient; ///< index of this output's first gradient in it
@@ -76,9 +77,9 @@ struct SplatOutput
 
 struct SetupTarget
 {
-  /// Appends the visible splats of surfels [begin, begin + count), all of one level.
-  void (*MakeSplats)(
-    const SetupJob& job, std::size_t begin, std::size_t count, int level, SplatOutput& output);
+  /// Appends the visible splats of `count` surfels or nodes of a run, without the first `skip`.
+  void (*MakeSplats)(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
+    SplatOutput& output);
   const char* Name;
 };
 

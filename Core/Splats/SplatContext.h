@@ -27,7 +27,7 @@ struct SplatContext
 {
   View Camera;
   Lens Optics;
-  ApertureSampling Sampling;              ///< how the splatter divides the lens
+  ApertureSampling Sampling; ///< how the splatter divides the lens
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   CutSettings Cut;
@@ -41,8 +41,8 @@ struct SplatContext
   bool ScalarSetup = false; ///< set up one surfel at a time (SetupTargetScalar), for comparison
   Paint Colors = Paint::Own;
 
-  /// Whether visibility depends on the point of the lens (LensVisibility.h). The paper's kernel treats
-  /// the visibility of layers as independent.
+  /// Whether visibility depends on the point of the lens (LensVisibility.h). The paper's kernel
+  /// treats the visibility of layers as independent.
   bool HasLens() const
   {
     return this->Optics.Radius > 0.0 && !this->Camera.Parallel && !this->DepthBuffered &&

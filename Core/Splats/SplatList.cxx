@@ -39,7 +39,7 @@ void Fill(
   for (const CutRange* run = chunk.Run; left > 0; ++run)
   {
     const std::size_t take = std::min<std::size_t>(left, run->Count - skip);
-    maker.Make(run->Begin + skip, take, static_cast<int>(run->Level), output);
+    maker.Make(*run, skip, take, output);
     left -= take;
     skip = 0;
   }

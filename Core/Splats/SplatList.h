@@ -43,11 +43,11 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
-  Buffer<SplatGradient> Gradients; ///< of the splats that have one
-  Buffer<LensFootprint> Footprints;        ///< of all splats if there is a lens; else empty
-  Buffer<unsigned char> Levels;    ///< of the coarse grid that a splat is on; 0: the picture
-  Buffer<Tent> Tents;              ///< of coarse grids
+  Buffer<float> Nears;              ///< copies of Splat::Near, close together for sorting
+  Buffer<SplatGradient> Gradients;  ///< of the splats that have one
+  Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
+  Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture
+  Buffer<Tent> Tents;               ///< of coarse grids
 
   /// Empties the list and keeps its memory. @param footprints whether splats will have footprints
   void Clear(bool footprints = false);

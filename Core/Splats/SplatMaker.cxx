@@ -88,19 +88,29 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   j.NumberOfLights = this->Lights.size();
 }
 
-void SplatMaker::Prefetch(std::size_t begin, std::size_t count, int level) const
+void SplatMaker::Prefetch(const CutRange& run) const
 {
-  const SurfelCloud& c = this->Job.Cloud;
-  if (level > 0)
+  if (run.Merging > 0.0f)
   {
-    PrefetchElements(c.Nodes, sizeof(HierarchyNode), begin - c.NumberOfSurfels, count);
-    PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
+    this->PrefetchNodes(run.Parents, (run.Count + 1) / 2);
+  }
+  if (run.Level > 0)
+  {
+    this->PrefetchNodes(run.Begin, run.Count);
     return;
   }
-  PrefetchElements(c.PositionsFloat, 3 * sizeof(float), begin, count);
-  PrefetchElements(c.Covariances, 6 * sizeof(float), begin, count);
-  PrefetchElements(c.AreaVectors, 3 * sizeof(float), begin, count);
-  PrefetchElements(c.Opacities, sizeof(float), begin, count);
-  PrefetchElements(c.ColorsUChar, 4, begin, count);
+  const SurfelCloud& c = this->Job.Cloud;
+  PrefetchElements(c.PositionsFloat, 3 * sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.Covariances, 6 * sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.AreaVectors, 3 * sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.Opacities, sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.ColorsUChar, 4, run.Begin, run.Count);
+}
+
+void SplatMaker::PrefetchNodes(std::size_t begin, std::size_t count) const
+{
+  const SurfelCloud& c = this->Job.Cloud;
+  PrefetchElements(c.Nodes, sizeof(HierarchyNode), begin - c.NumberOfSurfels, count);
+  PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
 }
 }

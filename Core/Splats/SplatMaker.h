@@ -25,16 +25,22 @@ public:
   void Set(const SplatContext& context, const SurfelCloud& cloud,
     const SetupTarget& target = SelectSetupTarget());
 
-  /// Prefetches the data of surfels whose splats will be made soon.
-  void Prefetch(std::size_t begin, std::size_t count, int level) const;
+  /// Prefetches the data of a run whose splats will be made soon.
+  void Prefetch(const CutRange& run) const;
 
-  /// Appends the visible splats of surfels [begin, begin + count), all of one level.
-  void Make(std::size_t begin, std::size_t count, int level, SplatOutput& output) const
+  /// Appends the visible splats of a run's surfels [skip, skip + count).
+  void Make(const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
   {
-    this->Target->MakeSplats(this->Job, begin, count, level, output);
+    this->Target->MakeSplats(this->Job, run, skip, count, output);
+  }
+  /// Appends the visible splats of a run.
+  void Make(const CutRange& run, SplatOutput& output) const
+  {
+    this->Make(run, 0, run.Count, output);
   }
 
 private:
+  void PrefetchNodes(std::size_t begin, std::size_t count) const;
   void SetTransforms(const View& view);
   void SetOptics(const SplatContext& context);
   void SetLights(const std::vector<Light>& lights, const Material& material);

@@ -24,11 +24,11 @@ struct alignas(64) Tent
   float Weight;      ///< coverage at the centre, [0, inf)
   float Near;        ///< z-range of the layer along the view direction, world units
   float Far;
-  float Depth;            ///< mean depth of the layer, world units
-  float Red, Green, Blue; ///< straight, shaded, linear
-  float Opacity;          ///< [0, 1]
-  float PointX, PointY;   ///< mean point of the lens
-  PixelBox Box;           ///< pixels of the picture under the tent
+  float Depth;                                    ///< mean depth of the layer, world units
+  float Red, Green, Blue;                         ///< straight, shaded, linear
+  float Opacity;                                  ///< [0, 1]
+  float PointX, PointY;                           ///< mean point of the lens
+  PixelBox Box;                                   ///< pixels of the picture under the tent
   float RedX, RedY, GreenX, GreenY, BlueX, BlueY; ///< covariance of colour and point
   float XX, XY, YY;                               ///< covariance of the point
 };

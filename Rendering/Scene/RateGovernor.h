@@ -8,9 +8,15 @@
 namespace SurfelSplatting
 {
 /**
- * Learns from the time that frames take. The number of splats falls with the inverse square of the
- * coarsening, but other work does not: the coarsening is changed by less than that, frame by frame,
- * until the load is between 0.7 and 1.
+ * Learns from the time that frames take. The coarsening has steps of 2^(1/4). Each step is a trial:
+ *
+ * - A frame that takes too long is drawn more coarsely. If that does not save time, since the time
+ *   goes into other work, the coarsening is taken back.
+ * - A frame in time is drawn more finely. If that takes too long, the coarsening is taken back.
+ * - Where coarser frames save no time, finer ones are tried, as long as they take no more.
+ *
+ * A failed trial is not repeated until the time changes by half or a still frame was drawn, so that
+ * the picture of a resting camera does not flicker.
  */
 class RateGovernor
 {
@@ -18,25 +24,40 @@ public:
   static constexpr double MaxCoarsening = 16.0;
 
   /// Factor on the LODError for the next interactive frame, [1, MaxCoarsening].
-  double Coarsening() const { return this->Next; }
+  double Coarsening() const;
 
   /**
    * Learns from an interactive frame.
    * @param load        time that the frame took over the time that the wanted rate leaves for it
-   * @param coarsening  factor that the frame was drawn with
-   * @param hasProps    whether blurred pixels of other props were splatted: coarsening does not
-   *                    reduce their number, so that more of it may be useless
+   * @param coarsening  factor that the frame was drawn with; others than Coarsening() are ignored
    */
-  void AddInteractiveFrame(double load, double coarsening, bool hasProps);
+  void AddInteractiveFrame(double load, double coarsening);
 
-  /// Learns that a still frame was drawn. The scene may have changed, so that more coarsening may
-  /// be useful again; the last coarsening is kept for the next interaction.
+  /// Learns that a still frame was drawn. The scene may have changed, so that all trials may
+  /// succeed again; the last coarsening is kept for the next interaction.
   void AddStillFrame();
 
 private:
-  double Next = 1.0;
-  double LastCoarsening = 1.0;
-  double LastLoad = 0.0;                // 0: unknown
-  double LargestUseful = MaxCoarsening; // more was seen to save no time
+  enum class Trial
+  {
+    None,
+    Coarser,
+    Finer
+  };
+
+  void Decide(double load);
+  bool HasFailed(double load) const;
+  void Begin(Trial trial, int step, double load);
+
+  int Step = 0; // of the next frame
+  double Least = 0.0;
+  int Frames = 0; // whose least load this is
+
+  Trial Running = Trial::None;
+  int StepBefore = 0;      // the trial
+  double LoadBefore = 0.0; // the load that it is compared with
+
+  bool CoarserFailed = false, FinerFailed = false;
+  double SettledLoad = 0.0; // when a trial failed last
 };
 }

@@ -87,7 +87,8 @@ double SetupTime(const SplatContext& context, const SurfelCloud& cloud, const Se
       for (std::size_t begin = 0; begin < surfels; begin += chunk)
       {
         SplatOutput output = list.OutputAt(0);
-        maker.Make(begin, std::min(chunk, surfels - begin), 0, output);
+        const std::size_t count = std::min(chunk, surfels - begin);
+        maker.Make({ begin, static_cast<std::uint32_t>(count), 0 }, output);
       }
     }));
   }

@@ -23,7 +23,7 @@ double Evaluate(const Splat& s, double q, double support)
   const double t = 1.0 - q / support;
   if (s.Shape < static_cast<float>(SmoothShape))
   {
-    return std::pow(t, static_cast<double>(s.Shape));
+    return t * (t + s.Shape * (BellEdge + (1.0 - BellEdge) * t * t * t - t));
   }
   const double u = std::fmin(1.0, t * (s.Shape - SmoothShape));
   return u * u * (3.0 - 2.0 * u);
@@ -84,7 +84,7 @@ void RenderScalar(
       PixelBox box;
       float near;
       SplatOutput output{ &s, &box, &near, nullptr, nullptr, nullptr, 0 };
-      maker.Make(i, 1, 0, output);
+      maker.Make({ i, 1, 0 }, output);
       if (output.Count == 0)
       {
         continue;

@@ -12,7 +12,8 @@
 
 namespace SurfelSplatting
 {
-/// A frame without depth. Layers of coarse grids and sectors of the lens are not known here.
+/// A frame without depth. Layers are independent over the lens and end at once, as in the paper;
+/// coarse grids are not known here.
 void RenderScalar(
   const SplatContext& context, const std::vector<SurfelCloud>& clouds, const Frame& frame);
 }

@@ -37,8 +37,7 @@ from scenes import DEFAULT, Drawing, Way, multisampling
 
 CELLS = (4, 7, 19, 37)
 WAYS = (DEFAULT, Way(error=0.5), Way(error=2.0), Way(lod="Off"), Way("Gaussian"),
-        Way("Gaussian", "Paper"), Way("Gaussian", "Off"), *(Way(cells=k) for k in CELLS),
-        Way(sectors=True), Way(cells=7, sectors=True))
+        Way("Gaussian", "Paper"), Way("Gaussian", "Off"), *(Way(cells=k) for k in CELLS))
 
 
 class View:
@@ -61,7 +60,7 @@ class View:
 
 def row_of(way, frame, milliseconds, view):
     return {"way": str(way), "kernel": way.kernel, "lod": way.lod, "lod_error": way.error,
-            "cells": way.cells, "pinholes": way.pinholes, "sectors": way.sectors,
+            "cells": way.cells, "pinholes": way.pinholes,
             "milliseconds": milliseconds, "splats": frame.splats, "fragments": frame.fragments, **view.rate(frame.picture)}
 
 

@@ -7,8 +7,8 @@
 The plane is FOLDER/plane.ply, the lion any scan; without them a generated ball. Writes OUT.md, the
 table: fragments, points (splats), time with and without level of detail at two apertures, and the
 time of 200 multisampled images; and OUT-SCENE.png, the figure: from top to bottom the aperture
-grows; from left to right the paper's method (its Gaussian and its level of detail), ours, ours with
-sectors of the lens, and the reference of 200 images. PSNR against the reference.
+grows; from left to right the paper's method (its Gaussian and its level of detail), ours, and the
+reference of 200 images. PSNR against the reference.
 """
 
 import argparse
@@ -29,7 +29,7 @@ APERTURES = (12, 48)  # largest circle of confusion in px: the paper's differ by
 IMAGES = 200
 METHODS = (("paper", PAPER,
             Way("Gaussian", "Off", coarse_grids=False)), ("ours", DEFAULT, Way(lod="Off")))
-COLUMNS = (PAPER, DEFAULT, Way(sectors=True))
+COLUMNS = (PAPER, DEFAULT)
 
 
 def write_png(path, picture):

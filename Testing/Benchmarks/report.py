@@ -35,8 +35,7 @@ def _write_summary(results, file):
         if not result["confusion"]:
             continue
         default = result["rows"][0]
-        seven = next(r for r in result["rows"] if r["cells"] == 7 and not r["pinholes"]
-                     and not r["sectors"])
+        seven = next(r for r in result["rows"] if r["cells"] == 7 and not r["pinholes"])
         s = result["speed_up"]
         truth = [f"{r['truth']['psnr']:.2f}" if "truth" in r else "" for r in (default, seven)]
         equal = ([f"{s['points']:.1f}", f"{s['at_equal_error']:.1f}"] if "points" in s
@@ -65,7 +64,7 @@ def _plot(pyplot, scene, results, path):
             axis.plot([r["milliseconds"] for r in points], [r[yardstick]["rmse"] for r in points],
                       "k.-", linewidth=0.8, label="multisampling")
             cells = [r for r in result["rows"] if not r["pinholes"] and r["kernel"] == "PearsonII"
-                     and r["lod"] == "Moments" and r["lod_error"] == 1.0 and not r["sectors"]]
+                     and r["lod"] == "Moments" and r["lod_error"] == 1.0]
             axis.plot([r["milliseconds"] for r in cells], [r[yardstick]["rmse"] for r in cells],
                       "C0o-", label="lens cells, K = " + ", ".join(str(r["cells"]) for r in cells))
             others = [r for r in result["rows"] if not r["pinholes"] and r not in cells]

@@ -19,7 +19,6 @@ class Way:
     error: float = 1.0
     cells: int = 1
     pinholes: bool = False
-    sectors: bool = False
     coarse_grids: bool = True
 
     def __str__(self):
@@ -29,7 +28,7 @@ class Way:
         detail = {"Moments": f"error {self.error:g}", "Paper": "paper's detail",
                   "Off": "no detail"}[self.lod]
         cells = f", K = {self.cells}" if self.cells > 1 else ""
-        return f"{kernel}, {detail}{cells}" + (", sectors" if self.sectors else "")
+        return f"{kernel}, {detail}{cells}"
 
 
 DEFAULT = Way()
@@ -86,7 +85,6 @@ class Drawing:
         splatter.SetLODError(way.error)
         splatter.SetLensCells(way.cells)
         splatter.SetLensPinholes(way.pinholes)
-        splatter.SetLensSectors(way.sectors)
         splatter.SetCoarseGrids(way.coarse_grids)
         renderer.Modified()
         renderer.Update()

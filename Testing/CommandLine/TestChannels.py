@@ -57,14 +57,16 @@ class TestChannels(ToolCase):
         near = depth[inner] < FOCUS
         self.assertTrue((near == (planes["CoC"][inner] < 0)).all())
         self.assertTrue(near.any() and not near.all())
-        nothing = planes["A"] == 0
-        for name in ("CoC", "N.X", "N.Y", "N.Z", "coverage", "fragments"):
+        # Kernels fall to 0 at their borders: there is coverage that alpha, a float's 1 - T, has not.
+        self.assertLess(planes["coverage"][planes["A"] == 0].max(), 1e-7)
+        nothing = planes["fragments"] == 0
+        for name in ("CoC", "N.X", "N.Y", "N.Z", "coverage", "A"):
             self.assertTrue((planes[name][nothing] == 0).all(), name)
         self.assertTrue((planes["level"][nothing] == -1).all() and nothing.any())
 
     def test_coverage_is_not_opacity(self):
         for lens in (["--pinhole"], ["--circle-of-confusion", 8, "--lens-cells", 5],
-                     ["--circle-of-confusion", 8], ["--circle-of-confusion", 8, "--lens-sectors"]):
+                     ["--circle-of-confusion", 8]):
             opaque = self.channels("opaque.ply", "--channels", "coverage,fragments", *lens)
             glass = self.channels("glass.ply", "--channels", "coverage,fragments", *lens)
             self.assertEqual(sorted(opaque), [n for n in NAMES if n in "ABGRZcoveragefragments"])
@@ -75,9 +77,6 @@ class TestChannels(ToolCase):
             inner = self.inside(opaque, 12)
             np.testing.assert_allclose(glass["A"][inner], 127 / 255, atol=0.03)
             np.testing.assert_array_equal(opaque["fragments"] > 0, opaque["coverage"] > 0)
-            if "--lens-sectors" in lens:  # the mean of four, over tiles with sectors and without
-                self.assertLess(np.median(opaque["fragments"][inner] / whole[inner]), 1.2)
-                continue
             whole = opaque["fragments"]
             self.assertTrue((whole == np.round(whole)).all())
 

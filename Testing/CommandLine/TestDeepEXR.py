@@ -43,7 +43,7 @@ class TestDeepEXR(ToolCase):
     def test_composited_it_is_the_flat_picture(self):
         write_scene("scene.ply")
         blur = ["--circle-of-confusion", 6]
-        for lens in ([], blur, [*blur, "--lens-cells", 7], [*blur, "--lens-sectors"]):
+        for lens in ([], blur, [*blur, "--lens-cells", 7]):
             words = ["scene.ply", *CAMERA, *SMALL, *lens]
             self.render(*words, "-o", "flat.exr")
             self.render(*words, "--deep", "-o", "deep.exr")

@@ -32,24 +32,17 @@ class TestLensCells(ToolCase):
 
     def test_cells_approach_the_reference(self):
         reference, statistics = self.run_with(*LENS, "--reference", "200")
-        self.assertEqual(statistics["lens"], {"cells": 200, "pinholes": True, "sectors": False})
+        self.assertEqual(statistics["lens"], {"cells": 200, "pinholes": True})
         self.assertEqual(statistics["blurred"], 0)
         errors = []
         for cells in ("1", "7", "19"):
             picture, statistics = self.run_with(*LENS, "--lens-cells", cells)
-            self.assertEqual(statistics["lens"], {"cells": int(cells), "pinholes": False, "sectors": False})
+            self.assertEqual(statistics["lens"], {"cells": int(cells), "pinholes": False})
             self.assertGreater(statistics["blurred"], 0)
             errors.append(distance(picture, reference))
         self.assertLess(errors[1], 0.6 * errors[0])
         self.assertLess(errors[2], 0.6 * errors[1])
         self.assertLess(errors[2], 0.02)  # colours change from point to point
-
-    def test_sectors_tell_visibility_apart(self):
-        reference, _ = self.run_with(*LENS, "--reference", "200")
-        plain, _ = self.run_with(*LENS)
-        sectors, statistics = self.run_with(*LENS, "--lens-sectors")
-        self.assertTrue(statistics["lens"]["sectors"])
-        self.assertLess(distance(sectors, reference), 0.75 * distance(plain, reference))
 
     def test_few_points_are_not_enough(self):
         reference, _ = self.run_with(*LENS, "--reference", "200")

@@ -172,7 +172,8 @@ class TestPictures(ToolCase):
     def test_cutoff_reaches_the_splatter(self):
         counts = []
         for cutoff in ("1.5", "6"):
-            self.picture(*CAMERA, *SMALL, "--cutoff", cutoff, "--stats", "stats.json")
+            self.picture(*CAMERA, *SMALL, "--kernel", "gaussian", "--cutoff", cutoff,
+                         "--stats", "stats.json")
             with open("stats.json") as file:
                 counts.append(json.load(file)["fragments"])
         self.assertGreater(counts[1], 1.5 * counts[0])

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BruteForceSplatter.h"
 
+#include "ReferenceKernel.h"
 #include "ReferenceLayers.h"
 #include "TestScene.h"
 
@@ -64,10 +65,9 @@ struct CameraSurfel
 struct ReferenceSplat
 {
   double X, Y, Weight;
-  double Exponent;      ///< of Pearson's kernel; negative: a Gaussian
-  double Steepness;     ///< kappa q0 of the smooth kernel; 0: (1 - q/2c)^3 or the Gaussian
-  double W[2][2];       ///< covariance of the untruncated Gaussian, W / tau
-  double Inverse[2][2]; ///< its inverse
+  ReferenceKernel Kernel; ///< of t = 1 - q/2c, or a Gaussian
+  double W[2][2];         ///< covariance of the untruncated Gaussian, W / tau
+  double Inverse[2][2];   ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
   double PointX = 0, PointY = 0, PerPixel = 0; ///< of the lens, as in LensVisibility.h
   double Color[3], Opacity;
@@ -189,92 +189,17 @@ void ReferenceDepth(
   splat.DepthY = (w[0][0] * cy - w[0][1] * cx) / det;
 }
 
-/**
- * Exponent of the Pearson-II kernel for W and a disc of radius C: both have the same Mardia's
- * kurtosis E[(x' W^-1 x)^2]. For the disc convolved with a Gaussian it is 8 plus the disc's fourth
- * cumulant, -C^4/48 (d_ij d_kl + d_ik d_jl + d_il d_jk), contracted with W^-1 W^-1. For Pearson II
- * it is 8 - 8 / (n + 3).
- */
-double ReferencePearsonExponent(const double w[2][2], double squaredConfusion)
-{
-  const double det = w[0][0] * w[1][1] - w[0][1] * w[1][0];
-  const double inverse[2][2] = { { w[1][1] / det, -w[0][1] / det },
-    { -w[1][0] / det, w[0][0] / det } };
-  double excess = 0.0;
-  for (int index = 0; index < 16; ++index)
-  {
-    const int i = index & 1, j = index >> 1 & 1, k = index >> 2 & 1, l = index >> 3 & 1;
-    const int deltas = (i == j && k == l) + (i == k && j == l) + (i == l && j == k);
-    excess -= squaredConfusion * squaredConfusion / 48.0 * deltas * inverse[i][j] * inverse[k][l];
-  }
-  return excess < 0.0 ? std::max(0.0, -8.0 / excess - 3.0) : 1e300;
-}
-
-/// The smooth kernel u^2 (3 - 2u), u = min(1, steepness t), at t = 1 - q/q0.
-double SmoothStep(double steepness, double t)
-{
-  const double u = std::min(1.0, steepness * t);
-  return u * u * (3.0 - 2.0 * u);
-}
-
-/// Integrals of the smooth kernel times q^k over q / q0 in [0, 1], k = 0, 1, 2, by Simpson's rule
-/// on its plateau and on its step.
-std::array<double, 3> SmoothIntegrals(double steepness)
-{
-  constexpr int Steps = 200;
-  std::array<double, 3> sums{};
-  const double plateau = std::max(0.0, 1.0 - 1.0 / steepness);
-  for (int part = 0; part < 2; ++part)
-  {
-    const double begin = part == 0 ? 0.0 : plateau, end = part == 0 ? plateau : 1.0;
-    for (int i = 0; i <= Steps; ++i)
-    {
-      const double q = begin + (end - begin) * i / Steps;
-      const double rule = i == 0 || i == Steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-      const double k = rule * (end - begin) / (3.0 * Steps) * SmoothStep(steepness, 1.0 - q);
-      sums[0] += k;
-      sums[1] += k * q;
-      sums[2] += k * q * q;
-    }
-  }
-  return sums;
-}
-
-/// The smooth kernel that has the kurtosis of Pearson's with this exponent, by bisection: mean of
-/// q^2 over squared mean of q. It falls from the parabola's, n = 2, to the disc's, n = 0.
-double SmoothSteepness(double n)
-{
-  const double wanted = 2.0 * (n + 2.0) / (n + 3.0);
-  double low = 1e-3, high = 2000.5; // the sharpest step that ResamplingKernel.h makes
-  for (int i = 0; i < 60; ++i)
-  {
-    const double middle = std::sqrt(low * high);
-    const std::array<double, 3> m = SmoothIntegrals(middle);
-    (m[2] * m[0] / (m[1] * m[1]) > wanted ? low : high) = middle;
-  }
-  return high;
-}
-
 /// Weight at the centre and the unit of q, by the kernel's own integrals.
-void ReferenceKernel(double deposit, double det, double c, ReferenceSplat& splat)
+void SetKernel(double deposit, double det, double c, ReferenceSplat& splat)
 {
   const double mass = 1.0 - std::exp(-c);
   const double tau = 1.0 - c * std::exp(-c) / mass;
   double scale = tau, volume = 2.0 * Pi * mass / tau; // the raster's q per q = x' W^-1 x
-  splat.Steepness = 0.0;
-  if (splat.Exponent >= 1.95)
+  if (splat.Kernel.Type != ReferenceKernel::Gaussian)
   {
-    // Whatever the exponent, n = 3: q0 = 2 (n + 2), mass pi q0 / (n + 1).
-    scale = 2.0 * c / 10.0;
-    volume = Pi * 10.0 / 4.0;
-  }
-  else if (splat.Exponent >= 0.0)
-  {
-    splat.Steepness = SmoothSteepness(splat.Exponent);
-    const std::array<double, 3> m = SmoothIntegrals(splat.Steepness);
-    const double q0 = 2.0 * m[0] / m[1]; // the mean of q is 2
+    const double q0 = splat.Kernel.Reach();
     scale = 2.0 * c / q0;
-    volume = Pi * q0 * m[0];
+    volume = Pi * q0 * splat.Kernel.Mass;
   }
   splat.Weight = deposit / (volume * std::sqrt(det));
   splat.Inverse[0][0] = scale * splat.W[1][1] / det;
@@ -285,10 +210,9 @@ void ReferenceKernel(double deposit, double det, double c, ReferenceSplat& splat
 /// The kernel at the raster's q, 1 at its centre.
 double EvaluateKernel(const ReferenceSplat& s, double q, double cutoff)
 {
-  const double t = std::max(0.0, 1.0 - q / (2.0 * cutoff));
-  return s.Exponent < 0.0 ? std::exp(-0.5 * q)
-    : s.Steepness > 0.0   ? SmoothStep(s.Steepness, t)
-                          : t * t * t;
+  return s.Kernel.Type == ReferenceKernel::Gaussian
+    ? std::exp(-0.5 * q)
+    : s.Kernel.At(std::max(0.0, 1.0 - q / (2.0 * cutoff)));
 }
 
 /// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
@@ -371,9 +295,10 @@ bool MakeReferenceSplat(
 
   const double smooth = std::sqrt((h + lensX) * (h + lensY) / det);
   const double cosine = facing / Norm(s.Area) / (view.Parallel ? 1.0 : Norm(p));
-  splat.Exponent = pearson && confusion > 0.0 ? ReferencePearsonExponent(w, cx * cy) : -1.0;
+  splat.Kernel =
+    pearson ? ChooseReferenceKernel(ReferencePearsonExponent(w, cx * cy)) : ReferenceKernel{};
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
-  ReferenceKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
+  SetKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
   if (pearson && context.Optics.Radius > 0.0 && !view.Parallel)
@@ -434,7 +359,7 @@ Fragment MakeFragment(
   const double change =
     EvaluateKernel(s, std::max(0.0, q - error), cutoff) - EvaluateKernel(s, q + error, cutoff);
   f.Error = change / std::max(kernel, 1e-300) + 8.0 * Epsilon +
-    (s.Exponent < 0.0 ? 2e-7 + 3.75e-8 * q : s.Steepness * Epsilon);
+    (s.Kernel.Type == ReferenceKernel::Gaussian ? 2e-7 + 3.75e-8 * q : s.Kernel.P * Epsilon);
   // Depth = Depth0 + DepthX column, both about a corner of the tile: five roundings of the largest
   // term.
   f.DepthError = 5.0 * Epsilon *
@@ -445,6 +370,7 @@ Fragment MakeFragment(
   v.Near = s.Near;
   v.Far = s.Far;
   v.Weight = s.Weight * kernel;
+  v.Reach = std::min(1.0, kernel / 0.05);
   v.Opacity = s.Opacity;
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
@@ -474,11 +400,12 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
   return fragments;
 }
 
-ReferenceLayers Composite(
-  const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit, double nudge)
+ReferenceLayers Composite(const std::vector<Fragment>& fragments, const ReferenceLens& lens,
+  double limit, double nudge, bool endsAlone = true)
 {
   ReferenceLayers layers(lens, limit);
   layers.Nudge = nudge;
+  layers.EndsAlone = endsAlone;
   for (const Fragment& f : fragments)
   {
     layers.Add(f.Values);
@@ -490,18 +417,20 @@ ReferenceLayers Composite(
 /// Fragments as single precision may have them: each error somewhere within its bound.
 std::vector<Fragment> Perturb(const std::vector<Fragment>& fragments, Random& random)
 {
-  std::vector<Fragment> moved = fragments;
-  for (Fragment& f : moved)
+  std::vector<Fragment> all = fragments;
+  for (Fragment& f : all)
   {
     ReferenceFragment& v = f.Values;
-    v.Weight *= 1.0 + random.Uniform(-f.Error, f.Error);
+    const double moved = 1.0 + random.Uniform(-f.Error, f.Error);
+    v.Weight *= moved;
+    v.Reach *= v.Reach < 1.0 ? moved : 1.0;
     v.Depth += random.Uniform(-f.DepthError, f.DepthError);
     v.Near *= 1.0 + random.Uniform(-Epsilon, Epsilon);
     v.Far *= 1.0 + random.Uniform(-Epsilon, Epsilon);
     v.U[0] += random.Uniform(-f.PointError, f.PointError);
     v.U[1] += random.Uniform(-f.PointError, f.PointError);
   }
-  return moved;
+  return all;
 }
 
 /**
@@ -509,7 +438,7 @@ std::vector<Fragment> Perturb(const std::vector<Fragment>& fragments, Random& ra
  * pixel moves when its fragments are moved at random within their own bounds. Of several draws the
  * largest, times four, since the worst case has all errors on one side; then the roundings of the
  * sums, one for each fragment and sixteen for each leak. A decision that rounding may change (a
- * layer behind the limit, a share of less than MinKeep, the median) shows as a jump.
+ * layer behind the limit, a gap of LargestGap, the median) shows as a jump.
  */
 void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit,
   Random& random, ReferencePixel& pixel)
@@ -529,6 +458,9 @@ void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens
     depth = std::max(depth, std::abs(moved.Depth - pixel.Depth));
     pixel.DepthUndecided = pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
   }
+  const ReferenceLayers beside = Composite(fragments, lens, limit, 0.0, false);
+  pixel.Undecided =
+    pixel.Undecided || std::abs(beside.Through - 1.0 + pixel.Color[3]) > 4.0 * Epsilon;
   const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 16.0 * pixel.Layers);
   pixel.ColorBound = Safety * color + roundings;
   pixel.DepthBound = Safety * depth + roundings * std::abs(pixel.Depth);
@@ -558,24 +490,6 @@ double ReferenceRippleCompensation(double smooth, double cosine)
   return 1.0 / (1.0 - 0.2 * (1.0 - smooth) * cosine * cosine);
 }
 
-ReferenceBlurKernel::ReferenceBlurKernel(double exponent)
-{
-  ReferenceSplat unit;
-  unit.Exponent = exponent;
-  unit.W[0][0] = unit.W[1][1] = 1.0;
-  unit.W[0][1] = unit.W[1][0] = 0.0;
-  ReferenceKernel(1.0, 1.0, 0.5, unit); // the raster's q is q / q0
-  this->Reach = 1.0 / unit.Inverse[0][0];
-  this->Steepness = unit.Steepness;
-  this->Peak = unit.Weight;
-}
-
-double ReferenceBlurKernel::At(double q) const
-{
-  const double t = std::max(0.0, 1.0 - q / this->Reach);
-  return this->Peak * (this->Steepness > 0.0 ? SmoothStep(this->Steepness, t) : t * t * t);
-}
-
 double ShortCutBound(const SplatContext& context, bool opaque)
 {
   return LensOf(context).Radius == 0.0 ? 0.0 : opaque ? 1.0 / 512.0 : 0.02;
@@ -601,6 +515,7 @@ std::vector<ReferencePixel> RenderByBruteForce(
     pixel.Color[3] = 1.0 - layers.Through;
     pixel.Depth = layers.Depth;
     pixel.Layers = layers.Leaks;
+    pixel.MedianMargin = layers.MedianMargin;
     SetBounds(fragments, lens, limit, random, pixel);
   }
   return pixels;

@@ -23,8 +23,9 @@ struct ReferencePixel
   double Depth = 0;                 ///< as in Frame::Depth
   double ColorBound = 0; ///< largest difference that rounding explains, for colours up to 1
   double DepthBound = 0;
-  bool Undecided = false;      ///< rounding may decide otherwise
+  bool Undecided = false;      ///< rounding, or another pixel of its block, may decide otherwise
   bool DepthUndecided = false; ///< rounding may move the median to another layer
+  double MedianMargin = 0.5;   ///< ReferenceLayers::MedianMargin
   int Layers = 0;              ///< times that a layer leaked or ended
 };
 
@@ -33,21 +34,6 @@ struct ReferencePixel
 /// share of the footprint that lens and pixel filter make.
 double ReferenceLensVariance(double c, double cutoff);
 double ReferenceRippleCompensation(double smooth, double cosine);
-
-/// The kernel of a blurred splat with this Pearson exponent, at q = x' W^-1 x, for unit mass and
-/// det W = 1.
-class ReferenceBlurKernel
-{
-public:
-  explicit ReferenceBlurKernel(double exponent);
-  double At(double q) const;
-
-  double Reach; ///< q0: it is 0 from there on
-
-private:
-  double Steepness; // of the smooth kernel; 0: (1 - q/q0)^3
-  double Peak;
-};
 
 /// What a pixel may be off by beyond its bound for rounding. Where T depends on the point of the
 /// lens, two short cuts of the raster add to it (ReferenceLayers.h). Without translucent surfels

@@ -49,8 +49,8 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
     const double band = std::max(blur + f.Far - f.Near, 1e-30);
-    const double keep = std::exp(-(f.Near - this->Far) / band);
-    this->Leak(keep > this->MinKeep ? keep : 0.0);
+    const double gap = (f.Near - this->Far) / band;
+    this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0, gap >= LargestGap && this->EndsAlone);
   }
   this->Far = std::max(this->Far, f.Near + f.Reach * (f.Far - f.Near));
 }
@@ -108,6 +108,7 @@ void ReferenceLayers::Composite(double share, double after)
   {
     this->Depth = this->Last.Depth;
   }
+  this->MedianMargin = std::min(this->MedianMargin, std::abs(after - 0.5));
   this->Through = after;
   for (int k = 0; k < 2; ++k)
   {
@@ -123,7 +124,7 @@ void ReferenceLayers::Composite(double share, double after)
   ++this->Leaks;
 }
 
-void ReferenceLayers::Leak(double keep)
+void ReferenceLayers::Leak(double keep, bool ends)
 {
   if (this->Weight <= 0.0)
   {
@@ -142,7 +143,7 @@ void ReferenceLayers::Leak(double keep)
     rest = left > 0.0 ? std::min(1.0, left / std::max(this->Through - kept, 1e-300)) : 0.0;
     rest *= std::min(1.0, 512.0 * left / this->Through); // nothing of an opaque layer stays
     const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;
-    this->Composite(std::max(0.0, share), rest * this->Through);
+    this->Composite(std::max(0.0, share), ends ? left : rest * this->Through);
   }
   for (double* sum :
     { &this->Weight, &this->Opacity, &this->DepthSum, &this->Fill[0], &this->Fill[1] })

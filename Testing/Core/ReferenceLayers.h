@@ -7,8 +7,7 @@
  * - The raster ignores T's first moments in a block of 16 pixels while they change what is seen by
  *   less than MinTilt = 1/512. It then takes the mean opacity of a layer for that of all of its
  *   lens points. Flat makes a pixel do that, until Tilt.
- * - It ends a layer of which less than MinKeep = 1/1024 would stay. This one is a parameter here,
- *   since without it no comparison could be tighter than MinKeep.
+ * - It ends a layer at a gap of LargestGap bands, of which less than 1/1024 would stay.
  */
 #pragma once
 
@@ -64,18 +63,23 @@ public:
   void Tilt();
 
   /// Ends the open layer.
-  void Finish() { this->Leak(0.0); }
+  void Finish() { this->Leak(0.0, true); }
 
   /// Added to what a layer leaves of the light, as a share: for bounds on rounding, since T - v of
   /// a layer that leaves little is a difference.
   double Nudge = 0.0;
 
-  double MinKeep = 1.0 / 1024.0; ///< shares that are smaller do not stay
+  static constexpr double LargestGap = 7.0; ///< bands
+
+  /// Whether a layer at such a gap ends. In the raster it leaks, with nothing that stays, if a
+  /// layer of its block leaks: of an opaque one less than LeastLeft / 4 of the light is lost.
+  bool EndsAlone = true;
 
   // The picture so far.
   double Through = 1.0, ThroughU[2] = { 0, 0 };
   double Color[3] = { 0, 0, 0 };
-  double Depth = 0.0; ///< median
+  double Depth = 0.0;        ///< median
+  double MedianMargin = 0.5; ///< how near the light behind a layer comes to 1/2
   ReferenceLeak Last{};
   int Leaks = 0;       ///< times that something joined the finished layers
   bool Tilted = false; ///< whether T has depended on u
@@ -88,7 +92,7 @@ public:
   double VisibleShare(double keep) const;
 
 private:
-  void Leak(double keep);
+  void Leak(double keep, bool ends);
   void Composite(double share, double after);
   double LargestCover() const;
 

@@ -239,10 +239,10 @@ TEST_CASE("Tents")
     CHECK_NEAR(t.XX, covariance(x, x), 1e-6);
     CHECK_NEAR(t.XY, covariance(x, y), 1e-6);
     CHECK_NEAR(t.YY, covariance(y, y), 1e-6);
-    // Depths 2.5 and 3: deviation 0.5 sqrt(3) / 4, times sqrt(3); half ranges of 0.5.
+    // Depths 2.5 and 3: 1.4 deviations of 0.5 sqrt(3) / 4; half ranges of 0.5.
     CHECK_NEAR(t.Depth, 2.625, 1e-5);
-    CHECK_NEAR(t.Near, 2.625 - 0.5 - 0.375, 1e-4);
-    CHECK_NEAR(t.Far, 2.625 + 0.5 + 0.375, 1e-4);
+    CHECK_NEAR(t.Near, 2.625 - 0.5 - 1.4 * 0.125 * std::sqrt(3.0), 1e-4);
+    CHECK_NEAR(t.Far, 2.625 + 0.5 + 1.4 * 0.125 * std::sqrt(3.0), 1e-4);
   }
   CHECK(first == 17 * 17);
 }

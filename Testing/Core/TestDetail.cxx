@@ -3,11 +3,13 @@
  * The choice of detail and what is skipped: cuts that are cuts, coverage that stays at every level,
  * pictures that no skip changes, work that follows what is seen.
  */
+#include "Core/Splats/SplatMaker.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 using namespace SurfelSplatting;
 
@@ -211,12 +213,126 @@ TEST_CASE("Normalization of levels")
       const double leaves = 65536.0 / static_cast<double>(splatter.Statistics().Cut.Nodes);
       std::printf("radius %.2f: %.1f surfels a node, coverage %.4f to %.4f, mean %.4f\n", radius,
         leaves, low, high, sum);
-      // The ripple of the weights is compensated for, more or less.
-      CHECK_NEAR(sum, 0.8, rule == CutRule::Moments ? 0.05 : 0.12);
+      // The ripple of the weights is compensated for, more or less: by up to 1.064. (Of Gaussians
+      // cut off at 2.5, sampling at pixels loses 0.01 here; other kernels show all of it.)
+      CHECK_NEAR(sum, 0.8, rule == CutRule::Moments ? 0.055 : 0.12);
       CHECK((rule == CutRule::Paper || (low > 0.9 * sum && high < 1.1 * sum)));
       CHECK((radius < 0.1 || leaves > 4.0));
     }
   }
+}
+
+/// The largest change of a pixel while the allowed error grows by a factor of 2 in steps.
+double LargestStep(const SurfelCloud& cloud, int steps)
+{
+  SplatContext context;
+  context.Camera = PinholeView(96, 96, 150.0);
+  context.Optics = { 0.03, 1.2 };
+  std::vector<float> last;
+  std::set<std::uint64_t> counts;
+  double largest = 0.0;
+  for (int i = 0; i <= steps; ++i)
+  {
+    context.Cut.Error = 0.7 * std::pow(2.0, static_cast<double>(i) / steps);
+    Splatter splatter;
+    Picture picture(96, 96);
+    splatter.Render(context, { cloud }, SerialExecutor(), picture.Get());
+    counts.insert(splatter.Statistics().Cut.Nodes);
+    for (std::size_t c = 0; c < last.size(); ++c)
+    {
+      largest = std::max<double>(largest, std::abs(picture.Color[c] - last[c]));
+    }
+    last = picture.Color;
+  }
+  CHECK(counts.size() > 20); // different cuts
+  return largest;
+}
+
+/// A picture changes continuously with the error that is allowed, as with focus and camera: nodes
+/// merge before they give way to their parents. Finer steps then change less.
+TEST_CASE("Merging")
+{
+  TestCloud cloud;
+  for (int j = 0; j < 160; ++j)
+  {
+    for (int i = 0; i < 160; ++i)
+    {
+      const double d = 0.01;
+      TestSurfel s = SquareSurfel({ (i - 79.5) * d, (j - 79.5) * d, 2.0 }, d, 1.0);
+      const float light = static_cast<float>(0.5 + 0.5 * std::sin(0.9 * i) * std::sin(0.7 * j));
+      s.Color = { { light, 1.0f - light, 0.5f, 1.0f } };
+      cloud.Add(s);
+    }
+  }
+  const TestHierarchy hierarchy(cloud);
+  const double coarse = LargestStep(hierarchy.Get(), 50), fine = LargestStep(hierarchy.Get(), 1600);
+  std::printf(
+    "merging: pixels change by %.2f and %.2f levels at most\n", 255.0 * coarse, 255.0 * fine);
+  CHECK(fine < coarse / 10.0);
+}
+
+/// Two children that have merged are their parent: same footprint, depth and colour, and its weight
+/// together; and just before they begin to merge, they are themselves.
+TEST_CASE("Merged pairs")
+{
+  Random random(5);
+  const TestHierarchy hierarchy(Room(3000, random));
+  const SurfelCloud cloud = hierarchy.Get();
+  const HierarchyLayout& layout = cloud.Clusters->Layout();
+  const SplatContext context = RandomContext(random, 3);
+  const auto make = [&](const CutRange& run) {
+    SplatList list;
+    list.Clear();
+    list.Resize(run.Count);
+    SplatMaker maker;
+    maker.Set(context, cloud);
+    SplatOutput output = list.OutputAt(0);
+    maker.Make(run, output);
+    return std::vector<Splat>(&list.Splats[0], &list.Splats[0] + output.Count);
+  };
+  int compared = 0;
+  for (const std::uint32_t level : { 0u, 1u, 3u })
+  {
+    for (std::size_t j = 0; j + 1 < layout.Count(static_cast<int>(level), 0); j += 2)
+    {
+      const std::size_t first = layout.Begin(static_cast<int>(level), 0) + j;
+      const std::size_t above = layout.Begin(static_cast<int>(level) + 1, 0) + j / 2;
+      const std::vector<Splat> parent = make({ above, 1, level + 1 });
+      const std::vector<Splat> pair = make({ first, 2, level, 1.0f, above });
+      const std::vector<Splat> alone = make({ first, 2, level });
+      const std::vector<Splat> begun = make({ first, 2, level, 1e-12f, above });
+      CHECK(begun.size() == alone.size());
+      for (std::size_t i = 0; i < std::min(begun.size(), alone.size()); ++i)
+      {
+        CHECK_NEAR(begun[i].Weight, alone[i].Weight, 1e-5 * alone[i].Weight);
+        CHECK_NEAR(begun[i].X, alone[i].X, 1e-3);
+        CHECK_NEAR(begun[i].A, alone[i].A, 1e-5 * alone[i].A);
+        CHECK_NEAR(begun[i].Red, alone[i].Red, 1e-5);
+      }
+      CHECK(pair.size() == 2 * parent.size());
+      if (pair.size() != 2 || parent.size() != 1)
+      {
+        continue;
+      }
+      const Splat &p = parent[0], &a = pair[0], &b = pair[1];
+      // Areas and area vectors are packed (HierarchyNode.h).
+      CHECK_NEAR(a.Weight + b.Weight, p.Weight, 2e-3 * p.Weight);
+      for (const Splat& s : { a, b })
+      {
+        CHECK_NEAR(s.X, p.X, 1e-4 * (1.0 + std::abs(p.X)));
+        CHECK_NEAR(s.Y, p.Y, 1e-4 * (1.0 + std::abs(p.Y)));
+        CHECK_NEAR(s.A, p.A, 1e-5 * p.A);
+        CHECK_NEAR(s.B, p.B, 1e-5 * p.B);
+        CHECK_NEAR(s.Near, p.Near, 1e-5 * std::abs(p.Near));
+        CHECK_NEAR(s.Far, p.Far, 1e-5 * std::abs(p.Far));
+        CHECK_NEAR(s.Red, p.Red, 1e-5);
+        CHECK_NEAR(s.Opacity, p.Opacity, 1e-5);
+        CHECK((s.Gradient == NoGradient) == (p.Gradient == NoGradient));
+      }
+      ++compared;
+    }
+  }
+  CHECK(compared > 200);
 }
 
 /// Far more error than anybody wants, as under a time budget: coarse, but without holes.

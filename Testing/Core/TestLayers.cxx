@@ -329,7 +329,7 @@ TEST_CASE("Continuity in the gap")
         const Pixel touching = Draw({ a, { 2.0f, 3.0f, 0.9f, 0.0f, 1.0f, -0.1f, 0.2f } }, onLens);
         const Pixel apart = Draw({ a, { 2.000001f, 3.0f, 0.9f, 0.0f, 1.0f, -0.1f, 0.2f } }, onLens);
         // T' / T = (1 - a) / (1 - d a) falls with d by a / (1 - a) at most: 9 at alpha = 0.9.
-        // MinKeep ends what is left of a layer, 1/1024 of it.
+        // LargestGap ends what is left of a layer, less than 1/1024 of it.
         CHECK(largest < 10.0 * step);
         CHECK(Difference(touching, apart) < 2e-5);
       }

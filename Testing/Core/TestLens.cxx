@@ -266,8 +266,8 @@ TEST_CASE("Receding plane")
     CHECK(5.0 * errors[1] < errors[0]);
     CHECK(errors[1] < 0.001);
     // Ripple's compensation, and the offset's second order. On coarse grids, what leaks from one
-    // tent to the next: their z-ranges are those of most of a cell's splats.
-    CHECK(coverages[1] < (coarseGrids ? 0.01 : 0.004));
+    // tent to the next: with ranges of 1.4 deviations 0.0133, of sqrt(3) 0.0083, of one 0.034.
+    CHECK(coverages[1] < (coarseGrids ? 0.015 : 0.004));
   }
 }
 

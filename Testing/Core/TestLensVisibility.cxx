@@ -121,13 +121,14 @@ TEST_CASE("Points of the lens")
   }
 }
 
-LayerCoverage<double> RandomCoverage(Random& random, double through)
+/// A random layer, and the sum of its weights.
+LayerCoverage<double> RandomCoverage(Random& random, double through, double& weight)
 {
   LayerCoverage<double> layer;
-  layer.Weight = random.Integer(0, 4) == 0 ? 1.0 : std::pow(10.0, random.Uniform(-3.0, 0.5));
-  layer.Opacity = layer.Weight * (random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.0, 1.0));
+  weight = random.Integer(0, 4) == 0 ? 1.0 : std::pow(10.0, random.Uniform(-3.0, 0.5));
+  layer.Opacity = weight * (random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.0, 1.0));
   layer.Seen = layer.Opacity * random.Uniform(0.02 * through, 1.0);
-  layer.Largest = random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.01, 1.0);
+  layer.Filled = weight / (random.Integer(0, 1) == 0 ? 1.0 : random.Uniform(0.01, 1.0));
   return layer;
 }
 
@@ -138,11 +139,12 @@ TEST_CASE("Visible share")
   for (int i = 0; i < 100000; ++i)
   {
     const double through = random.Integer(0, 3) == 0 ? 1.0 : random.Uniform(0.0, 1.0);
-    const LayerCoverage<double> layer = RandomCoverage(random, through);
+    double weight = 0.0;
+    const LayerCoverage<double> layer = RandomCoverage(random, through, weight);
     const double keep = random.Uniform(0.0, 1.0);
     const double v = VisibleShare(through, layer, keep);
-    const double cover = std::min(keep * layer.Weight, layer.Largest);
-    const double alpha = layer.Weight > 0.0 ? cover * layer.Opacity / layer.Weight : 0.0;
+    const double cover = std::min(keep * weight, weight / layer.Filled); // the largest
+    const double alpha = cover * layer.Opacity / weight;
     CHECK(v >= 0.0);
     CHECK(v >= std::min(through + alpha - 1.0, std::min(through, alpha)) - 1e-12);
     CHECK(v <= std::min(through, alpha) + 1e-12);
@@ -163,21 +165,23 @@ TEST_CASE("Leak keeps the picture")
   for (int i = 0; i < 100000; ++i)
   {
     const double through = random.Integer(0, 3) == 0 ? 1.0 : random.Uniform(0.01, 1.0);
-    const LayerCoverage<double> layer = RandomCoverage(random, through);
+    double weight = 0.0;
+    const LayerCoverage<double> layer = RandomCoverage(random, through, weight);
     const double keep = random.Integer(0, 3) == 0 ? 0.0 : random.Uniform(0.0, 1.0);
     const LayerLeak<double> leak = Leak(through, layer, keep);
     const double all = VisibleShare(through, layer, 1.0), kept = VisibleShare(through, layer, keep);
     const double left = through - all;
     CHECK(leak.Through >= 0.0);
-    CHECK(leak.Through <= 1.0);
+    CHECK(leak.Through <= through);
     CHECK(leak.Share >= 0.0);
-    const double after = leak.Through * through - leak.Through * kept;
+    CHECK_NEAR(leak.Through, leak.Rest * through, 1e-15);
+    const double after = leak.Through - leak.Rest * kept;
     if (left >= LeastLeft * through)
     {
       ++exact;
       CHECK_NEAR(after, left, 1e-12);
       // The sums that were composited and those that stay add up to all that is visible.
-      CHECK_NEAR(leak.Share * layer.Seen + leak.Through * kept, all, 1e-10);
+      CHECK_NEAR(leak.Share * layer.Seen + leak.Rest * kept, all, 1e-10);
     }
     CHECK(after <= left + 1e-12);
     CHECK(left - after <= 0.25 * LeastLeft * through + 1e-12); // what LeastLeft costs at most
@@ -185,6 +189,10 @@ TEST_CASE("Leak keeps the picture")
     {
       CHECK_NEAR(leak.Share * layer.Seen, all, 1e-10);
     }
+    const LayerLeak<double> end = End(through, layer);
+    CHECK_NEAR(end.Share * layer.Seen, all, 1e-10);
+    CHECK_NEAR(end.Through, left, 1e-15);
+    CHECK(end.Rest == 0.0);
   }
   CHECK(exact > 50000);
 }
@@ -210,12 +218,16 @@ TEST_CASE("Extremes")
       {
         for (const double keep : { 0.0, 1e-3, 0.5, 0.999 })
         {
-          const LayerCoverage<double> layer{ weight, weight, std::min(moment, weight), 0.5 };
-          const LayerLeak<double> leak = Leak(through, layer, keep);
-          CHECK(leak.Through >= 0.0);
-          CHECK(leak.Through <= 1.0);
-          CHECK(leak.Share >= 0.0);
-          CHECK(std::isfinite(leak.Share));
+          const LayerCoverage<double> layer{ 2.0 * weight, weight, std::min(moment, weight) };
+          for (const LayerLeak<double>& leak : { Leak(through, layer, keep), End(through, layer) })
+          {
+            CHECK(leak.Through >= 0.0);
+            CHECK(leak.Through <= 1.0);
+            CHECK(leak.Rest >= 0.0);
+            CHECK(leak.Rest <= 1.0);
+            CHECK(leak.Share >= 0.0);
+            CHECK(std::isfinite(leak.Share));
+          }
         }
       }
     }

@@ -3,6 +3,7 @@
  * The loops of the raster for every instruction set that this machine has, against a scalar one in
  * double; the exponential; the choice of the target.
  */
+#include "Core/Lens/LensVisibility.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Simd/Lanes.h"
@@ -78,6 +79,7 @@ struct ScalarPixel
     for (std::size_t i = 0; i < this->Moved.size(); ++i)
     {
       this->Moved[i].Nudge = (i % 2 == 0 ? 8.0 : -8.0) * Epsilon;
+      this->Moved[i].EndsAlone = i < 2;
     }
   }
 
@@ -90,7 +92,9 @@ struct ScalarPixel
     for (std::size_t i = 0; i < this->Moved.size(); ++i)
     {
       ReferenceFragment& moved = this->Next[i];
-      moved.Weight *= 1.0 + random.Uniform(-f.Error, f.Error);
+      const double change = 1.0 + random.Uniform(-f.Error, f.Error);
+      moved.Weight *= change;
+      moved.Reach *= moved.Reach < 1.0 ? change : 1.0;
       moved.Color[0] += random.Uniform(-f.ColorError, f.ColorError);
       for (double& u : moved.U)
       {
@@ -170,9 +174,10 @@ ScalarKernel EvaluateScalar(double shape, double q, double error)
     return { u * u * (3.0 - 2.0 * u), u * (1.0 - u), 6.0 * u * (1.0 - u) * errorU + 8.0 * Epsilon,
       errorU + 4.0 * Epsilon };
   }
-  // A power has n times the relative error of 1 - q / Support.
-  return { t * t * t, t * t, t * t * (3.0 * errorT + 4.0 * Epsilon * t),
-    t * (2.0 * errorT + 4.0 * Epsilon * t) };
+  // |k'| is at most 2 + 0.8 shape. The slope is that of x^2 for every shape.
+  const double cube = (1.0 - BellEdge) * t * t * t;
+  return { t * (t + shape * (BellEdge + cube - t)), t, 2.8 * errorT + 8.0 * Epsilon,
+    errorT + 4.0 * Epsilon };
 }
 
 struct PlacedSplat
@@ -194,6 +199,7 @@ void SetValues(
   v.Near = s.Near;
   v.Far = s.Far;
   v.Weight = static_cast<double>(s.Weight) * k.Value;
+  v.Reach = std::min(1.0, k.Value / 0.05);
   v.Opacity = s.Opacity;
   v.Depth = 0.5 * (static_cast<double>(s.Near) + s.Far) + static_cast<double>(s.DepthX) * d[0] +
     static_cast<double>(s.DepthY) * d[1];
@@ -341,8 +347,8 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     p.S.Opacity = static_cast<float>(random.Uniform(0.2, 1.0));
     p.S.DepthX = static_cast<float>(random.Uniform(-0.01, 0.01));
     p.S.DepthY = static_cast<float>(random.Uniform(-0.01, 0.01));
-    const float shapes[] = { -1.0f, 3.0f, 16.2f, 17.0f, 19.0f };
-    p.S.Shape = shapes[random.Integer(0, 4)];
+    const float shapes[] = { -1.0f, 0.0f, 0.25f, 1.0f, 2.2f, 3.0f, 5.0f };
+    p.S.Shape = shapes[random.Integer(0, 6)];
     p.HasGradient = random.Integer(0, 2) == 0;
     p.Gradient.RedX = static_cast<float>(random.Uniform(-0.1, 0.1));
     p.Gradient.RedY = static_cast<float>(random.Uniform(-0.1, 0.1));
@@ -392,7 +398,9 @@ struct Worst
   long Compared = 0, Bounded = 0;
 };
 
-void CompareTile(const PixelTile& tile, const ScalarTile& scalar, const LeakSum& sum, Worst& worst)
+/// @param taken share of the light that may be lost without a layer that gets it
+void CompareTile(
+  const PixelTile& tile, const ScalarTile& scalar, const LeakSum& sum, double taken, Worst& worst)
 {
   for (int i = 0; i < TileSize * TileSize; ++i)
   {
@@ -418,7 +426,7 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, const LeakSum&
     worst.Moment = std::max(worst.Moment, length);
     // The callbacks got all of the picture: each sum is off by a rounding for each part.
     CHECK_NEAR(sum.Red[i], done.Red[l], 4e-6);
-    CHECK_NEAR(sum.Alpha[i], 1.0 - done.Transmittance[l], 4e-6);
+    CHECK_NEAR(sum.Alpha[i], 1.0 - done.Transmittance[l], 4e-6 + taken);
     CHECK(open.Weight[l] == 0.0f);
     CHECK(open.Far[l] < done.Depth[l]); // all layers ended and emptied
   }
@@ -539,7 +547,8 @@ void TestSplats(const RasterTarget& target, bool onLens, bool opaque)
     }
     CHECK(difference <= undecided);
     CHECK(undecided <= 10); // of 1024
-    CompareTile(*tile, scalar, sum, worst);
+    // Leaks of layers that leave less than LeastLeft take up to a quarter of it more than they add.
+    CompareTile(*tile, scalar, sum, opaque || onLens ? LeastLeft / 4.0 : 0.0, worst);
   }
   CHECK(worst.Bounded > 0.98 * static_cast<double>(worst.Compared));
   CHECK((worst.Moment > 0.05) == onLens);

@@ -27,7 +27,7 @@ ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gau
   return KernelOf(KernelType::Gaussian, w, 0.0, gaussian);
 }
 
-ResamplingKernel PearsonKernel(
+ResamplingKernel LensKernel(
   const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
   return KernelOf(KernelType::PearsonII, w, squaredConfusion, gaussian);
@@ -38,27 +38,25 @@ struct Moments
   double Mass = 0, XX = 0, YY = 0, XY = 0;
 };
 
-/// The kernel at q, as the raster evaluates it.
-double ValueAt(const ResamplingKernel& k, double q, double support)
+/// The kernel at q as a share of its peak (ResamplingKernel.h).
+double ShapeAt(const ResamplingKernel& k, double q, double support)
 {
-  const double t = 1.0 - q / support;
   if (k.Shape < 0.0)
   {
-    return k.Peak * std::exp(-0.5 * q);
+    return std::exp(-0.5 * q);
   }
-  if (k.Shape < SmoothShape)
-  {
-    return k.Peak * std::pow(t, k.Shape);
-  }
-  const double u = std::min(1.0, (k.Shape - SmoothShape) * t);
-  return k.Peak * u * u * (3.0 - 2.0 * u);
+  const double x = 1.0 - q / support, r = k.Shape;
+  const double u = std::min(1.0, (k.Shape - SmoothShape) * x);
+  return k.Shape >= SmoothShape
+    ? u * u * (3.0 - 2.0 * u)
+    : x * ((1.0 - r) * x + r * (BellEdge + (1.0 - BellEdge) * x * x * x));
 }
 
 /**
  * Integral over the support in polar coordinates of the ellipse, dx + K dy = sqrt(q / A) cos(t), dy
  * = sqrt(q / B) sin(t), dx dy = dq dt / (2 sqrt(A B)): eight angles are exact for second moments,
- * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. Pearson's and smooth
- * kernels are polynomials of q, the latter with one at either side of its plateau's end.
+ * and five-point Gauss-Legendre panels of length 1/2 in q exact to rounding. They begin anew where
+ * a plateau ends.
  */
 Moments Integrate(const ResamplingKernel& k, double support)
 {
@@ -66,23 +64,24 @@ Moments Integrate(const ResamplingKernel& k, double support)
     0.906179845938664 };
   constexpr double Weights[5] = { 0.236926885056189, 0.478628670499366, 0.568888888888889,
     0.478628670499366, 0.236926885056189 };
-  const double plateau =
-    k.Shape >= SmoothShape ? support * std::max(0.0, 1.0 - 1.0 / (k.Shape - SmoothShape)) : 0.0;
-  const int panels = k.Shape < 0.0 ? static_cast<int>(std::ceil(2.0 * support)) : 1;
+  const double steepness = k.Shape - SmoothShape;
+  const double borders[3] = { 0.0, steepness > 1.0 ? support * (1.0 - 1.0 / steepness) : 0.0,
+    support };
+  const int panels = static_cast<int>(std::ceil(2.0 * support));
   Moments m;
   for (int i = 0; i < 10 * panels; ++i)
   {
-    const double begin = i < 5 * panels ? 0.0 : plateau, end = i < 5 * panels ? plateau : support;
-    const double panel = (end - begin) / panels;
-    const double q = begin + panel * (i / 5 % panels + 0.5 + 0.5 * Nodes[i % 5]);
-    const double dq = 0.5 * panel * Weights[i % 5];
+    const int part = i % 2, panel = i / 10;
+    const double length = (borders[part + 1] - borders[part]) / panels;
+    const double q = borders[part] + length * (panel + 0.5 + 0.5 * Nodes[i / 2 % 5]);
+    const double dq = 0.5 * length * Weights[i / 2 % 5];
     for (int j = 0; j < 8; ++j)
     {
       const double t = Pi * j / 4.0;
       const double dy = std::sqrt(q / k.B) * std::sin(t);
       const double dx = std::sqrt(q / k.A) * std::cos(t) - k.K * dy;
       const double u = dx + k.K * dy;
-      const double value = ValueAt(k, k.A * u * u + k.B * dy * dy, support);
+      const double value = k.Peak * ShapeAt(k, k.A * u * u + k.B * dy * dy, support);
       const double share = value * dq * Pi / 4.0 / (2.0 * std::sqrt(k.A * k.B));
       m.Mass += share;
       m.XX += share * dx * dx;
@@ -147,7 +146,8 @@ void CheckKernel(const Symmetric2& projected, const double (&variance)[2], doubl
 TEST_CASE("Moments")
 {
   Random random(2);
-  std::set<double> shapes;
+  std::set<double> smooth;
+  std::set<int> kinds; // bell, bell in focus, smooth, smooth with a plateau
   for (double cutoff : { 0.01, 0.1, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0, 8.0, 20.0 })
   {
     for (int i = 0; i < 40; ++i)
@@ -163,15 +163,17 @@ TEST_CASE("Moments")
       const double share = i % 2 ? random.Uniform(0.0, 1.0) : 1.0 - 0.1 * random.Uniform(0.0, 1.0);
       const Symmetric2 little{ i % 2 ? projected.XX : 0.0, i % 2 ? projected.YY : 0.0,
         i % 2 ? projected.XY : 0.0 };
-      const ResamplingKernel pearson = PearsonKernel(
+      const ResamplingKernel lens = LensKernel(
         Footprint(little, variance), 4.0 * std::min(variance[0], variance[1]) * share, gaussian);
-      shapes.insert(pearson.Shape);
-      CheckKernel(little, variance, cutoff, pearson);
+      kinds.insert(
+        static_cast<int>(std::min(2.0 + SmoothShape, lens.Shape)) - (lens.Shape < 1.0 ? 1 : 0));
+      smooth.insert(std::max(lens.Shape, SmoothShape));
+      CheckKernel(little, variance, cutoff, lens);
     }
   }
-  CHECK(shapes.count(PearsonShape) == 1);
-  CHECK(shapes.size() > 50);                                                  // smooth ones
-  CHECK(*std::max_element(shapes.begin(), shapes.end()) > SmoothShape + 1.0); // with a plateau
+  CHECK(kinds.size() >= 4);
+  CHECK(smooth.size() > 50);
+  CHECK(*smooth.rbegin() > SmoothShape + 1.0); // with a plateau
 }
 
 /// The kurtosis E[q^2] of a kernel, q = x' W^-1 x, by the midpoint rule.
@@ -181,48 +183,90 @@ double Kurtosis(const ResamplingKernel& k, double support, double scale)
   double mass = 0.0, squares = 0.0;
   for (int i = 0; i < Steps; ++i)
   {
-    const double q = support * (i + 0.5) / Steps, value = ValueAt(k, q, support);
+    const double q = support * (i + 0.5) / Steps, value = ShapeAt(k, q, support);
     mass += value;
     squares += value * q * q / (scale * scale);
   }
   return squares / mass;
 }
 
-/// All blur: the uniform disc, but for a step of 1/1000. None: the Gaussian. In between, smooth
-/// kernels have the kurtosis of the disc convolved with the splat, 8 (n + 2) / (n + 3), up to where
-/// the cubic one takes over.
-TEST_CASE("Pearson limits")
+/// Smooth kernels have the kurtosis of the disc convolved with the splat, 8 (n + 2) / (n + 3), up
+/// to where that of focus takes over.
+TEST_CASE("Kurtosis")
 {
   const TruncatedGaussian gaussian(2.5);
+  const double variance[2] = { 100.0, 100.0 };
   double last = 1e300;
   for (double share : { 1.0, 0.98, 0.93, 0.85, 0.8, 0.75, 0.67, 0.65, 0.6, 0.3 })
   {
-    const double variance[2] = { 100.0, 100.0 };
     const double squaredConfusion = 400.0 * share;
     const ResamplingKernel k =
-      PearsonKernel(Footprint({ 0, 0, 0 }, variance), squaredConfusion, gaussian);
+      LensKernel(Footprint({ 0, 0, 0 }, variance), squaredConfusion, gaussian);
     const double n = 48.0 * 100.0 * 100.0 / (squaredConfusion * squaredConfusion) - 3.0;
-    CHECK((k.Shape == PearsonShape) == (n >= MaxSmoothExponent));
+    CHECK((k.Shape <= 1.0) == (n >= MaxSmoothExponent));
+    CHECK((k.Shape == 1.0) == (n >= FocusExponent));
     if (n >= MaxSmoothExponent)
     {
-      CHECK(last > SmoothShape); // cubic from here on
+      CHECK(last > SmoothShape); // a bell from here on
+      continue;
     }
-    else
+    CHECK(k.Shape < last); // softer and softer
+    const double scale = gaussian.Support() / (k.HalfWidth * k.HalfWidth / 100.0);
+    // A cell of the midpoint rule is 1/20000 of the support; the step at n = 0 is 1/1000 of it.
+    CHECK_NEAR(Kurtosis(k, gaussian.Support(), scale), 8.0 * (n + 2.0) / (n + 3.0), 1e-4);
+    last = k.Shape;
+  }
+}
+
+/// All blur: the uniform disc. None: that of focus. In between, what is not blur takes the border
+/// in.
+TEST_CASE("Limits")
+{
+  const TruncatedGaussian gaussian(2.5);
+  const double variance[2] = { 100.0, 100.0 };
+  const Footprint w({ 0, 0, 0 }, variance);
+  const ResamplingKernel disc = LensKernel(w, 400.0, gaussian);
+  CHECK_NEAR(disc.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
+  CHECK_NEAR(disc.HalfWidth, 20.0, 0.003);          // C; its border is 1e-3 wide in q
+  double last = 1e30;
+  for (double share : { 1.0, 0.99, 0.98, 0.95, 0.9, 0.85 })
+  {
+    const double shape = LensKernel(w, 400.0 * share, gaussian).Shape;
+    CHECK(shape >= SmoothShape);
+    CHECK(shape < last);
+    last = shape;
+  }
+  CHECK(LensKernel(w, 0.0, gaussian).Shape == 1.0);
+  const double little[2] = { 1.0, 1.0 };
+  CHECK(LensKernel(Footprint({ 3, 2, 1 }, little), 0.0, gaussian).Shape == 1.0);
+}
+
+/// A kernel changes continuously with the blur, everywhere, and ends in zero: nothing jumps when
+/// focus or camera move.
+TEST_CASE("Continuity")
+{
+  const TruncatedGaussian gaussian(2.5);
+  const double variance[2] = { 100.0, 100.0 };
+  const Footprint w({ 0, 0, 0 }, variance);
+  constexpr int Steps = 20000, Places = 60;
+  double last[Places] = {}, largest = 0.0;
+  for (int i = 0; i <= Steps; ++i)
+  {
+    // The blur's share grows up to 0.95: a disc has an edge.
+    const ResamplingKernel k = LensKernel(w, 380.0 * i / Steps, gaussian);
+    CHECK(ShapeAt(k, gaussian.Support(), gaussian.Support()) < 1e-12);
+    for (int place = 0; place < Places; ++place)
     {
-      CHECK(k.Shape < last); // softer and softer
-      const double scale = gaussian.Support() / (k.HalfWidth * k.HalfWidth / 100.0);
-      // A cell of the midpoint rule is 1/20000 of the support; the step at n = 0 is 1/1000 of it.
-      CHECK_NEAR(Kurtosis(k, gaussian.Support(), scale), 8.0 * (n + 2.0) / (n + 3.0), 1e-4);
-      last = k.Shape;
-    }
-    if (share == 1.0)
-    {
-      CHECK_NEAR(k.Peak, 1.0 / (Pi * 400.0), 1e-6); // 1 / (pi C^2)
-      CHECK_NEAR(k.HalfWidth, 20.0, 0.005);         // C
+      const double x = 0.5 * place, q = k.A * x * x; // px
+      const double value =
+        q < gaussian.Support() ? k.Peak * ShapeAt(k, q, gaussian.Support()) : 0.0;
+      largest = i > 0 ? std::max(largest, std::abs(value - last[place])) : largest;
+      last[place] = value;
     }
   }
-  const double variance[2] = { 1.0, 1.0 };
-  CHECK(PearsonKernel(Footprint({ 3, 2, 1 }, variance), 0.0, gaussian).Shape == GaussianShape);
+  const double peak = LensKernel(w, 0.0, gaussian).Peak;
+  std::printf("largest change of %d: %.2e of the peak in focus\n", Steps, largest / peak);
+  CHECK(largest < 0.002 * peak);
 }
 
 /// The share of mass and variance of a Gaussian ended at q = 2c: integrals of e^-t and t e^-t over

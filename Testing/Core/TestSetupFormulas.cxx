@@ -32,7 +32,7 @@ struct OneSplat
       context.HasLens() ? &this->Footprint : nullptr, &this->GridLevel, &this->Gradient, 0 };
     SplatMaker maker;
     maker.Set(context, cloud);
-    maker.Make(index, 1, level, output);
+    maker.Make({ index, 1, static_cast<std::uint32_t>(level) }, output);
     this->IsVisible = output.Count == 1;
   }
 };

@@ -9,6 +9,7 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <array>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -69,16 +70,16 @@ void CheckFields(const Fields& a, const Fields& b, const char* what)
 }
 
 void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
-  std::size_t begin, std::size_t count, int level)
+  const CutRange& run)
 {
   SplatContext scalar = context;
   scalar.ScalarSetup = true;
-  Output expected(count, context.HasLens()), actual(count, context.HasLens());
+  Output expected(run.Count, context.HasLens()), actual(run.Count, context.HasLens());
   SplatMaker maker;
   maker.Set(scalar, cloud);
-  maker.Make(begin, count, level, expected.To);
+  maker.Make(run, expected.To);
   maker.Set(context, cloud, kernel);
-  maker.Make(begin, count, level, actual.To);
+  maker.Make(run, actual.To);
   CHECK(actual.To.Count == expected.To.Count);
   CHECK(actual.To.Invalid == expected.To.Invalid);
   CHECK(actual.To.Blurred == expected.To.Blurred);
@@ -105,7 +106,9 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     CHECK(actual.GridLevels[i] == expected.GridLevels[i]);
     if (context.HasLens())
     {
-      CheckFields(actual.Footprints[i], expected.Footprints[i], "footprint");
+      const LensFootprint &u = actual.Footprints[i], &v = expected.Footprints[i];
+      CheckFields(std::array<float, 3>{ u.MeanX, u.MeanY, u.PerPixel },
+        std::array<float, 3>{ v.MeanX, v.MeanY, v.PerPixel }, "footprint");
     }
   }
 }
@@ -204,24 +207,24 @@ void TestSurfels(const SetupTarget& kernel)
   for (const SplatContext& context : Contexts())
   {
     SurfelCloud c = cloud.Get();
-    Compare(kernel, context, c, 0, c.NumberOfSurfels, 0);
+    Compare(kernel, context, c, { 0, static_cast<std::uint32_t>(c.NumberOfSurfels), 0 });
     c.Surface.Lit = true;
     c.Surface.Ambient = 0.2;
     c.Surface.Diffuse = 0.7;
     c.Surface.Specular = 0.3;
     c.Surface.SpecularPower = 12.0;
     c.Surface.SpecularColor = { 1.0, 0.5, 0.25 };
-    Compare(kernel, context, c, 3, 57, 0);
+    Compare(kernel, context, c, { 3, 57, 0 });
     c.ColorsFloat = nullptr;
     c.TwoSided = nullptr;
     c.Opacities = nullptr;
     c.Surface.Color = { 0.3, 0.6, 0.9 };
     c.Surface.SpecularPower = 1.0;
-    Compare(kernel, context, c, 1, 101, 0);
+    Compare(kernel, context, c, { 1, 101, 0 });
     const std::vector<unsigned char> bytes(4 * c.NumberOfSurfels, 77);
     c.ColorsUChar = bytes.data();
-    Compare(kernel, context, c, 0, 1, 0);
-    Compare(kernel, context, c, 5, 64, 0);
+    Compare(kernel, context, c, { 0, 1, 0 });
+    Compare(kernel, context, c, { 5, 64, 0 });
   }
 }
 
@@ -248,9 +251,18 @@ void TestNodes(const SetupTarget& kernel)
   for (const SplatContext& context : Contexts())
   {
     const HierarchyLayout& layout = hierarchy.Order.Layout;
-    for (int level = 1; level < layout.NumberOfLevels(); ++level)
+    for (int level = 0; level < layout.NumberOfLevels(); ++level)
     {
-      Compare(kernel, context, nodes, layout.Begin(level, 0), layout.Count(level, 0), level);
+      const std::size_t count = layout.Count(level, 0);
+      CutRange run{ layout.Begin(level, 0), static_cast<std::uint32_t>(count),
+        static_cast<std::uint32_t>(level) };
+      Compare(kernel, context, nodes, run);
+      if (level + 1 < layout.NumberOfLevels())
+      {
+        run.Merging = 0.05f + 0.1f * static_cast<float>(level % 8);
+        run.Parents = layout.Begin(level + 1, 0);
+        Compare(kernel, context, nodes, run);
+      }
     }
   }
 }

@@ -123,19 +123,19 @@ TEST_CASE_FIXTURE(NoMessages, "Surfels as the splatter does")
     LensScene scene(7);
     scene.Accumulation->SetDelegateBlurs(cells);
     scene.Renderer->AddActor(TwoSpheres());
-    scene.See(LensCamera(0.5, 5.1));
+    scene.See(LensCamera(1.0, 5.1));
     vtkSmartPointer<vtkImageData> passes = scene.Render();
 
     Scene own(Width, Height);
     own.Renderer->AddActor(TwoSpheres());
     own.Pass->GetSplatter()->SetLensCells(7);
     own.Pass->GetSplatter()->SetLensPinholes(!cells);
-    own.See(LensCamera(0.5, 5.1));
+    own.See(LensCamera(1.0, 5.1));
     const Difference d = Compare(passes, own.Render());
     CHECK(d.Max <= 1.0); // the frame buffer's 8 bits
     own.Pass->GetSplatter()->SetLensCells(1);
     own.Pass->GetSplatter()->LensPinholesOff();
-    CHECK(Compare(passes, own.Render()).Max > 4.0); // and not that of one cell
+    CHECK(Compare(passes, own.Render()).Max > 2.0); // and not that of one cell, which is near
   }
 }
 

@@ -148,10 +148,11 @@ def _add_look_options(parser):
                       help="number of points from which a normal is estimated, 4 to 256; more for "
                            "noisy scans (default: 16, or 30 for depth images)")
     look.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
-                      help="of blurred splats: pearson is close to the disc of a lens, gaussian "
+                      help="of splats: pearson is close to the disc of a lens, gaussian "
                            "is the paper's (default: pearson)")
     look.add_argument("--cutoff", type=_between(1, 20), metavar="C",
-                      help="exponent of the Gaussian at which a splat ends, 1 to 20 (default: 2.5)")
+                      help="exponent at which a splat of the gaussian kernel ends, 1 to 20 "
+                           "(default: 2.5)")
 
 
 def _add_detail_options(parser):
