@@ -91,7 +91,7 @@ SURFELSPLATTING_INLINE Real LargestCoverOfLayer(const Real& weight, const Real& 
 /// A fragment adds nothing where its layer is full: one that arrives at coverage f through its lens
 /// point counts (full - f) / FullKnee, within [0, 1]. Weights of one surface ripple about 1: more
 /// through a lens than in focus, and more on coarse grids, whose cells are averaged afterwards.
-constexpr float FullInFocus = 1.1f, FullThroughLens = 1.3f, FullOnCoarseGrid = 1.3f;
+constexpr float FullInFocus = 1.1f, FullThroughLens = 1.2f, FullOnCoarseGrid = 1.3f;
 constexpr float FullKnee = 0.1f;
 
 /// @param fill coverage of the layer at the fragment's lens point
