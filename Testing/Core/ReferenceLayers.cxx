@@ -69,7 +69,7 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
 {
   const double fill =
     this->Weight + 4.0 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
-  const double full = f.OnLens ? 1.3 : 1.1;
+  const double full = f.OnLens ? 1.2 : 1.1;
   double weight = f.IsTent ? std::min(f.Weight, std::max(0.0, full - fill)) : f.Weight;
   weight *= std::clamp((full - fill) / 0.1, 0.0, 1.0);
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],

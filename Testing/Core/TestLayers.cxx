@@ -3,6 +3,7 @@
  * Layers of the A-buffer: unions of overlapping z-ranges; what leaks of them where a gap opens, and
  * what has room in them.
  */
+#include "Core/Lens/LensVisibility.h"
 #include "Core/Raster/TileRaster.h"
 #include "ReferenceLayers.h"
 #include "TestScene.h"
@@ -109,7 +110,10 @@ Pixel Draw(const std::vector<Wide>& splats, bool onLens)
     CHECK(part.Coverage <= 1.0f);
   }
   CHECK_NEAR(red, picture.Color[0], 1e-6);
-  CHECK_NEAR(alpha, picture.Color[3], 1e-6);
+  // Leaks of layers that leave less than LeastLeft take up to a quarter of it more than they add.
+  const double taken = picture.Color[3] > 0.9f ? LeastLeft / 4.0 : 0.0;
+  CHECK(alpha < picture.Color[3] + 1e-6);
+  CHECK(alpha > picture.Color[3] - 1e-6 - taken);
   return { picture.Color[0], picture.Color[3], picture.Depth[0] };
 }
 
@@ -344,7 +348,7 @@ TEST_CASE("Jump behind opaque layers")
 {
   for (const bool onLens : { false, true })
   {
-    for (const float weight : { 0.99f, 1.0f, 1.05f, 1.1f, 1.3f })
+    for (const float weight : { 0.99f, 1.0f, 1.05f, 1.1f, 1.2f, 1.3f })
     {
       const Wide a{ 1.0f, 2.0f, weight, 1.0f, 1.0f, 0, 0 };
       const Pixel touching = Draw({ a, { 2.0f, 3.0f, 1.0f, 0.0f, 1.0f, 0, 0 } }, onLens);
@@ -356,7 +360,7 @@ TEST_CASE("Jump behind opaque layers")
       {
         CHECK(jump < 1e-3); // all of it within 0.01 bands
       }
-      if (weight >= (onLens ? 1.3f : 1.1f))
+      if (weight >= (onLens ? 1.2f : 1.1f))
       {
         CHECK(jump < 1e-6);
       }
@@ -415,7 +419,7 @@ TEST_CASE("Full layers")
 {
   for (const bool onLens : { false, true })
   {
-    const float full = onLens ? 1.3f : 1.1f;
+    const float full = onLens ? 1.2f : 1.1f;
     const Wide more{ 1.5f, 2.5f, 1.0f, 0.0f, 1.0f, 0, 0 };
     const Wide first{ 1.0f, 2.0f, full, 1.0f, 1.0f, 0, 0 };
     CHECK(Difference(Draw({ first, more }, onLens), Draw({ first }, onLens)) == 0.0);
