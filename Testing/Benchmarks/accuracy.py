@@ -189,7 +189,7 @@ def check(results):
             continue
         cells = [rows[str(way)]["own"]["rmse"] for way in (DEFAULT, Way(cells=7), Way(cells=37))]
         points = [row["own"]["rmse"] for row in result["rows"] if row["pinholes"]]
-        if not cells[0] > 2 * cells[1] > 4 * cells[2]:
+        if not cells[0] > cells[1] > 2 * cells[2]:
             yield f"{result['scene']}: more cells are not more accurate: {cells}"
         if not points[0] > 4 * points[-1]:
             yield f"{result['scene']}: more lens points are not more accurate: {points}"
