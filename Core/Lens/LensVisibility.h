@@ -101,6 +101,9 @@ SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float full)
   return Smaller(Larger((full - fill) * (1.0f / FullKnee), Real(0.0f)), Real(1.0f));
 }
 
+/// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
+constexpr float FullReach = 0.05f;
+
 /// What is seen at a lens point is at least this share of what is seen on average: something of a
 /// layer that covers all of the lens is seen.
 constexpr float LeastSeen = 0.02f;

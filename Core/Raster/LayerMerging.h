@@ -283,9 +283,6 @@ struct ZRange
   float Near, Far;
 };
 
-/// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
-constexpr float FullReach = 0.05f;
-
 /// How far behind a layer's end splats of the same surface may begin: what keeps of the layer falls
 /// to 1/e there. Through the lens this is the width of the blurred footprint.
 SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings& settings)

@@ -10,7 +10,7 @@ namespace
 {
 struct Fragment
 {
-  float Near, Far, Weight;
+  float Near, Weight;
   std::uint32_t Splat;
 };
 
@@ -29,40 +29,62 @@ double Evaluate(const Splat& s, double q, double support)
   return u * u * (3.0 - 2.0 * u);
 }
 
-/// Front to back "over" of the unions of overlapping z-ranges.
+/// The open layer of a pixel and what is finished, in focus (ABuffer.h, LensVisibility.h).
+struct Pixel
+{
+  double Weight = 0.0, Opacity = 0.0, Color[3] = { 0, 0, 0 }, Far = 0.0;
+  double Through = 1.0, Out[3] = { 0, 0, 0 };
+
+  void LeakTo(double keep)
+  {
+    const LayerCoverage<double> layer{ this->Weight, this->Opacity, this->Through * this->Opacity };
+    const LayerLeak<double> leak = Leak(this->Through, layer, keep);
+    for (int c = 0; c < 3; ++c)
+    {
+      this->Out[c] += leak.Share * this->Through * this->Color[c];
+      this->Color[c] *= keep;
+    }
+    this->Through = leak.Through;
+    this->Weight *= keep;
+    this->Opacity *= keep;
+  }
+
+  /// @param reach share of the z-range that counts
+  void Add(const Splat& s, double weight, double reach)
+  {
+    const double range = s.Far - s.Near;
+    if (this->Weight > 0.0 && this->Far < s.Near)
+    {
+      this->LeakTo(std::exp((this->Far - s.Near) / std::fmax(range, 1e-30)));
+    }
+    const double end = s.Near + reach * range;
+    this->Far = this->Weight > 0.0 ? std::fmax(this->Far, end) : end;
+    weight *= RoomInLayer(this->Weight, FullInFocus);
+    this->Weight += weight;
+    this->Opacity += weight * s.Opacity;
+    this->Color[0] += weight * s.Opacity * s.Red;
+    this->Color[1] += weight * s.Opacity * s.Green;
+    this->Color[2] += weight * s.Opacity * s.Blue;
+  }
+};
+
+/// Front to back, by ascending near depth.
 void Composite(const std::vector<Splat>& splats, std::vector<Fragment>& fragments, float* rgba)
 {
   std::sort(fragments.begin(), fragments.end(),
     [](const Fragment& a, const Fragment& b) { return a.Near < b.Near; });
-  double transmittance = 1.0;
-  double out[3] = { 0, 0, 0 };
-  for (std::size_t i = 0; i < fragments.size();)
+  Pixel pixel;
+  for (const Fragment& f : fragments)
   {
-    double weight = 0.0, opacity = 0.0, color[3] = { 0, 0, 0 };
-    float far = fragments[i].Far;
-    for (; i < fragments.size() && fragments[i].Near <= far; ++i)
-    {
-      const Splat& s = splats[fragments[i].Splat];
-      const double opaque = static_cast<double>(fragments[i].Weight) * s.Opacity;
-      weight += fragments[i].Weight;
-      opacity += opaque;
-      color[0] += opaque * s.Red;
-      color[1] += opaque * s.Green;
-      color[2] += opaque * s.Blue;
-      far = std::max(far, fragments[i].Far);
-    }
-    const double share = transmittance / std::fmax(1.0, weight);
-    for (int c = 0; c < 3; ++c)
-    {
-      out[c] += share * color[c];
-    }
-    transmittance -= share * opacity;
+    const Splat& s = splats[f.Splat];
+    pixel.Add(s, f.Weight, std::fmin(1.0, f.Weight / s.Weight / FullReach));
   }
+  pixel.LeakTo(0.0);
   for (int c = 0; c < 3; ++c)
   {
-    rgba[c] = static_cast<float>(out[c]);
+    rgba[c] = static_cast<float>(pixel.Out[c]);
   }
-  rgba[3] = static_cast<float>(1.0 - transmittance);
+  rgba[3] = static_cast<float>(1.0 - pixel.Through);
 }
 }
 
@@ -98,8 +120,8 @@ void RenderScalar(
           if (q < gaussian.Support())
           {
             const double weight = s.Weight * Evaluate(s, q, gaussian.Support());
-            pixels[static_cast<std::size_t>(y) * frame.Width + x].push_back({ s.Near, s.Far,
-              static_cast<float>(weight), static_cast<std::uint32_t>(splats.size()) });
+            pixels[static_cast<std::size_t>(y) * frame.Width + x].push_back(
+              { s.Near, static_cast<float>(weight), static_cast<std::uint32_t>(splats.size()) });
           }
         }
       }

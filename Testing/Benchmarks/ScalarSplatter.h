@@ -12,8 +12,7 @@
 
 namespace SurfelSplatting
 {
-/// A frame without depth. Layers are independent over the lens and end at once, as in the paper;
-/// coarse grids are not known here.
+/// A frame without depth or lens. Coarse grids are not known here.
 void RenderScalar(
   const SplatContext& context, const std::vector<SurfelCloud>& clouds, const Frame& frame);
 }

@@ -112,7 +112,8 @@ def test_colors_above_one():
     assert all(abs(s / sharp - 1) < 0.03 for s in sums.values()), sums
     mapper.SetColorModeToDefault()
     renderer.Update()
-    assert max(values(renderer.GetOutput().GetPointData().GetArray("Color"))) <= 1.0
+    # Shares of layers that leak are rounded one by one.
+    assert max(values(renderer.GetOutput().GetPointData().GetArray("Color"))) <= 1.0 + 1e-6
 
 
 if __name__ == "__main__":
