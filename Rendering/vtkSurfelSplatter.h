@@ -222,7 +222,8 @@ public:
   ///@{
   /**
    * Whether to draw wide splats on coarse grids and interpolate, so that time depends on the number
-   * of splats instead of their area. The error is below 0.1 dB. Default on.
+   * of splats instead of their area. Pictures are as near to a ray tracer's as without them.
+   * Default on.
    */
   vtkSetMacro(CoarseGrids, vtkTypeBool);
   vtkGetMacro(CoarseGrids, vtkTypeBool);

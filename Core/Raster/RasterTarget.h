@@ -86,9 +86,8 @@ struct alignas(64) LeakedLayers
 {
   float Red[PixelsPerBlock], Green[PixelsPerBlock],
     Blue[PixelsPerBlock];      ///< premultiplied, visible
-  float Alpha[PixelsPerBlock]; ///< by which the transmittance falls
-  float Depth[PixelsPerBlock]; ///< mean, world units along the view direction
-  float LargestColor;          ///< RasterSettings::LargestColor
+  float Alpha[PixelsPerBlock]; ///< what they take of the transmittance in front of them
+  float Depth[PixelsPerBlock]; ///< mean, world units along the view direction; with a callback
 };
 
 /// Functions that are called with the lanes (bit l: pixel l) of a block. Null ones are not called.
