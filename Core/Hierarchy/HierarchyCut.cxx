@@ -394,7 +394,8 @@ private:
       scaled - high * z > std::hypot(f, high) * margin;
   }
 
-  /// Whether n . x > 0 for all normals n of the node's cone and all points x of the ball.
+  /// Whether n . (x - c) > 0 for all normals n of the node's cone, points x of the ball, and points
+  /// c of the lens.
   bool FacesAway(const ClusterBounds::Node& node, const Ball& ball) const
   {
     if (!(node.Cone > 0.0f) || !this->ConesHold)
@@ -416,11 +417,12 @@ private:
       return a[2] > sinCone * length;
     }
     const double distance = Norm(ball.Center);
-    if (!(ball.Radius < distance))
+    const double radius = ball.Radius + this->Optics.Radius;
+    if (!(radius < distance))
     {
       return false;
     }
-    const double sinBall = ball.Radius / distance;
+    const double sinBall = radius / distance;
     const double cosBall = std::sqrt(1.0 - sinBall * sinBall);
     // Cone and ball together take less than a right angle, and the axis is within the rest of it.
     return cosCone * cosBall > sinCone * sinBall &&

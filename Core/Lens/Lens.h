@@ -21,31 +21,52 @@ SURFELSPLATTING_INLINE Real SignedConfusion(
   return radius * (inverseFocalDistance - inverseZ);
 }
 
-/// A point of the lens in units of its radius: x right, y up in camera space.
-template <class Real>
-struct AperturePointOf
-{
-  Real X, Y;
-};
-
 /**
- * Mean of the points where the light of a surfel passes through the lens. Seen from point u of the
- * unit disc, the projected area of area vector a at p is proportional to -a.(p - R u), so it is
- * larger from one side of the lens than from the other. The mean of u with this weight is R a_xy /
- * (-4 a.p). Its length is limited to 1/4, where the surfel is edge-on from the border of the lens.
- * (Also excluding the part of the lens that sees the back was measured to gain nothing.)
+ * The area of a surfel that point u of the lens, a unit disc, sees, over the largest one: Base +
+ * (X, Y).u where that is positive, 0 elsewhere, or, of a two-sided surfel, its magnitude.
  *
- * The blur of a surfel is centred C u from the surfel's own centre on the screen.
+ * Seen from R u, the projected area of area vector a at p is proportional to -a.(p - R u), which is
+ * linear in u. A surfel that is nearly edge-on is seen from one side of the lens only.
  */
 template <class Real>
-SURFELSPLATTING_INLINE AperturePointOf<Real> MeanAperturePoint(
-  double radius, const Vector3Of<Real>& a, const Vector3Of<Real>& p)
+struct VisibleAreaOf
 {
-  const Real scale = radius / (-4.0 * Dot(a, p));
-  const Real x = scale * a.X, y = scale * a.Y;
-  const Real length = SquareRoot(x * x + y * y);
-  const Real limit = length > 0.25 ? 0.25 / length : Uniform<Real>(1.0);
-  return { x * limit, y * limit };
+  Real Base; ///< at the lens's centre, (-inf, 1]
+  Real X, Y; ///< length 1 - Base
+  MaskOf<Real> TwoSided;
+};
+
+/// Mean of the visible area, [0, 1], and of u weighted with it.
+template <class Real>
+struct MeanVisibleArea
+{
+  Real Area, X, Y;
+};
+
+/// Half-width of a uniform distribution with the variance of a coordinate of the disc, 1/4.
+constexpr double UniformLens = 0.86602540378443865;
+
+/**
+ * Means over the lens, with u uniform within UniformLens along the slope. Exact where all of the
+ * lens sees the same side: area Base, point (X, Y) / (4 Base). Else area and moment are up to 0.009 (1 - Base) off.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Real>& v)
+{
+  const Real slope = Larger(1.0 - v.Base, Uniform<Real>(1e-30)), reach = UniformLens * slope;
+  const auto part = [&](const Real& base, Real& moment) {
+    const Real seen = Smaller(Larger(base + reach, Real{}), 2.0 * reach);
+    const Real area = seen * seen / (4.0 * reach);
+    moment = area * (UniformLens - seen / (3.0 * slope)); // a triangle's centroid
+    return area + Larger(base - reach, Real{});
+  };
+  Real moment, behind;
+  Real area = part(v.Base, moment);
+  const Real back = part(-1.0 * v.Base, behind);
+  area = v.TwoSided ? area + back : area;
+  moment = v.TwoSided ? moment - behind : moment;
+  const Real scale = moment / (slope * Larger(area, Uniform<Real>(1e-30)));
+  return { area, scale * v.X, scale * v.Y };
 }
 
 /// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a

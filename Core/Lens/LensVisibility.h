@@ -5,11 +5,15 @@
  *
  * A fragment d px from the centre of its splat passes the lens, a unit disc, on average at
  *
- *   u = m + M d,   M = C / (4 sqrt(det W)),   C signed: negative in front of the focus
+ *   u = (1 - l) m + M d,   M = C / (4 sqrt(det W)),   C signed: negative in front of the focus
  *
- * where m is the mean aperture point of its surfel (Lens.h): the regression of C u, of variance C^2
- * / 4, on the footprint's W. In a wide blur u is on one side of the lens. A function f on the lens
- * is kept as its mean f0 and its first moment f1 = mean of u f(u); its linear reconstruction is
+ * the regression of C u, of variance C^2 / 4, on the footprint's W. The lens's share of W is l = |C
+ * M|. The rest of u does not depend on d; m is its mean where the surfel is seen (Lens.h). In a
+ * wide blur u is on one side of the lens. There the fragment's weight is that of what u sees of the
+ * surfel: the kernel, times Base + (X, Y).M d.
+ *
+ * A function f on the lens is kept as its mean f0 and its first moment f1 = mean of u f(u); its
+ * linear reconstruction is
  *
  *   f(u) = f0 + 4 f1.u       (the mean of u_x^2 is 1/4)
  *
@@ -24,12 +28,15 @@
 
 namespace SurfelSplatting
 {
-/// Where the light of a splat's fragments passes through the lens: u = (MeanX, MeanY) + PerPixel
-/// (dx, dy). The offset (dx, dy) from the centre is in px, or in cells of a coarse grid.
-struct alignas(16) LensFootprint
+/// Where the light of a splat's fragments passes through the lens, u = (MeanX, MeanY) + PerPixel
+/// (dx, dy), and its share of the splat's weight, x = Area + AreaX dx + AreaY dy where x is
+/// positive, -Back x elsewhere. The offset (dx, dy) from the centre is in px, or in cells of a
+/// coarse grid.
+struct alignas(32) LensFootprint
 {
-  float MeanX, MeanY;
-  float PerPixel;
+  float MeanX, MeanY, PerPixel;
+  float Area, AreaX, AreaY;
+  float Back; ///< 1: two-sided, 0: seen from one side
 };
 
 /**
@@ -88,6 +95,25 @@ SURFELSPLATTING_INLINE Real LargestCoverOfLayer(const Real& weight, const Real& 
   return LargestCover(Smaller(Larger(beyond, Real(0.0f)), Real(1.0f)));
 }
 
+/**
+ * Factor for the moment of a layer whose weights shrink by a factor: it then covers as large a
+ * share of the lens as before.
+ * @param weight sum w, > 0
+ * @param moment length of sum w u
+ * @param shrink [0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real ShrinkMoment(const Real& weight, const Real& moment, const Real& shrink)
+{
+  const Real beyond =
+    Larger(moment - ExcessCentroid * Larger(weight - 1.0f, Real(0.0f)), Real(0.0f));
+  const Real centroid = beyond / Larger(Smaller(weight, Real(1.0f)), Real(1e-30f));
+  const Real left = shrink * weight;
+  const Real wanted =
+    centroid * Smaller(left, Real(1.0f)) + ExcessCentroid * Larger(left - 1.0f, Real(0.0f));
+  return Smaller(wanted / Larger(moment, Real(1e-30f)), shrink);
+}
+
 /// A fragment adds nothing where its layer is full: one that arrives at coverage f through its lens
 /// point counts (full - f) / FullKnee, within [0, 1]. Weights of one surface ripple about 1: more
 /// through a lens than in focus, and more on coarse grids, whose cells are averaged afterwards.
@@ -127,10 +153,9 @@ struct LayerCoverage
 /// The part of the lens through which a layer is seen, [0, T]: within Frechet's bounds for the
 /// overlap of the layer with T. @param through mean of T
 template <class Real>
-SURFELSPLATTING_INLINE Real VisibleShare(
-  const Real& through, const LayerCoverage<Real>& layer, const Real& keep)
+SURFELSPLATTING_INLINE Real VisibleShare(const Real& through, const LayerCoverage<Real>& layer)
 {
-  const Real scale = keep / Larger(keep * layer.Filled, Real(1.0f));
+  const Real scale = 1.0f / Larger(layer.Filled, Real(1.0f));
   const Real alpha = scale * layer.Opacity;
   const Real least = Larger(through + alpha - 1.0f, Real(0.0f));
   return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
@@ -142,42 +167,49 @@ struct LayerLeak
 {
   Real Share;   ///< of the layer's sums that is composited
   Real Through; ///< T', what then shines through
-  Real Rest;    ///< T' / T: by which the share of the sums that stays is seen less
+  Real Rest;    ///< T' / T: by which the sums that stay are seen less
+  Real Weight;  ///< factor of the weights that stay
+  Real Opacity; ///< factor of the opacities that stay
 };
 
-/// A layer that leaves less than this share of the light behind it ends the more, the less it
-/// leaves: of an opaque one nothing stays. Else rounding would decide, where both T - v and T - v'
-/// are 0.
-constexpr float LeastLeft = 1.0f / 512.0f;
-
 /**
- * A layer does not end at once where the next fragment begins behind it: the share keep of it stays
- * open. The rest is composited so that the picture, if nothing else came, is the same:
+ * A layer does not end at once where the next fragment begins behind it: a part of it stays open.
+ * The rest is composited so that the picture, if nothing else came, is the same:
  *
- *   T' - v' = T - v,   v, v' = VisibleShare of the layer and of the share that stays
+ *   T' (1 - a') = T (1 - a),   a = v / T, the layer's coverage; a' of the part that stays
  *
- * where the sums that stay see T' instead of T.
- * @param keep [0, 1); if it is exp(-gap / band), splats of hardly any weight within a gap change
- * nothing
+ * Of a layer that covers little the share k = keep stays. If that held for all, one that covers all
+ * would end at any gap, however small, and go on without one. Hence, with the gap s in bands,
+ *
+ *   dT / ds = -2 T a / (2 - a):   T' = T h^2,  a' = k a / h,  h^2 - k a h - (1 - a) = 0
+ *
+ * With k = exp(-s), several small gaps do what one large gap does, and splats of hardly any weight
+ * within a gap change nothing.
+ * @param keep [0, 1)
  */
 template <class Real>
 SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real& through, const LayerCoverage<Real>& layer, const Real& keep)
 {
-  const Real all = VisibleShare(through, layer, Real(1.0f));
-  const Real kept = VisibleShare(through, layer, keep);
-  const Real left = through - all;
-  const Real stays = Smaller(left / Larger(LeastLeft * through, Real(1e-30f)), Real(1.0f));
-  const Real rest = stays * Smaller(left / Larger(through - kept, Real(1e-12f)), Real(1.0f));
-  return { Larger(all - rest * kept, Real(0.0f)) / Larger(layer.Seen, Real(1e-30f)),
-    Larger(rest * through, Real(0.0f)), rest };
+  const Real all = VisibleShare(through, layer);
+  const Real left = 1.0f - Smaller(all / Larger(through, Real(1e-30f)), Real(1.0f));
+  const Real stays = keep * (1.0f - left);
+  const Real h = 0.5f * (stays + SquareRoot(stays * stays + 4.0f * left));
+  const Real rest = Smaller(h * h, Real(1.0f));
+  const Real weight = Smaller(keep / Larger(h, Real(1e-30f)), Real(1.0f));
+  // Opacities are divided by max(1, Filled) when they are seen.
+  const Real opacity =
+    weight * Larger(weight * layer.Filled, Real(1.0f)) / Larger(layer.Filled, Real(1.0f));
+  return { (1.0f - rest) * through / Larger(layer.Seen, Real(1e-30f)), rest * through, rest, weight,
+    opacity };
 }
 
 /// The same with keep = 0: the layer ends.
 template <class Real>
 SURFELSPLATTING_INLINE LayerLeak<Real> End(const Real& through, const LayerCoverage<Real>& layer)
 {
-  const Real all = VisibleShare(through, layer, Real(1.0f));
-  return { all / Larger(layer.Seen, Real(1e-30f)), Larger(through - all, Real(0.0f)), Real(0.0f) };
+  const Real all = VisibleShare(through, layer);
+  return { all / Larger(layer.Seen, Real(1e-30f)), Larger(through - all, Real(0.0f)), Real(0.0f),
+    Real(0.0f), Real(0.0f) };
 }
 }

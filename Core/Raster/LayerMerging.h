@@ -181,8 +181,8 @@ SURFELSPLATTING_INLINE LayerCoverage<Lanes> CoverageOf(
 /// What becomes of the sums of layers after a leak.
 struct KeptShares
 {
-  Lanes Coverage; ///< of what is not weighted with T
-  Lanes Seen;     ///< of what is weighted with T
+  Lanes Weight, Opacity; ///< of what is not weighted with T
+  Lanes Seen;            ///< of what is weighted with T
   Lanes Colors;
 };
 
@@ -190,23 +190,25 @@ SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const KeptShares& k
 {
   OpenLayers& open = tile.Open[block];
   LensLayers& lens = tile.Lens[block];
-  float* const coverage[] = { open.Weight, open.Opacity, open.Depth };
-  float* const colors[] = { open.Red, open.Green, open.Blue };
-  float* const visible[] = { lens.Seen, lens.SeenX, lens.SeenY };
-  const bool tilted = IsTilted(tile, block);
-  for (int i = 0; i < 3; ++i)
-  {
-    MultiplyBy(coverage[i], keep.Coverage);
-    MultiplyBy(colors[i], keep.Colors);
-    if (tilted)
-    {
-      MultiplyBy(visible[i], keep.Seen);
-    }
-  }
   if (hasLens)
   {
-    MultiplyBy(lens.FillX, keep.Coverage);
-    MultiplyBy(lens.FillY, keep.Coverage);
+    const Lanes length = LengthOf(Lanes::Load(lens.FillX), Lanes::Load(lens.FillY));
+    const Lanes shrink =
+      Select(keep.Weight < 1.0f, ShrinkMoment(Lanes::Load(open.Weight), length, keep.Weight), 1.0f);
+    MultiplyBy(lens.FillX, shrink);
+    MultiplyBy(lens.FillY, shrink);
+  }
+  MultiplyBy(open.Weight, keep.Weight);
+  MultiplyBy(open.Depth, keep.Weight);
+  MultiplyBy(open.Opacity, keep.Opacity);
+  MultiplyBy(open.Red, keep.Colors);
+  MultiplyBy(open.Green, keep.Colors);
+  MultiplyBy(open.Blue, keep.Colors);
+  if (IsTilted(tile, block))
+  {
+    MultiplyBy(lens.Seen, keep.Seen);
+    MultiplyBy(lens.SeenX, keep.Seen);
+    MultiplyBy(lens.SeenY, keep.Seen);
   }
 }
 
@@ -239,14 +241,13 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
   const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);
-  const Lanes kept = Select(chosen, Ends ? Lanes(0.0f) : keep, 1.0f);
-  const Lanes seen = kept * leak.Rest;
+  const Lanes opacity = Select(chosen, leak.Opacity, 1.0f), seen = opacity * leak.Rest;
   // Colours of a block that has just become tilted are not weighted with T yet.
   Keep(tile, block,
-    { kept, seen,
+    { Select(chosen, leak.Weight, 1.0f), opacity, seen,
       tilts                     ? seen * before
         : IsTilted(tile, block) ? seen
-                                : kept },
+                                : opacity },
     hasLens);
 }
 
@@ -303,8 +304,6 @@ struct FragmentReach
 
 /// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in
 /// front of it leak, and the z-ranges become longer.
-/// @param reach share of the z-range that counts, [0, 1]: nothing of hardly any weight makes it
-/// longer
 template <RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
   const FragmentReach& at, const RasterSettings& settings, const RasterCallbacks& callbacks)
@@ -334,7 +333,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
     }
   }
   const Lanes end = range.Near + at.Reach * (range.Far - range.Near);
-  Select(at.Inside, Larger(Lanes::Load(open.Far), end), Lanes::Load(open.Far)).Store(open.Far);
+  Select(at.Inside, Larger(far, end), far).Store(open.Far);
   if (Pass == RasterPass::Collect)
   {
     float* near = tile.Coarse[block].Near;

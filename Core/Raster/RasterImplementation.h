@@ -79,11 +79,24 @@ SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight,
   AddTo(coarse.HalfRange, weight * (0.5f * (s.Far - s.Near)));
 }
 
-/// The layers of coarse grids end at once: all of the range keeps them together.
-template <RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes EvaluateReach(const Lanes& kernel)
+/// The share of a splat's weight that passes the lens where its fragments do (LensFootprint).
+template <bool OnLens>
+SURFELSPLATTING_INLINE Lanes EvaluateArea(const LensFootprint& lens, const BlockPixels& d)
 {
-  return Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(kernel * (1.0f / FullReach), 1.0f);
+  if (!OnLens)
+  {
+    return 1.0f;
+  }
+  const Lanes area = lens.Area + lens.AreaX * d.X + lens.AreaY * d.Y;
+  return Larger(area, 0.0f - lens.Back * area);
+}
+
+/// The layers of coarse grids end at once: all of the range keeps them together.
+/// @param share of the splat's weight
+template <RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes EvaluateReach(const Lanes& share)
+{
+  return Pass == RasterPass::Collect ? Lanes(1.0f) : Smaller(share * (1.0f / FullReach), 1.0f);
 }
 
 /// Adds a splat to a block; returns the lanes that it covers.
@@ -112,13 +125,13 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   Lanes slope;
   const Lanes kernel = HasGradient ? EvaluateSlope(s.Shape, d.Q, support, slope)
                                    : EvaluateKernel(s.Shape, d.Q, support);
+  const LensFootprint& lens = splat.Footprint;
+  const Lanes area = EvaluateArea<OnLens>(lens, d);
   if (Pass != RasterPass::Nearest)
   {
-    const Lanes reach = EvaluateReach<Pass>(kernel);
-    PrepareLayers<Pass>(
-      tile, block, { s.Near, s.Far }, { inside, reach }, splat.Settings, callbacks);
+    PrepareLayers<Pass>(tile, block, { s.Near, s.Far },
+      { inside, EvaluateReach<Pass>(kernel * area) }, splat.Settings, callbacks);
   }
-  const LensFootprint& lens = splat.Footprint;
   const LensPoints u{ lens.MeanX + lens.PerPixel * d.X, lens.MeanY + lens.PerPixel * d.Y };
   constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
     : OnLens                                         ? FullThroughLens
@@ -129,7 +142,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
     return bits;
   }
   // Lanes outside of the support may hold anything.
-  const Lanes weight = Select(inside, s.Weight * kernel * room, 0.0f);
+  const Lanes weight = Select(inside, s.Weight * kernel * area * room, 0.0f);
   const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
   const Lanes visible = AddCoverage<OnLens>(tile, block, weight, s.Opacity, depth, u);
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
@@ -282,6 +295,7 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
   const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
+  const float perWeight = 1.0f / s.Weight;
   const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   std::uint64_t fragments = 0;
   for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
@@ -300,9 +314,11 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
         continue;
       }
       fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
+      const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
+      const Lanes reach = EvaluateReach<RasterPass::Layers>(weight * perWeight);
       PrepareLayers<RasterPass::Layers>(
-        tile, block, { s.Near, s.Far }, { inside, 1.0f }, settings, callbacks);
-      AddTentToBlock(tile, block, s, Select(inside, weightOfRow * across, 0.0f));
+        tile, block, { s.Near, s.Far }, { inside, reach }, settings, callbacks);
+      AddTentToBlock(tile, block, s, weight);
     }
   }
   return fragments;
@@ -348,9 +364,10 @@ unsigned int HiddenFrom(
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
-  // Half of an open layer has leaked at least.
-  const Lanes after = Leak(through, layer, Lanes(0.5f)).Through;
-  const LaneMask ended = Lanes::Load(open.Far) < near - 0.7f * LeakBand({ near, near }, settings);
+  // Of a layer that covers all, keep^2 < MinTransmittance is not composited over this gap.
+  constexpr float gap = 3.2f, keep = 0.0408f;
+  const Lanes after = Leak(through, layer, Lanes(keep)).Through;
+  const LaneMask ended = Lanes::Load(open.Far) < near - gap * LeakBand({ near, near }, settings);
   const Lanes rest = Select(ended, after, through);
   return (Smaller(rest, through) <= MinTransmittance).ToBits();
 }

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "Core/Lens/Lens.h"
 #include "Core/Simd/RealLanes.h"
 #include "Core/Splats/SetupTarget.h"
 
@@ -231,10 +232,27 @@ struct PlacedSurfels
   MaskOf<Real> BackSide; ///< seen from behind
   Vector3Of<Real> P, Area;
   Symmetric3Of<Real> Covariance;
-  Real InverseZ; ///< 1 with a parallel projection
-  Real Deposit;  ///< px^2
-  Real Patch;    ///< area that MinNodeBlur applies to, over the own area
+  Real InverseZ;               ///< 1 with a parallel projection
+  Real Deposit;                ///< px^2, as seen from the point of the lens that sees most of it
+  VisibleAreaOf<Real> Visible; ///< from the other points, as a share
+  Real Patch;                  ///< area that MinNodeBlur applies to, over the own area
 };
+
+/// Replaces what the lens's centre sees by what each of its points sees.
+template <class Real>
+SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>& s)
+{
+  const View& view = job.Camera;
+  const Real scale = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) *
+    (job.LensRadius * view.Fx * view.Fy) * s.InverseZ * s.InverseZ * s.InverseZ;
+  const Real x = scale * s.Area.X, y = scale * s.Area.Y;
+  const Real largest = s.Deposit + SquareRoot(x * x + y * y);
+  const Real inverse = largest > 0.0 ? 1.0 / largest : Real{};
+  s.Visible.Base = s.Deposit * inverse;
+  s.Visible.X = x * inverse;
+  s.Visible.Y = y * inverse;
+  s.Deposit = largest;
+}
 
 template <class Real>
 SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
@@ -256,8 +274,13 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
   s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
   s.Deposit = ProjectedArea(view, s.Area, s.P, s.InverseZ);
-  s.BackSide = s.Deposit < 0.0;
-  s.Deposit = (s.BackSide & stored.TwoSided) ? -s.Deposit : s.Deposit;
+  s.BackSide = (s.Deposit < 0.0) & stored.TwoSided;
+  s.Deposit = s.BackSide ? -s.Deposit : s.Deposit;
+  s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, stored.TwoSided };
+  if (job.WeighsLens)
+  {
+    SeeFromLens(job, s);
+  }
   s.Alive &= s.Deposit > 0.0;
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
   s.Patch = stored.Patch;

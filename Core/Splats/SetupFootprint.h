@@ -18,8 +18,6 @@ struct LensBlur
   Real ConfusionX, ConfusionY; ///< C in x and y, px
   Real Signed;                 ///< C / f, negative in front of the focus
   Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
-  AperturePointOf<Real> Mean;  ///< where the light passes through the lens; 0 without offsets
-  Real OffsetX, OffsetY;       ///< from the surfel's centre to the blur's, px
 };
 
 template <class Real>
@@ -29,8 +27,7 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
   const View& view = job.Camera;
   const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
   LensBlur<Real> b;
-  b.ConfusionX = b.ConfusionY = b.Signed = b.OffsetX = b.OffsetY = Real{};
-  b.Mean = { Real{}, Real{} };
+  b.ConfusionX = b.ConfusionY = b.Signed = Real{};
   b.Variance[0] = b.Variance[1] = Uniform<Real>(job.Prefilter);
   if (!view.Parallel && job.LensRadius > 0.0)
   {
@@ -39,13 +36,6 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
     b.ConfusionY = fy * Magnitude(b.Signed);
     b.Variance[0] += job.DefocusFactor * b.ConfusionX * b.ConfusionX;
     b.Variance[1] += job.DefocusFactor * b.ConfusionY * b.ConfusionY;
-    // The paper's kernel has no offset.
-    if (job.Offsets)
-    {
-      b.Mean = MeanAperturePoint(job.LensRadius, s.Area, s.P);
-      b.OffsetX = view.Fx * b.Signed * b.Mean.X;
-      b.OffsetY = view.Fy * b.Signed * b.Mean.Y;
-    }
   }
   if (index.HasNodes())
   {

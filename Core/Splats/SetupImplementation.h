@@ -48,12 +48,12 @@ SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
 /// @param s Alive becomes false for surfels whose support misses the picture
 template <class Real>
 SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
-  const LensBlur<Real>& blur, const Real& cell, const ResamplingKernelOf<Real>& kernel)
+  const Real& cell, const ResamplingKernelOf<Real>& kernel)
 {
   const View& view = job.Camera;
   ScreenPlaces<Real> place;
-  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx + blur.OffsetX;
-  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy + blur.OffsetY;
+  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
+  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
   Real width = Uniform<Real>(view.Width), height = Uniform<Real>(view.Height);
   Real scale = Uniform<Real>(1.0);
   const MaskOf<Real> coarse = cell > 1.0;
@@ -275,20 +275,50 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// Writes where the batch's splats pass the lens (LensVisibility.h); all 0 in focus.
+/// Where a batch's splats pass the lens, in single precision (LensVisibility.h).
+template <class Real>
+struct LensFootprintFields
+{
+  FloatOf<Real> MeanX, MeanY, PerPixel, Area, AreaX, AreaY, Back;
+
+  SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
+  {
+    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+    const MeanVisibleArea<Real> mean = MeanOverLens(v);
+    const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
+    const Real confusion = f * b.Blur.Signed, one = Uniform<Real>(1.0);
+    const Real perPixel = 0.25 * confusion * b.Footprints.W.InverseRoot;
+    // The lens's share of W: that much of u depends on the pixel.
+    const Real share = Smaller(confusion * perPixel, one), rest = 1.0 - share;
+    const Real perCell = perPixel * b.Footprints.Cell;
+    this->MeanX = Narrow<Real>(rest * mean.X);
+    this->MeanY = Narrow<Real>(rest * mean.Y);
+    this->PerPixel = Narrow<Real>(perCell);
+    this->Area = Narrow<Real>(share * v.Base + rest * mean.Area);
+    this->AreaX = Narrow<Real>(perCell * v.X);
+    this->AreaY = Narrow<Real>(perCell * v.Y);
+    this->Back = Narrow<Real>(v.TwoSided ? one : Real{});
+  }
+
+  SURFELSPLATTING_INLINE LensFootprint At(int l) const
+  {
+    return { LaneAt(this->MeanX, l), LaneAt(this->MeanY, l), LaneAt(this->PerPixel, l),
+      LaneAt(this->Area, l), LaneAt(this->AreaX, l), LaneAt(this->AreaY, l),
+      LaneAt(this->Back, l) };
+  }
+};
+
+/// Writes where the batch's splats pass the lens.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteFootprints(
   const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
 {
-  const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-  const FloatOf<Real> x = Narrow<Real>(b.Blur.Mean.X), y = Narrow<Real>(b.Blur.Mean.Y);
-  const FloatOf<Real> perPixel =
-    Narrow<Real>(0.25 * f * b.Blur.Signed * b.Footprints.W.InverseRoot * b.Footprints.Cell);
+  const LensFootprintFields<Real> fields(job, b);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
-      output.Footprints[first++] = { LaneAt(x, l), LaneAt(y, l), LaneAt(perPixel, l) };
+      output.Footprints[first++] = fields.At(l);
     }
   }
 }
@@ -338,7 +368,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel =
       MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
-    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, blur, f.Cell, kernel);
+    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))
     {

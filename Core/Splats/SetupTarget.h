@@ -42,7 +42,7 @@ struct SetupJob
 
   View Camera;
   double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h
-  bool Offsets = false; ///< shift the blur to the MeanAperturePoint (Lens.h)
+  bool WeighsLens = false; ///< weigh each point of the lens with the area it sees (Lens.h)
 
   KernelType Kernel = KernelType::PearsonII;
   TruncatedGaussian Gaussian = TruncatedGaussian(2.5);

@@ -60,7 +60,7 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.LensRadius = context.Optics.Radius;
   j.InverseFocalDistance = 1.0 / context.Optics.FocalDistance;
   j.Kernel = settings.Kernel;
-  j.Offsets = j.Kernel != KernelType::Gaussian;
+  j.WeighsLens = context.HasLens() && j.Kernel != KernelType::Gaussian;
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
   j.Prefilter = settings.Prefilter;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, j.Gaussian);

@@ -42,11 +42,11 @@ struct Pixel
     for (int c = 0; c < 3; ++c)
     {
       this->Out[c] += leak.Share * this->Through * this->Color[c];
-      this->Color[c] *= keep;
+      this->Color[c] *= leak.Opacity;
     }
     this->Through = leak.Through;
-    this->Weight *= keep;
-    this->Opacity *= keep;
+    this->Weight *= leak.Weight;
+    this->Opacity *= leak.Opacity;
   }
 
   /// @param reach share of the z-range that counts

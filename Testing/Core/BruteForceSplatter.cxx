@@ -70,6 +70,7 @@ struct ReferenceSplat
   double Inverse[2][2];   ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
   double PointX = 0, PointY = 0, PerPixel = 0; ///< of the lens, as in LensVisibility.h
+  double Area = 1, AreaX = 0, AreaY = 0, Back = 0;
   double Color[3], Opacity;
 };
 
@@ -215,32 +216,57 @@ double EvaluateKernel(const ReferenceSplat& s, double q, double cutoff)
     : s.Kernel.At(std::max(0.0, 1.0 - q / (2.0 * cutoff)));
 }
 
-/// Mean place on the screen of the light of a surfel, against that from the lens's centre: over all
-/// points of the lens, weighted by the area that each of them sees (first moments of a linear
-/// weight over a disc), up to where the surfel is edge-on from the lens's border. Their mean is the
-/// splat's point of the lens.
-void AddBlurOffset(const SplatContext& context, const CameraSurfel& s, ReferenceSplat& splat)
+/// What a surfel seen from one or both sides shows to the points u of the lens: from R u, the area
+/// vector faces the ray to the surfel by -a.(p - R u).
+struct LensView
 {
-  const View& view = context.Camera;
-  const Vector3& p = s.Position;
-  const double radius = context.Optics.Radius;
-  const double slope = radius * std::hypot(s.Area[0], s.Area[1]) / std::abs(Dot(s.Area, p));
-  if (slope == 0.0)
-  {
-    return;
-  }
-  const double mean =
-    std::min(slope, 1.0) / 4.0; // of the lens, in the direction of the area vector
-  const double sign = Dot(s.Area, p) < 0.0 ? 1.0 : -1.0;
+  double Center, Slope[2]; ///< of that, by u
+  double Largest;          ///< for any u
+  double Mean;             ///< of the part that is seen, as a share of the largest
+  double Point[2];         ///< mean of u weighted with it
+};
+
+/// @param facing -a.p > 0 on the seen side, or negative for a surfel whose front the lens's border
+/// may see
+LensView SeeFromLens(const CameraSurfel& s, double radius, double facing, bool twoSided)
+{
+  LensView view{};
+  const double sign = (facing < 0.0) == (-Dot(s.Area, s.Position) < 0.0) ? 1.0 : -1.0;
+  view.Center = facing;
   for (int k = 0; k < 2; ++k)
   {
-    const double u = sign * mean * radius * s.Area[k] / std::hypot(s.Area[0], s.Area[1]);
-    (k == 0 ? splat.PointX : splat.PointY) = u / radius;
-    // The ray from lens point u through p, where it meets the plane in focus.
-    const double z = context.Optics.FocalDistance / p[2];
-    const double shift = (u + (p[k] - u) * z) / context.Optics.FocalDistance - p[k] / p[2];
-    (k == 0 ? splat.X : splat.Y) += (k == 0 ? view.Fx : view.Fy) * shift;
+    view.Slope[k] = sign * radius * s.Area[k];
   }
+  const double slope = std::hypot(view.Slope[0], view.Slope[1]);
+  view.Largest = facing + slope;
+  // u uniform within half of sqrt(3) along the slope (Lens.h), by its integral.
+  constexpr int Steps = 20000;
+  double sum = 0.0, moment = 0.0;
+  for (int i = 0; i < Steps; ++i)
+  {
+    const double u = 0.5 * std::sqrt(3.0) * ((2.0 * i + 1.0) / Steps - 1.0);
+    const double area = facing + slope * u;
+    const double seen = twoSided ? std::abs(area) : std::max(0.0, area);
+    sum += seen / Steps;
+    moment += seen * u / Steps;
+  }
+  view.Mean = sum / view.Largest;
+  for (int k = 0; k < 2; ++k)
+  {
+    view.Point[k] = sum > 0.0 && slope > 0.0 ? moment / sum * view.Slope[k] / slope : 0.0;
+  }
+  return view;
+}
+
+/// The lens's share of the footprint depends on the pixel, the rest is the mean.
+void SetLens(const LensView& lens, double perPixel, double share, ReferenceSplat& splat)
+{
+  splat.PerPixel = perPixel;
+  splat.PointX = (1.0 - share) * lens.Point[0];
+  splat.PointY = (1.0 - share) * lens.Point[1];
+  splat.Area = share * lens.Center / lens.Largest + (1.0 - share) * lens.Mean;
+  splat.AreaX = perPixel * lens.Slope[0] / lens.Largest;
+  splat.AreaY = perPixel * lens.Slope[1] / lens.Largest;
 }
 
 /// False where the surfel is not seen.
@@ -261,22 +287,27 @@ bool MakeReferenceSplat(
   {
     return false;
   }
-  const double facing = view.Parallel ? -s.Area[2] : -Dot(s.Area, p);
-  const bool back = facing < 0.0;
-  if (facing == 0.0 || (back && !(cloud.TwoSided && cloud.TwoSided[i])))
+  double facing = view.Parallel ? -s.Area[2] : -Dot(s.Area, p);
+  const bool twoSided = cloud.TwoSided && cloud.TwoSided[i];
+  const bool back = facing < 0.0 && twoSided;
+  facing = back ? -facing : facing;
+  const bool pearson = context.Settings.Kernel == KernelType::PearsonII;
+  const bool weighs = pearson && context.Optics.Radius > 0.0 && !view.Parallel;
+  const LensView lens = SeeFromLens(s, weighs ? context.Optics.Radius : 0.0, facing, twoSided);
+  if (lens.Largest <= 0.0)
   {
     return false;
   }
   Vector3 rows[2];
   Jacobian(view, p, rows);
-  const double deposit = std::abs(
+  const double center = std::abs(
     Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) - Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
+  const double deposit = weighs ? view.Fx * view.Fy / (p[2] * p[2] * p[2]) * lens.Largest : center;
 
   const double confusion = view.Parallel
     ? 0.0
     : context.Optics.Radius * std::abs(1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
   const double c = context.Settings.Cutoff;
-  const bool pearson = context.Settings.Kernel == KernelType::PearsonII;
   const double cx = view.Fx * confusion, cy = view.Fy * confusion;
   const double lensX = pearson ? cx * cx / 4.0 : ReferenceLensVariance(cx, c);
   const double lensY = pearson ? cy * cy / 4.0 : ReferenceLensVariance(cy, c);
@@ -301,11 +332,12 @@ bool MakeReferenceSplat(
   SetKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;
-  if (pearson && context.Optics.Radius > 0.0 && !view.Parallel)
+  splat.Back = twoSided ? 1.0 : 0.0;
+  if (context.Optics.Radius > 0.0 && !view.Parallel)
   {
-    AddBlurOffset(context, s, splat);
     const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
-    splat.PerPixel = sign * std::sqrt(cx * cy / det) / 4.0;
+    const double perPixel = std::sqrt(cx * cy / det) / 4.0;
+    SetLens(lens, sign * perPixel, perPixel * std::sqrt(cx * cy), splat);
   }
   ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
@@ -369,8 +401,14 @@ Fragment MakeFragment(
     4.0 * Epsilon * (0.25 + std::abs(s.PerPixel) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
   v.Near = s.Near;
   v.Far = s.Far;
-  v.Weight = s.Weight * kernel;
-  v.Reach = std::min(1.0, kernel / 0.05);
+  const double area = s.Area + s.AreaX * dx + s.AreaY * dy;
+  const double seen = onLens ? std::max(area, -s.Back * area) : 1.0;
+  const double areaError = 4.0 * Epsilon *
+    (std::abs(s.Area) +
+      (std::abs(s.AreaX) + std::abs(s.AreaY)) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
+  f.Error += onLens ? areaError / std::max(seen, 1e-3) : 0.0;
+  v.Weight = s.Weight * kernel * seen;
+  v.Reach = std::min(1.0, kernel * seen / 0.05);
   v.Opacity = s.Opacity;
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
@@ -400,12 +438,11 @@ std::vector<Fragment> CollectFragments(const std::vector<ReferenceSplat>& splats
   return fragments;
 }
 
-ReferenceLayers Composite(const std::vector<Fragment>& fragments, const ReferenceLens& lens,
-  double limit, double nudge, bool endsAlone = true)
+ReferenceLayers Composite(
+  const std::vector<Fragment>& fragments, const ReferenceLens& lens, double limit, double nudge)
 {
   ReferenceLayers layers(lens, limit);
   layers.Nudge = nudge;
-  layers.EndsAlone = endsAlone;
   for (const Fragment& f : fragments)
   {
     layers.Add(f.Values);
@@ -458,9 +495,6 @@ void SetBounds(const std::vector<Fragment>& fragments, const ReferenceLens& lens
     depth = std::max(depth, std::abs(moved.Depth - pixel.Depth));
     pixel.DepthUndecided = pixel.DepthUndecided || (moved.Through > 0.5) != (pixel.Color[3] < 0.5);
   }
-  const ReferenceLayers beside = Composite(fragments, lens, limit, 0.0, false);
-  pixel.Undecided =
-    pixel.Undecided || std::abs(beside.Through - 1.0 + pixel.Color[3]) > 4.0 * Epsilon;
   const double roundings = Epsilon * (static_cast<double>(fragments.size()) + 16.0 * pixel.Layers);
   pixel.ColorBound = Safety * color + roundings;
   pixel.DepthBound = Safety * depth + roundings * std::abs(pixel.Depth);

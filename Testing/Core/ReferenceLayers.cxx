@@ -32,13 +32,12 @@ double ReferenceLayers::LargestCover() const
   return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 1.0));
 }
 
-double ReferenceLayers::VisibleShare(double keep) const
+double ReferenceLayers::VisibleShare() const
 {
-  const double weight = keep * this->Weight, cover = this->LargestCover();
-  const double shrink = weight > cover ? cover / weight : 1.0;
-  const double alpha = shrink * keep * this->Opacity;
+  const double shrink = std::min(1.0, this->LargestCover() / std::max(this->Weight, 1e-300));
+  const double alpha = shrink * this->Opacity;
   const double overlap = std::max(0.0, this->Through + alpha - 1.0);
-  return std::min({ std::max(shrink * keep * this->Seen, overlap), this->Through, alpha });
+  return std::min({ std::max(shrink * this->Seen, overlap), this->Through, alpha });
 }
 
 void ReferenceLayers::Prepare(const ReferenceFragment& f)
@@ -50,7 +49,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
     const double band = std::max(blur + f.Far - f.Near, 1e-30);
     const double gap = (f.Near - this->Far) / band;
-    this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0, gap >= LargestGap && this->EndsAlone);
+    this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
   }
   this->Far = std::max(this->Far, f.Near + f.Reach * (f.Far - f.Near));
 }
@@ -58,7 +57,7 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
 /// The moments of a layer that T was the same for, by its mean opacity.
 void ReferenceLayers::Tilt()
 {
-  for (int k = 0; k < 2 && this->Flat; ++k)
+  for (int k = 0; k < 2 && this->Flat && !this->HasLeaked; ++k)
   {
     this->SeenU[k] = this->Weight > 0.0 ? this->Seen / this->Weight * this->Fill[k] : 0.0;
   }
@@ -78,6 +77,7 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   const double seen =
     f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
   const double opaque = weight * f.Opacity;
+  this->HasLeaked = false;
   this->Weight += weight;
   this->Opacity += opaque;
   this->DepthSum += weight * f.Depth;
@@ -124,7 +124,22 @@ void ReferenceLayers::Composite(double share, double after)
   ++this->Leaks;
 }
 
-void ReferenceLayers::Leak(double keep, bool ends)
+/// The layer's centroid stays, and with it LargestCover.
+void ReferenceLayers::Shrink(double factor)
+{
+  const double before = this->Weight, after = factor * before;
+  const double moment = std::hypot(this->Fill[0], this->Fill[1]);
+  const double centroid =
+    std::max(0.0, moment - 0.5 * std::max(0.0, before - 1.0)) / std::min(1.0, before);
+  const double wanted = centroid * std::min(1.0, after) + 0.5 * std::max(0.0, after - 1.0);
+  const double shrink = moment > 0.0 ? std::min(factor, wanted / moment) : factor;
+  this->Fill[0] *= shrink;
+  this->Fill[1] *= shrink;
+  this->Weight = after;
+  this->DepthSum *= factor;
+}
+
+void ReferenceLayers::Leak(double keep)
 {
   if (this->Weight <= 0.0)
   {
@@ -133,27 +148,31 @@ void ReferenceLayers::Leak(double keep, bool ends)
   if (this->Flat)
   {
     this->Tilt();
-    this->Flat = true;
+    this->Flat = this->HasLeaked = true;
   }
-  double rest = 1.0;
-  if (this->DepthSum <= this->Limit * this->Weight && this->Through > 0.0)
+  // T' (1 - a') = T (1 - a), a' = keep a / h, T' = T h^2
+  const double cover = this->Through > 0.0 ? this->VisibleShare() / this->Through : 0.0;
+  const double left = std::clamp(1.0 - cover + this->Nudge, 0.0, 1.0);
+  const double half = 0.5 * keep * (1.0 - left), h = half + std::sqrt(half * half + left);
+  double rest = std::min(1.0, h * h);
+  const double after = rest * this->Through;
+  const double weight = h > 0.0 ? std::min(1.0, keep / h) : 0.0;
+  const double filled = this->Weight / this->LargestCover();
+  const double opacity = weight * std::max(1.0, weight * filled) / std::max(1.0, filled);
+  if (this->DepthSum <= this->Limit * this->Weight)
   {
-    const double all = this->VisibleShare(1.0), kept = this->VisibleShare(keep);
-    const double left = std::max(0.0, this->Through - all + this->Nudge * this->Through);
-    rest = left > 0.0 ? std::min(1.0, left / std::max(this->Through - kept, 1e-300)) : 0.0;
-    rest *= std::min(1.0, 512.0 * left / this->Through); // nothing of an opaque layer stays
-    const double share = this->Seen > 0.0 ? (all - rest * kept) / this->Seen : 0.0;
-    this->Composite(std::max(0.0, share), ends ? left : rest * this->Through);
+    this->Composite(this->Seen > 0.0 ? (this->Through - after) / this->Seen : 0.0, after);
   }
-  for (double* sum :
-    { &this->Weight, &this->Opacity, &this->DepthSum, &this->Fill[0], &this->Fill[1] })
+  else
   {
-    *sum *= keep;
+    rest = 1.0;
   }
+  this->Shrink(weight);
+  this->Opacity *= opacity;
   for (double* sum : { &this->Seen, &this->SeenU[0], &this->SeenU[1], &this->SeenColor[0],
          &this->SeenColor[1], &this->SeenColor[2] })
   {
-    *sum *= keep * rest;
+    *sum *= opacity * rest;
   }
 }
 }

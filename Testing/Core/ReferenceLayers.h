@@ -63,17 +63,13 @@ public:
   void Tilt();
 
   /// Ends the open layer.
-  void Finish() { this->Leak(0.0, true); }
+  void Finish() { this->Leak(0.0); }
 
   /// Added to what a layer leaves of the light, as a share: for bounds on rounding, since T - v of
   /// a layer that leaves little is a difference.
   double Nudge = 0.0;
 
   static constexpr double LargestGap = 7.0; ///< bands
-
-  /// Whether a layer at such a gap ends. In the raster it leaks, with nothing that stays, if a
-  /// layer of its block leaks: of an opaque one less than LeastLeft / 4 of the light is lost.
-  bool EndsAlone = true;
 
   // The picture so far.
   double Through = 1.0, ThroughU[2] = { 0, 0 };
@@ -88,14 +84,16 @@ public:
   double Far = -1e300, Weight = 0, Opacity = 0, DepthSum = 0, Fill[2] = { 0, 0 };
   double Seen = 0, SeenU[2] = { 0, 0 }, SeenColor[3] = { 0, 0, 0 };
 
-  /// Share of the lens through which the share keep of the open layer is seen.
-  double VisibleShare(double keep) const;
+  /// Share of the lens through which the open layer is seen.
+  double VisibleShare() const;
 
 private:
-  void Leak(double keep, bool ends);
+  void Leak(double keep);
+  void Shrink(double factor);
   void Composite(double share, double after);
   double LargestCover() const;
 
+  bool HasLeaked = false; // and nothing was added since: SeenU is valid
   ReferenceLens Lens;
   double Limit; // layers behind this depth are not seen
 };

@@ -39,6 +39,14 @@ ScalarKernel EvaluateScalar(double shape, double q, double error)
     errorT + 4.0 * Epsilon };
 }
 
+/// Of the area that a lens point sees, relative.
+double AreaError(const LensFootprint& lens, const PlacedSplat& p, double area)
+{
+  const double terms = std::abs(lens.Area) +
+    (std::abs(lens.AreaX) + std::abs(lens.AreaY)) * (TileSize + std::abs(p.X) + std::abs(p.Y));
+  return 4.0 * Epsilon * terms / std::max(area, 1e-6);
+}
+
 /// The values of a splat's fragment at an offset; its colour is what the kernel is multiplied with.
 void SetValues(
   const PlacedSplat& p, bool onLens, const ScalarKernel& k, const double (&d)[2], ScalarFragment& f)
@@ -47,16 +55,21 @@ void SetValues(
   ReferenceFragment& v = f.Values;
   v.Near = s.Near;
   v.Far = s.Far;
-  v.Weight = static_cast<double>(s.Weight) * k.Value;
-  v.Reach = std::min(1.0, k.Value / 0.05);
+  const LensFootprint& lens = p.Footprint;
+  const double area =
+    lens.Area + static_cast<double>(lens.AreaX) * d[0] + static_cast<double>(lens.AreaY) * d[1];
+  const double seen = onLens ? std::max(area, -lens.Back * area) : 1.0;
+  v.Weight = static_cast<double>(s.Weight) * k.Value * seen;
+  v.Reach = std::min(1.0, k.Value * seen / 0.05);
   v.Opacity = s.Opacity;
   v.Depth = 0.5 * (static_cast<double>(s.Near) + s.Far) + static_cast<double>(s.DepthX) * d[0] +
     static_cast<double>(s.DepthY) * d[1];
   v.Color[0] = s.Red;
   v.OnLens = onLens;
-  v.U[0] = p.Footprint.MeanX + static_cast<double>(p.Footprint.PerPixel) * d[0];
-  v.U[1] = p.Footprint.MeanY + static_cast<double>(p.Footprint.PerPixel) * d[1];
+  v.U[0] = lens.MeanX + static_cast<double>(lens.PerPixel) * d[0];
+  v.U[1] = lens.MeanY + static_cast<double>(lens.PerPixel) * d[1];
   f.Error = k.ValueError / k.Value + 4.0 * Epsilon;
+  f.Error += onLens ? AreaError(lens, p, seen) : 0.0;
   f.ColorError = 4.0 * Epsilon;
   if (p.HasGradient)
   {
@@ -202,7 +215,11 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
     p.Gradient.RedY = static_cast<float>(random.Uniform(-0.1, 0.1));
     p.Footprint = { static_cast<float>(random.Uniform(-0.2, 0.2)),
       static_cast<float>(random.Uniform(-0.2, 0.2)),
-      static_cast<float>(random.Uniform(-0.5, 0.5) / major) };
+      static_cast<float>(random.Uniform(-0.5, 0.5) / major),
+      static_cast<float>(random.Uniform(-0.5, 1.0)),
+      static_cast<float>(random.Uniform(-0.5, 0.5) / major),
+      static_cast<float>(random.Uniform(-0.5, 0.5) / major),
+      static_cast<float>(random.Integer(0, 1)) };
     const double xx = major * major + minor * minor - yy;
     p.Span = random.Integer(0, 3) == 0
       ? PixelBox{ 0, 0, TileSize, TileSize }

@@ -8,6 +8,7 @@
 #include "Core/Raster/RasterTarget.h"
 #include "ReferenceLayers.h"
 #include "TestScene.h"
+#include "WholeLens.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +46,6 @@ struct ScalarPixel
     for (std::size_t i = 0; i < this->Moved.size(); ++i)
     {
       this->Moved[i].Nudge = (i % 2 == 0 ? 8.0 : -8.0) * Epsilon;
-      this->Moved[i].EndsAlone = i < 2;
     }
   }
 
@@ -120,7 +120,7 @@ struct PlacedSplat
 {
   Splat S{};
   SplatGradient Gradient{};
-  LensFootprint Footprint{};
+  LensFootprint Footprint = WholeLens(0.0f, 0.0f, 0.0f);
   bool HasGradient = false;
   float X, Y;
   PixelBox Span;

@@ -6,6 +6,7 @@
 #include "Core/Raster/CoarseGrid.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
+#include "WholeLens.h"
 
 #include <algorithm>
 #include <cmath>
@@ -192,7 +193,7 @@ TEST_CASE("Tents")
   list.Clear(true);
   const float weights[] = { 0.3f, 0.1f }, opacities = 0.75f, nears[] = { 2.0f, 2.5f };
   const float colors[2][3] = { { 0.9f, 0.1f, 0.5f }, { 0.2f, 0.6f, 0.5f } };
-  const LensFootprint points[] = { { 0.2f, -0.1f, 0.0f }, { -0.3f, 0.4f, 0.0f } };
+  const LensFootprint points[] = { WholeLens(0.2f, -0.1f, 0.0f), WholeLens(-0.3f, 0.4f, 0.0f) };
   for (int i = 0; i < 2; ++i)
   {
     AddWide(list, weights[i], opacities, colors[i], nears[i], points[i]);

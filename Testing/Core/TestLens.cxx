@@ -103,35 +103,42 @@ TEST_CASE("Cell views")
   CHECK(DivideLens(view, lens, { 7, true }).size() == 1);
 }
 
-/// The mean lens point against the sum over a thousand of them.
-TEST_CASE("Mean lens point")
+/// The area that points of the lens see, against the sum over 20,000 of them.
+TEST_CASE("Visible area over the lens")
 {
-  const Lens lens{ 0.4, 2.0 };
   Random random(3);
-  const std::vector<ApertureSample> points = ApertureSamples(2000);
-  for (int i = 0; i < 200; ++i)
+  const std::vector<ApertureSample> points = ApertureSamples(20000);
+  for (int i = 0; i < 400; ++i)
   {
-    const Vector3 p{ random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.8, 6.0) };
-    const Vector3 a = random.Direction();
+    const double base = random.Uniform(-1.0, 1.0), angle = random.Uniform(0.0, 2.0 * Pi);
+    const bool twoSided = random.Integer(0, 1) == 0;
+    const double slope = 1.0 - base;
+    const VisibleAreaOf<double> area{ base, slope * std::cos(angle), slope * std::sin(angle),
+      twoSided };
     double x = 0, y = 0, sum = 0;
     for (const ApertureSample& u : points)
     {
-      const double facing = -Dot(a, { p[0] - lens.Radius * u.X, p[1] - lens.Radius * u.Y, p[2] });
-      x += facing * u.X;
-      y += facing * u.Y;
-      sum += facing;
+      const double signedArea = base + area.X * u.X + area.Y * u.Y;
+      const double seen = twoSided ? std::abs(signedArea) : std::max(0.0, signedArea);
+      CHECK(signedArea <= 1.0 + 1e-12);
+      x += seen * u.X / 20000.0;
+      y += seen * u.Y / 20000.0;
+      sum += seen / 20000.0;
     }
-    const AperturePointOf<double> mean =
-      MeanAperturePoint<double>(lens.Radius, { a[0], a[1], a[2] }, { p[0], p[1], p[2] });
-    const double length = std::hypot(mean.X, mean.Y);
-    CHECK(length <= 0.25 + 1e-12);
-    if (length < 0.2499) // all of the lens sees the same side
-    {
-      CHECK_NEAR(mean.X, x / sum, 1e-4); // the points' second moments are not quite a disc's
-      CHECK_NEAR(mean.Y, y / sum, 1e-4);
-    }
+    const MeanVisibleArea<double> mean = MeanOverLens(area);
+    const bool whole = base >= slope; // all of the lens sees the same side
+    CHECK_NEAR(mean.Area, sum, whole ? 1e-4 : 0.01 * slope);
+    CHECK(std::hypot(mean.X, mean.Y) <= UniformLens + 1e-12);
+    // The means of u times the area: the points' second moments are not quite a disc's.
+    CHECK_NEAR(mean.Area * mean.X, x, whole ? 2e-4 * slope : 0.01 * slope);
+    CHECK_NEAR(mean.Area * mean.Y, y, whole ? 2e-4 * slope : 0.01 * slope);
   }
-  CHECK_NEAR(MeanAperturePoint<double>(lens.Radius, { 0, 0, -1 }, { 0, 0, 1 }).X, 0.0, 0.0);
+  const MeanVisibleArea<double> flat = MeanOverLens<double>({ 1.0, 0.0, 0.0, true });
+  CHECK(flat.Area == 1.0);
+  CHECK(flat.X == 0.0);
+  const MeanVisibleArea<double> hidden = MeanOverLens<double>({ -10.0, 11.0, 0.0, false });
+  CHECK(hidden.Area == 0.0);
+  CHECK(std::isfinite(hidden.X));
 }
 
 /// Share of a disc of radius c convolved with a Gaussian that lies beyond an edge at distance x.

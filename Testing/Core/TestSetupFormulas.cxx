@@ -109,38 +109,57 @@ TEST_CASE("Circumellipse")
   }
 }
 
-/// LensVisibility.h: M = C / (4 sqrt(det W)), and the mean m = R a_xy / (-4 a.p).
+/// LensVisibility.h: M = C / (4 sqrt(det W)), and the share of the weight at lens point u = M d:
+/// the area that R u sees.
 TEST_CASE("Points of the lens")
 {
   SplatContext context = Context();
   Random random(5);
-  for (int i = 0; i < 100; ++i)
+  int seen = 0;
+  for (int i = 0; i < 200; ++i)
   {
     TestCloud cloud;
     TestSurfel surfel;
     surfel.Position = { random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3),
       random.Uniform(1.0, 5.0) };
     surfel.Normal = random.Direction();
-    surfel.TwoSided = true;
+    surfel.TwoSided = random.Integer(0, 1) == 0;
     surfel.SigmaU = 0.02;
     surfel.SigmaV = 0.01;
     cloud.Add(surfel);
     const OneSplat splat(context, cloud.Get(), 0, 0);
     const Vector3 p = cloud.Get().Position(0), a = cloud.Get().AreaVector(0);
-    const double radius = context.Optics.Radius, facing = -4.0 * Dot(a, p);
-    const double mean[2] = { radius * a[0] / facing, radius * a[1] / facing };
-    if (!splat.IsVisible || std::hypot(mean[0], mean[1]) > 0.249)
+    const double radius = context.Optics.Radius;
+    const double side = surfel.TwoSided && Dot(a, p) > 0.0 ? -1.0 : 1.0;
+    const auto areaFrom = [&](double ux, double uy) {
+      return -side * Dot(a, { p[0] - radius * ux, p[1] - radius * uy, p[2] });
+    };
+    const double slope[2] = { areaFrom(1, 0) - areaFrom(0, 0), areaFrom(0, 1) - areaFrom(0, 0) };
+    const double largest = areaFrom(0, 0) + std::hypot(slope[0], slope[1]);
+    if (!splat.IsVisible)
     {
-      continue; // culled, or partly edge-on
+      CHECK(largest < 1e-3 * std::abs(Dot(a, p))); // or outside of the picture
+      continue;
     }
+    ++seen;
+    CHECK(largest > 0.0);
     const double confusion = 300.0 * radius * (1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
     const Matrix2 w =
       FootprintOnScreen(cloud.Get().Covariance(0), p, 300.0, 1.0 + 0.25 * confusion * confusion);
     const double point = confusion / (4.0 * std::sqrt(w.XX * w.YY - w.XY * w.XY));
-    CHECK_NEAR(splat.Footprint.PerPixel, point, 1e-6 * std::abs(point));
-    CHECK_NEAR(splat.Footprint.MeanX, mean[0], 1e-6);
-    CHECK_NEAR(splat.Footprint.MeanY, mean[1], 1e-6);
+    const double share = confusion * point;
+    const LensFootprint& f = splat.Footprint;
+    CHECK_NEAR(f.PerPixel, point, 1e-6 * std::abs(point));
+    CHECK_NEAR(f.AreaX, point * slope[0] / largest, 1e-6);
+    CHECK_NEAR(f.AreaY, point * slope[1] / largest, 1e-6);
+    CHECK(f.Back == (surfel.TwoSided ? 1.0f : 0.0f));
+    const MeanVisibleArea<double> mean = MeanOverLens<double>(
+      { areaFrom(0, 0) / largest, slope[0] / largest, slope[1] / largest, surfel.TwoSided });
+    CHECK_NEAR(f.Area, share * areaFrom(0, 0) / largest + (1.0 - share) * mean.Area, 1e-6);
+    CHECK_NEAR(f.MeanX, (1.0 - share) * mean.X, 1e-6);
+    CHECK_NEAR(f.MeanY, (1.0 - share) * mean.Y, 1e-6);
   }
+  CHECK(seen > 100);
 }
 
 /// W^-1 M H' for the node's covariance and the colour's first moment H.

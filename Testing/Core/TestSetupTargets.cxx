@@ -107,8 +107,10 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     if (context.HasLens())
     {
       const LensFootprint &u = actual.Footprints[i], &v = expected.Footprints[i];
-      CheckFields(std::array<float, 3>{ u.MeanX, u.MeanY, u.PerPixel },
-        std::array<float, 3>{ v.MeanX, v.MeanY, v.PerPixel }, "footprint");
+      CheckFields(
+        std::array<float, 7>{ u.MeanX, u.MeanY, u.PerPixel, u.Area, u.AreaX, u.AreaY, u.Back },
+        std::array<float, 7>{ v.MeanX, v.MeanY, v.PerPixel, v.Area, v.AreaX, v.AreaY, v.Back },
+        "footprint");
     }
   }
 }

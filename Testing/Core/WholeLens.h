@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "Core/Lens/LensVisibility.h"
+
+namespace SurfelSplatting
+{
+/// The footprint of a splat of which all points of the lens see the same.
+/// @param perPixel of the lens point
+inline LensFootprint WholeLens(float meanX, float meanY, float perPixel)
+{
+  return { meanX, meanY, perPixel, 1.0f, 0.0f, 0.0f, 0.0f };
+}
+}
