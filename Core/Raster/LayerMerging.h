@@ -21,6 +21,10 @@ constexpr float Infinity = __builtin_inff();
 /// A layer ends, instead of leaking, at a gap of so many bands: less than a thousandth would stay.
 constexpr float LargestGap = 7.0f;
 
+/// A layer of less weight does not leak: it joins the next one. Up to half of all leaks would be
+/// those of such layers.
+constexpr float LeastLeakingWeight = 1.0f / 1024.0f;
+
 /// A block whose first moments of T change what is seen by less than this has none.
 constexpr float MinTilt = 1.0f / 512.0f;
 
@@ -310,7 +314,8 @@ SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRan
 {
   OpenLayers& open = tile.Open[block];
   const Lanes far = Lanes::Load(open.Far);
-  const LaneMask ended = at.Inside & (Lanes::Load(open.Weight) > 0.0f) & (far < range.Near);
+  constexpr float least = Pass == RasterPass::Collect ? 0.0f : LeastLeakingWeight;
+  const LaneMask ended = at.Inside & (Lanes::Load(open.Weight) > least) & (far < range.Near);
   if (Any(ended))
   {
     if (Pass == RasterPass::Collect)

@@ -42,7 +42,7 @@ double ReferenceLayers::VisibleShare() const
 
 void ReferenceLayers::Prepare(const ReferenceFragment& f)
 {
-  if (this->Weight > 0.0 && f.Near > this->Far)
+  if (this->Weight > 1.0 / 1024.0 && f.Near > this->Far)
   {
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
