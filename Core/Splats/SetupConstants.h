@@ -46,4 +46,7 @@ constexpr float MaxSplatWeight = 1e12f, MaxSplatColor = 1e12f, MaxSplatDepth = 1
 constexpr float MaxSplatCoordinate = 1e30f; // px
 /// 2^32 splats of this weight are invisible, and e^-20 of it is not yet denormal.
 constexpr float MinSplatWeight = 1e-20f;
+
+/// Colour gradients of nodes of less standard deviation are not drawn.
+constexpr double LeastColorDeviation = 1.0 / 512.0;
 }

@@ -163,7 +163,7 @@ SURFELSPLATTING_INLINE MaskOf<Real> IsRepresentable(const SplatBatch<Real>& b)
 }
 
 /// First moment of the colour on the screen, W^-1 M H', in the units of the raster: px or cells.
-/// Removes lanes whose gradient is too large from Tilted.
+/// Removes lanes whose gradient is too large, or too small to be seen, from Tilted.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndices<Real>& index,
   SplatBatch<Real>& b, FloatOf<Real> (&gradient)[6])
@@ -173,6 +173,7 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
   Vector3Of<Real> moments[3];
   GatherColorMoments(job.Cloud, index, moments);
   const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot;
+  Real variance{}; // of the splat's colour, where it is largest of the three
   for (int c = 0; c < 3; ++c)
   {
     const Vector3Of<Real> moment = Multiply(job.Linear, moments[c]);
@@ -182,9 +183,11 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
     const Real x = share * scale * (w.YY * hx - w.XY * hy);
     const Real y = share * scale * (w.XX * hy - w.XY * hx);
     f.Tilted &= Within(x, MaxSplatColor) & Within(y, MaxSplatColor);
+    variance = Larger(variance, share * b.Kernel.Tilt * (x * hx + y * hy));
     gradient[c] = Narrow<Real>(x * f.Cell);
     gradient[3 + c] = Narrow<Real>(y * f.Cell);
   }
+  f.Tilted &= variance > LeastColorDeviation * LeastColorDeviation;
 }
 
 /// Splats of a batch in single precision; lengths in px or cells.
