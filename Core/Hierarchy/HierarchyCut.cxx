@@ -14,7 +14,7 @@ namespace
 /// Largest standard deviation of a node at an error of 1, as a share of the lens blur's: the
 /// coarsest that loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes,
 /// at any blur.
-constexpr double LensShare = 0.42;
+constexpr double LensShareOfOne = 0.42;
 /// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
 /// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
 /// dB or more.
@@ -82,6 +82,9 @@ public:
     , SupportRadius(camera.SupportRadius)
     , Prefilter(camera.Prefilter)
     , Settings(settings)
+    // A node is off by the cube of its size over the blur of a cell, which is that of the lens over
+    // sqrt(K). The errors of K cells are averaged: K^(1/6).
+    , LensShare(LensShareOfOne * std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
     , LocalToCamera(Affine3::Compose(Camera.WorldToCamera, cloud.LocalToWorld))
     , AreaToCamera(LocalToCamera.AreaMatrix())
     , FocalLength(std::fmax(std::abs(Camera.Fx), std::abs(Camera.Fy)))
@@ -339,7 +342,7 @@ private:
     const double h = this->Prefilter;
     const double blur = this->Settings.Rule == CutRule::Paper
       ? std::fmax(confusion, std::sqrt(h))
-      : std::hypot(PixelShare * std::sqrt(h), LensShare * 0.5 * confusion);
+      : std::hypot(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
     return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
   }
 
@@ -435,6 +438,7 @@ private:
   const Lens& Optics;
   double SupportRadius, Prefilter;
   CutSettings Settings;
+  double LensShare;
   Affine3 LocalToCamera;
   std::array<Vector3, 3> AreaToCamera;
   double FocalLength;

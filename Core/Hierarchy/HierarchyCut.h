@@ -41,6 +41,7 @@ struct CutSettings
 {
   CutRule Rule = CutRule::Moments;
   double Error = 1.0;        ///< e, >= 0
+  std::size_t Cells = 1;     ///< of the lens, whose pictures are averaged
   bool SkipOutside = true;   ///< skip surfels that cannot blur into the picture
   bool SkipBackFaces = true; ///< skip one-sided surfels seen from behind
 };

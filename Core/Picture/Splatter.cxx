@@ -168,6 +168,7 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   while (goOn && done < cells.size())
   {
     this->SetCell(context, cells[done]);
+    this->Cell.Cut.Cells = cells.size();
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
     this->Average.Add();

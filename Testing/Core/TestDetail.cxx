@@ -132,6 +132,35 @@ TEST_CASE("Skips")
   CHECK(hidden > 1000);
 }
 
+/// Of 64 cells the nodes may be twice as large as of one, where the blur decides: the error 2.
+TEST_CASE("Cells of the lens")
+{
+  Random random(3);
+  const TestHierarchy hierarchy(Room(5000, random));
+  for (int i = 0; i < 20; ++i)
+  {
+    const SplatContext context = RandomContext(random, i);
+    std::vector<CutRange> cuts[2];
+    for (int cells = 0; cells < 2; ++cells)
+    {
+      CutSettings settings;
+      settings.Cells = cells ? 64 : 1;
+      settings.Error = cells ? 0.5 : 1.0;
+      CutWork work;
+      // No pixel filter worth speaking of.
+      SelectCut(hierarchy.Get(), { context.Camera, context.Optics, 4.0, 1e-12 }, settings,
+        SerialExecutor(), work, cuts[cells]);
+    }
+    REQUIRE(cuts[0].size() == cuts[1].size());
+    for (std::size_t k = 0; k < cuts[0].size(); ++k)
+    {
+      CHECK(cuts[0][k].Begin == cuts[1][k].Begin);
+      CHECK(cuts[0][k].Count == cuts[1][k].Count);
+      CHECK(cuts[0][k].Level == cuts[1][k].Level);
+    }
+  }
+}
+
 /// Every leaf is drawn once: by itself, by a node above it, or not at all since it was skipped.
 TEST_CASE("Cut")
 {
