@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SilhouetteExtension.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace SurfelSplatting
@@ -9,6 +10,11 @@ namespace
 {
 /// Kernels extend this many px beyond the disc.
 constexpr float Reach = 2.0f;
+
+/// Where a round surface turns away, nearness falls like a square root, by steps that grow by a
+/// factor of at most 1 / (sqrt 2 - 1) = 2.4. Hence a step down is no edge if the next one is at
+/// least this share of it.
+constexpr float MinNextStep = 0.4f;
 }
 
 void SilhouetteExtension::Find(int width, int height, const std::vector<float>& nearness,
@@ -23,6 +29,33 @@ void SilhouetteExtension::Find(int width, int height, const std::vector<float>& 
   this->Squares.assign(nearness.size(), std::numeric_limits<std::int32_t>::max());
   this->Sweep(1);
   this->Sweep(-1);
+}
+
+/// The most by which the neighbours of a pixel are nearer.
+float SilhouetteExtension::Rise(int x, int y) const
+{
+  float nearest = 0.0f;
+  for (int j = std::max(0, y - 1); j <= std::min(this->Height - 1, y + 1); ++j)
+  {
+    for (int i = std::max(0, x - 1); i <= std::min(this->Width - 1, x + 1); ++i)
+    {
+      nearest = std::max(nearest, this->Nearness[static_cast<std::size_t>(j) * this->Width + i]);
+    }
+  }
+  return nearest - this->Nearness[static_cast<std::size_t>(y) * this->Width + x];
+}
+
+/// Whether a surface ends between a pixel (x, y) and its neighbour (i, j) behind it. A slope goes
+/// on: it is as steep before, or it falls on, or the surface ends beyond the neighbour.
+bool SilhouetteExtension::IsEdge(int x, int y, int i, int j) const
+{
+  const auto nearness = [this](int column, int row) {
+    const int c = std::clamp(column, 0, this->Width - 1), r = std::clamp(row, 0, this->Height - 1);
+    return this->Nearness[static_cast<std::size_t>(r) * this->Width + c];
+  };
+  const float behind = nearness(i, j), step = nearness(x, y) - behind;
+  return step >= MinStep && behind - nearness(2 * i - x, 2 * j - y) < MinNextStep * step &&
+    step > this->Rise(x, y);
 }
 
 /// Uses a source for a pixel if it is behind the pixel, near enough to be seen, and nearer than the
@@ -55,7 +88,10 @@ void SilhouetteExtension::Sweep(int direction)
       return;
     }
     const std::int32_t n = j * this->Width + i;
-    this->Offer(x, y, p, n);
+    if (this->IsEdge(x, y, i, j))
+    {
+      this->Offer(x, y, p, n);
+    }
     this->Offer(x, y, p, this->Sources[n]);
   };
   for (int row = 0; row < this->Height; ++row)
