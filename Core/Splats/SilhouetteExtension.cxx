@@ -8,7 +8,10 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Kernels extend this many px beyond the disc.
+/// Through the border of the lens, the edge of a thing is displaced against what is behind by the
+/// difference of their nearness. Kernels extend beyond their discs by up to this share of the blur,
+/// and by Reach px of their own.
+constexpr float KernelReach = 0.125f;
 constexpr float Reach = 2.0f;
 
 /// Where a round surface turns away, nearness falls like a square root, by steps that grow by a
@@ -68,7 +71,9 @@ inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t
   }
   const std::int32_t dx = x - source % this->Width, dy = y - source / this->Width;
   const std::int32_t square = dx * dx + dy * dy;
-  const float reach = this->Confusions[p] + Reach;
+  const float behind = std::max(0.0f, this->Confusions[source]);
+  const float reach = this->Nearness[p] - this->Nearness[source] +
+    KernelReach * (this->Confusions[p] + behind) + Reach;
   if (square < this->Squares[p] && static_cast<float>(square) <= reach * reach)
   {
     this->Squares[p] = square;

@@ -42,6 +42,14 @@ Scene SquareBeforeWall(float square, float wall)
   return scene;
 }
 
+/// How far the blur of a square lets what is behind it be seen, px: as far as its edge moves while
+/// the lens is crossed, and an eighth of both blurs.
+double Reach(const Scene& scene, float square, std::size_t behind)
+{
+  return square - scene.Nearness[behind] +
+    0.125 * (square - 10.0 + std::max(0.0f, scene.Confusions[behind])) + 2.0;
+}
+
 TEST_CASE("Nearest")
 {
   for (const float square : { 14.0f, 20.0f })
@@ -49,7 +57,6 @@ TEST_CASE("Nearest")
     const Scene scene = SquareBeforeWall(square, 9.0f);
     SilhouetteExtension hidden;
     hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5);
-    const double reach = square - 10.0 + 2.0;
     for (int y = 0; y < Height; ++y)
     {
       for (int x = 0; x < Width; ++x)
@@ -60,9 +67,17 @@ TEST_CASE("Nearest")
         {
           continue;
         }
-        // The square's sides are as far away as they look; diagonal sources are never nearer.
-        const double nearest = std::min({ x - 19, 60 - x, y - 9, 50 - y });
-        CHECK((found != SilhouetteExtension::None) == (nearest <= reach));
+        double nearest = INFINITY;
+        for (std::size_t p = 0; p < Width * Height; ++p)
+        {
+          const double distance =
+            std::hypot(x - static_cast<int>(p) % Width, y - static_cast<int>(p) / Width);
+          if (scene.Nearness[p] < square && distance <= Reach(scene, square, p))
+          {
+            nearest = std::min(nearest, distance);
+          }
+        }
+        CHECK((found != SilhouetteExtension::None) == std::isfinite(nearest));
         if (found == SilhouetteExtension::None)
         {
           continue;
