@@ -50,15 +50,19 @@ float SilhouetteExtension::Rise(int x, int y) const
 
 /// Whether a surface ends between a pixel (x, y) and its neighbour (i, j) behind it. A slope goes
 /// on: it is as steep before, or it falls on, or the surface ends beyond the neighbour.
-bool SilhouetteExtension::IsEdge(int x, int y, int i, int j) const
+inline bool SilhouetteExtension::IsEdge(int x, int y, int i, int j) const
 {
-  const auto nearness = [this](int column, int row) {
-    const int c = std::clamp(column, 0, this->Width - 1), r = std::clamp(row, 0, this->Height - 1);
-    return this->Nearness[static_cast<std::size_t>(r) * this->Width + c];
-  };
-  const float behind = nearness(i, j), step = nearness(x, y) - behind;
-  return step >= MinStep && behind - nearness(2 * i - x, 2 * j - y) < MinNextStep * step &&
-    step > this->Rise(x, y);
+  const float behind = this->Nearness[static_cast<std::size_t>(j) * this->Width + i];
+  const float step = this->Nearness[static_cast<std::size_t>(y) * this->Width + x] - behind;
+  if (!(step >= MinStep))
+  {
+    return false;
+  }
+  const int beyondX = std::clamp(2 * i - x, 0, this->Width - 1);
+  const int beyondY = std::clamp(2 * j - y, 0, this->Height - 1);
+  const float next =
+    behind - this->Nearness[static_cast<std::size_t>(beyondY) * this->Width + beyondX];
+  return next < MinNextStep * step && step > this->Rise(x, y);
 }
 
 /// Uses a source for a pixel if it is behind the pixel, near enough to be seen, and nearer than the
