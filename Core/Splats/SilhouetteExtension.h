@@ -28,7 +28,7 @@ public:
 
   static constexpr std::int32_t None = -1;
 
-  /// A surface ends where nearness decreases by this many px.
+  /// A surface ends where nearness decreases by this many px and not as a slope does.
   static constexpr float MinStep = 1.0f;
 
   /// The pixel whose surface (or empty background) continues behind pixel p; None if not known.
@@ -36,6 +36,8 @@ public:
 
 private:
   void Sweep(int direction);
+  float Rise(int x, int y) const;
+  bool IsEdge(int x, int y, int i, int j) const;
   void Offer(int x, int y, std::size_t p, std::int32_t source);
 
   int Width = 0;

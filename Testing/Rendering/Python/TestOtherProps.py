@@ -22,7 +22,7 @@ def stripes(p):
     return (230, 120, 60) if math.sin(7 * p[0]) * math.sin(7 * p[1]) > 0 else (60, 110, 200)
 
 
-def sphere_mesh():
+def sphere_mesh(color=stripes):
     source = vtkSphereSource()
     source.SetRadius(1.0)
     source.SetThetaResolution(400)
@@ -32,7 +32,7 @@ def sphere_mesh():
     colors.SetNumberOfComponents(3)
     points = source.GetOutput().GetPoints()
     for i in range(points.GetNumberOfPoints()):
-        colors.InsertNextTuple(stripes(points.GetPoint(i)))
+        colors.InsertNextTuple(color(points.GetPoint(i)))
     source.GetOutput().GetPointData().SetScalars(colors)
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(source.GetOutput())
@@ -107,6 +107,28 @@ def test_a_wall_goes_on_behind_a_blurred_edge():
             row = picture(actors, focus, 10, cells=cells)[middle]
             assert min(sum(row[x]) for x in range(SIZE // 2, SIZE - 20)) > 250, (focus, cells)
             assert 90 < row[edge][1] < 165, (focus, cells, row[edge])
+
+
+def test_white_before_white():
+    """No background in the edges, whichever of the two is in front of the focus or behind it."""
+    for wall in (1.5, -2.0, -20.0):
+        for focus in (2.5, 3.5, 5.0, 7.0, 12.0):
+            actors = [mesh_actor(plane(2.0, 0.3), (1, 1, 1)), mesh_actor(plane(wall, 30.0), (1, 1, 1))]
+            seen = picture(actors, focus, 10)
+            darkest = min(p[0] for row in seen for p in row)
+            assert darkest >= 245, (wall, focus, darkest)
+
+
+def test_round_things_have_no_lumps():
+    """A ball's rim is steep: where depth steps there were taken for edges, its colour was drawn behind
+    the rest of the ball, 21 to 31 dB."""
+    def dark_rim(p):
+        return (255, 0, 0) if p[2] < 0.3 else (255, 255, 255)
+    cloud = cloud_actor(Surfels().sphere(40000, color=dark_rim))
+    for focus in (6.0, 12.0):
+        for blur in (25, 40):
+            a, b = (picture([actor], focus, blur) for actor in (sphere_mesh(dark_rim), cloud))
+            assert psnr(a, b) > 38, (focus, blur, psnr(a, b))
 
 
 def test_lines_and_points_before_a_wall():
