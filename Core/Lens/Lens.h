@@ -48,7 +48,8 @@ constexpr double UniformLens = 0.86602540378443865;
 
 /**
  * Means over the lens, with u uniform within UniformLens along the slope. Exact where all of the
- * lens sees the same side: area Base, point (X, Y) / (4 Base). Else area and moment are up to 0.009 (1 - Base) off.
+ * lens sees the same side: area Base, point (X, Y) / (4 Base). Else area and moment are up to 0.009
+ * (1 - Base) off.
  */
 template <class Real>
 SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Real>& v)

@@ -172,6 +172,19 @@ struct LayerLeak
   Real Opacity; ///< factor of the opacities that stay
 };
 
+/// Root of h^4 - s h^3 - l = 0 for s, l >= 0, s + l <= 1, by Newton's method: off by 1e-7.
+template <class Real>
+SURFELSPLATTING_INLINE Real LeakRoot(const Real& s, const Real& l)
+{
+  Real h = SquareRoot(s * s + SquareRoot(l)); // off by 6 %
+  for (int step = 0; step < 3; ++step)
+  {
+    const Real squared = h * h;
+    h = h - (squared * h * (h - s) - l) / Larger(squared * (4.0f * h - 3.0f * s), Real(1e-30f));
+  }
+  return h;
+}
+
 /**
  * A layer does not end at once where the next fragment begins behind it: a part of it stays open.
  * The rest is composited so that the picture, if nothing else came, is the same:
@@ -181,10 +194,10 @@ struct LayerLeak
  * Of a layer that covers little the share k = keep stays. If that held for all, one that covers all
  * would end at any gap, however small, and go on without one. Hence, with the gap s in bands,
  *
- *   dT / ds = -2 T a / (2 - a):   T' = T h^2,  a' = k a / h,  h^2 - k a h - (1 - a) = 0
+ *   dT / ds = -4 T a / (4 - 3 a):   T' = T h^4,  a' = k a / h,  h^4 - k a h^3 - (1 - a) = 0
  *
- * With k = exp(-s), several small gaps do what one large gap does, and splats of hardly any weight
- * within a gap change nothing.
+ * Of a layer that covers all, k^4 of the light stays. With k = exp(-s), several small gaps do what
+ * one large gap does, and splats of hardly any weight within a gap change nothing.
  * @param keep [0, 1)
  */
 template <class Real>
@@ -194,8 +207,8 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real all = VisibleShare(through, layer);
   const Real left = 1.0f - Smaller(all / Larger(through, Real(1e-30f)), Real(1.0f));
   const Real stays = keep * (1.0f - left);
-  const Real h = 0.5f * (stays + SquareRoot(stays * stays + 4.0f * left));
-  const Real rest = Smaller(h * h, Real(1.0f));
+  const Real h = LeakRoot(stays, left);
+  const Real rest = Smaller(h * h * (h * h), Real(1.0f));
   const Real weight = Smaller(keep / Larger(h, Real(1e-30f)), Real(1.0f));
   // Opacities are divided by max(1, Filled) when they are seen.
   const Real opacity =

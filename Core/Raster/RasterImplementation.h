@@ -364,8 +364,8 @@ unsigned int HiddenFrom(
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
-  // Of a layer that covers all, keep^2 < MinTransmittance is not composited over this gap.
-  constexpr float gap = 3.2f, keep = 0.0408f;
+  // Of a layer that covers all, keep^4 < MinTransmittance is not composited over this gap.
+  constexpr float gap = 1.6f, keep = 0.2019f;
   const Lanes after = Leak(through, layer, Lanes(keep)).Through;
   const LaneMask ended = Lanes::Load(open.Far) < near - gap * LeakBand({ near, near }, settings);
   const Lanes rest = Select(ended, after, through);

@@ -150,13 +150,19 @@ void ReferenceLayers::Leak(double keep)
     this->Tilt();
     this->Flat = this->HasLeaked = true;
   }
-  // T' (1 - a') = T (1 - a), a' = keep a / h, T' = T h^2
+  // T' (1 - a') = T (1 - a), a' = keep a / h, T' = T h^4
   const double cover = this->Through > 0.0 ? this->VisibleShare() / this->Through : 0.0;
   const double left = std::clamp(1.0 - cover + this->Nudge, 0.0, 1.0);
-  const double half = 0.5 * keep * (1.0 - left), h = half + std::sqrt(half * half + left);
-  double rest = std::min(1.0, h * h);
+  const double stays = keep * (1.0 - left);
+  double low = 0.0, h = 1.0;
+  while (h - low > 1e-15) // by bisection
+  {
+    const double middle = 0.5 * (low + h);
+    (std::pow(middle, 3.0) * (middle - stays) < left ? low : h) = middle;
+  }
+  double rest = left > 0.0 || stays > 0.0 ? std::pow(h, 4.0) : 0.0;
   const double after = rest * this->Through;
-  const double weight = h > 0.0 ? std::min(1.0, keep / h) : 0.0;
+  const double weight = rest > 0.0 ? std::min(1.0, keep / h) : 0.0;
   const double filled = this->Weight / this->LargestCover();
   const double opacity = weight * std::max(1.0, weight * filled) / std::max(1.0, filled);
   if (this->DepthSum <= this->Limit * this->Weight)

@@ -440,7 +440,7 @@ TEST_CASE("Blurred occluder")
       CHECK_NEAR(p.Background.At(x, y, 3), 1.0, 1e-6); // the wall covers, or nothing is tested
       // A layer of less than LeastLeakingWeight joins the background's, of weight 1.04 at most.
       const double off = alpha < 1.0 / 1024.0 ? 0.05 * alpha + 2e-7 : 2e-7;
-      CHECK_NEAR(p.Both.At(x, y, 0), alpha, off);     // two roundings; so below
+      CHECK_NEAR(p.Both.At(x, y, 0), alpha, off); // two roundings; so below
       CHECK_NEAR(p.Both.At(x, y, 1), (1.0 - alpha) * p.Background.At(x, y, 1), off);
     }
   }

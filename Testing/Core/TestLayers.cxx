@@ -430,7 +430,7 @@ TEST_CASE("Full layers")
 }
 
 /// Nothing else comes: a layer that leaks in many bits gives what it gives at once. Of one that
-/// covers all, exp(-2 gap / band) is open for what is behind a gap.
+/// covers all, exp(-4 gap / band) is open for what is behind a gap.
 TEST_CASE("Opaque and alone")
 {
   for (const bool onLens : { false, true })
@@ -456,7 +456,7 @@ TEST_CASE("Opaque and alone")
             const double band = 0.1 + (onLens ? Blur : 0.0);
             CHECK(p.Red <= 0.75 + 1e-6);
             CHECK(
-              p.Red >= 0.75 * (1.0 - std::exp(-2.0 * gap / band) * 0.1 / (weight + 0.1)) - 1e-6);
+              p.Red >= 0.75 * (1.0 - std::exp(-4.0 * gap / band) * 0.1 / (weight + 0.1)) - 1e-6);
             CHECK_NEAR(p.Alpha, 1.0, 1e-6);
           }
         }
