@@ -11,9 +11,10 @@
  *       |------------- layer 1 ----------|     gap     |---- layer 2 ----|      --> z
  *
  * Where a splat begins behind the end of the open layer, this does not end at once: a part of it is
- * composited, and the share exp(-gap / band) stays open, so that nothing jumps when a gap opens.
- * The band is the length of the splat's z-range plus the radius of its blur in the world. Formulas:
- * Core/Lens/LensVisibility.h; the raster applies them in LayerMerging.h.
+ * composited, and the less stays open the wider the gap, so that nothing jumps when a gap opens.
+ * Gaps are measured in bands. The band is the length of the splat's z-range plus the radius of its
+ * blur in the world. Formulas: Core/Lens/LensVisibility.h; the raster applies them in
+ * LayerMerging.h.
  */
 #pragma once
 

@@ -288,8 +288,8 @@ struct ZRange
   float Near, Far;
 };
 
-/// How far behind a layer's end splats of the same surface may begin: what keeps of the layer falls
-/// to 1/e there. Through the lens this is the width of the blurred footprint.
+/// How far behind a layer's end splats of the same surface may begin: of a layer that covers
+/// little, 1/e stays open there. Through the lens this is the width of the blurred footprint.
 SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings& settings)
 {
   const float depth = 0.5f * (range.Near + range.Far);
