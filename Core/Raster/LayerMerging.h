@@ -216,6 +216,29 @@ SURFELSPLATTING_INLINE void Keep(PixelTile& tile, int block, const KeptShares& k
   }
 }
 
+/// Empties the chosen open layers.
+SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& chosen, bool hasLens)
+{
+  OpenLayers& open = tile.Open[block];
+  LensLayers& lens = tile.Lens[block];
+  float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue };
+  for (float* sum : sums)
+  {
+    Put(sum, chosen, 0.0f);
+  }
+  if (hasLens)
+  {
+    Put(lens.FillX, chosen, 0.0f);
+    Put(lens.FillY, chosen, 0.0f);
+  }
+  if (IsTilted(tile, block))
+  {
+    Put(lens.Seen, chosen, 0.0f);
+    Put(lens.SeenX, chosen, 0.0f);
+    Put(lens.SeenY, chosen, 0.0f);
+  }
+}
+
 /// Composites the open layers of the chosen pixels behind the finished ones, but for the share that
 /// stays open.
 /// @param keep unused if Ends: nothing stays
@@ -245,6 +268,11 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
   const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);
+  if (Ends && !tilts)
+  {
+    Empty(tile, block, chosen, hasLens);
+    return;
+  }
   const Lanes opacity = Select(chosen, leak.Opacity, 1.0f), seen = opacity * leak.Rest;
   // Colours of a block that has just become tilted are not weighted with T yet.
   Keep(tile, block,

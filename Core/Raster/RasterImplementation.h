@@ -136,11 +136,7 @@ SURFELSPLATTING_INLINE unsigned int AddToBlock(PixelTile& tile, int block, const
   constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
     : OnLens                                         ? FullThroughLens
                                                      : FullInFocus;
-  const Lanes room = Select(inside, Room<OnLens>(tile, block, u, full), 0.0f);
-  if (!Any(room > 0.0f))
-  {
-    return bits;
-  }
+  const Lanes room = Room<OnLens>(tile, block, u, full);
   // Lanes outside of the support may hold anything.
   const Lanes weight = Select(inside, s.Weight * kernel * area * room, 0.0f);
   const Lanes depth = 0.5f * (s.Near + s.Far) + s.DepthX * d.X + s.DepthY * d.Y;
@@ -168,49 +164,58 @@ alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2
 alignas(
   64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
 
-/// Blocks of each row that a splat's support can touch, [Begin, End).
-struct BlockRanges
-{
-  int Begin[BlocksPerRow], End[BlocksPerRow];
-};
+/// First pixel of a column or row of blocks.
+constexpr float FirstPixel[BlocksPerRow] = { 0, 4, 8, 12, 16, 20, 24, 28 };
 
-/// Selects all blocks of a span.
-SURFELSPLATTING_INLINE void SelectAll(const PixelBox& span, BlockRanges& ranges)
+/// Bits [begin, end) of a row of blocks; 0 <= begin, end <= BlocksPerRow.
+SURFELSPLATTING_INLINE std::uint64_t BlocksBetween(unsigned int begin, unsigned int end)
 {
-  const int begin = span.X0 / BlockSize, end = (span.X1 + BlockSize - 1) / BlockSize;
-  for (int j = 0; j < BlocksPerRow; ++j)
-  {
-    ranges.Begin[j] = begin;
-    ranges.End[j] = end;
-  }
+  constexpr unsigned int all = (1u << BlocksPerRow) - 1;
+  return all & (all << begin) & (all >> (BlocksPerRow - end));
 }
 
-/// Narrows the ranges to blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) /
-/// A), in any of a block's four rows of pixels; sixteen rows of pixels at a time.
-SURFELSPLATTING_INLINE void Narrow(
-  const Splat& s, const TilePlace& place, float support, BlockRanges& ranges)
+/// Bit i: a span of the tile's pixels touches block i.
+SURFELSPLATTING_INLINE std::uint64_t BlocksOf(const PixelBox& span)
+{
+  const auto block = [](int pixel) { return static_cast<unsigned int>(pixel) / BlockSize; };
+  const std::uint64_t columns = BlocksBetween(block(span.X0), block(span.X1 + BlockSize - 1));
+  const std::uint64_t rows = BlocksBetween(block(span.Y0), block(span.Y1 + BlockSize - 1));
+  std::uint64_t blocks = 0;
+  for (int j = 0; j < BlocksPerRow; ++j)
+  {
+    blocks |= (rows >> j & 1) * columns << (j * BlocksPerRow);
+  }
+  return blocks;
+}
+
+/// Blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
+/// block's four rows of pixels; sixteen rows of pixels at a time.
+SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(
+  const Splat& s, const TilePlace& place, float support)
 {
   constexpr int rowsOfBlocks = LaneCount / BlockSize;
+  // For rounding. NaN becomes the whole row or nothing: no pixel outside of the tile is touched.
+  constexpr float margin = 1.0f / 16.0f;
   const float across = 1.0f / s.A;
+  std::uint64_t blocks = 0;
   for (int j = place.Span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < place.Span.Y1;
        j += rowsOfBlocks)
   {
     const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - place.Y);
-    const Lanes half = SquareRoot(Larger(support - s.B * dy * dy, 0.0f) * across);
+    const Lanes half = SquareRoot(Larger(support - s.B * dy * dy, 0.0f) * across) + margin;
     const Lanes center = (place.X - 0.5f) - s.K * dy;
     alignas(64) float low[LaneCount], high[LaneCount];
-    // One pixel more on either side, for rounding. NaN becomes the whole row or nothing: no pixel
-    // outside of the tile is ever touched.
-    Smaller(SmallestOfFour(Larger(center - half - 1.0f, 0.0f)), TileSize).Store(low);
-    Larger(Smaller(LargestOfFour(center + half + 1.0f), TileSize - 1.0f), -1.0f).Store(high);
+    Smaller(SmallestOfFour(Larger(center - half, 0.0f)), TileSize).Store(low);
+    Larger(Smaller(LargestOfFour(center + half), TileSize - 1.0f), -1.0f).Store(high);
     for (int i = 0; i < rowsOfBlocks; ++i)
     {
-      const int begin = static_cast<int>(low[i * BlockSize]) / BlockSize;
-      const int end = static_cast<int>(high[i * BlockSize] + BlockSize) / BlockSize;
-      ranges.Begin[j + i] = begin > ranges.Begin[j + i] ? begin : ranges.Begin[j + i];
-      ranges.End[j + i] = end < ranges.End[j + i] ? end : ranges.End[j + i];
+      const unsigned int begin = static_cast<unsigned int>(low[i * BlockSize]) / BlockSize;
+      const unsigned int end =
+        static_cast<unsigned int>(high[i * BlockSize] + BlockSize) / BlockSize;
+      blocks |= BlocksBetween(begin, end) << ((j + i) * BlocksPerRow);
     }
   }
+  return blocks;
 }
 
 /// Narrower spans are not worth narrowing.
@@ -229,32 +234,21 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
-  const int end = (span.Y1 + BlockSize - 1) / BlockSize;
-  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
-  BlockRanges ranges;
-  SelectAll(span, ranges);
+  std::uint64_t blocks = BlocksOf(span) & ~(settings.SkipHidden ? tile.Opaque : 0);
   if (span.X1 - span.X0 > FewPixels)
   {
-    Narrow(s, place, settings.Support, ranges);
+    blocks &= BlocksInSupport(s, place, settings.Support);
   }
   std::uint64_t fragments = 0;
-  for (int j = span.Y0 / BlockSize; j < end; ++j)
+  for (; blocks != 0; blocks &= blocks - 1)
   {
-    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
-    const Lanes q0 = s.B * dy * dy;
-    const Lanes u0 = rampX + s.K * dy;
-    for (int i = ranges.Begin[j]; i < ranges.End[j]; ++i)
-    {
-      const int block = j * BlocksPerRow + i;
-      if ((hidden >> block & 1) != 0)
-      {
-        continue;
-      }
-      const Lanes u = u0 + static_cast<float>(i * BlockSize);
-      const BlockPixels d{ rampX + static_cast<float>(i * BlockSize), dy, s.A * u * u + q0 };
-      fragments += static_cast<std::uint64_t>(
-        __builtin_popcount(AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
-    }
+    const int block = __builtin_ctzll(blocks);
+    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
+    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
+    const Lanes u = dx + s.K * dy;
+    const BlockPixels d{ dx, dy, s.A * u * u + s.B * dy * dy };
+    fragments += static_cast<std::uint64_t>(
+      __builtin_popcount(AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
   }
   return fragments;
 }
@@ -292,34 +286,30 @@ std::uint64_t AddTent(PixelTile& tile, const Tent& tent, const TilePlace& place,
 {
   const Tent s = tent; // copies, as in AddBlocks
   const RasterSettings settings = shared;
-  const PixelBox& span = place.Span;
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const float perWeight = 1.0f / s.Weight;
-  const std::uint64_t hidden = settings.SkipHidden ? tile.Opaque : 0;
   std::uint64_t fragments = 0;
-  for (int j = span.Y0 / BlockSize; j < (span.Y1 + BlockSize - 1) / BlockSize; ++j)
+  for (std::uint64_t blocks = BlocksOf(place.Span) & ~(settings.SkipHidden ? tile.Opaque : 0);
+       blocks != 0; blocks &= blocks - 1)
   {
-    const Lanes dy = rampY + static_cast<float>(j * BlockSize);
+    const int block = __builtin_ctzll(blocks);
+    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
+    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
+    const Lanes across = 1.0f - s.InverseCell * Larger(dx, 0.0f - dx);
     const Lanes weightOfRow = s.Weight * (1.0f - s.InverseCell * Larger(dy, 0.0f - dy));
-    for (int i = span.X0 / BlockSize; i < (span.X1 + BlockSize - 1) / BlockSize; ++i)
+    const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
+    const unsigned int bits = inside.ToBits();
+    if (bits == 0)
     {
-      const int block = j * BlocksPerRow + i;
-      const Lanes dx = rampX + static_cast<float>(i * BlockSize);
-      const Lanes across = 1.0f - s.InverseCell * Larger(dx, 0.0f - dx);
-      const LaneMask inside = (weightOfRow > 0.0f) & (across > 0.0f);
-      const unsigned int bits = (hidden >> block & 1) != 0 ? 0 : inside.ToBits();
-      if (bits == 0)
-      {
-        continue;
-      }
-      fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
-      const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
-      const Lanes reach = EvaluateReach<RasterPass::Layers>(weight * perWeight);
-      PrepareLayers<RasterPass::Layers>(
-        tile, block, { s.Near, s.Far }, { inside, reach }, settings, callbacks);
-      AddTentToBlock(tile, block, s, weight);
+      continue;
     }
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(bits));
+    const Lanes weight = Select(inside, weightOfRow * across, 0.0f);
+    const Lanes reach = EvaluateReach<RasterPass::Layers>(weight * perWeight);
+    PrepareLayers<RasterPass::Layers>(
+      tile, block, { s.Near, s.Far }, { inside, reach }, settings, callbacks);
+    AddTentToBlock(tile, block, s, weight);
   }
   return fragments;
 }
@@ -363,13 +353,17 @@ unsigned int HiddenFrom(
 {
   const OpenLayers& open = tile.Open[block];
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
-  const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
+  const LaneMask done = through <= MinTransmittance;
   // Of a layer that covers all, keep^4 < MinTransmittance is not composited over this gap.
-  constexpr float gap = 1.6f, keep = 0.2019f;
-  const Lanes after = Leak(through, layer, Lanes(keep)).Through;
+  constexpr float gap = 1.6f;
   const LaneMask ended = Lanes::Load(open.Far) < near - gap * LeakBand({ near, near }, settings);
-  const Lanes rest = Select(ended, after, through);
-  return (Smaller(rest, through) <= MinTransmittance).ToBits();
+  if (!Any(ended))
+  {
+    return done.ToBits();
+  }
+  const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
+  const Lanes after = Leak(through, layer, Lanes(0.2019f)).Through;
+  return (Select(ended, after, through) <= MinTransmittance).ToBits();
 }
 
 void CloseAll(PixelTile& tile, const RasterSettings& settings, const RasterCallbacks& callbacks)
