@@ -10,6 +10,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
+#include "Filters/Orientation/ThinPlates.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "Filters/Partition/SharedOrientation.h"
 #include "Parallel/ControllerRanks.h"
@@ -126,8 +127,9 @@ public:
     const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = progress.Step(0.1) &&
-      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
-        this->Graph);
+      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.55), this->Fits,
+        this->Graph) &&
+      TurnPlatesOutward(this->Cloud, this->Graph, progress.Part(0.55, 0.6), this->Fits);
     const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&

@@ -108,11 +108,12 @@ std::vector<double> Conflicts(const NeighborGraph& graph, const EdgeVotes& edges
   return shares;
 }
 
-/// [n] the normals before they are turned; empty if none was given.
-std::vector<Float3> GivenNormals(const std::vector<PlaneFit>& fits)
+/// [n] the normals before they are turned; empty if the outside of none was known.
+std::vector<Float3> KnownNormals(const std::vector<PlaneFit>& fits)
 {
   std::vector<Float3> given;
-  if (std::any_of(fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given; }))
+  if (std::any_of(
+        fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given || fit.OnPlate; }))
   {
     given.resize(fits.size());
     std::transform(
@@ -162,13 +163,13 @@ bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
   OrientationResult& result)
 {
   const int count = cloud.Size();
+  const std::vector<Float3> given = KnownNormals(fits);
   const EdgeVotes edges = CollectVotes(cloud, fits, graph);
   ParityUnionFind signs(count);
-  if (!PropagateSigns(graph, edges, progress, signs))
+  if (!PropagateSigns(graph, edges, fits, progress, signs))
   {
     return false;
   }
-  const std::vector<Float3> given = GivenNormals(fits);
   const Members members = ApplySigns(signs, fits, result);
   const std::vector<double> conflicts = Conflicts(graph, edges, result, signs);
   result.TwoSided.assign(count, 1);

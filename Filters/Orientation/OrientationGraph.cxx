@@ -40,6 +40,13 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
   {
     return 0.0f;
   }
+  if (fits[a].OnPlate && fits[b].OnPlate)
+  {
+    // Both point outward already, from one sheet or from two.
+    const double cosine = Dot(fits[a].Normal, fits[b].Normal);
+    sure = std::abs(cosine) >= SureVote;
+    return static_cast<float>(std::abs(cosine));
+  }
   const double climbA = Dot(fits[a].Normal, d) / length;
   const double climbB = Dot(fits[b].Normal, d) / length;
   const double climb = std::max(std::abs(climbA), std::abs(climbB));
@@ -48,7 +55,7 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
     return 0.0f;
   }
   const auto vote = static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
-  sure = std::abs(vote) >= SureVote && climb <= SureClimb &&
+  sure = std::abs(vote) >= SureVote && climb <= SureClimb && fits[a].OnPlate == fits[b].OnPlate &&
     std::max(fits[a].Flatness, fits[b].Flatness) <= SureFlatness;
   return vote;
 }

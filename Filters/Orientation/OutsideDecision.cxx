@@ -26,8 +26,9 @@ constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
 constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 
-/// Given normals decide if they agree this much: |sum of cosines| / sum of absolute values.
-constexpr double GivenAgreement = 0.8;
+/// Given normals and those of thin plates decide if they agree this much: |sum of cosines| / sum of
+/// absolute values.
+constexpr double KnownAgreement = 0.8;
 
 /// +1: closed, normals point outward. -1: closed, inward. 0: open or undecided.
 int ClosedSign(const OutsideInput& input, const Component& component)
@@ -74,26 +75,30 @@ int FacingSign(
   return toward > needed ? 1 : (away > needed ? -1 : 0);
 }
 
-/// +1 if the component's given normals agree with its normals, -1 if they are opposite; else 0.
-int GivenSign(const OutsideInput& input, const Component& component)
+/// +1 if the normals of a component's points with isKnown(fit) agree with the outside that was
+/// known before, -1 if they are opposite; else 0. `least`: how many such points decide.
+template <typename Test>
+int KnownSign(const OutsideInput& input, const Component& component, int least, Test&& isKnown)
 {
-  if (input.Given.empty())
+  if (input.Known.empty())
   {
     return 0;
   }
   double sum = 0.0;
   double absolute = 0.0;
+  int count = 0;
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    if (input.Fits[i].Given)
+    if (isKnown(input.Fits[i]))
     {
-      const double agreement = Dot(input.Fits[i].Normal, input.Given[i]);
+      const double agreement = Dot(input.Fits[i].Normal, input.Known[i]);
       sum += agreement;
       absolute += std::abs(agreement);
+      ++count;
     }
   }
-  return std::abs(sum) > GivenAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
+  return count >= least && std::abs(sum) > KnownAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
 }
 }
 
@@ -101,7 +106,12 @@ OutsideSign DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
   OutsideSign result;
-  result.Sign = GivenSign(input, component);
+  result.Sign = KnownSign(input, component, 1, [](const PlaneFit& fit) { return fit.Given; });
+  if (result.Sign == 0)
+  {
+    result.Sign = KnownSign(
+      input, component, component.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+  }
   if (result.Sign == 0 && component.Conflict <= MaxConflict)
   {
     result.Sign = ClosedSign(input, component);

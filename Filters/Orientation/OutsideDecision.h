@@ -32,7 +32,7 @@ struct OutsideInput
 {
   const LocalCloud& Cloud;
   const std::vector<PlaneFit>& Fits;
-  const std::vector<Float3>& Given; // [n] normals before signs were propagated; empty: none given
+  const std::vector<Float3>& Known; // [n] normals before signs were propagated; or empty
 };
 
 struct OutsideSign

@@ -34,15 +34,16 @@ struct Pair
 };
 
 /// The edges from one set to another.
-std::vector<Edge> EdgesBetweenSets(
-  const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
+std::vector<Edge> EdgesBetweenSets(const NeighborGraph& graph, const EdgeVotes& edges,
+  const std::vector<PlaneFit>& fits, bool isLast, ParityUnionFind& signs)
 {
   signs.Flatten();
   const vtkIdType count = edges.Count();
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
     VisitVotes(graph, edges, first, last, [&](const Edge& edge) {
-      if (signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
+      const bool counts = isLast || fits[edge.A].OnPlate == fits[edge.B].OnPlate;
+      if (counts && signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
       {
         found[p].push_back(edge);
       }
@@ -133,7 +134,7 @@ bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool 
 }
 
 bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
-  const StageProgress& progress, ParityUnionFind& signs)
+  const std::vector<PlaneFit>& fits, const StageProgress& progress, ParityUnionFind& signs)
 {
   JoinSureEdges(graph, edges, signs);
   if (!progress.Step(0.4))
@@ -141,9 +142,9 @@ bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
     return false;
   }
   const auto count = static_cast<int>(edges.Count());
-  std::vector<Edge> open = EdgesBetweenSets(graph, edges, signs);
   for (const bool isLast : { false, true })
   {
+    std::vector<Edge> open = EdgesBetweenSets(graph, edges, fits, isLast, signs);
     while (JoinSets(open, signs, count, isLast))
     {
       if (!progress.Step(0.6))

@@ -13,5 +13,5 @@ namespace SurfelGeometry
 /// Joins points to components of consistent sign. Where the votes contradict each other, as where
 /// surfaces cross, components stay apart. Returns false if stopped.
 bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
-  const StageProgress& progress, ParityUnionFind& signs);
+  const std::vector<PlaneFit>& fits, const StageProgress& progress, ParityUnionFind& signs);
 }
