@@ -2,147 +2,117 @@
 #include "Filters/Orientation/Orientation.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/ParityUnionFind.h"
 #include "Filters/Orientation/SignPropagation.h"
 
 #include "vtkSMPTools.h"
 
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <cstdint>
-
 namespace SurfelGeometry
 {
 namespace
 {
-void Flip(PlaneFit& fit)
-{
-  fit.Normal = -1.0 * fit.Normal;
-}
+/// Smaller patches are decided with others; points.
+constexpr int MinPatch = 30;
 
-/// The points of each component, one component after another.
-struct Members
+/// One execution.
+class Orienter
 {
-  std::vector<int> Ids;
-  std::vector<int> Starts; // [components + 1]
-
-  int Count(int c) const { return this->Starts[c + 1] - this->Starts[c]; }
-  const int* Begin(int c) const { return this->Ids.data() + this->Starts[c]; }
-};
-
-/// Numbers the sets as components, and turns every normal to the sign of its set's root.
-Members ApplySigns(ParityUnionFind& signs, std::vector<PlaneFit>& fits, OrientationResult& result)
-{
-  const int count = static_cast<int>(fits.size());
-  std::vector<int> numbers(count, -1);
-  result.Components.resize(count);
-  Members members;
-  members.Starts.push_back(0);
-  for (int i = 0; i < count; ++i)
+public:
+  Orienter(const LocalCloud& cloud, const NeighborGraph& graph, const OutsideSettings& settings,
+    std::vector<PlaneFit>& fits)
+    : Cloud(cloud)
+    , Graph(graph)
+    , Settings(settings)
+    , Fits(fits)
+    , Edges(CollectVotes(cloud, fits, graph))
+    , Signs(cloud.Size())
+    , Sides(static_cast<size_t>(cloud.Size()), 0)
   {
-    const auto [root, flip] = signs.Find(i);
-    if (numbers[root] < 0)
-    {
-      numbers[root] = result.NumberOfComponents++;
-      members.Starts.push_back(members.Starts.back() + signs.Size(root));
-    }
-    result.Components[i] = numbers[root];
-    if (flip)
-    {
-      Flip(fits[i]);
-    }
   }
-  std::vector<int> next(members.Starts.begin(), members.Starts.end() - 1);
-  members.Ids.resize(count);
-  for (int i = 0; i < count; ++i)
-  {
-    members.Ids[next[result.Components[i]]++] = i;
-  }
-  return members;
-}
 
-/// Share of the votes of each component that contradict its orientation.
-std::vector<double> Conflicts(const NeighborGraph& graph, const EdgeVotes& edges,
-  const OrientationResult& result, const ParityUnionFind& signs)
-{
-  // Votes as integers, in units of 2^-24: their sums do not depend on the order.
-  constexpr double unit = 1.0 / (1 << 24);
-  using Sums = std::vector<std::atomic<std::int64_t>>;
-  Sums against(result.NumberOfComponents), all(result.NumberOfComponents);
-  ForPieces(edges.Count(), [&](vtkIdType, vtkIdType first, vtkIdType end) {
-    int last = -1; // component of the sums below
-    std::int64_t lastAgainst = 0, lastAll = 0;
-    const auto flush = [&](int next) {
-      if (last >= 0)
+  /// Returns false if stopped.
+  bool Run(const StageProgress& progress, OrientationResult& result)
+  {
+    JoinSureEdges(this->Graph, this->Edges, this->Signs);
+    if (!progress.Step(0.3) || !this->Decide(true, progress.Part(0.3, 0.5)) ||
+      !JoinPatches({ this->Graph, this->Edges, this->Fits, this->Sides }, progress.Part(0.5, 0.7),
+        this->Signs) ||
+      !this->Decide(false, progress.Part(0.7, 1.0)))
+    {
+      return false;
+    }
+    this->Apply(result);
+    return true;
+  }
+
+private:
+  /// Decides the outsides of sets that have none yet; `patches`: only those that need no help.
+  bool Decide(bool patches, const StageProgress& progress)
+  {
+    this->Sets = CollectSets(this->Fits, this->Signs);
+    const std::vector<double> conflicts =
+      Conflicts(this->Graph, this->Edges, this->Sets, this->Signs);
+    OutsideSettings settings = this->Settings;
+    settings.UseViewpoint = settings.UseViewpoint && !patches;
+    const OutsideInput input{ this->Cloud, this->Fits, this->Sets.Normals };
+    for (int c = 0; c < this->Sets.Count(); ++c)
+    {
+      const Component component{ this->Sets.Begin(c), this->Sets.Size(c), conflicts[c] };
+      signed char& side = this->Sides[this->Signs.Find(component.Ids[0]).first];
+      if (side == 0 && (!patches || component.Count >= MinPatch))
       {
-        against[last].fetch_add(lastAgainst, std::memory_order_relaxed);
-        all[last].fetch_add(lastAll, std::memory_order_relaxed);
+        side = static_cast<signed char>(DecideOutside(input, settings, component));
       }
-      last = next;
-      lastAgainst = lastAll = 0;
-    };
-    VisitVotes(graph, edges, first, end, [&](const Edge& edge) {
-      const int c = result.Components[edge.A];
-      if (c == result.Components[edge.B])
+      // There may be as many sets as points: no report for each.
+      const bool report = c % 1024 == 0 || component.Count > 1024;
+      if (report &&
+        !progress.Step(static_cast<double>(this->Sets.Starts[c + 1]) / this->Cloud.Size()))
       {
-        if (c != last)
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// Turns normals outward, and marks the points that have an outside.
+  void Apply(OrientationResult& result)
+  {
+    result.TwoSided.resize(this->Fits.size());
+    result.NumberOfComponents = this->Sets.Count();
+    for (int c = 0; c < this->Sets.Count(); ++c)
+    {
+      const int* ids = this->Sets.Begin(c);
+      const signed char side = this->Sides[this->Signs.Find(ids[0]).first];
+      bool isClosed = side != 0;
+      for (int m = 0; m < this->Sets.Size(c); ++m)
+      {
+        const int i = ids[m];
+        PlaneFit& fit = this->Fits[i];
+        if (!fit.Given)
         {
-          flush(c);
+          const Vector3 normal = this->Sets.Normals[i];
+          fit.Normal = side < 0 ? -1.0 * normal : normal;
         }
-        const bool differ = signs.FindReadOnly(edge.A).second != signs.FindReadOnly(edge.B).second;
-        const auto vote = static_cast<std::int64_t>(std::abs(edge.Vote) / unit);
-        lastAll += vote;
-        lastAgainst += differ != (edge.Vote < 0.0f) ? vote : 0;
+        const bool hasOutside = fit.Given || (side != 0 && !fit.Isolated && !fit.Degenerate);
+        result.TwoSided[i] = hasOutside ? 0 : 1;
+        isClosed = isClosed && !fit.Given;
       }
-    });
-    flush(-1);
-  });
-  std::vector<double> shares(all.size());
-  for (size_t c = 0; c < all.size(); ++c)
-  {
-    const double sum = static_cast<double>(all[c]);
-    shares[c] = sum > 0.0 ? static_cast<double>(against[c]) / sum : 1.0;
-  }
-  return shares;
-}
-
-/// [n] the normals before they are turned; empty if the outside of none was known.
-std::vector<Float3> KnownNormals(const std::vector<PlaneFit>& fits)
-{
-  std::vector<Float3> given;
-  if (std::any_of(
-        fits.begin(), fits.end(), [](const PlaneFit& fit) { return fit.Given || fit.OnPlate; }))
-  {
-    given.resize(fits.size());
-    std::transform(
-      fits.begin(), fits.end(), given.begin(), [](const PlaneFit& fit) { return fit.Normal; });
-  }
-  return given;
-}
-
-/// Turns the normals of a component outward, and marks the points that have an outside.
-void ApplyOutside(const Component& component, int sign, const std::vector<Float3>& given,
-  std::vector<PlaneFit>& fits, std::vector<unsigned char>& twoSided)
-{
-  for (int m = 0; m < component.Count; ++m)
-  {
-    const int i = component.Ids[m];
-    PlaneFit& fit = fits[i];
-    if (fit.Given)
-    {
-      fit.Normal = given[i];
-      twoSided[i] = 0;
-      continue;
+      result.NumberOfClosedComponents += isClosed ? 1 : 0;
     }
-    if (sign < 0)
-    {
-      Flip(fit);
-    }
-    twoSided[i] = sign != 0 && !fit.Isolated && !fit.Degenerate ? 0 : 1;
   }
-}
+
+  const LocalCloud& Cloud;
+  const NeighborGraph& Graph;
+  const OutsideSettings& Settings;
+  std::vector<PlaneFit>& Fits;
+  EdgeVotes Edges;
+  ParityUnionFind Signs;
+  std::vector<signed char> Sides; // [n] at the root of a set: +1 its sign is outward, -1 inward, 0
+                                  // unknown
+  ConsistentSets Sets;
+};
 }
 
 void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<PlaneFit>& fits)
@@ -152,7 +122,7 @@ void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vecto
     {
       if (Dot(fits[i].Normal, viewpoint - Load(cloud.Position(static_cast<int>(i)))) < 0.0)
       {
-        Flip(fits[i]);
+        fits[i].Normal = -1.0 * fits[i].Normal;
       }
     }
   });
@@ -162,30 +132,6 @@ bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
   const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
   OrientationResult& result)
 {
-  const int count = cloud.Size();
-  const std::vector<Float3> given = KnownNormals(fits);
-  const EdgeVotes edges = CollectVotes(cloud, fits, graph);
-  ParityUnionFind signs(count);
-  if (!PropagateSigns(graph, edges, fits, progress, signs))
-  {
-    return false;
-  }
-  const Members members = ApplySigns(signs, fits, result);
-  const std::vector<double> conflicts = Conflicts(graph, edges, result, signs);
-  result.TwoSided.assign(count, 1);
-  for (int c = 0; c < result.NumberOfComponents; ++c)
-  {
-    const Component component{ members.Begin(c), members.Count(c), conflicts[c] };
-    const OutsideSign outside = DecideOutside({ cloud, fits, given }, settings, component);
-    result.NumberOfClosedComponents += outside.IsClosed ? 1 : 0;
-    ApplyOutside(component, outside.Sign, given, fits, result.TwoSided);
-    // There may be as many components as points: no report for each.
-    const bool report = c % 1024 == 0 || component.Count > 1024;
-    if (report && !progress.Step(0.7 + 0.3 * members.Starts[c + 1] / count))
-    {
-      return false;
-    }
-  }
-  return true;
+  return Orienter(cloud, graph, settings, fits).Run(progress, result);
 }
 }

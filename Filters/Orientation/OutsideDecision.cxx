@@ -40,7 +40,7 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   }
   const int samples = std::min(count, WindingSamples);
   std::vector<double> windings(samples);
-  const WindingNumbers numbers(input.Cloud, input.Fits, component.Ids, count);
+  const WindingNumbers numbers({ input.Cloud, input.Fits, input.Normals }, component.Ids, count);
   vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType s = begin; s < end; ++s)
     {
@@ -68,22 +68,18 @@ int FacingSign(
     const PlaneFit& fit = input.Fits[i];
     const Vector3 direction =
       Normalized(settings.Viewpoint - Load(input.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
-    const double facing = fit.Spacing * fit.Spacing * Dot(fit.Normal, direction);
+    const double facing = fit.Spacing * fit.Spacing * Dot(input.Normals[i], direction);
     (facing > 0.0 ? toward : away) += std::abs(facing);
   }
   const double needed = settings.FacingAgreement * (toward + away);
   return toward > needed ? 1 : (away > needed ? -1 : 0);
 }
 
-/// +1 if the normals of a component's points with isKnown(fit) agree with the outside that was
-/// known before, -1 if they are opposite; else 0. `least`: how many such points decide.
+/// +1 if the signs of a component's points with isKnown(fit) agree with those that the fits have,
+/// -1 if they are opposite; else 0. `least`: how many such points decide.
 template <typename Test>
 int KnownSign(const OutsideInput& input, const Component& component, int least, Test&& isKnown)
 {
-  if (input.Known.empty())
-  {
-    return 0;
-  }
   double sum = 0.0;
   double absolute = 0.0;
   int count = 0;
@@ -92,7 +88,7 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
     const int i = component.Ids[m];
     if (isKnown(input.Fits[i]))
     {
-      const double agreement = Dot(input.Fits[i].Normal, input.Known[i]);
+      const double agreement = Dot(input.Normals[i], input.Fits[i].Normal);
       sum += agreement;
       absolute += std::abs(agreement);
       ++count;
@@ -102,25 +98,23 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 }
 }
 
-OutsideSign DecideOutside(
+int DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
-  OutsideSign result;
-  result.Sign = KnownSign(input, component, 1, [](const PlaneFit& fit) { return fit.Given; });
-  if (result.Sign == 0)
+  int sign = KnownSign(input, component, 1, [](const PlaneFit& fit) { return fit.Given; });
+  if (sign == 0)
   {
-    result.Sign = KnownSign(
+    sign = KnownSign(
       input, component, component.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
   }
-  if (result.Sign == 0 && component.Conflict <= MaxConflict)
+  if (sign == 0 && component.Conflict <= MaxConflict)
   {
-    result.Sign = ClosedSign(input, component);
-    result.IsClosed = result.Sign != 0;
-    if (result.Sign == 0 && settings.UseViewpoint)
+    sign = ClosedSign(input, component);
+    if (sign == 0 && settings.UseViewpoint)
     {
-      result.Sign = FacingSign(input, settings, component);
+      sign = FacingSign(input, settings, component);
     }
   }
-  return result;
+  return sign;
 }
 }

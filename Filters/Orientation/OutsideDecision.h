@@ -31,16 +31,11 @@ struct Component
 struct OutsideInput
 {
   const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;
-  const std::vector<Float3>& Known; // [n] normals before signs were propagated; or empty
+  const std::vector<PlaneFit>& Fits;  // the signs of given normals and of plates are outward
+  const std::vector<Float3>& Normals; // [n] of consistent signs in the component
 };
 
-struct OutsideSign
-{
-  int Sign = 0; // +1: the normals point outward; -1: inward; 0: unknown
-  bool IsClosed = false;
-};
-
-OutsideSign DecideOutside(
+/// +1: the normals point outward; -1: inward; 0: unknown.
+int DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component);
 }

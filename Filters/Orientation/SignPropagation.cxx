@@ -33,16 +33,15 @@ struct Pair
   int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
 };
 
-/// The edges from one set to another.
-std::vector<Edge> EdgesBetweenSets(const NeighborGraph& graph, const EdgeVotes& edges,
-  const std::vector<PlaneFit>& fits, bool isLast, ParityUnionFind& signs)
+/// The edges from one set to another. Plates are joined with other things only in the last rounds.
+std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, bool isLast, ParityUnionFind& signs)
 {
   signs.Flatten();
-  const vtkIdType count = edges.Count();
+  const vtkIdType count = votes.Edges.Count();
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
-    VisitVotes(graph, edges, first, last, [&](const Edge& edge) {
-      const bool counts = isLast || fits[edge.A].OnPlate == fits[edge.B].OnPlate;
+    VisitVotes(votes.Graph, votes.Edges, first, last, [&](const Edge& edge) {
+      const bool counts = isLast || votes.Fits[edge.A].OnPlate == votes.Fits[edge.B].OnPlate;
       if (counts && signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
       {
         found[p].push_back(edge);
@@ -93,9 +92,18 @@ std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& si
 }
 
 /// Whether two patches may be joined. `isLast`: in the last rounds, which join small patches.
-bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
+bool IsTrusted(const Pair& pair, const std::vector<signed char>& sides,
+  const ParityUnionFind& signs, bool isLast)
 {
-  const int size = std::min(signs.Size(pair.First()), signs.Size(pair.Second()));
+  const bool isFirstKnown = sides[pair.First()] != 0;
+  const bool isSecondKnown = sides[pair.Second()] != 0;
+  const int first = signs.Size(pair.First());
+  const int second = signs.Size(pair.Second());
+  if ((isFirstKnown && (isSecondKnown || first <= second)) || (isSecondKnown && second <= first))
+  {
+    return false;
+  }
+  const int size = std::min(first, second);
   const double evidence = std::abs(pair.Sum);
   if (isLast)
   {
@@ -107,18 +115,19 @@ bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
 
 /// One round of Boruvka's algorithm: joins each set with its surest trusted partner.
 /// Returns whether any sets were joined.
-bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool isLast)
+bool JoinSets(std::vector<Edge>& edges, const std::vector<signed char>& sides, bool isLast,
+  ParityUnionFind& signs)
 {
   std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                [&](const Pair& pair) { return !IsTrusted(pair, signs, isLast); }),
+                [&](const Pair& pair) { return !IsTrusted(pair, sides, signs, isLast); }),
     pairs.end());
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     const double x = std::abs(a.Sum);
     const double y = std::abs(b.Sum);
     return x != y ? x > y : a.Key < b.Key;
   });
-  std::vector<char> joined(count, 0);
+  std::vector<char> joined(sides.size(), 0);
   for (const Pair& pair : pairs)
   {
     const int a = pair.First();
@@ -133,21 +142,14 @@ bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool 
 }
 }
 
-bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
-  const std::vector<PlaneFit>& fits, const StageProgress& progress, ParityUnionFind& signs)
+bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs)
 {
-  JoinSureEdges(graph, edges, signs);
-  if (!progress.Step(0.4))
-  {
-    return false;
-  }
-  const auto count = static_cast<int>(edges.Count());
   for (const bool isLast : { false, true })
   {
-    std::vector<Edge> open = EdgesBetweenSets(graph, edges, fits, isLast, signs);
-    while (JoinSets(open, signs, count, isLast))
+    std::vector<Edge> open = EdgesBetweenSets(votes, isLast, signs);
+    while (JoinSets(open, votes.Sides, isLast, signs))
     {
-      if (!progress.Step(0.6))
+      if (!progress.Step(0.5))
       {
         return false;
       }

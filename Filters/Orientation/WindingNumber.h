@@ -18,14 +18,20 @@ namespace SurfelGeometry
 {
 struct LocalCloud;
 
+struct OrientedFits
+{
+  const LocalCloud& Cloud;
+  const std::vector<PlaneFit>& Fits;
+  const std::vector<Float3>& Normals; // [n] of consistent signs among the members
+};
+
 /// Winding numbers of some of a cloud's surfels, with area = Spacing^2. A group of surfels far away
 /// counts as one dipole (ibid., first order).
 class WindingNumbers
 {
 public:
   /// @param members in the order of the cloud, which keeps neighbours together; must outlive this
-  WindingNumbers(
-    const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count);
+  WindingNumbers(const OrientedFits& oriented, const int* members, int count);
 
   /// Winding number at point `at` of the cloud.
   double At(int at) const;
@@ -39,8 +45,7 @@ private:
 
   double Sum(const Group& group, int begin, int end, const Vector3& q, double soft) const;
 
-  const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;
+  OrientedFits Oriented;
   const int* Members;
   int Count;
   std::vector<Group> Groups;
