@@ -127,9 +127,8 @@ public:
     const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = progress.Step(0.1) &&
-      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.55), this->Fits,
-        this->Graph) &&
-      TurnPlatesOutward(this->Cloud, this->Graph, progress.Part(0.55, 0.6), this->Fits);
+      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
+        this->Graph);
     const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
@@ -239,17 +238,22 @@ private:
       this->Result.TwoSided.assign(count, 0);
       return true;
     }
+    if (!this->All(
+          TurnPlatesOutward(this->Cloud, this->Graph, progress.Part(0.0, 0.2), this->Fits)))
+    {
+      return false;
+    }
     OutsideSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
     if (this->Shared)
     {
       settings.Viewpoint = this->LocalViewpoint(this->Shared->Origin());
       return this->Shared->Orient(
-        this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
+        this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
     }
     settings.Viewpoint = this->LocalViewpoint(this->Cloud.Origin);
     return OrientConsistently(
-      this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
+      this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
   }
 
   /// Kernel of the cloud's point i.

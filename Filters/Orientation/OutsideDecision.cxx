@@ -21,6 +21,12 @@ constexpr double MaxConflict = 0.03;
 /// above MinClosed at ClosedShare of the samples. If a share f of a sphere is missing, the mean is
 /// (1 - f) / 2: up to a fifth may be missing. Half a sphere, 0.32, is open.
 constexpr double ClosedMean = 0.4;
+///
+/// The ends of a short tube reduce the mean as well: to 0.3 if it is 1.5 diameters long (measured).
+/// But they face each other, so the areas of a tube cancel. Those of half a sphere, a gutter or a
+/// sheet do not: the sum of the area vectors over that of the areas is 0.5, 0.64 and 1 there.
+constexpr double TubeMean = 0.3;
+constexpr double MaxImbalance = 0.15;
 constexpr double MinClosed = 0.15;
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
@@ -29,6 +35,21 @@ constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 /// Given normals and those of thin plates decide if they agree this much: |sum of cosines| / sum of
 /// absolute values.
 constexpr double KnownAgreement = 0.8;
+
+/// Sum of the area vectors of a component over the sum of its areas: 0 if it is closed.
+double Imbalance(const OutsideInput& input, const Component& component)
+{
+  Vector3 vectors{};
+  double areas = 0.0;
+  for (int m = 0; m < component.Count; ++m)
+  {
+    const int i = component.Ids[m];
+    const double spacing = input.Fits[i].Spacing;
+    vectors = vectors + spacing * spacing * input.Normals[i];
+    areas += spacing * spacing;
+  }
+  return areas > 0.0 ? Norm(vectors) / areas : 1.0;
+}
 
 /// +1: closed, normals point outward. -1: closed, inward. 0: open or undecided.
 int ClosedSign(const OutsideInput& input, const Component& component)
@@ -52,7 +73,8 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   const double sign = mean < 0.0 ? -1.0 : 1.0;
   const auto agreeing = std::count_if(
     windings.begin(), windings.end(), [sign](double w) { return sign * w > MinClosed; });
-  const bool closed = std::abs(mean) >= ClosedMean && agreeing >= ClosedShare * samples;
+  const double needed = Imbalance(input, component) <= MaxImbalance ? TubeMean : ClosedMean;
+  const bool closed = std::abs(mean) >= needed && agreeing >= ClosedShare * samples;
   return closed ? static_cast<int>(sign) : 0;
 }
 

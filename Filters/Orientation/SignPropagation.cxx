@@ -91,19 +91,21 @@ std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& si
   return votes;
 }
 
-/// Whether two patches may be joined. `isLast`: in the last rounds, which join small patches.
-bool IsTrusted(const Pair& pair, const std::vector<signed char>& sides,
-  const ParityUnionFind& signs, bool isLast)
+/// Whether a set may be joined with another as far as their outsides are concerned.
+bool KeepsOutsides(
+  int a, int b, const std::vector<signed char>& sides, const ParityUnionFind& signs)
 {
-  const bool isFirstKnown = sides[pair.First()] != 0;
-  const bool isSecondKnown = sides[pair.Second()] != 0;
-  const int first = signs.Size(pair.First());
-  const int second = signs.Size(pair.Second());
-  if ((isFirstKnown && (isSecondKnown || first <= second)) || (isSecondKnown && second <= first))
-  {
-    return false;
-  }
-  const int size = std::min(first, second);
+  const bool isKnownA = sides[a] != 0;
+  const bool isKnownB = sides[b] != 0;
+  return isKnownA == isKnownB
+    ? !isKnownA
+    : (signs.Size(a) > signs.Size(b) ? isKnownA : isKnownB) && signs.Size(a) != signs.Size(b);
+}
+
+/// Whether the votes join two patches. `isLast`: in the last rounds, which join small patches.
+bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
+{
+  const int size = std::min(signs.Size(pair.First()), signs.Size(pair.Second()));
   const double evidence = std::abs(pair.Sum);
   if (isLast)
   {
@@ -120,7 +122,10 @@ bool JoinSets(std::vector<Edge>& edges, const std::vector<signed char>& sides, b
 {
   std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                [&](const Pair& pair) { return !IsTrusted(pair, sides, signs, isLast); }),
+                [&](const Pair& pair) {
+                  return !IsTrusted(pair, signs, isLast) ||
+                    !KeepsOutsides(pair.First(), pair.Second(), sides, signs);
+                }),
     pairs.end());
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     const double x = std::abs(a.Sum);
@@ -128,17 +133,20 @@ bool JoinSets(std::vector<Edge>& edges, const std::vector<signed char>& sides, b
     return x != y ? x > y : a.Key < b.Key;
   });
   std::vector<char> joined(sides.size(), 0);
+  bool any = false;
   for (const Pair& pair : pairs)
   {
     const int a = pair.First();
     const int b = pair.Second();
-    if (!joined[a] || !joined[b])
+    // Earlier pairs of this round may have joined either with others.
+    if ((!joined[a] || !joined[b]) &&
+      KeepsOutsides(signs.Find(a).first, signs.Find(b).first, sides, signs))
     {
       joined[a] = joined[b] = 1;
-      signs.Join(a, b, pair.Sum < 0.0);
+      any |= signs.Join(a, b, pair.Sum < 0.0);
     }
   }
-  return !pairs.empty();
+  return any;
 }
 }
 
