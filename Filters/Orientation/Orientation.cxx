@@ -63,7 +63,9 @@ private:
       signed char& side = this->Sides[this->Signs.Find(component.Ids[0]).first];
       if (side == 0 && (!patches || component.Count >= MinPatch))
       {
-        side = static_cast<signed char>(DecideOutside(input, settings, component));
+        const OutsideSign outside = DecideOutside(input, settings, component);
+        side = static_cast<signed char>(outside.Sign);
+        this->NumberOfClosed += outside.IsClosed ? 1 : 0;
       }
       // There may be as many sets as points: no report for each.
       const bool report = c % 1024 == 0 || component.Count > 1024;
@@ -81,11 +83,11 @@ private:
   {
     result.TwoSided.resize(this->Fits.size());
     result.NumberOfComponents = this->Sets.Count();
+    result.NumberOfClosedComponents = this->NumberOfClosed;
     for (int c = 0; c < this->Sets.Count(); ++c)
     {
       const int* ids = this->Sets.Begin(c);
       const signed char side = this->Sides[this->Signs.Find(ids[0]).first];
-      bool isClosed = side != 0;
       for (int m = 0; m < this->Sets.Size(c); ++m)
       {
         const int i = ids[m];
@@ -97,9 +99,7 @@ private:
         }
         const bool hasOutside = fit.Given || (side != 0 && !fit.Isolated && !fit.Degenerate);
         result.TwoSided[i] = hasOutside ? 0 : 1;
-        isClosed = isClosed && !fit.Given;
       }
-      result.NumberOfClosedComponents += isClosed ? 1 : 0;
     }
   }
 
@@ -112,6 +112,7 @@ private:
   std::vector<signed char> Sides; // [n] at the root of a set: +1 its sign is outward, -1 inward, 0
                                   // unknown
   ConsistentSets Sets;
+  int NumberOfClosed = 0;
 };
 }
 

@@ -120,23 +120,24 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 }
 }
 
-int DecideOutside(
+OutsideSign DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
   int sign = KnownSign(input, component, 1, [](const PlaneFit& fit) { return fit.Given; });
-  if (sign == 0)
+  if (sign != 0)
   {
-    sign = KnownSign(
-      input, component, component.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+    return { sign, false };
   }
+  sign = KnownSign(
+    input, component, component.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
   if (sign == 0 && component.Conflict <= MaxConflict)
   {
     sign = ClosedSign(input, component);
     if (sign == 0 && settings.UseViewpoint)
     {
-      sign = FacingSign(input, settings, component);
+      return { FacingSign(input, settings, component), false };
     }
   }
-  return sign;
+  return { sign, sign != 0 };
 }
 }

@@ -35,7 +35,12 @@ struct OutsideInput
   const std::vector<Float3>& Normals; // [n] of consistent signs in the component
 };
 
-/// +1: the normals point outward; -1: inward; 0: unknown.
-int DecideOutside(
+struct OutsideSign
+{
+  int Sign = 0; // +1: the normals point outward; -1: inward; 0: unknown
+  bool IsClosed = false;
+};
+
+OutsideSign DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component);
 }
