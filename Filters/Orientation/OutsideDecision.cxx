@@ -44,9 +44,9 @@ double Imbalance(const OutsideInput& input, const Component& component)
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    const double spacing = input.Fits[i].Spacing;
-    vectors = vectors + spacing * spacing * input.Normals[i];
-    areas += spacing * spacing;
+    const double area = AreaOf(input.Fits[i]);
+    vectors = vectors + area * input.Normals[i];
+    areas += area;
   }
   return areas > 0.0 ? Norm(vectors) / areas : 1.0;
 }

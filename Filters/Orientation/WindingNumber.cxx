@@ -37,8 +37,7 @@ WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members,
     for (int m = begin; m < end; ++m)
     {
       const int j = members[m];
-      const double spacing = oriented.Fits[j].Spacing;
-      const double weight = spacing * spacing;
+      const double weight = AreaOf(oriented.Fits[j]);
       weights += weight;
       group.Center = group.Center + weight * Load(oriented.Cloud.Position(j));
       group.Area = group.Area + weight * oriented.Normals[j];
@@ -65,8 +64,7 @@ double WindingNumbers::Sum(
   for (int m = begin; m < end; ++m)
   {
     const int j = this->Members[m];
-    const double spacing = this->Oriented.Fits[j].Spacing;
-    sum += Dipole(spacing * spacing * this->Oriented.Normals[j],
+    sum += Dipole(AreaOf(this->Oriented.Fits[j]) * this->Oriented.Normals[j],
       Load(this->Oriented.Cloud.Position(j)) - q, soft);
   }
   return sum;

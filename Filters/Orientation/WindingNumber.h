@@ -12,6 +12,7 @@
 
 #include "Filters/Estimation/PlaneFit.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace SurfelGeometry
@@ -25,8 +26,18 @@ struct OrientedFits
   const std::vector<Float3>& Normals; // [n] of consistent signs among the members
 };
 
-/// Winding numbers of some of a cloud's surfels, with area = Spacing^2. A group of surfels far away
-/// counts as one dipole (ibid., first order).
+/// Area of a surfel, world units squared. Where neighbours reach round a thin tube their tangential
+/// variances are too small, and with them the spacing. Its nearest ReachRank neighbours reach less
+/// far: they cover ReachRank + 1/2 areas per point.
+inline double AreaOf(const PlaneFit& fit)
+{
+  const double area = static_cast<double>(fit.Spacing) * fit.Spacing;
+  const double reached = Pi * fit.Reach * fit.Reach / (ReachRank + 0.5);
+  return std::clamp(reached, area, 2.0 * area); // isolated points have a long reach
+}
+
+/// Winding numbers of some of a cloud's surfels, with the areas AreaOf(fit). A group of surfels far
+/// away counts as one dipole (ibid., first order).
 class WindingNumbers
 {
 public:
