@@ -28,7 +28,8 @@ public:
     , Fits(fits)
     , Edges(CollectVotes(cloud, fits, graph))
     , Signs(cloud.Size())
-    , Sides(static_cast<size_t>(cloud.Size()), 0)
+    , Sides(fits.size(), 0)
+    , AreOpen(fits.size(), 0)
   {
   }
 
@@ -36,41 +37,36 @@ public:
   bool Run(const StageProgress& progress, OrientationResult& result)
   {
     JoinSureEdges(this->Graph, this->Edges, this->Signs);
-    if (!progress.Step(0.3) || !this->Decide(true, progress.Part(0.3, 0.5)) ||
-      !JoinPatches({ this->Graph, this->Edges, this->Fits, this->Sides }, progress.Part(0.5, 0.7),
-        this->Signs) ||
-      !this->Decide(false, progress.Part(0.7, 1.0)))
-    {
-      return false;
-    }
-    this->Apply(result);
-    return true;
+    const bool finished = progress.Step(0.3) &&
+      this->DecideSets(progress.Part(0.3, 0.5),
+        [this](const OutsideInput& input, const Component& patch) {
+          this->DecidePatch(input, patch);
+        }) &&
+      JoinPatches({ this->Graph, this->Edges, this->Fits }, progress.Part(0.5, 0.7), this->Signs,
+        this->Sides) &&
+      this->DecideSets(progress.Part(0.7, 1.0),
+        [this, &result](const OutsideInput& input, const Component& component) {
+          this->DecideComponent(input, component, result);
+        });
+    result.NumberOfComponents = this->NumberOfSets;
+    return finished;
   }
 
 private:
-  /// Decides the outsides of sets that have none yet; `patches`: only those that need no help.
-  bool Decide(bool patches, const StageProgress& progress)
+  /// Calls decide(input, set) for the sets that are joined so far. Returns false if stopped.
+  template <typename Decide>
+  bool DecideSets(const StageProgress& progress, Decide&& decide)
   {
-    this->Sets = CollectSets(this->Fits, this->Signs);
-    const std::vector<double> conflicts =
-      Conflicts(this->Graph, this->Edges, this->Sets, this->Signs);
-    OutsideSettings settings = this->Settings;
-    settings.UseViewpoint = settings.UseViewpoint && !patches;
-    const OutsideInput input{ this->Cloud, this->Fits, this->Sets.Normals };
-    for (int c = 0; c < this->Sets.Count(); ++c)
+    const ConsistentSets sets = CollectSets(this->Fits, this->Signs);
+    const std::vector<double> conflicts = Conflicts(this->Graph, this->Edges, sets, this->Signs);
+    this->NumberOfSets = sets.Count();
+    for (int c = 0; c < sets.Count(); ++c)
     {
-      const Component component{ this->Sets.Begin(c), this->Sets.Size(c), conflicts[c] };
-      signed char& side = this->Sides[this->Signs.Find(component.Ids[0]).first];
-      if (side == 0 && (!patches || component.Count >= MinPatch))
-      {
-        const OutsideSign outside = DecideOutside(input, settings, component);
-        side = static_cast<signed char>(outside.Sign);
-        this->NumberOfClosed += outside.IsClosed ? 1 : 0;
-      }
+      decide(OutsideInput{ this->Cloud, this->Fits, sets.Normals },
+        Component{ sets.Begin(c), sets.Size(c), conflicts[c] });
       // There may be as many sets as points: no report for each.
-      const bool report = c % 1024 == 0 || component.Count > 1024;
-      if (report &&
-        !progress.Step(static_cast<double>(this->Sets.Starts[c + 1]) / this->Cloud.Size()))
+      const bool report = c % 1024 == 0 || sets.Size(c) > 1024;
+      if (report && !progress.Step(static_cast<double>(sets.Starts[c + 1]) / this->Cloud.Size()))
       {
         return false;
       }
@@ -78,27 +74,49 @@ private:
     return true;
   }
 
-  /// Turns normals outward, and marks the points that have an outside.
-  void Apply(OrientationResult& result)
+  /// The side of a set, at its root.
+  signed char& SideOf(const Component& set)
   {
-    result.TwoSided.resize(this->Fits.size());
-    result.NumberOfComponents = this->Sets.Count();
-    result.NumberOfClosedComponents = this->NumberOfClosed;
-    for (int c = 0; c < this->Sets.Count(); ++c)
+    return this->Sides[this->Signs.Find(set.Ids[0]).first];
+  }
+
+  void DecidePatch(const OutsideInput& input, const Component& patch)
+  {
+    if (patch.Count < MinPatch)
     {
-      const int* ids = this->Sets.Begin(c);
-      const signed char side = this->Sides[this->Signs.Find(ids[0]).first];
-      for (int m = 0; m < this->Sets.Size(c); ++m)
+      return;
+    }
+    OutsideSettings settings = this->Settings;
+    settings.UseViewpoint = false;
+    signed char& side = this->SideOf(patch);
+    side = static_cast<signed char>(DecideOutside(input, settings, patch).Sign);
+    for (int m = 0; side == 0 && m < patch.Count; ++m)
+    {
+      this->AreOpen[patch.Ids[m]] = 1;
+    }
+  }
+
+  /// Turns the normals of a component outward, and marks the points that have an outside: all, or
+  /// those of its decided patches and the small patches between them.
+  void DecideComponent(
+    const OutsideInput& input, const Component& component, OrientationResult& result)
+  {
+    const OutsideSign outside = DecideOutside(input, this->Settings, component);
+    const signed char patches = this->SideOf(component);
+    const int side = patches != 0 ? patches : outside.Sign;
+    const bool isWhole = outside.Sign != 0 && side == outside.Sign;
+    result.NumberOfClosedComponents += outside.IsClosed || patches != 0 ? 1 : 0;
+    for (int m = 0; m < component.Count; ++m)
+    {
+      const int i = component.Ids[m];
+      PlaneFit& fit = this->Fits[i];
+      const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
+      const bool hasOutside = fit.Given || (isKnown && !fit.Isolated && !fit.Degenerate);
+      result.TwoSided[i] = hasOutside ? 0 : 1;
+      if (!fit.Given)
       {
-        const int i = ids[m];
-        PlaneFit& fit = this->Fits[i];
-        if (!fit.Given)
-        {
-          const Vector3 normal = this->Sets.Normals[i];
-          fit.Normal = side < 0 ? -1.0 * normal : normal;
-        }
-        const bool hasOutside = fit.Given || (side != 0 && !fit.Isolated && !fit.Degenerate);
-        result.TwoSided[i] = hasOutside ? 0 : 1;
+        const Vector3 normal = input.Normals[i];
+        fit.Normal = side < 0 ? -1.0 * normal : normal;
       }
     }
   }
@@ -109,10 +127,9 @@ private:
   std::vector<PlaneFit>& Fits;
   EdgeVotes Edges;
   ParityUnionFind Signs;
-  std::vector<signed char> Sides; // [n] at the root of a set: +1 its sign is outward, -1 inward, 0
-                                  // unknown
-  ConsistentSets Sets;
-  int NumberOfClosed = 0;
+  std::vector<signed char> Sides;     // [n] as in JoinPatches
+  std::vector<unsigned char> AreOpen; // [n] 1 in patches whose outside is unknown
+  int NumberOfSets = 0;
 };
 }
 
@@ -133,6 +150,7 @@ bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
   const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
   OrientationResult& result)
 {
+  result.TwoSided.assign(fits.size(), 1);
   return Orienter(cloud, graph, settings, fits).Run(progress, result);
 }
 }

@@ -91,15 +91,23 @@ std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& si
   return votes;
 }
 
-/// Whether a set may be joined with another as far as their outsides are concerned.
-bool KeepsOutsides(
-  int a, int b, const std::vector<signed char>& sides, const ParityUnionFind& signs)
+/// Joins the sets of a and b, unless that contradicts their outsides. Returns whether it did.
+bool JoinOutsides(
+  int a, int b, bool differ, ParityUnionFind& signs, std::vector<signed char>& sides)
 {
-  const bool isKnownA = sides[a] != 0;
-  const bool isKnownB = sides[b] != 0;
-  return isKnownA == isKnownB
-    ? !isKnownA
-    : (signs.Size(a) > signs.Size(b) ? isKnownA : isKnownB) && signs.Size(a) != signs.Size(b);
+  const auto [rootA, flipA] = signs.Find(a);
+  const auto [rootB, flipB] = signs.Find(b);
+  const signed char sideA = sides[rootA];
+  const int sign = (flipA != flipB) != differ ? -1 : 1; // of root a relative to root b
+  if (rootA == rootB || sideA * sides[rootB] * sign < 0)
+  {
+    return false;
+  }
+  const auto side = static_cast<signed char>(sideA != 0 ? sideA : sign * sides[rootB]);
+  signs.Join(a, b, differ);
+  sides[rootA] = side;
+  sides[rootB] = static_cast<signed char>(sign * side);
+  return true;
 }
 
 /// Whether the votes join two patches. `isLast`: in the last rounds, which join small patches.
@@ -117,15 +125,12 @@ bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
 
 /// One round of Boruvka's algorithm: joins each set with its surest trusted partner.
 /// Returns whether any sets were joined.
-bool JoinSets(std::vector<Edge>& edges, const std::vector<signed char>& sides, bool isLast,
-  ParityUnionFind& signs)
+bool JoinSets(
+  std::vector<Edge>& edges, bool isLast, ParityUnionFind& signs, std::vector<signed char>& sides)
 {
   std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                [&](const Pair& pair) {
-                  return !IsTrusted(pair, signs, isLast) ||
-                    !KeepsOutsides(pair.First(), pair.Second(), sides, signs);
-                }),
+                [&](const Pair& pair) { return !IsTrusted(pair, signs, isLast); }),
     pairs.end());
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     const double x = std::abs(a.Sum);
@@ -138,24 +143,23 @@ bool JoinSets(std::vector<Edge>& edges, const std::vector<signed char>& sides, b
   {
     const int a = pair.First();
     const int b = pair.Second();
-    // Earlier pairs of this round may have joined either with others.
-    if ((!joined[a] || !joined[b]) &&
-      KeepsOutsides(signs.Find(a).first, signs.Find(b).first, sides, signs))
+    if ((!joined[a] || !joined[b]) && JoinOutsides(a, b, pair.Sum < 0.0, signs, sides))
     {
       joined[a] = joined[b] = 1;
-      any |= signs.Join(a, b, pair.Sum < 0.0);
+      any = true;
     }
   }
   return any;
 }
 }
 
-bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs)
+bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs,
+  std::vector<signed char>& sides)
 {
   for (const bool isLast : { false, true })
   {
     std::vector<Edge> open = EdgesBetweenSets(votes, isLast, signs);
-    while (JoinSets(open, votes.Sides, isLast, signs))
+    while (JoinSets(open, isLast, signs, sides))
     {
       if (!progress.Step(0.5))
       {

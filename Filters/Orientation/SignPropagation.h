@@ -14,11 +14,12 @@ struct PatchVotes
   const NeighborGraph& Graph;
   const EdgeVotes& Edges;
   const std::vector<PlaneFit>& Fits;
-  const std::vector<signed char>& Sides; // [n] at the root of a patch: 0 if its outside is unknown
 };
 
 /// Joins patches to components of consistent sign. Where the votes contradict each other, as where
-/// surfaces cross, components stay apart; so do patches whose outsides are known. A larger patch
-/// without an outside does not take that of a smaller one. Returns false if stopped.
-bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs);
+/// surfaces cross, components stay apart; so do patches whose outsides the votes contradict.
+/// `sides`: [n] at the root of a patch or component +1 if its sign is outward, -1 if inward, 0 if
+/// that is unknown. Returns false if stopped.
+bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs,
+  std::vector<signed char>& sides);
 }
