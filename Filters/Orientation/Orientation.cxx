@@ -86,10 +86,8 @@ private:
     {
       return;
     }
-    OutsideSettings settings = this->Settings;
-    settings.UseViewpoint = false;
     signed char& side = this->SideOf(patch);
-    side = static_cast<signed char>(DecideOutside(input, settings, patch).Sign);
+    side = static_cast<signed char>(SurfelGeometry::DecidePatch(input, patch));
     for (int m = 0; side == 0 && m < patch.Count; ++m)
     {
       this->AreOpen[patch.Ids[m]] = 1;

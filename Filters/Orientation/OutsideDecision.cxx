@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace SurfelGeometry
@@ -17,17 +18,28 @@ namespace
 /// Largest share of a component's votes that may contradict its orientation.
 constexpr double MaxConflict = 0.03;
 
-/// A component is closed if the winding number at its surfels is at least ClosedMean on average and
-/// above MinClosed at ClosedShare of the samples. If a share f of a sphere is missing, the mean is
-/// (1 - f) / 2: up to a fifth may be missing. Half a sphere, 0.32, is open.
-constexpr double ClosedMean = 0.4;
-///
-/// The ends of a short tube reduce the mean as well: to 0.3 if it is 1.5 diameters long (measured).
-/// But they face each other, so the areas of a tube cancel. Those of half a sphere, a gutter or a
-/// sheet do not: the sum of the area vectors over that of the areas is 0.5, 0.64 and 1 there.
-constexpr double TubeMean = 0.3;
+/// A component is closed if the winding number at its surfels is at least Mean on average and above
+/// Least at ClosedShare of the samples.
+struct ClosedLimits
+{
+  double Mean, Least;
+};
+
+/// If a share f of a sphere is missing, the mean is (1 - f) / 2: up to a fifth may be missing. Half
+/// a sphere, 0.32, is open.
+constexpr ClosedLimits AnyShape{ 0.4, 0.15 };
+
+/// The ends of a short tube reduce the mean as well: to 0.3 at a length of 1.5 diameters. But they
+/// face each other, so the areas of a tube cancel: the sum of the area vectors is at most
+/// MaxImbalance of that of the areas. Half a sphere has 0.5, half a tube 0.64, a sheet 1.
+constexpr ClosedLimits ThinTube{ 0.2, 0.05 };
 constexpr double MaxImbalance = 0.15;
-constexpr double MinClosed = 0.15;
+
+/// Largest radius of thin tubes, spacings. The wall of so thin a hole is hardly ever scanned: a
+/// scanner does not look into holes that are but a few of its samples wide. Nor does it look far
+/// into larger ones: a tube has the mean of AnyShape if it is three diameters long.
+constexpr double ThinRadius = 8.0;
+
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
 constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
@@ -36,23 +48,36 @@ constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 /// absolute values.
 constexpr double KnownAgreement = 0.8;
 
-/// Sum of the area vectors of a component over the sum of its areas: 0 if it is closed.
-double Imbalance(const OutsideInput& input, const Component& component)
+/// Radius of a patch in spacings if it is a tube, or several of them; else infinite.
+double TubeRadius(const OutsideInput& input, const Component& component)
 {
+  const Vector3 middle = Load(input.Cloud.Position(component.Ids[component.Count / 2]));
   Vector3 vectors{};
+  Vector3 center{};
   double areas = 0.0;
+  double volume = 0.0; // three times the volume of the cone over the surface
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
     const double area = AreaOf(input.Fits[i]);
+    const Vector3 p = Load(input.Cloud.Position(i)) - middle;
     vectors = vectors + area * input.Normals[i];
+    center = center + area * p;
+    volume += area * Dot(p, input.Normals[i]);
     areas += area;
   }
-  return areas > 0.0 ? Norm(vectors) / areas : 1.0;
+  if (!(areas > 0.0) || Norm(vectors) > MaxImbalance * areas)
+  {
+    return std::numeric_limits<double>::infinity();
+  }
+  // About the axis of a ring each p . n is its radius; the normals of a ring cancel, so any other
+  // point will do.
+  const double radius = std::abs(volume - Dot(center, vectors) / areas) / areas;
+  return radius / std::sqrt(areas / component.Count);
 }
 
 /// +1: closed, normals point outward. -1: closed, inward. 0: open or undecided.
-int ClosedSign(const OutsideInput& input, const Component& component)
+int ClosedSign(const OutsideInput& input, const Component& component, const ClosedLimits& limits)
 {
   const int count = component.Count;
   if (count < MinClosedPoints)
@@ -72,9 +97,8 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
   const double sign = mean < 0.0 ? -1.0 : 1.0;
   const auto agreeing = std::count_if(
-    windings.begin(), windings.end(), [sign](double w) { return sign * w > MinClosed; });
-  const double needed = Imbalance(input, component) <= MaxImbalance ? TubeMean : ClosedMean;
-  const bool closed = std::abs(mean) >= needed && agreeing >= ClosedShare * samples;
+    windings.begin(), windings.end(), [&](double w) { return sign * w > limits.Least; });
+  const bool closed = std::abs(mean) >= limits.Mean && agreeing >= ClosedShare * samples;
   return closed ? static_cast<int>(sign) : 0;
 }
 
@@ -120,6 +144,19 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 }
 }
 
+int DecidePatch(const OutsideInput& input, const Component& patch)
+{
+  const int sign =
+    KnownSign(input, patch, patch.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+  if (sign != 0 || patch.Conflict > MaxConflict || patch.Count < MinClosedPoints)
+  {
+    return sign;
+  }
+  const double radius = TubeRadius(input, patch);
+  return std::isinf(radius) ? 0
+                            : ClosedSign(input, patch, radius <= ThinRadius ? ThinTube : AnyShape);
+}
+
 OutsideSign DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
@@ -128,11 +165,10 @@ OutsideSign DecideOutside(
   {
     return { sign, false };
   }
-  sign = KnownSign(
-    input, component, component.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+  sign = DecidePatch(input, component);
   if (sign == 0 && component.Conflict <= MaxConflict)
   {
-    sign = ClosedSign(input, component);
+    sign = ClosedSign(input, component, AnyShape);
     if (sign == 0 && settings.UseViewpoint)
     {
       return { FacingSign(input, settings, component), false };

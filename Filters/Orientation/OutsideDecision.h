@@ -41,6 +41,10 @@ struct OutsideSign
   bool IsClosed = false;
 };
 
+/// The sign of a thin plate, or of a thin or long tube, whose ends may stick in other things: it is
+/// known without the surroundings. The wall of a wide hole looks like a short tube.
+int DecidePatch(const OutsideInput& input, const Component& patch);
+
 OutsideSign DecideOutside(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component);
 }
