@@ -13,7 +13,6 @@ namespace SurfelGeometry
 /// The sets of a union-find, numbered by their first points.
 struct ConsistentSets
 {
-  std::vector<int> Numbers;    // [n] 0 .. Count() - 1
   std::vector<int> Ids;        // [n] points, one set after another, ascending in each
   std::vector<int> Starts;     // [Count() + 1] in Ids
   std::vector<Float3> Normals; // [n] turned to the sign of the root of the set
@@ -25,7 +24,7 @@ struct ConsistentSets
 
 ConsistentSets CollectSets(const std::vector<PlaneFit>& fits, ParityUnionFind& signs);
 
-/// Share of the votes within each set that contradict its signs.
-std::vector<double> Conflicts(const NeighborGraph& graph, const EdgeVotes& edges,
-  const ConsistentSets& sets, const ParityUnionFind& signs);
+/// Share of the votes within a set that contradict its signs; 1 if there are none.
+double ConflictOf(const NeighborGraph& graph, const EdgeVotes& edges, const ParityUnionFind& signs,
+  const int* ids, int count);
 }

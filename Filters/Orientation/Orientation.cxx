@@ -9,6 +9,8 @@
 
 #include "vtkSMPTools.h"
 
+#include <algorithm>
+
 namespace SurfelGeometry
 {
 namespace
@@ -39,14 +41,13 @@ public:
     JoinSureEdges(this->Graph, this->Edges, this->Signs);
     const bool finished = progress.Step(0.3) &&
       this->DecideSets(progress.Part(0.3, 0.5),
-        [this](const OutsideInput& input, const Component& patch) {
-          this->DecidePatch(input, patch);
-        }) &&
+        [this](
+          const OutsideInput& input, const Component& patch) { this->TakePatch(input, patch); }) &&
       JoinPatches({ this->Graph, this->Edges, this->Fits }, progress.Part(0.5, 0.7), this->Signs,
         this->Sides) &&
       this->DecideSets(progress.Part(0.7, 1.0),
         [this, &result](const OutsideInput& input, const Component& component) {
-          this->DecideComponent(input, component, result);
+          this->TakeComponent(input, component, result);
         });
     result.NumberOfComponents = this->NumberOfSets;
     return finished;
@@ -58,12 +59,14 @@ private:
   bool DecideSets(const StageProgress& progress, Decide&& decide)
   {
     const ConsistentSets sets = CollectSets(this->Fits, this->Signs);
-    const std::vector<double> conflicts = Conflicts(this->Graph, this->Edges, sets, this->Signs);
+    const OutsideInput input{ this->Cloud, this->Fits, sets.Normals, [this](const Component& set) {
+                               return ConflictOf(
+                                 this->Graph, this->Edges, this->Signs, set.Ids, set.Count);
+                             } };
     this->NumberOfSets = sets.Count();
     for (int c = 0; c < sets.Count(); ++c)
     {
-      decide(OutsideInput{ this->Cloud, this->Fits, sets.Normals },
-        Component{ sets.Begin(c), sets.Size(c), conflicts[c] });
+      decide(input, Component{ sets.Begin(c), sets.Size(c) });
       // There may be as many sets as points: no report for each.
       const bool report = c % 1024 == 0 || sets.Size(c) > 1024;
       if (report && !progress.Step(static_cast<double>(sets.Starts[c + 1]) / this->Cloud.Size()))
@@ -80,14 +83,14 @@ private:
     return this->Sides[this->Signs.Find(set.Ids[0]).first];
   }
 
-  void DecidePatch(const OutsideInput& input, const Component& patch)
+  void TakePatch(const OutsideInput& input, const Component& patch)
   {
     if (patch.Count < MinPatch)
     {
       return;
     }
     signed char& side = this->SideOf(patch);
-    side = static_cast<signed char>(SurfelGeometry::DecidePatch(input, patch));
+    side = static_cast<signed char>(DecidePatch(input, patch).Sign);
     for (int m = 0; side == 0 && m < patch.Count; ++m)
     {
       this->AreOpen[patch.Ids[m]] = 1;
@@ -96,14 +99,18 @@ private:
 
   /// Turns the normals of a component outward, and marks the points that have an outside: all, or
   /// those of its decided patches and the small patches between them.
-  void DecideComponent(
+  void TakeComponent(
     const OutsideInput& input, const Component& component, OrientationResult& result)
   {
-    const OutsideSign outside = DecideOutside(input, this->Settings, component);
     const signed char patches = this->SideOf(component);
+    const bool isDecided = patches != 0 &&
+      std::none_of(component.Ids, component.Ids + component.Count,
+        [this](int i) { return this->AreOpen[i] != 0; });
+    const OutsideSign outside =
+      isDecided ? OutsideSign{ patches, true } : DecideComponent(input, this->Settings, component);
     const int side = patches != 0 ? patches : outside.Sign;
     const bool isWhole = outside.Sign != 0 && side == outside.Sign;
-    result.NumberOfClosedComponents += outside.IsClosed || patches != 0 ? 1 : 0;
+    result.NumberOfClosedComponents += outside.IsClosed ? 1 : 0;
     for (int m = 0; m < component.Count; ++m)
     {
       const int i = component.Ids[m];

@@ -144,36 +144,37 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 }
 }
 
-int DecidePatch(const OutsideInput& input, const Component& patch)
+OutsideSign DecidePatch(const OutsideInput& input, const Component& patch)
 {
-  const int sign =
-    KnownSign(input, patch, patch.Count / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
-  if (sign != 0 || patch.Conflict > MaxConflict || patch.Count < MinClosedPoints)
+  const int given = KnownSign(input, patch, 1, [](const PlaneFit& fit) { return fit.Given; });
+  if (given != 0)
   {
-    return sign;
+    return { given, false };
   }
-  const double radius = TubeRadius(input, patch);
-  return std::isinf(radius) ? 0
-                            : ClosedSign(input, patch, radius <= ThinRadius ? ThinTube : AnyShape);
-}
-
-OutsideSign DecideOutside(
-  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
-{
-  int sign = KnownSign(input, component, 1, [](const PlaneFit& fit) { return fit.Given; });
-  if (sign != 0)
+  int sign =
+    KnownSign(input, patch, (patch.Count + 1) / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+  if (sign == 0 && patch.Count >= MinClosedPoints)
   {
-    return { sign, false };
-  }
-  sign = DecidePatch(input, component);
-  if (sign == 0 && component.Conflict <= MaxConflict)
-  {
-    sign = ClosedSign(input, component, AnyShape);
-    if (sign == 0 && settings.UseViewpoint)
+    const double radius = TubeRadius(input, patch);
+    if (std::isfinite(radius) && input.Conflict(patch) <= MaxConflict)
     {
-      return { FacingSign(input, settings, component), false };
+      sign = ClosedSign(input, patch, radius <= ThinRadius ? ThinTube : AnyShape);
     }
   }
   return { sign, sign != 0 };
+}
+
+OutsideSign DecideComponent(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
+{
+  const OutsideSign alone = DecidePatch(input, component);
+  if (alone.Sign != 0 || input.Conflict(component) > MaxConflict)
+  {
+    return alone;
+  }
+  const int sign = ClosedSign(input, component, AnyShape);
+  return sign == 0 && settings.UseViewpoint
+    ? OutsideSign{ FacingSign(input, settings, component), false }
+    : OutsideSign{ sign, sign != 0 };
 }
 }

@@ -33,16 +33,15 @@ struct Pair
   int Second() const { return static_cast<int>(this->Key & 0xffffffffu); }
 };
 
-/// The edges from one set to another. Plates are joined with other things only in the last rounds.
-std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, bool isLast, ParityUnionFind& signs)
+/// The edges from one set to another.
+std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, ParityUnionFind& signs)
 {
   signs.Flatten();
   const vtkIdType count = votes.Edges.Count();
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
     VisitVotes(votes.Graph, votes.Edges, first, last, [&](const Edge& edge) {
-      const bool counts = isLast || votes.Fits[edge.A].OnPlate == votes.Fits[edge.B].OnPlate;
-      if (counts && signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
+      if (signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
       {
         found[p].push_back(edge);
       }
@@ -156,9 +155,18 @@ bool JoinSets(
 bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs,
   std::vector<signed char>& sides)
 {
+  std::vector<Edge> open = EdgesBetweenSets(votes, signs);
+  // Plates are joined with other things only in the last rounds.
+  const auto mixed = std::stable_partition(open.begin(), open.end(),
+    [&](const Edge& edge) { return votes.Fits[edge.A].OnPlate == votes.Fits[edge.B].OnPlate; });
+  const std::vector<Edge> later(mixed, open.end());
+  open.erase(mixed, open.end());
   for (const bool isLast : { false, true })
   {
-    std::vector<Edge> open = EdgesBetweenSets(votes, isLast, signs);
+    if (isLast)
+    {
+      open.insert(open.end(), later.begin(), later.end());
+    }
     while (JoinSets(open, isLast, signs, sides))
     {
       if (!progress.Step(0.5))

@@ -15,8 +15,8 @@ namespace SurfelGeometry
 namespace
 {
 /// Flatter neighbourhoods are of one sheet. Two sheets a distance g apart have the variance g^2 / 4
-/// across and, at 20 neighbours of spacing s of both, 20 s^2 / (4 pi) along: 0.05 is g = 0.6 s.
-constexpr double MinFlatness = 0.05;
+/// across and, at 16 neighbours of spacing s of both, 16 s^2 / (4 pi) along: 0.1 is g = 0.7 s.
+constexpr double MinFlatness = 0.1;
 
 /// Smallest number of points on either sheet, the point itself included.
 constexpr int MinOnSheet = 4;
@@ -27,7 +27,7 @@ constexpr double MaxDeviation = 0.18;
 
 /// Smallest distance of the sheets, in spacings of both together. Closer ones are noise or
 /// quantised coordinates.
-constexpr double MinGap = 0.5;
+constexpr double MinGap = 0.7;
 
 /// The sheets cover each other: largest distance of their centres along the plane, over the rms
 /// distance of the points from the middle. On the two sides of a step it is above 1.
@@ -70,9 +70,9 @@ public:
       return false;
     }
     Split best = this->Cut(normal);
-    for (int a = 1; a < NearestOfTriples; ++a)
+    for (int a = 1; a < NearestOfTriples && !AreTwoSheets(best, spacing); ++a)
     {
-      for (int b = a + 1; b <= NearestOfTriples; ++b)
+      for (int b = a + 1; b <= NearestOfTriples && !AreTwoSheets(best, spacing); ++b)
       {
         const Vector3 across = Cross(this->Points[a], this->Points[b]);
         const double area = Norm(across);
@@ -86,8 +86,7 @@ public:
     {
       this->Improve(this->CommonNormal(normal, best.Limit), normal, best);
     }
-    if (!(best.Gap >= MinGap * spacing) || !(std::sqrt(best.Within) <= MaxDeviation * best.Gap) ||
-      !this->Covers(normal, best.Limit))
+    if (!AreTwoSheets(best, spacing) || !this->Covers(normal, best.Limit))
     {
       return false;
     }
@@ -96,6 +95,12 @@ public:
   }
 
 private:
+  static bool AreTwoSheets(const Split& split, double spacing)
+  {
+    return split.Gap >= MinGap * spacing &&
+      split.Within <= MaxDeviation * MaxDeviation * split.Gap * split.Gap;
+  }
+
   /// The cut that leaves the least variance (k-means of two clusters in one dimension, exact).
   Split Cut(const Vector3& normal) const
   {
