@@ -10,6 +10,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
+#include "Filters/Orientation/ThinPlates.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "Filters/Partition/SharedOrientation.h"
 #include "Parallel/ControllerRanks.h"
@@ -237,17 +238,22 @@ private:
       this->Result.TwoSided.assign(count, 0);
       return true;
     }
+    if (!this->All(
+          TurnPlatesOutward(this->Cloud, this->Graph, progress.Part(0.0, 0.2), this->Fits)))
+    {
+      return false;
+    }
     OutsideSettings settings;
     settings.UseViewpoint = this->Self->UseViewpoint != 0;
     if (this->Shared)
     {
       settings.Viewpoint = this->LocalViewpoint(this->Shared->Origin());
       return this->Shared->Orient(
-        this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
+        this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
     }
     settings.Viewpoint = this->LocalViewpoint(this->Cloud.Origin);
     return OrientConsistently(
-      this->Cloud, this->Graph, settings, progress, this->Fits, this->Result);
+      this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
   }
 
   /// Kernel of the cloud's point i.

@@ -37,6 +37,7 @@ struct PlaneFit
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
   bool Given = false; // the normal was given, not fitted
+  bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
 };
 
 /// Number of neighbours stored for each point, and number of these that are edges of the graph for

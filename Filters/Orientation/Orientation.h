@@ -4,10 +4,12 @@
  *
  * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals
  *    (OrientationGraph.h).
- * 2. Signs are propagated (SignPropagation.h): reliable edges join points to patches, along a
- *    maximum spanning forest; the sum of the votes between patches joins them to components.
- * 3. The outside of each component is decided (OutsideDecision.h). A component with a known outside
- *    is one-sided, any other is two-sided.
+ * 2. Reliable edges join points to patches, along a maximum spanning forest.
+ * 3. The outside of each patch is decided where it needs no help (OutsideDecision.h): that of tubes
+ *    and plates whose ends stick in other things, too.
+ * 4. The sums of the votes between patches join them to components (SignPropagation.h).
+ * 5. The outside of the other components is decided. A component with a known outside is one-sided,
+ *    any other is two-sided.
  */
 #pragma once
 
@@ -19,7 +21,6 @@ namespace SurfelGeometry
 /// Results of the orientation besides the flipped normals.
 struct OrientationResult
 {
-  std::vector<int> Components;         // [n] 0 .. NumberOfComponents - 1
   std::vector<unsigned char> TwoSided; // [n]
   int NumberOfComponents = 0;
   int NumberOfClosedComponents = 0;

@@ -19,10 +19,13 @@ namespace
 constexpr double MaxClimb = 0.8;
 
 /// Sure edges, which join points to patches: smallest vote, largest climb, and largest flatness of
-/// both ends.
+/// both ends, unless nearly all neighbours are on one side of the tangent plane: heights on thin
+/// tubes and rims, where the plane is tilted by the same in all directions. Near a crossing some
+/// neighbours are on either side. SureBulge: |sum of the heights| / sum of absolute values.
 constexpr double SureVote = 0.9;
 constexpr double SureClimb = 0.5;
 constexpr double SureFlatness = 0.15;
+constexpr double SureBulge = 0.9;
 
 /// Longer edges bridge a gap; in spacings of the end with the smaller spacing.
 constexpr double LongestEdge = 4.0;
@@ -40,6 +43,13 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
   {
     return 0.0f;
   }
+  if (fits[a].OnPlate && fits[b].OnPlate)
+  {
+    // Both point outward already, from one sheet or from two.
+    const double cosine = Dot(fits[a].Normal, fits[b].Normal);
+    sure = std::abs(cosine) >= SureVote;
+    return static_cast<float>(std::abs(cosine));
+  }
   const double climbA = Dot(fits[a].Normal, d) / length;
   const double climbB = Dot(fits[b].Normal, d) / length;
   const double climb = std::max(std::abs(climbA), std::abs(climbB));
@@ -48,9 +58,29 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
     return 0.0f;
   }
   const auto vote = static_cast<float>(Dot(fits[a].Normal, fits[b].Normal) - 2.0 * climbA * climbB);
-  sure = std::abs(vote) >= SureVote && climb <= SureClimb &&
-    std::max(fits[a].Flatness, fits[b].Flatness) <= SureFlatness;
+  sure = std::abs(vote) >= SureVote && climb <= SureClimb && fits[a].OnPlate == fits[b].OnPlate;
   return vote;
+}
+
+/// Whether the direction of i's normal is reliable.
+bool IsSure(
+  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph, int i)
+{
+  if (fits[i].Flatness <= SureFlatness || fits[i].OnPlate)
+  {
+    return true;
+  }
+  const Vector3 p = Load(cloud.Position(i));
+  const int* row = graph.Row(i);
+  double sum = 0.0;
+  double absolute = 0.0;
+  for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
+  {
+    const double height = Dot(fits[i].Normal, Load(cloud.Position(row[k])) - p);
+    sum += height;
+    absolute += std::abs(height);
+  }
+  return std::abs(sum) >= SureBulge * absolute;
 }
 
 /// Calls visit(k, j) for the neighbours j of i, of rank k, whose edge is stored at i: each edge is
@@ -124,6 +154,13 @@ EdgeVotes CollectVotes(
   EdgeVotes edges;
   edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
   edges.Classes.resize(edges.Votes.size());
+  std::vector<unsigned char> areSure(static_cast<size_t>(count));
+  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      areSure[i] = IsSure(cloud, fits, graph, static_cast<int>(i)) ? 1 : 0;
+    }
+  });
   vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
     std::fill(
       edges.Votes.begin() + GraphDegree * begin, edges.Votes.begin() + GraphDegree * end, 0.0f);
@@ -135,7 +172,7 @@ EdgeVotes CollectVotes(
         bool sure;
         const float vote = VoteOf(cloud, fits, static_cast<int>(i), j, sure);
         edges.Votes[GraphDegree * i + k] = vote;
-        if (sure)
+        if (sure && areSure[i] && areSure[j])
         {
           const double doubt = (1.0 - std::abs(vote)) / (1.0 - SureVote);
           edges.Classes[GraphDegree * i + k] = static_cast<unsigned char>(

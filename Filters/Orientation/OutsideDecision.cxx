@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace SurfelGeometry
@@ -17,20 +18,66 @@ namespace
 /// Largest share of a component's votes that may contradict its orientation.
 constexpr double MaxConflict = 0.03;
 
-/// A component is closed if the winding number at its surfels is at least ClosedMean on average and
-/// above MinClosed at ClosedShare of the samples. If a share f of a sphere is missing, the mean is
-/// (1 - f) / 2: up to a fifth may be missing. Half a sphere, 0.32, is open.
-constexpr double ClosedMean = 0.4;
-constexpr double MinClosed = 0.15;
+/// A component is closed if the winding number at its surfels is at least Mean on average and above
+/// Least at ClosedShare of the samples.
+struct ClosedLimits
+{
+  double Mean, Least;
+};
+
+/// If a share f of a sphere is missing, the mean is (1 - f) / 2: up to a fifth may be missing. Half
+/// a sphere, 0.32, is open.
+constexpr ClosedLimits AnyShape{ 0.4, 0.15 };
+
+/// The ends of a short tube reduce the mean as well: to 0.3 at a length of 1.5 diameters. But they
+/// face each other, so the areas of a tube cancel: the sum of the area vectors is at most
+/// MaxImbalance of that of the areas. Half a sphere has 0.5, half a tube 0.64, a sheet 1.
+constexpr ClosedLimits ThinTube{ 0.2, 0.05 };
+constexpr double MaxImbalance = 0.15;
+
+/// Largest radius of thin tubes, spacings. The wall of so thin a hole is hardly ever scanned: a
+/// scanner does not look into holes that are but a few of its samples wide. Nor does it look far
+/// into larger ones: a tube has the mean of AnyShape if it is three diameters long.
+constexpr double ThinRadius = 8.0;
+
 constexpr double ClosedShare = 0.85;
 constexpr int WindingSamples = 192;
 constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 
-/// Given normals decide if they agree this much: |sum of cosines| / sum of absolute values.
-constexpr double GivenAgreement = 0.8;
+/// Given normals and those of thin plates decide if they agree this much: |sum of cosines| / sum of
+/// absolute values.
+constexpr double KnownAgreement = 0.8;
+
+/// Radius of a patch in spacings if it is a tube, or several of them; else infinite.
+double TubeRadius(const OutsideInput& input, const Component& component)
+{
+  const Vector3 middle = Load(input.Cloud.Position(component.Ids[component.Count / 2]));
+  Vector3 vectors{};
+  Vector3 center{};
+  double areas = 0.0;
+  double volume = 0.0; // three times the volume of the cone over the surface
+  for (int m = 0; m < component.Count; ++m)
+  {
+    const int i = component.Ids[m];
+    const double area = AreaOf(input.Fits[i]);
+    const Vector3 p = Load(input.Cloud.Position(i)) - middle;
+    vectors = vectors + area * input.Normals[i];
+    center = center + area * p;
+    volume += area * Dot(p, input.Normals[i]);
+    areas += area;
+  }
+  if (!(areas > 0.0) || Norm(vectors) > MaxImbalance * areas)
+  {
+    return std::numeric_limits<double>::infinity();
+  }
+  // About the axis of a ring each p . n is its radius; the normals of a ring cancel, so any other
+  // point will do.
+  const double radius = std::abs(volume - Dot(center, vectors) / areas) / areas;
+  return radius / std::sqrt(areas / component.Count);
+}
 
 /// +1: closed, normals point outward. -1: closed, inward. 0: open or undecided.
-int ClosedSign(const OutsideInput& input, const Component& component)
+int ClosedSign(const OutsideInput& input, const Component& component, const ClosedLimits& limits)
 {
   const int count = component.Count;
   if (count < MinClosedPoints)
@@ -39,7 +86,7 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   }
   const int samples = std::min(count, WindingSamples);
   std::vector<double> windings(samples);
-  const WindingNumbers numbers(input.Cloud, input.Fits, component.Ids, count);
+  const WindingNumbers numbers({ input.Cloud, input.Fits, input.Normals }, component.Ids, count);
   vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType s = begin; s < end; ++s)
     {
@@ -50,8 +97,8 @@ int ClosedSign(const OutsideInput& input, const Component& component)
   const double mean = std::accumulate(windings.begin(), windings.end(), 0.0) / samples;
   const double sign = mean < 0.0 ? -1.0 : 1.0;
   const auto agreeing = std::count_if(
-    windings.begin(), windings.end(), [sign](double w) { return sign * w > MinClosed; });
-  const bool closed = std::abs(mean) >= ClosedMean && agreeing >= ClosedShare * samples;
+    windings.begin(), windings.end(), [&](double w) { return sign * w > limits.Least; });
+  const bool closed = std::abs(mean) >= limits.Mean && agreeing >= ClosedShare * samples;
   return closed ? static_cast<int>(sign) : 0;
 }
 
@@ -67,50 +114,67 @@ int FacingSign(
     const PlaneFit& fit = input.Fits[i];
     const Vector3 direction =
       Normalized(settings.Viewpoint - Load(input.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
-    const double facing = fit.Spacing * fit.Spacing * Dot(fit.Normal, direction);
+    const double facing = fit.Spacing * fit.Spacing * Dot(input.Normals[i], direction);
     (facing > 0.0 ? toward : away) += std::abs(facing);
   }
   const double needed = settings.FacingAgreement * (toward + away);
   return toward > needed ? 1 : (away > needed ? -1 : 0);
 }
 
-/// +1 if the component's given normals agree with its normals, -1 if they are opposite; else 0.
-int GivenSign(const OutsideInput& input, const Component& component)
+/// +1 if the signs of a component's points with isKnown(fit) agree with those that the fits have,
+/// -1 if they are opposite; else 0. `least`: how many such points decide.
+template <typename Test>
+int KnownSign(const OutsideInput& input, const Component& component, int least, Test&& isKnown)
 {
-  if (input.Given.empty())
-  {
-    return 0;
-  }
   double sum = 0.0;
   double absolute = 0.0;
+  int count = 0;
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    if (input.Fits[i].Given)
+    if (isKnown(input.Fits[i]))
     {
-      const double agreement = Dot(input.Fits[i].Normal, input.Given[i]);
+      const double agreement = Dot(input.Normals[i], input.Fits[i].Normal);
       sum += agreement;
       absolute += std::abs(agreement);
+      ++count;
     }
   }
-  return std::abs(sum) > GivenAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
+  return count >= least && std::abs(sum) > KnownAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
 }
 }
 
-OutsideSign DecideOutside(
-  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
+OutsideSign DecidePatch(const OutsideInput& input, const Component& patch)
 {
-  OutsideSign result;
-  result.Sign = GivenSign(input, component);
-  if (result.Sign == 0 && component.Conflict <= MaxConflict)
+  const int given = KnownSign(input, patch, 1, [](const PlaneFit& fit) { return fit.Given; });
+  if (given != 0)
   {
-    result.Sign = ClosedSign(input, component);
-    result.IsClosed = result.Sign != 0;
-    if (result.Sign == 0 && settings.UseViewpoint)
+    return { given, false };
+  }
+  int sign =
+    KnownSign(input, patch, (patch.Count + 1) / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
+  if (sign == 0 && patch.Count >= MinClosedPoints)
+  {
+    const double radius = TubeRadius(input, patch);
+    if (std::isfinite(radius) && input.Conflict(patch) <= MaxConflict)
     {
-      result.Sign = FacingSign(input, settings, component);
+      sign = ClosedSign(input, patch, radius <= ThinRadius ? ThinTube : AnyShape);
     }
   }
-  return result;
+  return { sign, sign != 0 };
+}
+
+OutsideSign DecideComponent(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& component)
+{
+  const OutsideSign alone = DecidePatch(input, component);
+  if (alone.Sign != 0 || input.Conflict(component) > MaxConflict)
+  {
+    return alone;
+  }
+  const int sign = ClosedSign(input, component, AnyShape);
+  return sign == 0 && settings.UseViewpoint
+    ? OutsideSign{ FacingSign(input, settings, component), false }
+    : OutsideSign{ sign, sign != 0 };
 }
 }

@@ -7,6 +7,7 @@
 
 #include "Filters/Estimation/PlaneFit.h"
 
+#include <functional>
 #include <vector>
 
 namespace SurfelGeometry
@@ -25,14 +26,15 @@ struct Component
 {
   const int* Ids; // ascending
   int Count;
-  double Conflict; // share of the votes between its points that contradict its orientation
 };
 
 struct OutsideInput
 {
   const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;
-  const std::vector<Float3>& Given; // [n] normals before signs were propagated; empty: none given
+  const std::vector<PlaneFit>& Fits;  // the signs of given normals and of plates are outward
+  const std::vector<Float3>& Normals; // [n] of consistent signs in the component
+  /// Share of the votes between a component's points that contradict its signs.
+  std::function<double(const Component&)> Conflict;
 };
 
 struct OutsideSign
@@ -41,6 +43,11 @@ struct OutsideSign
   bool IsClosed = false;
 };
 
-OutsideSign DecideOutside(
+/// The side of a patch that is known without its surroundings: normals were given, or it is a thin
+/// plate, or a thin or long tube, whose ends may stick in other things. The wall of a wide hole
+/// looks like a short tube.
+OutsideSign DecidePatch(const OutsideInput& input, const Component& patch);
+
+OutsideSign DecideComponent(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component);
 }

@@ -34,14 +34,13 @@ struct Pair
 };
 
 /// The edges from one set to another.
-std::vector<Edge> EdgesBetweenSets(
-  const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
+std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, ParityUnionFind& signs)
 {
   signs.Flatten();
-  const vtkIdType count = edges.Count();
+  const vtkIdType count = votes.Edges.Count();
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
-    VisitVotes(graph, edges, first, last, [&](const Edge& edge) {
+    VisitVotes(votes.Graph, votes.Edges, first, last, [&](const Edge& edge) {
       if (signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
       {
         found[p].push_back(edge);
@@ -91,7 +90,26 @@ std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& si
   return votes;
 }
 
-/// Whether two patches may be joined. `isLast`: in the last rounds, which join small patches.
+/// Joins the sets of a and b, unless that contradicts their outsides. Returns whether it did.
+bool JoinOutsides(
+  int a, int b, bool differ, ParityUnionFind& signs, std::vector<signed char>& sides)
+{
+  const auto [rootA, flipA] = signs.Find(a);
+  const auto [rootB, flipB] = signs.Find(b);
+  const signed char sideA = sides[rootA];
+  const int sign = (flipA != flipB) != differ ? -1 : 1; // of root a relative to root b
+  if (rootA == rootB || sideA * sides[rootB] * sign < 0)
+  {
+    return false;
+  }
+  const auto side = static_cast<signed char>(sideA != 0 ? sideA : sign * sides[rootB]);
+  signs.Join(a, b, differ);
+  sides[rootA] = side;
+  sides[rootB] = static_cast<signed char>(sign * side);
+  return true;
+}
+
+/// Whether the votes join two patches. `isLast`: in the last rounds, which join small patches.
 bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
 {
   const int size = std::min(signs.Size(pair.First()), signs.Size(pair.Second()));
@@ -106,7 +124,8 @@ bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
 
 /// One round of Boruvka's algorithm: joins each set with its surest trusted partner.
 /// Returns whether any sets were joined.
-bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool isLast)
+bool JoinSets(
+  std::vector<Edge>& edges, bool isLast, ParityUnionFind& signs, std::vector<signed char>& sides)
 {
   std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
@@ -117,36 +136,40 @@ bool JoinSets(std::vector<Edge>& edges, ParityUnionFind& signs, int count, bool 
     const double y = std::abs(b.Sum);
     return x != y ? x > y : a.Key < b.Key;
   });
-  std::vector<char> joined(count, 0);
+  std::vector<char> joined(sides.size(), 0);
+  bool any = false;
   for (const Pair& pair : pairs)
   {
     const int a = pair.First();
     const int b = pair.Second();
-    if (!joined[a] || !joined[b])
+    if ((!joined[a] || !joined[b]) && JoinOutsides(a, b, pair.Sum < 0.0, signs, sides))
     {
       joined[a] = joined[b] = 1;
-      signs.Join(a, b, pair.Sum < 0.0);
+      any = true;
     }
   }
-  return !pairs.empty();
+  return any;
 }
 }
 
-bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
-  const StageProgress& progress, ParityUnionFind& signs)
+bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs,
+  std::vector<signed char>& sides)
 {
-  JoinSureEdges(graph, edges, signs);
-  if (!progress.Step(0.4))
-  {
-    return false;
-  }
-  const auto count = static_cast<int>(edges.Count());
-  std::vector<Edge> open = EdgesBetweenSets(graph, edges, signs);
+  std::vector<Edge> open = EdgesBetweenSets(votes, signs);
+  // Plates are joined with other things only in the last rounds.
+  const auto mixed = std::stable_partition(open.begin(), open.end(),
+    [&](const Edge& edge) { return votes.Fits[edge.A].OnPlate == votes.Fits[edge.B].OnPlate; });
+  const std::vector<Edge> later(mixed, open.end());
+  open.erase(mixed, open.end());
   for (const bool isLast : { false, true })
   {
-    while (JoinSets(open, signs, count, isLast))
+    if (isLast)
     {
-      if (!progress.Step(0.6))
+      open.insert(open.end(), later.begin(), later.end());
+    }
+    while (JoinSets(open, isLast, signs, sides))
+    {
+      if (!progress.Step(0.5))
       {
         return false;
       }

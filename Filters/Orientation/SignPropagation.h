@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Propagates the signs of normals over the neighbourhood graph: from edges to patches, from patches
- * to components. The outside of a component is decided later (OutsideDecision.h).
+ * Propagates the signs of normals over the neighbourhood graph, from patches to components.
  */
 #pragma once
 
@@ -10,8 +9,17 @@
 
 namespace SurfelGeometry
 {
-/// Joins points to components of consistent sign. Where the votes contradict each other, as where
-/// surfaces cross, components stay apart. Returns false if stopped.
-bool PropagateSigns(const NeighborGraph& graph, const EdgeVotes& edges,
-  const StageProgress& progress, ParityUnionFind& signs);
+struct PatchVotes
+{
+  const NeighborGraph& Graph;
+  const EdgeVotes& Edges;
+  const std::vector<PlaneFit>& Fits;
+};
+
+/// Joins patches to components of consistent sign. Where the votes contradict each other, as where
+/// surfaces cross, components stay apart; so do patches whose outsides the votes contradict.
+/// `sides`: [n] at the root of a patch or component +1 if its sign is outward, -1 if inward, 0 if
+/// that is unknown. Returns false if stopped.
+bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityUnionFind& signs,
+  std::vector<signed char>& sides);
 }

@@ -24,10 +24,8 @@ double Dipole(const Vector3& area, const Vector3& d, double soft)
 }
 }
 
-WindingNumbers::WindingNumbers(
-  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count)
-  : Cloud(cloud)
-  , Fits(fits)
+WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members, int count)
+  : Oriented(oriented)
   , Members(members)
   , Count(count)
 {
@@ -38,16 +36,17 @@ WindingNumbers::WindingNumbers(
     double weights = 0.0;
     for (int m = begin; m < end; ++m)
     {
-      const PlaneFit& fit = fits[members[m]];
-      const double weight = fit.Spacing * fit.Spacing;
+      const int j = members[m];
+      const double weight = AreaOf(oriented.Fits[j]);
       weights += weight;
-      group.Center = group.Center + weight * Load(cloud.Position(members[m]));
-      group.Area = group.Area + weight * fit.Normal;
+      group.Center = group.Center + weight * Load(oriented.Cloud.Position(j));
+      group.Area = group.Area + weight * oriented.Normals[j];
     }
     group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
     for (int m = begin; m < end; ++m)
     {
-      group.Radius = std::max(group.Radius, Norm(Load(cloud.Position(members[m])) - group.Center));
+      group.Radius =
+        std::max(group.Radius, Norm(Load(oriented.Cloud.Position(members[m])) - group.Center));
     }
     this->Groups.push_back(group);
   }
@@ -65,18 +64,19 @@ double WindingNumbers::Sum(
   for (int m = begin; m < end; ++m)
   {
     const int j = this->Members[m];
-    const PlaneFit& fit = this->Fits[j];
-    sum += Dipole(fit.Spacing * fit.Spacing * fit.Normal, Load(this->Cloud.Position(j)) - q, soft);
+    sum += Dipole(AreaOf(this->Oriented.Fits[j]) * this->Oriented.Normals[j],
+      Load(this->Oriented.Cloud.Position(j)) - q, soft);
   }
   return sum;
 }
 
 double WindingNumbers::At(int at) const
 {
-  const Vector3 q = Load(this->Cloud.Position(at));
+  const Vector3 q = Load(this->Oriented.Cloud.Position(at));
   // Softened by half a spacing: a near surfel is not a point; otherwise noise along the normal over
   // a small distance would outweigh everything else.
-  const double soft = 0.25 * this->Fits[at].Spacing * this->Fits[at].Spacing;
+  const double spacing = this->Oriented.Fits[at].Spacing;
+  const double soft = 0.25 * spacing * spacing;
   double sum = 0.0;
   for (size_t g = 0; g < this->Groups.size(); ++g)
   {

@@ -12,20 +12,37 @@
 
 #include "Filters/Estimation/PlaneFit.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace SurfelGeometry
 {
 struct LocalCloud;
 
-/// Winding numbers of some of a cloud's surfels, with area = Spacing^2. A group of surfels far away
-/// counts as one dipole (ibid., first order).
+struct OrientedFits
+{
+  const LocalCloud& Cloud;
+  const std::vector<PlaneFit>& Fits;
+  const std::vector<Float3>& Normals; // [n] of consistent signs among the members
+};
+
+/// Area of a surfel, world units squared. Where neighbours reach round a thin tube their tangential
+/// variances are too small, and with them the spacing. Its nearest ReachRank neighbours reach less
+/// far: they cover ReachRank + 1/2 areas per point.
+inline double AreaOf(const PlaneFit& fit)
+{
+  const double area = static_cast<double>(fit.Spacing) * fit.Spacing;
+  const double reached = Pi * fit.Reach * fit.Reach / (ReachRank + 0.5);
+  return std::clamp(reached, area, 2.0 * area); // isolated points have a long reach
+}
+
+/// Winding numbers of some of a cloud's surfels, with the areas AreaOf(fit). A group of surfels far
+/// away counts as one dipole (ibid., first order).
 class WindingNumbers
 {
 public:
   /// @param members in the order of the cloud, which keeps neighbours together; must outlive this
-  WindingNumbers(
-    const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const int* members, int count);
+  WindingNumbers(const OrientedFits& oriented, const int* members, int count);
 
   /// Winding number at point `at` of the cloud.
   double At(int at) const;
@@ -39,8 +56,7 @@ private:
 
   double Sum(const Group& group, int begin, int end, const Vector3& q, double soft) const;
 
-  const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;
+  OrientedFits Oriented;
   const int* Members;
   int Count;
   std::vector<Group> Groups;

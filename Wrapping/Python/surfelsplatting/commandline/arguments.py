@@ -147,6 +147,11 @@ def _add_look_options(parser):
     look.add_argument("--neighbors", type=_between(4, 256, _count), metavar="K",
                       help="number of points from which a normal is estimated, 4 to 256; more for "
                            "noisy scans (default: 16, or 30 for depth images)")
+    look.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
+                      help="auto: the normals in the file say which side is outside, or its "
+                           "viewpoint does; without them surfaces whose outside is known are "
+                           "visible from there only. two: all are visible from both sides. given: "
+                           "the normals in the file decide, nothing else (default: auto)")
     look.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
                       help="of splats: pearson is close to the disc of a lens, gaussian "
                            "is the paper's (default: pearson)")

@@ -20,9 +20,11 @@ class Cloud:
     viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
     columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
     is_surfels: bool = field(init=False)
+    has_normals: bool = field(init=False)
 
     def __post_init__(self):
         points = self.data.GetPointData()
+        self.has_normals = points.GetNormals() is not None or points.HasArray("Normals")
         self.is_surfels = all(points.HasArray(name) for name in SURFEL_ARRAYS)
 
 

@@ -53,19 +53,26 @@ def _has_colors(surfels):
 DEPTH_IMAGE_NEIGHBORS = 30
 
 
-def _set_estimation(estimation, cloud, neighbors):
-    if neighbors or cloud.columns:
-        estimation.SetNumberOfNeighbors(neighbors or DEPTH_IMAGE_NEIGHBORS)
-    if cloud.viewpoint:
+def _set_estimation(estimation, cloud, arguments):
+    if arguments.neighbors or cloud.columns:
+        estimation.SetNumberOfNeighbors(arguments.neighbors or DEPTH_IMAGE_NEIGHBORS)
+    if arguments.sides == "two":
+        estimation.SetOrientationModeToTwoSided()
+    elif arguments.sides == "given":
+        if not cloud.has_normals:
+            raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
+                              "which side is outside; use --sides auto or --sides two")
+        estimation.SetOrientationModeToAsGiven()
+    elif cloud.viewpoint:
         estimation.SetOrientationModeToViewpoint()
         estimation.SetViewpoint(cloud.viewpoint)
 
 
-def _whole_cloud(cloud, neighbors):
+def _whole_cloud(cloud, arguments):
     """-> filters with the names of their stages, the estimation first."""
     estimation = vtkSurfelEstimation()
     estimation.SetInputData(cloud.data)
-    _set_estimation(estimation, cloud, neighbors)
+    _set_estimation(estimation, cloud, arguments)
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())
     return (estimation, "estimation"), (normalization, "normalization")
@@ -75,7 +82,7 @@ def _cloud_in_parts(cloud, arguments):
     partitioned = vtkPartitionedSurfelEstimation()
     partitioned.SetInputData(cloud.data)
     partitioned.SetPointsPerPart(arguments.points_per_part)
-    _set_estimation(partitioned.GetEstimation(), cloud, arguments.neighbors)
+    _set_estimation(partitioned.GetEstimation(), cloud, arguments)
     return ((partitioned, "estimation"),)
 
 
@@ -95,7 +102,7 @@ def _make_surfels(cloud, arguments, messages, progress, run):
     path = arguments.cloud
     in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
     filters = (_cloud_in_parts(cloud, arguments) if in_parts
-               else _whole_cloud(cloud, arguments.neighbors))
+               else _whole_cloud(cloud, arguments))
     for algorithm, stage in filters:
         with run.stage(stage):
             progress.update(algorithm, stage)

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Orientation/ConsistentSets.h"
+
+#include "Filters/Orientation/ParityUnionFind.h"
+
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+
+namespace SurfelGeometry
+{
+ConsistentSets CollectSets(const std::vector<PlaneFit>& fits, ParityUnionFind& signs)
+{
+  const int count = static_cast<int>(fits.size());
+  std::vector<int> numbers(count, -1); // of the roots' sets
+  std::vector<int> setOf(count);
+  ConsistentSets sets;
+  sets.Normals.resize(count);
+  sets.Starts.push_back(0);
+  for (int i = 0; i < count; ++i)
+  {
+    const auto [root, flip] = signs.Find(i);
+    if (numbers[root] < 0)
+    {
+      numbers[root] = sets.Count();
+      sets.Starts.push_back(sets.Starts.back() + signs.Size(root));
+    }
+    setOf[i] = numbers[root];
+    sets.Normals[i] = flip ? Float3(-1.0 * fits[i].Normal) : fits[i].Normal;
+  }
+  std::vector<int> next(sets.Starts.begin(), sets.Starts.end() - 1);
+  sets.Ids.resize(count);
+  for (int i = 0; i < count; ++i)
+  {
+    sets.Ids[next[setOf[i]]++] = i;
+  }
+  return sets;
+}
+
+double ConflictOf(const NeighborGraph& graph, const EdgeVotes& edges, const ParityUnionFind& signs,
+  const int* ids, int count)
+{
+  // Votes as integers, in units of 2^-24: their sums do not depend on the order.
+  constexpr double unit = 1.0 / (1 << 24);
+  std::atomic<std::int64_t> against{ 0 }, all{ 0 };
+  ForPieces(count, [&](vtkIdType, vtkIdType first, vtkIdType end) {
+    std::int64_t pieceAgainst = 0, pieceAll = 0;
+    for (vtkIdType m = first; m < end; ++m)
+    {
+      VisitVotes(graph, edges, ids[m], ids[m] + 1, [&](const Edge& edge) {
+        const auto [rootA, flipA] = signs.FindReadOnly(edge.A);
+        const auto [rootB, flipB] = signs.FindReadOnly(edge.B);
+        if (rootA == rootB)
+        {
+          const auto vote = static_cast<std::int64_t>(std::abs(edge.Vote) / unit);
+          pieceAll += vote;
+          pieceAgainst += (flipA != flipB) != (edge.Vote < 0.0f) ? vote : 0;
+        }
+      });
+    }
+    against.fetch_add(pieceAgainst, std::memory_order_relaxed);
+    all.fetch_add(pieceAll, std::memory_order_relaxed);
+  });
+  return all > 0 ? static_cast<double>(against) / static_cast<double>(all) : 1.0;
+}
+}

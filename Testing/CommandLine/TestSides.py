@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which side of the surfels is outside, from the command line."""
+
+import unittest
+
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
+
+
+class TestSides(ToolCase):
+    def surfels(self, cloud, *options):
+        """-> area vectors, two-sided flags"""
+        self.render(cloud, *CAMERA, *SMALL, *options, "-o", "out.png", "--surfels", "out.vtp")
+        arrays = arrays_of(self.read_vtp("out.vtp"))
+        return arrays["SurfelAreaVector"], arrays["SurfelTwoSided"] > 0
+
+    def test_auto_decides(self):
+        points, colors = sphere()
+        write_ply("ball.ply", points, colors)
+        for options in ((), ("--sides", "auto")):
+            areas, two_sided = self.surfels("ball.ply", *options)
+            self.assertFalse(two_sided.any())
+            self.assertTrue(((areas * points).sum(axis=1) > 0).all())
+
+    def test_two(self):
+        points, colors = sphere()
+        write_ply("ball.ply", points, colors)
+        write_ply("given.ply", points, colors, points)
+        for cloud in ("ball.ply", "given.ply"):
+            self.assertTrue(self.surfels(cloud, "--sides", "two")[1].all())
+        self.assertTrue(self.surfels("ball.ply", "--sides", "two", "--points-per-part", "1000")[1]
+                        .all())
+
+    def test_given(self):
+        points, colors = sphere()
+        write_ply("inward.ply", points, colors, -points)
+        areas, two_sided = self.surfels("inward.ply", "--sides", "given")
+        self.assertFalse(two_sided.any())
+        self.assertTrue(((areas * points).sum(axis=1) < 0).all())
+
+    def test_given_without_normals(self):
+        points, colors = sphere()
+        write_ply("ball.ply", points, colors)
+        result = self.run_tool("render", "ball.ply", "--sides", "given", "-o", "out.png")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("ball.ply has no normals", result.stderr)
+        self.assertIn("--sides auto", result.stderr)
+        result = self.run_tool("render", "ball.ply", "--sides", "three", "-o", "out.png")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("two", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
