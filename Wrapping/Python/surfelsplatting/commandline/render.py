@@ -65,6 +65,7 @@ def _clean_points(cloud, arguments, messages, progress, run):
     """-> vtkPolyData with the points that belong to surfaces, where these are."""
     cleaning = vtkPointCloudCleaning()
     cleaning.SetInputData(cloud.data)
+    cleaning.SetSmoothing(arguments.cleaning == "full")
     with run.stage("cleaning"):
         progress.update(cleaning, "cleaning")
     messages.check(f"{arguments.cloud}: ")

@@ -19,7 +19,7 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
-        self._cleaned = {"duplicate": 0, "stray": 0}
+        self._cleaned = {"duplicate": 0, "stray": 0, "moved": 0}
 
     @contextmanager
     def stage(self, name):
@@ -30,7 +30,8 @@ class RunStatistics:
     def note_cleaning(self, cleaning):
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
         self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
-                         "stray": cleaning.GetNumberOfStrayPoints()}
+                         "stray": cleaning.GetNumberOfStrayPoints(),
+                         "moved": cleaning.GetNumberOfMovedPoints()}
 
     def note_estimation(self, estimation):
         self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
