@@ -117,6 +117,7 @@ public:
   void MovePoints(vtkPolyData* output) const
   {
     vtkNew<vtkPoints> points;
+    points->SetDataType(output->GetPoints()->GetDataType());
     points->DeepCopy(output->GetPoints());
     auto array = MakeArray<vtkFloatArray>("CleaningShift", 3, points->GetNumberOfPoints());
     vtkIdType next = 0;

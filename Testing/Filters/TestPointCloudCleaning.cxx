@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stray points are removed, whatever the density; clean clouds stay as they are.
+// Stray points are removed, whatever the density; noise is smoothed; clean clouds stay as they are.
 #include "SurfelTesting.h"
 
 #include "vtkFloatArray.h"
@@ -21,6 +21,7 @@ void Clean(const std::vector<Vec>& points, const char* what)
   cleaning->SetInputData(data);
   cleaning->Update();
   CHECK(cleaning->GetNumberOfStrayPoints() == 0);
+  CHECK(cleaning->GetNumberOfMovedPoints() == 0);
   CHECK(cleaning->GetOutput()->GetPoints() == data->GetPoints());
   CHECK(said.Warnings.empty());
   CHECK(said.Errors.empty());
@@ -138,6 +139,65 @@ TEST_CASE("Stray points")
   }
 }
 
+TEST_CASE("Noise")
+{
+  constexpr int count = 20000;
+  const double spacing = std::sqrt(4.0 * Pi / count);
+  for (const double share : { 0.3, 1.0 }) // standard deviation in spacings
+  {
+    for (const double shift : { 0.0, 5e6 })
+    {
+      Random random(9);
+      std::vector<Vec> points = MakeSphere(1.0, count, Random(2)).Points;
+      double before = 0.0;
+      for (Vec& p : points)
+      {
+        const Vec clean = p;
+        for (double& x : p)
+        {
+          // Gaussian (Box and Muller).
+          const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+          x += share * spacing * length * std::cos(2.0 * Pi * random());
+        }
+        before += std::pow(Length(p) - 1.0, 2) / count;
+        CHECK(Length(Minus(p, clean)) > 0.0);
+        p[0] += shift;
+      }
+      const auto data = ToPolyData(points, VTK_DOUBLE);
+      vtkNew<vtkPointCloudCleaning> cleaning;
+      const Messages said(cleaning);
+      cleaning->GenerateShiftsOn();
+      cleaning->SetInputData(data);
+      cleaning->Update();
+      CAPTURE(share);
+      CAPTURE(shift);
+      vtkPolyData* smooth = cleaning->GetOutput();
+      CHECK(cleaning->GetNumberOfMovedPoints() > 0.99 * count);
+      REQUIRE(said.Warnings.size() == 1);
+      CHECK(said.Warnings[0].find("noisy points moved") != std::string::npos);
+      REQUIRE(smooth->GetNumberOfPoints() == count - cleaning->GetNumberOfStrayPoints());
+      CHECK(cleaning->GetNumberOfStrayPoints() < 0.001 * count);
+      double after = 0.0, length = 0.0;
+      for (vtkIdType i = 0; i < smooth->GetNumberOfPoints(); ++i)
+      {
+        Vec p, moved;
+        smooth->GetPoint(i, p.data());
+        smooth->GetPointData()->GetArray("CleaningShift")->GetTuple(i, moved.data());
+        p[0] -= shift;
+        after += std::pow(Length(p) - 1.0, 2) / count;
+        length += Dot(moved, moved) / count;
+      }
+      // A quadric through n points has at its middle about 4 / n of their variance.
+      CHECK(after / before < 6.0 / (share < 1.0 ? 32 : 100));
+      CHECK(Near(std::sqrt(length / before), 1.0, 0.1));
+      cleaning->SmoothingOff();
+      cleaning->RemoveStrayPointsOff();
+      cleaning->Update();
+      CHECK(smooth->GetPoints() == data->GetPoints());
+    }
+  }
+}
+
 TEST_CASE("Duplicates and NaN")
 {
   std::vector<Vec> points = MakeSphere(1.0, 500, Random(1)).Points;
@@ -158,7 +218,12 @@ TEST_CASE("Duplicates and NaN")
 
 TEST_CASE("Threads")
 {
-  const Scan scan(0.05, { 0, 0, 0 });
+  Scan scan(0.05, { 0, 0, 0 });
+  Random random(3);
+  for (Vec& p : scan.Points)
+  {
+    p[2] += 0.03 * random();
+  }
   const std::string backend = vtkSMPTools::GetBackend();
   vtkSMPTools::SetBackend("STDThread");
   std::vector<double> sums;
@@ -169,6 +234,7 @@ TEST_CASE("Threads")
     const Messages said(cleaning);
     cleaning->SetInputData(ToPolyData(scan.Points));
     cleaning->Update();
+    CHECK(cleaning->GetNumberOfMovedPoints() > 0);
     double sum = 0.0;
     for (vtkIdType i = 0; i < cleaning->GetOutput()->GetNumberOfPoints(); ++i)
     {
