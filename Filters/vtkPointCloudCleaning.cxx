@@ -21,6 +21,7 @@
 #include "vtkPointSet.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <memory>
@@ -83,6 +84,22 @@ void DropPoints(const std::vector<unsigned char>& dropped, LocalCloud& cloud)
   cloud.InputIds.resize(kept);
   cloud.Positions.resize(3 * kept);
 }
+
+/// [3n] in the order of the cloud; empty if the scalars are not colours.
+std::vector<unsigned char> ColorsOf(vtkUnsignedCharArray* scalars, const LocalCloud& cloud)
+{
+  std::vector<unsigned char> colors;
+  if (scalars && scalars->GetNumberOfComponents() >= 3)
+  {
+    colors.reserve(3 * cloud.InputIds.size());
+    for (const vtkIdType id : cloud.InputIds)
+    {
+      const unsigned char* rgb = scalars->GetPointer(id * scalars->GetNumberOfComponents());
+      colors.insert(colors.end(), rgb, rgb + 3);
+    }
+  }
+  return colors;
+}
 }
 
 /// One execution: which points of the input are kept, and which are stray.
@@ -107,6 +124,7 @@ public:
     ReadOrigin(input, origin);
     LocalCloud cloud;
     GatherCloud(input->GetPoints(), origin, cloud);
+    this->Scalars = vtkUnsignedCharArray::SafeDownCast(input->GetPointData()->GetScalars());
     this->Self->NumberOfNonFinitePoints = cloud.NonFinite;
     this->Self->NumberOfDuplicatePoints = cloud.Duplicates;
     const StageProgress progress(this->Self, 0.0, 1.0);
@@ -169,7 +187,7 @@ private:
       tree = std::make_unique<NeighborSearch>(cloud.Positions.data(), cloud.Size());
     }
     std::vector<Float3> shifts;
-    if (!SmoothNoise(cloud, *tree, progress.Part(0.4, 1.0), shifts))
+    if (!SmoothNoise(cloud, *tree, ColorsOf(this->Scalars, cloud), progress.Part(0.4, 1.0), shifts))
     {
       return false;
     }
@@ -183,6 +201,7 @@ private:
   }
 
   vtkPointCloudCleaning* Self;
+  vtkUnsignedCharArray* Scalars = nullptr;
   std::vector<Float3> Shifts; // [input points] or empty, world units
 };
 

@@ -16,8 +16,9 @@
  *   stray points too.
  * - Noisy points move to the surface that PCL's moving least squares find (a quadric through 32 to
  *   160 neighbours, by the noise). Points of surfaces without noise are not moved at all: where at
- *   least one in 20 of some 32768 points that are near each other is in a surface without noise,
- *   none of them moves; nor if they are in two sheets.
+ *   least one in ten of some 32768 points that are near each other is in a surface without noise,
+ *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have
+ *   the same colours.
  *
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
  * the number of threads. Several processes clean their parts of a cloud each on its own.

@@ -29,11 +29,19 @@ constexpr int WideFit = 64;
 constexpr double CleanResidual = 0.06;
 
 /// A part with this share of points whose fit is clean has no noise.
-constexpr double CleanShare = 0.05;
+constexpr double CleanShare = 0.1;
 
 /// The least kurtosis of a symmetric distribution with one maximum (that of the uniform one); noise
 /// has 3, two sheets have 1.
 constexpr double LeastKurtosis = 1.8;
+
+/// Two sheets have the same colours if the squared difference of their means is below this part of
+/// the variance in a sheet: of two samples of 32 from one distribution it is a sixteenth, and more
+/// where a pattern is shifted a little.
+constexpr double SameColors = 0.5;
+
+/// Variance of colours of 8 bits by noise alone.
+constexpr double ColorNoise = 64.0;
 
 /// Neighbours of the smoothing for noise of one spacing: more gain nothing, as fewer do for less
 /// noise.
@@ -93,6 +101,35 @@ public:
       squares > 0.0 ? count * fourths / (squares * squares) : 0.0 };
   }
 
+  /// Squared difference of the mean colours above and below the surface over the variance there.
+  double ColorContrast(
+    int i, const Neighbors& neighbors, const std::vector<unsigned char>& colors) const
+  {
+    Eigen::Vector3d sums[2] = { Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero() };
+    double counts[2] = { 0.0, 0.0 }, squares = 0.0;
+    for (size_t k = 0; k < this->Near.size(); ++k)
+    {
+      double u, v, w;
+      this->Surface.getMLSCoordinates(this->Near[k].getVector3fMap().cast<double>(), u, v, w);
+      const int side = w > this->Surface.getPolynomialValue(u, v) ? 1 : 0;
+      // Fit() has put the point itself first and the first neighbour last.
+      const int id = k == 0 ? i : neighbors.Ids[k + 1 == this->Near.size() ? 0 : k];
+      const unsigned char* rgb = colors.data() + 3 * static_cast<size_t>(id);
+      const Eigen::Vector3d color(rgb[0], rgb[1], rgb[2]);
+      sums[side] += color;
+      squares += color.squaredNorm();
+      ++counts[side];
+    }
+    if (counts[0] < 1.0 || counts[1] < 1.0)
+    {
+      return 0.0;
+    }
+    const double within =
+      squares - sums[0].squaredNorm() / counts[0] - sums[1].squaredNorm() / counts[1];
+    const double variance = std::max(0.0, within) / (counts[0] + counts[1]) + ColorNoise;
+    return (sums[0] / counts[0] - sums[1] / counts[1]).squaredNorm() / variance;
+  }
+
   /// From the point to the surface, along the normal of the plane below it.
   Vector3 Shift() const
   {
@@ -118,9 +155,11 @@ double Median(std::vector<double>& values)
 class Smoother
 {
 public:
-  Smoother(const LocalCloud& cloud, const NeighborSearch& tree)
+  Smoother(
+    const LocalCloud& cloud, const NeighborSearch& tree, const std::vector<unsigned char>& colors)
     : Cloud(cloud)
     , Tree(tree)
+    , Colors(colors)
     , Noise((cloud.Size() + PartSize - 1) / PartSize, 0.0)
   {
   }
@@ -170,7 +209,7 @@ private:
     const int begin = part * PartSize;
     const int size = std::min(PartSize, this->Cloud.Size() - begin);
     const int samples = std::min(size, SamplesPerPart);
-    std::vector<double> deviations, kurtoses;
+    std::vector<double> deviations, kurtoses, contrasts;
     int clean = 0;
     Neighbors neighbors;
     Quadric quadric;
@@ -192,11 +231,19 @@ private:
         const Residuals residuals = quadric.Measure(SpacingOf(neighbors));
         deviations.push_back(residuals.Deviation);
         kurtoses.push_back(residuals.Kurtosis);
+        if (!this->Colors.empty())
+        {
+          contrasts.push_back(quadric.ColorContrast(i, neighbors, this->Colors));
+        }
       }
     }
-    const bool isNoisy =
-      clean < CleanShare * samples && !kurtoses.empty() && Median(kurtoses) > LeastKurtosis;
-    return isNoisy ? Median(deviations) : 0.0;
+    if (clean >= CleanShare * samples || kurtoses.empty())
+    {
+      return 0.0;
+    }
+    const bool isNoise =
+      Median(kurtoses) > LeastKurtosis || (!contrasts.empty() && Median(contrasts) < SameColors);
+    return isNoise ? Median(deviations) : 0.0;
   }
 
   Vector3 ShiftOf(int i, const Neighbors& neighbors, Quadric& quadric) const
@@ -216,11 +263,13 @@ private:
 
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
+  const std::vector<unsigned char>& Colors;
   std::vector<double> Noise; // of each part, in spacings
 };
 }
 
-bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree, const StageProgress& progress,
+bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree,
+  const std::vector<unsigned char>& colors, const StageProgress& progress,
   std::vector<Float3>& shifts)
 {
   shifts.clear();
@@ -228,7 +277,7 @@ bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree, const Stag
   {
     return true; // too few to tell noise from shape
   }
-  Smoother smoother(cloud, tree);
+  Smoother smoother(cloud, tree, colors);
   if (!smoother.MeasureNoise(progress.Part(0.0, 0.1)))
   {
     return false;

@@ -7,8 +7,9 @@
  * Smoothing rounds edges and moves points of thin things, so it must not touch surfaces without
  * noise. On these a quadric through the nearest points fits exactly, except at edges, where things
  * are thin, and where they cross. In noise it fits nowhere. So a part of the cloud is noisy if the
- * fit is bad at nearly all of its points. Two sheets near each other are not noise either: the
- * residuals have two values.
+ * fit is bad at nearly all of its points. Two sheets near each other, whose residuals have two
+ * values, may be a leaf or two scans of one surface. They become one sheet only if they have the
+ * same colours.
  */
 #pragma once
 
@@ -22,8 +23,10 @@ namespace SurfelGeometry
 struct LocalCloud;
 class NeighborSearch;
 
-/// shifts: [n] to the smooth surface, world units; exactly 0 where there is no noise; empty if
-/// there is none at all. Returns false if stopped.
-bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree, const StageProgress& progress,
+/// @param colors [3n] or empty: unknown
+/// @param shifts [n] to the smooth surface, world units; exactly 0 where there is no noise; empty
+/// if there is none at all. Returns false if stopped.
+bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree,
+  const std::vector<unsigned char>& colors, const StageProgress& progress,
   std::vector<Float3>& shifts);
 }

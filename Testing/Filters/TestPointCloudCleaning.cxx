@@ -5,6 +5,7 @@
 #include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSMPTools.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <limits>
 
@@ -195,6 +196,42 @@ TEST_CASE("Noise")
       cleaning->Update();
       CHECK(smooth->GetPoints() == data->GetPoints());
     }
+  }
+}
+
+TEST_CASE("Two sheets")
+{
+  // Two scans with the same pattern become one; a leaf with two colours stays.
+  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 };
+  constexpr double gap = 0.02; // one spacing
+  Sampled sheets = MakeRectangle({ 0, 0, 0 }, x, 2, y, 2, 0.02, 0.5, Random(1));
+  const size_t below = sheets.Points.size();
+  sheets.Append(MakeRectangle({ 0, 0, gap }, x, 2, y, 2, 0.02, 0.5, Random(2)));
+  for (const bool isLeaf : { true, false })
+  {
+    vtkNew<vtkUnsignedCharArray> colors;
+    colors->SetName("RGB");
+    colors->SetNumberOfComponents(3);
+    for (size_t i = 0; i < sheets.Points.size(); ++i)
+    {
+      const bool light = isLeaf ? i < below : std::fmod(sheets.Points[i][0], 0.2) < 0.1;
+      colors->InsertNextTuple3(light ? 220 : 60, light ? 200 : 120, 40);
+    }
+    const auto data = ToPolyData(sheets.Points);
+    data->GetPointData()->SetScalars(colors);
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages said(cleaning);
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    CAPTURE(isLeaf);
+    CHECK((cleaning->GetNumberOfMovedPoints() == 0) == isLeaf);
+    std::vector<double> heights;
+    for (vtkIdType i = 0; i < cleaning->GetOutput()->GetNumberOfPoints(); ++i)
+    {
+      heights.push_back(cleaning->GetOutput()->GetPoint(i)[2]);
+    }
+    CHECK(Near(Spread(heights).Mean, 0.5 * gap, 0.01 * gap));
+    CHECK((Spread(heights).Deviation < 0.2 * gap) == !isLeaf);
   }
 }
 
