@@ -216,12 +216,39 @@ class TestPictures(ToolCase):
         times = stats["milliseconds"]
         self.assertAlmostEqual(times["first_frame"], stats["frames"][0], delta=1e-3)
         self.assertAlmostEqual(times["frame"], np.median(stats["frames"][1:]), delta=1e-3)
-        once = {"read", "estimation", "normalization", "hierarchy", "write"}
+        once = {"read", "cleaning", "estimation", "normalization", "hierarchy", "write"}
         for stage in once:
             self.assertGreater(times[stage], 0)
         frame_stages = set(times) - once - {"frame", "first_frame"}
         self.assertGreaterEqual(len(frame_stages), 3)
         self.assertLess(sum(times[stage] for stage in frame_stages), 2 * times["frame"])
+
+    def test_cleaning(self):
+        points, colors = sphere(20000)
+        stray = np.random.default_rng(1).uniform(-2, 2, (200, 3))
+        write_ply("ball.ply", points, colors)
+        write_ply("dusty.ply", np.concatenate([points, stray]), np.resize(colors, (20200, 3)))
+        noise = np.random.default_rng(2).normal(size=points.shape) * 0.025  # one spacing
+        write_ply("noisy.ply", points + noise, colors)
+
+        def run(cloud, *options):
+            self.render(cloud, *CAMERA, *SMALL, *options, "-o", "out.exr", "--stats", "stats.json")
+            with open("stats.json", encoding="utf-8") as file:
+                return self.read_rgba("out.exr"), json.load(file)
+
+        clean, stats = run("ball.ply")
+        self.assertEqual(stats["cleaned"], {"duplicate": 0, "stray": 0, "moved": 0})
+        np.testing.assert_array_equal(clean, run("ball.ply", "--cleaning", "off")[0])
+        dusty, stats = run("dusty.ply")
+        self.assertGreater(stats["cleaned"]["stray"], 180)
+        self.assertEqual(stats["cleaned"]["moved"], 0)
+        error = np.abs(dusty - clean).mean()
+        self.assertLess(4 * error, np.abs(run("dusty.ply", "--cleaning", "off")[0] - clean).mean())
+        smooth, stats = run("noisy.ply")
+        self.assertGreater(stats["cleaned"]["moved"], 19000)
+        rough, stats = run("noisy.ply", "--cleaning", "outliers")
+        self.assertEqual(stats["cleaned"]["moved"], 0)
+        self.assertLess(2 * np.abs(smooth - clean).mean(), np.abs(rough - clean).mean())
 
     def test_invalid_points_are_counted(self):
         points, colors = sphere(1000)

@@ -7,6 +7,7 @@ All classes are in this one namespace:
 
 Points to surfels
     vtkPointCloudReader             reads .pcd and .ply files
+    vtkPointCloudCleaning           removes stray points, duplicates and noise
     vtkSurfelEstimation             points to surfels: normals, kernels, outside
     vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface
     vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once

@@ -144,6 +144,9 @@ def _add_look_options(parser):
     look.add_argument("--background", nargs=3, type=_between(0, 1), metavar=("R", "G", "B"),
                       help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
                            "0.16 0.17 0.19, or black with --unlit)")
+    look.add_argument("--cleaning", choices=("off", "outliers", "full"), default="full",
+                      help="what is done to the points first: outliers removes those that belong "
+                           "to no surface, full also smooths noisy surfaces (default: full)")
     look.add_argument("--neighbors", type=_between(4, 256, _count), metavar="K",
                       help="number of points from which a normal is estimated, 4 to 256; more for "
                            "noisy scans (default: 16, or 30 for depth images)")

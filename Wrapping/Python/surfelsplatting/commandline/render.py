@@ -7,8 +7,8 @@ import sys
 from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
-from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkSurfelEstimation,
-                                vtkSurfelHierarchy, vtkSurfelNormalization)
+from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointCloudCleaning,
+                                vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelNormalization)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from .cameras import asked_view, camera_files
 from .clouds import is_hierarchy, read_cloud
@@ -68,19 +68,31 @@ def _set_estimation(estimation, cloud, arguments):
         estimation.SetViewpoint(cloud.viewpoint)
 
 
-def _whole_cloud(cloud, arguments):
+def _clean_points(cloud, arguments, messages, progress, run):
+    """-> vtkPolyData with the points that belong to surfaces, where these are."""
+    cleaning = vtkPointCloudCleaning()
+    cleaning.SetInputData(cloud.data)
+    cleaning.SetSmoothing(arguments.cleaning == "full")
+    with run.stage("cleaning"):
+        progress.update(cleaning, "cleaning")
+    messages.check(f"{arguments.cloud}: ")
+    run.note_cleaning(cleaning)
+    return cleaning.GetOutput()
+
+
+def _whole_cloud(cloud, points, arguments):
     """-> filters with the names of their stages, the estimation first."""
     estimation = vtkSurfelEstimation()
-    estimation.SetInputData(cloud.data)
+    estimation.SetInputData(points)
     _set_estimation(estimation, cloud, arguments)
     normalization = vtkSurfelNormalization()
     normalization.SetInputConnection(estimation.GetOutputPort())
     return (estimation, "estimation"), (normalization, "normalization")
 
 
-def _cloud_in_parts(cloud, arguments):
+def _cloud_in_parts(cloud, points, arguments):
     partitioned = vtkPartitionedSurfelEstimation()
-    partitioned.SetInputData(cloud.data)
+    partitioned.SetInputData(points)
     partitioned.SetPointsPerPart(arguments.points_per_part)
     _set_estimation(partitioned.GetEstimation(), cloud, arguments)
     return ((partitioned, "estimation"),)
@@ -100,9 +112,11 @@ def _make_surfels(cloud, arguments, messages, progress, run):
     if cloud.is_surfels:
         return cloud.data
     path = arguments.cloud
-    in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
-    filters = (_cloud_in_parts(cloud, arguments) if in_parts
-               else _whole_cloud(cloud, arguments))
+    points = (cloud.data if arguments.cleaning == "off"
+              else _clean_points(cloud, arguments, messages, progress, run))
+    in_parts = points.GetNumberOfPoints() > arguments.points_per_part
+    filters = (_cloud_in_parts(cloud, points, arguments) if in_parts
+               else _whole_cloud(cloud, points, arguments))
     for algorithm, stage in filters:
         with run.stage(stage):
             progress.update(algorithm, stage)

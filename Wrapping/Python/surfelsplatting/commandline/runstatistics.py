@@ -19,6 +19,7 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
+        self._cleaned = {"duplicate": 0, "stray": 0, "moved": 0}
 
     @contextmanager
     def stage(self, name):
@@ -26,8 +27,14 @@ class RunStatistics:
         yield
         self._milliseconds[name] = 1000 * (time.perf_counter() - began)
 
+    def note_cleaning(self, cleaning):
+        self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
+        self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
+                         "stray": cleaning.GetNumberOfStrayPoints(),
+                         "moved": cleaning.GetNumberOfMovedPoints()}
+
     def note_estimation(self, estimation):
-        self._invalid["points"] = estimation.GetNumberOfNonFinitePoints()
+        self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
 
     def note_frame(self, splatter):
         frame = {splatter.GetStageName(i): splatter.GetStageMilliseconds(i)
@@ -71,6 +78,7 @@ class RunStatistics:
             "skipped": self._skipped,
             "lens": self._lens,
             "invalid": self._invalid,
+            "cleaned": self._cleaned,
             "size": list(view.size),
             "threads": self._threads,
             "frames": [frame["frame"] for frame in self._frames],

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * How the neighbours of a point are spread: PCL's mean, covariance and eigenvalues.
+ */
+#pragma once
+
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborSearch.h"
+
+#include <pcl/common/centroid.h>
+#include <pcl/common/eigen.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+namespace SurfelGeometry
+{
+/// Neighbours relative to their point, whose differences are exact at any coordinates. Each thread
+/// reuses one.
+using NearCloud = pcl::PointCloud<pcl::PointXYZ>;
+
+inline void LoadNear(const LocalCloud& cloud, int i, const Neighbors& neighbors, NearCloud& near)
+{
+  const float* p = cloud.Position(i);
+  near.resize(neighbors.Ids.size());
+  for (int k = 0; k < neighbors.Count(); ++k)
+  {
+    const float* q = cloud.Position(neighbors.Ids[k]);
+    near[k] = pcl::PointXYZ(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
+  }
+}
+
+/// Principal variances, ascending, and their axes, of points about their mean. World units.
+struct PointSpread
+{
+  Eigen::Vector3d Mean;
+  Eigen::Vector3d Variances;
+  Eigen::Matrix3d Axes; // columns
+};
+
+inline PointSpread SpreadOf(const NearCloud& near)
+{
+  Eigen::Matrix3d covariance;
+  Eigen::Vector4d mean;
+  pcl::computeMeanAndCovarianceMatrix(near, covariance, mean);
+  PointSpread spread;
+  spread.Mean = mean.head<3>();
+  pcl::eigen33(covariance, spread.Axes, spread.Variances);
+  spread.Variances = spread.Variances.cwiseMax(0.0);
+  return spread;
+}
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Noisy surfaces are smoothed by PCL's moving least squares (pcl::MLSResult; Alexa et al. 2003,
+ * "Computing and rendering point set surfaces"), whose code is in PCL's headers: no library of PCL
+ * with another VTK comes along.
+ *
+ * Smoothing rounds edges and moves points of thin things, so it must not touch surfaces without
+ * noise. On these a quadric through the nearest points fits exactly, except at edges, where things
+ * are thin, and where they cross. In noise it fits nowhere. So a part of the cloud is noisy if the
+ * fit is bad at nearly all of its points. Two sheets near each other, whose residuals have two
+ * values, may be a leaf or two scans of one surface. They become one sheet only if they have the
+ * same colours.
+ */
+#pragma once
+
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Common/VectorMath.h"
+
+#include <vector>
+
+namespace SurfelGeometry
+{
+struct LocalCloud;
+class NeighborSearch;
+
+/// @param colors [3n] or empty: unknown
+/// @param shifts [n] to the smooth surface, world units; exactly 0 where there is no noise; empty
+/// if there is none at all. Returns false if stopped.
+bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree,
+  const std::vector<unsigned char>& colors, const StageProgress& progress,
+  std::vector<Float3>& shifts);
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Points that belong to no surface: dust, reflections, birds.
+ *
+ * The measure is that of pcl::StatisticalOutlierRemoval (Rusu et al. 2008, "Towards 3D point cloud
+ * based object maps"): the mean distance of a point to its nearest neighbours. PCL compares it with
+ * the mean of the whole cloud plus some standard deviations. That bound removes the sparse half of
+ * a scan whose density changes, and 5 % of stray points move it beyond themselves. Here a point is
+ * compared with its own neighbours; only points that have no surface about them are compared with
+ * the median of the cloud.
+ */
+#pragma once
+
+#include "Filters/Common/StageProgress.h"
+
+#include <vector>
+
+namespace SurfelGeometry
+{
+struct LocalCloud;
+class NeighborSearch;
+
+/// stray: [n] 1 for stray points. Returns false if stopped.
+bool FindStrayPoints(const LocalCloud& cloud, const NeighborSearch& tree,
+  const StageProgress& progress, std::vector<unsigned char>& stray);
+}

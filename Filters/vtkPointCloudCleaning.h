@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkPointCloudCleaning
+ * @brief   removes stray points, duplicates and noise of a scan
+ *
+ * Scans have points that belong to no surface. Drawn as surfels they would be discs. This filter
+ * removes them, before vtkSurfelEstimation. The input is any vtkPointSet; its cells are ignored.
+ * The output is a vtkPolyData with the points that are left, at the same coordinates and in the
+ * same order, with their point data. If nothing is found, they are the input's own arrays.
+ *
+ * - Points that are not finite and exact duplicates are dropped.
+ * - Stray points are found by the measure of pcl::StatisticalOutlierRemoval, the mean distance to
+ *   the 16 nearest points, in comparison with that of these neighbours: changes of density, wires,
+ *   edges and corners are kept. In sparse sets that fill space, the comparison is with the median
+ * of the cloud. So foliage of less than a sixth of the usual density (as a distance) is taken for
+ *   stray points too.
+ * - Noisy points move to the surface that PCL's moving least squares find (a quadric through 32 to
+ *   160 neighbours, by the noise). Points of surfaces without noise are not moved at all: where at
+ *   least one in ten of some 32768 points that are near each other is in a surface without noise,
+ *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have
+ *   the same colours.
+ *
+ * What is dropped or moved is counted, and reported in one warning. The result does not depend on
+ * the number of threads. Several processes clean their parts of a cloud each on its own.
+ *
+ * Memory: about 100 bytes per point.
+ *
+ * @sa vtkSurfelEstimation
+ */
+#ifndef vtkPointCloudCleaning_h
+#define vtkPointCloudCleaning_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSurfelFiltersModule.h" // for export macro
+
+class vtkPointSet;
+
+class VTKSURFELFILTERS_EXPORT vtkPointCloudCleaning : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkPointCloudCleaning* New();
+  vtkTypeMacro(vtkPointCloudCleaning, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Whether stray points are removed. Default on.
+   */
+  vtkSetMacro(RemoveStrayPoints, vtkTypeBool);
+  vtkGetMacro(RemoveStrayPoints, vtkTypeBool);
+  vtkBooleanMacro(RemoveStrayPoints, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether noisy points move to a smooth surface. Default on.
+   */
+  vtkSetMacro(Smoothing, vtkTypeBool);
+  vtkGetMacro(Smoothing, vtkTypeBool);
+  vtkBooleanMacro(Smoothing, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the output has a point array CleaningShift with the vectors by which points were moved,
+   * in world units, if any were. Default off.
+   */
+  vtkSetMacro(GenerateShifts, vtkTypeBool);
+  vtkGetMacro(GenerateShifts, vtkTypeBool);
+  vtkBooleanMacro(GenerateShifts, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the second output holds the stray points with their point data. Default off.
+   */
+  vtkSetMacro(GenerateStrayPoints, vtkTypeBool);
+  vtkGetMacro(GenerateStrayPoints, vtkTypeBool);
+  vtkBooleanMacro(GenerateStrayPoints, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Counts of the last execution: points that were dropped because a coordinate is NaN, infinite or
+   * beyond 1e17, because an earlier point has the same position, and because they are stray; and
+   * points that were moved.
+   */
+  vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
+  vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
+  vtkGetMacro(NumberOfStrayPoints, vtkIdType);
+  vtkGetMacro(NumberOfMovedPoints, vtkIdType);
+  ///@}
+
+protected:
+  vtkPointCloudCleaning();
+  ~vtkPointCloudCleaning() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+  vtkTypeBool RemoveStrayPoints = 1;
+  vtkTypeBool GenerateStrayPoints = 0;
+  vtkTypeBool Smoothing = 1;
+  vtkTypeBool GenerateShifts = 0;
+
+private:
+  vtkPointCloudCleaning(const vtkPointCloudCleaning&) = delete;
+  void operator=(const vtkPointCloudCleaning&) = delete;
+
+  bool CheckInput(vtkPointSet* input);
+  void WarnOfTroubles();
+
+  class Execution;
+
+  vtkIdType NumberOfNonFinitePoints = 0;
+  vtkIdType NumberOfDuplicatePoints = 0;
+  vtkIdType NumberOfStrayPoints = 0;
+  vtkIdType NumberOfMovedPoints = 0;
+};
+
+#endif

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stray points are removed, whatever the density; noise is smoothed; clean clouds stay as they are.
+#include "SurfelTesting.h"
+
+#include "vtkFloatArray.h"
+#include "vtkPointCloudCleaning.h"
+#include "vtkSMPTools.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <limits>
+
+using namespace SurfelTesting;
+
+namespace
+{
+void Clean(const std::vector<Vec>& points, const char* what)
+{
+  INFO(std::string(what));
+  const auto data = ToPolyData(points);
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages said(cleaning);
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  CHECK(cleaning->GetNumberOfStrayPoints() == 0);
+  CHECK(cleaning->GetNumberOfMovedPoints() == 0);
+  CHECK(cleaning->GetOutput()->GetPoints() == data->GetPoints());
+  CHECK(said.Warnings.empty());
+  CHECK(said.Errors.empty());
+}
+
+/// A ball on a wall whose density changes by 16, and stray points in a box about them, which are
+/// the last ones.
+struct Scan
+{
+  std::vector<Vec> Points;
+  size_t Good;
+
+  Scan(double share, const Vec& shift)
+  {
+    Random random(5);
+    this->Points = MakeSphere(1.0, 30000, Random(2)).Points;
+    const Sampled dense =
+      MakeRectangle({ -2, -2, -1 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.015, 0.4, Random(3));
+    const Sampled sparse =
+      MakeRectangle({ 0, -2, -1 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.06, 0.4, Random(4));
+    this->Points.insert(this->Points.end(), dense.Points.begin(), dense.Points.end());
+    this->Points.insert(this->Points.end(), sparse.Points.begin(), sparse.Points.end());
+    this->Good = this->Points.size();
+    const size_t strays = static_cast<size_t>(share * this->Good);
+    for (size_t i = 0; i < strays; ++i)
+    {
+      const double x = random(), y = random(), z = random();
+      this->Points.push_back({ 4 * x - 2, 4 * y - 2, 3 * z - 1.5 });
+    }
+    for (Vec& p : this->Points)
+    {
+      p = { p[0] + shift[0], p[1] + shift[1], p[2] + shift[2] };
+    }
+  }
+};
+}
+
+TEST_CASE("Clean")
+{
+  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 };
+  Clean(MakeSphere(1.0, 5000, Random(1)).Points, "ball");
+  Clean(MakeBox(1.0, 0.7, 0.3, 0.02, Random(1)).Points, "box");
+  Clean(MakeTube(0.1, 3.0, 0.05, true, Random(1)).Points, "thin tube");
+  Clean(MakeRectangle({ 0, 0, 0 }, x, 1, y, 1, 0.02, 1.0, Random(1)).Points, "random points");
+
+  Sampled leaf = MakeRectangle({ 0, 0, 0 }, x, 1, y, 1, 0.02, 0.5, Random(1));
+  leaf.Append(MakeRectangle({ 0, 0, 0.018 }, x, 1, y, 1, 0.02, 0.5, Random(2)));
+  Clean(leaf.Points, "leaf of two sides");
+
+  Sampled border = MakeRectangle({ -1, 0, 0 }, x, 1, y, 1, 0.01, 0.5, Random(1));
+  border.Append(MakeRectangle({ 0, 0, 0 }, x, 1, y, 1, 0.08, 0.5, Random(2)));
+  Clean(border.Points, "64 times the density at once");
+
+  Sampled wire = MakeRectangle({ 0, 0, 0 }, x, 1, y, 1, 0.02, 0.5, Random(1));
+  for (int i = 0; i < 100; ++i)
+  {
+    wire.Add({ 0.5, 0.5, 0.02 * i }, x);
+  }
+  Clean(wire.Points, "wire that stands on a plane");
+
+  std::vector<Vec> few(10, Vec{ 0, 0, 0 });
+  for (int i = 0; i < 10; ++i)
+  {
+    few[i] = { 1.0 * i * i, 0, 0 };
+  }
+  Clean(few, "few points");
+  Clean({}, "no points");
+}
+
+TEST_CASE("Stray points")
+{
+  // The more there are, the nearer they are to each other.
+  for (const double share : { 0.01, 0.05 })
+  {
+    for (const double shift : { 0.0, 5e6 })
+    {
+      const Scan scan(share, { shift, 0.5 * shift, 0.0 });
+      const auto data = ToPolyData(scan.Points, VTK_DOUBLE);
+      vtkNew<vtkFloatArray> ids;
+      ids->SetName("Id");
+      for (size_t i = 0; i < scan.Points.size(); ++i)
+      {
+        ids->InsertNextValue(static_cast<float>(i));
+      }
+      data->GetPointData()->AddArray(ids);
+      vtkNew<vtkPointCloudCleaning> cleaning;
+      const Messages said(cleaning);
+      cleaning->GenerateStrayPointsOn();
+      cleaning->SetInputData(data);
+      cleaning->Update();
+      CAPTURE(share);
+      CAPTURE(shift);
+      vtkPolyData* kept = cleaning->GetOutput();
+      vtkDataArray* left = kept->GetPointData()->GetArray("Id");
+      size_t good = 0;
+      for (vtkIdType i = 0; i < kept->GetNumberOfPoints(); ++i)
+      {
+        const size_t id = static_cast<size_t>(left->GetComponent(i, 0));
+        good += id < scan.Good ? 1 : 0;
+        Vec p;
+        kept->GetPoint(i, p.data());
+        REQUIRE(p == scan.Points[id]); // exactly where it was, in the order of the input
+      }
+      CHECK(good == scan.Good);
+      const double strays = static_cast<double>(scan.Points.size() - scan.Good);
+      // Those that are left are in the surface or nearer to it than its own spacing.
+      CHECK(cleaning->GetNumberOfStrayPoints() > 0.9 * strays);
+      CHECK(cleaning->GetOutput(1)->GetNumberOfPoints() == cleaning->GetNumberOfStrayPoints());
+      REQUIRE(said.Warnings.size() == 1);
+      CHECK(said.Warnings[0].find("stray points removed") != std::string::npos);
+      cleaning->RemoveStrayPointsOff();
+      cleaning->Update();
+      CHECK(cleaning->GetOutput()->GetPoints() == data->GetPoints());
+    }
+  }
+}
+
+TEST_CASE("Noise")
+{
+  constexpr int count = 20000;
+  const double spacing = std::sqrt(4.0 * Pi / count);
+  for (const double share : { 0.3, 1.0 }) // standard deviation in spacings
+  {
+    for (const double shift : { 0.0, 5e6 })
+    {
+      Random random(9);
+      std::vector<Vec> points = MakeSphere(1.0, count, Random(2)).Points;
+      double before = 0.0;
+      for (Vec& p : points)
+      {
+        const Vec clean = p;
+        for (double& x : p)
+        {
+          // Gaussian (Box and Muller).
+          const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+          x += share * spacing * length * std::cos(2.0 * Pi * random());
+        }
+        before += std::pow(Length(p) - 1.0, 2) / count;
+        CHECK(Length(Minus(p, clean)) > 0.0);
+        p[0] += shift;
+      }
+      const auto data = ToPolyData(points, VTK_DOUBLE);
+      vtkNew<vtkPointCloudCleaning> cleaning;
+      const Messages said(cleaning);
+      cleaning->GenerateShiftsOn();
+      cleaning->SetInputData(data);
+      cleaning->Update();
+      CAPTURE(share);
+      CAPTURE(shift);
+      vtkPolyData* smooth = cleaning->GetOutput();
+      CHECK(cleaning->GetNumberOfMovedPoints() > 0.99 * count);
+      REQUIRE(said.Warnings.size() == 1);
+      CHECK(said.Warnings[0].find("noisy points moved") != std::string::npos);
+      REQUIRE(smooth->GetNumberOfPoints() == count - cleaning->GetNumberOfStrayPoints());
+      CHECK(cleaning->GetNumberOfStrayPoints() < 0.001 * count);
+      double after = 0.0, length = 0.0;
+      for (vtkIdType i = 0; i < smooth->GetNumberOfPoints(); ++i)
+      {
+        Vec p, moved;
+        smooth->GetPoint(i, p.data());
+        smooth->GetPointData()->GetArray("CleaningShift")->GetTuple(i, moved.data());
+        p[0] -= shift;
+        after += std::pow(Length(p) - 1.0, 2) / count;
+        length += Dot(moved, moved) / count;
+      }
+      // A quadric through n points has at its middle about 4 / n of their variance.
+      CHECK(after / before < 6.0 / (share < 1.0 ? 32 : 100));
+      CHECK(Near(std::sqrt(length / before), 1.0, 0.1));
+      cleaning->SmoothingOff();
+      cleaning->RemoveStrayPointsOff();
+      cleaning->Update();
+      CHECK(smooth->GetPoints() == data->GetPoints());
+    }
+  }
+}
+
+TEST_CASE("Two sheets")
+{
+  // Two scans with the same pattern become one; a leaf with two colours stays.
+  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 };
+  constexpr double gap = 0.02; // one spacing
+  Sampled sheets = MakeRectangle({ 0, 0, 0 }, x, 2, y, 2, 0.02, 0.5, Random(1));
+  const size_t below = sheets.Points.size();
+  sheets.Append(MakeRectangle({ 0, 0, gap }, x, 2, y, 2, 0.02, 0.5, Random(2)));
+  for (const bool isLeaf : { true, false })
+  {
+    vtkNew<vtkUnsignedCharArray> colors;
+    colors->SetName("RGB");
+    colors->SetNumberOfComponents(3);
+    for (size_t i = 0; i < sheets.Points.size(); ++i)
+    {
+      const bool light = isLeaf ? i < below : std::fmod(sheets.Points[i][0], 0.2) < 0.1;
+      colors->InsertNextTuple3(light ? 220 : 60, light ? 200 : 120, 40);
+    }
+    const auto data = ToPolyData(sheets.Points);
+    data->GetPointData()->SetScalars(colors);
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages said(cleaning);
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    CAPTURE(isLeaf);
+    CHECK((cleaning->GetNumberOfMovedPoints() == 0) == isLeaf);
+    std::vector<double> heights;
+    for (vtkIdType i = 0; i < cleaning->GetOutput()->GetNumberOfPoints(); ++i)
+    {
+      heights.push_back(cleaning->GetOutput()->GetPoint(i)[2]);
+    }
+    CHECK(Near(Spread(heights).Mean, 0.5 * gap, 0.01 * gap));
+    CHECK((Spread(heights).Deviation < 0.2 * gap) == !isLeaf);
+  }
+}
+
+TEST_CASE("Duplicates and NaN")
+{
+  std::vector<Vec> points = MakeSphere(1.0, 500, Random(1)).Points;
+  points.insert(points.begin(), { 0.0, std::numeric_limits<double>::quiet_NaN(), 0.0 });
+  points.push_back(points[7]);
+  points.push_back(points[7]);
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const Messages said(cleaning);
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->Update();
+  CHECK(cleaning->GetNumberOfNonFinitePoints() == 1);
+  CHECK(cleaning->GetNumberOfDuplicatePoints() == 2);
+  CHECK(cleaning->GetNumberOfStrayPoints() == 0);
+  CHECK(cleaning->GetOutput()->GetNumberOfPoints() == 500);
+  REQUIRE(said.Warnings.size() == 1);
+  CHECK(said.Warnings[0].find("2 duplicates dropped") != std::string::npos);
+}
+
+TEST_CASE("Threads")
+{
+  Scan scan(0.05, { 0, 0, 0 });
+  Random random(3);
+  for (Vec& p : scan.Points)
+  {
+    p[2] += 0.03 * random();
+  }
+  const std::string backend = vtkSMPTools::GetBackend();
+  vtkSMPTools::SetBackend("STDThread");
+  std::vector<double> sums;
+  for (const int threads : { 1, 2, 8 })
+  {
+    vtkSMPTools::Initialize(threads);
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages said(cleaning);
+    cleaning->SetInputData(ToPolyData(scan.Points));
+    cleaning->Update();
+    CHECK(cleaning->GetNumberOfMovedPoints() > 0);
+    double sum = 0.0;
+    for (vtkIdType i = 0; i < cleaning->GetOutput()->GetNumberOfPoints(); ++i)
+    {
+      Vec p;
+      cleaning->GetOutput()->GetPoint(i, p.data());
+      sum += (1.0 + i % 7) * (p[0] + 2 * p[1] + 3 * p[2]);
+    }
+    sums.push_back(sum);
+  }
+  vtkSMPTools::Initialize(0);
+  vtkSMPTools::SetBackend(backend.c_str());
+  CHECK(sums[0] == sums[1]);
+  CHECK(sums[0] == sums[2]);
+}
