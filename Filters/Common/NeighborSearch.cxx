@@ -13,7 +13,7 @@ namespace SurfelGeometry
 {
 namespace
 {
-using Index = flann::KDTreeSingleIndex<flann::L2_Simple<float>>;
+using Index = flann::KDTreeSingleIndex<flann::L2_3D<float>>;
 
 /// Points per leaf of the tree: the fastest of 8, 15, 24 and 32.
 constexpr int LeafSize = 24;

@@ -15,6 +15,7 @@
  */
 #pragma once
 
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 
@@ -48,21 +49,6 @@ struct PlaneFit
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
   bool Given = false; // the normal was given, not fitted
-};
-
-/// Number of neighbours stored for each point, and number of these that are edges of the graph for
-/// sign propagation.
-constexpr int KeptNeighbors = 20;
-constexpr int GraphDegree = 12;
-
-/// The stored neighbours of all points, nearest first.
-struct NeighborGraph
-{
-  std::vector<int> Ids;    // [KeptNeighbors * n], -1 where a point has fewer
-  bool AreNearest = false; // rows have the nearest points; else those within a radius
-
-  const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
-  int* Row(size_t i) { return this->Ids.data() + KeptNeighbors * i; }
 };
 
 /// Rank of the neighbour whose distance decides whether a point is isolated.

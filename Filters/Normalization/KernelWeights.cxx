@@ -2,6 +2,7 @@
 #include "Filters/Normalization/KernelWeights.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/SurfaceSamples.h"
 
 #include <algorithm>
@@ -241,6 +242,10 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   };
   Blocks blocks;
   bool running = MakeSamples(problem, progress.Part(0.0, 0.5), blocks);
+  if (problem.Graph)
+  {
+    *problem.Graph = NeighborGraph();
+  }
   SumMoments moments;
   if (!share(running, moments))
   {

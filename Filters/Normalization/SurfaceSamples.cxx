@@ -4,11 +4,13 @@
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 
 namespace SurfelGeometry
 {
@@ -156,10 +158,12 @@ SURFEL_MULTIVERSION void FindExponents(
 class Sampler
 {
 public:
-  Sampler(const WeightProblem& problem, const NeighborSearch& tree)
+  /// @param tree null if the problem has a graph
+  Sampler(const WeightProblem& problem, const NeighborSearch* tree)
     : Cloud(problem.Cloud)
     , Kernels(problem.Kernels)
     , Settings(problem.Settings)
+    , Graph(problem.Graph)
     , Tree(tree)
     // Unit mass within the support.
     , KernelScale(static_cast<float>(1.0 / (1.0 - std::exp(-problem.Settings.Support))))
@@ -238,7 +242,7 @@ private:
     const WeightedKernel& kernel = this->Kernels[owner];
     const Vector3 p = Load(this->Cloud.Position(owner));
     const double inverse = 1.0 / this->Spacing;
-    this->Tree.FindNearest(owner, this->Settings.NumberOfNeighbors, this->Found);
+    this->FindNearest(owner, p);
     this->Near.Count = 0;
     this->Around.Clear();
     this->AddToSheet(owner, Float3());
@@ -259,6 +263,34 @@ private:
     }
     this->Near.Pad();
     return this->Around.HaveGap();
+  }
+
+  /// The nearest surfels, from the tree or from the points' neighbours. Surfels sit a little off
+  /// their points: these neighbours are sorted again.
+  void FindNearest(int owner, const Vector3& p)
+  {
+    if (!this->Graph)
+    {
+      this->Tree->FindNearest(owner, this->Settings.NumberOfNeighbors, this->Found);
+      return;
+    }
+    const int* row = this->Graph->Row(static_cast<std::size_t>(owner));
+    this->Found.Ids.clear();
+    float squared[KeptNeighbors];
+    for (int k = 0; k < this->Settings.NumberOfNeighbors && row[k] >= 0; ++k)
+    {
+      const Vector3 d = Load(this->Cloud.Position(row[k])) - p;
+      const auto distance = static_cast<float>(Dot(d, d));
+      this->Found.Ids.push_back(row[k]);
+      int at = k;
+      for (; at > 0 && squared[at - 1] > distance; --at)
+      {
+        squared[at] = squared[at - 1];
+        this->Found.Ids[at] = this->Found.Ids[at - 1];
+      }
+      squared[at] = distance;
+      this->Found.Ids[at] = row[k];
+    }
   }
 
   /// Share of the plane around a position that the areas of the sheet cover.
@@ -305,7 +337,8 @@ private:
   const LocalCloud& Cloud;
   const std::vector<WeightedKernel>& Kernels;
   const WeightSettings& Settings;
-  const NeighborSearch& Tree;
+  const NeighborGraph* Graph;
+  const NeighborSearch* Tree;
   float KernelScale;
   double Spacing = 1.0; // the owner's
   Neighbors Found;
@@ -321,7 +354,8 @@ bool MakeSamples(
 {
   const LocalCloud& cloud = problem.Cloud;
   const WeightSharing* sharing = problem.Sharing;
-  const NeighborSearch tree(cloud.Positions.data(), cloud.Size());
+  const std::unique_ptr<NeighborSearch> tree(
+    problem.Graph ? nullptr : new NeighborSearch(cloud.Positions.data(), cloud.Size()));
   const vtkIdType count = cloud.Size();
   blocks.resize((count + SampleBlockSize - 1) / SampleBlockSize);
   const vtkIdType blockCount = static_cast<vtkIdType>(blocks.size());
@@ -330,7 +364,7 @@ bool MakeSamples(
   {
     const vtkIdType last = std::min(first + stride, blockCount);
     vtkSMPTools::For(first, last, 1, [&](vtkIdType begin, vtkIdType end) {
-      Sampler sampler(problem, tree);
+      Sampler sampler(problem, tree.get());
       SampleBlock block;
       for (vtkIdType b = begin; b < end; ++b)
       {
