@@ -42,7 +42,7 @@ bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
   return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
 }
 
-/// The owner and its neighbours on the same sheet, nearest first, as a structure of arrays for SIMD
+/// The owner and its neighbours on the same sheet, as a structure of arrays for SIMD
 /// loops. Positions relative to the owner, lengths in units of its spacing. Beyond Count the arrays
 /// are padded to full vectors with kernels that reach nothing.
 struct Sheet
@@ -122,8 +122,12 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
     positions.Nearer[lane] = 0;
   }
   // A surfel twice as far from the owner as a sample cannot be nearer to the sample.
-  for (int k = 1; k < s.Count && s.Squared[k] < 4.0f * squaredReach; ++k)
+  for (int k = 1; k < s.Count; ++k)
   {
+    if (s.Squared[k] >= 4.0f * squaredReach)
+    {
+      continue;
+    }
     const float x = 2.0f * s.X[k], y = 2.0f * s.Y[k], z = 2.0f * s.Z[k], squared = s.Squared[k];
     for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
     {
@@ -242,7 +246,7 @@ private:
     const WeightedKernel& kernel = this->Kernels[owner];
     const Vector3 p = Load(this->Cloud.Position(owner));
     const double inverse = 1.0 / this->Spacing;
-    this->FindNearest(owner, p);
+    this->FindNearest(owner);
     this->Near.Count = 0;
     this->Around.Clear();
     this->AddToSheet(owner, Float3());
@@ -265,9 +269,8 @@ private:
     return this->Around.HaveGap();
   }
 
-  /// The nearest surfels, from the tree or from the points' neighbours. Surfels sit a little off
-  /// their points: these neighbours are sorted again.
-  void FindNearest(int owner, const Vector3& p)
+  /// The nearest surfels, or those of the nearest points, from which surfels are a little off.
+  void FindNearest(int owner)
   {
     if (!this->Graph)
     {
@@ -275,22 +278,8 @@ private:
       return;
     }
     const int* row = this->Graph->Row(static_cast<std::size_t>(owner));
-    this->Found.Ids.clear();
-    float squared[KeptNeighbors];
-    for (int k = 0; k < this->Settings.NumberOfNeighbors && row[k] >= 0; ++k)
-    {
-      const Vector3 d = Load(this->Cloud.Position(row[k])) - p;
-      const auto distance = static_cast<float>(Dot(d, d));
-      this->Found.Ids.push_back(row[k]);
-      int at = k;
-      for (; at > 0 && squared[at - 1] > distance; --at)
-      {
-        squared[at] = squared[at - 1];
-        this->Found.Ids[at] = this->Found.Ids[at - 1];
-      }
-      squared[at] = distance;
-      this->Found.Ids[at] = row[k];
-    }
+    const int* end = std::find(row, row + this->Settings.NumberOfNeighbors, -1);
+    this->Found.Ids.assign(row, end);
   }
 
   /// Share of the plane around a position that the areas of the sheet cover.
