@@ -53,6 +53,7 @@ private:
   bool Finish(vtkPolyData* surfels, vtkPolyData* weighted, vtkPolyData* output)
   {
     surfels->Initialize(); // frees the areas before the normalization
+    this->Neighbors = SurfelNeighbors();
     if (this->Self->BuildHierarchy)
     {
       return this->Work(this->Self->Hierarchy.Get(), 0.85, 1.0, weighted, output);

@@ -66,10 +66,10 @@ public:
   ///@{
   /**
    * Number of nearest surfels whose kernels may reach a surfel's samples. Wider kernels need more:
-   * they reach sqrt(2 Support) standard deviations. Default 20, range 6 to 256.
+   * they reach sqrt(2 Support) standard deviations. Default 20, range 6 to 255.
    * With 40, 2 to 4 in 1000 weights on random points changed by more than 1 %.
    */
-  vtkSetClampMacro(NumberOfNeighbors, int, 6, 256);
+  vtkSetClampMacro(NumberOfNeighbors, int, 6, 255);
   vtkGetMacro(NumberOfNeighbors, int);
   ///@}
 

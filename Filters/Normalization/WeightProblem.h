@@ -88,6 +88,6 @@ struct WeightProblem
   const std::vector<WeightedKernel>& Kernels; // [n]
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
-  NeighborGraph* Graph;         // nearest neighbours, freed when they are used; null: none known
+  const NeighborGraph* Graph;   // nearest neighbours; null: none known
 };
 }
