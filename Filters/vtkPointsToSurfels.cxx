@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfels.h"
 
+#include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/WorkerListener.h"
@@ -10,6 +11,7 @@
 
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkMultiProcessController.h"
 #include "vtkObjectFactory.h"
 #include "vtkPointSet.h"
 #include "vtkPolyData.h"
@@ -102,9 +104,16 @@ vtkMTimeType vtkPointsToSurfels::GetMTime()
 int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
+  vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
   vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  const std::string memory = this->CheckMemory(input);
+  if (!memory.empty())
+  {
+    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation processes the cloud in parts.");
+    return 0;
+  }
   Execution execution(this);
-  const bool finished = execution.Run(vtkPointSet::GetData(inputVector[0]), output);
+  const bool finished = execution.Run(input, output);
   if (!execution.Error.empty())
   {
     vtkErrorMacro(<< execution.Error);
@@ -121,6 +130,17 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
   }
   this->UpdateProgress(1.0);
   return 1;
+}
+
+//------------------------------------------------------------------------------
+std::string vtkPointsToSurfels::CheckMemory(vtkPointSet* input)
+{
+  vtkMultiProcessController* controller = this->Estimation->GetController();
+  const bool isAlone = !controller || controller->GetNumberOfProcesses() <= 1;
+  return input && isAlone // several processes check together, in the estimation
+    ? SurfelGeometry::CheckMemory(
+        input->GetNumberOfPoints(), BytesPerPointOfBoth, AvailableMemory())
+    : std::string();
 }
 
 //------------------------------------------------------------------------------

@@ -123,6 +123,7 @@ private:
         std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * static_cast<std::size_t>(order[id]));
       }
     });
+    this->Self->Neighbors->Order = std::vector<int>(); // frees memory
   }
 
   void Share(
@@ -344,7 +345,8 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
   }
   if (problem.empty())
   {
-    problem = CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
+    problem = CheckMemory(input->GetNumberOfPoints(),
+      this->Neighbors ? BytesPerPointBesidesNeighbors : BytesPerPoint, AvailableMemory());
   }
   if (!problem.empty())
   {

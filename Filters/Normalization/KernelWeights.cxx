@@ -77,6 +77,7 @@ public:
     , Ids(static_cast<std::size_t>(rows.Used) + 1)
     , Areas(this->Ids.size())
     , Terms(this->Ids.size())
+    , Own(SampleBlockSize)
   {
   }
 
@@ -112,12 +113,31 @@ public:
     }
   }
 
-  void AddTo(FixedSums& sums) const
+  /// Adds the terms of the sheet. Most are of surfels in the block, whose first one is `first`:
+  /// these need no atomic addition.
+  void End(int first, FixedSums& sums)
   {
     for (int k = 0; k < this->Count; ++k)
     {
-      sums.Add(static_cast<std::size_t>(this->Ids[k]), this->Terms[k]);
+      const int local = this->Ids[k] - first;
+      if (local >= 0 && local < SampleBlockSize)
+      {
+        this->Own[local] += this->Terms[k];
+      }
+      else
+      {
+        sums.Add(static_cast<std::size_t>(this->Ids[k]), this->Terms[k]);
+      }
     }
+  }
+
+  void EndBlock(int first, FixedSums& sums)
+  {
+    for (int i = 0; i < SampleBlockSize; ++i) // zeros beyond the last surfel are not added
+    {
+      sums.Add(static_cast<std::size_t>(first) + i, this->Own[i]);
+    }
+    std::fill(this->Own.begin(), this->Own.end(), 0);
   }
 
 private:
@@ -125,6 +145,7 @@ private:
   std::vector<int> Ids;
   std::vector<double> Areas;
   std::vector<std::int64_t> Terms;
+  std::vector<std::int64_t> Own; // [SampleBlockSize]
   int Count = 0;
 };
 
@@ -160,10 +181,11 @@ struct Sampling
   NeighborRows Rows;
   Blocks All;
 
-  /// Calls visit(sheet, b, begin, end) for each surfel with samples, in parallel over the
-  /// blocks, whose index is b. The surfel has the samples from `begin` to `end`.
+  /// Calls visit(sheet, b, begin, end) for each surfel with samples, in parallel over the blocks,
+  /// whose index is b. The surfel has the samples from `begin` to `end`.
+  /// @param sums get what the sheets' terms add up to; null: nothing was added
   template <typename Visit>
-  void ForSheets(const std::vector<double>* areas, Visit&& visit) const
+  void ForSheets(const std::vector<double>* areas, FixedSums* sums, Visit&& visit) const
   {
     const auto count = static_cast<vtkIdType>(this->All.size());
     vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
@@ -171,13 +193,22 @@ struct Sampling
       for (; b < last; ++b)
       {
         const SampleBlock& block = this->All[b];
+        const auto first = static_cast<int>(b * SampleBlockSize);
         for (int i = 0; i < block.Surfels(); ++i)
         {
           if (block.Owned[i] < block.Owned[i + 1])
           {
-            sheet.Begin(static_cast<int>(b * SampleBlockSize) + i, areas);
+            sheet.Begin(first + i, areas);
             visit(sheet, b, block.Owned[i], block.Owned[i + 1]);
+            if (sums)
+            {
+              sheet.End(first, *sums);
+            }
           }
+        }
+        if (sums)
+        {
+          sheet.EndBlock(first, *sums);
         }
       }
     });
@@ -192,7 +223,7 @@ void Accumulate(const Sampling& samples, const std::vector<double>* areas, Fixed
 {
   sums.Clear();
   statistics.assign(samples.All.size(), SumMoments());
-  samples.ForSheets(areas, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
+  samples.ForSheets(areas, &sums, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
     const SampleBlock& block = samples.All[b];
     for (int s = begin; s < end; ++s)
     {
@@ -207,14 +238,13 @@ void Accumulate(const Sampling& samples, const std::vector<double>* areas, Fixed
       }
       sheet.Add(block, s, block.Weights[s] / std::max(sum, MinSum));
     }
-    sheet.AddTo(sums);
   });
 }
 
 SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
 {
   std::vector<SumMoments> statistics(samples.All.size());
-  samples.ForSheets(&areas, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
+  samples.ForSheets(&areas, nullptr, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
     const SampleBlock& block = samples.All[b];
     for (int s = begin; s < end; ++s)
     {
