@@ -15,8 +15,9 @@ debian=$folder/debian
 scans=$root/../shared/scans
 package=$root/build/lib/python3/dist-packages
 packages=(paraview-dev python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
-  ninja-build libpcl-features1.13 libpcl-filters1.13 libboost-dev libflann-dev libeigen3-dev libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev
-  zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev python3-dev python3-numpy)
+  ninja-build libpcl-features1.13 libpcl-filters1.13 libboost-dev libflann-dev libeigen3-dev
+  libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev
+  libfreetype-dev libglew-dev python3-dev python3-numpy)
 # Without -noreset the server ends between windows now and then.
 screen=(-s "-screen 0 1280x1024x24 -noreset")
 
