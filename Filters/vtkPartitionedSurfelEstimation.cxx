@@ -7,14 +7,14 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/SurfelOutput.h"
+#include "Filters/Common/WorkerListener.h"
 #include "Filters/Partition/CloudRegions.h"
 #include "Filters/Partition/PartitionedSurfels.h"
+#include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
-#include "vtkCallbackCommand.h"
 #include "vtkDoubleArray.h"
-#include "vtkExecutive.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
 #include "vtkIdTypeArray.h"
@@ -42,59 +42,7 @@ const char* const IdArray = "PartitionedPointId";
 
 /// Memory besides the input in bytes: for each point of the cloud (local position and output), and
 /// for each point of the part that is processed (its copy and the filters' memory).
-constexpr double BytesPerCloudPoint = 12.0 + 57.0, BytesPerPartPoint = BytesPerPoint + 30.0;
-
-/// Observes a filter that processes a part: passes its progress on, stops it, stores its errors and
-/// suppresses its warnings, which count the points of the halo twice.
-class Listener
-{
-public:
-  Listener(const StageProgress& progress, vtkAlgorithm* worker)
-    : Progress(progress)
-    , Worker(worker)
-  {
-    this->Command->SetClientData(this);
-    this->Command->SetCallback(&Listener::Handle);
-    for (const unsigned long event :
-      { vtkCommand::ProgressEvent, vtkCommand::WarningEvent, vtkCommand::ErrorEvent })
-    {
-      worker->AddObserver(event, this->Command);
-    }
-    worker->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Command);
-  }
-  ~Listener()
-  {
-    this->Worker->RemoveObserver(this->Command);
-    this->Worker->GetExecutive()->RemoveObserver(this->Command);
-  }
-  Listener(const Listener&) = delete;
-  void operator=(const Listener&) = delete;
-
-  bool Stopped = false;
-  std::string Error;
-
-private:
-  static void Handle(vtkObject*, unsigned long event, void* listener, void* data)
-  {
-    auto* self = static_cast<Listener*>(listener);
-    if (event == vtkCommand::ErrorEvent)
-    {
-      // The first error is the cause; one of the pipeline follows.
-      const char* text = data ? static_cast<const char*>(data) : "unknown error";
-      self->Error = self->Error.empty() ? text : self->Error;
-    }
-    else if (event == vtkCommand::ProgressEvent &&
-      !self->Progress.Step(*static_cast<const double*>(data)))
-    {
-      self->Stopped = true;
-      self->Worker->SetAbortExecute(1);
-    }
-  }
-
-  StageProgress Progress;
-  vtkAlgorithm* Worker;
-  vtkNew<vtkCallbackCommand> Command;
-};
+constexpr double BytesPerCloudPoint = 12.0 + 57.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
 }
 
 /// One execution. Surfels are stored at the index of their input point; then gaps are closed.
@@ -211,8 +159,10 @@ private:
   bool Estimate(const CloudRegion& region, bool alone, const StageProgress& progress,
     vtkSmartPointer<vtkPolyData>& surfels)
   {
-    vtkNew<vtkSurfelEstimation> estimation;
-    vtkNew<vtkSurfelNormalization> normalization;
+    vtkNew<vtkPointsToSurfels> worker;
+    vtkSurfelEstimation* estimation = worker->GetEstimation();
+    vtkSurfelNormalization* normalization = worker->GetNormalization();
+    worker->BuildHierarchyOff();
     estimation->CopySettings(this->Self->Estimation);
     estimation->SetNormalsArrayName(nullptr); // parts have them as their active normals
     normalization->CopySettings(this->Self->Normalization);
@@ -223,26 +173,15 @@ private:
       estimation->SetOrientationMode(
         this->Normals ? vtkSurfelEstimation::AS_GIVEN : vtkSurfelEstimation::TWO_SIDED);
     }
-    {
-      const Listener listener(progress.Part(0.05, 0.6), estimation);
-      estimation->SetInputData(this->Extract(region));
-      estimation->Update();
-      if (!this->Finished(listener))
-      {
-        return false;
-      }
-    }
+    const WorkerListener listener(progress.Part(0.05, 1.0), worker);
+    worker->SetInputData(this->Extract(region));
+    worker->Update();
     this->Spacing = estimation->GetMedianSpacing();
-    surfels = estimation->GetOutput();
-    estimation->SetInputData(nullptr); // frees the points
-    const Listener listener(progress.Part(0.6, 1.0), normalization);
-    normalization->SetInputData(surfels);
-    normalization->Update();
-    surfels = normalization->GetOutput();
+    surfels = worker->GetOutput();
     return this->Finished(listener);
   }
 
-  bool Finished(const Listener& listener)
+  bool Finished(const WorkerListener& listener)
   {
     this->Error = listener.Error;
     return !listener.Stopped && listener.Error.empty();

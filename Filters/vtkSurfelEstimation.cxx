@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/PlaneFit.h"
@@ -34,6 +35,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <utility>
 
 using namespace SurfelGeometry;
 namespace Arrays = SurfelSplatting::Arrays;
@@ -134,6 +136,10 @@ public:
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
         MeasureCells(oriented, this->Fits, progress.Part(0.9, 0.98), this->Cells));
+    if (this->SharesNeighbors())
+    {
+      this->Self->Neighbors->Graph = std::move(this->Graph);
+    }
     this->Graph = NeighborGraph(); // frees memory for the output
     return finished;
   }
@@ -148,6 +154,10 @@ public:
     PassPointData(input, kept, output);
     this->SortByInput(input->GetNumberOfPoints());
     this->WriteSurfels(output);
+    if (this->SharesNeighbors())
+    {
+      this->Self->Neighbors->Order = std::move(this->Order);
+    }
   }
 
   void Count()
@@ -304,6 +314,8 @@ private:
     surfels.Write(this->Cloud.Origin, output);
   }
 
+  bool SharesNeighbors() const { return this->Self->Neighbors && !this->Shared; }
+
   bool IsCounted(int i) const { return !this->Counted || this->Counted(this->Cloud.InputIds[i]); }
 
   /// Whether `condition` holds on all ranks that estimate one cloud.
@@ -352,8 +364,12 @@ int vtkSurfelEstimation::FillInputPortInformation(int vtkNotUsed(port), vtkInfor
 int vtkSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
-  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  return this->Execute(vtkPointSet::GetData(inputVector[0]), vtkPolyData::GetData(outputVector));
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelEstimation::Execute(vtkPointSet* input, vtkPolyData* output)
+{
   this->ResetCounts();
   if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
   {

@@ -44,6 +44,10 @@ class vtkMultiProcessController;
 class vtkPointSet;
 class vtkPolyData;
 
+namespace SurfelGeometry
+{
+struct SurfelNeighbors;
+}
 namespace SurfelSplatting
 {
 class Ranks;
@@ -297,7 +301,9 @@ private:
   void ResetCounts();
   bool CheckSettings(vtkPointSet* input);
   void WarnOfTroubles();
+  int Execute(vtkPointSet* input, vtkPolyData* output);
 #ifndef __VTK_WRAP__
+  friend class vtkPointsToSurfels;
   int RequestDistributed(SurfelSplatting::Ranks& ranks, vtkPointSet* input, vtkPolyData* output);
   bool CheckDistributedMemory(SurfelSplatting::Ranks& ranks, vtkIdType points, bool orients);
 #endif
@@ -305,6 +311,7 @@ private:
   class Execution;
 
   vtkSmartPointer<vtkMultiProcessController> Controller;
+  SurfelGeometry::SurfelNeighbors* Neighbors = nullptr; ///< what the next execution fills, if any
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfIsolatedPoints = 0;

@@ -261,8 +261,12 @@ std::string vtkSurfelHierarchy::CheckMemory(vtkIdType surfels, bool withSurfels)
 int vtkSurfelHierarchy::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* input = vtkPolyData::GetData(inputVector[0]);
-  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  return this->Execute(vtkPolyData::GetData(inputVector[0]), vtkPolyData::GetData(outputVector));
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelHierarchy::Execute(vtkPolyData* input, vtkPolyData* output)
+{
   this->NumberOfLeaves = this->NumberOfNodes = this->NumberOfInvalidSurfels = 0;
   this->NumberOfLevels = 0;
   const std::string problem = CheckInput(input);

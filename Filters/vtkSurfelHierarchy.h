@@ -71,6 +71,10 @@ private:
 
   class Execution;
   static std::string CheckInput(vtkPolyData* input);
+  int Execute(vtkPolyData* input, vtkPolyData* output);
+#ifndef __VTK_WRAP__
+  friend class vtkPointsToSurfels;
+#endif
 
   vtkIdType NumberOfLeaves = 0;
   vtkIdType NumberOfNodes = 0;

@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/KernelWeights.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "Parallel/ControllerRanks.h"
@@ -61,9 +62,14 @@ public:
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     result->DeepCopy(areaVectors);
     result->SetName(Arrays::AreaVector);
-    const double origin[3] = { 0.0, 0.0, 0.0 };
-    if (input->GetPoints())
+    const bool knowsNeighbors = !ranks && this->KnowsNeighbors(input);
+    if (knowsNeighbors)
     {
+      this->TakeOrder(input->GetPoints());
+    }
+    else if (input->GetPoints())
+    {
+      const double origin[3] = { 0.0, 0.0, 0.0 };
       GatherCloud(input->GetPoints(), origin, this->Cloud);
     }
     WeightSharing sharing;
@@ -80,7 +86,8 @@ public:
       this->Self->TotalAreaBefore += sharing.IsOwn.empty() || sharing.IsOwn[i] ? areas[i] : 0.0;
     }
     const WeightSettings settings = this->GetWeightSettings();
-    const WeightProblem problem{ this->Cloud, this->Kernels, settings, ranks ? &sharing : nullptr };
+    const WeightProblem problem{ this->Cloud, this->Kernels, settings, ranks ? &sharing : nullptr,
+      knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
     if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
@@ -91,6 +98,34 @@ public:
   }
 
 private:
+  /// Whether the estimation has left the neighbours of these points, and enough of them.
+  bool KnowsNeighbors(vtkPolyData* input) const
+  {
+    const SurfelNeighbors* known = this->Self->Neighbors;
+    const auto count = static_cast<std::size_t>(input->GetNumberOfPoints());
+    return known && known->Graph.AreNearest && known->Order.size() == count &&
+      known->Graph.Ids.size() == KeptNeighbors * count &&
+      this->Self->NumberOfNeighbors <= KeptNeighbors;
+  }
+
+  /// Orders the cloud like the estimation's, without sorting again.
+  void TakeOrder(vtkPoints* points)
+  {
+    const std::vector<int>& order = this->Self->Neighbors->Order;
+    this->Cloud.InputIds.resize(order.size());
+    this->Cloud.Positions.resize(3 * order.size());
+    vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType id, vtkIdType end) {
+      for (; id < end; ++id)
+      {
+        double p[3];
+        points->GetPoint(id, p);
+        this->Cloud.InputIds[order[id]] = id;
+        std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * static_cast<std::size_t>(order[id]));
+      }
+    });
+    this->Self->Neighbors->Order = std::vector<int>(); // frees memory
+  }
+
   void Share(
     SurfelSplatting::Ranks& ranks, const PartitionedCloud& region, WeightSharing& sharing) const
   {
@@ -223,8 +258,12 @@ vtkMultiProcessController* vtkSurfelNormalization::GetController()
 int vtkSurfelNormalization::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* input = vtkPolyData::GetData(inputVector[0]);
-  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  return this->Execute(vtkPolyData::GetData(inputVector[0]), vtkPolyData::GetData(outputVector));
+}
+
+//------------------------------------------------------------------------------
+int vtkSurfelNormalization::Execute(vtkPolyData* input, vtkPolyData* output)
+{
   this->ResetReport();
   if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
   {
@@ -306,7 +345,8 @@ bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
   }
   if (problem.empty())
   {
-    problem = CheckMemory(input->GetNumberOfPoints(), BytesPerPoint, AvailableMemory());
+    problem = CheckMemory(input->GetNumberOfPoints(),
+      this->Neighbors ? BytesPerPointBesidesNeighbors : BytesPerPoint, AvailableMemory());
   }
   if (!problem.empty())
   {

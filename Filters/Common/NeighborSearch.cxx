@@ -13,12 +13,15 @@ namespace SurfelGeometry
 {
 namespace
 {
-using Index = flann::KDTreeSingleIndex<flann::L2_Simple<float>>;
+using Index = flann::KDTreeSingleIndex<flann::L2_3D<float>>;
 
 /// Points per leaf of the tree: the fastest of 8, 15, 24 and 32.
 constexpr int LeafSize = 24;
 
 constexpr float Unbounded = std::numeric_limits<float>::max();
+
+/// Number of points that a search within a radius asks for first.
+constexpr int FirstWanted = 64;
 
 /// Distances are not negative: as integers, their bits are in the same order.
 std::uint64_t KeyOf(float squaredDistance, int id)
@@ -39,6 +42,15 @@ float SquaredDistanceOf(std::uint64_t key)
   float result;
   std::memcpy(&result, &bits, sizeof result);
   return result;
+}
+
+void CopyFound(const std::vector<std::uint64_t>& found, int count, pcl::Indices& ids,
+  std::vector<float>& squaredDistances)
+{
+  ids.resize(count);
+  squaredDistances.resize(count);
+  std::transform(found.begin(), found.begin() + count, ids.begin(), IdOf);
+  std::transform(found.begin(), found.begin() + count, squaredDistances.begin(), SquaredDistanceOf);
 }
 }
 
@@ -95,7 +107,8 @@ private:
 };
 
 NeighborSearch::NeighborSearch(const float* positions, int count)
-  : Implementation(new Tree{ positions, count, nullptr })
+  : Search("FLANN", true)
+  , Implementation(new Tree{ positions, count, nullptr })
 {
   if (count > 0)
   {
@@ -112,16 +125,24 @@ int NeighborSearch::Size() const
   return this->Implementation->Count;
 }
 
-void NeighborSearch::Search(int i, int wanted, float squaredReach, Neighbors& neighbors) const
+/// Returns the number of points found; they stay in neighbors.Found.
+int NeighborSearch::Query(
+  const float* place, int wanted, float squaredReach, Neighbors& neighbors) const
 {
   Result result(neighbors.Found, wanted, squaredReach);
   const flann::SearchParams exact(flann::FLANN_CHECKS_UNLIMITED, 0.0f);
-  this->Implementation->Search->findNeighbors(
-    result, this->Implementation->Positions + 3 * static_cast<size_t>(i), exact);
+  this->Implementation->Search->findNeighbors(result, place, exact);
+  return result.Count();
+}
+
+void NeighborSearch::QueryPoint(int i, int wanted, float squaredReach, Neighbors& neighbors) const
+{
+  const float* place = this->Implementation->Positions + 3 * static_cast<size_t>(i);
+  const int found = this->Query(place, wanted, squaredReach, neighbors);
   neighbors.Ids.resize(wanted);
   neighbors.SquaredDistances.resize(wanted);
   int count = 0;
-  for (int k = 0; k < result.Count(); ++k)
+  for (int k = 0; k < found; ++k)
   {
     const int id = IdOf(neighbors.Found[k]);
     neighbors.Ids[count] = id;
@@ -153,10 +174,10 @@ void NeighborSearch::FindNearest(int i, int count, Neighbors& neighbors) const
 {
   const int wanted = std::min(count + 1, this->Size());
   const float bound = this->BoundOf(i, wanted, neighbors);
-  this->Search(i, wanted, bound, neighbors);
+  this->QueryPoint(i, wanted, bound, neighbors);
   if (neighbors.Count() + 1 < wanted && bound < Unbounded)
   {
-    this->Search(i, wanted, Unbounded, neighbors); // distances overflowed or underflowed
+    this->QueryPoint(i, wanted, Unbounded, neighbors); // distances overflowed or underflowed
   }
   neighbors.Last = i;
   neighbors.LastWanted = neighbors.Count() + 1;
@@ -167,6 +188,36 @@ void NeighborSearch::FindWithin(int i, double radius, int limit, Neighbors& neig
 {
   // The limit keeps a query in a dense cluster from returning the whole cloud.
   const int wanted = std::min(limit + 1, this->Size());
-  this->Search(i, wanted, static_cast<float>(radius * radius), neighbors);
+  this->QueryPoint(i, wanted, static_cast<float>(radius * radius), neighbors);
+}
+
+int NeighborSearch::nearestKSearch(const pcl::PointXYZ& place, int count, pcl::Indices& ids,
+  std::vector<float>& squaredDistances) const
+{
+  Neighbors neighbors;
+  const int wanted = std::min(count, this->Size());
+  const int found = wanted > 0 ? this->Query(place.data, wanted, Unbounded, neighbors) : 0;
+  CopyFound(neighbors.Found, found, ids, squaredDistances);
+  return found;
+}
+
+int NeighborSearch::radiusSearch(const pcl::PointXYZ& place, double radius, pcl::Indices& ids,
+  std::vector<float>& squaredDistances, unsigned int limit) const
+{
+  const int size = this->Size();
+  const int most =
+    limit > 0 && limit < static_cast<unsigned int>(size) ? static_cast<int>(limit) : size;
+  const auto squaredReach = static_cast<float>(radius * radius);
+  Neighbors neighbors;
+  // The number is not known before: more are asked for until some place is left.
+  int wanted = std::min(most, FirstWanted);
+  int found = wanted > 0 ? this->Query(place.data, wanted, squaredReach, neighbors) : 0;
+  while (found == wanted && wanted < most)
+  {
+    wanted = wanted < most / 4 ? 4 * wanted : most;
+    found = this->Query(place.data, wanted, squaredReach, neighbors);
+  }
+  CopyFound(neighbors.Found, found, ids, squaredDistances);
+  return found;
 }
 }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Nearest neighbours in a cloud by FLANN's k-d tree, whose headers only the source file includes.
- * It is the tree inside PCL's KdTreeFLANN, without PCL's two copies of the points and its
- * allocations for each query (Documentation/Performance.md).
+ * It is the tree inside pcl::KdTreeFLANN, without PCL's two copies of the points and its
+ * allocations for each query (Documentation/Performance.md), and with answers that do not depend on
+ * the order of ties. PCL's filters and features take it as their search method.
  */
 #pragma once
+
+#include <pcl/point_types.h>
+#include <pcl/search/search.h>
 
 #include <cstdint>
 #include <memory>
@@ -29,12 +33,12 @@ private:
 };
 
 /// Queries are const and may run in parallel; their results do not depend on the threads.
-class NeighborSearch
+class NeighborSearch : public pcl::search::Search<pcl::PointXYZ>
 {
 public:
   /// positions: [3 count], finite; they must outlive this object.
   NeighborSearch(const float* positions, int count);
-  ~NeighborSearch();
+  ~NeighborSearch() override;
   NeighborSearch(const NeighborSearch&) = delete;
   NeighborSearch& operator=(const NeighborSearch&) = delete;
 
@@ -46,11 +50,23 @@ public:
   /// The points within `radius` of point i, without i itself; at most the `limit` nearest.
   void FindWithin(int i, double radius, int limit, Neighbors& neighbors) const;
 
+  ///@{
+  /// PCL's queries, for any place and for a point of the cloud. An answer contains that point, and
+  /// is sorted. The cloud that PCL sets must have the same points in the same order.
+  using Search::nearestKSearch;
+  using Search::radiusSearch;
+  int nearestKSearch(const pcl::PointXYZ& place, int count, pcl::Indices& ids,
+    std::vector<float>& squaredDistances) const override;
+  int radiusSearch(const pcl::PointXYZ& place, double radius, pcl::Indices& ids,
+    std::vector<float>& squaredDistances, unsigned int limit = 0) const override;
+  ///@}
+
 private:
   struct Tree;
   class Result;
 
-  void Search(int i, int wanted, float squaredReach, Neighbors& neighbors) const;
+  int Query(const float* place, int wanted, float squaredReach, Neighbors& neighbors) const;
+  void QueryPoint(int i, int wanted, float squaredReach, Neighbors& neighbors) const;
   float BoundOf(int i, int wanted, const Neighbors& neighbors) const;
 
   std::unique_ptr<Tree> Implementation;

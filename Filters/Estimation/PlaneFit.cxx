@@ -4,7 +4,10 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/NeighborSearch.h"
 
-#include <Eigen/Eigenvalues>
+#include <pcl/common/centroid.h>
+#include <pcl/common/eigen.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
 
 #include <algorithm>
 #include <cmath>
@@ -34,25 +37,46 @@ constexpr double SheetClimb = 0.6;
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
-/// Covariance of point i and its neighbours about their mean, divided by the number of neighbours:
-/// an unbiased estimate. In a disc of radius r, whose centre is the point itself and whose rim the
-/// outermost neighbour is on, it is exactly r^2/4 per axis.
-Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+/// The neighbourhood of a point as PCL sees it. Each thread reuses one.
+class Patch
 {
-  const Vector3 p = Load(cloud.Position(i));
-  const int count = neighbors.Count();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  for (const int j : neighbors.Ids)
+public:
+  /// Covariance of point i and its neighbours about their mean, divided by the number of
+  /// neighbours: an unbiased estimate. In a disc of radius r, whose centre is the point itself and
+  /// whose rim the outermost neighbour is on, it is exactly r^2/4 per axis.
+  Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neighbors)
   {
-    // Differences to the point itself are exact where neighbours are near each other.
-    const Vector3 d = Load(cloud.Position(j)) - p;
-    const Eigen::Vector3d e(d[0], d[1], d[2]);
-    sum += e;
-    squares.noalias() += e * e.transpose();
+    const float* p = cloud.Position(i);
+    const int count = neighbors.Count();
+    this->Points.resize(static_cast<std::size_t>(count) + 1);
+    this->Points[0] = pcl::PointXYZ(0.0f, 0.0f, 0.0f);
+    for (int k = 0; k < count; ++k)
+    {
+      // Differences to the point itself are exact where neighbours are near each other.
+      const float* q = cloud.Position(neighbors.Ids[k]);
+      this->Points[k + 1] = pcl::PointXYZ(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
+    }
+    Eigen::Matrix3d covariance;
+    Eigen::Vector4d mean;
+    pcl::computeMeanAndCovarianceMatrix(this->Points, covariance, mean);
+    return (count + 1.0) / std::max(count, 1) * covariance;
   }
-  return (squares - sum * sum.transpose() / (count + 1.0)) / std::max(count, 1);
-}
+
+private:
+  pcl::PointCloud<pcl::PointXYZ> Points; // relative to point i, the first one
+};
+
+/// Principal variances of a neighbourhood, ascending, and their directions, of length 1.
+struct Principal
+{
+  Eigen::Vector3d Variances;
+  Eigen::Matrix3d Directions; // columns
+
+  explicit Principal(const Eigen::Matrix3d& covariance)
+  {
+    pcl::eigen33(covariance, this->Directions, this->Variances);
+  }
+};
 
 Vector3 ToVector(const Eigen::Vector3d& a)
 {
@@ -69,28 +93,27 @@ public:
   {
   }
 
-  PlaneFit Fit(int i, const float* given, int* graph, Neighbors& neighbors) const
+  PlaneFit Fit(int i, const float* given, int* graph, Neighbors& neighbors)
   {
     this->FindAndKeep(i, graph, neighbors);
-    Eigen::Matrix3d covariance = Covariance(this->Cloud, i, neighbors);
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
-    eigen.computeDirect(covariance);
+    Eigen::Matrix3d covariance = this->Around.Covariance(this->Cloud, i, neighbors);
+    Principal principal(covariance);
     PlaneFit fit;
     fit.Reach = ReachOf(neighbors);
-    if (neighbors.Count() >= 3 && eigen.eigenvalues()[1] < LineRatio * eigen.eigenvalues()[2])
+    if (neighbors.Count() >= 3 && principal.Variances[1] < LineRatio * principal.Variances[2])
     {
       this->Find(i, LineGrowth, neighbors);
-      covariance = Covariance(this->Cloud, i, neighbors);
-      eigen.computeDirect(covariance);
+      covariance = this->Around.Covariance(this->Cloud, i, neighbors);
+      principal = Principal(covariance);
     }
-    this->SetNormal(eigen, given, fit);
+    this->SetNormal(principal, given, fit);
     this->SetExtent(covariance, neighbors, fit);
     return fit;
   }
 
   /// Spacing and extent of point i from the neighbours j with isOfSheet(j).
   template <typename Test>
-  void Refit(int i, Neighbors& neighbors, PlaneFit& fit, Test&& isOfSheet) const
+  void Refit(int i, Neighbors& neighbors, PlaneFit& fit, Test&& isOfSheet)
   {
     const int wanted = this->Settings.NumberOfNeighbors;
     this->Find(i, 2, neighbors);
@@ -108,7 +131,7 @@ public:
     {
       neighbors.Ids.resize(kept);
       neighbors.SquaredDistances.resize(kept);
-      this->SetExtent(Covariance(this->Cloud, i, neighbors), neighbors, fit);
+      this->SetExtent(this->Around.Covariance(this->Cloud, i, neighbors), neighbors, fit);
     }
   }
 
@@ -160,13 +183,12 @@ private:
     return rank > 0 ? std::sqrt(neighbors.SquaredDistances[rank - 1]) : 0.0f;
   }
 
-  void SetNormal(const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& eigen, const float* given,
-    PlaneFit& fit) const
+  void SetNormal(const Principal& principal, const float* given, PlaneFit& fit) const
   {
-    const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(0.0);
+    const Eigen::Vector3d values = principal.Variances.cwiseMax(0.0);
     fit.Flatness = values[1] > 0.0 ? static_cast<float>(values[0] / values[1]) : 1.0f;
     fit.Degenerate = !(values[1] > CollinearRatio * values[2]);
-    fit.Normal = Normalized(ToVector(eigen.eigenvectors().col(0)), { 0.0, 0.0, 1.0 });
+    fit.Normal = Normalized(ToVector(principal.Directions.col(0)), { 0.0, 0.0, 1.0 });
     if (given)
     {
       const Vector3 normal = Load(given);
@@ -214,6 +236,7 @@ private:
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
   const FitSettings& Settings;
+  Patch Around;
 };
 
 double Median(std::vector<float>& values)
@@ -327,8 +350,8 @@ bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector
   fits.resize(count);
   graph.Ids.resize(KeptNeighbors * count);
   graph.AreNearest = !settings.UseRadius;
-  const Fitter fitter(cloud, input.Tree, settings);
   const bool finished = ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+    Fitter fitter(cloud, input.Tree, settings);
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {
@@ -361,8 +384,8 @@ bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
     return AreOfOneSheet(fits[i], fits[j], twoSided[i] || twoSided[j],
       Load(cloud.Position(j)) - Load(cloud.Position(i)));
   };
-  const Fitter fitter(cloud, oriented.Tree, settings);
   return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+    Fitter fitter(cloud, oriented.Tree, settings);
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {

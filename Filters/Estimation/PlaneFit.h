@@ -1,9 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Tangent plane, spacing and tangential extent of every point from its neighbours.
+ *
+ * PCL computes the covariance of a neighbourhood and its principal directions: the functions that
+ * pcl::NormalEstimation calls, as instances in double. The class itself
+ * - computes in float, relative to the cloud's origin. The variances across a line of points, which
+ *   decide whether a normal exists, are then noise;
+ * - drops the variances, of which spacing and extent are made, and returns one curvature;
+ * - takes the same number of neighbours everywhere, and runs without progress and abort.
+ *
+ * PCL has no area or radius per point: SetExtent computes the area from the variances, and
+ * VoronoiCell.h the cell. (pcl::PrincipalCurvaturesEstimation and pcl::RSDEstimation give radii of
+ * curvature.)
  */
 #pragma once
 
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 
@@ -38,21 +50,6 @@ struct PlaneFit
   bool Isolated = false;
   bool Given = false; // the normal was given, not fitted
   bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
-};
-
-/// Number of neighbours stored for each point, and number of these that are edges of the graph for
-/// sign propagation.
-constexpr int KeptNeighbors = 20;
-constexpr int GraphDegree = 12;
-
-/// The stored neighbours of all points, nearest first.
-struct NeighborGraph
-{
-  std::vector<int> Ids;    // [KeptNeighbors * n], -1 where a point has fewer
-  bool AreNearest = false; // rows have the nearest points; else those within a radius
-
-  const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
-  int* Row(size_t i) { return this->Ids.data() + KeptNeighbors * i; }
 };
 
 /// Rank of the neighbour whose distance decides whether a point is isolated.

@@ -2,6 +2,7 @@
 #include "Filters/Normalization/KernelWeights.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/SurfaceSamples.h"
 
 #include <algorithm>
@@ -67,15 +68,86 @@ private:
   size_t Count;
 };
 
-double SumAt(const SampleBlock& block, size_t sample, const std::vector<double>& areas)
+/// The areas of one surfel and its neighbours, and what its samples add to their sums.
+class SheetSums
 {
-  double sum = 0.0;
-  for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
+public:
+  explicit SheetSums(const NeighborRows& rows)
+    : Rows(rows)
+    , Ids(static_cast<std::size_t>(rows.Used) + 1)
+    , Areas(this->Ids.size())
+    , Terms(this->Ids.size())
+    , Own(SampleBlockSize)
   {
-    sum += areas[block.Ids[e]] * block.Kernels[e];
   }
-  return sum;
-}
+
+  /// @param areas null: not needed
+  void Begin(int owner, const std::vector<double>* areas)
+  {
+    const int* row = this->Rows.Row(owner);
+    this->Count = 1 + static_cast<int>(std::find(row, row + this->Rows.Used, -1) - row);
+    this->Ids[0] = owner;
+    std::copy_n(row, this->Count - 1, this->Ids.begin() + 1);
+    for (int k = 0; k < this->Count; ++k)
+    {
+      this->Areas[k] = areas ? (*areas)[this->Ids[k]] : 0.0;
+      this->Terms[k] = 0;
+    }
+  }
+
+  double SumAt(const SampleBlock& block, int sample) const
+  {
+    double sum = 0.0;
+    for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
+    {
+      sum += this->Areas[block.Ranks[e]] * block.Kernels[e];
+    }
+    return sum;
+  }
+
+  void Add(const SampleBlock& block, int sample, double factor)
+  {
+    for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
+    {
+      this->Terms[block.Ranks[e]] += FixedSums::ToFixed(factor * block.Kernels[e]);
+    }
+  }
+
+  /// Adds the terms of the sheet. Most are of surfels in the block, whose first one is `first`:
+  /// these need no atomic addition.
+  void End(int first, FixedSums& sums)
+  {
+    for (int k = 0; k < this->Count; ++k)
+    {
+      const int local = this->Ids[k] - first;
+      if (local >= 0 && local < SampleBlockSize)
+      {
+        this->Own[local] += this->Terms[k];
+      }
+      else
+      {
+        sums.Add(static_cast<std::size_t>(this->Ids[k]), this->Terms[k]);
+      }
+    }
+  }
+
+  void EndBlock(int first, FixedSums& sums)
+  {
+    for (int i = 0; i < SampleBlockSize; ++i) // zeros beyond the last surfel are not added
+    {
+      sums.Add(static_cast<std::size_t>(first) + i, this->Own[i]);
+    }
+    std::fill(this->Own.begin(), this->Own.end(), 0);
+  }
+
+private:
+  const NeighborRows& Rows;
+  std::vector<int> Ids;
+  std::vector<double> Areas;
+  std::vector<std::int64_t> Terms;
+  std::vector<std::int64_t> Own; // [SampleBlockSize]
+  int Count = 0;
+};
 
 SumMoments Total(const std::vector<SumMoments>& blocks)
 {
@@ -103,79 +175,105 @@ SumStatistics Statistics(const SumMoments& all, WeightReport& report)
   return result;
 }
 
-/// Adds the terms of one block: sums_i += w_j K_ji d_j / s_j with d_j = 1 on the surface and 0
-/// beyond its border; or w_j K_ji if `areas` is null.
-/// @param own [SampleBlockSize] scratch for the block's own surfels, which get most terms: these
-/// need no atomic addition
-void AccumulateBlock(const SampleBlock& block, vtkIdType first, const std::vector<double>* areas,
-  std::vector<std::int64_t>& own, FixedSums& sums, SumMoments& statistics)
+/// The samples of all surfels.
+struct Sampling
 {
-  std::fill(own.begin(), own.end(), 0);
-  for (size_t s = 0; s < block.Count(); ++s)
-  {
-    if (areas && !block.Inside[s])
-    {
-      continue;
-    }
-    const double sum = areas ? SumAt(block, s, *areas) : 1.0;
-    const double factor = block.Weights[s] / std::max(sum, MinSum);
-    if (areas && block.Inside[s] == CountedSample)
-    {
-      statistics.Add(block.Weights[s], sum);
-    }
-    for (int e = block.Ends[s]; e < block.Ends[s + 1]; ++e)
-    {
-      const std::int64_t term = FixedSums::ToFixed(factor * block.Kernels[e]);
-      const vtkIdType local = block.Ids[e] - first;
-      if (local >= 0 && local < SampleBlockSize)
-      {
-        own[local] += term;
-      }
-      else
-      {
-        sums.Add(block.Ids[e], term);
-      }
-    }
-  }
-  for (vtkIdType i = 0; i < SampleBlockSize; ++i)
-  {
-    sums.Add(first + i, own[i]);
-  }
-}
+  NeighborRows Rows;
+  Blocks All;
 
-/// @param statistics of the sums with the given areas, for each block
-void Accumulate(const Blocks& blocks, const std::vector<double>* areas, FixedSums& sums,
-  std::vector<SumMoments>& statistics)
-{
-  sums.Clear();
-  statistics.assign(blocks.size(), SumMoments());
-  vtkSMPTools::For(
-    0, static_cast<vtkIdType>(blocks.size()), 1, [&](vtkIdType begin, vtkIdType end) {
-      std::vector<std::int64_t> own(SampleBlockSize);
-      for (vtkIdType b = begin; b < end; ++b)
+  /// Calls visit(sheet, b, begin, end) for each surfel with samples, in parallel over the blocks,
+  /// whose index is b. The surfel has the samples from `begin` to `end`.
+  /// @param sums get what the sheets' terms add up to; null: nothing was added
+  template <typename Visit>
+  void ForSheets(const std::vector<double>* areas, FixedSums* sums, Visit&& visit) const
+  {
+    const auto count = static_cast<vtkIdType>(this->All.size());
+    vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
+      SheetSums sheet(this->Rows);
+      for (; b < last; ++b)
       {
-        AccumulateBlock(blocks[b], b * SampleBlockSize, areas, own, sums, statistics[b]);
-      }
-    });
-}
-
-SumMoments Measure(const Blocks& blocks, const std::vector<double>& areas)
-{
-  std::vector<SumMoments> statistics(blocks.size());
-  vtkSMPTools::For(
-    0, static_cast<vtkIdType>(blocks.size()), 1, [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType b = begin; b < end; ++b)
-      {
-        for (size_t s = 0; s < blocks[b].Count(); ++s)
+        const SampleBlock& block = this->All[b];
+        const auto first = static_cast<int>(b * SampleBlockSize);
+        for (int i = 0; i < block.Surfels(); ++i)
         {
-          if (blocks[b].Inside[s] == CountedSample)
+          if (block.Owned[i] < block.Owned[i + 1])
           {
-            statistics[b].Add(blocks[b].Weights[s], SumAt(blocks[b], s, areas));
+            sheet.Begin(first + i, areas);
+            visit(sheet, b, block.Owned[i], block.Owned[i + 1]);
+            if (sums)
+            {
+              sheet.End(first, *sums);
+            }
           }
+        }
+        if (sums)
+        {
+          sheet.EndBlock(first, *sums);
         }
       }
     });
+  }
+};
+
+/// Adds up sums_i += w_j K_ji d_j / s_j with d_j = 1 on the surface and 0 beyond its border; or
+/// w_j K_ji if `areas` is null.
+/// @param statistics of the sums with the given areas, for each block
+void Accumulate(const Sampling& samples, const std::vector<double>* areas, FixedSums& sums,
+  std::vector<SumMoments>& statistics)
+{
+  sums.Clear();
+  statistics.assign(samples.All.size(), SumMoments());
+  samples.ForSheets(areas, &sums, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
+    const SampleBlock& block = samples.All[b];
+    for (int s = begin; s < end; ++s)
+    {
+      if (areas && !block.Inside[s])
+      {
+        continue;
+      }
+      const double sum = areas ? sheet.SumAt(block, s) : 1.0;
+      if (areas && block.Inside[s] == CountedSample)
+      {
+        statistics[b].Add(block.Weights[s], sum);
+      }
+      sheet.Add(block, s, block.Weights[s] / std::max(sum, MinSum));
+    }
+  });
+}
+
+SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
+{
+  std::vector<SumMoments> statistics(samples.All.size());
+  samples.ForSheets(&areas, nullptr, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
+    const SampleBlock& block = samples.All[b];
+    for (int s = begin; s < end; ++s)
+    {
+      if (block.Inside[s] == CountedSample)
+      {
+        statistics[b].Add(block.Weights[s], sheet.SumAt(block, s));
+      }
+    }
+  });
   return Total(statistics);
+}
+
+/// Samples the surface. Returns false if stopped.
+/// @param found neighbours, if they were not known
+bool FindSamples(const WeightProblem& problem, const StageProgress& progress,
+  std::vector<int>& found, Sampling& samples)
+{
+  const int used = problem.Settings.NumberOfNeighbors;
+  if (problem.Graph)
+  {
+    samples.Rows = { problem.Graph->Ids.data(), KeptNeighbors, used };
+    return MakeSamples(problem, samples.Rows, progress, samples.All);
+  }
+  if (!FindRows(problem, progress.Part(0.0, 0.6), found))
+  {
+    return false;
+  }
+  samples.Rows = { found.data(), used, used };
+  return MakeSamples(problem, samples.Rows, progress.Part(0.6, 1.0), samples.All);
 }
 
 void Step(const WeightProblem& problem, const FixedSums& denominators, const FixedSums& numerators,
@@ -239,8 +337,9 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   const auto share = [sharing](bool running, SumMoments& moments) {
     return sharing ? sharing->Sum(running, moments) : running;
   };
-  Blocks blocks;
-  bool running = MakeSamples(problem, progress.Part(0.0, 0.5), blocks);
+  std::vector<int> found;
+  Sampling samples{};
+  bool running = FindSamples(problem, progress.Part(0.0, 0.5), found, samples);
   SumMoments moments;
   if (!share(running, moments))
   {
@@ -249,12 +348,12 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
-  Accumulate(blocks, nullptr, denominators, statistics);
+  Accumulate(samples, nullptr, denominators, statistics);
   FixedSums numerators(areas.size());
   double last = std::numeric_limits<double>::infinity();
   for (int step = 0; step < iterations; ++step)
   {
-    Accumulate(blocks, &areas, numerators, statistics);
+    Accumulate(samples, &areas, numerators, statistics);
     moments = Total(statistics);
     if (!share(running, moments))
     {
@@ -274,7 +373,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       return false;
     }
   }
-  moments = Measure(blocks, areas);
+  moments = Measure(samples, areas);
   if (!share(running, moments))
   {
     return false;

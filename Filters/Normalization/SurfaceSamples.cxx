@@ -40,7 +40,7 @@ bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
   return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
 }
 
-/// The owner and its neighbours on the same sheet, nearest first, as a structure of arrays for SIMD
+/// The owner and its neighbours on the same sheet, as a structure of arrays for SIMD
 /// loops. Positions relative to the owner, lengths in units of its spacing. Beyond Count the arrays
 /// are padded to full vectors with kernels that reach nothing.
 struct Sheet
@@ -50,6 +50,7 @@ struct Sheet
 
   int Count;
   int Ids[Capacity];
+  unsigned char Ranks[Capacity]; // see SampleBlock
   alignas(64) float X[Capacity];
   alignas(64) float Y[Capacity];
   alignas(64) float Z[Capacity];
@@ -67,10 +68,12 @@ struct Sheet
   float Peak[Capacity];
 
   /// @param at in units of `spacing`, which is in world units
-  void Add(int id, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
+  void Add(
+    int id, int rank, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
   {
     const int k = this->Count++;
     this->Ids[k] = id;
+    this->Ranks[k] = static_cast<unsigned char>(rank);
     this->X[k] = at.X;
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
@@ -120,8 +123,12 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
     positions.Nearer[lane] = 0;
   }
   // A surfel twice as far from the owner as a sample cannot be nearer to the sample.
-  for (int k = 1; k < s.Count && s.Squared[k] < 4.0f * squaredReach; ++k)
+  for (int k = 1; k < s.Count; ++k)
   {
+    if (s.Squared[k] >= 4.0f * squaredReach)
+    {
+      continue;
+    }
     const float x = 2.0f * s.X[k], y = 2.0f * s.Y[k], z = 2.0f * s.Z[k], squared = s.Squared[k];
     for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
     {
@@ -156,11 +163,11 @@ SURFEL_MULTIVERSION void FindExponents(
 class Sampler
 {
 public:
-  Sampler(const WeightProblem& problem, const NeighborSearch& tree)
+  Sampler(const WeightProblem& problem, const NeighborRows& rows)
     : Cloud(problem.Cloud)
     , Kernels(problem.Kernels)
     , Settings(problem.Settings)
-    , Tree(tree)
+    , Rows(rows)
     // Unit mass within the support.
     , KernelScale(static_cast<float>(1.0 / (1.0 - std::exp(-problem.Settings.Support))))
   {
@@ -222,12 +229,12 @@ private:
       !border || this->Coverage(at) >= BorderCoverage ? CountedSample : char{ 0 });
     this->AddEntries(at, block);
     block.Weights.push_back(weight);
-    block.Ends.push_back(static_cast<int>(block.Ids.size()));
+    block.Ends.push_back(static_cast<int>(block.Ranks.size()));
   }
 
-  void AddToSheet(int id, const Float3& at)
+  void AddToSheet(int id, int rank, const Float3& at)
   {
-    this->Near.Add(id, at, this->Kernels[id], static_cast<float>(this->Spacing),
+    this->Near.Add(id, rank, at, this->Kernels[id], static_cast<float>(this->Spacing),
       static_cast<float>(this->Settings.NormalOffset));
   }
 
@@ -238,18 +245,19 @@ private:
     const WeightedKernel& kernel = this->Kernels[owner];
     const Vector3 p = Load(this->Cloud.Position(owner));
     const double inverse = 1.0 / this->Spacing;
-    this->Tree.FindNearest(owner, this->Settings.NumberOfNeighbors, this->Found);
     this->Near.Count = 0;
     this->Around.Clear();
-    this->AddToSheet(owner, Float3());
-    for (const int j : this->Found.Ids)
+    this->AddToSheet(owner, 0, Float3());
+    const int* row = this->Rows.Row(owner);
+    for (int k = 0; k < this->Rows.Used && row[k] >= 0; ++k)
     {
+      const int j = row[k];
       if (!this->Kernels[j].Usable || !AreCompatible(kernel, this->Kernels[j]))
       {
         continue;
       }
       const Float3 at = inverse * (Load(this->Cloud.Position(j)) - p);
-      this->AddToSheet(j, at);
+      this->AddToSheet(j, k + 1, at);
       const float x = SingleDot(at, u), y = SingleDot(at, v);
       const float climb = SingleDot(at, kernel.Normal);
       if (x * x + y * y > climb * climb)
@@ -280,35 +288,31 @@ private:
     const Sheet& s = this->Near;
     FindExponents(s, at, this->Exponents);
     const float support = static_cast<float>(this->Settings.Support);
-    const std::size_t first = block.Ids.size();
-    block.Ids.resize(first + s.Count);
-    block.Kernels.resize(first + s.Count);
-    int* ids = block.Ids.data() + first;
-    float* kernels = block.Kernels.data() + first;
     // Branch-free: whether a kernel reaches a sample is hard to predict.
+    int reaching[Sheet::Capacity];
     int count = 0;
     for (int k = 0; k < s.Count; ++k)
     {
-      ids[count] = k;
+      reaching[count] = k;
       count += this->Exponents[k] < support ? 1 : 0;
     }
+    const std::size_t first = block.Ranks.size();
+    block.Ranks.resize(first + count);
+    block.Kernels.resize(first + count);
     for (int e = 0; e < count; ++e)
     {
-      const int k = ids[e];
-      ids[e] = s.Ids[k];
-      kernels[e] = this->KernelScale * s.Peak[k] * std::exp(-this->Exponents[k]);
+      const int k = reaching[e];
+      block.Ranks[first + e] = s.Ranks[k];
+      block.Kernels[first + e] = this->KernelScale * s.Peak[k] * std::exp(-this->Exponents[k]);
     }
-    block.Ids.resize(first + count);
-    block.Kernels.resize(first + count);
   }
 
   const LocalCloud& Cloud;
   const std::vector<WeightedKernel>& Kernels;
   const WeightSettings& Settings;
-  const NeighborSearch& Tree;
+  const NeighborRows& Rows;
   float KernelScale;
   double Spacing = 1.0; // the owner's
-  Neighbors Found;
   Sheet Near;
   SamplePositions At{};
   alignas(64) float Exponents[Sheet::Capacity];
@@ -316,12 +320,28 @@ private:
 };
 }
 
-bool MakeSamples(
-  const WeightProblem& problem, const StageProgress& progress, std::vector<SampleBlock>& blocks)
+bool FindRows(const WeightProblem& problem, const StageProgress& progress, std::vector<int>& ids)
+{
+  const LocalCloud& cloud = problem.Cloud;
+  const int width = problem.Settings.NumberOfNeighbors;
+  const NeighborSearch tree(cloud.Positions.data(), cloud.Size());
+  ids.resize(width * static_cast<std::size_t>(cloud.Size()));
+  return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+    Neighbors found;
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      tree.FindNearest(static_cast<int>(i), width, found);
+      found.Ids.resize(width, -1);
+      std::copy(found.Ids.begin(), found.Ids.end(), ids.begin() + width * i);
+    }
+  });
+}
+
+bool MakeSamples(const WeightProblem& problem, const NeighborRows& rows,
+  const StageProgress& progress, std::vector<SampleBlock>& blocks)
 {
   const LocalCloud& cloud = problem.Cloud;
   const WeightSharing* sharing = problem.Sharing;
-  const NeighborSearch tree(cloud.Positions.data(), cloud.Size());
   const vtkIdType count = cloud.Size();
   blocks.resize((count + SampleBlockSize - 1) / SampleBlockSize);
   const vtkIdType blockCount = static_cast<vtkIdType>(blocks.size());
@@ -330,7 +350,7 @@ bool MakeSamples(
   {
     const vtkIdType last = std::min(first + stride, blockCount);
     vtkSMPTools::For(first, last, 1, [&](vtkIdType begin, vtkIdType end) {
-      Sampler sampler(problem, tree);
+      Sampler sampler(problem, rows);
       SampleBlock block;
       for (vtkIdType b = begin; b < end; ++b)
       {
@@ -344,6 +364,7 @@ bool MakeSamples(
             std::replace(block.Inside.begin() + static_cast<std::ptrdiff_t>(before),
               block.Inside.end(), CountedSample, HaloSample);
           }
+          block.Owned.push_back(static_cast<int>(block.Count()));
         }
         blocks[b] = block; // the copy has no spare capacity
       }

@@ -16,6 +16,7 @@
 namespace SurfelGeometry
 {
 struct LocalCloud;
+struct NeighborGraph;
 
 /// The kernel of a surfel: K(x) = Peak exp(-|B (x - p)|^2 / 2) in its tangent plane.
 struct WeightedKernel
@@ -33,7 +34,7 @@ struct WeightSettings
 {
   int SamplesPerPoint = 16;
   int NumberOfIterations = 12;
-  int NumberOfNeighbors = 24;
+  int NumberOfNeighbors = 20;
   double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this
   double SampleRadius = 1.2; // of the disc of samples, in spacings
   double NormalOffset = 2.0; // a kernel covers points up to this many sigma off its plane
@@ -87,5 +88,6 @@ struct WeightProblem
   const std::vector<WeightedKernel>& Kernels; // [n]
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
+  const NeighborGraph* Graph;   // nearest neighbours; null: none known
 };
 }

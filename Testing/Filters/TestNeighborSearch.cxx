@@ -124,3 +124,48 @@ TEST_CASE("Nearest points as by brute force")
   }
   CHECK(NeighborSearch(nullptr, 0).Size() == 0);
 }
+
+namespace
+{
+/// PCL's answers: ours with the place itself, wherever it is.
+void TestQueriesOfPCL(const std::vector<float>& p)
+{
+  const int count = static_cast<int>(p.size() / 3);
+  const NeighborSearch tree(p.data(), count);
+  pcl::Indices ids;
+  std::vector<float> squared;
+  Neighbors own;
+  for (int i = 0; i < count; i += 7)
+  {
+    const pcl::PointXYZ place(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
+    CHECK(tree.nearestKSearch(place, 10, ids, squared) == std::min(10, count));
+    tree.FindNearest(i, 9, own);
+    CHECK(ids.front() == i);
+    CHECK(std::equal(own.Ids.begin(), own.Ids.end(), ids.begin() + 1));
+    CHECK(
+      std::equal(own.SquaredDistances.begin(), own.SquaredDistances.end(), squared.begin() + 1));
+    for (const float reach : { 0.1f, 1.0f, 100.0f })
+    {
+      const size_t within = 1 + AllDistances(p, i, reach * reach).size();
+      const int found = tree.radiusSearch(place, reach, ids, squared);
+      CHECK(found == static_cast<int>(within));
+      CHECK(ids.size() == within);
+      CHECK(std::is_sorted(squared.begin(), squared.end()));
+      CHECK(tree.radiusSearch(place, reach, ids, squared, 3) == std::min(3, found));
+    }
+  }
+  CHECK(tree.radiusSearch(pcl::PointXYZ(1e4f, 0.0f, 0.0f), 1.0, ids, squared) == 0);
+  CHECK(tree.nearestKSearch(pcl::PointXYZ(1e4f, 0.0f, 0.0f), 1, ids, squared) == 1);
+}
+}
+
+TEST_CASE("PCL's queries")
+{
+  TestQueriesOfPCL(RandomCloud(600, 1.0f, 0.0f));
+  TestQueriesOfPCL(RandomCloud(5, 1.0f, 0.0f));
+  const NeighborSearch none(nullptr, 0);
+  pcl::Indices ids;
+  std::vector<float> squared;
+  CHECK(none.nearestKSearch(pcl::PointXYZ(0.0f, 0.0f, 0.0f), 1, ids, squared) == 0);
+  CHECK(none.radiusSearch(pcl::PointXYZ(0.0f, 0.0f, 0.0f), 1.0, ids, squared) == 0);
+}

@@ -5,6 +5,7 @@
 #include "SurfelTesting.h"
 #include "ThreadController.h"
 
+#include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
@@ -146,6 +147,42 @@ TEST_CASE("Same surfels")
     estimation->SetViewpoint(0, 0, 9);
     estimation->SetKernelModeToElliptical();
   });
+}
+
+/// All filters in one, in several processes: the surfels of the single filters.
+TEST_CASE("Points to surfels")
+{
+  const std::vector<Vec> points = MakePoints();
+  const std::size_t half = points.size() / 2;
+  const std::vector<Vec> parts[2] = { { points.begin(), points.begin() + half },
+    { points.begin() + half, points.end() } };
+  vtkIdType differing[2] = { 0, 0 }, counts[2] = { 0, 0 };
+  ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+    const int rank = controller->GetLocalProcessId();
+    const auto data = WithNumbers(parts[rank], 0);
+    const auto expected = Estimate(data, controller);
+    vtkNew<vtkPointsToSurfels> filter;
+    const Messages quiet(filter);
+    filter->GetEstimation()->SetController(controller);
+    filter->GetNormalization()->SetController(controller);
+    filter->BuildHierarchyOff();
+    filter->SetInputData(data);
+    filter->Update();
+    const Surfels some(filter->GetOutput()), single(expected);
+    counts[rank] = some.Count() == single.Count() ? some.Count() : 0;
+    for (vtkIdType i = 0; i < counts[rank]; ++i)
+    {
+      differing[rank] += some.Position(i) != single.Position(i) ||
+          some.AreaVector(i) != single.AreaVector(i) || some.Covariance(i) != single.Covariance(i)
+        ? 1
+        : 0;
+    }
+  });
+  for (const int rank : { 0, 1 })
+  {
+    CHECK(counts[rank] > 1000);
+    CHECK(differing[rank] == 0);
+  }
 }
 
 /// Far from the origin, where floats lose detail, and fewer points than processes.

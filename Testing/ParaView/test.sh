@@ -15,8 +15,9 @@ debian=$folder/debian
 scans=$root/../shared/scans
 package=$root/build/lib/python3/dist-packages
 packages=(paraview-dev python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
-  ninja-build libflann-dev libeigen3-dev libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev
-  zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev python3-dev python3-numpy)
+  ninja-build libpcl-features1.13 libpcl-filters1.13 libboost-dev libflann-dev libeigen3-dev
+  libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev
+  libfreetype-dev libglew-dev python3-dev python3-numpy)
 # Without -noreset the server ends between windows now and then.
 screen=(-s "-screen 0 1280x1024x24 -noreset")
 
@@ -35,8 +36,13 @@ find_debootstrap() {
     >"$folder/debootstrap-package.log" 2>&1 || skip "debootstrap cannot be installed"
 }
 
+# libpcl-dev depends on the VTK that python3-paraview conflicts with: only its headers are used.
+install_pcl_headers() {
+  inside sh -c "cd /tmp && apt-get download -q libpcl-dev && dpkg -x libpcl-dev_*.deb /opt/pcl"
+}
+
 make_debian() {
-  [ -e "$debian/complete" ] && return
+  [ "$(cat "$debian/complete" 2>/dev/null)" = "${packages[*]}" ] && return
   find_debootstrap
   rm -rf "$debian"
   mkdir -p "$debian"
@@ -44,9 +50,9 @@ make_debian() {
     >"$folder/debootstrap.log" 2>&1 || skip "debootstrap failed, see $folder/debootstrap.log"
   cp /etc/resolv.conf "$debian/etc/resolv.conf"
   (inside apt-get update -q && inside apt-get install -y -q --no-install-recommends \
-    "${packages[@]}") >"$folder/packages.log" 2>&1 ||
+    "${packages[@]}" && install_pcl_headers) >"$folder/packages.log" 2>&1 ||
     skip "packages could not be installed, see $folder/packages.log"
-  touch "$debian/complete"
+  echo "${packages[*]}" >"$debian/complete"
 }
 
 # The sources are copied: mounts would outlive a run that is cut short. Unchanged files keep
@@ -66,6 +72,7 @@ copy_sources() {
 
 build_plugin() {
   inside cmake -S /source -B /build -G Ninja -DSURFELSPLATTING_BUILD_PARAVIEW_PLUGIN=ON \
+    -DPCL_ROOT=/opt/pcl/usr \
     >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" && exit 1; }
   inside cmake --build /build
 }

@@ -2,6 +2,7 @@
 #include "DataBlocks.h"
 
 #include "DistributedView.h"
+#include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
@@ -147,14 +148,13 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
       "filters under Point Cloud have settings for this.",
       static_cast<long long>(points->GetNumberOfPoints()));
   }
-  vtkNew<vtkSurfelEstimation> estimation;
-  estimation->SetController(controller);
-  estimation->SetInputData(points);
-  vtkNew<vtkSurfelNormalization> normalization;
-  normalization->SetController(controller);
-  normalization->SetInputConnection(estimation->GetOutputPort());
-  normalization->Update();
-  return normalization->GetOutput();
+  vtkNew<vtkPointsToSurfels> filters;
+  filters->GetEstimation()->SetController(controller);
+  filters->GetNormalization()->SetController(controller);
+  filters->BuildHierarchyOff(); // MakeSurfels builds it
+  filters->SetInputData(points);
+  filters->Update();
+  return filters->GetOutput();
 }
 }
 

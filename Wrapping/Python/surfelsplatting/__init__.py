@@ -12,6 +12,7 @@ Points to surfels
     vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface
     vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once
     vtkSurfelHierarchy              level of detail
+    vtkPointsToSurfels              estimation, normalization and hierarchy in one, faster
 Surfels to pictures
     vtkSurfelMapper                 surfels in a vtkActor
     vtkSurfelSplattingPass          surfels and meshes in a window: renderer.SetPass(...)

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkPointsToSurfels.h"
+
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Common/WorkerListener.h"
+#include "vtkSurfelEstimation.h"
+#include "vtkSurfelHierarchy.h"
+#include "vtkSurfelNormalization.h"
+
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkMultiProcessController.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointSet.h"
+#include "vtkPolyData.h"
+
+#include <algorithm>
+#include <string>
+
+using namespace SurfelGeometry;
+
+vtkStandardNewMacro(vtkPointsToSurfels);
+
+/// One execution. The filters work without a pipeline: their settings and counts stay in place.
+class vtkPointsToSurfels::Execution
+{
+public:
+  explicit Execution(vtkPointsToSurfels* self)
+    : Self(self)
+  {
+    self->Estimation->Neighbors = self->Normalization->Neighbors = &this->Neighbors;
+  }
+  ~Execution()
+  {
+    this->Self->Estimation->Neighbors = this->Self->Normalization->Neighbors = nullptr;
+  }
+  Execution(const Execution&) = delete;
+  void operator=(const Execution&) = delete;
+
+  std::string Error, Warnings;
+
+  /// Returns false if stopped, or after an error, which is in Error.
+  bool Run(vtkPointSet* input, vtkPolyData* output)
+  {
+    // A filter that cleans the points belongs here: the estimation then gets its output.
+    vtkNew<vtkPolyData> surfels, weighted;
+    return this->Work(this->Self->Estimation.Get(), 0.0, 0.45, input, surfels.Get()) &&
+      this->Work(this->Self->Normalization.Get(), 0.45, 0.85, surfels.Get(), weighted.Get()) &&
+      this->Finish(surfels, weighted, output);
+  }
+
+private:
+  bool Finish(vtkPolyData* surfels, vtkPolyData* weighted, vtkPolyData* output)
+  {
+    surfels->Initialize(); // frees the areas before the normalization
+    this->Neighbors = SurfelNeighbors();
+    if (this->Self->BuildHierarchy)
+    {
+      return this->Work(this->Self->Hierarchy.Get(), 0.85, 1.0, weighted, output);
+    }
+    output->ShallowCopy(weighted);
+    return true;
+  }
+
+  template <typename Filter, typename Input>
+  bool Work(Filter* filter, double from, double to, Input* input, vtkPolyData* output)
+  {
+    const WorkerListener listener(StageProgress(this->Self, from, to), filter);
+    if (filter->GetAbortExecute())
+    {
+      filter->SetAbortExecute(0); // from a stopped execution
+    }
+    const bool succeeded = filter->Execute(input, output) != 0;
+    this->Warnings += listener.Warning;
+    this->Error = succeeded ? std::string() : listener.Error;
+    return succeeded && !listener.Stopped;
+  }
+
+  vtkPointsToSurfels* Self;
+  SurfelNeighbors Neighbors;
+};
+
+//------------------------------------------------------------------------------
+vtkPointsToSurfels::vtkPointsToSurfels() = default;
+vtkPointsToSurfels::~vtkPointsToSurfels() = default;
+
+//------------------------------------------------------------------------------
+int vtkPointsToSurfels::FillInputPortInformation(int vtkNotUsed(port), vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+vtkMTimeType vtkPointsToSurfels::GetMTime()
+{
+  return std::max({ this->Superclass::GetMTime(), this->Estimation->GetMTime(),
+    this->Normalization->GetMTime(), this->Hierarchy->GetMTime() });
+}
+
+//------------------------------------------------------------------------------
+int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
+  vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
+  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  const std::string memory = this->CheckMemory(input);
+  if (!memory.empty())
+  {
+    vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation processes the cloud in parts.");
+    return 0;
+  }
+  Execution execution(this);
+  const bool finished = execution.Run(input, output);
+  if (!execution.Error.empty())
+  {
+    vtkErrorMacro(<< execution.Error);
+    return 0;
+  }
+  if (!finished)
+  {
+    output->Initialize();
+    return 1; // stopped by the user: empty output
+  }
+  if (!execution.Warnings.empty())
+  {
+    vtkWarningMacro(<< execution.Warnings);
+  }
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+std::string vtkPointsToSurfels::CheckMemory(vtkPointSet* input)
+{
+  vtkMultiProcessController* controller = this->Estimation->GetController();
+  const bool isAlone = !controller || controller->GetNumberOfProcesses() <= 1;
+  return input && isAlone // several processes check together, in the estimation
+    ? SurfelGeometry::CheckMemory(
+        input->GetNumberOfPoints(), BytesPerPointOfBoth, AvailableMemory())
+    : std::string();
+}
+
+//------------------------------------------------------------------------------
+void vtkPointsToSurfels::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "BuildHierarchy: " << this->BuildHierarchy << "\n";
+  os << indent << "Estimation:\n";
+  this->Estimation->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "Normalization:\n";
+  this->Normalization->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "Hierarchy:\n";
+  this->Hierarchy->PrintSelf(os, indent.GetNextIndent());
+}

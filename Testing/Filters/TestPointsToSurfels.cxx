@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All filters in one against the single filters, which search for neighbours on their own.
+#include "SurfelTesting.h"
+
+#include "vtkPointsToSurfels.h"
+#include "vtkSurfelEstimation.h"
+#include "vtkSurfelHierarchy.h"
+#include "vtkSurfelNormalization.h"
+
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace SurfelTesting;
+
+namespace
+{
+vtkSmartPointer<vtkPolyData> MakeScene()
+{
+  return ToPolyData(MakeBallAndWall(12000, -1.1, 0.04).Points);
+}
+
+vtkSmartPointer<vtkPolyData> BySingleFilters(vtkPolyData* data, vtkPointsToSurfels* settings)
+{
+  vtkNew<vtkSurfelEstimation> estimation;
+  vtkNew<vtkSurfelNormalization> normalization;
+  vtkNew<vtkSurfelHierarchy> hierarchy;
+  estimation->CopySettings(settings->GetEstimation());
+  normalization->CopySettings(settings->GetNormalization());
+  estimation->SetInputData(data);
+  normalization->SetInputConnection(estimation->GetOutputPort());
+  hierarchy->SetInputConnection(normalization->GetOutputPort());
+  if (settings->GetBuildHierarchy())
+  {
+    hierarchy->Update();
+    return hierarchy->GetOutput();
+  }
+  normalization->Update();
+  return normalization->GetOutput();
+}
+
+vtkSmartPointer<vtkPolyData> ByOneFilter(vtkPolyData* data, vtkPointsToSurfels* filter)
+{
+  filter->SetInputData(data);
+  filter->Update();
+  vtkNew<vtkPolyData> result;
+  result->ShallowCopy(filter->GetOutput());
+  return result;
+}
+
+bool SameArray(vtkDataArray* a, vtkDataArray* b)
+{
+  return a && b && a->GetDataSize() == b->GetDataSize() && a->GetDataSize() > 0 &&
+    std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0),
+      static_cast<size_t>(a->GetDataSize()) * a->GetDataTypeSize()) == 0;
+}
+
+bool SamePlaces(vtkPolyData* a, vtkPolyData* b)
+{
+  return SameArray(a->GetPoints()->GetData(), b->GetPoints()->GetData()) &&
+    SameArray(a->GetPointData()->GetArray("SurfelCovariance"),
+      b->GetPointData()->GetArray("SurfelCovariance"));
+}
+
+bool SameWeights(vtkPolyData* a, vtkPolyData* b)
+{
+  return SameArray(a->GetPointData()->GetArray("SurfelAreaVector"),
+    b->GetPointData()->GetArray("SurfelAreaVector"));
+}
+
+TEST_CASE("Surfels of the single filters")
+{
+  const auto data = MakeScene();
+  vtkNew<vtkPointsToSurfels> filter;
+  filter->BuildHierarchyOff();
+  const auto one = ByOneFilter(data, filter);
+  const auto single = BySingleFilters(data, filter);
+  CHECK(SamePlaces(one, single));
+  CHECK(!SameWeights(one, single)); // the neighbours are shared
+  const Surfels a(one), b(single);
+  vtkIdType differing = 0;
+  for (vtkIdType i = 0; i < a.Count(); ++i)
+  {
+    differing += std::abs(a.Area(i) / b.Area(i) - 1.0) > 0.01 ? 1 : 0;
+  }
+  CHECK(differing <= 0.01 * a.Count());
+  CHECK_NEAR(a.TotalArea() / b.TotalArea(), 1.0, 1e-4);
+  CHECK_NEAR(filter->GetNormalization()->GetTotalAreaAfter() / a.TotalArea(), 1.0, 1e-5);
+}
+
+/// Where neighbours cannot be shared, nothing differs.
+TEST_CASE("Neighbours of its own")
+{
+  const auto data = MakeScene();
+  vtkNew<vtkPointsToSurfels> many;
+  many->GetNormalization()->SetNumberOfNeighbors(30);
+  vtkNew<vtkPointsToSurfels> radius;
+  radius->GetEstimation()->SetNeighborhoodModeToRadius();
+  radius->GetEstimation()->SetRadius(0.1);
+  for (vtkPointsToSurfels* filter : { many.Get(), radius.Get() })
+  {
+    const auto one = ByOneFilter(data, filter);
+    const auto single = BySingleFilters(data, filter);
+    CHECK(SamePlaces(one, single));
+    CHECK(SameWeights(one, single));
+    CHECK(SameArray(one->GetFieldData()->GetArray(SurfelSplatting::Arrays::Nodes),
+      single->GetFieldData()->GetArray(SurfelSplatting::Arrays::Nodes)));
+  }
+}
+
+TEST_CASE("Threads")
+{
+  const auto data = MakeScene();
+  const std::string backend = vtkSMPTools::GetBackend();
+  vtkSMPTools::SetBackend("STDThread"); // TBB gives no more threads than there are cores
+  vtkSmartPointer<vtkPolyData> results[3];
+  const int threads[3] = { 1, 2, 8 };
+  for (int t = 0; t < 3; ++t)
+  {
+    vtkSMPTools::Initialize(threads[t]);
+    vtkNew<vtkPointsToSurfels> filter;
+    results[t] = ByOneFilter(data, filter);
+  }
+  vtkSMPTools::Initialize(0);
+  vtkSMPTools::SetBackend(backend.c_str());
+  for (int t = 1; t < 3; ++t)
+  {
+    CHECK(SamePlaces(results[0], results[t]));
+    CHECK(SameWeights(results[0], results[t]));
+  }
+}
+
+/// An execution for each change of a setting, and for nothing else.
+TEST_CASE("Executions")
+{
+  vtkNew<vtkPointsToSurfels> filter;
+  vtkNew<vtkCallbackCommand> command;
+  int executions = 0;
+  command->SetClientData(&executions);
+  command->SetCallback(
+    [](vtkObject*, unsigned long, void* count, void*) { ++*static_cast<int*>(count); });
+  filter->AddObserver(vtkCommand::StartEvent, command);
+  filter->SetInputData(MakeScene());
+  filter->Update();
+  filter->Update();
+  CHECK(executions == 1);
+  filter->GetEstimation()->SetNumberOfNeighbors(12);
+  filter->Update();
+  CHECK(executions == 2);
+  filter->GetNormalization()->SetNumberOfIterations(2);
+  filter->Update();
+  filter->Update();
+  CHECK(executions == 3);
+}
+
+TEST_CASE("Counts and messages")
+{
+  const auto data = MakeScene();
+  data->GetPoints()->SetPoint(5, std::nan(""), 0, 0);
+  data->GetPoints()->SetPoint(9, data->GetPoint(3));
+  vtkNew<vtkPointsToSurfels> filter;
+  const Messages messages(filter);
+  ByOneFilter(data, filter);
+  CHECK(filter->GetEstimation()->GetNumberOfNonFinitePoints() == 1);
+  CHECK(filter->GetEstimation()->GetNumberOfDuplicatePoints() == 1);
+  CHECK(filter->GetHierarchy()->GetNumberOfLeaves() == data->GetNumberOfPoints() - 2);
+  CHECK(messages.Warnings.size() == 1);
+  CHECK(messages.Errors.empty());
+
+  filter->GetEstimation()->SetNeighborhoodModeToRadius(); // of radius 0
+  filter->Update();
+  REQUIRE(!messages.Errors.empty());
+  CHECK(messages.Errors[0].find("Radius") != std::string::npos);
+  CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+TEST_CASE("No points")
+{
+  vtkNew<vtkPointsToSurfels> filter;
+  CHECK(ByOneFilter(ToPolyData({}), filter)->GetNumberOfPoints() == 0);
+  CHECK(ByOneFilter(ToPolyData({ { 1, 2, 3 } }), filter)->GetNumberOfPoints() == 1);
+}
+
+/// An abort in each of the three filters leaves nothing; the next execution is complete.
+TEST_CASE("Abort")
+{
+  struct Watch
+  {
+    double AbortAt, Last = 0.0;
+    bool Backwards = false;
+  } watch{ 2.0 };
+  vtkNew<vtkPointsToSurfels> filter;
+  vtkNew<vtkCallbackCommand> command;
+  command->SetClientData(&watch);
+  command->SetCallback([](vtkObject* caller, unsigned long, void* data, void*) {
+    auto* w = static_cast<Watch*>(data);
+    auto* algorithm = static_cast<vtkAlgorithm*>(caller);
+    w->Backwards = w->Backwards || algorithm->GetProgress() < w->Last;
+    w->Last = algorithm->GetProgress();
+    algorithm->SetAbortExecute(w->Last >= w->AbortAt ? 1 : 0);
+  });
+  filter->AddObserver(vtkCommand::ProgressEvent, command);
+  const vtkIdType count = ByOneFilter(MakeScene(), filter)->GetNumberOfPoints();
+  CHECK(count > 10000);
+  CHECK(!watch.Backwards);
+  CHECK(watch.Last == 1.0);
+  for (const double at : { 0.1, 0.5, 0.9 })
+  {
+    watch = Watch{ at };
+    CHECK(ByOneFilter(MakeScene(), filter)->GetNumberOfPoints() == 0);
+    watch = Watch{ 2.0 };
+    CHECK(ByOneFilter(MakeScene(), filter)->GetNumberOfPoints() == count);
+  }
+}
+}

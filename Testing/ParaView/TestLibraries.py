@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The plugin's filters call PCL, and no second VTK comes along with it."""
+
+import ctypes
+import os
+
+from paraview import simple
+
+from plugincase import PluginCase, run
+
+
+class LoadedLibrary(ctypes.Structure):
+    """The beginning of struct dl_phdr_info; /proc is not there."""
+    _fields_ = [("address", ctypes.c_size_t), ("name", ctypes.c_char_p)]
+
+
+def loaded_libraries():
+    names = set()
+
+    def visit(library, _size, _data):
+        names.add(os.path.basename(library.contents.name.decode()))
+        return 0
+
+    callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(LoadedLibrary), ctypes.c_size_t,
+                                ctypes.c_void_p)
+    ctypes.CDLL(None).dl_iterate_phdr(callback(visit), None)
+    return names
+
+
+class Libraries(PluginCase):
+    def test_pcl_without_a_second_vtk(self):
+        simple.SurfelEstimation(self.points).UpdatePipeline()
+        loaded = loaded_libraries()
+        self.assertTrue(any(name.startswith("libpcl_search") for name in loaded), loaded)
+        cores = {name for name in loaded if name.startswith("libvtkCommonCore")}
+        self.assertEqual(len(cores), 1, cores)
+
+
+if __name__ == "__main__":
+    run(Libraries)
