@@ -162,6 +162,7 @@ private:
     vtkNew<vtkPointsToSurfels> worker;
     vtkSurfelEstimation* estimation = worker->GetEstimation();
     vtkSurfelNormalization* normalization = worker->GetNormalization();
+    worker->CleanPointsOff(); // a part does not know what is usual in the cloud
     worker->BuildHierarchyOff();
     estimation->CopySettings(this->Self->Estimation);
     estimation->SetNormalsArrayName(nullptr); // parts have them as their active normals

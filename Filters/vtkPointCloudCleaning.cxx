@@ -224,7 +224,14 @@ int vtkPointCloudCleaning::FillInputPortInformation(int vtkNotUsed(port), vtkInf
 int vtkPointCloudCleaning::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPointSet* input = vtkPointSet::GetData(inputVector[0]);
+  return this->Execute(vtkPointSet::GetData(inputVector[0]), vtkPolyData::GetData(outputVector, 0),
+    this->GenerateStrayPoints ? vtkPolyData::GetData(outputVector, 1) : nullptr);
+}
+
+//------------------------------------------------------------------------------
+int vtkPointCloudCleaning::Execute(
+  vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints)
+{
   this->NumberOfNonFinitePoints = 0;
   this->NumberOfDuplicatePoints = 0;
   this->NumberOfStrayPoints = 0;
@@ -238,15 +245,14 @@ int vtkPointCloudCleaning::RequestData(vtkInformation* vtkNotUsed(request),
   {
     return 1; // stopped by the user: empty output
   }
-  vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
   WritePoints(input, execution.Kept, output);
   if (execution.AreMoved())
   {
     execution.MovePoints(output);
   }
-  if (this->GenerateStrayPoints)
+  if (strayPoints)
   {
-    WritePoints(input, execution.Strayed, vtkPolyData::GetData(outputVector, 1));
+    WritePoints(input, execution.Strayed, strayPoints);
   }
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);

@@ -12,13 +12,13 @@
  * - Stray points are found by the measure of pcl::StatisticalOutlierRemoval, the mean distance to
  *   the 16 nearest points, in comparison with that of these neighbours: changes of density, wires,
  *   edges and corners are kept. In sparse sets that fill space, the comparison is with the median
- * of the cloud. So foliage of less than a sixth of the usual density (as a distance) is taken for
+ *   of the cloud. So foliage of less than a sixth of the usual density (as a distance) is taken for
  *   stray points too.
  * - Noisy points move to the surface that PCL's moving least squares find (a quadric through 32 to
  *   160 neighbours, by the noise). Points of surfaces without noise are not moved at all: where at
  *   least one in ten of some 32768 points that are near each other is in a surface without noise,
- *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have
- *   the same colours.
+ *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have the same
+ *   colours.
  *
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
  * the number of threads. Several processes clean their parts of a cloud each on its own.
@@ -108,8 +108,11 @@ private:
   vtkPointCloudCleaning(const vtkPointCloudCleaning&) = delete;
   void operator=(const vtkPointCloudCleaning&) = delete;
 
+  // The work of RequestData; 0 after an error.
+  int Execute(vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints = nullptr);
   bool CheckInput(vtkPointSet* input);
   void WarnOfTroubles();
+  friend class vtkPointsToSurfels;
 
   class Execution;
 

@@ -5,6 +5,7 @@
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/WorkerListener.h"
+#include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
@@ -44,10 +45,17 @@ public:
   /// Returns false if stopped, or after an error, which is in Error.
   bool Run(vtkPointSet* input, vtkPolyData* output)
   {
-    // A filter that cleans the points belongs here: the estimation then gets its output.
-    vtkNew<vtkPolyData> surfels, weighted;
-    return this->Work(this->Self->Estimation.Get(), 0.0, 0.45, input, surfels.Get()) &&
-      this->Work(this->Self->Normalization.Get(), 0.45, 0.85, surfels.Get(), weighted.Get()) &&
+    vtkNew<vtkPolyData> clean, surfels, weighted;
+    if (this->Self->CleanPoints && this->Self->IsAlone())
+    {
+      if (!this->Work(this->Self->Cleaning.Get(), 0.0, 0.15, input, clean.Get()))
+      {
+        return false;
+      }
+      input = clean;
+    }
+    return this->Work(this->Self->Estimation.Get(), 0.15, 0.5, input, surfels.Get()) &&
+      this->Work(this->Self->Normalization.Get(), 0.5, 0.85, surfels.Get(), weighted.Get()) &&
       this->Finish(surfels, weighted, output);
   }
 
@@ -96,8 +104,8 @@ int vtkPointsToSurfels::FillInputPortInformation(int vtkNotUsed(port), vtkInform
 //------------------------------------------------------------------------------
 vtkMTimeType vtkPointsToSurfels::GetMTime()
 {
-  return std::max({ this->Superclass::GetMTime(), this->Estimation->GetMTime(),
-    this->Normalization->GetMTime(), this->Hierarchy->GetMTime() });
+  return std::max({ this->Superclass::GetMTime(), this->Cleaning->GetMTime(),
+    this->Estimation->GetMTime(), this->Normalization->GetMTime(), this->Hierarchy->GetMTime() });
 }
 
 //------------------------------------------------------------------------------
@@ -133,11 +141,16 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
 }
 
 //------------------------------------------------------------------------------
-std::string vtkPointsToSurfels::CheckMemory(vtkPointSet* input)
+bool vtkPointsToSurfels::IsAlone()
 {
   vtkMultiProcessController* controller = this->Estimation->GetController();
-  const bool isAlone = !controller || controller->GetNumberOfProcesses() <= 1;
-  return input && isAlone // several processes check together, in the estimation
+  return !controller || controller->GetNumberOfProcesses() <= 1;
+}
+
+//------------------------------------------------------------------------------
+std::string vtkPointsToSurfels::CheckMemory(vtkPointSet* input)
+{
+  return input && this->IsAlone() // several processes check together, in the estimation
     ? SurfelGeometry::CheckMemory(
         input->GetNumberOfPoints(), BytesPerPointOfBoth, AvailableMemory())
     : std::string();
@@ -148,6 +161,9 @@ void vtkPointsToSurfels::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "BuildHierarchy: " << this->BuildHierarchy << "\n";
+  os << indent << "CleanPoints: " << this->CleanPoints << "\n";
+  os << indent << "Cleaning:\n";
+  this->Cleaning->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Estimation:\n";
   this->Estimation->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Normalization:\n";

@@ -3,15 +3,16 @@
  * @class   vtkPointsToSurfels
  * @brief   from points to surfels that can be drawn: all filters in one
  *
- * Runs vtkSurfelEstimation, vtkSurfelNormalization and vtkSurfelHierarchy, one after another, with
- * the settings of the filters that GetEstimation() and GetNormalization() return; their counts are
- * those of the last execution. The input is any vtkPointSet, the output that of vtkSurfelHierarchy.
+ * Runs vtkPointCloudCleaning, vtkSurfelEstimation, vtkSurfelNormalization and vtkSurfelHierarchy,
+ * one after another, with the settings of the filters that GetCleaning(), GetEstimation() and
+ * GetNormalization() return; their counts are those of the last execution. The input is any
+ * vtkPointSet, the output that of vtkSurfelHierarchy.
  *
- * The filters share their search for neighbours and the order of the points: the normalization uses
- * the neighbours that the estimation has found, as long as both look for the nearest ones, and the
- * normalization for 20 at most. The surfels are those of the single filters, except that a surfel's
- * neighbours are those of its point, from which the surfel is a fraction of a spacing away: on
- * random points 3 weights in 1000 differ by more than 1 %.
+ * Estimation and normalization share their search for neighbours and the order of the points: the
+ * normalization uses the neighbours that the estimation has found, as long as both look for the
+ * nearest ones, and the normalization for 20 at most. The surfels are those of the single filters,
+ * except that a surfel's neighbours are those of its point, from which the surfel is a fraction of
+ * a spacing away: on random points 3 weights in 1000 differ by more than 1 %.
  *
  * Memory: about 370 bytes per point at the peak, output included.
  *
@@ -29,6 +30,7 @@
 
 #include <string> // for messages
 
+class vtkPointCloudCleaning;
 class vtkPointSet;
 class vtkSurfelEstimation;
 class vtkSurfelHierarchy;
@@ -45,9 +47,20 @@ public:
   /**
    * The filters, for their settings and counts; they have no connections.
    */
+  vtkPointCloudCleaning* GetCleaning() { return this->Cleaning; }
   vtkSurfelEstimation* GetEstimation() { return this->Estimation; }
   vtkSurfelNormalization* GetNormalization() { return this->Normalization; }
   vtkSurfelHierarchy* GetHierarchy() { return this->Hierarchy; }
+  ///@}
+
+  ///@{
+  /**
+   * Whether the points are cleaned first. Several processes do not clean: each would judge its
+   * points by its own part of the cloud. Default on.
+   */
+  vtkSetMacro(CleanPoints, vtkTypeBool);
+  vtkGetMacro(CleanPoints, vtkTypeBool);
+  vtkBooleanMacro(CleanPoints, vtkTypeBool);
   ///@}
 
   ///@{
@@ -70,6 +83,7 @@ protected:
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
+  vtkTypeBool CleanPoints = 1;
   vtkTypeBool BuildHierarchy = 1;
 
 private:
@@ -77,8 +91,10 @@ private:
   void operator=(const vtkPointsToSurfels&) = delete;
 
   class Execution;
+  bool IsAlone();
   std::string CheckMemory(vtkPointSet* input);
 
+  vtkNew<vtkPointCloudCleaning> Cleaning;
   vtkNew<vtkSurfelEstimation> Estimation;
   vtkNew<vtkSurfelNormalization> Normalization;
   vtkNew<vtkSurfelHierarchy> Hierarchy;

@@ -2,6 +2,7 @@
 // All filters in one against the single filters, which search for neighbours on their own.
 #include "SurfelTesting.h"
 
+#include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
@@ -68,6 +69,29 @@ bool SameWeights(vtkPolyData* a, vtkPolyData* b)
 {
   return SameArray(a->GetPointData()->GetArray("SurfelAreaVector"),
     b->GetPointData()->GetArray("SurfelAreaVector"));
+}
+
+TEST_CASE("Stray points are removed first")
+{
+  const auto clean = MakeScene();
+  vtkNew<vtkPolyData> dusty;
+  dusty->DeepCopy(clean);
+  const vtkIdType count = clean->GetNumberOfPoints();
+  for (int i = 0; i < 20; ++i) // scattered in a box of 6 x 6 x 6
+  {
+    dusty->GetPoints()->InsertNextPoint(2.0 + 6.0 * std::fmod(0.618 * i, 1.0),
+      6.0 * std::fmod(0.755 * i, 1.0), 6.0 * std::fmod(0.570 * i, 1.0));
+  }
+  vtkNew<vtkPointsToSurfels> filter;
+  filter->BuildHierarchyOff();
+  const auto wanted = ByOneFilter(clean, filter);
+  CHECK(filter->GetCleaning()->GetNumberOfStrayPoints() == 0);
+  const auto cleaned = ByOneFilter(dusty, filter);
+  CHECK(filter->GetCleaning()->GetNumberOfStrayPoints() == 20);
+  CHECK(SamePlaces(cleaned, wanted));
+  CHECK(SameWeights(cleaned, wanted));
+  filter->CleanPointsOff();
+  CHECK(ByOneFilter(dusty, filter)->GetNumberOfPoints() == count + 20);
 }
 
 TEST_CASE("Surfels of the single filters")
@@ -163,11 +187,18 @@ TEST_CASE("Counts and messages")
   vtkNew<vtkPointsToSurfels> filter;
   const Messages messages(filter);
   ByOneFilter(data, filter);
-  CHECK(filter->GetEstimation()->GetNumberOfNonFinitePoints() == 1);
-  CHECK(filter->GetEstimation()->GetNumberOfDuplicatePoints() == 1);
+  CHECK(filter->GetCleaning()->GetNumberOfNonFinitePoints() == 1);
+  CHECK(filter->GetCleaning()->GetNumberOfDuplicatePoints() == 1);
   CHECK(filter->GetHierarchy()->GetNumberOfLeaves() == data->GetNumberOfPoints() - 2);
   CHECK(messages.Warnings.size() == 1);
   CHECK(messages.Errors.empty());
+
+  filter->CleanPointsOff();
+  filter->Update();
+  CHECK(filter->GetEstimation()->GetNumberOfNonFinitePoints() == 1);
+  CHECK(filter->GetEstimation()->GetNumberOfDuplicatePoints() == 1);
+  CHECK(filter->GetHierarchy()->GetNumberOfLeaves() == data->GetNumberOfPoints() - 2);
+  CHECK(messages.Warnings.size() == 2);
 
   filter->GetEstimation()->SetNeighborhoodModeToRadius(); // of radius 0
   filter->Update();

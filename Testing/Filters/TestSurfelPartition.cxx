@@ -108,6 +108,7 @@ TEST_CASE("Single part")
   const auto single = Whole(data, vtkSurfelEstimation::CONSISTENT);
   vtkNew<vtkPointsToSurfels> all;
   all->SetInputData(data);
+  all->CleanPointsOff(); // parts are not cleaned
   all->BuildHierarchyOff();
   all->Update();
   vtkPolyData* whole = all->GetOutput();
