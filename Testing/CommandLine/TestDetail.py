@@ -71,7 +71,7 @@ class TestDetail(ToolCase):
         again, statistics = self.run_with(*LENS, cloud="nodes.vtp")
         np.testing.assert_array_equal(first, again)
         self.assertEqual(statistics["surfels"], 20000)
-        for stage in ("estimation", "normalization", "hierarchy"):
+        for stage in ("surfels", "hierarchy"):
             self.assertNotIn(stage, statistics["milliseconds"])
         self.assertEqual(self.read_vtp("nodes.vtp").GetFieldData().GetArray("SurfelLeaves")
                          .GetNumberOfValues(), 2)

@@ -216,7 +216,7 @@ class TestPictures(ToolCase):
         times = stats["milliseconds"]
         self.assertAlmostEqual(times["first_frame"], stats["frames"][0], delta=1e-3)
         self.assertAlmostEqual(times["frame"], np.median(stats["frames"][1:]), delta=1e-3)
-        once = {"read", "cleaning", "estimation", "normalization", "hierarchy", "write"}
+        once = {"read", "surfels", "hierarchy", "write"}
         for stage in once:
             self.assertGreater(times[stage], 0)
         frame_stages = set(times) - once - {"frame", "first_frame"}

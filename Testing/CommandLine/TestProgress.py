@@ -69,7 +69,7 @@ class TestProgress(ToolCase):
             except OSError:  # how a terminal says that nobody writes any more
                 pass
         self.assertEqual(process.returncode, 0)
-        self.assertRegex(shown.decode(), r"\r(estimation|normalization) +\[#* *\] +\d+ %")
+        self.assertRegex(shown.decode(), r"\rsurfels +\[#* *\] +\d+ %")
         self.assertEqual(shown.decode().split("\r")[-2].strip(), "")
 
     def interrupt(self, stream, first):

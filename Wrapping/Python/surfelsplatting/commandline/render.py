@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointCloudCleaning,
-                                vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelNormalization)
+                                vtkPointsToSurfels, vtkSurfelHierarchy)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from .cameras import asked_view, camera_files
 from .clouds import is_hierarchy, read_cloud
@@ -68,34 +68,45 @@ def _set_estimation(estimation, cloud, arguments):
         estimation.SetViewpoint(cloud.viewpoint)
 
 
-def _clean_points(cloud, arguments, messages, progress, run):
-    """-> vtkPolyData with the points that belong to surfaces, where these are."""
-    cleaning = vtkPointCloudCleaning()
-    cleaning.SetInputData(cloud.data)
-    cleaning.SetSmoothing(arguments.cleaning == "full")
-    with run.stage("cleaning"):
-        progress.update(cleaning, "cleaning")
-    messages.check(f"{arguments.cloud}: ")
-    run.note_cleaning(cleaning)
-    return cleaning.GetOutput()
+def _update(algorithm, stage, path, messages, progress, run):
+    with run.stage(stage):
+        progress.update(algorithm, stage)
+    messages.check(f"{path}: ")
 
 
-def _whole_cloud(cloud, points, arguments):
-    """-> filters with the names of their stages, the estimation first."""
-    estimation = vtkSurfelEstimation()
-    estimation.SetInputData(points)
-    _set_estimation(estimation, cloud, arguments)
-    normalization = vtkSurfelNormalization()
-    normalization.SetInputConnection(estimation.GetOutputPort())
-    return (estimation, "estimation"), (normalization, "normalization")
+def _whole_cloud(cloud, arguments, *reporters):
+    """-> vtkPolyData"""
+    filters = vtkPointsToSurfels()
+    filters.SetInputData(cloud.data)
+    filters.SetCleanPoints(arguments.cleaning != "off")
+    filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
+    filters.BuildHierarchyOff()
+    _set_estimation(filters.GetEstimation(), cloud, arguments)
+    _update(filters, "surfels", arguments.cloud, *reporters)
+    run = reporters[-1]
+    run.note_cleaning(filters.GetCleaning())
+    run.note_estimation(filters.GetEstimation())
+    return filters.GetOutput()
 
 
-def _cloud_in_parts(cloud, points, arguments):
+def _cloud_in_parts(cloud, arguments, *reporters):
+    """-> vtkPolyData"""
+    run = reporters[-1]
+    points = cloud.data
+    if arguments.cleaning != "off":
+        cleaning = vtkPointCloudCleaning()
+        cleaning.SetInputData(points)
+        cleaning.SetSmoothing(arguments.cleaning == "full")
+        _update(cleaning, "cleaning", arguments.cloud, *reporters)
+        run.note_cleaning(cleaning)
+        points = cleaning.GetOutput()
     partitioned = vtkPartitionedSurfelEstimation()
     partitioned.SetInputData(points)
     partitioned.SetPointsPerPart(arguments.points_per_part)
     _set_estimation(partitioned.GetEstimation(), cloud, arguments)
-    return ((partitioned, "estimation"),)
+    _update(partitioned, "surfels", arguments.cloud, *reporters)
+    run.note_estimation(partitioned)
+    return partitioned.GetOutput()
 
 
 def _check_memory(cloud, arguments):
@@ -111,21 +122,12 @@ def _make_surfels(cloud, arguments, messages, progress, run):
     """-> vtkPolyData with the arrays of the data contract."""
     if cloud.is_surfels:
         return cloud.data
-    path = arguments.cloud
-    points = (cloud.data if arguments.cleaning == "off"
-              else _clean_points(cloud, arguments, messages, progress, run))
-    in_parts = points.GetNumberOfPoints() > arguments.points_per_part
-    filters = (_cloud_in_parts(cloud, points, arguments) if in_parts
-               else _whole_cloud(cloud, points, arguments))
-    for algorithm, stage in filters:
-        with run.stage(stage):
-            progress.update(algorithm, stage)
-        messages.check(f"{path}: ")
-    run.note_estimation(filters[0][0])
-    surfels = filters[-1][0].GetOutput()
+    in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
+    make = _cloud_in_parts if in_parts else _whole_cloud
+    surfels = make(cloud, arguments, messages, progress, run)
     if surfels.GetNumberOfPoints() == 0:
-        raise UserProblem(f"{path}: none of its {cloud.data.GetNumberOfPoints()} points gives a "
-                          "surfel; are the coordinates finite and not all the same?")
+        raise UserProblem(f"{arguments.cloud}: none of its {cloud.data.GetNumberOfPoints()} points "
+                          "gives a surfel; are the coordinates finite and not all the same?")
     return surfels
 
 
