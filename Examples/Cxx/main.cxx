@@ -6,12 +6,10 @@
 #include "vtkNew.h"
 #include "vtkPNGWriter.h"
 #include "vtkPointSource.h"
+#include "vtkPointsToSurfels.h"
 #include "vtkProperty.h"
-#include "vtkSurfelEstimation.h"
-#include "vtkSurfelHierarchy.h"
 #include "vtkSurfelImageRenderer.h"
 #include "vtkSurfelMapper.h"
-#include "vtkSurfelNormalization.h"
 
 int main(int argc, char** argv)
 {
@@ -19,15 +17,10 @@ int main(int argc, char** argv)
   points->SetDistributionToShell();
   points->SetNumberOfPoints(20000);
 
-  vtkNew<vtkSurfelEstimation> surfels;
+  vtkNew<vtkPointsToSurfels> surfels;
   surfels->SetInputConnection(points->GetOutputPort());
-  vtkNew<vtkSurfelNormalization> normalized;
-  normalized->SetInputConnection(surfels->GetOutputPort());
-
-  vtkNew<vtkSurfelHierarchy> detailed;
-  detailed->SetInputConnection(normalized->GetOutputPort());
   vtkNew<vtkSurfelMapper> mapper;
-  mapper->SetInputConnection(detailed->GetOutputPort());
+  mapper->SetInputConnection(surfels->GetOutputPort());
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(0.9, 0.6, 0.3);

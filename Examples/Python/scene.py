@@ -20,8 +20,7 @@ from vtkmodules.vtkRenderingCore import (
     vtkWindowToImageFilter)
 
 from surfelsplatting import (
-    vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelMapper,
-    vtkSurfelNormalization, vtkSurfelSplattingPass)
+    vtkPointCloudReader, vtkPointsToSurfels, vtkSurfelMapper, vtkSurfelSplattingPass)
 
 
 def point_source(path):
@@ -38,14 +37,10 @@ def point_source(path):
 
 
 def surfel_actor(points):
-    estimation = vtkSurfelEstimation()
-    estimation.SetInputConnection(points.GetOutputPort())
-    normalization = vtkSurfelNormalization()
-    normalization.SetInputConnection(estimation.GetOutputPort())
-    hierarchy = vtkSurfelHierarchy()
-    hierarchy.SetInputConnection(normalization.GetOutputPort())
+    surfels = vtkPointsToSurfels()
+    surfels.SetInputConnection(points.GetOutputPort())
     mapper = vtkSurfelMapper()
-    mapper.SetInputConnection(hierarchy.GetOutputPort())
+    mapper.SetInputConnection(surfels.GetOutputPort())
     actor = vtkActor()
     actor.SetMapper(mapper)
     return actor
