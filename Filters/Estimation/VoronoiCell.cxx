@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -17,6 +18,9 @@ namespace
 /// Neighbours whose bisectors may bound a cell. In a random sampling a cell has 6 on average,
 /// hardly ever one that is not among the 20 nearest points.
 constexpr int CellNeighbors = KeptNeighbors;
+
+/// As many again beyond a gap, of those points that have this one among their nearest.
+constexpr int SheetCapacity = 2 * CellNeighbors;
 
 /// Cells reach this many spacings at most, on sides without neighbours.
 constexpr double CellReach = 2.0;
@@ -96,7 +100,7 @@ public:
 
 private:
   /// A cut adds one corner at most; all neighbours and the border may cut.
-  static constexpr int MaxCorners = ReachCorners + CellNeighbors + 2;
+  static constexpr int MaxCorners = ReachCorners + SheetCapacity + 2;
 
   static std::array<Point2, ReachCorners> UnitCorners()
   {
@@ -178,8 +182,8 @@ private:
 struct FlatSheet
 {
   int Count;
-  float X[CellNeighbors], Y[CellNeighbors];
-  float Areas[CellNeighbors];
+  float X[SheetCapacity], Y[SheetCapacity];
+  float Areas[SheetCapacity];
 };
 
 /// The point's cell among its neighbours.
@@ -197,6 +201,38 @@ void CutCell(const FlatSheet& sheet, Polygon& cell)
   }
 }
 
+/// A point and another that has it among its nearest, but not the other way round.
+using OneSidedPair = std::pair<int, int>;
+
+/// All one-sided pairs of the points with a gap, sorted. Where the density changes at once, the
+/// nearest points of the last dense one are all on its side, as on a border; but sparse points
+/// beyond have it among theirs. The same holds about the gaps of a random sampling.
+std::vector<OneSidedPair> FindOneSidedPairs(
+  const NeighborGraph& graph, const std::vector<char>& haveGap)
+{
+  const auto end = [](const int* row) { return std::find(row, row + KeptNeighbors, -1); };
+  std::vector<OneSidedPair> pairs;
+  for (std::size_t j = 0; j < haveGap.size(); ++j)
+  {
+    const int other = static_cast<int>(j);
+    const int* row = graph.Row(j);
+    for (const int* i = row; i != row + KeptNeighbors && *i >= 0; ++i)
+    {
+      const std::size_t self = static_cast<std::size_t>(*i);
+      if (haveGap[self])
+      {
+        const int* own = graph.Row(self);
+        if (std::find(own, end(own), other) == end(own))
+        {
+          pairs.emplace_back(*i, other);
+        }
+      }
+    }
+  }
+  vtkSMPTools::Sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
 class CellMeasurer
 {
 public:
@@ -209,26 +245,55 @@ public:
   {
   }
 
-  VoronoiCell Measure(int i)
+  /// @return whether an angle without neighbours was found
+  bool Measure(int i, VoronoiCell& cell)
   {
-    const PlaneFit& fit = this->Fits[i];
-    VoronoiCell cell;
-    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
+    if (!this->Unfold(i))
     {
-      return cell;
+      return false;
     }
-    Vector3 u, v;
-    TangentFrame(fit.Normal, u, v);
-    const double spacing = fit.Spacing;
-    this->Unfold(i, u, v);
-    CutCell(this->Sheet, this->Cell);
-    this->CutAtBorder();
+    const bool gap = this->HaveGap();
+    this->CutAndMeasure(i, gap, cell);
+    return gap;
+  }
 
+  /// Measures the cell of a point with a gap again, if others beyond its nearest bound it.
+  void MeasureAgain(int i, const std::vector<OneSidedPair>& pairs, VoronoiCell& cell)
+  {
+    const auto first = std::lower_bound(pairs.begin(), pairs.end(), OneSidedPair(i, 0));
+    this->Beyond.clear();
+    for (auto pair = first; pair != pairs.end() && pair->first == i; ++pair)
+    {
+      const Vector3 d = Load(this->Cloud.Position(pair->second)) - Load(this->Cloud.Position(i));
+      this->Beyond.emplace_back(Dot(d, d), pair->second);
+    }
+    if (this->Beyond.empty() || !this->Unfold(i))
+    {
+      return;
+    }
+    std::sort(this->Beyond.begin(), this->Beyond.end()); // nearest first
+    const std::size_t count = std::min<std::size_t>(this->Beyond.size(), CellNeighbors);
+    for (std::size_t k = 0; k < count; ++k)
+    {
+      this->AddToSheet(i, this->Beyond[k].second);
+    }
+    this->CutAndMeasure(i, this->HaveGap(), cell);
+  }
+
+private:
+  void CutAndMeasure(int i, bool gap, VoronoiCell& cell)
+  {
+    CutCell(this->Sheet, this->Cell);
+    if (gap)
+    {
+      this->CutAtBorder();
+    }
     double area, first[2], second[3];
     this->Cell.Moments(area, first, second);
     if (!(area > 0.0))
     {
-      return cell;
+      cell = VoronoiCell();
+      return;
     }
     const double mx = first[0] / area, my = first[1] / area;
     const double xx = second[0] / area - mx * mx;
@@ -237,20 +302,25 @@ public:
     const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     double cosine, sine;
     PrincipalAxis(xx, yy, xy, cosine, sine);
-    const double square = spacing * spacing;
+    const double spacing = this->Fits[i].Spacing, square = spacing * spacing;
+    const Vector3 u = this->U, v = this->V;
     cell.Area = static_cast<float>(square * area);
     cell.Centroid = (spacing * mx) * u + (spacing * my) * v;
     cell.AxisU = cosine * u + sine * v;
     cell.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
     cell.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
-    return cell;
   }
 
-private:
-  /// Maps the neighbours on the same sheet to the tangent plane, at their distance in space: the
-  /// surface is unrolled, so that far points of a thin tube do not come too near.
-  void Unfold(int i, const Vector3& u, const Vector3& v)
+  /// Maps the neighbours on the same sheet to the tangent plane. Returns false if the point has no
+  /// cell.
+  bool Unfold(int i)
   {
+    const PlaneFit& fit = this->Fits[i];
+    if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
+    {
+      return false;
+    }
+    TangentFrame(fit.Normal, this->U, this->V);
     const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
     if (!this->Graph.AreNearest)
     {
@@ -258,46 +328,62 @@ private:
       this->Found.Ids.resize(CellNeighbors, -1);
       ids = this->Found.Ids.data();
     }
-    FlatSheet& sheet = this->Sheet;
-    sheet.Count = 0;
-    const Vector3 p = Load(this->Cloud.Position(i));
-    const double inverse = 1.0 / this->Fits[i].Spacing;
+    this->Sheet.Count = 0;
     for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
     {
-      const int j = ids[k];
-      const Vector3 d = Load(this->Cloud.Position(j)) - p;
-      if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
-      {
-        continue;
-      }
-      const double x = Dot(d, u), y = Dot(d, v);
-      const double flat = x * x + y * y;
-      const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
-      const double spacing = inverse * this->Fits[j].Spacing;
-      sheet.X[sheet.Count] = static_cast<float>(scale * x);
-      sheet.Y[sheet.Count] = static_cast<float>(scale * y);
-      sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
-      ++sheet.Count;
+      this->AddToSheet(i, ids[k]);
     }
+    return true;
   }
 
-  /// If all neighbours are on one side, cuts the cell where the surface ends on the other.
-  void CutAtBorder()
+  /// Adds point j, if it is on the same sheet, at its distance in space: the surface is unrolled,
+  /// so that far points of a thin tube do not come too near.
+  void AddToSheet(int i, int j)
+  {
+    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+    if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
+    {
+      return;
+    }
+    FlatSheet& sheet = this->Sheet;
+    const double inverse = 1.0 / this->Fits[i].Spacing;
+    const double x = Dot(d, this->U), y = Dot(d, this->V);
+    const double flat = x * x + y * y;
+    const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
+    const double spacing = inverse * this->Fits[j].Spacing;
+    sheet.X[sheet.Count] = static_cast<float>(scale * x);
+    sheet.Y[sheet.Count] = static_cast<float>(scale * y);
+    sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
+    ++sheet.Count;
+  }
+
+  /// Whether all neighbours are on one side.
+  bool HaveGap()
   {
     const FlatSheet& sheet = this->Sheet;
     this->Around.Clear();
-    double x = 0.0, y = 0.0;
     for (int k = 0; k < sheet.Count; ++k)
     {
       if (sheet.X[k] != 0.0f || sheet.Y[k] != 0.0f)
       {
         this->Around.Add(sheet.X[k], sheet.Y[k]);
       }
+    }
+    return this->Around.HaveGap();
+  }
+
+  /// Cuts the cell where the surface ends on the side without neighbours.
+  void CutAtBorder()
+  {
+    const FlatSheet& sheet = this->Sheet;
+    double x = 0.0, y = 0.0;
+    for (int k = 0; k < sheet.Count; ++k)
+    {
       x += sheet.X[k];
       y += sheet.Y[k];
     }
     const double length = std::sqrt(x * x + y * y);
-    if (!(length > 0.0) || !this->Around.HaveGap())
+    if (!(length > 0.0))
     {
       return;
     }
@@ -334,6 +420,8 @@ private:
   const std::vector<unsigned char>& TwoSided;
   const std::vector<PlaneFit>& Fits;
   Neighbors Found;
+  std::vector<std::pair<double, int>> Beyond; // squared distances and ids
+  Vector3 U, V;
   FlatSheet Sheet;
   Directions Around;
   Polygon Cell;
@@ -344,11 +432,29 @@ bool MeasureCells(const OrientedCloud& oriented, const std::vector<PlaneFit>& fi
   const StageProgress& progress, std::vector<VoronoiCell>& cells)
 {
   cells.resize(fits.size());
-  return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
+  const vtkIdType count = oriented.Cloud.Size();
+  std::vector<char> haveGap(fits.size());
+  const bool finished =
+    ParallelFor(count, progress.Part(0.0, 0.9), [&](vtkIdType begin, vtkIdType end) {
+      CellMeasurer measurer(oriented, fits);
+      for (vtkIdType i = begin; i < end; ++i)
+      {
+        haveGap[i] = measurer.Measure(static_cast<int>(i), cells[i]) ? 1 : 0;
+      }
+    });
+  if (!finished)
+  {
+    return false;
+  }
+  const std::vector<OneSidedPair> pairs = FindOneSidedPairs(oriented.Graph, haveGap);
+  return ParallelFor(count, progress.Part(0.9, 1.0), [&](vtkIdType begin, vtkIdType end) {
     CellMeasurer measurer(oriented, fits);
     for (vtkIdType i = begin; i < end; ++i)
     {
-      cells[i] = measurer.Measure(static_cast<int>(i));
+      if (haveGap[i])
+      {
+        measurer.MeasureAgain(static_cast<int>(i), pairs, cells[i]);
+      }
     }
   });
 }
