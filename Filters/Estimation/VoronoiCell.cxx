@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <utility>
 
 namespace SurfelGeometry
 {
@@ -19,11 +18,18 @@ namespace
 /// hardly ever one that is not among the 20 nearest points.
 constexpr int CellNeighbors = KeptNeighbors;
 
-/// As many again beyond a gap, of those points that have this one among their nearest.
-constexpr int SheetCapacity = 2 * CellNeighbors;
+/// Neighbours that may bound a cell which those leave open: beside a border or a step of density
+/// they fill half a disc of a radius of 7 spacings, where 10 times sparser points have 7 in the
+/// other.
+constexpr int SheetCapacity = 4 * CellNeighbors;
 
-/// Cells reach this many spacings at most, on sides without neighbours.
+/// Cells reach this many spacings at most, on sides without neighbours. In 20 000 random points,
+/// the largest empty circle has a radius of about 1.7 spacings (exp(-pi r^2) = 1 / 20 000).
 constexpr double CellReach = 2.0;
+
+/// Where a neighbour is sparser, cells reach as many of its spacings, at most these times their
+/// own: 16 to 1 in density. Beyond that a point is rather a stray one.
+constexpr double MaximumSparsity = 4.0;
 constexpr int ReachCorners = 12;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
@@ -43,14 +49,15 @@ struct Point2
 class Polygon
 {
 public:
-  void Reset()
+  /// @param reach radius of the circle that the polygon encloses
+  void Reset(double reach)
   {
     static const std::array<Point2, ReachCorners> corners = UnitCorners();
     this->Count = ReachCorners;
     for (int k = 0; k < ReachCorners; ++k)
     {
-      this->X[k] = static_cast<float>(CellReach) * corners[k].X;
-      this->Y[k] = static_cast<float>(CellReach) * corners[k].Y;
+      this->X[k] = static_cast<float>(reach) * corners[k].X;
+      this->Y[k] = static_cast<float>(reach) * corners[k].Y;
     }
     this->Measure();
   }
@@ -187,9 +194,9 @@ struct FlatSheet
 };
 
 /// The point's cell among its neighbours.
-void CutCell(const FlatSheet& sheet, Polygon& cell)
+void CutCell(const FlatSheet& sheet, double reach, Polygon& cell)
 {
-  cell.Reset();
+  cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
   {
     const float x = sheet.X[k], y = sheet.Y[k];
@@ -199,38 +206,6 @@ void CutCell(const FlatSheet& sheet, Polygon& cell)
       cell.Cut(x, y, 0.5f * squared);
     }
   }
-}
-
-/// A point and another that has it among its nearest, but not the other way round.
-using OneSidedPair = std::pair<int, int>;
-
-/// All one-sided pairs of the points with a gap, sorted. Where the density changes at once, the
-/// nearest points of the last dense one are all on its side, as on a border; but sparse points
-/// beyond have it among theirs. The same holds about the gaps of a random sampling.
-std::vector<OneSidedPair> FindOneSidedPairs(
-  const NeighborGraph& graph, const std::vector<char>& haveGap)
-{
-  const auto end = [](const int* row) { return std::find(row, row + KeptNeighbors, -1); };
-  std::vector<OneSidedPair> pairs;
-  for (std::size_t j = 0; j < haveGap.size(); ++j)
-  {
-    const int other = static_cast<int>(j);
-    const int* row = graph.Row(j);
-    for (const int* i = row; i != row + KeptNeighbors && *i >= 0; ++i)
-    {
-      const std::size_t self = static_cast<std::size_t>(*i);
-      if (haveGap[self])
-      {
-        const int* own = graph.Row(self);
-        if (std::find(own, end(own), other) == end(own))
-        {
-          pairs.emplace_back(*i, other);
-        }
-      }
-    }
-  }
-  vtkSMPTools::Sort(pairs.begin(), pairs.end());
-  return pairs;
 }
 
 class CellMeasurer
@@ -245,55 +220,55 @@ public:
   {
   }
 
-  /// @return whether an angle without neighbours was found
-  bool Measure(int i, VoronoiCell& cell)
+  VoronoiCell Measure(int i)
   {
-    if (!this->Unfold(i))
+    VoronoiCell cell;
+    if (this->Unfold(i) && this->CutAndMeasure(i, CellReach, cell))
     {
-      return false;
+      this->MeasureAgain(i, cell);
     }
-    const bool gap = this->HaveGap();
-    this->CutAndMeasure(i, gap, cell);
-    return gap;
-  }
-
-  /// Measures the cell of a point with a gap again, if others beyond its nearest bound it.
-  void MeasureAgain(int i, const std::vector<OneSidedPair>& pairs, VoronoiCell& cell)
-  {
-    const auto first = std::lower_bound(pairs.begin(), pairs.end(), OneSidedPair(i, 0));
-    this->Beyond.clear();
-    for (auto pair = first; pair != pairs.end() && pair->first == i; ++pair)
-    {
-      const Vector3 d = Load(this->Cloud.Position(pair->second)) - Load(this->Cloud.Position(i));
-      this->Beyond.emplace_back(Dot(d, d), pair->second);
-    }
-    if (this->Beyond.empty() || !this->Unfold(i))
-    {
-      return;
-    }
-    std::sort(this->Beyond.begin(), this->Beyond.end()); // nearest first
-    const std::size_t count = std::min<std::size_t>(this->Beyond.size(), CellNeighbors);
-    for (std::size_t k = 0; k < count; ++k)
-    {
-      this->AddToSheet(i, this->Beyond[k].second);
-    }
-    this->CutAndMeasure(i, this->HaveGap(), cell);
+    return cell;
   }
 
 private:
-  void CutAndMeasure(int i, bool gap, VoronoiCell& cell)
+  /// Measures an open cell again, with what bounds it beyond the nearest neighbours: in a random
+  /// sampling, beyond a gap; where the density changes at once, the first of the sparse points.
+  void MeasureAgain(int i, VoronoiCell& cell)
   {
-    CutCell(this->Sheet, this->Cell);
-    if (gap)
+    this->Tree.FindNearest(i, SheetCapacity, this->Found);
+    this->Sheet.Count = 0;
+    double sparsest = this->Fits[i].Spacing;
+    for (int k = 0; k < this->Found.Count(); ++k)
     {
-      this->CutAtBorder();
+      // Cells that end farther away do not meet.
+      const int j = this->Found.Ids[k];
+      const double spacing = std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
+      const double reach = 2.0 * CellReach * spacing;
+      if (k < CellNeighbors || this->Found.SquaredDistances[k] <= reach * reach)
+      {
+        sparsest = this->AddToSheet(i, j) ? std::max(sparsest, spacing) : sparsest;
+      }
+    }
+    const double sparsity = std::min(sparsest / this->Fits[i].Spacing, MaximumSparsity);
+    this->CutAndMeasure(i, CellReach * sparsity, cell);
+  }
+
+  /// @return whether the cell is open: the neighbours do not bound it on all sides
+  bool CutAndMeasure(int i, double reach, VoronoiCell& cell)
+  {
+    CutCell(this->Sheet, reach, this->Cell);
+    // A cell that its neighbours bound is inside the surface, whatever the angles between them.
+    const bool open = this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
+    if (open && this->HaveGap())
+    {
+      this->CutAtBorder(reach);
     }
     double area, first[2], second[3];
     this->Cell.Moments(area, first, second);
     if (!(area > 0.0))
     {
       cell = VoronoiCell();
-      return;
+      return open;
     }
     const double mx = first[0] / area, my = first[1] / area;
     const double xx = second[0] / area - mx * mx;
@@ -309,6 +284,7 @@ private:
     cell.AxisU = cosine * u + sine * v;
     cell.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
     cell.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
+    return open;
   }
 
   /// Maps the neighbours on the same sheet to the tangent plane. Returns false if the point has no
@@ -338,12 +314,13 @@ private:
 
   /// Adds point j, if it is on the same sheet, at its distance in space: the surface is unrolled,
   /// so that far points of a thin tube do not come too near.
-  void AddToSheet(int i, int j)
+  /// @return whether it is
+  bool AddToSheet(int i, int j)
   {
     const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
     if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
     {
-      return;
+      return false;
     }
     FlatSheet& sheet = this->Sheet;
     const double inverse = 1.0 / this->Fits[i].Spacing;
@@ -355,6 +332,7 @@ private:
     sheet.Y[sheet.Count] = static_cast<float>(scale * y);
     sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
     ++sheet.Count;
+    return true;
   }
 
   /// Whether all neighbours are on one side.
@@ -373,7 +351,7 @@ private:
   }
 
   /// Cuts the cell where the surface ends on the side without neighbours.
-  void CutAtBorder()
+  void CutAtBorder(double reach)
   {
     const FlatSheet& sheet = this->Sheet;
     double x = 0.0, y = 0.0;
@@ -388,7 +366,7 @@ private:
       return;
     }
     const double outward[2] = { -x / length, -y / length };
-    double inside = 0.0, outside = CellReach;
+    double inside = 0.0, outside = reach;
     for (int step = 0; step < BorderSteps; ++step)
     {
       const double middle = 0.5 * (inside + outside);
@@ -420,7 +398,6 @@ private:
   const std::vector<unsigned char>& TwoSided;
   const std::vector<PlaneFit>& Fits;
   Neighbors Found;
-  std::vector<std::pair<double, int>> Beyond; // squared distances and ids
   Vector3 U, V;
   FlatSheet Sheet;
   Directions Around;
@@ -432,29 +409,11 @@ bool MeasureCells(const OrientedCloud& oriented, const std::vector<PlaneFit>& fi
   const StageProgress& progress, std::vector<VoronoiCell>& cells)
 {
   cells.resize(fits.size());
-  const vtkIdType count = oriented.Cloud.Size();
-  std::vector<char> haveGap(fits.size());
-  const bool finished =
-    ParallelFor(count, progress.Part(0.0, 0.9), [&](vtkIdType begin, vtkIdType end) {
-      CellMeasurer measurer(oriented, fits);
-      for (vtkIdType i = begin; i < end; ++i)
-      {
-        haveGap[i] = measurer.Measure(static_cast<int>(i), cells[i]) ? 1 : 0;
-      }
-    });
-  if (!finished)
-  {
-    return false;
-  }
-  const std::vector<OneSidedPair> pairs = FindOneSidedPairs(oriented.Graph, haveGap);
-  return ParallelFor(count, progress.Part(0.9, 1.0), [&](vtkIdType begin, vtkIdType end) {
+  return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     CellMeasurer measurer(oriented, fits);
     for (vtkIdType i = begin; i < end; ++i)
     {
-      if (haveGap[i])
-      {
-        measurer.MeasureAgain(static_cast<int>(i), pairs, cells[i]);
-      }
+      cells[i] = measurer.Measure(static_cast<int>(i));
     }
   });
 }
