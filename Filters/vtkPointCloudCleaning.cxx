@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointCloudCleaning.h"
 
+#include "Filters/Cleaning/DepthSteps.h"
 #include "Filters/Cleaning/Smoothing.h"
 #include "Filters/Cleaning/StrayPoints.h"
 #include "Filters/Common/AvailableMemory.h"
@@ -128,7 +129,8 @@ public:
     this->Self->NumberOfNonFinitePoints = cloud.NonFinite;
     this->Self->NumberOfDuplicatePoints = cloud.Duplicates;
     const StageProgress progress(this->Self, 0.0, 1.0);
-    return progress.Step(0.2) && this->Clean(cloud, progress.Part(0.2, 0.9));
+    return progress.Step(0.1) && this->SmoothDepths(input, cloud, progress.Part(0.1, 0.2)) &&
+      this->Clean(cloud, progress.Part(0.2, 0.9));
   }
 
   /// Moves the points of the output, which are the input's.
@@ -163,6 +165,26 @@ public:
 
 private:
   /// Returns false if stopped.
+  bool SmoothDepths(vtkPointSet* input, LocalCloud& cloud, const StageProgress& progress)
+  {
+    if (!this->Self->Smoothing || this->Self->Columns == 0)
+    {
+      return true;
+    }
+    const double* v = this->Self->Viewpoint;
+    const DepthImage image{ input->GetPoints(), this->Self->Columns, { v[0], v[1], v[2] } };
+    const bool finished = SmoothDepthSteps(image, progress, this->Shifts);
+    for (size_t i = 0; finished && !this->Shifts.empty() && i < cloud.InputIds.size(); ++i)
+    {
+      const Float3& shift = this->Shifts[cloud.InputIds[i]];
+      cloud.Positions[3 * i] += shift.X;
+      cloud.Positions[3 * i + 1] += shift.Y;
+      cloud.Positions[3 * i + 2] += shift.Z;
+    }
+    return finished;
+  }
+
+  /// Returns false if stopped.
   bool Clean(LocalCloud& cloud, const StageProgress& progress)
   {
     auto tree = std::make_unique<NeighborSearch>(cloud.Positions.data(), cloud.Size());
@@ -191,11 +213,16 @@ private:
     {
       return false;
     }
-    this->Shifts.resize(shifts.empty() ? 0 : this->Kept.size());
+    this->Shifts.resize(shifts.empty() ? this->Shifts.size() : this->Kept.size());
     for (size_t i = 0; i < shifts.size(); ++i)
     {
-      this->Shifts[cloud.InputIds[i]] = shifts[i];
-      this->Self->NumberOfMovedPoints += SingleDot(shifts[i], shifts[i]) > 0.0f ? 1 : 0;
+      Float3& shift = this->Shifts[cloud.InputIds[i]];
+      shift = Vector3(shift) + Vector3(shifts[i]);
+    }
+    for (size_t i = 0; i < this->Shifts.size(); ++i)
+    {
+      const bool isMoved = this->Kept[i] && SingleDot(this->Shifts[i], this->Shifts[i]) > 0.0f;
+      this->Self->NumberOfMovedPoints += isMoved ? 1 : 0;
     }
     return true;
   }
@@ -272,6 +299,12 @@ bool vtkPointCloudCleaning::CheckInput(vtkPointSet* input)
   {
     problem = CheckMemory(input->GetNumberOfPoints(), CleaningBytesPerPoint, AvailableMemory());
   }
+  if (problem.empty() && this->Columns > 0 && input->GetNumberOfPoints() % this->Columns != 0)
+  {
+    problem = "Columns is " + std::to_string(this->Columns) + ", but the input has " +
+      std::to_string(input->GetNumberOfPoints()) +
+      " points, which are no whole rows: set the columns of the depth image, or 0.";
+  }
   if (!problem.empty())
   {
     vtkErrorMacro(<< problem);
@@ -300,6 +333,9 @@ void vtkPointCloudCleaning::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "RemoveStrayPoints: " << this->RemoveStrayPoints << "\n";
   os << indent << "Smoothing: " << this->Smoothing << "\n";
+  os << indent << "Columns: " << this->Columns << "\n";
+  os << indent << "Viewpoint: " << this->Viewpoint[0] << " " << this->Viewpoint[1] << " "
+     << this->Viewpoint[2] << "\n";
   os << indent << "GenerateShifts: " << this->GenerateShifts << "\n";
   os << indent << "GenerateStrayPoints: " << this->GenerateStrayPoints << "\n";
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";

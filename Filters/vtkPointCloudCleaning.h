@@ -20,6 +20,9 @@
  *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have the same
  *   colours.
  *
+ * - Depth images whose 1/z is in whole steps, as those of the first Kinect, become smooth: points
+ *   move along their rays by up to one and a half steps. That takes Columns and Viewpoint.
+ *
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
  * the number of threads. Several processes clean their parts of a cloud each on its own.
  *
@@ -58,6 +61,23 @@ public:
   vtkSetMacro(Smoothing, vtkTypeBool);
   vtkGetMacro(Smoothing, vtkTypeBool);
   vtkBooleanMacro(Smoothing, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Columns of a depth image, stored row by row; vtkPointCloudReader::GetDimensions() has them. 0,
+   * the default: the points are no depth image. Smoothing must be on.
+   */
+  vtkSetClampMacro(Columns, int, 0, VTK_INT_MAX);
+  vtkGetMacro(Columns, int);
+  ///@}
+
+  ///@{
+  /**
+   * Place of the sensor of a depth image. Default 0, 0, 0.
+   */
+  vtkSetVector3Macro(Viewpoint, double);
+  vtkGetVector3Macro(Viewpoint, double);
   ///@}
 
   ///@{
@@ -102,6 +122,8 @@ protected:
   vtkTypeBool RemoveStrayPoints = 1;
   vtkTypeBool GenerateStrayPoints = 0;
   vtkTypeBool Smoothing = 1;
+  int Columns = 0;
+  double Viewpoint[3] = { 0.0, 0.0, 0.0 };
   vtkTypeBool GenerateShifts = 0;
 
 private:

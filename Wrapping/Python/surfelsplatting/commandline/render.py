@@ -74,12 +74,19 @@ def _update(algorithm, stage, path, messages, progress, run):
     messages.check(f"{path}: ")
 
 
+def _set_cleaning(cleaning, cloud, arguments):
+    cleaning.SetSmoothing(arguments.cleaning == "full")
+    if cloud.columns:
+        cleaning.SetColumns(cloud.columns)
+        cleaning.SetViewpoint(cloud.viewpoint or (0.0, 0.0, 0.0))
+
+
 def _whole_cloud(cloud, arguments, *reporters):
     """-> vtkPolyData"""
     filters = vtkPointsToSurfels()
     filters.SetInputData(cloud.data)
     filters.SetCleanPoints(arguments.cleaning != "off")
-    filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
+    _set_cleaning(filters.GetCleaning(), cloud, arguments)
     filters.BuildHierarchyOff()
     _set_estimation(filters.GetEstimation(), cloud, arguments)
     _update(filters, "surfels", arguments.cloud, *reporters)
@@ -96,7 +103,7 @@ def _cloud_in_parts(cloud, arguments, *reporters):
     if arguments.cleaning != "off":
         cleaning = vtkPointCloudCleaning()
         cleaning.SetInputData(points)
-        cleaning.SetSmoothing(arguments.cleaning == "full")
+        _set_cleaning(cleaning, cloud, arguments)
         _update(cleaning, "cleaning", arguments.cloud, *reporters)
         run.note_cleaning(cleaning)
         points = cleaning.GetOutput()
