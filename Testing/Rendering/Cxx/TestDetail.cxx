@@ -252,13 +252,20 @@ TEST_CASE_FIXTURE(NoMessages, "Update rate is held")
   CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
   vtkSmartPointer<vtkImageData> still = scene.Render();
   const vtkIdType splats = scene.Pass->GetSplatter()->GetNumberOfSplats();
-  scene.Window->SetDesiredUpdateRate(2000.0); // more than any machine holds
   vtkIdType fewest = splats;
-  for (int i = 0; i < 12; ++i)
+  // Other work on the machine can make a coarser frame look slower: then the next motion, after a
+  // still frame, tries again.
+  for (int motion = 0; motion < 8 && scene.Pass->GetCoarsening() < 2.0; ++motion)
   {
-    scene.Renderer->GetActiveCamera()->Azimuth(0.01);
+    scene.Window->SetDesiredUpdateRate(0.0001);
     scene.Render();
-    fewest = std::min(fewest, scene.Pass->GetSplatter()->GetNumberOfSplats());
+    scene.Window->SetDesiredUpdateRate(2000.0); // more than any machine holds
+    for (int i = 0; i < 12; ++i)
+    {
+      scene.Renderer->GetActiveCamera()->Azimuth(0.01);
+      scene.Render();
+      fewest = std::min(fewest, scene.Pass->GetSplatter()->GetNumberOfSplats());
+    }
   }
   CHECK(scene.Pass->GetCoarsening() >= 2.0); // more only as long as it saves time
   CHECK(4 * fewest < splats);
