@@ -166,6 +166,7 @@ alignas(
 
 /// First pixel of a column or row of blocks.
 constexpr float FirstPixel[BlocksPerRow] = { 0, 4, 8, 12, 16, 20, 24, 28 };
+static_assert(BlockSize == 4 && BlocksPerRow == 8, "FirstPixel has these");
 
 /// Bits [begin, end) of a row of blocks; 0 <= begin, end <= BlocksPerRow.
 SURFELSPLATTING_INLINE std::uint64_t BlocksBetween(unsigned int begin, unsigned int end)
@@ -355,14 +356,14 @@ unsigned int HiddenFrom(
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   const LaneMask done = through <= MinTransmittance;
   // Of a layer that covers all, keep^4 < MinTransmittance is not composited over this gap.
-  constexpr float gap = 1.6f;
+  constexpr float gap = 1.6f, keep = 0.2019f; // exp(-gap)
   const LaneMask ended = Lanes::Load(open.Far) < near - gap * LeakBand({ near, near }, settings);
   if (!Any(ended))
   {
     return done.ToBits();
   }
   const LayerCoverage<Lanes> layer = CoverageOf(tile, block, settings.LensRadius > 0.0f);
-  const Lanes after = Leak(through, layer, Lanes(0.2019f)).Through;
+  const Lanes after = Leak(through, layer, Lanes(keep)).Through;
   return (Select(ended, after, through) <= MinTransmittance).ToBits();
 }
 

@@ -110,7 +110,7 @@ private:
       const size_t i = static_cast<size_t>(y) * this->Columns + x;
       double sum = 0.0, count = 0.0;
       const auto add = [&](bool inside, size_t j) {
-        // Not so for NaN.
+        // False where there is no point: NaN.
         if (inside && std::abs(this->Measured[j] - this->Measured[i]) < LargestDifference * step)
         {
           sum += this->Smoothed[j];

@@ -2,6 +2,7 @@
 #include "Filters/Cleaning/Smoothing.h"
 
 #include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Common/Median.h"
 
 #include <pcl/surface/mls.h>
 
@@ -144,13 +145,6 @@ private:
   pcl::Indices Indices;
   pcl::MLSResult Surface;
 };
-
-double Median(std::vector<double>& values)
-{
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 class Smoother
 {

@@ -2,6 +2,7 @@
 #include "Filters/Cleaning/StrayPoints.h"
 
 #include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Common/Median.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
@@ -99,13 +100,6 @@ double MeanDistance(const Neighbors& neighbors)
     sum += std::sqrt(squared);
   }
   return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
-}
-
-double Median(std::vector<float>& values)
-{
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class StrayTest

@@ -2,6 +2,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
 
 #include <pcl/common/centroid.h>
@@ -238,17 +239,6 @@ private:
   const FitSettings& Settings;
   Patch Around;
 };
-
-double Median(std::vector<float>& values)
-{
-  if (values.empty())
-  {
-    return 0.0;
-  }
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void MakeRound(double spacing, PlaneFit& fit)
 {

@@ -48,7 +48,7 @@ struct PlaneFit
   float Flatness = 0.0f;   // variance along the normal over the smaller tangential one; 0 = plane
   bool Degenerate = false; // too few neighbours, or all on a line
   bool Isolated = false;
-  bool Given = false; // the normal was given, not fitted
+  bool Given = false;   // the normal was given, not fitted
   bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
 };
 

@@ -70,7 +70,7 @@ TEST_CASE("Stairs become a floor")
   CHECK(cleaning->GetNumberOfMovedPoints() > 0);
   const double before = FloorError(data->GetPoints()), after = FloorError(output->GetPoints());
   CHECK(before == doctest::Approx(Step / std::sqrt(12.0)).epsilon(0.1)); // of rounding
-  CHECK(after < before / 3.0); // 0.27 measured
+  CHECK(after < before / 3.0);                                           // 0.27 measured
 
   double wall = 0.0, aside = 0.0;
   for (int i = 0; i < Columns * Rows; ++i)
