@@ -30,6 +30,15 @@ struct View
   double Far = 1e300;
 };
 
+/**
+ * The perspective view of a camera as VTK and others describe one; the principal point is in the
+ * middle of the picture.
+ * @param viewAngle of the picture's height, degrees, (0, 180)
+ * @throws std::invalid_argument if this is no view
+ */
+View LookAt(const Vector3& position, const Vector3& focalPoint, const Vector3& viewUp,
+  double viewAngle, int width, int height);
+
 /// Nonzero elements of the projection's Jacobian M at a point in camera space, px per world unit.
 template <class Real>
 struct ProjectionJacobian

@@ -10,7 +10,7 @@
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Picture/Splatter.h"
 #include "Testing/Shared/Random.h"
-#include "ThreadExecutor.h"
+#include "Core/Base/ThreadExecutor.h"
 
 #include <vector>
 

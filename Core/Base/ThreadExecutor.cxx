@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "ThreadExecutor.h"
+#include "Core/Base/ThreadExecutor.h"
 
 #include <algorithm>
 #include <atomic>
