@@ -161,7 +161,7 @@ def _other_than(up, direction):
     return np.eye(3)[int(np.argmin(np.abs(direction)))]
 
 
-def _surface_in_the_middle(samples, position, focal_point, view):
+def surface_in_the_middle(samples, position, focal_point, view):
     """Distance along the view direction to the front of the surface in the middle of the picture,
     on which a photographer would focus."""
     forward = _unit(focal_point - position)
@@ -195,7 +195,7 @@ def complete_view(view, cloud, surfels):
         up = _other_than(up, focal_point - position)
     focal_distance = view.focal_distance
     if focal_distance == 0 and not view.position and not view.focal_point:
-        focal_distance = _surface_in_the_middle(samples, position, focal_point, view)
+        focal_distance = surface_in_the_middle(samples, position, focal_point, view)
     completed = replace(view, position=tuple(map(float, position)),
                         focal_distance=focal_distance,
                         focal_point=tuple(map(float, focal_point)),

@@ -10,11 +10,11 @@ from .problems import UserProblem
 
 # "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
 _PREFIX = re.compile(
-    r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\S+ \(\w+\): )?")
+    r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\S+ \(\w+\): )?", re.MULTILINE)
 
 
 def plain_text(message):
-    """The message without the file, the line and the object's address."""
+    """The message, and those it quotes, without the file, the line and the object's address."""
     return _PREFIX.sub("", message).strip()
 
 

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of numpy arrays, for those who have no scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .backend import vtk
+from .commandline.cameras import View, check_view
+from .commandline.clouds import Cloud
+from .commandline.framing import complete_view
+from .commandline.problems import UserProblem
+from .lens import Lens, focus_on_point
+from .surfels import finite_triple, make_surfels, update
+from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+LIGHT_GREY = (0.8, 0.8, 0.8)  # of points without colours
+BACKDROP = (0.16, 0.17, 0.19)
+LARGEST_SIDE = 65536  # px
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera. What is not given is chosen so that the whole cloud is seen.
+
+    Parameters
+    ----------
+    position, focal_point : sequence[float], optional
+        Where the camera is, and what it looks at; world units.
+
+    view_up : sequence[float], optional
+        The direction that is up in the picture.
+
+    view_angle : float, default: 30.0
+        Angle of the picture's height, in degrees.
+
+    Examples
+    --------
+    >>> import surfelsplatting
+    >>> camera = surfelsplatting.Camera(position=(0, 0, 5), focal_point=(0, 0, 0))
+    >>> camera.view_angle
+    30.0
+
+    """
+
+    position: Sequence[float] | None = None
+    focal_point: Sequence[float] | None = None
+    view_up: Sequence[float] | None = None
+    view_angle: float = 30.0
+
+    def __post_init__(self) -> None:
+        for name in ("position", "focal_point", "view_up"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, finite_triple(value, f"the camera's {name}"))
+        if not 0 < self.view_angle < 180:
+            raise ValueError(f"the camera's view_angle is {self.view_angle!r}; it must be between "
+                             "0 and 180 degrees")
+
+
+def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: ArrayLike | None = None,
+           camera: Camera | Sequence[Sequence[float]] | None = None,
+           lens: Lens | float | None = None, size: tuple[int, int] = (800, 600),
+           background: Sequence[float] | None = BACKDROP, lighting: bool = True,
+           **estimation: Any) -> NDArray[np.uint8]:
+    """Render points as a picture with depth of field.
+
+    Neither a window nor OpenGL is needed.
+
+    Parameters
+    ----------
+    points : array_like[float]
+        Points of a surface, of shape ``(n, 3)``, in world units.
+
+    colors : array_like, optional
+        RGB or RGBA of each point, of shape ``(n, 3)`` or ``(n, 4)``: integers from 0 to 255, or
+        floats from 0 to 1. Points without colors are light grey.
+
+    normals : array_like[float], optional
+        Outward normals, of shape ``(n, 3)``. Without them they are estimated.
+
+    camera : surfelsplatting.Camera | sequence[sequence[float]], optional
+        The camera; or its position, focal point and view-up, as in PyVista. Without it, the whole
+        cloud is seen.
+
+    lens : surfelsplatting.Lens | float, optional
+        The lens; or the radius of its blur of very distant points, in pixels. Without it,
+        everything is sharp.
+
+    size : tuple[int, int], default: (800, 600)
+        Width and height of the picture in pixels.
+
+    background : sequence[float], optional
+        RGB from 0 to 1. With ``None`` the picture gets an alpha channel and has no background.
+
+    lighting : bool, default: True
+        Whether a light at the camera shades the points.
+
+    **estimation
+        ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become
+        surfels, as in ``cloud.surfels.estimate()``.
+
+    Returns
+    -------
+    numpy.ndarray
+        The picture, of type ``uint8`` and shape ``(height, width, 3)``, or 4 without a
+        background, with its top row first. Alpha is straight.
+
+    Examples
+    --------
+    A sphere, and the part of the picture that it covers.
+
+    >>> import numpy as np
+    >>> import surfelsplatting
+    >>> rng = np.random.default_rng(1)
+    >>> points = rng.normal(size=(20000, 3))
+    >>> points /= np.linalg.norm(points, axis=1)[:, None]
+    >>> picture = surfelsplatting.render(points, colors=np.abs(points), size=(300, 200),
+    ...                                  background=None)
+    >>> picture.shape
+    (200, 300, 4)
+    >>> float((picture[..., 3] > 127).mean().round(1))
+    0.4
+
+    The same through a lens that is focused on a point.
+
+    >>> lens = surfelsplatting.Lens(coc=20, focus=(0, 0, 1))
+    >>> picture = surfelsplatting.render(points, camera=[(0, 0, 6), (0, 0, 0), (0, 1, 0)],
+    ...                                  lens=lens, size=(300, 200))
+    >>> picture.shape
+    (200, 300, 3)
+
+    """
+    lens = _as_lens(lens)
+    view = _as_view(camera, _checked_size(size))
+    cloud = _as_polydata(points, colors, normals)
+    surfels = make_surfels(cloud, **estimation)
+    try:
+        check_view(view)
+        view = complete_view(view, Cloud(cloud), surfels)
+    except UserProblem as problem:
+        raise ValueError(str(problem)) from None
+    renderer = _make_renderer(surfels, view, colors is not None, lighting)
+    if background is not None:
+        renderer.SetBackground(finite_triple(background, "background"))
+        renderer.SetBackgroundAlpha(1.0)
+    _set_lens(renderer, lens)
+    update(renderer, "rendering")
+    return _as_array(renderer.GetOutput(), background is None)
+
+
+def _as_lens(lens):
+    if lens is None or isinstance(lens, Lens):
+        return lens or Lens()
+    if isinstance(lens, (int, float)):
+        return Lens(coc=lens)
+    raise TypeError(f"lens is {lens!r}; it must be a surfelsplatting.Lens, or a radius in pixels")
+
+
+def _checked_size(size):
+    if (len(size) != 2 or not all(value == int(value) and 1 <= value <= LARGEST_SIDE
+                                  for value in size)):
+        raise ValueError(f"size is {size!r}; it must be width and height in pixels, from 1 to "
+                         f"{LARGEST_SIDE}")
+    return tuple(int(value) for value in size)
+
+
+def _as_view(camera, size):
+    if camera is None:
+        camera = Camera()
+    elif not isinstance(camera, Camera):
+        if len(camera) != 3:
+            raise ValueError(f"camera is {camera!r}; it must be a surfelsplatting.Camera, or a "
+                             "position, a focal point and a view-up")
+        camera = Camera(*camera)
+    return View(camera.position, camera.focal_point, camera.view_up, camera.view_angle, size)
+
+
+def _rows(values, count, widths, what):
+    """An array of one row of numbers for each of count points."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{what} have the type {array.dtype}; give integers or floats")
+    if array.ndim != 2 or array.shape[1] not in widths:
+        wanted = " or ".join(f"(n, {width})" for width in widths)
+        raise ValueError(f"{what} have the shape {array.shape}; it must be {wanted}")
+    if count is not None and len(array) != count:
+        raise ValueError(f"{what} have {len(array)} rows, but there are {count} points; give one "
+                         "row for each point")
+    return array
+
+
+def _to_vtk(array, name):
+    result = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(array), deep=True)
+    result.SetName(name)
+    return result
+
+
+def point_rows(points):
+    """Coordinates of points as floats; doubles unless they are floats already."""
+    points = _rows(points, None, (3,), "points")
+    return points if points.dtype == np.float32 else points.astype(np.float64)
+
+
+def color_rows(colors, count):
+    """RGB or RGBA of points as bytes (integers from 0 to 255), or as floats."""
+    colors = _rows(colors, count, (3, 4), "colors")
+    if colors.dtype.kind == "f":
+        return colors.astype(np.float32)
+    if colors.size and not (colors.min() >= 0 and colors.max() <= 255):
+        raise ValueError(f"colors are from {colors.min()} to {colors.max()}; integers must be from "
+                         "0 to 255, floats from 0 to 1")
+    return colors.astype(np.uint8)
+
+
+def _as_polydata(points, colors, normals):
+    points = point_rows(points)
+    cloud = vtk("vtkCommonDataModel").vtkPolyData()
+    positions = vtk("vtkCommonCore").vtkPoints()
+    positions.SetData(_to_vtk(points, "Points"))
+    cloud.SetPoints(positions)
+    data = cloud.GetPointData()
+    if colors is not None:
+        data.SetScalars(_to_vtk(color_rows(colors, len(points)), "Colors"))
+    if normals is not None:
+        normals = _rows(normals, len(points), (3,), "normals").astype(np.float32)
+        data.SetNormals(_to_vtk(normals, "Normals"))
+    return cloud
+
+
+def _make_renderer(surfels, view, has_colors, lighting):
+    core = vtk("vtkRenderingCore")
+    mapper = vtkSurfelMapper()
+    mapper.SetInputData(surfels)
+    mapper.SetScalarVisibility(has_colors)
+    mapper.SetColorModeToDirectScalars()
+    actor = core.vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(LIGHT_GREY)
+    actor.GetProperty().SetLighting(bool(lighting))
+    camera = core.vtkCamera()
+    camera.SetPosition(view.position)
+    camera.SetFocalPoint(view.focal_point)
+    camera.SetViewUp(view.view_up)
+    camera.SetViewAngle(view.view_angle)
+    camera.SetFocalDistance(view.focal_distance)
+    renderer = vtkSurfelImageRenderer()
+    renderer.AddActor(actor)
+    renderer.SetCamera(camera)
+    renderer.SetSize(*view.size)
+    return renderer
+
+
+def _set_lens(renderer, lens):
+    splatter, camera = renderer.GetSplatter(), renderer.GetCamera()
+    if lens.focus_is_pixel:
+        splatter.SetLensModeToPinhole()
+        camera.SetFocalDistance(_distance_at(renderer, lens.focus))
+    elif lens.focus is not None:
+        focus_on_point(splatter, camera, lens.focus)
+    lens.set_size(splatter, camera)
+
+
+def _distance_at(renderer, pixel):
+    """Distance along the view direction to what a pixel sees."""
+    width, height = renderer.GetSize()
+    x, y = pixel
+    if not (0 <= x < width and 0 <= y < height):
+        raise ValueError(f"the lens's focus {pixel} is no pixel of a picture of {width} x {height}")
+    update(renderer, "rendering")
+    distance = renderer.GetOutput().GetPointData().GetArray("Depth").GetValue(y * width + x)
+    if not (math.isfinite(distance) and distance > 0):
+        raise ValueError(f"the pixel {pixel} sees nothing, so the lens cannot focus on it; choose "
+                         "a pixel that shows a surface, or give a point (x, y, z)")
+    return distance
+
+
+def _as_array(picture, has_alpha):
+    width, height, _ = picture.GetDimensions()
+    values = vtk("util.numpy_support").vtk_to_numpy(picture.GetPointData().GetScalars())
+    values = values.reshape(height, width, 4)[::-1]
+    if has_alpha:
+        alpha = values[..., 3:]
+        values = np.concatenate([values[..., :3] / np.maximum(alpha, 1e-6), alpha], axis=2)
+    else:
+        values = values[..., :3]
+    return np.clip(values * 255 + 0.5, 0, 255).astype(np.uint8)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What PyVista finds by its entry points: ``dataset.surfels``, ``plotter.surfels``, ``.pcd`` files."""

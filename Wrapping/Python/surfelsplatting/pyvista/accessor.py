@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``dataset.surfels``: surfels from the points of a data set."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pyvista as pv
+
+from ..backend import vtk
+from ..commandline.cameras import View
+from ..commandline.framing import Samples, surface_in_the_middle
+from ..surfels import is_surfels, make_surfels
+
+PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
+SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
+                "return_img", "return_viewer", "screenshot", "title")
+
+
+@pv.register_dataset_accessor("surfels", pv.DataSet)
+class SurfelAccessor:
+    """Surfels from the points of a data set.
+
+    Use it as ``dataset.surfels``.
+
+    Parameters
+    ----------
+    dataset : pyvista.DataSet
+        Data set with points of a surface, such as a scan.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> cloud = pv.PolyData(pv.Sphere(theta_resolution=60, phi_resolution=60).points)
+    >>> surfels = cloud.surfels.estimate()
+    >>> surfels.surfels.are_estimated
+    True
+
+    """
+
+    def __init__(self, dataset: pv.DataSet) -> None:
+        self._dataset = dataset
+
+    @property
+    def are_estimated(self) -> bool:
+        """Return whether the data set holds surfels already.
+
+        Returns
+        -------
+        bool
+            Whether the data set is the output of :meth:`estimate`.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> pv.Sphere().surfels.are_estimated
+        False
+
+        """
+        return is_surfels(self._dataset)
+
+    def estimate(self, *, cleaning: str = "full", sides: str = "auto",
+                 viewpoint: Sequence[float] | None = None, neighbors: int | None = None,
+                 hierarchy: bool = True) -> pv.PolyData:
+        """Make surfels of the points.
+
+        Cells are ignored. The surfels have the point data of the points that they are made from,
+        in another order. Normals of the data set are kept.
+
+        Parameters
+        ----------
+        cleaning : {'full', 'outliers', 'off'}, default: 'full'
+            What to do about the errors of a scan: remove stray points and move noisy points to a
+            smooth surface; remove stray points only; or nothing. Clean points stay as they are.
+
+        sides : {'auto', 'two', 'given'}, default: 'auto'
+            From where surfels are seen. ``'auto'``: closed surfaces from outside, others from both
+            sides; points with a ``viewpoint`` from there. ``'two'``: all from both sides.
+            ``'given'``: from where the normals of the data set point.
+
+        viewpoint : sequence[float], optional
+            Place of the scanner, for a scan from one place. A ``.pcd`` file may know it; then it
+            is used unless the points were moved or selected since.
+
+        neighbors : int, optional
+            Number of nearest points that a normal is computed from, 4 to 256. More for noisy
+            scans. By default 16, and 30 for depth images.
+
+        hierarchy : bool, default: True
+            Whether to add the level of detail that makes large clouds fast.
+
+        Returns
+        -------
+        pyvista.PolyData
+            Surfels, for ``plotter.surfels.add`` and :meth:`plot`. They can be saved as ``.vtp``.
+
+        Raises
+        ------
+        TypeError
+            If the data set is a grid without points of its own.
+
+        ValueError
+            If it has no points that give surfels, or a parameter is out of range.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> cloud = pv.PolyData(pv.Sphere(theta_resolution=60, phi_resolution=60).points)
+        >>> surfels = cloud.surfels.estimate(sides='two')
+        >>> surfels.n_points == cloud.n_points
+        True
+
+        """
+        if not isinstance(self._dataset, vtk("vtkCommonDataModel").vtkPointSet):
+            kind = type(self._dataset).__name__
+            raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
+                            "of a surface, for example those of dataset.contour()")
+        return pv.wrap(make_surfels(
+            self._dataset, cleaning=cleaning, sides=sides, viewpoint=viewpoint, neighbors=neighbors,
+            hierarchy=hierarchy))
+
+    def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
+             cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
+        """Plot the points as surfels.
+
+        Parameters
+        ----------
+        coc : float, optional
+            Radius of the blur of very distant points, in pixels. Without it, everything is sharp.
+
+        focus : sequence[float], optional
+            Point ``(x, y, z)``, or pixel ``(x, y)`` from the lower left corner, that is in focus.
+            By default it is the surface in the middle of the picture.
+
+        cpos : str | sequence, optional
+            Camera position, as for :func:`pyvista.plot`.
+
+        background : ColorLike, optional
+            Color of the background.
+
+        **kwargs
+            Keyword arguments of :class:`pyvista.Plotter` (``notebook``, ``off_screen``, ``theme``,
+            ``window_size``), of :meth:`pyvista.Plotter.show` (``screenshot``, ``jupyter_backend``,
+            ``return_img``, ``return_cpos`` and others), and of ``plotter.surfels.add``
+            (``scalars``, ``cmap`` and others).
+
+        Returns
+        -------
+        Any
+            What :meth:`pyvista.Plotter.show` returns.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> cloud = pv.PolyData(pv.Sphere(theta_resolution=60, phi_resolution=60).points)
+        >>> cloud['height'] = cloud.points[:, 2]
+        >>> cloud.surfels.plot(scalars='height', cmap='terrain', coc=20)
+
+        """
+        plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
+        show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
+        pl = pv.Plotter(**plotter_options)
+        try:
+            if background is not None:
+                pl.set_background(background)
+            actor = pl.surfels.add(self._dataset, **kwargs)
+            pl.camera_position = cpos or pl.renderer.get_default_cam_pos()
+            if cpos is None or isinstance(cpos, str):
+                pl.reset_camera()
+            if coc is not None:
+                middle = _surface_in_the_middle(pl.camera, actor.mapper.dataset)
+                pl.surfels.lens(coc=coc, focus=middle if focus is None else focus)
+            return pl.show(**show_options)
+        except BaseException:
+            pl.close()
+            raise
+
+
+def _surface_in_the_middle(camera, surfels):
+    """The point of the line of sight in which a photographer would focus; None without any."""
+    view = View(view_angle=camera.view_angle)
+    position, focal_point = camera.position, camera.focal_point
+    distance = surface_in_the_middle(Samples(surfels), position, focal_point, view)
+    if distance == 0:
+        return None
+    return [p + distance * d for p, d in zip(position, camera.GetDirectionOfProjection())]

@@ -1,0 +1,349 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``plotter.surfels``: surfels and a lens in a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+import warnings
+import weakref
+
+import numpy as np
+import pyvista as pv
+
+from ..arrays import point_rows
+from ..lens import Lens, focus_on_point
+from ..surfels import SURFEL_ARRAYS
+from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
+from .mapper import SurfelMapper
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+MEANINGLESS = ("edge_color", "line_width", "metallic", "pbr", "point_size", "render_lines_as_tubes",
+               "render_points_as_spheres", "roughness", "show_edges", "show_vertices", "silhouette",
+               "smooth_shading", "split_sharp_edges", "style", "texture")
+
+
+@pv.register_plotter_component("surfels")
+class SurfelComponent:
+    """Surfels and a lens in a plot.
+
+    Use it as ``plotter.surfels``; it works on the active subplot.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Plotter to draw in.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> cloud = pv.PolyData(pv.Sphere(theta_resolution=60, phi_resolution=60).points)
+    >>> pl = pv.Plotter()
+    >>> actor = pl.surfels.add(cloud, color='tan')
+    >>> pl.surfels.lens(coc=20, focus=(0, 0, 0.5))
+    >>> pl.show()
+
+    """
+
+    def __init__(self, plotter: pv.Plotter) -> None:
+        self._plotter_ref = weakref.ref(plotter)
+
+    @property
+    def _plotter(self) -> pv.Plotter:
+        plotter = self._plotter_ref()
+        if plotter is None or plotter.render_window is None:
+            raise RuntimeError("the plotter is closed; make a new pyvista.Plotter")
+        return plotter
+
+    @property
+    def render_pass(self) -> vtkSurfelSplattingPass:
+        """Return the render pass of the active subplot.
+
+        Returns
+        -------
+        surfelsplatting.vtkSurfelSplattingPass
+            The pass, which draws surfels and meshes through one lens.
+
+        Examples
+        --------
+        Leave meshes sharp, and blur surfels only.
+
+        >>> import pyvista as pv
+        >>> pl = pv.Plotter()
+        >>> pl.surfels.render_pass.SetOtherPropsThroughLens(False)
+        >>> pl.close()
+
+        """
+        renderer = self._plotter.renderer
+        current = renderer.GetPass()
+        if isinstance(current, vtkSurfelSplattingPass):
+            return current
+        if current is not None:
+            warnings.warn(f"surfels replace the {current.GetClassName()} of this subplot, since they "
+                          "need a render pass of their own", stacklevel=3)
+        made = vtkSurfelSplattingPass()
+        made.GetSplatter().SetLensModeToPinhole()
+        renderer.SetPass(made)
+        return made
+
+    @property
+    def splatter(self) -> vtkSurfelSplatter:
+        """Return the settings and statistics of the active subplot.
+
+        Returns
+        -------
+        surfelsplatting.vtkSurfelSplatter
+            Kernel, level of detail and more; ``help()`` describes them.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> pl = pv.Plotter()
+        >>> pl.surfels.splatter.SetKernelToGaussian()
+        >>> pl.close()
+
+        """
+        return self.render_pass.GetSplatter()
+
+    def add(self, cloud: pv.DataSet | ArrayLike | str | Path,
+            scalars: str | ArrayLike | None = None, *, color: Any = None, rgb: bool | None = None,
+            show_scalar_bar: bool | None = None, scalar_bar_args: dict[str, Any] | None = None,
+            reset_camera: bool | None = None, render: bool = True, **kwargs: Any) -> pv.Actor:
+        """Add points as surfels.
+
+        Parameters
+        ----------
+        cloud : pyvista.DataSet | array_like[float] | str | Path
+            Surfels from ``cloud.surfels.estimate()``; or points, an array of points of shape
+            ``(n, 3)``, or a file, of which surfels are made first.
+
+        scalars : str | array_like, optional
+            Name of a point array, or an array with one row for each point. By default the active
+            scalars are used.
+
+        color : ColorLike, optional
+            One color for all surfels.
+
+        rgb : bool, optional
+            Whether the scalars are colors. By default, those of type ``uint8`` with 3 or 4
+            components are, unless ``cmap`` is given.
+
+        show_scalar_bar : bool, optional
+            Whether to show a scalar bar. By default as the theme says.
+
+        scalar_bar_args : dict, optional
+            Arguments of :meth:`pyvista.Plotter.add_scalar_bar`.
+
+        reset_camera : bool, optional
+            Whether to show all of the scene. By default, if no camera was set.
+
+        render : bool, default: True
+            Whether to render, if the plotter is shown already.
+
+        **kwargs
+            Further arguments of :meth:`pyvista.Plotter.add_mesh`, such as ``cmap``, ``clim``,
+            ``opacity``, ``lighting``, ``specular`` and ``name``.
+
+        Returns
+        -------
+        pyvista.Actor
+            Actor of the surfels.
+
+        Raises
+        ------
+        TypeError
+            If ``cloud`` is no data set, or one of another VTK.
+
+        ValueError
+            If the scalars do not fit, or there are no points.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> sphere = pv.Sphere(theta_resolution=60, phi_resolution=60)
+        >>> cloud = pv.PolyData(sphere.points)
+        >>> pl = pv.Plotter()
+        >>> actor = pl.surfels.add(cloud, scalars=cloud.points[:, 2], cmap='viridis')
+        >>> pl.show()
+
+        """
+        useless = [name for name in kwargs if name in MEANINGLESS]
+        if useless:
+            raise TypeError(f"surfels have no {useless[0]}; leave it out, or use add_mesh")
+        plotter = self._plotter
+        surfels, name = _surfels_and_scalars(_as_dataset(cloud), scalars)
+        if rgb is None and color is None and kwargs.get("cmap") is None:
+            rgb = _are_colors(surfels, name)
+        if name is None and color is None:
+            color = plotter.theme.color
+        kwargs |= {"scalars": name if color is None else None, "color": color, "rgb": rgb}
+        actor = plotter.add_mesh(surfels, style="points", show_scalar_bar=False, reset_camera=False,
+                                 render=False, **kwargs)
+        mapper = SurfelMapper.like(actor.mapper)
+        actor.SetMapper(mapper)
+        plotter.mapper = mapper
+        self.render_pass
+        if show_scalar_bar is None:
+            show_scalar_bar = plotter.theme.show_scalar_bar
+        if show_scalar_bar and mapper.scalar_visibility and not rgb:
+            plotter.add_scalar_bar(mapper=mapper, render=False,
+                                   **{"title": name, **(scalar_bar_args or {})})
+        if reset_camera or (reset_camera is None and not plotter.renderer.camera_set):
+            plotter.reset_camera(render=False)
+        if render:
+            plotter.render()
+        return actor
+
+    def lens(self, coc: float | None = None, focus: Sequence[float] | None = None, *,
+             diameter: float | None = None, cells: int | None = None, render: bool = True) -> None:
+        """Look through a lens.
+
+        What is not given stays as it is; at first there is no lens. A camera with parallel
+        projection sees everything sharp.
+
+        Parameters
+        ----------
+        coc : float, optional
+            Radius of the circle of confusion of very distant points, in pixels. Nearer things
+            blur less. 0 takes the lens away.
+
+        focus : sequence[float], optional
+            A point ``(x, y, z)`` of the world, or a pixel ``(x, y)`` of the window, counted from
+            its lower left corner, as ``plotter.mouse_position`` is. The point, or the surface that
+            the pixel sees, stays in focus when the camera moves. By default the focal point of the
+            camera is in focus.
+
+        diameter : float, optional
+            Diameter of the lens in world units, instead of ``coc``.
+
+        cells : int, optional
+            Number of parts that the lens is divided into. 1 at first; 7 is more accurate where
+            things at different depths cover one another, and takes 7 times as long.
+
+        render : bool, default: True
+            Whether to render, if the plotter is shown already.
+
+        Raises
+        ------
+        ValueError
+            If the focus is a pixel that sees nothing or a point behind the camera, or a value is
+            out of range.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> cloud = pv.PolyData(pv.Sphere(theta_resolution=60, phi_resolution=60).points)
+        >>> pl = pv.Plotter(off_screen=True, window_size=(400, 300))
+        >>> actor = pl.surfels.add(cloud)
+        >>> pl.surfels.lens(coc=20, focus=(200, 150))
+        >>> picture = pl.screenshot(return_img=True)
+        >>> pl.close()
+
+        """
+        lens = Lens(coc, diameter, focus, 1 if cells is None else cells)
+        camera, splatter = self._plotter.camera, self.splatter
+        _check_camera(camera)
+        if lens.focus is not None:
+            point = self._point_at(lens.focus) if lens.focus_is_pixel else lens.focus
+            focus_on_point(splatter, camera, point)
+        if coc is not None or diameter is not None:
+            lens.set_size(splatter, camera)
+        if cells is not None:
+            splatter.SetLensCells(int(cells))
+        if render:
+            self._plotter.render()
+
+    def _point_at(self, pixel):
+        """The point that a pixel of the active subplot sees."""
+        plotter = self._plotter
+        renderer, camera = plotter.renderer, plotter.camera
+        width, height = plotter.window_size
+        if not renderer.IsInViewport(*pixel):
+            raise ValueError(f"the lens's focus {pixel} is no pixel of the active subplot in a window "
+                             f"of {width} x {height}")
+        plotter.screenshot(return_img=True)  # renders, also what was not shown yet
+        before = camera.GetFocalDistance()
+        found = vtkSurfelSplattingPass.FocusAt(renderer, *pixel)
+        distance = camera.GetFocalDistance()
+        camera.SetFocalDistance(before)
+        if not found:
+            why = ("the camera has a parallel projection" if camera.parallel_projection
+                   else "sees nothing")
+            raise ValueError(f"the pixel {pixel}: {why}, so the lens cannot focus on it; choose a "
+                             "pixel that shows a surface, or give a point (x, y, z)")
+        renderer.SetDisplayPoint(*pixel, 0)
+        renderer.DisplayToWorld()
+        near = np.array(renderer.GetWorldPoint())
+        position = np.array(camera.position)
+        ray = near[:3] / near[3] - position
+        return tuple(position + ray * (distance / (ray @ camera.GetDirectionOfProjection())))
+
+    def __plotter_close__(self) -> None:
+        """Free the render passes and what they have on the graphics card."""
+        plotter = self._plotter_ref()
+        if plotter is None:
+            return
+        for renderer in plotter.renderers:
+            render_pass = renderer.GetPass()
+            if isinstance(render_pass, vtkSurfelSplattingPass):
+                if plotter.render_window is not None:
+                    render_pass.ReleaseGraphicsResources(plotter.render_window)
+                renderer.SetPass(None)
+
+    def __plotter_deep_clean__(self) -> None:
+        """Free the same."""
+        self.__plotter_close__()
+
+
+def _as_dataset(cloud):
+    if isinstance(cloud, pv.DataSet):
+        return cloud
+    if isinstance(cloud, (str, Path)):
+        return _as_dataset(pv.read(cloud))
+    if isinstance(cloud, pv.MultiBlock):
+        raise TypeError(f"cloud is a MultiBlock of {cloud.n_blocks} blocks; combine them first with "
+                        "cloud.combine(), or add each")
+    if isinstance(cloud, pv._vtk.vtkDataSet):
+        return pv.wrap(cloud)
+    if hasattr(cloud, "GetClassName"):
+        module = type(cloud).__module__
+        raise TypeError(f"cloud is a {cloud.GetClassName()} of {module}, which PyVista does not use "
+                        f"here; objects of two VTKs do not mix. Make a pyvista.PolyData of its points")
+    return pv.PolyData(point_rows(cloud))
+
+
+def _surfels_and_scalars(cloud, scalars):
+    """Surfels, and the name of the point array to color them by, or None."""
+    if scalars is None:
+        name = cloud.point_data.active_scalars_name
+        name = None if name in SURFEL_ARRAYS else name
+    elif isinstance(scalars, str):
+        name = scalars
+        if name not in cloud.point_data:
+            raise ValueError(f"there is no point array {name!r}; there are "
+                             f"{', '.join(map(repr, cloud.point_data)) or 'none'}")
+    else:
+        name, values = pv.DEFAULT_SCALARS_NAME, np.asarray(scalars)
+        if values.ndim not in (1, 2) or len(values) != cloud.n_points:
+            raise ValueError(f"scalars have the shape {values.shape}, but there are {cloud.n_points} "
+                             "points; give one row for each point")
+        cloud = cloud.copy(deep=False)
+        cloud.point_data[name] = values
+    return cloud if cloud.surfels.are_estimated else cloud.surfels.estimate(), name
+
+
+def _are_colors(surfels, name):
+    if name is None:
+        return False
+    values = surfels.point_data[name]
+    return values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
+
+
+def _check_camera(camera):
+    for name in ("position", "focal_point", "up"):
+        value = getattr(camera, name)
+        if not np.isfinite(value).all():
+            raise ValueError(f"the camera's {name} is {tuple(value)}; it must be finite")

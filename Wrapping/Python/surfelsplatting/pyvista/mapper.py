@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""vtkSurfelMapper with the properties of PyVista's mappers."""
+
+import pyvista as pv
+
+from ..vtkSurfelRendering import vtkSurfelMapper
+
+# The class that PyVista's mappers of data sets have in common has another name in each release.
+_DataSetMapperBase = pv.DataSetMapper.__bases__[0]
+
+
+class SurfelMapper(_DataSetMapperBase, vtkSurfelMapper):
+    """Draws surfels as an actor."""
+
+    @classmethod
+    def like(cls, other):
+        """Draws the points of another mapper in the same colours."""
+        mapper = cls(theme=other._theme)
+        mapper.ShallowCopy(other)  # lookup table, range and choice of scalars
+        mapper.dataset = other.dataset
+        return mapper

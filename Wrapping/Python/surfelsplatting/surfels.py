@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Points to surfels in one call, with Python's exceptions and warnings instead of VTK's messages."""
+
+import math
+import warnings
+
+from .backend import vtk
+from .commandline.render import DEPTH_IMAGE_NEIGHBORS
+from .commandline.vtkmessages import plain_text
+from .vtkSurfelFilters import vtkPointsToSurfels
+
+SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
+CLEANING = ("off", "outliers", "full")
+SIDES = ("auto", "two", "given")
+
+
+def is_surfels(data):
+    """Whether a vtkDataSet holds surfels."""
+    points = data.GetPointData()
+    return all(points.HasArray(name) for name in SURFEL_ARRAYS)
+
+
+def has_normals(data):
+    points = data.GetPointData()
+    return points.GetNormals() is not None or bool(points.HasArray("Normals"))
+
+
+def finite_triple(values, what):
+    """Three finite numbers as a tuple of floats, or ValueError."""
+    try:
+        triple = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        triple = ()
+    if len(triple) != 3 or not all(map(math.isfinite, triple)):
+        raise ValueError(f"{what} is {values!r}; it must be three finite numbers")
+    return triple
+
+
+def one_of(value, choices, what):
+    if value not in choices:
+        raise ValueError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
+    return value
+
+
+def update(algorithm, what):
+    """Updates an algorithm. Raises its first error as a RuntimeError, and repeats its warnings."""
+    errors, texts = [], []
+    observed = (algorithm, algorithm.GetExecutive())
+    tags = []
+    for target in observed:
+        for event, found in (("ErrorEvent", errors), ("WarningEvent", texts)):
+            def note(_caller, _event, text, found=found):
+                found.append(plain_text(text))
+
+            note.CallDataType = vtk("vtkCommonCore").VTK_STRING
+            tags.append((target, target.AddObserver(event, note)))
+    try:
+        algorithm.Update()
+    finally:
+        for target, tag in tags:
+            target.RemoveObserver(tag)
+    if errors:
+        raise RuntimeError(f"{what}: {errors[0]}")
+    for text in texts:
+        warnings.warn(f"{what}: {' '.join(text.split())}", stacklevel=4)
+
+
+def _scan(points):
+    """-> place of the sensor or None, columns of a depth image or 0: what vtkPointCloudReader knew,
+    unless the points were moved or selected since."""
+    def field(name):
+        array = points.GetFieldData().GetArray(name)
+        return array and vtk("util.numpy_support").vtk_to_numpy(array).ravel().tolist()
+
+    if field("ScanBounds") != list(points.GetBounds()):
+        return None, 0
+    columns, rows = field("ScanDimensions") or (0, 0)
+    return field("ScanViewpoint"), int(columns) if rows > 1 else 0
+
+
+def _set_depth_image(filters, columns, viewpoint):
+    filters.GetCleaning().SetColumns(columns)
+    filters.GetCleaning().SetViewpoint(viewpoint or (0.0, 0.0, 0.0))
+    filters.GetEstimation().SetNumberOfNeighbors(DEPTH_IMAGE_NEIGHBORS)
+
+
+def _set_sides(estimation, points, sides, viewpoint):
+    if one_of(sides, SIDES, "sides") == "two":
+        estimation.SetOrientationModeToTwoSided()
+    elif sides == "given":
+        if not has_normals(points):
+            raise ValueError("sides is 'given', but the points have no normals; give normals, or use "
+                             "'auto' or 'two'")
+        estimation.SetOrientationModeToAsGiven()
+    elif viewpoint is not None:
+        estimation.SetOrientationModeToViewpoint()
+        estimation.SetViewpoint(viewpoint)
+
+
+def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,
+                 hierarchy=True):
+    """A vtkPolyData of surfels from the points of a vtkPointSet.
+
+    The parameters are those of `SurfelAccessor.estimate` in surfelsplatting/pyvista.
+    """
+    count = points.GetNumberOfPoints()
+    if count == 0:
+        raise ValueError("the dataset has no points (0); surfels need the points of a surface")
+    filters = vtkPointsToSurfels()
+    filters.SetInputData(points)
+    filters.SetCleanPoints(one_of(cleaning, CLEANING, "cleaning") != "off")
+    filters.GetCleaning().SetSmoothing(cleaning == "full")
+    filters.SetBuildHierarchy(bool(hierarchy))
+    scan_viewpoint, columns = _scan(points)
+    if viewpoint is None:
+        viewpoint = scan_viewpoint
+    else:
+        viewpoint = finite_triple(viewpoint, "viewpoint")
+    _set_sides(filters.GetEstimation(), points, sides, viewpoint)
+    if columns > 1:
+        _set_depth_image(filters, columns, viewpoint)
+    if neighbors is not None:
+        if not 4 <= neighbors <= 256:
+            raise ValueError(f"neighbors is {neighbors!r}; it must be from 4 to 256")
+        filters.GetEstimation().SetNumberOfNeighbors(int(neighbors))
+    update(filters, "estimation of surfels")
+    surfels = filters.GetOutput()
+    if surfels.GetNumberOfPoints() == 0:
+        raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite and "
+                         "not all the same?")
+    return surfels
