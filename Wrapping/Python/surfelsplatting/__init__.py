@@ -27,14 +27,11 @@ help() of each class describes its methods, with units, defaults and ranges.
 """
 
 # VTK's modules come first: the wrapped classes derive from theirs.
-from vtkmodules import (  # noqa: F401
-    vtkCommonCore,
-    vtkCommonDataModel,
-    vtkCommonExecutionModel,
-    vtkIOImage,
-    vtkRenderingCore,
-    vtkRenderingOpenGL2,
-)
+from . import backend
+
+for _name in ("vtkCommonCore", "vtkCommonDataModel", "vtkCommonExecutionModel", "vtkIOImage",
+              "vtkRenderingCore", "vtkRenderingOpenGL2"):
+    backend.vtk(_name)
 
 from .vtkSurfelFilters import *  # noqa: F401,F403
 from .vtkSurfelOpenEXR import *  # noqa: F401,F403
