@@ -2,9 +2,8 @@
 #include "Rendering/OpenGL/FrameBlit.h"
 
 #include "FrameBlitFS.h"
+#include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
-
-#include <vtk_glew.h>
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/OpenGL/FullScreenQuad.h"
 
-#include <vtk_glew.h>
+#include "Rendering/OpenGL/Functions.h"
 
 #include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLShaderCache.h>

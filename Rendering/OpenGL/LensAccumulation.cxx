@@ -3,9 +3,8 @@
 
 #include "LensAccumulationFS.h"
 #include "Rendering/OpenGL/CameraChanges.h"
+#include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
-
-#include <vtk_glew.h>
 
 #include <vtkCamera.h>
 #include <vtkMath.h>

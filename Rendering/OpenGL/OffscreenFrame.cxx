@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/OpenGL/OffscreenFrame.h"
 
+#include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
-
-#include <vtk_glew.h>
 
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkOpenGLRenderWindow.h>

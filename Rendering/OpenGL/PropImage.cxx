@@ -3,8 +3,7 @@
 
 #include "Core/Base/LinearLight.h"
 #include "Rendering/OpenGL/CameraChanges.h"
-
-#include <vtk_glew.h>
+#include "Rendering/OpenGL/Functions.h"
 
 #include <vtkActor.h>
 #include <vtkAssemblyNode.h>

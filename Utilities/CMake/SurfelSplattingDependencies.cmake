@@ -4,8 +4,7 @@ set(surfelsplatting_vtk_components
   CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
   FiltersCore FiltersGeneral FiltersSources
   ImagingCore IOImage IOPLY IOXML InteractionStyle ParallelCore
-  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2
-  opengl glew)
+  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2)
 if (SURFELSPLATTING_WRAP_PYTHON)
   # Debian's interpreter, which sees python3-vtk9: a pyenv or conda python3 is often first on PATH.
   if (NOT Python3_EXECUTABLE AND EXISTS "/usr/bin/python3")
@@ -18,7 +17,9 @@ if (SURFELSPLATTING_BUILD_TESTING)
   list(APPEND surfelsplatting_vtk_components TestingCore TestingRendering)
 endif ()
 # Without COMPONENTS the package demands Qt5's development files.
-find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components})
+# OpenGL's functions come by glew up to VTK 9.3, by glad since.
+find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components}
+  OPTIONAL_COMPONENTS glad glew opengl)
 
 # PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features
 # and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.

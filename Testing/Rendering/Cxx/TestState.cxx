@@ -2,12 +2,11 @@
 /**
  * The pass leaves OpenGL as it found it, in truth and in VTK's own account of it.
  */
+#include "Rendering/OpenGL/Functions.h"
 #include "RenderingTest.h"
 
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplattingPass.h"
-
-#include <vtk_glew.h>
 
 #include <vtkActor.h>
 #include <vtkCamera.h>

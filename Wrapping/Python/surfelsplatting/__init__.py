@@ -22,23 +22,26 @@ Surfels to pictures
 Files
     vtkSurfelEXRWriter, vtkDeepEXRWriter, vtkSurfelEXRReader    OpenEXR, flat and deep
     write_png                       8-bit PNG of a float picture
+Arrays of numpy to pictures
+    render                          points, and perhaps colours and normals, to an array of pixels
+    Camera, Lens                    what render() sees them through
+PyVista finds dataset.surfels, plotter.surfels and the reader of .pcd files by itself.
 
 help() of each class describes its methods, with units, defaults and ranges.
 """
 
 # VTK's modules come first: the wrapped classes derive from theirs.
-from vtkmodules import (  # noqa: F401
-    vtkCommonCore,
-    vtkCommonDataModel,
-    vtkCommonExecutionModel,
-    vtkIOImage,
-    vtkRenderingCore,
-    vtkRenderingOpenGL2,
-)
+from . import backend
+
+for _name in ("vtkCommonCore", "vtkCommonDataModel", "vtkCommonExecutionModel", "vtkIOImage",
+              "vtkRenderingCore", "vtkRenderingOpenGL2"):
+    backend.vtk(_name)
 
 from .vtkSurfelFilters import *  # noqa: F401,F403
 from .vtkSurfelOpenEXR import *  # noqa: F401,F403
 from .vtkSurfelReaders import *  # noqa: F401,F403
 from .vtkSurfelRendering import *  # noqa: F401,F403
+from .arrays import Camera, render  # noqa: F401
+from .lens import Lens  # noqa: F401
 from .pictures import write_png  # noqa: F401
 from .version import __version__  # noqa: F401

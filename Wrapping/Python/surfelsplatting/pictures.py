@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Float pictures as 8-bit PNG files."""
 
+from .backend import vtk
+
 
 def _to_srgb(light):
     """sRGB codes of linear light (IEC 61966-2-1)."""
@@ -17,18 +19,15 @@ def png_bytes(picture, linear_light=False):
     linear_light: the picture is linear light and is converted to sRGB.
     """
     import numpy as np
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkIOImage import vtkPNGWriter
-
-    colors = vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
-    image = vtkImageData()
+    arrays = vtk("util.numpy_support")
+    colors = arrays.vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
+    image = vtk("vtkCommonDataModel").vtkImageData()
     image.SetDimensions(picture.GetDimensions())
     if linear_light:
         colors = _to_srgb(colors)
     rounded = np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
-    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
-    writer = vtkPNGWriter()
+    image.GetPointData().SetScalars(arrays.numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
+    writer = vtk("vtkIOImage").vtkPNGWriter()
     writer.SetInputData(image)
     writer.WriteToMemoryOn()
     writer.Write()

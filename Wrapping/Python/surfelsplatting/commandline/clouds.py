@@ -5,6 +5,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
+from ..backend import vtk
 from .problems import UserProblem
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
@@ -41,9 +42,7 @@ def _read_scan(path, messages, progress):
 
 
 def _read_vtp(path, messages, progress):
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
-
-    reader = vtkXMLPolyDataReader()
+    reader = vtk("vtkIOXML").vtkXMLPolyDataReader()
     reader.SetFileName(path)
     progress.update(reader, "reading")
     messages.check(f"{path} is not a readable .vtp file: ")

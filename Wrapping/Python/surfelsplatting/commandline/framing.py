@@ -5,10 +5,12 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from ..backend import vtk
 from .cameras import are_parallel, check_view
 from .problems import UserProblem
+
+vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
 SAMPLES = 200_000
 MARGIN = 0.92  # the fraction of the picture that the cloud fills

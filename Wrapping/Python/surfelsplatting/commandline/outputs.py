@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from contextlib import contextmanager, nullcontext
 
+from ..backend import vtk
 from .problems import UserProblem
 
 PICTURES = (".png", ".exr")
@@ -109,9 +110,7 @@ def write_picture(picture, path, deep, linear_light, messages):
 
 
 def write_surfels(surfels, path, messages):
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
-
-    writer = vtkXMLPolyDataWriter()
+    writer = vtk("vtkIOXML").vtkXMLPolyDataWriter()
     writer.SetInputData(surfels)
     writer.SetHeaderTypeToUInt64()  # an array may pass 4 GiB
     writer.SetCompressorTypeToNone()  # floats hardly shrink, and zlib takes longer than splatting

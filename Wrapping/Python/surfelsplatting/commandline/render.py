@@ -4,9 +4,7 @@
 import os
 import sys
 
-from vtkmodules.vtkCommonCore import vtkSMPTools
-from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
-
+from ..backend import vtk
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointCloudCleaning,
                                 vtkPointsToSurfels, vtkSurfelHierarchy)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
@@ -166,7 +164,7 @@ def _make_actor(surfels, arguments):
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)
     mapper.SetScalarVisibility(_has_colors(surfels))
-    actor = vtkActor()
+    actor = vtk("vtkRenderingCore").vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
     actor.GetProperty().SetLighting(not arguments.unlit)
@@ -174,7 +172,7 @@ def _make_actor(surfels, arguments):
 
 
 def _make_camera(view):
-    camera = vtkCamera()
+    camera = vtk("vtkRenderingCore").vtkCamera()
     camera.SetPosition(view.position)
     camera.SetFocalPoint(view.focal_point)
     camera.SetViewUp(view.view_up)
@@ -243,10 +241,11 @@ def render(arguments):
     progress = Progress(Interrupts())
     view = asked_view(arguments)
     _check_outputs(arguments)
+    smp_tools = vtk("vtkCommonCore").vtkSMPTools
     if arguments.threads:
         # TBB warns about more threads than cores.
-        vtkSMPTools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
-    run = RunStatistics(vtkSMPTools.GetEstimatedNumberOfThreads())
+        smp_tools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
+    run = RunStatistics(smp_tools.GetEstimatedNumberOfThreads())
 
     def say(text):
         progress.clear()

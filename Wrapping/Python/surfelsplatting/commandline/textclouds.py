@@ -5,10 +5,7 @@ import itertools
 import re
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-
+from ..backend import vtk
 from .problems import UserProblem
 
 COMMENTS = ("#", "//")
@@ -104,7 +101,7 @@ def _name_columns(path, columns):
 
 
 def _to_vtk(name, values, kind):
-    array = numpy_to_vtk(np.ascontiguousarray(values, dtype=kind), deep=True)
+    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values, dtype=kind), deep=True)
     array.SetName(name)
     return array
 
@@ -117,9 +114,9 @@ def read_text_cloud(path):
     if columns.shape[1] < 3:
         raise UserProblem(f"{path} has {columns.shape[1]} columns; a point has at least x y z")
     arrays = _name_columns(path, columns)
-    points = vtkPoints()
+    points = vtk("vtkCommonCore").vtkPoints()
     points.SetData(_to_vtk("Points", columns[:, :3], np.float64))
-    cloud = vtkPolyData()
+    cloud = vtk("vtkCommonDataModel").vtkPolyData()
     cloud.SetPoints(points)
     data = cloud.GetPointData()
     if "RGB" in arrays:

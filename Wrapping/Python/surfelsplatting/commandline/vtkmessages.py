@@ -4,8 +4,7 @@
 import re
 import sys
 
-from vtkmodules.vtkCommonCore import VTK_STRING, vtkLogger, vtkOutputWindow
-
+from ..backend import vtk
 from .problems import UserProblem
 
 # "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
@@ -27,8 +26,9 @@ class VtkMessages:
     def __init__(self, verbose=False):
         self.errors = []
         self.verbose = verbose
-        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-        self._window = vtkOutputWindow.GetInstance()
+        core = vtk("vtkCommonCore")
+        core.vtkLogger.SetStderrVerbosity(core.vtkLogger.VERBOSITY_OFF)
+        self._window = core.vtkOutputWindow.GetInstance()
         self._window.SetDisplayModeToNever()
         self._observe("ErrorEvent", self._on_error)
         self._observe("WarningEvent", self._on_warning)
@@ -37,7 +37,7 @@ class VtkMessages:
         def call(_caller, _event, text):
             method(plain_text(text))
 
-        call.CallDataType = VTK_STRING
+        call.CallDataType = vtk("vtkCommonCore").VTK_STRING
         self._window.AddObserver(event, call)
 
     def _on_error(self, text):

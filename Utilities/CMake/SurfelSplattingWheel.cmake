@@ -1,0 +1,19 @@
+# The compiled part of the wheel: libraries and extension modules, all in the package's folder. The
+# libraries of PyVista's VTK are in the folder beside it.
+set(CMAKE_INSTALL_RPATH "$ORIGIN;$ORIGIN/../cvista")
+vtk_module_build(
+  MODULES               ${surfelsplatting_modules}
+  PACKAGE               SurfelSplatting
+  INSTALL_HEADERS       OFF
+  LIBRARY_DESTINATION   surfelsplatting
+  LIBRARY_NAME_SUFFIX   "")
+vtk_module_wrap_python(
+  MODULES             ${surfelsplatting_modules}
+  INSTALL_HEADERS     OFF
+  PYTHON_PACKAGE      surfelsplatting
+  MODULE_DESTINATION  .
+  BUILD_STATIC        OFF)
+
+set(surfelsplatting_vtk_package cvista)
+configure_file(Wrapping/Python/surfelsplatting/version.py.in version.py @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/version.py" DESTINATION surfelsplatting)
