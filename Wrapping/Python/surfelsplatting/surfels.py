@@ -65,7 +65,7 @@ def update(algorithm, what):
         warnings.warn(f"{what}: {' '.join(text.split())}", stacklevel=4)
 
 
-def _scan(points):
+def scan(points):
     """-> place of the sensor or None, columns of a depth image or 0: what vtkPointCloudReader knew,
     unless the points were moved or selected since."""
     def field(name):
@@ -111,7 +111,7 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     filters.SetCleanPoints(one_of(cleaning, CLEANING, "cleaning") != "off")
     filters.GetCleaning().SetSmoothing(cleaning == "full")
     filters.SetBuildHierarchy(bool(hierarchy))
-    scan_viewpoint, columns = _scan(points)
+    scan_viewpoint, columns = scan(points)
     if viewpoint is None:
         viewpoint = scan_viewpoint
     else:

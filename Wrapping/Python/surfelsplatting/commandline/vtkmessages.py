@@ -9,7 +9,7 @@ from .problems import UserProblem
 
 # "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
 _PREFIX = re.compile(
-    r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\S+ \(\w+\): )?", re.MULTILINE)
+    r"(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\S+ \(\w+\): )?")
 
 
 def plain_text(message):

@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 from ..backend import vtk
 from ..commandline.cameras import View
-from ..commandline.framing import Samples, surface_in_the_middle
-from ..surfels import is_surfels, make_surfels
+from ..commandline.clouds import Cloud
+from ..commandline.framing import Samples, complete_view, surface_in_the_middle
+from ..surfels import is_surfels, make_surfels, scan
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
 SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
@@ -134,7 +136,8 @@ class SurfelAccessor:
             By default it is the surface in the middle of the picture.
 
         cpos : str | sequence, optional
-            Camera position, as for :func:`pyvista.plot`.
+            Camera position, as for :func:`pyvista.plot`. By default the whole cloud is seen, a
+            depth image from its sensor.
 
         background : ColorLike, optional
             Color of the background.
@@ -165,9 +168,10 @@ class SurfelAccessor:
             if background is not None:
                 pl.set_background(background)
             actor = pl.surfels.add(self._dataset, **kwargs)
-            pl.camera_position = cpos or pl.renderer.get_default_cam_pos()
-            if cpos is None or isinstance(cpos, str):
-                pl.reset_camera()
+            if cpos is None:
+                pl.camera_position = self._whole_view(actor.mapper.dataset, pl)
+            else:
+                pl.camera_position = cpos
             if coc is not None:
                 middle = _surface_in_the_middle(pl.camera, actor.mapper.dataset)
                 pl.surfels.lens(coc=coc, focus=middle if focus is None else focus)
@@ -176,12 +180,16 @@ class SurfelAccessor:
             pl.close()
             raise
 
+    def _whole_view(self, surfels, plotter):
+        """Position, focal point and view-up: from the sensor of a depth image, or from above."""
+        view = View(view_angle=plotter.camera.view_angle, size=tuple(plotter.window_size))
+        view = complete_view(view, Cloud(self._dataset, *scan(self._dataset)), surfels)
+        return [view.position, view.focal_point, view.view_up]
+
 
 def _surface_in_the_middle(camera, surfels):
     """The point of the line of sight in which a photographer would focus; None without any."""
     view = View(view_angle=camera.view_angle)
-    position, focal_point = camera.position, camera.focal_point
+    position, focal_point = np.array(camera.position), np.array(camera.focal_point)
     distance = surface_in_the_middle(Samples(surfels), position, focal_point, view)
-    if distance == 0:
-        return None
-    return [p + distance * d for p, d in zip(position, camera.GetDirectionOfProjection())]
+    return position + distance * np.array(camera.GetDirectionOfProjection()) if distance else None

@@ -62,6 +62,8 @@ class SurfelComponent:
     def render_pass(self) -> vtkSurfelSplattingPass:
         """Return the render pass of the active subplot.
 
+        The first use makes it, and turns off multisampling in the window.
+
         Returns
         -------
         surfelsplatting.vtkSurfelSplattingPass
@@ -87,6 +89,8 @@ class SurfelComponent:
         made = vtkSurfelSplattingPass()
         made.GetSplatter().SetLensModeToPinhole()
         renderer.SetPass(made)
+        # Surfels need none, and meshes would get an edge of the background in front of them.
+        self._plotter.render_window.SetMultiSamples(0)
         return made
 
     @property
@@ -264,12 +268,8 @@ class SurfelComponent:
         if not renderer.IsInViewport(*pixel):
             raise ValueError(f"the lens's focus {pixel} is no pixel of the active subplot in a window "
                              f"of {width} x {height}")
-        plotter.screenshot(return_img=True)  # renders, also what was not shown yet
-        before = camera.GetFocalDistance()
-        found = vtkSurfelSplattingPass.FocusAt(renderer, *pixel)
-        distance = camera.GetFocalDistance()
-        camera.SetFocalDistance(before)
-        if not found:
+        distance = self._distance_at(pixel)
+        if distance is None:
             why = ("the camera has a parallel projection" if camera.parallel_projection
                    else "sees nothing")
             raise ValueError(f"the pixel {pixel}: {why}, so the lens cannot focus on it; choose a "
@@ -280,6 +280,21 @@ class SurfelComponent:
         position = np.array(camera.position)
         ray = near[:3] / near[3] - position
         return tuple(position + ray * (distance / (ray @ camera.GetDirectionOfProjection())))
+
+    def _distance_at(self, pixel):
+        """Distance along the view direction to what a pixel sees without the lens, or None."""
+        plotter, splatter = self._plotter, self.splatter
+        camera = plotter.camera
+        distance, mode = camera.GetFocalDistance(), splatter.GetLensMode()
+        splatter.SetLensModeToPinhole()
+        try:
+            plotter.screenshot(return_img=True)  # for what was never rendered
+            plotter.render()
+            found = vtkSurfelSplattingPass.FocusAt(plotter.renderer, *pixel)
+            return camera.GetFocalDistance() if found else None
+        finally:
+            splatter.SetLensMode(mode)
+            camera.SetFocalDistance(distance)
 
     def __plotter_close__(self) -> None:
         """Free the render passes and what they have on the graphics card."""
@@ -301,6 +316,8 @@ class SurfelComponent:
 def _as_dataset(cloud):
     if isinstance(cloud, pv.DataSet):
         return cloud
+    if isinstance(cloud, np.ndarray):
+        return pv.PolyData(point_rows(cloud))
     if isinstance(cloud, (str, Path)):
         return _as_dataset(pv.read(cloud))
     if isinstance(cloud, pv.MultiBlock):
@@ -309,8 +326,8 @@ def _as_dataset(cloud):
     if isinstance(cloud, pv._vtk.vtkDataSet):
         return pv.wrap(cloud)
     if hasattr(cloud, "GetClassName"):
-        module = type(cloud).__module__
-        raise TypeError(f"cloud is a {cloud.GetClassName()} of {module}, which PyVista does not use "
+        package = type(cloud).__module__.partition(".")[0]
+        raise TypeError(f"cloud is a {cloud.GetClassName()} of {package}, which PyVista does not use "
                         f"here; objects of two VTKs do not mix. Make a pyvista.PolyData of its points")
     return pv.PolyData(point_rows(cloud))
 

@@ -15,7 +15,10 @@ class SurfelMapper(_DataSetMapperBase, vtkSurfelMapper):
     @classmethod
     def like(cls, other):
         """Draws the points of another mapper in the same colours."""
-        mapper = cls(theme=other._theme)
-        mapper.ShallowCopy(other)  # lookup table, range and choice of scalars
+        mapper = cls()
+        mapper.ShallowCopy(other)  # lookup table, range, visibility
         mapper.dataset = other.dataset
+        if other.scalar_visibility:
+            mapper.set_active_scalars(other.array_name)
+            mapper.scalar_range = other.scalar_range
         return mapper

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""dataset.surfels, and files that PyVista reads with this package."""
+
+import os
+import tempfile
+import unittest
+import warnings
+
+import numpy as np
+import pyvista as pv
+
+from plottercase import PlotterCase, detail
+
+HEADER = """VERSION .7
+FIELDS x y z rgb
+SIZE 4 4 4 4
+TYPE F F F U
+COUNT 1 1 1 1
+WIDTH {width}
+HEIGHT {height}
+VIEWPOINT 0 0 0 1 0 0 0
+POINTS {points}
+DATA ascii
+"""
+
+
+def depth_image(columns=80, rows=60):
+    """A wall seen from the origin along +z, with y down, as sensors have it."""
+    x, y = np.meshgrid(np.linspace(-0.6, 0.6, columns), np.linspace(-0.45, 0.45, rows))
+    wall = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3) * 2
+    return wall.astype(np.float32)
+
+
+class TestAccessor(PlotterCase):
+    def write_pcd(self, columns=80, rows=60):
+        points = depth_image(columns, rows)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "wall.pcd")
+        colors = np.where(points[:, 0] < 0, 0xFF0000, 0x0000FF)
+        with open(path, "w", encoding="ascii") as file:
+            file.write(HEADER.format(width=columns, height=rows, points=len(points)))
+            file.writelines(f"{x} {y} {z} {c}\n" for (x, y, z), c in zip(points, colors))
+        return path
+
+    def test_pcd_files(self):
+        cloud = pv.read(self.write_pcd())
+        self.assertIsInstance(cloud, pv.PolyData)
+        np.testing.assert_allclose(cloud.points, depth_image(), atol=1e-6)
+        np.testing.assert_array_equal(np.unique(cloud["RGB"], axis=0), [[0, 0, 255], [255, 0, 0]])
+
+    def test_damaged_pcd_file(self):
+        path = self.write_pcd()
+        with open(path, "w", encoding="ascii") as file:
+            file.write("VERSION .7\nFIELDS x y\n")
+        with self.assertRaisesRegex(Exception, "wall.pcd"):
+            pv.read(path)
+
+    def test_one_call_from_file_to_picture(self):
+        """The wall as its sensor saw it, with red to the left."""
+        cloud = pv.read(self.write_pcd())
+        picture = cloud.surfels.plot(screenshot=True, return_img=True, window_size=(240, 180))
+        self.assertEqual(picture.shape, (180, 240, 3))
+        np.testing.assert_array_equal(picture[90, 60] > 100, [True, False, False])
+        np.testing.assert_array_equal(picture[90, 180] > 100, [False, False, True])
+
+    def test_estimate(self):
+        surfels = self.cloud.surfels.estimate()
+        self.assertIsInstance(surfels, pv.PolyData)
+        self.assertTrue(surfels.surfels.are_estimated)
+        self.assertFalse(self.cloud.surfels.are_estimated)
+        self.assertEqual(surfels.n_points, self.cloud.n_points)
+        self.assertIn("height", surfels.point_data)
+        areas = np.linalg.norm(surfels["SurfelAreaVector"], axis=1)
+        self.assertAlmostEqual(areas.sum(), 4 * np.pi, delta=0.3)
+
+    def test_options(self):
+        estimate = self.cloud.surfels.estimate
+        self.assertEqual(estimate()["SurfelTwoSided"].max(), 0)
+        self.assertEqual(estimate(sides="two")["SurfelTwoSided"].min(), 1)
+        self.assertIn("SurfelNodes", estimate().field_data)
+        self.assertNotIn("SurfelNodes", estimate(hierarchy=False).field_data)
+        facing = estimate(viewpoint=(0, 0, 9), cleaning="off")
+        self.assertTrue((facing["SurfelAreaVector"][facing.points[:, 2] < -0.5, 2] > 0).all())
+
+    def test_sensor_of_the_scan(self):
+        """Known from the file, and no longer true of points that were moved."""
+        cloud = pv.PolyData(depth_image())
+        cloud.field_data["ScanViewpoint"] = [[0.0, 0.0, 0.0]]
+        cloud.field_data["ScanDimensions"] = [[80, 60]]
+        cloud.field_data["ScanBounds"] = [cloud.bounds]
+
+        def surfels(scan):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return scan.surfels.estimate()
+
+        seen = surfels(cloud)
+        self.assertEqual(seen["SurfelTwoSided"].max(), 0)
+        self.assertTrue((seen["SurfelAreaVector"][:, 2] < 0).all())
+        moved = cloud.rotate_x(180)
+        self.assertEqual(surfels(moved)["SurfelTwoSided"].min(), 1)
+        part = cloud.extract_points(cloud.points[:, 0] > 0)
+        self.assertEqual(surfels(part)["SurfelTwoSided"].min(), 1)
+
+    def test_other_data_sets(self):
+        sphere = pv.Sphere(theta_resolution=40, phi_resolution=40)
+        for data in (sphere, sphere.cast_to_unstructured_grid(), pv.PointSet(sphere.points)):
+            with self.subTest(type(data).__name__):
+                self.assertEqual(data.surfels.estimate().n_points, sphere.n_points)
+
+    def test_errors_say_what_to_do(self):
+        cases = [
+            (ValueError, r"the dataset has no points \(0\)", pv.PolyData().surfels.estimate),
+            (TypeError, "an ImageData is a grid without points", pv.ImageData().surfels.estimate),
+            (ValueError, "sides is 'left'; it must be one of 'auto', 'two', 'given'",
+             lambda: self.cloud.surfels.estimate(sides="left")),
+            (ValueError, "none of the 5 points gives a surfel",
+             pv.PolyData(np.full((5, 3), np.inf)).surfels.estimate),
+            (ValueError, "there is no point array 'heat'; there are 'height', 'RGB', 'stripes'",
+             lambda: self.cloud.surfels.plot(scalars="heat")),
+        ]
+        for kind, text, call in cases:
+            with self.subTest(text), self.assertRaisesRegex(kind, text), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                call()
+
+    def test_plot(self):
+        options = {"return_img": True, "screenshot": True, "window_size": (240, 180),
+                   "cpos": [(0, 0, 6), (0, 0, 0), (0, 1, 0)], "show_scalar_bar": False}
+        sharp, blurred = (self.surfels.surfels.plot(
+            scalars="stripes", cmap="gray", coc=coc, background="navy", **options)
+            for coc in (None, 60))
+        np.testing.assert_array_equal(sharp[0, 0], [0, 0, 128])
+        # In focus: the surface in the middle, not the sphere's centre.
+        middle, edge = (slice(85, 95), slice(110, 130)), (slice(85, 95), slice(40, 90))
+        self.assertGreater(detail(blurred[middle]), 0.7 * detail(sharp[middle]))
+        self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
+
+
+if __name__ == "__main__":
+    unittest.main()

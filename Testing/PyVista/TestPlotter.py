@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""plotter.surfels: surfels, meshes and lenses in the subplots of a plotter."""
+
+import subprocess
+import sys
+import unittest
+import warnings
+
+import numpy as np
+import pyvista as pv
+from surfelsplatting import vtkSurfelMapper, vtkSurfelSplattingPass
+
+from plottercase import FRONT, PlotterCase, detail
+
+MIDDLE = (slice(80, 100), slice(110, 130))
+
+
+class TestAdd(PlotterCase):
+    def drawn(self, *args, **options):
+        pl = self.plotter()
+        pl.surfels.add(*args, show_scalar_bar=False, **options)
+        return self.picture(pl)
+
+    def test_scalars_and_color_map(self):
+        """Red above, blue below."""
+        for scalars in ("height", self.surfels["height"]):
+            picture = self.drawn(self.surfels, scalars, cmap="bwr", lighting=False)
+            for row, channel in ((50, 0), (130, 2)):
+                pixel = picture[row, 120].astype(int)
+                self.assertGreater(pixel[channel], pixel[2 - channel] + 60)
+
+    def test_scalars_of_points(self):
+        """Follow their points through the estimation."""
+        named = self.drawn(self.cloud, "height", cmap="bwr")
+        np.testing.assert_array_equal(self.drawn(self.cloud, self.cloud["height"], cmap="bwr"),
+                                      named)
+        np.testing.assert_array_equal(self.drawn(self.surfels, "height", cmap="bwr"), named)
+
+    def test_range(self):
+        low = self.drawn(self.surfels, "height", cmap="gray", clim=(2, 3), lighting=False)
+        self.assertLess(low[90, 120].max(), 10)
+
+    def test_colors(self):
+        for options in ({"scalars": "RGB"}, {"scalars": "RGB", "rgb": True}):
+            picture = self.drawn(self.surfels, lighting=False, **options)
+            np.testing.assert_allclose(picture[90, 90], (30, 60, 230), atol=3)
+            np.testing.assert_allclose(picture[90, 150], (230, 60, 30), atol=3)
+        active = self.cloud.copy()
+        active.set_active_scalars("RGB")
+        np.testing.assert_array_equal(self.drawn(active, lighting=False), picture)
+
+    def test_one_color(self):
+        picture = self.drawn(self.surfels, color="lime", lighting=False, opacity=0.5)
+        np.testing.assert_allclose(picture[90, 120], (0, 128, 0), atol=3)
+
+    def test_arrays_of_points(self):
+        np.testing.assert_array_equal(self.drawn(self.cloud.points, color="tan"),
+                                      self.drawn(self.cloud, color="tan"))
+
+    def test_scalar_bar_comes_and_goes_with_the_actor(self):
+        pl = self.plotter()
+        actor = pl.surfels.add(self.surfels, "height", scalar_bar_args={"title": "h"})
+        self.assertEqual(list(pl.scalar_bars.keys()), ["h"])
+        pl.update_scalar_bar_range((5, 6), "h")
+        self.assertEqual(actor.mapper.scalar_range, (5, 6))
+        pl.remove_actor(actor)
+        self.assertEqual(list(pl.scalar_bars.keys()), [])
+        self.assertEqual(self.picture(pl).max(), 0)
+
+    def test_actor_is_one_of_pyvista(self):
+        pl = self.plotter()
+        actor = pl.surfels.add(self.surfels, "height", cmap="viridis", name="scan")
+        self.assertIsInstance(actor, pv.Actor)
+        self.assertIsInstance(actor.mapper, vtkSurfelMapper)
+        self.assertEqual(actor.mapper.dataset.n_points, self.surfels.n_points)
+        self.assertEqual(actor.mapper.array_name, "height")
+        before = self.picture(pl)
+        actor.mapper.lookup_table.cmap = "gray"
+        self.assertGreater(np.abs(before.astype(int) - self.picture(pl)).max(), 50)
+        actor.prop.opacity = 0
+        actor.position = (9, 0, 0)
+        pl.surfels.add(self.surfels, "height", cmap="viridis", name="scan")  # replaces the actor
+        self.assertEqual(list(pl.actors).count("scan"), 1)
+        np.testing.assert_array_equal(self.picture(pl), before)
+
+    def test_camera_shows_all(self):
+        pl = pv.Plotter(window_size=(240, 180))
+        self.addCleanup(pl.close)
+        far = self.cloud.copy()
+        far.points = far.points.astype(float) + [4.5e5, 5.4e6, 300]
+        pl.surfels.add(far)
+        covered = self.picture(pl).max(axis=2) > 0
+        self.assertTrue(covered[90, 120])
+        self.assertFalse(covered[0].any() or covered[:, 0].any())
+
+    def test_errors_say_what_to_do(self):
+        pl = self.plotter()
+        add = pl.surfels.add
+        cases = [
+            (ValueError, r"scalars have the shape \(7,\), but there are 10000 points",
+             lambda: add(self.cloud, np.zeros(7))),
+            (ValueError, "there is no point array 'heat'", lambda: add(self.cloud, "heat")),
+            (ValueError, r"no points \(0\)", lambda: add(pv.PolyData())),
+            (ValueError, r"points have the shape \(2, 2\)", lambda: add(np.zeros((2, 2)))),
+            (TypeError, "MultiBlock of 1 blocks", lambda: add(pv.MultiBlock([self.cloud]))),
+            (TypeError, "surfels have no pbr; leave it out", lambda: add(self.cloud, pbr=True)),
+            (TypeError, "unexpected keyword|not recognized|invalid keyword",
+             lambda: add(self.cloud, tasty=True)),
+        ]
+        for kind, text, call in cases:
+            with self.subTest(text), self.assertRaisesRegex(kind, text):
+                call()
+
+    def test_closed_plotter(self):
+        pl = self.plotter()
+        component = pl.surfels
+        component.add(self.surfels)
+        pl.close()
+        with self.assertRaisesRegex(RuntimeError, "the plotter is closed"):
+            component.add(self.surfels)
+
+    def test_another_vtk(self):
+        code = ("import numpy as np, pyvista as pv\n"
+                "from vtkmodules.vtkCommonDataModel import vtkPolyData\n"
+                "try: pv.Plotter(off_screen=True).surfels.add(vtkPolyData())\n"
+                "except TypeError as problem: print(problem)\n")
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                              check=False)
+        if "No module named 'vtkmodules" in done.stderr:
+            self.skipTest("only one VTK is installed")
+        self.assertIn("vtkPolyData of vtkmodules, which PyVista does not use",
+                      done.stdout, done.stderr)
+
+
+class TestLens(PlotterCase):
+    def striped(self, **options):
+        pl = self.plotter(**options)
+        pl.surfels.add(self.surfels, "stripes", cmap="gray", show_scalar_bar=False)
+        return pl
+
+    def test_on_and_off(self):
+        pl = self.striped()
+        sharp = self.picture(pl)
+        pl.surfels.lens(coc=60, focus=(0, 0, -30))
+        self.assertLess(detail(self.picture(pl)[MIDDLE]), 0.4 * detail(sharp[MIDDLE]))
+        pl.surfels.lens(focus=(0, 0, 1))  # the size stays
+        focused = self.picture(pl)
+        self.assertGreater(detail(focused[MIDDLE]), 0.8 * detail(sharp[MIDDLE]))
+        self.assertGreater(np.abs(focused.astype(int) - sharp).max(), 20)
+        pl.surfels.lens(diameter=3)  # the focus stays
+        self.assertGreater(detail(self.picture(pl)[MIDDLE]), 0.6 * detail(sharp[MIDDLE]))
+        pl.surfels.lens(coc=0)
+        np.testing.assert_array_equal(self.picture(pl), sharp)
+
+    def test_focus_by_pixel(self):
+        """The point that the pixel sees; it stays in focus when the camera moves."""
+        by_point, by_pixel = self.striped(), self.striped()
+        by_point.surfels.lens(coc=60, focus=(0, 0, 1))
+        by_pixel.surfels.lens(coc=60, focus=(120, 90))
+        np.testing.assert_allclose(by_pixel.surfels.splatter.GetFocusPoint(), (0, 0, 1), atol=0.03)
+        for pl in (by_point, by_pixel):
+            pl.camera.position = (0, 0, 9)
+            pl.reset_camera_clipping_range()
+        np.testing.assert_allclose(self.picture(by_pixel).astype(int), self.picture(by_point),
+                                   atol=12)
+        # Pixels count from the lower left corner: the lower right quarter of the window.
+        by_pixel.camera_position = FRONT
+        by_pixel.surfels.lens(focus=(150, 60))
+        x, y, z = by_pixel.surfels.splatter.GetFocusPoint()
+        self.assertTrue(x > 0.3 and y < -0.3 and z > 0.5, (x, y, z))
+        self.assertAlmostEqual(np.linalg.norm((x, y, z)), 1, delta=0.03)
+
+    def test_subplots_have_their_own(self):
+        pl = pv.Plotter(shape=(1, 2), window_size=(480, 180))
+        self.addCleanup(pl.close)
+        for column, coc in ((0, 0), (1, 60)):
+            pl.subplot(0, column)
+            pl.camera_position = FRONT
+            pl.surfels.add(self.surfels, "stripes", cmap="gray", show_scalar_bar=False)
+            pl.surfels.lens(coc=coc, focus=(0, 0, -30))
+        picture = self.picture(pl)
+        left, right = picture[80:100, 110:130], picture[80:100, 350:370]
+        self.assertLess(detail(right), 0.4 * detail(left))
+        pl.surfels.lens(focus=(360, 90))
+        np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 0, 1), atol=0.03)
+        with self.assertRaisesRegex(ValueError, r"\(120, 90\) is no pixel of the active subplot"):
+            pl.surfels.lens(focus=(120, 90))
+
+    def test_meshes_are_seen_through_it(self):
+        pl = self.striped()
+        pl.add_mesh(pv.Cube(center=(0, 0, 3), x_length=0.4, y_length=0.4, z_length=0.1), color="white", lighting=False)
+        sharp = self.picture(pl)
+        pl.surfels.lens(coc=60, focus=(0, 0, 1))
+        picture = self.picture(pl).astype(int)
+        row = slice(95, 145)  # across the right edge of the cube
+        self.assertGreater(np.abs(np.diff(sharp[90, row].astype(int), axis=0)).max(), 60)
+        self.assertLess(np.abs(np.diff(picture[90, row], axis=0)).max(), 60)
+
+    def test_meshes_have_no_edge_of_background(self):
+        """With multisampling the background would shine through at the edges of meshes."""
+        pl = self.plotter()
+        pl.set_background("white")
+        pl.surfels.add(self.surfels, color="red", lighting=False)
+        pl.add_mesh(pv.Disc(center=(0, 0, 2), inner=0, outer=0.3, c_res=60), color="red", lighting=False)
+        self.assertLess(self.picture(pl)[60:120, 90:150, 1:].max(), 10)
+
+    def test_errors_say_what_to_do(self):
+        pl = self.striped()
+        lens = pl.surfels.lens
+        cases = [
+            (r"the pixel \(3, 3\): sees nothing, so the lens cannot focus on it; choose",
+             lambda: lens(coc=9, focus=(3, 3))),
+            (r"\(500, 3\) is no pixel of the active subplot in a window of 240 x 180",
+             lambda: lens(focus=(500, 3))),
+            ("is 3 behind the camera", lambda: lens(focus=(0, 0, 9))),
+            ("coc is -1", lambda: lens(coc=-1)),
+            (r"focus is \(nan, 0, 0\)", lambda: lens(focus=(np.nan, 0, 0))),
+        ]
+        for text, call in cases:
+            with self.subTest(text), self.assertRaisesRegex(ValueError, text):
+                call()
+        pl.enable_parallel_projection()
+        with self.assertRaisesRegex(ValueError, "the camera has a parallel projection"):
+            lens(focus=(120, 90))
+        pl.disable_parallel_projection()
+        pl.camera.position = (np.nan, 0, 6)
+        with self.assertRaisesRegex(ValueError, r"the camera's position is \(nan, 0.0, 6.0\)"):
+            lens(coc=9)
+
+    def test_passes_of_pyvista(self):
+        pl = self.plotter()
+        pl.enable_eye_dome_lighting()
+        with self.assertWarnsRegex(UserWarning, "surfels replace the vtkEDLShading"):
+            pl.surfels.add(self.surfels)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            pl.surfels.add(self.surfels)
+        self.assertIsInstance(pl.renderer.GetPass(), vtkSurfelSplattingPass)
+
+
+if __name__ == "__main__":
+    unittest.main()
