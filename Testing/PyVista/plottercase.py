@@ -35,6 +35,17 @@ def detail(picture):
     return np.abs(np.diff(picture.astype(int), axis=1)).mean()
 
 
+def run_notebook(notebook):
+    """Executes it in a kernel of this interpreter."""
+    import nbclient
+
+    client = nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3")
+    manager = client.create_kernel_manager()
+    manager.kernel_spec.argv[0] = sys.executable
+    client.execute()
+    return notebook
+
+
 class PlotterCase(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -75,7 +75,8 @@ def scan(points):
     if field("ScanBounds") != list(points.GetBounds()):
         return None, 0
     columns, rows = field("ScanDimensions") or (0, 0)
-    return field("ScanViewpoint"), int(columns) if rows > 1 else 0
+    is_whole = rows > 1 and columns * rows == points.GetNumberOfPoints()
+    return field("ScanViewpoint"), int(columns) if is_whole else 0
 
 
 def _set_depth_image(filters, columns, viewpoint):
