@@ -7,7 +7,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/PointCells.h"
 #include "Filters/Common/SurfelOutput.h"
 
@@ -25,8 +25,8 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace SurfelGeometry;
@@ -69,23 +69,6 @@ void WritePoints(vtkPointSet* input, const std::vector<char>& kept, vtkPolyData*
   output->SetVerts(MakePointCell(count));
 }
 
-/// Removes the points i with dropped[i] == 1.
-void DropPoints(const std::vector<unsigned char>& dropped, LocalCloud& cloud)
-{
-  size_t kept = 0;
-  for (size_t i = 0; i < dropped.size(); ++i)
-  {
-    if (!dropped[i])
-    {
-      cloud.InputIds[kept] = cloud.InputIds[i];
-      std::copy_n(cloud.Positions.begin() + 3 * i, 3, cloud.Positions.begin() + 3 * kept);
-      ++kept;
-    }
-  }
-  cloud.InputIds.resize(kept);
-  cloud.Positions.resize(3 * kept);
-}
-
 /// [3n] in the order of the cloud; empty if the scalars are not colours.
 std::vector<unsigned char> ColorsOf(vtkUnsignedCharArray* scalars, const LocalCloud& cloud)
 {
@@ -123,14 +106,37 @@ public:
     }
     double origin[3] = { 0.0, 0.0, 0.0 };
     ReadOrigin(input, origin);
-    LocalCloud cloud;
+    LocalCloud& cloud = this->Searched.Cloud;
     GatherCloud(input->GetPoints(), origin, cloud);
     this->Scalars = vtkUnsignedCharArray::SafeDownCast(input->GetPointData()->GetScalars());
     this->Self->NumberOfNonFinitePoints = cloud.NonFinite;
     this->Self->NumberOfDuplicatePoints = cloud.Duplicates;
     const StageProgress progress(this->Self, 0.0, 1.0);
     return progress.Step(0.1) && this->SmoothDepths(input, cloud, progress.Part(0.1, 0.2)) &&
-      this->Clean(cloud, progress.Part(0.2, 0.9));
+      this->Clean(progress.Part(0.2, 0.9));
+  }
+
+  /// Hands the search over to the estimation of the output, whose points have other ids.
+  void HandOver(SearchedCloud& searched)
+  {
+    if (this->AreMoved() || !this->Searched.Tree)
+    {
+      return; // its points have other neighbours
+    }
+    std::vector<vtkIdType> ids;
+    ids.reserve(this->Kept.size());
+    vtkIdType next = 0;
+    for (const char kept : this->Kept)
+    {
+      ids.push_back(next);
+      next += kept;
+    }
+    searched = std::move(this->Searched);
+    searched.Cloud.NonFinite = searched.Cloud.Duplicates = 0;
+    for (vtkIdType& id : searched.Cloud.InputIds)
+    {
+      id = ids[id];
+    }
   }
 
   /// Moves the points of the output, which are the input's.
@@ -185,12 +191,17 @@ private:
   }
 
   /// Returns false if stopped.
-  bool Clean(LocalCloud& cloud, const StageProgress& progress)
+  bool Clean(const StageProgress& progress)
   {
-    auto tree = std::make_unique<NeighborSearch>(cloud.Positions.data(), cloud.Size());
+    const LocalCloud& cloud = this->Searched.Cloud;
+    this->Searched.Index();
     std::vector<unsigned char> stray(cloud.Size(), 0);
-    if (this->Self->RemoveStrayPoints &&
-      !FindStrayPoints(cloud, *tree, progress.Part(0.0, 0.3), stray))
+    // Stored neighbours are for the next filter; they take twice the memory.
+    const bool isStored =
+      !this->Self->Searched || this->Searched.FindNeighbors(progress.Part(0.0, 0.2));
+    if (!isStored ||
+      (this->Self->RemoveStrayPoints &&
+        !FindStrayPoints(this->Searched, progress.Part(0.2, 0.4), stray)))
     {
       return false;
     }
@@ -199,17 +210,14 @@ private:
       (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;
       this->Self->NumberOfStrayPoints += stray[i];
     }
-    if (!this->Self->Smoothing)
-    {
-      return true;
-    }
     if (this->Self->NumberOfStrayPoints > 0)
     {
-      DropPoints(stray, cloud);
-      tree = std::make_unique<NeighborSearch>(cloud.Positions.data(), cloud.Size());
+      this->Searched.Drop(stray);
     }
     std::vector<Float3> shifts;
-    if (!SmoothNoise(cloud, *tree, ColorsOf(this->Scalars, cloud), progress.Part(0.4, 1.0), shifts))
+    if (this->Self->Smoothing &&
+      !SmoothNoise(cloud, *this->Searched.Tree, ColorsOf(this->Scalars, cloud),
+        progress.Part(0.4, 1.0), shifts))
     {
       return false;
     }
@@ -228,6 +236,7 @@ private:
   }
 
   vtkPointCloudCleaning* Self;
+  SearchedCloud Searched;
   vtkUnsignedCharArray* Scalars = nullptr;
   std::vector<Float3> Shifts; // [input points] or empty, world units
 };
@@ -280,6 +289,10 @@ int vtkPointCloudCleaning::Execute(
   if (strayPoints)
   {
     WritePoints(input, execution.Strayed, strayPoints);
+  }
+  if (this->Searched)
+  {
+    execution.HandOver(*this->Searched);
   }
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);

@@ -38,6 +38,11 @@
 
 class vtkPointSet;
 
+namespace SurfelGeometry
+{
+struct SearchedCloud;
+}
+
 class VTKSURFELFILTERS_EXPORT vtkPointCloudCleaning : public vtkPolyDataAlgorithm
 {
 public:
@@ -138,6 +143,7 @@ private:
 
   class Execution;
 
+  SurfelGeometry::SearchedCloud* Searched = nullptr; ///< what the next execution hands over, if any
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfStrayPoints = 0;

@@ -31,10 +31,12 @@ public:
   explicit Execution(vtkPointsToSurfels* self)
     : Self(self)
   {
+    self->Cleaning->Searched = self->Estimation->Searched = &this->Searched;
     self->Estimation->Neighbors = self->Normalization->Neighbors = &this->Neighbors;
   }
   ~Execution()
   {
+    this->Self->Cleaning->Searched = this->Self->Estimation->Searched = nullptr;
     this->Self->Estimation->Neighbors = this->Self->Normalization->Neighbors = nullptr;
   }
   Execution(const Execution&) = delete;
@@ -87,6 +89,7 @@ private:
   }
 
   vtkPointsToSurfels* Self;
+  SearchedCloud Searched;
   SurfelNeighbors Neighbors;
 };
 

@@ -3,10 +3,13 @@
 
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <memory>
 
 namespace SurfelGeometry
 {
@@ -21,8 +24,12 @@ constexpr int StrayNeighbors = 16;
 constexpr double FillsSpace = 0.05;
 
 /// A point in a set that fills space is stray if its mean distance is this many times the median of
-/// the cloud. Foliage is as dense as other surfaces at the same distance from a scanner.
+/// the cloud, and this many times that of the surfaces nearest to it. Foliage has as many points as
+/// other surfaces at the same distance from a scanner: with a spacing of s there, spread over a
+/// depth of 40 s, 16 neighbours are in a ball of radius (3 * 16 / (4 pi) * 40)^(1/3) s instead of a
+/// disc of (16 / pi)^(1/2) s, which is 2.4 times smaller.
 constexpr double SparseFactor = 6.0;
+constexpr double FoliageFactor = 2.4;
 
 /// A point is stray if its mean distance is this many times the median of its neighbours'. At ends
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.
@@ -43,13 +50,10 @@ constexpr double BesidePlaneSpacings = 1.25;
 constexpr int WiderNeighbors = 4 * StrayNeighbors;
 constexpr int OthersOffPlane = 2;
 
-enum Suspicion : unsigned char
-{
-  NONE = 0,
-  BESIDE = 1,    // it is beside its neighbours, not among them
-  SPATIAL = 2,   // its neighbours fill space
-  OFF_PLANE = 4, // its neighbours are in a plane, it is not
-};
+/// Surfaces are known by this many points at most, which are in a plane of neighbours, as are most
+/// of these. So many of them show how dense surfaces are about a place.
+constexpr int SurfaceSamples = 1 << 15;
+constexpr int SurfaceNeighbors = 9;
 
 /// Whether point 0 is outside of its neighbours: farther from their mean than they are in RMS.
 bool IsBeside(const PointSpread& spread)
@@ -85,11 +89,24 @@ bool IsAloneOffPlane(const PointSpread& plane, const NearCloud& near)
   return off <= OthersOffPlane;
 }
 
-unsigned char SuspicionOf(const PointSpread& spread, int neighbors)
+/// A bound on IsOffPlane without principal axes: of the variances a <= b <= c, bc is at least a
+/// third of ab + ac + bc.
+bool MayBeOffPlane(const NearCloud& near)
 {
-  const bool spatial = spread.Variances[0] > FillsSpace * spread.Variances[2];
-  return static_cast<unsigned char>((IsBeside(spread) ? BESIDE : NONE) |
-    (spatial ? SPATIAL : NONE) | (IsOffPlane(spread, neighbors) ? OFF_PLANE : NONE));
+  Eigen::Matrix3d s;
+  Eigen::Vector4d mean;
+  pcl::computeMeanAndCovarianceMatrix(near, s, mean);
+  const double invariant = s(0, 0) * s(1, 1) - s(0, 1) * s(0, 1) + s(0, 0) * s(2, 2) -
+    s(0, 2) * s(0, 2) + s(1, 1) * s(2, 2) - s(1, 2) * s(1, 2);
+  const double squared = mean.head<3>().squaredNorm();
+  const double area = 4.0 * Pi / static_cast<double>(near.size());
+  const double least = BesidePlaneSpacings * BesidePlaneSpacings * area;
+  return 3.0 * squared * squared > least * least * invariant;
+}
+
+bool FillsSpaceAround(const PointSpread& spread)
+{
+  return spread.Variances[0] > FillsSpace * spread.Variances[2];
 }
 
 double MeanDistance(const Neighbors& neighbors)
@@ -102,14 +119,84 @@ double MeanDistance(const Neighbors& neighbors)
   return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
 }
 
+/// How dense the surfaces of a cloud are, place by place.
+class SurfaceDensity
+{
+public:
+  SurfaceDensity(const SearchedCloud& searched, const std::vector<float>& distances)
+    : Searched(searched)
+  {
+    const LocalCloud& cloud = searched.Cloud;
+    const int samples = std::min(SurfaceSamples, cloud.Size());
+    std::vector<int> ids(samples);
+    vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType k = begin; k < end; ++k)
+      {
+        const int i = static_cast<int>(k * cloud.Size() / samples);
+        ids[k] = this->IsOnSurface(i) ? i : -1;
+      }
+    });
+    for (const int i : ids)
+    {
+      if (i >= 0)
+      {
+        this->Positions.insert(this->Positions.end(), cloud.Position(i), cloud.Position(i) + 3);
+        this->Distances.push_back(distances[i]);
+      }
+    }
+    this->Tree = std::make_unique<NeighborSearch>(
+      this->Positions.data(), static_cast<int>(this->Distances.size()));
+  }
+
+  /// The mean distance that is usual on the surfaces about point i, or 0 where there is no surface.
+  double UsualDistance(int i) const
+  {
+    const float* p = this->Searched.Cloud.Position(i);
+    pcl::Indices ids;
+    std::vector<float> values;
+    this->Tree->nearestKSearch(pcl::PointXYZ(p[0], p[1], p[2]), SurfaceNeighbors, ids, values);
+    std::transform(
+      ids.begin(), ids.end(), values.begin(), [this](int k) { return this->Distances[k]; });
+    return Median(values);
+  }
+
+private:
+  bool IsFlat(int i, Neighbors& neighbors, NearCloud& near) const
+  {
+    this->Searched.Find(i, StrayNeighbors, neighbors);
+    LoadNear(this->Searched.Cloud, i, neighbors, near);
+    return !FillsSpaceAround(SpreadOf(near));
+  }
+
+  /// Chance makes single sets of stray points flat, but not those of most neighbours too.
+  bool IsOnSurface(int i) const
+  {
+    Neighbors neighbors;
+    NearCloud near;
+    if (!this->IsFlat(i, neighbors, near))
+    {
+      return false;
+    }
+    const std::vector<int> ids = neighbors.Ids;
+    const auto flat = std::count_if(
+      ids.begin(), ids.end(), [&](int j) { return this->IsFlat(j, neighbors, near); });
+    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
+  }
+
+  const SearchedCloud& Searched;
+  std::vector<float> Positions; // [3m]
+  std::vector<float> Distances; // [m] mean distance to the neighbours, world units
+  std::unique_ptr<NeighborSearch> Tree;
+};
+
 class StrayTest
 {
 public:
-  StrayTest(const LocalCloud& cloud, const NeighborSearch& tree)
-    : Cloud(cloud)
-    , Tree(tree)
-    , Distances(cloud.Size())
-    , Suspicions(cloud.Size())
+  explicit StrayTest(const SearchedCloud& searched)
+    : Searched(searched)
+    , Cloud(searched.Cloud)
+    , Distances(searched.Cloud.Size())
+    , MayBeOff(searched.Cloud.Size())
   {
   }
 
@@ -120,11 +207,10 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        this->Tree.FindNearest(i, StrayNeighbors, neighbors);
+        this->Searched.Find(i, StrayNeighbors, neighbors);
         LoadNear(this->Cloud, i, neighbors, near);
-        const PointSpread spread = SpreadOf(near);
         this->Distances[i] = static_cast<float>(MeanDistance(neighbors));
-        this->Suspicions[i] = SuspicionOf(spread, neighbors.Count());
+        this->MayBeOff[i] = MayBeOffPlane(near) ? 1 : 0;
       }
     });
   }
@@ -134,10 +220,33 @@ public:
   {
     std::vector<float> distances = this->Distances;
     this->Sparse = SparseFactor * Median(distances);
-    for (size_t i = 0; i < stray.size(); ++i)
+    std::vector<int> suspects;
+    for (int i = 0; i < this->Cloud.Size(); ++i)
     {
-      stray[i] = (this->Suspicions[i] & SPATIAL) && this->Distances[i] > this->Sparse ? 1 : 0;
+      if (this->Distances[i] > this->Sparse)
+      {
+        suspects.push_back(i);
+      }
     }
+    if (suspects.empty())
+    {
+      return;
+    }
+    const SurfaceDensity surfaces(this->Searched, this->Distances);
+    vtkSMPTools::For(0, static_cast<vtkIdType>(suspects.size()), [&](vtkIdType k, vtkIdType end) {
+      Neighbors neighbors;
+      NearCloud near;
+      for (; k < end; ++k)
+      {
+        const int i = suspects[k];
+        this->Searched.Find(i, StrayNeighbors, neighbors);
+        LoadNear(this->Cloud, i, neighbors, near);
+        stray[i] = FillsSpaceAround(SpreadOf(near)) &&
+            this->Distances[i] > FoliageFactor * surfaces.UsualDistance(i)
+          ? 1
+          : 0;
+      }
+    });
   }
 
   /// Adds points that are beside their neighbours, and those whose neighbours are mostly stray.
@@ -149,9 +258,13 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        if (!sparse[i] && (this->Suspicions[i] != NONE || this->Distances[i] > this->Sparse))
+        if (sparse[i])
         {
-          this->Tree.FindNearest(i, StrayNeighbors, neighbors);
+          continue;
+        }
+        this->Searched.Find(i, StrayNeighbors, neighbors);
+        if (this->MayBeOff[i] || this->MayBeFar(i, sparse, neighbors))
+        {
           stray[i] = this->IsStray(i, sparse, neighbors, near) ? 1 : 0;
         }
       }
@@ -159,21 +272,34 @@ public:
   }
 
 private:
+  /// Whether enough neighbours are stray, or nearer than the point's distance says, for a closer
+  /// look.
+  bool MayBeFar(int i, const std::vector<unsigned char>& sparse, const Neighbors& neighbors) const
+  {
+    const auto telling = std::count_if(neighbors.Ids.begin(), neighbors.Ids.end(),
+      [&](int j) { return sparse[j] || LocalFactor * this->Distances[j] < this->Distances[i]; });
+    return telling > StrayNeighbors / 2;
+  }
+
   /// Changes `neighbors` and `near`.
   bool IsStray(
     int i, const std::vector<unsigned char>& sparse, Neighbors& neighbors, NearCloud& near) const
   {
-    if (this->Suspicions[i] & OFF_PLANE)
+    LoadNear(this->Cloud, i, neighbors, near);
+    const PointSpread spread = SpreadOf(near);
+    if (IsOffPlane(spread, neighbors.Count()))
     {
+      this->Searched.Tree->FindNearest(i, WiderNeighbors, neighbors);
       LoadNear(this->Cloud, i, neighbors, near);
-      const PointSpread plane = SpreadOf(near);
-      this->Tree.FindNearest(i, WiderNeighbors, neighbors);
-      LoadNear(this->Cloud, i, neighbors, near);
-      if (IsAloneOffPlane(plane, near))
+      if (IsAloneOffPlane(spread, near))
       {
         return true;
       }
       neighbors.Ids.resize(StrayNeighbors);
+    }
+    else if (!IsBeside(spread) && !FillsSpaceAround(spread) && this->Distances[i] <= this->Sparse)
+    {
+      return false;
     }
     std::vector<int>& ids = neighbors.Ids;
     const size_t count = ids.size();
@@ -197,23 +323,23 @@ private:
     return this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
   }
 
+  const SearchedCloud& Searched;
   const LocalCloud& Cloud;
-  const NeighborSearch& Tree;
-  std::vector<float> Distances; // [n] mean distance to the neighbours, world units
-  std::vector<unsigned char> Suspicions;
-  double Sparse = 0.0; // world units
+  std::vector<float> Distances;        // [n] mean distance to the neighbours, world units
+  std::vector<unsigned char> MayBeOff; // [n] 1: the point may be off the plane of its neighbours
+  double Sparse = 0.0;                 // world units
 };
 }
 
-bool FindStrayPoints(const LocalCloud& cloud, const NeighborSearch& tree,
-  const StageProgress& progress, std::vector<unsigned char>& stray)
+bool FindStrayPoints(
+  const SearchedCloud& searched, const StageProgress& progress, std::vector<unsigned char>& stray)
 {
-  stray.assign(cloud.Size(), 0);
-  if (cloud.Size() <= StrayNeighbors)
+  stray.assign(searched.Cloud.Size(), 0);
+  if (searched.Cloud.Size() <= StrayNeighbors)
   {
     return true; // too few to say what is usual
   }
-  StrayTest test(cloud, tree);
+  StrayTest test(searched);
   if (!test.Measure(progress.Part(0.0, 0.8)))
   {
     return false;

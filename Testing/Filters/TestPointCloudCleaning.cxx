@@ -140,6 +140,31 @@ TEST_CASE("Stray points")
   }
 }
 
+/// A scan whose spacing grows with the distance: near ground with most of the points, and far
+/// ground with foliage on it, whose points fill space.
+TEST_CASE("Far foliage")
+{
+  Random random(7);
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
+  const double spacing = 0.1;
+  const Sampled ground =
+    MakeRectangle({ 5, 0, 0 }, { 1, 0, 0 }, 6, { 0, 1, 0 }, 6, spacing, 0.4, Random(4));
+  points.insert(points.end(), ground.Points.begin(), ground.Points.end());
+  // As many points per area as the ground has, spread over 12 spacings.
+  for (size_t i = 0; i < ground.Points.size(); ++i)
+  {
+    const double x = random(), y = random(), z = random();
+    points.push_back({ 5 + 6 * x, 6 * y, 12 * spacing * z });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(points);
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  // Chance leaves some at the border of the foliage alone.
+  CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
+}
+
 TEST_CASE("Noise")
 {
   constexpr int count = 20000;
