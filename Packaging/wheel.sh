@@ -32,6 +32,7 @@ print(*tomllib.load(open(sys.argv[1], "rb"))["build-system"]["requires"], sep="\
 rm -rf "$work/dist"
 "$work/venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
   -w "$work/dist" "$root"
+rm -f "$root"/dist/surfelsplatting-*.whl
 PATH=$work/venv/bin:$PATH "$work/venv/bin/auditwheel" repair --exclude 'libvtk*' \
   -w "$root/dist" "$work"/dist/*.whl
 ls -l "$root"/dist/*.whl

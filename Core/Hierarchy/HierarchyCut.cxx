@@ -33,6 +33,12 @@ constexpr double MergingBand = 1.15;
 /// one (LimitBelow).
 constexpr double LimitSlope = 2.0;
 
+/// Not std::hypot: it rounds differently from glibc 2.35 on, which machines with older ones lack.
+double Length(double x, double y)
+{
+  return std::sqrt(x * x + y * y);
+}
+
 /// 0 below 0, 1 above 1.
 double SmoothStep(double x)
 {
@@ -342,7 +348,7 @@ private:
     const double h = this->Prefilter;
     const double blur = this->Settings.Rule == CutRule::Paper
       ? std::fmax(confusion, std::sqrt(h))
-      : std::hypot(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
+      : Length(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
     return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
   }
 
@@ -393,8 +399,8 @@ private:
     }
     // Distance from the plane through the lens and the picture's border.
     const double low = -c, high = size - c;
-    return scaled - low * z < -std::hypot(f, low) * margin ||
-      scaled - high * z > std::hypot(f, high) * margin;
+    return scaled - low * z < -Length(f, low) * margin ||
+      scaled - high * z > Length(f, high) * margin;
   }
 
   /// Whether n . (x - c) > 0 for all normals n of the node's cone, points x of the ball, and points

@@ -3,6 +3,7 @@
 
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
+#include <pcl/search/impl/search.hpp> // an instance of ours: pcl_search would bring FLANN again
 
 #include <algorithm>
 #include <cmath>

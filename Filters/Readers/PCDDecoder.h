@@ -2,7 +2,8 @@
 /**
  * Decodes the data of .pcd files: ascii, binary and binary_compressed.
  *
- * pcl_io's decoder is not used: ParaView cannot link pcl_io, which brings another VTK along.
+ * pcl_io's decoder is not used: it brings another VTK along, which neither ParaView nor PyVista can
+ * have.
  */
 #pragma once
 

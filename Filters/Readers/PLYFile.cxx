@@ -1,97 +1,222 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/PLYFile.h"
 
-#include <pcl/PCLPointCloud2.h>
-#include <pcl/console/print.h>
-#include <pcl/io/ply_io.h>
+#include <pcl/io/ply/ply_parser.h>
 
 #include <cstdint>
+#include <functional>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace PointCloud
 {
 namespace
 {
-/// Keeps PCL from writing to stderr: errors go through VTK's error macros.
-class QuietPCL
+using Parser = pcl::io::ply::ply_parser;
+using Bytes = std::vector<std::uint8_t>;
+
+template <typename Value>
+Field::Types TypeOf()
+{
+  constexpr Field::Types integers[] = { Field::INT8, Field::UINT8, Field::INT16, Field::UINT16,
+    Field::INT32, Field::UINT32 };
+  constexpr int rank = sizeof(Value) / 2; // of 1, 2 and 4 bytes
+  if (std::numeric_limits<Value>::is_integer)
+  {
+    return integers[2 * rank + (std::numeric_limits<Value>::is_signed ? 0 : 1)];
+  }
+  return sizeof(Value) == 4 ? Field::FLOAT32 : Field::FLOAT64;
+}
+
+template <typename Value>
+void Append(Bytes& data, Value value)
+{
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(&value);
+  data.insert(data.end(), bytes, bytes + sizeof value);
+}
+
+/// The point of cells of a range grid that have none: NaN, and 0 where there is no NaN.
+Bytes MissingPoint(const FieldCloud& cloud)
+{
+  Bytes point;
+  for (const Field& field : cloud.Fields)
+  {
+    if (field.Type == Field::FLOAT32)
+    {
+      Append(point, std::numeric_limits<float>::quiet_NaN());
+    }
+    else if (field.Type == Field::FLOAT64)
+    {
+      Append(point, std::numeric_limits<double>::quiet_NaN());
+    }
+    else
+    {
+      point.resize(point.size() + SizeOf(field.Type));
+    }
+  }
+  return point;
+}
+
+/// What the parser finds, in the order of the file. Elements and properties that it is not told to
+/// keep are skipped by it.
+class Contents
 {
 public:
-  QuietPCL()
-    : Level(pcl::console::getVerbosityLevel())
-  {
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  }
-  ~QuietPCL() { pcl::console::setVerbosityLevel(this->Level); }
-  QuietPCL(const QuietPCL&) = delete;
-  QuietPCL& operator=(const QuietPCL&) = delete;
+  bool Read(const std::string& path);
+  FieldCloud TakeCloud();
 
 private:
-  pcl::console::VERBOSITY_LEVEL Level;
+  static constexpr std::int64_t NoPoint = -1;
+
+  Parser::element_callbacks_type AddElement(const std::string& name, std::size_t count);
+  void ReadObjectInfo(const std::string& line);
+  void ArrangeInGrid();
+
+  template <typename Value>
+  std::function<void(Value)> AddProperty(const std::string& element, const std::string& name);
+  template <typename Size, typename Value>
+  void AddGridCallbacks(Parser::list_property_definition_callbacks_type& callbacks);
+  template <typename... Values>
+  void AddScalarCallbacks(Parser::scalar_property_definition_callbacks_type& callbacks);
+
+  FieldCloud Cloud;
+  std::uint64_t Count = 0;             // of vertices, by the header
+  std::uint64_t Columns = 0, Rows = 0; // of a depth image, or 0
+  std::vector<std::int64_t> Grid;      // vertex of each pixel of a depth image, or NoPoint
 };
 
-Field::Types TypeOf(std::uint8_t datatype)
+/// The files of range scanners have cells of a grid, each with a vertex or none.
+Parser::element_callbacks_type Contents::AddElement(const std::string& name, std::size_t count)
 {
-  switch (datatype)
+  if (name == "vertex")
   {
-    case pcl::PCLPointField::BOOL:
-      return Field::BOOL;
-    case pcl::PCLPointField::INT8:
-      return Field::INT8;
-    case pcl::PCLPointField::UINT8:
-      return Field::UINT8;
-    case pcl::PCLPointField::INT16:
-      return Field::INT16;
-    case pcl::PCLPointField::UINT16:
-      return Field::UINT16;
-    case pcl::PCLPointField::INT32:
-      return Field::INT32;
-    case pcl::PCLPointField::UINT32:
-      return Field::UINT32;
-    case pcl::PCLPointField::INT64:
-      return Field::INT64;
-    case pcl::PCLPointField::UINT64:
-      return Field::UINT64;
-    case pcl::PCLPointField::FLOAT32:
-      return Field::FLOAT32;
-    case pcl::PCLPointField::FLOAT64:
-      return Field::FLOAT64;
-    default:
-      return Field::UNKNOWN;
+    this->Count = count;
+  }
+  if (name == "range_grid")
+  {
+    return { [this] { this->Grid.push_back(NoPoint); }, [] {} };
+  }
+  return { [] {}, [] {} };
+}
+
+/// Range scanners write "obj_info num_cols 512", PCL's organized clouds a camera's viewport.
+void Contents::ReadObjectInfo(const std::string& line)
+{
+  std::istringstream words(line);
+  std::string info, key;
+  std::uint64_t number = 0;
+  if (words >> info >> key >> number && key == "num_cols")
+  {
+    this->Columns = number;
+  }
+  else if (key == "num_rows")
+  {
+    this->Rows = number;
   }
 }
 
-/// Moves the data out of `cloud`.
-FieldCloud ToFieldCloud(pcl::PCLPointCloud2& cloud)
+template <typename Value>
+std::function<void(Value)> Contents::AddProperty(
+  const std::string& element, const std::string& name)
 {
-  FieldCloud result;
-  result.Width = cloud.width;
-  result.Height = cloud.height;
-  result.PointStep = cloud.point_step;
-  for (const pcl::PCLPointField& field : cloud.fields)
+  if (element == "vertex")
   {
-    result.Fields.push_back({ field.name, field.offset, TypeOf(field.datatype), field.count });
+    const bool isDiffuse = name.rfind("diffuse_", 0) == 0; // colours of older files
+    this->Cloud.Fields.push_back(
+      { isDiffuse ? name.substr(8) : name, this->Cloud.PointStep, TypeOf<Value>(), 1 });
+    this->Cloud.PointStep += sizeof(Value);
+    return [this](Value value) { Append(this->Cloud.Data, value); };
   }
-  result.Data = std::move(cloud.data);
-  return result;
+  if (element == "camera" && (name == "viewportx" || name == "viewporty"))
+  {
+    std::uint64_t& size = name == "viewportx" ? this->Columns : this->Rows;
+    return [&size](Value value) { size = value > 0 ? static_cast<std::uint64_t>(value) : 0; };
+  }
+  return {};
+}
+
+template <typename... Values>
+void Contents::AddScalarCallbacks(Parser::scalar_property_definition_callbacks_type& callbacks)
+{
+  ((Parser::at<Values>(
+      callbacks) = [this](const std::string& element,
+                     const std::string& name) { return this->AddProperty<Values>(element, name); }),
+    ...);
+}
+
+template <typename Size, typename Value>
+void Contents::AddGridCallbacks(Parser::list_property_definition_callbacks_type& callbacks)
+{
+  using Callbacks =
+    std::tuple<std::function<void(Size)>, std::function<void(Value)>, std::function<void()>>;
+  Parser::at<Size, Value>(callbacks) = [this](const std::string& element, const std::string&) {
+    return element != "range_grid"
+      ? Callbacks{}
+      : Callbacks([](Size) {}, [this](Value vertex) { this->Grid.back() = vertex; }, [] {});
+  };
+}
+
+bool Contents::Read(const std::string& path)
+{
+  using namespace pcl::io::ply;
+  Parser parser;
+  parser.element_definition_callback(
+    [this](const std::string& name, std::size_t count) { return this->AddElement(name, count); });
+  parser.obj_info_callback([this](const std::string& line) { this->ReadObjectInfo(line); });
+  Parser::scalar_property_definition_callbacks_type scalars;
+  this->AddScalarCallbacks<int8, uint8, int16, uint16, int32, uint32, float32, float64>(scalars);
+  parser.scalar_property_definition_callbacks(scalars);
+  Parser::list_property_definition_callbacks_type lists;
+  this->AddGridCallbacks<uint8, int32>(lists);
+  this->AddGridCallbacks<uint8, uint32>(lists);
+  parser.list_property_definition_callbacks(lists);
+  return parser.parse(path) && this->Cloud.Data.size() == this->Count * this->Cloud.PointStep;
+}
+
+/// Puts the vertices where the grid has them.
+void Contents::ArrangeInGrid()
+{
+  const std::size_t step = this->Cloud.PointStep;
+  const Bytes missing = MissingPoint(this->Cloud);
+  Bytes data;
+  data.reserve(this->Grid.size() * step);
+  for (const std::int64_t vertex : this->Grid)
+  {
+    const bool exists = vertex >= 0 && static_cast<std::uint64_t>(vertex) < this->Count;
+    const std::uint8_t* point =
+      exists ? this->Cloud.Data.data() + static_cast<std::size_t>(vertex) * step : missing.data();
+    data.insert(data.end(), point, point + step);
+  }
+  this->Cloud.Data.swap(data);
+  this->Count = this->Grid.size();
+}
+
+FieldCloud Contents::TakeCloud()
+{
+  if (!this->Grid.empty() && this->Columns * this->Rows == this->Grid.size())
+  {
+    this->ArrangeInGrid();
+  }
+  const bool isImage = this->Rows > 1 && this->Columns * this->Rows == this->Count;
+  this->Cloud.Width = static_cast<std::uint32_t>(isImage ? this->Columns : this->Count);
+  this->Cloud.Height = static_cast<std::uint32_t>(isImage ? this->Rows : 1);
+  return std::move(this->Cloud);
 }
 }
 
 //------------------------------------------------------------------------------
 FieldCloud ReadPLY(const std::string& path)
 {
-  QuietPCL quiet;
-  pcl::PCLPointCloud2 cloud;
-  Eigen::Vector4f origin = Eigen::Vector4f::Zero();
-  Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-  int version = 0;
-  const int status = pcl::PLYReader().read(path, cloud, origin, orientation, version);
-  const auto points = static_cast<std::uint64_t>(cloud.width) * cloud.height;
-  if (status < 0 || cloud.data.size() < points * cloud.point_step)
+  Contents contents;
+  if (!contents.Read(path))
   {
     throw std::runtime_error(
-      "the header or the data is damaged or cut short (pcl_io cannot read it).");
+      "the header or the data is damaged or cut short (PCL's parser cannot read it).");
   }
-  return ToFieldCloud(cloud);
+  return contents.TakeCloud();
 }
 }

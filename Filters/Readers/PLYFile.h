@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Reads the vertices of .ply files with pcl_io. Only with SURFELSPLATTING_READ_WITH_PCL.
+ * Reads the vertices of .ply files with PCL's parser. It is in libpcl_io_ply; libpcl_io, which has
+ * PCL's reader, would bring another VTK along.
  */
 #pragma once
 

@@ -139,32 +139,11 @@ vtkSmartPointer<vtkDataArray> DecodeNormals(const FieldCloud& cloud, const Tripl
 }
 
 // PCL packs a colour into four bytes, 0xAARRGGBB, under a float or an integer type.
-vtkSmartPointer<vtkDataArray> DecodePackedColors(const FieldCloud& cloud, const Field& field)
+std::vector<std::uint32_t> DecodePackedColors(const FieldCloud& cloud, const Field& field)
 {
   std::vector<std::uint32_t> packed(Count(cloud));
   CopyValues<std::uint32_t>(cloud, field, 1, packed.data(), 1);
-  const auto alphaIs = [&](std::uint32_t alpha) {
-    return std::all_of(
-      packed.begin(), packed.end(), [=](std::uint32_t color) { return color >> 24 == alpha; });
-  };
-  const bool hasAlpha = field.Name == "rgba" && !alphaIs(0) && !alphaIs(255);
-
-  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  colors->SetName(hasAlpha ? "RGBA" : "RGB");
-  colors->SetNumberOfComponents(hasAlpha ? 4 : 3);
-  colors->SetNumberOfTuples(Count(cloud));
-  unsigned char* to = colors->GetPointer(0);
-  for (const std::uint32_t color : packed)
-  {
-    *to++ = static_cast<unsigned char>(color >> 16);
-    *to++ = static_cast<unsigned char>(color >> 8);
-    *to++ = static_cast<unsigned char>(color);
-    if (hasAlpha)
-    {
-      *to++ = static_cast<unsigned char>(color >> 24);
-    }
-  }
-  return colors;
+  return packed;
 }
 
 // The factor from a colour channel to bytes: 255 for real numbers up to 1, 1/257 for 16 bits,
@@ -180,25 +159,62 @@ float ScaleToBytes(int type, const std::vector<float>& values)
   return type == VTK_UNSIGNED_SHORT ? 1 / 257.f : 1.f;
 }
 
-// Colours in three fields; all three have the same scale.
-vtkSmartPointer<vtkDataArray> DecodeSeparateColors(const FieldCloud& cloud, const Triple& rgb)
+// Channels of colours, each in a field of its own, as bytes plus 0.5; all have one scale.
+std::vector<float> DecodeChannels(const FieldCloud& cloud, const Field* const* fields, int count)
 {
-  const vtkIdType points = Count(cloud);
-  std::vector<float> values(3 * points);
-  for (int i = 0; i < 3 && points > 0; ++i)
+  std::vector<float> values(count * Count(cloud));
+  for (int i = 0; i < count && Count(cloud) > 0; ++i)
   {
-    CopyComponent(cloud, *rgb[i], values.data() + i, 3);
+    CopyComponent(cloud, *fields[i], values.data() + i, count);
   }
-  const float scale = ScaleToBytes(VTKType(*rgb[0]), values);
-  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  colors->SetName("RGB");
-  colors->SetNumberOfComponents(3);
-  colors->SetNumberOfTuples(Count(cloud));
-  for (vtkIdType i = 0; i < 3 * points; ++i)
+  const float scale = ScaleToBytes(VTKType(*fields[0]), values);
+  // The order of the arguments maps NaN to 0.
+  std::transform(values.begin(), values.end(), values.begin(),
+    [=](float value) { return std::min(255.f, std::max(0.f, value * scale)) + 0.5f; });
+  return values;
+}
+
+// Colours in three fields, which have one scale, and alpha in a fourth if it is not null.
+std::vector<std::uint32_t> DecodeSeparateColors(
+  const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
+{
+  const std::vector<float> colors = DecodeChannels(cloud, rgb.data(), 3);
+  const std::vector<float> alphas =
+    alpha ? DecodeChannels(cloud, &alpha, 1) : std::vector<float>(Count(cloud), 255.f);
+  std::vector<std::uint32_t> packed(Count(cloud));
+  for (std::size_t i = 0; i < packed.size(); ++i)
   {
-    // The order of the arguments maps NaN to 0.
-    const float byte = std::min(255.f, std::max(0.f, values[i] * scale));
-    colors->SetValue(i, static_cast<unsigned char>(byte + 0.5f));
+    packed[i] = static_cast<std::uint32_t>(alphas[i]) << 24 |
+      static_cast<std::uint32_t>(colors[3 * i]) << 16 |
+      static_cast<std::uint32_t>(colors[3 * i + 1]) << 8 |
+      static_cast<std::uint32_t>(colors[3 * i + 2]);
+  }
+  return packed;
+}
+
+vtkSmartPointer<vtkDataArray> UnpackColors(
+  const std::vector<std::uint32_t>& packed, bool mayHaveAlpha)
+{
+  const auto alphaIs = [&](std::uint32_t alpha) {
+    return std::all_of(
+      packed.begin(), packed.end(), [=](std::uint32_t color) { return color >> 24 == alpha; });
+  };
+  const bool hasAlpha = mayHaveAlpha && !alphaIs(0) && !alphaIs(255);
+
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  colors->SetName(hasAlpha ? "RGBA" : "RGB");
+  colors->SetNumberOfComponents(hasAlpha ? 4 : 3);
+  colors->SetNumberOfTuples(static_cast<vtkIdType>(packed.size()));
+  unsigned char* to = colors->GetPointer(0);
+  for (const std::uint32_t color : packed)
+  {
+    *to++ = static_cast<unsigned char>(color >> 16);
+    *to++ = static_cast<unsigned char>(color >> 8);
+    *to++ = static_cast<unsigned char>(color);
+    if (hasAlpha)
+    {
+      *to++ = static_cast<unsigned char>(color >> 24);
+    }
   }
   return colors;
 }
@@ -241,13 +257,15 @@ void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field
   const Triple separate = FindTriple(cloud, { "red", "green", "blue" });
   if (packed && SizeOf(packed->Type) == 4)
   {
-    data->SetScalars(DecodePackedColors(cloud, *packed));
+    data->SetScalars(UnpackColors(DecodePackedColors(cloud, *packed), packed->Name == "rgba"));
     used.insert(packed);
   }
   else if (separate[0])
   {
-    data->SetScalars(DecodeSeparateColors(cloud, separate));
+    const Field* alpha = Find(cloud, "alpha");
+    data->SetScalars(UnpackColors(DecodeSeparateColors(cloud, separate, alpha), alpha != nullptr));
     used.insert(separate.begin(), separate.end());
+    used.insert(alpha);
   }
 }
 

@@ -2,14 +2,11 @@
 #include "Filters/Readers/PointCloudFile.h"
 
 #include "Filters/Readers/PCDDecoder.h"
-#include "Filters/Readers/PointCloudHeader.h"
-#ifdef SURFELSPLATTING_READ_WITH_PCL
 #include "Filters/Readers/PLYFile.h"
-#endif
+#include "Filters/Readers/PointCloudHeader.h"
 
 #include <algorithm>
 #include <fstream>
-#include <stdexcept>
 
 namespace PointCloud
 {
@@ -34,12 +31,8 @@ PointCloudFile ReadPointCloudFile(const std::string& path)
   {
     return ReadPCD(path);
   }
-#ifdef SURFELSPLATTING_READ_WITH_PCL
   PointCloudFile result;
   result.Cloud = ReadPLY(path);
   return result;
-#else
-  throw std::runtime_error("a .ply file: open it with ParaView's own PLY reader.");
-#endif
 }
 }

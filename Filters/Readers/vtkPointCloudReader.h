@@ -19,9 +19,6 @@
  * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
  * shows them.
  *
- * .ply files need a build with pcl_io (SURFELSPLATTING_READ_WITH_PCL); the ParaView plugin is built
- * without it.
- *
  * @sa vtkSurfelEstimation
  */
 #ifndef vtkPointCloudReader_h

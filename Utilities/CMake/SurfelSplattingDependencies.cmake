@@ -21,10 +21,14 @@ endif ()
 find_package(VTK 9.1 REQUIRED COMPONENTS ${surfelsplatting_vtk_components}
   OPTIONAL_COMPONENTS glad glew opengl)
 
-# PCL's configuration finds VTK again for modules we do not use. Its targets pcl_2d, pcl_features
-# and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers into ours.
-find_package(PCL 1.13 QUIET REQUIRED COMPONENTS common kdtree octree search features filters io)
 find_package(Eigen3 REQUIRED NO_MODULE)
+set(pcl_components common search)
+if (SURFELSPLATTING_BUILD_TESTING)
+  list(APPEND pcl_components kdtree octree features filters io)
+endif ()
+find_package(PCL 1.13 QUIET REQUIRED COMPONENTS ${pcl_components})
+# For tests PCL's configuration finds VTK again for modules that they do not use. Its targets pcl_2d,
+# pcl_features and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers.
 foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)
   if (TARGET ${pcl_target})
     get_target_property(pcl_links ${pcl_target} INTERFACE_LINK_LIBRARIES)

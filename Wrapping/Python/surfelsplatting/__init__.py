@@ -30,17 +30,20 @@ PyVista finds dataset.surfels, plotter.surfels and the reader of .pcd files by i
 help() of each class describes its methods, with units, defaults and ranges.
 """
 
-# VTK's modules come first: the wrapped classes derive from theirs.
 from . import backend
 
-for _name in ("vtkCommonCore", "vtkCommonDataModel", "vtkCommonExecutionModel", "vtkIOImage",
-              "vtkRenderingCore", "vtkRenderingOpenGL2"):
-    backend.vtk(_name)
+# VTK's modules come first: the wrapped classes derive from theirs.
+backend.load(("vtkCommonCore", "vtkCommonDataModel", "vtkCommonExecutionModel", "vtkIOImage",
+              "vtkRenderingCore", "vtkRenderingOpenGL2"))
+try:
+    from .vtkSurfelFilters import *  # noqa: F401,F403
+    from .vtkSurfelOpenEXR import *  # noqa: F401,F403
+    from .vtkSurfelReaders import *  # noqa: F401,F403
+    from .vtkSurfelRendering import *  # noqa: F401,F403
+except ImportError as _error:
+    raise backend.cannot_load(_error) from _error
+backend.explain_mixing([_value for _name, _value in globals().items() if _name.startswith("vtk")])
 
-from .vtkSurfelFilters import *  # noqa: F401,F403
-from .vtkSurfelOpenEXR import *  # noqa: F401,F403
-from .vtkSurfelReaders import *  # noqa: F401,F403
-from .vtkSurfelRendering import *  # noqa: F401,F403
 from .arrays import Camera, render  # noqa: F401
 from .lens import Lens  # noqa: F401
 from .pictures import write_png  # noqa: F401
