@@ -31,26 +31,32 @@ def depth_image(columns=80, rows=60):
     return wall.astype(np.float32)
 
 
+def write_pcd(path):
+    """The wall, red at the left and blue at the right."""
+    columns, rows = 80, 60
+    points = depth_image(columns, rows)
+    colors = np.where(points[:, 0] < 0, 0xFF0000, 0x0000FF)
+    with open(path, "w", encoding="ascii") as file:
+        file.write(HEADER.format(width=columns, height=rows, points=len(points)))
+        file.writelines(f"{x} {y} {z} {c}\n" for (x, y, z), c in zip(points, colors))
+
+
 class TestAccessor(PlotterCase):
-    def write_pcd(self, columns=80, rows=60):
-        points = depth_image(columns, rows)
+    def wall_file(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         path = os.path.join(folder.name, "wall.pcd")
-        colors = np.where(points[:, 0] < 0, 0xFF0000, 0x0000FF)
-        with open(path, "w", encoding="ascii") as file:
-            file.write(HEADER.format(width=columns, height=rows, points=len(points)))
-            file.writelines(f"{x} {y} {z} {c}\n" for (x, y, z), c in zip(points, colors))
+        write_pcd(path)
         return path
 
     def test_pcd_files(self):
-        cloud = pv.read(self.write_pcd())
+        cloud = pv.read(self.wall_file())
         self.assertIsInstance(cloud, pv.PolyData)
         np.testing.assert_allclose(cloud.points, depth_image(), atol=1e-6)
         np.testing.assert_array_equal(np.unique(cloud["RGB"], axis=0), [[0, 0, 255], [255, 0, 0]])
 
     def test_damaged_pcd_file(self):
-        path = self.write_pcd()
+        path = self.wall_file()
         with open(path, "w", encoding="ascii") as file:
             file.write("VERSION .7\nFIELDS x y\n")
         with self.assertRaisesRegex(Exception, "wall.pcd"):
@@ -58,7 +64,7 @@ class TestAccessor(PlotterCase):
 
     def test_one_call_from_file_to_picture(self):
         """The wall as its sensor saw it, with red to the left."""
-        cloud = pv.read(self.write_pcd())
+        cloud = pv.read(self.wall_file())
         picture = cloud.surfels.plot(screenshot=True, return_img=True, window_size=(240, 180))
         self.assertEqual(picture.shape, (180, 240, 3))
         np.testing.assert_array_equal(picture[90, 60] > 100, [True, False, False])

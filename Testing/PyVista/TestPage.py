@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs what Documentation/PyVista.md shows."""
+
+import os
+import re
+import tempfile
+import unittest
+
+import numpy as np
+import pyvista as pv
+
+from plottercase import SOURCE, PlotterCase
+from TestAccessor import write_pcd
+
+with open(os.path.join(SOURCE, "Documentation", "PyVista.md"), encoding="utf-8") as page:
+    SCENE, ARRAYS = re.findall(r"```python\n(.*?)```", page.read(), re.S)
+
+
+class TestPage(PlotterCase):
+    def test_scene(self):
+        with tempfile.TemporaryDirectory() as folder:
+            before = os.getcwd()
+            os.chdir(folder)
+            self.addCleanup(os.chdir, before)
+            write_pcd("scan.pcd")
+            names = {}
+            exec(compile(SCENE, "PyVista.md", "exec"), names)
+            names["pl"].close()
+            one, scene = (pv.read(name) for name in ("scan.png", "scene.png"))
+            os.chdir(before)
+        for picture in (one, scene):
+            colors = np.unique(picture["PNGImage"], axis=0)
+            self.assertGreater(len(colors), 100)
+
+    def test_arrays(self):
+        names = {}
+        exec(compile(ARRAYS, "PyVista.md", "exec"), names)
+        self.assertEqual(names["picture"].shape, (300, 400, 3))
+        self.assertGreater(names["picture"][150, 200, 2], 150)
+
+
+if __name__ == "__main__":
+    unittest.main()
