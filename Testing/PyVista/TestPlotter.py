@@ -228,6 +228,7 @@ class TestLens(PlotterCase):
             lens(coc=9)
 
     def test_passes_of_pyvista(self):
+        """Enabled before or after, they give way to that of the surfels."""
         pl = self.plotter()
         pl.enable_eye_dome_lighting()
         with self.assertWarnsRegex(UserWarning, "surfels replace the vtkEDLShading"):
@@ -235,7 +236,30 @@ class TestLens(PlotterCase):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             pl.surfels.add(self.surfels)
+            picture = self.picture(pl)
+        pl.enable_shadows()
+        with self.assertWarnsRegex(UserWarning, "surfels replace the vtkEDLShading"):
+            np.testing.assert_array_equal(self.picture(pl), picture)
         self.assertIsInstance(pl.renderer.GetPass(), vtkSurfelSplattingPass)
+
+    def test_scalars_of_every_kind(self):
+        """What add_mesh takes; the logarithm's range is that of clim."""
+        height = self.surfels["height"]
+        for name, options in {
+                "logarithm": {"scalars": height + 1, "log_scale": True, "clim": (0.01, 2)},
+                "steps": {"scalars": "height", "n_colors": 4},
+                "booleans": {"scalars": height > 0},
+                "integers": {"scalars": (5 * height).astype(int)},
+                "a component": {"scalars": self.surfels.points, "component": 1},
+                "NaN": {"scalars": np.where(height > 0, height, np.nan), "nan_color": "red"},
+                "colors": {"scalars": np.abs(self.surfels.points), "rgb": True},
+                "opacities": {"scalars": "height", "opacity": (height + 1) / 2},
+                "a transfer function": {"scalars": "height", "opacity": "linear"}}.items():
+            with self.subTest(name):
+                pl = self.plotter()
+                pl.surfels.add(self.surfels, show_scalar_bar=False, **options)
+                self.assertGreater(self.picture(pl)[MIDDLE].max(), 30)
+                pl.close()
 
 
 if __name__ == "__main__":

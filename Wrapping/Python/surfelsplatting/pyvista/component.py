@@ -50,6 +50,7 @@ class SurfelComponent:
 
     def __init__(self, plotter: pv.Plotter) -> None:
         self._plotter_ref = weakref.ref(plotter)
+        self._passes: dict[int, vtkSurfelSplattingPass] = {}  # by the renderer's id()
 
     @property
     def _plotter(self) -> pv.Plotter:
@@ -79,19 +80,30 @@ class SurfelComponent:
         >>> pl.close()
 
         """
-        renderer = self._plotter.renderer
-        current = renderer.GetPass()
-        if isinstance(current, vtkSurfelSplattingPass):
-            return current
-        if current is not None:
-            warnings.warn(f"surfels replace the {current.GetClassName()} of this subplot, since they "
-                          "need a render pass of their own", stacklevel=3)
-        made = vtkSurfelSplattingPass()
-        made.GetSplatter().SetLensModeToPinhole()
-        renderer.SetPass(made)
-        # Surfels need none, and meshes would get an edge of the background in front of them.
-        self._plotter.render_window.SetMultiSamples(0)
-        return made
+        plotter = self._plotter
+        key = id(plotter.renderer)
+        if key not in self._passes:
+            if not self._passes:
+                self._keep_passes(plotter.render_window)
+            made = self._passes[key] = vtkSurfelSplattingPass()
+            made.GetSplatter().SetLensModeToPinhole()
+            # Surfels need none, and meshes would get an edge of the background in front of them.
+            plotter.render_window.SetMultiSamples(0)  # type: ignore[union-attr]
+        _set_pass(plotter.renderer, self._passes[key])
+        return self._passes[key]
+
+    def _keep_passes(self, window):
+        """Before each frame, undoes that PyVista has replaced a pass."""
+        reference = weakref.ref(self)
+
+        def before_frame(_window, _event):
+            component = reference()
+            plotter = component and component._plotter_ref()
+            for renderer in plotter.renderers if plotter else ():
+                if id(renderer) in component._passes:
+                    _set_pass(renderer, component._passes[id(renderer)])
+
+        window.AddObserver("StartEvent", before_frame)
 
     @property
     def splatter(self) -> vtkSurfelSplatter:
@@ -196,7 +208,7 @@ class SurfelComponent:
             plotter.add_scalar_bar(mapper=mapper, render=False,
                                    **{"title": name, **(scalar_bar_args or {})})
         if reset_camera or (reset_camera is None and not plotter.renderer.camera_set):
-            plotter.reset_camera(render=False)
+            plotter.reset_camera(render=False)  # type: ignore[call-arg]
         if render:
             plotter.render()
         return actor
@@ -301,16 +313,25 @@ class SurfelComponent:
         plotter = self._plotter_ref()
         if plotter is None:
             return
+        passes, self._passes = self._passes, {}
         for renderer in plotter.renderers:
-            render_pass = renderer.GetPass()
-            if isinstance(render_pass, vtkSurfelSplattingPass):
+            if id(renderer) in passes:
                 if plotter.render_window is not None:
-                    render_pass.ReleaseGraphicsResources(plotter.render_window)
+                    passes[id(renderer)].ReleaseGraphicsResources(plotter.render_window)
                 renderer.SetPass(None)
 
     def __plotter_deep_clean__(self) -> None:
         """Free the same."""
         self.__plotter_close__()
+
+
+def _set_pass(renderer, render_pass):
+    current = renderer.GetPass()
+    if current is not None and current is not render_pass:
+        warnings.warn(f"surfels replace the {current.GetClassName()} of this subplot, since they need "
+                      "a render pass of their own", stacklevel=3)
+    if current is not render_pass:
+        renderer.SetPass(render_pass)
 
 
 def _as_dataset(cloud):

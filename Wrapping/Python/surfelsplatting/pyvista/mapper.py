@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """vtkSurfelMapper with the properties of PyVista's mappers."""
 
+from typing import Any
+
 import pyvista as pv
 
 from ..vtkSurfelRendering import vtkSurfelMapper
 
 # The class that PyVista's mappers of data sets have in common has another name in each release.
-_DataSetMapperBase = pv.DataSetMapper.__bases__[0]
+_DataSetMapperBase: Any = pv.DataSetMapper.__bases__[0]
 
 
 class SurfelMapper(_DataSetMapperBase, vtkSurfelMapper):
@@ -16,9 +18,9 @@ class SurfelMapper(_DataSetMapperBase, vtkSurfelMapper):
     def like(cls, other):
         """Draws the points of another mapper in the same colours."""
         mapper = cls()
-        mapper.ShallowCopy(other)  # lookup table, range, visibility
+        mapper.ShallowCopy(other)  # lookup table, visibility
+        mapper.scalar_range = other.scalar_range  # first: what follows keeps a range that was set
         mapper.dataset = other.dataset
         if other.scalar_visibility:
             mapper.set_active_scalars(other.array_name)
-            mapper.scalar_range = other.scalar_range
         return mapper
