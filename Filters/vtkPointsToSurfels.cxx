@@ -48,7 +48,7 @@ public:
   bool Run(vtkPointSet* input, vtkPolyData* output)
   {
     vtkNew<vtkPolyData> clean, surfels, weighted;
-    if (this->Self->CleanPoints && this->Self->IsAlone())
+    if (this->Self->CleanPoints)
     {
       if (!this->Work(this->Self->Cleaning.Get(), 0.0, 0.15, input, clean.Get()))
       {
@@ -102,6 +102,14 @@ int vtkPointsToSurfels::FillInputPortInformation(int vtkNotUsed(port), vtkInform
 {
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
   return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPointsToSurfels::SetController(vtkMultiProcessController* controller)
+{
+  this->Cleaning->SetController(controller);
+  this->Estimation->SetController(controller);
+  this->Normalization->SetController(controller);
 }
 
 //------------------------------------------------------------------------------

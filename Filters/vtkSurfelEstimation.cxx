@@ -129,7 +129,7 @@ private:
   void Search(vtkPointSet* input)
   {
     SearchedCloud searched;
-    if (this->Self->Searched && this->Self->Searched->Tree)
+    if (!this->Shared && this->Self->Searched && this->Self->Searched->Tree)
     {
       std::swap(searched, *this->Self->Searched);
     }

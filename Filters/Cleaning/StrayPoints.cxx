@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/StrayPoints.h"
 
+#include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
@@ -50,8 +50,8 @@ constexpr double BesidePlaneSpacings = 1.25;
 constexpr int WiderNeighbors = 4 * StrayNeighbors;
 constexpr int OthersOffPlane = 2;
 
-/// Surfaces are known by this many points at most, which are in a plane of neighbours, as are most
-/// of these. So many of them show how dense surfaces are about a place.
+/// About this many points tell what is usual in the cloud. Those of them whose neighbours are in a
+/// plane, as are most neighbours' own, tell how dense surfaces are about a place.
 constexpr int SurfaceSamples = 1 << 15;
 constexpr int SurfaceNeighbors = 9;
 
@@ -119,71 +119,84 @@ double MeanDistance(const Neighbors& neighbors)
   return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
 }
 
-/// How dense the surfaces of a cloud are, place by place.
+bool IsFlat(const SearchedCloud& searched, int i, Neighbors& neighbors, NearCloud& near)
+{
+  searched.Find(i, StrayNeighbors, neighbors);
+  LoadNear(searched.Cloud, i, neighbors, near);
+  return !FillsSpaceAround(SpreadOf(near));
+}
+
+/// Chance makes single sets of stray points flat, but not those of most neighbours too.
+bool IsOnSurface(const SearchedCloud& searched, int i)
+{
+  Neighbors neighbors;
+  NearCloud near;
+  if (!IsFlat(searched, i, neighbors, near))
+  {
+    return false;
+  }
+  const std::vector<int> ids = neighbors.Ids;
+  const auto flat = std::count_if(
+    ids.begin(), ids.end(), [&](int j) { return IsFlat(searched, j, neighbors, near); });
+  return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
+}
+
+/// How dense the surfaces of the cloud are, place by place.
 class SurfaceDensity
 {
 public:
-  SurfaceDensity(const SearchedCloud& searched, const std::vector<float>& distances)
-    : Searched(searched)
+  /// Collective. Returns false if stopped.
+  bool Find(const CleaningProblem& problem, const std::vector<float>& distances, bool running)
   {
-    const LocalCloud& cloud = searched.Cloud;
-    const int samples = std::min(SurfaceSamples, cloud.Size());
-    std::vector<int> ids(samples);
-    vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType k = begin; k < end; ++k)
+    const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
+    std::vector<char> areOnSurface(samples.size());
+    vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+      for (; k < end; ++k)
       {
-        const int i = static_cast<int>(k * cloud.Size() / samples);
-        ids[k] = this->IsOnSurface(i) ? i : -1;
+        areOnSurface[k] = IsOnSurface(problem.Searched, samples[k]) ? 1 : 0;
       }
     });
-    for (const int i : ids)
+    std::vector<float> values;
+    for (size_t k = 0; k < samples.size(); ++k)
     {
-      if (i >= 0)
+      if (areOnSurface[k])
       {
-        this->Positions.insert(this->Positions.end(), cloud.Position(i), cloud.Position(i) + 3);
-        this->Distances.push_back(distances[i]);
+        problem.PutPosition(samples[k], values);
+        values.push_back(distances[samples[k]]);
       }
+    }
+    if (!problem.Gather(running, values))
+    {
+      return false;
+    }
+    for (size_t at = 0; at < values.size(); at += 4)
+    {
+      this->Positions.insert(this->Positions.end(), &values[at], &values[at] + 3);
+      this->Distances.push_back(values[at + 3]);
     }
     this->Tree = std::make_unique<NeighborSearch>(
       this->Positions.data(), static_cast<int>(this->Distances.size()));
+    return true;
   }
 
-  /// The mean distance that is usual on the surfaces about point i, or 0 where there is no surface.
-  double UsualDistance(int i) const
+  /// The mean distance that is usual on the surfaces about a place; 0 where there are none.
+  double UsualDistance(const Float3& place) const
   {
-    const float* p = this->Searched.Cloud.Position(i);
     pcl::Indices ids;
     std::vector<float> values;
-    this->Tree->nearestKSearch(pcl::PointXYZ(p[0], p[1], p[2]), SurfaceNeighbors, ids, values);
+    this->Tree->nearestKSearch(
+      pcl::PointXYZ(place.X, place.Y, place.Z), SurfaceNeighbors, ids, values);
     std::transform(
       ids.begin(), ids.end(), values.begin(), [this](int k) { return this->Distances[k]; });
     return Median(values);
   }
 
+  static double ShareOf(int samples, const CleaningProblem& problem)
+  {
+    return static_cast<double>(samples) / static_cast<double>(problem.Total());
+  }
+
 private:
-  bool IsFlat(int i, Neighbors& neighbors, NearCloud& near) const
-  {
-    this->Searched.Find(i, StrayNeighbors, neighbors);
-    LoadNear(this->Searched.Cloud, i, neighbors, near);
-    return !FillsSpaceAround(SpreadOf(near));
-  }
-
-  /// Chance makes single sets of stray points flat, but not those of most neighbours too.
-  bool IsOnSurface(int i) const
-  {
-    Neighbors neighbors;
-    NearCloud near;
-    if (!this->IsFlat(i, neighbors, near))
-    {
-      return false;
-    }
-    const std::vector<int> ids = neighbors.Ids;
-    const auto flat = std::count_if(
-      ids.begin(), ids.end(), [&](int j) { return this->IsFlat(j, neighbors, near); });
-    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
-  }
-
-  const SearchedCloud& Searched;
   std::vector<float> Positions; // [3m]
   std::vector<float> Distances; // [m] mean distance to the neighbours, world units
   std::unique_ptr<NeighborSearch> Tree;
@@ -192,11 +205,12 @@ private:
 class StrayTest
 {
 public:
-  explicit StrayTest(const SearchedCloud& searched)
-    : Searched(searched)
-    , Cloud(searched.Cloud)
-    , Distances(searched.Cloud.Size())
-    , MayBeOff(searched.Cloud.Size())
+  explicit StrayTest(const CleaningProblem& problem)
+    : Problem(problem)
+    , Searched(problem.Searched)
+    , Cloud(problem.Cloud())
+    , Distances(problem.Cloud().Size())
+    , MayBeOff(problem.Cloud().Size())
   {
   }
 
@@ -215,10 +229,19 @@ public:
     });
   }
 
-  /// Points in sparse sets that fill space.
-  void FindSparse(std::vector<unsigned char>& stray)
+  /// Points in sparse sets that fill space. Collective; returns false if stopped.
+  bool FindSparse(bool running, std::vector<unsigned char>& stray)
   {
-    std::vector<float> distances = this->Distances;
+    std::vector<float> distances;
+    for (const int i :
+      this->Problem.Samples(SurfaceDensity::ShareOf(SurfaceSamples, this->Problem)))
+    {
+      distances.push_back(this->Distances[i]);
+    }
+    if (!this->Problem.Gather(running, distances))
+    {
+      return false;
+    }
     this->Sparse = SparseFactor * Median(distances);
     std::vector<int> suspects;
     for (int i = 0; i < this->Cloud.Size(); ++i)
@@ -228,25 +251,27 @@ public:
         suspects.push_back(i);
       }
     }
-    if (suspects.empty())
+    if (suspects.empty() && !this->Problem.Sharing)
     {
-      return;
+      return true;
     }
-    const SurfaceDensity surfaces(this->Searched, this->Distances);
+    SurfaceDensity surfaces;
+    if (!surfaces.Find(this->Problem, this->Distances, running))
+    {
+      return false;
+    }
     vtkSMPTools::For(0, static_cast<vtkIdType>(suspects.size()), [&](vtkIdType k, vtkIdType end) {
       Neighbors neighbors;
       NearCloud near;
       for (; k < end; ++k)
       {
         const int i = suspects[k];
-        this->Searched.Find(i, StrayNeighbors, neighbors);
-        LoadNear(this->Cloud, i, neighbors, near);
-        stray[i] = FillsSpaceAround(SpreadOf(near)) &&
-            this->Distances[i] > FoliageFactor * surfaces.UsualDistance(i)
-          ? 1
-          : 0;
+        const double usual = surfaces.UsualDistance(this->Problem.SharedPosition(i));
+        const bool isSparse = this->Distances[i] > FoliageFactor * usual;
+        stray[i] = isSparse && !IsFlat(this->Searched, i, neighbors, near) ? 1 : 0;
       }
     });
+    return true;
   }
 
   /// Adds points that are beside their neighbours, and those whose neighbours are mostly stray.
@@ -258,11 +283,11 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        if (sparse[i])
-        {
-          continue;
-        }
         this->Searched.Find(i, StrayNeighbors, neighbors);
+        if (sparse[i] || neighbors.Count() < StrayNeighbors)
+        {
+          continue; // known already, or a region with hardly any points
+        }
         if (this->MayBeOff[i] || this->MayBeFar(i, sparse, neighbors))
         {
           stray[i] = this->IsStray(i, sparse, neighbors, near) ? 1 : 0;
@@ -323,6 +348,7 @@ private:
     return this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
   }
 
+  const CleaningProblem& Problem;
   const SearchedCloud& Searched;
   const LocalCloud& Cloud;
   std::vector<float> Distances;        // [n] mean distance to the neighbours, world units
@@ -332,19 +358,19 @@ private:
 }
 
 bool FindStrayPoints(
-  const SearchedCloud& searched, const StageProgress& progress, std::vector<unsigned char>& stray)
+  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray)
 {
-  stray.assign(searched.Cloud.Size(), 0);
-  if (searched.Cloud.Size() <= StrayNeighbors)
+  stray.assign(problem.Cloud().Size(), 0);
+  if (problem.Total() <= StrayNeighbors)
   {
     return true; // too few to say what is usual
   }
-  StrayTest test(searched);
-  if (!test.Measure(progress.Part(0.0, 0.8)))
+  StrayTest test(problem);
+  const bool running = test.Measure(progress.Part(0.0, 0.8));
+  if (!test.FindSparse(running, stray))
   {
     return false;
   }
-  test.FindSparse(stray);
   const std::vector<unsigned char> sparse = stray;
   return test.FindBeside(progress.Part(0.8, 1.0), sparse, stray);
 }

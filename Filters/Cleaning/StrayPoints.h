@@ -17,11 +17,11 @@
 
 namespace SurfelGeometry
 {
-struct SearchedCloud;
+struct CleaningProblem;
 
-/// @param searched with its tree
-/// @param stray    [n] 1 for stray points
+/// Collective, if several processes clean the cloud.
+/// @param stray [n] 1 for stray points
 /// Returns false if stopped.
 bool FindStrayPoints(
-  const SearchedCloud& searched, const StageProgress& progress, std::vector<unsigned char>& stray);
+  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray);
 }
