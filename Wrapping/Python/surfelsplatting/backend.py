@@ -117,6 +117,8 @@ def _explaining(method):
 
 def explain_mixing(classes):
     """Lets methods that take objects say what to do when they get those of another VTK."""
+    if VTK_PACKAGE != "cvista":
+        return  # the methods of stock VTK's classes cannot be replaced, and name what they need
     for cls in classes:
         for name in dir(cls):
             method = getattr(cls, name)
