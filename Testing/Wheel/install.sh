@@ -13,5 +13,5 @@ python=$(find_python "$version") || {
 }
 rm -rf "$folder"
 "$python" -m venv "$folder"
-"$folder/bin/pip" install -q --disable-pip-version-check "$root"/dist/surfelsplatting-*.whl
+"$folder/bin/pip" install -q --no-compile --disable-pip-version-check "$root"/dist/surfelsplatting-*.whl
 "$folder/bin/pip" check
