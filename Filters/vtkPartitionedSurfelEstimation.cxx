@@ -10,6 +10,7 @@
 #include "Filters/Common/WorkerListener.h"
 #include "Filters/Partition/CloudRegions.h"
 #include "Filters/Partition/PartitionedSurfels.h"
+#include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
@@ -266,7 +267,11 @@ private:
 };
 
 //------------------------------------------------------------------------------
-vtkPartitionedSurfelEstimation::vtkPartitionedSurfelEstimation() = default;
+vtkPartitionedSurfelEstimation::vtkPartitionedSurfelEstimation()
+{
+  this->Cleaning->SetController(nullptr); // each process has a cloud of its own
+}
+
 vtkPartitionedSurfelEstimation::~vtkPartitionedSurfelEstimation() = default;
 
 //------------------------------------------------------------------------------
@@ -280,8 +285,8 @@ int vtkPartitionedSurfelEstimation::FillInputPortInformation(
 //------------------------------------------------------------------------------
 vtkMTimeType vtkPartitionedSurfelEstimation::GetMTime()
 {
-  return std::max({ this->Superclass::GetMTime(), this->Estimation->GetMTime(),
-    this->Normalization->GetMTime() });
+  return std::max({ this->Superclass::GetMTime(), this->Cleaning->GetMTime(),
+    this->Estimation->GetMTime(), this->Normalization->GetMTime() });
 }
 
 //------------------------------------------------------------------------------
@@ -312,15 +317,20 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   {
     return 1;
   }
+  vtkNew<vtkPolyData> clean;
+  if (this->CleanPoints)
+  {
+    std::string error;
+    if (!this->Clean(input, clean, error))
+    {
+      return this->EndEarly(error);
+    }
+    input = clean;
+  }
   Execution execution(this, input);
   if (!execution.Run())
   {
-    if (!execution.Error.empty())
-    {
-      vtkErrorMacro(<< execution.Error);
-      return 0;
-    }
-    return 1; // stopped by the user: empty output
+    return this->EndEarly(execution.Error);
   }
   execution.Write(output);
   const std::string message = ListCounts(
@@ -335,6 +345,32 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
 }
 
 //------------------------------------------------------------------------------
+int vtkPartitionedSurfelEstimation::EndEarly(const std::string& error)
+{
+  if (error.empty())
+  {
+    return 1; // stopped by the user: empty output
+  }
+  vtkErrorMacro(<< error);
+  return 0;
+}
+
+//------------------------------------------------------------------------------
+bool vtkPartitionedSurfelEstimation::Clean(
+  vtkPointSet* input, vtkPolyData* output, std::string& error)
+{
+  const WorkerListener listener(StageProgress(this, 0.0, 0.15), this->Cleaning);
+  this->Cleaning->SetAbortExecute(0); // from a stopped execution
+  this->Cleaning->Execute(input, output);
+  if (!listener.Warning.empty())
+  {
+    vtkWarningMacro(<< listener.Warning);
+  }
+  error = listener.Error;
+  return error.empty() && !listener.Stopped;
+}
+
+//------------------------------------------------------------------------------
 void vtkPartitionedSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
@@ -343,6 +379,9 @@ void vtkPartitionedSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfDoubtfulSurfels: " << this->NumberOfDoubtfulSurfels << "\n";
+  os << indent << "CleanPoints: " << this->CleanPoints << "\n";
+  os << indent << "Cleaning:\n";
+  this->Cleaning->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Estimation:\n";
   this->Estimation->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Normalization:\n";

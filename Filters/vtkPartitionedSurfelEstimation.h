@@ -3,12 +3,13 @@
  * @class   vtkPartitionedSurfelEstimation
  * @brief   normalized surfels of a cloud that is too large to process at once
  *
- * Cuts the cloud into boxes of at most PointsPerPart points. Runs vtkSurfelEstimation and
- * vtkSurfelNormalization on one box after another, each with a halo of points around it, and keeps
- * the surfels of the box itself. The input is a vtkPointSet. The output is that of
- * vtkSurfelNormalization: one surfel for each point that is not dropped, in the order of the input,
- * with its point data. Besides input and output (53 bytes per point) the filter takes 12 bytes per
- * point of the cloud, and for one part at a time the memory of vtkSurfelEstimation (see there).
+ * Cleans the cloud by vtkPointCloudCleaning, and cuts it into boxes of at most PointsPerPart
+ * points. Runs vtkSurfelEstimation and vtkSurfelNormalization on one box after another, each with a
+ * halo of points around it, and keeps the surfels of the box itself. The input is a vtkPointSet.
+ * The output is that of vtkSurfelNormalization: one surfel for each point that is not dropped, in
+ * the order of the input, with its point data. Besides input and output (53 bytes per point) the
+ * filter takes 12 bytes per point of the cloud, and for one part at a time the memory of
+ * vtkSurfelEstimation (see there); before that, what the cleaning takes.
  *
  * The surfels are those of the whole cloud: the halo of a part is as wide as its neighbourhoods
  * reach. Single points whose neighbours may be farther away are counted (NumberOfDoubtfulSurfels).
@@ -26,6 +27,9 @@
 #include "vtkPolyDataAlgorithm.h"
 #include "vtkSurfelFiltersModule.h" // for export macro
 
+#include <string> // for messages
+
+class vtkPointCloudCleaning;
 class vtkPointSet;
 class vtkSurfelEstimation;
 class vtkSurfelNormalization;
@@ -48,6 +52,16 @@ public:
 
   ///@{
   /**
+   * Whether the points are cleaned first, all at once. Default on.
+   */
+  vtkSetMacro(CleanPoints, vtkTypeBool);
+  vtkGetMacro(CleanPoints, vtkTypeBool);
+  vtkBooleanMacro(CleanPoints, vtkTypeBool);
+  vtkPointCloudCleaning* GetCleaning() { return this->Cleaning; }
+  ///@}
+
+  ///@{
+  /**
    * The settings for all parts. These filters are not executed.
    */
   vtkSurfelEstimation* GetEstimation() { return this->Estimation; }
@@ -58,8 +72,9 @@ public:
 
   ///@{
   /**
-   * Counts of the last execution: parts; dropped points, as in vtkSurfelEstimation; surfels whose
-   * neighbours may lie beyond the halo of their part.
+   * Counts of the last execution: parts; points that were dropped besides those that GetCleaning()
+   * counts, as in vtkSurfelEstimation; surfels whose neighbours may lie beyond the halo of their
+   * part.
    */
   vtkGetMacro(NumberOfParts, int);
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
@@ -76,6 +91,7 @@ protected:
     vtkInformationVector* outputVector) override;
 
   vtkIdType PointsPerPart = 4000000;
+  vtkTypeBool CleanPoints = 1;
 
 private:
   vtkPartitionedSurfelEstimation(const vtkPartitionedSurfelEstimation&) = delete;
@@ -83,6 +99,10 @@ private:
 
   class Execution;
 
+  bool Clean(vtkPointSet* input, vtkPolyData* output, std::string& error);
+  int EndEarly(const std::string& error);
+
+  vtkNew<vtkPointCloudCleaning> Cleaning;
   vtkNew<vtkSurfelEstimation> Estimation;
   vtkNew<vtkSurfelNormalization> Normalization;
   int NumberOfParts = 0;

@@ -12,8 +12,7 @@
  * - Stray points are found by the measure of pcl::StatisticalOutlierRemoval, the mean distance to
  *   the 16 nearest points, in comparison with that of these neighbours: changes of density, wires,
  *   edges and corners are kept. In sparse sets that fill space, the comparison is with the median
- *   of the cloud. So foliage of less than a sixth of the usual density (as a distance) is taken for
- *   stray points too.
+ *   of the cloud and with the surfaces nearest to the set.
  * - Noisy points move to the surface that PCL's moving least squares find (a quadric through 32 to
  *   160 neighbours, by the noise). Points of surfaces without noise are not moved at all: where at
  *   least one in ten of some 32768 points that are near each other is in a surface without noise,
@@ -24,7 +23,7 @@
  *   move along their rays by up to one and a half steps. That takes Columns and Viewpoint.
  *
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
- * the number of threads. Several processes clean their parts of a cloud each on its own.
+ * the number of threads. Several processes clean one cloud together, as one process would.
  *
  * Memory: about 100 bytes per point.
  *
@@ -34,9 +33,20 @@
 #define vtkPointCloudCleaning_h
 
 #include "vtkPolyDataAlgorithm.h"
+#include "vtkSmartPointer.h"        // for the controller
 #include "vtkSurfelFiltersModule.h" // for export macro
 
+class vtkMultiProcessController;
 class vtkPointSet;
+
+namespace SurfelGeometry
+{
+struct SearchedCloud;
+}
+namespace SurfelSplatting
+{
+class Ranks;
+}
 
 class VTKSURFELFILTERS_EXPORT vtkPointCloudCleaning : public vtkPolyDataAlgorithm
 {
@@ -111,6 +121,16 @@ public:
   vtkGetMacro(NumberOfMovedPoints, vtkIdType);
   ///@}
 
+  ///@{
+  /**
+   * The processes that clean one cloud together, or null: this process alone. All must execute the
+   * filter with the same settings; each cleans its own depth images. Default: the global
+   * vtkMultiProcessController, as in VTK's parallel filters.
+   */
+  void SetController(vtkMultiProcessController* controller);
+  vtkMultiProcessController* GetController();
+  ///@}
+
 protected:
   vtkPointCloudCleaning();
   ~vtkPointCloudCleaning() override;
@@ -134,10 +154,17 @@ private:
   int Execute(vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints = nullptr);
   bool CheckInput(vtkPointSet* input);
   void WarnOfTroubles();
+#ifndef __VTK_WRAP__
+  friend class vtkPartitionedSurfelEstimation;
   friend class vtkPointsToSurfels;
+  bool CheckInputs(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
+#endif
 
   class Execution;
 
+  vtkSmartPointer<vtkMultiProcessController> Controller;
+
+  SurfelGeometry::SearchedCloud* Searched = nullptr; ///< what the next execution hands over, if any
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfStrayPoints = 0;

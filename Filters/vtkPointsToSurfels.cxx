@@ -31,10 +31,12 @@ public:
   explicit Execution(vtkPointsToSurfels* self)
     : Self(self)
   {
+    self->Cleaning->Searched = self->Estimation->Searched = &this->Searched;
     self->Estimation->Neighbors = self->Normalization->Neighbors = &this->Neighbors;
   }
   ~Execution()
   {
+    this->Self->Cleaning->Searched = this->Self->Estimation->Searched = nullptr;
     this->Self->Estimation->Neighbors = this->Self->Normalization->Neighbors = nullptr;
   }
   Execution(const Execution&) = delete;
@@ -46,7 +48,7 @@ public:
   bool Run(vtkPointSet* input, vtkPolyData* output)
   {
     vtkNew<vtkPolyData> clean, surfels, weighted;
-    if (this->Self->CleanPoints && this->Self->IsAlone())
+    if (this->Self->CleanPoints)
     {
       if (!this->Work(this->Self->Cleaning.Get(), 0.0, 0.15, input, clean.Get()))
       {
@@ -87,6 +89,7 @@ private:
   }
 
   vtkPointsToSurfels* Self;
+  SearchedCloud Searched;
   SurfelNeighbors Neighbors;
 };
 
@@ -99,6 +102,14 @@ int vtkPointsToSurfels::FillInputPortInformation(int vtkNotUsed(port), vtkInform
 {
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
   return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPointsToSurfels::SetController(vtkMultiProcessController* controller)
+{
+  this->Cleaning->SetController(controller);
+  this->Estimation->SetController(controller);
+  this->Normalization->SetController(controller);
 }
 
 //------------------------------------------------------------------------------

@@ -16,7 +16,7 @@
  *
  * Memory: about 370 bytes per point at the peak, output included.
  *
- * Several processes: see vtkSurfelEstimation::SetController(). Each builds a hierarchy of its own
+ * Several processes: see SetController(). Each builds a hierarchy of its own
  * surfels.
  *
  * @sa vtkPartitionedSurfelEstimation
@@ -30,6 +30,7 @@
 
 #include <string> // for messages
 
+class vtkMultiProcessController;
 class vtkPointCloudCleaning;
 class vtkPointSet;
 class vtkSurfelEstimation;
@@ -55,8 +56,7 @@ public:
 
   ///@{
   /**
-   * Whether the points are cleaned first. Several processes do not clean: each would judge its
-   * points by its own part of the cloud. Default on.
+   * Whether the points are cleaned first. Default on.
    */
   vtkSetMacro(CleanPoints, vtkTypeBool);
   vtkGetMacro(CleanPoints, vtkTypeBool);
@@ -72,6 +72,12 @@ public:
   vtkGetMacro(BuildHierarchy, vtkTypeBool);
   vtkBooleanMacro(BuildHierarchy, vtkTypeBool);
   ///@}
+
+  /**
+   * Sets the processes that make the surfels of one cloud together, for all filters; null: this
+   * process alone. See vtkSurfelEstimation::SetController().
+   */
+  void SetController(vtkMultiProcessController* controller);
 
   vtkMTimeType GetMTime() override;
 

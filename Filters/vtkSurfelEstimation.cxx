@@ -9,6 +9,7 @@
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
 #include "Filters/Orientation/ThinPlates.h"
@@ -30,10 +31,9 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -41,61 +41,6 @@ using namespace SurfelGeometry;
 namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelEstimation);
-
-namespace
-{
-/// A Gaussian in the tangent plane, and the area that it represents.
-struct SurfelKernel
-{
-  Vector3 AxisU;
-  double VarianceU, VarianceV; // world units squared
-  double Area;
-};
-
-/// The kernel from the spacing, round or stretched like the neighbours' extent; in both cases
-/// sqrt(VarianceU VarianceV) = (scale spacing)^2.
-SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
-{
-  const double spacing = fit.Spacing, area = spacing * spacing;
-  const double ratio = elliptical
-    ? std::sqrt(fit.VarianceU / std::max<double>(fit.VarianceV, std::numeric_limits<float>::min()))
-    : 1.0;
-  return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area };
-}
-
-/// The kernel from the indicator function of a cell, blurred by a Gaussian of this many spacings.
-SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur)
-{
-  const double sigma = blur * fit.Spacing, variance = sigma * sigma;
-  return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area };
-}
-
-void BoundAxes(double maximumRatio, SurfelKernel& kernel)
-{
-  const double bound = maximumRatio * maximumRatio;
-  if (kernel.VarianceU > bound * kernel.VarianceV)
-  {
-    // The same product, a smaller ratio.
-    const double product = std::sqrt(kernel.VarianceU * kernel.VarianceV);
-    kernel.VarianceU = product * maximumRatio;
-    kernel.VarianceV = product / maximumRatio;
-  }
-}
-
-/// S = s_u^2 u u' + s_v^2 v v' with v = n x u, in VTK's order of a symmetric tensor.
-void StoreCovariance(const SurfelKernel& kernel, const Vector3& normal, float* s)
-{
-  const Vector3 u = kernel.AxisU;
-  const Vector3 v = Cross(normal, u);
-  const double varianceU = kernel.VarianceU, varianceV = kernel.VarianceV;
-  s[0] = static_cast<float>(varianceU * u[0] * u[0] + varianceV * v[0] * v[0]);
-  s[1] = static_cast<float>(varianceU * u[1] * u[1] + varianceV * v[1] * v[1]);
-  s[2] = static_cast<float>(varianceU * u[2] * u[2] + varianceV * v[2] * v[2]);
-  s[3] = static_cast<float>(varianceU * u[0] * u[1] + varianceV * v[0] * v[1]);
-  s[4] = static_cast<float>(varianceU * u[1] * u[2] + varianceV * v[1] * v[2]);
-  s[5] = static_cast<float>(varianceU * u[0] * u[2] + varianceV * v[0] * v[2]);
-}
-}
 
 /// One execution: from the input's points to the output's arrays.
 class vtkSurfelEstimation::Execution
@@ -114,18 +59,9 @@ public:
   /// Returns false if stopped.
   bool Run(vtkPointSet* input)
   {
-    double origin[3] = { 0.0, 0.0, 0.0 };
-    ReadOrigin(input, origin);
-    if (input->GetPoints())
-    {
-      GatherCloud(input->GetPoints(), origin, this->Cloud);
-    }
-    else
-    {
-      std::copy_n(origin, 3, this->Cloud.Origin);
-    }
+    this->Search(input);
     this->ReadNormals(input);
-    const NeighborSearch tree(this->Cloud.Positions.data(), this->Cloud.Size());
+    const NeighborSearch& tree = *this->Tree;
     const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = progress.Step(0.1) &&
@@ -189,6 +125,30 @@ public:
   }
 
 private:
+  /// Takes the search of the cleaning over, or makes one.
+  void Search(vtkPointSet* input)
+  {
+    SearchedCloud searched;
+    if (!this->Shared && this->Self->Searched && this->Self->Searched->Tree)
+    {
+      std::swap(searched, *this->Self->Searched);
+    }
+    else
+    {
+      double origin[3] = { 0.0, 0.0, 0.0 };
+      ReadOrigin(input, origin);
+      std::copy_n(origin, 3, searched.Cloud.Origin);
+      if (input->GetPoints())
+      {
+        GatherCloud(input->GetPoints(), origin, searched.Cloud);
+      }
+      searched.Index();
+    }
+    this->Cloud = std::move(searched.Cloud);
+    this->Tree = std::move(searched.Tree);
+    this->Graph = std::move(searched.Graph);
+  }
+
   void ReadNormals(vtkPointSet* input)
   {
     vtkDataArray* normals =
@@ -325,6 +285,7 @@ private:
   SharedOrientation* Shared;
   std::function<bool(vtkIdType)> Counted;
   LocalCloud Cloud;
+  std::unique_ptr<NeighborSearch> Tree;
   std::vector<float> Given;
   std::vector<PlaneFit> Fits;
   NeighborGraph Graph;

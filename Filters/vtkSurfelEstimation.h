@@ -46,6 +46,7 @@ class vtkPolyData;
 
 namespace SurfelGeometry
 {
+struct SearchedCloud;
 struct SurfelNeighbors;
 }
 namespace SurfelSplatting
@@ -311,6 +312,7 @@ private:
   class Execution;
 
   vtkSmartPointer<vtkMultiProcessController> Controller;
+  SurfelGeometry::SearchedCloud* Searched = nullptr;    ///< search in the next input, if known
   SurfelGeometry::SurfelNeighbors* Neighbors = nullptr; ///< what the next execution fills, if any
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/Smoothing.h"
 
+#include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/MortonGrid.h"
 
 #include <pcl/surface/mls.h>
 
@@ -10,13 +12,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
 
 namespace SurfelGeometry
 {
 namespace
 {
-/// A part is this many points, neighbours in Morton order: more than a leaf or a wire has, so that
-/// a part has other surfaces than thin ones.
+/// A part has about this many points, neighbours in Morton order: more than a leaf or a wire has,
+/// so that a part has other surfaces than thin ones. Samples tell how noisy it is.
 constexpr int PartSize = 1 << 15;
 constexpr int SamplesPerPart = 256;
 
@@ -146,29 +151,79 @@ private:
   pcl::MLSResult Surface;
 };
 
-class Smoother
+/// What the fits at a sample say.
+struct SampleFit
+{
+  float Deviation = 0.0f; // of the residuals, in spacings; 0: clean
+  float Kurtosis = 0.0f;  // of the residuals; 0: unknown
+  float Contrast = -1.0f; // of the colours; -1: unknown
+};
+
+/// The standard deviation of the noise in spacings, 0 for none, by the fits of a part.
+double NoiseOf(const SampleFit* begin, const SampleFit* end)
+{
+  std::vector<float> deviations, kurtoses, contrasts;
+  int clean = 0;
+  for (const SampleFit* fit = begin; fit < end; ++fit)
+  {
+    clean += fit->Deviation == 0.0f ? 1 : 0;
+    if (fit->Kurtosis > 0.0f)
+    {
+      deviations.push_back(fit->Deviation);
+      kurtoses.push_back(fit->Kurtosis);
+    }
+    if (fit->Contrast >= 0.0f)
+    {
+      contrasts.push_back(fit->Contrast);
+    }
+  }
+  if (clean >= CleanShare * static_cast<double>(end - begin) || kurtoses.empty())
+  {
+    return 0.0;
+  }
+  const bool isNoise =
+    Median(kurtoses) > LeastKurtosis || (!contrasts.empty() && Median(contrasts) < SameColors);
+  return isNoise ? Median(deviations) : 0.0;
+}
+
+/// The noise of each part of a cloud: runs of samples in Morton order.
+class NoiseMap
 {
 public:
-  Smoother(
-    const LocalCloud& cloud, const NeighborSearch& tree, const std::vector<unsigned char>& colors)
-    : Cloud(cloud)
-    , Tree(tree)
-    , Colors(colors)
-    , Noise((cloud.Size() + PartSize - 1) / PartSize, 0.0)
+  /// @param values x, y, z, deviation, kurtosis, contrast of each sample
+  explicit NoiseMap(const std::vector<float>& values)
+    : Grid(PositionsOf(values))
   {
+    const size_t samples = values.size() / Stride;
+    std::vector<std::pair<std::uint64_t, size_t>> order(samples);
+    for (size_t k = 0; k < samples; ++k)
+    {
+      order[k] = { this->Grid.Key(&values[Stride * k]), k };
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<SampleFit> fits(samples);
+    for (size_t k = 0; k < samples; ++k)
+    {
+      const float* fit = &values[Stride * order[k].second + 3];
+      fits[k] = { fit[0], fit[1], fit[2] };
+    }
+    const size_t parts = std::max<size_t>(1, samples / SamplesPerPart);
+    for (size_t part = 0; part < parts; ++part)
+    {
+      const size_t begin = part * samples / parts, end = (part + 1) * samples / parts;
+      this->Firsts.push_back(begin < samples ? order[begin].first : 0);
+      this->Noise.push_back(NoiseOf(fits.data() + begin, fits.data() + end));
+    }
   }
 
-  /// Returns false if stopped.
-  bool MeasureNoise(const StageProgress& progress)
+  static constexpr size_t Stride = 6;
+
+  double At(const Float3& place) const
   {
-    const vtkIdType parts = static_cast<vtkIdType>(this->Noise.size());
-    vtkSMPTools::For(0, parts, 1, [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType part = begin; part < end; ++part)
-      {
-        this->Noise[part] = this->NoiseOf(static_cast<int>(part));
-      }
-    });
-    return progress.Step(1.0);
+    const float position[3] = { place.X, place.Y, place.Z };
+    const auto next =
+      std::upper_bound(this->Firsts.begin() + 1, this->Firsts.end(), this->Grid.Key(position));
+    return this->Noise[static_cast<size_t>(next - this->Firsts.begin()) - 1];
   }
 
   bool IsNoisy() const
@@ -177,67 +232,107 @@ public:
       this->Noise.begin(), this->Noise.end(), [](double noise) { return noise > 0.0; });
   }
 
+private:
+  static std::vector<float> PositionsOf(const std::vector<float>& values)
+  {
+    std::vector<float> positions;
+    for (size_t at = 0; at < values.size(); at += Stride)
+    {
+      positions.insert(positions.end(), &values[at], &values[at] + 3);
+    }
+    return positions;
+  }
+
+  MortonGrid Grid;
+  std::vector<std::uint64_t> Firsts; // key of the first sample of each part
+  std::vector<double> Noise;         // standard deviation in each part, in spacings
+};
+
+class Smoother
+{
+public:
+  Smoother(const CleaningProblem& problem, const std::vector<unsigned char>& colors)
+    : Problem(problem)
+    , Cloud(problem.Cloud())
+    , Tree(*problem.Searched.Tree)
+    , Colors(colors)
+  {
+  }
+
+  /// Fits at samples: the values of a NoiseMap. Collective; returns false if stopped.
+  bool Measure(bool running, std::vector<float>& values) const
+  {
+    const double total = static_cast<double>(this->Problem.Total());
+    const double share = std::max(SamplesPerPart / total, 1.0 * SamplesPerPart / PartSize);
+    const std::vector<int> samples = this->Problem.Samples(share);
+    std::vector<SampleFit> fits(samples.size());
+    vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+      Neighbors neighbors;
+      Quadric quadric;
+      for (; k < end; ++k)
+      {
+        fits[k] = this->FitAt(samples[k], neighbors, quadric);
+      }
+    });
+    for (size_t k = 0; k < samples.size(); ++k)
+    {
+      this->Problem.PutPosition(samples[k], values);
+      values.insert(values.end(), { fits[k].Deviation, fits[k].Kurtosis, fits[k].Contrast });
+    }
+    return this->Problem.Gather(running, values);
+  }
+
   /// Returns false if stopped.
-  bool Smooth(const StageProgress& progress, std::vector<Float3>& shifts) const
+  bool Smooth(const NoiseMap& map, const StageProgress& progress, std::vector<Float3>& shifts) const
   {
     return ParallelFor(this->Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
       Neighbors neighbors;
       Quadric quadric;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        const double noise = this->Noise[i / PartSize];
+        const double noise = this->Problem.IsOwn(i) ? map.At(this->Problem.SharedPosition(i)) : 0.0;
         if (noise > 0.0)
         {
           const int count = static_cast<int>(NeighborsPerNoise * noise);
           this->Tree.FindNearest(i, std::clamp(count, LeastNeighbors, MostNeighbors), neighbors);
-          shifts[i] = this->ShiftOf(i, neighbors, quadric);
+          if (neighbors.Count() >= NearFit)
+          {
+            shifts[i] = this->ShiftOf(i, neighbors, quadric);
+          }
         }
       }
     });
   }
 
 private:
-  /// Standard deviation of the noise in a part, in spacings; 0: none.
-  double NoiseOf(int part) const
+  SampleFit FitAt(int i, Neighbors& neighbors, Quadric& quadric) const
   {
-    const int begin = part * PartSize;
-    const int size = std::min(PartSize, this->Cloud.Size() - begin);
-    const int samples = std::min(size, SamplesPerPart);
-    std::vector<double> deviations, kurtoses, contrasts;
-    int clean = 0;
-    Neighbors neighbors;
-    Quadric quadric;
-    for (int k = 0; k < samples; ++k)
+    SampleFit fit;
+    this->Tree.FindNearest(i, NearFit, neighbors);
+    if (neighbors.Count() < NearFit)
     {
-      const int i = begin + static_cast<int>(static_cast<vtkIdType>(k) * size / samples);
-      this->Tree.FindNearest(i, NearFit, neighbors);
-      quadric.Fit(this->Cloud, i, neighbors);
-      const double spacing = SpacingOf(neighbors);
-      if (!quadric.IsValid() || quadric.Measure(spacing).Deviation < CleanResidual)
+      return fit; // a region with hardly any points
+    }
+    quadric.Fit(this->Cloud, i, neighbors);
+    const double spacing = SpacingOf(neighbors);
+    if (!quadric.IsValid() || quadric.Measure(spacing).Deviation < CleanResidual)
+    {
+      return fit;
+    }
+    fit.Deviation = CleanResidual;
+    this->Tree.FindNearest(i, WideFit, neighbors);
+    quadric.Fit(this->Cloud, i, neighbors);
+    if (quadric.IsValid())
+    {
+      const Residuals residuals = quadric.Measure(SpacingOf(neighbors));
+      fit.Deviation = static_cast<float>(residuals.Deviation);
+      fit.Kurtosis = static_cast<float>(residuals.Kurtosis);
+      if (!this->Colors.empty())
       {
-        ++clean;
-        continue;
-      }
-      this->Tree.FindNearest(i, WideFit, neighbors);
-      quadric.Fit(this->Cloud, i, neighbors);
-      if (quadric.IsValid())
-      {
-        const Residuals residuals = quadric.Measure(SpacingOf(neighbors));
-        deviations.push_back(residuals.Deviation);
-        kurtoses.push_back(residuals.Kurtosis);
-        if (!this->Colors.empty())
-        {
-          contrasts.push_back(quadric.ColorContrast(i, neighbors, this->Colors));
-        }
+        fit.Contrast = static_cast<float>(quadric.ColorContrast(i, neighbors, this->Colors));
       }
     }
-    if (clean >= CleanShare * samples || kurtoses.empty())
-    {
-      return 0.0;
-    }
-    const bool isNoise =
-      Median(kurtoses) > LeastKurtosis || (!contrasts.empty() && Median(contrasts) < SameColors);
-    return isNoise ? Median(deviations) : 0.0;
+    return fit;
   }
 
   Vector3 ShiftOf(int i, const Neighbors& neighbors, Quadric& quadric) const
@@ -255,32 +350,33 @@ private:
     return isNoise ? shift : Vector3{};
   }
 
+  const CleaningProblem& Problem;
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
   const std::vector<unsigned char>& Colors;
-  std::vector<double> Noise; // of each part, in spacings
 };
 }
 
-bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree,
-  const std::vector<unsigned char>& colors, const StageProgress& progress,
-  std::vector<Float3>& shifts)
+bool SmoothNoise(const CleaningProblem& problem, const std::vector<unsigned char>& colors,
+  const StageProgress& progress, std::vector<Float3>& shifts)
 {
   shifts.clear();
-  if (cloud.Size() <= WideFit)
+  if (problem.Total() <= WideFit)
   {
     return true; // too few to tell noise from shape
   }
-  Smoother smoother(cloud, tree, colors);
-  if (!smoother.MeasureNoise(progress.Part(0.0, 0.1)))
+  const Smoother smoother(problem, colors);
+  std::vector<float> values;
+  if (!smoother.Measure(progress.Step(0.0), values))
   {
     return false;
   }
-  if (!smoother.IsNoisy())
+  const NoiseMap map(values);
+  if (!map.IsNoisy())
   {
-    return true;
+    return progress.Step(1.0);
   }
-  shifts.resize(cloud.Size());
-  return smoother.Smooth(progress.Part(0.1, 1.0), shifts);
+  shifts.resize(problem.Cloud().Size());
+  return smoother.Smooth(map, progress.Part(0.1, 1.0), shifts);
 }
 }

@@ -20,13 +20,12 @@
 
 namespace SurfelGeometry
 {
-struct LocalCloud;
-class NeighborSearch;
+struct CleaningProblem;
 
+/// Collective, if several processes clean the cloud.
 /// @param colors [3n] or empty: unknown
 /// @param shifts [n] to the smooth surface, world units; exactly 0 where there is no noise; empty
 /// if there is none at all. Returns false if stopped.
-bool SmoothNoise(const LocalCloud& cloud, const NeighborSearch& tree,
-  const std::vector<unsigned char>& colors, const StageProgress& progress,
-  std::vector<Float3>& shifts);
+bool SmoothNoise(const CleaningProblem& problem, const std::vector<unsigned char>& colors,
+  const StageProgress& progress, std::vector<Float3>& shifts);
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/StrayPoints.h"
 
+#include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <memory>
 
 namespace SurfelGeometry
 {
@@ -21,8 +24,12 @@ constexpr int StrayNeighbors = 16;
 constexpr double FillsSpace = 0.05;
 
 /// A point in a set that fills space is stray if its mean distance is this many times the median of
-/// the cloud. Foliage is as dense as other surfaces at the same distance from a scanner.
+/// the cloud, and this many times that of the surfaces nearest to it. Foliage has as many points as
+/// other surfaces at the same distance from a scanner: with a spacing of s there, spread over a
+/// depth of 40 s, 16 neighbours are in a ball of radius (3 * 16 / (4 pi) * 40)^(1/3) s instead of a
+/// disc of (16 / pi)^(1/2) s, which is 2.4 times smaller.
 constexpr double SparseFactor = 6.0;
+constexpr double FoliageFactor = 2.4;
 
 /// A point is stray if its mean distance is this many times the median of its neighbours'. At ends
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.
@@ -43,13 +50,10 @@ constexpr double BesidePlaneSpacings = 1.25;
 constexpr int WiderNeighbors = 4 * StrayNeighbors;
 constexpr int OthersOffPlane = 2;
 
-enum Suspicion : unsigned char
-{
-  NONE = 0,
-  BESIDE = 1,    // it is beside its neighbours, not among them
-  SPATIAL = 2,   // its neighbours fill space
-  OFF_PLANE = 4, // its neighbours are in a plane, it is not
-};
+/// About this many points tell what is usual in the cloud. Those of them whose neighbours are in a
+/// plane, as are most neighbours' own, tell how dense surfaces are about a place.
+constexpr int SurfaceSamples = 1 << 15;
+constexpr int SurfaceNeighbors = 9;
 
 /// Whether point 0 is outside of its neighbours: farther from their mean than they are in RMS.
 bool IsBeside(const PointSpread& spread)
@@ -85,11 +89,24 @@ bool IsAloneOffPlane(const PointSpread& plane, const NearCloud& near)
   return off <= OthersOffPlane;
 }
 
-unsigned char SuspicionOf(const PointSpread& spread, int neighbors)
+/// A bound on IsOffPlane without principal axes: of the variances a <= b <= c, bc is at least a
+/// third of ab + ac + bc.
+bool MayBeOffPlane(const NearCloud& near)
 {
-  const bool spatial = spread.Variances[0] > FillsSpace * spread.Variances[2];
-  return static_cast<unsigned char>((IsBeside(spread) ? BESIDE : NONE) |
-    (spatial ? SPATIAL : NONE) | (IsOffPlane(spread, neighbors) ? OFF_PLANE : NONE));
+  Eigen::Matrix3d s;
+  Eigen::Vector4d mean;
+  pcl::computeMeanAndCovarianceMatrix(near, s, mean);
+  const double invariant = s(0, 0) * s(1, 1) - s(0, 1) * s(0, 1) + s(0, 0) * s(2, 2) -
+    s(0, 2) * s(0, 2) + s(1, 1) * s(2, 2) - s(1, 2) * s(1, 2);
+  const double squared = mean.head<3>().squaredNorm();
+  const double area = 4.0 * Pi / static_cast<double>(near.size());
+  const double least = BesidePlaneSpacings * BesidePlaneSpacings * area;
+  return 3.0 * squared * squared > least * least * invariant;
+}
+
+bool FillsSpaceAround(const PointSpread& spread)
+{
+  return spread.Variances[0] > FillsSpace * spread.Variances[2];
 }
 
 double MeanDistance(const Neighbors& neighbors)
@@ -102,14 +119,98 @@ double MeanDistance(const Neighbors& neighbors)
   return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
 }
 
+bool IsFlat(const SearchedCloud& searched, int i, Neighbors& neighbors, NearCloud& near)
+{
+  searched.Find(i, StrayNeighbors, neighbors);
+  LoadNear(searched.Cloud, i, neighbors, near);
+  return !FillsSpaceAround(SpreadOf(near));
+}
+
+/// Chance makes single sets of stray points flat, but not those of most neighbours too.
+bool IsOnSurface(const SearchedCloud& searched, int i)
+{
+  Neighbors neighbors;
+  NearCloud near;
+  if (!IsFlat(searched, i, neighbors, near))
+  {
+    return false;
+  }
+  const std::vector<int> ids = neighbors.Ids;
+  const auto flat = std::count_if(
+    ids.begin(), ids.end(), [&](int j) { return IsFlat(searched, j, neighbors, near); });
+  return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
+}
+
+/// How dense the surfaces of the cloud are, place by place.
+class SurfaceDensity
+{
+public:
+  /// Collective. Returns false if stopped.
+  bool Find(const CleaningProblem& problem, const std::vector<float>& distances, bool running)
+  {
+    const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
+    std::vector<char> areOnSurface(samples.size());
+    vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
+      for (; k < end; ++k)
+      {
+        areOnSurface[k] = IsOnSurface(problem.Searched, samples[k]) ? 1 : 0;
+      }
+    });
+    std::vector<float> values;
+    for (size_t k = 0; k < samples.size(); ++k)
+    {
+      if (areOnSurface[k])
+      {
+        problem.PutPosition(samples[k], values);
+        values.push_back(distances[samples[k]]);
+      }
+    }
+    if (!problem.Gather(running, values))
+    {
+      return false;
+    }
+    for (size_t at = 0; at < values.size(); at += 4)
+    {
+      this->Positions.insert(this->Positions.end(), &values[at], &values[at] + 3);
+      this->Distances.push_back(values[at + 3]);
+    }
+    this->Tree = std::make_unique<NeighborSearch>(
+      this->Positions.data(), static_cast<int>(this->Distances.size()));
+    return true;
+  }
+
+  /// The mean distance that is usual on the surfaces about a place; 0 where there are none.
+  double UsualDistance(const Float3& place) const
+  {
+    pcl::Indices ids;
+    std::vector<float> values;
+    this->Tree->nearestKSearch(
+      pcl::PointXYZ(place.X, place.Y, place.Z), SurfaceNeighbors, ids, values);
+    std::transform(
+      ids.begin(), ids.end(), values.begin(), [this](int k) { return this->Distances[k]; });
+    return Median(values);
+  }
+
+  static double ShareOf(int samples, const CleaningProblem& problem)
+  {
+    return static_cast<double>(samples) / static_cast<double>(problem.Total());
+  }
+
+private:
+  std::vector<float> Positions; // [3m]
+  std::vector<float> Distances; // [m] mean distance to the neighbours, world units
+  std::unique_ptr<NeighborSearch> Tree;
+};
+
 class StrayTest
 {
 public:
-  StrayTest(const LocalCloud& cloud, const NeighborSearch& tree)
-    : Cloud(cloud)
-    , Tree(tree)
-    , Distances(cloud.Size())
-    , Suspicions(cloud.Size())
+  explicit StrayTest(const CleaningProblem& problem)
+    : Problem(problem)
+    , Searched(problem.Searched)
+    , Cloud(problem.Cloud())
+    , Distances(problem.Cloud().Size())
+    , MayBeOff(problem.Cloud().Size())
   {
   }
 
@@ -120,24 +221,57 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        this->Tree.FindNearest(i, StrayNeighbors, neighbors);
+        this->Searched.Find(i, StrayNeighbors, neighbors);
         LoadNear(this->Cloud, i, neighbors, near);
-        const PointSpread spread = SpreadOf(near);
         this->Distances[i] = static_cast<float>(MeanDistance(neighbors));
-        this->Suspicions[i] = SuspicionOf(spread, neighbors.Count());
+        this->MayBeOff[i] = MayBeOffPlane(near) ? 1 : 0;
       }
     });
   }
 
-  /// Points in sparse sets that fill space.
-  void FindSparse(std::vector<unsigned char>& stray)
+  /// Points in sparse sets that fill space. Collective; returns false if stopped.
+  bool FindSparse(bool running, std::vector<unsigned char>& stray)
   {
-    std::vector<float> distances = this->Distances;
-    this->Sparse = SparseFactor * Median(distances);
-    for (size_t i = 0; i < stray.size(); ++i)
+    std::vector<float> distances;
+    for (const int i :
+      this->Problem.Samples(SurfaceDensity::ShareOf(SurfaceSamples, this->Problem)))
     {
-      stray[i] = (this->Suspicions[i] & SPATIAL) && this->Distances[i] > this->Sparse ? 1 : 0;
+      distances.push_back(this->Distances[i]);
     }
+    if (!this->Problem.Gather(running, distances))
+    {
+      return false;
+    }
+    this->Sparse = SparseFactor * Median(distances);
+    std::vector<int> suspects;
+    for (int i = 0; i < this->Cloud.Size(); ++i)
+    {
+      if (this->Distances[i] > this->Sparse)
+      {
+        suspects.push_back(i);
+      }
+    }
+    if (suspects.empty() && !this->Problem.Sharing)
+    {
+      return true;
+    }
+    SurfaceDensity surfaces;
+    if (!surfaces.Find(this->Problem, this->Distances, running))
+    {
+      return false;
+    }
+    vtkSMPTools::For(0, static_cast<vtkIdType>(suspects.size()), [&](vtkIdType k, vtkIdType end) {
+      Neighbors neighbors;
+      NearCloud near;
+      for (; k < end; ++k)
+      {
+        const int i = suspects[k];
+        const double usual = surfaces.UsualDistance(this->Problem.SharedPosition(i));
+        const bool isSparse = this->Distances[i] > FoliageFactor * usual;
+        stray[i] = isSparse && !IsFlat(this->Searched, i, neighbors, near) ? 1 : 0;
+      }
+    });
+    return true;
   }
 
   /// Adds points that are beside their neighbours, and those whose neighbours are mostly stray.
@@ -149,9 +283,13 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        if (!sparse[i] && (this->Suspicions[i] != NONE || this->Distances[i] > this->Sparse))
+        this->Searched.Find(i, StrayNeighbors, neighbors);
+        if (sparse[i] || neighbors.Count() < StrayNeighbors)
         {
-          this->Tree.FindNearest(i, StrayNeighbors, neighbors);
+          continue; // known already, or a region with hardly any points
+        }
+        if (this->MayBeOff[i] || this->MayBeFar(i, sparse, neighbors))
+        {
           stray[i] = this->IsStray(i, sparse, neighbors, near) ? 1 : 0;
         }
       }
@@ -159,21 +297,34 @@ public:
   }
 
 private:
+  /// Whether enough neighbours are stray, or nearer than the point's distance says, for a closer
+  /// look.
+  bool MayBeFar(int i, const std::vector<unsigned char>& sparse, const Neighbors& neighbors) const
+  {
+    const auto telling = std::count_if(neighbors.Ids.begin(), neighbors.Ids.end(),
+      [&](int j) { return sparse[j] || LocalFactor * this->Distances[j] < this->Distances[i]; });
+    return telling > StrayNeighbors / 2;
+  }
+
   /// Changes `neighbors` and `near`.
   bool IsStray(
     int i, const std::vector<unsigned char>& sparse, Neighbors& neighbors, NearCloud& near) const
   {
-    if (this->Suspicions[i] & OFF_PLANE)
+    LoadNear(this->Cloud, i, neighbors, near);
+    const PointSpread spread = SpreadOf(near);
+    if (IsOffPlane(spread, neighbors.Count()))
     {
+      this->Searched.Tree->FindNearest(i, WiderNeighbors, neighbors);
       LoadNear(this->Cloud, i, neighbors, near);
-      const PointSpread plane = SpreadOf(near);
-      this->Tree.FindNearest(i, WiderNeighbors, neighbors);
-      LoadNear(this->Cloud, i, neighbors, near);
-      if (IsAloneOffPlane(plane, near))
+      if (IsAloneOffPlane(spread, near))
       {
         return true;
       }
       neighbors.Ids.resize(StrayNeighbors);
+    }
+    else if (!IsBeside(spread) && !FillsSpaceAround(spread) && this->Distances[i] <= this->Sparse)
+    {
+      return false;
     }
     std::vector<int>& ids = neighbors.Ids;
     const size_t count = ids.size();
@@ -197,28 +348,29 @@ private:
     return this->Distances[i] > BorderFactor * usual || LeavesPlane(SpreadOf(near));
   }
 
+  const CleaningProblem& Problem;
+  const SearchedCloud& Searched;
   const LocalCloud& Cloud;
-  const NeighborSearch& Tree;
-  std::vector<float> Distances; // [n] mean distance to the neighbours, world units
-  std::vector<unsigned char> Suspicions;
-  double Sparse = 0.0; // world units
+  std::vector<float> Distances;        // [n] mean distance to the neighbours, world units
+  std::vector<unsigned char> MayBeOff; // [n] 1: the point may be off the plane of its neighbours
+  double Sparse = 0.0;                 // world units
 };
 }
 
-bool FindStrayPoints(const LocalCloud& cloud, const NeighborSearch& tree,
-  const StageProgress& progress, std::vector<unsigned char>& stray)
+bool FindStrayPoints(
+  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray)
 {
-  stray.assign(cloud.Size(), 0);
-  if (cloud.Size() <= StrayNeighbors)
+  stray.assign(problem.Cloud().Size(), 0);
+  if (problem.Total() <= StrayNeighbors)
   {
     return true; // too few to say what is usual
   }
-  StrayTest test(cloud, tree);
-  if (!test.Measure(progress.Part(0.0, 0.8)))
+  StrayTest test(problem);
+  const bool running = test.Measure(progress.Part(0.0, 0.8));
+  if (!test.FindSparse(running, stray))
   {
     return false;
   }
-  test.FindSparse(stray);
   const std::vector<unsigned char> sparse = stray;
   return test.FindBeside(progress.Part(0.8, 1.0), sparse, stray);
 }

@@ -7,7 +7,7 @@
  * the mean of the whole cloud plus some standard deviations. That bound removes the sparse half of
  * a scan whose density changes, and 5 % of stray points move it beyond themselves. Here a point is
  * compared with its own neighbours; only points that have no surface about them are compared with
- * the median of the cloud.
+ * the median of the cloud, and with the nearest surfaces.
  */
 #pragma once
 
@@ -17,10 +17,11 @@
 
 namespace SurfelGeometry
 {
-struct LocalCloud;
-class NeighborSearch;
+struct CleaningProblem;
 
-/// stray: [n] 1 for stray points. Returns false if stopped.
-bool FindStrayPoints(const LocalCloud& cloud, const NeighborSearch& tree,
-  const StageProgress& progress, std::vector<unsigned char>& stray);
+/// Collective, if several processes clean the cloud.
+/// @param stray [n] 1 for stray points
+/// Returns false if stopped.
+bool FindStrayPoints(
+  const CleaningProblem& problem, const StageProgress& progress, std::vector<unsigned char>& stray);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/LocalCloud.h"
 
+#include "Filters/Common/MortonGrid.h"
+
 #include "vtkPoints.h"
 #include "vtkSMPTools.h"
 
@@ -24,17 +26,6 @@ bool IsUsable(const double p[3])
   // A comparison with NaN is false.
   return std::abs(p[0]) < CoordinateLimit && std::abs(p[1]) < CoordinateLimit &&
     std::abs(p[2]) < CoordinateLimit;
-}
-
-/// Inserts two zero bits before each of the low 21 bits.
-std::uint64_t SpreadBits(std::uint64_t x)
-{
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
 }
 
 /// Sorts by position within runs of equal keys and keeps the lowest id of each position.
@@ -80,32 +71,12 @@ std::vector<vtkIdType> WithoutDuplicates(
 std::vector<std::uint64_t> MortonKeys(const std::vector<float>& positions)
 {
   const vtkIdType count = static_cast<vtkIdType>(positions.size() / 3);
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  double lower[3] = { infinity, infinity, infinity };
-  double extent = 0.0;
-  for (int c = 0; c < 3; ++c)
-  {
-    double upper = -infinity;
-    for (vtkIdType i = 0; i < count; ++i)
-    {
-      const double x = positions[3 * i + c];
-      lower[c] = std::min(lower[c], x);
-      upper = std::max(upper, x);
-    }
-    extent = std::max(extent, upper - lower[c]);
-  }
-  const double scale = extent > 0.0 ? ((1 << 21) - 1) / extent : 0.0;
+  const MortonGrid grid(positions);
   std::vector<std::uint64_t> keys(count);
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
-      std::uint64_t key = 0;
-      for (int c = 0; c < 3; ++c)
-      {
-        const double cell = (positions[3 * i + c] - lower[c]) * scale;
-        key |= SpreadBits(static_cast<std::uint64_t>(cell)) << c;
-      }
-      keys[i] = key;
+      keys[i] = grid.Key(positions.data() + 3 * i);
     }
   });
   return keys;

@@ -4,7 +4,12 @@
  */
 #pragma once
 
+#include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/StageProgress.h"
+
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace SurfelGeometry
@@ -22,6 +27,33 @@ struct NeighborGraph
 
   const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
   int* Row(size_t i) { return this->Ids.data() + KeptNeighbors * i; }
+
+  /// Stores what a query for point i has found.
+  void Keep(size_t i, const Neighbors& neighbors);
+
+  /// The first `count` stored neighbours of point i, as a query gives them.
+  void Get(const LocalCloud& cloud, int i, int count, Neighbors& neighbors) const;
+};
+
+/// A cloud and the search in it, which one step makes and the next one takes over.
+struct SearchedCloud
+{
+  LocalCloud Cloud;
+  std::unique_ptr<NeighborSearch> Tree; // of the cloud; null: unknown
+  NeighborGraph Graph;                  // of the nearest points; empty: unknown
+
+  /// Makes the tree.
+  void Index();
+
+  /// The nearest points, from the graph if it has so many, else from the tree.
+  void Find(int i, int count, Neighbors& neighbors) const;
+
+  /// Stores the nearest points of all. Returns false if stopped.
+  bool FindNeighbors(const StageProgress& progress);
+
+  /// Removes the points i with dropped[i] == 1. Rows of the graph that have one of them are found
+  /// again.
+  void Drop(const std::vector<unsigned char>& dropped);
 };
 
 /// What the estimation knows about the points of its output.

@@ -94,9 +94,9 @@ public:
   {
   }
 
-  PlaneFit Fit(int i, const float* given, int* graph, Neighbors& neighbors)
+  /// Fits point i to its neighbours. Changes `neighbors`.
+  PlaneFit Fit(int i, const float* given, Neighbors& neighbors)
   {
-    this->FindAndKeep(i, graph, neighbors);
     Eigen::Matrix3d covariance = this->Around.Covariance(this->Cloud, i, neighbors);
     Principal principal(covariance);
     PlaneFit fit;
@@ -110,6 +110,25 @@ public:
     this->SetNormal(principal, given, fit);
     this->SetExtent(covariance, neighbors, fit);
     return fit;
+  }
+
+  /// Finds the neighbours of the fit and those that are stored, with one query.
+  void FindAndKeep(int i, NeighborGraph& graph, Neighbors& neighbors) const
+  {
+    const int wanted = this->Settings.NumberOfNeighbors;
+    if (this->Settings.UseRadius)
+    {
+      this->Find(i, 1, neighbors);
+      graph.Keep(i, neighbors);
+      return;
+    }
+    this->Tree.FindNearest(i, std::max(wanted, KeptNeighbors), neighbors);
+    graph.Keep(i, neighbors);
+    if (neighbors.Count() > wanted)
+    {
+      neighbors.Ids.resize(wanted);
+      neighbors.SquaredDistances.resize(wanted);
+    }
   }
 
   /// Spacing and extent of point i from the neighbours j with isOfSheet(j).
@@ -151,30 +170,6 @@ private:
     {
       // The radius is too small here: a plane still needs some points.
       this->Tree.FindNearest(i, ReachRank, neighbors);
-    }
-  }
-
-  /// Finds the neighbours of the fit and those that are stored, with one query.
-  void FindAndKeep(int i, int* graph, Neighbors& neighbors) const
-  {
-    const int wanted = this->Settings.NumberOfNeighbors;
-    const bool nearest = !this->Settings.UseRadius;
-    if (nearest)
-    {
-      this->Tree.FindNearest(i, std::max(wanted, KeptNeighbors), neighbors);
-    }
-    else
-    {
-      this->Find(i, 1, neighbors);
-    }
-    for (int k = 0; k < KeptNeighbors; ++k)
-    {
-      graph[k] = k < neighbors.Count() ? neighbors.Ids[k] : -1;
-    }
-    if (nearest && neighbors.Count() > wanted)
-    {
-      neighbors.Ids.resize(wanted);
-      neighbors.SquaredDistances.resize(wanted);
     }
   }
 
@@ -338,6 +333,8 @@ bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector
   const std::vector<float>& given = input.GivenNormals;
   const size_t count = static_cast<size_t>(cloud.Size());
   fits.resize(count);
+  const bool isKnown = !graph.Ids.empty() && graph.AreNearest && !settings.UseRadius &&
+    settings.NumberOfNeighbors <= KeptNeighbors;
   graph.Ids.resize(KeptNeighbors * count);
   graph.AreNearest = !settings.UseRadius;
   const bool finished = ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
@@ -345,8 +342,16 @@ bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector
     Neighbors neighbors;
     for (vtkIdType i = begin; i < end; ++i)
     {
-      fits[i] = fitter.Fit(static_cast<int>(i), given.empty() ? nullptr : given.data() + 3 * i,
-        graph.Row(i), neighbors);
+      const int self = static_cast<int>(i);
+      if (isKnown)
+      {
+        graph.Get(cloud, self, settings.NumberOfNeighbors, neighbors);
+      }
+      else
+      {
+        fitter.FindAndKeep(self, graph, neighbors);
+      }
+      fits[i] = fitter.Fit(self, given.empty() ? nullptr : given.data() + 3 * i, neighbors);
     }
   });
   if (!finished)

@@ -69,6 +69,7 @@ struct FitInput
 };
 
 /// Fits all points. Returns false if stopped.
+/// @param graph filled; if it has the nearest points already, they are used
 bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
   NeighborGraph& graph);
 

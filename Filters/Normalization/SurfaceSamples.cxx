@@ -2,6 +2,7 @@
 #include "Filters/Normalization/SurfaceSamples.h"
 
 #include "Filters/Common/AngularGap.h"
+#include "Filters/Common/Hash.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
@@ -24,15 +25,6 @@ constexpr double GoldenCosine = -0.737368878078319730, GoldenSine = 0.6754902942
 
 /// The exponent of a kernel that does not reach a sample.
 constexpr float Far = 1e30f;
-
-/// Fractional part in [0, 1) of a hash of an id (Steele et al. 2014, splitmix64's finisher).
-double Hash(std::uint64_t x)
-{
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
-}
 
 /// Whether two surfels can be on the same sheet of surface.
 bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)

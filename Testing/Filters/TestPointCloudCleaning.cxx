@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stray points are removed, whatever the density; noise is smoothed; clean clouds stay as they are.
 #include "SurfelTesting.h"
+#include "ThreadController.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
@@ -140,28 +141,60 @@ TEST_CASE("Stray points")
   }
 }
 
+/// A scan whose spacing grows with the distance: near ground with most of the points, and far
+/// ground with foliage on it, whose points fill space.
+TEST_CASE("Far foliage")
+{
+  Random random(7);
+  std::vector<Vec> points =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 4, 0.01, 0.4, Random(3)).Points;
+  const double spacing = 0.1;
+  const Sampled ground =
+    MakeRectangle({ 5, 0, 0 }, { 1, 0, 0 }, 6, { 0, 1, 0 }, 6, spacing, 0.4, Random(4));
+  points.insert(points.end(), ground.Points.begin(), ground.Points.end());
+  // As many points per area as the ground has, spread over 12 spacings.
+  for (size_t i = 0; i < ground.Points.size(); ++i)
+  {
+    const double x = random(), y = random(), z = random();
+    points.push_back({ 5 + 6 * x, 6 * y, 12 * spacing * z });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(points);
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  // Chance leaves some at the border of the foliage alone.
+  CHECK(cleaning->GetNumberOfStrayPoints() <= 0.02 * ground.Points.size());
+}
+
+/// Points of the unit sphere with Gaussian noise of this many spacings (Box and Muller).
+std::vector<Vec> NoisySphere(int count, double share)
+{
+  const double deviation = share * std::sqrt(4.0 * Pi / count);
+  Random random(9);
+  std::vector<Vec> points = MakeSphere(1.0, count, Random(2)).Points;
+  for (Vec& p : points)
+  {
+    for (double& x : p)
+    {
+      const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+      x += deviation * length * std::cos(2.0 * Pi * random());
+    }
+  }
+  return points;
+}
+
 TEST_CASE("Noise")
 {
   constexpr int count = 20000;
-  const double spacing = std::sqrt(4.0 * Pi / count);
   for (const double share : { 0.3, 1.0 }) // standard deviation in spacings
   {
     for (const double shift : { 0.0, 5e6 })
     {
-      Random random(9);
-      std::vector<Vec> points = MakeSphere(1.0, count, Random(2)).Points;
+      std::vector<Vec> points = NoisySphere(count, share);
       double before = 0.0;
       for (Vec& p : points)
       {
-        const Vec clean = p;
-        for (double& x : p)
-        {
-          // Gaussian (Box and Muller).
-          const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
-          x += share * spacing * length * std::cos(2.0 * Pi * random());
-        }
         before += std::pow(Length(p) - 1.0, 2) / count;
-        CHECK(Length(Minus(p, clean)) > 0.0);
         p[0] += shift;
       }
       const auto data = ToPolyData(points, VTK_DOUBLE);
@@ -251,6 +284,91 @@ TEST_CASE("Duplicates and NaN")
   CHECK(cleaning->GetOutput()->GetNumberOfPoints() == 500);
   REQUIRE(said.Warnings.size() == 1);
   CHECK(said.Warnings[0].find("2 duplicates dropped") != std::string::npos);
+}
+
+vtkSmartPointer<vtkPolyData> WithShades(
+  const std::vector<Vec>& points, const std::vector<unsigned char>& shades)
+{
+  const auto data = ToPolyData(points, VTK_DOUBLE);
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("RGB");
+  colors->SetNumberOfComponents(3);
+  for (const unsigned char shade : shades)
+  {
+    colors->InsertNextTuple3(shade, shade, shade);
+  }
+  if (!shades.empty())
+  {
+    data->GetPointData()->SetScalars(colors);
+  }
+  return data;
+}
+
+/// @param shades of the points; empty: none
+vtkIdType CompareWithProcesses(
+  const std::vector<Vec>& points, const std::vector<unsigned char>& shades = {})
+{
+  const size_t half = points.size() / 2, coloured = shades.size() / 2;
+  const std::vector<Vec> parts[3] = { { points.begin(), points.begin() + half },
+    { points.begin() + half, points.end() }, {} };
+  const std::vector<unsigned char> partShades[3] = { { shades.begin(), shades.begin() + coloured },
+    { shades.begin() + coloured, shades.end() }, {} }; // the third process has nothing
+  vtkNew<vtkPointCloudCleaning> alone;
+  const Messages quiet(alone);
+  alone->SetController(nullptr);
+  alone->SetInputData(WithShades(points, shades));
+  alone->Update();
+  vtkSmartPointer<vtkPolyData> found[3];
+  vtkIdType stray[3], moved[3];
+  ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
+    const int rank = controller->GetLocalProcessId();
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages quietToo(cleaning);
+    cleaning->SetController(controller);
+    cleaning->SetInputData(WithShades(parts[rank], partShades[rank]));
+    cleaning->Update();
+    found[rank] = cleaning->GetOutput();
+    stray[rank] = cleaning->GetNumberOfStrayPoints();
+    moved[rank] = cleaning->GetNumberOfMovedPoints();
+  });
+  CHECK(stray[0] + stray[1] + stray[2] == alone->GetNumberOfStrayPoints());
+  CHECK(moved[0] + moved[1] + moved[2] == alone->GetNumberOfMovedPoints());
+  vtkIdType at = 0;
+  double farthest = 0.0;
+  for (const auto& part : found)
+  {
+    for (vtkIdType i = 0; i < part->GetNumberOfPoints(); ++i, ++at)
+    {
+      REQUIRE(at < alone->GetOutput()->GetNumberOfPoints());
+      Vec a, b;
+      part->GetPoint(i, a.data());
+      alone->GetOutput()->GetPoint(at, b.data());
+      farthest = std::max(farthest, Length(Minus(a, b)));
+    }
+  }
+  CHECK(at == alone->GetOutput()->GetNumberOfPoints());
+  CHECK(farthest < 1e-6); // shifts are floats
+  return alone->GetNumberOfStrayPoints() + alone->GetNumberOfMovedPoints();
+}
+
+TEST_CASE("Several processes")
+{
+  CHECK(CompareWithProcesses(Scan(0.02, { 0, 0, 0 }).Points) > 1000);
+  CHECK(CompareWithProcesses(NoisySphere(20000, 0.5)) > 19000);
+  CHECK(CompareWithProcesses({}) == 0);
+  CHECK(CompareWithProcesses({ { 1, 2, 3 }, { 2, 3, 4 } }) == 0);
+  // A leaf, whose sides only their colours tell apart, in processes that have one side each.
+  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 };
+  Sampled leaf = MakeRectangle({ 0, 0, 0 }, x, 2, y, 2, 0.02, 0.5, Random(1));
+  std::vector<unsigned char> shades(leaf.Points.size(), 40);
+  leaf.Append(MakeRectangle({ 0, 0, 0.02 }, x, 2, y, 2, 0.02, 0.5, Random(2)));
+  shades.resize(leaf.Points.size(), 200);
+  CHECK(CompareWithProcesses(leaf.Points, shades) == 0);
+  for (size_t i = 0; i < shades.size(); ++i)
+  {
+    shades[i] = std::fmod(leaf.Points[i][0], 0.2) < 0.1 ? 200 : 40; // two scans of one pattern
+  }
+  CHECK(CompareWithProcesses(leaf.Points, shades) > 10000);
 }
 
 TEST_CASE("Threads")

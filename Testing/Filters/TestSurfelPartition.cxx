@@ -3,6 +3,7 @@
 #include "SurfelTesting.h"
 
 #include "vtkPartitionedSurfelEstimation.h"
+#include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
@@ -74,6 +75,7 @@ TEST_CASE("Seams")
   const auto data = ToPolyData(MakeScene().Points);
   const auto whole = Whole(data, vtkSurfelEstimation::TWO_SIDED);
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   partitioned->SetInputData(data);
   partitioned->SetPointsPerPart(5000);
   partitioned->Update();
@@ -102,6 +104,45 @@ TEST_CASE("Seams")
 
 /// One part: as all filters in one do it, sides included; apart from the weights, whose neighbours
 /// these share, as the two filters do it.
+TEST_CASE("Cleaning")
+{
+  const Sampled scene = MakeScene();
+  const size_t strays = 300;
+  std::vector<Vec> points = scene.Points;
+  Random random(6);
+  for (size_t i = 0; i < strays; ++i)
+  {
+    const double x = random(), y = random(), z = random();
+    points.push_back({ 6 * x - 3, 6 * y - 3, 3 + 6 * z });
+  }
+  vtkNew<vtkPointsToSurfels> whole;
+  vtkNew<vtkPartitionedSurfelEstimation> parts;
+  const Messages quiet(whole), said(parts);
+  whole->BuildHierarchyOff();
+  whole->GetEstimation()->SetOrientationModeToTwoSided();
+  whole->SetInputData(ToPolyData(points));
+  whole->Update();
+  parts->SetPointsPerPart(12000);
+  parts->SetInputData(ToPolyData(points));
+  parts->Update();
+  CHECK(parts->GetNumberOfParts() > 2);
+  CHECK(parts->GetCleaning()->GetNumberOfStrayPoints() >= 0.9 * strays);
+  CHECK(parts->GetCleaning()->GetNumberOfStrayPoints() ==
+    whole->GetCleaning()->GetNumberOfStrayPoints());
+  REQUIRE(said.Warnings.size() == 1);
+  CHECK(said.Warnings[0].find("stray points removed") != std::string::npos);
+  const auto covariances = [](vtkPolyDataAlgorithm* filter) {
+    return filter->GetOutput()->GetPointData()->GetArray("SurfelCovariance");
+  };
+  CHECK(Compare(covariances(parts), covariances(whole)).RootMeanSquare < 1e-3);
+  const vtkMTimeType time = parts->GetOutput()->GetMTime();
+  parts->Update();
+  CHECK(parts->GetOutput()->GetMTime() == time); // cleaning does not make it run again
+  parts->CleanPointsOff();
+  parts->Update();
+  CHECK(parts->GetOutput()->GetNumberOfPoints() == static_cast<vtkIdType>(points.size()));
+}
+
 TEST_CASE("Single part")
 {
   const auto data = ToPolyData(MakeScene().Points);
@@ -116,6 +157,7 @@ TEST_CASE("Single part")
           single->GetPointData()->GetArray("SurfelAreaVector"))
           .RootMeanSquare <= 0.03);
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   partitioned->SetInputData(data);
   partitioned->Update();
   CHECK(partitioned->GetNumberOfParts() == 1);
@@ -153,6 +195,7 @@ TEST_CASE("Dropped points")
   data->GetPointData()->SetNormals(normals);
   data->GetPointData()->AddArray(numbers);
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   Messages quiet(partitioned);
   partitioned->SetInputData(data);
   partitioned->SetPointsPerPart(7000);
@@ -192,6 +235,7 @@ TEST_CASE("Threads")
   {
     vtkSMPTools::Initialize(t == 0 ? 1 : 8);
     vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+    partitioned->CleanPointsOff();
     partitioned->SetInputData(data);
     partitioned->SetPointsPerPart(9000);
     partitioned->Update();
@@ -209,6 +253,7 @@ TEST_CASE("Threads")
 TEST_CASE("Troubles")
 {
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   Messages messages(partitioned);
   partitioned->SetInputData(ToPolyData({}));
   partitioned->Update();
@@ -237,6 +282,7 @@ TEST_CASE("Troubles")
 TEST_CASE("Abort")
 {
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   vtkNew<vtkCallbackCommand> command;
   command->SetCallback([](vtkObject* caller, unsigned long, void*, void* progress) {
     if (*static_cast<double*>(progress) > 0.4)
@@ -258,6 +304,7 @@ TEST_CASE("NormalsInDouble")
   const auto data = ToPolyData(scene.Points);
   AddNormals(data, scene.Normals); // doubles
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   partitioned->SetInputData(data);
   partitioned->SetPointsPerPart(7000);
   partitioned->Update();
@@ -322,6 +369,7 @@ TEST_CASE("CopySettings")
 TEST_CASE("Settings")
 {
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->CleanPointsOff();
   partitioned->SetInputData(ToPolyData(MakeSphere(1.0, 3000, Random(3)).Points));
   partitioned->Update();
   const vtkMTimeType before = partitioned->GetOutput()->GetMTime();

@@ -163,8 +163,7 @@ TEST_CASE("Points to surfels")
     const auto expected = Estimate(data, controller);
     vtkNew<vtkPointsToSurfels> filter;
     const Messages quiet(filter);
-    filter->GetEstimation()->SetController(controller);
-    filter->GetNormalization()->SetController(controller);
+    filter->SetController(controller);
     filter->BuildHierarchyOff();
     filter->SetInputData(data);
     filter->Update();

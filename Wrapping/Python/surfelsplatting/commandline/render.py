@@ -5,8 +5,8 @@ import os
 import sys
 
 from ..backend import vtk
-from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointCloudCleaning,
-                                vtkPointsToSurfels, vtkSurfelHierarchy)
+from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
+                                vtkSurfelHierarchy)
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from .cameras import asked_view, camera_files
 from .clouds import is_hierarchy, read_cloud
@@ -96,20 +96,15 @@ def _whole_cloud(cloud, arguments, *reporters):
 
 def _cloud_in_parts(cloud, arguments, *reporters):
     """-> vtkPolyData"""
-    run = reporters[-1]
-    points = cloud.data
-    if arguments.cleaning != "off":
-        cleaning = vtkPointCloudCleaning()
-        cleaning.SetInputData(points)
-        _set_cleaning(cleaning, cloud, arguments)
-        _update(cleaning, "cleaning", arguments.cloud, *reporters)
-        run.note_cleaning(cleaning)
-        points = cleaning.GetOutput()
     partitioned = vtkPartitionedSurfelEstimation()
-    partitioned.SetInputData(points)
+    partitioned.SetInputData(cloud.data)
+    partitioned.SetCleanPoints(arguments.cleaning != "off")
+    _set_cleaning(partitioned.GetCleaning(), cloud, arguments)
     partitioned.SetPointsPerPart(arguments.points_per_part)
     _set_estimation(partitioned.GetEstimation(), cloud, arguments)
     _update(partitioned, "surfels", arguments.cloud, *reporters)
+    run = reporters[-1]
+    run.note_cleaning(partitioned.GetCleaning())
     run.note_estimation(partitioned)
     return partitioned.GetOutput()
 
