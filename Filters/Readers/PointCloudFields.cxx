@@ -115,11 +115,13 @@ vtkSmartPointer<vtkPoints> DecodePoints(const FieldCloud& cloud, const Triple& x
   {
     if (isDouble)
     {
-      CopyComponent(cloud, *xyz[i], static_cast<double*>(points->GetVoidPointer(0)) + i, 3);
+      CopyComponent(
+        cloud, *xyz[i], static_cast<double*>(points->GetData()->GetVoidPointer(0)) + i, 3);
     }
     else
     {
-      CopyComponent(cloud, *xyz[i], static_cast<float*>(points->GetVoidPointer(0)) + i, 3);
+      CopyComponent(
+        cloud, *xyz[i], static_cast<float*>(points->GetData()->GetVoidPointer(0)) + i, 3);
     }
   }
   return points;

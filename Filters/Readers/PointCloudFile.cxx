@@ -2,11 +2,14 @@
 #include "Filters/Readers/PointCloudFile.h"
 
 #include "Filters/Readers/PCDDecoder.h"
-#include "Filters/Readers/PLYFile.h"
 #include "Filters/Readers/PointCloudHeader.h"
+#ifdef SURFELSPLATTING_READ_PLY
+#include "Filters/Readers/PLYFile.h"
+#endif
 
 #include <algorithm>
 #include <fstream>
+#include <stdexcept>
 
 namespace PointCloud
 {
@@ -31,8 +34,12 @@ PointCloudFile ReadPointCloudFile(const std::string& path)
   {
     return ReadPCD(path);
   }
+#ifdef SURFELSPLATTING_READ_PLY
   PointCloudFile result;
   result.Cloud = ReadPLY(path);
   return result;
+#else
+  throw std::runtime_error("a .ply file: open it with ParaView's own PLY reader.");
+#endif
 }
 }

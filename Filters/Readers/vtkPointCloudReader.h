@@ -19,6 +19,8 @@
  * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
  * shows them.
  *
+ * The ParaView plugin is built without .ply files, which ParaView reads itself.
+ *
  * @sa vtkSurfelEstimation
  */
 #ifndef vtkPointCloudReader_h

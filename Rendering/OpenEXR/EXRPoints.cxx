@@ -73,10 +73,10 @@ void AddDeepPoints(vtkImageData* image, const Unprojection& camera, vtkPolyData*
   vtkNew<vtkFloatArray> color, depth;
   color->SetName("Color");
   color->SetNumberOfComponents(4);
-  color->Allocate(4 * samples->GetNumberOfTuples());
+  color->Resize(samples->GetNumberOfTuples());
   depth->SetName("Depth");
-  depth->Allocate(samples->GetNumberOfTuples());
-  output->GetPoints()->Allocate(samples->GetNumberOfTuples());
+  depth->Resize(samples->GetNumberOfTuples());
+  output->GetPoints()->Resize(samples->GetNumberOfTuples());
   vtkIdType sample = 0;
   for (vtkIdType pixel = 0; pixel < counts->GetNumberOfTuples(); ++pixel)
   {

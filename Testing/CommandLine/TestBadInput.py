@@ -2,6 +2,7 @@
 """Bad input: one line that says what is wrong, exit code 2, nothing written."""
 
 import json
+import importlib.util
 import os
 import resource
 import unittest
@@ -60,8 +61,9 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("image.vtp", "<VTKFile type='ImageData'/>"), "not a readable .vtp")
 
     def test_las_says_how_to_convert(self):
-        self.refuse_cloud(write("scan.las", b"LASF" + b"\0" * 400), "pdal translate")
-        self.refuse_cloud(write("scan.laz", b""), "pdal translate")
+        expected = "not a readable" if importlib.util.find_spec("laspy") else "pdal translate"
+        self.refuse_cloud(write("scan.las", b"LASF" + b"\0" * 400), expected)
+        self.refuse_cloud(write("scan.laz", b""), expected)
 
     def test_files_that_are_cut_short(self):
         with open("ok.ply", "rb") as file:

@@ -125,6 +125,51 @@ class TestReader(ToolCase):
             colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
             np.testing.assert_array_equal(colors, [[255, 128, 1], [16, 32, 48]])
 
+    def test_ply_with_a_camera_is_a_depth_image(self):
+        """As PCL writes its organized clouds."""
+        points = np.arange(36, dtype="<f4")
+        for size, expected in (((4, 3), (4, 3)), ((40, 30), (12, 1))):  # the second is no cloud's
+            header = ("ply\nformat binary_little_endian 1.0\nelement vertex 12\nproperty float x\n"
+                      "property float y\nproperty float z\nelement camera 1\nproperty float view_px\n"
+                      "property int viewportx\nproperty int viewporty\nend_header\n")
+            with open("camera.ply", "wb") as file:
+                file.write(header.encode() + points.tobytes() + struct.pack("<fii", 0, *size))
+            reader = self.read("camera.ply")
+            self.assertEqual(reader.GetDimensions(), expected)
+            self.assertEqual(self.points(reader).ravel().tolist(), points.tolist())
+
+    def test_ply_of_a_range_scanner(self):
+        """A grid of three columns and two rows with three points; NaN where there is none."""
+        values = [(i, i + 0.5, i + 0.25, 10 + i) for i in range(3)]
+        cells = [[2], [], [0], [], [1], []]
+        with open("range.ply", "w") as file:
+            file.write("ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows 2\n"
+                       "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                       "property short echo\nelement range_grid 6\n"
+                       "property list uchar int vertex_indices\nend_header\n")
+            for row in values + [[len(cell), *cell] for cell in cells]:
+                file.write(" ".join(map(str, row)) + "\n")
+        reader = self.read("range.ply")
+        self.assertEqual(reader.GetDimensions(), (3, 2))
+        expected = np.full((6, 3), np.nan)
+        for cell, vertex in ((0, 2), (2, 0), (4, 1)):
+            expected[cell] = values[vertex][:3]
+        np.testing.assert_array_equal(self.points(reader), expected)
+        self.assertEqual(arrays_of(reader.GetOutput())["echo"].tolist(), [12, 0, 10, 0, 11, 0])
+
+    def test_separate_alpha(self):
+        """Of any type; of no use where it is full."""
+        for kind, full in (("uchar", 255), ("ushort", 65535), ("float", 1.0)):
+            for alpha, expected in ((full, (255, 0, 0)), (0.2 * full, (255, 0, 0, 51))):
+                alpha = alpha if kind == "float" else round(alpha)
+                with open("alpha.ply", "w") as file:
+                    file.write("ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(
+                        f"property {t} {name}\n" for t, name in [("float", c) for c in "xyz"] + [
+                            (kind, c) for c in ("red", "green", "blue", "alpha")])
+                        + f"end_header\n1 2 3 {full} 0 0 {alpha}\n4 5 6 {full} 0 0 {full}\n")
+                [colors] = arrays_of(self.read("alpha.ply").GetOutput()).values()
+                self.assertEqual(tuple(colors[0]), expected, kind)
+
     def test_alpha_that_says_nothing_is_dropped(self):
         columns = [(name, [0, 1], "f4") for name in "xyz"]
         for alphas, expected in (((0, 0), "RGB"), ((255, 255), "RGB"), ((255, 128), "RGBA"),

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs what README.md shows, as a reader would paste it into a new shell in the checkout."""
+"""Runs what README.md shows, as a reader would paste it into a new shell in the checkout. Its script for
+PyVista is run by Testing/Wheel/TestWheel.py."""
 
 import json
 import os
@@ -60,11 +61,9 @@ class TestReadme(unittest.TestCase):
                                 env=environment, capture_output=True, text=True, check=False)
         self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
 
-    def run_python(self, code, display=()):
-        with open(self.path("readme.py"), "w", encoding="utf-8") as file:
-            file.write(code)
+    def run_python(self, script, display=()):
         [export] = re.findall(r"`(export PYTHONPATH=[^`]*)`", TEXT)
-        self.run_shell(f"{export}; {sys.executable} -s readme.py", display)
+        self.run_shell(f"{export}; {sys.executable} -s {script}", display)
 
     def check_picture(self, picture, covered):
         """Many shades, on a part of the picture."""
@@ -72,7 +71,8 @@ class TestReadme(unittest.TestCase):
         self.assertGreater(len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)), 100)
 
     def test_python_without_a_display(self):
-        self.run_python(blocks("python")[0])
+        self.assertIn("(Examples/Python/hills.py)", TEXT)
+        self.run_python("Examples/Python/hills.py")
         picture = read_png(self.path("hills.png"))
         self.assertEqual(picture.shape, (512, 512, 3))
         self.check_picture(picture, 0.25)
@@ -82,9 +82,12 @@ class TestReadme(unittest.TestCase):
             "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"]
         if not shutil.which(display[0]):
             self.skipTest("no X display")
-        code = "\n".join(blocks("python"))
+        with open(self.path("Examples/Python/hills.py"), encoding="utf-8") as file:
+            code = file.read()
         self.assertEqual(code.count("interactor.Start()"), 1)
-        self.run_python(code.replace("interactor.Start()", CLOSE_AND_SAVE), display)
+        with open(self.path("hills.py"), "w", encoding="utf-8") as file:
+            file.write(code.replace("interactor.Start()", CLOSE_AND_SAVE))
+        self.run_python("hills.py --window", display)
         window = np.fromfile(self.path("window.raw"), np.uint8).reshape(512, 512, 4)[..., :3]
         self.check_picture(window, 0.25)
         saved = read_png(self.path("hills.png"))

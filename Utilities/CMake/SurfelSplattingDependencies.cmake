@@ -27,6 +27,8 @@ if (SURFELSPLATTING_BUILD_TESTING)
   list(APPEND pcl_components kdtree octree features filters io)
 endif ()
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS ${pcl_components})
+# The parser of .ply files, for which PCL's configuration has no target.
+find_library(SURFELSPLATTING_PCL_IO_PLY pcl_io_ply REQUIRED)
 # For tests PCL's configuration finds VTK again for modules that they do not use. Its targets pcl_2d,
 # pcl_features and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers.
 foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)

@@ -5,8 +5,7 @@ vtk_module_build(
   MODULES               ${surfelsplatting_modules}
   PACKAGE               SurfelSplatting
   INSTALL_HEADERS       OFF
-  LIBRARY_DESTINATION   surfelsplatting
-  LIBRARY_NAME_SUFFIX   "")
+  LIBRARY_DESTINATION   surfelsplatting)
 vtk_module_wrap_python(
   MODULES             ${surfelsplatting_modules}
   INSTALL_HEADERS     OFF

@@ -73,9 +73,8 @@ class Surfels:
 
 def values(array):
     """All values of an array, tuple after tuple."""
-    flat = memoryview(array).cast("B").cast({"vtkFloatArray": "f", "vtkUnsignedCharArray": "B"}[
-        array.GetClassName()])
-    return flat.tolist()
+    kinds = {"float": "f", "unsigned char": "B"}
+    return memoryview(array).cast("B").cast(kinds[array.GetDataTypeAsString()]).tolist()
 
 
 def difference(a, b):

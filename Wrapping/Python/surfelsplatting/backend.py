@@ -56,15 +56,15 @@ def check_choice():
     wanted = wanted_package()
     if wanted == VTK_PACKAGE:
         return
+    if not importlib.util.find_spec(VTK_PACKAGE):
+        raise ImportError(f"{_built_for()}, and there is no {VTK_PACKAGE}. {_advice()}")
     by_pyvista = "pyvista" in sys.modules
-    if not by_pyvista and not os.environ.get("PYVISTA_VTK_BACKEND"):
-        if importlib.util.find_spec(VTK_PACKAGE):
-            return  # nobody has chosen, so this package does
-        raise ImportError(f"{_built_for()}, which is not installed. {_advice()}")
-    who = "PyVista works with" if by_pyvista else "PYVISTA_VTK_BACKEND names"
-    value = "vtk" if VTK_PACKAGE == "vtkmodules" else VTK_PACKAGE
-    raise ImportError(f"{_built_for()}, but {who} {wanted}. Set the environment variable "
-                      f"PYVISTA_VTK_BACKEND={value} before Python starts")
+    if by_pyvista or os.environ.get("PYVISTA_VTK_BACKEND"):
+        who = "PyVista works with" if by_pyvista else "PYVISTA_VTK_BACKEND names"
+        value = "vtk" if VTK_PACKAGE == "vtkmodules" else VTK_PACKAGE
+        raise ImportError(f"{_built_for()}, but {who} {wanted}. Set the environment variable "
+                          f"PYVISTA_VTK_BACKEND={value} before Python starts")
+    # Otherwise nobody has chosen yet.
 
 
 def load(names):

@@ -15,9 +15,10 @@ LARGEST_PICTURE = 1 << 28  # px; 4 GiB of float RGBA
 DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
 
-CLOUD is a .ply, .pcd, .xyz, .txt or .vtp file. Its colours, alpha and normals are used. Text files
-have columns x y z, then intensity, r g b, or normals. A .vtp file that already holds surfels or a
-hierarchy (see --surfels and --hierarchy) is rendered directly.
+CLOUD is a .ply, .pcd, .xyz, .txt or .vtp file; with the Python packages laspy or pye57 also a .las,
+.laz or .e57 file. Its colours, alpha and normals are used. Text files have columns x y z, then
+intensity, r g b, or normals. A .vtp file that already holds surfels or a hierarchy (see --surfels
+and --hierarchy) is rendered directly.
 
 OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
 direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed

@@ -55,9 +55,16 @@ def _read_text(path, _messages, _progress):
     return Cloud(read_text_cloud(path))
 
 
-def _refuse_las(path, _messages, _progress):
-    raise UserProblem(f"{path}: .las and .laz files cannot be read; convert the file first, for "
-                      "example with `pdal translate in.las out.ply`")
+def _read_las(path, _messages, _progress):
+    from .scannerclouds import read_las_cloud
+
+    return Cloud(read_las_cloud(path))
+
+
+def _read_e57(path, _messages, _progress):
+    from .scannerclouds import read_e57_cloud
+
+    return Cloud(*read_e57_cloud(path))
 
 
 _READERS = {
@@ -66,8 +73,9 @@ _READERS = {
     ".vtp": _read_vtp,
     ".xyz": _read_text,
     ".txt": _read_text,
-    ".las": _refuse_las,
-    ".laz": _refuse_las,
+    ".las": _read_las,
+    ".laz": _read_las,
+    ".e57": _read_e57,
 }
 
 
@@ -86,8 +94,8 @@ def read_cloud(path, messages, progress):
     _check_file(path)
     if extension not in _READERS:
         raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is a "
-                          ".ply, .pcd, .xyz, .txt or .vtp file")
-    if os.path.getsize(path) == 0 and _READERS[extension] is not _refuse_las:
+                          ".ply, .pcd, .xyz, .txt, .las, .laz, .e57 or .vtp file")
+    if os.path.getsize(path) == 0 and _READERS[extension] not in (_read_las, _read_e57):
         raise UserProblem(f"{path} is empty")
     cloud = _READERS[extension](path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:

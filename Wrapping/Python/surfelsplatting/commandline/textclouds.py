@@ -5,7 +5,8 @@ import itertools
 import re
 
 import numpy as np
-from ..backend import vtk
+
+from .arrayclouds import polydata_of
 from .problems import UserProblem
 
 COMMENTS = ("#", "//")
@@ -100,12 +101,6 @@ def _name_columns(path, columns):
         "intensity, r g b, nx ny nz, intensity with either, or r g b and nx ny nz")
 
 
-def _to_vtk(name, values, kind):
-    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values, dtype=kind), deep=True)
-    array.SetName(name)
-    return array
-
-
 def read_text_cloud(path):
     """-> vtkPolyData with double points."""
     columns = _read_columns(path)
@@ -114,15 +109,4 @@ def read_text_cloud(path):
     if columns.shape[1] < 3:
         raise UserProblem(f"{path} has {columns.shape[1]} columns; a point has at least x y z")
     arrays = _name_columns(path, columns)
-    points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(_to_vtk("Points", columns[:, :3], np.float64))
-    cloud = vtk("vtkCommonDataModel").vtkPolyData()
-    cloud.SetPoints(points)
-    data = cloud.GetPointData()
-    if "RGB" in arrays:
-        data.SetScalars(_to_vtk("RGB", arrays["RGB"], np.uint8))
-    if "Normals" in arrays:
-        data.SetNormals(_to_vtk("Normals", arrays["Normals"], np.float32))
-    if "intensity" in arrays:
-        data.AddArray(_to_vtk("intensity", arrays["intensity"], np.float32))
-    return cloud
+    return polydata_of(columns[:, :3], arrays)

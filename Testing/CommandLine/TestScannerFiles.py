@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+""".las, .laz and .e57 files, which need packages from PyPI."""
+
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+try:
+    import laspy
+    import pye57
+except ImportError as problem:
+    print("SKIPPED: the packages laspy and pye57 are needed:", problem)
+    sys.exit(77)
+from surfelsplatting.commandline.problems import UserProblem
+from surfelsplatting.commandline.scannerclouds import read_e57_cloud, read_las_cloud
+from toolcase import SMALL, ToolCase, arrays_of, sphere
+
+FAR = np.array([500_000.0, 5_400_000.0, 300.0])  # UTM
+
+
+def places_of(cloud):
+    return np.array([cloud.GetPoint(i) for i in range(cloud.GetNumberOfPoints())])
+
+
+class TestLas(ToolCase):
+    def write(self, path, points, rgb=None, intensity=None):
+        header = laspy.LasHeader(point_format=2 if rgb is not None else 0)
+        header.offsets, header.scales = FAR, [0.001] * 3
+        las = laspy.LasData(header)
+        las.x, las.y, las.z = points.T
+        if rgb is not None:
+            las.red, las.green, las.blue = rgb.T
+        if intensity is not None:
+            las.intensity = intensity
+        las.write(path)
+
+    def test_places_colors_and_intensity(self):
+        points, colors = sphere(200, 5)
+        points += FAR
+        for path in ("scan.las", "scan.laz"):
+            for scale in (1, 257):  # of 8 bits, against the standard, and of 16
+                self.write(path, points, colors.astype(np.uint16) * scale, np.arange(200))
+                cloud = read_las_cloud(path)
+                np.testing.assert_allclose(places_of(cloud), points, atol=0.00051)
+                arrays = arrays_of(cloud)
+                np.testing.assert_array_equal(arrays["RGB"], colors)
+                np.testing.assert_array_equal(arrays["intensity"], np.arange(200))
+
+    def test_colors_that_nobody_has_set(self):
+        points, _ = sphere(200)
+        self.write("scan.las", points + FAR, np.zeros((200, 3), np.uint16))
+        self.assertEqual(arrays_of(read_las_cloud("scan.las")), {})
+
+    def test_picture(self):
+        points, colors = sphere()
+        self.write("scan.laz", points + FAR, colors.astype(np.uint16) * 257)
+        self.render("scan.laz", *SMALL, "-o", "out.exr")
+        self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.9)
+
+    def test_damaged(self):
+        self.write("scan.las", sphere(200)[0] + FAR)
+        with open("scan.las", "rb") as file:
+            content = file.read()
+        for path, part in (("cut.las", content[:100]), ("half.laz", content[:1500])):
+            with open(path, "wb") as file:
+                file.write(part)
+            with self.assertRaisesRegex(UserProblem, f"{path} is not a readable"):
+                read_las_cloud(path)
+
+
+class TestE57(ToolCase):
+    def write(self, *scans, pose=None):
+        with pye57.E57("scan.e57", mode="w") as file:
+            for points, colors in scans:
+                data = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T))
+                if colors is not None:
+                    data.update(zip(("colorRed", "colorGreen", "colorBlue"), colors.T))
+                rotation = np.array([1.0, 0, 0, 0])
+                file.write_scan_raw(data, rotation=rotation, translation=pose)
+
+    def test_one_scan_has_a_viewpoint(self):
+        points, colors = sphere(200)
+        self.write((points, colors), pose=FAR)
+        cloud, viewpoint = read_e57_cloud("scan.e57")
+        self.assertEqual(viewpoint, tuple(FAR))
+        np.testing.assert_allclose(places_of(cloud), points + FAR, atol=1e-6)
+        np.testing.assert_array_equal(arrays_of(cloud)["RGB"], colors)
+
+    def test_scans_are_one_cloud(self):
+        points, colors = sphere(200)
+        self.write((points, colors), (points + 3, colors), pose=FAR)
+        cloud, viewpoint = read_e57_cloud("scan.e57")
+        self.assertIsNone(viewpoint)
+        np.testing.assert_allclose(places_of(cloud)[200:], points + 3 + FAR, atol=1e-6)
+        np.testing.assert_array_equal(arrays_of(cloud)["RGB"], np.tile(colors, (2, 1)))
+        self.write((points, colors), (points + 3, None), pose=FAR)
+        self.assertEqual(arrays_of(read_e57_cloud("scan.e57")[0]), {})
+
+    def test_picture(self):
+        points, colors = sphere()
+        self.write((points, colors), pose=FAR + [0, 0, 9])
+        self.render("scan.e57", *SMALL, "-o", "out.exr")
+        self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.9)
+
+    def test_damaged(self):
+        with open("scan.e57", "wb") as file:
+            file.write(b"ASTM-E57" + bytes(500))
+        with self.assertRaisesRegex(UserProblem, "scan.e57 is not a readable"):
+            read_e57_cloud("scan.e57")
+
+
+class TestWithoutPackages(ToolCase):
+    def test_says_what_to_install(self):
+        for name, requirement in (("laspy", "laspy[lazrs]"), ("pye57", "pye57")):
+            extension = "las" if name == "laspy" else "e57"
+            with open(f"scan.{extension}", "wb") as file:
+                file.write(b"LASF")
+            code = (f"import sys; sys.modules['{name}'] = None; sys.argv = ['surfelsplat', 'render', "
+                    f"'scan.{extension}', '-o', 'out.png']\n"
+                    "from surfelsplatting.commandline import main; sys.exit(main())")
+            result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                                    check=False)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"pip install '{requirement}'", result.stderr)
+            self.assertIn("pdal translate", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
