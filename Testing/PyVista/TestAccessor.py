@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """dataset.surfels, and files that PyVista reads with this package."""
 
+import importlib.util
 import os
 import tempfile
 import unittest
@@ -41,6 +42,24 @@ def write_pcd(path):
         file.writelines(f"{x} {y} {z} {c}\n" for (x, y, z), c in zip(points, colors))
 
 
+def write_las(path, points):
+    import laspy
+
+    las = laspy.create()
+    las.header.scales = [1e-4] * 3
+    las.header.offsets = points.min(axis=0)
+    las.x, las.y, las.z = points.T
+    las.write(path)
+
+
+def write_e57(path, points):
+    import pye57
+
+    with pye57.E57(path, mode="w") as file:
+        file.write_scan_raw({f"cartesian{axis}": np.ascontiguousarray(column)
+                             for axis, column in zip("XYZ", points.T)})
+
+
 class TestAccessor(PlotterCase):
     def wall_file(self):
         folder = tempfile.TemporaryDirectory()
@@ -61,6 +80,22 @@ class TestAccessor(PlotterCase):
             file.write("VERSION .7\nFIELDS x y\n")
         with self.assertRaisesRegex(Exception, "wall.pcd"):
             pv.read(path)
+
+    def test_las_and_e57_files(self):
+        points = depth_image().astype(float) + [4.5e5, 5.4e6, 0]
+        with tempfile.TemporaryDirectory() as folder:
+            for extension, package, write in ((".las", "laspy", write_las),
+                                              (".laz", "laspy", write_las),
+                                              (".e57", "pye57", write_e57)):
+                path = os.path.join(folder, "wall" + extension)
+                with self.subTest(extension):
+                    if importlib.util.find_spec(package):
+                        write(path, points)
+                        cloud = pv.read(path)
+                        np.testing.assert_allclose(cloud.points, points, atol=1e-3)
+                    else:
+                        with open(path, "wb"), self.assertRaisesRegex(ValueError, "pip install"):
+                            pv.read(path)
 
     def test_one_call_from_file_to_picture(self):
         """The wall as its sensor saw it, with red to the left."""

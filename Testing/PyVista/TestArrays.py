@@ -7,7 +7,8 @@ import unittest
 import warnings
 
 import numpy as np
-from surfelsplatting import Camera, Lens, arrays, lens, render
+from surfelsplatting import (Camera, Lens, arrays, lens, render, vtkSurfelImageRenderer,
+                             write_png)
 from surfelsplatting.backend import vtk
 
 sys.dont_write_bytecode = True
@@ -142,6 +143,10 @@ class TestRender(unittest.TestCase):
             pictures.append(self.picture(colors=self.stripes, lens=20))
         np.testing.assert_array_equal(pictures[0], pictures[1])
         np.testing.assert_array_equal(pictures[1], pictures[2])
+
+    def test_write_png_says_why_not(self):
+        with self.assertRaisesRegex(RuntimeError, "rendering: .*camera"):
+            write_png(vtkSurfelImageRenderer(), "never.png")
 
     def test_errors_say_what_to_do(self):
         points = sphere(2000)

@@ -2,6 +2,7 @@
 """Float pictures as 8-bit PNG files."""
 
 from .backend import vtk
+from .surfels import update
 
 
 def _to_srgb(light):
@@ -38,9 +39,10 @@ def write_png(picture, path, linear_light=False):
     """Writes a picture to a .png file; see png_bytes.
 
     picture: a vtkSurfelImageRenderer, which is updated first, or its output.
+    RuntimeError: what the renderer says if it cannot render.
     """
     if not picture.IsA("vtkDataObject"):
-        picture.Update()
+        update(picture, "rendering")
         picture = picture.GetOutput()
     content = png_bytes(picture, linear_light)
     with open(path, "wb") as file:

@@ -5,7 +5,6 @@ import math
 import warnings
 
 from .backend import vtk
-from .commandline.render import DEPTH_IMAGE_NEIGHBORS
 from .commandline.vtkmessages import plain_text
 from .vtkSurfelFilters import vtkPointsToSurfels
 
@@ -80,6 +79,8 @@ def scan(points):
 
 
 def _set_depth_image(filters, columns, viewpoint):
+    from .commandline.render import DEPTH_IMAGE_NEIGHBORS
+
     filters.GetCleaning().SetColumns(columns)
     filters.GetCleaning().SetViewpoint(viewpoint or (0.0, 0.0, 0.0))
     filters.GetEstimation().SetNumberOfNeighbors(DEPTH_IMAGE_NEIGHBORS)

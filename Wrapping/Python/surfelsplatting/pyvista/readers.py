@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import pyvista as pv
 
+from ..backend import vtk
+from ..commandline.problems import UserProblem
+from ..commandline.scannerclouds import read_e57_cloud, read_las_cloud
 from ..surfels import update
 from ..vtkSurfelReaders import vtkPointCloudReader
 
@@ -52,3 +55,66 @@ def read_pcd(path: str) -> pv.PolyData:
     reader.SetFileName(str(path))
     update(reader, str(path))
     return pv.wrap(reader.GetOutput())
+
+
+def read_las(path: str) -> pv.PolyData:
+    """Read a ``.las`` or ``.laz`` file, with ``pip install surfelsplatting[las]``.
+
+    Parameters
+    ----------
+    path : str
+        Path of the file.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The points with their colors (``RGB``) and intensities, where the file has them.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> cloud = pv.read('scan.laz')  # doctest: +SKIP
+
+    """
+    return _cloud_of(read_las_cloud, path)
+
+
+def read_e57(path: str) -> pv.PolyData:
+    """Read an ``.e57`` file, with ``pip install surfelsplatting[e57]``.
+
+    Parameters
+    ----------
+    path : str
+        Path of the file.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The points of all scans with their colors (``RGB``) and intensities. The field data has
+        the place of the scanner if there is one scan; ``estimate()`` uses it.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> cloud = pv.read('scan.e57')  # doctest: +SKIP
+
+    """
+    def read(name):
+        cloud, viewpoint = read_e57_cloud(name)
+        for key, values in (("ScanViewpoint", viewpoint), ("ScanBounds", cloud.GetBounds())):
+            if viewpoint is not None:
+                array = vtk("vtkCommonCore").vtkDoubleArray()
+                array.SetName(key)
+                array.SetNumberOfComponents(len(values))
+                array.InsertNextTuple(values)
+                cloud.GetFieldData().AddArray(array)
+        return cloud
+
+    return _cloud_of(read, path)
+
+
+def _cloud_of(read, path):
+    try:
+        return pv.wrap(read(str(path)))
+    except UserProblem as problem:
+        raise ValueError(str(problem)) from None
