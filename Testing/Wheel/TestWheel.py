@@ -97,7 +97,9 @@ class TestPictures(WheelCase):
         self.assertLessEqual(len(script.splitlines()), 10)
         write_scan("scan.ply")
         result = run_python(script)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        # VTK looks for an X server before it renders without one.
+        said = re.sub(r".*bad X server connection.*\n?", "", result.stderr)
+        self.assertEqual((result.returncode, said), (0, ""))
         picture = pv.read("scan.png")
         self.assertGreater(len(np.unique(picture.active_scalars, axis=0)), 1000)
         self.assertGreater((picture.active_scalars.max(axis=1) > 30).mean(), 0.1)
