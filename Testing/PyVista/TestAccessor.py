@@ -158,6 +158,8 @@ class TestAccessor(PlotterCase):
              lambda: self.cloud.surfels.estimate(sides="left")),
             (ValueError, "none of the 5 points gives a surfel",
              pv.PolyData(np.full((5, 3), np.inf)).surfels.estimate),
+            (ValueError, r"cpos is \[\(nan, 0, 6\), .*; it must be finite",
+             lambda: self.surfels.surfels.plot(cpos=[(np.nan, 0, 6), (0, 0, 0), (0, 1, 0)])),
             (ValueError, "there is no point array 'heat'; there are 'height', 'RGB', 'stripes'",
              lambda: self.cloud.surfels.plot(scalars="heat")),
         ]

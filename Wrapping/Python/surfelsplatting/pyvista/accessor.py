@@ -161,6 +161,9 @@ class SurfelAccessor:
         >>> cloud.surfels.plot(scalars='height', cmap='terrain', coc=20)
 
         """
+        if cpos is not None and not isinstance(cpos, str):
+            if not np.isfinite(np.asarray(list(cpos), dtype=float)).all():
+                raise ValueError(f"cpos is {cpos!r}; it must be finite")
         plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
         pl = pv.Plotter(**plotter_options)
