@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/NeighborSearch.h"
 
+#include "vtkSMPTools.h"
+
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
 #include <pcl/search/impl/search.hpp> // an instance of ours: pcl_search would bring FLANN again
@@ -20,6 +22,11 @@ using Index = flann::KDTreeSingleIndex<flann::L2_3D<float>>;
 constexpr int LeafSize = 24;
 
 constexpr float Unbounded = std::numeric_limits<float>::max();
+
+/// FLANN builds a tree with one thread. So a cloud has several: of this many points at least, in
+/// their order, so that points of one tree are near each other; and at most so many.
+constexpr int LeastPerTree = 1 << 17;
+constexpr int MostTrees = 8;
 
 /// Number of points that a search within a radius asks for first.
 constexpr int FirstWanted = 64;
@@ -55,11 +62,41 @@ void CopyFound(const std::vector<std::uint64_t>& found, int count, pcl::Indices&
 }
 }
 
+/// The points from First to Last, and a box about them.
 struct NeighborSearch::Tree
 {
-  const float* Positions;
-  int Count;
-  std::unique_ptr<Index> Search; // null: no points
+  int First, Last;
+  float Lower[3], Upper[3];
+  std::unique_ptr<Index> Search;
+
+  void Build(const float* positions)
+  {
+    const float* begin = positions + 3 * static_cast<size_t>(this->First);
+    for (int c = 0; c < 3; ++c)
+    {
+      this->Lower[c] = this->Upper[c] = begin[c];
+      for (size_t i = c; i < 3 * static_cast<size_t>(this->Last - this->First); i += 3)
+      {
+        this->Lower[c] = std::min(this->Lower[c], begin[i]);
+        this->Upper[c] = std::max(this->Upper[c], begin[i]);
+      }
+    }
+    const flann::Matrix<float> points(const_cast<float*>(begin), this->Last - this->First, 3);
+    this->Search.reset(new Index(points, flann::KDTreeSingleIndexParams(LeafSize)));
+    this->Search->buildIndex(); // only reads the points
+  }
+
+  /// A lower bound on the squared distance from a place, with rounding errors allowed for.
+  float SquaredDistance(const float* place) const
+  {
+    float sum = 0.0f;
+    for (int c = 0; c < 3; ++c)
+    {
+      const float d = std::max({ 0.0f, this->Lower[c] - place[c], place[c] - this->Upper[c] });
+      sum += d * d;
+    }
+    return 0.9999f * sum;
+  }
 };
 
 /// The nearest points within a reach, sorted by insertion.
@@ -76,13 +113,16 @@ public:
 
   int Count() const { return this->Number; }
 
+  /// The id of the first point of the tree that is searched next.
+  void SetFirst(int first) { this->First = first; }
+
   bool full() const override { return this->Number == this->Wanted; }
 
   float worstDist() const override { return this->Reach; }
 
   void addPoint(float squaredDistance, size_t id) override
   {
-    const std::uint64_t key = KeyOf(squaredDistance, static_cast<int>(id));
+    const std::uint64_t key = KeyOf(squaredDistance, this->First + static_cast<int>(id));
     std::uint64_t* found = this->Found.data();
     if (this->full() && key >= found[this->Wanted - 1])
     {
@@ -96,7 +136,10 @@ public:
     found[k] = key;
     if (this->full())
     {
-      this->Reach = std::min(this->Reach, SquaredDistanceOf(found[this->Wanted - 1]));
+      // FLANN leaves out points at the reach: those as far as the last one may have lower ids. So
+      // the reach is the next larger float.
+      const std::uint64_t next = found[this->Wanted - 1] + (std::uint64_t{ 1 } << 32);
+      this->Reach = std::min(this->Reach, SquaredDistanceOf(next));
     }
   }
 
@@ -104,42 +147,66 @@ private:
   std::vector<std::uint64_t>& Found;
   int Wanted;
   int Number = 0;
+  int First = 0;
   float Reach;
 };
 
 NeighborSearch::NeighborSearch(const float* positions, int count)
   : Search("FLANN", true)
-  , Implementation(new Tree{ positions, count, nullptr })
+  , Positions(positions)
+  , Count(count)
+  , Trees(count > 0 ? std::clamp(count / LeastPerTree, 1, MostTrees) : 0)
 {
-  if (count > 0)
-  {
-    const flann::Matrix<float> points(const_cast<float*>(positions), count, 3); // only read
-    this->Implementation->Search.reset(new Index(points, flann::KDTreeSingleIndexParams(LeafSize)));
-    this->Implementation->Search->buildIndex();
-  }
+  const auto trees = static_cast<vtkIdType>(this->Trees.size());
+  vtkSMPTools::For(0, trees, 1, [&](vtkIdType k, vtkIdType end) {
+    for (; k < end; ++k)
+    {
+      Tree& tree = this->Trees[k];
+      tree.First = static_cast<int>(k * count / trees);
+      tree.Last = static_cast<int>((k + 1) * count / trees);
+      tree.Build(positions);
+    }
+  });
 }
 
 NeighborSearch::~NeighborSearch() = default;
 
-int NeighborSearch::Size() const
-{
-  return this->Implementation->Count;
-}
-
 /// Returns the number of points found; they stay in neighbors.Found.
+/// @param first the tree that is searched first, best the one that has the nearest points
 int NeighborSearch::Query(
-  const float* place, int wanted, float squaredReach, Neighbors& neighbors) const
+  const float* place, size_t first, int wanted, float squaredReach, Neighbors& neighbors) const
 {
   Result result(neighbors.Found, wanted, squaredReach);
   const flann::SearchParams exact(flann::FLANN_CHECKS_UNLIMITED, 0.0f);
-  this->Implementation->Search->findNeighbors(result, place, exact);
+  const size_t trees = this->Trees.size();
+  for (size_t k = 0; k < trees; ++k)
+  {
+    const Tree& tree = this->Trees[(first + k) % trees];
+    if (tree.SquaredDistance(place) <= result.worstDist())
+    {
+      result.SetFirst(tree.First);
+      tree.Search->findNeighbors(result, place, exact);
+    }
+  }
   return result.Count();
+}
+
+std::size_t NeighborSearch::NearestTree(const float* place) const
+{
+  const auto nearer = [place](const Tree& a, const Tree& b) {
+    return a.SquaredDistance(place) < b.SquaredDistance(place);
+  };
+  return static_cast<size_t>(
+    std::min_element(this->Trees.begin(), this->Trees.end(), nearer) - this->Trees.begin());
 }
 
 void NeighborSearch::QueryPoint(int i, int wanted, float squaredReach, Neighbors& neighbors) const
 {
-  const float* place = this->Implementation->Positions + 3 * static_cast<size_t>(i);
-  const int found = this->Query(place, wanted, squaredReach, neighbors);
+  const float* place = this->Positions + 3 * static_cast<size_t>(i);
+  const auto isBefore = [](int id, const Tree& tree) { return id < tree.Last; };
+  const auto own = std::upper_bound(this->Trees.begin(), this->Trees.end(), i, isBefore);
+  const auto tree = static_cast<size_t>(own - this->Trees.begin());
+  const int found = this->Query(place, tree, wanted, squaredReach, neighbors);
   neighbors.Ids.resize(wanted);
   neighbors.SquaredDistances.resize(wanted);
   int count = 0;
@@ -164,8 +231,8 @@ float NeighborSearch::BoundOf(int i, int wanted, const Neighbors& neighbors) con
   {
     return Unbounded;
   }
-  const float* from = this->Implementation->Positions + 3 * static_cast<size_t>(neighbors.Last);
-  const float* to = this->Implementation->Positions + 3 * static_cast<size_t>(i);
+  const float* from = this->Positions + 3 * static_cast<size_t>(neighbors.Last);
+  const float* to = this->Positions + 3 * static_cast<size_t>(i);
   const float x = to[0] - from[0], y = to[1] - from[1], z = to[2] - from[2];
   const float reach = neighbors.LastReach + std::sqrt(x * x + y * y + z * z);
   return 1.0001f * reach * reach; // for rounding errors
@@ -197,7 +264,9 @@ int NeighborSearch::nearestKSearch(const pcl::PointXYZ& place, int count, pcl::I
 {
   Neighbors neighbors;
   const int wanted = std::min(count, this->Size());
-  const int found = wanted > 0 ? this->Query(place.data, wanted, Unbounded, neighbors) : 0;
+  const int found = wanted > 0
+    ? this->Query(place.data, this->NearestTree(place.data), wanted, Unbounded, neighbors)
+    : 0;
   CopyFound(neighbors.Found, found, ids, squaredDistances);
   return found;
 }
@@ -212,11 +281,11 @@ int NeighborSearch::radiusSearch(const pcl::PointXYZ& place, double radius, pcl:
   Neighbors neighbors;
   // The number is not known before: more are asked for until some place is left.
   int wanted = std::min(most, FirstWanted);
-  int found = wanted > 0 ? this->Query(place.data, wanted, squaredReach, neighbors) : 0;
+  int found = wanted > 0 ? this->Query(place.data, 0, wanted, squaredReach, neighbors) : 0;
   while (found == wanted && wanted < most)
   {
     wanted = wanted < most / 4 ? 4 * wanted : most;
-    found = this->Query(place.data, wanted, squaredReach, neighbors);
+    found = this->Query(place.data, 0, wanted, squaredReach, neighbors);
   }
   CopyFound(neighbors.Found, found, ids, squaredDistances);
   return found;

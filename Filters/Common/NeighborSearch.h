@@ -10,8 +10,8 @@
 #include <pcl/point_types.h>
 #include <pcl/search/search.h>
 
+#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace SurfelGeometry
@@ -42,7 +42,7 @@ public:
   NeighborSearch(const NeighborSearch&) = delete;
   NeighborSearch& operator=(const NeighborSearch&) = delete;
 
-  int Size() const;
+  int Size() const { return this->Count; }
 
   /// The `count` points nearest to point i, without i itself; fewer if the cloud is smaller.
   void FindNearest(int i, int count, Neighbors& neighbors) const;
@@ -65,10 +65,14 @@ private:
   struct Tree;
   class Result;
 
-  int Query(const float* place, int wanted, float squaredReach, Neighbors& neighbors) const;
+  int Query(const float* place, std::size_t first, int wanted, float squaredReach,
+    Neighbors& neighbors) const;
+  std::size_t NearestTree(const float* place) const;
   void QueryPoint(int i, int wanted, float squaredReach, Neighbors& neighbors) const;
   float BoundOf(int i, int wanted, const Neighbors& neighbors) const;
 
-  std::unique_ptr<Tree> Implementation;
+  const float* Positions;
+  int Count;
+  std::vector<Tree> Trees;
 };
 }

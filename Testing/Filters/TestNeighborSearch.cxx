@@ -110,6 +110,31 @@ std::vector<float> Grid(int side)
 }
 }
 
+/// A cloud of several trees, whose boxes overlap, and one with ties.
+TEST_CASE("Large clouds")
+{
+  for (const std::vector<float>& p : { RandomCloud(300000, 1.0f, 0.0f), Grid(550) })
+  {
+    const int count = static_cast<int>(p.size() / 3);
+    const NeighborSearch tree(p.data(), count);
+    Neighbors reused;
+    for (int i = 0; i < count; i += count / 40)
+    {
+      tree.FindNearest(i, 20, reused);
+      CheckAnswer(p, i, 20, INFINITY, reused);
+      pcl::Indices ids;
+      std::vector<float> squared;
+      tree.nearestKSearch(pcl::PointXYZ(p[3 * i], p[3 * i + 1], p[3 * i + 2]), 21, ids, squared);
+      REQUIRE(ids.size() == 21);
+      CHECK(squared[0] == 0.0f);
+      CHECK(std::equal(squared.begin() + 1, squared.end(), reused.SquaredDistances.begin()));
+      tree.FindWithin(i, 1.001 * std::sqrt(squared[15]), 40, reused);
+      CHECK(reused.Count() >= 15);
+      CheckAnswer(p, i, 40, 1.002001f * squared[15], reused);
+    }
+  }
+}
+
 TEST_CASE("Nearest points as by brute force")
 {
   TestCloud(RandomCloud(600, 1.0f, 0.0f));
