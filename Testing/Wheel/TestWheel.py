@@ -131,7 +131,7 @@ class TestTwoVTKs(WheelCase):
                  "from surfelsplatting import *\n")
         for call, name in (("vtkPointsToSurfels().SetInputData(vtkPolyData())", "vtkPolyData"),
                            ("vtkSurfelMapper().SetInputConnection(vtkSphereSource().GetOutputPort())",
-                            "vtkAlgorithmOutput"),
+                            "vtkSphereSource"),
                            ("vtkSurfelImageRenderer().AddActor(vtkActor())", "vtkActor"),
                            ("vtkSurfelImageRenderer().SetCamera(vtkCamera())", "vtkCamera")):
             self.fails_with(run_python(start + call), "TypeError", f"the {name} is an object of vtkmodules",

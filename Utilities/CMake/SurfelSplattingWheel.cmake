@@ -16,3 +16,9 @@ vtk_module_wrap_python(
 set(surfelsplatting_vtk_package cvista)
 configure_file(Wrapping/Python/surfelsplatting/version.py.in version.py @ONLY)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/version.py" DESTINATION surfelsplatting)
+
+# Licences of what is compiled in, or put beside by auditwheel.
+foreach (package IN ITEMS libeigen3 libflann libimath liblz4 libopenexr libpcl)
+  install(FILES "/usr/share/doc/${package}-dev/copyright"
+    DESTINATION "${SKBUILD_METADATA_DIR}/licenses" RENAME "${package}.txt" OPTIONAL)
+endforeach ()

@@ -93,6 +93,8 @@ def _foreign_class(value):
     """The class that made an object of another VTK than ours; None for other objects."""
     if not hasattr(value, "GetClassName") or isinstance(value, vtk("vtkCommonCore").vtkObjectBase):
         return None
+    if hasattr(value, "GetProducer"):  # the output port of an algorithm
+        value = value.GetProducer()
     # PyVista's classes derive from VTK's, vtkOpenGLActor is made by vtkActor().
     names = ((c, c.__name__) for c in type(value).__mro__)
     return next((c for c, n in names if n.startswith("vtk") and "OpenGL" not in n), type(value))
