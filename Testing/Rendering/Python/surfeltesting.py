@@ -73,8 +73,8 @@ class Surfels:
 
 def values(array):
     """All values of an array, tuple after tuple."""
-    flat = memoryview(array).cast("B").cast({"vtkFloatArray": "f", "vtkUnsignedCharArray": "B"}[
-        array.GetClassName()])
+    flat = memoryview(array).cast("B").cast(
+        {"float": "f", "unsigned char": "B"}[array.GetDataTypeAsString()])
     return flat.tolist()
 
 
