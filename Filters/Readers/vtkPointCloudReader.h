@@ -19,6 +19,9 @@
  * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
  * shows them.
  *
+ * If the viewpoint is known, the field arrays ScanViewpoint, ScanBounds and (organized clouds)
+ * ScanDimensions have it, for filters that do not know the reader; Documentation/DataContract.md.
+ *
  * .ply files need a build with pcl_io (SURFELSPLATTING_READ_WITH_PCL); the ParaView plugin is built
  * without it.
  *

@@ -21,7 +21,12 @@
 
 #include <cstddef> // for sizes
 #include <memory>  // for the implementation
+#include <vector>  // for blocks
 
+namespace SurfelViews
+{
+struct Block;
+}
 class vtkMultiProcessController;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
@@ -77,6 +82,8 @@ private:
 
   void HidePolygons();
   void SetNumberOfClouds(std::size_t count);
+  void UpdateBounds(vtkInformation* info);
+  std::vector<SurfelViews::Block> FindBlocks(vtkDataObject* data);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 
   struct Internals;
