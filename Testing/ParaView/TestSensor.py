@@ -12,6 +12,7 @@ from plugincase import PluginCase, run, screenshot, sphere
 
 COLUMNS, ROWS, FOCAL = 320, 240, 262.5
 STEP = 0.0029  # of 1/z, 1/m, about that of the first Kinect
+ROUNDING = STEP / np.sqrt(12)  # RMS
 SENSOR = np.array([0.5, -1.0, 2.0])
 
 
@@ -78,11 +79,11 @@ class Sensor(PluginCase):
     def test_depth_steps_become_smooth(self):
         surfels = simple.PointsToSurfels(Input=self.scan)
         error, points, arrays = self.error(surfels)
-        self.assertLess(error, STEP / np.sqrt(12) / 2)
+        self.assertLess(error, 0.4 * ROUNDING)  # 0.25 measured
         away = np.sum(arrays["SurfelAreaVector"] * (points - SENSOR), 1) > 0
         self.assertEqual(away.sum(), 0)
         surfels.Cleaning = "Off"
-        self.assertGreater(self.error(surfels)[0], 0.8 * STEP / np.sqrt(12))
+        self.assertGreater(self.error(surfels)[0], 0.7 * ROUNDING)  # surfels are means of pixels
         surfels.Cleaning = "Full"
         surfels.Sides = "Two-sided"
         self.assertEqual(fetch(surfels)[1]["SurfelTwoSided"].min(), 1)
@@ -108,8 +109,7 @@ class Sensor(PluginCase):
         moved.Transform.Translate = [0, 0, -20]  # the sensor would be behind the floor
         for source, two_sided in ((self.scan, 0), (moved, 1)):
             arrays = fetch(simple.PointsToSurfels(Input=source))[1]
-            self.assertEqual(arrays["SurfelTwoSided"].min(), two_sided)
-            self.assertEqual(arrays["SurfelTwoSided"].max(), two_sided)
+            self.assertAlmostEqual(arrays["SurfelTwoSided"].mean(), two_sided, 3)
 
     def test_noise_and_stray_points(self):
         write_noisy_sphere("noisy.vtk")
