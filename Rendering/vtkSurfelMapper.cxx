@@ -277,6 +277,8 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
   if (fresh || this->GetMTime() > this->PreviewTime)
   {
     this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
+    // A texture of colours, for which dots have no coordinates: VTK 9.3 crashes.
+    this->Preview->InterpolateScalarsBeforeMappingOff();
     this->PreviewTime.Modified();
   }
   // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
