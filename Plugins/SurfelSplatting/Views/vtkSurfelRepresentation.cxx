@@ -12,11 +12,14 @@
 #include <vtkBoundingBox.h>
 #include <vtkCompositeDataDisplayAttributes.h>
 #include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiBlockDataSet.h>
 #include <vtkMultiProcessController.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPVLODActor.h>
 #include <vtkPVRenderView.h>
+#include <vtkPartitionedDataSet.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
@@ -130,6 +133,7 @@ struct vtkSurfelRepresentation::Internals
   vtkNew<vtkSurfelMapper> EmptyMapper;
   std::vector<std::unique_ptr<Cloud>> Clouds;
   vtkWeakPointer<vtkPVRenderView> View;
+  bool IsPartitioned = false; // the input is a partitioned data set
 };
 
 vtkStandardNewMacro(vtkSurfelRepresentation);
@@ -282,9 +286,28 @@ void vtkSurfelRepresentation::UpdateBounds(vtkInformation* info)
   }
 }
 
+int vtkSurfelRepresentation::RequestData(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  this->Internal->IsPartitioned = inputVector[0]->GetNumberOfInformationObjects() == 1 &&
+    vtkPartitionedDataSet::GetData(inputVector[0]) != nullptr;
+  return this->Superclass::RequestData(request, inputVector, outputVector);
+}
+
 std::vector<SurfelViews::Block> vtkSurfelRepresentation::FindBlocks(vtkDataObject* data)
 {
   auto* composite = CompositeMapper::SafeDownCast(this->Mapper);
+  // ParaView 5.11 makes blocks of the partitions.
+  auto* partitions = vtkMultiBlockDataSet::SafeDownCast(data);
+  vtkNew<vtkPartitionedDataSet> set;
+  if (this->Internal->IsPartitioned && partitions)
+  {
+    for (unsigned int i = 0; i < partitions->GetNumberOfBlocks(); ++i)
+    {
+      set->SetPartition(i, partitions->GetBlock(i));
+    }
+    data = set;
+  }
   return SurfelViews::FindBlocks(
     data, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
 }

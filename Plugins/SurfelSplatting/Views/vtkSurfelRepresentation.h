@@ -72,6 +72,8 @@ protected:
   vtkSurfelRepresentation();
   ~vtkSurfelRepresentation() override;
 
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
   bool AddToView(vtkView* view) override;
   bool RemoveFromView(vtkView* view) override;
   bool NeedsOrderedCompositing() override;
