@@ -3,9 +3,7 @@
 
 #include "DistributedView.h"
 #include "vtkPVPointsToSurfels.h"
-#include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
-#include "vtkSurfelNormalization.h"
 
 #include <vtkAppendPolyData.h>
 #include <vtkBoundingBox.h>
@@ -250,8 +248,7 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
       static_cast<long long>(points->GetNumberOfPoints()));
   }
   vtkNew<vtkPVPointsToSurfels> filters;
-  filters->GetEstimation()->SetController(controller);
-  filters->GetNormalization()->SetController(controller);
+  filters->SetController(controller);
   filters->BuildHierarchyOff(); // MakeSurfels builds it
   filters->SetInputData(points);
   filters->Update();
