@@ -16,6 +16,7 @@
 #include "vtkObjectFactory.h"
 #include "vtkPointSet.h"
 #include "vtkPolyData.h"
+#include "vtkVersionMacros.h"
 
 #include <algorithm>
 #include <string>
@@ -82,6 +83,9 @@ private:
     {
       filter->SetAbortExecute(0); // from a stopped execution
     }
+#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
+    filter->SetAbortOutput(false); // what CheckAbort() has kept of it
+#endif
     const bool succeeded = filter->Execute(input, output) != 0;
     this->Warnings += listener.Warning;
     this->Error = succeeded ? std::string() : listener.Error;

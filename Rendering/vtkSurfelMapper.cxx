@@ -40,6 +40,7 @@ vtkSurfelMapper::vtkSurfelMapper()
 vtkSurfelMapper::~vtkSurfelMapper()
 {
   this->SetPointIdArrayName(nullptr);
+  this->SetCompositeIdArrayName(nullptr);
   this->ReleasePreview();
 }
 
@@ -276,6 +277,8 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
   if (fresh || this->GetMTime() > this->PreviewTime)
   {
     this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
+    // A texture of colours, for which dots have no coordinates: VTK 9.3 crashes.
+    this->Preview->InterpolateScalarsBeforeMappingOff();
     this->PreviewTime.Modified();
   }
   // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
@@ -331,19 +334,22 @@ void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   }
 }
 
-/// Replaces the ids of the input's points by those of an array, in the pixels of a selection. In a
-/// cloud of vertices each cell is a point.
+/// Replaces the ids of the input's points, or the index of a block, by those of an array, in the
+/// pixels of a selection. In a cloud of vertices each cell is a point.
 void vtkSurfelMapper::RenamePoints(
   vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets)
 {
-  vtkDataArray* ids = this->PointIdArrayName && this->GetInput()
-    ? this->GetInput()->GetPointData()->GetArray(this->PointIdArrayName)
-    : nullptr;
   const int pass = selector->GetCurrentPass();
+  const bool isIndex = pass == vtkHardwareSelector::COMPOSITE_INDEX_PASS;
+  const char* array = isIndex ? this->CompositeIdArrayName : this->PointIdArrayName;
+  vtkDataArray* ids =
+    array && this->GetInput() ? this->GetInput()->GetPointData()->GetArray(array) : nullptr;
   int lowPass = -1;
-  for (const int low : { vtkHardwareSelector::POINT_ID_LOW24, vtkHardwareSelector::CELL_ID_LOW24 })
+  for (const int low : { vtkHardwareSelector::CELL_ID_LOW24, vtkHardwareSelector::POINT_ID_LOW24 })
   {
-    lowPass = pass == low || pass == low + 1 ? low : lowPass;
+    const bool isRead =
+      isIndex ? selector->GetRawPixelBuffer(low) != nullptr : pass == low || pass == low + 1;
+    lowPass = isRead ? low : lowPass;
   }
   if (!ids || lowPass < 0)
   {
@@ -366,7 +372,7 @@ void vtkSurfelMapper::RenamePoints(
       continue;
     }
     const auto name =
-      static_cast<vtkIdType>(ids->GetComponent(id, 0)) >> (pass == lowPass ? 0 : 24);
+      static_cast<vtkIdType>(ids->GetComponent(id, 0)) >> (pass == lowPass + 1 ? 24 : 0);
     for (int byte = 0; byte < 3; ++byte)
     {
       to[at + byte] = static_cast<unsigned char>(name >> (8 * byte));
@@ -384,6 +390,8 @@ void vtkSurfelMapper::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Splatted: " << this->Splatted << "\n";
+  os << indent << "CompositeIdArrayName: "
+     << (this->CompositeIdArrayName ? this->CompositeIdArrayName : "(none)") << "\n";
   os << indent
      << "PointIdArrayName: " << (this->PointIdArrayName ? this->PointIdArrayName : "(none)")
      << "\n";

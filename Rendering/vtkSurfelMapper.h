@@ -70,6 +70,15 @@ public:
 
   ///@{
   /**
+   * Name of the point array with the flat index of the block that hardware selection returns for a
+   * point: for clouds that were made from several blocks. Default none.
+   */
+  vtkSetStringMacro(CompositeIdArrayName);
+  vtkGetStringMacro(CompositeIdArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Whether a pass splats the surfels of the current frame, so that no dots are drawn. Set by
    * passes; not for general use. Default false.
    */
@@ -143,6 +152,7 @@ private:
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
   char* PointIdArrayName = nullptr;
+  char* CompositeIdArrayName = nullptr;
 };
 
 #endif

@@ -107,6 +107,7 @@ SURFELSPLATTING_INLINE void GatherNodeMoments(
 }
 
 /// First moments of the colours of nodes or of pairs that merge, local units.
+/// @param moments zero before, and after for surfels, which have none
 template <class Real>
 SURFELSPLATTING_INLINE void GatherColorMoments(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Vector3Of<Real> (&moments)[3])
@@ -122,8 +123,7 @@ SURFELSPLATTING_INLINE void GatherColorMoments(
     const Real rest = Uniform<Real>(1.0 - index.Merging);
     for (int c = 0; c < 3; ++c)
     {
-      const Vector3Of<Real> none{ Real{}, Real{}, Real{} };
-      moments[c] = Mixed(parents[c], index.Level > 0 ? moments[c] : none, rest);
+      moments[c] = Mixed(parents[c], moments[c], rest);
     }
   }
 }

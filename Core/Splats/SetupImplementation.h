@@ -170,7 +170,7 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
 {
   ScreenFootprints<Real>& f = b.Footprints;
   const FootprintOf<Real>& w = f.W;
-  Vector3Of<Real> moments[3];
+  Vector3Of<Real> moments[3] = {}; // surfels have none
   GatherColorMoments(job.Cloud, index, moments);
   const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot;
   Real variance{}; // of the splat's colour, where it is largest of the three

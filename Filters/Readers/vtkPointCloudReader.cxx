@@ -5,14 +5,18 @@
 #include "Filters/Readers/PointCloudFile.h"
 #include "Filters/Readers/PointCloudHeader.h"
 
+#include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"
+#include "vtkFieldData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPolyData.h"
 
 #include <algorithm>
 #include <exception>
+#include <initializer_list>
 #include <string>
 
 namespace
@@ -35,6 +39,31 @@ std::string Printable(const std::string& message)
     }
   }
   return text;
+}
+
+void AddFieldArray(const char* name, std::initializer_list<double> values, vtkPolyData* output)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(static_cast<int>(values.size()));
+  array->InsertNextTuple(values.begin());
+  output->GetFieldData()->AddArray(array);
+}
+
+/// Where the sensor was, for filters behind others; with the bounds they can tell whether the
+/// points have been moved since.
+void AddSensor(const PointCloud::PointCloudFile& file, vtkPolyData* output)
+{
+  const double* v = file.Viewpoint;
+  double b[6];
+  output->GetBounds(b);
+  AddFieldArray("ScanViewpoint", { v[0], v[1], v[2] }, output);
+  AddFieldArray("ScanBounds", { b[0], b[1], b[2], b[3], b[4], b[5] }, output);
+  if (file.Cloud.Height > 1)
+  {
+    AddFieldArray("ScanDimensions",
+      { static_cast<double>(file.Cloud.Width), static_cast<double>(file.Cloud.Height) }, output);
+  }
 }
 }
 
@@ -83,6 +112,10 @@ int vtkPointCloudReader::RequestData(
     this->HasViewpoint = file.HasViewpoint;
     this->Dimensions[0] = static_cast<int>(file.Cloud.Width);
     this->Dimensions[1] = static_cast<int>(file.Cloud.Height);
+    if (file.HasViewpoint)
+    {
+      AddSensor(file, output);
+    }
   }
   catch (const std::bad_alloc&)
   {

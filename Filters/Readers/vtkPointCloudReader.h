@@ -19,6 +19,9 @@
  * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
  * shows them.
  *
+ * If the viewpoint is known, the field arrays ScanViewpoint, ScanBounds and (organized clouds)
+ * ScanDimensions have it, for filters that do not know the reader; Documentation/DataContract.md.
+ *
  * The ParaView plugin is built without .ply files, which ParaView reads itself.
  *
  * @sa vtkSurfelEstimation

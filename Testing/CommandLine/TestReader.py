@@ -182,6 +182,12 @@ class TestReader(ToolCase):
             if expected == "RGBA":
                 np.testing.assert_array_equal(arrays["RGBA"][:, 3], alphas)
 
+    def sensor(self, reader):
+        """The field arrays."""
+        fields = reader.GetOutput().GetFieldData()
+        return {fields.GetArrayName(i): vtk_to_numpy(fields.GetArray(i)).ravel().tolist()
+                for i in range(fields.GetNumberOfArrays())}
+
     def test_viewpoint(self):
         columns = [(name, np.arange(6), "f4") for name in "xyz"]
         write_pcd("grid.pcd", columns, "ascii", width=3, height=2)
@@ -189,11 +195,22 @@ class TestReader(ToolCase):
         self.assertTrue(reader.GetHasViewpoint())
         self.assertEqual(reader.GetViewpoint(), (0, 0, 0))
         self.assertEqual(reader.GetDimensions(), (3, 2))
+        self.assertEqual(self.sensor(reader), {"ScanViewpoint": [0, 0, 0], "ScanDimensions": [3, 2],
+                                               "ScanBounds": [0, 5] * 3})
         write_pcd("seen.pcd", columns, "ascii", viewpoint="1 -2 3.5 1 0 0 0")
         reader.SetFileName("seen.pcd")
         reader.Update()
         self.assertTrue(reader.GetHasViewpoint())
         self.assertEqual(reader.GetViewpoint(), (1, -2, 3.5))
+        self.assertEqual(self.sensor(reader), {"ScanViewpoint": [1, -2, 3.5],
+                                               "ScanBounds": [0, 5] * 3})
+        write_pcd("nan.pcd", [(name, [1, np.nan, 3], "f4") for name in "xyz"], "ascii", width=1,
+                  height=3)
+        reader = self.read("nan.pcd")
+        self.assertEqual(self.sensor(reader)["ScanBounds"], [1, 3] * 3)
+        self.assertEqual(self.sensor(reader)["ScanBounds"], list(reader.GetOutput().GetBounds()))
+        write_pcd("anywhere.pcd", columns, "ascii")
+        self.assertEqual(self.sensor(self.read("anywhere.pcd")), {})
 
     def test_nan_points_are_kept(self):
         write_pcd("nan.pcd", [(name, [1, np.nan, 3], "f4") for name in "xyz"], "binary")

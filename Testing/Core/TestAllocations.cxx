@@ -7,6 +7,7 @@
 #include "Testing/Shared/Check.h"
 
 #include <atomic>
+#include <cstdio>
 #include <cstdlib>
 #include <new>
 

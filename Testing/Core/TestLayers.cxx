@@ -11,6 +11,7 @@
 #include "WholeLens.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 
 using namespace SurfelSplatting;

@@ -8,6 +8,7 @@
 #include "Testing/Shared/Check.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <set>
 
 using namespace SurfelSplatting;

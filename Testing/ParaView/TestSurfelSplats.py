@@ -70,6 +70,7 @@ class SurfelSplats(PluginCase):
         column = seen[:, SIZE // 2]
         self.assertGreater(column[SIZE // 2 + 40, 0], column[SIZE // 2 - 40, 0] + 60)
         self.assertGreater(column[SIZE // 2 - 40, 2], column[SIZE // 2 + 40, 2] + 20)
+        self.assertEqual(self.view.SMProxy.Pick(SIZE // 2, SIZE // 2), display.SMProxy)
 
     def test_selection_gives_the_points_of_the_source(self):
         display = self.show(self.points)

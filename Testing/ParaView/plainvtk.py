@@ -10,8 +10,8 @@ import sys
 
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, the implementation of rendering
 from measures import psnr
-from surfelsplatting import (vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy,
-                             vtkSurfelMapper, vtkSurfelNormalization, vtkSurfelSplattingPass)
+from surfelsplatting import (vtkPointCloudReader, vtkPointsToSurfels, vtkSurfelMapper,
+                             vtkSurfelSplattingPass)
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader, vtkPNGWriter
 from vtkmodules.vtkRenderingCore import (vtkActor, vtkLightKit, vtkRenderer, vtkRenderWindow,
@@ -23,13 +23,18 @@ LEAST_PSNR = 40.0
 def make_actor(scan):
     reader = vtkPointCloudReader()
     reader.SetFileName(scan)
-    stage = reader
-    for kind in (vtkSurfelEstimation, vtkSurfelNormalization, vtkSurfelHierarchy, vtkSurfelMapper):
-        following = kind()
-        following.SetInputConnection(stage.GetOutputPort())
-        stage = following
+    reader.Update()
+    filters, mapper = vtkPointsToSurfels(), vtkSurfelMapper()
+    filters.SetInputConnection(reader.GetOutputPort())
+    if reader.GetHasViewpoint():  # a depth image, of which the plugin knows the sensor
+        filters.GetCleaning().SetColumns(reader.GetDimensions()[0])
+        filters.GetCleaning().SetViewpoint(reader.GetViewpoint())
+        filters.GetEstimation().SetNumberOfNeighbors(30)
+        filters.GetEstimation().SetOrientationModeToViewpoint()
+        filters.GetEstimation().SetViewpoint(reader.GetViewpoint())
+    mapper.SetInputConnection(filters.GetOutputPort())
     actor = vtkActor()
-    actor.SetMapper(stage)
+    actor.SetMapper(mapper)
     return actor
 
 

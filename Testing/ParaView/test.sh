@@ -3,21 +3,37 @@
 # Builds the ParaView plugin and runs its tests, in a separate Debian: python3-paraview cannot be
 # installed together with python3-vtk9, which everything else needs. It is kept between runs.
 #
-#   bash Testing/ParaView/test.sh [FOLDER]    default: build/paraview; as root
+#   bash Testing/ParaView/test.sh [--release 12|13|bookworm|trixie] [FOLDER]        as root
 #
+# The release is by default the one this machine runs, 13 on other systems; FOLDER is build/paraview.
 # Real scans come from ../shared/scans beside the checkout. If the project is built in build/, their
 # pictures are compared with plain VTK's. Exit status 77: skipped, with a reason.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-folder=${1:-$root/build/paraview}
+if [ "${1:-}" = --release ]; then
+  release=${2:-}
+  shift $(($# > 1 ? 2 : 1))
+else
+  release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
+  [ "$release" = bookworm ] || release=trixie
+fi
+case $release in
+  12 | bookworm) release=bookworm pcl=1.13 ;;
+  13 | trixie) release=trixie pcl=1.15 ;;
+  *)
+    echo "test.sh: --release $release: must be 12, 13, bookworm or trixie" >&2
+    exit 2
+    ;;
+esac
+folder=${1:-$root/build/paraview}/$release
 debian=$folder/debian
 scans=$root/../shared/scans
 package=$root/build/lib/python3/dist-packages
 packages=(paraview-dev python3-paraview mpi-default-bin xvfb xauth libgl1-mesa-dri g++ cmake
-  ninja-build libpcl-features1.13 libpcl-filters1.13 libboost-dev libflann-dev libeigen3-dev
-  libx11-dev libxcursor-dev libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev
-  libfreetype-dev libglew-dev python3-dev python3-numpy)
+  ninja-build libpcl-search$pcl libboost-dev libflann-dev libeigen3-dev libx11-dev libxcursor-dev
+  libgl-dev libopengl-dev libpng-dev zlib1g-dev libopenmpi-dev libfreetype-dev libglew-dev
+  python3-dev python3-numpy)
 # Without -noreset the server ends between windows now and then.
 screen=(-s "-screen 0 1280x1024x24 -noreset")
 
@@ -46,7 +62,7 @@ make_debian() {
   find_debootstrap
   rm -rf "$debian"
   mkdir -p "$debian"
-  debootstrap --variant=minbase bookworm "$debian" http://deb.debian.org/debian \
+  debootstrap --variant=minbase "$release" "$debian" http://deb.debian.org/debian \
     >"$folder/debootstrap.log" 2>&1 || skip "debootstrap failed, see $folder/debootstrap.log"
   cp /etc/resolv.conf "$debian/etc/resolv.conf"
   (inside apt-get update -q && inside apt-get install -y -q --no-install-recommends \

@@ -2,13 +2,14 @@
 #include "DataBlocks.h"
 
 #include "DistributedView.h"
-#include "vtkPointsToSurfels.h"
-#include "vtkSurfelEstimation.h"
+#include "vtkPVPointsToSurfels.h"
 #include "vtkSurfelHierarchy.h"
-#include "vtkSurfelNormalization.h"
 
+#include <vtkAppendPolyData.h>
+#include <vtkBoundingBox.h>
 #include <vtkCompositeDataDisplayAttributes.h>
 #include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkIdTypeArray.h>
 #include <vtkLogger.h>
@@ -17,8 +18,12 @@
 #include <vtkPartitionedDataSet.h>
 #include <vtkPartitionedDataSetCollection.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkUnsignedIntArray.h>
+#include <vtkVariant.h>
 
+#include <algorithm>
 #include <numeric>
 
 namespace SurfelViews
@@ -43,14 +48,23 @@ std::vector<vtkDataObject*> ChildrenOf(vtkDataObject* data)
       children.push_back(sets->GetPartitionedDataSet(i));
     }
   }
-  else if (auto* set = vtkPartitionedDataSet::SafeDownCast(data))
-  {
-    for (unsigned int i = 0; i < set->GetNumberOfPartitions(); ++i)
-    {
-      children.push_back(set->GetPartition(i));
-    }
-  }
   return children;
+}
+
+/// The partitions of one data set, or a leaf alone.
+std::vector<vtkDataObject*> PiecesOf(vtkDataObject* data)
+{
+  auto* set = vtkPartitionedDataSet::SafeDownCast(data);
+  if (!set)
+  {
+    return { data };
+  }
+  std::vector<vtkDataObject*> pieces;
+  for (unsigned int i = 0; i < set->GetNumberOfPartitions(); ++i)
+  {
+    pieces.push_back(set->GetPartitionAsDataObject(i));
+  }
+  return pieces;
 }
 
 /// The flat index that ParaView's geometry filter has stored.
@@ -68,28 +82,40 @@ unsigned int CompositeIndexOf(vtkPolyData* points)
   return 0;
 }
 
+/// The appearance that data have themselves, in place of their parent's.
+void AddAppearance(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes, Block& block)
+{
+  if (!data || !attributes)
+  {
+    return;
+  }
+  if (attributes->HasBlockVisibility(data))
+  {
+    block.Visible = attributes->GetBlockVisibility(data);
+  }
+  if (attributes->HasBlockColor(data))
+  {
+    block.HasColor = true;
+    attributes->GetBlockColor(data, block.Color);
+  }
+  if (attributes->HasBlockOpacity(data))
+  {
+    block.HasOpacity = true;
+    block.Opacity = attributes->GetBlockOpacity(data);
+  }
+}
+
+bool IsEmpty(vtkPolyData* points)
+{
+  return !points || points->GetNumberOfPoints() == 0;
+}
+
 /// @param block the appearance that the node has from its parent
 void AddBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes, Block block,
   std::vector<Block>& blocks)
 {
-  if (data && attributes)
-  {
-    if (attributes->HasBlockVisibility(data))
-    {
-      block.Visible = attributes->GetBlockVisibility(data);
-    }
-    if (attributes->HasBlockColor(data))
-    {
-      block.HasColor = true;
-      attributes->GetBlockColor(data, block.Color);
-    }
-    if (attributes->HasBlockOpacity(data))
-    {
-      block.HasOpacity = true;
-      block.Opacity = attributes->GetBlockOpacity(data);
-    }
-  }
-  if (data && data->IsA("vtkCompositeDataSet"))
+  AddAppearance(data, attributes, block);
+  if (data && data->IsA("vtkCompositeDataSet") && !data->IsA("vtkPartitionedDataSet"))
   {
     for (vtkDataObject* child : ChildrenOf(data))
     {
@@ -97,14 +123,21 @@ void AddBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attribute
     }
     return;
   }
-  block.Points = vtkPolyData::SafeDownCast(data);
-  block.CompositeIndex = CompositeIndexOf(block.Points);
+  for (vtkDataObject* piece : PiecesOf(data))
+  {
+    auto* points = vtkPolyData::SafeDownCast(piece);
+    if (IsEmpty(points))
+    {
+      continue;
+    }
+    if (block.Pieces.empty())
+    {
+      AddAppearance(points, attributes, block);
+      block.CompositeIndex = CompositeIndexOf(points);
+    }
+    block.Pieces.push_back(points);
+  }
   blocks.push_back(block);
-}
-
-bool IsEmpty(vtkPolyData* points)
-{
-  return !points || points->GetNumberOfPoints() == 0;
 }
 
 bool HasSurfels(vtkPolyData* points)
@@ -139,6 +172,72 @@ vtkSmartPointer<vtkPolyData> CopyWithIds(vtkPolyData* points)
   return copy;
 }
 
+/// The field array SurfelOrigin, or 0.
+void GetOrigin(vtkPolyData* points, double origin[3])
+{
+  vtkDataArray* array = points->GetFieldData()->GetArray("SurfelOrigin");
+  for (int i = 0; i < 3; ++i)
+  {
+    origin[i] =
+      array && array->GetNumberOfValues() == 3 ? array->GetVariantValue(i).ToDouble() : 0.0;
+  }
+}
+
+/// Makes the coordinates of a piece relative to another origin.
+void MoveToOrigin(const double origin[3], vtkPolyData* piece)
+{
+  double own[3];
+  GetOrigin(piece, own);
+  if (std::equal(own, own + 3, origin))
+  {
+    return;
+  }
+  vtkNew<vtkPoints> points;
+  points->SetDataType(piece->GetPoints()->GetDataType());
+  points->SetNumberOfPoints(piece->GetNumberOfPoints());
+  for (vtkIdType i = 0; i < piece->GetNumberOfPoints(); ++i)
+  {
+    double p[3];
+    piece->GetPoint(i, p);
+    points->SetPoint(
+      i, p[0] + own[0] - origin[0], p[1] + own[1] - origin[1], p[2] + own[2] - origin[2]);
+  }
+  piece->SetPoints(points);
+}
+
+/// The pieces as one cloud, with ids. A surface goes on from one piece to the next.
+vtkSmartPointer<vtkPolyData> Join(const std::vector<vtkPolyData*>& pieces)
+{
+  if (pieces.size() < 2)
+  {
+    vtkNew<vtkPolyData> nothing;
+    return CopyWithIds(pieces.empty() ? nothing.Get() : pieces[0]);
+  }
+  vtkNew<vtkAppendPolyData> append;
+  auto origin = vtkSmartPointer<vtkDoubleArray>::New();
+  origin->SetName("SurfelOrigin");
+  origin->SetNumberOfComponents(3);
+  origin->SetNumberOfTuples(1);
+  for (vtkPolyData* piece : pieces)
+  {
+    vtkSmartPointer<vtkPolyData> copy = CopyWithIds(piece);
+    if (piece == pieces[0])
+    {
+      GetOrigin(piece, origin->GetPointer(0));
+    }
+    MoveToOrigin(origin->GetPointer(0), copy);
+    vtkNew<vtkUnsignedIntArray> index;
+    index->SetName(CompositeIndexArray);
+    index->SetNumberOfTuples(piece->GetNumberOfPoints());
+    index->FillValue(CompositeIndexOf(piece));
+    copy->GetPointData()->AddArray(index);
+    append->AddInputData(copy);
+  }
+  append->Update();
+  append->GetOutput()->GetFieldData()->AddArray(origin);
+  return append->GetOutput();
+}
+
 vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessController* controller)
 {
   if (!IsEmpty(points))
@@ -148,9 +247,8 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
       "filters under Point Cloud have settings for this.",
       static_cast<long long>(points->GetNumberOfPoints()));
   }
-  vtkNew<vtkPointsToSurfels> filters;
-  filters->GetEstimation()->SetController(controller);
-  filters->GetNormalization()->SetController(controller);
+  vtkNew<vtkPVPointsToSurfels> filters;
+  filters->SetController(controller);
   filters->BuildHierarchyOff(); // MakeSurfels builds it
   filters->SetInputData(points);
   filters->Update();
@@ -165,16 +263,35 @@ std::vector<Block> FindBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttrib
   return blocks;
 }
 
-vtkSmartPointer<vtkPolyData> MakeSurfels(vtkPolyData* points, vtkMultiProcessController* controller)
+void AddBounds(const Block& block, vtkBoundingBox& box)
 {
-  const bool mustEstimate =
-    MaximumOfAll(!IsEmpty(points) && !HasSurfels(points) ? 1 : 0, controller) != 0;
-  if (!mustEstimate && (IsEmpty(points) || HasHierarchy(points)))
+  for (vtkPolyData* piece : block.Pieces)
   {
-    return points;
+    double bounds[6], origin[3];
+    piece->GetBounds(bounds);
+    GetOrigin(piece, origin);
+    for (int side = 0; side < 6; ++side)
+    {
+      bounds[side] += origin[side / 2];
+    }
+    box.AddBounds(bounds);
   }
-  vtkNew<vtkPolyData> nothing;
-  vtkSmartPointer<vtkPolyData> surfels = CopyWithIds(points ? points : nothing.Get());
+}
+
+vtkSmartPointer<vtkPolyData> MakeSurfels(
+  const std::vector<vtkPolyData*>& pieces, vtkMultiProcessController* controller)
+{
+  const bool haveSurfels = std::all_of(pieces.begin(), pieces.end(), HasSurfels);
+  const bool mustEstimate = MaximumOfAll(haveSurfels ? 0 : 1, controller) != 0;
+  if (!mustEstimate && pieces.empty())
+  {
+    return nullptr;
+  }
+  if (!mustEstimate && pieces.size() == 1 && HasHierarchy(pieces[0]))
+  {
+    return pieces[0];
+  }
+  vtkSmartPointer<vtkPolyData> surfels = Join(pieces);
   if (mustEstimate)
   {
     surfels = Estimate(surfels, controller);

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+class vtkBoundingBox;
 class vtkCompositeDataDisplayAttributes;
 class vtkDataObject;
 class vtkMultiProcessController;
@@ -16,10 +17,10 @@ class vtkPolyData;
 
 namespace SurfelViews
 {
-/// A leaf of the data.
+/// A part of the data with an appearance of its own: a leaf, or the pieces of one data set.
 struct Block
 {
-  vtkPolyData* Points = nullptr; ///< null where this process has none of them
+  std::vector<vtkPolyData*> Pieces; ///< those that this process has; none is empty
   bool Visible = true;
   bool HasColor = false;
   double Color[3] = { 1.0, 1.0, 1.0 };
@@ -28,18 +29,24 @@ struct Block
   unsigned int CompositeIndex = 0; ///< flat index in the data; 0: the data are not composite
 };
 
-/// All leaves, the same ones in the same order on every process. @param attributes or null
+/// All blocks, the same ones in the same order on every process. @param attributes or null
 std::vector<Block> FindBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attributes);
 
+/// Adds the bounds of the block in world space, which the points of surfels with a local origin
+/// lack.
+void AddBounds(const Block& block, vtkBoundingBox& box);
+
 /**
- * The points themselves where they are surfels with a hierarchy. Otherwise surfels, the hierarchy
- * or both are made with the filters' default settings; a message reports an estimation. The point
- * array SurfelPointId then holds the ids of the input points.
+ * The points themselves where they are one piece and surfels with a hierarchy. Otherwise the pieces
+ * become one cloud, and surfels, the hierarchy or both are made with the filters' default settings;
+ * a message reports an estimation. The point array SurfelPointId then holds the ids of the points
+ * in their piece, and SurfelCompositeIndex, if there are several pieces, the index of the piece.
  * @param controller of the processes that have pieces of the points; all call this together. Null:
  *                   this process has all points.
  */
 vtkSmartPointer<vtkPolyData> MakeSurfels(
-  vtkPolyData* points, vtkMultiProcessController* controller);
+  const std::vector<vtkPolyData*>& pieces, vtkMultiProcessController* controller);
 
 constexpr const char* PointIdArray = "SurfelPointId";
+constexpr const char* CompositeIndexArray = "SurfelCompositeIndex";
 }

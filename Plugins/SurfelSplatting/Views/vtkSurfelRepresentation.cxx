@@ -8,13 +8,18 @@
 #include "vtkSurfelSplattingPass.h"
 #include "vtkSurfelViewActor.h"
 
+#include <vtkAlgorithm.h>
+#include <vtkBoundingBox.h>
 #include <vtkCompositeDataDisplayAttributes.h>
 #include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiBlockDataSet.h>
 #include <vtkMultiProcessController.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPVLODActor.h>
 #include <vtkPVRenderView.h>
+#include <vtkPartitionedDataSet.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
@@ -44,10 +49,34 @@ struct Cloud
   vtkNew<vtkSurfelViewActor> Actor;
   vtkNew<vtkSurfelMapper> Mapper;
   vtkNew<vtkProperty> Property; // used where the block has its own colour or opacity
-  vtkSmartPointer<vtkPolyData> Source;
-  vtkMTimeType SourceTime = 0;
 
   Cloud() { this->Actor->SetMapper(this->Mapper); }
+
+  /// Returns whether the points are others than before.
+  bool UpdateSource(const SurfelViews::Block& block)
+  {
+    vtkMTimeType time = 0;
+    for (vtkPolyData* piece : block.Pieces)
+    {
+      time = std::max(time, piece->GetMTime());
+    }
+    const bool changed = time != this->SourceTime ||
+      !std::equal(
+        this->Source.begin(), this->Source.end(), block.Pieces.begin(), block.Pieces.end());
+    this->Source.assign(block.Pieces.begin(), block.Pieces.end());
+    this->SourceTime = time;
+    return changed;
+  }
+
+  void SetSurfels(vtkPolyData* surfels)
+  {
+    const auto nameIn = [surfels](const char* array) {
+      return surfels && surfels->GetPointData()->HasArray(array) ? array : nullptr;
+    };
+    this->Mapper->SetInputData(surfels);
+    this->Mapper->SetPointIdArrayName(nameIn(SurfelViews::PointIdArray));
+    this->Mapper->SetCompositeIdArrayName(nameIn(SurfelViews::CompositeIndexArray));
+  }
 
   /// Colours by the data's array, unless the block has its own colour.
   void UpdateMapper(const SurfelViews::Block& block, vtkMapper* mapper)
@@ -89,6 +118,8 @@ struct Cloud
   }
 
 private:
+  std::vector<vtkSmartPointer<vtkPolyData>> Source;
+  vtkMTimeType SourceTime = 0;
   vtkMTimeType PropertyTime = 0, SettingsTime = 0;
   bool HasColor = false;
 };
@@ -102,6 +133,7 @@ struct vtkSurfelRepresentation::Internals
   vtkNew<vtkSurfelMapper> EmptyMapper;
   std::vector<std::unique_ptr<Cloud>> Clouds;
   vtkWeakPointer<vtkPVRenderView> View;
+  bool IsPartitioned = false; // the input is a partitioned data set
 };
 
 vtkStandardNewMacro(vtkSurfelRepresentation);
@@ -208,6 +240,7 @@ int vtkSurfelRepresentation::ProcessViewRequest(
     // Every process takes part in a picture, even if it has nothing in view. Surfels stay on their
     // processes: compositing them needs no order of processes.
     outInfo->Set(vtkPVRenderView::RENDER_EMPTY_IMAGES(), 1);
+    this->UpdateBounds(inInfo);
     vtkPVRenderView::SetOrderedCompositingConfiguration(inInfo, this, 0);
     this->Internal->EmptyActor->SetCoversView(false);
   }
@@ -234,12 +267,55 @@ int vtkSurfelRepresentation::ProcessViewRequest(
   return done;
 }
 
+void vtkSurfelRepresentation::UpdateBounds(vtkInformation* info)
+{
+  vtkBoundingBox box;
+  for (const SurfelViews::Block& block :
+    this->FindBlocks(this->MultiBlockMaker->GetOutputDataObject(0)))
+  {
+    if (block.Visible)
+    {
+      SurfelViews::AddBounds(block, box);
+    }
+  }
+  if (box.IsValid())
+  {
+    double bounds[6];
+    box.GetBounds(bounds);
+    vtkPVRenderView::SetGeometryBounds(info, this, bounds, this->Actor->GetMatrix());
+  }
+}
+
+int vtkSurfelRepresentation::RequestData(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  this->Internal->IsPartitioned = inputVector[0]->GetNumberOfInformationObjects() == 1 &&
+    vtkPartitionedDataSet::GetData(inputVector[0]) != nullptr;
+  return this->Superclass::RequestData(request, inputVector, outputVector);
+}
+
+std::vector<SurfelViews::Block> vtkSurfelRepresentation::FindBlocks(vtkDataObject* data)
+{
+  auto* composite = CompositeMapper::SafeDownCast(this->Mapper);
+  // ParaView 5.11 makes blocks of the partitions.
+  auto* partitions = vtkMultiBlockDataSet::SafeDownCast(data);
+  vtkNew<vtkPartitionedDataSet> set;
+  if (this->Internal->IsPartitioned && partitions)
+  {
+    for (unsigned int i = 0; i < partitions->GetNumberOfBlocks(); ++i)
+    {
+      set->SetPartition(i, partitions->GetBlock(i));
+    }
+    data = set;
+  }
+  return SurfelViews::FindBlocks(
+    data, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
+}
+
 void vtkSurfelRepresentation::UpdateClouds(
   vtkDataObject* delivered, vtkMultiProcessController* controller)
 {
-  auto* composite = CompositeMapper::SafeDownCast(this->Mapper);
-  std::vector<SurfelViews::Block> blocks = SurfelViews::FindBlocks(
-    delivered, composite ? composite->GetCompositeDataDisplayAttributes() : nullptr);
+  std::vector<SurfelViews::Block> blocks = this->FindBlocks(delivered);
   // The same number on all processes, even if some have no data.
   blocks.resize(SurfelViews::MaximumOfAll(blocks.size(), controller));
   this->SetNumberOfClouds(blocks.size());
@@ -247,20 +323,12 @@ void vtkSurfelRepresentation::UpdateClouds(
   {
     const SurfelViews::Block& block = blocks[i];
     Cloud& cloud = *this->Internal->Clouds[i];
-    const vtkMTimeType time = block.Points ? block.Points->GetMTime() : 0;
-    const bool changed = block.Points != cloud.Source || time != cloud.SourceTime;
-    if (SurfelViews::MaximumOfAll(changed ? 1 : 0, controller) != 0)
+    if (SurfelViews::MaximumOfAll(cloud.UpdateSource(block) ? 1 : 0, controller) != 0)
     {
-      cloud.Source = block.Points;
-      cloud.SourceTime = time;
-      const vtkSmartPointer<vtkPolyData> surfels =
-        SurfelViews::MakeSurfels(block.Points, controller);
-      cloud.Mapper->SetInputData(surfels);
-      const bool numbered = surfels && surfels->GetPointData()->HasArray(SurfelViews::PointIdArray);
-      cloud.Mapper->SetPointIdArrayName(numbered ? SurfelViews::PointIdArray : nullptr);
+      cloud.SetSurfels(SurfelViews::MakeSurfels(block.Pieces, controller));
     }
     cloud.UpdateMapper(block, this->Mapper);
-    cloud.Actor->SetCompositeIndex(block.CompositeIndex);
+    cloud.Actor->SetCompositeIndex(block.Pieces.size() > 1 ? 0 : block.CompositeIndex);
     cloud.Actor->SetUserMatrix(this->Actor->GetMatrix());
     cloud.Actor->SetVisibility(this->GetVisibility() && block.Visible ? 1 : 0);
     cloud.Actor->SetPickable(this->Actor->GetPickable());

@@ -21,7 +21,12 @@
 
 #include <cstddef> // for sizes
 #include <memory>  // for the implementation
+#include <vector>  // for blocks
 
+namespace SurfelViews
+{
+struct Block;
+}
 class vtkMultiProcessController;
 
 class VTKSURFELVIEWS_EXPORT vtkSurfelRepresentation : public vtkGeometryRepresentationWithFaces
@@ -67,6 +72,8 @@ protected:
   vtkSurfelRepresentation();
   ~vtkSurfelRepresentation() override;
 
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
   bool AddToView(vtkView* view) override;
   bool RemoveFromView(vtkView* view) override;
   bool NeedsOrderedCompositing() override;
@@ -77,6 +84,8 @@ private:
 
   void HidePolygons();
   void SetNumberOfClouds(std::size_t count);
+  void UpdateBounds(vtkInformation* info);
+  std::vector<SurfelViews::Block> FindBlocks(vtkDataObject* data);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 
   struct Internals;

@@ -15,6 +15,8 @@
 #include <vtkHardwareSelector.h>
 #include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkInformationIntegerKey.h>
 #include <vtkMath.h>
 #include <vtkPlane.h>
 #include <vtkPointData.h>
@@ -214,6 +216,47 @@ TEST_CASE_FIXTURE(NoMessages, "Selection names points by an array")
   }
   std::sort(found.begin(), found.end());
   CHECK(found == expected);
+}
+
+TEST_CASE_FIXTURE(NoMessages, "Selection names the blocks of points by an array")
+{
+  Scene scene(120, 120);
+  vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
+  vtkNew<vtkDoubleArray> heights, blocks;
+  heights->SetName("height");
+  blocks->SetName("block");
+  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
+  {
+    heights->InsertNextValue(surfels->GetPoint(i)[1]);
+    blocks->InsertNextValue(surfels->GetPoint(i)[1] > 0.0 ? 7 : 300);
+  }
+  surfels->GetPointData()->SetScalars(heights);
+  surfels->GetPointData()->AddArray(blocks);
+  vtkSmartPointer<vtkActor> actor = SurfelActor(surfels);
+  auto* mapper = vtkSurfelMapper::SafeDownCast(actor->GetMapper());
+  mapper->SetCompositeIdArrayName("block");
+  mapper->InterpolateScalarsBeforeMappingOn(); // as ParaView's; dots must not want a texture
+  scene.Renderer->AddActor(actor);
+  scene.See(FrontCamera(6.0));
+  scene.Render();
+  vtkNew<vtkHardwareSelector> selector;
+  selector->SetRenderer(scene.Renderer);
+  selector->SetArea(50, 45, 70, 75);
+  selector->SetFieldAssociation(vtkDataObject::FIELD_ASSOCIATION_POINTS);
+  vtkSmartPointer<vtkSelection> selection;
+  selection.TakeReference(selector->Select());
+  REQUIRE(selection->GetNumberOfNodes() == 2);
+  for (unsigned int n = 0; n < 2; ++n)
+  {
+    vtkSelectionNode* node = selection->GetNode(n);
+    auto* ids = vtkIdTypeArray::SafeDownCast(node->GetSelectionList());
+    CHECK(ids->GetNumberOfTuples() > 20);
+    const int block = node->GetProperties()->Get(vtkSelectionNode::COMPOSITE_INDEX());
+    for (vtkIdType i = 0; i < ids->GetNumberOfTuples(); ++i)
+    {
+      CHECK(block == static_cast<int>(blocks->GetValue(ids->GetValue(i))));
+    }
+  }
 }
 
 TEST_CASE_FIXTURE(NoMessages, "Actor in several windows")

@@ -43,6 +43,10 @@ class _Parser(argparse.ArgumentParser):
         # Without this argparse takes -1e-3 for an option.
         self._negative_number_matcher = re.compile(r"^-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
+    def _get_nargs_pattern(self, action):
+        # Since Python 3.13 argparse takes options ("O") for numbers that are missing.
+        return super()._get_nargs_pattern(action).replace("[AO]{", "A{")
+
     def error(self, message):
         raise UserProblem(message + " (surfelsplat render --help lists the options)")
 
