@@ -41,6 +41,11 @@ constexpr double CleanShare = 0.1;
 /// has 3, two sheets have 1.
 constexpr double LeastKurtosis = 1.8;
 
+/// Where the smallest variance of MostNeighbors points is above this part of the middle one, they
+/// fill space: foliage with a few points a leaf, not a surface with noise. Noise of two spacings
+/// has 0.3, uniform points in a ball have 0.85, and fewer leaves in a ball less.
+constexpr double LargestThickness = 0.5;
+
 /// Two sheets have the same colours if the squared difference of their means is below this part of
 /// the variance in a sheet: of two samples of 32 from one distribution it is a sixteenth, and more
 /// where a pattern is shifted a little.
@@ -136,6 +141,14 @@ public:
     return (sums[0] / counts[0] - sums[1] / counts[1]).squaredNorm() / variance;
   }
 
+  /// Of the neighbours, whatever was fitted: their smallest variance over the middle one.
+  double Thickness(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+  {
+    LoadNear(cloud, i, neighbors, this->Near);
+    const Eigen::Vector3d variances = SpreadOf(this->Near).Variances;
+    return variances[1] > 0.0 ? variances[0] / variances[1] : 0.0;
+  }
+
   /// From the point to the surface, along the normal of the plane below it.
   Vector3 Shift() const
   {
@@ -157,12 +170,13 @@ struct SampleFit
   float Deviation = 0.0f; // of the residuals, in spacings; 0: clean
   float Kurtosis = 0.0f;  // of the residuals; 0: unknown
   float Contrast = -1.0f; // of the colours; -1: unknown
+  float Thickness = 0.0f; // smallest variance over the middle one
 };
 
 /// The standard deviation of the noise in spacings, 0 for none, by the fits of a part.
 double NoiseOf(const SampleFit* begin, const SampleFit* end)
 {
-  std::vector<float> deviations, kurtoses, contrasts;
+  std::vector<float> deviations, kurtoses, contrasts, thicknesses;
   int clean = 0;
   for (const SampleFit* fit = begin; fit < end; ++fit)
   {
@@ -171,13 +185,15 @@ double NoiseOf(const SampleFit* begin, const SampleFit* end)
     {
       deviations.push_back(fit->Deviation);
       kurtoses.push_back(fit->Kurtosis);
+      thicknesses.push_back(fit->Thickness);
     }
     if (fit->Contrast >= 0.0f)
     {
       contrasts.push_back(fit->Contrast);
     }
   }
-  if (clean >= CleanShare * static_cast<double>(end - begin) || kurtoses.empty())
+  if (clean >= CleanShare * static_cast<double>(end - begin) || kurtoses.empty() ||
+    Median(thicknesses) > LargestThickness)
   {
     return 0.0;
   }
@@ -190,7 +206,7 @@ double NoiseOf(const SampleFit* begin, const SampleFit* end)
 class NoiseMap
 {
 public:
-  /// @param values x, y, z, deviation, kurtosis, contrast of each sample
+  /// @param values x, y, z, deviation, kurtosis, contrast, thickness of each sample
   explicit NoiseMap(const std::vector<float>& values)
     : Grid(PositionsOf(values))
   {
@@ -205,7 +221,7 @@ public:
     for (size_t k = 0; k < samples; ++k)
     {
       const float* fit = &values[Stride * order[k].second + 3];
-      fits[k] = { fit[0], fit[1], fit[2] };
+      fits[k] = { fit[0], fit[1], fit[2], fit[3] };
     }
     const size_t parts = std::max<size_t>(1, samples / SamplesPerPart);
     for (size_t part = 0; part < parts; ++part)
@@ -216,7 +232,7 @@ public:
     }
   }
 
-  static constexpr size_t Stride = 6;
+  static constexpr size_t Stride = 7;
 
   double At(const Float3& place) const
   {
@@ -277,7 +293,8 @@ public:
     for (size_t k = 0; k < samples.size(); ++k)
     {
       this->Problem.PutPosition(samples[k], values);
-      values.insert(values.end(), { fits[k].Deviation, fits[k].Kurtosis, fits[k].Contrast });
+      values.insert(
+        values.end(), { fits[k].Deviation, fits[k].Kurtosis, fits[k].Contrast, fits[k].Thickness });
     }
     return this->Problem.Gather(running, values);
   }
@@ -331,6 +348,8 @@ private:
       {
         fit.Contrast = static_cast<float>(quadric.ColorContrast(i, neighbors, this->Colors));
       }
+      this->Tree.FindNearest(i, MostNeighbors, neighbors);
+      fit.Thickness = static_cast<float>(quadric.Thickness(this->Cloud, i, neighbors));
     }
     return fit;
   }

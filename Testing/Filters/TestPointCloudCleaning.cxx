@@ -232,6 +232,32 @@ TEST_CASE("Noise")
   }
 }
 
+/// A crown whose leaves have a few points each fills space: it is no surface with noise.
+TEST_CASE("Foliage")
+{
+  Random random(4);
+  std::vector<Vec> points;
+  for (int leaf = 0; leaf < 3000; ++leaf)
+  {
+    // A parallelogram with edges u and v.
+    const Vec corner{ random(), random(), random() };
+    const Vec u{ random() - 0.5, random() - 0.5, random() - 0.5 };
+    const Vec v{ random() - 0.5, random() - 0.5, random() - 0.5 };
+    for (int k = 0; k < 8; ++k)
+    {
+      const double a = 0.07 * random(), b = 0.07 * random();
+      points.push_back({ corner[0] + a * u[0] + b * v[0], corner[1] + a * u[1] + b * v[1],
+        corner[2] + a * u[2] + b * v[2] });
+    }
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(points);
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  CHECK(cleaning->GetNumberOfMovedPoints() == 0);
+  CHECK(cleaning->GetNumberOfStrayPoints() <= 0.01 * points.size());
+}
+
 TEST_CASE("Two sheets")
 {
   // Two scans with the same pattern become one; a leaf with two colours stays.
