@@ -131,11 +131,11 @@ class TestTwoVTKs(WheelCase):
                  "from surfelsplatting import *\n")
         for call, name in (("vtkPointsToSurfels().SetInputData(vtkPolyData())", "vtkPolyData"),
                            ("vtkSurfelMapper().SetInputConnection(vtkSphereSource().GetOutputPort())",
-                            "vtkSphereSource"),
+                            "vtkAlgorithmOutput"),
                            ("vtkSurfelImageRenderer().AddActor(vtkActor())", "vtkActor"),
                            ("vtkSurfelImageRenderer().SetCamera(vtkCamera())", "vtkCamera")):
             self.fails_with(run_python(start + call), "TypeError", f"the {name} is an object of vtkmodules",
-                            "from cvista.", f"import {name}")
+                            "from cvista.")
 
     def test_other_wrong_arguments_are_as_before(self):
         code = "from surfelsplatting import *\nvtkPointsToSurfels().SetInputData({})"

@@ -93,8 +93,6 @@ def _foreign_class(value):
     """The class that made an object of another VTK than ours; None for other objects."""
     if not hasattr(value, "GetClassName") or isinstance(value, vtk("vtkCommonCore").vtkObjectBase):
         return None
-    if hasattr(value, "GetProducer"):  # the output port of an algorithm
-        value = value.GetProducer()
     # PyVista's classes derive from VTK's, vtkOpenGLActor is made by vtkActor().
     names = ((c, c.__name__) for c in type(value).__mro__)
     return next((c for c, n in names if n.startswith("vtk") and "OpenGL" not in n), type(value))
@@ -110,8 +108,8 @@ def _explaining(method):
                 package, _, module = foreign.__module__.partition(".")
                 raise TypeError(
                     f"{method.__name__}: the {foreign.__name__} is an object of {package}, and "
-                    f"surfelsplatting works with those of {VTK_PACKAGE}. Write "
-                    f"'from {VTK_PACKAGE}.{module} import {foreign.__name__}'") from error
+                    f"surfelsplatting works with those of {VTK_PACKAGE}. Import all classes of VTK "
+                    f"from there: 'from {VTK_PACKAGE}.{module} import ...'") from error
             raise
 
     return call
