@@ -111,6 +111,6 @@ if os.environ.get("DYING") == str(rank):
     os._exit(3)
 if os.environ.get("DYING"):
     draw_camera_lens()
-print("drawn", flush=True)
+os.write(1, b"drawn\n")  # ParaView's own stdout may be lost at the end below
 if os.environ.get("PORT"):
     os._exit(0)
