@@ -5,7 +5,9 @@
 
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
-#include <pcl/search/impl/search.hpp> // an instance of ours: pcl_search would bring FLANN again
+#ifdef SURFELSPLATTING_PCL_BY_HEADERS
+#include <pcl/search/impl/search.hpp>
+#endif
 
 #include <algorithm>
 #include <cmath>

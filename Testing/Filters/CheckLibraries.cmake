@@ -1,4 +1,4 @@
-# Fails unless the filters hold code of PCL, and need no library of it, nor a second VTK.
+# Fails unless the filters call PCL, by libraries of PCL that bring no second VTK along.
 #   cmake -DNM=<nm> -DLIBRARY=<library of the filters> -P CheckLibraries.cmake
 cmake_policy(SET CMP0057 NEW)
 execute_process(COMMAND "${NM}" -DC --undefined-only "${LIBRARY}"
@@ -6,14 +6,11 @@ execute_process(COMMAND "${NM}" -DC --undefined-only "${LIBRARY}"
 if (NOT result EQUAL 0)
   message(FATAL_ERROR "${NM} cannot read ${LIBRARY}: ${result}")
 endif ()
-# Its templates are in the library itself: pcl_search would bring another copy of FLANN's along.
-if (symbols MATCHES "pcl::")
-  message(SEND_ERROR "${LIBRARY} needs libraries of PCL")
-endif ()
-execute_process(COMMAND "${NM}" -C --defined-only "${LIBRARY}" OUTPUT_VARIABLE symbols)
 if (NOT symbols MATCHES "pcl::search::Search<pcl::PointXYZ>")
-  message(SEND_ERROR "${LIBRARY} does not search by PCL's interface")
+  message(SEND_ERROR "${LIBRARY} does not call PCL")
 endif ()
+# Templates: in the library itself, where the compiler has not put them into their callers.
+execute_process(COMMAND "${NM}" -C --defined-only "${LIBRARY}" OUTPUT_VARIABLE symbols)
 if (NOT symbols MATCHES "pcl::(computeMeanAndCovarianceMatrix|eigen33)<[^\n]*double")
   message(SEND_ERROR "${LIBRARY} has no code of PCL that fits planes in double")
 endif ()
@@ -34,9 +31,16 @@ foreach (file IN LISTS dependencies)
   endif ()
 endforeach ()
 message(STATUS "PCL's modules: ${modules}; VTK: ${versions}")
-if (modules)
-  message(SEND_ERROR "PCL's modules are linked; some link a VTK of their own")
-endif ()
+foreach (needed IN ITEMS common search)
+  if (NOT needed IN_LIST modules)
+    message(SEND_ERROR "pcl_${needed} is not linked")
+  endif ()
+endforeach ()
+foreach (module IN ITEMS io surface visualization)
+  if (module IN_LIST modules)
+    message(SEND_ERROR "pcl_${module} is linked: it links a VTK of its own")
+  endif ()
+endforeach ()
 list(LENGTH versions count)
 if (NOT count EQUAL 1)
   message(SEND_ERROR "${count} libraries vtkCommonCore: ${versions}")
