@@ -25,7 +25,7 @@
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
  * the number of threads. Several processes clean one cloud together, as one process would.
  *
- * Memory: about 100 bytes per point.
+ * Memory: about 100 bytes per point; 180 as a part of vtkPointsToSurfels.
  *
  * @sa vtkSurfelEstimation
  */

@@ -8,16 +8,14 @@
  * GetNormalization() return; their counts are those of the last execution. The input is any
  * vtkPointSet, the output that of vtkSurfelHierarchy.
  *
- * Estimation and normalization share their search for neighbours and the order of the points: the
- * normalization uses the neighbours that the estimation has found, as long as both look for the
- * nearest ones, and the normalization for 20 at most. The surfels are those of the single filters,
- * except that a surfel's neighbours are those of its point, from which the surfel is a fraction of
+ * Cleaning, estimation and normalization share the search for neighbours and the order of the
+ * points, as long as cleaning has moved none of them, all look for the nearest ones, and for 20 at
+ * most. The surfels are those of the single filters, except that a surfel's neighbours are those of its point, from which the surfel is a fraction of
  * a spacing away: on random points 3 weights in 1000 differ by more than 1 %.
  *
- * Memory: about 370 bytes per point at the peak, output included.
+ * Memory: about 390 bytes per point at the peak, output included.
  *
- * Several processes: see SetController(). Each builds a hierarchy of its own
- * surfels.
+ * Several processes: see SetController(). Each builds a hierarchy of its own surfels.
  *
  * @sa vtkPartitionedSurfelEstimation
  */
