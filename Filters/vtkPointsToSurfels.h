@@ -10,8 +10,9 @@
  *
  * Cleaning, estimation and normalization share the search for neighbours and the order of the
  * points, as long as cleaning has moved none of them, all look for the nearest ones, and for 20 at
- * most. The surfels are those of the single filters, except that a surfel's neighbours are those of its point, from which the surfel is a fraction of
- * a spacing away: on random points 3 weights in 1000 differ by more than 1 %.
+ * most. The surfels are those of the single filters, except that a surfel's neighbours are those of
+ * its point, from which the surfel is a fraction of a spacing away: on random points 3 weights in
+ * 1000 differ by more than 1 %.
  *
  * Memory: about 390 bytes per point at the peak, output included.
  *
