@@ -5,7 +5,7 @@ import unittest
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
@@ -29,8 +29,12 @@ def write_vtp(path, points, colors):
     array = numpy_to_vtk(np.ascontiguousarray(colors), deep=True)
     array.SetName("paint")
     cloud.GetPointData().SetScalars(array)
+    write_data(path, cloud)
+
+
+def write_data(path, data):
     writer = vtkXMLPolyDataWriter()
-    writer.SetInputData(cloud)
+    writer.SetInputData(data)
     writer.SetFileName(path)
     writer.Write()
 
@@ -96,6 +100,20 @@ class TestFormats(ToolCase):
             # precision alone would be off by 0.03 in x and 0.25 in y.
             np.testing.assert_allclose(world, utm, rtol=0, atol=0.001, err_msg=name)
             self.assertGreater((self.read_rgba("out.exr")[..., 3] > 0.9).mean(), 0.2, name)
+
+    def test_damaged_surfels_are_drawn_as_far_as_they_go(self):
+        write_ply("ok.ply", *sphere(500))
+        self.render("ok.ply", *SMALL, "-o", "ok.exr", "--surfels", "surfels.vtp")
+        surfels = self.read_vtp("surfels.vtp")
+        empty = vtkDoubleArray()
+        empty.SetName("SurfelOrigin")
+        empty.SetNumberOfComponents(3)
+        surfels.GetFieldData().AddArray(empty)
+        points = vtk_to_numpy(surfels.GetPoints().GetData())
+        points.view(np.uint32)[0] = 0x7fa00000  # a signalling NaN
+        write_data("damaged.vtp", surfels)
+        self.render("damaged.vtp", *SMALL, "-o", "damaged.exr")  # without a word
+        self.assertGreater((self.read_rgba("damaged.exr")[..., 3] > 0.9).mean(), 0.2)
 
     def test_depth_image_faces_its_sensor(self):
         # A wall seen by a sensor at the origin, as PCL stores it: y down, z forward, holes as NaN.

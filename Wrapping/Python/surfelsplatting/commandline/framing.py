@@ -27,11 +27,11 @@ class Samples:
         data = surfels.GetPointData()
         count = surfels.GetNumberOfPoints()
         some = slice(0, count, max(1, count // SAMPLES))
-        points = vtk_to_numpy(surfels.GetPoints().GetData())[some].astype(np.float64)
-        areas = vtk_to_numpy(data.GetArray("SurfelAreaVector"))[some].astype(np.float64)
+        points = _doubles(surfels.GetPoints().GetData())[some]
+        areas = _doubles(data.GetArray("SurfelAreaVector"))[some]
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
-        if origin:
-            points += vtk_to_numpy(origin).reshape(3)
+        if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
+            points += _doubles(origin).ravel()
         two_sided = data.GetArray("SurfelTwoSided")
         self.two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
                           else np.zeros(len(points), bool))
@@ -51,6 +51,12 @@ class Samples:
         return self.high - self.low
 
 
+def _doubles(array):
+    """Values of a damaged file may be signalling NaNs, which casts warn of."""
+    with np.errstate(invalid="ignore"):
+        return vtk_to_numpy(array).astype(np.float64)
+
+
 def _near_the_bulk(points, finite):
     """Which points lie within half a width of the box that holds the middle 96 % on every axis."""
     if not finite.any():
@@ -66,7 +72,7 @@ def _typical_radius(covariances, some, keep):
     """Two standard deviations of a kernel; gives a cloud of one point an extent."""
     if not covariances:
         return 0.0
-    trace = vtk_to_numpy(covariances)[some, :3][keep].astype(np.float64).sum(axis=1)
+    trace = _doubles(covariances)[some, :3][keep].sum(axis=1)
     trace = trace[np.isfinite(trace) & (trace > 0)]
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 
