@@ -5,11 +5,13 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Common/WorkerListener.h"
 #include "Filters/Partition/CloudRegions.h"
 #include "Filters/Partition/PartitionedSurfels.h"
+#include "Filters/SensorSettings.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
@@ -317,6 +319,10 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   {
     return 1;
   }
+  SensorSettings settings(this->Cleaning, this->Estimation);
+  const ScanSensor sensor = this->UseSensor ? FindSensor(input, nullptr) : ScanSensor();
+  settings.Use(sensor);
+  settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   vtkNew<vtkPolyData> clean;
   if (this->CleanPoints)
   {
@@ -380,6 +386,8 @@ void vtkPartitionedSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfDoubtfulSurfels: " << this->NumberOfDoubtfulSurfels << "\n";
   os << indent << "CleanPoints: " << this->CleanPoints << "\n";
+  os << indent << "UseSensor: " << this->UseSensor << "\n";
+  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
   os << indent << "Cleaning:\n";
   this->Cleaning->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Estimation:\n";

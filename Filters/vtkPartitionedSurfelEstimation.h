@@ -68,6 +68,28 @@ public:
   vtkSurfelNormalization* GetNormalization() { return this->Normalization; }
   ///@}
 
+  ///@{
+  /**
+   * Whether what the input's field arrays ScanViewpoint, ScanBounds and ScanDimensions say of the
+   * sensor (vtkPointCloudReader writes them; Documentation/DataContract.md) is used where nothing
+   * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
+   * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
+   * UseViewpoint. Not for points that were moved, cut or merged. Default on.
+   */
+  vtkSetMacro(UseSensor, vtkTypeBool);
+  vtkGetMacro(UseSensor, vtkTypeBool);
+  vtkBooleanMacro(UseSensor, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Number of nearest neighbours from which a normal is estimated. Default 0: as GetEstimation()
+   * says, but 30 for depth images, which are noisy along the line of sight.
+   */
+  vtkSetClampMacro(NumberOfNeighbors, int, 0, 256);
+  vtkGetMacro(NumberOfNeighbors, int);
+  ///@}
+
   vtkMTimeType GetMTime() override;
 
   ///@{
@@ -92,6 +114,8 @@ protected:
 
   vtkIdType PointsPerPart = 4000000;
   vtkTypeBool CleanPoints = 1;
+  vtkTypeBool UseSensor = 1;
+  int NumberOfNeighbors = 0;
 
 private:
   vtkPartitionedSurfelEstimation(const vtkPartitionedSurfelEstimation&) = delete;

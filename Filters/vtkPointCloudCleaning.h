@@ -25,7 +25,8 @@
  * What is dropped or moved is counted, and reported in one warning. The result does not depend on
  * the number of threads. Several processes clean one cloud together, as one process would.
  *
- * Memory: about 100 bytes per point; 180 as a part of vtkPointsToSurfels.
+ * Memory: 70 to 140 bytes per point, the most where points move; 80 more as a part of
+ * vtkPointsToSurfels.
  *
  * @sa vtkSurfelEstimation
  */
@@ -159,8 +160,6 @@ private:
   friend class vtkPointsToSurfels;
   bool CheckInputs(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
 #endif
-
-  class Execution;
 
   vtkSmartPointer<vtkMultiProcessController> Controller;
 

@@ -3,8 +3,11 @@
 
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/WorkerListener.h"
+#include "Filters/SensorSettings.h"
+#include "Parallel/ControllerRanks.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
@@ -57,8 +60,15 @@ public:
       }
       input = clean;
     }
-    return this->Work(this->Self->Estimation.Get(), 0.15, 0.5, input, surfels.Get()) &&
-      this->Work(this->Self->Normalization.Get(), 0.5, 0.85, surfels.Get(), weighted.Get()) &&
+    if (!this->Work(this->Self->Estimation.Get(), 0.15, 0.5, input, surfels.Get()))
+    {
+      return false;
+    }
+    if (this->Self->BuildHierarchy)
+    {
+      surfels->SetVerts(nullptr); // frees memory: the hierarchy has its own
+    }
+    return this->Work(this->Self->Normalization.Get(), 0.5, 0.85, surfels.Get(), weighted.Get()) &&
       this->Finish(surfels, weighted, output);
   }
 
@@ -135,6 +145,15 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
     vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation processes the cloud in parts.");
     return 0;
   }
+  SensorSettings settings(this->Cleaning, this->Estimation);
+  ScanSensor sensor;
+  if (this->UseSensor)
+  {
+    SurfelSplatting::ControllerRanks ranks(this->Estimation->GetController());
+    sensor = FindSensor(input, this->IsAlone() ? nullptr : &ranks);
+    settings.Use(sensor);
+  }
+  settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   Execution execution(this);
   const bool finished = execution.Run(input, output);
   if (!execution.Error.empty())
@@ -153,6 +172,20 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
   }
   this->UpdateProgress(1.0);
   return 1;
+}
+
+//------------------------------------------------------------------------------
+bool vtkPointsToSurfels::FindViewpoint(vtkPointSet* points, double viewpoint[3])
+{
+  const ScanSensor sensor = FindSensor(points, nullptr);
+  std::copy_n(sensor.Viewpoint, 3, viewpoint);
+  return sensor.HasViewpoint;
+}
+
+//------------------------------------------------------------------------------
+int vtkPointsToSurfels::FindColumns(vtkPointSet* points)
+{
+  return FindSensor(points, nullptr).Columns;
 }
 
 //------------------------------------------------------------------------------
@@ -177,6 +210,8 @@ void vtkPointsToSurfels::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "BuildHierarchy: " << this->BuildHierarchy << "\n";
   os << indent << "CleanPoints: " << this->CleanPoints << "\n";
+  os << indent << "UseSensor: " << this->UseSensor << "\n";
+  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
   os << indent << "Cleaning:\n";
   this->Cleaning->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Estimation:\n";

@@ -72,6 +72,37 @@ public:
   vtkBooleanMacro(BuildHierarchy, vtkTypeBool);
   ///@}
 
+  ///@{
+  /**
+   * Whether what the input's field arrays ScanViewpoint, ScanBounds and ScanDimensions say of the
+   * sensor (vtkPointCloudReader writes them; Documentation/DataContract.md) is used where nothing
+   * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
+   * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
+   * UseViewpoint. Not for points that were moved, cut or merged. Default on.
+   */
+  vtkSetMacro(UseSensor, vtkTypeBool);
+  vtkGetMacro(UseSensor, vtkTypeBool);
+  vtkBooleanMacro(UseSensor, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Number of nearest neighbours from which a normal is estimated. Default 0: as GetEstimation()
+   * says, but 30 for depth images, which are noisy along the line of sight.
+   */
+  vtkSetClampMacro(NumberOfNeighbors, int, 0, 256);
+  vtkGetMacro(NumberOfNeighbors, int);
+  ///@}
+
+  ///@{
+  /**
+   * What UseSensor takes from the field arrays of points: the place of the sensor, world units, and
+   * whether it is known; the columns of a depth image, or 0.
+   */
+  static bool FindViewpoint(vtkPointSet* points, double viewpoint[3]);
+  static int FindColumns(vtkPointSet* points);
+  ///@}
+
   /**
    * Sets the processes that make the surfels of one cloud together, for all filters; null: this
    * process alone. See vtkSurfelEstimation::SetController().
@@ -90,6 +121,8 @@ protected:
 
   vtkTypeBool CleanPoints = 1;
   vtkTypeBool BuildHierarchy = 1;
+  vtkTypeBool UseSensor = 1;
+  int NumberOfNeighbors = 0;
 
 private:
   vtkPointsToSurfels(const vtkPointsToSurfels&) = delete;

@@ -249,6 +249,12 @@ std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
 }
 
 //------------------------------------------------------------------------------
+void vtkSurfelHierarchy::ReadOrigin(vtkPointSet* surfels, double origin[3])
+{
+  SurfelGeometry::ReadOrigin(surfels, origin);
+}
+
+//------------------------------------------------------------------------------
 std::string vtkSurfelHierarchy::CheckMemory(vtkIdType surfels, bool withSurfels)
 {
   const double bytes = withSurfels

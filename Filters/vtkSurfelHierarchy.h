@@ -32,6 +32,8 @@
 
 #include <string> // for CheckInput
 
+class vtkPointSet;
+
 class VTKSURFELFILTERS_EXPORT vtkSurfelHierarchy : public vtkPolyDataAlgorithm
 {
 public:
@@ -49,6 +51,12 @@ public:
   vtkGetMacro(NumberOfLevels, int);
   vtkGetMacro(NumberOfInvalidSurfels, vtkIdType);
   ///@}
+
+  /**
+   * The place in the world to which the coordinates of surfels are relative: the field array
+   * SurfelOrigin, or 0, 0, 0 without one.
+   */
+  static void ReadOrigin(vtkPointSet* surfels, double origin[3]);
 
   /**
    * An error message if there is not enough free memory for a hierarchy of this many surfels and

@@ -59,9 +59,6 @@ public:
   bool Run(vtkPolyData* input, vtkFloatArray* result, SurfelSplatting::Ranks* ranks = nullptr,
     const PartitionedCloud* region = nullptr)
   {
-    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
-    result->DeepCopy(areaVectors);
-    result->SetName(Arrays::AreaVector);
     const bool knowsNeighbors = !ranks && this->KnowsNeighbors(input);
     if (knowsNeighbors)
     {
@@ -80,8 +77,10 @@ public:
     }
     this->ReadKernels(input);
     std::vector<double> areas(this->Kernels.size());
+    this->AreUsable.resize(areas.size());
     for (size_t i = 0; i < areas.size(); ++i)
     {
+      this->AreUsable[i] = this->Kernels[i].Usable ? 1 : 0;
       areas[i] = this->Kernels[i].Usable ? this->Kernels[i].Area : 0.0;
       this->Self->TotalAreaBefore += sharing.IsOwn.empty() || sharing.IsOwn[i] ? areas[i] : 0.0;
     }
@@ -181,16 +180,24 @@ private:
 
   void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
   {
+    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
+    result->DeepCopy(areaVectors);
+    result->SetName(Arrays::AreaVector);
     std::vector<char> seen(input->GetNumberOfPoints(), 0);
-    for (size_t i = 0; i < areas.size(); ++i)
-    {
-      const vtkIdType id = this->Cloud.InputIds[i];
-      seen[id] = 1;
-      if (this->Kernels[i].Usable)
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType i = begin; i < end; ++i)
       {
-        Store(areas[i] * this->Kernels[i].Normal, result->GetPointer(3 * id));
+        const vtkIdType id = this->Cloud.InputIds[i];
+        seen[id] = 1;
+        if (this->AreUsable[i])
+        {
+          double before[3];
+          ReadTuple(areaVectors, id, before);
+          const Vector3 normal = Normalized({ before[0], before[1], before[2] }, {});
+          Store(areas[i] * normal, result->GetPointer(3 * id));
+        }
       }
-    }
+    });
     if (this->Cloud.Duplicates > 0)
     {
       for (vtkIdType id = 0; id < input->GetNumberOfPoints(); ++id)
@@ -227,13 +234,14 @@ private:
         continue;
       }
       self->TotalAreaAfter += areas[i];
-      self->NumberOfUnusableSurfels += this->Kernels[i].Usable ? 0 : 1;
+      self->NumberOfUnusableSurfels += this->AreUsable[i] ? 0 : 1;
     }
   }
 
   vtkSurfelNormalization* Self;
   LocalCloud Cloud;
-  std::vector<WeightedKernel> Kernels;
+  std::vector<WeightedKernel> Kernels; // until the samples are made
+  std::vector<char> AreUsable;         // whether a surfel has a kernel
   WeightReport Report;
 };
 

@@ -20,8 +20,10 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
+#include <vtkSMPTools.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkTrivialProducer.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 
@@ -30,6 +32,7 @@ vtkStandardNewMacro(vtkSurfelImageRenderer);
 vtkSurfelImageRenderer::vtkSurfelImageRenderer()
 {
   this->SetNumberOfInputPorts(1);
+  this->SetNumberOfOutputPorts(2);
 }
 
 vtkSurfelImageRenderer::~vtkSurfelImageRenderer() = default;
@@ -161,10 +164,15 @@ int vtkSurfelImageRenderer::FillInputPortInformation(int, vtkInformation* info)
 int vtkSurfelImageRenderer::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
-  vtkInformation* info = outputVector->GetInformationObject(0);
   const int extent[6] = { 0, this->Size[0] - 1, 0, this->Size[1] - 1, 0, 0 };
-  info->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
-  vtkDataObject::SetPointDataActiveScalarInfo(info, VTK_FLOAT, 4);
+  for (int port = 0; port < 2; ++port)
+  {
+    vtkInformation* info = outputVector->GetInformationObject(port);
+    info->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  }
+  vtkDataObject::SetPointDataActiveScalarInfo(outputVector->GetInformationObject(0), VTK_FLOAT, 4);
+  vtkDataObject::SetPointDataActiveScalarInfo(
+    outputVector->GetInformationObject(1), VTK_UNSIGNED_CHAR, 3);
   return 1;
 }
 
@@ -241,7 +249,35 @@ int vtkSurfelImageRenderer::RequestData(
   vtkImageData* output = vtkImageData::GetData(outputVector);
   output->ShallowCopy(this->Splatter->GetOutput());
   this->BlendBackground(output);
+  this->RoundToBytes(output, vtkImageData::GetData(outputVector, 1));
   return 1;
+}
+
+void vtkSurfelImageRenderer::RoundToBytes(vtkImageData* picture, vtkImageData* bytes)
+{
+  bytes->CopyStructure(picture);
+  auto* color = vtkFloatArray::SafeDownCast(picture->GetPointData()->GetScalars());
+  vtkNew<vtkUnsignedCharArray> codes;
+  codes->SetName("Color8");
+  codes->SetNumberOfComponents(3);
+  codes->SetNumberOfTuples(color->GetNumberOfTuples());
+  bytes->GetPointData()->SetScalars(codes);
+  const bool isLight = this->Splatter->GetLinearLight();
+  const float* from = color->GetPointer(0);
+  unsigned char* to = codes->GetPointer(0);
+  vtkSMPTools::For(0, color->GetNumberOfTuples(), [=](vtkIdType begin, vtkIdType end) {
+    for (vtkIdType i = begin; i < end; ++i)
+    {
+      for (int c = 0; c < 3; ++c)
+      {
+        const float value = from[4 * i + c];
+        const float code =
+          isLight ? static_cast<float>(SurfelSplatting::CodeOfLight(value)) : value;
+        to[3 * i + c] =
+          static_cast<unsigned char>(std::min(255.0f, std::max(0.0f, 255.0f * code + 0.5f)));
+      }
+    }
+  });
 }
 
 void vtkSurfelImageRenderer::BlendBackground(vtkImageData* picture)

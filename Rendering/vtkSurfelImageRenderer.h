@@ -9,6 +9,10 @@
  * background) and "Depth" (float; distance along the view direction, 0 where alpha stays below one
  * half). Row 0 is the bottom row.
  *
+ * The second output has the same picture as "Color8" (scalars; unsigned char RGB): 255 times the
+ * values, rounded, over black where the picture is transparent; linear light becomes sRGB. Writers
+ * of .png and .jpg files take it: writer->SetInputConnection(renderer->GetOutputPort(1)).
+ *
  * @sa vtkSurfelSplattingPass vtkSurfelSplatter
  */
 #ifndef vtkSurfelImageRenderer_h
@@ -116,6 +120,7 @@ private:
   void operator=(const vtkSurfelImageRenderer&) = delete;
 
   void BlendBackground(vtkImageData* picture);
+  void RoundToBytes(vtkImageData* picture, vtkImageData* bytes);
 #ifndef __VTK_WRAP__
   void AddInputs(vtkInformationVector* inputs, vtkSurfelSplatter::SceneItems& items);
 #endif

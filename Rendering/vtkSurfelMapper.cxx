@@ -286,6 +286,17 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
   this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
 }
 
+/// A picture of dots, unlike a selection, is hardly what was meant.
+void vtkSurfelMapper::WarnOfDots(vtkRenderer* renderer)
+{
+  if (!this->HasWarnedOfDots && !renderer->GetPass() && !renderer->GetSelector())
+  {
+    this->HasWarnedOfDots = true;
+    vtkWarningMacro("The surfels are drawn as dots, since their renderer has no pass that splats "
+                    "them: call SetPass() of the vtkRenderer with a vtkSurfelSplattingPass.");
+  }
+}
+
 void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
 {
   if (this->Splatted)
@@ -301,6 +312,7 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     return;
   }
+  this->WarnOfDots(renderer);
   // The local origin goes into the matrix, in double precision. Adding it to the points would copy
   // them and lose detail in the single precision of vertex buffers.
   double origin[3];

@@ -14,8 +14,8 @@
  *
  * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without one) splat the surfels.
  * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right
- * size. Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots. vtkPointPicker
- * works on the input's points and ignores SurfelOrigin.
+ * size, and warns once. Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots.
+ * vtkPointPicker works on the input's points and ignores SurfelOrigin.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
  */
@@ -132,6 +132,7 @@ private:
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
   void UpdatePreview(vtkRenderer* renderer, double scale);
+  void WarnOfDots(vtkRenderer* renderer);
   void ReleasePreview();
   double MeanSpacing();
 
@@ -151,6 +152,7 @@ private:
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
+  bool HasWarnedOfDots = false;
   char* PointIdArrayName = nullptr;
   char* CompositeIdArrayName = nullptr;
 };

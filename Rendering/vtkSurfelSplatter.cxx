@@ -184,7 +184,8 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   context.Lights = Core::MakeLights(view.Lights, view.Camera, context.Camera);
   if (view.CellCount == 0)
   {
-    context.Sampling = { this->LensCells, this->LensPinholes != 0 };
+    // Channels are means over all cells; the picture that they belong to is as well.
+    context.Sampling = { this->LensCells, this->LensPinholes != 0, this->Channels != 0 };
   }
   context.Settings.Kernel =
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;

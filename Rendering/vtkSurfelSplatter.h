@@ -106,8 +106,9 @@ public:
    * Number of cells that the lens is divided into. Each cell is a smaller lens with its own centre;
    * their pictures are averaged (vtkSurfelSplattingPass averages those of all props). One cell
    * gives one picture, as in the paper. More cells are more accurate where things at different
-   * depths cover one another, and multiply the frame time; 7 is a good choice. Default 1, range [1,
-   * 65536].
+   * depths cover one another; up to nine are drawn in tiles with such places only, and
+   * multiply the time of these. More, or with channels or deep samples, are drawn everywhere. 7 is
+   * a good choice. Default 1, range [1, 65536].
    */
   vtkSetClampMacro(LensCells, int, 1, 65536);
   vtkGetMacro(LensCells, int);

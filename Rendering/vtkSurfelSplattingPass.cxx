@@ -4,6 +4,7 @@
 #include "Core/Base/Ranks.h"
 #include "Rendering/OpenGL/CameraChanges.h"
 #include "Rendering/OpenGL/FrameBlit.h"
+#include "Rendering/OpenGL/FramebufferTextures.h"
 #include "Rendering/OpenGL/LensAccumulation.h"
 #include "Rendering/OpenGL/PassFrame.h"
 #include "Rendering/OpenGL/PropImage.h"
@@ -115,6 +116,7 @@ struct vtkSurfelSplattingPass::Internals
   SurfelSplatting::PropImage Props;
   SurfelSplatting::RateGovernor Governor;
   SurfelSplatting::FrameBlit Blit;
+  SurfelSplatting::FramebufferTextures Textures;
   int CellCount = 0; // while the steps are rendered once per cell
 };
 
@@ -338,10 +340,22 @@ void vtkSurfelSplattingPass::BeginProps(
   }
 }
 
+/// Whether anything but surfels may be in the framebuffer.
+bool vtkSurfelSplattingPass::MayHaveProps(vtkRenderer* renderer) const
+{
+  return this->Splatter->GetRanks() || this->DelegatePass || renderer->GetPreserveDepthBuffer() ||
+    SurfelSplatting::HasOtherProps(renderer, false);
+}
+
 void vtkSurfelSplattingPass::ReadProps(
   const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate)
 {
   SurfelSplatting::PropImage& props = this->Internal->Props;
+  if (!this->MayHaveProps(frame.Renderer))
+  {
+    props.ReadNothing();
+    return;
+  }
   if (!props.ReadDepth(frame))
   {
     vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
@@ -389,6 +403,7 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
   const SurfelSplatting::SplattedPicture picture{
     vtkFloatArray::SafeDownCast(output->GetArray("Color"))->GetPointer(0),
     vtkFloatArray::SafeDownCast(output->GetArray("Depth"))->GetPointer(0),
+    static_cast<std::size_t>(frame.Rectangle.Width) * frame.Rectangle.Height,
     this->Splatter->GetBlurredPixels()
   };
   const float* depth = my.Props.JoinDepth(
@@ -404,10 +419,17 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
                     "colours instead of as light. Try vtkRenderWindow::SetMultiSamples(0).");
     }
   }
-  const bool isDrawn = isWhole
-    ? my.Blit.Replace(frame.Window, frame.Rectangle, my.Props.Compose(picture), depth)
-    : my.Blit.Draw(frame.Window, frame.Rectangle, picture.Color, depth);
-  if (!isDrawn)
+  const float* color = isWhole ? my.Props.Compose(picture) : picture.Color;
+  float under[4] = { 0.0f, 0.0f, 0.0f, 0.0f };
+  if (!isWhole)
+  {
+    std::copy_n(frame.Renderer->GetBackground(), 3, under);
+    under[3] = static_cast<float>(frame.Renderer->GetBackgroundAlpha());
+  }
+  const bool isAll =
+    isWhole || (!my.Props.OccluderDepth() && SurfelSplatting::HasPlainBackground(frame.Renderer));
+  const bool isCopied = isAll && my.Textures.Copy(frame.Rectangle, color, depth, under);
+  if (!isCopied && !my.Blit.Draw(frame.Window, frame.Rectangle, color, depth, isWhole))
   {
     vtkErrorMacro(
       "The surfels could not be drawn: OpenGL could not create float textures for their picture. "
@@ -417,7 +439,8 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
 
 bool vtkSurfelSplattingPass::FocusAt(vtkRenderer* renderer, int x, int y)
 {
-  if (!renderer || !renderer->GetRenderWindow() || !renderer->IsInViewport(x, y))
+  if (!renderer || !renderer->GetRenderWindow() ||
+    renderer->GetRenderWindow()->GetNeverRendered() || !renderer->IsInViewport(x, y))
   {
     return false;
   }

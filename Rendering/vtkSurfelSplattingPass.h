@@ -116,8 +116,10 @@ public:
   /**
    * Focuses a renderer's camera on what was last drawn at a display point (pixels, like an
    * interactor's event position): sets its FocalDistance to the distance of that point along the
-   * view direction. Returns false, and does not change the focus, if nothing was drawn there or the
-   * camera is parallel. With LENS_PINHOLE the focus is set but no blur shows it.
+   * view direction. Returns false, and does not change the focus, if nothing was drawn there, the
+   * window was never rendered, or the camera is parallel. Through a lens a pixel shows a mixture:
+   * for the surface itself render with LENS_PINHOLE first. FOCUS_POINT does not use the distance:
+   * set vtkSurfelSplatter::FocusPoint to the point instead.
    */
   static bool FocusAt(vtkRenderer* renderer, int x, int y);
 
@@ -148,6 +150,7 @@ private:
 #ifndef __VTK_WRAP__
   SurfelSplatting::SceneView MakeView(const SurfelSplatting::PassFrame& frame);
   void BeginProps(const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view);
+  bool MayHaveProps(vtkRenderer* renderer) const;
   void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
   void DrawPicture(const SurfelSplatting::PassFrame& frame);
   bool All(bool own);

@@ -8,14 +8,14 @@ namespace SurfelSplatting
 {
 namespace
 {
-constexpr int Bins = 256; // of a radix pass
 constexpr int DepthBit = 32;
 
-/// Sixteen bits of a key's depth, between the nearest and the farthest one.
-class DepthDigits
+/// The first bits of a key's depth, between the nearest and the farthest one: its bin.
+class DepthBins
 {
 public:
-  explicit DepthDigits(const std::vector<std::uint64_t>& keys)
+  /// @param largest number of bins
+  DepthBins(const std::vector<std::uint64_t>& keys, std::size_t largest)
   {
     std::uint64_t nearest = keys[0], farthest = keys[0];
     for (const std::uint64_t key : keys)
@@ -25,7 +25,7 @@ public:
     }
     this->First = static_cast<std::uint32_t>(nearest >> DepthBit);
     const std::uint32_t range = static_cast<std::uint32_t>(farthest >> DepthBit) - this->First;
-    while (range >> this->Shift > 0xffff)
+    while (range >> this->Shift >= largest)
     {
       ++this->Shift;
     }
@@ -41,65 +41,69 @@ private:
   int Shift = 0;
 };
 
-/// Counts to where each bin begins.
-void SumUp(std::uint32_t* counts)
+/// Sorts keys of which each is at most a few places away from its own.
+void Insert(std::uint64_t* begin, std::uint64_t* end)
 {
-  std::uint32_t sum = 0;
-  for (int i = 0; i < Bins; ++i)
+  for (std::uint64_t* key = begin + 1; key < end; ++key)
   {
-    const std::uint32_t count = counts[i];
-    counts[i] = sum;
-    sum += count;
-  }
-}
-
-/// Sorts the ranges of keys with the same digits.
-void SortTies(std::vector<std::uint64_t>& keys, const DepthDigits& digits)
-{
-  for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end)
-  {
-    const std::uint32_t d = digits(keys[begin]);
-    for (end = begin + 1; end < keys.size() && digits(keys[end]) == d;)
+    const std::uint64_t value = *key;
+    std::uint64_t* place = key;
+    for (; place > begin && place[-1] > value; --place)
     {
-      ++end;
+      *place = place[-1];
     }
-    if (end - begin > 1)
-    {
-      std::sort(keys.data() + begin, keys.data() + end);
-    }
+    *place = value;
   }
 }
 }
 
-/// A radix sort by the digits of the depths, in two passes; then ties, few or all of the keys, by
-/// all of their bits.
+/// A bucket sort with about as many bins as keys.
 void KeySorter::Sort(std::vector<std::uint64_t>& keys)
 {
-  constexpr std::size_t few = 32;
+  constexpr std::size_t few = 32, fewestBins = 256, mostBins = 4096;
+  constexpr std::uint32_t crowded = 24;
   if (keys.size() < few)
   {
     std::sort(keys.begin(), keys.end());
     return;
   }
-  const DepthDigits digits(keys);
-  std::uint32_t counts[2][Bins] = {};
+  std::size_t count = fewestBins;
+  while (count < keys.size() && count < mostBins)
+  {
+    count *= 2;
+  }
+  const DepthBins bins(keys, count);
+  this->Ends.assign(count, 0);
+  std::uint32_t* ends = this->Ends.data();
   for (const std::uint64_t key : keys)
   {
-    const std::uint32_t d = digits(key);
-    ++counts[0][d & 255];
-    ++counts[1][d >> 8];
+    ++ends[bins(key)];
   }
-  SumUp(counts[0]);
-  SumUp(counts[1]);
+  std::uint32_t sum = 0, largest = 0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const std::uint32_t size = ends[i];
+    largest = std::max(largest, size);
+    ends[i] = sum;
+    sum += size;
+  }
   this->Work.resize(keys.size());
   for (const std::uint64_t key : keys)
   {
-    this->Work[counts[0][digits(key) & 255]++] = key;
+    this->Work[ends[bins(key)]++] = key;
   }
-  for (const std::uint64_t key : this->Work)
+  keys.swap(this->Work);
+  if (largest <= crowded)
   {
-    keys[counts[1][digits(key) >> 8]++] = key;
+    Insert(keys.data(), keys.data() + keys.size());
+    return;
   }
-  SortTies(keys, digits);
+  std::uint64_t* first = keys.data();
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    std::uint64_t* last = keys.data() + ends[i];
+    std::sort(first, last);
+    first = last;
+  }
 }
 }

@@ -18,6 +18,15 @@ inline std::uint32_t SortableBits(float value)
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
+/// The float of these bits.
+inline float FloatOfBits(std::uint32_t sortable)
+{
+  const std::uint32_t bits = sortable & 0x80000000u ? sortable & 0x7fffffffu : ~sortable;
+  float value;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
 /// Sorts keys of (SortableBits of a depth) << 32 | index, ascending.
 class KeySorter
 {
@@ -26,5 +35,6 @@ public:
 
 private:
   std::vector<std::uint64_t> Work;
+  std::vector<std::uint32_t> Ends; // of the bins
 };
 }

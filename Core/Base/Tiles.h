@@ -33,6 +33,24 @@ struct TileRange
   }
 };
 
+/// Calls function(x, y, index) for the pixels of a tile.
+template <typename Function>
+void ForPixels(std::size_t tile, const PictureSize& size, Function&& function)
+{
+  const int columns = TileCount(size.Width);
+  const int left = static_cast<int>(tile) % columns * TileSize;
+  const int bottom = static_cast<int>(tile) / columns * TileSize;
+  const int right = left + TileSize < size.Width ? left + TileSize : size.Width;
+  const int top = bottom + TileSize < size.Height ? bottom + TileSize : size.Height;
+  for (int y = bottom; y < top; ++y)
+  {
+    for (int x = left; x < right; ++x)
+    {
+      function(x, y, static_cast<std::size_t>(y) * size.Width + x);
+    }
+  }
+}
+
 /// Calls function(tile) for every tile that a box touches, which must not be empty.
 template <typename Function>
 void ForTiles(const PixelBox& box, int tilesX, Function&& function)

@@ -161,6 +161,15 @@ SURFELSPLATTING_INLINE Real VisibleShare(const Real& through, const LayerCoverag
   return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
 }
 
+/// Width of Frechet's bounds for the visible share: how much of it is not known without the
+/// moments.
+template <class Real>
+SURFELSPLATTING_INLINE Real ShareInterval(const Real& through, const LayerCoverage<Real>& layer)
+{
+  const Real alpha = layer.Opacity / Larger(layer.Filled, Real(1.0f));
+  return Smaller(through, alpha) - Larger(through + alpha - 1.0f, Real(0.0f));
+}
+
 /// What of a layer joins the finished ones.
 template <class Real>
 struct LayerLeak

@@ -45,6 +45,8 @@ struct ApertureSampling
 {
   int Count = 1;         ///< of cells, >= 1
   bool Pinholes = false; ///< sample the lens by pinholes at points instead of by cells
+  /// Cells are rendered everywhere, not only where they may change the picture.
+  bool Everywhere = false;
 };
 
 /// View and lens of one of the cells or pinholes.

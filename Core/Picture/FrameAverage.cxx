@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/FrameAverage.h"
 
+#include "Core/Base/Tiles.h"
+
 #include <algorithm>
 
 namespace SurfelSplatting
 {
-void FrameAverage::Start(const Frame& frame, const Executor& executor)
+void FrameAverage::Start(const Frame& frame, const DoubtfulTiles& where, const Executor& executor)
 {
+  this->Where = &where;
   this->Mean = this->Scratch = frame;
   this->Threads = &executor;
   this->Count = 0;
@@ -20,11 +23,17 @@ void FrameAverage::Start(const Frame& frame, const Executor& executor)
 template <typename Function>
 void FrameAverage::ForPixels(const Function& function) const
 {
-  constexpr std::size_t grain = 16384;
-  this->Threads->For(this->Depth.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
+  const PictureSize size{ this->Mean.Width, this->Mean.Height };
+  const std::size_t tiles =
+    static_cast<std::size_t>(TileCount(size.Width)) * TileCount(size.Height);
+  this->Threads->For(tiles, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile)
     {
-      function(i);
+      if (this->Where->Has(tile))
+      {
+        SurfelSplatting::ForPixels(
+          tile, size, [&](int, int, std::size_t pixel) { function(pixel); });
+      }
     }
   });
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
+#include "Core/Picture/DoubtfulTiles.h"
 #include "Core/Raster/Frame.h"
 
 #include <cstddef>
@@ -18,8 +19,10 @@ namespace SurfelSplatting
 class FrameAverage
 {
 public:
-  /// Begins a new mean; memory is kept. @param frame receives the mean
-  void Start(const Frame& frame, const Executor& executor);
+  /// Begins a new mean; memory is kept.
+  /// @param frame receives the mean
+  /// @param where the tiles that are averaged; it must stay as it is until Finish
+  void Start(const Frame& frame, const DoubtfulTiles& where, const Executor& executor);
 
   /// The frame to render the next picture into.
   const Frame& Next() const { return this->Scratch; }
@@ -36,6 +39,7 @@ private:
 
   Frame Mean{};
   Frame Scratch{};
+  const DoubtfulTiles* Where = nullptr;
   const Executor* Threads = nullptr;
   std::vector<float> Color, Depth; // of the scratch frame
   int Count = 0;

@@ -327,6 +327,20 @@ void SplatExchange::Exchange(
   this->Unpack(this->Group.Exchange(std::move(messages)), executor, list);
 }
 
+void SplatExchange::ShareLargest(std::vector<float>& values) const
+{
+  Message own;
+  Put(values.data(), values.size(), own);
+  for (const Message& message : this->Group.Share(own))
+  {
+    MessageReader reader(message);
+    for (float& value : values)
+    {
+      value = std::max(value, reader.Get<float>());
+    }
+  }
+}
+
 void SplatExchange::Collect(const Frame& frame)
 {
   const auto width = static_cast<std::size_t>(frame.Width);

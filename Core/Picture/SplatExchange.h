@@ -57,6 +57,9 @@ public:
   /// This rank's rows, multiples of tiles. With more ranks than rows of tiles, some have none.
   RowRange Rows() const { return this->Bands[static_cast<std::size_t>(this->Group.Rank())]; }
 
+  /// Collective. Replaces values by the largest ones of all ranks.
+  void ShareLargest(std::vector<float>& values) const;
+
   /// Collective. Copies each rank's rows into rank 0's frame.
   void Collect(const Frame& frame);
 

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <new>
+#include <stdexcept>
+#include <string>
 
 namespace SurfelSplatting
 {
@@ -25,6 +27,24 @@ public:
 private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
+}
+
+namespace
+{
+/// @throw std::invalid_argument if the frame is not one for this view
+void CheckFrame(const Frame& frame, const View& view)
+{
+  if (frame.Width != view.Width || frame.Height != view.Height)
+  {
+    throw std::invalid_argument("the frame has " + std::to_string(frame.Width) + " x " +
+      std::to_string(frame.Height) + " pixels, and the view " + std::to_string(view.Width) + " x " +
+      std::to_string(view.Height) + "; make them equal");
+  }
+  if (frame.Color && !frame.Depth)
+  {
+    throw std::invalid_argument("the frame has colours, but no memory for depths; set both");
+  }
+}
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -109,6 +129,10 @@ void Splatter::PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executo
   std::size_t wide = 0;
   for (const CutRange& range : this->Ranges)
   {
+    if (!this->Doubtful.Touch(range.Box))
+    {
+      continue;
+    }
     if (range.Wide && grids)
     {
       this->Ranges[wide++] = range;
@@ -136,6 +160,9 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   {
     target.Exchange->BeginPicture();
   }
+  CheckFrame(target.Picture, context.Camera);
+  this->Doubtful.Clear();
+  this->SumsDoubts = false;
   bool isWhole = true;
   if (IsWhole(context.Camera, context.Optics, context.Sampling))
   {
@@ -153,19 +180,58 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   return isWhole;
 }
 
+/// Renders through the whole lens, and finds the tiles that its cells may change by more than a
+/// level of 255 if there are seven: the error of the mean falls with their number.
+void Splatter::RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+  const Executor& executor, const RenderTarget& target)
+{
+  constexpr float doubtTimesCells = 7.0f / 255.0f;
+  const PictureSize size{ target.Picture.Width, target.Picture.Height };
+  const std::size_t pixels = static_cast<std::size_t>(size.Width) * size.Height;
+  this->WholeColor.resize(4 * pixels);
+  this->WholeDepth.resize(pixels);
+  RenderTarget whole = target;
+  whole.Picture.Color = this->WholeColor.data();
+  whole.Picture.Depth = this->WholeDepth.data();
+  this->SetCell(context, { context.Camera, context.Optics });
+  this->SumsDoubts = true;
+  this->RenderCell(clouds, executor, whole);
+  this->SumsDoubts = false;
+  std::vector<float> doubts;
+  for (const TileResult& tile : this->Tiles)
+  {
+    doubts.push_back(tile.Counts.Doubt);
+  }
+  if (target.Exchange)
+  {
+    target.Exchange->ShareLargest(doubts);
+  }
+  this->Doubtful.Set(size, doubts, doubtTimesCells / static_cast<float>(context.Sampling.Count));
+}
+
 /// Renders through the cells of the lens, one after another, and takes their mean.
 bool Splatter::RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
 {
   const std::vector<SubAperture> cells =
     DivideLens(context.Camera, context.Optics, context.Sampling);
+  // Many cells are meant to come close to the limit, also where one picture is good.
+  constexpr int fewCells = 9;
+  const ApertureSampling& sampling = context.Sampling;
+  const bool everywhere = sampling.Everywhere || sampling.Pinholes || sampling.Count > fewCells ||
+    context.DepthBuffered || target.Sink || !target.Picture.Color;
   FrameStatistics total;
-  this->Average.Start(target.Picture, executor);
+  if (!everywhere)
+  {
+    this->RenderWhole(context, clouds, executor, target);
+    total = this->Stats;
+  }
+  this->Average.Start(target.Picture, this->Doubtful, executor);
   RenderTarget cellTarget = target;
   cellTarget.Picture = this->Average.Next();
   std::size_t done = 0;
   bool goOn = true;
-  while (goOn && done < cells.size())
+  while (goOn && done < cells.size() && !this->Doubtful.IsEmpty())
   {
     this->SetCell(context, cells[done]);
     this->Cell.Cut.Cells = cells.size();
@@ -177,6 +243,10 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
       afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
   }
   this->Average.Finish();
+  Frame whole = target.Picture;
+  whole.Color = this->WholeColor.data();
+  whole.Depth = this->WholeDepth.data();
+  this->Doubtful.Mix(whole, target.Picture, executor);
   this->Stats = total;
   return goOn;
 }
@@ -266,7 +336,8 @@ void Splatter::RenderCell(
     this->MakeSplats(clouds, !target.Sink, executor);
   }
   StopWatch watch;
-  const RasterSettings settings = this->ResolveCoarseGrids(executor);
+  RasterSettings settings = this->ResolveCoarseGrids(executor);
+  settings.Doubts = this->SumsDoubts;
   this->Stats.CoarseMilliseconds = watch.Lap();
 
   BinSplats(this->List, 0, size, executor, this->Bins);
@@ -295,9 +366,9 @@ void Splatter::RasterTiles(
     for (std::size_t tile = begin; tile < end; ++tile)
     {
       const int row = static_cast<int>(tile) / this->Bins.TilesX * TileSize;
-      if (row < rows.Begin || row >= rows.End)
+      if (row < rows.Begin || row >= rows.End || !this->Doubtful.Has(tile))
       {
-        continue; // belongs to another rank
+        continue; // belongs to another rank, or the whole lens is enough
       }
       StopWatch watch;
       this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);

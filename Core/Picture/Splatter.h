@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "Core/Picture/DoubtfulTiles.h"
 #include "Core/Picture/FrameAverage.h"
 #include "Core/Picture/SplatExchange.h"
 #include "Core/Raster/ABuffer.h"
@@ -81,9 +82,12 @@ class Splatter
 public:
   /**
    * Renders all clouds into one A-buffer and from there into the target's frame. If the lens is
-   * divided (SubApertures.h), does so once per cell and takes the mean. The frame is the same, bit
-   * for bit, at any number of threads.
+   * divided (SubApertures.h), does so once per cell and takes the mean, where that differs from one
+   * picture (DoubtfulTiles.h). More than nine cells, pinholes, and layers for a sink are rendered
+   * everywhere. The frame is the same, bit for bit, at any number of threads.
    * @param afterCell called between the cells of the lens; may be empty
+   * @throw std::invalid_argument if frame and view have different sizes, or the frame has colours
+   * but no depths
    * @return false if afterCell has stopped it: the frame is the mean of the cells so far
    */
   bool Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
@@ -100,6 +104,8 @@ private:
   };
 
   void SetCell(const SplatContext& context, const SubAperture& cell);
+  void RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
+    const Executor& executor, const RenderTarget& target);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target, const CellFunction& afterCell);
   void RenderCell(
@@ -133,5 +139,9 @@ private:
   Pool<TileRaster> Rasters;
   std::vector<TileResult> Tiles;
   FrameAverage Average;
+  DoubtfulTiles Doubtful;        // where cells are rendered
+  bool SumsDoubts = false;       // while the picture through the whole lens is rendered
+  std::vector<float> WholeColor; // the picture through the whole lens
+  std::vector<float> WholeDepth;
 };
 }

@@ -12,7 +12,7 @@ struct Frame
   /// Null if only the layers are wanted.
   float* Color = nullptr;
   /// [Height][Width] distance along the view direction to the layer in which alpha passes one half,
-  /// world units; 0 where it never does.
+  /// world units; 0 where it never does. Null only if Color is.
   float* Depth = nullptr;
 };
 }

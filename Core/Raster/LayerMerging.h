@@ -239,6 +239,36 @@ SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& ch
   }
 }
 
+/// Adds the doubt about layers of which a part is composited: how far the interval of the visible
+/// share of the layers before is open, times the contrast to what is seen instead.
+SURFELSPLATTING_INLINE void AddDoubt(DoubtedLayers& doubted, const LayerCoverage<Lanes>& layer,
+  const Lanes& before, const LayerLeak<Lanes>& leak, const LeakedLayers& leaked)
+{
+  const Lanes seen = leak.Share * layer.Seen;
+  constexpr float least = 1.0f / 256.0f; // less is seen of it than a picture of eight bits shows
+  const LaneMask counts = seen > least;
+  if (!Any(counts))
+  {
+    return;
+  }
+  const float* from[] = { leaked.Red, leaked.Green, leaked.Blue };
+  float* last[] = { doubted.Red, doubted.Green, doubted.Blue };
+  const Lanes perSeen = 1.0f / Larger(seen, least);
+  Lanes contrast = 0.0f;
+  for (int c = 0; c < 3; ++c)
+  {
+    const Lanes color = perSeen * Lanes::Load(from[c]), old = Lanes::Load(last[c]);
+    contrast = Larger(contrast, Larger(color - old, old - color));
+    Select(counts, color, old).Store(last[c]);
+  }
+  const Lanes part = Smaller(seen / Larger(before, 1e-6f), 1.0f),
+              width = Lanes::Load(doubted.Width);
+  const Lanes doubt = Lanes::Load(doubted.Doubt);
+  Select(counts, doubt + width * contrast * part, doubt).Store(doubted.Doubt);
+  const Lanes own = ShareInterval(before, layer);
+  Select(counts, Larger(own, width * (1.0f - part)), width).Store(doubted.Width);
+}
+
 /// Composites the open layers of the chosen pixels behind the finished ones, but for the share that
 /// stays open.
 /// @param keep unused if Ends: nothing stays
@@ -262,6 +292,10 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   LeakedLayers leaked;
   CompositeColors(tile, block, leak.Share, layer.Seen, settings.LargestColor, leaked);
   (leak.Share * layer.Seen).Store(leaked.Alpha);
+  if (settings.Doubts)
+  {
+    AddDoubt(tile.Doubted[block], layer, before, leak, leaked);
+  }
   StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)
   {
@@ -287,8 +321,12 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
 SURFELSPLATTING_INLINE void EndLayers(
   PixelTile& tile, int block, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
-  Put(tile.Open[block].Far, AllLanes(), -Infinity);
+  OpenLayers& open = tile.Open[block];
+  if (Any(Lanes::Load(open.Weight) > 0.0f))
+  {
+    LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
+  }
+  Put(open.Far, AllLanes(), -Infinity);
 }
 
 /// Hands the layers of the chosen pixels of a coarse grid over and empties them.

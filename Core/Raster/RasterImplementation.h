@@ -175,18 +175,15 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksBetween(unsigned int begin, unsigned 
   return all & (all << begin) & (all >> (BlocksPerRow - end));
 }
 
-/// Bit i: a span of the tile's pixels touches block i.
+/// Bit i: a span of the tile's pixels touches block i. The span is not empty.
 SURFELSPLATTING_INLINE std::uint64_t BlocksOf(const PixelBox& span)
 {
   const auto block = [](int pixel) { return static_cast<unsigned int>(pixel) / BlockSize; };
   const std::uint64_t columns = BlocksBetween(block(span.X0), block(span.X1 + BlockSize - 1));
-  const std::uint64_t rows = BlocksBetween(block(span.Y0), block(span.Y1 + BlockSize - 1));
-  std::uint64_t blocks = 0;
-  for (int j = 0; j < BlocksPerRow; ++j)
-  {
-    blocks |= (rows >> j & 1) * columns << (j * BlocksPerRow);
-  }
-  return blocks;
+  constexpr std::uint64_t all = ~std::uint64_t{ 0 }, firstOfRows = all / ((1u << BlocksPerRow) - 1);
+  const unsigned int below = BlocksPerRow * block(span.Y0);
+  const unsigned int above = BlocksPerTile - BlocksPerRow * block(span.Y1 + BlockSize - 1);
+  return (columns * firstOfRows) & (all << below) & (all >> above);
 }
 
 /// Blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a

@@ -67,12 +67,22 @@ struct alignas(64) FinishedLayers
   float Fragments[PixelsPerBlock];     ///< so far; only with a callback
 };
 
+/// How uncertain it is what is seen of the finished layers (Core/Picture/DoubtfulTiles.h).
+struct alignas(64) DoubtedLayers
+{
+  float Doubt[PixelsPerBlock]; ///< so far
+  float Width[PixelsPerBlock]; ///< share of the lens through which the last layers, or what is
+                               ///< behind them, are seen
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< of the last layer
+};
+
 struct PixelTile
 {
   OpenLayers Open[BlocksPerTile];
   LensLayers Lens[BlocksPerTile];
   CoarseLayers Coarse[BlocksPerTile];
   FinishedLayers Finished[BlocksPerTile];
+  DoubtedLayers Doubted[BlocksPerTile]; ///< with RasterSettings::Doubts only
   /// Bit i: no pixel of block i lets more than MinTransmittance through. With
   /// RasterSettings::SkipHidden nothing more is added to the block.
   std::uint64_t Opaque;
@@ -121,6 +131,7 @@ struct RasterSettings
   float LensRadius = 0.0f, BlurPerDepth = 0.0f;
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false; ///< add nothing to opaque blocks
+  bool Doubts = false;     ///< sum up PixelTile::Doubted
 };
 
 /// A splat and its optional data.

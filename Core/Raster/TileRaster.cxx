@@ -84,7 +84,6 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
 TileRaster::Counts TileRaster::RenderLayers(
   const SplatList& list, const TileBins& bins, std::size_t tile, LazySplats* lazy)
 {
-  this->Clear();
   this->Next = bins.Offsets[tile];
   this->Last = bins.Offsets[tile + 1];
   this->Pending.clear();
@@ -93,6 +92,12 @@ TileRaster::Counts TileRaster::RenderLayers(
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
+  this->IsEmpty = run == end && this->Next == this->Last;
+  if (this->IsEmpty)
+  {
+    return counts;
+  }
+  this->Clear();
   // Binned splats in front of the first run are drawn first: they are not hidden if the run is.
   bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
   while (run != end && !opaque)
@@ -111,6 +116,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   }
   counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
   this->CloseAll();
+  counts.Doubt = this->Settings.Doubts ? this->LargestDoubt() : 0.0f;
   return counts;
 }
 
@@ -119,6 +125,7 @@ TileRaster::Counts TileRaster::RenderNearest(
   const SplatList& list, const TileBins& bins, std::size_t tile)
 {
   Counts counts;
+  this->IsEmpty = false;
   this->Clear();
   for (OpenLayers& open : this->Tile.Open)
   {
@@ -146,7 +153,8 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
     this->Pending.begin(), this->Pending.begin() + static_cast<std::ptrdiff_t>(this->PendingNext));
   this->PendingNext = 0;
   const std::size_t before = this->Pending.size(), wanted = before + std::max(enough, before);
-  const int right = this->OriginX + TileSize, top = this->OriginY + TileSize;
+  const int left = this->OriginX, right = left + TileSize;
+  const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
@@ -163,11 +171,10 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
       // Branch-free, because the branch could not be predicted: the next one overwrites it if it is
       // outside.
       const PixelBox& box = list.Boxes[i];
-      const int inside = static_cast<int>(box.X0 < right) &
-        static_cast<int>(box.X1 > this->OriginX) & static_cast<int>(box.Y0 < top) &
-        static_cast<int>(box.Y1 > this->OriginY);
+      // Negative if all of the differences are.
+      const int inside = (box.X0 - right) & (left - box.X1) & (box.Y0 - top) & (bottom - box.Y1);
       this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Nears[i])) << 32 | i;
-      size += static_cast<std::size_t>(inside);
+      size += static_cast<unsigned int>(inside) >> 31;
     }
   }
   this->Pending.resize(size);
@@ -181,21 +188,19 @@ bool TileRaster::AddBefore(
 {
   // Checking whether all of the tile is opaque costs about as much as a splat.
   constexpr std::uint64_t checkEvery = 64;
+  const auto nextBinned = [&] {
+    return this->Next < this->Last ? NearOf(list, bins.Indices[this->Next]) : Infinity;
+  };
+  const auto nextPending = [&] {
+    return this->PendingNext < this->Pending.size()
+      ? FloatOfBits(static_cast<std::uint32_t>(this->Pending[this->PendingNext] >> 32))
+      : Infinity;
+  };
+  float binned = nextBinned();
   for (std::uint64_t added = 1;; ++added)
   {
-    const bool isBinned = this->Next < this->Last;
-    const bool isPending = this->PendingNext < this->Pending.size();
-    if (!isBinned && !isPending)
-    {
-      return false;
-    }
-    const float binned = isBinned ? NearOf(list, bins.Indices[this->Next]) : 0.0f;
-    const float pending = isPending
-      ? lazy->Splats().Splats[static_cast<std::uint32_t>(this->Pending[this->PendingNext])].Near
-      : 0.0f;
-    const bool takeBinned = isBinned && (!isPending || binned <= pending);
-    const float near = takeBinned ? binned : pending;
-    if (!(near < depth || depth == Infinity))
+    const float pending = nextPending(), near = std::min(binned, pending);
+    if (!(near < depth))
     {
       return false;
     }
@@ -203,11 +208,12 @@ bool TileRaster::AddBefore(
     {
       return true;
     }
-    if (takeBinned)
+    if (binned <= pending)
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
       Prefetch(list, bins.Indices[ahead]);
       counts.Fragments += this->Add(list, bins.Indices[this->Next++]);
+      binned = nextBinned();
     }
     else
     {
@@ -259,6 +265,22 @@ bool TileRaster::IsOpaque(float near) const
   return true;
 }
 
+/// The background that shines through the last layers may have any colour.
+float TileRaster::LargestDoubt() const
+{
+  float largest = 0.0f;
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    const DoubtedLayers& doubted = this->Tile.Doubted[i];
+    const FinishedLayers& done = this->Tile.Finished[i];
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      largest = std::max(largest, doubted.Doubt[l] + doubted.Width[l] * done.Transmittance[l]);
+    }
+  }
+  return largest;
+}
+
 void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)
 {
   this->OriginX = static_cast<int>(tile % bins.TilesX) * TileSize;
@@ -273,25 +295,43 @@ void TileRaster::Clear()
   const bool collects = this->Settings.Pass == RasterPass::Collect;
   std::memset(static_cast<void*>(this->Tile.Open), 0, sizeof(this->Tile.Open));
   std::memset(static_cast<void*>(this->Tile.Finished), 0, sizeof(this->Tile.Finished));
-  if (collects || this->Settings.LensRadius > 0.0f)
-  {
-    std::memset(static_cast<void*>(this->Tile.Lens), 0, sizeof(this->Tile.Lens));
-  }
   if (collects)
   {
     std::memset(static_cast<void*>(this->Tile.Coarse), 0, sizeof(this->Tile.Coarse));
   }
+  if (this->Settings.Doubts)
+  {
+    std::memset(static_cast<void*>(this->Tile.Doubted), 0, sizeof(this->Tile.Doubted));
+  }
   this->Tile.Opaque = this->Tile.Tilted = 0;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    FinishedLayers& done = this->Tile.Finished[i];
     std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
-    std::fill_n(this->Tile.Coarse[i].Near, PixelsPerBlock, Infinity);
-    std::fill_n(done.OccluderDepth, PixelsPerBlock, Infinity);
+    std::fill_n(this->Tile.Lens[i].FillX, PixelsPerBlock, 0.0f);
+    std::fill_n(this->Tile.Lens[i].FillY, PixelsPerBlock, 0.0f);
+    std::fill_n(this->Tile.Finished[i].Transmittance, PixelsPerBlock, 1.0f);
+    std::fill_n(this->Tile.Finished[i].OccluderDepth, PixelsPerBlock, Infinity);
+    if (collects)
+    {
+      std::fill_n(this->Tile.Coarse[i].Near, PixelsPerBlock, Infinity);
+    }
+  }
+  if (this->OccluderDepth || this->OriginX + TileSize > this->Width ||
+    this->OriginY + TileSize > this->Height)
+  {
+    this->ClearPixels();
+  }
+}
+
+/// Pixels outside of the picture are finished from the start; props hide what is behind them.
+void TileRaster::ClearPixels()
+{
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    FinishedLayers& done = this->Tile.Finished[i];
     const int x0 = this->BlockX(i), y0 = this->BlockY(i);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
-      // Pixels outside the picture are finished from the start.
       const int x = x0 + l % BlockSize, y = y0 + l / BlockSize;
       const bool inside = x < this->Width && y < this->Height;
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
@@ -303,6 +343,14 @@ void TileRaster::Clear()
     const bool outside = x0 >= this->Width || y0 >= this->Height;
     this->Tile.Opaque |= static_cast<std::uint64_t>(outside ? 1 : 0) << i;
   }
+}
+
+inline TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
+{
+  return { { std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
+             std::min(TileSize, box.X1 - this->OriginX),
+             std::min(TileSize, box.Y1 - this->OriginY) },
+    x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
 }
 
 /// Adds a splat or a tent; returns the number of fragments.
@@ -326,14 +374,6 @@ std::uint64_t TileRaster::AddTent(const Tent& t)
 {
   return Target.AddTent(
     this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callbacks());
-}
-
-TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) const
-{
-  return { { std::max(0, box.X0 - this->OriginX), std::max(0, box.Y0 - this->OriginY),
-             std::min(TileSize, box.X1 - this->OriginX),
-             std::min(TileSize, box.Y1 - this->OriginY) },
-    x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
 }
 
 RasterCallbacks TileRaster::Callbacks()
@@ -445,6 +485,12 @@ void TileRaster::Store(const Frame& frame) const
   {
     const std::size_t first =
       static_cast<std::size_t>(this->OriginY + j) * frame.Width + this->OriginX;
+    if (this->IsEmpty)
+    {
+      std::fill_n(frame.Color + 4 * first, 4 * columns, 0.0f);
+      std::fill_n(frame.Depth + first, columns, 0.0f);
+      continue;
+    }
     const FinishedLayers* row = this->Tile.Finished + j / BlockSize * BlocksPerRow;
     const int inBlock = j % BlockSize * BlockSize;
     for (int i = 0; i < columns; i += BlockSize)

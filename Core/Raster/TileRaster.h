@@ -45,6 +45,7 @@ public:
     std::uint64_t Fragments = 0;
     std::uint64_t LazyPairs = 0; ///< splats that were made when they were needed
     std::uint64_t Hidden = 0;    ///< splats that were skipped, since all of the tile was opaque
+    float Doubt = 0.0f;          ///< largest one about a pixel; with RasterSettings::Doubts only
   };
 
   /// Rasterises a tile into the frame.
@@ -61,8 +62,10 @@ private:
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
   unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near) const;
+  float LargestDoubt() const;
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
+  void ClearPixels();
   void Store(const Frame& frame) const;
   template <class Function>
   void ForPixels(int block, unsigned int lanes, Function&& function) const;
@@ -84,6 +87,7 @@ private:
   LayerSink* Sink = nullptr;
   CellSink* Cells = nullptr;
   bool SkipHidden = false;
+  bool IsEmpty = false; // nothing lies in the tile, which has not been cleared
   int OriginX = 0;
   int OriginY = 0;
   int Width = 0; // of the frame

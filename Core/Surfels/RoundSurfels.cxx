@@ -29,7 +29,7 @@ RoundSurfels::RoundSurfels(
   }
 }
 
-SurfelCloud RoundSurfels::Cloud() const
+SurfelCloud RoundSurfels::Cloud() const&
 {
   SurfelCloud cloud;
   cloud.NumberOfSurfels = this->Count;

@@ -26,7 +26,8 @@ public:
   RoundSurfels(std::size_t count, const float* positions, const float* normals, double spacing);
 
   /// One-sided and white. Set its colours, material and transform before it is rendered.
-  SurfelCloud Cloud() const;
+  SurfelCloud Cloud() const&;
+  SurfelCloud Cloud() const&& = delete; // it would outlive the arrays
 
 private:
   std::size_t Count;

@@ -2,7 +2,6 @@
 // Points of a sphere -> surfels -> picture with depth of field, without a window.
 #include "vtkActor.h"
 #include "vtkCamera.h"
-#include "vtkImageShiftScale.h"
 #include "vtkNew.h"
 #include "vtkPNGWriter.h"
 #include "vtkPointSource.h"
@@ -35,13 +34,8 @@ int main(int argc, char** argv)
   picture->SetCamera(camera);
   picture->SetSize(512, 512);
 
-  vtkNew<vtkImageShiftScale> bytes; // the picture is float, 0 to 1
-  bytes->SetInputConnection(picture->GetOutputPort());
-  bytes->SetScale(255);
-  bytes->SetOutputScalarTypeToUnsignedChar();
-  bytes->ClampOverflowOn();
   vtkNew<vtkPNGWriter> writer;
-  writer->SetInputConnection(bytes->GetOutputPort());
+  writer->SetInputConnection(picture->GetOutputPort(1)); // 8 bits; port 0 has floats
   writer->SetFileName(argc > 1 ? argv[1] : "example.png");
   writer->Write();
   return writer->GetErrorCode() == 0 ? 0 : 1;

@@ -7,6 +7,8 @@
  */
 #pragma once
 
+#include "Filters/Common/NearbyPoints.h"
+
 #include <pcl/point_types.h>
 #include <pcl/search/search.h>
 
@@ -30,6 +32,8 @@ private:
   int Last = -1;                    // point of the last query for the nearest ones, or -1
   int LastWanted = 0;
   float LastReach = 0.0f;
+  NearbyPoints Nearby; // of the points before NearbyEnd
+  int NearbyEnd = -1;
 };
 
 /// Queries are const and may run in parallel; their results do not depend on the threads.
@@ -64,11 +68,18 @@ public:
 private:
   struct Tree;
   class Result;
+  class Collection;
 
   int Query(const float* place, std::size_t first, int wanted, float squaredReach,
     Neighbors& neighbors) const;
   std::size_t NearestTree(const float* place) const;
+  template <typename Results>
+  void SearchTrees(const float* place, std::size_t first, Results& results) const;
+  std::size_t TreeOf(int i) const;
   void QueryPoint(int i, int wanted, float squaredReach, Neighbors& neighbors) const;
+  void GatherNearby(int i, int wanted, Neighbors& neighbors) const;
+  bool FindNearby(int i, int wanted, Neighbors& neighbors) const;
+  static void Take(int i, int wanted, int found, Neighbors& neighbors);
   float BoundOf(int i, int wanted, const Neighbors& neighbors) const;
 
   const float* Positions;

@@ -63,14 +63,18 @@ public:
   }
 
   /// Keeps the part with n.x <= d.
+  /// @param d positive: the padding, at the origin, is not cut off
   void Cut(float nx, float ny, float d)
   {
-    float distances[MaxCorners];
+    alignas(32) float distances[MaxCorners];
     int cut = 0;
-    for (int k = 0; k < this->Count; ++k)
+    for (int first = 0; first < this->Count; first += Lanes)
     {
-      distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
-      cut += distances[k] > 0.0f ? 1 : 0;
+      for (int k = first; k < first + Lanes; ++k)
+      {
+        distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
+        cut += distances[k] > 0.0f ? 1 : 0;
+      }
     }
     if (cut == this->Count)
     {
@@ -106,8 +110,11 @@ public:
   }
 
 private:
+  /// Corners are padded to full vectors with zeros.
+  static constexpr int Lanes = 8;
+
   /// A cut adds one corner at most; all neighbours and the border may cut.
-  static constexpr int MaxCorners = ReachCorners + SheetCapacity + 2;
+  static constexpr int MaxCorners = (ReachCorners + SheetCapacity + 2 + Lanes - 1) / Lanes * Lanes;
 
   static std::array<Point2, ReachCorners> UnitCorners()
   {
@@ -171,8 +178,13 @@ private:
     this->Y[k] = p.Y;
   }
 
+  /// Call after every change of the corners.
   void Measure()
   {
+    for (int k = this->Count; k % Lanes != 0; ++k)
+    {
+      this->X[k] = this->Y[k] = 0.0f;
+    }
     this->Squared = 0.0f;
     for (int k = 0; k < this->Count; ++k)
     {
@@ -180,7 +192,8 @@ private:
     }
   }
 
-  float X[MaxCorners], Y[MaxCorners];
+  alignas(32) float X[MaxCorners];
+  alignas(32) float Y[MaxCorners];
   int Count = 0;
   float Squared = 0.0f;
 };

@@ -72,25 +72,30 @@ private:
 class SheetSums
 {
 public:
-  explicit SheetSums(const NeighborRows& rows)
+  /// @param peaks of the surfels' kernels, 1 / area, over SampleBlock::Peak
+  SheetSums(const NeighborRows& rows, const std::vector<float>& peaks)
     : Rows(rows)
+    , AllPeaks(peaks)
     , Ids(static_cast<std::size_t>(rows.Used) + 1)
     , Areas(this->Ids.size())
+    , Peaks(this->Ids.size())
     , Terms(this->Ids.size())
     , Own(SampleBlockSize)
   {
   }
 
+  /// @param reached number of ranks that the samples reach
   /// @param areas null: not needed
-  void Begin(int owner, const std::vector<double>* areas)
+  void Begin(int owner, int reached, const std::vector<double>* areas)
   {
     const int* row = this->Rows.Row(owner);
-    this->Count = 1 + static_cast<int>(std::find(row, row + this->Rows.Used, -1) - row);
+    this->Count = reached;
     this->Ids[0] = owner;
     std::copy_n(row, this->Count - 1, this->Ids.begin() + 1);
     for (int k = 0; k < this->Count; ++k)
     {
-      this->Areas[k] = areas ? (*areas)[this->Ids[k]] : 0.0;
+      this->Peaks[k] = this->AllPeaks[this->Ids[k]];
+      this->Areas[k] = areas ? (*areas)[this->Ids[k]] * this->Peaks[k] : 0.0;
       this->Terms[k] = 0;
     }
   }
@@ -109,7 +114,8 @@ public:
   {
     for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
     {
-      this->Terms[block.Ranks[e]] += FixedSums::ToFixed(factor * block.Kernels[e]);
+      const unsigned char rank = block.Ranks[e];
+      this->Terms[rank] += FixedSums::ToFixed(factor * this->Peaks[rank] * block.Kernels[e]);
     }
   }
 
@@ -142,8 +148,10 @@ public:
 
 private:
   const NeighborRows& Rows;
+  const std::vector<float>& AllPeaks;
   std::vector<int> Ids;
-  std::vector<double> Areas;
+  std::vector<double> Areas; // times the peaks
+  std::vector<double> Peaks;
   std::vector<std::int64_t> Terms;
   std::vector<std::int64_t> Own; // [SampleBlockSize]
   int Count = 0;
@@ -175,11 +183,27 @@ SumStatistics Statistics(const SumMoments& all, WeightReport& report)
   return result;
 }
 
-/// The samples of all surfels.
+/// The samples of all surfels, and what is left of the kernels.
 struct Sampling
 {
   NeighborRows Rows;
   Blocks All;
+  std::vector<float> Areas; // [n] initial ones, world units squared
+  std::vector<float> Peaks; // [n] of kernels with unit mass within the support, as SheetSums wants
+
+  /// Frees the kernels.
+  void Take(double support, std::vector<WeightedKernel>& kernels)
+  {
+    const double scale = 1.0 / (SampleBlock::Peak * (1.0 - std::exp(-support)));
+    this->Areas.reserve(kernels.size());
+    this->Peaks.reserve(kernels.size());
+    for (const WeightedKernel& kernel : kernels)
+    {
+      this->Areas.push_back(kernel.Area);
+      this->Peaks.push_back(static_cast<float>(scale * kernel.Peak));
+    }
+    kernels = std::vector<WeightedKernel>();
+  }
 
   /// Calls visit(sheet, b, begin, end) for each surfel with samples, in parallel over the blocks,
   /// whose index is b. The surfel has the samples from `begin` to `end`.
@@ -189,7 +213,7 @@ struct Sampling
   {
     const auto count = static_cast<vtkIdType>(this->All.size());
     vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
-      SheetSums sheet(this->Rows);
+      SheetSums sheet(this->Rows, this->Peaks);
       for (; b < last; ++b)
       {
         const SampleBlock& block = this->All[b];
@@ -198,7 +222,7 @@ struct Sampling
         {
           if (block.Owned[i] < block.Owned[i + 1])
           {
-            sheet.Begin(first + i, areas);
+            sheet.Begin(first + i, block.Reached[i], areas);
             visit(sheet, b, block.Owned[i], block.Owned[i + 1]);
             if (sums)
             {
@@ -276,20 +300,24 @@ bool FindSamples(const WeightProblem& problem, const StageProgress& progress,
   return MakeSamples(problem, samples.Rows, progress.Part(0.6, 1.0), samples.All);
 }
 
-void Step(const WeightProblem& problem, const FixedSums& denominators, const FixedSums& numerators,
-  std::vector<double>& areas)
+struct StepInput
 {
-  const std::vector<WeightedKernel>& kernels = problem.Kernels;
-  const WeightSettings& settings = problem.Settings;
+  const WeightSettings& Settings;
+  const std::vector<float>& InitialAreas;
+  const FixedSums &Denominators, &Numerators;
+};
+
+void Step(const StepInput& input, std::vector<double>& areas)
+{
   vtkSMPTools::For(0, static_cast<vtkIdType>(areas.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
-      const double denominator = denominators.Get(i);
+      const double denominator = input.Denominators.Get(i);
       if (denominator > 0.0)
       {
-        const double start = kernels[i].Area;
-        areas[i] = std::clamp(areas[i] * numerators.Get(i) / denominator,
-          settings.MinimumFactor * start, settings.MaximumFactor * start);
+        const double start = input.InitialAreas[i];
+        areas[i] = std::clamp(areas[i] * input.Numerators.Get(i) / denominator,
+          input.Settings.MinimumFactor * start, input.Settings.MaximumFactor * start);
       }
     }
   });
@@ -345,12 +373,14 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   {
     return false;
   }
+  samples.Take(problem.Settings.Support, problem.Kernels);
   // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
   Accumulate(samples, nullptr, denominators, statistics);
   FixedSums numerators(areas.size());
   double last = std::numeric_limits<double>::infinity();
+  bool isMeasured = false; // of the final areas
   for (int step = 0; step < iterations; ++step)
   {
     Accumulate(samples, &areas, numerators, statistics);
@@ -361,27 +391,29 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
     }
     const SumStatistics now = Statistics(moments, report);
     report.Before = step == 0 ? now : report.Before;
-    if (now.StandardDeviation > MaxErrorRatio * last || report.NumberOfSamples == 0)
+    isMeasured = now.StandardDeviation > MaxErrorRatio * last || report.NumberOfSamples == 0;
+    if (isMeasured)
     {
+      report.After = now;
       break;
     }
     last = now.StandardDeviation;
-    Step(problem, denominators, numerators, areas);
+    Step({ problem.Settings, samples.Areas, denominators, numerators }, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {
       return false;
     }
   }
-  moments = Measure(samples, areas);
-  if (!share(running, moments))
+  if (!isMeasured)
   {
-    return false;
-  }
-  report.After = Statistics(moments, report);
-  if (iterations == 0)
-  {
-    report.Before = report.After;
+    moments = Measure(samples, areas);
+    if (!share(running, moments))
+    {
+      return false;
+    }
+    report.After = Statistics(moments, report);
+    report.Before = iterations == 0 ? report.After : report.Before;
   }
   return progress.Step(1.0);
 }

@@ -57,7 +57,6 @@ struct Sheet
   alignas(64) float NY[Capacity];
   alignas(64) float NZ[Capacity];
   alignas(64) float Climb[Capacity];
-  float Peak[Capacity];
 
   /// @param at in units of `spacing`, which is in world units
   void Add(
@@ -80,7 +79,6 @@ struct Sheet
     this->NY[k] = kernel.Normal.Y;
     this->NZ[k] = kernel.Normal.Z;
     this->Climb[k] = climb * kernel.Sigma / spacing;
-    this->Peak[k] = kernel.Peak;
   }
 
   /// Pads to full vectors; call after the last Add.
@@ -151,6 +149,17 @@ SURFEL_MULTIVERSION void FindExponents(
   }
 }
 
+/// Number of ranks up to the last one of the entries from `first` on.
+unsigned char ReachedSince(std::size_t first, const SampleBlock& block)
+{
+  int reached = 0;
+  for (std::size_t e = first; e < block.Ranks.size(); ++e)
+  {
+    reached = std::max(reached, block.Ranks[e] + 1);
+  }
+  return static_cast<unsigned char>(reached);
+}
+
 /// Makes the samples of one surfel after another.
 class Sampler
 {
@@ -160,8 +169,6 @@ public:
     , Kernels(problem.Kernels)
     , Settings(problem.Settings)
     , Rows(rows)
-    // Unit mass within the support.
-    , KernelScale(static_cast<float>(1.0 / (1.0 - std::exp(-problem.Settings.Support))))
   {
   }
 
@@ -295,7 +302,8 @@ private:
     {
       const int k = reaching[e];
       block.Ranks[first + e] = s.Ranks[k];
-      block.Kernels[first + e] = this->KernelScale * s.Peak[k] * std::exp(-this->Exponents[k]);
+      block.Kernels[first + e] =
+        static_cast<std::uint16_t>(SampleBlock::Peak * std::exp(-this->Exponents[k]) + 0.5f);
     }
   }
 
@@ -303,7 +311,6 @@ private:
   const std::vector<WeightedKernel>& Kernels;
   const WeightSettings& Settings;
   const NeighborRows& Rows;
-  float KernelScale;
   double Spacing = 1.0; // the owner's
   Sheet Near;
   SamplePositions At{};
@@ -349,7 +356,7 @@ bool MakeSamples(const WeightProblem& problem, const NeighborRows& rows,
         block.Clear();
         for (vtkIdType i = b * SampleBlockSize; i < std::min(count, (b + 1) * SampleBlockSize); ++i)
         {
-          const std::size_t before = block.Count();
+          const std::size_t before = block.Count(), entries = block.Ranks.size();
           sampler.Sample(static_cast<int>(i), block);
           if (sharing && !sharing->IsOwn[static_cast<std::size_t>(i)])
           {
@@ -357,6 +364,7 @@ bool MakeSamples(const WeightProblem& problem, const NeighborRows& rows,
               block.Inside.end(), CountedSample, HaloSample);
           }
           block.Owned.push_back(static_cast<int>(block.Count()));
+          block.Reached.push_back(ReachedSince(entries, block));
         }
         blocks[b] = block; // the copy has no spare capacity
       }

@@ -8,6 +8,7 @@
 #include "Filters/Normalization/WeightProblem.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace SurfelGeometry
@@ -31,12 +32,16 @@ struct NeighborRows
 /// Samples of the surfels of one block and the kernels that reach them.
 struct SampleBlock
 {
-  std::vector<unsigned char> Ranks; // [entries] 0: the sample's owner; k: Row(owner)[k - 1]
-  std::vector<float> Kernels;       // [entries] K at the sample, 1 / area
-  std::vector<int> Ends{ 0 };       // [samples + 1] first entry of a sample
-  std::vector<float> Weights;       // [samples] area
-  std::vector<char> Inside;         // [samples] CountedSample, HaloSample; 0: beyond the border
-  std::vector<int> Owned{ 0 };      // [surfels + 1] first sample of a surfel
+  /// A kernel's peak in Kernels.
+  static constexpr float Peak = 65535.0f;
+
+  std::vector<unsigned char> Ranks;   // [entries] 0: the sample's owner; k: Row(owner)[k - 1]
+  std::vector<std::uint16_t> Kernels; // [entries] K at the sample over K's peak, times Peak
+  std::vector<int> Ends{ 0 };         // [samples + 1] first entry of a sample
+  std::vector<float> Weights;         // [samples] area
+  std::vector<char> Inside;           // [samples] CountedSample, HaloSample; 0: beyond the border
+  std::vector<int> Owned{ 0 };        // [surfels + 1] first sample of a surfel
+  std::vector<unsigned char> Reached; // [surfels] number of ranks that its samples reach
 
   std::size_t Count() const { return this->Weights.size(); }
   int Surfels() const { return static_cast<int>(this->Owned.size()) - 1; }
@@ -50,6 +55,7 @@ struct SampleBlock
     this->Weights.clear();
     this->Inside.clear();
     this->Owned.assign(1, 0);
+    this->Reached.clear();
   }
 };
 

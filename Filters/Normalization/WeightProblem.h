@@ -85,7 +85,7 @@ struct WeightSharing
 struct WeightProblem
 {
   const LocalCloud& Cloud;
-  const std::vector<WeightedKernel>& Kernels; // [n]
+  std::vector<WeightedKernel>& Kernels; // [n] the solver frees them when it has the samples
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
   const NeighborGraph* Graph;   // nearest neighbours; null: none known

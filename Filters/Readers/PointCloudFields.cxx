@@ -105,9 +105,10 @@ void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int str
 
 vtkSmartPointer<vtkPoints> DecodePoints(const FieldCloud& cloud, const Triple& xyz)
 {
-  // A float does not hold every int either.
-  const bool isDouble = std::any_of(xyz.begin(), xyz.end(),
-    [](const Field* field) { return VTKType(*field) == VTK_DOUBLE || VTKType(*field) == VTK_INT; });
+  // A float does not hold every whole number of four bytes either.
+  const bool isDouble = std::any_of(xyz.begin(), xyz.end(), [](const Field* field) {
+    return SizeOf(field->Type) > 4 || (SizeOf(field->Type) == 4 && field->Type != Field::FLOAT32);
+  });
   auto points = vtkSmartPointer<vtkPoints>::New();
   points->SetDataType(isDouble ? VTK_DOUBLE : VTK_FLOAT);
   points->SetNumberOfPoints(Count(cloud));
@@ -256,7 +257,12 @@ void CheckFields(const FieldCloud& cloud)
 void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field*>& used)
 {
   const Field* packed = Find(cloud, "rgba") ? Find(cloud, "rgba") : Find(cloud, "rgb");
-  const Triple separate = FindTriple(cloud, { "red", "green", "blue" });
+  Triple separate = FindTriple(cloud, { "red", "green", "blue" });
+  for (const auto& names : { std::array<const char*, 3>{ "r", "g", "b" },
+         std::array<const char*, 3>{ "diffuse_red", "diffuse_green", "diffuse_blue" } })
+  {
+    separate = separate[0] ? separate : FindTriple(cloud, names);
+  }
   if (packed && SizeOf(packed->Type) == 4)
   {
     data->SetScalars(UnpackColors(DecodePackedColors(cloud, *packed), packed->Name == "rgba"));

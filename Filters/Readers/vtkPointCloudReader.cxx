@@ -57,7 +57,10 @@ void AddSensor(const PointCloud::PointCloudFile& file, vtkPolyData* output)
   const double* v = file.Viewpoint;
   double b[6];
   output->GetBounds(b);
-  AddFieldArray("ScanViewpoint", { v[0], v[1], v[2] }, output);
+  if (file.HasViewpoint)
+  {
+    AddFieldArray("ScanViewpoint", { v[0], v[1], v[2] }, output);
+  }
   AddFieldArray("ScanBounds", { b[0], b[1], b[2], b[3], b[4], b[5] }, output);
   if (file.Cloud.Height > 1)
   {
@@ -112,7 +115,7 @@ int vtkPointCloudReader::RequestData(
     this->HasViewpoint = file.HasViewpoint;
     this->Dimensions[0] = static_cast<int>(file.Cloud.Width);
     this->Dimensions[1] = static_cast<int>(file.Cloud.Height);
-    if (file.HasViewpoint)
+    if (file.HasViewpoint || file.Cloud.Height > 1)
     {
       AddSensor(file, output);
     }

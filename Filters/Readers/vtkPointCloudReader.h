@@ -9,8 +9,9 @@
  *
  * | field                              | output                                                  |
  * |------------------------------------|---------------------------------------------------------|
- * | x y z                              | points; double where the file has doubles               |
- * | rgb, rgba; red green blue (alpha)  | unsigned char scalars "RGB" or "RGBA"                   |
+ * | x y z                              | points; double where a float would round them           |
+ * | rgb, rgba; red green blue (alpha)  | unsigned char scalars "RGB" or "RGBA"; so do r g b and  |
+ * |                                    | diffuse_red .. diffuse_blue                             |
  * | normal_x .. normal_z, nx ny nz     | float "Normals", set as the normals                     |
  * | any other                          | an array of the field's name, type and component count  |
  *
@@ -19,8 +20,8 @@
  * filters drop and count them. All points form one poly-vertex cell, so that an ordinary mapper
  * shows them.
  *
- * If the viewpoint is known, the field arrays ScanViewpoint, ScanBounds and (organized clouds)
- * ScanDimensions have it, for filters that do not know the reader; Documentation/DataContract.md.
+ * What is known of the sensor is in the field arrays ScanViewpoint, ScanBounds and (organized
+ * clouds) ScanDimensions, for filters that do not know the reader; Documentation/DataContract.md.
  *
  * The ParaView plugin is built without .ply files, which ParaView reads itself.
  *

@@ -179,6 +179,13 @@ bool PropImage::Begin(const PassFrame& frame, const SceneView& view, Ranks* rank
   return true;
 }
 
+void PropImage::ReadNothing()
+{
+  this->Gathered = false;
+  this->HasImage = false;
+  this->Distances.clear();
+}
+
 bool PropImage::ReadDepth(const PassFrame& frame)
 {
   const bool isRead = this->Blit.ReadDepth(frame.Window, frame.Rectangle, this->WindowDepth);
@@ -402,12 +409,14 @@ const float* PropImage::JoinDepth(
     const double depth = range.WindowDepthOf(distance);
     return std::min(propDepth, static_cast<float>(std::min(std::max(depth, 0.0), 1.0)));
   };
-  const auto count = static_cast<vtkIdType>(this->WindowDepth.size());
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
+  const bool hasProps = !this->Distances.empty();
+  this->WindowDepth.resize(picture.Pixels);
+  vtkSMPTools::For(0, static_cast<vtkIdType>(picture.Pixels), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType p = begin; p < end; ++p)
     {
       const float largest = picture.Color[4 * p + 3] > 0.0f ? deepest : 1.0f;
-      this->WindowDepth[p] = std::min(join(this->WindowDepth[p], picture.Depth[p]), largest);
+      const float prop = hasProps ? this->WindowDepth[p] : 1.0f;
+      this->WindowDepth[p] = std::min(join(prop, picture.Depth[p]), largest);
     }
   });
   return this->WindowDepth.data();

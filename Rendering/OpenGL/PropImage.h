@@ -29,6 +29,7 @@ struct SplattedPicture
 {
   const float* Color;                     ///< [height][width][4] premultiplied RGBA
   const float* Depth;                     ///< [height][width] distance; 0 where there is none
+  std::size_t Pixels;                     ///< height times width
   const DepthImageSurfels& BlurredPixels; ///< pixels of props that it shows through the lens
 };
 
@@ -56,6 +57,9 @@ public:
   /// Whether the lens blurs any of the props.
   bool IsBlurred() const { return this->Margin > 0; }
 
+  /// Call after the props were drawn, instead of ReadDepth and Read, if there are none.
+  void ReadNothing();
+
   /// Call after the props were drawn. False if their depth could not be read: they then hide
   /// nothing.
   bool ReadDepth(const PassFrame& frame);
@@ -73,8 +77,11 @@ public:
   bool IsGathered() const { return this->Gathered; }
 
   /// [height][width] distance of the props along the view direction, world units; infinity where
-  /// there are none.
-  const float* OccluderDepth() const { return this->Distances.data(); }
+  /// there are none. Null if there are none at all.
+  const float* OccluderDepth() const
+  {
+    return this->Distances.empty() ? nullptr : this->Distances.data();
+  }
 
   /// The image for the splatter; null if the props stay sharp or the image is on rank 0.
   const DepthImage* BlurredImage() const { return this->HasImage ? &this->Image : nullptr; }

@@ -46,7 +46,7 @@ std::string CheckArray(vtkPolyData* input, const char* name, int components, boo
   if (!array)
   {
     return required ? std::string("The input has no point array ") + name +
-        ": it holds points, not surfels. Put a vtkSurfelEstimation before the mapper."
+        ": it holds points, not surfels. Put a vtkPointsToSurfels before the mapper."
                     : std::string();
   }
   if (array->GetNumberOfComponents() != components)

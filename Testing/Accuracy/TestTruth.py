@@ -24,10 +24,13 @@ FLOORS = {
 
 CELLS = "7"
 CELLS_FLOORS = {"plane": 43.8, "stanford-bunny": 45.7, "bars": 35.5, "veil": 51.3}  # coc36
-# At coc12 against the own reference: one picture and seven cells; what was measured less 0.5.
+MANY_CELLS = "19"
+# At coc12 against the own reference: one picture, seven cells and many; what was measured less 0.5.
+# Seven are drawn only where things cover one another: the rest of a picture is as one is, and the
+# plane is all rest. Everywhere they had 60.6, 58.6, 52.7 and 65.6. Many are drawn everywhere.
 POINTS = "200"
-OWN_FLOORS = {"plane": (53.4, 60.1), "stanford-bunny": (55.0, 58.1), "bars": (44.9, 52.2),
-              "veil": (61.0, 65.1)}
+OWN_FLOORS = {"plane": (53.4, 53.8, 68.0), "stanford-bunny": (55.0, 55.8, 60.4),
+              "bars": (44.9, 47.8, 57.7), "veil": (61.0, 62.4, 69.7)}
 
 
 class Truth(ToolCase):
@@ -48,7 +51,7 @@ class Truth(ToolCase):
     def check_own(self, nodes, scene):
         reference = self.picture(nodes, scene, "coc12", "--reference", POINTS)
         reached = [psnr(self.picture(nodes, scene, "coc12", *options), reference)
-                   for options in ((), ("--lens-cells", CELLS))]
+                   for options in ((), ("--lens-cells", CELLS), ("--lens-cells", MANY_CELLS))]
         print(scene, "coc12, own reference:", *(f"{value:.2f}" for value in reached))
         for value, floor in zip(reached, OWN_FLOORS[scene]):
             self.assertGreater(value, floor, scene)

@@ -12,8 +12,8 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from surfelsplatting.commandline.cameras import View
-from surfelsplatting.commandline.framing import complete_view
+from surfelsplatting.views.cameras import View
+from surfelsplatting.views.framing import complete_view
 from surfelsplatting.vtkSurfelFilters import (vtkSurfelEstimation, vtkSurfelHierarchy,
                                               vtkSurfelNormalization)
 from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader

@@ -55,7 +55,7 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("empty.xyz", ""), "empty")
         self.refuse_cloud(write("junk.ply", b"\0\1\2\3" * 500), "neither a .ply nor a .pcd")
         self.refuse_cloud(write("junk.pcd", "hello"), "neither a .ply nor a .pcd")
-        self.refuse_cloud(write("cloud.obj", "v 1 2 3"), "unknown extension", ".ply", ".vtp")
+        self.refuse_cloud(write("cloud.docx", "v 1 2 3"), "unknown extension", ".ply", ".vtp")
         self.refuse_cloud(write("cloud", "1 2 3"), "unknown extension")
         self.refuse_cloud(write("broken.vtp", "<VTKFile><oops"), "not a readable .vtp")
         self.refuse_cloud(write("image.vtp", "<VTKFile type='ImageData'/>"), "not a readable .vtp")
@@ -83,15 +83,38 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("bytes.pcd", content),
                           'line 9, field y: "\\xff\\xfe1" is not a number')
 
+    def test_names_that_are_no_text(self):
+        with open("ok.ply", "rb") as file:
+            content = file.read()
+        write("names.ply", content.replace(b"uchar red", b"uchar \xff\xfe"))
+        result = self.run_tool("render", "names.ply", *SMALL, "-o", "names.png")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        result = self.run_tool("info", "names.ply")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("\\xff\\xfe: scalars, unsigned char", result.stdout)
+
     def test_clouds_without_points(self):
         write_ply("none.ply", np.zeros((0, 3)))
         self.refuse_cloud("none.ply", "no points")
         write_ply("nan.ply", np.full((50, 3), np.nan))
         self.refuse_cloud("nan.ply", "none of its 50 points", "finite")
+        far = sphere(200)[0] * 1e16
+        np.savetxt("far.xyz", far)
+        self.refuse("render", "far.xyz", "-o", "out.png",
+                    says=("coordinates of 9.99", "up to 1e+15 only"))
+        np.savetxt("farther.xyz", far * 1e20)
+        self.refuse_cloud("farther.xyz", "none of its 200 points", "up to 1e17")
         self.refuse_cloud(write("comment.xyz", "# nothing\n"), "no points")
         write("fields.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\n"
               "property float v\nend_header\n1 2\n")
         self.refuse_cloud("fields.ply", "x, y and z")
+
+    def test_misspelled_options(self):
+        for words, hint in ((("render", "x.ply", "-o", "x.png", "--veiw", "left"), "--view"),
+                            (("film", "x.ply", "-o", "x", "--frams=3"), "--frames")):
+            result = self.run_tool(*words)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"did you mean {hint}? (surfelsplat {words[0]} --help", result.stderr)
 
     def test_text_that_is_no_table(self):
         self.refuse_cloud(write("words.txt", "one two three\n"), "not a table of numbers")
@@ -113,6 +136,9 @@ class TestBadInput(ToolCase):
         self.refuse_view({"viewAngle": 0}, "viewAngle is 0")
         self.refuse_view({"viewAngle": 180}, "viewAngle is 180")
         self.refuse_view({"viewAngle": "wide"}, "viewAngle")
+        self.refuse_view({"viewAngle": 10**400}, "viewAngle is 1000")
+        self.refuse_view({"viewAngle": 30, "circleOfConfusion": -1}, "circleOfConfusion is -1")
+        self.refuse_view({"viewAngle": 30, "focusPoint": [1, 2]}, "focusPoint is [1, 2]")
         self.refuse_view({"viewAngle": 30, "size": [0, 10]}, "size is [0, 10]")
         self.refuse_view({"viewAngle": 30, "focalDisk": -1}, "focalDisk is -1")
         self.refuse_view({"viewAngle": 30, "focalDistance": -1}, "focalDistance is -1")

@@ -4,6 +4,7 @@
 import json
 import math
 import unittest
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,9 +12,11 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from surfelsplatting.commandline.arguments import parse_arguments
-from surfelsplatting.commandline.cameras import View, asked_view, read_view
-from surfelsplatting.commandline.framing import Samples, complete_view, up_axis
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.problems import UserProblem
+from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
+from surfelsplatting.views.framing import Samples, complete_view, keep_sensor, up_axis
+from surfelsplatting.views.vtkcamera import make_camera
 from toolcase import ToolCase, sphere
 
 VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
@@ -88,6 +91,101 @@ class TestCameras(ToolCase):
         self.assertEqual(view.size, (800, 600))
 
 
+    def test_another_side_leaves_the_lens_of_a_file(self):
+        self.write(dict(VIEW, focusPoint=[0.1, 0.2, 0.3]))
+        view = self.asked("--camera", "camera.json", "--view", "left", "--up", "-z")
+        self.assertEqual((view.position, view.focal_point, view.focal_distance), (None, None, 0))
+        self.assertEqual((view.view_up, view.focal_disk, view.focus_point, view.wishes.side),
+                         ((0, 0, -1), 0.5, (0.1, 0.2, 0.3), "left"))
+        self.assertIsNone(self.asked("--camera", "camera.json", "--up", "auto").view_up)
+
+    def test_one_lens_replaces_another(self):
+        self.write(VIEW)
+        for options, lens in ((["--circle-of-confusion", "7"], (0, 7, None, None)),
+                              (["--f-number", "2"], (0, None, 2, None)),
+                              (["--blur", "5"], (0, None, None, 5)),
+                              (["--focal-disk", "3"], (3, None, None, None)),
+                              (["--pinhole"], (0, None, None, None)), ([], (0.5, None, None, None))):
+            view = self.asked("--camera", "camera.json", *options)
+            self.assertEqual((view.focal_disk, view.circle_of_confusion, view.wishes.f_number,
+                              view.wishes.blur), lens)
+            self.assertEqual(view.has_lens, options != ["--pinhole"])
+
+    def test_one_focus_replaces_another(self):
+        self.write(dict(VIEW, focusPoint=[0.1, 0.2, 0.3]))
+        for options, focus in ((["--focal-distance", "2"], (2, None, None)),
+                               (["--focus-point", "1", "0", "-1"], (0, (1, 0, -1), None)),
+                               (["--focus-pixel", "4", "5"], (0, None, (4, 5))),
+                               ([], (4, (0.1, 0.2, 0.3), None))):
+            view = self.asked("--camera", "camera.json", *options)
+            self.assertEqual((view.focal_distance, view.focus_point, view.wishes.focus_pixel), focus)
+
+    def test_focal_length(self):
+        """24 mm is the shorter side of 35 mm film: 50 mm see 27 degrees of it, 39.6 of the longer."""
+        self.assertAlmostEqual(self.asked("--focal-length", "50").view_angle, 26.99, places=2)
+        tall = self.asked("--focal-length", "50", "--size", "400", "600")
+        self.assertAlmostEqual(tall.view_angle, 39.60, places=2)
+
+
+class TestTurns(unittest.TestCase):
+    """A view that is complete but for its turns, against vtkCamera."""
+
+    START = View((3.0, -4.0, 2.0), (1.0, 0.5, 0.25), (0.0, 0.0, 2.5), 40.0, focal_distance=2.0)
+
+    def turned(self, **wishes):
+        return complete_view(replace(self.START, wishes=Wishes(**wishes)), None, vtkPolyData())
+
+    def camera(self):
+        return make_camera(self.START)
+
+    def check(self, view, camera):
+        np.testing.assert_allclose(view.position, camera.GetPosition(), atol=1e-12)
+        ours = make_camera(view).GetViewTransformMatrix()
+        theirs = camera.GetViewTransformMatrix()
+        for row in range(4):
+            for column in range(4):
+                self.assertAlmostEqual(ours.GetElement(row, column),
+                                       theirs.GetElement(row, column), delta=1e-12)
+        self.assertEqual(view.wishes, Wishes())
+
+    def test_azimuth_elevation_roll_are_those_of_vtk(self):
+        for angle in (-200, -30, 0.1, 75):
+            camera = self.camera()
+            camera.Azimuth(angle)
+            self.check(self.turned(azimuth=angle), camera)
+            camera = self.camera()
+            camera.Roll(angle)
+            self.check(self.turned(roll=angle), camera)
+        camera = self.camera()
+        camera.Azimuth(20)
+        camera.Elevation(35)
+        camera.Roll(-50)
+        self.check(self.turned(azimuth=20, elevation=35, roll=-50), camera)
+
+    def test_over_the_pole(self):
+        """Straight above and beyond there is a view, upside down at last."""
+        level = math.degrees(math.atan2(1.75, math.hypot(2, 4.5)))
+        above = self.turned(elevation=90 - level)
+        np.testing.assert_allclose(np.subtract(above.position, above.focal_point)[:2], 0, atol=1e-9)
+        beyond = self.turned(elevation=140 - level)
+        self.assertGreater(beyond.position[2], 2)
+        self.assertLess(beyond.view_up[2], 0)
+
+    def test_zoom(self):
+        for factor in (0.5, 1.0, 3.0):
+            view = self.turned(zoom=factor)
+            tangents = [math.tan(math.radians(v.view_angle) / 2) for v in (self.START, view)]
+            self.assertAlmostEqual(tangents[0] / tangents[1], factor)
+            self.assertEqual(view.position, self.START.position)
+        with self.assertRaisesRegex(UserProblem, "view angle"):
+            self.turned(zoom=1e9)
+
+    def test_f_number(self):
+        """A lens of 32.97 mm, which sees 40 degrees, at f/2: 16.5 mm wide, also when it zooms."""
+        self.assertAlmostEqual(self.turned(f_number=2).focal_disk, 0.016485, places=6)
+        self.assertAlmostEqual(self.turned(f_number=2, zoom=3).focal_disk, 3 * 0.016485, places=5)
+
+
 class TestFraming(unittest.TestCase):
     def setUp(self):
         self.cloud = SimpleNamespace(viewpoint=None, columns=0)
@@ -125,9 +223,11 @@ class TestFraming(unittest.TestCase):
 
     def test_local_origin_counts(self):
         origin = np.array([691000.0, 5334000.0, 512.0])
-        near = self.view_of(self.points, self.normals)
-        far = self.view_of(self.points, self.normals, origin=origin)
+        upright = View(view_up=(0.0, 1.0, 0.0))
+        near = self.view_of(self.points, self.normals, upright)
+        far = self.view_of(self.points, self.normals, upright, origin=origin)
         np.testing.assert_allclose(np.subtract(far.position, origin), near.position, atol=1e-6)
+        self.assertEqual(self.view_of(self.points, self.normals, origin=origin).view_up, (0, 0, 1))
 
     def test_terrain_lies_flat(self):
         x, y = np.random.default_rng(1).uniform(-50, 50, (2, 4000))
@@ -139,6 +239,24 @@ class TestFraming(unittest.TestCase):
             self.assertGreater(view.position[2], 5)
         sideways = self.view_of(ground[:, [0, 2, 1]], up[:, [0, 2, 1]])
         self.assertEqual(sideways.view_up, (0, 1, 0))
+
+    def test_ground_tells_what_is_up(self):
+        """A ball on a table, whose outside is known or not; a street between two walls."""
+        rng = np.random.default_rng(1)
+        x, y = rng.uniform(-2, 2, (2, 3000))
+        ball, _ = sphere(5000)
+        table = np.column_stack([x, y, np.full(3000, -1.0)])
+        points = np.vstack([ball, table])
+        normals = np.vstack([ball, np.tile([0, 0, 1.0], (3000, 1))])
+        for two_sided in (False, True):
+            for order, up in (([0, 1, 2], [0, 0, 1]), ([0, 2, 1], [0, 1, 0])):
+                surfels = surfels_of(points[:, order], normals[:, order], two_sided=two_sided)
+                np.testing.assert_array_equal(up_axis(Samples(surfels)), up)
+        walls = np.column_stack([x, np.sign(rng.uniform(-1, 1, 3000)) * 2, y + 1])
+        street = np.vstack([table, walls])
+        normals = np.vstack([np.tile([0, 0, 1.0], (3000, 1)), np.tile([0, 1.0, 0], (3000, 1))])
+        np.testing.assert_array_equal(
+            up_axis(Samples(surfels_of(street, normals, two_sided=True))), [0, 0, 1])
 
     def test_open_bottom_tells_what_is_up(self):
         bowl = sphere(5000)[0]
@@ -165,7 +283,9 @@ class TestFraming(unittest.TestCase):
         kept = self.view_of(self.points, self.normals, View(focal_distance=3.5))
         self.assertEqual(kept.focal_distance, 3.5)
         given = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
-        self.assertEqual(given.focal_distance, 0)
+        self.assertTrue(8 <= given.focal_distance < 8.1)  # also where only the camera is placed
+        aimed = self.view_of(self.points, self.normals, View(focal_point=(0, 0, 0.5)))
+        self.assertEqual(aimed.focal_distance, 0)  # its focal point is in focus
 
     def test_what_is_given_stays(self):
         view = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
@@ -178,6 +298,46 @@ class TestFraming(unittest.TestCase):
         self.assertEqual(view.view_up, (1, 0, 0))
         complete = View((1, 2, 3), (0, 0, 0), (0, 1, 0))
         self.assertIs(self.view_of(self.points, self.normals, complete), complete)
+
+    def test_sides(self):
+        for up, front in (((0, 0, 1.0), (0, -1.0, 0)), ((0, 1.0, 0), (0, 0, 1.0)),
+                          ((0, -1.0, 0), (0, 0, 1.0))):
+            right = np.cross(up, front)
+            for side, direction in (("front", front), ("back", np.negative(front)),
+                                    ("right", right), ("left", -right), ("top", up),
+                                    ("iso", (np.add(front, right) + up) / math.sqrt(3))):
+                view = self.view_of(self.points, self.normals,
+                                    View(view_up=up, wishes=Wishes(side=side)))
+                seen_from = np.subtract(view.position, view.focal_point)
+                seen_from /= np.linalg.norm(seen_from)
+                np.testing.assert_allclose(seen_from, direction, atol=1e-9)
+                picture_up = np.negative(front) if side == "top" else up
+                np.testing.assert_allclose(view.view_up, picture_up, atol=1e-9)
+                self.assertLess(np.abs(on_screen(view, self.points)[0]).max(), 1)
+                self.assertGreater(view.focal_distance, 0)
+
+    def test_turned_view_is_whole(self):
+        for wishes in (Wishes(azimuth=50), Wishes(elevation=60), Wishes(roll=90),
+                       Wishes("left", 10, 20, 30)):
+            view = self.view_of(self.points, self.normals, View(wishes=wishes, size=(900, 300)))
+            screen = np.abs(on_screen(view, self.points)[0]).max()
+            self.assertTrue(0.85 < screen < 1, wishes)
+
+    def test_sensor_is_kept(self):
+        """The surfels of a depth image have no rows, but what keep_sensor wrote."""
+        x, y = np.meshgrid(np.arange(40), np.arange(30))
+        rays = np.stack([(x - 20) / 40, (y - 15) / 40, np.ones_like(x)], axis=-1).reshape(-1, 3)
+        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+        points = 4 * rays @ turn.T + (1, 2, 3)
+        surfels = surfels_of(points, -points)
+        cloud = SimpleNamespace(data=surfels, viewpoint=(1.0, 2.0, 3.0), columns=40)
+        view = complete_view(View(), cloud, surfels)
+        np.testing.assert_allclose(view.view_up, -turn[:, 1], atol=0.1)
+        self.assertNotEqual(complete_view(View(), self.cloud, surfels), view)
+        keep_sensor(cloud, surfels)
+        self.assertEqual(complete_view(View(), self.cloud, surfels), view)
+        surfels.GetFieldData().GetArray("ScanSensorUp").Fill(math.nan)
+        self.assertNotEqual(complete_view(View(), self.cloud, surfels), view)
 
     def test_single_surfel(self):
         view = self.view_of(np.array([[1.0, 2, 3]]), np.array([[0, 0, 1.0]]))

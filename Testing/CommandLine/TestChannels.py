@@ -13,7 +13,7 @@ from toolcase import ToolCase, arrays_of, sphere, write_ply
 WIDTH, HEIGHT, DISTANCE, ANGLE, FOCUS = 160, 120, 5.0, 30.0, 4.1
 FOCAL_LENGTH = 0.5 * HEIGHT / math.tan(math.radians(0.5 * ANGLE))
 VIEW = ["--position", 0, 0, DISTANCE, "--focal-point", 0, 0, 0, "--view-angle", ANGLE,
-        "--size", WIDTH, HEIGHT, "--focal-distance", FOCUS]
+        "--size", WIDTH, HEIGHT]
 NAMES = ["A", "B", "CoC", "G", "N.X", "N.Y", "N.Z", "R", "Z", "coverage", "fragments", "level"]
 
 
@@ -25,8 +25,9 @@ class TestChannels(ToolCase):
         write_ply("opaque.ply", points, np.hstack([colors, opaque]), points)
         write_ply("glass.ply", points, np.hstack([colors, opaque // 2]), points)
 
-    def channels(self, cloud, *words):
-        self.render(cloud, *VIEW, *words, "-o", "out.exr")
+    def channels(self, cloud, *words, focus=FOCUS):
+        focused = [] if "--pinhole" in words else ["--focal-distance", focus]
+        self.render(cloud, *VIEW, *focused, *words, "-o", "out.exr")
         return self.read_exr("out.exr")
 
     def inside(self, planes, pixels):
@@ -97,7 +98,7 @@ class TestChannels(ToolCase):
         seen = planes["A"] > 0
         self.assertTrue((planes["level"][seen] == 0).all())
         coarse = self.channels("opaque.ply", "--channels", "level", "--circle-of-confusion", 30,
-                               "--focal-distance", 2)
+                               focus=2)
         self.assertGreater(coarse["level"][coarse["A"] > 0.5].mean(), 2.0)
 
     def test_python_makes_the_same_arrays(self):

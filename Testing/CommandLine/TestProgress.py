@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The progress bar: on a terminal only, and gone when done."""
+"""The progress: a bar on a terminal, gone when done; lines in a log."""
 
 import os
 import pty
 import signal
 import subprocess
+import sys
 import time
 import unittest
 from unittest import mock
@@ -48,11 +49,51 @@ class TestProgress(ToolCase):
         bar.clear()
         self.assertEqual(terminal.text, "")
 
-    def test_no_terminal_no_bar(self):
-        terminal = Terminal(is_terminal=False)
+    def test_shorter_line_replaces_a_longer_one(self):
+        terminal = Terminal()
         with mock.patch.object(progress, "PATIENCE", 0.0):
-            progress.Progress(None, terminal).show("reading", 0.1)
-        self.assertEqual(terminal.text, "")
+            bar = progress.Progress(None, terminal)
+            bar.show("frame 9/9, a long time left", 0.5)
+            bar.show("frame 9/9", 0.5)
+        lines = terminal.text.split("\r")
+        self.assertEqual(len(lines[1]), len(lines[2]))
+
+    def log_of(self, duration, stages, step=1.0):
+        """The log of a run whose stages report each step, in seconds."""
+        log, clock = Terminal(is_terminal=False), mock.Mock(return_value=100.0)
+        with mock.patch.object(progress.time, "monotonic", clock):
+            bar = progress.Progress(None, log)
+            for stage in stages:
+                for tick in range(int(duration / step)):
+                    bar.show(f"{stage} {tick}" if stage == "frame" else stage, tick * step / duration)
+                    clock.return_value += step
+            bar.clear()
+        return log.text.splitlines()
+
+    def test_log_has_lines(self):
+        self.assertEqual(self.log_of(9, ["reading", "surfels", "frame"]), [])
+        self.assertEqual(self.log_of(25, ["surfels", "frame"]),
+                         ["surfelsplat: surfels 40 % after 0:10",
+                          "surfelsplat: surfels 80 % after 0:20",
+                          "surfelsplat: frame 10 40 % after 0:10",
+                          "surfelsplat: frame 20 80 % after 0:20"])
+        hours = self.log_of(20000, ["surfels"])
+        self.assertLess(len(hours), 70)
+        self.assertIn("after 1:40", "".join(hours))
+        self.assertFalse(any("\r" in line for line in hours))
+
+    def test_log_of_the_tool(self):
+        """Lines from the moment on at which a stage has taken some time, and the picture."""
+        points, _ = sphere(300_000)
+        write_ply("ball.ply", points)
+        script = ("import sys; from surfelsplatting.commandline import main, progress; "
+                  "progress.LOG_PATIENCE = 0.05; sys.exit(main(sys.argv[1:]))")
+        result = subprocess.run([sys.executable, "-c", script, "render", "ball.ply", *SMALL,
+                                 "--threads", "1", "-o", "out.png"],
+                                capture_output=True, text=True, check=True, timeout=200)
+        self.assertRegex(result.stderr, r"(?m)\Asurfelsplat: \w+ \d+ % after 0:0\d$")
+        self.assertRegex(result.stderr, r"(?m)^surfelsplat: surfels \d+ % after")
+        self.assertNotIn("\r", result.stderr)
 
     def test_tool_on_a_terminal(self):
         points, colors = sphere(500_000)  # some times the bar's patience, with one thread

@@ -99,6 +99,21 @@ class TestReader(ToolCase):
             self.assertEqual(reader.GetOutput().GetPoints().GetDataType(), VTK_DOUBLE, path)
             np.testing.assert_array_equal(self.points(reader), utm, path)
 
+    def test_whole_numbers_of_four_bytes_stay_exact(self):
+        centimetres = np.array([[69100012, 533400045, 4000000001], [69100013, 533400047, 5]])
+        header = "\n".join(["ply", "format ascii 1.0", "element vertex 2", "property int x",
+                            "property int y", "property uint z", "property uchar r",
+                            "property uchar g", "property uchar b", "property short scalar_age",
+                            "end_header", ""])
+        rows = "\n".join(" ".join(map(str, [*row, 1, 2, 3, -7])) for row in centimetres)
+        with open("whole.ply", "w") as file:
+            file.write(header + rows + "\n")
+        reader = self.read("whole.ply")
+        np.testing.assert_array_equal(self.points(reader), centimetres)
+        arrays = arrays_of(reader.GetOutput())
+        np.testing.assert_array_equal(arrays["RGB"], [[1, 2, 3]] * 2)
+        np.testing.assert_array_equal(arrays["scalar_age"], [-7, -7])
+
     def test_pcd_containers(self):
         points, colors = sphere(100)
         packed = (colors.astype(np.uint32) << [16, 8, 0]).sum(axis=1).astype(np.uint32)

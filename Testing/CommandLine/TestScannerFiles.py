@@ -13,8 +13,8 @@ try:
 except ImportError as problem:
     print("SKIPPED: the packages laspy and pye57 are needed:", problem)
     sys.exit(77)
-from surfelsplatting.commandline.problems import UserProblem
-from surfelsplatting.commandline.scannerclouds import read_e57_cloud, read_las_cloud
+from surfelsplatting.problems import UserProblem
+from surfelsplatting.clouds.scanner import read_e57_cloud, read_las_cloud
 from toolcase import SMALL, ToolCase, arrays_of, sphere
 
 FAR = np.array([500_000.0, 5_400_000.0, 300.0])  # UTM
@@ -47,6 +47,21 @@ class TestLas(ToolCase):
                 arrays = arrays_of(cloud)
                 np.testing.assert_array_equal(arrays["RGB"], colors)
                 np.testing.assert_array_equal(arrays["intensity"], np.arange(200))
+
+    def test_scalars(self):
+        points, _ = sphere(200)
+        header = laspy.LasHeader(point_format=3)
+        header.offsets, header.scales = FAR, [0.001] * 3
+        header.add_extra_dim(laspy.ExtraBytesParams("quality", np.float32))
+        las = laspy.LasData(header)
+        las.x, las.y, las.z = (points + FAR).T
+        las.classification, las.gps_time = np.arange(200) % 7, 3e8 + np.arange(200) / 1e4
+        las.quality = np.arange(200) / 3
+        las.write("scan.las")
+        arrays = arrays_of(read_las_cloud("scan.las"))
+        self.assertEqual(set(arrays), {"classification", "gps_time", "quality"})
+        np.testing.assert_array_equal(arrays["classification"], np.arange(200) % 7)
+        np.testing.assert_array_equal(arrays["gps_time"], 3e8 + np.arange(200) / 1e4)
 
     def test_colors_that_nobody_has_set(self):
         points, _ = sphere(200)

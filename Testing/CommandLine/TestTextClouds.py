@@ -6,20 +6,20 @@ import unittest
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from surfelsplatting.commandline.problems import UserProblem
-from surfelsplatting.commandline.textclouds import read_text_cloud
-from toolcase import ToolCase, arrays_of
+from surfelsplatting.problems import UserProblem
+from surfelsplatting.clouds.text import read_text_cloud
+from toolcase import SMALL, ToolCase, arrays_of, sphere
 
 
 class TestTextClouds(ToolCase):
-    def read(self, text):
-        with open("cloud.xyz", "w") as file:
+    def read(self, text, path="cloud.xyz"):
+        with open(path, "w", encoding="utf-8") as file:
             file.write(text)
-        cloud = read_text_cloud("cloud.xyz")
+        cloud, self.columns = read_text_cloud(path)
         return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud)
 
-    def check_points(self, text, expected=((1, 2, 3), (4, 5, 6))):
-        points, arrays = self.read(text)
+    def check_points(self, text, expected=((1, 2, 3), (4, 5, 6)), path="cloud.xyz"):
+        points, arrays = self.read(text, path)
         np.testing.assert_array_equal(points, expected)
         return arrays
 
@@ -71,6 +71,81 @@ class TestTextClouds(ToolCase):
     def test_missing_values(self):
         points, _ = self.read("nan nan nan 0 0 0\n4 5 6 10 20 30\n")
         np.testing.assert_array_equal(np.isnan(points[:, 0]), [True, False])
+
+    def test_sixteen_bit_colors(self):
+        arrays = self.check_points("1 2 3 65535 32896 0\n4 5 6 0 0 257\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[255, 128, 0], [0, 0, 1]])
+
+    def test_integer_intensity_is_no_color(self):
+        for path, rows, unsure in (
+                ("cloud.pts", "2\n1 2 3 200 10 20 30\n4 5 6 9 40 50 60\n", False),
+                ("cloud.pts", "1\n1 2 3 -2048 10 20 30\n1\n4 5 6 9 40 50 60\n", False),
+                ("cloud.xyz", "1 2 3 200 10 20 30\n4 5 6 9 40 50 60\n", True),
+                ("cloud.asc", "1 2 3 2000 10 20 30\n4 5 6 9 40 50 60\n", False),
+                ("cloud.xyz", "//X Y Z I R G B\n1 2 3 9 10 20 30\n4 5 6 9 40 50 60\n", False)):
+            arrays = self.check_points(rows, path=path)
+            np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]], rows)
+            self.assertEqual(self.columns.unsure, unsure, rows)
+            self.assertIn("x, y, z, intensity, red, green, blue", str(self.columns))
+        arrays = self.check_points("1 2 3 10 20 30 200\n4 5 6 40 50 60 9\n")
+        np.testing.assert_array_equal(arrays["intensity"], [200, 9])
+        self.assertTrue(self.columns.unsure)
+        arrays = self.check_points("1 2 3 7 0 0 1\n4 5 6 9 0 1 0\n")
+        np.testing.assert_array_equal(arrays["Normals"], [[0, 0, 1], [0, 1, 0]])
+
+    def test_names_of_columns(self):
+        arrays = self.check_points("id,Y,X,Z [m],\"Scalar field\",b,g,r\n7,2,1,3,0.5,30,20,10\n"
+                                   "8,5,4,6,0.25,60,50,40\n", path="cloud.csv")
+        np.testing.assert_array_equal(arrays["RGB"], [[10, 20, 30], [40, 50, 60]])
+        np.testing.assert_array_equal(arrays["Scalar field"], [0.5, 0.25])
+        np.testing.assert_array_equal(arrays["id"], [7, 8])
+        arrays = self.check_points("//X Y Z Rf Gf Bf Intensity Nx Ny Nz\n2\n"
+                                   "1 2 3 1 0.5 0 7 0 0 1\n4 5 6 0 0 0 8 0 0 1\n")
+        np.testing.assert_array_equal(arrays["RGB"], [[255, 128, 0], [0, 0, 0]])
+        np.testing.assert_array_equal(arrays["intensity"], [7, 8])
+        np.testing.assert_array_equal(arrays["Normals"], [[0, 0, 1]] * 2)
+        arrays = self.check_points("x,y,z,r,time\n1,2,3,9,1e9\n4,5,6,8,1000000000.001\n")
+        np.testing.assert_array_equal(arrays["r"], [9, 8])  # no colour without g and b
+        np.testing.assert_array_equal(arrays["time"], [1e9, 1000000000.001])
+        self.check_points("# made by me\n1 2 3\n4 5 6\n")
+
+    def test_names_that_say_nothing_of_places(self):
+        arrays = self.check_points("lon,lat,alt,value\n1,2,3,4\n4,5,6,7\n")
+        np.testing.assert_array_equal(arrays["value"], [4, 7])
+        self.assertTrue(self.columns.unsure)
+        self.assertIn("lon, lat, alt", str(self.columns))
+
+    def test_tables_of_office_programs(self):
+        for text in ("\ufeffx;y;z\n1,0;2,0;3,0\n4;5;6\n", "x\ty\tz\n1,0\t2,0\t3,0\n4\t5\t6\n",
+                     '"x","y","z"\n"1","2","3"\n"4","5","6"\n', "x,y,z\n1,2,3,\n4,5,6,\n",
+                     "x,y,z,kind\n1,2,3,tree\n4,5,6,a house\n"):
+            self.assertEqual(self.check_points(text, path="cloud.csv"), {}, text)
+
+    def test_empty_cells(self):
+        for rows in ("1,2,3,,7\n4,5,6,8,\n", "1,2,3,,7\n,,,,\n4,5,6,8,\n,,,,\n"):
+            arrays = self.check_points("x,y,z,a,b\n" + rows, path="cloud.csv")
+            np.testing.assert_array_equal(arrays["a"], [np.nan, 8], rows)
+            np.testing.assert_array_equal(arrays["b"], [7, np.nan], rows)
+
+    def test_errors_name_the_line(self):
+        for row in ("4,5,bad,7", "4,5"):
+            with self.assertRaisesRegex(UserProblem, "line 4$", msg=row):
+                self.read(f"x,y,z,a\n1,2,3,7\n\n{row}\n")
+
+    def test_grid_of_heights(self):
+        with self.assertRaisesRegex(UserProblem, "gdal_translate"):
+            self.read("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n4 5 6\n")
+
+    def test_tool_names_its_guess(self):
+        points, colors = sphere(500)
+        gray = colors[:, :1] // 2
+        np.savetxt("cloud.xyz", np.column_stack([points, gray, colors]), fmt="%.9g")
+        result = self.run_tool("render", "cloud.xyz", *SMALL, "-o", "out.png")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("x, y, z, intensity, red, green, blue, guessed", result.stderr)
+        np.savetxt("cloud.xyz", np.column_stack([points, colors]), fmt="%.9g")
+        result = self.run_tool("render", "cloud.xyz", *SMALL, "-o", "out.png", "-v")
+        self.assertIn("x, y, z, red, green, blue, guessed", result.stderr)
 
     def test_unknown_layouts(self):
         for text in ("1 2\n", "1 2 3 4 5\n", "1 2 3 4 5 6 7 8 9 10\n"):

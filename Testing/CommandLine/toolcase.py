@@ -2,8 +2,10 @@
 """What the tests share: a folder of their own, the tool, clouds to feed it, and its pictures."""
 
 import os
+import re
 import subprocess
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -12,6 +14,8 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 TOOL = os.environ["SURFELSPLAT"]
+PATIENCE = 60  # s, of tests that wait for another process
+PROGRESS = re.compile(r"surfelsplat: .* \d+ % after \d+:\d\d\n")
 CAMERA = ["--position", "0", "0", "6", "--focal-point", "0", "0", "0", "--view-up", "0", "1", "0",
           "--view-angle", "30"]
 SMALL = ["--size", "64", "48"]
@@ -59,6 +63,15 @@ def arrays_of(polydata):
             for i in range(data.GetNumberOfArrays())}
 
 
+def wait_for(condition, what):
+    """AssertionError if it does not become true in PATIENCE."""
+    ends = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > ends:
+            raise AssertionError(f"{what} did not happen in {PATIENCE} s")
+        time.sleep(0.05)
+
+
 class ToolCase(unittest.TestCase):
     """Runs in a temporary folder."""
 
@@ -75,9 +88,10 @@ class ToolCase(unittest.TestCase):
                               env=environment, timeout=200, check=False, **options)
 
     def render(self, *words):
-        """A run that must succeed, and in silence."""
+        """A run that must succeed, and in silence, but for the progress of a busy machine."""
         result = self.run_tool("render", *words)
-        self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""), words)
+        said = PROGRESS.sub("", result.stderr)
+        self.assertEqual((result.returncode, said, result.stdout), (0, "", ""), words)
 
     def note_errors(self, algorithm):
         """Its errors go into self.errors, those of its executive nowhere."""

@@ -88,6 +88,22 @@ TEST_CASE("Round surfels cover their surface")
   }
 }
 
+TEST_CASE("A frame that does not fit the view is refused")
+{
+  const Plane plane;
+  const RoundSurfels surfels = plane.Surfels();
+  Splatter splatter;
+  Picture large(160, 120), picture(80, 60);
+  CHECK_THROWS_WITH(
+    splatter.Render(FrontContext(), { surfels.Cloud() }, SerialExecutor(), large.Get()),
+    "the frame has 160 x 120 pixels, and the view 80 x 60; make them equal");
+  Frame withoutDepth = picture.Get();
+  withoutDepth.Depth = nullptr;
+  CHECK_THROWS_AS(
+    splatter.Render(FrontContext(), { surfels.Cloud() }, SerialExecutor(), withoutDepth),
+    std::invalid_argument);
+}
+
 TEST_CASE("Round surfels are seen from outside, and not without a normal")
 {
   Plane plane;

@@ -377,7 +377,7 @@ TEST_CASE("Cells")
     s.Color = { { 0.9f, static_cast<float>(random.Uniform(0, 1)), 0.1f, 1.0f } };
     cloud.Add(s);
   }
-  context.Sampling = { 7, false };
+  context.Sampling = { 7, false, true };
   Splatter splatter;
   Picture seven(64, 48), threaded(64, 48);
   splatter.Render(context, { cloud.Get() }, SerialExecutor(), seven.Get());

@@ -110,6 +110,54 @@ std::vector<float> Grid(int side)
 }
 }
 
+namespace
+{
+/// Queries of the points in their order, some of which share one search of the tree: their answers
+/// are those of queries that know of no other.
+void TestOrder(const std::vector<float>& p, int wanted)
+{
+  const int count = static_cast<int>(p.size() / 3);
+  const NeighborSearch tree(p.data(), count);
+  Neighbors inOrder;
+  for (int i = 0; i < count; ++i)
+  {
+    Neighbors alone;
+    tree.FindNearest(i, wanted, inOrder);
+    tree.FindNearest(i, wanted, alone);
+    CHECK(inOrder.Ids == alone.Ids);
+    CHECK(inOrder.SquaredDistances == alone.SquaredDistances);
+  }
+}
+
+/// Along a spiral; its spacing changes by 1000 at once, and then many points are at one place.
+std::vector<float> Spiral(int count)
+{
+  std::vector<float> p;
+  for (int i = 0; i < count; ++i)
+  {
+    const float step = i < count / 2 ? 1.0f : 0.001f;
+    const float r = step * std::sqrt(float(i)), angle = 2.4f * float(i);
+    p.insert(p.end(), { r * std::cos(angle), r * std::sin(angle), 0.1f * float(i % 7) * step });
+  }
+  p.insert(p.end(), 3 * 40, 0.25f);
+  return p;
+}
+}
+
+TEST_CASE("Points in their order")
+{
+  for (const int wanted : { 3, 20, 120 })
+  {
+    TestOrder(Grid(40), wanted); // ties
+    TestOrder(Spiral(2000), wanted);
+    TestOrder(RandomCloud(2000, 1.0f, 0.0f), wanted);
+  }
+  TestOrder(RandomCloud(300, 1e-16f, 0.0f), 20);
+  TestOrder(RandomCloud(300, 1e16f, 0.0f), 20);
+  TestOrder(RandomCloud(300, 1e-30f, 0.0f), 20);
+  TestOrder(RandomCloud(12, 1.0f, 0.0f), 20);
+}
+
 /// A cloud of several trees, whose boxes overlap, and one with ties.
 TEST_CASE("Large clouds")
 {

@@ -2,12 +2,14 @@
 // All filters in one against the single filters, which search for neighbours on their own.
 #include "SurfelTesting.h"
 
+#include "vtkPartitionedSurfelEstimation.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkPointsToSurfels.h"
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkDoubleArray.h"
 #include "vtkSMPTools.h"
 
 #include <algorithm>
@@ -177,6 +179,125 @@ TEST_CASE("Executions")
   filter->Update();
   filter->Update();
   CHECK(executions == 3);
+}
+
+namespace
+{
+constexpr int Columns = 160, Rows = 120;
+const double SensorPlace[3] = { 0.5, -1.0, 2.0 };
+
+void AddField(const char* name, const std::vector<double>& values, vtkPolyData* data)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(static_cast<int>(values.size()));
+  array->InsertNextTuple(values.data());
+  data->GetFieldData()->AddArray(array);
+}
+
+/// A tilted wall in steps of 1/z, and what vtkPointCloudReader says of its sensor.
+vtkSmartPointer<vtkPolyData> MakeDepthImage()
+{
+  constexpr double step = 0.0029, focal = 140.0;
+  std::vector<Vec> points;
+  for (int i = 0; i < Columns * Rows; ++i)
+  {
+    const int x = i % Columns, y = i / Columns;
+    const double z = 1.0 / (step * std::round((0.3 + 0.2 * y / Rows + 0.03 * x / Columns) / step));
+    points.push_back({ SensorPlace[0] + (x - Columns / 2) * z / focal,
+      SensorPlace[1] + (y - Rows / 2) * z / focal, SensorPlace[2] + z });
+  }
+  auto data = ToPolyData(points, VTK_DOUBLE);
+  double bounds[6];
+  data->GetBounds(bounds);
+  AddField("ScanViewpoint", { SensorPlace, SensorPlace + 3 }, data);
+  AddField("ScanBounds", { bounds, bounds + 6 }, data);
+  AddField("ScanDimensions", { Columns, Rows }, data);
+  return data;
+}
+
+bool SameSurfels(vtkPolyData* a, vtkPolyData* b)
+{
+  return SamePlaces(a, b) && SameWeights(a, b);
+}
+}
+
+/// The result of settings that say what the field arrays say, unless the points were moved.
+TEST_CASE("Sensor")
+{
+  const auto image = MakeDepthImage();
+  vtkNew<vtkPointsToSurfels> filter, bySettings, without;
+  const Messages quiet(filter), quietToo(bySettings), quietThree(without);
+  const auto found = ByOneFilter(image, filter);
+  CHECK(filter->GetEstimation()->GetNumberOfNeighbors() == 16); // settings are what they were
+  CHECK(filter->GetEstimation()->GetOrientationMode() == vtkSurfelEstimation::CONSISTENT);
+  CHECK(filter->GetCleaning()->GetColumns() == 0);
+  bySettings->UseSensorOff();
+  bySettings->GetCleaning()->SetColumns(Columns);
+  bySettings->GetCleaning()->SetViewpoint(SensorPlace);
+  bySettings->GetEstimation()->SetOrientationModeToViewpoint();
+  bySettings->GetEstimation()->SetViewpoint(SensorPlace);
+  bySettings->GetEstimation()->SetNumberOfNeighbors(30);
+  CHECK(SameSurfels(found, ByOneFilter(image, bySettings)));
+  CHECK(filter->GetCleaning()->GetNumberOfMovedPoints() > Columns * Rows / 2);
+
+  filter->SetNumberOfNeighbors(12);
+  bySettings->GetEstimation()->SetNumberOfNeighbors(12);
+  CHECK(SameSurfels(ByOneFilter(image, filter), ByOneFilter(image, bySettings)));
+
+  filter->SetNumberOfNeighbors(0);
+  without->UseSensorOff();
+  const auto raw = ByOneFilter(image, without);
+  CHECK(!SameSurfels(raw, found));
+  vtkNew<vtkPolyData> moved;
+  moved->DeepCopy(image);
+  moved->GetPoints()->SetPoint(0, 0.0, 0.0, 9.0);
+  CHECK(SameSurfels(ByOneFilter(moved, filter), ByOneFilter(moved, without)));
+
+  double place[3];
+  CHECK(vtkPointsToSurfels::FindViewpoint(image, place));
+  CHECK(std::equal(place, place + 3, SensorPlace));
+  CHECK(vtkPointsToSurfels::FindColumns(image) == Columns);
+  CHECK(!vtkPointsToSurfels::FindViewpoint(moved, place));
+  CHECK(vtkPointsToSurfels::FindColumns(moved) == 0);
+}
+
+TEST_CASE("Sensor and a local origin")
+{
+  const auto image = MakeDepthImage();
+  vtkNew<vtkPolyData> local;
+  local->DeepCopy(image);
+  AddField("SurfelOrigin", { 1000.0, 2000.0, 3000.0 }, local);
+  double place[3];
+  CHECK(vtkPointsToSurfels::FindViewpoint(local, place));
+  CHECK(place[1] == SensorPlace[1] + 2000.0);
+  vtkNew<vtkPointsToSurfels> filter;
+  const Messages quiet(filter);
+  const auto wanted = ByOneFilter(image, filter), found = ByOneFilter(local, filter);
+  CHECK(SamePlaces(found, wanted));
+  CHECK(filter->GetCleaning()->GetNumberOfMovedPoints() > Columns * Rows / 2);
+}
+
+TEST_CASE("Sensor of a cloud in parts")
+{
+  const auto image = MakeDepthImage();
+  vtkNew<vtkPartitionedSurfelEstimation> parts, bySettings;
+  const Messages quiet(parts), quietToo(bySettings);
+  for (vtkPartitionedSurfelEstimation* filter : { parts.Get(), bySettings.Get() })
+  {
+    filter->SetInputData(image);
+    filter->SetPointsPerPart(1000);
+  }
+  bySettings->UseSensorOff();
+  bySettings->GetCleaning()->SetColumns(Columns);
+  bySettings->GetCleaning()->SetViewpoint(SensorPlace);
+  bySettings->GetEstimation()->SetOrientationModeToViewpoint();
+  bySettings->GetEstimation()->SetViewpoint(SensorPlace);
+  bySettings->GetEstimation()->SetNumberOfNeighbors(30);
+  parts->Update();
+  bySettings->Update();
+  CHECK(parts->GetNumberOfParts() > 1);
+  CHECK(SameSurfels(parts->GetOutput(), bySettings->GetOutput()));
 }
 
 TEST_CASE("Counts and messages")

@@ -9,10 +9,13 @@
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 using namespace SurfelTesting;
@@ -181,6 +184,72 @@ TEST_CASE("Points to surfels")
   {
     CHECK(counts[rank] > 1000);
     CHECK(differing[rank] == 0);
+  }
+}
+
+namespace
+{
+void AddField(const char* name, const std::vector<double>& values, vtkPolyData* data)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(static_cast<int>(values.size()));
+  array->InsertNextTuple(values.data());
+  data->GetFieldData()->AddArray(array);
+}
+
+/// Number of surfels that do not face a place, or are two-sided.
+vtkIdType CountAway(vtkPolyData* data, const Vec& place)
+{
+  const Surfels surfels(data);
+  vtkIdType away = 0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const bool faces = Dot(surfels.AreaVector(i), Minus(place, surfels.Position(i))) > 0.0;
+    away += faces && !surfels.IsTwoSided(i) ? 0 : 1;
+  }
+  return away;
+}
+}
+
+/// Only one process has read the file and knows the sensor; the pieces together are the scan.
+TEST_CASE("Sensor")
+{
+  const std::vector<Vec> points = MakeBallAndWall(6000, -1.5, 0.06).Points;
+  const Vec place = { 5.0, -6.0, 7.0 };
+  double bounds[6];
+  ToPolyData(points, VTK_DOUBLE)->GetBounds(bounds);
+  for (const bool isMoved : { false, true })
+  {
+    vtkIdType away[2] = { 0, 0 }, counts[2] = { 0, 0 };
+    ThreadController::Run(2, [&](vtkMultiProcessController* controller) {
+      const int rank = controller->GetLocalProcessId();
+      std::vector<Vec> part;
+      std::copy_if(points.begin(), points.end(), std::back_inserter(part),
+        [rank](const Vec& p) { return (p[0] < 0.1) == (rank == 0); });
+      const auto data = WithNumbers(part, 0);
+      if (rank == 1)
+      {
+        AddField("ScanViewpoint", { place[0], place[1], place[2] }, data);
+        AddField("ScanBounds",
+          { bounds[0], bounds[1] + (isMoved ? 1.0 : 0.0), bounds[2], bounds[3], bounds[4],
+            bounds[5] },
+          data);
+      }
+      vtkNew<vtkPointsToSurfels> filter;
+      const Messages quiet(filter);
+      filter->SetController(controller);
+      filter->BuildHierarchyOff();
+      filter->SetInputData(data);
+      filter->Update();
+      counts[rank] = filter->GetOutput()->GetNumberOfPoints();
+      away[rank] = CountAway(filter->GetOutput(), place);
+    });
+    for (const int rank : { 0, 1 })
+    {
+      CHECK(counts[rank] > 500);
+      CHECK((away[rank] > 0) == isMoved);
+    }
   }
 }
 

@@ -18,7 +18,7 @@ sys.path.insert(0, EXAMPLES)
 class TestDemoScene(unittest.TestCase):
     def test_scene(self):
         from surfelsplatting import vtkPointCloudReader
-        from surfelsplatting.commandline.cameras import read_view
+        from surfelsplatting.views.cameras import read_view
 
         with tempfile.TemporaryDirectory() as folder:
             cloud, camera = (os.path.join(folder, name) for name in ("s.ply", "c.json"))

@@ -21,7 +21,6 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkUnsignedIntArray.h>
-#include <vtkVariant.h>
 
 #include <algorithm>
 #include <numeric>
@@ -172,22 +171,11 @@ vtkSmartPointer<vtkPolyData> CopyWithIds(vtkPolyData* points)
   return copy;
 }
 
-/// The field array SurfelOrigin, or 0.
-void GetOrigin(vtkPolyData* points, double origin[3])
-{
-  vtkDataArray* array = points->GetFieldData()->GetArray("SurfelOrigin");
-  for (int i = 0; i < 3; ++i)
-  {
-    origin[i] =
-      array && array->GetNumberOfValues() == 3 ? array->GetVariantValue(i).ToDouble() : 0.0;
-  }
-}
-
 /// Makes the coordinates of a piece relative to another origin.
 void MoveToOrigin(const double origin[3], vtkPolyData* piece)
 {
   double own[3];
-  GetOrigin(piece, own);
+  vtkSurfelHierarchy::ReadOrigin(piece, own);
   if (std::equal(own, own + 3, origin))
   {
     return;
@@ -223,7 +211,7 @@ vtkSmartPointer<vtkPolyData> Join(const std::vector<vtkPolyData*>& pieces)
     vtkSmartPointer<vtkPolyData> copy = CopyWithIds(piece);
     if (piece == pieces[0])
     {
-      GetOrigin(piece, origin->GetPointer(0));
+      vtkSurfelHierarchy::ReadOrigin(piece, origin->GetPointer(0));
     }
     MoveToOrigin(origin->GetPointer(0), copy);
     vtkNew<vtkUnsignedIntArray> index;
@@ -269,7 +257,7 @@ void AddBounds(const Block& block, vtkBoundingBox& box)
   {
     double bounds[6], origin[3];
     piece->GetBounds(bounds);
-    GetOrigin(piece, origin);
+    vtkSurfelHierarchy::ReadOrigin(piece, origin);
     for (int side = 0; side < 6; ++side)
     {
       bounds[side] += origin[side / 2];

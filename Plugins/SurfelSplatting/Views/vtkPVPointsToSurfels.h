@@ -3,11 +3,7 @@
  * @class   vtkPVPointsToSurfels
  * @brief   vtkPointsToSurfels with settings that a panel can show
  *
- * Takes from the input's field data what vtkPointCloudReader knows about the sensor: the steps of a
- * depth image are smoothed, its normals are estimated from 30 neighbours, and surfels face the
- * viewpoint. This holds while the points are those of the file: not after they were moved, cut or
- * merged, and not if several processes have pieces of them. Every other setting is the filters'
- * default.
+ * Every other setting is the filters' default.
  */
 #ifndef vtkPVPointsToSurfels_h
 #define vtkPVPointsToSurfels_h
@@ -36,15 +32,6 @@ public:
    */
   vtkSetClampMacro(CleaningMode, int, CLEANING_OFF, CLEANING_FULL);
   vtkGetMacro(CleaningMode, int);
-  ///@}
-
-  ///@{
-  /**
-   * Number of nearest neighbours from which a normal is estimated. Default 0: 16, or 30 for depth
-   * images, which are noisy along the line of sight.
-   */
-  vtkSetClampMacro(NumberOfNeighbors, int, 0, 256);
-  vtkGetMacro(NumberOfNeighbors, int);
   ///@}
 
   enum SidesModes
@@ -76,7 +63,6 @@ private:
   void operator=(const vtkPVPointsToSurfels&) = delete;
 
   int CleaningMode = CLEANING_FULL;
-  int NumberOfNeighbors = 0;
   int SidesMode = SIDES_AUTOMATIC;
 };
 

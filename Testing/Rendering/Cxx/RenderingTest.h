@@ -36,6 +36,14 @@ public:
   ~NoMessages();
 };
 
+/// The same for tests that mean to draw dots: without the warning of them.
+class OnlyOfDots : public NoMessages
+{
+public:
+  OnlyOfDots();
+  ~OnlyOfDots();
+};
+
 /// VTK's errors and warnings since the last call, joined.
 std::string TakeMessages();
 

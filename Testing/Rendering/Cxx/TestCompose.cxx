@@ -158,7 +158,7 @@ TEST_CASE_FIXTURE(NoMessages, "Release and render again")
   CHECK_NEAR(Compare(scene.Render(), reference).Max, 0.0, 0.0);
 }
 
-TEST_CASE_FIXTURE(NoMessages, "One pass in two windows")
+TEST_CASE_FIXTURE(OnlyOfDots, "One pass in two windows")
 {
   // OpenGL objects belong to a context; a pass that moves between windows must not carry them
   // along. The second window has made other objects before, so that names do not agree by chance.
@@ -187,7 +187,7 @@ TEST_CASE_FIXTURE(NoMessages, "One pass in two windows")
   CHECK_NEAR(Compare(second.Render(), reference).Max, 0.0, 0.0);
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Life times")
+TEST_CASE_FIXTURE(OnlyOfDots, "Life times")
 {
   // The pass outlives its renderer and window, and the other way round, in the middle of an event
   // too.
@@ -235,7 +235,7 @@ TEST_CASE_FIXTURE(NoMessages, "Number of rendered props")
   CHECK_NEAR(scene.Pass->GetNumberOfRenderedProps(), 2, 0.0);
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Hardware selection")
+TEST_CASE_FIXTURE(OnlyOfDots, "Hardware selection")
 {
   for (bool withPass : { false, true, false })
   {

@@ -214,7 +214,7 @@ TEST_CASE_FIXTURE(NoMessages, "Unchanged frames are kept")
   CHECK(splatter->GetNumberOfReusedFrames() == kept);
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Dots are leaves only")
+TEST_CASE_FIXTURE(OnlyOfDots, "Dots are leaves only")
 {
   vtkSmartPointer<vtkPolyData> surfels = StripedSphere(4000);
   Scene scene(90, 90, 0, false);

@@ -121,7 +121,7 @@ TEST_CASE_FIXTURE(NoMessages, "Viewport is a window of its size")
   }
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Renderers side by side")
+TEST_CASE_FIXTURE(OnlyOfDots, "Renderers side by side")
 {
   // The same actor left with the pass, right without: the pass's marks must not reach into the
   // other renderer. A third renderer shares the actor with a pass of its own.

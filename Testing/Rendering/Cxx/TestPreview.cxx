@@ -93,7 +93,7 @@ struct Silhouette
 };
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Dots cover the silhouette")
+TEST_CASE_FIXTURE(OnlyOfDots, "Dots cover the silhouette")
 {
   // Also under an actor's matrix. Dots are 0.8 of the spacing (0.056): up to 2 px outside.
   const double scales[][3] = { { 1, 1, 1 }, { 3, 3, 3 }, { -1, 1, 1 }, { 1.3, 1.0, 0.8 } };
@@ -121,7 +121,7 @@ TEST_CASE_FIXTURE(NoMessages, "Dots cover the silhouette")
   }
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Colors and changes")
+TEST_CASE_FIXTURE(OnlyOfDots, "Colors and changes")
 {
   Scene scene(80, 80, 0, false);
   vtkSmartPointer<vtkActor> actor = SurfelActor(UnitSphere());
@@ -259,7 +259,7 @@ TEST_CASE_FIXTURE(NoMessages, "Selection names the blocks of points by an array"
   }
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Actor in several windows")
+TEST_CASE_FIXTURE(OnlyOfDots, "Actor in several windows")
 {
   // The dots' OpenGL objects belong to a window; the actor is in two, loses its mapper, outlives
   // one of them.
@@ -292,7 +292,7 @@ TEST_CASE_FIXTURE(NoMessages, "Actor in several windows")
   CHECK_NEAR(Compare(second.Render(), meshOnly).Max, 0.0, 0.0);
 }
 
-TEST_CASE_FIXTURE(NoMessages, "Local origin at UTM")
+TEST_CASE_FIXTURE(OnlyOfDots, "Local origin at UTM")
 {
   // A sphere of 1 m at UTM coordinates is the sphere at the origin, seen from there: dots, splats
   // and bounds.

@@ -5,6 +5,7 @@ import os
 import sys
 
 from vtkmodules.vtkCommonCore import vtkFloatArray
+from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from surfelsplatting.vtkSurfelFilters import vtkSurfelHierarchy
@@ -38,6 +39,37 @@ def test_picture():
     depth = values(picture.GetPointData().GetArray("Depth"))
     assert abs(depth[35 * 90 + 45] - 4) < 0.01  # the sphere curves by 1e-3 within a splat
     print(renderer)
+
+
+def test_bytes():
+    """The second output: what VTK's writers take, with and without linear light."""
+    renderer = vtkSurfelImageRenderer()
+    renderer.SetInputData(Surfels().sphere(3000, color=lambda p: (255, 128, 51)).data())
+    renderer.SetCamera(camera())
+    renderer.SetSize(90, 70)
+    for linear in (False, True):
+        renderer.GetSplatter().SetLinearLight(linear)
+        for alpha in (0, 1):
+            renderer.SetBackground(0.1, 0.2, 0.31)
+            renderer.SetBackgroundAlpha(alpha)
+            writer = vtkPNGWriter()
+            writer.SetInputConnection(renderer.GetOutputPort(1))
+            writer.WriteToMemoryOn()
+            writer.Write()
+            assert bytes(memoryview(writer.GetResult()))[1:4] == b"PNG"
+            codes = values(renderer.GetOutput(1).GetPointData().GetScalars())
+            rgba = values(renderer.GetOutput().GetPointData().GetArray("Color"))
+            light = [value for i, value in enumerate(rgba) if i % 4 < 3]
+            for value, code in zip(light, codes):
+                if linear:
+                    value = (12.92 * value if value <= 0.0031308
+                             else 1.055 * value ** (1 / 2.4) - 0.055)
+                assert abs(255 * value - code) <= 0.5001, (linear, alpha, value, code)
+            under = [int(255 * c * alpha + 0.5) for c in (0.1, 0.2, 0.31)]
+            assert codes[:3] == under, (codes[:3], under)
+    renderer.SetSize(30, 20)
+    renderer.Update()
+    assert renderer.GetOutput(1).GetDimensions() == (30, 20, 1)
 
 
 def test_error_is_heard():

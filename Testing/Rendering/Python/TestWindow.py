@@ -101,6 +101,27 @@ def test_baseline():
         assert strict_error(picture, shifted) > 10 * (strict_error(picture, baseline) + 1)
 
 
+def test_dots_are_warned_of_once():
+    """A renderer without the pass; a selection in one is no mistake."""
+    heard = []
+
+    def hear(caller, event, text):
+        heard.append(text)
+
+    hear.CallDataType = "string0"
+    for with_pass, expected in ((True, 0), (False, 1)):
+        actor = surfel_actor(Surfels().sphere(500).data())
+        actor.GetMapper().AddObserver("WarningEvent", hear)
+        window, renderer = make_window([actor], with_pass=with_pass)
+        vtkPropPicker().Pick(80, 60, 0, renderer)
+        if with_pass:
+            assert not heard, heard
+        for _ in range(3):
+            window.Render()
+        assert len(heard) == expected, heard
+        heard and heard.pop()
+
+
 def test_poster():
     actors = [surfel_actor(Surfels().sphere(3000).data()),
               cube_actor((-1.4, 0, -1.4, 0, -0.3, 0.3))]
@@ -193,6 +214,11 @@ def test_focus_on_what_is_picked():
             window.Render()
     before = camera.GetFocalDistance()
     assert not vtkSurfelSplattingPass.FocusAt(renderer, 2, 2)  # nothing there
+    unseen = vtkRenderer()
+    waiting = vtkRenderWindow()
+    waiting.OffScreenRenderingOn()
+    waiting.AddRenderer(unseen)
+    assert not vtkSurfelSplattingPass.FocusAt(unseen, 2, 2)  # nothing was drawn yet
     assert not vtkSurfelSplattingPass.FocusAt(renderer, 5000, 5000)
     camera.ParallelProjectionOn()
     assert not vtkSurfelSplattingPass.FocusAt(renderer, 80, 60)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .backend import vtk
-from .commandline.cameras import View, check_view
-from .commandline.clouds import Cloud
-from .commandline.framing import complete_view
-from .commandline.problems import UserProblem
+from .views.cameras import View, check_view
+from .clouds.reading import Cloud
+from .views.framing import complete_view
+from .problems import UserProblem
 from .lens import Lens, focus_on_point
 from .surfels import finite_triple, make_surfels, update
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
@@ -213,12 +213,11 @@ def point_rows(points):
 def color_rows(colors, count):
     """RGB or RGBA of points as bytes (integers from 0 to 255), or as floats."""
     colors = _rows(colors, count, (3, 4), "colors")
-    if colors.dtype.kind == "f":
-        return colors.astype(np.float32)
-    if colors.size and not (colors.min() >= 0 and colors.max() <= 255):
+    largest = 1 if colors.dtype.kind == "f" else 255
+    if colors.size and not (colors.min() >= 0 and colors.max() <= largest):  # not if NaN, either
         raise ValueError(f"colors are from {colors.min()} to {colors.max()}; integers must be from "
                          "0 to 255, floats from 0 to 1")
-    return colors.astype(np.uint8)
+    return colors.astype(np.float32 if largest == 1 else np.uint8)
 
 
 def _as_polydata(points, colors, normals):

@@ -30,7 +30,8 @@ class Lens:
 
     cells : int, default: 1
         Number of parts that the lens is divided into, whose pictures are averaged. 7 is more
-        accurate where things at different depths cover one another, and takes 7 times as long.
+        accurate where things at different depths cover one another, and takes up to 7 times as
+        long.
 
     Examples
     --------

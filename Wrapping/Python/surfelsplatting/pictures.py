@@ -12,6 +12,16 @@ def _to_srgb(light):
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.power(light, 1 / 2.4) - 0.055)
 
 
+def rgb_bytes(picture, linear_light=False):
+    """[n, 3] bytes of the pixels, row 0 is the bottom row; see png_bytes."""
+    import numpy as np
+
+    colors = vtk("util.numpy_support").vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
+    if linear_light:
+        colors = _to_srgb(colors)
+    return np.ascontiguousarray(np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8))
+
+
 def png_bytes(picture, linear_light=False):
     """The contents of a PNG file: 8-bit RGB, 255 times the picture's values.
 
@@ -19,15 +29,10 @@ def png_bytes(picture, linear_light=False):
     shows through.
     linear_light: the picture is linear light and is converted to sRGB.
     """
-    import numpy as np
-    arrays = vtk("util.numpy_support")
-    colors = arrays.vtk_to_numpy(picture.GetPointData().GetScalars())[:, :3]
     image = vtk("vtkCommonDataModel").vtkImageData()
     image.SetDimensions(picture.GetDimensions())
-    if linear_light:
-        colors = _to_srgb(colors)
-    rounded = np.clip(colors * 255 + 0.5, 0, 255).astype(np.uint8)
-    image.GetPointData().SetScalars(arrays.numpy_to_vtk(np.ascontiguousarray(rounded), deep=True))
+    rgb = rgb_bytes(picture, linear_light)
+    image.GetPointData().SetScalars(vtk("util.numpy_support").numpy_to_vtk(rgb, deep=True))
     writer = vtk("vtkIOImage").vtkPNGWriter()
     writer.SetInputData(image)
     writer.WriteToMemoryOn()

@@ -5,7 +5,7 @@ import math
 import warnings
 
 from .backend import vtk
-from .commandline.vtkmessages import plain_text
+from .vtkmessages import plain_text
 from .vtkSurfelFilters import vtkPointsToSurfels
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
@@ -65,25 +65,22 @@ def update(algorithm, what):
 
 
 def scan(points):
-    """-> place of the sensor or None, columns of a depth image or 0: what vtkPointCloudReader knew,
-    unless the points were moved or selected since."""
-    def field(name):
-        array = points.GetFieldData().GetArray(name)
-        return array and vtk("util.numpy_support").vtk_to_numpy(array).ravel().tolist()
-
-    if field("ScanBounds") != list(points.GetBounds()):
-        return None, 0
-    columns, rows = field("ScanDimensions") or (0, 0)
-    is_whole = rows > 1 and columns * rows == points.GetNumberOfPoints()
-    return field("ScanViewpoint"), int(columns) if is_whole else 0
+    """-> place of the sensor or None, columns of a depth image or 0: what the reader knew, unless the
+    points were moved or selected since."""
+    viewpoint = [0.0, 0.0, 0.0]
+    known = vtkPointsToSurfels.FindViewpoint(points, viewpoint)
+    return tuple(viewpoint) if known else None, vtkPointsToSurfels.FindColumns(points)
 
 
-def _set_depth_image(filters, columns, viewpoint):
-    from .commandline.render import DEPTH_IMAGE_NEIGHBORS
-
-    filters.GetCleaning().SetColumns(columns)
-    filters.GetCleaning().SetViewpoint(viewpoint or (0.0, 0.0, 0.0))
-    filters.GetEstimation().SetNumberOfNeighbors(DEPTH_IMAGE_NEIGHBORS)
+def note_scan(points, viewpoint):
+    """Stores the place of the sensor where `scan` and the filters find it; None is not stored."""
+    for name, values in (("ScanViewpoint", viewpoint), ("ScanBounds", points.GetBounds())):
+        if viewpoint is not None:
+            array = vtk("vtkCommonCore").vtkDoubleArray()
+            array.SetName(name)
+            array.SetNumberOfComponents(len(values))
+            array.InsertNextTuple(values)
+            points.GetFieldData().AddArray(array)
 
 
 def _set_sides(estimation, points, sides, viewpoint):
@@ -113,18 +110,13 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     filters.SetCleanPoints(one_of(cleaning, CLEANING, "cleaning") != "off")
     filters.GetCleaning().SetSmoothing(cleaning == "full")
     filters.SetBuildHierarchy(bool(hierarchy))
-    scan_viewpoint, columns = scan(points)
-    if viewpoint is None:
-        viewpoint = scan_viewpoint
-    else:
+    if viewpoint is not None:
         viewpoint = finite_triple(viewpoint, "viewpoint")
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
-    if columns > 1:
-        _set_depth_image(filters, columns, viewpoint)
     if neighbors is not None:
         if not 4 <= neighbors <= 256:
             raise ValueError(f"neighbors is {neighbors!r}; it must be from 4 to 256")
-        filters.GetEstimation().SetNumberOfNeighbors(int(neighbors))
+        filters.SetNumberOfNeighbors(int(neighbors))
     update(filters, "estimation of surfels")
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:

@@ -8,7 +8,8 @@ import tempfile
 from contextlib import contextmanager, nullcontext
 
 from ..backend import vtk
-from .problems import UserProblem
+from ..problems import UserProblem
+from ..views.cameras import view_values
 
 PICTURES = (".png", ".exr")
 
@@ -127,3 +128,8 @@ def write_json(content, path):
     with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1)
         file.write("\n")
+
+
+def write_view(view, path):
+    """Writes a camera file, which --camera takes."""
+    write_json(view_values(view), path)

@@ -10,9 +10,9 @@ import numpy as np
 import pyvista as pv
 
 from ..backend import vtk
-from ..commandline.cameras import View
-from ..commandline.clouds import Cloud
-from ..commandline.framing import Samples, complete_view, surface_in_the_middle
+from ..views.cameras import View
+from ..clouds.reading import Cloud
+from ..views.framing import Samples, complete_view, surface_in_the_middle
 from ..surfels import is_surfels, make_surfels, scan
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")

@@ -6,9 +6,9 @@ from __future__ import annotations
 import pyvista as pv
 
 from ..backend import vtk
-from ..commandline.problems import UserProblem
-from ..commandline.scannerclouds import read_e57_cloud, read_las_cloud
-from ..surfels import update
+from ..problems import UserProblem
+from ..clouds.scanner import read_e57_cloud, read_las_cloud
+from ..surfels import note_scan, update
 from ..vtkSurfelReaders import vtkPointCloudReader
 
 
@@ -101,13 +101,7 @@ def read_e57(path: str) -> pv.PolyData:
     """
     def read(name):
         cloud, viewpoint = read_e57_cloud(name)
-        for key, values in (("ScanViewpoint", viewpoint), ("ScanBounds", cloud.GetBounds())):
-            if viewpoint is not None:
-                array = vtk("vtkCommonCore").vtkDoubleArray()
-                array.SetName(key)
-                array.SetNumberOfComponents(len(values))
-                array.InsertNextTuple(values)
-                cloud.GetFieldData().AddArray(array)
+        note_scan(cloud, viewpoint)
         return cloud
 
     return _cloud_of(read, path)

@@ -5,8 +5,9 @@ import os
 from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
-from ..backend import vtk
-from .problems import UserProblem
+import numpy as np
+
+from ..problems import UserProblem
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 
@@ -20,6 +21,8 @@ class Cloud:
     data: object  # vtkPolyData
     viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
     columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
+    how: str = ""  # what was read, and how, where the file does not say it
+    is_unsure: bool = False  # whether that was a guess which may be wrong
     is_surfels: bool = field(init=False)
     has_normals: bool = field(init=False)
 
@@ -41,38 +44,59 @@ def _read_scan(path, messages, progress):
                  columns if rows > 1 else 0)
 
 
-def _read_vtp(path, messages, progress):
-    reader = vtk("vtkIOXML").vtkXMLPolyDataReader()
-    reader.SetFileName(path)
-    progress.update(reader, "reading")
-    messages.check(f"{path} is not a readable .vtp file: ")
-    return Cloud(reader.GetOutput())
+def _read_dataset(path, messages, progress):
+    from .datasets import read_dataset
+
+    return Cloud(read_dataset(path, messages, progress))
 
 
 def _read_text(path, _messages, _progress):
-    from .textclouds import read_text_cloud
+    from .text import read_text_cloud
 
-    return Cloud(read_text_cloud(path))
+    data, columns = read_text_cloud(path)
+    return Cloud(data, how=str(columns), is_unsure=columns.unsure)
 
 
 def _read_las(path, _messages, _progress):
-    from .scannerclouds import read_las_cloud
+    from .scanner import read_las_cloud
 
     return Cloud(read_las_cloud(path))
 
 
 def _read_e57(path, _messages, _progress):
-    from .scannerclouds import read_e57_cloud
+    from ..surfels import note_scan
+    from .scanner import read_e57_cloud
 
-    return Cloud(*read_e57_cloud(path))
+    data, viewpoint = read_e57_cloud(path)
+    note_scan(data, viewpoint)
+    return Cloud(data, viewpoint)
+
+
+def _read_mesh(path, _messages, _progress):
+    from .gltf import read_gltf_cloud
+    from .meshes import read_obj_cloud, read_stl_cloud
+
+    read = {".obj": read_obj_cloud, ".stl": read_stl_cloud}.get(
+        os.path.splitext(path)[1].lower(), read_gltf_cloud)
+    return Cloud(read(path), how="the vertices of its meshes")
 
 
 _READERS = {
     ".ply": _read_scan,
     ".pcd": _read_scan,
-    ".vtp": _read_vtp,
+    ".vtp": _read_dataset,
+    ".vtu": _read_dataset,
+    ".vti": _read_dataset,
+    ".vtk": _read_dataset,
+    ".obj": _read_mesh,
+    ".stl": _read_mesh,
+    ".gltf": _read_mesh,
+    ".glb": _read_mesh,
     ".xyz": _read_text,
     ".txt": _read_text,
+    ".asc": _read_text,
+    ".csv": _read_text,
+    ".pts": _read_text,
     ".las": _read_las,
     ".laz": _read_las,
     ".e57": _read_e57,
@@ -88,16 +112,29 @@ def _check_file(path):
         raise UserProblem(f"{path} is not readable; check its permissions")
 
 
+def _name_arrays(data):
+    """Gives arrays whose names are no text, as in damaged files, names that are."""
+    arrays = [data.GetAbstractArray(number) for number in range(data.GetNumberOfArrays())]
+    for number, array in enumerate(arrays):
+        name = array.GetName()
+        if not isinstance(name, str):
+            array.SetName(f"array {number}" if name is None else
+                          name.decode(errors="backslashreplace"))
+
+
 def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
     if extension not in _READERS:
-        raise UserProblem(f"{path}: unknown extension {extension!r}; a point cloud is a "
-                          ".ply, .pcd, .xyz, .txt, .las, .laz, .e57 or .vtp file")
+        raise UserProblem(f"{path}: unknown extension {extension!r}; a point "
+                          f"cloud is one of {', '.join(sorted(_READERS))}")
     if os.path.getsize(path) == 0 and _READERS[extension] not in (_read_las, _read_e57):
         raise UserProblem(f"{path} is empty")
-    cloud = _READERS[extension](path, messages, progress)
+    with np.errstate(all="ignore"):  # casts of damaged values warn
+        cloud = _READERS[extension](path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:
         raise UserProblem(f"{path} holds no points")
+    _name_arrays(cloud.data.GetPointData())
+    _name_arrays(cloud.data.GetFieldData())
     return cloud

@@ -4,18 +4,41 @@
 import json
 import math
 import os
+import sys
 from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
-from .arguments import check_size
-from .problems import UserProblem
+from ..problems import UserProblem
 
 Vector = Tuple[float, float, float]
 DEFAULT_SIZE = (800, 600)
 DEFAULT_ANGLE = 30.0
+LARGEST_SIDE = 65536  # px, vtkSurfelImageRenderer's
+LARGEST_PICTURE = 1 << 28  # px; 4 GiB of float RGBA
+LARGEST_FLOAT = sys.float_info.max  # JSON has larger integers
 LARGEST = 1e17  # world units; as in the filters: sums of squares stay in float's range
 SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel is smaller than the camera's rounding errors
+FILM = 24.0  # mm, the shorter side of a picture on 35 mm film
+SIDES = ("front", "back", "left", "right", "top", "iso")
+AXES = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0),
+        "-y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0)}
+LARGEST_BLUR = 1_000_000  # px, vtkSurfelSplatter's
 PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a view shall become once the cloud is known. complete_view in framing.py grants all but
+    the last two, which need a picture: settle_focus in focus.py."""
+
+    side: Optional[str] = None  # from which the cloud is seen: one of SIDES
+    azimuth: float = 0.0  # degrees that the camera goes to the right around what it looks at,
+    elevation: float = 0.0  # upwards,
+    roll: float = 0.0  # and turns clockwise about the view direction
+    zoom: float = 1.0  # how much larger things become
+    f_number: Optional[float] = None  # of the lens, for clouds in metres
+    blur: Optional[float] = None  # px, at the end of the picture's depth that blurs most
+    focus_pixel: Optional[Tuple[int, int]] = None  # column and row from the upper left corner
 
 
 @dataclass(frozen=True)
@@ -30,6 +53,13 @@ class View:
     focal_disk: float = 0.0  # lens diameter, world units; 0 = pinhole
     focal_distance: float = 0.0  # along the view direction; 0 = to the focal point
     circle_of_confusion: Optional[float] = None  # px at infinity, in place of focal_disk
+    focus_point: Optional[Vector] = None  # in focus, in place of focal_distance
+    wishes: Wishes = Wishes()
+
+    @property
+    def has_lens(self):
+        return bool(self.focal_disk or self.circle_of_confusion or self.wishes.blur
+                    or self.wishes.f_number)
 
     def __str__(self):
         def row(vector):
@@ -41,12 +71,18 @@ class View:
         elif self.focal_disk:
             lens = f"a lens of diameter {self.focal_disk:g}"
         focus = f"{self.focal_distance:.7g}" if self.focal_distance else "the focal point"
+        if self.focus_point:
+            focus = row(self.focus_point)
         return (f"camera at {row(self.position)} looking at {row(self.focal_point)}, up "
                 f"{row(self.view_up)}, angle {self.view_angle:g}, {lens}, focus at {focus}")
 
 
 def subtract(a, b):
     return tuple(x - y for x, y in zip(a, b))
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
 
 
 def cross(a, b):
@@ -71,7 +107,7 @@ class _FileView:
     @staticmethod
     def _is_number(value):
         return (isinstance(value, (int, float)) and not isinstance(value, bool)
-                and math.isfinite(value))
+                and abs(value) <= LARGEST_FLOAT)
 
     def number(self, key, default, is_valid, wanted):
         value = self._values.get(key, default)
@@ -115,29 +151,39 @@ def _load(path):
 
 
 def _pick(path, content, name):
-    """The JSON object of the named view, or of the first one."""
+    """The JSON objects of the views of this name, or of all."""
     views = content.get("views", [content]) if isinstance(content, dict) else content
     if not isinstance(views, list) or not views or not all(isinstance(v, dict) for v in views):
         raise UserProblem(f"{path} holds no views; expected {{\"views\": [{{\"name\": .., "
                           "\"position\": [x, y, z], ..}]}")
     if name is None:
-        return views[0]
+        return views
     for view in views:
         if view.get("name") == name:
-            return view
+            return [view]
     names = [str(view["name"]) for view in views if "name" in view]
     known = f"its views are {', '.join(names)}" if names else "its views have no names"
     raise UserProblem(f"{path} has no view {name!r}; {known}")
 
 
 def read_view(text):
-    """The view of FILE.json[:VIEW]."""
+    """The view of FILE.json[:VIEW]; without a name the first one."""
     path, name = _split_name(text)
-    values = _pick(path, _load(path), name)
+    return _view_of(path, text, _pick(path, _load(path), name)[0])
+
+
+def read_views(text):
+    """The view of FILE.json:VIEW, or all views of FILE.json."""
+    path, name = _split_name(text)
+    return [_view_of(path, text, values) for values in _pick(path, _load(path), name)]
+
+
+def _view_of(path, text, values):
     if not any(key in values for key in ("position", "focalPoint", "viewAngle", "viewUp")):
         raise UserProblem(f"{path} describes no camera; expected keys such as position, "
                           "focalPoint, viewUp, viewAngle, size, focalDisk, focalDistance")
     view = _FileView(text, values)
+    has_pixels = "circleOfConfusion" in values
     return View(
         position=view.vector("position"),
         focal_point=view.vector("focalPoint"),
@@ -146,7 +192,19 @@ def read_view(text):
                                "between 0 and 180 degrees"),
         size=view.size(),
         focal_disk=view.number("focalDisk", 0.0, lambda d: d >= 0, "a number from 0 on"),
-        focal_distance=view.number("focalDistance", 0.0, lambda d: d >= 0, "a number from 0 on"))
+        focal_distance=view.number("focalDistance", 0.0, lambda d: d >= 0, "a number from 0 on"),
+        circle_of_confusion=view.number("circleOfConfusion", 0.0, lambda c: 0 <= c <= LARGEST_BLUR,
+                                        f"between 0 and {LARGEST_BLUR}") if has_pixels else None,
+        focus_point=view.vector("focusPoint"))
+
+
+def view_values(view):
+    """The content of a camera file with this view; read_view makes the same view of it."""
+    values = {"position": view.position, "focalPoint": view.focal_point, "viewUp": view.view_up,
+              "viewAngle": view.view_angle, "size": view.size, "focalDisk": view.focal_disk,
+              "focalDistance": view.focal_distance,
+              "circleOfConfusion": view.circle_of_confusion, "focusPoint": view.focus_point}
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def _vector_or(option, default):
@@ -155,29 +213,73 @@ def _vector_or(option, default):
 
 def asked_view(arguments):
     """The view from --camera, overridden by the other options."""
-    view = read_view(arguments.camera) if arguments.camera else View()
-    view = replace(
-        view,
-        position=_vector_or(arguments.position, view.position),
-        focal_point=_vector_or(arguments.focal_point, view.focal_point),
-        view_up=_vector_or(arguments.view_up, view.view_up),
-        view_angle=arguments.view_angle or view.view_angle,
-        size=tuple(arguments.size or view.size))
-    if arguments.focal_distance is not None:
-        view = replace(view, focal_distance=arguments.focal_distance)
-    if arguments.pinhole:
-        view = replace(view, focal_disk=0.0)
-    elif arguments.focal_disk is not None:
-        view = replace(view, focal_disk=arguments.focal_disk)
-    elif arguments.circle_of_confusion is not None:
-        view = replace(view, circle_of_confusion=arguments.circle_of_confusion)
+    return overridden(read_view(arguments.camera) if arguments.camera else View(), arguments)
+
+
+def overridden(view, arguments):
+    """The view with what the options say."""
+    view = _with_lens(_with_camera(view, arguments), arguments)
     check_view(view)
     return view
 
 
+def _with_camera(view, arguments):
+    size = tuple(arguments.size or view.size)
+    if view.circle_of_confusion:  # in pixels: the picture becomes larger, but does not change
+        scaled = view.circle_of_confusion * size[1] / view.size[1]
+        view = replace(view, circle_of_confusion=min(scaled, LARGEST_BLUR))
+    wishes = replace(view.wishes, side=arguments.view, azimuth=arguments.azimuth,
+                     elevation=arguments.elevation, roll=arguments.roll, zoom=arguments.zoom)
+    if arguments.view:
+        # From another side the distance to what was in focus is another one.
+        view = replace(view, position=None, focal_point=None, view_up=None, focal_distance=0.0)
+    if arguments.up:
+        view = replace(view, view_up=AXES.get(arguments.up))
+    angle = arguments.view_angle or view.view_angle
+    if arguments.focal_length:
+        angle = angle_of_focal_length(arguments.focal_length, size)
+    return replace(
+        view, position=_vector_or(arguments.position, view.position),
+        focal_point=_vector_or(arguments.focal_point, view.focal_point),
+        view_up=_vector_or(arguments.view_up, view.view_up),
+        view_angle=angle, size=size, wishes=wishes)
+
+
+def _with_lens(view, arguments):
+    if arguments.focal_distance is not None:
+        view = replace(view, focal_distance=arguments.focal_distance, focus_point=None)
+    elif arguments.focus_point:
+        view = replace(view, focal_distance=0.0, focus_point=tuple(arguments.focus_point))
+    elif arguments.focus_pixel:
+        view = replace(view, focal_distance=0.0, focus_point=None,
+                       wishes=replace(view.wishes, focus_pixel=tuple(arguments.focus_pixel)))
+    disk, confusion = arguments.focal_disk, arguments.circle_of_confusion
+    wishes = replace(view.wishes, blur=arguments.blur, f_number=arguments.f_number)
+    if arguments.pinhole or any(x is not None for x in (disk, confusion, wishes.blur,
+                                                        wishes.f_number)):
+        view = replace(view, focal_disk=disk or 0.0, circle_of_confusion=confusion, wishes=wishes)
+    return view
+
+
+def angle_of_focal_length(focal_length, size):
+    """The vertical view angle, degrees, of a focal length in mm on 35 mm film."""
+    return math.degrees(2 * math.atan(FILM / 2 * size[1] / min(size) / focal_length))
+
+
+def focal_length_of_angle(angle, size):
+    """The inverse of angle_of_focal_length."""
+    return FILM / 2 * size[1] / min(size) / math.tan(math.radians(angle) / 2)
+
+
+def check_size(size):
+    if size and (max(size) > LARGEST_SIDE or size[0] * size[1] > LARGEST_PICTURE):
+        raise UserProblem(f"the picture's size {size[0]} x {size[1]} is too large; at most "
+                          f"{LARGEST_SIDE} pixels per side and {LARGEST_PICTURE} in total")
+
+
 def _check_range(view):
     for name, vector in (("position", view.position), ("focal point", view.focal_point),
-                         ("view-up vector", view.view_up)):
+                         ("view-up vector", view.view_up), ("focus point", view.focus_point)):
         for value in vector or ():
             if abs(value) > LARGEST:
                 raise UserProblem(f"the camera's {name} has a coordinate of {value:g}; the largest "
@@ -207,6 +309,9 @@ def check_view(view):
                           f"{' '.join(f'{x:g}' for x in view.position)}; move one of them")
     if view.view_up is not None and are_parallel(view.view_up, direction):
         raise UserProblem("the view-up vector is parallel to the view direction; turn it")
+    if view.focus_point and dot(subtract(view.focus_point, view.position), direction) <= 0:
+        raise UserProblem(f"the point in focus {' '.join(f'{x:g}' for x in view.focus_point)} is "
+                          "behind the camera; give one in front of it")
 
 
 def camera_files(text):

@@ -7,7 +7,8 @@ from ..backend import vtk
 
 
 def _to_vtk(name, values, kind):
-    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values, dtype=kind), deep=True)
+    values = np.ascontiguousarray(values, dtype=kind)
+    array = vtk("util.numpy_support").numpy_to_vtk(values, deep=True)
     array.SetName(name)
     return array
 
@@ -15,7 +16,8 @@ def _to_vtk(name, values, kind):
 def polydata_of(places, arrays):
     """-> vtkPolyData with double points.
 
-    arrays: those there are of "RGB" (bytes), "Normals" and "intensity", each with a row per point.
+    arrays: those there are of "RGB" (bytes), "Normals", "intensity" and other scalars, each with a
+    row per point.
     """
     points = vtk("vtkCommonCore").vtkPoints()
     points.SetData(_to_vtk("Points", places, np.float64))
@@ -26,6 +28,8 @@ def polydata_of(places, arrays):
         data.SetScalars(_to_vtk("RGB", arrays["RGB"], np.uint8))
     if "Normals" in arrays:
         data.SetNormals(_to_vtk("Normals", arrays["Normals"], np.float32))
-    if "intensity" in arrays:
-        data.AddArray(_to_vtk("intensity", arrays["intensity"], np.float32))
+    for name, values in arrays.items():
+        if name not in ("RGB", "Normals"):
+            kind = np.float32 if name == "intensity" else values.dtype  # times need all digits
+            data.AddArray(_to_vtk(name, values, kind))
     return cloud

@@ -2,11 +2,16 @@
 """Reads .las, .laz and .e57 files, where the Python packages for them are installed."""
 
 import importlib
+import os
 
 import numpy as np
 
-from .arrayclouds import polydata_of
-from .problems import UserProblem
+from .polydata import polydata_of
+from ..problems import UserProblem
+
+CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
+# the table of chunks (LAZ specification 1.4, "Chunk table")
+LAS_SCALARS = ("classification", "return_number", "gps_time")
 
 
 def _package(name, requirement, path):
@@ -29,16 +34,47 @@ def _arrays(rgb, intensity):
     return arrays
 
 
+def _check_chunks(path):
+    """Raises ValueError if a .laz file says that it has more chunks than bytes: the decoder would end
+    the process when it has no memory for them."""
+    with open(path, "rb") as file:
+        content = file.read(CHUNKS_OFFSET_AT + 4)
+        file.seek(int.from_bytes(content[CHUNKS_OFFSET_AT:], "little"))
+        table = int.from_bytes(file.read(8), "little", signed=True)
+        size = os.fstat(file.fileno()).st_size
+        if table == -1:  # written by a program that could not go back; the offset is at the end
+            file.seek(max(0, size - 8))
+            table = int.from_bytes(file.read(8), "little", signed=True)
+        file.seek(min(max(0, table), size))
+        count = int.from_bytes(file.read(8)[4:], "little")  # after the version
+        if count > size:
+            raise ValueError(f"it says that it has {count} chunks in {size} bytes")
+
+
+def _las_scalars(las):
+    """{name: values} of what may be worth a colour, if it is not the same everywhere."""
+    names = [name for name in LAS_SCALARS if name in set(las.point_format.dimension_names)]
+    names += las.point_format.extra_dimension_names
+    scalars = {name: np.asarray(las[name]) for name in names}
+    return {name: values for name, values in scalars.items()
+            if values.ndim == 1 and len(values) and values.min() < values.max()}
+
+
 def read_las_cloud(path):
     """-> vtkPolyData with double points."""
     laspy = _package("laspy", "laspy[lazrs]", path)
+
     try:
+        if path.lower().endswith(".laz"):
+            _check_chunks(path)
         las = laspy.read(path)
         places = np.column_stack([las.x, las.y, las.z])
         names = set(las.point_format.dimension_names)
         rgb = np.column_stack([las.red, las.green, las.blue]) if "red" in names else None
-        arrays = _arrays(rgb, np.asarray(las.intensity))
-    except Exception as error:  # laspy passes on those of numpy, struct and the decoder
+        arrays = {**_las_scalars(las), **_arrays(rgb, np.asarray(las.intensity))}
+    except BaseException as error:  # laspy passes on those of numpy, struct and the decoder
+        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+            raise
         raise UserProblem(f"{path} is not a readable .las or .laz file: {error}") from error
     return polydata_of(places, arrays)
 

@@ -4,7 +4,7 @@
 import re
 import sys
 
-from ..backend import vtk
+from .backend import vtk
 from .problems import UserProblem
 
 # "ERROR: In file.cxx, line 12\nvtkClass (0x55d0): the message\n\n"
@@ -13,7 +13,12 @@ _PREFIX = re.compile(
 
 
 def plain_text(message):
-    """The message, and those it quotes, without the file, the line and the object's address."""
+    """The message, and those it quotes, without the file, the line and the object's address.
+
+    message: None where it quotes bytes of a file that are no text.
+    """
+    if message is None:
+        return "the file is damaged (the message about it is not text)"
     return _PREFIX.sub("", message).strip()
 
 

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Picture/DoubtfulTiles.h"
+
+#include "Core/Base/Tiles.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// The weight rises from 0 to 1 over so many pixels.
+constexpr int Rise = 8;
+
+/// Distance of a pixel's centre from the border to the neighbour at -1, 0 or 1 tiles; 0 to none.
+float DistanceTo(int side, int inTile)
+{
+  const float x = static_cast<float>(inTile) + 0.5f;
+  return side < 0 ? x : side > 0 ? static_cast<float>(TileSize) - x : 0.0f;
+}
+
+/// @param weight of the mean, which may hold anything where it is 0
+void MixPixel(const Frame& whole, const Frame& mean, std::size_t p, float weight)
+{
+  for (std::size_t c = 4 * p; c < 4 * p + 4; ++c)
+  {
+    const float color = whole.Color[c];
+    mean.Color[c] = weight > 0.0f ? color + weight * (mean.Color[c] - color) : color;
+  }
+  mean.Depth[p] = weight > 0.5f ? mean.Depth[p] : whole.Depth[p];
+}
+}
+
+void DoubtfulTiles::Set(const PictureSize& size, const std::vector<float>& doubts, float largest)
+{
+  this->Columns = TileCount(size.Width);
+  this->Rows = TileCount(size.Height);
+  this->Flags.resize(doubts.size());
+  std::transform(doubts.begin(), doubts.end(), this->Flags.begin(),
+    [largest](float doubt) { return static_cast<unsigned char>(doubt > largest ? 1 : 0); });
+}
+
+bool DoubtfulTiles::Touch(const PixelBox& box) const
+{
+  if (this->Flags.empty() || SurfelSplatting::IsEmpty(box))
+  {
+    return this->Flags.empty();
+  }
+  bool found = false;
+  ForTiles(box, this->Columns, [&](std::size_t tile) { found = found || this->Has(tile); });
+  return found;
+}
+
+bool DoubtfulTiles::IsEmpty() const
+{
+  return !this->Flags.empty() &&
+    std::none_of(
+      this->Flags.begin(), this->Flags.end(), [](unsigned char flag) { return flag != 0; });
+}
+
+/// Tiles beyond the picture are as those in it.
+bool DoubtfulTiles::IsFlagged(int column, int row) const
+{
+  const int x = std::min(std::max(column, 0), this->Columns - 1);
+  const int y = std::min(std::max(row, 0), this->Rows - 1);
+  return this->Flags[static_cast<std::size_t>(y) * this->Columns + x] != 0;
+}
+
+/// Whether a tile and its neighbours are doubtful.
+bool DoubtfulTiles::IsSurrounded(int column, int row) const
+{
+  bool all = true;
+  for (int j = -1; j <= 1; ++j)
+  {
+    for (int i = -1; i <= 1; ++i)
+    {
+      all = all && this->IsFlagged(column + i, row + j);
+    }
+  }
+  return all;
+}
+
+/// Weight of the mean at a pixel of a doubtful tile, [0, 1].
+float DoubtfulTiles::Weight(int x, int y) const
+{
+  const int column = x / TileSize, row = y / TileSize;
+  float nearest = Rise;
+  for (int j = -1; j <= 1; ++j)
+  {
+    for (int i = -1; i <= 1; ++i)
+    {
+      if (!this->IsFlagged(column + i, row + j))
+      {
+        nearest =
+          std::min(nearest, std::max(DistanceTo(i, x % TileSize), DistanceTo(j, y % TileSize)));
+      }
+    }
+  }
+  return nearest / Rise;
+}
+
+void DoubtfulTiles::Mix(const Frame& whole, const Frame& mean, const Executor& executor) const
+{
+  if (this->Flags.empty())
+  {
+    return;
+  }
+  executor.For(this->Flags.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      const int column = static_cast<int>(tile) % this->Columns;
+      const int row = static_cast<int>(tile) / this->Columns;
+      if (this->IsSurrounded(column, row))
+      {
+        continue;
+      }
+      const bool isFlagged = this->IsFlagged(column, row);
+      ForPixels(tile, { mean.Width, mean.Height }, [&](int x, int y, std::size_t p) {
+        MixPixel(whole, mean, p, isFlagged ? this->Weight(x, y) : 0.0f);
+      });
+    }
+  });
+}
+}

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/CleaningExecution.h"
+
+#include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Cleaning/DepthSteps.h"
+#include "Filters/Cleaning/Smoothing.h"
+#include "Filters/Cleaning/StrayPoints.h"
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Common/LocalCloud.h"
+
+#include "vtkDataArray.h"
+#include "vtkFloatArray.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkPoints.h"
+#include "vtkPolyData.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// [3n] in the order of the cloud; empty if there are none.
+std::vector<unsigned char> ColorsOf(vtkDataArray* array, const LocalCloud& cloud)
+{
+  std::vector<unsigned char> colors;
+  if (array)
+  {
+    colors.reserve(3 * cloud.InputIds.size());
+    for (const vtkIdType id : cloud.InputIds)
+    {
+      for (int c = 0; c < 3; ++c)
+      {
+        colors.push_back(static_cast<unsigned char>(array->GetComponent(id, c)));
+      }
+    }
+  }
+  return colors;
+}
+}
+
+vtkDataArray* CleaningExecution::FindColors(vtkPointSet* input)
+{
+  vtkPointData* data = input->GetPointData();
+  vtkDataArray* fetched = data->GetArray(ColorsArray);
+  auto* scalars = vtkUnsignedCharArray::SafeDownCast(data->GetScalars());
+  if (data->HasArray(PartitionedCloud::IdArray))
+  {
+    return fetched;
+  }
+  return scalars && scalars->GetNumberOfComponents() >= 3 ? scalars : nullptr;
+}
+
+vtkSmartPointer<vtkPoints> CleaningExecution::Shifted(
+  vtkPointSet* input, const std::vector<Float3>& shifts)
+{
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetDataType(input->GetPoints()->GetDataType());
+  points->DeepCopy(input->GetPoints());
+  for (size_t i = 0; i < shifts.size(); ++i)
+  {
+    const Vector3 shift = shifts[i];
+    double p[3];
+    points->GetPoint(static_cast<vtkIdType>(i), p);
+    points->SetPoint(static_cast<vtkIdType>(i), p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]);
+  }
+  return points;
+}
+
+bool CleaningExecution::Run(vtkPointSet* input)
+{
+  this->Begin(input);
+  const StageProgress progress(this->Filter, 0.0, 1.0);
+  if (!input->GetPoints())
+  {
+    return true;
+  }
+  if (!this->SmoothDepths(input, progress.Part(0.0, 0.1)))
+  {
+    return false;
+  }
+  this->Gather(input);
+  LocalCloud& cloud = this->Searched.Cloud;
+  for (size_t i = 0; !this->Shifts.empty() && i < cloud.InputIds.size(); ++i)
+  {
+    const Float3& shift = this->Shifts[cloud.InputIds[i]];
+    cloud.Positions[3 * i] += shift.X;
+    cloud.Positions[3 * i + 1] += shift.Y;
+    cloud.Positions[3 * i + 2] += shift.Z;
+  }
+  return progress.Step(0.2) && this->Clean(input, nullptr, progress.Part(0.2, 0.9));
+}
+
+void CleaningExecution::MovePoints(vtkPolyData* output) const
+{
+  std::vector<Float3> kept;
+  for (size_t i = 0; i < this->Kept.size(); ++i)
+  {
+    if (this->Kept[i])
+    {
+      kept.push_back(this->Shifts[i]);
+    }
+  }
+  output->SetPoints(Shifted(output, kept));
+  if (this->Settings.GenerateShifts)
+  {
+    const auto count = static_cast<vtkIdType>(kept.size());
+    auto array = MakeArray<vtkFloatArray>("CleaningShift", 3, count);
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      Store(kept[i], array->GetPointer(3 * i));
+    }
+    output->GetPointData()->AddArray(array);
+  }
+}
+
+void CleaningExecution::HandOver(SearchedCloud& searched)
+{
+  if (this->AreMoved() || !this->Searched.Tree)
+  {
+    return; // its points have other neighbours
+  }
+  std::vector<vtkIdType> ids;
+  ids.reserve(this->Kept.size());
+  vtkIdType next = 0;
+  for (const char kept : this->Kept)
+  {
+    ids.push_back(next);
+    next += kept;
+  }
+  searched = std::move(this->Searched);
+  searched.Cloud.NonFinite = searched.Cloud.Duplicates = 0;
+  for (vtkIdType& id : searched.Cloud.InputIds)
+  {
+    id = ids[id];
+  }
+}
+
+CleaningCounts CleaningExecution::Count() const
+{
+  const auto count = [](const std::vector<char>& flags) {
+    return static_cast<vtkIdType>(std::count(flags.begin(), flags.end(), char{ 1 }));
+  };
+  CleaningCounts counts;
+  counts.NonFinite = this->NonFinite;
+  counts.Stray = count(this->Strayed);
+  counts.Duplicate =
+    static_cast<vtkIdType>(this->Kept.size()) - this->NonFinite - count(this->Kept) - counts.Stray;
+  for (size_t i = 0; i < this->Shifts.size(); ++i)
+  {
+    const bool isMoved = this->Kept[i] && SingleDot(this->Shifts[i], this->Shifts[i]) > 0.0f;
+    counts.Moved += isMoved ? 1 : 0;
+  }
+  return counts;
+}
+
+void CleaningExecution::Begin(vtkPointSet* input)
+{
+  this->Kept.assign(input->GetNumberOfPoints(), 0);
+  this->Strayed.assign(input->GetNumberOfPoints(), 0);
+}
+
+void CleaningExecution::Gather(vtkPointSet* input)
+{
+  double origin[3] = { 0.0, 0.0, 0.0 };
+  ReadOrigin(input, origin);
+  GatherCloud(input->GetPoints(), origin, this->Searched.Cloud);
+  this->NonFinite = this->Searched.Cloud.NonFinite;
+}
+
+bool CleaningExecution::SmoothDepths(vtkPointSet* input, const StageProgress& progress)
+{
+  if (!this->Settings.Smoothing || this->Settings.Columns == 0 || input->GetNumberOfPoints() == 0)
+  {
+    return true;
+  }
+  double o[3];
+  ReadOrigin(input, o);
+  const double* v = this->Settings.Viewpoint;
+  const DepthImage image{ input->GetPoints(), this->Settings.Columns,
+    { v[0] - o[0], v[1] - o[1], v[2] - o[2] } };
+  return SmoothDepthSteps(image, progress, this->Shifts);
+}
+
+bool CleaningExecution::Clean(
+  vtkPointSet* input, CleaningSharing* sharing, const StageProgress& progress)
+{
+  const LocalCloud& cloud = this->Searched.Cloud;
+  this->Searched.Index();
+  const CleaningProblem problem{ this->Searched, sharing };
+  std::vector<unsigned char> stray(cloud.Size(), 0);
+  const bool isStored =
+    !this->Settings.KeepsNeighbors || this->Searched.FindNeighbors(progress.Part(0.0, 0.2));
+  if (!problem.All(isStored) ||
+    (this->Settings.RemoveStrayPoints &&
+      !problem.All(FindStrayPoints(problem, progress.Part(0.2, 0.4), stray))))
+  {
+    return false;
+  }
+  for (int i = 0; i < cloud.Size(); ++i)
+  {
+    (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;
+  }
+  this->DropStray(stray, sharing);
+  std::vector<Float3> shifts;
+  if (this->Settings.Smoothing &&
+    !SmoothNoise(problem, ColorsOf(FindColors(input), cloud), progress.Part(0.4, 1.0), shifts))
+  {
+    return false;
+  }
+  this->Shifts.resize(shifts.empty() ? this->Shifts.size() : this->Kept.size());
+  for (size_t i = 0; i < shifts.size(); ++i)
+  {
+    Float3& shift = this->Shifts[cloud.InputIds[i]];
+    shift = Vector3(shift) + Vector3(shifts[i]);
+  }
+  return true;
+}
+
+void CleaningExecution::DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing)
+{
+  if (std::find(stray.begin(), stray.end(), 1) == stray.end())
+  {
+    return;
+  }
+  this->Searched.Drop(stray);
+  if (sharing)
+  {
+    size_t kept = 0;
+    for (size_t i = 0; i < stray.size(); ++i)
+    {
+      sharing->IsOwn[kept] = sharing->IsOwn[i];
+      kept += stray[i] ? 0 : 1;
+    }
+  }
+}
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * One execution of vtkPointCloudCleaning: alone (CleaningExecution.cxx) or together with other
+ * processes (CleaningTogether.cxx).
+ */
+#pragma once
+
+#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Common/VectorMath.h"
+#include "Filters/Partition/PartitionedSurfels.h"
+
+#include "vtkSmartPointer.h"
+
+#include <vector>
+
+class vtkAlgorithm;
+class vtkDataArray;
+class vtkPoints;
+class vtkPointSet;
+class vtkPolyData;
+
+namespace SurfelSplatting
+{
+class Ranks;
+}
+
+namespace SurfelGeometry
+{
+struct CleaningSharing;
+
+/// As vtkPointCloudCleaning has them.
+struct CleaningSettings
+{
+  bool RemoveStrayPoints, Smoothing;
+  int Columns;
+  double Viewpoint[3];
+  bool GenerateShifts;
+  bool KeepsNeighbors; // for the next filter; they take twice the memory
+};
+
+struct CleaningCounts
+{
+  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Moved = 0;
+};
+
+/// Which points of the input are kept, which are stray, and where they move.
+class CleaningExecution
+{
+public:
+  /// @param filter gets the progress
+  CleaningExecution(const CleaningSettings& settings, vtkAlgorithm* filter)
+    : Settings(settings)
+    , Filter(filter)
+  {
+  }
+
+  /// Returns false if stopped.
+  bool Run(vtkPointSet* input);
+
+  /// The same together with other processes.
+  bool RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
+
+  /// Moves the points of the output, which are the input's.
+  void MovePoints(vtkPolyData* output) const;
+
+  bool AreMoved() const { return !this->Shifts.empty(); }
+
+  /// Hands the search over to the estimation of the output, whose points have other ids.
+  void HandOver(SearchedCloud& searched);
+
+  CleaningCounts Count() const;
+
+  std::vector<char> Kept, Strayed; // [input points] 1: yes
+
+private:
+  static constexpr int ResultComponents = 4;           // whether it is kept, shift
+  static constexpr const char* ColorsArray = "Colors"; // of points that were fetched
+
+  /// Null if the points have no colours.
+  static vtkDataArray* FindColors(vtkPointSet* input);
+
+  /// The points of `input`, each at its shift, world units.
+  static vtkSmartPointer<vtkPoints> Shifted(vtkPointSet* input, const std::vector<Float3>& shifts);
+
+  void Begin(vtkPointSet* input);
+  void Gather(vtkPointSet* input);
+
+  /// Returns false if stopped.
+  bool SmoothDepths(vtkPointSet* input, const StageProgress& progress);
+
+  /// Collective. Returns false if stopped.
+  bool CleanRegion(SurfelSplatting::Ranks& ranks, const PartitionedCloud& cloud,
+    vtkPolyData* region, const StageProgress& progress);
+
+  /// Collective, if shared. Returns false if stopped.
+  bool Clean(vtkPointSet* input, CleaningSharing* sharing, const StageProgress& progress);
+
+  void DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing);
+
+  /// Of the points in this process's region.
+  PartitionedCloud::Results Results(const PartitionedCloud& cloud) const;
+
+  void Take(const PartitionedCloud::Returned& returned);
+
+  CleaningSettings Settings;
+  vtkAlgorithm* Filter;
+  SearchedCloud Searched;
+  std::vector<Float3> Shifts; // [input points] or empty, world units
+  vtkIdType NonFinite = 0;
+};
+}

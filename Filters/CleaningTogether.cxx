@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/CleaningExecution.h"
+
+#include "Core/Base/Ranks.h"
+#include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Common/LocalCloud.h"
+
+#include "vtkDataArray.h"
+#include "vtkPointSet.h"
+#include "vtkPoints.h"
+#include "vtkPolyData.h"
+
+#include <algorithm>
+
+namespace SurfelGeometry
+{
+bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
+{
+  this->Begin(input);
+  const StageProgress progress(this->Filter, 0.0, 1.0);
+  if (!ranks.All(this->SmoothDepths(input, progress.Part(0.0, 0.1))))
+  {
+    return false;
+  }
+  vtkSmartPointer<vtkPointSet> smooth = input;
+  if (!this->Shifts.empty())
+  {
+    smooth.TakeReference(input->NewInstance());
+    smooth->ShallowCopy(input);
+    smooth->SetPoints(Shifted(input, this->Shifts));
+  }
+  PartitionedCloud cloud(ranks, smooth);
+  std::vector<PartitionedCloud::Array> arrays;
+  vtkDataArray* colors = FindColors(input);
+  if (ranks.Any(colors != nullptr))
+  {
+    arrays.push_back({ ColorsArray, 3, colors });
+  }
+  const auto region = cloud.Fetch(cloud.HaloWidth(HaloSpacings), arrays);
+  CleaningExecution own(this->Settings, this->Filter);
+  if (!own.CleanRegion(ranks, cloud, region, progress.Part(0.2, 0.9)))
+  {
+    return false;
+  }
+  this->NonFinite = cloud.NumberOfNonFinitePoints();
+  this->Take(cloud.Return(own.Results(cloud)));
+  return true;
+}
+
+bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const PartitionedCloud& cloud,
+  vtkPolyData* region, const StageProgress& progress)
+{
+  this->Begin(region);
+  this->Gather(region);
+  this->Searched.Cloud.SampleIds = cloud.GlobalIds();
+  CleaningSharing sharing;
+  sharing.Total = cloud.NumberOfPoints();
+  std::copy_n(cloud.Origin(), 3, sharing.Origin);
+  for (const vtkIdType id : this->Searched.Cloud.InputIds)
+  {
+    sharing.IsOwn.push_back(cloud.IsInRegion(id) ? 1 : 0);
+  }
+  sharing.Gather = [&ranks](bool running, std::vector<float>& values) {
+    SurfelSplatting::Message message;
+    SurfelSplatting::Put(values.data(), values.size(), message);
+    values.clear();
+    for (const SurfelSplatting::Message& other : ranks.Share(message))
+    {
+      const size_t at = values.size(), more = other.size() / sizeof(float);
+      values.resize(at + more);
+      SurfelSplatting::MessageReader(other).Get(values.data() + at, more);
+    }
+    return ranks.All(running);
+  };
+  return ranks.All(this->Clean(region, &sharing, progress));
+}
+
+PartitionedCloud::Results CleaningExecution::Results(const PartitionedCloud& cloud) const
+{
+  PartitionedCloud::Results results;
+  results.Components = ResultComponents;
+  for (size_t i = 0; i < this->Kept.size(); ++i)
+  {
+    const auto id = static_cast<vtkIdType>(i);
+    if ((this->Kept[i] || this->Strayed[i]) && cloud.IsInRegion(id))
+    {
+      const Float3 shift = this->Shifts.empty() ? Float3() : this->Shifts[i];
+      results.Points.push_back(id);
+      results.Values.insert(
+        results.Values.end(), { this->Kept[i] ? 1.0f : 0.0f, shift.X, shift.Y, shift.Z });
+    }
+  }
+  return results;
+}
+
+void CleaningExecution::Take(const PartitionedCloud::Returned& returned)
+{
+  const float* values = returned.Values.data();
+  for (size_t i = 0; i < returned.Has.size(); ++i, values += ResultComponents)
+  {
+    if (returned.Has[i])
+    {
+      (values[0] > 0.0f ? this->Kept : this->Strayed)[i] = 1;
+      const Vector3 shift = Load(values + 1);
+      if (Dot(shift, shift) > 0.0)
+      {
+        this->Shifts.resize(this->Kept.size());
+        this->Shifts[i] = Vector3(this->Shifts[i]) + shift;
+      }
+    }
+  }
+}
+}

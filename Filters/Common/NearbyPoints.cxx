@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Common/NearbyPoints.h"
+
+#include "Filters/Common/Multiversion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// Share of a distance that rounding may cost, and more.
+constexpr float Rounding = 1e-4f;
+
+/// Below this, squares of distances lose digits.
+constexpr float LeastSquare = 1e-30f;
+
+/// More keys are sorted faster by std::sort.
+constexpr int MostRanked = 96;
+
+/// In the order of FLANN's sum, so that all distances are the same to the last bit.
+void FindSquares(const float place[3], const float* __restrict x, const float* __restrict y,
+  const float* __restrict z, int count, float* __restrict squared)
+{
+  for (int k = 0; k < count; ++k)
+  {
+    const float dx = x[k] - place[0], dy = y[k] - place[1], dz = z[k] - place[2];
+    squared[k] = dx * dx + dy * dy + dz * dz;
+  }
+}
+
+/// Sorts distinct keys by counting the smaller ones of each: no branch depends on their order.
+SURFEL_MULTIVERSION void SortByRank(
+  const std::uint64_t* __restrict keys, int count, std::uint64_t* __restrict sorted)
+{
+  for (int i = 0; i < count; ++i)
+  {
+    const auto key = static_cast<std::int64_t>(keys[i]); // the sign bit is that of a distance: 0
+    std::int64_t rank = 0;
+    for (int k = 0; k < count; ++k)
+    {
+      rank += static_cast<std::int64_t>(keys[k]) < key ? 1 : 0;
+    }
+    sorted[rank] = keys[i];
+  }
+}
+}
+
+std::uint64_t KeyOf(float squaredDistance, int id)
+{
+  std::uint32_t bits;
+  std::memcpy(&bits, &squaredDistance, sizeof bits);
+  return static_cast<std::uint64_t>(bits) << 32 | static_cast<std::uint32_t>(id);
+}
+
+int IdOf(std::uint64_t key)
+{
+  return static_cast<int>(key & 0xffffffffu);
+}
+
+float SquaredDistanceOf(std::uint64_t key)
+{
+  const auto bits = static_cast<std::uint32_t>(key >> 32);
+  float result;
+  std::memcpy(&result, &bits, sizeof result);
+  return result;
+}
+
+void NearbyPoints::Begin(const float center[3], float reach)
+{
+  std::copy_n(center, 3, this->Center);
+  this->Reach = reach * reach > LeastSquare ? reach : -1.0f;
+  for (std::vector<float>* coordinates : { &this->X, &this->Y, &this->Z })
+  {
+    coordinates->clear();
+  }
+  this->Ids.clear();
+}
+
+void NearbyPoints::Add(int id, const float* position)
+{
+  this->X.push_back(position[0]);
+  this->Y.push_back(position[1]);
+  this->Z.push_back(position[2]);
+  this->Ids.push_back(id);
+}
+
+/// Puts the keys of the points within a squared distance into Keys. Returns their number.
+int NearbyPoints::Select(const float place[3], float limit)
+{
+  int count = 0;
+  for (std::size_t k = 0; k < this->Ids.size(); ++k)
+  {
+    this->Keys[static_cast<std::size_t>(count)] = KeyOf(this->Squared[k], this->Ids[k]);
+    count += this->Squared[k] <= limit ? 1 : 0;
+  }
+  return count;
+}
+
+bool NearbyPoints::FindNearest(
+  const float place[3], int wanted, float likely, std::vector<std::uint64_t>& found)
+{
+  const float x = place[0] - this->Center[0], y = place[1] - this->Center[1],
+              z = place[2] - this->Center[2];
+  // All points within this distance of the place are here: the triangle inequality.
+  const float sure =
+    (1.0f - Rounding) * this->Reach - (1.0f + Rounding) * std::sqrt(x * x + y * y + z * z);
+  if (!(sure > 0.0f) || this->Ids.size() < static_cast<std::size_t>(wanted))
+  {
+    return false;
+  }
+  this->Squared.resize(this->Ids.size());
+  this->Keys.resize(this->Ids.size() + 1);
+  FindSquares(place, this->X.data(), this->Y.data(), this->Z.data(),
+    static_cast<int>(this->Ids.size()), this->Squared.data());
+  int count = this->Select(place, std::min(likely, sure * sure));
+  if (count < wanted && likely < sure * sure)
+  {
+    count = this->Select(place, sure * sure);
+  }
+  if (count < wanted)
+  {
+    return false;
+  }
+  found.resize(static_cast<std::size_t>(std::max(count, wanted)));
+  if (count <= MostRanked)
+  {
+    SortByRank(this->Keys.data(), count, found.data());
+  }
+  else
+  {
+    std::partial_sort_copy(
+      this->Keys.begin(), this->Keys.begin() + count, found.begin(), found.begin() + wanted);
+  }
+  return true;
+}
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/SensorSettings.h"
+
+#include "Filters/Common/ScanSensor.h"
+#include "vtkPointCloudCleaning.h"
+#include "vtkSurfelEstimation.h"
+
+namespace SurfelGeometry
+{
+SensorSettings::SensorSettings(vtkPointCloudCleaning* cleaning, vtkSurfelEstimation* estimation)
+  : Cleaning(cleaning)
+  , Estimation(estimation)
+  , Columns(cleaning->GetColumns())
+  , NumberOfNeighbors(estimation->GetNumberOfNeighbors())
+  , OrientationMode(estimation->GetOrientationMode())
+{
+  cleaning->GetViewpoint(this->CleaningViewpoint);
+  estimation->GetViewpoint(this->Viewpoint);
+}
+
+SensorSettings::~SensorSettings()
+{
+  this->Cleaning->SetColumns(this->Columns);
+  this->Cleaning->SetViewpoint(this->CleaningViewpoint);
+  this->Estimation->SetNumberOfNeighbors(this->NumberOfNeighbors);
+  this->Estimation->SetOrientationMode(this->OrientationMode);
+  this->Estimation->SetViewpoint(this->Viewpoint);
+}
+
+void SensorSettings::Use(const ScanSensor& sensor)
+{
+  const double* v = sensor.Viewpoint;
+  if (this->Columns == 0 && sensor.HasViewpoint)
+  {
+    this->Cleaning->SetColumns(sensor.Columns);
+    this->Cleaning->SetViewpoint(v[0], v[1], v[2]);
+  }
+  if (sensor.HasViewpoint && this->OrientationMode == vtkSurfelEstimation::CONSISTENT &&
+    !this->Estimation->GetUseViewpoint())
+  {
+    this->Estimation->SetOrientationModeToViewpoint();
+    this->Estimation->SetViewpoint(v[0], v[1], v[2]);
+  }
+}
+
+void SensorSettings::SetNumberOfNeighbors(int neighbors, const ScanSensor& sensor)
+{
+  if (neighbors > 0 || sensor.IsDepthImage)
+  {
+    this->Estimation->SetNumberOfNeighbors(neighbors > 0 ? neighbors : DepthImageNeighbors);
+  }
+}
+}

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files of each format with random damage: a picture or an error that says what is wrong."""
+
+import os
+import random
+import unittest
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkAppendFilter
+from vtkmodules.vtkIOLegacy import vtkDataSetWriter
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLUnstructuredGridWriter
+
+from surfelsplatting.commandline.main import main
+from TestDataSets import gltf, write
+from TestFormats import pcd_columns, write_vtp
+from TestReader import write_pcd
+from toolcase import SMALL, ToolCase, sphere, write_ply
+
+ROUNDS = 12  # of damage to each file
+NO_PICTURE, NO_PROBLEM = 2, 0
+
+
+def write_by(writer, path, data, binary):
+    writer.SetInputData(data)
+    writer.SetFileName(path)
+    if hasattr(writer, "SetDataModeToAscii"):
+        writer.SetDataModeToAppended() if binary else writer.SetDataModeToAscii()
+        writer.SetEncodeAppendedData(False)
+    else:
+        writer.SetFileType(2 if binary else 1)
+    writer.Write()
+
+
+def damage(content, rnd):
+    content = bytearray(content)
+    place = rnd.randrange(len(content))
+    kind = rnd.randrange(5)
+    if kind == 0:
+        for _ in range(rnd.randint(1, 8)):
+            content[rnd.randrange(len(content))] = rnd.randrange(256)
+    elif kind == 1:
+        del content[place:]
+    elif kind == 2:
+        content[place:place] = bytes(rnd.randrange(256) for _ in range(rnd.randint(1, 40)))
+    elif kind == 3:
+        digits = [i for i, byte in enumerate(content[:1500]) if 48 <= byte <= 57]
+        for place in rnd.sample(digits, min(3, len(digits))):
+            content[place] = rnd.choice(b"0123456789-e.")
+    else:
+        del content[place:rnd.randrange(place, len(content))]
+    return bytes(content)
+
+
+class TestDamagedFiles(ToolCase):
+    def write_files(self):
+        points, colors = sphere(300)
+        write_ply("a.ply", points, colors)
+        write_pcd("a.pcd", pcd_columns(points, colors), "binary_compressed")
+        write_vtp("a.vtp", points, colors)
+        cloud = self.read_vtp("a.vtp")
+        grid = vtkAppendFilter()
+        grid.AddInputData(cloud)
+        grid.Update()
+        image = vtkImageData()
+        image.SetDimensions(5, 6, 7)
+        for name, writer, data in (("vtu", vtkXMLUnstructuredGridWriter, grid.GetOutput()),
+                                   ("vti", vtkXMLImageDataWriter, image),
+                                   ("vtk", vtkDataSetWriter, grid.GetOutput())):
+            for number, binary in enumerate((False, True)):
+                write_by(writer(), f"{number}.{name}", data, binary)
+        for name, mark in (("xyz", " "), ("csv", ","), ("pts", " "), ("asc", ";")):
+            np.savetxt("a." + name, np.column_stack([points, colors]), fmt="%.6g", delimiter=mark)
+        np.savetxt("a.obj", points, fmt="v %.6g %.6g %.6g")
+        triangles = b"".join(row.tobytes() + bytes(2) for row in points[:288].reshape(-1, 12)
+                             .astype("<f4"))
+        write("a.stl", bytes(80) + (72).to_bytes(4, "little") + triangles)
+        content, buffer = gltf()
+        write("buffer.bin", buffer)
+        content["buffers"][0]["uri"] = "buffer.bin"
+        write("a.gltf", str(content).replace("'", '"').replace("True", "true"))
+
+    def run_in_child(self, path):
+        """-> exit code or minus the signal, what it said. Loading VTK once makes this quick."""
+        child = os.fork()
+        if child == 0:
+            code = 77
+            try:
+                os.dup2(os.open("said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+                code = main(["render", path, *SMALL, "--threads", "1", "-o", "out.png"])
+            finally:
+                os._exit(code)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        with open("said", errors="replace") as file:
+            return status, file.read()
+
+    def test_no_file_ends_the_tool(self):
+        self.write_files()
+        names = [name for name in sorted(os.listdir(".")) if not name.endswith(".bin")]
+        for name in names:
+            with open(name, "rb") as file:
+                whole = file.read()
+            self.assertIn(self.run_in_child(name)[0], (NO_PROBLEM,), name)
+            rnd = random.Random(name)
+            for number in range(ROUNDS):
+                path = write("damaged" + os.path.splitext(name)[1], damage(whole, rnd))
+                if os.path.exists("out.png"):
+                    os.remove("out.png")
+                code, said = self.run_in_child(path)
+                self.assertIn(code, (NO_PROBLEM, NO_PICTURE), (name, number, said))
+                self.assertNotIn("Traceback", said, (name, number))
+                self.assertEqual(os.path.exists("out.png"), code == NO_PROBLEM, (name, number))
+                if code == NO_PICTURE:
+                    self.assertRegex(said, "^surfelsplat: ", (name, number))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Points of VTK's files and vertices of meshes, written by hand as other programs write them."""
+
+import base64
+import json
+import struct
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from surfelsplatting.clouds.datasets import read_dataset
+from surfelsplatting.clouds.gltf import read_gltf_cloud
+from surfelsplatting.clouds.meshes import read_obj_cloud, read_stl_cloud
+from surfelsplatting.problems import UserProblem
+from surfelsplatting.vtkmessages import VtkMessages
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere
+
+UTM = np.array([691000.123, 5334000.456, 512.789])
+POINTS = np.array([[0, 0, 0], [0.001, 0, 0], [0, 0.002, 0], [0, 0, 0.5]]) + UTM
+COLORS = np.array([[255, 128, 0], [0, 0, 1], [9, 8, 7], [255, 255, 255]])
+
+
+class Silent:
+    def update(self, algorithm, _label):
+        algorithm.Update()
+
+
+def text_of(rows):
+    return "\n".join(" ".join(map(repr, row)) for row in np.asarray(rows).tolist())
+
+
+def write(path, content):
+    with open(path, "wb") as file:
+        file.write(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def places_of(cloud):
+    return vtk_to_numpy(cloud.GetPoints().GetData())
+
+
+def vtu(colors=COLORS, kind="UInt8"):
+    return f"""<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="0">
+<PointData><DataArray type="{kind}" Name="rgb" NumberOfComponents="3" format="ascii">
+{text_of(colors)}</DataArray>
+<DataArray type="Int32" Name="intensity" format="ascii">7 8 9 10</DataArray></PointData>
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">
+{text_of(POINTS)}</DataArray></Points>
+<Cells><DataArray type="Int32" Name="connectivity" format="ascii"/>
+<DataArray type="Int32" Name="offsets" format="ascii"/>
+<DataArray type="UInt8" Name="types" format="ascii"/></Cells>
+</Piece></UnstructuredGrid></VTKFile>"""
+
+
+def legacy(geometry):
+    return (f"# vtk DataFile Version 3.0\nby hand\nASCII\n{geometry}POINT_DATA 4\n"
+            f"COLOR_SCALARS rgb 3\n{text_of(COLORS / 255)}\nSCALARS intensity int\n"
+            "LOOKUP_TABLE default\n7 8 9 10\n")
+
+
+class TestDataSets(ToolCase):
+    def setUp(self):
+        super().setUp()
+        self.messages = VtkMessages()
+
+    def read(self, path, content):
+        return read_dataset(write(path, content), self.messages, Silent())
+
+    def check(self, cloud):
+        np.testing.assert_array_equal(places_of(cloud), POINTS)
+        np.testing.assert_array_equal(vtk_to_numpy(cloud.GetPointData().GetScalars()), COLORS)
+        np.testing.assert_array_equal(arrays_of(cloud)["intensity"], [7, 8, 9, 10])
+
+    def test_vtu(self):
+        self.check(self.read("a.vtu", vtu()))
+        self.check(self.read("a.vtu", vtu(COLORS * 257, "UInt16")))
+        self.check(self.read("a.vtu", vtu(COLORS / 255, "Float64")))
+
+    def test_legacy(self):
+        points = f"POINTS 4 double\n{text_of(POINTS)}\n"
+        for kind, rest in (("POLYDATA", ""), ("UNSTRUCTURED_GRID", "CELLS 0 0\nCELL_TYPES 0\n")):
+            self.check(self.read("a.vtk", legacy(f"DATASET {kind}\n{points}{rest}")))
+        grid = f"DATASET STRUCTURED_GRID\nDIMENSIONS 2 2 1\n{points}"
+        self.check(self.read("a.vtk", legacy(grid)))
+        cloud = self.read("a.vtk", legacy("DATASET RECTILINEAR_GRID\nDIMENSIONS 2 2 1\n"
+                                          "X_COORDINATES 2 double\n691000.123 691001.5\n"
+                                          "Y_COORDINATES 2 double\n5334000.456 5334001\n"
+                                          "Z_COORDINATES 1 double\n512.789\n"))
+        np.testing.assert_array_equal(places_of(cloud)[3], [691001.5, 5334001, 512.789])
+
+    def test_vti(self):
+        cloud = self.read("a.vti", """<VTKFile type="ImageData" version="0.1"><ImageData
+ WholeExtent="0 1 0 1 0 0" Origin="691000.125 5334000.5 512" Spacing="0.25 0.5 1">
+<Piece Extent="0 1 0 1 0 0"/></ImageData></VTKFile>""")
+        np.testing.assert_array_equal(places_of(cloud)[3], [691000.375, 5334001, 512])
+
+    def test_extent_that_is_empty(self):
+        content = """<VTKFile type="ImageData" version="0.1"><ImageData WholeExtent="0 3 9 4 0 5">
+<Piece Extent="0 3 9 4 0 5"/></ImageData></VTKFile>"""
+        self.assertEqual(self.read("a.vti", content).GetNumberOfPoints(), 0)
+
+    def test_files_that_end_the_reader(self):
+        # An unknown type of an array: a segmentation fault in VTK 9.1. Sizes: an exception.
+        for content in (vtu().replace("Int32", "Int3x"), vtu().replace('Points="4', 'Points="-4'),
+                        vtu().replace('Points="4', 'Points="400000000000')):
+            with self.assertRaisesRegex(UserProblem, "damaged|not a readable"):
+                self.read("a.vtu", content)
+            self.messages.errors.clear()
+        with self.assertRaisesRegex(UserProblem, "damaged|not a readable"):
+            self.read("a.vtk", legacy("DATASET POLYDATA\nPOINTS 4000000000000 double\n1 2 3\n"))
+
+    def test_message_that_is_no_text(self):
+        words = legacy(f"DATASET POLYDATA\nPOINTS 4 double\n{text_of(POINTS)}\n").encode()
+        write("a.vtk", words.replace(b"SCALARS intensity", b"\xff\xfe\xfa intensity"))
+        result = self.run_tool("render", "a.vtk", "-o", "out.png")
+        self.assertNotIn("Traceback", result.stderr)
+
+
+def gltf(matrix=None):
+    """The points in the middle of a tetrahedron, with 16-bit colours and normals."""
+    local = (POINTS - UTM).astype("<f4")
+    colors = np.column_stack([COLORS * 257, np.full(4, 65535)]).astype("<u2")
+    normals = np.tile(np.array([0, 0, 1], "<f4"), (4, 1))
+    buffer = local.tobytes() + colors.tobytes() + normals.tobytes()
+    views = [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
+             {"buffer": 0, "byteOffset": 48, "byteLength": 32, "byteStride": 8},
+             {"buffer": 0, "byteOffset": 80, "byteLength": 48}]
+    accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                 {"bufferView": 1, "componentType": 5123, "count": 4, "type": "VEC4",
+                  "normalized": True},
+                 {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"}]
+    attributes = {"POSITION": 0, "COLOR_0": 1, "NORMAL": 2}
+    place = {"matrix": matrix} if matrix else {"translation": UTM.tolist()}
+    return {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"children": [1]}, {"mesh": 0, **place}],
+            "meshes": [{"primitives": [{"attributes": attributes, "mode": 0}]}],
+            "accessors": accessors, "bufferViews": views,
+            "buffers": [{"byteLength": len(buffer)}]}, buffer
+
+
+class TestMeshes(ToolCase):
+    def test_obj(self):
+        rows = np.column_stack([POINTS, COLORS / 255])
+        lines = "\n".join("v " + line for line in text_of(rows).splitlines())
+        write("a.obj", f"# by hand\nmtllib a.mtl\n{lines}\nvn 0 0 1\nvt 0 0\nf 1//1 2//1 3//1\n")
+        cloud = read_obj_cloud("a.obj")
+        np.testing.assert_array_equal(places_of(cloud), POINTS)
+        np.testing.assert_array_equal(arrays_of(cloud)["RGB"], COLORS)
+        write("a.obj", lines.replace("v ", "v\t").replace("\n", "\r\n"))
+        np.testing.assert_array_equal(places_of(read_obj_cloud("a.obj")), POINTS)
+        for content, says in (("f 1 2 3\n", "no vertices"), ("v 1 2\n", "2 values"),
+                              ("v 1 2 x\n", "not numbers"), ("v 1 2 3\nv 1 2\n", "not numbers")):
+            with self.assertRaisesRegex(UserProblem, says):
+                read_obj_cloud(write("bad.obj", content))
+
+    def test_stl_text(self):
+        facets = "".join("facet normal 0 0 1\nouter loop\n"
+                         + "".join(f"vertex {text_of([POINTS[i]])}\n" for i in triangle)
+                         + "endloop\nendfacet\n" for triangle in ((0, 1, 2), (1, 2, 3)))
+        cloud = read_stl_cloud(write("a.stl", f"solid a\n{facets}endsolid a\n"))
+        np.testing.assert_array_equal(places_of(cloud), np.unique(POINTS, axis=0))
+        with self.assertRaisesRegex(UserProblem, "no vertices"):
+            read_stl_cloud(write("a.stl", "solid a\nendsolid a\n"))
+
+    def test_stl_binary(self):
+        corners = (POINTS - UTM)[[[0, 1, 2], [1, 2, 3]]]
+        content = b"solid, but binary".ljust(80) + struct.pack("<I", 2) + b"".join(
+            struct.pack("<12fH", 0, 0, 1, *triangle.ravel(), 0) for triangle in corners)
+        cloud = read_stl_cloud(write("a.stl", content))
+        np.testing.assert_array_equal(places_of(cloud),
+                                      np.unique((POINTS - UTM).astype(np.float32), axis=0))
+        with self.assertRaisesRegex(UserProblem, "says 2 triangles, and it holds 1"):
+            read_stl_cloud(write("a.stl", content[:-1]))
+
+    def check_gltf(self, path):
+        cloud = read_gltf_cloud(path)
+        expected = (POINTS - UTM).astype(np.float32) + UTM
+        np.testing.assert_array_equal(places_of(cloud), expected)
+        np.testing.assert_array_equal(arrays_of(cloud)["RGB"], COLORS)
+        np.testing.assert_array_equal(arrays_of(cloud)["Normals"], [[0, 0, 1]] * 4)
+
+    def test_gltf(self):
+        content, buffer = gltf()
+        content["buffers"][0]["uri"] = "a%20b.bin"
+        write("a b.bin", buffer)
+        self.check_gltf(write("a.gltf", json.dumps(content)))
+        inside = "data:application/octet-stream;base64," + base64.b64encode(buffer).decode()
+        content["buffers"][0]["uri"] = inside
+        self.check_gltf(write("a.gltf", json.dumps(content)))
+        content, _ = gltf([2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, *UTM, 1])
+        content["buffers"][0]["uri"] = inside
+        cloud = read_gltf_cloud(write("a.gltf", json.dumps(content)))
+        np.testing.assert_allclose(places_of(cloud), 2 * (POINTS - UTM) + UTM, rtol=1e-15)
+        np.testing.assert_array_equal(arrays_of(cloud)["Normals"], [[0, 0, 1]] * 4)
+
+    def test_glb(self):
+        content, buffer = gltf()
+        text = json.dumps(content).encode()
+        text += b" " * (-len(text) % 4)
+        write("a.glb", b"glTF" + struct.pack("<II", 2, 28 + len(text) + len(buffer))
+              + struct.pack("<I4s", len(text), b"JSON") + text
+              + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer)
+        self.check_gltf("a.glb")
+
+    def test_gltf_that_cannot_be_read(self):
+        content, _ = gltf()
+        for change, says in ((("buffers", [{"uri": "../../secret.bin"}]), "secret.bin"),
+                             (("buffers", [{"uri": "/etc/passwd"}]), "not in a file beside it"),
+                             (("nodes", [{"children": [1]}, {"children": [0]}]), "one another"),
+                             (("accessors", []), "not a readable"),
+                             (("meshes", 3), "not a readable"),
+                             (("bufferViews", [{"buffer": 0, "byteOffset": 1 << 60}]), "past")):
+            damaged = {**content, change[0]: change[1]}
+            with self.assertRaisesRegex(UserProblem, says):
+                read_gltf_cloud(write("a.gltf", json.dumps(damaged)))
+        content["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {}}
+        with self.assertRaisesRegex(UserProblem, "KHR_draco_mesh_compression"):
+            read_gltf_cloud(write("a.gltf", json.dumps(content)))
+
+    def test_picture(self):
+        points, colors = sphere()
+        np.savetxt("rows", np.column_stack([points, colors / 255]), fmt="v %.9g %.9g %.9g %g %g %g")
+        with open("rows") as file:
+            write("ball.obj", file.read())
+        self.render("ball.obj", *CAMERA, *SMALL, "-o", "out.exr")
+        self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.9)
+
+
+if __name__ == "__main__":
+    unittest.main()

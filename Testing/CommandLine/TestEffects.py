@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An option that changes nothing says so, and only then."""
+
+import os
+import subprocess
+import tempfile
+import unittest
+from types import SimpleNamespace
+
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.effects import without_effect, without_effect_on
+from surfelsplatting.views.cameras import asked_view
+from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+
+NO_LENS = "without a lens; add one, for example --blur 10"
+# Option, the other options, what stderr says after "OPTION has no effect "; None: nothing.
+ON_A_HIERARCHY = (
+    ("--focal-distance 3", "", NO_LENS),
+    ("--focus-point 0 0 0.5", "--pinhole", NO_LENS),
+    ("--focus-pixel 30 20", "--circle-of-confusion 0", NO_LENS),
+    ("--focus-pixel 30 20", "--save-camera out.json", None),
+    ("--lens-cells 7", "--blur 0", NO_LENS),
+    ("--lens-cells 7", "--save-camera out.json", NO_LENS),
+    ("--lens-cells 7", "--blur 4", None),
+    ("--reference 4", "", NO_LENS),
+    ("--reference 4", "--f-number 0.01", None),
+    ("--cutoff 4", "", "without --kernel gaussian"),
+    ("--cutoff 4", "--kernel gaussian", None),
+    ("--colormap gray", "--unlit", "without --scalars"),
+    ("--range 0 1", "", "without --scalars"),
+    ("--range 0 1", "--scalars x", None),
+    ("--repeat 3", "", "without --stats"),
+    ("--repeat 3", "--stats out.json", None),
+    ("--lod paper", "--no-lod", "with --no-lod"),
+    ("--cleaning off", "", "on ball.vtp, which holds surfels already"),
+    ("--sides two", "", "on ball.vtp, which holds surfels already"),
+    ("--neighbors 20", "", "on ball.vtp, which holds surfels already"),
+)
+ON_POINTS = (
+    ("--cleaning off", "", None),
+    ("--sides two", "", None),
+    ("--neighbors 20", "--blur 4 --lens-cells 2 --kernel gaussian --cutoff 3", None),
+)
+
+
+class TestEffects(ToolCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+        write_ply(os.path.join(cls.folder, "ball.ply"), *sphere())
+        subprocess.run([TOOL, "render", "ball.ply", "-o", "out.png", "--hierarchy", "ball.vtp"],
+                       check=True, cwd=cls.folder)
+
+    def setUp(self):
+        super().setUp()
+        for name in ("ball.ply", "ball.vtp"):
+            os.symlink(os.path.join(self.folder, name), name)
+
+    def check(self, is_surfels, option, others, reason):
+        cloud = SimpleNamespace(is_surfels=is_surfels)
+        arguments = parse_arguments(["render", "ball.vtp", *option.split(), *others.split(),
+                                     "-o", "out.png"])
+        texts = without_effect(arguments, asked_view(arguments))
+        texts += without_effect_on(cloud, arguments)
+        self.assertEqual(len(texts), 0 if reason is None else 1, (texts, option, others))
+        for text in texts:
+            self.assertIn(f"{option.split()[0]} has no effect {reason}", text, others)
+
+    def test_on_a_hierarchy(self):
+        for option, others, reason in ON_A_HIERARCHY:
+            self.check(True, option, others, reason)
+
+    def test_on_points(self):
+        for option, others, reason in ON_POINTS:
+            self.check(False, option, others, reason)
+
+    def test_they_are_printed(self):
+        result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--lens-cells", "3",
+                               "-o", "out.png")
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(result.stderr.splitlines(), [
+            f"surfelsplat: warning: --lens-cells has no effect {NO_LENS}",
+            "surfelsplat: warning: --sides has no effect on ball.vtp, which holds surfels already; "
+            "give the points that they were made of"])
+
+    def test_several_at_once(self):
+        result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--cleaning", "off",
+                               "-o", "out.png")
+        self.assertIn("--cleaning and --sides have no effect on ball.vtp", result.stderr)
+
+    def test_levels_without_levels(self):
+        result = self.run_tool("render", "ball.vtp", *SMALL, "--color-by", "level", "--no-lod",
+                               "-o", "out.png")
+        self.assertRegex(result.stderr, r"\Asurfelsplat: warning: --color-by level makes all white")
+
+    def test_lens_that_blurs_nothing(self):
+        """A lens of 2 px at infinity blurs a ball by a fraction of that."""
+        result = self.run_tool("render", "ball.vtp", *SMALL, "--circle-of-confusion", "2",
+                               "-o", "out.png")
+        self.assertRegex(result.stderr, r"warning: the lens blurs nothing .* more than 0\.\d+ px")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat info: what is in a point cloud, as text and as JSON."""
+
+import json
+import subprocess
+import unittest
+
+import numpy as np
+
+from TestFormats import pcd_columns
+from TestReader import write_pcd
+from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+
+UTM = np.array([691000.125, 5334000.5, 512.75])
+
+
+class TestInfo(ToolCase):
+    def text(self, path):
+        result = self.run_tool("info", path)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return result.stdout
+
+    def report(self, path):
+        result = self.run_tool("info", path, "--json")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return json.loads(result.stdout)
+
+    def test_cloud(self):
+        points, colors = sphere()
+        points = np.concatenate([points, [[9, 9, 9], points[0], [np.nan] * 3]])
+        colors = np.concatenate([colors, colors[:3]])
+        write_ply("ball.ply", points + UTM, colors, kind="double")
+        report = self.report("ball.ply")
+        self.assertEqual((report["points"], report["holds"]), (3003, "points"))
+        found = report["points_found"]
+        self.assertEqual((found["stray"], found["duplicate"], found["not_finite"]), (1, 1, 1))
+        self.assertEqual(found["noisy"], 0)
+        self.assertEqual(report["bounds"]["x"][1], 9 + UTM[0])
+        self.assertAlmostEqual(report["bounds_without_stray"]["x"][1], 1 + UTM[0], delta=0.05)
+        # Each of the points has its part of the sphere.
+        self.assertAlmostEqual(report["spacing"], np.sqrt(4 * np.pi / 3000), delta=0.005)
+        self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
+        text = self.text("ball.ply")
+        self.assertIn("3003 points", text)
+        self.assertIn("1 stray points, 1 duplicates, 1 without finite coordinates", text)
+        self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
+
+    def test_noise(self):
+        points, _ = sphere(20000)
+        random = np.random.default_rng(5)
+        write_ply("noisy.ply", points * (1 + 0.01 * random.normal(size=(20000, 1))))
+        found = self.report("noisy.ply")["points_found"]
+        self.assertGreater(found["noisy"], 15000)
+        self.assertAlmostEqual(found["noise"], 0.01, delta=0.003)
+
+    def test_scalars_and_suggestions(self):
+        points, _ = sphere(2000)
+        np.savetxt("cloud.csv", np.column_stack([points, np.arange(2000), points[:, 0]]),
+                   delimiter=",", header="x,y,z,intensity,age", comments="")
+        report = self.report("cloud.csv")
+        ranges = {field["name"]: field["range"] for field in report["fields"]}
+        self.assertEqual(ranges["intensity"], [0, 1999])
+        self.assertIn("columns x, y, z, intensity, age, by their names", report["read_as"])
+        options = [suggestion["options"] for suggestion in report["suggestions"]]
+        self.assertIn("--scalars 'intensity'", options)
+        self.assertIn("--cleaning off", options)
+        self.assertIn("--scalars 'intensity'", self.text("cloud.csv"))
+
+    def test_depth_image(self):
+        u, v = np.meshgrid(np.arange(80) - 39.5, np.arange(60) - 29.5)
+        z = 2 + 0.2 * np.sin(u / 9)
+        points = np.stack([u * z / 70, v * z / 70, z], axis=-1).reshape(-1, 3)
+        colors = np.zeros((len(points), 3), np.uint8)
+        write_pcd("depth.pcd", pcd_columns(points, colors), "binary", 80, 60)
+        report = self.report("depth.pcd")
+        self.assertEqual((report["sensor"], report["depth_image"]), ([0, 0, 0], [80, 60]))
+        self.assertIn("a depth image of 80 x 60 pixels", self.text("depth.pcd"))
+
+    def test_surfels_and_hierarchy(self):
+        write_ply("ball.ply", *sphere(1000))
+        self.render("ball.ply", *SMALL, "-o", "out.png", "--surfels", "s.vtp", "--hierarchy",
+                    "h.vtp")
+        self.assertEqual(self.report("s.vtp")["holds"], "surfels")
+        self.assertEqual(self.report("h.vtp")["holds"], "hierarchy")
+        self.assertIn("surfels", self.text("h.vtp"))
+
+    def test_open_surface(self):
+        points, colors = sphere()
+        points, colors = points[points[:, 2] > 0], colors[points[:, 2] > 0]
+        write_ply("half.ply", points, colors, normals=points)
+        tried = [suggestion["options"] for suggestion in self.report("half.ply")["suggestions"]]
+        self.assertIn("--sides two", tried)
+        behind = ("--position", "0", "0", "-4", "--focal-point", "0", "0", "0")
+        for options, warns in ((behind, True), ((*behind, "--sides", "two"), False),
+                               (("--view", "top"), False)):
+            result = self.run_tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
+            self.assertEqual("turns its back to the camera" in result.stderr, warns, options)
+
+    def test_broken_pipe(self):
+        points, colors = sphere(500)
+        write_ply("ball.ply", points, colors)
+        result = subprocess.run(f"{TOOL} info ball.ply | true", shell=True, capture_output=True,
+                                text=True, check=False)
+        self.assertEqual(result.stderr, "")
+
+    def test_no_cloud(self):
+        for name, content in (("empty.xyz", ""), ("nan.xyz", "nan nan nan\n" * 30)):
+            with open(name, "w") as file:
+                file.write(content)
+            result = self.run_tool("info", name)
+            self.assertEqual(result.returncode, 2, name)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

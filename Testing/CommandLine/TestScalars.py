@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Colours of scalars."""
+
+import unittest
+
+import numpy as np
+
+from surfelsplatting.colormaps import COLORMAPS, colors_of, lookup_table, scalar_names
+from surfelsplatting.problems import UserProblem
+from toolcase import CAMERA, SMALL, ToolCase, sphere
+
+FRAME = [*CAMERA, *SMALL, "--unlit"]
+
+
+class TestScalars(ToolCase):
+    def setUp(self):
+        super().setUp()
+        points, colors = sphere(6000)
+        self.write("ball.xyz", points, 100 * points[:, 1:2] + 50, colors)
+
+    def write(self, path, points, intensity, colors):
+        table = np.hstack([points, intensity, colors])
+        np.savetxt(path, table, fmt="%.12g", header="//x y z intensity red green blue", comments="")
+
+    def picture(self, *options, cloud="ball.xyz"):
+        self.render(cloud, *FRAME, *options, "-o", "out.png")
+        return self.read_png("out.png").astype(float)
+
+    def test_tables(self):
+        for name, text in COLORMAPS.items():
+            colors = np.round(colors_of(name) * 255)
+            for index, word in ((0, text.split()[0]), (255, text.split()[-1])):
+                self.assertEqual("".join(f"{int(c):02x}" for c in colors[index]), word)
+        np.testing.assert_allclose(colors_of("gray")[100], 100 / 255)
+        # Its lightness grows: that is what it is for.
+        lightness = colors_of("viridis") @ (0.2126, 0.7152, 0.0722)
+        self.assertTrue((np.diff(lightness) > 0).all())
+        first, last = lookup_table("gray", 3, 1), lookup_table("gray", 1, 3)
+        self.assertEqual(first.GetTableValue(0), (1, 1, 1, 1))
+        self.assertEqual(first.GetRange(), last.GetRange())
+
+    def test_unknown_colormaps(self):
+        with self.assertRaisesRegex(UserProblem, "'nonsense'"):
+            colors_of("nonsense")
+
+    def test_height(self):
+        """y of the ball goes up in the picture: from -1 to 1, black to white."""
+        picture = self.picture("--scalars", "y", "--colormap", "gray", "--range", "-1", "1")
+        for row in (12, 18, 24, 30, 36):
+            expected = 127.5 + 127.5 * (23.5 - row) / 24 * 6 * np.tan(np.radians(15)) * 0.85
+            self.assertAlmostEqual(picture[row, 32, 0], expected, delta=12)
+        self.assertTrue((picture[..., 0] == picture[..., 2])[picture[..., 0] > 60].all())
+        # The intensity is 100 y + 50, and by default the range is that of the cloud.
+        np.testing.assert_allclose(
+            self.picture("--scalars", "intensity", "--colormap", "gray"), picture, atol=2)
+        reversed_ = self.picture("--scalars", "y", "--colormap", "gray", "--range", "1", "-1")
+        self.assertAlmostEqual(reversed_[14, 32, 0], 255 - picture[14, 32, 0], delta=2)
+
+    def test_large_coordinates(self):
+        near = self.picture("--scalars", "y")
+        points, colors = sphere(6000)
+        far = points + (691000.0, 5334000.0, 500.0)
+        self.write("far.xyz", far, points[:, :1], colors)
+        moved = ["--position", 691000, 5334000, 506, "--focal-point", 691000, 5334000, 500]
+        self.render("far.xyz", *FRAME, *moved, "--scalars", "y", "-o", "out.png")
+        np.testing.assert_allclose(self.read_png("out.png"), near, atol=3)
+
+    def test_hierarchy_keeps_the_scalars(self):
+        expected = self.picture("--scalars", "intensity", "--hierarchy", "ball.vtp")
+        self.assertLessEqual({"intensity", "x", "y", "z"},
+                             set(scalar_names(self.read_vtp("ball.vtp"))))
+        np.testing.assert_array_equal(
+            self.picture("--scalars", "intensity", cloud="ball.vtp"), expected)
+        # The colours of the cloud are still there.
+        np.testing.assert_array_equal(self.picture(cloud="ball.vtp"), self.picture())
+        np.testing.assert_array_equal(self.picture("--scalars", "z", cloud="ball.vtp"),
+                                      self.picture("--scalars", "z"))
+
+    def test_scalars_without_a_range(self):
+        """All the same, or none of them finite."""
+        points, colors = sphere(3000)
+        for value in (7.0, np.nan):
+            self.write("same.xyz", points, np.full((3000, 1), value), colors)
+            picture = self.picture("--scalars", "intensity", cloud="same.xyz")
+            middle = picture[20:28, 28:36].reshape(-1, 3)
+            self.assertLess(np.ptp(middle, axis=0).max(), 3, value)
+
+    def test_what_is_refused(self):
+        for options, says in ((("--scalars", "height"), "'height'; there are intensity, x, y, z"),
+                              (("--scalars", "RGB"), "there are no scalars 'RGB'"),
+                              (("--scalars", "x", "--range", "2", "2"), "--range is from 2 to 2"),
+                              (("--scalars", "x", "--colormap", "none such"), "'none such'"),
+                              (("--scalars", "x", "--color-by", "level"), "cannot be combined")):
+            result = self.run_tool("render", "ball.xyz", *FRAME, *options, "-o", "out.png")
+            self.assertEqual(result.returncode, 2, options)
+            self.assertIn(says, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads the points of VTK's own files: .vtp, .vtu, .vti and .vtk."""
+
+import os
+
+import numpy as np
+
+from ..backend import vtk
+from .probing import check_survives
+
+COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
+
+_READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
+            ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
+            ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
+            ".vtk": ("vtkIOLegacy", "vtkDataSetReader")}
+
+
+def _grid_points(grid):
+    """vtkPoints of a vtkImageData or vtkRectilinearGrid; x runs fastest."""
+    support = vtk("util.numpy_support")
+    origin, matrix = np.zeros(3), np.eye(3)
+    if grid.IsA("vtkRectilinearGrid"):
+        arrays = grid.GetXCoordinates(), grid.GetYCoordinates(), grid.GetZCoordinates()
+        axes = [support.vtk_to_numpy(array) if array else np.zeros(0) for array in arrays]
+    else:
+        extent, spacing = grid.GetExtent(), grid.GetSpacing()
+        axes = [spacing[i] * np.arange(extent[2 * i], extent[2 * i + 1] + 1) for i in range(3)]
+        origin, direction = np.array(grid.GetOrigin()), grid.GetDirectionMatrix()
+        matrix = np.array([[direction.GetElement(i, j) for j in range(3)] for i in range(3)])
+    z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
+    places = origin + np.column_stack([x.ravel(), y.ravel(), z.ravel()]) @ matrix.T
+    points = vtk("vtkCommonCore").vtkPoints()
+    points.SetData(support.numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=True))
+    return points
+
+
+def _as_polydata(data):
+    """The points of a vtkDataSet and their arrays."""
+    if data is None or data.GetNumberOfPoints() <= 0:  # damaged extents make it negative
+        return vtk("vtkCommonDataModel").vtkPolyData()
+    if data.IsA("vtkPolyData"):
+        return data
+    cloud = vtk("vtkCommonDataModel").vtkPolyData()
+    is_grid = data.IsA("vtkImageData") or data.IsA("vtkRectilinearGrid")
+    points = _grid_points(data) if is_grid else data.GetPoints()
+    if points.GetNumberOfPoints() != data.GetNumberOfPoints():
+        return cloud
+    cloud.SetPoints(points)
+    cloud.GetPointData().ShallowCopy(data.GetPointData())
+    cloud.GetFieldData().ShallowCopy(data.GetFieldData())
+    return cloud
+
+
+def _is_colors(array):
+    return (array is not None and array.GetDataTypeAsString() == "unsigned char"
+            and array.GetNumberOfComponents() in (3, 4))
+
+
+def _color_bytes(array):
+    """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
+    if array is None or array.GetNumberOfComponents() not in (3, 4) or _is_colors(array):
+        return array if _is_colors(array) else None
+    support = vtk("util.numpy_support")
+    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
+    if not len(values) or values.min() < 0 or values.max() > 65535:
+        return None
+    is_real = array.GetDataTypeAsString() in ("float", "double")
+    scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
+    colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)
+    colors.SetName("RGBA" if array.GetNumberOfComponents() == 4 else "RGB")
+    return colors
+
+
+def _use_colors(cloud):
+    """Colours that other programs write by name become the scalars."""
+    data = cloud.GetPointData()
+    if _is_colors(data.GetScalars()):
+        return
+    for number in range(data.GetNumberOfArrays()):
+        if (data.GetArrayName(number) or "").lower() in COLOR_NAMES:
+            colors = _color_bytes(data.GetArray(number))
+            if colors is not None:
+                data.SetScalars(colors)
+                return
+
+
+def _make_reader(path):
+    module, name = _READERS[os.path.splitext(path)[1].lower()]
+    reader = getattr(vtk(module), name)()
+    reader.SetFileName(path)
+    if name == "vtkDataSetReader":
+        for kind in ("Scalars", "Vectors", "Normals", "ColorScalars", "Fields"):
+            getattr(reader, "ReadAll" + kind + "On")()
+    return reader
+
+
+def read_dataset(path, messages, progress):
+    """-> vtkPolyData"""
+    def try_out():
+        reader = _make_reader(path)
+        reader.Update()
+        _use_colors(_as_polydata(reader.GetOutput()))
+
+    reader = _make_reader(path)  # loads its module before there is a child
+    check_survives(path, try_out)
+    progress.update(reader, "reading")
+    messages.check(f"{path} is not a readable {os.path.splitext(path)[1]} file: ")
+    cloud = _as_polydata(reader.GetOutput())
+    _use_colors(cloud)
+    return cloud

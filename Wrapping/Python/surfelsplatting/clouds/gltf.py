@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads the vertices of glTF 2.0 files, .gltf and .glb. VTK's reader would round places far from
+the origin to floats."""
+
+import base64
+import json
+import os
+import struct
+from urllib.parse import unquote
+
+import numpy as np
+
+from .polydata import polydata_of
+from ..problems import UserProblem
+
+MAGIC = b"glTF"
+JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
+TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+DEEPEST = 1000  # nodes in one another
+
+
+def _chunks(content):
+    """-> the JSON text and the binary buffer of a file."""
+    if content[:4] != MAGIC:
+        return content, b""
+    found, at = {}, 12
+    while at + 8 <= len(content):
+        length, kind = struct.unpack_from("<I4s", content, at)
+        found.setdefault(kind, content[at + 8:at + 8 + length])
+        at += 8 + length
+    return found[JSON_CHUNK], found.get(BINARY_CHUNK, b"")
+
+
+class _File:
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            text, self._binary = _chunks(file.read())
+        self._folder = os.path.dirname(path)
+        self.json = json.loads(text)
+        self._buffers = {}
+
+    def _buffer(self, number):
+        if number not in self._buffers:
+            uri = self.json["buffers"][number].get("uri")
+            if uri is None:
+                content = self._binary
+            elif uri.startswith("data:"):
+                content = base64.b64decode(uri.split(",", 1)[1])
+            else:
+                name = unquote(uri)
+                if os.path.isabs(name) or "://" in name:
+                    raise ValueError(f"its buffer {name} is not in a file beside it")
+                with open(os.path.join(self._folder, name), "rb") as file:
+                    content = file.read()
+            self._buffers[number] = content
+        return self._buffers[number]
+
+    def values(self, number):
+        """[count, width] of an accessor; whole numbers of a normalized one as fractions."""
+        accessor = self.json["accessors"][number]
+        view = self.json["bufferViews"][accessor["bufferView"]]
+        kind, width = np.dtype(TYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
+        count, stride = accessor["count"], view.get("byteStride", kind.itemsize * width)
+        begin = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        buffer = self._buffer(view["buffer"])
+        if (count < 1 or begin < 0 or stride < kind.itemsize * width
+                or begin + (count - 1) * stride + kind.itemsize * width > len(buffer)):
+            raise ValueError(f"accessor {number} reaches past the end of its buffer")
+        values = np.ndarray((count, width), kind, buffer, begin, (stride, kind.itemsize))
+        if accessor.get("normalized"):
+            return np.maximum(values / np.iinfo(kind).max, -1.0)
+        return values.astype(float)
+
+
+def _rotation(x, y, z, w):
+    """The matrix of a unit quaternion."""
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+
+def _matrix(node):
+    if "matrix" in node:
+        return np.array(node["matrix"], float).reshape(4, 4).T  # columns come first in the file
+    matrix = np.eye(4)
+    matrix[:3, :3] = (_rotation(*node.get("rotation", (0, 0, 0, 1)))
+                      * np.array(node.get("scale", (1, 1, 1)), float))
+    matrix[:3, 3] = node.get("translation", (0, 0, 0))
+    return matrix
+
+
+def _placed_meshes(content):
+    """Yields number of a mesh, its matrix to the world."""
+    nodes = content.get("nodes", [])
+    scenes = content.get("scenes")
+    roots = scenes[content.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
+    waiting = [(root, np.eye(4), 0) for root in reversed(roots)]
+    while waiting:
+        number, parent, depth = waiting.pop()
+        if depth > DEEPEST:
+            raise ValueError("its nodes hold one another")
+        matrix = parent @ _matrix(nodes[number])
+        if "mesh" in nodes[number]:
+            yield nodes[number]["mesh"], matrix
+        waiting += [(child, matrix, depth + 1)
+                    for child in reversed(nodes[number].get("children", []))]
+
+
+def _colors(values):
+    return np.round(255 * np.clip(np.nan_to_num(values[:, :3]), 0, 1)).astype(np.uint8)
+
+
+def _primitive(file, primitive, matrix):
+    """-> places, colours or None, normals or None"""
+    compressed = [name for name in primitive.get("extensions", {}) if "compression" in name]
+    if compressed:
+        raise ValueError(f"it is compressed by {compressed[0]}; store it without compression")
+    attributes = primitive["attributes"]
+    places = file.values(attributes["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3]
+    colors = _colors(file.values(attributes["COLOR_0"])) if "COLOR_0" in attributes else None
+    normals = None
+    if "NORMAL" in attributes and np.linalg.det(matrix[:3, :3]):
+        normals = file.values(attributes["NORMAL"]) @ np.linalg.inv(matrix[:3, :3])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
+    if any(len(a) != len(places) for a in (colors, normals) if a is not None):
+        raise ValueError("a mesh has attributes of different lengths")
+    return places, colors, normals
+
+
+def _read(path):
+    file = _File(path)
+    parts = [_primitive(file, primitive, matrix)
+             for mesh, matrix in _placed_meshes(file.json)
+             for primitive in file.json["meshes"][mesh]["primitives"]]
+    if not parts:
+        raise ValueError("it holds no meshes")
+    # What one of the parts lacks cannot be shown for all.
+    places, colors, normals = (None if any(p is None for p in part) else np.concatenate(part)
+                               for part in zip(*parts))
+    arrays = {"RGB": colors, "Normals": normals}
+    return polydata_of(places, {name: a for name, a in arrays.items() if a is not None})
+
+
+def read_gltf_cloud(path):
+    """-> vtkPolyData with double points."""
+    try:
+        return _read(path)
+    except OSError as problem:
+        raise UserProblem(f"{path}: cannot read its buffer {problem.filename}: "
+                          f"{problem.strerror}") from problem
+    except KeyError as problem:
+        raise UserProblem(f"{path} is not a readable glTF file: it lacks {problem}") from problem
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError, RecursionError,
+            struct.error, np.linalg.LinAlgError) as problem:
+        raise UserProblem(f"{path} is not a readable glTF file: {problem}") from problem

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads the vertices of meshes: .obj and .stl files. VTK's readers would round them to floats."""
+
+import numpy as np
+
+from .columns import RGB, XYZ, Columns, arrays_of_columns
+from .polydata import polydata_of
+from ..problems import UserProblem
+
+STL_HEADER = 84  # bytes; the last four are the number of triangles
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
+# What may follow `v` in an .obj file, by the number of values; w is a weight of splines.
+OBJ_COLUMNS = {3: XYZ, 4: (*XYZ, "w"), 6: (*XYZ, *RGB), 7: (*XYZ, *RGB, "alpha")}
+
+
+def _table(path, keyword):
+    """-> [rows, columns] of the lines that begin with the keyword."""
+    def lines(file):
+        for line in file:
+            words = line.split(maxsplit=1)
+            if len(words) == 2 and words[0] == keyword:
+                yield words[1]
+
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            first = next(lines(file), None)
+            if first is None:
+                raise UserProblem(f"{path} holds no vertices: no line begins with {keyword!r}")
+            file.seek(0)
+            return np.loadtxt(lines(file), ndmin=2)
+    except ValueError as problem:
+        reason = str(problem).split(";")[0].rstrip(".")
+        raise UserProblem(f"{path}: its lines {keyword!r} are not numbers: {reason}") from problem
+
+
+def read_obj_cloud(path):
+    """-> vtkPolyData with double points."""
+    table = _table(path, "v")
+    if table.shape[1] not in OBJ_COLUMNS:
+        raise UserProblem(f"{path}: its vertices have {table.shape[1]} values; expected x y z or "
+                          "x y z r g b")
+    columns = Columns(list(OBJ_COLUMNS[table.shape[1]]), "by the format")
+    places, arrays = arrays_of_columns(table, columns)
+    return polydata_of(places, {name: arrays[name] for name in arrays if name == "RGB"})
+
+
+def _binary_triangles(path):
+    """-> [n, 3, 3] vertices, or None if the file is not binary."""
+    with open(path, "rb") as file:
+        content = file.read()
+    count = int.from_bytes(content[STL_HEADER - 4:STL_HEADER], "little")
+    size = STL_HEADER + count * TRIANGLE.itemsize
+    is_text = content.lstrip()[:5] == b"solid" and b"\0" not in content[:1000]
+    if is_text and size != len(content):
+        return None
+    if size > len(content) or len(content) < STL_HEADER:
+        there = max(0, len(content) - STL_HEADER) // TRIANGLE.itemsize
+        raise UserProblem(f"{path} is not a whole .stl file: its header says {count} triangles, "
+                          f"and it holds {there}")
+    return np.frombuffer(content, TRIANGLE, count, STL_HEADER)["vertices"]
+
+
+def read_stl_cloud(path):
+    """-> vtkPolyData with double points: each vertex once, although triangles repeat them."""
+    triangles = _binary_triangles(path)
+    if triangles is None:
+        vertices = _table(path, "vertex")
+        if vertices.shape[1] != 3:
+            raise UserProblem(f"{path}: its vertices have {vertices.shape[1]} values; x y z are "
+                              "expected")
+    else:
+        vertices = triangles.reshape(-1, 3).astype(float)
+    return polydata_of(np.unique(vertices, axis=0), {})

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Point clouds in columns of text: .xyz, .txt, .csv, .asc and .pts."""
+
+import itertools
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from .columns import arrays_of_columns, by_names, by_values, has_places
+from .polydata import polydata_of
+from ..problems import UserProblem
+
+COMMENTS = ("#", "//")
+BLANK = " \t\r\n,;\""
+HEAD = 1000  # lines in which the first point is looked for
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+
+
+@dataclass
+class _Layout:
+    skip: int  # lines at the top
+    delimiter: str  # None: blanks
+    has_decimal_comma: bool
+    has_quotes: bool
+    names: list  # of the columns; None if there are none
+    used: list  # columns that hold numbers; None: all
+
+
+def _words(line):
+    return re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
+
+
+def _is_number(word):
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_row(line):
+    words = _words(line)
+    return len(words) > 1 and all(map(_is_number, words[:3]))
+
+
+def _without_comment(line):
+    return re.split("|".join(COMMENTS), line)[0]
+
+
+def _split(line, delimiter):
+    return [word.strip(" \t\r\n\"'") for word in line.strip(" \r\n").split(delimiter)]
+
+
+def _delimiter(row):
+    """-> the mark between the columns or None for blanks, whether a comma is a decimal point."""
+    if ";" in row:
+        return ";", "," in row
+    tabs = row.strip().split("\t")
+    if len(tabs) > 1 and all(map(DECIMAL_COMMA.fullmatch, tabs)):
+        return "\t", True
+    return ("," if "," in row else None), False
+
+
+def _find_names(lines, delimiter, count):
+    """The names of the columns, from the lines above the first point; None if there are none."""
+    for line in reversed(lines):
+        plain = line.strip().lstrip("#/").strip()
+        is_comment = line.lstrip().startswith(COMMENTS)
+        for names in (_split(plain, delimiter), _words(plain)):
+            names = [name.strip("\"'") for name in names]
+            is_table_head = len(names) == count and not all(map(_is_number, names))
+            if is_table_head and (has_places(names) or not is_comment):
+                return names
+    return None
+
+
+def _columns_of_numbers(rows):
+    """Those whose first cell that is not empty holds a number."""
+    return [number for number, cells in enumerate(zip(*rows))
+            if _is_number(next(filter(None, cells), ""))]
+
+
+def _find_layout(path):
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        head = list(itertools.islice(file, HEAD))
+    if head and _words(head[0])[0].lower() == "ncols":
+        raise UserProblem(f"{path} is a grid of heights, not a table of points; convert it, for "
+                          f"example with `gdal_translate -of XYZ {path} out.xyz`")
+    plain = [_without_comment(line).replace('"', "") for line in head]
+    first = next((number for number, line in enumerate(plain) if _is_row(line)), None)
+    if first is None:
+        if any(line.strip() for line in plain):
+            raise UserProblem(f"{path} is not a table of numbers: its first {len(head)} lines hold "
+                              "no point x y z")
+        raise UserProblem(f"{path} holds no points")
+    row = plain[first]
+    delimiter, has_decimal_comma = _delimiter(row)
+    words = _split(row.replace(",", ".") if has_decimal_comma else row, delimiter)
+    names = _find_names(head[:first], delimiter, len(words))
+    rows = [_split(line.replace(",", ".") if has_decimal_comma else line, delimiter)
+            for line in plain[first:] if line.strip(BLANK)]
+    used = _columns_of_numbers([row for row in rows if len(row) == len(words)])
+    # A last delimiter ends its line and begins no column.
+    is_whole = len(used) == len(words) or (names is None and words[-1] != "")
+    return _Layout(first, delimiter, has_decimal_comma, '"' in head[first], names,
+                   None if is_whole else used)
+
+
+def _lines(file, path, layout, at):
+    """Lines of points. at: [number of the line that was read last]"""
+    def counted():
+        for at[0], line in enumerate(file, 1):
+            # loadtxt's skiprows does not count blank lines, so the lines are skipped here.
+            if at[0] > layout.skip and line.strip(BLANK):  # spreadsheets end in ",,,"
+                yield line
+
+    lines = counted()
+    if layout.has_quotes:
+        lines = (line.replace('"', "") for line in lines)
+    if layout.has_decimal_comma:
+        lines = (line.replace(",", ".") for line in lines)
+    if path.lower().endswith(".pts"):  # each scan in it begins with the number of its points
+        lines = (line for line in lines if not line.strip().isdigit())
+    return lines
+
+
+def _read_table(path, layout):
+    """-> [rows, columns], float64"""
+    at = [0]
+
+    def load(**more):
+        with open(path, encoding="utf-8-sig") as file:
+            return np.loadtxt(_lines(file, path, layout, at), ndmin=2, comments=COMMENTS,
+                              delimiter=layout.delimiter, usecols=layout.used, **more)
+
+    try:
+        try:
+            return load()
+        except ValueError as problem:
+            if "convert string ''" not in str(problem):
+                raise
+            # Cells may be empty. This takes ten times as long.
+            return load(converters=lambda cell: float(cell) if cell.strip() else math.nan)
+    except (ValueError, UnicodeDecodeError) as problem:
+        reason = re.sub(r" at row \d+.*| to float64.*", "", str(problem).split(";")[0]).rstrip(".")
+        raise UserProblem(f"{path} is not a table of numbers: {reason}, line {at[0]}") from problem
+
+
+def read_text_cloud(path):
+    """-> vtkPolyData with double points, and the Columns that it was read from."""
+    layout = _find_layout(path)
+    table = _read_table(path, layout)
+    if table.shape[0] == 0:
+        raise UserProblem(f"{path} holds no points")
+    if table.shape[1] < 3:
+        raise UserProblem(f"{path} has {table.shape[1]} columns; a point has at least x y z")
+    if layout.names is None:
+        columns = by_values(path, table)
+    else:
+        names = layout.names
+        columns = by_names([names[number] for number in layout.used] if layout.used else names)
+    return polydata_of(*arrays_of_columns(table, columns)), columns

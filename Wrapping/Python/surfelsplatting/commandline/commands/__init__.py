@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands of surfelsplat.
+
+Each is a module with add_parser(commands), which sets the defaults check (raises UserProblem about
+options that cannot be combined) and run. They import VTK only when they run.
+"""
+
+import difflib
+
+from ...version import __version__
+from ..arguments import Parser
+from ..completion import complete
+from . import film, info, render, view, web
+
+COMMANDS = (view, web, render, film, info)
+
+
+def _refuse(unknown, command):
+    """Raises UserProblem about arguments that a command does not have."""
+    options = [option for action in command._actions for option in action.option_strings]
+    similar = difflib.get_close_matches(unknown[0].split("=")[0], options, 1)
+    hint = f"; did you mean {similar[0]}?" if similar else ""
+    command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+
+
+def parse_arguments(words):
+    """-> the arguments, with run(arguments); or UserProblem."""
+    parser = Parser(prog="surfelsplat", description="Depth-of-field splatting of point clouds.",
+                    epilog="surfelsplat COMMAND --help lists the options of a command.")
+    parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
+                                     parser_class=Parser)
+    for command in COMMANDS:
+        command.add_parser(commands)
+    complete(parser)
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:
+        _refuse(unknown, commands.choices[arguments.command])
+    # The options on the command line, whether or not they have their default values.
+    arguments.given = sorted({word.split("=")[0] for word in words if word.startswith("-")})
+    arguments.check(arguments)
+    return arguments

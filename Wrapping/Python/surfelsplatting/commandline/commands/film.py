@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat film: its options."""
+
+import argparse
+import os
+
+from ...problems import UserProblem
+from ..arguments import between, checked, count, number, refuse_together
+from ..options import (add_camera_options, add_detail_options, add_lens_options, add_look_options,
+                       add_run_options, check_options)
+
+DESCRIPTION = """\
+Makes a film of a point cloud: the camera goes around it, the focus moves through it, or the camera
+goes from view to view.
+
+OUT.mp4 needs ffmpeg. Any other OUT is a folder, which gets the pictures 0000.png, 0001.png and so
+on. Ctrl-C keeps the pictures that are done; the same command with --resume then makes the others.
+The pictures of OUT.mp4 are in the folder OUT.frames until the film is complete.
+
+CLOUD, camera, lens and look are as in surfelsplat render. Around a cloud the camera stays at a
+distance from which most of it is seen all the time, unless --camera, --position or --focal-point
+place it.
+"""
+
+EXAMPLES = """\
+examples:
+  surfelsplat film lion.ply -o lion.mp4
+  surfelsplat film lion.ply -o lion.mp4 --focus-pull --size 1280 720
+  surfelsplat film kinect.pcd -o frames --turn 40 --circle-of-confusion 12
+  surfelsplat film hall.e57 -o hall.mp4 --through door.json window.json --frames 300
+"""
+
+# Nobody gives a folder such a name.
+NO_FOLDERS = (".avi", ".exr", ".gif", ".jpg", ".m4v", ".mkv", ".mov", ".mpg", ".ply", ".png",
+              ".webm", ".wmv")
+LARGEST_FILM = 1_000_000  # frames
+
+# What a motion decides itself.
+PLACING = ("--camera", "--position", "--focal-point", "--view-up", "--view-angle",
+           "--focal-length", "--view", "--azimuth", "--elevation", "--roll", "--zoom", "--up")
+FOCUSING = ("--focal-distance", "--focus-point", "--focus-pixel", "--pinhole")
+
+_distance = checked(number, lambda value: value > 0, "is not above 0")
+
+
+def _add_motion_options(parser):
+    group = parser.add_argument_group("motion", "Without any of these: --turn 360.")
+    motion = group.add_mutually_exclusive_group()
+    motion.add_argument("--turn", type=between(-36000, 36000), metavar="DEGREES",
+                        help="the camera goes around the cloud, counterclockwise seen from above; "
+                             "less than 360: it swings to both sides, in all by this angle")
+    motion.add_argument("--focus-pull", nargs="*", type=_distance, metavar=("NEAR", "FAR"),
+                        help="the camera stands still, and the focus goes from one distance to the "
+                             "other, along the view direction; default: from the nearest surface "
+                             "to the farthest, with a lens that shows it if none is given")
+    motion.add_argument("--through", nargs="+", metavar="FILE.json[:VIEW]",
+                        help="the camera goes from the first of these views to the last through "
+                             "the others; a FILE.json with several views means all of them, in "
+                             "their order")
+    group.add_argument("--frames", type=between(1, LARGEST_FILM, count), default=240, metavar="N",
+                       help="number of pictures (default: 240)")
+    group.add_argument("--rate", type=between(1, 1000), default=30.0, metavar="R",
+                       help="pictures per second of OUT.mp4 (default: 30)")
+
+
+def add_parser(commands):
+    """Adds the command and its options."""
+    film = commands.add_parser("film", help="make a film: a turntable, a focus pull or a path",
+                               usage="surfelsplat film CLOUD -o OUT [options]",
+                               formatter_class=argparse.RawDescriptionHelpFormatter,
+                               description=DESCRIPTION, epilog=EXAMPLES)
+    film.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4 or a folder")
+    film.add_argument("--resume", action="store_true",
+                      help="keep the pictures that an earlier run of the same command has made")
+    _add_motion_options(film)
+    add_camera_options(film)
+    add_lens_options(film)
+    add_look_options(film)
+    add_detail_options(film)
+    add_run_options(film)
+    # What only pictures of surfelsplat render can have.
+    film.set_defaults(check=check, run=run, deep=False, channels=None)
+
+
+def _check_motion(arguments):
+    pull = arguments.focus_pull
+    if pull is not None and len(pull) not in (0, 2):
+        raise UserProblem(f"--focus-pull takes no distance or two, not {len(pull)}")
+    for options, others in (("--through", PLACING), ("--focus-pull", FOCUSING)):
+        for other in others:
+            refuse_together(*((name, name in arguments.given) for name in (options, other)))
+
+
+def check(arguments):
+    """Raises UserProblem about options that cannot be combined."""
+    check_options(arguments)
+    _check_motion(arguments)
+    extension = os.path.splitext(arguments.output)[1].lower()
+    if extension in NO_FOLDERS and not os.path.isdir(arguments.output):
+        raise UserProblem(f"{arguments.output}: {extension!r} is no film that can be written; give "
+                          "OUT.mp4, or a folder for numbered .png files")
+
+
+def run(arguments):
+    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
+    from ..film import film
+
+    film(arguments)

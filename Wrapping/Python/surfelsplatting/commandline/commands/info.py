@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat info: its options."""
+
+import argparse
+
+from ..options import add_run_options
+
+DESCRIPTION = """\
+Says what is in a point cloud: how many points and where, what the columns or arrays of the file
+were taken for, how noisy it is, and which options suit it.
+"""
+
+EXAMPLES = """\
+examples:
+  surfelsplat info lion.ply
+  surfelsplat info survey.csv --json > survey.json
+"""
+
+
+def add_parser(commands):
+    """Adds the command and its options."""
+    info = commands.add_parser("info", help="say what is in a point cloud",
+                               usage="surfelsplat info CLOUD [options]",
+                               formatter_class=argparse.RawDescriptionHelpFormatter,
+                               description=DESCRIPTION, epilog=EXAMPLES)
+    info.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    info.add_argument("--json", action="store_true", help="print the same as JSON")
+    add_run_options(info)
+    # The cleaning is done apart from the rest, to see what it does.
+    info.set_defaults(check=lambda arguments: None, run=run, cleaning="off", sides="auto",
+                      neighbors=None, no_lod=True, scalars=None)
+
+
+def run(arguments):
+    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
+    from ..info import info
+
+    info(arguments)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat render: its options."""
+
+import argparse
+
+from ...problems import UserProblem
+from ..arguments import refuse_together
+from ..options import (add_camera_options, add_detail_options, add_lens_options, add_look_options,
+                       add_other_outputs, add_run_options, check_options)
+
+DESCRIPTION = """\
+Renders a point cloud as a surface, with depth of field if a lens is given.
+
+CLOUD is a .ply, .pcd, .las, .laz, .e57, .csv, .xyz, .txt, .asc, .pts, .vtp, .vtu, .vti or .vtk file,
+or the vertices of an .obj, .stl, .gltf or .glb file. Its colours, alpha and normals are used;
+surfelsplat info tells what is in it. A .vtp file that already holds surfels or a hierarchy (see
+--surfels and --hierarchy) is rendered directly.
+
+OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
+direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed
+as they are stored; with --linear-light they are converted from sRGB to linear light first.
+"""
+
+CHANNELS = ("normal", "coc", "coverage", "fragments", "level")
+
+EXAMPLES = """\
+examples:
+  surfelsplat render bunny.ply -o bunny.png
+                        the whole cloud, all of it sharp
+  surfelsplat render bunny.ply -o bunny.png --view left --blur 20 --focus-pixel 310 240
+                        from the left, sharp at a pixel of the picture before
+  surfelsplat render bunny.ply -o bunny.png --blur 20 --save-camera bunny.json
+                        keeps the view, and so
+  surfelsplat render bunny.ply -o large.png --camera bunny.json --size 3200 2400
+                        makes the same picture, larger
+  surfelsplat render hills.las -o hills.png --scalars z --elevation 20
+                        coloured by height, from above
+  surfelsplat render scene.ply -o deep.exr --blur 12 --lens-cells 7 --deep
+                        all layers, for compositing
+"""
+
+
+def _channels(text):
+    names = text.split(",")
+    unknown = [name for name in names if name not in (*CHANNELS, "all")]
+    if unknown:
+        raise argparse.ArgumentTypeError(
+            f"{unknown[0]!r} is unknown; choose from {', '.join(CHANNELS)}, all")
+    return CHANNELS if "all" in names else tuple(names)
+
+
+def add_parser(commands):
+    """Adds the command and its options."""
+    render = commands.add_parser("render", help="render a point cloud to .png or .exr",
+                                 usage="surfelsplat render CLOUD -o OUT [options]",
+                                 formatter_class=argparse.RawDescriptionHelpFormatter,
+                                 description=DESCRIPTION, epilog=EXAMPLES)
+    render.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    render.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.png or OUT.exr")
+    render.add_argument("--deep", action="store_true",
+                        help="write the layers to OUT.exr: deep scan lines with R, G, B, A and Z "
+                             "of each sample, nearest first, without background")
+    render.add_argument("--channels", type=_channels, metavar="NAME,...",
+                        help="also write these channels to OUT.exr: normal (N.X, N.Y, N.Z, world "
+                             "axes), coc (CoC, px, negative in front of the focus), coverage, "
+                             "fragments, level (of the hierarchy); or all of them: all")
+    add_camera_options(render)
+    add_lens_options(render)
+    add_look_options(render)
+    add_detail_options(render)
+    add_other_outputs(render)
+    add_run_options(render)
+    render.set_defaults(check=check, run=run)
+
+
+def check(arguments):
+    """Raises UserProblem about options that cannot be combined."""
+    check_options(arguments)
+    refuse_together(("--no-lod", arguments.no_lod), ("--hierarchy", arguments.hierarchy))
+    for option, is_given in (("--deep", arguments.deep), ("--channels", arguments.channels)):
+        if is_given and not arguments.output.lower().endswith(".exr"):
+            raise UserProblem(f"{option} needs an OUT.exr, not {arguments.output}")
+    for option, is_given in (("--channels", arguments.channels),
+                             ("--background", arguments.background)):
+        refuse_together(("--deep", arguments.deep), (option, is_given))
+
+
+def run(arguments):
+    # Imported here, so that --help and wrong options do not load VTK, numpy and the readers.
+    from ..render import render
+
+    render(arguments)

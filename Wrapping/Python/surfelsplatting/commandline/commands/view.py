@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat view: its options."""
+
+import argparse
+
+from ..options import (add_camera_options, add_lens_options, add_look_options, add_run_options,
+                       check_options)
+
+# The options of render that a moving picture does without. Its focus has an effect without a lens,
+# too, as in a camera file, since the lens may be opened later.
+DETAIL = dict(kernel="pearson", cutoff=None, no_lod=False, lod="moments", lod_error=None,
+              color_by=None, save_camera=True)
+
+DESCRIPTION = """\
+Shows a point cloud in a window, with depth of field: drag to turn, click on what should be sharp,
+open the aperture with the key Up. The key h lists all keys. The points are shown at once, and
+their surfels when they are estimated.
+
+The key s writes CLOUD-1.png and CLOUD-1.camera.json to the current folder, the next time CLOUD-2;
+surfelsplat render CLOUD --camera CLOUD-1.camera.json -o OUT.png makes the same picture.
+"""
+
+
+def add_scan_options(parser):
+    """Adds what the window and the page have in common."""
+    add_camera_options(parser)
+    add_lens_options(parser)
+    add_look_options(parser)
+    add_run_options(parser)
+    parser.set_defaults(check=check_options, **DETAIL)
+
+
+def add_parser(commands):
+    """Adds the command and its options."""
+    parser = commands.add_parser("view", help="look at a point cloud in a window",
+                                 usage="surfelsplat view CLOUD [options]",
+                                 formatter_class=argparse.RawDescriptionHelpFormatter,
+                                 description=DESCRIPTION)
+    parser.add_argument("cloud", metavar="CLOUD", help="the point cloud; see surfelsplat render")
+    add_scan_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments):
+    from ..view import view
+
+    view(arguments)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Options that have no effect beside the others, or for a cloud."""
+
+
+def _texts(arguments, options, reason):
+    """One warning for those of the options that are on the command line."""
+    given = [option for option in options if option in arguments.given]
+    if not given:
+        return []
+    verb = "has" if len(given) == 1 else "have"
+    return [f"{' and '.join(given)} {verb} no effect {reason}"]
+
+
+def _of_lens(arguments, view):
+    if view.has_lens:
+        return []
+    options = ["--lens-cells", "--reference"]
+    if not getattr(arguments, "save_camera", None):  # a saved camera keeps the focus
+        options = ["--focus-pixel", "--focus-point", "--focal-distance", *options]
+    return _texts(arguments, options, "without a lens; add one, for example --blur 10")
+
+
+def without_effect(arguments, view):
+    """-> texts about options that change nothing, whatever the cloud. view: the asked one."""
+    texts = _of_lens(arguments, view)
+    rules = (
+        (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
+        (("--colormap", "--range"), arguments.scalars, "without --scalars"),
+        (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
+        (("--lod",), not arguments.no_lod, "with --no-lod"),
+    )
+    for options, has_effect, reason in rules:
+        if not has_effect:
+            texts += _texts(arguments, options, reason)
+    if arguments.color_by and arguments.no_lod:
+        texts.append("--color-by level makes all white with --no-lod, since every splat is a single "
+                     "surfel; leave --no-lod out")
+    return texts
+
+
+def without_effect_on(cloud, arguments):
+    """-> texts about options that change nothing for this cloud."""
+    if not cloud.is_surfels:
+        return []
+    return _texts(arguments, ("--cleaning", "--sides", "--neighbors"),
+                  f"on {arguments.cloud}, which holds surfels already; give the points that they "
+                  "were made of")

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The process that estimates surfels for view and web: viewer/estimation.py starts it.
+
+    python -m surfelsplatting.commandline.estimate FILE_DESCRIPTOR < ARGUMENTS.json
+"""
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+
+from ..backend import vtk
+from ..clouds.reading import read_cloud
+from ..problems import UserProblem
+from ..viewer.estimation import file_of
+from .session import Session
+
+NICENESS = 5  # so that turning stays smooth
+PERIOD = 0.1  # s between two lines of progress
+
+
+def _write(surfels, path):
+    writer = vtk("vtkIOXML").vtkXMLPolyDataWriter()
+    writer.SetInputData(surfels)
+    writer.SetHeaderTypeToUInt64()
+    writer.SetCompressorTypeToNone()
+    writer.SetEncodeAppendedData(False)
+    writer.SetFileName(path)
+    if not writer.Write() or writer.GetErrorCode():
+        raise UserProblem("the surfels do not fit into memory; use fewer points")
+
+
+def _say(**values):
+    sys.stdout.write(json.dumps(values) + "\n")
+    sys.stdout.flush()
+
+
+class _Lines:
+    """Progress as lines for the process that waits."""
+
+    def __init__(self):
+        self._said = 0.0
+
+    def update(self, algorithm, label):
+        observer = algorithm.AddObserver(
+            "ProgressEvent", lambda caller, _event: self.show(label, caller.GetProgress()))
+        algorithm.Update()
+        algorithm.RemoveObserver(observer)
+
+    def show(self, label, fraction):
+        now = time.monotonic()
+        if now - self._said > PERIOD:
+            self._said = now
+            _say(stage=label, fraction=fraction)
+
+    def clear(self):
+        pass
+
+
+def _estimate(arguments):
+    session = Session(arguments)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window is told, too, and ends this process
+    session.progress = _Lines()
+    cloud = read_cloud(arguments.cloud, session.messages, session.progress)
+    surfels = session.surfels(cloud)
+    return session.drawable(surfels, all_arrays=True)
+
+
+def main():
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # the window is gone
+    os.nice(NICENESS)
+    arguments = argparse.Namespace(**json.load(sys.stdin))
+    try:
+        _write(_estimate(arguments), file_of(sys.argv[1]))
+    except UserProblem as problem:
+        _say(problem=str(problem))
+    except MemoryError:
+        _say(problem="out of memory; use fewer points")
+    # Without the destructors of large arrays.
+    sys.stdout.flush()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

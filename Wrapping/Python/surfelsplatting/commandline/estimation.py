@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A cloud to surfels and their hierarchy, as the options say."""
+
+from ..clouds.reading import is_hierarchy
+from ..problems import UserProblem
+from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
+                                vtkSurfelHierarchy)
+
+
+def _set_filters(filters, cloud, arguments):
+    """The options; what the file says of the sensor is for the filters to use."""
+    filters.SetInputData(cloud.data)
+    filters.SetCleanPoints(arguments.cleaning != "off")
+    filters.GetCleaning().SetSmoothing(arguments.cleaning == "full")
+    filters.SetNumberOfNeighbors(arguments.neighbors or 0)
+    if arguments.sides == "two":
+        filters.GetEstimation().SetOrientationModeToTwoSided()
+    elif arguments.sides == "given":
+        if not cloud.has_normals:
+            raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
+                              "which side is outside; use --sides auto or --sides two")
+        filters.GetEstimation().SetOrientationModeToAsGiven()
+
+
+def _update(algorithm, stage, path, messages, progress, run):
+    with run.stage(stage):
+        progress.update(algorithm, stage)
+    messages.check(f"{path}: ")
+
+
+def _whole_cloud(cloud, arguments, *reporters):
+    """-> vtkPolyData"""
+    filters = vtkPointsToSurfels()
+    _set_filters(filters, cloud, arguments)
+    filters.BuildHierarchyOff()
+    _update(filters, "surfels", arguments.cloud, *reporters)
+    run = reporters[-1]
+    run.note_cleaning(filters.GetCleaning())
+    run.note_estimation(filters.GetEstimation())
+    return filters.GetOutput()
+
+
+def _cloud_in_parts(cloud, arguments, *reporters):
+    """-> vtkPolyData"""
+    partitioned = vtkPartitionedSurfelEstimation()
+    _set_filters(partitioned, cloud, arguments)
+    partitioned.SetPointsPerPart(arguments.points_per_part)
+    _update(partitioned, "surfels", arguments.cloud, *reporters)
+    run = reporters[-1]
+    run.note_cleaning(partitioned.GetCleaning())
+    run.note_estimation(partitioned)
+    return partitioned.GetOutput()
+
+
+def check_memory(cloud, arguments):
+    """Refuses a cloud that is too large before the estimation, which may take minutes."""
+    if not arguments.no_lod and not is_hierarchy(cloud.data):
+        problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
+                                                 not cloud.is_surfels)
+        if problem:
+            raise UserProblem(f"{arguments.cloud}: {problem}")
+
+
+def make_surfels(cloud, arguments, messages, progress, run):
+    """-> vtkPolyData with the arrays of the data contract."""
+    if cloud.is_surfels:
+        return cloud.data
+    in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
+    make = _cloud_in_parts if in_parts else _whole_cloud
+    surfels = make(cloud, arguments, messages, progress, run)
+    if surfels.GetNumberOfPoints() == 0:
+        raise UserProblem(f"{arguments.cloud}: none of its {cloud.data.GetNumberOfPoints()} points "
+                          "gives a surfel; are the coordinates finite, up to 1e17 and not all the "
+                          "same?")
+    return surfels
+
+
+def without_unused_arrays(surfels, kept=None):
+    """Drops point arrays that the picture does not need; the hierarchy would sort them all.
+
+    kept: name of one that it does need.
+    """
+    lean = surfels.NewInstance()
+    lean.ShallowCopy(surfels)
+    points = lean.GetPointData()
+    scalars = points.GetScalars()
+    drawn = {kept} | ({scalars.GetName()} if scalars is not None else set())
+    for name in [points.GetArrayName(i) for i in range(points.GetNumberOfArrays())]:
+        if name not in drawn and not name.startswith("Surfel"):
+            points.RemoveArray(name)
+    return lean
+
+
+def make_hierarchy(surfels, messages, progress, run):
+    if is_hierarchy(surfels):
+        return surfels
+    hierarchy = vtkSurfelHierarchy()
+    hierarchy.SetInputData(surfels)
+    with run.stage("hierarchy"):
+        progress.update(hierarchy, "hierarchy")
+    messages.check()
+    return hierarchy.GetOutput()

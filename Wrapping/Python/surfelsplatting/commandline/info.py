@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfelsplat info: what is in a point cloud."""
+
+import json
+import math
+import os
+
+import numpy as np
+
+from ..backend import vtk
+from ..clouds.reading import Cloud, is_hierarchy
+from ..views.framing import Samples, is_open, up_axis
+from ..vtkSurfelFilters import vtkPointCloudCleaning
+from .session import Session
+
+NOISY = 0.05  # of the points; fewer are edges and corners
+FAR_OFF = 5  # spacings, by which stray points make the bounds larger
+LONG = 20_000_000  # points that take more than a minute to become surfels
+
+numpy_to_vtk = vtk("util.numpy_support").numpy_to_vtk
+vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
+
+
+def _finite_range(values):
+    finite = values[np.isfinite(values)]
+    return [float(finite.min()), float(finite.max())] if len(finite) else None
+
+
+def _meaning(array, data):
+    if array is data.GetNormals() or array.GetName() == "Normals":
+        return "normals"
+    is_color = (array is data.GetScalars() and array.GetDataTypeAsString() == "unsigned char"
+                and array.GetNumberOfComponents() in (3, 4))
+    if is_color:
+        return "colours"
+    if (array.GetName() or "").startswith("Surfel"):
+        return "surfels"
+    return "scalars" if array.GetNumberOfComponents() == 1 else "values"
+
+
+def _fields(data):
+    """[{name, meaning, type, components, range}] of the point arrays."""
+    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+    return [{"name": array.GetName(), "meaning": _meaning(array, data),
+             "type": array.GetDataTypeAsString(), "components": array.GetNumberOfComponents(),
+             "range": _finite_range(vtk_to_numpy(array))}
+            for array in arrays if array is not None]
+
+
+def _bounds(points):
+    """{axis: [low, high]} of the finite points."""
+    return {axis: _finite_range(points[:, i]) for i, axis in enumerate("xyz")}
+
+
+def _clean(cloud, session):
+    """-> the Cloud without stray points, and what cleaning has found."""
+    cleaning = vtkPointCloudCleaning()
+    cleaning.SetInputData(cloud.data)
+    cleaning.GenerateShiftsOn()
+    if cloud.columns:
+        cleaning.SetColumns(cloud.columns)
+        cleaning.SetViewpoint(cloud.viewpoint or (0.0, 0.0, 0.0))
+    session.progress.update(cleaning, "cleaning")
+    session.messages.check(f"{session.arguments.cloud}: ")
+    cleaned = cleaning.GetOutput()
+    if cloud.viewpoint:  # the points are still the sensor's
+        bounds = numpy_to_vtk(np.array([cleaned.GetBounds()]), deep=True)
+        bounds.SetName("ScanBounds")
+        cleaned.GetFieldData().AddArray(bounds)
+    shift = cleaned.GetPointData().GetArray("CleaningShift")
+    moved = np.linalg.norm(vtk_to_numpy(shift), axis=1) if shift else np.zeros(0)
+    moved = moved[moved > 0]
+    found = {"not_finite": cleaning.GetNumberOfNonFinitePoints(),
+             "duplicate": cleaning.GetNumberOfDuplicatePoints(),
+             "stray": cleaning.GetNumberOfStrayPoints(),
+             "noisy": cleaning.GetNumberOfMovedPoints(),
+             "noise": float(np.sqrt(np.mean(moved ** 2))) if len(moved) else 0.0}
+    return Cloud(cleaned, cloud.viewpoint), found
+
+
+def _surface(cloud, session):
+    """What the surfels say: spacing, up, the part that is visible from both sides."""
+    surfels = session.surfels(cloud)
+    samples = Samples(surfels)
+    return {"bounds_without_stray": _bounds(samples.points), "spacing": samples.spacing,
+            "up": [float(x) for x in up_axis(samples)],
+            "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
+
+
+def _suggestions(report, cloud):
+    """[{options, reason}]"""
+    found = [("--blur 10", "adds a lens: what is farthest from the focus gets a blur of 10 px")]
+    scalars = [field["name"] for field in report["fields"] if field["meaning"] == "scalars"]
+    has_colors = any(field["meaning"] == "colours" for field in report["fields"])
+    if scalars and not has_colors:
+        name = "intensity" if "intensity" in scalars else scalars[0]
+        found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
+    if cloud.columns:
+        found.append(("--turn 40", "in a film: a depth image looks like nothing from behind"))
+    if report["open"] and not cloud.columns:
+        found.append(("--sides two", "the surface is open; this shows it from its back as well"))
+    if "points_found" in report:
+        points, cleaned = report["points"], report["points_found"]
+        if not cleaned["stray"] and cleaned["noisy"] < NOISY * points:
+            found.append(("--cleaning off", "saves time: the points are clean"))
+        elif cleaned["noise"] > report["spacing"] and not cloud.columns:
+            found.append(("--neighbors 40", "the noise is larger than the spacing"))
+        if points > LONG:
+            found.append(("--hierarchy OUT.vtp", "keeps the surfels, which take minutes to make"))
+    return [{"options": options, "reason": reason} for options, reason in found]
+
+
+def _report(cloud, session):
+    path = session.arguments.cloud
+    data = cloud.data
+    kind = "hierarchy" if is_hierarchy(data) else "surfels" if cloud.is_surfels else "points"
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    report = {"file": path, "bytes": os.path.getsize(path), "holds": kind,
+              "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",
+              "fields": _fields(data.GetPointData()), "bounds": _bounds(points)}
+    if cloud.viewpoint:
+        report["sensor"] = list(map(float, cloud.viewpoint))
+    if cloud.columns:
+        report["depth_image"] = [cloud.columns, data.GetNumberOfPoints() // cloud.columns]
+    if kind == "points":
+        cloud_without, report["points_found"] = _clean(cloud, session)
+    else:
+        cloud_without = cloud
+    report.update(_surface(cloud_without, session))
+    report["suggestions"] = _suggestions(report, cloud)
+    return report
+
+
+def _size(count):
+    for unit in ("bytes", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def _bounds_text(bounds, spacing):
+    """With as many digits as the spacing has a meaning for."""
+    largest = max(abs(x) for limits in bounds.values() for x in limits or (0.0,))
+    digits = max(4, min(17, 2 + math.ceil(math.log10(max(1.0, largest / max(spacing, 1e-300))))))
+    return ", ".join(f"{axis} {limits[0]:.{digits}g} to {limits[1]:.{digits}g}" if limits else
+                     f"{axis} unknown" for axis, limits in bounds.items())
+
+
+def _differ(report):
+    """Whether the bounds without stray points are smaller by more than some spacings."""
+    return any(abs(x - y) > FAR_OFF * report["spacing"]
+               for axis, limits in report["bounds"].items()
+               for x, y in zip(limits or (), report["bounds_without_stray"][axis] or ()))
+
+
+def _field_text(field):
+    text = f"{field['name']}: {field['meaning']}, {field['type']}"
+    if field["components"] > 1:
+        text += f", {field['components']} values a point"
+    if field["range"] and field["meaning"] not in ("normals", "surfels"):
+        text += ", {:.7g} to {:.7g}".format(*field["range"])
+    return text
+
+
+def _found_lines(report):
+    found = report["points_found"]
+    share = found["noisy"] / report["points"]
+    noise = "none that can be seen"
+    if found["noisy"]:
+        noise = (f"{found['noisy']} points ({100 * share:.2g} %) are off a smooth surface, by "
+                 f"{found['noise']:.3g} (rms), {found['noise'] / report['spacing']:.2g} spacings")
+    yield "noise", noise
+    yield "left out", (f"{found['stray']} stray points, {found['duplicate']} duplicates, "
+                       f"{found['not_finite']} without finite coordinates")
+
+
+def _lines(report):
+    """Yields (heading, text)."""
+    size = _size(report["bytes"])
+    yield "file", f"{report['file']}, {size}, {report['points']} {report['holds']}"
+    yield "bounds", _bounds_text(report["bounds"], report["spacing"])
+    if _differ(report):
+        yield "mostly", _bounds_text(report["bounds_without_stray"], report["spacing"])
+    yield "spacing", f"{report['spacing']:.4g}, of points on the surface"
+    yield "read", report["read_as"]
+    for field in report["fields"] or [None]:
+        yield "field", _field_text(field) if field else "none but places"
+    if "sensor" in report:
+        yield "sensor", "at " + " ".join(f"{x:.7g}" for x in report["sensor"])
+    if "depth_image" in report:
+        yield "image", "a depth image of {} x {} pixels".format(*report["depth_image"])
+    if "points_found" in report:
+        yield from _found_lines(report)
+    yield "up", " ".join(f"{x:g}" for x in report["up"])
+    if report["two_sided"]:
+        share = f"{100 * report['two_sided']:.3g} %"
+        yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
+    for suggestion in report["suggestions"]:
+        yield "try", f"{suggestion['options']:<16} {suggestion['reason']}"
+
+
+def info(arguments):
+    session = Session(arguments)
+    with session.progress_shown():
+        report = _report(session.read(), session)
+    if arguments.json:
+        print(json.dumps(report, indent=1, allow_nan=False))
+        return
+    last = None
+    for heading, text in _lines(report):
+        print(f"{heading if heading != last else '':<9}{text}")
+        last = heading

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbered pictures to a .mp4 file, by ffmpeg."""
+
+import importlib
+import shutil
+import subprocess
+
+from ..problems import UserProblem
+from .outputs import whole_file
+
+# The sizes of H.264's usual form are even. Without its name players guess how colours were coded.
+FILTERS = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"
+CODING = ("-c:v", "libx264", "-preset", "medium", "-crf", "16", "-colorspace", "bt709",
+          "-color_primaries", "bt709", "-color_trc", "bt709", "-movflags", "+faststart")
+
+
+def find_ffmpeg(path):
+    """The program, of the system or of the Python package imageio-ffmpeg; or UserProblem."""
+    program = shutil.which("ffmpeg")
+    if program:
+        return program
+    try:
+        return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise UserProblem(f"{path}: .mp4 files need ffmpeg: apt install ffmpeg, or pip install "
+                          "imageio-ffmpeg; or give a folder, for numbered .png files") from None
+
+
+def write_movie(program, pattern, rate, path):
+    """pattern: of the pictures' names. The same pictures make the same bytes."""
+    with whole_file(path) as temporary:
+        words = [program, "-v", "error", "-nostdin", "-y", "-framerate", f"{rate:g}",
+                 "-i", pattern, "-vf", FILTERS, *CODING, "-fflags", "+bitexact",
+                 "-flags:v", "+bitexact", "-map_metadata", "-1", temporary]
+        # In a session of its own, so that Ctrl-C reaches this program only, which then ends it.
+        result = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                start_new_session=True, check=False)
+        if result.returncode != 0:
+            lines = result.stderr.decode(errors="replace").strip().splitlines()
+            reason = lines[-1] if lines else f"it ended with {result.returncode}"
+            raise UserProblem(f"cannot write {path}: ffmpeg: {reason}; the pictures are still "
+                              "there, as " + pattern)

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Groups of options that several commands have."""
+
+from ..problems import UserProblem
+from ..views.cameras import AXES, LARGEST_BLUR, SIDES, check_size
+from .arguments import (angle, between, count, lens_parts, not_negative, number, pixel_number,
+                        positive, refuse_together)
+
+LARGEST_PART = 10_000_000  # points; 4.2 GB while a part is processed
+TRIPLE = dict(nargs=3, type=number, metavar=("X", "Y", "Z"))
+
+
+def add_camera_options(parser):
+    """Where the camera is: by words and angles, and exactly."""
+    seen = parser.add_argument_group(
+        "view", "Without any of these, the camera shows the whole cloud in a three-quarter view, or "
+        "a depth image from its sensor.")
+    seen.add_argument("--view", choices=SIDES, help="the side from which the whole cloud is seen")
+    seen.add_argument("--azimuth", type=number, default=0.0, metavar="A",
+                      help="the camera goes around what it looks at, to the right, degrees")
+    seen.add_argument("--elevation", type=number, default=0.0, metavar="A",
+                      help="the camera goes up, degrees")
+    seen.add_argument("--roll", type=number, default=0.0, metavar="A",
+                      help="the camera turns clockwise about its view direction, degrees")
+    seen.add_argument("--zoom", type=positive, default=1.0, metavar="Z",
+                      help="things become Z times larger")
+    seen.add_argument("--up", choices=(*AXES, "auto"),
+                      help="the axis of the cloud that is up (default: auto, from the ground, the "
+                           "normals and the coordinates; --camera's)")
+    seen.add_argument("--size", nargs=2, type=count, metavar=("W", "H"),
+                      help="of the picture in pixels; the blur of --camera grows with it (default: "
+                           "--camera's, or 800 600, in view and web 1280 800)")
+    camera = parser.add_argument_group(
+        "exact camera", "Each option of these groups overrides the value from --camera.")
+    camera.add_argument("--camera", metavar="FILE.json[:VIEW]",
+                        help="camera, lens and size from this file (default VIEW: the first one)")
+    camera.add_argument("--position", help="position of the camera", **TRIPLE)
+    camera.add_argument("--focal-point", help="the point that the camera looks at, and that is in "
+                        "focus unless a focus is given", **TRIPLE)
+    camera.add_argument("--view-up", help="the direction that is up in the picture", **TRIPLE)
+    camera.add_argument("--view-angle", type=angle, metavar="A",
+                        help="vertical, in degrees (default: 30)")
+    camera.add_argument("--focal-length", type=positive, metavar="MM",
+                        help="instead of --view-angle: as on 35 mm film, whose shorter side is 24 "
+                             "mm; 45 is about 30 degrees")
+
+
+def add_lens_options(parser):
+    """What is in focus, and how much the rest is blurred."""
+    focus = parser.add_argument_group(
+        "focus", "Default: the surface in the middle of the picture. It shows with a lens only.")
+    focus.add_argument("--focus-pixel", nargs=2, type=pixel_number, metavar=("X", "Y"),
+                       help="what is seen at this pixel of the picture, counted from its upper "
+                            "left corner")
+    focus.add_argument("--focus-point", help="the plane through this point, parallel to the "
+                       "picture", **TRIPLE)
+    focus.add_argument("--focal-distance", type=not_negative, metavar="F",
+                       help="the plane at this distance along the view direction (0: none)")
+    lens = parser.add_argument_group(
+        "lens", "Everything is sharp unless --camera or one of these gives a lens.")
+    lens.add_argument("--blur", type=between(0, LARGEST_BLUR), metavar="PX",
+                      help="radius of the blur in pixels at the far end of what is seen, or at the "
+                           "near end if that is farther from the focus; try 10")
+    lens.add_argument("--circle-of-confusion", type=between(0, LARGEST_BLUR), metavar="PX",
+                      help="radius of the blur in pixels of very distant points; things at twice "
+                           "the distance in focus have half of it")
+    lens.add_argument("--f-number", type=positive, metavar="N",
+                      help="focal length over diameter, as cameras have it, for clouds in metres; "
+                           "see --focal-length")
+    lens.add_argument("--focal-disk", type=not_negative, metavar="D",
+                      help="diameter of the lens in world units, 0 = pinhole")
+    lens.add_argument("--pinhole", action="store_true", help="no lens; ignore the camera's lens")
+
+
+def _add_color_options(parser):
+    look = parser.add_argument_group("look")
+    look.add_argument("--scalars", metavar="NAME",
+                      help="colour by this column or array, such as intensity, or by a coordinate: "
+                           "x, y or z")
+    look.add_argument("--colormap", metavar="NAME",
+                      help="for --scalars: viridis, gray, or one of matplotlib if that is "
+                           "installed (default: viridis)")
+    look.add_argument("--range", nargs=2, type=number, metavar=("A", "B"),
+                      help="the scalars with the first and the last colour (default: the smallest "
+                           "and the largest)")
+    look.add_argument("--background", nargs=3, type=between(0, 1), metavar=("R", "G", "B"),
+                      help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
+                           "0.16 0.17 0.19, or black with --unlit)")
+    look.add_argument("--unlit", action="store_true",
+                      help="show the colours without lighting (default: a light at the camera)")
+    look.add_argument("--linear-light", action="store_true",
+                      help="convert colours from sRGB to linear light before they are mixed; "
+                           "OUT.exr is linear light, OUT.png is sRGB (default: colours are mixed "
+                           "as they are stored)")
+
+
+def _add_surfel_options(parser):
+    points = parser.add_argument_group("points to surfels")
+    points.add_argument("--cleaning", choices=("off", "outliers", "full"), default="full",
+                        help="what is done to the points first: outliers removes those that belong "
+                             "to no surface, full also smooths noisy surfaces (default: full)")
+    points.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
+                        help="auto: the normals in the file say which side is outside, or its "
+                             "viewpoint does; without them surfaces whose outside is known are "
+                             "visible from there only. two: all are visible from both sides. "
+                             "given: the normals in the file decide, nothing else (default: auto)")
+    points.add_argument("--neighbors", type=between(4, 256, count), metavar="K",
+                        help="number of points from which a normal is estimated, 4 to 256; more "
+                             "for noisy scans (default: 16, or 30 for depth images)")
+
+
+def add_look_options(parser):
+    """Colours, and how points become surfels."""
+    _add_color_options(parser)
+    _add_surfel_options(parser)
+
+
+def _add_accuracy_options(parser):
+    accuracy = parser.add_argument_group("accuracy")
+    parts = accuracy.add_mutually_exclusive_group()
+    parts.add_argument("--lens-cells", type=lens_parts, default=1, metavar="K",
+                       help="average the pictures of K smaller lenses where things overlap: more "
+                            "accurate, up to K times slower; try 7 (default: 1)")
+    parts.add_argument("--reference", type=lens_parts, metavar="N",
+                       help="average N pinhole pictures from points all over the lens: exact if N "
+                            "is large, several hundred")
+    accuracy.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
+                          help="of splats: pearson is close to the disc of a lens, gaussian "
+                               "is the paper's (default: pearson)")
+    accuracy.add_argument("--cutoff", type=between(1, 20), metavar="C",
+                          help="exponent at which a splat of the gaussian kernel ends, 1 to 20 "
+                               "(default: 2.5)")
+
+
+def add_detail_options(parser):
+    """Accuracy against time."""
+    _add_accuracy_options(parser)
+    detail = parser.add_argument_group(
+        "level of detail", "Blurred and tiny things are drawn with fewer, larger splats.")
+    detail.add_argument("--lod", choices=("moments", "paper"), default="moments",
+                        help="how one splat represents several surfels: by their moments and "
+                             "colour gradients, or as in Krivanek et al. 2003 (default: moments)")
+    detail.add_argument("--lod-error", type=not_negative, metavar="E",
+                        help="error of the level of detail: smaller is more accurate and slower "
+                             "(default: 1)")
+    detail.add_argument("--no-lod", action="store_true",
+                        help="draw every surfel, without a hierarchy")
+    detail.add_argument("--color-by", choices=("level",), metavar="level",
+                        help="colour each splat by its level: white for a single surfel, then "
+                             "blue, green, yellow, orange, red, violet, brown for 2, 4, 8, ... of "
+                             "them")
+
+
+def add_other_outputs(parser):
+    """What surfelsplat render writes beside its picture."""
+    outputs = parser.add_argument_group("other outputs")
+    outputs.add_argument("--save-camera", metavar="OUT.json",
+                         help="also write camera, lens and size; with --camera OUT.json the picture "
+                              "becomes the same")
+    outputs.add_argument("--hierarchy", metavar="OUT.vtp",
+                         help="also write the hierarchy; a later run can use it as CLOUD and skip "
+                              "the estimation")
+    outputs.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
+    outputs.add_argument("--stats", metavar="OUT.json",
+                         help="write counts and times: medians over all frames but the first")
+    outputs.add_argument("--repeat", type=count, default=1, metavar="N",
+                         help="render N times (for --stats)")
+
+
+def add_run_options(parser):
+    run = parser.add_argument_group("run")
+    run.add_argument("-v", "--verbose", action="store_true",
+                     help="print what is read, seen and in focus, and messages")
+    run.add_argument("--threads", type=count, metavar="N", help="default: all cores")
+    run.add_argument("--points-per-part", type=between(1000, 1 << 30, count),
+                     default=LARGEST_PART, metavar="N",
+                     help="larger clouds are processed in parts, which takes up to 140 bytes for "
+                          "each point while it is cleaned, then 70, and 420 for each point of one "
+                          "part; surfels without given normals are then two-sided "
+                          "(default: 10 million)")
+
+
+# Of each of these at most one can be given.
+EXCLUSIVE = (("--view", "--position"), ("--up", "--view-up"), ("--view-angle", "--focal-length"),
+             ("--focus-pixel", "--focus-point", "--focal-distance"),
+             ("--pinhole", "--focal-disk", "--circle-of-confusion", "--f-number", "--blur"),
+             ("--scalars", "--color-by"), ("--no-lod", "--lod-error"))
+
+
+def check_options(arguments):
+    """Raises UserProblem about options of the groups above that contradict each other."""
+    for names in EXCLUSIVE:
+        refuse_together(*((name, name in arguments.given) for name in names))
+    limits = getattr(arguments, "range", None)
+    if limits and limits[0] == limits[1]:
+        raise UserProblem(f"--range is from {limits[0]:g} to {limits[1]:g}; give two numbers that "
+                          "differ")
+    check_size(arguments.size)

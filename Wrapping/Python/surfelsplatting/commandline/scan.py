@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What view and web begin with: the cloud, a viewer of it, and the estimation of its surfels."""
+
+import argparse
+
+from ..clouds.reading import is_hierarchy
+from ..viewer.estimation import Estimation
+from ..viewer.viewer import Viewer
+from ..views.cameras import asked_view
+from .effects import without_effect
+from .outputs import write_picture, write_view
+from .scene import backdrop_of, make_actor, set_splatter
+from .session import Session
+
+SIZE = (1280, 800)
+ESTIMATE = __package__ + ".estimate"
+
+
+class Look:
+    """How the options say that a scan looks, and how its pictures are written: for a Viewer."""
+
+    def __init__(self, arguments, messages):
+        self._arguments, self._messages = arguments, messages
+        self.path, self.scalars = arguments.cloud, arguments.scalars
+        self.background = backdrop_of(arguments)
+
+    def make_actor(self, surfels, scalars):
+        values = dict(vars(self._arguments), scalars=scalars)
+        if scalars != self.scalars:
+            values["range"] = None  # which is that of the other scalars
+        return make_actor(surfels, argparse.Namespace(**values))
+
+    def set_splatter(self, splatter):
+        set_splatter(splatter, self._arguments)
+
+    def write(self, picture, view, picture_path, camera_path):
+        write_picture(picture, picture_path, False, self._arguments.linear_light, self._messages)
+        write_view(view, camera_path)
+
+
+class Scan:
+    def __init__(self, arguments):
+        if not arguments.camera:
+            arguments.size = arguments.size or SIZE
+        asked = asked_view(arguments)
+        session = Session(arguments)
+        session.warn(without_effect(arguments, asked))
+        with session.progress_shown():
+            cloud = session.read()
+        self._arguments = arguments
+        self._is_complete = is_hierarchy(cloud.data)
+        self.viewer = Viewer(cloud, asked, Look(arguments, session.messages), session.messages)
+        self.say = session.say
+
+    def start_estimation(self):
+        """-> Estimation, or None if the file holds all"""
+        return None if self._is_complete else Estimation(ESTIMATE, self._arguments)

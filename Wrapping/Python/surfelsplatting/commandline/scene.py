@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Surfels, camera and lens as the options say: a vtkSurfelImageRenderer."""
+
+from ..backend import vtk
+from ..colormaps import color_by
+from ..views.vtkcamera import make_camera, set_lens
+from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
+
+LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
+BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
+
+CHANNEL_BITS = {"normal": vtkSurfelSplatter.CHANNEL_NORMAL,
+                "coc": vtkSurfelSplatter.CHANNEL_CIRCLE_OF_CONFUSION,
+                "coverage": vtkSurfelSplatter.CHANNEL_COVERAGE,
+                "fragments": vtkSurfelSplatter.CHANNEL_FRAGMENTS,
+                "level": vtkSurfelSplatter.CHANNEL_LEVEL}
+
+
+def _has_colors(surfels):
+    scalars = surfels.GetPointData().GetScalars()
+    return (scalars is not None and scalars.GetDataTypeAsString() == "unsigned char"
+            and scalars.GetNumberOfComponents() in (3, 4))
+
+
+def make_actor(surfels, arguments):
+    mapper = vtkSurfelMapper()
+    mapper.SetInputData(surfels)
+    if arguments.scalars:
+        color_by(mapper, arguments.scalars, arguments.colormap or "viridis", arguments.range)
+    else:
+        mapper.SetScalarVisibility(_has_colors(surfels))
+    actor = vtk("vtkRenderingCore").vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(LIGHT_GREY)
+    actor.GetProperty().SetLighting(not arguments.unlit)
+    return actor
+
+
+def backdrop_of(arguments):
+    """The background of an opaque picture: red, green, blue from 0 to 1."""
+    return tuple(arguments.background or ((0.0, 0.0, 0.0) if arguments.unlit else BACKDROP))
+
+
+def _set_background(renderer, arguments):
+    if arguments.background or arguments.output.lower().endswith(".png"):
+        renderer.SetBackground(backdrop_of(arguments))
+        renderer.SetBackgroundAlpha(1.0)
+
+
+def set_splatter(splatter, arguments):
+    """Sets kernels and colours, but not the lens."""
+    splatter.SetLinearLight(arguments.linear_light)
+    if arguments.kernel == "gaussian":
+        splatter.SetKernelToGaussian()
+    if arguments.cutoff is not None:
+        splatter.SetCutoff(arguments.cutoff)
+    _set_detail(splatter, arguments)
+
+
+def make_renderer(surfels, view, arguments):
+    renderer = vtkSurfelImageRenderer()
+    renderer.AddActor(make_actor(surfels, arguments))
+    renderer.SetCamera(make_camera(view))
+    renderer.SetSize(*view.size)
+    _set_background(renderer, arguments)
+    splatter = renderer.GetSplatter()
+    set_lens(splatter, view)
+    splatter.SetLensCells(arguments.reference or arguments.lens_cells)
+    splatter.SetLensPinholes(arguments.reference is not None)
+    splatter.SetDeepSamples(arguments.deep)
+    splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))
+    splatter.FrameReuseOff()  # render again for --repeat
+    set_splatter(splatter, arguments)
+    return renderer
+
+
+def _set_detail(splatter, arguments):
+    if arguments.no_lod:
+        splatter.SetLODModeToOff()
+    elif arguments.lod == "paper":
+        splatter.SetLODModeToPaper()
+    if arguments.lod_error is not None:
+        splatter.SetLODError(arguments.lod_error)
+    splatter.SetColorByLevel(arguments.color_by == "level")

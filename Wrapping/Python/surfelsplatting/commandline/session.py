@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What all commands do first: read a cloud, and make surfels and their hierarchy."""
+
+import os
+import sys
+from contextlib import contextmanager
+
+from ..backend import vtk
+from ..clouds.reading import read_cloud
+from ..colormaps import check_scalars, with_scalars
+from ..views.framing import keep_sensor
+from ..vtkmessages import VtkMessages
+from .effects import without_effect_on
+from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
+from .interrupts import Interrupts
+from .progress import Progress
+from .runstatistics import RunStatistics
+
+
+class Session:
+    """One run of a command: its messages, progress and statistics.
+
+    arguments: those of options.add_look_options, add_detail_options and add_run_options.
+    """
+
+    def __init__(self, arguments):
+        self.arguments = arguments
+        self.messages = VtkMessages(arguments.verbose)
+        self.interrupts = Interrupts()
+        self.progress = Progress(self.interrupts)
+        smp_tools = vtk("vtkCommonCore").vtkSMPTools
+        if arguments.threads:
+            # TBB warns about more threads than cores.
+            smp_tools.Initialize(min(arguments.threads, len(os.sched_getaffinity(0))))
+        self.run = RunStatistics(smp_tools.GetEstimatedNumberOfThreads())
+
+    def say(self, text):
+        """Prints a line for --verbose."""
+        self.progress.clear()
+        if self.arguments.verbose:
+            print("surfelsplat: " + text, file=sys.stderr)
+
+    def warn(self, texts):
+        self.progress.clear()
+        for text in texts:
+            print("surfelsplat: warning: " + text, file=sys.stderr)
+
+    @contextmanager
+    def progress_shown(self):
+        """Takes the progress bar away at the end."""
+        try:
+            yield
+        finally:
+            self.progress.clear()
+
+    def read(self):
+        """-> Cloud"""
+        path = self.arguments.cloud
+        with self.run.stage("read"):
+            cloud = read_cloud(path, self.messages, self.progress)
+        self.say(f"{path}: {cloud.data.GetNumberOfPoints()} points"
+                 + (f"; {cloud.how}" if cloud.how else ""))
+        if cloud.is_unsure and not self.arguments.verbose:
+            print(f"surfelsplat: {path}: {cloud.how}", file=sys.stderr)
+        scalars = getattr(self.arguments, "scalars", None)
+        if scalars:
+            check_scalars(cloud.data, scalars)
+        self.warn(without_effect_on(cloud, self.arguments))
+        return cloud
+
+    def surfels(self, cloud):
+        """-> vtkPolyData with the arrays of the data contract"""
+        check_memory(cloud, self.arguments)
+        surfels = make_surfels(cloud, self.arguments, self.messages, self.progress, self.run)
+        keep_sensor(cloud, surfels)
+        return surfels
+
+    def drawable(self, surfels, all_arrays=False):
+        """-> the hierarchy of the surfels, or with --no-lod the surfels; with the arrays that a
+        picture needs, or with all"""
+        scalars = self.arguments.scalars
+        if scalars:
+            surfels = with_scalars(surfels, scalars)
+        drawn = surfels if all_arrays else without_unused_arrays(surfels, scalars)
+        if self.arguments.no_lod:
+            return drawn
+        return make_hierarchy(drawn, self.messages, self.progress, self.run)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a pixel sees, so that the lens can focus on it; and how much the lens blurs."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from ..backend import vtk
+from ..problems import UserProblem
+from .cameras import LARGEST_BLUR, Wishes, dot, subtract
+from .turning import unit
+from .vtkcamera import make_camera, set_lens
+
+ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
+
+
+@contextmanager
+def _one_sharp_picture(splatter):
+    """Without the lens; through it a pixel sees a mixture."""
+    settings = ("LensMode", "LensCells", "LensPinholes", "DeepSamples", "Channels")
+    kept = {name: getattr(splatter, "Get" + name)() for name in settings}
+    splatter.SetLensModeToPinhole()
+    splatter.SetLensCells(1)
+    splatter.LensPinholesOff()
+    splatter.DeepSamplesOff()
+    splatter.SetChannels(0)
+    try:
+        yield
+    finally:
+        for name, value in kept.items():
+            getattr(splatter, "Set" + name)(value)
+
+
+def _update(renderer):
+    renderer.Update()
+
+
+def depths_of(renderer):
+    """[height, width], top row first: distance along the view direction, 0 where nothing is seen."""
+    depth = renderer.GetOutput().GetPointData().GetArray("Depth")
+    width, height = renderer.GetSize()
+    return vtk("util.numpy_support").vtk_to_numpy(depth).reshape(height, width)[::-1]
+
+
+def sharp_depths(renderer, update=_update):
+    """The same without the lens."""
+    with _one_sharp_picture(renderer.GetSplatter()):
+        update(renderer)
+        return np.array(depths_of(renderer))
+
+
+def _point(camera, size, pixel, depth):
+    """The point at this distance along the view direction that the middle of a pixel shows."""
+    forward = np.array(camera.GetDirectionOfProjection())
+    right = unit(np.cross(forward, camera.GetViewUp()))
+    above = np.cross(right, forward)
+    # Half the height of the picture is the tangent of half the view angle.
+    px = 2 * np.tan(np.radians(camera.GetViewAngle()) / 2) / size[1]
+    x = (pixel[0] + 0.5 - size[0] / 2) * px
+    y = (size[1] / 2 - pixel[1] - 0.5) * px
+    point = np.array(camera.GetPosition()) + depth * (forward + x * right + y * above)
+    return tuple(map(float, point))
+
+
+def _nearest_that_sees(depths, pixel):
+    """-> column, row, or None if no pixel sees anything"""
+    rows, columns = np.nonzero(depths)
+    if len(rows) == 0:
+        return None
+    nearest = np.argmin((columns - pixel[0]) ** 2 + (rows - pixel[1]) ** 2)
+    return int(columns[nearest]), int(rows[nearest])
+
+
+def _check_pixel(pixel, size):
+    width, height = size
+    if not (0 <= pixel[0] < width and 0 <= pixel[1] < height):
+        raise UserProblem(f"there is no pixel {pixel[0]} {pixel[1]} in a picture of {width} x "
+                          f"{height}; give a column from 0 to {width - 1} and a row, from the top, "
+                          f"from 0 to {height - 1}")
+
+
+def _point_in(depths, camera, pixel):
+    column, row = pixel
+    if not depths[row, column] > 0:
+        seen = _nearest_that_sees(depths, pixel)
+        if seen is None:
+            raise UserProblem("the camera sees nothing of the cloud, so no pixel can be in focus; "
+                              "check its position and focal point")
+        raise UserProblem(f"nothing is seen at the pixel {column} {row}, so it cannot be in focus; "
+                          f"the nearest one that sees a surface is {seen[0]} {seen[1]}")
+    return _point(camera, depths.shape[::-1], pixel, float(depths[row, column]))
+
+
+def point_at_pixel(renderer, pixel, update=_update):
+    """-> the point (x, y, z) of the surface that a pixel sees, or UserProblem if it sees none.
+
+    renderer: a vtkSurfelImageRenderer with camera and size. Its lens does not matter.
+    pixel: column and row, counted from the upper left corner, as programs for pictures count.
+    update: updates the renderer, for example with progress.
+    """
+    _check_pixel(pixel, renderer.GetSize())
+    return _point_in(sharp_depths(renderer, update), renderer.GetCamera(), pixel)
+
+
+def distance_in_focus(view):
+    """Along the view direction, world units. view: a complete one."""
+    arm = subtract(view.focal_point, view.position)
+    length = dot(arm, arm) ** 0.5
+    if view.focus_point:
+        return dot(subtract(view.focus_point, view.position), arm) / length
+    return view.focal_distance or length
+
+
+def ends_of(depths):
+    """-> distance of the near and the far end of what a picture shows, or None if it is empty."""
+    seen = depths[depths > 0]
+    return tuple(map(float, np.percentile(seen, ENDS))) if len(seen) else None
+
+
+def blur_at(view, depth):
+    """Radius of the circle of confusion of the lens, px: C = f R |1/z_f - 1/z| as in
+    Core/Lens/Lens.h; f in px, and f R / z_f is what circle_of_confusion is."""
+    focus = distance_in_focus(view)
+    if view.circle_of_confusion:
+        infinite = view.circle_of_confusion
+    else:
+        focal_length = view.size[1] / 2 / np.tan(np.radians(view.view_angle) / 2)
+        infinite = focal_length * view.focal_disk / 2 / focus
+    return float(infinite * abs(1 - focus / depth))
+
+
+def _with_blur(view, depths):
+    """The view with a lens that gives the end of the picture farther from the focus this blur."""
+    ends = ends_of(depths)
+    if ends is None or not view.wishes.blur:
+        return replace(view, circle_of_confusion=0.0)  # render warns of an empty picture
+    focus = distance_in_focus(view)
+    near, far = ends
+    end = far if far - focus >= focus - near else near
+    share = abs(1 - focus / end)
+    if view.wishes.blur > LARGEST_BLUR * share:
+        raise UserProblem(f"everything that is seen is in focus, from {near:.7g} to {far:.7g} along "
+                          f"the view direction, so that no lens blurs it by {view.wishes.blur:g} "
+                          "px; move the focus or the camera")
+    return replace(view, circle_of_confusion=view.wishes.blur / share)
+
+
+def settle_focus(view, renderer, update=_update, depths=None):
+    """-> the view with its last wishes granted: the pixel in focus, and the blur.
+
+    view: a complete one. renderer: a vtkSurfelImageRenderer with the scene; gets the view's camera,
+    lens and size. depths: sharp_depths of this picture if they are known.
+    """
+    renderer.SetCamera(make_camera(view))
+    renderer.SetSize(*view.size)
+    pixel, blur = view.wishes.focus_pixel, view.wishes.blur
+    if pixel:
+        _check_pixel(pixel, view.size)
+    if depths is None and (pixel or blur is not None):
+        depths = sharp_depths(renderer, update)
+    if pixel:
+        point = _point_in(depths, renderer.GetCamera(), pixel)
+        view = replace(view, focus_point=point, focal_distance=0.0)
+    if blur is not None:
+        view = _with_blur(view, depths)
+    view = replace(view, wishes=Wishes())
+    set_lens(renderer.GetSplatter(), view)
+    return view

@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A view that fits a cloud: bounds without stray points, the up direction, the position."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..backend import vtk
+from .cameras import Wishes, are_parallel, check_view, focal_length_of_angle
+from ..problems import UserProblem
+from .turning import front_of, rotated, seen_from, turned, unit
+
+vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
+
+LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
+SAMPLES = 200_000
+MARGIN = 0.92  # the fraction of the picture that the cloud fills
+AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
+MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
+FLAT = 0.35  # thickness over width below which a cloud is a terrain
+SENSOR_ARRAYS = ("ScanSensorDirection", "ScanSensorUp")  # see DataContract.md
+LOWEST = 0.05  # the part of the height in which the ground is looked for
+GROUND = 0.03  # part of the area above which level area there is a ground
+LEVEL = 0.95  # cosine of the slope up to which area is level
+OPEN = 0.05  # net area over area above which a surface has an open side
+
+
+class Samples:
+    """Up to SAMPLES surfels without stray ones: centres in the world and area vectors."""
+
+    def __init__(self, surfels):
+        data = surfels.GetPointData()
+        count = surfels.GetNumberOfPoints()
+        some = slice(0, count, max(1, count // SAMPLES))
+        points = _doubles(surfels.GetPoints().GetData())[some]
+        areas = _doubles(data.GetArray("SurfelAreaVector"))[some]
+        origin = surfels.GetFieldData().GetArray("SurfelOrigin")
+        self.has_origin = False  # that is far from the cloud, as in coordinates of a country
+        if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
+            points += _doubles(origin).ravel()
+            self.has_origin = bool(_doubles(origin).any())
+        two_sided = data.GetArray("SurfelTwoSided")
+        self.two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
+                          else np.zeros(len(points), bool))
+        keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
+        keep &= _near_the_bulk(points, keep)
+        self.points, self.areas = points[keep], areas[keep]
+        self.radius = _typical_radius(data.GetArray("SurfelCovariance"), some, keep)
+        self.two_sided = self.two_sided[keep]
+        self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
+        largest = max(np.abs(self.low).max(), np.abs(self.high).max())
+        if largest > LARGEST_CLOUD:
+            raise UserProblem(f"the cloud reaches to coordinates of {largest:g}, and a view of it "
+                              f"can be found up to {LARGEST_CLOUD:g} only; scale it down")
+
+    @property
+    def center(self):
+        return (self.low + self.high) / 2
+
+    @property
+    def extent(self):
+        return self.high - self.low
+
+    @property
+    def spacing(self):
+        """Of the points on the surface: each has its area."""
+        return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
+
+
+def _doubles(array):
+    """Values of a damaged file may be signalling NaNs, which casts warn of."""
+    with np.errstate(invalid="ignore"):
+        return vtk_to_numpy(array).astype(np.float64)
+
+
+def _near_the_bulk(points, finite):
+    """Which points lie within half a width of the box that holds the middle 96 % on every axis."""
+    if not finite.any():
+        raise UserProblem("none of the surfels has finite values; nothing can be drawn")
+    low, high = np.percentile(points[finite], (2, 98), axis=0)
+    # The largest width for all axes, so that the noise of a flat thing is not cut off.
+    slack = 0.5 * max((high - low).max(), 1e-30)
+    with np.errstate(invalid="ignore"):
+        return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+
+
+def _typical_radius(covariances, some, keep):
+    """Two standard deviations of a kernel; gives a cloud of one point an extent."""
+    if not covariances:
+        return 0.0
+    trace = _doubles(covariances)[some, :3][keep].sum(axis=1)
+    trace = trace[np.isfinite(trace) & (trace > 0)]
+    return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
+
+
+def _up_of_ground(samples):
+    """Whichever of y and z has more level area at its lower end, which faces up. Of two walls on
+    opposite sides without known outsides, one looks like a ground; so the upper end counts against
+    it, but less: rooms have ceilings."""
+    area = np.linalg.norm(samples.areas, axis=1)
+    best, most = None, GROUND * area.sum()
+    for axis in (1, 2):
+        along = samples.areas[:, axis]
+        level = np.where(samples.two_sided, np.abs(along), along) > LEVEL * area
+        height = samples.points[:, axis]
+        low = height < samples.low[axis] + LOWEST * samples.extent[axis]
+        high = height > samples.high[axis] - LOWEST * samples.extent[axis]
+        ground = area[level & low].sum() - 0.5 * area[level & high].sum()
+        if ground > most:
+            best, most = np.eye(3)[axis], ground
+    return best
+
+
+def _up_of_openings(samples):
+    """Objects are rarely scanned from below, so the sum of the area vectors points up."""
+    one_sided = samples.areas[~samples.two_sided]
+    total = np.linalg.norm(one_sided, axis=1).sum()
+    net = one_sided.sum(axis=0)
+    axis = int(np.argmax(np.abs(net)))
+    if total == 0 or net[axis] < OPEN * total or axis == 0:
+        return None
+    return np.eye(3)[axis]
+
+
+def is_open(samples):
+    """Whether the surface has an open side, through which its back would be seen."""
+    one_sided = samples.areas[~samples.two_sided]
+    total = np.linalg.norm(one_sided, axis=1).sum()
+    return bool(total > 0 and np.linalg.norm(one_sided.sum(axis=0)) > OPEN * total)
+
+
+def share_facing_away(surfels, view):
+    """Share of an open surface that turns its back to the camera, [0, 1]; 0 of a closed one, whose
+    back is hidden."""
+    samples = Samples(surfels)
+    if not is_open(samples):
+        return 0.0
+    rays = samples.points - np.asarray(view.position)
+    rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
+    facing = np.einsum("ij,ij->i", samples.areas, rays)
+    away = np.where(samples.two_sided, 0.0, np.maximum(facing, 0.0)).sum()
+    return float(away / max(np.abs(facing).sum(), 1e-300))
+
+
+def up_axis(samples):
+    """z in coordinates of a country; a terrain's normal; up from a ground; away from an open bottom;
+    otherwise y, as is usual for models."""
+    if samples.has_origin:
+        return np.array([0.0, 0.0, 1.0])
+    thin = int(np.argmin(samples.extent))
+    if thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min():
+        return np.eye(3)[thin]
+    for guess in (_up_of_ground, _up_of_openings):
+        up = guess(samples)
+        if up is not None:
+            return up
+    return np.array([0.0, 1.0, 0.0])
+
+
+def _directions(up):
+    """Directions to the camera: the usual side first, then in steps of 45 degrees around."""
+    for turn in range(8):
+        level = rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4)
+        yield math.cos(ELEVATION) * level + math.sin(ELEVATION) * up
+
+
+def _three_quarter_direction(samples, up):
+    """From the object to the lens: the usual side, unless another one shows much more."""
+    def facing(direction):
+        projected = samples.areas @ direction
+        return np.where(samples.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
+
+    directions = list(_directions(up))
+    shown = [facing(direction) for direction in directions]
+    best = int(np.argmax(shown))
+    return directions[best] if shown[best] > 1.5 * shown[0] else directions[0]
+
+
+def fit(samples, direction, up, view):
+    """-> position, focal point: as near as possible with all samples inside the picture."""
+    right = np.cross(up, direction)
+    right /= np.linalg.norm(right)
+    above = np.cross(direction, right)
+    tan_y = MARGIN * math.tan(math.radians(view.view_angle) / 2)
+    tan_x = tan_y * view.size[0] / view.size[1]
+    local = samples.points - samples.center
+    x, y, z = local @ right, local @ above, local @ direction
+    shift = np.zeros(2)
+    distance = 0.0
+    for _ in range(3):
+        reach = np.maximum((np.abs(x - shift[0]) + samples.radius) / tan_x,
+                           (np.abs(y - shift[1]) + samples.radius) / tan_y) + z
+        nearest = 1e-3 * max(np.ptp(z), np.ptp(x), 1e-9 * np.abs(samples.center).max(), 1e-12)
+        distance = max(reach.max(), z.max() + nearest)
+        # The middle of the visible part moves with the distance.
+        depth = distance - z
+        for i, along in enumerate((x, y)):
+            slope = (along - shift[i]) / depth
+            shift[i] += 0.5 * (slope.min() + slope.max()) * distance
+    focal_point = samples.center + shift[0] * right + shift[1] * above
+    return focal_point + distance * direction, focal_point
+
+
+def _directions_of_rows(cloud):
+    """-> for a depth image: the direction to the sensor, and up in the image."""
+    points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
+    rays = points - np.asarray(cloud.viewpoint)
+    rows = np.arange(len(rays)) // cloud.columns
+    keep = np.isfinite(rays).all(axis=1) & (np.linalg.norm(rays, axis=1) > 0)
+    rays, rows = rays[keep], rows[keep]
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    forward = unit(rays.mean(axis=0))
+    down = (rows - rows.mean()) @ rays
+    return -forward, unit(-(down - (down @ forward) * forward))
+
+
+def _unit_vector(array):
+    """-> [3], or None if the array is missing or damaged"""
+    if not array or array.GetNumberOfValues() != 3 or array.GetDataTypeAsString() != "double":
+        return None
+    values = _doubles(array).ravel()
+    return values if abs(np.linalg.norm(values) - 1) < 1e-6 else None
+
+
+def sensor_directions(cloud, surfels):
+    """-> the direction to the sensor of a depth image, and up in the image; or None.
+
+    The surfels of a depth image are not in rows; keep_sensor has written these for them.
+    """
+    if cloud.viewpoint and cloud.columns:
+        return _directions_of_rows(cloud)
+    directions = [_unit_vector(surfels.GetFieldData().GetArray(name)) for name in SENSOR_ARRAYS]
+    if any(direction is None for direction in directions) or are_parallel(*directions, 0.1):
+        return None
+    return tuple(directions)
+
+
+def keep_sensor(cloud, surfels):
+    """Writes into the surfels of a depth image from where its sensor has seen it."""
+    if cloud.viewpoint and cloud.columns:
+        for name, direction in zip(SENSOR_ARRAYS, _directions_of_rows(cloud)):
+            array = vtk("util.numpy_support").numpy_to_vtk(direction.reshape(1, 3), deep=True)
+            array.SetName(name)
+            surfels.GetFieldData().AddArray(array)
+
+
+def _other_than(up, direction):
+    """Up, or another axis if up is nearly the view direction."""
+    if not are_parallel(up, direction, sine=0.1):
+        return up
+    return np.eye(3)[int(np.argmin(np.abs(direction)))]
+
+
+def surface_in_the_middle(samples, position, focal_point, view):
+    """Distance along the view direction to the front of the surface in the middle of the picture,
+    on which a photographer would focus."""
+    forward = unit(focal_point - position)
+    local = samples.points - position
+    depth = local @ forward
+    off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
+    window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
+    facing = samples.two_sided | (samples.areas @ forward < 0)
+    in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
+    return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
+
+
+def _aim(view, sensor, samples):
+    """-> the direction to the camera, what is up in the picture, and the axis of azimuth; without
+    turns."""
+    up = unit(np.asarray(view.view_up)) if view.view_up else None
+    if sensor and not (view.view_up and are_parallel(up, sensor[0], 0.1)):
+        direction, own_up = sensor
+        up = own_up if up is None else up
+        front = unit(direction - (direction @ up) * up)
+    else:
+        up = up_axis(samples) if up is None else up
+        front = front_of(up)
+        direction = None if view.wishes.side else _three_quarter_direction(samples, up)
+    picture_up = up
+    if view.wishes.side:
+        direction, picture_up = seen_from(view.wishes.side, front, up)
+    return direction, picture_up, up
+
+
+def _placed(view, aim, samples):
+    """-> position, focal point, up in the picture"""
+    direction, picture_up, axis = aim
+    if not view.position:
+        direction, up = turned(direction, picture_up, axis, view.wishes)
+        position, focal_point = fit(samples, direction, up, view)
+        if view.focal_point:
+            position = position - focal_point + np.asarray(view.focal_point)
+            focal_point = np.asarray(view.focal_point)
+        return position, focal_point, up
+    focal_point = np.asarray(view.focal_point or samples.center)
+    arm = np.asarray(view.position) - focal_point
+    distance = np.linalg.norm(arm)
+    if not view.view_up:
+        axis = _other_than(axis, arm)
+    direction, up = turned(unit(arm), axis, axis, view.wishes)
+    if not (view.wishes.azimuth or view.wishes.elevation):
+        return np.asarray(view.position), focal_point, up  # exactly
+    return focal_point + distance * direction, focal_point, up
+
+
+def _zoomed(view):
+    """The view with its zoom and f-number: an aperture of focal length / f-number."""
+    angle = view.view_angle
+    if view.wishes.zoom != 1:
+        tangent = math.tan(math.radians(angle) / 2) / view.wishes.zoom
+        angle = math.degrees(2 * math.atan(tangent))
+    disk = view.focal_disk
+    if view.wishes.f_number:
+        disk = focal_length_of_angle(angle, view.size) / 1000 / view.wishes.f_number  # mm to m
+    return replace(view, view_angle=angle, focal_disk=disk,
+                   wishes=Wishes(blur=view.wishes.blur, focus_pixel=view.wishes.focus_pixel))
+
+
+def axis_of(view, cloud, surfels):
+    """What is up in the world, about which the camera goes around."""
+    if view.view_up:
+        return unit(np.asarray(view.view_up))
+    return _aim(view, sensor_directions(cloud, surfels), Samples(surfels))[2]
+
+
+def complete_view(view, cloud, surfels):
+    """The view; everything that was not given is derived from the cloud."""
+    wishes = view.wishes
+    is_placed = view.position and view.focal_point and view.view_up
+    if is_placed and wishes == Wishes():
+        return view
+    focused = (view.focal_distance or view.focus_point or wishes.focus_pixel or view.focal_point)
+    samples = None if is_placed else Samples(surfels)
+    aim = (None, None, np.asarray(view.view_up)) if is_placed else _aim(
+        view, sensor_directions(cloud, surfels), samples)
+    position, focal_point, up = _placed(view, aim, samples)
+    if not focused:
+        distance = surface_in_the_middle(samples, position, focal_point, view)
+        view = replace(view, focal_distance=distance)
+    completed = _zoomed(replace(view, position=tuple(map(float, position)),
+                                   focal_point=tuple(map(float, focal_point)),
+                                   view_up=tuple(map(float, up))))
+    check_view(completed)
+    return completed
+
+
+def extent_of(surfels):
+    """Bounds and spacing as text."""
+    samples = Samples(surfels)
+    bounds = ", ".join(f"{axis} {low:.7g} to {high:.7g}"
+                       for axis, low, high in zip("xyz", samples.low, samples.high))
+    return f"{bounds}; spacing {samples.spacing:.3g}"
