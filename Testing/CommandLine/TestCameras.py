@@ -62,6 +62,17 @@ class TestCameras(ToolCase):
     def asked(self, *options):
         return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))
 
+    def test_spellings(self):
+        """Sizes as one word, choices in capitals; files may have such names."""
+        for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"]):
+            arguments = parse_arguments(["render", "640x480", *size, "--view", "Top", "--up", "-Z",
+                                         "-o", "5x5.png"])
+            self.assertEqual(arguments.size, [320, 200])
+            self.assertEqual((arguments.view, arguments.up), ("top", "-z"))
+            self.assertEqual((arguments.cloud, arguments.output), ("640x480", "5x5.png"))
+        with self.assertRaisesRegex(UserProblem, "--size"):
+            parse_arguments(["render", "scan.ply", "--size", "320xx200", "-o", "a.png"])
+
     def test_file_of_views(self):
         self.write({"points": 3, "views": [VIEW, dict(VIEW, name="two", viewAngle=40)]})
         expected = View((1, 2, 3), (0, 0, 0), (0, 0, 1), 25.0, (320, 200), 0.5, 4.0)

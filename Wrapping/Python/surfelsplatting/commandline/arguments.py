@@ -20,8 +20,25 @@ class Parser(argparse.ArgumentParser):
         # Since Python 3.13 argparse takes options ("O") for numbers that are missing.
         return super()._get_nargs_pattern(action).replace("[AO]{", "A{")
 
+    def _get_value(self, action, text):
+        value = super()._get_value(action, text)
+        return value.lower() if action.option_strings and action.choices else value
+
     def error(self, message):
         raise UserProblem(f"{message} ({self.prog} --help lists the options)")
+
+
+def split_sizes(words):
+    """Words with sizes such as 1920x1080 as two words; a file may have such a name."""
+    for i, word in enumerate(words):
+        option, equals, size = word.partition("=")
+        if not equals and i and words[i - 1] == "--size":
+            size = word
+        sides = re.fullmatch(r"(\d+)[x×](\d+)", size, re.IGNORECASE)
+        if sides and (option == "--size" or not equals):
+            yield from [option, *sides.groups()] if equals else sides.groups()
+        else:
+            yield word
 
 
 def number(text):
