@@ -60,6 +60,18 @@ class TestBadInput(ToolCase):
         self.refuse_cloud(write("broken.vtp", "<VTKFile><oops"), "not a readable .vtp")
         self.refuse_cloud(write("image.vtp", "<VTKFile type='ImageData'/>"), "not a readable .vtp")
 
+    def test_surfels_of_other_shapes(self):
+        def surfels(covariances):
+            return f"""<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="2"><Points>
+<DataArray type="Float32" NumberOfComponents="3">0 0 0 1 1 1</DataArray></Points><PointData>
+<DataArray type="Float32" Name="SurfelCovariance" {covariances}</DataArray>
+<DataArray type="Float32" Name="SurfelAreaVector" NumberOfComponents="3">0 0 1 0 0 1</DataArray>
+</PointData></Piece></PolyData></VTKFile>"""
+
+        for covariances in ('NumberOfComponents="1">1 1', 'NumberOfComponents="3">1 1 0 1 1 0'):
+            self.refuse_cloud(write("surfels.vtp", surfels(covariances)),
+                              "SurfelCovariance does not have 6 numbers")
+
     def test_las_says_how_to_convert(self):
         expected = "not a readable" if importlib.util.find_spec("laspy") else "pdal translate"
         self.refuse_cloud(write("scan.las", b"LASF" + b"\0" * 400), expected)

@@ -122,6 +122,21 @@ def _name_arrays(data):
                           name.decode(errors="backslashreplace"))
 
 
+# Documentation/DataContract.md
+_COMPONENTS = {"SurfelCovariance": 6, "SurfelAreaVector": 3, "SurfelTwoSided": 1}
+
+
+def _check_surfels(data, path):
+    points = data.GetPointData()
+    for name, components in _COMPONENTS.items():
+        array = points.GetArray(name)  # None for one of texts
+        if points.HasArray(name) and (array is None
+                                      or array.GetNumberOfComponents() != components
+                                      or array.GetNumberOfTuples() != data.GetNumberOfPoints()):
+            raise UserProblem(f"{path}: its array {name} does not have {components} numbers for "
+                              "each point; estimate the surfels again")
+
+
 def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
     extension = os.path.splitext(path)[1].lower()
@@ -137,4 +152,6 @@ def read_cloud(path, messages, progress):
         raise UserProblem(f"{path} holds no points")
     _name_arrays(cloud.data.GetPointData())
     _name_arrays(cloud.data.GetFieldData())
+    if cloud.is_surfels:
+        _check_surfels(cloud.data, path)
     return cloud
