@@ -28,8 +28,13 @@ constexpr int SheetCapacity = 4 * CellNeighbors;
 constexpr double CellReach = 2.0;
 
 /// Where a neighbour is sparser, cells reach as many of its spacings, at most these times their
-/// own: 16 to 1 in density. Beyond that a point is rather a stray one.
-constexpr double MaximumSparsity = 4.0;
+/// own: 100 to 1 in density. Beyond that a point is rather a stray one.
+constexpr double MaximumSparsity = 10.0;
+
+/// Distances, in spacings, at which sparser neighbours are looked for on a side that has none, and
+/// how many times sparser they are at least: others are those of the other side of a hole.
+constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
+constexpr double LeastSparsity = 1.5;
 constexpr int ReachCorners = 12;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
@@ -253,17 +258,75 @@ private:
     double sparsest = this->Fits[i].Spacing;
     for (int k = 0; k < this->Found.Count(); ++k)
     {
-      // Cells that end farther away do not meet.
       const int j = this->Found.Ids[k];
-      const double spacing = std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
-      const double reach = 2.0 * CellReach * spacing;
-      if (k < CellNeighbors || this->Found.SquaredDistances[k] <= reach * reach)
+      if (k < CellNeighbors || this->MayMeet(i, j, this->Found.SquaredDistances[k]))
       {
-        sparsest = this->AddToSheet(i, j) ? std::max(sparsest, spacing) : sparsest;
+        sparsest =
+          this->AddToSheet(i, j) ? std::max<double>(sparsest, this->Fits[j].Spacing) : sparsest;
       }
     }
-    const double sparsity = std::min(sparsest / this->Fits[i].Spacing, MaximumSparsity);
-    this->CutAndMeasure(i, CellReach * sparsity, cell);
+    if (this->CutAndMeasure(i, this->ReachTo(i, sparsest), cell) && this->HaveGap())
+    {
+      this->LookAcrossGap(i, cell);
+    }
+  }
+
+  /// Whether the cells of two points may have a common border: those that end before it do not.
+  bool MayMeet(int i, int j, float squaredDistance) const
+  {
+    const double reach = 2.0 * CellReach * std::max(this->Fits[i].Spacing, this->Fits[j].Spacing);
+    return squaredDistance <= reach * reach;
+  }
+
+  double ReachTo(int i, double sparsest) const
+  {
+    return CellReach * std::min(sparsest / this->Fits[i].Spacing, MaximumSparsity);
+  }
+
+  /// Whether point j is one of the sparse points beyond a gap, within 60 degrees of its middle.
+  bool IsSparse(int i, int j, const Vector3& outward) const
+  {
+    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+    const double along = Dot(d, outward), squared = Dot(d, d);
+    return along > 0.0 && along * along > 0.25 * squared &&
+      this->Fits[j].Spacing > LeastSparsity * this->Fits[i].Spacing &&
+      this->MayMeet(i, j, static_cast<float>(squared));
+  }
+
+  /// Beside a step of density, a hundred dense points can be nearer than the first sparse one. So
+  /// these are looked for around places on the side that has no neighbours. Beside a border there
+  /// are none: the cell stays.
+  void LookAcrossGap(int i, VoronoiCell& cell)
+  {
+    double x, y;
+    if (!this->FindOutward(x, y))
+    {
+      return;
+    }
+    const Vector3 point = Load(this->Cloud.Position(i));
+    const Vector3 outward = x * this->U + y * this->V;
+    this->Sheet.Count = std::min(this->Sheet.Count, CellNeighbors);
+    double sparsest = this->Fits[i].Spacing;
+    for (const double distance : Lookouts)
+    {
+      const Vector3 place = point + (distance * this->Fits[i].Spacing) * outward;
+      this->Tree.nearestKSearch(pcl::PointXYZ(static_cast<float>(place[0]),
+                                  static_cast<float>(place[1]), static_cast<float>(place[2])),
+        CellNeighbors, this->Seen, this->SeenDistances);
+      bool added = false;
+      for (const int j : this->Seen)
+      {
+        if (this->IsSparse(i, j, outward) && this->AddToSheet(i, j))
+        {
+          sparsest = std::max<double>(sparsest, this->Fits[j].Spacing);
+          added = true;
+        }
+      }
+      if (added && !this->CutAndMeasure(i, this->ReachTo(i, sparsest), cell))
+      {
+        return;
+      }
+    }
   }
 
   /// @return whether the cell is open: the neighbours do not bound it on all sides
@@ -336,6 +399,10 @@ private:
       return false;
     }
     FlatSheet& sheet = this->Sheet;
+    if (sheet.Count == SheetCapacity)
+    {
+      return false;
+    }
     const double inverse = 1.0 / this->Fits[i].Spacing;
     const double x = Dot(d, this->U), y = Dot(d, this->V);
     const double flat = x * x + y * y;
@@ -363,22 +430,30 @@ private:
     return this->Around.HaveGap();
   }
 
+  /// The direction, a unit vector, in which there are the fewest neighbours; false if all are
+  /// alike.
+  bool FindOutward(double& x, double& y) const
+  {
+    x = y = 0.0;
+    for (int k = 0; k < this->Sheet.Count; ++k)
+    {
+      x -= this->Sheet.X[k];
+      y -= this->Sheet.Y[k];
+    }
+    const double length = std::sqrt(x * x + y * y);
+    x /= length;
+    y /= length;
+    return length > 0.0;
+  }
+
   /// Cuts the cell where the surface ends on the side without neighbours.
   void CutAtBorder(double reach)
   {
-    const FlatSheet& sheet = this->Sheet;
-    double x = 0.0, y = 0.0;
-    for (int k = 0; k < sheet.Count; ++k)
-    {
-      x += sheet.X[k];
-      y += sheet.Y[k];
-    }
-    const double length = std::sqrt(x * x + y * y);
-    if (!(length > 0.0))
+    double outward[2];
+    if (!this->FindOutward(outward[0], outward[1]))
     {
       return;
     }
-    const double outward[2] = { -x / length, -y / length };
     double inside = 0.0, outside = reach;
     for (int step = 0; step < BorderSteps; ++step)
     {
@@ -411,6 +486,8 @@ private:
   const std::vector<unsigned char>& TwoSided;
   const std::vector<PlaneFit>& Fits;
   Neighbors Found;
+  pcl::Indices Seen;
+  std::vector<float> SeenDistances;
   Vector3 U, V;
   FlatSheet Sheet;
   Directions Around;

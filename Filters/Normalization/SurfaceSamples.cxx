@@ -4,6 +4,7 @@
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/Hash.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Median.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
 
@@ -19,6 +20,11 @@ namespace
 /// spacings, cover half of the plane: at the edge of the outermost cells.
 constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.5;
+
+/// A surfel with no others on one side is beside a step of density, not on a border, if its area is
+/// this many times the median of its neighbours': at a border, cells end. The first sparse surfels
+/// beyond are not among its nearest ones.
+constexpr float StepOfAreas = 8.0f;
 
 /// Cosine and sine of the golden angle, 2.39996322972865332.
 constexpr double GoldenCosine = -0.737368878078319730, GoldenSine = 0.675490294261523930;
@@ -210,9 +216,9 @@ public:
       FindNearer(this->Near, static_cast<float>(reach), this->At);
       for (int lane = 0; lane < last - first; ++lane)
       {
-        if (!this->At.Nearer[lane])
+        const Vector3 at{ this->At.X[lane], this->At.Y[lane], this->At.Z[lane] };
+        if (!this->At.Nearer[lane] && Dot(at, at) < this->Known)
         {
-          const Vector3 at{ this->At.X[lane], this->At.Y[lane], this->At.Z[lane] };
           this->Add(at, weight, border, block);
         }
       }
@@ -265,7 +271,27 @@ private:
       }
     }
     this->Near.Pad();
-    return this->Around.HaveGap();
+    this->Known = Far;
+    const bool gap = this->Around.HaveGap();
+    if (gap && kernel.Area > StepOfAreas * this->MedianArea())
+    {
+      // Within half of their reach, the nearest surfels tell whose a place is.
+      this->Known =
+        0.25f * *std::max_element(this->Near.Squared, this->Near.Squared + this->Near.Count);
+      return false;
+    }
+    return gap;
+  }
+
+  /// Of the owner's sheet.
+  float MedianArea()
+  {
+    this->Areas.clear();
+    for (int k = 0; k < this->Near.Count; ++k)
+    {
+      this->Areas.push_back(this->Kernels[this->Near.Ids[k]].Area);
+    }
+    return Median(this->Areas);
   }
 
   /// Share of the plane around a position that the areas of the sheet cover.
@@ -316,6 +342,8 @@ private:
   SamplePositions At{};
   alignas(64) float Exponents[Sheet::Capacity];
   Directions Around;
+  float Known = Far; // squared distance up to which all surfels are in the sheet; see Spacing
+  std::vector<float> Areas; // scratch
 };
 }
 

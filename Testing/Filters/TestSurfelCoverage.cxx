@@ -75,7 +75,7 @@ TEST_CASE("Random sphere")
 TEST_CASE("Step of density")
 {
   const int dense = 20000;
-  for (const int ratio : { 1, 3, 10 })
+  for (const int ratio : { 1, 3, 10, 30 })
   {
     const int sparse = dense / ratio;
     const double spacing = 1.0 / std::sqrt(sparse), margin = 3.0 * spacing;
@@ -90,8 +90,9 @@ TEST_CASE("Step of density")
       }
       const Sampled plane = MakeStep(dense, sparse, Random(seed));
       const std::vector<double> sums = SortedSums(plane, probes, 4.0 * spacing);
-      CHECK(sums[sums.size() / 100] >= 0.5);
-      CHECK(sums.front() >= (ratio == 1 ? 0.5 : 0.15)); // thin spots, smaller than a dense spacing
+      CHECK(sums[sums.size() / 100] >= (ratio < 30 ? 0.5 : 0.4));
+      // Thin spots, smaller than a dense spacing.
+      CHECK(sums.front() >= (ratio == 1 ? 0.5 : ratio < 30 ? 0.3 : 0.2));
     }
   }
 }
