@@ -4,16 +4,15 @@
 #include "Core/Base/LinearLight.h"
 #include "Rendering/OpenGL/CameraChanges.h"
 #include "Rendering/OpenGL/Functions.h"
+#include "Rendering/OpenGL/PropsBeyond.h"
 #include "Rendering/Scene/PropStamp.h"
 #include "Rendering/Scene/SMPExecutor.h"
 
-#include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
-#include <vtkProperty.h>
 #include <vtkRenderPass.h>
 #include <vtkRenderer.h>
 
@@ -114,48 +113,6 @@ void ToDistances(
     return depth >= 1.0f ? std::numeric_limits<float>::infinity()
                          : static_cast<float>(range.DistanceOf(depth));
   });
-}
-
-/// Whether all that a prop draws is within a frame, at least a few px from its border, so that the
-/// background beside it is seen as well.
-/// @param toClip from the world to the frame
-bool IsInside(vtkProp* prop, vtkMatrix4x4* toClip, const PixelRectangle& frame)
-{
-  auto* actor = vtkActor::SafeDownCast(prop);
-  const double* bounds = IsKnownActor(actor) ? actor->GetBounds() : nullptr;
-  if (!bounds || !vtkMath::AreBoundsInitialized(bounds))
-  {
-    return false;
-  }
-  const double slack =
-    4.0 + std::max(actor->GetProperty()->GetLineWidth(), actor->GetProperty()->GetPointSize());
-  const double reach[2] = { 1.0 - 2.0 * slack / frame.Width, 1.0 - 2.0 * slack / frame.Height };
-  for (int corner = 0; corner < 8; ++corner)
-  {
-    const double p[4] = { bounds[corner & 1], bounds[2 + (corner >> 1 & 1)],
-      bounds[4 + (corner >> 2 & 1)], 1.0 };
-    double q[4];
-    toClip->MultiplyPoint(p, q);
-    if (!(q[3] > 0.0 && std::abs(q[0]) <= reach[0] * q[3] && std::abs(q[1]) <= reach[1] * q[3]))
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// The opaque props that may be seen in the margin of a frame.
-std::vector<vtkProp*> PropsBeyond(const PassFrame& frame)
-{
-  vtkMatrix4x4* toClip =
-    frame.Renderer->GetActiveCamera()->GetCompositeProjectionTransformMatrix(frame.Aspect, -1, 1);
-  std::vector<vtkProp*> props = VisibleProps(frame.Renderer);
-  props.erase(std::remove_if(props.begin(), props.end(),
-                [&](vtkProp* prop) {
-                  return !IsOtherProp(prop, true) || IsInside(prop, toClip, frame.Rectangle);
-                }),
-    props.end());
-  return props;
 }
 }
 
@@ -374,7 +331,10 @@ bool PropImage::FindBackdrop() const
     {
       for (std::size_t x = 1; x + 1 < this->Width && !found; ++x)
       {
-        found = isOther(y * this->Width + x) || found;
+        if (isOther(y * this->Width + x))
+        {
+          found = true;
+        }
       }
     }
   });
