@@ -38,10 +38,12 @@ int MarginOf(
   {
     widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
-  // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel.
+  // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel. Squares
+  // of pixels are the same whether or not there is a margin.
+  const double margin = std::fmin(1.25 * widest + 3.0, MaxMargin);
   return widest < minConfusion
     ? 0
-    : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, MaxMargin));
+    : LargestSquare * static_cast<int>(std::ceil(margin / LargestSquare));
 }
 
 /// Computes the blur of all pixels, and counts the blurred ones of each row.
@@ -125,7 +127,7 @@ void DepthImageSurfels::PlaceBlock(
 void DepthImageSurfels::FindBlurredPixels(
   const View& camera, const DepthImage& image, const Executor& executor)
 {
-  constexpr int side = BandHeight;
+  constexpr int side = LargestSquare;
   this->Bands.resize((this->Height + side - 1) / side);
   executor.For(this->Bands.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t band = begin; band < end; ++band)
@@ -223,8 +225,8 @@ void DepthImageSurfels::AddHidden(const DepthImage& image, const Executor& execu
     {
       this->Bands[band].clear();
       const std::size_t last =
-        std::min((band + 1) * BandHeight, static_cast<std::size_t>(this->Height));
-      for (std::size_t y = band * BandHeight; y < last; ++y)
+        std::min((band + 1) * LargestSquare, static_cast<std::size_t>(this->Height));
+      for (std::size_t y = band * LargestSquare; y < last; ++y)
       {
         addRow(y, this->Bands[band]);
       }

@@ -48,6 +48,7 @@ constexpr double PixelPrefilter = 0.1;
 /// that changes the picture by v / 2 times the second derivative of the blurred edge, which is
 /// about sqrt(2 b) / (pi b^2) of its contrast: one level of 255 of a full contrast. Against a
 /// surfel for each pixel, pictures of striped meshes had 50 dB or more.
+constexpr int LargestSquare = 4; // px
 constexpr float MinBlockConfusion[] = { 6.0f, 16.0f };
 
 /// The same where the image is smooth (SmoothCells.h): of a contrast of SmoothCells::MaxColorRange,
@@ -78,8 +79,8 @@ struct DepthImage
   bool Antialiased = false; ///< whether pixels at edges mix the colours of both sides
 };
 
-/// Width of the margin, px, from which things between two distances blur into the picture; at most
-/// MaxMargin. 0 if none of them is blurred by minConfusion px.
+/// Width of the margin, px, a multiple of LargestSquare, from which things between two distances
+/// blur into the picture; at most MaxMargin. 0 if none of them is blurred by minConfusion px.
 int MarginOf(const View& camera, const Lens& lens, double nearest, double farthest,
   double minConfusion = MinPixelConfusion);
 
@@ -151,11 +152,10 @@ private:
 
   Affine3 CameraToWorld;
   std::vector<Pixel> BlurredPixels, MixedPixels;
-  std::vector<float> Nearness;         // of the image with its margin, px (SilhouetteExtension.h)
-  std::vector<float> Confusions;       // px; -1 where there is nothing
-  std::vector<std::size_t> RowPixels;  // blurred ones before each row
-  static constexpr int BandHeight = 4; // px; the side of the largest squares
-  std::vector<std::vector<Placed>> Bands; // of rows
+  std::vector<float> Nearness;        // of the image with its margin, px (SilhouetteExtension.h)
+  std::vector<float> Confusions;      // px; -1 where there is nothing
+  std::vector<std::size_t> RowPixels; // blurred ones before each row
+  std::vector<std::vector<Placed>> Bands; // of LargestSquare rows
   std::vector<Placed> Places;             // of the surfels
   int Width = 0, Height = 0;              // of the image with its margin
   SilhouetteExtension Hidden;
