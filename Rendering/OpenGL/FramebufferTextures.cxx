@@ -10,6 +10,10 @@
 #include <cstddef>
 #include <cstring>
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 namespace SurfelSplatting
 {
 namespace
@@ -71,7 +75,22 @@ private:
 // Four components at a time; GCC does not find this in loops over bytes.
 using Four = float __attribute__((vector_size(16)));
 using FourIntegers = std::int32_t __attribute__((vector_size(16)));
-using FourBytes = unsigned char __attribute__((vector_size(4)));
+
+/// Four integers in [0, 255] as bytes.
+std::int32_t Pack(const FourIntegers& integers)
+{
+#if defined(__SSE2__)
+  const __m128i values = reinterpret_cast<const __m128i&>(integers);
+  const __m128i shorts = _mm_packs_epi32(values, values);
+  return _mm_cvtsi128_si32(_mm_packus_epi16(shorts, shorts));
+#else
+  using FourBytes = unsigned char __attribute__((vector_size(4)));
+  const auto bytes = __builtin_convertvector(integers, FourBytes);
+  std::int32_t packed;
+  std::memcpy(&packed, &bytes, sizeof(packed));
+  return packed;
+#endif
+}
 
 /// Mixes colours over one colour, 255 times, rounded; values outside of [0, 1] are clamped.
 void ToBytes(const float* color, std::size_t pixels, const float under[4], unsigned char* bytes)
@@ -88,15 +107,16 @@ void ToBytes(const float* color, std::size_t pixels, const float under[4], unsig
     value = value > zero ? value : zero;
     value = value < one ? value : one;
     const auto integers = __builtin_convertvector(value * 255.0f + 0.5f, FourIntegers);
-    const auto packed = __builtin_convertvector(integers, FourBytes);
+    const std::int32_t packed = Pack(integers);
     std::memcpy(bytes + 4 * p, &packed, sizeof(packed));
   }
 }
 
-/// A depth in [0, 1] as an integer.
+/// A depth in [0, 1] as an integer. Processors convert to signed ones.
 std::uint32_t ToInteger(float depth)
 {
-  return static_cast<std::uint32_t>(static_cast<std::int64_t>(depth * 4294967295.0 + 0.5));
+  const auto shifted = static_cast<std::int32_t>(depth * 4294967295.0 - 2147483648.0);
+  return static_cast<std::uint32_t>(shifted) ^ 0x80000000u;
 }
 
 /// Whether a framebuffer whose first colours are drawn to has samples or another buffer.

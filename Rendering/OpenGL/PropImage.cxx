@@ -44,6 +44,27 @@ bool IfMemorySuffices(const Function& function)
   }
 }
 
+/// Joins distances of splats, 0 where there is none, and window depths: the smaller ones. Without
+/// branches, so that several are computed at a time.
+void JoinDepths(
+  const float* distances, std::size_t count, const DepthRange& range, float* windowDepths)
+{
+  const double p22 = range.P22, p23 = range.P23;
+  for (std::size_t i = 0; i < count && !range.Parallel; ++i)
+  {
+    const bool has = distances[i] > 0.0f;
+    const double ndc = p23 / (has ? distances[i] : 1.0f) - p22;
+    const auto depth = static_cast<float>(std::min(std::max(0.5 * (ndc + 1.0), 0.0), 1.0));
+    windowDepths[i] = std::min(windowDepths[i], has ? depth : 1.0f);
+  }
+  for (std::size_t i = 0; i < count && range.Parallel; ++i)
+  {
+    const double depth = std::min(std::max(range.WindowDepthOf(distances[i]), 0.0), 1.0);
+    windowDepths[i] =
+      std::min(windowDepths[i], distances[i] != 0.0f ? static_cast<float>(depth) : 1.0f);
+  }
+}
+
 /// Mixes premultiplied RGBA over what is there.
 void Mix(const float* color, float* under)
 {
@@ -470,20 +491,15 @@ void PropImage::BeginFinish(const SplattedPicture& picture, bool isWhole)
 void PropImage::Finish(const SplattedPicture& picture, const DepthRange& range, float deepest,
   std::size_t begin, std::size_t end)
 {
-  const auto join = [&range](float propDepth, float distance) {
-    if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
-    {
-      return propDepth;
-    }
-    const double depth = range.WindowDepthOf(distance);
-    return std::min(propDepth, static_cast<float>(std::min(std::max(depth, 0.0), 1.0)));
-  };
-  const bool hasProps = !this->Distances.empty();
-  for (std::size_t p = begin; p < end; ++p)
+  float* windowDepth = this->WindowDepth.data();
+  if (this->Distances.empty())
   {
-    const float largest = picture.Color[4 * p + 3] > 0.0f ? deepest : 1.0f;
-    const float prop = hasProps ? this->WindowDepth[p] : 1.0f;
-    this->WindowDepth[p] = std::min(join(prop, picture.Depth[p]), largest);
+    std::fill(windowDepth + begin, windowDepth + end, 1.0f);
+  }
+  JoinDepths(picture.Depth + begin, end - begin, range, windowDepth + begin);
+  for (std::size_t p = begin; p < end && deepest < 1.0f; ++p)
+  {
+    windowDepth[p] = std::min(windowDepth[p], picture.Color[4 * p + 3] > 0.0f ? deepest : 1.0f);
   }
   if (this->IsWhole)
   {
