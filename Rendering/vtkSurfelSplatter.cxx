@@ -222,11 +222,9 @@ void vtkSurfelSplatter::WarnOfCamera(const SceneView& view)
   }
 }
 
-void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& view)
+/// Updates the pipelines of the surfels. Call after MakeContext.
+SurfelSplatting::FrameKey vtkSurfelSplatter::MakeKey(const SceneItems& items, const SceneView& view)
 {
-  const auto start = std::chrono::steady_clock::now();
-  this->MakeContext(view);
-  this->WarnOfCamera(view);
   for (const SurfelSplatting::SceneItem& item : items)
   {
     if (!item.Mapper->GetStatic() && item.Mapper->GetInputAlgorithm())
@@ -234,11 +232,27 @@ void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& 
       item.Mapper->GetInputAlgorithm()->Update();
     }
   }
-  SurfelSplatting::FrameKey key;
-  if (this->FrameReuse)
+  return this->FrameReuse
+    ? SurfelSplatting::FrameKey(items, view, this->Internal->Context, this->GetMTime())
+    : SurfelSplatting::FrameKey();
+}
+
+bool vtkSurfelSplatter::HasPicture(const SceneItems& items, const SceneView& view)
+{
+  if (!this->FrameReuse || !this->Internal->HasPicture || !view.PropStamp || this->GetRanks())
   {
-    key = SurfelSplatting::FrameKey(items, view, this->Internal->Context, this->GetMTime());
+    return false;
   }
+  this->MakeContext(view);
+  return this->MakeKey(items, view) == this->Internal->Key;
+}
+
+void vtkSurfelSplatter::RenderPicture(const SceneItems& items, const SceneView& view)
+{
+  const auto start = std::chrono::steady_clock::now();
+  this->MakeContext(view);
+  this->WarnOfCamera(view);
+  SurfelSplatting::FrameKey key = this->MakeKey(items, view);
   this->NumberOfPreparedSurfels = 0;
   SurfelSplatting::Ranks* ranks = this->GetRanks();
   const bool same = this->FrameReuse && this->Internal->HasPicture && key == this->Internal->Key;

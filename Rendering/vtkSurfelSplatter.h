@@ -31,6 +31,7 @@ class vtkProp;
 namespace SurfelSplatting
 {
 class DepthImageSurfels;
+class FrameKey;
 class Ranks;
 struct SceneItem;
 struct SceneView;
@@ -390,6 +391,9 @@ public:
    */
   bool Render(const SceneItems& items, const SceneView& view);
 
+  /// Whether GetOutput() is the picture of a view with a PropStamp, which Render would keep.
+  bool HasPicture(const SceneItems& items, const SceneView& view);
+
   /// The processes of the controller; null if there is only this one.
   SurfelSplatting::Ranks* GetRanks();
 
@@ -440,6 +444,7 @@ private:
   struct SceneClouds;
   void RenderPicture(const SceneItems& items, const SceneView& view);
   void MakeContext(const SceneView& view);
+  SurfelSplatting::FrameKey MakeKey(const SceneItems& items, const SceneView& view);
   void WarnOfCamera(const SceneView& view);
   const float* SplatBlurredPixels(
     const SceneView& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);

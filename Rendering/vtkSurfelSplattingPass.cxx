@@ -8,7 +8,9 @@
 #include "Rendering/OpenGL/LensAccumulation.h"
 #include "Rendering/OpenGL/PassFrame.h"
 #include "Rendering/OpenGL/PropImage.h"
+#include "Rendering/Scene/PropStamp.h"
 #include "Rendering/Scene/RateGovernor.h"
+#include "Rendering/Scene/SMPExecutor.h"
 #include "Rendering/Scene/SceneView.h"
 #include "Rendering/SplattedMappers.h"
 #include "vtkSurfelSplatter.h"
@@ -86,6 +88,23 @@ bool IsInteractive(vtkRenderer* renderer)
   return renderer->GetRenderWindow()->GetDesiredUpdateRate() > 1.0;
 }
 
+void RenderProps(std::vector<vtkProp*> props, vtkRenderer* renderer, vtkRenderPass* pass)
+{
+  vtkRenderState state(renderer);
+  state.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
+  pass->Render(&state);
+}
+
+/// What a frame has put into the framebuffer. The memory belongs to others.
+struct FinishedFrame
+{
+  SurfelSplatting::FramePixels Pixels;
+  bool IsWhole = false;  // all that is seen, and not to be mixed with anything
+  bool IsAll = false;    // nothing else has been drawn
+  bool IsCopied = false; // into the textures of the framebuffer
+  int NumberOfProps = 0;
+};
+
 /// Sets the number of cells; its destructor sets it back to 0.
 class ScopedCellCount
 {
@@ -117,6 +136,8 @@ struct vtkSurfelSplattingPass::Internals
   SurfelSplatting::RateGovernor Governor;
   SurfelSplatting::FrameBlit Blit;
   SurfelSplatting::FramebufferTextures Textures;
+  SurfelSplatting::PropStamp Stamp;
+  FinishedFrame Finished;
   int CellCount = 0; // while the steps are rendered once per cell
 };
 
@@ -291,8 +312,17 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   if (canBeDrawn)
   {
     view = this->MakeView(frame);
+    view.Coarsening = this->Coarsening = this->ChooseCoarsening(frame.Renderer);
+    this->TakeStamp(frame, delegate);
+    view.PropStamp = my.Stamp.IsKnown() ? &my.Stamp.Values() : nullptr;
+    if (this->PresentKept(frame, items, view))
+    {
+      RenderProps(my.Stamp.OtherProps(), frame.Renderer, delegate);
+      return;
+    }
     this->BeginProps(frame, view);
   }
+  my.Finished = FinishedFrame();
   delegate->Render(state);
   this->NumberOfRenderedProps += delegate->GetNumberOfRenderedProps();
   if (!canBeDrawn || (!hasSurfels && !my.Props.IsBlurred()))
@@ -302,7 +332,6 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   this->ReadProps(frame, delegate);
   view.OccluderDepth = my.Props.OccluderDepth();
   view.PropImage = my.Props.BlurredImage();
-  view.Coarsening = this->Coarsening = this->ChooseCoarsening(frame.Renderer);
   const vtkIdType reused = this->Splatter->GetNumberOfReusedFrames();
   if (!this->Splatter->Render(items, view))
   {
@@ -323,12 +352,49 @@ void vtkSurfelSplattingPass::RenderOpaqueStep(const vtkRenderState* state, vtkRe
   }
 }
 
+/// Notes what the other props are drawn from, where nothing but them can be in the framebuffer.
+void vtkSurfelSplattingPass::TakeStamp(
+  const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate)
+{
+  Internals& my = *this->Internal;
+  const vtkRenderState* state = frame.State;
+  if (!this->Splatter->GetFrameReuse() || this->Splatter->GetRanks() || my.CellCount > 0 ||
+    delegate != my.OpaqueProps || state->GetRequiredKeys() || state->GetFrameBuffer())
+  {
+    my.Stamp.Clear();
+    return;
+  }
+  my.Stamp.Take(frame.Renderer,
+    { state->GetPropArray(), state->GetPropArray() + state->GetPropArrayCount() }, frame.Aspect,
+    this->GetMTime());
+}
+
+/// Draws the last frame again if it is known to be this one, too.
+bool vtkSurfelSplattingPass::PresentKept(const SurfelSplatting::PassFrame& frame,
+  const vtkSurfelSplatter::SceneItems& items, const SurfelSplatting::SceneView& view)
+{
+  Internals& my = *this->Internal;
+  if (!my.Finished.IsAll || !this->Splatter->HasPicture(items, view) ||
+    !this->Splatter->Render(items, view))
+  {
+    return false;
+  }
+  if (!my.Finished.IsCopied || !my.Textures.CopyAgain(frame.Rectangle, my.Finished.Pixels))
+  {
+    this->Blend(frame);
+  }
+  this->NumberOfRenderedProps += my.Finished.NumberOfProps;
+  return true;
+}
+
 /// Decides, before the other props are drawn, whether they are blurred.
 void vtkSurfelSplattingPass::BeginProps(
   const SurfelSplatting::PassFrame& frame, const SurfelSplatting::SceneView& view)
 {
   Internals& my = *this->Internal;
   my.Props.SetLinearLight(this->Splatter->GetLinearLight() != 0);
+  my.Props.SetPlainBackground(
+    !this->DelegatePass && SurfelSplatting::HasPlainBackground(frame.Renderer));
   // In a cell of the lens, the camera has the lens of that cell.
   const bool hasLens = my.CellCount > 0
     ? view.Camera->GetFocalDisk() > 0.0 && !view.Camera->GetParallelProjection()
@@ -361,10 +427,12 @@ void vtkSurfelSplattingPass::ReadProps(
     vtkErrorMacro("The depth of the other props could not be read from this framebuffer: surfels "
                   "are drawn over them. Try vtkRenderWindow::SetMultiSamples(0).");
   }
+  this->Internal->Stamp.BeginCameraSwap(frame.Renderer);
   if (!props.Read(frame, this->Splatter->GetRanks(), delegate))
   {
     this->ReportSharpProps();
   }
+  this->Internal->Stamp.EndCameraSwap(frame.Renderer);
 }
 
 void vtkSurfelSplattingPass::ReportSharpProps()
@@ -406,8 +474,6 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
     static_cast<std::size_t>(frame.Rectangle.Width) * frame.Rectangle.Height,
     this->Splatter->GetBlurredPixels()
   };
-  const float* depth = my.Props.JoinDepth(
-    picture, frame.Range, this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f);
   bool isWhole = my.Props.IsGathered() || !picture.BlurredPixels.Blurred().empty();
   if (!isWhole && this->Splatter->GetLinearLight())
   {
@@ -419,18 +485,40 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
                     "colours instead of as light. Try vtkRenderWindow::SetMultiSamples(0).");
     }
   }
-  const float* color = isWhole ? my.Props.Compose(picture) : picture.Color;
-  float under[4] = { 0.0f, 0.0f, 0.0f, 0.0f };
+  my.Props.BeginFinish(picture, isWhole);
+  FinishedFrame& finished = my.Finished;
+  finished.IsWhole = isWhole;
+  finished.IsAll =
+    isWhole || (!my.Props.OccluderDepth() && SurfelSplatting::HasPlainBackground(frame.Renderer));
+  finished.NumberOfProps = this->NumberOfRenderedProps;
+  finished.Pixels.Color = isWhole ? my.Props.FinishedColor() : picture.Color;
+  finished.Pixels.Depth = my.Props.FinishedDepth();
   if (!isWhole)
   {
-    std::copy_n(frame.Renderer->GetBackground(), 3, under);
-    under[3] = static_cast<float>(frame.Renderer->GetBackgroundAlpha());
+    std::copy_n(frame.Renderer->GetBackground(), 3, finished.Pixels.Under);
+    finished.Pixels.Under[3] = static_cast<float>(frame.Renderer->GetBackgroundAlpha());
   }
-  const bool isAll =
-    isWhole || (!my.Props.OccluderDepth() && SurfelSplatting::HasPlainBackground(frame.Renderer));
-  const bool isCopied = isAll && my.Textures.Copy(frame.Rectangle, color, depth, under);
-  if (!isCopied && !my.Blit.Draw(frame.Window, frame.Rectangle, color, depth, isWhole))
+  const float deepest = this->Splatter->GetRanks() ? static_cast<float>(DeepestPixel) : 1.0f;
+  const auto finish = [&](std::size_t begin, std::size_t end) {
+    my.Props.Finish(picture, frame.Range, deepest, begin, end);
+  };
+  finished.IsCopied = finished.IsAll && my.Textures.Copy(frame.Rectangle, finished.Pixels, finish);
+  if (!finished.IsCopied)
   {
+    SurfelSplatting::SMPExecutor().For(picture.Pixels, 4096, finish);
+    this->Blend(frame);
+  }
+}
+
+/// Draws the finished frame over the framebuffer.
+void vtkSurfelSplattingPass::Blend(const SurfelSplatting::PassFrame& frame)
+{
+  Internals& my = *this->Internal;
+  FinishedFrame& finished = my.Finished;
+  if (!my.Blit.Draw(frame.Window, frame.Rectangle, finished.Pixels.Color, finished.Pixels.Depth,
+        finished.IsWhole))
+  {
+    finished.IsAll = false;
     vtkErrorMacro(
       "The surfels could not be drawn: OpenGL could not create float textures for their picture. "
       "Try a smaller window.");

@@ -38,6 +38,9 @@
  * holds the picture, with a depth below 1 wherever there is any colour. The others hold only
  * translucent props and volumes that were drawn before, as compositors expect.
  *
+ * While neither scene, camera nor settings change (Scene/PropStamp.h), the picture is drawn into
+ * the frame again and nothing else (vtkSurfelSplatter::FrameReuse).
+ *
  * GetSplatter()->GetOutput() is the float picture of all splats, before it is rounded to the 8 bits
  * of the frame: surfels and blurred pixels of other props. With several cells it is the picture of
  * the last cell.
@@ -153,6 +156,10 @@ private:
   bool MayHaveProps(vtkRenderer* renderer) const;
   void ReadProps(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
   void DrawPicture(const SurfelSplatting::PassFrame& frame);
+  void Blend(const SurfelSplatting::PassFrame& frame);
+  bool PresentKept(const SurfelSplatting::PassFrame& frame,
+    const vtkSurfelSplatter::SceneItems& items, const SurfelSplatting::SceneView& view);
+  void TakeStamp(const SurfelSplatting::PassFrame& frame, vtkRenderPass* delegate);
   bool All(bool own);
   bool Any(bool own)
   {

@@ -38,10 +38,12 @@ int MarginOf(
   {
     widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
   }
-  // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel.
+  // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel. Squares
+  // of pixels are the same whether or not there is a margin.
+  const double margin = std::fmin(1.25 * widest + 3.0, MaxMargin);
   return widest < minConfusion
     ? 0
-    : static_cast<int>(std::fmin(std::ceil(1.25 * widest) + 3.0, MaxMargin));
+    : LargestSquare * static_cast<int>(std::ceil(margin / LargestSquare));
 }
 
 /// Computes the blur of all pixels, and counts the blurred ones of each row.
@@ -76,9 +78,11 @@ void DepthImageSurfels::FindConfusions(
 }
 
 /// Whether a square of pixels can be one surfel.
-bool DepthImageSurfels::IsBlock(std::size_t corner, int side) const
+bool DepthImageSurfels::IsBlock(int x, int y, int side) const
 {
-  const float minConfusion = MinBlockConfusion[side / 4];
+  const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
+  const float minConfusion =
+    (this->Smooth.Has(x, y, side) ? MinSmoothConfusion : MinBlockConfusion)[side / 4];
   float nearest = this->Nearness[corner], farthest = nearest;
   for (int j = 0; j < side; ++j)
   {
@@ -106,7 +110,7 @@ void DepthImageSurfels::PlaceBlock(
   }
   const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
   const bool inside = x + side <= this->Width && y + side <= this->Height;
-  if (side == 1 ? this->Confusions[corner] >= minConfusion : inside && this->IsBlock(corner, side))
+  if (side == 1 ? this->Confusions[corner] >= minConfusion : inside && this->IsBlock(x, y, side))
   {
     places.push_back({ corner, corner, side });
   }
@@ -123,7 +127,7 @@ void DepthImageSurfels::PlaceBlock(
 void DepthImageSurfels::FindBlurredPixels(
   const View& camera, const DepthImage& image, const Executor& executor)
 {
-  constexpr int side = 4;
+  constexpr int side = LargestSquare;
   this->Bands.resize((this->Height + side - 1) / side);
   executor.For(this->Bands.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t band = begin; band < end; ++band)
@@ -136,10 +140,7 @@ void DepthImageSurfels::FindBlurredPixels(
       }
     }
   });
-  for (const std::vector<Placed>& band : this->Bands)
-  {
-    this->Places.insert(this->Places.end(), band.begin(), band.end());
-  }
+  this->TakeBands();
   const auto margin = static_cast<std::size_t>(image.Margin);
   this->BlurredPixels.resize(this->RowPixels.back());
   executor.For(
@@ -200,15 +201,46 @@ std::size_t DepthImageSurfels::Behind(const DepthImage& image, std::size_t place
 }
 
 /// Adds surfels for blurred surfaces that continue behind others.
-void DepthImageSurfels::AddHidden(const DepthImage& image)
+void DepthImageSurfels::AddHidden(const DepthImage& image, const Executor& executor)
 {
-  for (std::size_t place = 0; place < this->Confusions.size(); ++place)
-  {
-    const std::size_t behind = this->Behind(image, place);
-    if (behind != NoPixel && this->Confusions[behind] >= image.MinConfusion)
+  const auto width = static_cast<std::size_t>(this->Width);
+  const auto addRow = [&](std::size_t y, std::vector<Placed>& places) {
+    for (std::size_t x = 0; x < width; ++x)
     {
-      this->Places.push_back({ place, behind, 1 });
+      if (x % SilhouetteExtension::RunLength == 0 && !this->Hidden.HasAny(x, y))
+      {
+        x += SilhouetteExtension::RunLength - 1;
+        continue;
+      }
+      const std::size_t place = y * width + x;
+      const std::size_t behind = this->Behind(image, place);
+      if (behind != NoPixel && this->Confusions[behind] >= image.MinConfusion)
+      {
+        places.push_back({ place, behind, 1 });
+      }
     }
+  };
+  executor.For(this->Bands.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t band = begin; band < end; ++band)
+    {
+      this->Bands[band].clear();
+      const std::size_t last =
+        std::min((band + 1) * LargestSquare, static_cast<std::size_t>(this->Height));
+      for (std::size_t y = band * LargestSquare; y < last; ++y)
+      {
+        addRow(y, this->Bands[band]);
+      }
+    }
+  });
+  this->TakeBands();
+}
+
+/// Adds the surfels of all bands of rows.
+void DepthImageSurfels::TakeBands()
+{
+  for (const std::vector<Placed>& band : this->Bands)
+  {
+    this->Places.insert(this->Places.end(), band.begin(), band.end());
   }
 }
 
@@ -326,14 +358,17 @@ void DepthImageSurfels::MakeSurfels(const View& camera, const Lens& lens, const 
   this->Width = camera.Width + 2 * image.Margin;
   this->Height = camera.Height + 2 * image.Margin;
   this->FindConfusions(camera, lens, image, executor);
+  this->Smooth.Find(
+    { this->Width, this->Height, image.Colors, this->Nearness.data(), this->Confusions.data() },
+    executor);
   this->FindBlurredPixels(camera, image, executor);
   if (this->Places.empty())
   {
     return;
   }
   this->Hidden.Find(
-    this->Width, this->Height, this->Nearness, this->Confusions, image.MinConfusion);
-  this->AddHidden(image);
+    this->Width, this->Height, this->Nearness, this->Confusions, image.MinConfusion, executor);
+  this->AddHidden(image, executor);
   if (image.Antialiased)
   {
     this->FindMixed(camera, image, executor);

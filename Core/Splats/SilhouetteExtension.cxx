@@ -21,17 +21,58 @@ constexpr float MinNextStep = 0.4f;
 }
 
 void SilhouetteExtension::Find(int width, int height, const std::vector<float>& nearness,
-  const std::vector<float>& confusions, double minConfusion)
+  const std::vector<float>& confusions, double minConfusion, const Executor& executor)
 {
   this->Width = width;
   this->Height = height;
   this->MinConfusion = static_cast<float>(minConfusion);
   this->Nearness = nearness.data();
   this->Confusions = confusions.data();
-  this->Sources.assign(nearness.size(), None);
-  this->Squares.assign(nearness.size(), std::numeric_limits<std::int32_t>::max());
+  this->RunsPerRow = static_cast<std::size_t>((width + RunLength - 1) / RunLength);
+  this->Sources.resize(nearness.size());
+  this->Squares.resize(nearness.size());
+  this->Runs.resize(this->RunsPerRow * height);
+  this->Clear(executor);
   this->Sweep(1);
   this->Sweep(-1);
+}
+
+/// Clears the sources and finds the steps.
+void SilhouetteExtension::Clear(const Executor& executor)
+{
+  executor.For(static_cast<std::size_t>(this->Height), 16, [&](std::size_t begin, std::size_t end) {
+    const std::size_t first = begin * this->Width, count = (end - begin) * this->Width;
+    std::fill_n(this->Sources.data() + first, count, None);
+    std::fill_n(this->Squares.data() + first, count, std::numeric_limits<std::int32_t>::max());
+    for (std::size_t y = begin; y < end; ++y)
+    {
+      unsigned char* runs = this->Runs.data() + y * this->RunsPerRow;
+      std::fill_n(runs, this->RunsPerRow, static_cast<unsigned char>(0));
+      for (int x = 0; x < this->Width; ++x)
+      {
+        runs[x / RunLength] |= this->IsStep(x, static_cast<int>(y)) ? HasStep : 0;
+      }
+    }
+  });
+}
+
+/// Whether any of the eight neighbours is farther by MinStep.
+inline bool SilhouetteExtension::IsStep(int x, int y) const
+{
+  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  const float limit = this->Nearness[p] - MinStep;
+  if (this->Confusions[p] < this->MinConfusion)
+  {
+    return false;
+  }
+  bool found = false;
+  for (int j = std::max(0, y - 1); j <= std::min(this->Height - 1, y + 1); ++j)
+  {
+    const float* row = this->Nearness + static_cast<std::size_t>(j) * this->Width;
+    const float left = row[std::max(0, x - 1)], right = row[std::min(this->Width - 1, x + 1)];
+    found = found || std::min({ left, row[x], right }) <= limit;
+  }
+  return found;
 }
 
 /// The most by which the neighbours of a pixel are nearer.
@@ -82,42 +123,78 @@ inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t
   {
     this->Squares[p] = square;
     this->Sources[p] = source;
+    this->Runs[static_cast<std::size_t>(y) * this->RunsPerRow + x / RunLength] |= HasSource;
   }
 }
 
-/// Goes from the first row to the last or back, and in each row to and fro.
-void SilhouetteExtension::Sweep(int direction)
+inline void SilhouetteExtension::OfferFrom(int x, int y, int i, int j)
 {
-  const bool forward = direction > 0;
-  const auto offerFrom = [this](int x, int y, int i, int j) {
-    const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
-    if (i < 0 || i >= this->Width || j < 0 || j >= this->Height ||
-      this->Confusions[p] < this->MinConfusion)
-    {
-      return;
-    }
-    const std::int32_t n = j * this->Width + i;
-    if (this->IsEdge(x, y, i, j))
-    {
-      this->Offer(x, y, p, n);
-    }
-    this->Offer(x, y, p, this->Sources[n]);
-  };
-  for (int row = 0; row < this->Height; ++row)
+  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  if (i < 0 || i >= this->Width || j < 0 || j >= this->Height ||
+    this->Confusions[p] < this->MinConfusion)
   {
-    const int y = forward ? row : this->Height - 1 - row;
-    for (int x = 0; x < this->Width; ++x)
+    return;
+  }
+  const std::int32_t n = j * this->Width + i;
+  if (this->IsEdge(x, y, i, j))
+  {
+    this->Offer(x, y, p, n);
+  }
+  this->Offer(x, y, p, this->Sources[n]);
+}
+
+/// Whether any pixel of a run may be offered a source: by its own steps, by the run itself, or by
+/// those beside it in its row and in the row before.
+inline bool SilhouetteExtension::IsActive(int run, int y, int direction) const
+{
+  const auto first = static_cast<std::size_t>(std::max(0, run - 1));
+  const std::size_t last = std::min(this->RunsPerRow - 1, static_cast<std::size_t>(run) + 1);
+  const unsigned char* own = this->Runs.data() + static_cast<std::size_t>(y) * this->RunsPerRow;
+  const int rowBefore = y - direction;
+  const unsigned char* before = rowBefore < 0 || rowBefore >= this->Height
+    ? own
+    : this->Runs.data() + static_cast<std::size_t>(rowBefore) * this->RunsPerRow;
+  unsigned int bits = own[run];
+  for (std::size_t r = first; r <= last; ++r)
+  {
+    bits |= static_cast<unsigned int>(own[r] | before[r]) & HasSource;
+  }
+  return bits != 0;
+}
+
+/// Goes through a row to and fro.
+void SilhouetteExtension::SweepRow(int y, int direction)
+{
+  const int runs = static_cast<int>(this->RunsPerRow);
+  for (int run = 0; run < runs; ++run)
+  {
+    const int end = std::min(this->Width, (run + 1) * RunLength);
+    for (int x = this->IsActive(run, y, direction) ? run * RunLength : end; x < end; ++x)
     {
       for (int i = x - 1; i <= x + 1; ++i)
       {
-        offerFrom(x, y, i, y - direction);
+        this->OfferFrom(x, y, i, y - direction);
       }
-      offerFrom(x, y, x - 1, y);
+      this->OfferFrom(x, y, x - 1, y);
     }
-    for (int x = this->Width - 1; x >= 0; --x)
+  }
+  for (int run = runs - 1; run >= 0; --run)
+  {
+    const int begin = run * RunLength;
+    const int end = std::min(this->Width, begin + RunLength);
+    for (int x = this->IsActive(run, y, direction) ? end - 1 : begin - 1; x >= begin; --x)
     {
-      offerFrom(x, y, x + 1, y);
+      this->OfferFrom(x, y, x + 1, y);
     }
+  }
+}
+
+/// Goes from the first row to the last or back.
+void SilhouetteExtension::Sweep(int direction)
+{
+  for (int row = 0; row < this->Height; ++row)
+  {
+    this->SweepRow(direction > 0 ? row : this->Height - 1 - row, direction);
   }
 }
 }

@@ -8,6 +8,9 @@
  */
 #pragma once
 
+#include "Core/Base/Executor.h"
+
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -24,7 +27,7 @@ public:
    * @param minConfusion pixels with at least this confusion, px, are transparent at their edges
    */
   void Find(int width, int height, const std::vector<float>& nearness,
-    const std::vector<float>& confusions, double minConfusion);
+    const std::vector<float>& confusions, double minConfusion, const Executor& executor);
 
   static constexpr std::int32_t None = -1;
 
@@ -34,8 +37,28 @@ public:
   /// The pixel whose surface (or empty background) continues behind pixel p; None if not known.
   std::int32_t Behind(std::size_t p) const { return this->Sources[p]; }
 
+  /// Whether any pixel of a row from column x on, to the next multiple of RunLength, has one.
+  bool HasAny(std::size_t x, std::size_t y) const
+  {
+    return this->Runs[y * this->RunsPerRow + x / RunLength] & HasSource;
+  }
+
+  /// Pixels of a row that are passed over together where nothing can change.
+  static constexpr int RunLength = 16;
+
 private:
+  /// Bits of a run.
+  enum : unsigned char
+  {
+    HasStep = 1,  ///< some pixel has a neighbour that is farther by MinStep
+    HasSource = 2 ///< some pixel has a source
+  };
+  void Clear(const Executor& executor);
+  bool IsStep(int x, int y) const;
+  bool IsActive(int run, int y, int direction) const;
   void Sweep(int direction);
+  void SweepRow(int y, int direction);
+  void OfferFrom(int x, int y, int i, int j);
   float Rise(int x, int y) const;
   bool IsEdge(int x, int y, int i, int j) const;
   void Offer(int x, int y, std::size_t p, std::int32_t source);
@@ -47,5 +70,7 @@ private:
   const float* Confusions = nullptr;
   std::vector<std::int32_t> Sources;
   std::vector<std::int32_t> Squares; // squared distances to them, px^2
+  std::vector<unsigned char> Runs;   // [height][RunsPerRow]
+  std::size_t RunsPerRow = 0;
 };
 }

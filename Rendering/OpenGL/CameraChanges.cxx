@@ -111,12 +111,11 @@ std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer)
   return props;
 }
 
-void RenderThrough(const vtkRenderState* state, vtkCamera* camera,
+void RenderThrough(const vtkRenderState* state, std::vector<vtkProp*> props, vtkCamera* camera,
   vtkFrameBufferObjectBase* framebuffer, vtkRenderPass* pass)
 {
   vtkRenderer* renderer = state->GetRenderer();
   const CameraSwap swap(renderer, camera);
-  std::vector<vtkProp*> props = VisibleProps(renderer);
   vtkRenderState inner(renderer);
   inner.SetPropArrayAndCount(props.data(), static_cast<int>(props.size()));
   inner.SetRequiredKeys(state->GetRequiredKeys());

@@ -51,8 +51,7 @@ void WidenCamera(vtkCamera* copy, const int size[2], int margin);
 /// them.
 std::vector<vtkProp*> VisibleProps(vtkRenderer* renderer);
 
-/// Renders all visible props with a pass through another camera into a framebuffer, which must be
-/// bound.
-void RenderThrough(const vtkRenderState* state, vtkCamera* camera,
+/// Renders props with a pass through another camera into a framebuffer, which must be bound.
+void RenderThrough(const vtkRenderState* state, std::vector<vtkProp*> props, vtkCamera* camera,
   vtkFrameBufferObjectBase* framebuffer, vtkRenderPass* pass);
 }

@@ -4,11 +4,15 @@
 #include "FrameBlitFS.h"
 #include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
+#include "Rendering/Scene/SMPExecutor.h"
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
+
+#include <algorithm>
+#include <cstddef>
 
 namespace SurfelSplatting
 {
@@ -52,13 +56,48 @@ GLint DepthFormat(int framebuffer)
   return format;
 }
 
-void ReadPixels(const PixelRectangle& r, int x, int y, GLenum format, float* values)
+/// How rows of main memory are packed.
+class PackState
 {
-  GLint alignment = 4;
-  glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(x, y, r.Width, r.Height, format, GL_FLOAT, values);
-  glPixelStorei(GL_PACK_ALIGNMENT, alignment);
+public:
+  explicit PackState(int rowLength)
+  {
+    glGetIntegerv(GL_PACK_ALIGNMENT, &this->Alignment);
+    glGetIntegerv(GL_PACK_ROW_LENGTH, &this->RowLength);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glPixelStorei(GL_PACK_ROW_LENGTH, rowLength);
+  }
+  ~PackState()
+  {
+    glPixelStorei(GL_PACK_ALIGNMENT, this->Alignment);
+    glPixelStorei(GL_PACK_ROW_LENGTH, this->RowLength);
+  }
+  PackState(const PackState&) = delete;
+  PackState& operator=(const PackState&) = delete;
+
+private:
+  GLint Alignment = 4, RowLength = 0;
+};
+
+/// Whether the colours of the bound draw framebuffer, which is not the window's own, are four
+/// bytes. Mesa reads them as floats one by one.
+bool HasByteColors()
+{
+  GLint buffer = GL_NONE;
+  glGetIntegerv(GL_DRAW_BUFFER0, &buffer);
+  if (buffer != GL_COLOR_ATTACHMENT0)
+  {
+    return false;
+  }
+  const auto ask = [](GLenum what) {
+    GLint value = 0;
+    glGetFramebufferAttachmentParameteriv(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, what, &value);
+    return value;
+  };
+  const GLint type = ask(GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE);
+  return (type == GL_TEXTURE || type == GL_RENDERBUFFER) &&
+    ask(GL_FRAMEBUFFER_ATTACHMENT_COMPONENT_TYPE) == GL_UNSIGNED_NORMALIZED &&
+    ask(GL_FRAMEBUFFER_ATTACHMENT_RED_SIZE) == 8 && ask(GL_FRAMEBUFFER_ATTACHMENT_ALPHA_SIZE) == 8;
 }
 }
 
@@ -73,18 +112,47 @@ bool FrameBlit::ReadDepth(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& depth)
 {
   depth.resize(static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
-  return this->Read(window, rectangle, Plane::Depth, depth.data());
+  return this->Read(window, rectangle, Plane::Depth, { depth.data(), rectangle.Width });
 }
 
 bool FrameBlit::ReadColor(
   vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color)
 {
   color.resize(4 * static_cast<std::size_t>(rectangle.Width) * rectangle.Height);
-  return this->Read(window, rectangle, Plane::Color, color.data());
+  return this->Read(window, rectangle, Plane::Color, { color.data(), rectangle.Width });
+}
+
+bool FrameBlit::ReadPart(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, int width,
+  std::vector<float>& color, std::vector<float>& depth)
+{
+  const std::size_t first = static_cast<std::size_t>(rectangle.Y) * width + rectangle.X;
+  return this->Read(window, rectangle, Plane::Color, { color.data() + 4 * first, width }) &&
+    this->Read(window, rectangle, Plane::Depth, { depth.data() + first, width });
+}
+
+/// Reads bytes and makes floats of them with all threads.
+bool FrameBlit::ReadBytes(const PixelRectangle& r, const Target& target)
+{
+  const std::size_t row = 4 * static_cast<std::size_t>(r.Width);
+  this->Bytes.resize(row * r.Height);
+  {
+    const PackState state(r.Width);
+    glReadPixels(r.X, r.Y, r.Width, r.Height, GL_RGBA, GL_UNSIGNED_BYTE, this->Bytes.data());
+  }
+  SMPExecutor().For(
+    static_cast<std::size_t>(r.Height), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y)
+      {
+        const unsigned char* from = this->Bytes.data() + y * row;
+        std::transform(from, from + row, target.Values + 4 * y * target.Stride,
+          [](unsigned char byte) { return static_cast<float>(byte) / 255.0f; });
+      }
+    });
+  return glGetError() == GL_NO_ERROR;
 }
 
 bool FrameBlit::Read(
-  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values)
+  vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, const Target& target)
 {
   // Forget earlier errors. A lost context reports one for ever, hence the limit.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
@@ -98,13 +166,21 @@ bool FrameBlit::Read(
   bool isRead = true;
   if (samples > 0)
   {
-    isRead = this->Resolve(state, rectangle, drawFramebuffer, plane, values);
+    isRead = this->Resolve(state, rectangle, drawFramebuffer, plane, target);
   }
   else
   {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, drawFramebuffer);
-    ReadPixels(rectangle, rectangle.X, rectangle.Y,
-      plane == Plane::Color ? GL_RGBA : GL_DEPTH_COMPONENT, values);
+    if (plane == Plane::Color && HasByteColors())
+    {
+      isRead = this->ReadBytes(rectangle, target);
+    }
+    else
+    {
+      const PackState packing(target.Stride);
+      glReadPixels(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height,
+        plane == Plane::Color ? GL_RGBA : GL_DEPTH_COMPONENT, GL_FLOAT, target.Values);
+    }
   }
   isRead = glGetError() == GL_NO_ERROR && isRead;
   state->PopReadFramebufferBinding();
@@ -112,8 +188,8 @@ bool FrameBlit::Read(
 }
 
 /// Blits the plane of a multisampled framebuffer into a buffer with one sample and reads that.
-bool FrameBlit::Resolve(
-  vtkOpenGLState* state, const PixelRectangle& r, int framebuffer, Plane plane, float* values)
+bool FrameBlit::Resolve(vtkOpenGLState* state, const PixelRectangle& r, int framebuffer,
+  Plane plane, const Target& target)
 {
   // A blit obeys the scissor, which is set for the rectangle in the window, not in this buffer.
   vtkOpenGLState::ScopedglEnableDisable scissor(state, GL_SCISSOR_TEST);
@@ -143,7 +219,9 @@ bool FrameBlit::Resolve(
     glBlitFramebuffer(r.X, r.Y, r.X + r.Width, r.Y + r.Height, 0, 0, r.Width, r.Height,
       isColor ? GL_COLOR_BUFFER_BIT : GL_DEPTH_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved);
-    ReadPixels(r, 0, 0, isColor ? GL_RGBA : GL_DEPTH_COMPONENT, values);
+    const PackState packing(target.Stride);
+    glReadPixels(
+      0, 0, r.Width, r.Height, isColor ? GL_RGBA : GL_DEPTH_COMPONENT, GL_FLOAT, target.Values);
   }
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);

@@ -35,6 +35,11 @@ public:
   bool ReadColor(
     vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, std::vector<float>& color);
 
+  /// Reads colour and depth of the current draw framebuffer into the same rectangle of a picture.
+  /// @param width of the picture, px
+  bool ReadPart(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, int width,
+    std::vector<float>& color, std::vector<float>& depth);
+
   /**
    * Replaces the current draw framebuffer, colour and depth of all pixels, by a premultiplied RGBA
    * frame. Otherwise like Draw.
@@ -65,11 +70,19 @@ private:
     Color,
     Depth
   };
-  bool Read(
-    vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane, float* values);
+  /// Where values go; rows are Stride pixels apart.
+  struct Target
+  {
+    float* Values;
+    int Stride;
+  };
+  bool Read(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle, Plane plane,
+    const Target& target);
+  bool ReadBytes(const PixelRectangle& rectangle, const Target& target);
   bool Resolve(vtkOpenGLState* state, const PixelRectangle& rectangle, int framebuffer, Plane plane,
-    float* values);
+    const Target& target);
 
+  std::vector<unsigned char> Bytes;
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;
   FullScreenQuad Quad;

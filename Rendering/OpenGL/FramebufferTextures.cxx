@@ -2,17 +2,25 @@
 #include "Rendering/OpenGL/FramebufferTextures.h"
 
 #include "Rendering/OpenGL/Functions.h"
+#include "Rendering/Scene/SMPExecutor.h"
 
 #include <vtkRenderer.h>
-#include <vtkSMPTools.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
 
 namespace SurfelSplatting
 {
 namespace
 {
+/// Few enough for their values to stay in a cache of the processor's.
+constexpr std::size_t PixelsAtATime = 4096;
+
 /// A texture of the bound draw framebuffer.
 struct AttachedTexture
 {
@@ -64,17 +72,51 @@ private:
   GLint Bound = 0, Alignment = 4;
 };
 
-/// 255 times a value, rounded; values outside of [0, 1] are clamped.
-unsigned char ToByte(float value)
+// Four components at a time; GCC does not find this in loops over bytes.
+using Four = float __attribute__((vector_size(16)));
+using FourIntegers = std::int32_t __attribute__((vector_size(16)));
+
+/// Four integers in [0, 255] as bytes.
+std::int32_t Pack(const FourIntegers& integers)
 {
-  const float positive = value > 0.0f ? value : 0.0f;
-  return static_cast<unsigned char>((positive < 1.0f ? positive : 1.0f) * 255.0f + 0.5f);
+#if defined(__SSE2__)
+  const __m128i values = reinterpret_cast<const __m128i&>(integers);
+  const __m128i shorts = _mm_packs_epi32(values, values);
+  return _mm_cvtsi128_si32(_mm_packus_epi16(shorts, shorts));
+#else
+  using FourBytes = unsigned char __attribute__((vector_size(4)));
+  const auto bytes = __builtin_convertvector(integers, FourBytes);
+  std::int32_t packed;
+  std::memcpy(&packed, &bytes, sizeof(packed));
+  return packed;
+#endif
 }
 
-/// A depth in [0, 1] as an integer.
+/// Mixes colours over one colour, 255 times, rounded; values outside of [0, 1] are clamped.
+void ToBytes(const float* color, std::size_t pixels, const float under[4], unsigned char* bytes)
+{
+  Four below;
+  std::memcpy(&below, under, sizeof(below));
+  const Four zero = { 0.0f, 0.0f, 0.0f, 0.0f };
+  const Four one = { 1.0f, 1.0f, 1.0f, 1.0f };
+  for (std::size_t p = 0; p < pixels; ++p)
+  {
+    Four value;
+    std::memcpy(&value, color + 4 * p, sizeof(value));
+    value += (1.0f - value[3]) * below;
+    value = value > zero ? value : zero;
+    value = value < one ? value : one;
+    const auto integers = __builtin_convertvector(value * 255.0f + 0.5f, FourIntegers);
+    const std::int32_t packed = Pack(integers);
+    std::memcpy(bytes + 4 * p, &packed, sizeof(packed));
+  }
+}
+
+/// A depth in [0, 1] as an integer. Processors convert to signed ones.
 std::uint32_t ToInteger(float depth)
 {
-  return static_cast<std::uint32_t>(static_cast<std::int64_t>(depth * 4294967295.0 + 0.5));
+  const auto shifted = static_cast<std::int32_t>(depth * 4294967295.0 - 2147483648.0);
+  return static_cast<std::uint32_t>(shifted) ^ 0x80000000u;
 }
 
 /// Whether a framebuffer whose first colours are drawn to has samples or another buffer.
@@ -94,44 +136,80 @@ bool HasPlainBackground(vtkRenderer* renderer)
     !renderer->GetGradientBackground() && !renderer->GetTexturedBackground();
 }
 
-bool FramebufferTextures::Copy(const PixelRectangle& rectangle, const float* color,
-  const float* windowDepth, const float under[4])
+/// Textures to write to.
+struct FramebufferTextures::Attachments
+{
+  AttachedTexture Colors{ GL_COLOR_ATTACHMENT0 }, Depths{ GL_DEPTH_ATTACHMENT };
+
+  bool HasFloatDepths() const { return this->Depths.Format == GL_DEPTH_COMPONENT32F; }
+
+  bool AreKnown() const
+  {
+    const GLint depth = this->Depths.Format;
+    return this->Colors.Format == GL_RGBA8 &&
+      (this->HasFloatDepths() || depth == GL_DEPTH_COMPONENT16 || depth == GL_DEPTH_COMPONENT24 ||
+        depth == GL_DEPTH_COMPONENT32);
+  }
+};
+
+bool FramebufferTextures::Copy(
+  const PixelRectangle& rectangle, const FramePixels& frame, const RangeFunction& prepare)
 {
   if (!IsSimple())
   {
     return false;
   }
   const TextureState state;
-  const AttachedTexture colors(GL_COLOR_ATTACHMENT0), depths(GL_DEPTH_ATTACHMENT);
-  const bool isFloat = depths.Format == GL_DEPTH_COMPONENT32F;
-  if (colors.Format != GL_RGBA8 ||
-    !(isFloat || depths.Format == GL_DEPTH_COMPONENT16 || depths.Format == GL_DEPTH_COMPONENT24 ||
-      depths.Format == GL_DEPTH_COMPONENT32))
+  const Attachments attachments;
+  if (!attachments.AreKnown())
   {
     return false;
   }
+  const bool isFloat = attachments.HasFloatDepths();
   const std::size_t pixels = static_cast<std::size_t>(rectangle.Width) * rectangle.Height;
   this->Bytes.resize(4 * pixels);
   this->Depths.resize(isFloat ? 0 : pixels);
-  unsigned char* bytes = this->Bytes.data();
-  std::uint32_t* integers = this->Depths.data();
-  vtkSMPTools::For(0, static_cast<vtkIdType>(pixels), [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType p = begin; p < end; ++p)
+  SMPExecutor().For(pixels, PixelsAtATime, [&](std::size_t first, std::size_t last) {
+    for (std::size_t begin = first; begin < last; begin += PixelsAtATime)
     {
-      const float through = 1.0f - color[4 * p + 3];
-      for (int c = 0; c < 4; ++c)
+      const std::size_t end = std::min(begin + PixelsAtATime, last);
+      prepare(begin, end);
+      ToBytes(frame.Color + 4 * begin, end - begin, frame.Under, this->Bytes.data() + 4 * begin);
+      if (!isFloat)
       {
-        bytes[4 * p + c] = ToByte(color[4 * p + c] + through * under[c]);
+        std::transform(
+          frame.Depth + begin, frame.Depth + end, this->Depths.data() + begin, ToInteger);
       }
     }
-    if (!isFloat)
-    {
-      std::transform(windowDepth + begin, windowDepth + end, integers + begin, ToInteger);
-    }
   });
-  colors.Copy(rectangle, GL_RGBA, GL_UNSIGNED_BYTE, bytes);
-  depths.Copy(rectangle, GL_DEPTH_COMPONENT, isFloat ? GL_FLOAT : GL_UNSIGNED_INT,
-    isFloat ? static_cast<const void*>(windowDepth) : integers);
+  this->Upload(rectangle, frame, attachments);
   return true;
+}
+
+bool FramebufferTextures::CopyAgain(const PixelRectangle& rectangle, const FramePixels& frame)
+{
+  if (!IsSimple())
+  {
+    return false;
+  }
+  const TextureState state;
+  const Attachments attachments;
+  const std::size_t pixels = static_cast<std::size_t>(rectangle.Width) * rectangle.Height;
+  if (!attachments.AreKnown() || this->Bytes.size() != 4 * pixels ||
+    this->Depths.size() != (attachments.HasFloatDepths() ? 0 : pixels))
+  {
+    return false;
+  }
+  this->Upload(rectangle, frame, attachments);
+  return true;
+}
+
+void FramebufferTextures::Upload(
+  const PixelRectangle& rectangle, const FramePixels& frame, const Attachments& to)
+{
+  const bool isFloat = to.HasFloatDepths();
+  to.Colors.Copy(rectangle, GL_RGBA, GL_UNSIGNED_BYTE, this->Bytes.data());
+  to.Depths.Copy(rectangle, GL_DEPTH_COMPONENT, isFloat ? GL_FLOAT : GL_UNSIGNED_INT,
+    isFloat ? static_cast<const void*>(frame.Depth) : this->Depths.data());
 }
 }

@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include "Core/Base/Executor.h"
 #include "Rendering/OpenGL/PassFrame.h"
 
 #include <cstdint>
@@ -18,23 +19,35 @@ namespace SurfelSplatting
 /// Whether a renderer has cleared its framebuffer to its background colour, and nothing else.
 bool HasPlainBackground(vtkRenderer* renderer);
 
+/// A frame in main memory.
+struct FramePixels
+{
+  const float* Color = nullptr;    ///< [height][width][4] premultiplied RGBA
+  const float* Depth = nullptr;    ///< [height][width] new values of the depth buffer, [0, 1]
+  float Under[4] = { 0, 0, 0, 0 }; ///< colour below all of it, RGBA, [0, 1]
+};
+
 class FramebufferTextures
 {
 public:
   /**
-   * Mixes a premultiplied RGBA frame over one colour, into a rectangle of the current draw
-   * framebuffer.
-   * @param color       [height][width][4]
-   * @param windowDepth [height][width] new values of the depth buffer, [0, 1]
-   * @param under       RGBA, [0, 1]
-   * @return false, and nothing is copied, unless the framebuffer consists of textures with one
-   * sample of colours of eight bits and of depth without stencil
+   * Mixes a frame over its colour below, into a rectangle of the current draw framebuffer.
+   * @param prepare called for ranges of pixels by several threads, before they are read: a pixel
+   * that is still in the caches need not be read from memory twice
+   * @return false, and nothing is copied or prepared, unless the framebuffer consists of textures
+   * with one sample of colours of eight bits and of depth without stencil
    */
-  bool Copy(const PixelRectangle& rectangle, const float* color, const float* windowDepth,
-    const float under[4]);
+  bool Copy(
+    const PixelRectangle& rectangle, const FramePixels& frame, const RangeFunction& prepare);
+
+  /// Copies the frame of the last Copy again, which must not have changed.
+  bool CopyAgain(const PixelRectangle& rectangle, const FramePixels& frame);
 
 private:
+  struct Attachments;
+  void Upload(const PixelRectangle& rectangle, const FramePixels& frame, const Attachments& to);
+
   std::vector<unsigned char> Bytes;
-  std::vector<std::uint32_t> Depths;
+  std::vector<std::uint32_t> Depths; // empty: the framebuffer takes floats
 };
 }

@@ -162,7 +162,8 @@ bool LensAccumulation::RenderView(
     depthOnly.Share = 0.0;
     this->Draw(frame.Window, depthOnly);
   }
-  RenderThrough(frame.State, moved, this->Frame.Framebuffer(), delegate);
+  RenderThrough(
+    frame.State, VisibleProps(frame.Renderer), moved, this->Frame.Framebuffer(), delegate);
   this->Frame.End();
   return true;
 }

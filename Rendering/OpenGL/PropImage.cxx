@@ -4,24 +4,23 @@
 #include "Core/Base/LinearLight.h"
 #include "Rendering/OpenGL/CameraChanges.h"
 #include "Rendering/OpenGL/Functions.h"
+#include "Rendering/OpenGL/PropsBeyond.h"
+#include "Rendering/Scene/PropStamp.h"
+#include "Rendering/Scene/SMPExecutor.h"
 
-#include <vtkActor.h>
-#include <vtkAssemblyNode.h>
-#include <vtkAssemblyPath.h>
 #include <vtkCamera.h>
-#include <vtkMapper.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
-#include <vtkProp3D.h>
 #include <vtkRenderPass.h>
 #include <vtkRenderer.h>
-#include <vtkSMPTools.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <new>
 
@@ -29,26 +28,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-bool IsSurfelActor(vtkProp* prop)
-{
-  auto* actor = vtkActor::SafeDownCast(prop);
-  return actor && actor->GetMapper() && actor->GetMapper()->IsA("vtkSurfelMapper");
-}
-
-/// Whether any part of a prop is in 3D space and is not surfels.
-bool IsOtherProp(vtkProp* prop, bool opaqueOnly)
-{
-  bool isOther = false;
-  prop->InitPathTraversal();
-  while (vtkAssemblyPath* path = prop->GetNextPath())
-  {
-    vtkProp* leaf = path->GetLastNode()->GetViewProp();
-    isOther = isOther ||
-      (vtkProp3D::SafeDownCast(leaf) && leaf->GetVisibility() &&
-        (!opaqueOnly || leaf->HasOpaqueGeometry()) && !IsSurfelActor(leaf));
-  }
-  return isOther;
-}
+constexpr std::size_t PixelsAtATime = 4096; // of a thread
 
 /// Calls a function. False if it returns false or there is not enough memory.
 template <typename Function>
@@ -61,6 +41,27 @@ bool IfMemorySuffices(const Function& function)
   catch (const std::bad_alloc&)
   {
     return false;
+  }
+}
+
+/// Joins distances of splats, 0 where there is none, and window depths: the smaller ones. Without
+/// branches, so that several are computed at a time.
+void JoinDepths(
+  const float* distances, std::size_t count, const DepthRange& range, float* windowDepths)
+{
+  const double p22 = range.P22, p23 = range.P23;
+  for (std::size_t i = 0; i < count && !range.Parallel; ++i)
+  {
+    const bool has = distances[i] > 0.0f;
+    const double ndc = p23 / (has ? distances[i] : 1.0f) - p22;
+    const auto depth = static_cast<float>(std::min(std::max(0.5 * (ndc + 1.0), 0.0), 1.0));
+    windowDepths[i] = std::min(windowDepths[i], has ? depth : 1.0f);
+  }
+  for (std::size_t i = 0; i < count && range.Parallel; ++i)
+  {
+    const double depth = std::min(std::max(range.WindowDepthOf(distances[i]), 0.0), 1.0);
+    windowDepths[i] =
+      std::min(windowDepths[i], distances[i] != 0.0f ? static_cast<float>(depth) : 1.0f);
   }
 }
 
@@ -127,16 +128,11 @@ void DistancesOfOtherProps(vtkRenderer* renderer, double distances[2])
 
 /// Converts window depths to distances along the view direction, infinity where nothing was drawn.
 void ToDistances(
-  const std::vector<float>& windowDepth, const DepthRange& range, std::vector<float>& distances)
+  const float* windowDepth, std::size_t count, const DepthRange& range, float* distances)
 {
-  distances.resize(windowDepth.size());
-  const auto count = static_cast<vtkIdType>(windowDepth.size());
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    std::transform(windowDepth.data() + begin, windowDepth.data() + end, distances.data() + begin,
-      [&range](float depth) {
-        return depth >= 1.0f ? std::numeric_limits<float>::infinity()
-                             : static_cast<float>(range.DistanceOf(depth));
-      });
+  std::transform(windowDepth, windowDepth + count, distances, [&range](float depth) {
+    return depth >= 1.0f ? std::numeric_limits<float>::infinity()
+                         : static_cast<float>(range.DistanceOf(depth));
   });
 }
 }
@@ -169,8 +165,13 @@ bool PropImage::Begin(const PassFrame& frame, const SceneView& view, Ranks* rank
   {
     return true;
   }
+  PixelRectangle background = frame.Rectangle;
+  if (this->IsPlain)
+  {
+    background.Width = background.Height = 1;
+  }
   const bool isRead = IfMemorySuffices(
-    [&] { return this->Blit.ReadColor(frame.Window, frame.Rectangle, this->Background); });
+    [&] { return this->Blit.ReadColor(frame.Window, background, this->Background); });
   if (!(ranks ? ranks->All(isRead) : isRead))
   {
     return false;
@@ -193,7 +194,12 @@ bool PropImage::ReadDepth(const PassFrame& frame)
   {
     std::fill(this->WindowDepth.begin(), this->WindowDepth.end(), 1.0f);
   }
-  ToDistances(this->WindowDepth, frame.Range, this->Distances);
+  const std::size_t pixels = this->WindowDepth.size();
+  this->Distances.resize(pixels);
+  SMPExecutor().For(pixels, PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+    ToDistances(
+      this->WindowDepth.data() + begin, end - begin, frame.Range, this->Distances.data() + begin);
+  });
   return isRead;
 }
 
@@ -201,7 +207,7 @@ bool PropImage::Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delega
 {
   this->Gathered = false;
   this->HasImage = false;
-  const auto read = [&] { return this->ReadImage(frame, delegate); };
+  const auto read = [&] { return this->ReadImage(frame, ranks, delegate); };
   if (!ranks)
   {
     this->HasImage = this->IsBlurred() && IfMemorySuffices(read);
@@ -222,35 +228,44 @@ bool PropImage::Read(const PassFrame& frame, Ranks* ranks, vtkRenderPass* delega
   return isRead;
 }
 
-bool PropImage::ReadImage(const PassFrame& frame, vtkRenderPass* delegate)
+bool PropImage::ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* delegate)
 {
   if (!this->ReadColor(frame))
   {
     return false;
   }
-  this->Image.Margin = this->Margin;
+  this->Width = static_cast<std::size_t>(frame.Rectangle.Width);
   this->Image.Antialiased = CurrentSamples() > 0;
-  if (this->IsBlurred() && !this->DrawWide(frame, delegate))
+  const std::vector<vtkProp*> beyond =
+    this->IsBlurred() ? PropsBeyond(frame) : std::vector<vtkProp*>();
+  // Ranks have the same margin, whether or not they have anything in it.
+  this->Image.Margin = shares || !beyond.empty() ? this->Margin : 0;
+  if (this->Image.Margin > 0 && !this->DrawWide(frame, beyond, delegate))
   {
     this->Image.Margin = 0;
   }
-  this->PlaceMiddle(frame.Rectangle);
   this->HasBackdrop = this->IsBlurred() && this->FindBackdrop();
-  this->Image.Depth = this->WideDistances.data();
-  this->Image.Colors = this->WideColor.data();
+  const bool isWide = shares || this->Image.Margin > 0;
+  if (isWide)
+  {
+    this->PlaceMiddle(frame);
+  }
+  this->Image.Depth = (isWide ? this->WideDistances : this->Distances).data();
+  this->Image.Colors = (isWide ? this->WideColor : this->Color).data();
   return true;
 }
 
-/// Draws the props with the margin, through a wider camera.
-bool PropImage::DrawWide(const PassFrame& frame, vtkRenderPass* delegate)
+/// Draws the props in the margin, through a wider camera.
+bool PropImage::DrawWide(
+  const PassFrame& frame, const std::vector<vtkProp*>& props, vtkRenderPass* delegate)
 {
   const int size[2] = { frame.Rectangle.Width, frame.Rectangle.Height };
   const int margin = this->Image.Margin;
-  const PixelRectangle wide{ 0, 0, size[0] + 2 * margin, size[1] + 2 * margin };
+  const int width = size[0] + 2 * margin, height = size[1] + 2 * margin;
   const vtkSmartPointer<vtkCamera> camera =
     CopyCamera(frame.Renderer->GetActiveCamera(), frame.Aspect);
   WidenCamera(camera, size, margin);
-  if (!this->Wide.Begin(frame.Window, wide.Width, wide.Height, CurrentSamples()))
+  if (!this->Wide.Begin(frame.Window, width, height, CurrentSamples()))
   {
     return false;
   }
@@ -259,33 +274,65 @@ bool PropImage::DrawWide(const PassFrame& frame, vtkRenderPass* delegate)
   glState->vtkglClearDepth(1.0);
   glState->vtkglDepthMask(GL_TRUE);
   glState->vtkglClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  RenderThrough(frame.State, camera, this->Wide.Framebuffer(), delegate);
-  const bool isRead = this->Blit.ReadColor(frame.Window, wide, this->WideColor) &&
-    this->Blit.ReadDepth(frame.Window, wide, this->WideWindowDepth);
-  this->Wide.End(false);
-  if (isRead)
   {
-    ToDistances(this->WideWindowDepth, frame.Range, this->WideDistances);
+    // The frame itself has been drawn: something at the camera hides it.
+    vtkOpenGLState::ScopedglScissor box(glState);
+    vtkOpenGLState::ScopedglEnableDisable test(glState, GL_SCISSOR_TEST);
+    glState->vtkglEnable(GL_SCISSOR_TEST);
+    glState->vtkglScissor(margin, margin, size[0], size[1]);
+    glState->vtkglClearDepth(0.0);
+    glState->vtkglClear(GL_DEPTH_BUFFER_BIT);
+    glState->vtkglClearDepth(1.0);
   }
+  RenderThrough(frame.State, props, camera, this->Wide.Framebuffer(), delegate);
+  const bool isRead = this->ReadMargin(frame);
+  this->Wide.End(false);
   return isRead;
 }
 
-/// Copies the frame itself into the middle of the image with the margin.
-void PropImage::PlaceMiddle(const PixelRectangle& rectangle)
+/// Reads the four sides of the margin.
+bool PropImage::ReadMargin(const PassFrame& frame)
 {
-  this->Width = static_cast<std::size_t>(rectangle.Width);
-  const std::size_t width = this->Width;
-  const auto height = static_cast<std::size_t>(rectangle.Height);
-  const auto margin = static_cast<std::size_t>(this->Image.Margin);
+  const int margin = this->Image.Margin;
+  const int width = frame.Rectangle.Width, height = frame.Rectangle.Height;
+  const int wide = width + 2 * margin;
+  this->WideWindowDepth.resize(static_cast<std::size_t>(wide) * (height + 2 * margin));
+  this->WideColor.resize(4 * this->WideWindowDepth.size());
+  const PixelRectangle sides[] = { { 0, 0, wide, margin }, { 0, margin + height, wide, margin },
+    { 0, margin, margin, height }, { margin + width, margin, margin, height } };
+  return std::all_of(std::begin(sides), std::end(sides), [&](const PixelRectangle& side) {
+    return this->Blit.ReadPart(frame.Window, side, wide, this->WideColor, this->WideWindowDepth);
+  });
+}
+
+/// Joins the frame, in the middle, and its margin.
+void PropImage::PlaceMiddle(const PassFrame& frame)
+{
+  const auto margin = static_cast<std::size_t>(this->Image.Margin), width = this->Width;
   const std::size_t wide = width + 2 * margin;
-  this->WideDistances.resize(wide * (height + 2 * margin));
+  const auto high = static_cast<std::size_t>(frame.Rectangle.Height) + 2 * margin;
+  this->WideDistances.resize(wide * high);
   this->WideColor.resize(4 * this->WideDistances.size());
-  for (std::size_t y = 0; y < height; ++y)
-  {
-    const std::size_t to = (y + margin) * wide + margin;
-    std::copy_n(this->Distances.data() + y * width, width, this->WideDistances.data() + to);
-    std::copy_n(this->Color.data() + 4 * y * width, 4 * width, this->WideColor.data() + 4 * to);
-  }
+  SMPExecutor().For(high, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y)
+    {
+      const std::size_t row = y * wide;
+      const auto convert = [&](std::size_t x, std::size_t count) {
+        ToDistances(this->WideWindowDepth.data() + row + x, count, frame.Range,
+          this->WideDistances.data() + row + x);
+      };
+      if (y < margin || y >= high - margin)
+      {
+        convert(0, wide);
+        continue;
+      }
+      convert(0, margin);
+      convert(margin + width, margin);
+      const std::size_t from = (y - margin) * width, to = row + margin;
+      std::copy_n(this->Distances.data() + from, width, this->WideDistances.data() + to);
+      std::copy_n(this->Color.data() + 4 * from, 4 * width, this->WideColor.data() + 4 * to);
+    }
+  });
 }
 
 /// Whether something without a depth, such as a skybox, was drawn: a pixel without depth, whose
@@ -293,21 +340,26 @@ void PropImage::PlaceMiddle(const PixelRectangle& rectangle)
 bool PropImage::FindBackdrop() const
 {
   const auto isEmpty = [&](std::size_t p) { return std::isinf(this->Distances[p]); };
+  const auto isOther = [&](std::size_t p) {
+    const float* color = &this->Color[4 * p];
+    return isEmpty(p) && !std::equal(color, color + 4, this->BackgroundOf(p)) && isEmpty(p - 1) &&
+      isEmpty(p + 1) && isEmpty(p - this->Width) && isEmpty(p + this->Width);
+  };
   const std::size_t height = this->Distances.size() / this->Width;
-  for (std::size_t y = 1; y + 1 < height; ++y)
-  {
-    for (std::size_t x = 1; x + 1 < this->Width; ++x)
+  std::atomic<bool> found{ false };
+  SMPExecutor().For(height, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = std::max<std::size_t>(begin, 1); y < std::min(end, height - 1); ++y)
     {
-      const std::size_t p = y * this->Width + x;
-      const float* color = &this->Color[4 * p];
-      if (isEmpty(p) && !std::equal(color, color + 4, &this->Background[4 * p]) && isEmpty(p - 1) &&
-        isEmpty(p + 1) && isEmpty(p - this->Width) && isEmpty(p + this->Width))
+      for (std::size_t x = 1; x + 1 < this->Width && !found; ++x)
       {
-        return true;
+        if (isOther(y * this->Width + x))
+        {
+          found = true;
+        }
       }
     }
-  }
-  return false;
+  });
+  return found;
 }
 
 Message PropImage::PackPixels() const
@@ -394,65 +446,79 @@ void PropImage::ClearGathered(const PassFrame& frame)
   this->Blit.Replace(frame.Window, frame.Rectangle, this->Color.data(), this->WindowDepth.data());
 }
 
-const float* PropImage::JoinDepth(
-  const SplattedPicture& picture, const DepthRange& range, float deepest)
-{
-  for (const auto& pixel : picture.BlurredPixels.Blurred())
-  {
-    this->WindowDepth[pixel.Index] = 1.0f;
-  }
-  const auto join = [&range](float propDepth, float distance) {
-    if (distance <= 0.0f && !(range.Parallel && distance != 0.0f))
-    {
-      return propDepth;
-    }
-    const double depth = range.WindowDepthOf(distance);
-    return std::min(propDepth, static_cast<float>(std::min(std::max(depth, 0.0), 1.0)));
-  };
-  const bool hasProps = !this->Distances.empty();
-  this->WindowDepth.resize(picture.Pixels);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(picture.Pixels), [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType p = begin; p < end; ++p)
-    {
-      const float largest = picture.Color[4 * p + 3] > 0.0f ? deepest : 1.0f;
-      const float prop = hasProps ? this->WindowDepth[p] : 1.0f;
-      this->WindowDepth[p] = std::min(join(prop, picture.Depth[p]), largest);
-    }
-  });
-  return this->WindowDepth.data();
-}
-
 /// The colour under a splatted pixel; the background of the pixel itself if nothing is there.
 const float* PropImage::ColorUnder(const DepthImageSurfels::Pixel& pixel) const
 {
   const bool isKnown = pixel.Under != DepthImageSurfels::NoPixel &&
-    (this->HasBackdrop || std::isfinite(this->WideDistances[pixel.Under]));
-  return isKnown ? &this->WideColor[4 * pixel.Under] : &this->Background[4 * pixel.Index];
+    (this->HasBackdrop || std::isfinite(this->Image.Depth[pixel.Under]));
+  return isKnown ? this->Image.Colors + 4 * pixel.Under : this->BackgroundOf(pixel.Index);
 }
 
-const float* PropImage::Compose(const SplattedPicture& picture)
+void PropImage::BeginFinish(const SplattedPicture& picture, bool isWhole)
 {
-  float* under = this->Color.data();
-  for (const auto* pixels : { &picture.BlurredPixels.Blurred(), &picture.BlurredPixels.Mixed() })
-  {
-    for (const DepthImageSurfels::Pixel& pixel : *pixels)
+  this->IsWhole = isWhole;
+  this->WindowDepth.resize(picture.Pixels);
+  const std::vector<DepthImageSurfels::Pixel>& blurred = picture.BlurredPixels.Blurred();
+  const std::vector<DepthImageSurfels::Pixel>& mixed = picture.BlurredPixels.Mixed();
+  const auto pixelOf = [&](std::size_t i) -> const DepthImageSurfels::Pixel& {
+    return i < blurred.size() ? blurred[i] : mixed[i - blurred.size()];
+  };
+  const std::size_t count = isWhole ? blurred.size() + mixed.size() : blurred.size();
+  // All colours under them are taken before any is replaced: they may be those of one another.
+  this->Under.resize(isWhole ? 4 * count : 0);
+  SMPExecutor().For(this->Under.size() / 4, PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
     {
-      std::copy_n(this->ColorUnder(pixel), 4, under + 4 * pixel.Index);
+      std::copy_n(this->ColorUnder(pixelOf(i)), 4, &this->Under[4 * i]);
     }
-  }
-  const bool linear = this->Image.LinearLight;
-  const float* color = picture.Color;
-  const auto count = static_cast<vtkIdType>(this->Color.size() / 4);
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType p = begin; p < end; ++p)
+  });
+  SMPExecutor().For(count, PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
     {
-      if (color[4 * p + 3] > 0.0f)
+      const std::size_t p = pixelOf(i).Index;
+      if (i < blurred.size())
       {
-        linear ? MixLight(color + 4 * p, under + 4 * p) : Mix(color + 4 * p, under + 4 * p);
+        this->WindowDepth[p] = 1.0f;
+      }
+      if (isWhole)
+      {
+        std::copy_n(&this->Under[4 * i], 4, &this->Color[4 * p]);
       }
     }
   });
-  return under;
+}
+
+void PropImage::Finish(const SplattedPicture& picture, const DepthRange& range, float deepest,
+  std::size_t begin, std::size_t end)
+{
+  float* windowDepth = this->WindowDepth.data();
+  if (this->Distances.empty())
+  {
+    std::fill(windowDepth + begin, windowDepth + end, 1.0f);
+  }
+  JoinDepths(picture.Depth + begin, end - begin, range, windowDepth + begin);
+  for (std::size_t p = begin; p < end && deepest < 1.0f; ++p)
+  {
+    windowDepth[p] = std::min(windowDepth[p], picture.Color[4 * p + 3] > 0.0f ? deepest : 1.0f);
+  }
+  if (this->IsWhole)
+  {
+    this->MixPixels(picture, begin, end);
+  }
+}
+
+void PropImage::MixPixels(const SplattedPicture& picture, std::size_t begin, std::size_t end)
+{
+  const bool linear = this->Image.LinearLight;
+  for (std::size_t p = begin; p < end; ++p)
+  {
+    const float* color = picture.Color + 4 * p;
+    float* under = &this->Color[4 * p];
+    if (color[3] > 0.0f)
+    {
+      linear ? MixLight(color, under) : Mix(color, under);
+    }
+  }
 }
 
 void PropImage::ReleaseGraphicsResources(vtkWindow* window)

@@ -15,6 +15,7 @@
 
 #include <vector>
 
+class vtkProp;
 class vtkRenderPass;
 class vtkRenderer;
 class vtkWindow;
@@ -35,7 +36,7 @@ struct SplattedPicture
 
 /**
  * Call its methods in this order in a frame: Begin or StaySharp; render the props; ReadDepth; Read;
- * splat with OccluderDepth and BlurredImage; on rank 0 JoinDepth and Compose, on other ranks
+ * splat with OccluderDepth and BlurredImage; on rank 0 BeginFinish and Finish, on other ranks
  * ClearGathered.
  */
 class PropImage
@@ -43,6 +44,9 @@ class PropImage
 public:
   /// Whether colours are sRGB codes of the light that is blurred and mixed.
   void SetLinearLight(bool linear) { this->Image.LinearLight = linear; }
+
+  /// Whether nothing but a colour is in the framebuffer before the props are drawn.
+  void SetPlainBackground(bool plain) { this->IsPlain = plain; }
 
   /// Call before the props are drawn, if they are not to be blurred.
   void StaySharp() { this->Margin = 0; }
@@ -94,14 +98,24 @@ public:
   }
 
   /**
-   * The smaller window depth of props and splats, [height][width].
+   * Begins to finish the frame: props that were splatted are no longer there.
+   * @param isWhole whether the finished colours are to contain all that is seen
+   */
+  void BeginFinish(const SplattedPicture& picture, bool isWhole);
+
+  /**
+   * Finishes the pixels [begin, end); threads may finish different ones.
    * @param deepest largest window depth of pixels with any colour
    */
-  const float* JoinDepth(const SplattedPicture& picture, const DepthRange& range, float deepest);
+  void Finish(const SplattedPicture& picture, const DepthRange& range, float deepest,
+    std::size_t begin, std::size_t end);
 
-  /// The complete picture, [height][width][4]: the splatter's picture over the props where they
-  /// stayed sharp, and over the background where they were splatted.
-  const float* Compose(const SplattedPicture& picture);
+  /// [height][width] the smaller window depth of props and splats, where Finish has been called.
+  const float* FinishedDepth() const { return this->WindowDepth.data(); }
+
+  /// [height][width][4] the finished colours if they are whole: the splatter's picture over the
+  /// props where they stayed sharp, and over the background where they were splatted.
+  const float* FinishedColor() const { return this->Color.data(); }
 
   /// On ranks other than 0: clears the props that are in the picture of rank 0. Translucent props
   /// and volumes, which have no depth, stay.
@@ -110,10 +124,17 @@ public:
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
-  bool ReadImage(const PassFrame& frame, vtkRenderPass* delegate);
-  bool DrawWide(const PassFrame& frame, vtkRenderPass* delegate);
-  void PlaceMiddle(const PixelRectangle& rectangle);
+  bool ReadImage(const PassFrame& frame, bool shares, vtkRenderPass* delegate);
+  bool DrawWide(
+    const PassFrame& frame, const std::vector<vtkProp*>& props, vtkRenderPass* delegate);
+  bool ReadMargin(const PassFrame& frame);
+  void PlaceMiddle(const PassFrame& frame);
   bool FindBackdrop() const;
+  void MixPixels(const SplattedPicture& picture, std::size_t begin, std::size_t end);
+  const float* BackgroundOf(std::size_t p) const
+  {
+    return &this->Background[this->IsPlain ? 0 : 4 * p];
+  }
   void Gather(Ranks& ranks, bool hasProps, const DepthRange& range);
   Message PackPixels() const;
   void AddPixels(const Message& pixels);
@@ -125,11 +146,14 @@ private:
   std::vector<float> Background, Color;        // of the frame
   std::vector<float> WideDistances, WideColor; // with the margin
   std::vector<float> WideWindowDepth;
+  std::vector<float> Under; // splatted pixels
   DepthImage Image;
   std::size_t Width = 0; // of the frame, px
   int Margin = 0;        // px on each side
   bool HasImage = false; // the image is complete
   bool Gathered = false;
+  bool IsPlain = false;     // the background is one colour, and Background one pixel
+  bool IsWhole = false;     // colours are finished, not only depths
   bool HasBackdrop = false; // something without a depth, such as a skybox, was drawn
 };
 }

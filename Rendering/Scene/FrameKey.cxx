@@ -22,6 +22,11 @@ FrameKey::FrameKey(const std::vector<SceneItem>& items, const SceneView& view,
   {
     this->AddItem(item);
   }
+  if (view.PropStamp)
+  {
+    this->Values.insert(this->Values.end(), view.PropStamp->begin(), view.PropStamp->end());
+    return;
+  }
   if (view.OccluderDepth)
   {
     const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];

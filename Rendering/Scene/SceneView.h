@@ -15,7 +15,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <vector>
 
 class vtkCamera;
 class vtkLightCollection;
@@ -52,6 +54,10 @@ struct SceneView
 
   /// The image of other opaque props if they are blurred too; null if they stay sharp.
   const DepthImage* PropImage = nullptr;
+
+  /// What OccluderDepth and PropImage depend on, before they are known (PropStamp.h). Null: only
+  /// they themselves tell whether they have changed.
+  const std::vector<std::uint64_t>* PropStamp = nullptr;
 
   /// Receives the share of the lens cells that are done. Returns false to stop with the mean of
   /// the cells so far. May be empty.

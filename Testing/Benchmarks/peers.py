@@ -52,7 +52,9 @@ class Window:
         self.renderer.AddActor(_actor(vtkPolyDataMapper(), mesh))
 
     def add_surfels(self, surfels):
-        self.renderer.AddActor(_actor(vtkSurfelMapper(), surfels))
+        actor = _actor(vtkSurfelMapper(), surfels)
+        self.renderer.AddActor(actor)
+        return actor
 
     def add_gaussians(self, surfels):
         """VTK's own splats, of the surfels' size."""
@@ -77,11 +79,14 @@ class Window:
         self.renderer.ResetCameraClippingRange()
         return own
 
+    def draw(self):
+        self.window.Render()
+        self.window.WaitForCompletion()
+
     def frame(self):
         """-> [height, width, 3], milliseconds"""
         began = time.perf_counter()
-        self.window.Render()
-        self.window.WaitForCompletion()
+        self.draw()
         elapsed = 1000 * (time.perf_counter() - began)
         pixels = vtkUnsignedCharArray()
         self.window.GetRGBACharPixelData(0, 0, self.size - 1, self.size - 1, 0, pixels)

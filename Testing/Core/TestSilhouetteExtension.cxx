@@ -56,7 +56,7 @@ TEST_CASE("Nearest")
   {
     const Scene scene = SquareBeforeWall(square, 9.0f);
     SilhouetteExtension hidden;
-    hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5);
+    hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5, SerialExecutor());
     for (int y = 0; y < Height; ++y)
     {
       for (int x = 0; x < Width; ++x)
@@ -95,7 +95,7 @@ TEST_CASE("Nothing behind")
 {
   SilhouetteExtension hidden;
   const Scene sharp = SquareBeforeWall(10.2f, 6.0f);
-  hidden.Find(Width, Height, sharp.Nearness, sharp.Confusions, 0.5);
+  hidden.Find(Width, Height, sharp.Nearness, sharp.Confusions, 0.5, SerialExecutor());
   Scene slope;
   for (int y = 0; y < Height; ++y)
   {
@@ -105,7 +105,7 @@ TEST_CASE("Nothing behind")
     }
   }
   SilhouetteExtension onSlope;
-  onSlope.Find(Width, Height, slope.Nearness, slope.Confusions, 0.5);
+  onSlope.Find(Width, Height, slope.Nearness, slope.Confusions, 0.5, SerialExecutor());
   for (std::size_t p = 0; p < Width * Height; ++p)
   {
     CHECK((sharp.Confusions[p] > 0.3f || hidden.Behind(p) == SilhouetteExtension::None));
@@ -137,7 +137,7 @@ TEST_CASE("Slopes")
       }
     }
     SilhouetteExtension hidden;
-    hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5);
+    hidden.Find(Width, Height, scene.Nearness, scene.Confusions, 0.5, SerialExecutor());
     int found = 0;
     for (std::size_t p = 0; p < Width * Height; ++p)
     {

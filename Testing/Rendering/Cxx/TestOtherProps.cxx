@@ -11,10 +11,16 @@
 #include "vtkSurfelSplattingPass.h"
 
 #include <vtkActor.h>
+#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkImageData.h>
+#include <vtkLight.h>
+#include <vtkLightCollection.h>
+#include <vtkMapper.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOpaquePass.h>
+#include <vtkPlane.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkRenderStepsPass.h>
@@ -24,6 +30,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 using namespace RenderingTest;
 
@@ -232,6 +239,131 @@ TEST_CASE_FIXTURE(NoMessages, "Preserved depth")
       CHECK_NEAR(At(picture, 40, 40, 1), 0.0, 1.0);
       CHECK_NEAR(At(picture, 8, 40, 1), 255.0, 1.0);
     }
+  }
+}
+
+namespace
+{
+/// Meshes before a lens, counting the frames that are kept.
+struct StillScene : Scene
+{
+  explicit StillScene(int samples = 0)
+    : Scene(90, 70, samples)
+  {
+    AddMeshes(this->Renderer);
+    this->Mesh = QuadActor({ -0.3, -0.4, 0.5 }, { 0.9, 0, 0.3 }, { 0, 0.7, 0 }, { 0.9, 0.9, 0.1 });
+    this->Renderer->AddActor(this->Mesh);
+    this->See(LensCamera(6.0, 5.0));
+  }
+
+  bool IsKept()
+  {
+    vtkSurfelSplatter* splatter = this->Pass->GetSplatter();
+    const vtkIdType before = splatter->GetNumberOfReusedFrames();
+    this->Window->Render();
+    return splatter->GetNumberOfReusedFrames() > before;
+  }
+
+  /// Whether a change makes a new frame, which is right and kept from then on.
+  bool IsSeen(const std::function<void()>& change)
+  {
+    change();
+    const bool anew = !this->IsKept();
+    vtkSmartPointer<vtkImageData> drawn = Grab(this->Window);
+    const bool kept = this->IsKept() && Compare(Grab(this->Window), drawn).Max == 0.0;
+    vtkNew<vtkSurfelSplattingPass> fresh;
+    fresh->SetOtherPropsThroughLens(this->Pass->GetOtherPropsThroughLens());
+    this->Renderer->SetPass(fresh);
+    this->Window->Render();
+    const bool isRight = Compare(Grab(this->Window), drawn).Max == 0.0;
+    this->Renderer->SetPass(this->Pass);
+    return anew && kept && isRight && !this->IsKept() && this->IsKept();
+  }
+
+  vtkSmartPointer<vtkActor> Mesh;
+};
+}
+
+/// While nothing changes the frame is kept, and whatever changes is seen.
+TEST_CASE_FIXTURE(NoMessages, "Still frames")
+{
+  for (const int samples : { 0, 4 })
+  {
+    StillScene s(samples);
+    CHECK(!s.IsKept());
+    CHECK(s.IsKept());
+    vtkNew<vtkPlane> plane;
+    plane->SetOrigin(0.2, 0, 0);
+    const std::function<void()> changes[] = {
+      [&] { s.Renderer->GetActiveCamera()->Azimuth(2.0); },
+      [&] { s.Renderer->GetActiveCamera()->SetFocalDistance(4.5); },
+      [&] { s.Renderer->SetBackground(0.3, 0.1, 0.1); },
+      [&] { s.Mesh->GetProperty()->SetColor(0.2, 0.9, 0.9); },
+      [&] { s.Mesh->SetPosition(0.1, 0.1, 0.2); },
+      [&] { s.Mesh->GetMapper()->AddClippingPlane(plane); },
+      [&] { plane->SetOrigin(0.4, 0, 0); },
+      [&] {
+        vtkPoints* points = vtkPolyData::SafeDownCast(s.Mesh->GetMapper()->GetInput())->GetPoints();
+        points->SetPoint(2, 0.8, 0.6, 0.9);
+        points->Modified();
+      },
+      [&] {
+        s.Mesh->GetProperty()->LightingOn();
+        s.Mesh->GetProperty()->SetAmbient(0.3);
+      },
+      [&] {
+        vtkLight::SafeDownCast(s.Renderer->GetLights()->GetItemAsObject(0))->SetIntensity(0.6);
+      },
+      [&] { s.Window->SetSize(80, 60); },
+      [&] { s.Mesh->VisibilityOff(); },
+    };
+    for (const std::function<void()>& change : changes)
+    {
+      CHECK(s.IsSeen(change));
+    }
+  }
+}
+
+/// A frame whose meshes may draw anything is compared pixel by pixel.
+TEST_CASE_FIXTURE(NoMessages, "Still frames of unknown props")
+{
+  StillScene s;
+  vtkNew<vtkCallbackCommand> observer;
+  int frames = 0;
+  observer->SetClientData(&frames);
+  observer->SetCallback(
+    [](vtkObject*, unsigned long, void* count, void*) { ++*static_cast<int*>(count); });
+  s.Mesh->GetMapper()->AddObserver(vtkCommand::StartEvent, observer);
+  CHECK(!s.IsKept());
+  const int drawn = frames;
+  CHECK(drawn > 0);
+  CHECK(s.IsKept());
+  CHECK(frames == 2 * drawn); // it was drawn to be compared
+}
+
+/// Where no prop reaches the margin, none is drawn in it: the same picture.
+TEST_CASE_FIXTURE(NoMessages, "Margin without props")
+{
+  for (const double width : { 1.0, 2.9, 3.2, 3.6 }) // the window is 3.3 wide there
+  {
+    vtkSmartPointer<vtkImageData> pictures[2];
+    for (const bool drawn : { false, true })
+    {
+      Scene scene(90, 70);
+      vtkSmartPointer<vtkActor> mesh =
+        QuadActor({ -0.5 * width, -0.8, 1.2 }, { width, 0, 0 }, { 0, 1.6, 0 }, { 0.9, 0.9, 0.1 });
+      scene.Renderer->AddActor(mesh);
+      vtkNew<vtkCallbackCommand> observer; // makes it a prop that may draw anywhere
+      observer->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
+      if (drawn)
+      {
+        mesh->GetMapper()->AddObserver(vtkCommand::StartEvent, observer);
+      }
+      scene.See(LensCamera(6.0, 3.0));
+      pictures[drawn] = scene.Render();
+    }
+    INFO("width " << width);
+    CHECK_NEAR(Compare(pictures[0], pictures[1]).Max, 0.0, 0.0);
   }
 }
 
