@@ -99,7 +99,15 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
   if (seen == NotStarted &&
     state.compare_exchange_strong(seen, InProgress, std::memory_order_acquire))
   {
-    this->Make(this->Runs[run]);
+    try
+    {
+      this->Make(this->Runs[run]);
+    }
+    catch (...)
+    {
+      state.store(Ready, std::memory_order_release); // without splats; others must not wait forever
+      throw;
+    }
     state.store(Ready, std::memory_order_release);
   }
   // If another thread is making it now, that takes a few microseconds.

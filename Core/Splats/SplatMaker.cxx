@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SplatMaker.h"
 
+#include "Core/Base/MemoryGuard.h"
+
 namespace SurfelSplatting
 {
 namespace
@@ -17,6 +19,20 @@ void PrefetchElements(const void* array, std::size_t size, std::size_t begin, st
   for (std::size_t offset = 0; offset < size * count; offset += line)
   {
     __builtin_prefetch(first + offset);
+  }
+}
+}
+
+namespace
+{
+/// Checks elements [begin, begin + count) of an array. Does nothing if the array is null.
+template <typename Element>
+void CheckElements(
+  const MemoryGuard& guard, const Element* array, std::size_t begin, std::size_t count)
+{
+  if (array)
+  {
+    guard.Need(array + begin, sizeof(Element) * count);
   }
 }
 }
@@ -112,5 +128,36 @@ void SplatMaker::PrefetchNodes(std::size_t begin, std::size_t count) const
   const SurfelCloud& c = this->Job.Cloud;
   PrefetchElements(c.Nodes, sizeof(HierarchyNode), begin - c.NumberOfSurfels, count);
   PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
+}
+
+/// Checks the memory of surfels or nodes, and of their parents, before they are read.
+void SplatMaker::Check(const CutRange& run, std::size_t skip, std::size_t count) const
+{
+  if (run.Merging > 0.0f)
+  {
+    this->CheckNodes(run.Parents + skip / 2, count / 2 + 1);
+  }
+  const std::size_t begin = run.Begin + skip;
+  if (run.Level > 0)
+  {
+    this->CheckNodes(begin, count);
+    return;
+  }
+  const SurfelCloud& c = this->Job.Cloud;
+  CheckElements(*c.Guard, c.PositionsFloat, 3 * begin, 3 * count);
+  CheckElements(*c.Guard, c.PositionsDouble, 3 * begin, 3 * count);
+  CheckElements(*c.Guard, c.Covariances, 6 * begin, 6 * count);
+  CheckElements(*c.Guard, c.AreaVectors, 3 * begin, 3 * count);
+  CheckElements(*c.Guard, c.TwoSided, begin, count);
+  CheckElements(*c.Guard, c.Opacities, begin, count);
+  CheckElements(*c.Guard, c.ColorsUChar, 4 * begin, 4 * count);
+}
+
+void SplatMaker::CheckNodes(std::size_t begin, std::size_t count) const
+{
+  const SurfelCloud& c = this->Job.Cloud;
+  const std::size_t first = begin - c.NumberOfSurfels;
+  CheckElements(*c.Guard, c.Nodes, first, count);
+  CheckElements(*c.Guard, c.NodeColors, first, count);
 }
 }

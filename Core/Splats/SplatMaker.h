@@ -29,8 +29,13 @@ public:
   void Prefetch(const CutRange& run) const;
 
   /// Appends the visible splats of a run's surfels [skip, skip + count).
+  /// @throw DamagedMemory if the cloud has a guard that finds damage
   void Make(const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
   {
+    if (this->Job.Cloud.Guard)
+    {
+      this->Check(run, skip, count);
+    }
     this->Target->MakeSplats(this->Job, run, skip, count, output);
   }
   /// Appends the visible splats of a run.
@@ -41,6 +46,8 @@ public:
 
 private:
   void PrefetchNodes(std::size_t begin, std::size_t count) const;
+  void Check(const CutRange& run, std::size_t skip, std::size_t count) const;
+  void CheckNodes(std::size_t begin, std::size_t count) const;
   void SetTransforms(const View& view);
   void SetOptics(const SplatContext& context);
   void SetLights(const std::vector<Light>& lights, const Material& material);

@@ -92,21 +92,6 @@ Material MakeMaterial(vtkProperty* property, bool linearLight)
   return material;
 }
 
-std::string CheckArrays(vtkPolyData* surfels)
-{
-  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
-         CheckArray(surfels, Arrays::AreaVector, 3, true),
-         CheckArray(surfels, Arrays::TwoSided, 1, false),
-         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
-  {
-    if (!problem.empty())
-    {
-      return problem;
-    }
-  }
-  return std::string();
-}
-
 void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
 {
   SurfelCloud& cloud = source.Cloud;
@@ -146,6 +131,21 @@ void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
 }
 }
 
+std::string CheckSurfels(vtkPolyData* surfels)
+{
+  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
+         CheckArray(surfels, Arrays::AreaVector, 3, true),
+         CheckArray(surfels, Arrays::TwoSided, 1, false),
+         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
+  {
+    if (!problem.empty())
+    {
+      return problem;
+    }
+  }
+  return std::string();
+}
+
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3])
 {
   std::fill_n(origin, 3, 0.0);
@@ -167,7 +167,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   {
     return std::string();
   }
-  std::string problem = CheckArrays(surfels);
+  std::string problem = CheckSurfels(surfels);
   if (!problem.empty())
   {
     return problem;

@@ -25,6 +25,10 @@ class HierarchyCache;
 /// (0, 0, 0) if there is none.
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3]);
 
+/// Returns an empty string if the point arrays are as the data contract says, otherwise what is
+/// wrong and what to do.
+std::string CheckSurfels(vtkPolyData* surfels);
+
 /// Input that a cloud is made from.
 struct CloudInput
 {
