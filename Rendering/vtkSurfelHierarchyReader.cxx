@@ -119,7 +119,7 @@ int vtkSurfelHierarchyReader::RequestData(
     output->Initialize();
     this->SetErrorCode(vtkErrorCode::FileFormatError);
     vtkErrorMacro(
-      "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << problem);
+      "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
     return 0;
   }
   return 1;
@@ -136,8 +136,8 @@ bool vtkSurfelHierarchyReader::CheckFile()
   catch (const std::exception& exception)
   {
     this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(
-      "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << exception.what());
+    vtkErrorMacro("Cannot read " << (this->FileName ? this->FileName : "(none)") << ": "
+                                 << exception.what() << ".");
     return false;
   }
 }

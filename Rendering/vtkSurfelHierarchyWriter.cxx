@@ -3,6 +3,7 @@
 
 #include "Rendering/Scene/HierarchyFile.h"
 #include "Rendering/Scene/SMPExecutor.h"
+#include "Rendering/Scene/SurfelSpool.h"
 
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
@@ -11,6 +12,8 @@
 #include <vtkPolyData.h>
 
 #include <exception>
+#include <new>
+#include <utility>
 
 vtkStandardNewMacro(vtkSurfelHierarchyWriter);
 
@@ -24,13 +27,58 @@ vtkSurfelHierarchyWriter::~vtkSurfelHierarchyWriter()
   this->SetFileName(nullptr);
 }
 
+void vtkSurfelHierarchyWriter::ReportError(unsigned long code, const char* problem)
+{
+  this->SetErrorCode(code);
+  vtkErrorMacro(
+    "Cannot write " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
+}
+
+bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (!this->FileName || !*this->FileName)
+  {
+    this->ReportError(
+      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+    return false;
+  }
+  try
+  {
+    if (!this->Pieces)
+    {
+      this->Pieces.reset(new SurfelSplatting::SurfelSpool(this->FileName));
+    }
+    this->Pieces->Add(surfels);
+    return true;
+  }
+  catch (const std::exception& problem)
+  {
+    this->Pieces.reset();
+    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
+    return false;
+  }
+}
+
 int vtkSurfelHierarchyWriter::Write()
 {
   this->SetErrorCode(vtkErrorCode::NoError);
+  if (this->Pieces)
+  {
+    const std::unique_ptr<SurfelSplatting::SurfelSpool> pieces = std::move(this->Pieces);
+    try
+    {
+      return this->WriteFile(pieces->Map()) ? 1 : 0;
+    }
+    catch (const std::exception& problem)
+    {
+      this->ReportError(vtkErrorCode::OutOfDiskSpaceError, problem.what());
+      return 0;
+    }
+  }
   if (this->GetNumberOfInputConnections(0) == 0)
   {
-    this->SetErrorCode(vtkErrorCode::UnknownError);
-    vtkErrorMacro("There is no hierarchy to write: set the input first.");
+    this->ReportError(vtkErrorCode::UnknownError, "there are no surfels; set the input first");
     return 0;
   }
   // Every call writes, whether or not the input has changed.
@@ -42,25 +90,33 @@ int vtkSurfelHierarchyWriter::Write()
 int vtkSurfelHierarchyWriter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
 {
+  return this->WriteFile(vtkPolyData::GetData(inputVector[0])) ? 1 : 0;
+}
+
+bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
+{
   this->SetErrorCode(vtkErrorCode::NoError);
   if (!this->FileName || !*this->FileName)
   {
-    this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro("There is no file name: call SetFileName first.");
-    return 0;
+    this->ReportError(
+      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+    return false;
   }
   try
   {
-    SurfelSplatting::WriteHierarchy(
-      vtkPolyData::GetData(inputVector[0]), this->FileName, SurfelSplatting::SMPExecutor());
+    SurfelSplatting::WriteHierarchy(surfels, this->FileName, SurfelSplatting::SMPExecutor());
+    return true;
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->ReportError(vtkErrorCode::UnknownError,
+      "there is too little memory; making a hierarchy takes 40 bytes for each surfel");
   }
   catch (const std::exception& problem)
   {
-    this->SetErrorCode(vtkErrorCode::CannotOpenFileError);
-    vtkErrorMacro("Cannot write " << this->FileName << ": " << problem.what());
-    return 0;
+    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
   }
-  return 1;
+  return false;
 }
 
 void vtkSurfelHierarchyWriter::PrintSelf(ostream& os, vtkIndent indent)

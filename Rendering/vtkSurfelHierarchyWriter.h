@@ -9,8 +9,9 @@
  * for the bounds that select the cut, and the point arrays of the surfel. Point and field arrays of
  * numbers are kept; strings and cells are not.
  *
- * It writes the whole file or none. If the file name is a link, its target is written and the link
- * stays.
+ * Surfels without a hierarchy become one in the file; AddPiece() takes clouds that are larger than
+ * the memory. It writes the whole file or none. If the file name is a link, its target is written
+ * and the link stays.
  *
  * @sa vtkSurfelHierarchyReader vtkSurfelHierarchy
  */
@@ -19,6 +20,13 @@
 
 #include "vtkPolyDataAlgorithm.h"
 #include "vtkSurfelRenderingModule.h" // for export macro
+
+#include <memory> // for members
+
+namespace SurfelSplatting
+{
+class SurfelSpool;
+}
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelHierarchyWriter : public vtkPolyDataAlgorithm
 {
@@ -36,7 +44,19 @@ public:
   ///@}
 
   /**
-   * Updates the input and writes it. Returns 1, or 0 after an error; GetErrorCode() is then not 0.
+   * Adds surfels to a cloud that is too large for the memory: the next Write() makes one hierarchy
+   * of all pieces since the last one, in the file itself, instead of writing the input. Until then
+   * they are in files beside it, 53 bytes for each surfel with a colour. The file name must be set
+   * before. Each piece needs the point arrays that the first one has; their origins (field array
+   * SurfelOrigin) may differ. Returns whether it has succeeded; after an error all pieces are
+   * dropped.
+   */
+  bool AddPiece(vtkPolyData* surfels);
+
+  /**
+   * Writes the pieces that were added. Without any, updates the input and writes it: a hierarchy,
+   * or surfels, of which it makes one. That takes 40 bytes of memory for each surfel besides the
+   * input. Returns 1, or 0 after an error; GetErrorCode() is then not 0.
    */
   int Write();
 
@@ -51,7 +71,11 @@ private:
   vtkSurfelHierarchyWriter(const vtkSurfelHierarchyWriter&) = delete;
   void operator=(const vtkSurfelHierarchyWriter&) = delete;
 
+  bool WriteFile(vtkPolyData* surfels);
+  void ReportError(unsigned long code, const char* problem);
+
   char* FileName = nullptr;
+  std::unique_ptr<SurfelSplatting::SurfelSpool> Pieces;
 };
 
 #endif

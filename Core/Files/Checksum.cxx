@@ -38,12 +38,9 @@ constexpr Table MakeTable()
 }
 
 constexpr Table Remainders = MakeTable();
-}
 
-std::uint32_t Checksum(const void* data, std::size_t bytes, std::uint32_t before)
+std::uint32_t ByTable(const unsigned char* at, std::size_t bytes, std::uint32_t sum)
 {
-  const auto* at = static_cast<const unsigned char*>(data);
-  std::uint32_t sum = ~before;
   for (; bytes >= Step; bytes -= Step, at += Step)
   {
     const std::uint32_t low = sum ^
@@ -57,6 +54,46 @@ std::uint32_t Checksum(const void* data, std::size_t bytes, std::uint32_t before
   {
     sum = (sum >> 8) ^ Remainders[0][(sum ^ *at) & 255];
   }
-  return ~sum;
+  return sum;
+}
+
+#if defined(__x86_64__)
+/// The instruction that SSE4.2 has for it: four times as fast.
+__attribute__((target("sse4.2"))) std::uint32_t ByInstruction(
+  const unsigned char* at, std::size_t bytes, std::uint32_t before)
+{
+  std::uint64_t sum = before;
+  for (; bytes >= Step; bytes -= Step, at += Step)
+  {
+    std::uint64_t word;
+    std::memcpy(&word, at, Step);
+    sum = __builtin_ia32_crc32di(sum, word);
+  }
+  auto end = static_cast<std::uint32_t>(sum);
+  for (; bytes > 0; --bytes, ++at)
+  {
+    end = __builtin_ia32_crc32qi(end, *at);
+  }
+  return end;
+}
+#endif
+}
+
+std::uint32_t Checksum(const void* data, std::size_t bytes, std::uint32_t before)
+{
+  const auto* begin = static_cast<const unsigned char*>(data);
+#if defined(__x86_64__)
+  static const bool hasInstruction = __builtin_cpu_supports("sse4.2") != 0;
+  if (hasInstruction)
+  {
+    return ~ByInstruction(begin, bytes, ~before);
+  }
+#endif
+  return ~ByTable(begin, bytes, ~before);
+}
+
+std::uint32_t ChecksumByTable(const void* data, std::size_t bytes, std::uint32_t before)
+{
+  return ~ByTable(static_cast<const unsigned char*>(data), bytes, ~before);
 }
 }

@@ -92,6 +92,19 @@ Material MakeMaterial(vtkProperty* property, bool linearLight)
   return material;
 }
 
+void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
+{
+  if (vtkFloatArray::SafeDownCast(colors))
+  {
+    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+  }
+  else if (colors)
+  {
+    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
+  }
+}
+}
+
 void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
 {
   SurfelCloud& cloud = source.Cloud;
@@ -116,19 +129,6 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
   {
     cloud.Opacities = Pointer<vtkFloatArray>(opacity, source);
   }
-}
-
-void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
-{
-  if (vtkFloatArray::SafeDownCast(colors))
-  {
-    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
-  }
-  else if (colors)
-  {
-    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
-  }
-}
 }
 
 std::string CheckSurfels(vtkPolyData* surfels)

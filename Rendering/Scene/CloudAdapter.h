@@ -48,6 +48,9 @@ struct SurfelCloudSource
   std::vector<vtkSmartPointer<vtkDataArray>> Arrays;
 };
 
+/// Points the cloud to the arrays of surfels that pass CheckSurfels.
+void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source);
+
 /// Makes a cloud. Returns an empty string, or what is missing from the input and what to do.
 std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source);
 }

@@ -3,6 +3,8 @@
 
 #include "Core/Files/ArrayFileWriter.h"
 #include "Core/Hierarchy/ClusterBounds.h"
+#include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
@@ -19,7 +21,9 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -29,6 +33,7 @@ namespace
 {
 constexpr std::size_t Grain = 16384;
 constexpr int None = -1;
+constexpr vtkIdType MostSurfels = std::numeric_limits<std::uint32_t>::max();
 
 /// The array itself if it is one block of memory of this type, otherwise a copy that is.
 vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type)
@@ -62,9 +67,11 @@ bool IsComputed(const char* name)
 class Contents
 {
 public:
-  explicit Contents(vtkPolyData* input)
+  /// @param order of surfels without a hierarchy; null: the input is one
+  Contents(vtkPolyData* input, const KdTreeOrder* order)
     : Input(input)
-    , Layout(HierarchyCache::LayoutOf(input))
+    , Order(order)
+    , Layout(order ? order->Layout : HierarchyCache::LayoutOf(input))
   {
     this->AddPointArrays();
     this->AddFieldArrays();
@@ -82,17 +89,22 @@ private:
   void AddFieldArrays();
   void AddComputedArrays();
 
+  void CopyArrays(ArrayFileWriter& file, const Executor& executor) const;
   void CopyColors(const Executor& executor, unsigned char* to) const;
   SurfelCloud CloudIn(ArrayFileWriter& file) const;
   void FillSamples(const SurfelCloud& cloud, float* samples) const;
 
+  /// The input's surfel that becomes leaf i.
+  std::size_t Surfel(std::size_t i) const { return this->Order ? this->Order->Surfels[i] : i; }
+
   vtkPolyData* Input;
+  const KdTreeOrder* Order;
   HierarchyLayout Layout;
   std::vector<StoredArray> Stored;
   std::vector<vtkSmartPointer<vtkDataArray>> Sources; ///< null: not a copy
   int Positions = None, Covariances = None, AreaVectors = None, TwoSided = None, Opacities = None,
-      Nodes = None, Colors = None, NodeColors = None, Clusters = None, Extents = None,
-      Samples = None, Bounds = None;
+      Leaves = None, Nodes = None, Colors = None, NodeColors = None, Clusters = None,
+      Extents = None, Samples = None, Bounds = None;
   std::uint64_t SampleStep = 1;
 };
 
@@ -160,8 +172,8 @@ void Contents::AddPointArrays()
     }
     else if (array == data->GetScalars() && AreColors(array))
     {
-      this->Colors = this->Add(array->GetName(), ArrayRole::Scalars, ArrayType::UInt8, 4,
-        static_cast<std::uint64_t>(array->GetNumberOfTuples()));
+      this->Colors = this->Add(
+        array->GetName(), ArrayRole::Scalars, ArrayType::UInt8, 4, this->Layout.NumberOfLeaves());
     }
     else
     {
@@ -184,6 +196,13 @@ void Contents::AddFieldArrays()
       const int number = this->AddCopy(array, ArrayRole::FieldData);
       this->Nodes = std::strcmp(array->GetName(), Arrays::Nodes) == 0 ? number : this->Nodes;
     }
+  }
+  if (this->Order)
+  {
+    this->Leaves = this->Add(
+      Arrays::Leaves, ArrayRole::FieldData, ArrayType::Int64, HierarchyLayout::NumberOfTrees, 1);
+    this->Nodes = this->Add(Arrays::Nodes, ArrayRole::FieldData, ArrayType::UInt8,
+      sizeof(HierarchyNode), this->Layout.NumberOfNodes() - this->Layout.NumberOfLeaves());
   }
 }
 
@@ -222,14 +241,41 @@ void Contents::CopyColors(const Executor& executor, unsigned char* to) const
     AsType(this->Input->GetPointData()->GetScalars(), VTK_UNSIGNED_CHAR);
   const auto* from = static_cast<const unsigned char*>(colors->GetVoidPointer(0));
   const auto components = static_cast<std::size_t>(colors->GetNumberOfComponents());
-  executor.For(static_cast<std::size_t>(colors->GetNumberOfTuples()), Grain,
-    [=](std::size_t begin, std::size_t end) {
+  executor.For(this->Layout.NumberOfLeaves(), Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      to[4 * i + 3] = 255;
+      std::copy_n(from + components * this->Surfel(i), components, to + 4 * i);
+    }
+  });
+}
+
+/// Copies what is in the input; the leaves in the order of the tree.
+void Contents::CopyArrays(ArrayFileWriter& file, const Executor& executor) const
+{
+  for (std::size_t array = 0; array < this->Stored.size(); ++array)
+  {
+    if (!this->Sources[array])
+    {
+      continue;
+    }
+    const StoredArray& stored = this->Stored[array];
+    const bool isOrdered = this->Order && stored.Role != ArrayRole::FieldData;
+    const std::size_t size = SizeOf(stored.Type) * stored.Components;
+    const auto* from = static_cast<const unsigned char*>(this->Sources[array]->GetVoidPointer(0));
+    auto* to = file.Data<unsigned char>(array);
+    executor.For(stored.Tuples, Grain, [&](std::size_t begin, std::size_t end) {
+      if (!isOrdered)
+      {
+        std::memcpy(to + size * begin, from + size * begin, size * (end - begin));
+        return;
+      }
       for (std::size_t i = begin; i < end; ++i)
       {
-        to[4 * i + 3] = 255;
-        std::copy_n(from + components * i, components, to + 4 * i);
+        std::memcpy(to + size * i, from + size * this->Surfel(i), size);
       }
     });
+  }
 }
 
 /// The hierarchy, after its arrays were copied.
@@ -269,22 +315,21 @@ void Contents::FillSamples(const SurfelCloud& cloud, float* samples) const
 void Contents::Write(const std::string& path, const Executor& executor) const
 {
   ArrayFileWriter file(path, this->Stored);
-  for (std::size_t i = 0; i < this->Stored.size(); ++i)
-  {
-    if (this->Sources[i])
-    {
-      auto* to = file.Data<unsigned char>(i);
-      const auto* from = static_cast<const unsigned char*>(this->Sources[i]->GetVoidPointer(0));
-      executor.For(this->Stored[i].Bytes(), Grain, [=](std::size_t begin, std::size_t end) {
-        std::memcpy(to + begin, from + begin, end - begin);
-      });
-    }
-  }
+  this->CopyArrays(file, executor);
   if (this->Colors != None)
   {
     this->CopyColors(executor, file.Data<unsigned char>(this->Colors));
   }
   const SurfelCloud cloud = this->CloudIn(file);
+  if (this->Order)
+  {
+    for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+    {
+      file.Data<std::int64_t>(this->Leaves)[tree] =
+        static_cast<std::int64_t>(this->Layout.NumberOfLeaves(tree));
+    }
+    FillNodes(cloud, this->Layout, executor, file.Data<HierarchyNode>(this->Nodes));
+  }
   ClusterBounds::Fill(cloud, this->Layout, executor, file.Data<ClusterBounds::Node>(this->Clusters),
     file.Data<NodeExtent>(this->Extents));
   if (this->NodeColors != None)
@@ -309,12 +354,27 @@ void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor&
   if (input && input->GetNumberOfPoints() > 0)
   {
     problem = CheckSurfels(input);
-    problem = problem.empty() ? HierarchyCache::CheckHierarchy(input) : problem;
+  }
+  const bool isHierarchy = problem.empty() && HierarchyCache::IsHierarchy(input);
+  if (isHierarchy)
+  {
+    problem = HierarchyCache::CheckHierarchy(input);
+  }
+  else if (problem.empty() && input->GetNumberOfPoints() > MostSurfels)
+  {
+    problem = "a hierarchy takes up to " + std::to_string(MostSurfels) + " surfels";
   }
   if (!problem.empty())
   {
     throw std::runtime_error(problem);
   }
-  Contents(input).Write(path, executor);
+  KdTreeOrder order;
+  if (!isHierarchy)
+  {
+    SurfelCloudSource source;
+    SetSurfels(input, source);
+    order = MakeKdTreeOrder(source.Cloud, executor);
+  }
+  Contents(input, isHierarchy ? nullptr : &order).Write(path, executor);
 }
 }

@@ -17,7 +17,11 @@ namespace SurfelSplatting
 /// n / SampleCount rounded down.
 constexpr int SampleCount = 200000;
 
-/// @param input a hierarchy (Documentation/DataContract.md)
-/// @throw std::runtime_error that says what is wrong with the input or the disk
+/**
+ * Writes a file. Of surfels without a hierarchy, makes one, in the file itself: besides the input,
+ * which may be mapped, it takes 40 bytes of memory for each surfel.
+ * @param input surfels or a hierarchy (Documentation/DataContract.md)
+ * @throw std::runtime_error that says what is wrong with the input or the disk
+ */
 void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor);
 }

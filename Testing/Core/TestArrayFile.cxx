@@ -95,6 +95,7 @@ TEST_CASE("Checksum")
   const std::string text = "in parts, or as a whole, it is the same";
   CHECK(Checksum(text.data() + 7, text.size() - 7, Checksum(text.data(), 7)) ==
     Checksum(text.data(), text.size()));
+  CHECK(ChecksumByTable(text.data(), text.size()) == Checksum(text.data(), text.size()));
 }
 
 TEST_CASE("Round trip")
@@ -142,7 +143,7 @@ TEST_CASE("Damage")
   const std::string whole = ReadAll(file.Path);
   CHECK(ProblemOf(file.Path).empty());
   Random random(1);
-  for (int i = 0; i < 400; ++i)
+  for (int i = 0; i < 250; ++i)
   {
     std::string content = whole;
     const bool inHeader = i % 2 == 0;
@@ -174,7 +175,7 @@ TEST_CASE("Forged headers")
   const std::string whole = ReadAll(file.Path);
   Random random(2);
   int read = 0;
-  for (int i = 0; i < 400; ++i)
+  for (int i = 0; i < 250; ++i)
   {
     std::string content = whole;
     const auto place = static_cast<std::size_t>(random.Integer(16, 64 + 3 * 128 - 8));
@@ -201,7 +202,7 @@ TEST_CASE("Forged headers")
     }
   }
   CHECK(read > 20); // names, for example, may be any
-  CHECK(read < 380);
+  CHECK(read < 230);
 }
 
 /// The arrays of a large file are checked page by page, where they are needed.
