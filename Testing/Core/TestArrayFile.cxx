@@ -71,6 +71,7 @@ std::string ReadAll(const std::string& path)
 
 void WriteAll(const std::string& path, const std::string& content)
 {
+  std::remove(path.c_str()); // a file that is cut to nothing waits for the disk when it is closed
   std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
 }
 
