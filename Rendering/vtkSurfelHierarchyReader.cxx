@@ -70,12 +70,31 @@ void AddArray(Core::ArrayRole role, vtkDataArray* array, vtkPolyData* output)
   }
 }
 
+/// Whether a frame reads the nodes or surfels that it needs from an array. The entries that it
+/// walks to choose them (Arrays::Clusters, Arrays::Extents) are near each other.
+bool IsReadAtRandom(const Core::StoredArray& stored)
+{
+  for (const char* name : { Core::Arrays::Nodes, Core::Arrays::NodeColors, Core::Arrays::Covariance,
+         Core::Arrays::AreaVector, Core::Arrays::TwoSided, Core::Arrays::Opacity })
+  {
+    if (stored.Name == name)
+    {
+      return true;
+    }
+  }
+  return stored.Role == Core::ArrayRole::Points || stored.Role == Core::ArrayRole::Scalars;
+}
+
 /// The arrays in the order of the file: those that are computed from others are behind them, and
 /// their later times say that they are up to date (HierarchyCache.h).
 void MapArrays(const std::shared_ptr<const Core::ArrayFile>& file, vtkPolyData* output)
 {
   for (const Core::StoredArray& stored : file->Arrays())
   {
+    if (IsReadAtRandom(stored))
+    {
+      file->ReadAtRandom(stored);
+    }
     AddArray(stored.Role, Core::MakeMappedArray(file, stored), output);
   }
   vtkDataArray* colors = output->GetFieldData()->GetArray(Core::Arrays::NodeColors);

@@ -73,6 +73,7 @@ ArrayFile::ArrayFile(const std::string& path, const Executor& executor)
   {
     if (array.Role == ArrayRole::FieldData && array.Bytes() <= Small)
     {
+      this->Announce(this->Data(array), array.Bytes());
       this->Need(this->Data(array), array.Bytes());
     }
   }
@@ -160,32 +161,62 @@ bool ArrayFile::Contains(const void* memory) const
   return begin + this->Header.ArraysBegin <= at && at < begin + this->Header.ChecksumsBegin;
 }
 
+void ArrayFile::ReadAtRandom(const StoredArray& array) const
+{
+  this->File.ReadAtRandom(array.Begin, array.Bytes());
+}
+
+bool ArrayFile::FindPages(
+  const void* begin, std::size_t bytes, std::uint64_t& first, std::uint64_t& last) const
+{
+  if (!this->Contains(begin) || bytes == 0)
+  {
+    return false;
+  }
+  const std::uint64_t at = static_cast<const unsigned char*>(begin) - this->File.Data() -
+    static_cast<std::size_t>(this->Header.ArraysBegin);
+  first = at / FilePage;
+  last = std::min(this->Pages, (at + bytes - 1) / FilePage + 1);
+  return true;
+}
+
+bool ArrayFile::IsChecked(std::uint64_t page) const
+{
+  const std::uint64_t word = this->Checked[page / PagesPerWord].load(std::memory_order_relaxed);
+  return (word >> page % PagesPerWord & 1) != 0;
+}
+
 void ArrayFile::Announce(const void* begin, std::size_t bytes) const
 {
-  if (this->Contains(begin) && bytes > 0)
+  std::uint64_t first, last;
+  if (!this->FindPages(begin, bytes, first, last))
   {
-    this->File.Announce(static_cast<const unsigned char*>(begin) - this->File.Data(), bytes);
+    return;
+  }
+  while (first < last && this->IsChecked(first))
+  {
+    ++first; // it is probably still in memory
+  }
+  if (first < last)
+  {
+    this->File.Announce(this->Header.ArraysBegin + FilePage * first, FilePage * (last - first));
   }
 }
 
 void ArrayFile::Need(const void* begin, std::size_t bytes) const
 {
-  if (!this->Contains(begin) || bytes == 0)
+  std::uint64_t first, last;
+  if (this->FindPages(begin, bytes, first, last))
   {
-    return;
+    this->CheckPages(first, last);
   }
-  const std::uint64_t at = static_cast<const unsigned char*>(begin) - this->File.Data() -
-    static_cast<std::size_t>(this->Header.ArraysBegin);
-  this->CheckPages(at / FilePage, std::min(this->Pages, (at + bytes - 1) / FilePage + 1));
 }
 
 void ArrayFile::CheckPages(std::uint64_t first, std::uint64_t last) const
 {
   for (std::uint64_t page = first; page < last; ++page)
   {
-    std::atomic<std::uint64_t>& word = this->Checked[page / PagesPerWord];
-    const std::uint64_t bit = std::uint64_t{ 1 } << page % PagesPerWord;
-    if ((word.load(std::memory_order_relaxed) & bit) != 0)
+    if (this->IsChecked(page))
     {
       continue;
     }
@@ -194,7 +225,8 @@ void ArrayFile::CheckPages(std::uint64_t first, std::uint64_t last) const
     {
       this->ReportPage(page);
     }
-    word.fetch_or(bit, std::memory_order_relaxed);
+    this->Checked[page / PagesPerWord].fetch_or(
+      std::uint64_t{ 1 } << page % PagesPerWord, std::memory_order_relaxed);
   }
 }
 
@@ -216,7 +248,9 @@ void ArrayFile::ReportPage(std::uint64_t page) const
 void ArrayFile::CheckAll(const Executor& executor) const
 {
   constexpr std::size_t grain = 256;
-  executor.For(this->Pages, grain,
-    [this](std::size_t begin, std::size_t end) { this->CheckPages(begin, end); });
+  executor.For(this->Pages, grain, [this](std::size_t begin, std::size_t end) {
+    this->File.Announce(this->Header.ArraysBegin + FilePage * begin, FilePage * (end - begin));
+    this->CheckPages(begin, end);
+  });
 }
 }

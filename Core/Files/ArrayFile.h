@@ -108,12 +108,20 @@ public:
 
   bool Contains(const void* memory) const;
 
+  /// Tells that an array will be read here and there, so that the operating system does not read
+  /// 128 kB for each page that is missing. Announce then has it read several pages at a time.
+  void ReadAtRandom(const StoredArray& array) const;
+
   void Announce(const void* begin, std::size_t bytes) const override;
   void Need(const void* begin, std::size_t bytes) const override;
 
 private:
   void ReadHeader();
   void ReadRecord(const ArrayRecord& record);
+  /// The pages of the arrays that some bytes are in; false if they are elsewhere.
+  bool FindPages(
+    const void* begin, std::size_t bytes, std::uint64_t& first, std::uint64_t& last) const;
+  bool IsChecked(std::uint64_t page) const;
   void CheckPages(std::uint64_t first, std::uint64_t last) const;
   [[noreturn]] void ReportPage(std::uint64_t page) const;
 

@@ -105,11 +105,24 @@ MappedFile MappedFile::Create(const std::string& path, std::uint64_t bytes)
   return MappedFile(Map(file, bytes, MAP_SHARED), bytes);
 }
 
-void MappedFile::Announce(std::size_t begin, std::size_t bytes) const
+void MappedFile::Advise(std::size_t begin, std::size_t bytes, int advice) const
 {
   static const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   const std::size_t first = begin / page * page;
-  madvise(this->Begin + first, begin + bytes - first, MADV_WILLNEED); // may fail: only advice
+  if (bytes > 0)
+  {
+    madvise(this->Begin + first, begin + bytes - first, advice); // may fail: it is only advice
+  }
+}
+
+void MappedFile::Announce(std::size_t begin, std::size_t bytes) const
+{
+  this->Advise(begin, bytes, MADV_WILLNEED);
+}
+
+void MappedFile::ReadAtRandom(std::size_t begin, std::size_t bytes) const
+{
+  this->Advise(begin, bytes, MADV_RANDOM);
 }
 
 void MappedFile::Flush() const

@@ -34,11 +34,16 @@ public:
   /// Tells the operating system that bytes will be needed soon: it reads them in the background.
   void Announce(std::size_t begin, std::size_t bytes) const;
 
+  /// Tells the operating system that bytes will be read here and there: it then reads no more than
+  /// the pages that are touched or announced.
+  void ReadAtRandom(std::size_t begin, std::size_t bytes) const;
+
   /// Returns when all that was written is on the disk.
   /// @throw std::runtime_error if the disk fails
   void Flush() const;
 
 private:
+  void Advise(std::size_t begin, std::size_t bytes, int advice) const;
   MappedFile(unsigned char* begin, std::size_t bytes);
 
   unsigned char* Begin = nullptr;

@@ -23,20 +23,6 @@ void PrefetchElements(const void* array, std::size_t size, std::size_t begin, st
 }
 }
 
-namespace
-{
-/// Checks elements [begin, begin + count) of an array. Does nothing if the array is null.
-template <typename Element>
-void CheckElements(
-  const MemoryGuard& guard, const Element* array, std::size_t begin, std::size_t count)
-{
-  if (array)
-  {
-    guard.Need(array + begin, sizeof(Element) * count);
-  }
-}
-}
-
 void SplatMaker::Set(
   const SplatContext& context, const SurfelCloud& cloud, const SetupTarget& target)
 {
@@ -130,34 +116,53 @@ void SplatMaker::PrefetchNodes(std::size_t begin, std::size_t count) const
   PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
 }
 
-/// Checks the memory of surfels or nodes, and of their parents, before they are read.
-void SplatMaker::Check(const CutRange& run, std::size_t skip, std::size_t count) const
+template <typename Function>
+void SplatMaker::ForMemory(
+  const CutRange& run, std::size_t skip, std::size_t count, const Function& function) const
 {
+  const SurfelCloud& c = this->Job.Cloud;
+  const auto forElements = [&function](const auto* array, std::size_t begin, std::size_t size) {
+    if (array)
+    {
+      function(array + begin, sizeof(*array) * size);
+    }
+  };
+  const auto forNodes = [&](std::size_t begin, std::size_t size) {
+    forElements(c.Nodes, begin - c.NumberOfSurfels, size);
+    forElements(c.NodeColors, begin - c.NumberOfSurfels, size);
+  };
   if (run.Merging > 0.0f)
   {
-    this->CheckNodes(run.Parents + skip / 2, count / 2 + 1);
+    forNodes(run.Parents + skip / 2, count / 2 + 1);
   }
   const std::size_t begin = run.Begin + skip;
   if (run.Level > 0)
   {
-    this->CheckNodes(begin, count);
+    forNodes(begin, count);
     return;
   }
-  const SurfelCloud& c = this->Job.Cloud;
-  CheckElements(*c.Guard, c.PositionsFloat, 3 * begin, 3 * count);
-  CheckElements(*c.Guard, c.PositionsDouble, 3 * begin, 3 * count);
-  CheckElements(*c.Guard, c.Covariances, 6 * begin, 6 * count);
-  CheckElements(*c.Guard, c.AreaVectors, 3 * begin, 3 * count);
-  CheckElements(*c.Guard, c.TwoSided, begin, count);
-  CheckElements(*c.Guard, c.Opacities, begin, count);
-  CheckElements(*c.Guard, c.ColorsUChar, 4 * begin, 4 * count);
+  forElements(c.PositionsFloat, 3 * begin, 3 * count);
+  forElements(c.PositionsDouble, 3 * begin, 3 * count);
+  forElements(c.Covariances, 6 * begin, 6 * count);
+  forElements(c.AreaVectors, 3 * begin, 3 * count);
+  forElements(c.TwoSided, begin, count);
+  forElements(c.Opacities, begin, count);
+  forElements(c.ColorsUChar, 4 * begin, 4 * count);
 }
 
-void SplatMaker::CheckNodes(std::size_t begin, std::size_t count) const
+void SplatMaker::Announce(const CutRange& run) const
 {
-  const SurfelCloud& c = this->Job.Cloud;
-  const std::size_t first = begin - c.NumberOfSurfels;
-  CheckElements(*c.Guard, c.Nodes, first, count);
-  CheckElements(*c.Guard, c.NodeColors, first, count);
+  if (const MemoryGuard* guard = this->Job.Cloud.Guard)
+  {
+    this->ForMemory(run, 0, run.Count,
+      [guard](const void* begin, std::size_t bytes) { guard->Announce(begin, bytes); });
+  }
+}
+
+void SplatMaker::Check(const CutRange& run, std::size_t skip, std::size_t count) const
+{
+  const MemoryGuard* guard = this->Job.Cloud.Guard;
+  this->ForMemory(
+    run, skip, count, [guard](const void* begin, std::size_t bytes) { guard->Need(begin, bytes); });
 }
 }
