@@ -135,13 +135,17 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
     this->Bounds = areStored ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters),
                                  ValuesOf<NodeExtent>(extents))
                              : ClusterBounds(cloud, layout, executor);
-    // Values that were changed in memory differ from their checksums in the file.
     this->File = areStored ? FindArrayFile(nodes) : nullptr;
+    this->StoredTime = areStored ? clusters->GetMTime() : 0;
     this->InputState = inputState;
     this->ColorState = State();
     this->HasColors = false;
     this->LeafCovariances.clear();
     this->PreparedSurfels += areStored ? 0 : layout.NumberOfLeaves();
+  }
+  if (colors && colors->GetMTime() > this->StoredTime && FindArrayFile(colors))
+  {
+    this->File = nullptr; // colours that were changed in memory differ from their checksums
   }
   if (paperCut && this->LeafCovariances.empty())
   {

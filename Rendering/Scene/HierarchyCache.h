@@ -78,7 +78,8 @@ private:
   std::vector<NodeColor> Colors;
   std::vector<float> LeafCovariances;
   bool HasColors = false;
-  std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in, or null
+  std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null
+  vtkMTimeType StoredTime = 0;           ///< of the bounds in the file
   std::uint64_t PreparedSurfels = 0;
 };
 }

@@ -201,8 +201,19 @@ class TestMappedFiles(ToolCase):
         one, other = Samples(surfels), Samples(mapped)
         for name in ("points", "areas", "two_sided", "radius", "low", "high", "spacing"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
+        self.change_colors_of_a_large_file()
         self.damage_where_it_is_drawn()
         self.refuse_damaged_arrays()
+
+    def change_colors_of_a_large_file(self):
+        """That is no damage."""
+        mapped = read()
+        colors = mapped.GetPointData().GetScalars()
+        vtk_to_numpy(colors)[:, :3] = 51
+        colors.Modified()
+        pixels = Picture(mapped).pixels()
+        np.testing.assert_array_equal(pixels[:, 0], pixels[:, 2])
+        self.assertGreater(pixels[:, 0].max(), 0.1)
 
     def damage_where_it_is_drawn(self):
         """One byte in each page of the nodes."""
