@@ -5,9 +5,9 @@
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/HierarchyCache.h"
+#include "Rendering/Scene/SurfelBounds.h"
 
 #include <vtkActor.h>
-#include <vtkBoundingBox.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -162,38 +162,10 @@ void vtkSurfelMapper::ComputeBounds()
   {
     return;
   }
-  // Surfels that are not drawn do not count: a single NaN, as organised scans have them, would
-  // break ResetCamera.
-  vtkBoundingBox box;
-  double largest = 0.0;
-  vtkDataArray* covariance = input->GetPointData()->GetArray(Arrays::Covariance);
-  if (covariance &&
-    (covariance->GetNumberOfComponents() != 6 ||
-      covariance->GetNumberOfTuples() != input->GetNumberOfPoints()))
-  {
-    covariance = nullptr;
-  }
-  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
-  {
-    double p[3], s[6] = { 0, 0, 0, 0, 0, 0 };
-    input->GetPoint(i, p);
-    if (covariance)
-    {
-      covariance->GetTuple(i, s);
-    }
-    const double trace = s[0] + s[1] + s[2];
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) && std::isfinite(trace))
-    {
-      box.AddPoint(p);
-      largest = std::max(largest, trace);
-    }
-  }
-  if (box.IsValid())
+  if (SurfelSplatting::FindSurfelBounds(input, this->Bounds))
   {
     double origin[3];
     this->GetOrigin(origin);
-    box.Inflate(std::sqrt(largest));
-    box.GetBounds(this->Bounds);
     for (int i = 0; i < 6; ++i)
     {
       this->Bounds[i] += origin[i / 2];

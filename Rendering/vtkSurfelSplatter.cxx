@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSurfelSplatter.h"
 
+#include "Core/Base/MemoryGuard.h"
+#include "Core/Base/MemoryGuard.h"
 #include "Core/Picture/DeepImage.h"
 #include "Core/Picture/Splatter.h"
 #include "Core/Splats/DepthImageSurfels.h"
@@ -171,6 +173,13 @@ bool vtkSurfelSplatter::Render(const SceneItems& items, const SceneView& view)
     vtkErrorMacro("There is not enough memory for a picture of "
       << view.Size[0] << " x " << view.Size[1]
       << " pixels of these surfels. Make it smaller, or render it in tiles.");
+    return false;
+  }
+  catch (const SurfelSplatting::DamagedMemory& problem)
+  {
+    this->Internal->Output->Initialize();
+    this->Internal->HasPicture = false;
+    vtkErrorMacro("A picture of these surfels cannot be made: " << problem.what() << ".");
     return false;
   }
 }

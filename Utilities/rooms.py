@@ -4,7 +4,7 @@
 
 - cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders;
 - includes against the order of the folders in rooms.txt;
-- a core that needs more than itself and the C++ standard library;
+- a core that needs more than itself and the C++ standard library (CORE_NEEDS: two exceptions);
 - public headers (vtk*.h) that need more than VTK, the standard library and one another.
 
     python3 Utilities/rooms.py          exit status 1: there are problems
@@ -21,6 +21,9 @@ TOPS = ("Core", "Parallel", "Filters", "Rendering", "Plugins")
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The standard library's headers have neither a dot nor a folder.
 STANDARD = re.compile(r"[a-z_]+")
+# What else a room of the core needs: the processor, the operating system.
+CORE_NEEDS = {"Core/Simd": {"immintrin.h"},
+              "Core/Files": {"fcntl.h", "sys/mman.h", "sys/stat.h", "unistd.h"}}
 
 
 class Include(NamedTuple):
@@ -136,8 +139,8 @@ def check_order(sources, includes, order):
 def is_allowed_in_core(include):
     if include.quoted:
         return include.target == include.name and include.name.startswith("Core/")
-    in_simd = room_of(include.source) == "Core/Simd"
-    return STANDARD.fullmatch(include.name) or (in_simd and include.name == "immintrin.h")
+    return STANDARD.fullmatch(include.name) or include.name in CORE_NEEDS.get(
+        room_of(include.source), ())
 
 
 def is_allowed_in_public_header(include):

@@ -33,77 +33,48 @@ void Include(const NodeExtent& extent, NodeExtent& largest)
 }
 }
 
-ClusterBounds::ClusterBounds(
-  const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor)
-  : Tree(layout)
+/// Computes the entries of a cloud.
+class ClusterBounds::Filler
 {
-  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+public:
+  Filler(const SurfelCloud& cloud, const ClusterBounds& bounds, Node* nodes, NodeExtent* extents)
+    : Cloud(cloud)
+    , Bounds(bounds)
+    , Nodes(nodes)
+    , Extents(extents)
   {
-    const int root = layout.RootLevel(tree);
-    if (root < 0)
+  }
+
+  /// Fills an entry of the lowest level or, after the entries below, of another level.
+  void Fill(int tree, int level, std::size_t j) const
+  {
+    this->FillNode(tree, level, j);
+    if (level == this->Bounds.LowestLevels[tree])
     {
-      continue;
+      this->FillCluster(tree, j);
     }
-    const int lowest = std::min(ClusterLevel, root);
-    this->LowestLevels[tree] = lowest;
-    for (int level = lowest; level <= root; ++level)
+    else
     {
-      this->Begins[level][tree] = this->Nodes.size();
-      this->Nodes.resize(this->Nodes.size() + layout.Count(level, tree));
-      this->Extents.resize(LevelsBelow * this->Nodes.size(), NodeExtent{ 0.0f, 0.0f, 1.0f });
-      executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t j = begin; j < end; ++j)
-        {
-          this->FillNode(cloud, tree, level, j);
-          level == lowest ? this->FillCluster(cloud, tree, j) : this->FillAbove(tree, level, j);
-        }
-      });
+      this->FillAbove(tree, level, j);
     }
   }
-}
 
-void ClusterBounds::FillCluster(const SurfelCloud& cloud, int tree, std::size_t j)
-{
-  const int lowest = this->LowestLevels[tree];
-  const std::size_t entry = this->Begins[lowest][tree] + j;
-  NodeExtent* below = this->Extents.data() + LevelsBelow * entry;
-  for (int level = lowest - 1; level >= 0; --level)
-  {
-    const std::size_t first = j << (lowest - level);
-    const std::size_t last =
-      std::min<std::size_t>((j + 1) << (lowest - level), this->Tree.Count(level, tree));
-    for (std::size_t i = first; i < last; ++i)
-    {
-      Include(ExtentOf(cloud, this->Tree.Begin(level, tree) + i), below[lowest - 1 - level]);
-    }
-  }
-  Node& node = this->Nodes[entry];
-  node.LeafSigma = lowest == 0 ? node.Extent.Sigma : below[lowest - 1].Sigma;
-}
+private:
+  void FillNode(int tree, int level, std::size_t j) const;
+  void FillCluster(int tree, std::size_t j) const;
+  void FillAbove(int tree, int level, std::size_t j) const;
 
-/// Fills an entry from those of the node's children.
-void ClusterBounds::FillAbove(int tree, int level, std::size_t j)
-{
-  const std::size_t entry = this->Begins[level][tree] + j;
-  NodeExtent* below = this->Extents.data() + LevelsBelow * entry;
-  const std::size_t last = std::min<std::size_t>(2 * j + 2, this->Tree.Count(level - 1, tree));
-  for (std::size_t child = 2 * j; child < last; ++child)
-  {
-    const Node& node = this->Get(level - 1, tree, child);
-    const NodeExtent* further = this->Below(level - 1, tree, child);
-    Include(node.Extent, below[0]);
-    for (int i = 1; i < LevelsBelow; ++i)
-    {
-      Include(further[i - 1], below[i]);
-    }
-    this->Nodes[entry].LeafSigma = std::max(this->Nodes[entry].LeafSigma, node.LeafSigma);
-  }
-}
+  const SurfelCloud& Cloud;
+  const ClusterBounds& Bounds;
+  Node* const Nodes;
+  NodeExtent* const Extents;
+};
 
-void ClusterBounds::FillNode(const SurfelCloud& cloud, int tree, int level, std::size_t j)
+void ClusterBounds::Filler::FillNode(int tree, int level, std::size_t j) const
 {
-  const std::size_t i = this->Tree.Begin(level, tree) + j;
-  Node& node = this->Nodes[this->Begins[level][tree] + j];
+  const SurfelCloud& cloud = this->Cloud;
+  const std::size_t i = this->Bounds.Tree.Begin(level, tree) + j;
+  Node& node = this->Nodes[this->Bounds.Begins[level][tree] + j];
   const Vector3 p = cloud.Position(i), a = cloud.AreaVector(i);
   const double length = Norm(a);
   for (int c = 0; c < 3; ++c)
@@ -116,5 +87,108 @@ void ClusterBounds::FillNode(const SurfelCloud& cloud, int tree, int level, std:
                                              : 1.0f;
   node.Extent = ExtentOf(cloud, i);
   node.LeafSigma = 0.0f;
+}
+
+void ClusterBounds::Filler::FillCluster(int tree, std::size_t j) const
+{
+  const HierarchyLayout& layout = this->Bounds.Tree;
+  const int lowest = this->Bounds.LowestLevels[tree];
+  const std::size_t entry = this->Bounds.Begins[lowest][tree] + j;
+  NodeExtent* below = this->Extents + LevelsBelow * entry;
+  std::fill_n(below, LevelsBelow, NodeExtent{ 0.0f, 0.0f, 1.0f });
+  for (int level = lowest - 1; level >= 0; --level)
+  {
+    const std::size_t first = j << (lowest - level);
+    const std::size_t last =
+      std::min<std::size_t>((j + 1) << (lowest - level), layout.Count(level, tree));
+    for (std::size_t i = first; i < last; ++i)
+    {
+      Include(ExtentOf(this->Cloud, layout.Begin(level, tree) + i), below[lowest - 1 - level]);
+    }
+  }
+  Node& node = this->Nodes[entry];
+  node.LeafSigma = lowest == 0 ? node.Extent.Sigma : below[lowest - 1].Sigma;
+}
+
+/// Fills an entry from those of the node's children.
+void ClusterBounds::Filler::FillAbove(int tree, int level, std::size_t j) const
+{
+  const auto& begins = this->Bounds.Begins;
+  const std::size_t entry = begins[level][tree] + j;
+  NodeExtent* below = this->Extents + LevelsBelow * entry;
+  std::fill_n(below, LevelsBelow, NodeExtent{ 0.0f, 0.0f, 1.0f });
+  const std::size_t last =
+    std::min<std::size_t>(2 * j + 2, this->Bounds.Tree.Count(level - 1, tree));
+  for (std::size_t i = 2 * j; i < last; ++i)
+  {
+    const std::size_t child = begins[level - 1][tree] + i;
+    const NodeExtent* further = this->Extents + LevelsBelow * child;
+    Include(this->Nodes[child].Extent, below[0]);
+    for (int k = 1; k < LevelsBelow; ++k)
+    {
+      Include(further[k - 1], below[k]);
+    }
+    this->Nodes[entry].LeafSigma =
+      std::max(this->Nodes[entry].LeafSigma, this->Nodes[child].LeafSigma);
+  }
+}
+
+ClusterBounds::ClusterBounds(const HierarchyLayout& layout)
+  : Tree(layout)
+{
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    const int root = layout.RootLevel(tree);
+    this->LowestLevels[tree] = std::min(ClusterLevel, root);
+    for (int level = this->LowestLevels[tree]; level >= 0 && level <= root; ++level)
+    {
+      this->Begins[level][tree] = this->Entries;
+      this->Entries += layout.Count(level, tree);
+    }
+  }
+}
+
+ClusterBounds::ClusterBounds(
+  const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor)
+  : ClusterBounds(layout)
+{
+  this->OwnNodes.resize(this->Entries);
+  this->OwnExtents.resize(LevelsBelow * this->Entries);
+  this->Nodes = this->OwnNodes.data();
+  this->Extents = this->OwnExtents.data();
+  Fill(cloud, layout, executor, this->OwnNodes.data(), this->OwnExtents.data());
+}
+
+ClusterBounds::ClusterBounds(
+  const HierarchyLayout& layout, const Node* nodes, const NodeExtent* extents)
+  : ClusterBounds(layout)
+{
+  this->Nodes = nodes;
+  this->Extents = extents;
+}
+
+std::size_t ClusterBounds::NumberOfEntries(const HierarchyLayout& layout)
+{
+  return ClusterBounds(layout).Entries;
+}
+
+void ClusterBounds::Fill(const SurfelCloud& cloud, const HierarchyLayout& layout,
+  const Executor& executor, Node* nodes, NodeExtent* extents)
+{
+  const ClusterBounds bounds(layout);
+  const Filler filler(cloud, bounds, nodes, extents);
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    const int root = layout.RootLevel(tree);
+    for (int level = bounds.LowestLevels[tree]; level >= 0 && level <= root; ++level)
+    {
+      executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t j = begin; j < end; ++j)
+        {
+          filler.Fill(tree, level, j);
+        }
+      });
+    }
+  }
 }
 }

@@ -6,7 +6,7 @@
  * A cut is selected in groups of up to 64 nodes: a whole subtree is drawn at one level, which its
  * largest and its least coherent node determine. There is one entry for each cluster of 64 leaves
  * and for each node above. A frame reads only these entries, and descends only until all nodes of a
- * group are fine enough.
+ * group are fine enough. They can also come from a file, in which they look as they do in memory.
  */
 #pragma once
 
@@ -45,9 +45,25 @@ public:
   };
 
   ClusterBounds() = default;
+  ClusterBounds(ClusterBounds&&) = default;
+  ClusterBounds& operator=(ClusterBounds&&) = default;
 
+  /// Computes them.
   /// @param cloud leaves and nodes
   ClusterBounds(const SurfelCloud& cloud, const HierarchyLayout& layout, const Executor& executor);
+
+  /// Uses those of Fill, which must outlive this.
+  ClusterBounds(const HierarchyLayout& layout, const Node* nodes, const NodeExtent* extents);
+
+  /// Number of entries of a hierarchy.
+  static std::size_t NumberOfEntries(const HierarchyLayout& layout);
+
+  /// Computes the entries into the caller's memory.
+  /// @param cloud   leaves and nodes
+  /// @param nodes   [entries]
+  /// @param extents [entries][LevelsBelow]
+  static void Fill(const SurfelCloud& cloud, const HierarchyLayout& layout,
+    const Executor& executor, Node* nodes, NodeExtent* extents);
 
   const HierarchyLayout& Layout() const { return this->Tree; }
 
@@ -63,18 +79,21 @@ public:
   /// Largest extents of the nodes below node j of a level, [LevelsBelow], level - 1 first.
   const NodeExtent* Below(int level, int tree, std::size_t j) const
   {
-    return this->Extents.data() + LevelsBelow * (this->Begins[level][tree] + j);
+    return this->Extents + LevelsBelow * (this->Begins[level][tree] + j);
   }
 
 private:
-  void FillCluster(const SurfelCloud& cloud, int tree, std::size_t j);
-  void FillAbove(int tree, int level, std::size_t j);
-  void FillNode(const SurfelCloud& cloud, int tree, int level, std::size_t j);
+  class Filler;
+
+  explicit ClusterBounds(const HierarchyLayout& layout);
 
   HierarchyLayout Tree;
   int LowestLevels[HierarchyLayout::NumberOfTrees] = { -1, -1 };
   std::size_t Begins[HierarchyLayout::MaximumNumberOfLevels][HierarchyLayout::NumberOfTrees] = {};
-  std::vector<Node> Nodes;
-  std::vector<NodeExtent> Extents; ///< [nodes][LevelsBelow]
+  std::size_t Entries = 0;
+  const Node* Nodes = nullptr;
+  const NodeExtent* Extents = nullptr; ///< [entries][LevelsBelow]
+  std::vector<Node> OwnNodes;          ///< empty if they are the caller's
+  std::vector<NodeExtent> OwnExtents;
 };
 }

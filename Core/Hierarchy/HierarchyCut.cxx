@@ -2,6 +2,7 @@
 #include "Core/Hierarchy/HierarchyCut.h"
 
 #include "Core/Base/CoarseLevels.h"
+#include "Core/Base/MemoryGuard.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>
@@ -82,6 +83,7 @@ class CutSelector
 public:
   CutSelector(const SurfelCloud& cloud, const CutCamera& camera, const CutSettings& settings)
     : Table(*cloud.Clusters)
+    , Guard(cloud.Guard)
     , Layout(Table.Layout())
     , Camera(camera.Projection)
     , Optics(camera.Optics)
@@ -128,6 +130,12 @@ private:
     CutStatistics& statistics = part.Statistics;
     ++statistics.VisitedNodes;
     const ClusterBounds::Node& node = this->Table.Get(at.Level, at.Tree, at.Index);
+    if (this->Guard)
+    {
+      this->Guard->Need(&node, sizeof(node));
+      this->Guard->Need(this->Table.Below(at.Level, at.Tree, at.Index),
+        ClusterBounds::LevelsBelow * sizeof(NodeExtent));
+    }
     const Ball ball{ this->LocalToCamera.Apply(
                        { node.Position[0], node.Position[1], node.Position[2] }),
       this->Scale * node.Extent.Size };
@@ -439,6 +447,7 @@ private:
   }
 
   const ClusterBounds& Table;
+  const MemoryGuard* Guard;
   const HierarchyLayout& Layout;
   const View& Camera;
   const Lens& Optics;

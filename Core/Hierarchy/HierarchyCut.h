@@ -95,6 +95,7 @@ struct CutWork
 };
 
 /// Writes the cut of a cloud with a ClusterBounds into runs, the same at any number of threads.
+/// @throw DamagedMemory if the cloud has a guard that finds damage
 CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
   const CutSettings& settings, const Executor& executor, CutWork& work,
   std::vector<CutRange>& runs);

@@ -95,7 +95,13 @@ std::vector<NodeColor> MakeNodeColors(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
 {
   std::vector<NodeColor> colors(layout.NumberOfNodes() - layout.NumberOfLeaves());
-  ForNodesUpwards(layout, executor, ColorFiller(tree, layout, colors.data()));
+  FillNodeColors(tree, layout, executor, colors.data());
   return colors;
+}
+
+void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
+  const Executor& executor, NodeColor* colors)
+{
+  ForNodesUpwards(layout, executor, ColorFiller(tree, layout, colors));
 }
 }

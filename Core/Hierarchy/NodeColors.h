@@ -28,4 +28,9 @@ namespace SurfelSplatting
 /// @param tree leaves and nodes; the colours and opacities of the leaves are read
 std::vector<NodeColor> MakeNodeColors(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
+
+/// The same into the caller's memory.
+/// @param colors [layout.NumberOfNodes() - layout.NumberOfLeaves()]
+void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
+  const Executor& executor, NodeColor* colors);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/Splatter.h"
 
+#include "Core/Base/MemoryGuard.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -287,6 +289,10 @@ void Splatter::ExchangeSplats(
     this->MakeSplats(clouds, false, executor);
   }
   catch (const std::bad_alloc&)
+  {
+    hasSplats = false;
+  }
+  catch (const DamagedMemory&)
   {
     hasSplats = false;
   }

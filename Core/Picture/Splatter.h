@@ -88,6 +88,7 @@ public:
    * @param afterCell called between the cells of the lens; may be empty
    * @throw std::invalid_argument if frame and view have different sizes, or the frame has colours
    * but no depths
+   * @throw DamagedMemory if a cloud is from a file that is damaged: the frame is to be dropped
    * @return false if afterCell has stopped it: the frame is the mean of the cells so far
    */
   bool Render(const SplatContext& context, const std::vector<SurfelCloud>& clouds,

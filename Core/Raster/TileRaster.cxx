@@ -156,6 +156,7 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int left = this->OriginX, right = left + TileSize;
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
+  lazy.Announce(run, end);
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {

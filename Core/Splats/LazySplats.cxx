@@ -12,6 +12,7 @@ void LazySplats::Clear(const SplatContext& context)
   this->Context = context;
   this->Context.CoarseGrids = false;
   this->NumberOfClouds = 0;
+  this->HasGuards = false;
   this->List.Clear(context.HasLens());
   this->Runs.clear();
 }
@@ -24,6 +25,7 @@ void LazySplats::Add(const SurfelCloud& cloud, const CutRanges& runs)
   }
   SplatMaker& maker = *this->Makers[this->NumberOfClouds++];
   maker.Set(this->Context, cloud);
+  this->HasGuards = this->HasGuards || cloud.Guard;
   for (const CutRange* run = runs.Begin; run != runs.End; ++run)
   {
     this->Runs.push_back({ &maker, *run, {}, 0.0f });
@@ -92,6 +94,22 @@ void LazySplats::Prefetch(std::uint32_t run) const
   }
 }
 
+void LazySplats::Announce(const std::uint32_t* run, const std::uint32_t* end) const
+{
+  constexpr std::ptrdiff_t ahead = 64; // about a tile's splats
+  if (!this->HasGuards)
+  {
+    return;
+  }
+  for (const std::uint32_t* next = run; next != run + std::min(ahead, end - run); ++next)
+  {
+    if (this->States[*next].load(std::memory_order_relaxed) == NotStarted)
+    {
+      this->Runs[*next].Maker->Announce(this->Runs[*next].Chosen);
+    }
+  }
+}
+
 const SplatList::Part& LazySplats::Get(std::uint32_t run)
 {
   std::atomic<unsigned char>& state = this->States[run];
@@ -99,7 +117,15 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
   if (seen == NotStarted &&
     state.compare_exchange_strong(seen, InProgress, std::memory_order_acquire))
   {
-    this->Make(this->Runs[run]);
+    try
+    {
+      this->Make(this->Runs[run]);
+    }
+    catch (...)
+    {
+      state.store(Ready, std::memory_order_release); // without splats; others must not wait forever
+      throw;
+    }
     state.store(Ready, std::memory_order_release);
   }
   // If another thread is making it now, that takes a few microseconds.

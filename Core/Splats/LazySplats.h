@@ -52,6 +52,9 @@ public:
   /// Prefetches the surfels of a run that will be needed soon.
   void Prefetch(std::uint32_t run) const;
 
+  /// Lets surfels that are in a file be read in the background: those of the next runs of a tile.
+  void Announce(const std::uint32_t* run, const std::uint32_t* end) const;
+
   /// A run's splats, as indices into Splats(). Makes them if necessary. Any thread may call it.
   const SplatList::Part& Get(std::uint32_t run);
 
@@ -88,6 +91,7 @@ private:
 
   SplatContext Context;
   std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
+  bool HasGuards = false;                          // some clouds are in files
   std::size_t NumberOfClouds = 0;
   std::vector<Run> Runs;
   std::vector<std::uint64_t> Order; // near depth above, index of the run below

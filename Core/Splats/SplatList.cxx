@@ -167,6 +167,10 @@ void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs)
 void AppendSplats(
   const SplatMaker& maker, const CutRanges& runs, const Executor& executor, SplatList& list)
 {
+  for (const CutRange* run = runs.Begin; run != runs.End; ++run)
+  {
+    maker.Announce(*run);
+  }
   MakeChunks(runs, list.Chunks);
   const std::size_t count = list.Chunks.size();
   const std::size_t first = list.Splats.Size(), firstPart = list.Parts.size();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SplatMaker.h"
 
+#include "Core/Base/MemoryGuard.h"
+
 namespace SurfelSplatting
 {
 namespace
@@ -112,5 +114,55 @@ void SplatMaker::PrefetchNodes(std::size_t begin, std::size_t count) const
   const SurfelCloud& c = this->Job.Cloud;
   PrefetchElements(c.Nodes, sizeof(HierarchyNode), begin - c.NumberOfSurfels, count);
   PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
+}
+
+template <typename Function>
+void SplatMaker::ForMemory(
+  const CutRange& run, std::size_t skip, std::size_t count, const Function& function) const
+{
+  const SurfelCloud& c = this->Job.Cloud;
+  const auto forElements = [&function](const auto* array, std::size_t begin, std::size_t size) {
+    if (array)
+    {
+      function(array + begin, sizeof(*array) * size);
+    }
+  };
+  const auto forNodes = [&](std::size_t begin, std::size_t size) {
+    forElements(c.Nodes, begin - c.NumberOfSurfels, size);
+    forElements(c.NodeColors, begin - c.NumberOfSurfels, size);
+  };
+  if (run.Merging > 0.0f)
+  {
+    forNodes(run.Parents + skip / 2, count / 2 + 1);
+  }
+  const std::size_t begin = run.Begin + skip;
+  if (run.Level > 0)
+  {
+    forNodes(begin, count);
+    return;
+  }
+  forElements(c.PositionsFloat, 3 * begin, 3 * count);
+  forElements(c.PositionsDouble, 3 * begin, 3 * count);
+  forElements(c.Covariances, 6 * begin, 6 * count);
+  forElements(c.AreaVectors, 3 * begin, 3 * count);
+  forElements(c.TwoSided, begin, count);
+  forElements(c.Opacities, begin, count);
+  forElements(c.ColorsUChar, 4 * begin, 4 * count);
+}
+
+void SplatMaker::Announce(const CutRange& run) const
+{
+  if (const MemoryGuard* guard = this->Job.Cloud.Guard)
+  {
+    this->ForMemory(run, 0, run.Count,
+      [guard](const void* begin, std::size_t bytes) { guard->Announce(begin, bytes); });
+  }
+}
+
+void SplatMaker::Check(const CutRange& run, std::size_t skip, std::size_t count) const
+{
+  const MemoryGuard* guard = this->Job.Cloud.Guard;
+  this->ForMemory(
+    run, skip, count, [guard](const void* begin, std::size_t bytes) { guard->Need(begin, bytes); });
 }
 }

@@ -28,9 +28,17 @@ public:
   /// Prefetches the data of a run whose splats will be made soon.
   void Prefetch(const CutRange& run) const;
 
+  /// Tells the cloud's guard, if it has one, that the data of a run will be needed.
+  void Announce(const CutRange& run) const;
+
   /// Appends the visible splats of a run's surfels [skip, skip + count).
+  /// @throw DamagedMemory if the cloud has a guard that finds damage
   void Make(const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
   {
+    if (this->Job.Cloud.Guard)
+    {
+      this->Check(run, skip, count);
+    }
     this->Target->MakeSplats(this->Job, run, skip, count, output);
   }
   /// Appends the visible splats of a run.
@@ -41,6 +49,11 @@ public:
 
 private:
   void PrefetchNodes(std::size_t begin, std::size_t count) const;
+  /// Calls function(begin, bytes) for the memory that surfels [skip, skip + count) of a run need.
+  template <typename Function>
+  void ForMemory(
+    const CutRange& run, std::size_t skip, std::size_t count, const Function& function) const;
+  void Check(const CutRange& run, std::size_t skip, std::size_t count) const;
   void SetTransforms(const View& view);
   void SetOptics(const SplatContext& context);
   void SetLights(const std::vector<Light>& lights, const Material& material);

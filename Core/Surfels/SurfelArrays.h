@@ -33,5 +33,12 @@ constexpr const char* Level = "Level";                         // float[1], of t
 // In a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves
 constexpr const char* Nodes = "SurfelNodes";   // field data, unsigned char[48]: HierarchyNode
+
+// In a hierarchy from a file, field data, so that the first frame need not compute them:
+constexpr const char* Clusters = "SurfelClusters";      // unsigned char[44]: ClusterBounds::Node
+constexpr const char* Extents = "SurfelClusterExtents"; // unsigned char[72]: NodeExtent[6]
+constexpr const char* NodeColors = "SurfelNodeColors";  // unsigned char[36]: NodeColor
+constexpr const char* Samples = "SurfelSamples";        // float[13]: some of the surfels
+constexpr const char* Bounds = "SurfelBounds";          // double[6]
 }
 }

@@ -15,6 +15,7 @@
 namespace SurfelSplatting
 {
 class ClusterBounds;
+class MemoryGuard;
 
 struct SurfelCloud
 {
@@ -27,6 +28,9 @@ struct SurfelCloud
   const HierarchyNode* Nodes = nullptr;
   const NodeColor* NodeColors = nullptr;  ///< or null: the colour of the material
   const float* LeafCovariances = nullptr; ///< [nodes][6] V_r, or null; for CutRule::Paper only
+
+  /// If not null, the memory of the hierarchy is from a file and is checked before it is drawn.
+  const MemoryGuard* Guard = nullptr;
 
   const float* PositionsFloat = nullptr;   ///< [n][3] local units; one of the two
   const double* PositionsDouble = nullptr; ///< [n][3]

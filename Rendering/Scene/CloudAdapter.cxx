@@ -92,19 +92,17 @@ Material MakeMaterial(vtkProperty* property, bool linearLight)
   return material;
 }
 
-std::string CheckArrays(vtkPolyData* surfels)
+void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
 {
-  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
-         CheckArray(surfels, Arrays::AreaVector, 3, true),
-         CheckArray(surfels, Arrays::TwoSided, 1, false),
-         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
+  if (vtkFloatArray::SafeDownCast(colors))
   {
-    if (!problem.empty())
-    {
-      return problem;
-    }
+    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
   }
-  return std::string();
+  else if (colors)
+  {
+    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
+  }
+}
 }
 
 void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
@@ -133,17 +131,19 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
   }
 }
 
-void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
+std::string CheckSurfels(vtkPolyData* surfels)
 {
-  if (vtkFloatArray::SafeDownCast(colors))
+  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
+         CheckArray(surfels, Arrays::AreaVector, 3, true),
+         CheckArray(surfels, Arrays::TwoSided, 1, false),
+         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
   {
-    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+    if (!problem.empty())
+    {
+      return problem;
+    }
   }
-  else if (colors)
-  {
-    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
-  }
-}
+  return std::string();
 }
 
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3])
@@ -167,7 +167,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   {
     return std::string();
   }
-  std::string problem = CheckArrays(surfels);
+  std::string problem = CheckSurfels(surfels);
   if (!problem.empty())
   {
     return problem;

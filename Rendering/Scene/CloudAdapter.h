@@ -25,6 +25,10 @@ class HierarchyCache;
 /// (0, 0, 0) if there is none.
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3]);
 
+/// Returns an empty string if the point arrays are as the data contract says, otherwise what is
+/// wrong and what to do.
+std::string CheckSurfels(vtkPolyData* surfels);
+
 /// Input that a cloud is made from.
 struct CloudInput
 {
@@ -43,6 +47,9 @@ struct SurfelCloudSource
   SurfelCloud Cloud;
   std::vector<vtkSmartPointer<vtkDataArray>> Arrays;
 };
+
+/// Points the cloud to the arrays of surfels that pass CheckSurfels.
+void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source);
 
 /// Makes a cloud. Returns an empty string, or what is missing from the input and what to do.
 std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source);

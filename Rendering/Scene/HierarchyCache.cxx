@@ -3,9 +3,12 @@
 
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/Scene/MappedArrays.h"
 
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkVariant.h>
@@ -52,44 +55,142 @@ bool HierarchyCache::IsHierarchy(vtkPolyData* input)
   return LeafCounts(input) != nullptr;
 }
 
+std::string HierarchyCache::CheckHierarchy(vtkPolyData* input)
+{
+  if (!IsHierarchy(input))
+  {
+    return std::string("There is no field array ") + Arrays::Leaves + ": it is no hierarchy.";
+  }
+  const HierarchyLayout layout = ReadLayout(LeafCounts(input));
+  if (FindNodes(input, layout))
+  {
+    return std::string();
+  }
+  return std::string("Field array ") + Arrays::Leaves + " announces a hierarchy of " +
+    std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
+    std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
+    " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
+}
+
+HierarchyLayout HierarchyCache::LayoutOf(vtkPolyData* input)
+{
+  return ReadLayout(LeafCounts(input));
+}
+
+vtkDataArray* HierarchyCache::FindComputed(
+  vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples)
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(name);
+  const bool matches = array && array->HasStandardMemoryLayout() &&
+    static_cast<std::size_t>(array->GetNumberOfTuples()) == tuples &&
+    static_cast<std::size_t>(array->GetNumberOfComponents()) * array->GetDataTypeSize() ==
+      bytesPerTuple;
+  if (!matches)
+  {
+    return nullptr;
+  }
+  vtkPointData* data = input->GetPointData();
+  for (vtkAbstractArray* source : { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
+         data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
+         data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Opacity),
+         input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
+  {
+    if (source && source->GetMTime() > array->GetMTime())
+    {
+      return nullptr;
+    }
+  }
+  return array;
+}
+
+namespace
+{
+template <typename Value>
+const Value* ValuesOf(vtkDataArray* array)
+{
+  return static_cast<const Value*>(array->GetVoidPointer(0));
+}
+}
+
 std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, bool paperCut,
   const Executor& executor, SurfelCloud& cloud)
 {
-  const HierarchyLayout layout = ReadLayout(LeafCounts(input));
-  vtkUnsignedCharArray* nodes = FindNodes(input, layout);
-  if (!nodes)
+  const std::string problem = CheckHierarchy(input);
+  if (!problem.empty())
   {
-    return std::string("Field array ") + Arrays::Leaves + " announces a hierarchy of " +
-      std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
-      std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
-      " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
+    return problem;
   }
+  const HierarchyLayout layout = LayoutOf(input);
+  vtkUnsignedCharArray* nodes = FindNodes(input, layout);
   cloud.Nodes = reinterpret_cast<const HierarchyNode*>(nodes->GetPointer(0));
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
-    this->Bounds = ClusterBounds(cloud, layout, executor);
+    const std::size_t entries = ClusterBounds::NumberOfEntries(layout);
+    vtkDataArray* clusters =
+      FindComputed(input, Arrays::Clusters, sizeof(ClusterBounds::Node), entries);
+    vtkDataArray* extents = FindComputed(
+      input, Arrays::Extents, ClusterBounds::LevelsBelow * sizeof(NodeExtent), entries);
+    const bool areStored = clusters && extents;
+    this->Bounds = areStored ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters),
+                                 ValuesOf<NodeExtent>(extents))
+                             : ClusterBounds(cloud, layout, executor);
+    this->File = areStored ? FindArrayFile(nodes) : nullptr;
+    this->StoredTime = areStored ? clusters->GetMTime() : 0;
     this->InputState = inputState;
     this->ColorState = State();
     this->HasColors = false;
     this->LeafCovariances.clear();
-    this->PreparedSurfels += layout.NumberOfLeaves();
+    this->PreparedSurfels += areStored ? 0 : layout.NumberOfLeaves();
   }
-  const State colorState{ colors, colors ? colors->GetMTime() : 0 };
-  if (colors && !(this->HasColors && this->ColorState == colorState))
+  if (colors && colors->GetMTime() > this->StoredTime && FindArrayFile(colors))
   {
+    this->File = nullptr; // colours that were changed in memory differ from their checksums
+  }
+  if (paperCut && this->LeafCovariances.empty())
+  {
+    this->CheckFile(executor);
+    this->LeafCovariances = MakeLeafCovariances(cloud, layout, executor);
+  }
+  cloud.Clusters = &this->Bounds;
+  cloud.NodeColors = colors ? this->UpdateColors(input, colors, layout, executor, cloud) : nullptr;
+  cloud.LeafCovariances = paperCut ? this->LeafCovariances.data() : nullptr;
+  cloud.Guard = this->File.get();
+  this->HasColors = colors != nullptr;
+  return std::string();
+}
+
+/// Before all of the file is read.
+void HierarchyCache::CheckFile(const Executor& executor) const
+{
+  if (this->File)
+  {
+    this->File->CheckAll(executor);
+  }
+}
+
+/// The colours of the nodes; those of the file if they are the means of these colours.
+const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* colors,
+  const HierarchyLayout& layout, const Executor& executor, const SurfelCloud& cloud)
+{
+  vtkDataArray* stored = FindComputed(
+    input, Arrays::NodeColors, sizeof(NodeColor), layout.NumberOfNodes() - layout.NumberOfLeaves());
+  const char* source = stored ? stored->GetComponentName(0) : nullptr;
+  if (source && colors == input->GetPointData()->GetAbstractArray(source) &&
+    colors->GetMTime() <= stored->GetMTime())
+  {
+    this->Colors.clear();
+    this->ColorState = State();
+    return ValuesOf<NodeColor>(stored);
+  }
+  const State colorState{ colors, colors->GetMTime() };
+  if (!(this->HasColors && this->ColorState == colorState))
+  {
+    this->CheckFile(executor);
     this->Colors = MakeNodeColors(cloud, layout, executor);
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
-  if (paperCut && this->LeafCovariances.empty())
-  {
-    this->LeafCovariances = MakeLeafCovariances(cloud, layout, executor);
-  }
-  this->HasColors = colors != nullptr;
-  cloud.Clusters = &this->Bounds;
-  cloud.NodeColors = colors ? this->Colors.data() : nullptr;
-  cloud.LeafCovariances = paperCut ? this->LeafCovariances.data() : nullptr;
-  return std::string();
+  return this->Colors.data();
 }
 }

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Data of a hierarchy that a mapper keeps from frame to frame: bounds of its clusters for choosing
- * the level of detail, and colours and leaf covariances of its nodes. Internal to the module.
+ * the level of detail, and colours and leaf covariances of its nodes. A hierarchy from a file
+ * brings bounds and colours along. Internal to the module.
  */
 #pragma once
 
 #include "Core/Base/Executor.h"
+#include "Core/Files/ArrayFile.h"
 #include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelCloud.h"
 
 #include <vtkType.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,10 +31,23 @@ public:
   /// Whether the input declares that it is a hierarchy (field array Arrays::Leaves).
   static bool IsHierarchy(vtkPolyData* input);
 
+  /// Returns an empty string, or why the input is no hierarchy that can be drawn.
+  static std::string CheckHierarchy(vtkPolyData* input);
+
+  /// Numbers of leaves; of an input that passes CheckHierarchy.
+  static HierarchyLayout LayoutOf(vtkPolyData* input);
+
+  /// A field array with values that were computed from the surfels, as it is in files; null if
+  /// there is none of this type and size, or the surfels were modified after it.
+  /// @param tuples number of them
+  static vtkDataArray* FindComputed(
+    vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples);
+
   /**
    * Points the cloud, whose surfel arrays are set, to the hierarchy's nodes, cluster bounds and
    * colours. Computes the last two again only if the input or its colours have changed. Returns an
-   * empty string, or what is wrong with the input and what to do.
+   * empty string, or what is wrong with the input and what to do. Throws DamagedMemory if the input
+   * is from a file that is damaged.
    * @param colors   of all surfels, or null
    * @param paperCut whether the paper's rule chooses the level of detail; it needs leaf covariances
    */
@@ -41,6 +58,10 @@ public:
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }
 
 private:
+  void CheckFile(const Executor& executor) const;
+  const NodeColor* UpdateColors(vtkPolyData* input, vtkDataArray* colors,
+    const HierarchyLayout& layout, const Executor& executor, const SurfelCloud& cloud);
+
   /// An object in a certain state. No MTime is ever given twice.
   struct State
   {
@@ -57,6 +78,8 @@ private:
   std::vector<NodeColor> Colors;
   std::vector<float> LeafCovariances;
   bool HasColors = false;
+  std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null
+  vtkMTimeType StoredTime = 0;           ///< of the bounds in the file
   std::uint64_t PreparedSurfels = 0;
 };
 }

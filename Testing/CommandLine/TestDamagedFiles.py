@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendFilter
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLUnstructuredGridWriter
 
+from surfelsplatting import vtkPointsToSurfels, vtkSurfelHierarchyWriter
 from surfelsplatting.commandline.main import main
 from TestDataSets import gltf, write
 from TestFormats import pcd_columns, write_vtp
@@ -62,6 +63,12 @@ class TestDamagedFiles(ToolCase):
         grid = vtkAppendFilter()
         grid.AddInputData(cloud)
         grid.Update()
+        surfels = vtkPointsToSurfels()
+        surfels.SetInputData(cloud)
+        hierarchy = vtkSurfelHierarchyWriter()
+        hierarchy.SetFileName("a.surfels")
+        hierarchy.SetInputConnection(surfels.GetOutputPort())
+        hierarchy.Write()
         image = vtkImageData()
         image.SetDimensions(5, 6, 7)
         for name, writer, data in (("vtu", vtkXMLUnstructuredGridWriter, grid.GetOutput()),

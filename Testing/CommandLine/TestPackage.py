@@ -10,7 +10,8 @@ from toolcase import TOOL, ToolCase
 
 CLASSES = ["vtkDeepEXRWriter", "vtkLensAccumulationPass", "vtkPartitionedSurfelEstimation",
            "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
-           "vtkSurfelEstimation", "vtkSurfelHierarchy", "vtkSurfelImageRenderer", "vtkSurfelMapper",
+           "vtkSurfelEstimation", "vtkSurfelHierarchy", "vtkSurfelHierarchyReader",
+           "vtkSurfelHierarchyWriter", "vtkSurfelImageRenderer", "vtkSurfelMapper",
            "vtkSurfelNormalization", "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
 
 

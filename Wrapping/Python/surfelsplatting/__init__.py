@@ -20,6 +20,7 @@ Surfels to pictures
     vtkSurfelSplatter               lens, kernel and statistics of these two: GetSplatter()
     vtkLensAccumulationPass         reference: the mean of views from N points of the lens
 Files
+    vtkSurfelHierarchyWriter, vtkSurfelHierarchyReader    hierarchies that open at once, any size
     vtkSurfelEXRWriter, vtkDeepEXRWriter, vtkSurfelEXRReader    OpenEXR, flat and deep
     write_png                       8-bit PNG of a float picture
 Arrays of numpy to pictures

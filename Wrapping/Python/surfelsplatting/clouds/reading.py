@@ -50,6 +50,16 @@ def _read_dataset(path, messages, progress):
     return Cloud(read_dataset(path, messages, progress))
 
 
+def _read_mapped(path, messages, progress):
+    from ..vtkSurfelRendering import vtkSurfelHierarchyReader
+
+    reader = vtkSurfelHierarchyReader()
+    reader.SetFileName(path)
+    progress.update(reader, "reading")
+    messages.check()
+    return Cloud(reader.GetOutput())
+
+
 def _read_text(path, _messages, _progress):
     from .text import read_text_cloud
 
@@ -82,6 +92,7 @@ def _read_mesh(path, _messages, _progress):
 
 
 _READERS = {
+    ".surfels": _read_mapped,
     ".ply": _read_scan,
     ".pcd": _read_scan,
     ".vtp": _read_dataset,

@@ -106,7 +106,7 @@ def _suggestions(report, cloud):
         elif cleaned["noise"] > report["spacing"] and not cloud.columns:
             found.append(("--neighbors 40", "the noise is larger than the spacing"))
         if points > LONG:
-            found.append(("--hierarchy OUT.vtp", "keeps the surfels, which take minutes to make"))
+            found.append(("--hierarchy OUT.surfels", "keeps the surfels, which take minutes to make"))
     return [{"options": options, "reason": reason} for options, reason in found]
 
 

@@ -157,9 +157,10 @@ def add_other_outputs(parser):
     outputs.add_argument("--save-camera", metavar="OUT.json",
                          help="also write camera, lens and size; with --camera OUT.json the picture "
                               "becomes the same")
-    outputs.add_argument("--hierarchy", metavar="OUT.vtp",
+    outputs.add_argument("--hierarchy", metavar="OUT.surfels",
                          help="also write the hierarchy; a later run can use it as CLOUD and skip "
-                              "the estimation")
+                              "the estimation. A .surfels file is open at once, however large it "
+                              "is; .vtp is for other programs")
     outputs.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
     outputs.add_argument("--stats", metavar="OUT.json",
                          help="write counts and times: medians over all frames but the first")

@@ -12,6 +12,7 @@ from ..problems import UserProblem
 from ..views.cameras import view_values
 
 PICTURES = (".png", ".exr")
+HIERARCHIES = (".surfels", ".vtp")
 
 
 def _is_device(path):
@@ -108,6 +109,25 @@ def write_picture(picture, path, deep, linear_light, messages):
         _write_exr(picture, path, deep, messages)
     else:
         _write_png(picture, path, linear_light, messages)
+
+
+def _write_mapped(hierarchy, path, messages):
+    from ..vtkSurfelRendering import vtkSurfelHierarchyWriter
+
+    writer = vtkSurfelHierarchyWriter()
+    writer.SetInputData(hierarchy)
+    # The writer itself never leaves an incomplete file, but it needs a file in which it can seek.
+    with whole_file(path) if _is_device(path) else nullcontext(path) as name:
+        writer.SetFileName(name)
+        writer.Write()
+        messages.check()
+
+
+def write_hierarchy(hierarchy, path, messages):
+    if path.lower().endswith(".vtp"):
+        write_surfels(hierarchy, path, messages)
+    else:
+        _write_mapped(hierarchy, path, messages)
 
 
 def write_surfels(surfels, path, messages):

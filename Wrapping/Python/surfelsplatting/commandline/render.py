@@ -6,8 +6,8 @@ from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, settl
                            sharp_depths)
 from ..views.framing import complete_view, extent_of, share_facing_away
 from .effects import without_effect
-from .outputs import (PICTURES, check_distinct, check_output, write_json, write_picture,
-                      write_surfels, write_view)
+from .outputs import (HIERARCHIES, PICTURES, check_distinct, check_output, write_hierarchy,
+                      write_json, write_picture, write_surfels, write_view)
 from .scene import make_renderer
 from .session import Session
 
@@ -20,8 +20,10 @@ def _check_outputs(arguments):
                    (arguments.output, arguments.surfels, arguments.hierarchy, arguments.stats,
                     arguments.save_camera))
     check_output(arguments.output, PICTURES)
-    for path in filter(None, (arguments.surfels, arguments.hierarchy)):
-        check_output(path, (".vtp",))
+    if arguments.surfels:
+        check_output(arguments.surfels, (".vtp",))
+    if arguments.hierarchy:
+        check_output(arguments.hierarchy, HIERARCHIES)
     for path in filter(None, (arguments.stats, arguments.save_camera)):
         check_output(path, (".json",))
 
@@ -42,7 +44,7 @@ def _write_outputs(renderer, surfels, drawn, arguments, session):
         if arguments.surfels:
             write_surfels(surfels, arguments.surfels, session.messages)
         if arguments.hierarchy:
-            write_surfels(drawn, arguments.hierarchy, session.messages)
+            write_hierarchy(drawn, arguments.hierarchy, session.messages)
 
 
 def _focus(renderer, view, session):

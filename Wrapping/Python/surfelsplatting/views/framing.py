@@ -30,24 +30,17 @@ class Samples:
     """Up to SAMPLES surfels without stray ones: centres in the world and area vectors."""
 
     def __init__(self, surfels):
-        data = surfels.GetPointData()
-        count = surfels.GetNumberOfPoints()
-        some = slice(0, count, max(1, count // SAMPLES))
-        points = _doubles(surfels.GetPoints().GetData())[some]
-        areas = _doubles(data.GetArray("SurfelAreaVector"))[some]
+        points, areas, two_sided, covariances = _stored_samples(surfels) or _every_so_many(surfels)
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
         self.has_origin = False  # that is far from the cloud, as in coordinates of a country
         if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
             points += _doubles(origin).ravel()
             self.has_origin = bool(_doubles(origin).any())
-        two_sided = data.GetArray("SurfelTwoSided")
-        self.two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
-                          else np.zeros(len(points), bool))
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
-        self.radius = _typical_radius(data.GetArray("SurfelCovariance"), some, keep)
-        self.two_sided = self.two_sided[keep]
+        self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
+        self.two_sided = two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
         largest = max(np.abs(self.low).max(), np.abs(self.high).max())
         if largest > LARGEST_CLOUD:
@@ -68,10 +61,35 @@ class Samples:
         return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
 
 
-def _doubles(array):
+def _every_so_many(surfels):
+    """-> points, area vectors, whether they are two-sided, covariances or None"""
+    data = surfels.GetPointData()
+    count = surfels.GetNumberOfPoints()
+    some = slice(0, count, max(1, count // SAMPLES))
+    points = _doubles(surfels.GetPoints().GetData(), some)
+    two_sided = data.GetArray("SurfelTwoSided")
+    two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
+                 else np.zeros(len(points), bool))
+    covariances = data.GetArray("SurfelCovariance")
+    return (points, _doubles(data.GetArray("SurfelAreaVector"), some), two_sided,
+            _doubles(covariances, some) if covariances else None)
+
+
+def _stored_samples(surfels):
+    """The same of a mapped file, which is not to be read as a whole; None for others."""
+    array = surfels.GetFieldData().GetArray("SurfelSamples")
+    if not array or array.GetNumberOfComponents() != 13 or array.GetNumberOfTuples() == 0:
+        return None
+    if surfels.GetPoints().GetData().GetMTime() > array.GetMTime():  # they were moved
+        return None
+    values = _doubles(array)
+    return values[:, :3], values[:, 3:6], values[:, 6] != 0, values[:, 7:]
+
+
+def _doubles(array, some=slice(None)):
     """Values of a damaged file may be signalling NaNs, which casts warn of."""
     with np.errstate(invalid="ignore"):
-        return vtk_to_numpy(array).astype(np.float64)
+        return vtk_to_numpy(array)[some].astype(np.float64)
 
 
 def _near_the_bulk(points, finite):
@@ -85,11 +103,9 @@ def _near_the_bulk(points, finite):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
 
 
-def _typical_radius(covariances, some, keep):
+def _typical_radius(covariances):
     """Two standard deviations of a kernel; gives a cloud of one point an extent."""
-    if not covariances:
-        return 0.0
-    trace = _doubles(covariances)[some, :3][keep].sum(axis=1)
+    trace = covariances[:, :3].sum(axis=1)
     trace = trace[np.isfinite(trace) & (trace > 0)]
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Writes a hierarchy, and what frames compute of it, as a file of arrays (Core/Files/ArrayFile.h).
+ * Internal to the module.
+ */
+#pragma once
+
+#include "Core/Base/Executor.h"
+
+#include <string>
+
+class vtkPolyData;
+
+namespace SurfelSplatting
+{
+/// Number of surfels from which Arrays::Samples are taken: each k-th of n surfels, where k is
+/// n / SampleCount rounded down.
+constexpr int SampleCount = 200000;
+
+/**
+ * Writes a file. Of surfels without a hierarchy, makes one, in the file itself: besides the input,
+ * which may be mapped, it takes 40 bytes of memory for each surfel.
+ * @param input surfels or a hierarchy (Documentation/DataContract.md)
+ * @throw std::runtime_error that says what is wrong with the input or the disk
+ */
+void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor);
+}

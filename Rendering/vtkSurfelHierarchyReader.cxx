@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelHierarchyReader.h"
+
+#include "Core/Files/ArrayFile.h"
+#include "Core/Surfels/SurfelArrays.h"
+#include "Rendering/Scene/HierarchyCache.h"
+#include "Rendering/Scene/MappedArrays.h"
+#include "Rendering/Scene/SMPExecutor.h"
+
+#include <vtkErrorCode.h>
+#include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace Core = SurfelSplatting;
+
+namespace
+{
+std::shared_ptr<const Core::ArrayFile> Open(const char* path)
+{
+  if (!path || !*path)
+  {
+    throw std::runtime_error("there is no file name; call SetFileName first");
+  }
+  return std::make_shared<Core::ArrayFile>(path, Core::SMPExecutor());
+}
+
+void AddPoints(vtkDataArray* positions, vtkPolyData* output)
+{
+  const int type = positions->GetDataType();
+  if (positions->GetNumberOfComponents() != 3 || (type != VTK_FLOAT && type != VTK_DOUBLE))
+  {
+    throw std::runtime_error("its points are not three floats or doubles each; write it again");
+  }
+  vtkNew<vtkPoints> points;
+  points->SetData(positions);
+  output->SetPoints(points);
+}
+
+void AddArray(Core::ArrayRole role, vtkDataArray* array, vtkPolyData* output)
+{
+  vtkPointData* data = output->GetPointData();
+  switch (role)
+  {
+    case Core::ArrayRole::Points:
+      AddPoints(array, output);
+      break;
+    case Core::ArrayRole::PointData:
+      data->AddArray(array);
+      break;
+    case Core::ArrayRole::Scalars:
+      data->SetScalars(array);
+      break;
+    case Core::ArrayRole::Normals:
+      data->SetNormals(array);
+      break;
+    case Core::ArrayRole::FieldData:
+      output->GetFieldData()->AddArray(array);
+      break;
+  }
+}
+
+/// Whether a frame reads the nodes or surfels that it needs from an array. The entries that it
+/// walks to choose them (Arrays::Clusters, Arrays::Extents) are near each other.
+bool IsReadAtRandom(const Core::StoredArray& stored)
+{
+  for (const char* name : { Core::Arrays::Nodes, Core::Arrays::NodeColors, Core::Arrays::Covariance,
+         Core::Arrays::AreaVector, Core::Arrays::TwoSided, Core::Arrays::Opacity })
+  {
+    if (stored.Name == name)
+    {
+      return true;
+    }
+  }
+  return stored.Role == Core::ArrayRole::Points || stored.Role == Core::ArrayRole::Scalars;
+}
+
+/// The arrays in the order of the file: those that are computed from others are behind them, and
+/// their later times say that they are up to date (HierarchyCache.h).
+void MapArrays(const std::shared_ptr<const Core::ArrayFile>& file, vtkPolyData* output)
+{
+  for (const Core::StoredArray& stored : file->Arrays())
+  {
+    if (IsReadAtRandom(stored))
+    {
+      file->ReadAtRandom(stored);
+    }
+    AddArray(stored.Role, Core::MakeMappedArray(file, stored), output);
+  }
+  vtkDataArray* colors = output->GetFieldData()->GetArray(Core::Arrays::NodeColors);
+  vtkDataArray* scalars = output->GetPointData()->GetScalars();
+  if (colors && scalars)
+  {
+    colors->SetComponentName(0, scalars->GetName());
+  }
+}
+}
+
+vtkStandardNewMacro(vtkSurfelHierarchyReader);
+
+vtkSurfelHierarchyReader::vtkSurfelHierarchyReader()
+{
+  this->SetNumberOfInputPorts(0);
+}
+
+vtkSurfelHierarchyReader::~vtkSurfelHierarchyReader()
+{
+  this->SetFileName(nullptr);
+}
+
+int vtkSurfelHierarchyReader::RequestData(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  vtkPolyData* output = vtkPolyData::GetData(outputVector);
+  std::string problem;
+  try
+  {
+    MapArrays(Open(this->FileName), output);
+    problem = Core::HierarchyCache::CheckHierarchy(output);
+  }
+  catch (const std::exception& exception)
+  {
+    problem = exception.what();
+  }
+  if (!problem.empty())
+  {
+    output->Initialize();
+    this->SetErrorCode(vtkErrorCode::FileFormatError);
+    vtkErrorMacro(
+      "Cannot read " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
+    return 0;
+  }
+  return 1;
+}
+
+bool vtkSurfelHierarchyReader::CheckFile()
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  try
+  {
+    Open(this->FileName)->CheckAll(Core::SMPExecutor());
+    return true;
+  }
+  catch (const std::exception& exception)
+  {
+    this->SetErrorCode(vtkErrorCode::FileFormatError);
+    vtkErrorMacro("Cannot read " << (this->FileName ? this->FileName : "(none)") << ": "
+                                 << exception.what() << ".");
+    return false;
+  }
+}
+
+void vtkSurfelHierarchyReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+}

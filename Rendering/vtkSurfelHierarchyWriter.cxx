@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfelHierarchyWriter.h"
+
+#include "Rendering/Scene/HierarchyFile.h"
+#include "Rendering/Scene/SMPExecutor.h"
+#include "Rendering/Scene/SurfelSpool.h"
+
+#include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+
+#include <exception>
+#include <new>
+#include <utility>
+
+vtkStandardNewMacro(vtkSurfelHierarchyWriter);
+
+vtkSurfelHierarchyWriter::vtkSurfelHierarchyWriter()
+{
+  this->SetNumberOfOutputPorts(0);
+}
+
+vtkSurfelHierarchyWriter::~vtkSurfelHierarchyWriter()
+{
+  this->SetFileName(nullptr);
+}
+
+void vtkSurfelHierarchyWriter::ReportError(unsigned long code, const char* problem)
+{
+  this->SetErrorCode(code);
+  vtkErrorMacro(
+    "Cannot write " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
+}
+
+bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (!this->FileName || !*this->FileName)
+  {
+    this->ReportError(
+      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+    return false;
+  }
+  try
+  {
+    if (!this->Pieces)
+    {
+      this->Pieces.reset(new SurfelSplatting::SurfelSpool(this->FileName));
+    }
+    this->Pieces->Add(surfels);
+    return true;
+  }
+  catch (const std::exception& problem)
+  {
+    this->Pieces.reset();
+    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
+    return false;
+  }
+}
+
+int vtkSurfelHierarchyWriter::Write()
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (this->Pieces)
+  {
+    const std::unique_ptr<SurfelSplatting::SurfelSpool> pieces = std::move(this->Pieces);
+    try
+    {
+      return this->WriteFile(pieces->Map()) ? 1 : 0;
+    }
+    catch (const std::exception& problem)
+    {
+      this->ReportError(vtkErrorCode::OutOfDiskSpaceError, problem.what());
+      return 0;
+    }
+  }
+  if (this->GetNumberOfInputConnections(0) == 0)
+  {
+    this->ReportError(vtkErrorCode::UnknownError, "there are no surfels; set the input first");
+    return 0;
+  }
+  // Every call writes, whether or not the input has changed.
+  this->Modified();
+  this->Update();
+  return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
+}
+
+int vtkSurfelHierarchyWriter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  return this->WriteFile(vtkPolyData::GetData(inputVector[0])) ? 1 : 0;
+}
+
+bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
+{
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (!this->FileName || !*this->FileName)
+  {
+    this->ReportError(
+      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+    return false;
+  }
+  try
+  {
+    SurfelSplatting::WriteHierarchy(surfels, this->FileName, SurfelSplatting::SMPExecutor());
+    return true;
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->ReportError(vtkErrorCode::UnknownError,
+      "there is too little memory; making a hierarchy takes 40 bytes for each surfel");
+  }
+  catch (const std::exception& problem)
+  {
+    this->ReportError(vtkErrorCode::CannotOpenFileError, problem.what());
+  }
+  return false;
+}
+
+void vtkSurfelHierarchyWriter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+}

@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Hierarchies in .surfels files: the same pictures as from memory, from pieces too; an error for
+every damage."""
+
+import gc
+import json
+import os
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
+
+from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
+                             vtkSurfelImageRenderer, vtkSurfelMapper)
+from surfelsplatting.views.framing import SAMPLES, Samples
+from toolcase import SMALL, ToolCase, arrays_of, sphere, write_ply
+
+LARGE = 700_000  # surfels: a file too large to be checked at once
+PAGE = 4096
+
+
+def to_vtk(name, values):
+    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    return array
+
+
+def ball(count, seed=1, origin=None, offset=0.0):
+    """Surfels of the unit sphere, as vtkPolyData; with an origin, their points are relative to it."""
+    rnd = np.random.default_rng(seed)
+    normals = rnd.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    area = 4 * np.pi / count
+    x, y, z = normals.T
+    covariances = area / 4 * np.column_stack(
+        [1 - x * x, 1 - y * y, 1 - z * z, -x * y, -y * z, -x * z])
+    surfels = vtkPolyData()
+    points = vtkPoints()
+    points.SetData(to_vtk("Points", (normals + offset - (origin or 0)).astype(np.float32)))
+    surfels.SetPoints(points)
+    data = surfels.GetPointData()
+    data.AddArray(to_vtk("SurfelCovariance", covariances.astype(np.float32)))
+    data.AddArray(to_vtk("SurfelAreaVector", (area * normals).astype(np.float32)))
+    data.AddArray(to_vtk("SurfelTwoSided", (x > 0).astype(np.uint8)))
+    data.AddArray(to_vtk("height", z))
+    data.SetScalars(to_vtk("RGB", (127 + 100 * np.sin(9 * normals)).astype(np.uint8)))
+    if origin is not None:
+        surfels.GetFieldData().AddArray(to_vtk("SurfelOrigin", np.full((1, 3), float(origin))))
+    return surfels
+
+
+def hierarchy_of(surfels):
+    hierarchy = vtkSurfelHierarchy()
+    hierarchy.SetInputData(surfels)
+    hierarchy.Update()
+    return hierarchy.GetOutput()
+
+
+def write(surfels, path="ball.surfels"):
+    writer = vtkSurfelHierarchyWriter()
+    writer.SetFileName(path)
+    writer.SetInputData(surfels)
+    assert writer.Write() == 1
+
+
+def read(path="ball.surfels"):
+    reader = vtkSurfelHierarchyReader()
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput()
+
+
+class Picture:
+    """Of surfels through a lens; keeps its mapper."""
+
+    def __init__(self, surfels):
+        self.mapper = vtkSurfelMapper()
+        self.mapper.SetInputData(surfels)
+        actor = vtkActor()
+        actor.SetMapper(self.mapper)
+        camera = vtkCamera()
+        camera.SetPosition(0.3, 0.2, 5)
+        camera.SetFocalDisk(0.3)
+        camera.SetFocalDistance(4.2)
+        self.renderer = vtkSurfelImageRenderer()
+        self.renderer.AddActor(actor)
+        self.renderer.SetCamera(camera)
+        self.renderer.SetSize(120, 90)
+
+    def pixels(self):
+        self.renderer.Modified()
+        self.renderer.Update()
+        return np.array(vtk_to_numpy(self.renderer.GetOutput().GetPointData().GetScalars()))
+
+    @property
+    def prepared(self):
+        return self.renderer.GetSplatter().GetNumberOfPreparedSurfels()
+
+
+class TestMappedFiles(ToolCase):
+    def assert_same_picture(self, one, other):
+        pixels = Picture(one).pixels()
+        self.assertGreater(pixels[:, 3].mean(), 0.2)
+        np.testing.assert_array_equal(pixels, Picture(other).pixels())
+
+    def test_the_tool_draws_the_same(self):
+        points, colors = sphere(4000)
+        write_ply("ball.ply", points, colors)
+        options = [*SMALL, "--blur", "8", "--stats", "stats.json"]
+        self.render("ball.ply", *options, "--hierarchy", "ball.vtp", "-o", "a.exr")
+        self.render("ball.vtp", *options, "--hierarchy", "ball.surfels", "-o", "b.exr")
+        for look in ([], ["--linear-light"], ["--lod", "paper"], ["--scalars", "z"],
+                     ["--view", "left"]):
+            self.render("ball.vtp", *options, *look, "-o", "a.exr")
+            self.render("ball.surfels", *options, *look, "-o", "b.exr")
+            np.testing.assert_array_equal(self.read_rgba("a.exr"), self.read_rgba("b.exr"), str(look))
+            with open("stats.json", encoding="utf-8") as file:
+                statistics = json.load(file)
+            self.assertNotIn("hierarchy", statistics["milliseconds"])
+            if look in ([], ["--view", "left"]):
+                self.assertEqual(statistics["detail"]["prepared"], 0)
+        info = self.run_tool("info", "ball.surfels")
+        self.assertEqual((info.returncode, info.stderr), (0, ""))
+        self.assertIn("4000 hierarchy", info.stdout)
+
+    def test_arrays(self):
+        surfels = hierarchy_of(ball(3000))
+        write(surfels)
+        mapped = read()
+        before, after = arrays_of(surfels), arrays_of(mapped)
+        self.assertEqual(list(before), list(after))
+        for name in set(before) - {"RGB"}:
+            np.testing.assert_array_equal(before[name], after[name])
+            self.assertEqual(before[name].dtype, after[name].dtype)
+        np.testing.assert_array_equal(before["RGB"], after["RGB"][:, :3])
+        self.assertEqual(mapped.GetPointData().GetScalars().GetName(), "RGB")
+        self.assertEqual(mapped.GetFieldData().GetArray("SurfelLeaves").GetNumberOfValues(), 2)
+        bounds = [Picture(cloud).mapper.GetBounds() for cloud in (surfels, mapped)]
+        self.assertEqual(*bounds)
+        write(mapped, "again.surfels")
+        with open("ball.surfels", "rb") as one, open("again.surfels", "rb") as other:
+            self.assertEqual(one.read(), other.read())
+
+    def test_arrays_keep_the_file(self):
+        write(ball(500))
+        height = read().GetPointData().GetArray("height")
+        os.remove("ball.surfels")
+        gc.collect()
+        self.assertLess(np.abs(vtk_to_numpy(height)).max(), 1.001)
+        height.InsertNextValue(7)  # moves to memory of its own
+        self.assertEqual(height.GetNumberOfTuples(), 501)
+
+    def test_changed_arrays_count(self):
+        surfels = hierarchy_of(ball(3000))
+        write(surfels)
+        mapped = read()
+        picture = Picture(mapped)
+        first = picture.pixels()
+        self.assertEqual(picture.prepared, 0)
+        for cloud in (surfels, mapped):
+            colors = cloud.GetPointData().GetScalars()
+            vtk_to_numpy(colors)[:, :2] = 9
+            colors.Modified()
+        changed = picture.pixels()
+        self.assertEqual(picture.prepared, 3000)
+        self.assertGreater(np.abs(changed - first).max(), 0.1)
+        np.testing.assert_array_equal(changed, Picture(surfels).pixels())
+        np.testing.assert_array_equal(first, Picture(read()).pixels())  # the file is as before
+
+    def test_pieces_are_one_hierarchy(self):
+        pieces = [ball(1000, 1), ball(2000, 2, origin=64.0, offset=0.0), ball(500, 3)]
+        writer = vtkSurfelHierarchyWriter()
+        writer.SetFileName("pieces.surfels")
+        for piece in pieces:
+            self.assertTrue(writer.AddPiece(piece))
+        self.assertEqual(writer.Write(), 1)
+        self.assertEqual(os.listdir("."), ["pieces.surfels"])
+        append = vtkAppendPolyData()
+        for piece in pieces:
+            if piece.GetFieldData().GetArray("SurfelOrigin"):
+                points = piece.GetPoints().GetData()
+                vtk_to_numpy(points)[:] += 64
+                piece.GetFieldData().RemoveArray("SurfelOrigin")
+            append.AddInputData(piece)
+        append.Update()
+        whole = hierarchy_of(append.GetOutput())
+        self.assert_same_picture(whole, read("pieces.surfels"))
+        write(append.GetOutput(), "whole.surfels")
+        self.assert_same_picture(whole, read("whole.surfels"))
+
+    def test_the_view_needs_samples_only(self):
+        surfels = hierarchy_of(ball(LARGE))
+        write(surfels)
+        mapped = read()
+        samples = mapped.GetFieldData().GetArray("SurfelSamples")
+        self.assertLess(samples.GetNumberOfTuples(), 2 * SAMPLES)
+        one, other = Samples(surfels), Samples(mapped)
+        for name in ("points", "areas", "two_sided", "radius", "low", "high", "spacing"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
+        self.change_colors_of_a_large_file()
+        self.damage_where_it_is_drawn()
+        self.refuse_damaged_arrays()
+
+    def change_colors_of_a_large_file(self):
+        """That is no damage."""
+        mapped = read()
+        colors = mapped.GetPointData().GetScalars()
+        vtk_to_numpy(colors)[:, :3] = 51
+        colors.Modified()
+        pixels = Picture(mapped).pixels()
+        np.testing.assert_array_equal(pixels[:, 0], pixels[:, 2])
+        self.assertGreater(pixels[:, 0].max(), 0.1)
+
+    def damage_where_it_is_drawn(self):
+        """One byte in each page of the nodes."""
+        nodes = vtk_to_numpy(read().GetFieldData().GetArray("SurfelNodes")).tobytes()
+        with open("ball.surfels", "rb") as file:
+            content = bytearray(file.read())
+        begin = content.index(nodes[:PAGE])
+        for place in range(begin, begin + len(nodes), PAGE):
+            content[place] ^= 1
+        with open("damaged.surfels", "wb") as file:
+            file.write(content)
+
+    def refuse_damaged_arrays(self):
+        """A large file opens; what is drawn of it is checked."""
+        picture = Picture(read("damaged.surfels"))
+        errors = []
+
+        def note(_caller, _event, text):
+            errors.append(text)
+
+        note.CallDataType = "string0"
+        picture.renderer.GetSplatter().AddObserver("ErrorEvent", note)
+        picture.renderer.AddObserver("ErrorEvent", lambda *_: None)
+        picture.renderer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        picture.renderer.Update()
+        self.assertEqual(len(errors), 1)
+        self.assertIn("its array SurfelNodes is not what was written", errors[0])
+        result = self.run_tool("render", "damaged.surfels", "-o", "out.png")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("SurfelNodes", result.stderr)
+        self.assertFalse(os.path.exists("out.png"))
+        reader = vtkSurfelHierarchyReader()
+        self.note_errors(reader)
+        reader.SetFileName("damaged.surfels")
+        self.assertFalse(reader.CheckFile())
+        self.assertIn("SurfelNodes", self.errors[0])
+        reader.SetFileName("ball.surfels")
+        self.assertTrue(reader.CheckFile())
+
+    def refused(self, path):
+        """-> what the reader says."""
+        reader = vtkSurfelHierarchyReader()
+        self.note_errors(reader)
+        if path:
+            reader.SetFileName(path)
+        reader.Update()
+        self.assertEqual(reader.GetOutput().GetNumberOfPoints(), 0)
+        self.assertNotEqual(reader.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        return self.errors[0]
+
+    def test_files_that_are_none(self):
+        self.assertIn("SetFileName", self.refused(None))
+        self.assertIn("No such file", self.refused("none.surfels"))
+        self.assertIn("no regular file", self.refused("."))
+        with open("text.surfels", "w", encoding="utf-8") as file:
+            file.write("no surfels at all " * 10)
+        self.assertIn("does not begin", self.refused("text.surfels"))
+        write(ball(300))
+        with open("ball.surfels", "rb") as file:
+            content = file.read()
+        with open("half.surfels", "wb") as file:
+            file.write(content[:len(content) // 2])
+        self.assertIn("not whole", self.refused("half.surfels"))
+        result = self.run_tool("render", "half.surfels", "-o", "out.png")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, "^surfelsplat: .*half.surfels.*not whole")
+
+    def refused_to_write(self, surfels, path):
+        """-> what the writer says; it leaves nothing."""
+        writer = vtkSurfelHierarchyWriter()
+        self.note_errors(writer)
+        if path:
+            writer.SetFileName(path)
+        if surfels:
+            writer.SetInputData(surfels)
+        self.assertEqual(writer.Write(), 0)
+        self.assertNotEqual(writer.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        self.assertEqual(os.listdir("."), [])
+        return self.errors[0]
+
+    def test_what_cannot_be_written(self):
+        self.assertIn("set the input", self.refused_to_write(None, "a.surfels"))
+        self.assertIn("SetFileName", self.refused_to_write(ball(9), None))
+        self.assertIn("No such file", self.refused_to_write(ball(9), "no/such/a.surfels"))
+        self.assertIn("no surfels", self.refused_to_write(vtkPolyData(), "a.surfels"))
+        plain = ball(9)
+        plain.GetPointData().RemoveArray("SurfelCovariance")
+        self.assertIn("SurfelCovariance", self.refused_to_write(plain, "a.surfels"))
+        broken = hierarchy_of(ball(9))
+        broken.GetFieldData().RemoveArray("SurfelNodes")
+        self.assertIn("SurfelNodes", self.refused_to_write(broken, "a.surfels"))
+        writer = vtkSurfelHierarchyWriter()
+        self.note_errors(writer)
+        writer.SetFileName("a.surfels")
+        self.assertTrue(writer.AddPiece(ball(9)))
+        self.assertFalse(writer.AddPiece(plain))
+        self.assertIn("SurfelCovariance", self.errors[0])
+        self.assertEqual(os.listdir("."), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
