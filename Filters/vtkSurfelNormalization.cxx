@@ -19,9 +19,12 @@
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <string>
 
 using namespace SurfelGeometry;
@@ -31,13 +34,18 @@ vtkStandardNewMacro(vtkSurfelNormalization);
 
 namespace
 {
-/// Reads a tuple; without a virtual call if the array is a vtkFloatArray, as nearly always.
+/// Reads a tuple; without a virtual call if the array has the type that it nearly always has.
 template <int Components>
 void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
 {
   if (auto* floats = vtkFloatArray::FastDownCast(array))
   {
     std::copy_n(floats->GetPointer(Components * id), Components, tuple);
+    return;
+  }
+  if (auto* bytes = vtkUnsignedCharArray::FastDownCast(array))
+  {
+    std::copy_n(bytes->GetPointer(Components * id), Components, tuple);
     return;
   }
   array->GetTuple(id, tuple);
@@ -75,18 +83,10 @@ public:
       this->Cloud.SampleIds = region->GlobalIds();
       this->Share(*ranks, *region, sharing);
     }
-    this->ReadKernels(input);
-    std::vector<double> areas(this->Kernels.size());
-    this->AreUsable.resize(areas.size());
-    for (size_t i = 0; i < areas.size(); ++i)
-    {
-      this->AreUsable[i] = this->Kernels[i].Usable ? 1 : 0;
-      areas[i] = this->Kernels[i].Usable ? this->Kernels[i].Area : 0.0;
-      this->Self->TotalAreaBefore += sharing.IsOwn.empty() || sharing.IsOwn[i] ? areas[i] : 0.0;
-    }
+    std::vector<double> areas;
     const WeightSettings settings = this->GetWeightSettings();
-    const WeightProblem problem{ this->Cloud, this->Kernels, settings, ranks ? &sharing : nullptr,
-      knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
+    const WeightProblem problem{ this->Cloud, this->KernelReader(input), settings,
+      ranks ? &sharing : nullptr, knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
     if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
@@ -158,24 +158,26 @@ private:
     return settings;
   }
 
-  void ReadKernels(vtkPolyData* input)
+  /// Makes kernels from the input's arrays, which are read again for each part of the cloud that
+  /// needs them: all together would take 50 bytes a surfel.
+  std::function<WeightedKernel(int)> KernelReader(vtkPolyData* input) const
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     vtkDataArray* covariances = input->GetPointData()->GetArray(Arrays::Covariance);
     vtkDataArray* twoSided = input->GetPointData()->GetArray(Arrays::TwoSided);
-    this->Kernels.resize(this->Cloud.Size());
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType i = begin; i < end; ++i)
+    return [=](int i) {
+      const vtkIdType id = this->Cloud.InputIds[i];
+      double areaVector[3], covariance[6], isTwoSided[1] = { 0.0 };
+      ReadTuple(areaVectors, id, areaVector);
+      ReadTuple(covariances, id, covariance);
+      if (twoSided)
       {
-        const vtkIdType id = this->Cloud.InputIds[i];
-        double areaVector[3];
-        double covariance[6];
-        ReadTuple(areaVectors, id, areaVector);
-        ReadTuple(covariances, id, covariance);
-        this->Kernels[i] = MakeWeightedKernel(areaVector, covariance);
-        this->Kernels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
+        ReadTuple(twoSided, id, isTwoSided);
       }
-    });
+      WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
+      kernel.TwoSided = isTwoSided[0] != 0.0;
+      return kernel;
+    };
   }
 
   void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
@@ -189,7 +191,7 @@ private:
       {
         const vtkIdType id = this->Cloud.InputIds[i];
         seen[id] = 1;
-        if (this->AreUsable[i])
+        if (this->IsUsable(i))
         {
           double before[3];
           ReadTuple(areaVectors, id, before);
@@ -233,15 +235,17 @@ private:
       {
         continue;
       }
+      self->TotalAreaBefore += this->Report.InitialAreas[i];
       self->TotalAreaAfter += areas[i];
-      self->NumberOfUnusableSurfels += this->AreUsable[i] ? 0 : 1;
+      self->NumberOfUnusableSurfels += this->IsUsable(i) ? 0 : 1;
     }
   }
 
+  /// Whether a surfel has a kernel.
+  bool IsUsable(std::size_t i) const { return this->Report.InitialAreas[i] > 0.0f; }
+
   vtkSurfelNormalization* Self;
   LocalCloud Cloud;
-  std::vector<WeightedKernel> Kernels; // until the samples are made
-  std::vector<char> AreUsable;         // whether a surfel has a kernel
   WeightReport Report;
 };
 

@@ -31,6 +31,10 @@ struct NeighborGraph
   /// Stores what a query for point i has found.
   void Keep(size_t i, const Neighbors& neighbors);
 
+  /// Gives the memory of the rows from `begin` to `end` back to the system, where it can take it.
+  /// The rows before are released as well, and none of these is read again.
+  void Release(size_t begin, size_t end);
+
   /// The first `count` stored neighbours of point i, as a query gives them.
   void Get(const LocalCloud& cloud, int i, int count, Neighbors& neighbors) const;
 };

@@ -85,9 +85,9 @@ struct WeightSharing
 struct WeightProblem
 {
   const LocalCloud& Cloud;
-  std::vector<WeightedKernel>& Kernels; // [n] the solver frees them when it has the samples
+  const std::function<WeightedKernel(int)> KernelOf; // of surfel i; may run in parallel
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
-  const NeighborGraph* Graph;   // nearest neighbours; null: none known
+  NeighborGraph* Graph;         // nearest neighbours, which the solver uses up; null: none known
 };
 }
