@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/KernelWeights.h"
 #include "Filters/Partition/PartitionedSurfels.h"
@@ -24,7 +25,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <string>
 
 using namespace SurfelGeometry;
@@ -50,6 +50,54 @@ void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
   }
   array->GetTuple(id, tuple);
 }
+
+/// Makes kernels from the input's arrays, which are read again for each part of the cloud that
+/// needs them: all together would take 50 bytes a surfel.
+class KernelReader : public KernelSource
+{
+public:
+  KernelReader(vtkPolyData* input, const LocalCloud& cloud)
+    : Cloud(cloud)
+    , AreaVectors(input->GetPointData()->GetArray(Arrays::AreaVector))
+    , Covariances(input->GetPointData()->GetArray(Arrays::Covariance))
+    , TwoSided(input->GetPointData()->GetArray(Arrays::TwoSided))
+  {
+  }
+
+  WeightedKernel Make(int i) const override
+  {
+    const vtkIdType id = this->Cloud.InputIds[i];
+    double areaVector[3], covariance[6], twoSided[1] = { 0.0 };
+    ReadTuple(this->AreaVectors, id, areaVector);
+    ReadTuple(this->Covariances, id, covariance);
+    if (this->TwoSided)
+    {
+      ReadTuple(this->TwoSided, id, twoSided);
+    }
+    WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
+    kernel.TwoSided = twoSided[0] != 0.0;
+    return kernel;
+  }
+
+  void Prefetch(int i) const override
+  {
+    const vtkIdType id = this->Cloud.InputIds[i];
+    PrefetchTuple(this->AreaVectors, id);
+    PrefetchTuple(this->Covariances, id);
+  }
+
+private:
+  static void PrefetchTuple(vtkDataArray* array, vtkIdType id)
+  {
+    if (auto* floats = vtkFloatArray::FastDownCast(array))
+    {
+      SURFEL_PREFETCH(floats->GetPointer(floats->GetNumberOfComponents() * id));
+    }
+  }
+
+  const LocalCloud& Cloud;
+  vtkDataArray *AreaVectors, *Covariances, *TwoSided;
+};
 }
 
 /// One execution: unpacks the arrays, solves, packs.
@@ -85,8 +133,9 @@ public:
     }
     std::vector<double> areas;
     const WeightSettings settings = this->GetWeightSettings();
-    const WeightProblem problem{ this->Cloud, this->KernelReader(input), settings,
-      ranks ? &sharing : nullptr, knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
+    const KernelReader kernels(input, this->Cloud);
+    const WeightProblem problem{ this->Cloud, kernels, settings, ranks ? &sharing : nullptr,
+      knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
     if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
       return false;
@@ -118,7 +167,7 @@ private:
       {
         double p[3];
         points->GetPoint(id, p);
-        this->Cloud.InputIds[order[id]] = id;
+        this->Cloud.InputIds[order[id]] = static_cast<int>(id);
         std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * static_cast<std::size_t>(order[id]));
       }
     });
@@ -128,7 +177,7 @@ private:
   void Share(
     SurfelSplatting::Ranks& ranks, const PartitionedCloud& region, WeightSharing& sharing) const
   {
-    for (const vtkIdType id : this->Cloud.InputIds)
+    for (const int id : this->Cloud.InputIds)
     {
       sharing.IsOwn.push_back(region.IsInRegion(id) ? 1 : 0);
     }
@@ -156,28 +205,6 @@ private:
     settings.MinimumFactor = this->Self->MinimumFactor;
     settings.MaximumFactor = this->Self->MaximumFactor;
     return settings;
-  }
-
-  /// Makes kernels from the input's arrays, which are read again for each part of the cloud that
-  /// needs them: all together would take 50 bytes a surfel.
-  std::function<WeightedKernel(int)> KernelReader(vtkPolyData* input) const
-  {
-    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
-    vtkDataArray* covariances = input->GetPointData()->GetArray(Arrays::Covariance);
-    vtkDataArray* twoSided = input->GetPointData()->GetArray(Arrays::TwoSided);
-    return [=](int i) {
-      const vtkIdType id = this->Cloud.InputIds[i];
-      double areaVector[3], covariance[6], isTwoSided[1] = { 0.0 };
-      ReadTuple(areaVectors, id, areaVector);
-      ReadTuple(covariances, id, covariance);
-      if (twoSided)
-      {
-        ReadTuple(twoSided, id, isTwoSided);
-      }
-      WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
-      kernel.TwoSided = isTwoSided[0] != 0.0;
-      return kernel;
-    };
   }
 
   void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)

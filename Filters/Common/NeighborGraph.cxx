@@ -133,6 +133,19 @@ void SearchedCloud::Find(int i, int count, Neighbors& neighbors) const
   }
 }
 
+const int* SearchedCloud::FindIds(int i, int count, Neighbors& neighbors, int& found) const
+{
+  if (!this->Graph.Ids.empty() && count <= KeptNeighbors)
+  {
+    const int* row = this->Graph.Row(static_cast<size_t>(i));
+    found = static_cast<int>(std::find(row, row + count, -1) - row);
+    return row;
+  }
+  this->Tree->FindNearest(i, count, neighbors);
+  found = neighbors.Count();
+  return neighbors.Ids.data();
+}
+
 bool SearchedCloud::FindNeighbors(const StageProgress& progress)
 {
   this->Graph.Ids.resize(KeptNeighbors * static_cast<size_t>(this->Cloud.Size()));

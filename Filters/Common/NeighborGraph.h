@@ -52,6 +52,10 @@ struct SearchedCloud
   /// The nearest points, from the graph if it has so many, else from the tree.
   void Find(int i, int count, Neighbors& neighbors) const;
 
+  /// The same without distances, and without a copy if the graph has so many.
+  /// @param found their number
+  const int* FindIds(int i, int count, Neighbors& neighbors, int& found) const;
+
   /// Stores the nearest points of all. Returns false if stopped.
   bool FindNeighbors(const StageProgress& progress);
 

@@ -141,7 +141,7 @@ struct Spiral
   }
 
   /// Begins in the plane of u and v, turned by an angle.
-  void Begin(const Vector3& u, const Vector3& v, double turn, double shift)
+  void Begin(const Vector3& u, const Vector3& v, float turn, double shift)
   {
     const double cosine = std::cos(turn), sine = std::sin(turn);
     this->Along = cosine * u + sine * v;
@@ -235,16 +235,16 @@ public:
   {
     block.Clear();
     block.First = first;
-    this->Table.Begin(first, last);
+    this->FindRows(first, last);
     for (int i = first; i < last; ++i)
     {
-      const WeightedKernel kernel = this->Table[this->Table.NumberOf(i)].Kernel;
+      const WeightedKernel& kernel = this->Table[static_cast<std::size_t>(i - first)].Kernel;
       surface.Areas[i] = kernel.Usable ? kernel.Area : 0.0f;
       surface.Peaks[i] = kernel.Usable ? kernel.Peak : 0.0f;
       const std::size_t samples = block.Samples.size(), rows = block.Rows.size();
       if (kernel.Usable)
       {
-        this->Sample(i, kernel, block);
+        this->Sample(i, i - first, block);
       }
       block.Owned.push_back(static_cast<std::uint16_t>(block.Samples.size() - samples));
       block.RowSizes.push_back(static_cast<std::uint16_t>(block.Rows.size() - rows));
@@ -253,15 +253,18 @@ public:
   }
 
 private:
-  void Sample(int owner, const WeightedKernel& kernel, SampleBlock& block)
+  /// @param own number of the owner in the table
+  void Sample(int owner, int own, SampleBlock& block)
   {
+    const WeightedKernel& kernel = this->Table[static_cast<std::size_t>(own)].Kernel;
     Vector3 u, v;
     TangentFrame(kernel.Normal, u, v);
     this->Spacing = std::sqrt(kernel.Area);
-    const bool border = this->Gather(owner, kernel, u, v);
+    const bool border = this->Gather(own, u, v);
     // Seeded by the input's id, so that the samples do not depend on where the cloud lies.
     const auto seed = static_cast<std::uint64_t>(this->Problem.Cloud.SampleId(owner));
-    this->Places.Begin(u, v, 2.0 * Pi * Hash(2 * seed), Hash(2 * seed + 1));
+    const auto turn = static_cast<float>(2.0 * Pi * Hash(2 * seed));
+    this->Places.Begin(u, v, turn, Hash(2 * seed + 1));
     this->Reached = 0;
     const int count = this->Settings.SamplesPerPoint;
     for (int first = 0; first < count; first += SamplePositions::Capacity)
@@ -293,47 +296,60 @@ private:
     block.Samples.push_back(static_cast<std::uint16_t>(entries | kind << SampleBlock::KindShift));
   }
 
-  /// @return the ids of the nearest surfels, and their number in `count`
-  const int* FindRow(int owner, int& count)
+  /// Finds the nearest surfels of those from `first` to `last`, and loads the kernels of all.
+  void FindRows(int first, int last)
   {
+    this->Table.Begin(first, last);
+    this->Row.clear();
+    this->RowEnds.assign(1, 0);
     const int wanted = this->Settings.NumberOfNeighbors;
-    if (this->Tree)
+    for (int i = first; i < last; ++i)
     {
-      this->Tree->FindNearest(owner, wanted, this->Found);
-      count = this->Found.Count();
-      return this->Found.Ids.data();
+      const int* row = nullptr;
+      int count = std::min(wanted, KeptNeighbors);
+      if (this->Tree)
+      {
+        this->Tree->FindNearest(i, wanted, this->Found);
+        row = this->Found.Ids.data();
+        count = this->Found.Count();
+      }
+      else
+      {
+        row = this->Problem.Graph->Row(static_cast<std::size_t>(i));
+      }
+      for (int k = 0; k < count && row[k] >= 0; ++k)
+      {
+        this->Row.push_back(this->Table.NumberOf(row[k]));
+      }
+      this->RowEnds.push_back(this->Row.size());
     }
-    const int* row = this->Problem.Graph->Row(static_cast<std::size_t>(owner));
-    count = static_cast<int>(std::find(row, row + std::min(wanted, KeptNeighbors), -1) - row);
-    return row;
+    this->Table.Load();
   }
 
   /// Finds the owner's sheet. Returns whether the owner may lie on a border: with 24 random
   /// neighbours, one point in 2000 inside a surface has such a gap.
-  bool Gather(int owner, const WeightedKernel& kernel, const Float3& u, const Float3& v)
+  bool Gather(int own, const Float3& u, const Float3& v)
   {
-    const float* p = this->Problem.Cloud.Position(owner);
+    const auto number = static_cast<std::size_t>(own);
+    const auto& [kernel, p] = this->Table[number];
     const auto spacing = static_cast<float>(this->Spacing);
     const float inverse = 1.0f / spacing;
     const auto offset = static_cast<float>(this->Settings.NormalOffset);
     this->Near.Count = 0;
     this->Around.Clear();
-    this->Near.Add(this->Table.NumberOf(owner), Float3(), kernel, spacing, offset);
-    int count;
-    const int* row = this->FindRow(owner, count);
-    for (int k = 0; k < count; ++k)
+    this->Near.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
+    for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
-      const std::uint16_t number = this->Table.NumberOf(row[k]);
-      const SurfelTable::Entry& other = this->Table[number];
-      if (!other.Kernel.Usable || !AreCompatible(kernel, other.Kernel))
+      const auto& [other, q] = this->Table[this->Row[k]];
+      if (!other.Usable || !AreCompatible(kernel, other))
       {
         continue;
       }
       Float3 at;
-      at.X = inverse * (other.Position.X - p[0]);
-      at.Y = inverse * (other.Position.Y - p[1]);
-      at.Z = inverse * (other.Position.Z - p[2]);
-      this->Near.Add(number, at, other.Kernel, spacing, offset);
+      at.X = inverse * (q.X - p.X);
+      at.Y = inverse * (q.Y - p.Y);
+      at.Z = inverse * (q.Z - p.Z);
+      this->Near.Add(this->Row[k], at, other, spacing, offset);
       const float x = SingleDot(at, u), y = SingleDot(at, v);
       const float climb = SingleDot(at, kernel.Normal);
       if (x * x + y * y > climb * climb)
@@ -388,6 +404,8 @@ private:
   const WeightSettings& Settings;
   const NeighborSearch* Tree;
   SurfelTable Table;
+  std::vector<std::uint16_t> Row;   // numbers of the nearest surfels, one surfel's after another's
+  std::vector<std::size_t> RowEnds; // [surfels + 1] in Row
   Spiral Places;
   double Spacing = 1.0; // the owner's
   Sheet Near;

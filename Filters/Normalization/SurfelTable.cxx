@@ -3,25 +3,46 @@
 
 #include "Filters/Common/LocalCloud.h"
 
+#include <algorithm>
+
 namespace SurfelGeometry
 {
+namespace
+{
+/// Kernels are in the order of the input, which may be any: so many are being loaded at a time.
+constexpr std::size_t PrefetchDistance = 16;
+}
+
 void SurfelTable::Begin(int first, int last)
 {
   this->First = first;
   this->OwnCount = static_cast<unsigned int>(last - first);
-  this->Entries.clear();
   this->OtherIds.clear();
   this->Slots.assign(this->Slots.size(), Slot());
-  for (int id = first; id < last; ++id)
-  {
-    this->Append(id);
-  }
 }
 
-void SurfelTable::Append(int id)
+void SurfelTable::Load()
 {
-  const float* p = this->Problem.Cloud.Position(id);
-  this->Entries.push_back({ this->Problem.KernelOf(id), Load(p) });
+  const std::size_t count = this->OwnCount + this->OtherIds.size();
+  const auto idOf = [this](std::size_t number) {
+    return number < this->OwnCount ? this->First + static_cast<int>(number)
+                                   : this->OtherIds[number - this->OwnCount];
+  };
+  this->Entries.resize(count);
+  for (std::size_t number = 0; number < std::min(count, PrefetchDistance); ++number)
+  {
+    this->Problem.Kernels.Prefetch(idOf(number));
+  }
+  for (std::size_t number = 0; number < count; ++number)
+  {
+    if (number + PrefetchDistance < count)
+    {
+      this->Problem.Kernels.Prefetch(idOf(number + PrefetchDistance));
+    }
+    const int id = idOf(number);
+    this->Entries[number] = { this->Problem.Kernels.Make(id),
+      SurfelGeometry::Load(this->Problem.Cloud.Position(id)) };
+  }
 }
 
 SurfelTable::Slot& SurfelTable::FindSlot(int id)
@@ -43,11 +64,10 @@ std::uint16_t SurfelTable::NumberOfOther(int id)
   {
     return slot.Number;
   }
-  const auto number = static_cast<std::uint16_t>(this->Entries.size());
+  const auto number = static_cast<std::uint16_t>(this->OwnCount + this->OtherIds.size());
   slot.Id = id;
   slot.Number = number;
   this->OtherIds.push_back(id);
-  this->Append(id);
   if (2 * this->OtherIds.size() > this->Slots.size())
   {
     this->Grow();

@@ -34,15 +34,17 @@ public:
   /// Begins a block with its own surfels, from `first` to `last`.
   void Begin(int first, int last);
 
-  /// The number of a surfel, which gets one if it has none.
+  /// The number of a surfel, which gets one if it has none. Call before Load().
   std::uint16_t NumberOf(int id)
   {
     const unsigned int own = static_cast<unsigned int>(id) - static_cast<unsigned int>(this->First);
     return own < this->OwnCount ? static_cast<std::uint16_t>(own) : this->NumberOfOther(id);
   }
 
-  /// Valid until the next surfel gets a number.
-  const Entry& operator[](std::uint16_t number) const { return this->Entries[number]; }
+  /// Loads the entries of all surfels that have numbers.
+  void Load();
+
+  const Entry& operator[](std::size_t number) const { return this->Entries[number]; }
 
   /// Ids of the surfels that are not the block's own, in the order of their numbers.
   const std::vector<int>& Others() const { return this->OtherIds; }
@@ -58,7 +60,6 @@ private:
 
   std::uint16_t NumberOfOther(int id);
   Slot& FindSlot(int id);
-  void Append(int id);
   void Grow();
 
   const WeightProblem& Problem;

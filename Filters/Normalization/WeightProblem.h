@@ -81,11 +81,22 @@ struct WeightSharing
   std::function<bool(bool running, SumMoments& moments)> Sum;
 };
 
+/// Where the kernels come from: threads may ask for some of them several times.
+class KernelSource
+{
+public:
+  virtual ~KernelSource() = default;
+  virtual WeightedKernel Make(int i) const = 0; // of surfel i of the cloud
+
+  /// Starts loading what Make(i) reads.
+  virtual void Prefetch(int i) const = 0;
+};
+
 /// Input of the solver for the weights.
 struct WeightProblem
 {
   const LocalCloud& Cloud;
-  const std::function<WeightedKernel(int)> KernelOf; // of surfel i; may run in parallel
+  const KernelSource& Kernels;
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
   NeighborGraph* Graph;         // nearest neighbours, which the solver uses up; null: none known

@@ -33,8 +33,8 @@ class Samples:
         data = surfels.GetPointData()
         count = surfels.GetNumberOfPoints()
         some = slice(0, count, max(1, count // SAMPLES))
-        points = _doubles(surfels.GetPoints().GetData())[some]
-        areas = _doubles(data.GetArray("SurfelAreaVector"))[some]
+        points = _doubles(surfels.GetPoints().GetData(), some)
+        areas = _doubles(data.GetArray("SurfelAreaVector"), some)
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
         self.has_origin = False  # that is far from the cloud, as in coordinates of a country
         if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
@@ -68,10 +68,10 @@ class Samples:
         return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
 
 
-def _doubles(array):
+def _doubles(array, some=slice(None)):
     """Values of a damaged file may be signalling NaNs, which casts warn of."""
     with np.errstate(invalid="ignore"):
-        return vtk_to_numpy(array).astype(np.float64)
+        return vtk_to_numpy(array)[some].astype(np.float64)
 
 
 def _near_the_bulk(points, finite):
@@ -89,7 +89,7 @@ def _typical_radius(covariances, some, keep):
     """Two standard deviations of a kernel; gives a cloud of one point an extent."""
     if not covariances:
         return 0.0
-    trace = _doubles(covariances)[some, :3][keep].sum(axis=1)
+    trace = _doubles(covariances, (some, slice(3)))[keep].sum(axis=1)
     trace = trace[np.isfinite(trace) & (trace > 0)]
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 
