@@ -6,6 +6,7 @@
 
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 
 #include <cstddef>
@@ -22,7 +23,7 @@ constexpr int GraphDegree = 12;
 /// The stored neighbours of all points, nearest first.
 struct NeighborGraph
 {
-  std::vector<int> Ids;    // [KeptNeighbors * n], -1 where a point has fewer
+  RawVector<int> Ids;      // [KeptNeighbors * n], -1 where a point has fewer
   bool AreNearest = false; // rows have the nearest points; else those within a radius
 
   const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }

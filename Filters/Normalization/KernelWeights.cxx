@@ -208,20 +208,20 @@ struct Sampling
     const unsigned char* Ranks;
     const std::uint16_t* Kernels;
     int Entries, Kind;
-    float Area; // world units squared
+    double Area; // world units squared
   };
 
 private:
   template <typename Visit>
   void ForSamplesOf(const SampleBlock& block, BlockSums& sums, Visit&& visit) const
   {
-    SamplePlace place{ block.Ranks.data(), block.Kernels.data(), 0, 0, 0.0f };
+    SamplePlace place{ block.Ranks.data(), block.Kernels.data(), 0, 0, 0.0 };
+    const double share = SampleShare(this->Settings);
     const std::uint16_t* sample = block.Samples.data();
     const std::uint16_t* row = block.Rows.data();
     for (std::size_t i = 0; i < block.Owned.size(); ++i)
     {
-      place.Area =
-        SampleArea(this->Settings, this->Surface.Areas[static_cast<std::size_t>(block.First) + i]);
+      place.Area = share * this->Surface.Areas[static_cast<std::size_t>(block.First) + i];
       sums.BeginRow(row, block.RowSizes[i]);
       for (const std::uint16_t* end = sample + block.Owned[i]; sample < end; ++sample)
       {

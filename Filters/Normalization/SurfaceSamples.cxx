@@ -428,10 +428,9 @@ void SampleBlock::Clear()
   this->Kernels.clear();
 }
 
-float SampleArea(const WeightSettings& settings, float surfelArea)
+double SampleShare(const WeightSettings& settings)
 {
-  const double radius = settings.SampleRadius;
-  return static_cast<float>(Pi * radius * radius * surfelArea / settings.SamplesPerPoint);
+  return Pi * settings.SampleRadius * settings.SampleRadius / settings.SamplesPerPoint;
 }
 
 bool MakeSamples(

@@ -52,8 +52,8 @@ struct SampleBlock
   void Clear();
 };
 
-/// The area of one sample of a surfel, world units squared.
-float SampleArea(const WeightSettings& settings, float surfelArea);
+/// The area of a sample over that of its surfel.
+double SampleShare(const WeightSettings& settings);
 
 /// Surfels per block: their table never overflows.
 inline int SampleBlockSize(const WeightSettings& settings)
