@@ -30,7 +30,7 @@ std::vector<unsigned char> ColorsOf(vtkDataArray* array, const LocalCloud& cloud
   if (array)
   {
     colors.reserve(3 * cloud.InputIds.size());
-    for (const vtkIdType id : cloud.InputIds)
+    for (const int id : cloud.InputIds)
     {
       for (int c = 0; c < 3; ++c)
       {
@@ -123,9 +123,9 @@ void CleaningExecution::HandOver(SearchedCloud& searched)
   {
     return; // its points have other neighbours
   }
-  std::vector<vtkIdType> ids;
+  std::vector<int> ids;
   ids.reserve(this->Kept.size());
-  vtkIdType next = 0;
+  int next = 0;
   for (const char kept : this->Kept)
   {
     ids.push_back(next);
@@ -133,7 +133,7 @@ void CleaningExecution::HandOver(SearchedCloud& searched)
   }
   searched = std::move(this->Searched);
   searched.Cloud.NonFinite = searched.Cloud.Duplicates = 0;
-  for (vtkIdType& id : searched.Cloud.InputIds)
+  for (int& id : searched.Cloud.InputIds)
   {
     id = ids[id];
   }

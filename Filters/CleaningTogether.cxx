@@ -56,7 +56,7 @@ bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const Partiti
   CleaningSharing sharing;
   sharing.Total = cloud.NumberOfPoints();
   std::copy_n(cloud.Origin(), 3, sharing.Origin);
-  for (const vtkIdType id : this->Searched.Cloud.InputIds)
+  for (const int id : this->Searched.Cloud.InputIds)
   {
     sharing.IsOwn.push_back(cloud.IsInRegion(id) ? 1 : 0);
   }

@@ -58,6 +58,7 @@ public:
       {
         return false;
       }
+      clean->SetVerts(nullptr); // frees memory: nobody sees these points
       input = clean;
     }
     if (!this->Work(this->Self->Estimation.Get(), 0.15, 0.5, input, surfels.Get()))

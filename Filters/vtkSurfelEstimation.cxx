@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/SurfelOutput.h"
@@ -32,7 +33,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -71,24 +71,25 @@ public:
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
-        MeasureCells(oriented, this->Fits, progress.Part(0.9, 0.98), this->Cells));
+        MeasureCells(oriented, progress.Part(0.9, 0.98), this->Fits, this->Cells));
+    this->Tree.reset(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {
       this->Self->Neighbors->Graph = std::move(this->Graph);
     }
-    this->Graph = NeighborGraph(); // frees memory for the output
+    this->Graph = NeighborGraph();
     return finished;
   }
 
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
     std::vector<char> kept(static_cast<size_t>(input->GetNumberOfPoints()), 0);
-    for (const vtkIdType id : this->Cloud.InputIds)
+    for (const int id : this->Cloud.InputIds)
     {
       kept[static_cast<size_t>(id)] = 1;
     }
     PassPointData(input, kept, output);
-    this->SortByInput(input->GetNumberOfPoints());
+    this->SortByInput(kept);
     this->WriteSurfels(output);
     if (this->SharesNeighbors())
     {
@@ -102,6 +103,7 @@ public:
     self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
     self->NumberOfDuplicatePoints = this->Cloud.Duplicates;
     std::vector<float> spacings;
+    spacings.reserve(this->Fits.size());
     for (size_t i = 0; i < this->Fits.size(); ++i)
     {
       if (!this->IsCounted(static_cast<int>(i)))
@@ -240,17 +242,26 @@ private:
   bool HasCell(int i) const { return !this->Cells.empty() && this->Cells[i].Area > 0.0f; }
 
   /// Orders the output like the input.
-  void SortByInput(vtkIdType inputPoints)
+  /// @param kept [input points] whether a point is in the cloud
+  void SortByInput(const std::vector<char>& kept)
   {
-    constexpr int dropped = -1;
-    std::vector<int> index(inputPoints, dropped);
-    for (int i = 0; i < this->Cloud.Size(); ++i)
+    this->Order.resize(kept.size());
+    vtkSMPTools::For(0, this->Cloud.Size(), [this](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        this->Order[this->Cloud.InputIds[i]] = static_cast<int>(i);
+      }
+    });
+    if (this->Cloud.InputIds.size() < kept.size())
     {
-      index[this->Cloud.InputIds[i]] = i;
+      size_t next = 0;
+      for (size_t id = 0; id < kept.size(); ++id)
+      {
+        this->Order[next] = this->Order[id];
+        next += kept[id];
+      }
+      this->Order.resize(next);
     }
-    this->Order.reserve(this->Cloud.Size());
-    std::copy_if(index.begin(), index.end(), std::back_inserter(this->Order),
-      [](int i) { return i != dropped; });
   }
 
   void WriteSurfels(vtkPolyData* output)
@@ -260,6 +271,7 @@ private:
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
+        this->Prefetch(std::min(i + PrefetchDistance, count - 1));
         const int from = this->Order[i];
         const PlaneFit& fit = this->Fits[from];
         const SurfelKernel kernel = this->KernelOf(from);
@@ -274,12 +286,27 @@ private:
     surfels.Write(this->Cloud.Origin, output);
   }
 
+  /// Starts loading what point i of the output is made of: in the order of the input, which may be
+  /// any, it is not in the caches.
+  void Prefetch(vtkIdType i) const
+  {
+    const auto from = static_cast<size_t>(this->Order[i]);
+    SURFEL_PREFETCH(this->Cloud.Positions.data() + 3 * from);
+    SURFEL_PREFETCH(this->Fits.data() + from);
+    if (!this->Cells.empty())
+    {
+      SURFEL_PREFETCH(this->Cells.data() + from);
+    }
+  }
+
   bool SharesNeighbors() const { return this->Self->Neighbors && !this->Shared; }
 
   bool IsCounted(int i) const { return !this->Counted || this->Counted(this->Cloud.InputIds[i]); }
 
   /// Whether `condition` holds on all ranks that estimate one cloud.
   bool All(bool condition) { return this->Shared ? this->Shared->All(condition) : condition; }
+
+  static constexpr vtkIdType PrefetchDistance = 16;
 
   vtkSurfelEstimation* Self;
   SharedOrientation* Shared;

@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/KernelWeights.h"
 #include "Filters/Partition/PartitionedSurfels.h"
@@ -19,9 +20,11 @@
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 using namespace SurfelGeometry;
@@ -31,7 +34,7 @@ vtkStandardNewMacro(vtkSurfelNormalization);
 
 namespace
 {
-/// Reads a tuple; without a virtual call if the array is a vtkFloatArray, as nearly always.
+/// Reads a tuple; without a virtual call if the array has the type that it nearly always has.
 template <int Components>
 void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
 {
@@ -40,8 +43,65 @@ void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
     std::copy_n(floats->GetPointer(Components * id), Components, tuple);
     return;
   }
+  if (auto* bytes = vtkUnsignedCharArray::FastDownCast(array))
+  {
+    std::copy_n(bytes->GetPointer(Components * id), Components, tuple);
+    return;
+  }
   array->GetTuple(id, tuple);
 }
+
+/// Arrays are in the order of the input, which may be any: so many tuples are being loaded at a
+/// time.
+constexpr vtkIdType PrefetchDistance = 16;
+
+/// Makes kernels from the input's arrays, which are read again for each part of the cloud that
+/// needs them: all together would take 50 bytes a surfel.
+class KernelReader : public KernelSource
+{
+public:
+  KernelReader(vtkPolyData* input, const LocalCloud& cloud)
+    : Cloud(cloud)
+    , AreaVectors(input->GetPointData()->GetArray(Arrays::AreaVector))
+    , Covariances(input->GetPointData()->GetArray(Arrays::Covariance))
+    , TwoSided(input->GetPointData()->GetArray(Arrays::TwoSided))
+  {
+  }
+
+  WeightedKernel Make(int i) const override
+  {
+    const vtkIdType id = this->Cloud.InputIds[i];
+    double areaVector[3], covariance[6], twoSided[1] = { 0.0 };
+    ReadTuple(this->AreaVectors, id, areaVector);
+    ReadTuple(this->Covariances, id, covariance);
+    if (this->TwoSided)
+    {
+      ReadTuple(this->TwoSided, id, twoSided);
+    }
+    WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
+    kernel.TwoSided = twoSided[0] != 0.0;
+    return kernel;
+  }
+
+  void Prefetch(int i) const override
+  {
+    const vtkIdType id = this->Cloud.InputIds[i];
+    PrefetchTuple(this->AreaVectors, id);
+    PrefetchTuple(this->Covariances, id);
+  }
+
+private:
+  static void PrefetchTuple(vtkDataArray* array, vtkIdType id)
+  {
+    if (auto* floats = vtkFloatArray::FastDownCast(array))
+    {
+      SURFEL_PREFETCH(floats->GetPointer(floats->GetNumberOfComponents() * id));
+    }
+  }
+
+  const LocalCloud& Cloud;
+  vtkDataArray *AreaVectors, *Covariances, *TwoSided;
+};
 }
 
 /// One execution: unpacks the arrays, solves, packs.
@@ -75,17 +135,10 @@ public:
       this->Cloud.SampleIds = region->GlobalIds();
       this->Share(*ranks, *region, sharing);
     }
-    this->ReadKernels(input);
-    std::vector<double> areas(this->Kernels.size());
-    this->AreUsable.resize(areas.size());
-    for (size_t i = 0; i < areas.size(); ++i)
-    {
-      this->AreUsable[i] = this->Kernels[i].Usable ? 1 : 0;
-      areas[i] = this->Kernels[i].Usable ? this->Kernels[i].Area : 0.0;
-      this->Self->TotalAreaBefore += sharing.IsOwn.empty() || sharing.IsOwn[i] ? areas[i] : 0.0;
-    }
+    std::vector<double> areas;
     const WeightSettings settings = this->GetWeightSettings();
-    const WeightProblem problem{ this->Cloud, this->Kernels, settings, ranks ? &sharing : nullptr,
+    const KernelReader kernels(input, this->Cloud);
+    const WeightProblem problem{ this->Cloud, kernels, settings, ranks ? &sharing : nullptr,
       knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
     if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
     {
@@ -118,7 +171,7 @@ private:
       {
         double p[3];
         points->GetPoint(id, p);
-        this->Cloud.InputIds[order[id]] = id;
+        this->Cloud.InputIds[order[id]] = static_cast<int>(id);
         std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * static_cast<std::size_t>(order[id]));
       }
     });
@@ -128,7 +181,7 @@ private:
   void Share(
     SurfelSplatting::Ranks& ranks, const PartitionedCloud& region, WeightSharing& sharing) const
   {
-    for (const vtkIdType id : this->Cloud.InputIds)
+    for (const int id : this->Cloud.InputIds)
     {
       sharing.IsOwn.push_back(region.IsInRegion(id) ? 1 : 0);
     }
@@ -158,48 +211,30 @@ private:
     return settings;
   }
 
-  void ReadKernels(vtkPolyData* input)
-  {
-    vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
-    vtkDataArray* covariances = input->GetPointData()->GetArray(Arrays::Covariance);
-    vtkDataArray* twoSided = input->GetPointData()->GetArray(Arrays::TwoSided);
-    this->Kernels.resize(this->Cloud.Size());
-    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
-      for (vtkIdType i = begin; i < end; ++i)
-      {
-        const vtkIdType id = this->Cloud.InputIds[i];
-        double areaVector[3];
-        double covariance[6];
-        ReadTuple(areaVectors, id, areaVector);
-        ReadTuple(covariances, id, covariance);
-        this->Kernels[i] = MakeWeightedKernel(areaVector, covariance);
-        this->Kernels[i].TwoSided = twoSided && twoSided->GetComponent(id, 0) != 0.0;
-      }
-    });
-  }
-
   void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
     result->DeepCopy(areaVectors);
     result->SetName(Arrays::AreaVector);
-    std::vector<char> seen(input->GetNumberOfPoints(), 0);
     vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
-        const vtkIdType id = this->Cloud.InputIds[i];
-        seen[id] = 1;
-        if (this->AreUsable[i])
+        const vtkIdType next = std::min<vtkIdType>(i + PrefetchDistance, end - 1);
+        SURFEL_PREFETCH(result->GetPointer(3 * vtkIdType{ this->Cloud.InputIds[next] }));
+        float* area = result->GetPointer(3 * vtkIdType{ this->Cloud.InputIds[i] });
+        if (this->IsUsable(i))
         {
-          double before[3];
-          ReadTuple(areaVectors, id, before);
-          const Vector3 normal = Normalized({ before[0], before[1], before[2] }, {});
-          Store(areas[i] * normal, result->GetPointer(3 * id));
+          Store(areas[i] * Normalized(Load(area), {}), area);
         }
       }
     });
     if (this->Cloud.Duplicates > 0)
     {
+      std::vector<char> seen(input->GetNumberOfPoints(), 0);
+      for (const int id : this->Cloud.InputIds)
+      {
+        seen[id] = 1;
+      }
       for (vtkIdType id = 0; id < input->GetNumberOfPoints(); ++id)
       {
         double p[3];
@@ -233,15 +268,17 @@ private:
       {
         continue;
       }
+      self->TotalAreaBefore += this->Report.InitialAreas[i];
       self->TotalAreaAfter += areas[i];
-      self->NumberOfUnusableSurfels += this->AreUsable[i] ? 0 : 1;
+      self->NumberOfUnusableSurfels += this->IsUsable(i) ? 0 : 1;
     }
   }
 
+  /// Whether a surfel has a kernel.
+  bool IsUsable(std::size_t i) const { return this->Report.InitialAreas[i] > 0.0f; }
+
   vtkSurfelNormalization* Self;
   LocalCloud Cloud;
-  std::vector<WeightedKernel> Kernels; // until the samples are made
-  std::vector<char> AreUsable;         // whether a surfel has a kernel
   WeightReport Report;
 };
 

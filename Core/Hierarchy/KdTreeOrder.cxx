@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace SurfelSplatting
 {
@@ -206,10 +207,35 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
   return left;
 }
 
+/// Split() of two leaves: their principal direction is known. Half of all splits are of two.
+void SplitPair(Leaf* leaves)
+{
+  const float *p = leaves[0].Position, *q = leaves[1].Position;
+  const Vector3 d{ static_cast<double>(q[0]) - p[0], static_cast<double>(q[1]) - p[1],
+    static_cast<double>(q[2]) - p[2] };
+  const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
+  const double largest = x >= y && x >= z ? d[0] : y >= z ? d[1] : d[2];
+  const double length = std::copysign(Norm(d), largest);
+  for (int i = 0; i < 2; ++i)
+  {
+    leaves[i].Key =
+      length != 0.0 ? static_cast<float>(Dot(ToVector(leaves[i].Position), d) / length) : 0.0f;
+  }
+  if (leaves[1] < leaves[0])
+  {
+    std::swap(leaves[0], leaves[1]);
+  }
+}
+
 void SplitAll(Leaf* leaves, std::size_t count, bool twoSided)
 {
   while (count > 1)
   {
+    if (count == 2)
+    {
+      SplitPair(leaves);
+      return;
+    }
     const std::size_t left = Split(leaves, count, twoSided, SerialExecutor());
     SplitAll(leaves, left, twoSided);
     leaves += left;

@@ -283,13 +283,15 @@ public:
       NearCloud near;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        this->Searched.Find(i, StrayNeighbors, neighbors);
-        if (sparse[i] || neighbors.Count() < StrayNeighbors)
+        int found;
+        const int* ids = this->Searched.FindIds(i, StrayNeighbors, neighbors, found);
+        if (sparse[i] || found < StrayNeighbors)
         {
           continue; // known already, or a region with hardly any points
         }
-        if (this->MayBeOff[i] || this->MayBeFar(i, sparse, neighbors))
+        if (this->MayBeOff[i] || this->MayBeFar(i, sparse, ids))
         {
+          this->Searched.Find(i, StrayNeighbors, neighbors);
           stray[i] = this->IsStray(i, sparse, neighbors, near) ? 1 : 0;
         }
       }
@@ -299,9 +301,10 @@ public:
 private:
   /// Whether enough neighbours are stray, or nearer than the point's distance says, for a closer
   /// look.
-  bool MayBeFar(int i, const std::vector<unsigned char>& sparse, const Neighbors& neighbors) const
+  /// @param ids [StrayNeighbors]
+  bool MayBeFar(int i, const std::vector<unsigned char>& sparse, const int* ids) const
   {
-    const auto telling = std::count_if(neighbors.Ids.begin(), neighbors.Ids.end(),
+    const auto telling = std::count_if(ids, ids + StrayNeighbors,
       [&](int j) { return sparse[j] || LocalFactor * this->Distances[j] < this->Distances[i]; });
     return telling > StrayNeighbors / 2;
   }

@@ -1,13 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/AngularGap.h"
 
-#include "Filters/Common/VectorMath.h"
-
 #include <algorithm>
 #include <cmath>
 
 namespace SurfelGeometry
 {
+namespace
+{
+/// A number from 0 to 4 in the order of the angles from -pi.
+float PseudoAngle(float x, float y)
+{
+  const float across = x / (std::abs(x) + std::abs(y)); // 1 along x, -1 against it
+  return y < 0.0f ? 1.0f + across : 3.0f - across;
+}
+
+/// Whether the angle from a counterclockwise to b is above 3/4 pi.
+/// @param turn difference of their pseudo-angles: a right angle is 1
+bool IsWide(float ax, float ay, float bx, float by, float turn)
+{
+  const double cross = static_cast<double>(ax) * by - static_cast<double>(ay) * bx;
+  const double dot = static_cast<double>(ax) * bx + static_cast<double>(ay) * by;
+  return turn >= 2.0f || (turn > 1.0f && dot < 0.0 && cross < -dot);
+}
+}
+
 void Directions::Clear()
 {
   this->Count = 0;
@@ -22,19 +39,27 @@ bool Directions::HaveGap()
   {
     return false;
   }
-  if (this->Count == 0)
+  if (this->Count < 2)
   {
     return true;
   }
-  this->Angles.resize(this->Count);
-  std::transform(this->X, this->X + this->Count, this->Y, this->Angles.begin(),
-    [](double x, double y) { return std::atan2(y, x); });
-  std::sort(this->Angles.begin(), this->Angles.end());
-  double gap = this->Angles.front() + 2.0 * Pi - this->Angles.back();
-  for (size_t k = 1; k < this->Angles.size(); ++k)
+  this->Order.resize(static_cast<std::size_t>(this->Count));
+  for (int k = 0; k < this->Count; ++k)
   {
-    gap = std::max(gap, this->Angles[k] - this->Angles[k - 1]);
+    this->Order[k] = { PseudoAngle(this->X[k], this->Y[k]), k };
   }
-  return gap > 0.75 * Pi;
+  std::sort(this->Order.begin(), this->Order.end());
+  auto [before, from] = this->Order.back();
+  before -= 4.0f;
+  for (const auto& [angle, to] : this->Order)
+  {
+    if (IsWide(this->X[from], this->Y[from], this->X[to], this->Y[to], angle - before))
+    {
+      return true;
+    }
+    before = angle;
+    from = to;
+  }
+  return false;
 }
 }

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <utility>
 #include <vector>
 
 namespace SurfelGeometry
@@ -33,7 +34,7 @@ public:
 private:
   float X[Capacity], Y[Capacity];
   int Count = 0;
-  unsigned int Octants = 0; // bits of the octants that have a direction
-  std::vector<double> Angles;
+  unsigned int Octants = 0;                 // bits of the octants that have a direction
+  std::vector<std::pair<float, int>> Order; // pseudo-angle and index
 };
 }

@@ -17,8 +17,8 @@ namespace
 {
 struct KeyedPoint
 {
-  std::uint64_t Key;
-  vtkIdType Id;
+  std::uint64_t Key; // Morton's
+  int Index;
 };
 
 bool IsUsable(const double p[3])
@@ -28,75 +28,75 @@ bool IsUsable(const double p[3])
     std::abs(p[2]) < CoordinateLimit;
 }
 
-/// Sorts by position within runs of equal keys and keeps the lowest id of each position.
-std::vector<vtkIdType> WithoutDuplicates(
-  std::vector<vtkIdType>& order, const std::vector<std::uint64_t>& keys, const float* positions)
+/// The order of points with the same key: by position, then by index.
+bool IsBefore(const float* positions, int a, int b)
 {
-  const auto less = [positions](vtkIdType a, vtkIdType b) {
-    const float* p = positions + 3 * a;
-    const float* q = positions + 3 * b;
-    for (int c = 0; c < 3; ++c)
-    {
-      if (p[c] != q[c])
-      {
-        return p[c] < q[c];
-      }
-    }
-    return a < b;
-  };
-  const auto same = [positions](vtkIdType a, vtkIdType b) {
-    const float* p = positions + 3 * a;
-    const float* q = positions + 3 * b;
-    return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
-  };
-  std::vector<vtkIdType> kept;
-  kept.reserve(order.size());
-  for (size_t begin = 0, end = 0; begin < order.size(); begin = end)
+  const float* p = positions + 3 * static_cast<size_t>(a);
+  const float* q = positions + 3 * static_cast<size_t>(b);
+  for (int c = 0; c < 3; ++c)
   {
-    for (end = begin + 1; end < order.size() && keys[order[end]] == keys[order[begin]]; ++end)
+    if (p[c] != q[c])
+    {
+      return p[c] < q[c];
+    }
+  }
+  return a < b;
+}
+
+bool AreSame(const float* positions, int a, int b)
+{
+  const float* p = positions + 3 * static_cast<size_t>(a);
+  const float* q = positions + 3 * static_cast<size_t>(b);
+  return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+}
+
+/// Sorts by position within runs of equal keys and keeps the lowest index of each position.
+void RemoveDuplicates(const float* positions, std::vector<KeyedPoint>& keyed)
+{
+  size_t kept = 0;
+  for (size_t begin = 0, end = 0; begin < keyed.size(); begin = end)
+  {
+    for (end = begin + 1; end < keyed.size() && keyed[end].Key == keyed[begin].Key; ++end)
     {
     }
-    std::sort(order.begin() + begin, order.begin() + end, less);
+    if (end > begin + 1)
+    {
+      std::sort(keyed.begin() + begin, keyed.begin() + end,
+        [positions](const KeyedPoint& a, const KeyedPoint& b) {
+          return IsBefore(positions, a.Index, b.Index);
+        });
+    }
+    int last = -1; // of this run
     for (size_t i = begin; i < end; ++i)
     {
-      if (i == begin || !same(order[i - 1], order[i]))
+      const KeyedPoint point = keyed[i];
+      if (last < 0 || !AreSame(positions, last, point.Index))
       {
-        kept.push_back(order[i]);
+        keyed[kept++] = point;
       }
+      last = point.Index;
     }
   }
-  return kept;
+  keyed.resize(kept);
 }
 
-std::vector<std::uint64_t> MortonKeys(const std::vector<float>& positions)
+/// The points in Morton order, without duplicates.
+std::vector<KeyedPoint> SortByKey(const std::vector<float>& positions)
 {
-  const vtkIdType count = static_cast<vtkIdType>(positions.size() / 3);
   const MortonGrid grid(positions);
-  std::vector<std::uint64_t> keys(count);
-  vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
-    for (vtkIdType i = begin; i < end; ++i)
+  std::vector<KeyedPoint> keyed(positions.size() / 3);
+  vtkSMPTools::For(0, static_cast<vtkIdType>(keyed.size()), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
     {
-      keys[i] = grid.Key(positions.data() + 3 * i);
+      keyed[i] = { grid.Key(positions.data() + 3 * i), static_cast<int>(i) };
     }
   });
-  return keys;
-}
-
-std::vector<vtkIdType> OrderOfKeys(const std::vector<std::uint64_t>& keys)
-{
-  std::vector<KeyedPoint> keyed(keys.size());
-  for (size_t i = 0; i < keys.size(); ++i)
-  {
-    keyed[i] = { keys[i], static_cast<vtkIdType>(i) };
-  }
   // A total order: the result does not depend on the algorithm or its threads.
   vtkSMPTools::Sort(keyed.begin(), keyed.end(), [](const KeyedPoint& a, const KeyedPoint& b) {
-    return a.Key != b.Key ? a.Key < b.Key : a.Id < b.Id;
+    return a.Key != b.Key ? a.Key < b.Key : a.Index < b.Index;
   });
-  std::vector<vtkIdType> order(keys.size());
-  std::transform(
-    keyed.begin(), keyed.end(), order.begin(), [](const KeyedPoint& k) { return k.Id; });
-  return order;
+  RemoveDuplicates(positions.data(), keyed);
+  return keyed;
 }
 
 /// Ids of the usable points, and their bounds.
@@ -229,9 +229,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
       }
     }
   });
-  const std::vector<std::uint64_t> keys = MortonKeys(positions);
-  std::vector<vtkIdType> order = OrderOfKeys(keys);
-  order = WithoutDuplicates(order, keys, positions.data());
+  const std::vector<KeyedPoint> order = SortByKey(positions);
   cloud.Duplicates = static_cast<vtkIdType>(ids.size() - order.size());
 
   cloud.InputIds.resize(order.size());
@@ -239,8 +237,9 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
   vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
-      cloud.InputIds[i] = ids[order[i]];
-      std::copy_n(positions.data() + 3 * order[i], 3, cloud.Positions.data() + 3 * i);
+      const auto from = static_cast<size_t>(order[i].Index);
+      cloud.InputIds[i] = static_cast<int>(ids[from]);
+      std::copy_n(positions.data() + 3 * from, 3, cloud.Positions.data() + 3 * i);
     }
   });
 }

@@ -19,7 +19,7 @@ struct LocalCloud
 {
   double Origin[3] = { 0.0, 0.0, 0.0 }; // world units; float values, unless the input's own
   std::vector<float> Positions;         // [3n] relative to Origin
-  std::vector<vtkIdType> InputIds;      // [n]
+  std::vector<int> InputIds;            // [n]
   std::vector<vtkIdType> SampleIds;     // [input points] seeds of random samples, the same in every
                                         // part of a cloud; empty: the input's ids
   vtkIdType NonFinite = 0;  // points dropped: a coordinate is NaN, infinite or too large

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/MortonGrid.h"
 
+#include "vtkSMPTools.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <limits>
@@ -10,6 +12,24 @@ namespace SurfelGeometry
 namespace
 {
 constexpr double LastCell = (1 << 21) - 1;
+
+constexpr vtkIdType PieceSize = 1 << 16;
+
+struct Box
+{
+  static constexpr float Infinity = std::numeric_limits<float>::infinity();
+  float Lower[3] = { Infinity, Infinity, Infinity };
+  float Upper[3] = { -Infinity, -Infinity, -Infinity };
+
+  void Add(const float* lower, const float* upper)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      this->Lower[c] = std::min(this->Lower[c], lower[c]);
+      this->Upper[c] = std::max(this->Upper[c], upper[c]);
+    }
+  }
+};
 
 /// Inserts two zero bits before each of the low 21 bits.
 std::uint64_t SpreadBits(std::uint64_t x)
@@ -25,19 +45,28 @@ std::uint64_t SpreadBits(std::uint64_t x)
 
 MortonGrid::MortonGrid(const std::vector<float>& positions)
 {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  double extent = 0.0;
-  for (std::size_t c = 0; c < 3 && !positions.empty(); ++c)
-  {
-    double lower = infinity, upper = -infinity;
-    for (std::size_t i = c; i < positions.size(); i += 3)
+  const auto count = static_cast<vtkIdType>(positions.size() / 3);
+  std::vector<Box> boxes(static_cast<std::size_t>((count + PieceSize - 1) / PieceSize));
+  vtkSMPTools::For(0, static_cast<vtkIdType>(boxes.size()), 1, [&](vtkIdType p, vtkIdType end) {
+    for (; p < end; ++p)
     {
-      const double x = positions[i];
-      lower = std::min(lower, x);
-      upper = std::max(upper, x);
+      const vtkIdType last = std::min(count, (p + 1) * PieceSize);
+      for (vtkIdType i = p * PieceSize; i < last; ++i)
+      {
+        boxes[p].Add(positions.data() + 3 * i, positions.data() + 3 * i);
+      }
     }
-    this->Lower[c] = lower;
-    extent = std::max(extent, upper - lower);
+  });
+  Box all;
+  for (const Box& box : boxes)
+  {
+    all.Add(box.Lower, box.Upper);
+  }
+  double extent = 0.0;
+  for (int c = 0; c < 3 && count > 0; ++c)
+  {
+    this->Lower[c] = all.Lower[c];
+    extent = std::max(extent, static_cast<double>(all.Upper[c]) - all.Lower[c]);
   }
   this->Scale = extent > 0.0 ? LastCell / extent : 0.0;
 }

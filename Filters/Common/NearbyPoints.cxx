@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace SurfelGeometry
 {
@@ -46,26 +45,6 @@ SURFEL_MULTIVERSION void SortByRank(
     sorted[rank] = keys[i];
   }
 }
-}
-
-std::uint64_t KeyOf(float squaredDistance, int id)
-{
-  std::uint32_t bits;
-  std::memcpy(&bits, &squaredDistance, sizeof bits);
-  return static_cast<std::uint64_t>(bits) << 32 | static_cast<std::uint32_t>(id);
-}
-
-int IdOf(std::uint64_t key)
-{
-  return static_cast<int>(key & 0xffffffffu);
-}
-
-float SquaredDistanceOf(std::uint64_t key)
-{
-  const auto bits = static_cast<std::uint32_t>(key >> 32);
-  float result;
-  std::memcpy(&result, &bits, sizeof result);
-  return result;
 }
 
 void NearbyPoints::Begin(const float center[3], float reach)

@@ -7,15 +7,32 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace SurfelGeometry
 {
 /// A neighbour as an integer. Distances are not negative: their bits are in the same order. So the
 /// keys are in the order of the distances, and of the ids where these are equal.
-std::uint64_t KeyOf(float squaredDistance, int id);
-int IdOf(std::uint64_t key);
-float SquaredDistanceOf(std::uint64_t key);
+inline std::uint64_t KeyOf(float squaredDistance, int id)
+{
+  std::uint32_t bits;
+  std::memcpy(&bits, &squaredDistance, sizeof bits);
+  return static_cast<std::uint64_t>(bits) << 32 | static_cast<std::uint32_t>(id);
+}
+
+inline int IdOf(std::uint64_t key)
+{
+  return static_cast<int>(key & 0xffffffffu);
+}
+
+inline float SquaredDistanceOf(std::uint64_t key)
+{
+  const auto bits = static_cast<std::uint32_t>(key >> 32);
+  float result;
+  std::memcpy(&result, &bits, sizeof result);
+  return result;
+}
 
 class NearbyPoints
 {

@@ -2,6 +2,12 @@
 #include "Filters/Common/NeighborGraph.h"
 
 #include <algorithm>
+#include <cstdint>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 namespace SurfelGeometry
 {
@@ -76,6 +82,24 @@ void NeighborGraph::Keep(size_t i, const Neighbors& neighbors)
   std::fill(row + count, row + KeptNeighbors, -1);
 }
 
+void NeighborGraph::Release(size_t begin, size_t end)
+{
+#ifdef __linux__
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto first = reinterpret_cast<std::uintptr_t>(this->Row(begin));
+  const auto last = reinterpret_cast<std::uintptr_t>(this->Row(end)) / page * page;
+  // The page that two calls share goes with the second one; the very first may be others' too.
+  const std::uintptr_t from = (begin > 0 ? first : first + page - 1) / page * page;
+  if (from < last)
+  {
+    madvise(reinterpret_cast<void*>(from), last - from, MADV_DONTNEED);
+  }
+#else
+  static_cast<void>(begin);
+  static_cast<void>(end);
+#endif
+}
+
 void NeighborGraph::Get(const LocalCloud& cloud, int i, int count, Neighbors& neighbors) const
 {
   const int* row = this->Row(i);
@@ -107,6 +131,19 @@ void SearchedCloud::Find(int i, int count, Neighbors& neighbors) const
   {
     this->Tree->FindNearest(i, count, neighbors);
   }
+}
+
+const int* SearchedCloud::FindIds(int i, int count, Neighbors& neighbors, int& found) const
+{
+  if (!this->Graph.Ids.empty() && count <= KeptNeighbors)
+  {
+    const int* row = this->Graph.Row(static_cast<size_t>(i));
+    found = static_cast<int>(std::find(row, row + count, -1) - row);
+    return row;
+  }
+  this->Tree->FindNearest(i, count, neighbors);
+  found = neighbors.Count();
+  return neighbors.Ids.data();
 }
 
 bool SearchedCloud::FindNeighbors(const StageProgress& progress)

@@ -6,6 +6,7 @@
 
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 
 #include <cstddef>
@@ -22,7 +23,7 @@ constexpr int GraphDegree = 12;
 /// The stored neighbours of all points, nearest first.
 struct NeighborGraph
 {
-  std::vector<int> Ids;    // [KeptNeighbors * n], -1 where a point has fewer
+  RawVector<int> Ids;      // [KeptNeighbors * n], -1 where a point has fewer
   bool AreNearest = false; // rows have the nearest points; else those within a radius
 
   const int* Row(size_t i) const { return this->Ids.data() + KeptNeighbors * i; }
@@ -30,6 +31,10 @@ struct NeighborGraph
 
   /// Stores what a query for point i has found.
   void Keep(size_t i, const Neighbors& neighbors);
+
+  /// Gives the memory of the rows from `begin` to `end` back to the system, where it can take it.
+  /// The rows before are released as well, and none of these is read again.
+  void Release(size_t begin, size_t end);
 
   /// The first `count` stored neighbours of point i, as a query gives them.
   void Get(const LocalCloud& cloud, int i, int count, Neighbors& neighbors) const;
@@ -47,6 +52,10 @@ struct SearchedCloud
 
   /// The nearest points, from the graph if it has so many, else from the tree.
   void Find(int i, int count, Neighbors& neighbors) const;
+
+  /// The same without distances, and without a copy if the graph has so many.
+  /// @param found their number
+  const int* FindIds(int i, int count, Neighbors& neighbors, int& found) const;
 
   /// Stores the nearest points of all. Returns false if stopped.
   bool FindNeighbors(const StageProgress& progress);

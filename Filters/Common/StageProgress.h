@@ -56,7 +56,7 @@ private:
 template <typename Body>
 bool ParallelFor(vtkIdType count, const StageProgress& progress, Body&& body)
 {
-  constexpr vtkIdType block = 1 << 16;
+  constexpr vtkIdType block = 1 << 18; // a tenth of a second or two
   constexpr vtkIdType grain = 1 << 10;
   for (vtkIdType begin = 0; begin < count; begin += block)
   {

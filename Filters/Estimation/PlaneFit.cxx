@@ -274,8 +274,10 @@ public:
     {
       reaches.push_back(this->Fits[graph[k]].Reach);
     }
-    const double local = Median(reaches);
-    if (reaches.empty() || fit.Reach <= this->Factor * local)
+    // Most reaches are below that of the smallest, and the median is not needed.
+    if (reaches.empty() ||
+      fit.Reach <= this->Factor * *std::min_element(reaches.begin(), reaches.end()) ||
+      fit.Reach <= this->Factor * Median(reaches))
     {
       return -1.0;
     }

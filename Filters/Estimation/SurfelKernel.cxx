@@ -22,7 +22,7 @@ SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
 SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur)
 {
   const double sigma = blur * fit.Spacing, variance = sigma * sigma;
-  return { cell.AxisU, cell.VarianceU + variance, cell.VarianceV + variance, cell.Area };
+  return { fit.AxisU, fit.VarianceU + variance, fit.VarianceV + variance, cell.Area };
 }
 
 void BoundAxes(double maximumRatio, SurfelKernel& kernel)

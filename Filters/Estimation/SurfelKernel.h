@@ -24,6 +24,7 @@ struct SurfelKernel
 SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical);
 
 /// The kernel from the indicator function of a cell, blurred by a Gaussian of this many spacings.
+/// @param fit with the cell's moments
 SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur);
 
 /// Bounds the ratio of the standard deviations; their product stays.

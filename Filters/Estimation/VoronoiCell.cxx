@@ -229,7 +229,7 @@ void CutCell(const FlatSheet& sheet, double reach, Polygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(const OrientedCloud& oriented, const std::vector<PlaneFit>& fits)
+  CellMeasurer(const OrientedCloud& oriented, std::vector<PlaneFit>& fits)
     : Cloud(oriented.Cloud)
     , Tree(oriented.Tree)
     , Graph(oriented.Graph)
@@ -353,13 +353,14 @@ private:
     const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     double cosine, sine;
     PrincipalAxis(xx, yy, xy, cosine, sine);
-    const double spacing = this->Fits[i].Spacing, square = spacing * spacing;
+    PlaneFit& fit = this->Fits[i];
+    const double spacing = fit.Spacing, square = spacing * spacing;
     const Vector3 u = this->U, v = this->V;
     cell.Area = static_cast<float>(square * area);
     cell.Centroid = (spacing * mx) * u + (spacing * my) * v;
-    cell.AxisU = cosine * u + sine * v;
-    cell.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
-    cell.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
+    fit.AxisU = cosine * u + sine * v; // which measuring other cells does not read
+    fit.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
+    fit.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
     return open;
   }
 
@@ -484,7 +485,7 @@ private:
   const NeighborSearch& Tree;
   const NeighborGraph& Graph;
   const std::vector<unsigned char>& TwoSided;
-  const std::vector<PlaneFit>& Fits;
+  std::vector<PlaneFit>& Fits;
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<float> SeenDistances;
@@ -495,8 +496,8 @@ private:
 };
 }
 
-bool MeasureCells(const OrientedCloud& oriented, const std::vector<PlaneFit>& fits,
-  const StageProgress& progress, std::vector<VoronoiCell>& cells)
+bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress,
+  std::vector<PlaneFit>& fits, std::vector<VoronoiCell>& cells)
 {
   cells.resize(fits.size());
   return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {

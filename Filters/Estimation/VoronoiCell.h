@@ -16,18 +16,17 @@
 
 namespace SurfelGeometry
 {
-/// Moments of a cell in the tangent plane of its point.
+/// Area and place of a cell. Its second moments take the place of those in the fit.
 struct VoronoiCell
 {
-  Float3 Centroid;     // minus the point, world units
-  Float3 AxisU;        // unit, tangential: direction of the larger variance
-  float VarianceU = 0; // about the centroid, world units squared
-  float VarianceV = 0;
-  float Area = 0; // world units squared; 0: no cell, the kernel is made from the fit
+  Float3 Centroid; // minus the point, world units
+  float Area = 0;  // world units squared; 0: no cell, the kernel is made from the fit
 };
 
 /// Measures the cells of all points from their neighbours on the same sheet. Returns false if
 /// stopped.
-bool MeasureCells(const OrientedCloud& oriented, const std::vector<PlaneFit>& fits,
-  const StageProgress& progress, std::vector<VoronoiCell>& cells);
+/// @param fits of points with a cell: axis and variances become the cell's about its centroid, in
+/// the tangent plane, world units squared
+bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress,
+  std::vector<PlaneFit>& fits, std::vector<VoronoiCell>& cells);
 }

@@ -2,7 +2,6 @@
 #include "Filters/Normalization/KernelWeights.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Normalization/SurfaceSamples.h"
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -27,8 +27,6 @@ constexpr double MaxErrorRatio = 0.98;
 /// Unit of the fixed-point numerators: integer sums do not depend on the order.
 constexpr double FixedPoint = 1.0 / 4294967296.0;
 constexpr double MaxTerm = 65536.0;
-
-using Blocks = std::vector<SampleBlock>;
 
 /// For each surfel a sum over the samples in fixed point: the same in any order.
 class FixedSums
@@ -68,93 +66,85 @@ private:
   size_t Count;
 };
 
-/// The areas of one surfel and its neighbours, and what its samples add to their sums.
-class SheetSums
+/// The areas of the surfels that a block reads, and what its samples add to their sums. Each thread
+/// reuses one.
+class BlockSums
 {
 public:
-  /// @param peaks of the surfels' kernels, 1 / area, over SampleBlock::Peak
-  SheetSums(const NeighborRows& rows, const std::vector<float>& peaks)
-    : Rows(rows)
-    , AllPeaks(peaks)
-    , Ids(static_cast<std::size_t>(rows.Used) + 1)
-    , Areas(this->Ids.size())
-    , Peaks(this->Ids.size())
-    , Terms(this->Ids.size())
-    , Own(SampleBlockSize)
-  {
-  }
-
-  /// @param reached number of ranks that the samples reach
   /// @param areas null: not needed
-  void Begin(int owner, int reached, const std::vector<double>* areas)
+  /// @param scale of the peaks, so that a kernel is a number of SampleBlock::Kernels times a peak
+  void Begin(const SampleBlock& block, const SampledSurface& surface,
+    const std::vector<double>* areas, double scale)
   {
-    const int* row = this->Rows.Row(owner);
-    this->Count = reached;
-    this->Ids[0] = owner;
-    std::copy_n(row, this->Count - 1, this->Ids.begin() + 1);
-    for (int k = 0; k < this->Count; ++k)
+    const std::size_t count = block.TableSize();
+    this->Peaks.resize(count);
+    this->Areas.resize(count);
+    this->Terms.assign(count, 0);
+    for (std::size_t k = 0; k < count; ++k)
     {
-      this->Peaks[k] = this->AllPeaks[this->Ids[k]];
-      this->Areas[k] = areas ? (*areas)[this->Ids[k]] * this->Peaks[k] : 0.0;
-      this->Terms[k] = 0;
+      const auto id = static_cast<std::size_t>(block.Id(static_cast<std::uint16_t>(k)));
+      this->Peaks[k] = scale * surface.Peaks[id];
+      this->Areas[k] = areas ? (*areas)[id] * this->Peaks[k] : 0.0;
     }
   }
 
-  double SumAt(const SampleBlock& block, int sample) const
+  /// Begins with a surfel's samples.
+  void BeginRow(const std::uint16_t* row, int size)
+  {
+    this->Row = row;
+    this->RowSize = size;
+    for (int k = 0; k < size; ++k)
+    {
+      this->RowAreas[k] = this->Areas[row[k]];
+      this->RowTerms[k] = 0.0;
+    }
+  }
+
+  /// The sum of the kernels at a sample, times their areas.
+  double SumAt(const unsigned char* ranks, const std::uint16_t* kernels, int entries) const
   {
     double sum = 0.0;
-    for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
+    for (int e = 0; e < entries; ++e)
     {
-      sum += this->Areas[block.Ranks[e]] * block.Kernels[e];
+      sum += this->RowAreas[ranks[e]] * kernels[e];
     }
     return sum;
   }
 
-  void Add(const SampleBlock& block, int sample, double factor)
+  void Add(const unsigned char* ranks, const std::uint16_t* kernels, int entries, double factor)
   {
-    for (int e = block.Ends[sample]; e < block.Ends[sample + 1]; ++e)
+    for (int e = 0; e < entries; ++e)
     {
-      const unsigned char rank = block.Ranks[e];
-      this->Terms[rank] += FixedSums::ToFixed(factor * this->Peaks[rank] * block.Kernels[e]);
+      this->RowTerms[ranks[e]] += factor * kernels[e];
     }
   }
 
-  /// Adds the terms of the sheet. Most are of surfels in the block, whose first one is `first`:
-  /// these need no atomic addition.
-  void End(int first, FixedSums& sums)
+  void EndRow()
   {
-    for (int k = 0; k < this->Count; ++k)
+    for (int k = 0; k < this->RowSize; ++k)
     {
-      const int local = this->Ids[k] - first;
-      if (local >= 0 && local < SampleBlockSize)
-      {
-        this->Own[local] += this->Terms[k];
-      }
-      else
-      {
-        sums.Add(static_cast<std::size_t>(this->Ids[k]), this->Terms[k]);
-      }
+      const std::uint16_t number = this->Row[k];
+      this->Terms[number] += FixedSums::ToFixed(this->RowTerms[k] * this->Peaks[number]);
     }
   }
 
-  void EndBlock(int first, FixedSums& sums)
+  void End(const SampleBlock& block, FixedSums& sums) const
   {
-    for (int i = 0; i < SampleBlockSize; ++i) // zeros beyond the last surfel are not added
+    for (std::size_t k = 0; k < this->Terms.size(); ++k)
     {
-      sums.Add(static_cast<std::size_t>(first) + i, this->Own[i]);
+      sums.Add(static_cast<std::size_t>(block.Id(static_cast<std::uint16_t>(k))), this->Terms[k]);
     }
-    std::fill(this->Own.begin(), this->Own.end(), 0);
   }
 
 private:
-  const NeighborRows& Rows;
-  const std::vector<float>& AllPeaks;
-  std::vector<int> Ids;
+  static constexpr int LongestRow = 256;
+
   std::vector<double> Areas; // times the peaks
   std::vector<double> Peaks;
   std::vector<std::int64_t> Terms;
-  std::vector<std::int64_t> Own; // [SampleBlockSize]
-  int Count = 0;
+  const std::uint16_t* Row = nullptr;
+  int RowSize = 0;
+  double RowAreas[LongestRow], RowTerms[LongestRow];
 };
 
 SumMoments Total(const std::vector<SumMoments>& blocks)
@@ -183,59 +173,67 @@ SumStatistics Statistics(const SumMoments& all, WeightReport& report)
   return result;
 }
 
-/// The samples of all surfels, and what is left of the kernels.
 struct Sampling
 {
-  NeighborRows Rows;
-  Blocks All;
-  std::vector<float> Areas; // [n] initial ones, world units squared
-  std::vector<float> Peaks; // [n] of kernels with unit mass within the support, as SheetSums wants
+  const WeightSettings& Settings;
+  SampledSurface Surface;
 
-  /// Frees the kernels.
-  void Take(double support, std::vector<WeightedKernel>& kernels)
-  {
-    const double scale = 1.0 / (SampleBlock::Peak * (1.0 - std::exp(-support)));
-    this->Areas.reserve(kernels.size());
-    this->Peaks.reserve(kernels.size());
-    for (const WeightedKernel& kernel : kernels)
-    {
-      this->Areas.push_back(kernel.Area);
-      this->Peaks.push_back(static_cast<float>(scale * kernel.Peak));
-    }
-    kernels = std::vector<WeightedKernel>();
-  }
-
-  /// Calls visit(sheet, b, begin, end) for each surfel with samples, in parallel over the blocks,
-  /// whose index is b. The surfel has the samples from `begin` to `end`.
-  /// @param sums get what the sheets' terms add up to; null: nothing was added
+  /// Calls visit(sums, b, place) for all samples, in parallel over the blocks, whose index is b.
+  /// @param areas null: not needed
+  /// @param total gets what the visits have added; null: nothing
   template <typename Visit>
-  void ForSheets(const std::vector<double>* areas, FixedSums* sums, Visit&& visit) const
+  void ForSamples(const std::vector<double>* areas, FixedSums* total, Visit&& visit) const
   {
-    const auto count = static_cast<vtkIdType>(this->All.size());
+    // Kernels have unit mass within the support.
+    const double scale = 1.0 / (SampleBlock::Peak * (1.0 - std::exp(-this->Settings.Support)));
+    const auto count = static_cast<vtkIdType>(this->Surface.Blocks.size());
     vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
-      SheetSums sheet(this->Rows, this->Peaks);
+      BlockSums sums;
       for (; b < last; ++b)
       {
-        const SampleBlock& block = this->All[b];
-        const auto first = static_cast<int>(b * SampleBlockSize);
-        for (int i = 0; i < block.Surfels(); ++i)
+        const SampleBlock& block = this->Surface.Blocks[b];
+        sums.Begin(block, this->Surface, areas, scale);
+        this->ForSamplesOf(block, sums, [&](const SamplePlace& place) { visit(sums, b, place); });
+        if (total)
         {
-          if (block.Owned[i] < block.Owned[i + 1])
-          {
-            sheet.Begin(first + i, block.Reached[i], areas);
-            visit(sheet, b, block.Owned[i], block.Owned[i + 1]);
-            if (sums)
-            {
-              sheet.End(first, *sums);
-            }
-          }
-        }
-        if (sums)
-        {
-          sheet.EndBlock(first, *sums);
+          sums.End(block, *total);
         }
       }
     });
+  }
+
+  /// A sample and its entries.
+  struct SamplePlace
+  {
+    const unsigned char* Ranks;
+    const std::uint16_t* Kernels;
+    int Entries, Kind;
+    double Area; // world units squared
+  };
+
+private:
+  template <typename Visit>
+  void ForSamplesOf(const SampleBlock& block, BlockSums& sums, Visit&& visit) const
+  {
+    SamplePlace place{ block.Ranks.data(), block.Kernels.data(), 0, 0, 0.0 };
+    const double share = SampleShare(this->Settings);
+    const std::uint16_t* sample = block.Samples.data();
+    const std::uint16_t* row = block.Rows.data();
+    for (std::size_t i = 0; i < block.Owned.size(); ++i)
+    {
+      place.Area = share * this->Surface.Areas[static_cast<std::size_t>(block.First) + i];
+      sums.BeginRow(row, block.RowSizes[i]);
+      for (const std::uint16_t* end = sample + block.Owned[i]; sample < end; ++sample)
+      {
+        place.Entries = SampleBlock::Entries(*sample);
+        place.Kind = SampleBlock::Kind(*sample);
+        visit(place);
+        place.Ranks += place.Entries;
+        place.Kernels += place.Entries;
+      }
+      sums.EndRow();
+      row += block.RowSizes[i];
+    }
   }
 };
 
@@ -246,58 +244,33 @@ void Accumulate(const Sampling& samples, const std::vector<double>* areas, Fixed
   std::vector<SumMoments>& statistics)
 {
   sums.Clear();
-  statistics.assign(samples.All.size(), SumMoments());
-  samples.ForSheets(areas, &sums, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
-    const SampleBlock& block = samples.All[b];
-    for (int s = begin; s < end; ++s)
-    {
-      if (areas && !block.Inside[s])
+  statistics.assign(samples.Surface.Blocks.size(), SumMoments());
+  samples.ForSamples(
+    areas, &sums, [&](BlockSums& own, vtkIdType b, const Sampling::SamplePlace& at) {
+      if (areas && at.Kind == 0)
       {
-        continue;
+        return;
       }
-      const double sum = areas ? sheet.SumAt(block, s) : 1.0;
-      if (areas && block.Inside[s] == CountedSample)
+      const double sum = areas ? own.SumAt(at.Ranks, at.Kernels, at.Entries) : 1.0;
+      if (areas && at.Kind == CountedSample)
       {
-        statistics[b].Add(block.Weights[s], sum);
+        statistics[b].Add(at.Area, sum);
       }
-      sheet.Add(block, s, block.Weights[s] / std::max(sum, MinSum));
-    }
-  });
+      own.Add(at.Ranks, at.Kernels, at.Entries, at.Area / std::max(sum, MinSum));
+    });
 }
 
 SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
 {
-  std::vector<SumMoments> statistics(samples.All.size());
-  samples.ForSheets(&areas, nullptr, [&](SheetSums& sheet, vtkIdType b, int begin, int end) {
-    const SampleBlock& block = samples.All[b];
-    for (int s = begin; s < end; ++s)
-    {
-      if (block.Inside[s] == CountedSample)
+  std::vector<SumMoments> statistics(samples.Surface.Blocks.size());
+  samples.ForSamples(
+    &areas, nullptr, [&](BlockSums& own, vtkIdType b, const Sampling::SamplePlace& at) {
+      if (at.Kind == CountedSample)
       {
-        statistics[b].Add(block.Weights[s], sheet.SumAt(block, s));
+        statistics[b].Add(at.Area, own.SumAt(at.Ranks, at.Kernels, at.Entries));
       }
-    }
-  });
+    });
   return Total(statistics);
-}
-
-/// Samples the surface. Returns false if stopped.
-/// @param found neighbours, if they were not known
-bool FindSamples(const WeightProblem& problem, const StageProgress& progress,
-  std::vector<int>& found, Sampling& samples)
-{
-  const int used = problem.Settings.NumberOfNeighbors;
-  if (problem.Graph)
-  {
-    samples.Rows = { problem.Graph->Ids.data(), KeptNeighbors, used };
-    return MakeSamples(problem, samples.Rows, progress, samples.All);
-  }
-  if (!FindRows(problem, progress.Part(0.0, 0.6), found))
-  {
-    return false;
-  }
-  samples.Rows = { found.data(), used, used };
-  return MakeSamples(problem, samples.Rows, progress.Part(0.6, 1.0), samples.All);
 }
 
 struct StepInput
@@ -365,15 +338,15 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   const auto share = [sharing](bool running, SumMoments& moments) {
     return sharing ? sharing->Sum(running, moments) : running;
   };
-  std::vector<int> found;
-  Sampling samples{};
-  bool running = FindSamples(problem, progress.Part(0.0, 0.5), found, samples);
+  Sampling samples{ problem.Settings, {} };
+  bool running = MakeSamples(problem, progress.Part(0.0, 0.5), samples.Surface);
   SumMoments moments;
   if (!share(running, moments))
   {
     return false;
   }
-  samples.Take(problem.Settings.Support, problem.Kernels);
+  const std::vector<float>& initial = samples.Surface.Areas;
+  areas.assign(initial.begin(), initial.end());
   // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
@@ -398,7 +371,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       break;
     }
     last = now.StandardDeviation;
-    Step({ problem.Settings, samples.Areas, denominators, numerators }, areas);
+    Step({ problem.Settings, initial, denominators, numerators }, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {
@@ -415,6 +388,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
     report.After = Statistics(moments, report);
     report.Before = iterations == 0 ? report.After : report.Before;
   }
+  report.InitialAreas = std::move(samples.Surface.Areas);
   return progress.Step(1.0);
 }
 }

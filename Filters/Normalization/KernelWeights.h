@@ -32,12 +32,13 @@ struct WeightReport
   SumStatistics Before, After;
   double SampledArea = 0.0; // world units squared
   vtkIdType NumberOfSamples = 0;
+  std::vector<float> InitialAreas; // [n] world units squared; 0: the surfel has no usable kernel
 };
 
 /// The kernel of a surfel from its arrays (Documentation/DataContract.md), all but TwoSided.
 WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covariance[6]);
 
-/// areas: [n] in: |A|, out: the weighted area. Returns false if stopped.
+/// areas: [n] the weighted area, 0 without a usable kernel. Returns false if stopped.
 bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   std::vector<double>& areas, WeightReport& report);
 }

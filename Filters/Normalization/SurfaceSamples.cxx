@@ -6,11 +6,13 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/Multiversion.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 
 namespace SurfelGeometry
 {
@@ -25,17 +27,32 @@ constexpr double BorderCoverage = 0.5;
 /// this many times the median of its neighbours': at a border, cells end. The first sparse surfels
 /// beyond are not among its nearest ones.
 constexpr float StepOfAreas = 8.0f;
+constexpr float Everything = 1e30f;
 
-/// Cosine and sine of the golden angle, 2.39996322972865332.
-constexpr double GoldenCosine = -0.737368878078319730, GoldenSine = 0.675490294261523930;
+constexpr double GoldenAngle = 2.39996322972865332;
 
-/// The exponent of a kernel that does not reach a sample.
-constexpr float Far = 1e30f;
+/// exp(-q) is computed as exp(-q / 8)^8 for q up to 8, the largest support.
+constexpr float LargestExponent = 8.0f;
 
 /// Whether two surfels can be on the same sheet of surface.
 bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
 {
-  return (a.TwoSided == b.TwoSided) && (a.TwoSided || Dot(a.Normal, b.Normal) > 0.0);
+  return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > 0.0f);
+}
+
+/// exp(-8 r) for r from 0 to 1, within 1e-6: a Chebyshev interpolant of exp(-r) of degree 6.
+inline float ExpOfEighth(float r)
+{
+  float e = 0.000849007875f;
+  e = e * r - 0.00765432511f;
+  e = e * r + 0.0412233177f;
+  e = e * r - 0.166515167f;
+  e = e * r + 0.499975091f;
+  e = e * r - 0.999998454f;
+  e = e * r + 0.999999984f;
+  e *= e;
+  e *= e;
+  return e * e;
 }
 
 /// The owner and its neighbours on the same sheet, as a structure of arrays for SIMD
@@ -47,8 +64,7 @@ struct Sheet
   static constexpr int Capacity = Directions::Capacity + Lanes; // neighbours, the owner and padding
 
   int Count;
-  int Ids[Capacity];
-  unsigned char Ranks[Capacity]; // see SampleBlock
+  std::uint16_t Numbers[Capacity]; // in the table
   alignas(64) float X[Capacity];
   alignas(64) float Y[Capacity];
   alignas(64) float Z[Capacity];
@@ -65,16 +81,15 @@ struct Sheet
   alignas(64) float Climb[Capacity];
 
   /// @param at in units of `spacing`, which is in world units
-  void Add(
-    int id, int rank, const Float3& at, const WeightedKernel& kernel, float spacing, float climb)
+  void Add(std::uint16_t number, const Float3& at, const WeightedKernel& kernel, float spacing,
+    float climb)
   {
     const int k = this->Count++;
-    this->Ids[k] = id;
-    this->Ranks[k] = static_cast<unsigned char>(rank);
+    this->Numbers[k] = number;
     this->X[k] = at.X;
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
-    this->Squared[k] = at.X * at.X + at.Y * at.Y + at.Z * at.Z;
+    this->Squared[k] = SingleDot(at, at);
     this->B1X[k] = spacing * kernel.B1.X;
     this->B1Y[k] = spacing * kernel.B1.Y;
     this->B1Z[k] = spacing * kernel.B1.Z;
@@ -111,6 +126,56 @@ struct SamplePositions
   alignas(64) int Nearer[Capacity]; // 1: another surfel of the sheet is nearer than the owner
 };
 
+/// Vogel's spiral in a disc: equal areas, golden angle.
+struct Spiral
+{
+  static constexpr int MostSamples = 256;
+
+  float SquaredStep;    // difference of the squared radii of two samples
+  float Shift = 0.0f;   // along the spiral, in samples
+  Float3 Along, Across; // unit
+  float Cosines[MostSamples], Sines[MostSamples];
+
+  explicit Spiral(const WeightSettings& settings)
+    : SquaredStep(static_cast<float>(
+        settings.SampleRadius * settings.SampleRadius / settings.SamplesPerPoint))
+  {
+    for (int s = 0; s < MostSamples; ++s)
+    {
+      this->Cosines[s] = static_cast<float>(std::cos(GoldenAngle * s));
+      this->Sines[s] = static_cast<float>(std::sin(GoldenAngle * s));
+    }
+  }
+
+  /// Begins in the plane of u and v, turned by an angle.
+  void Begin(const Vector3& u, const Vector3& v, float turn, double shift)
+  {
+    const double cosine = std::cos(turn), sine = std::sin(turn);
+    this->Along = cosine * u + sine * v;
+    this->Across = cosine * v + (-sine) * u;
+    this->Shift = static_cast<float>(shift);
+  }
+
+  float SquaredRadius(int sample) const
+  {
+    return (static_cast<float>(sample) + this->Shift) * this->SquaredStep;
+  }
+};
+
+/// Places the samples from `first` on.
+SURFEL_MULTIVERSION void PlaceSamples(const Spiral& spiral, int first, SamplePositions& at)
+{
+  for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
+  {
+    const float r =
+      std::sqrt((static_cast<float>(first + lane) + spiral.Shift) * spiral.SquaredStep);
+    const float x = r * spiral.Cosines[first + lane], y = r * spiral.Sines[first + lane];
+    at.X[lane] = x * spiral.Along.X + y * spiral.Across.X;
+    at.Y[lane] = x * spiral.Along.Y + y * spiral.Across.Y;
+    at.Z[lane] = x * spiral.Along.Z + y * spiral.Across.Z;
+  }
+}
+
 /// @param squaredReach largest squared distance of a position from the owner
 SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePositions& positions)
 {
@@ -135,10 +200,10 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
   }
 }
 
-/// Exponents |B y|^2 / 2 of the sheet's kernels at a sample; Far if it is too far off a kernel's
-/// plane.
-SURFEL_MULTIVERSION void FindExponents(
-  const Sheet& s, const Float3& at, float* __restrict exponents)
+/// The sheet's kernels at a sample, as SampleBlock has them; 0 of those whose exponent |B y|^2 / 2
+/// is beyond the support, and of those whose plane is too far off.
+SURFEL_MULTIVERSION void FindKernels(
+  const Sheet& s, const Float3& at, float support, int* __restrict kernels)
 {
   for (int first = 0; first < s.Count; first += Sheet::Lanes)
   {
@@ -150,119 +215,148 @@ SURFEL_MULTIVERSION void FindExponents(
       const float b2 = s.B2X[k] * x + s.B2Y[k] * y + s.B2Z[k] * z;
       const float climb = s.NX[k] * x + s.NY[k] * y + s.NZ[k] * z;
       const float q = 0.5f * (b1 * b1 + b2 * b2);
-      exponents[k] = climb * climb < s.Climb[k] * s.Climb[k] ? q : Far;
+      const float bounded = q < LargestExponent ? q : LargestExponent;
+      const float kernel = ExpOfEighth(bounded * (1.0f / LargestExponent));
+      const bool reaches = (q < support) & (climb * climb < s.Climb[k] * s.Climb[k]);
+      kernels[k] = reaches ? static_cast<int>(SampleBlock::Peak * kernel + 0.5f) : 0;
     }
   }
-}
-
-/// Number of ranks up to the last one of the entries from `first` on.
-unsigned char ReachedSince(std::size_t first, const SampleBlock& block)
-{
-  int reached = 0;
-  for (std::size_t e = first; e < block.Ranks.size(); ++e)
-  {
-    reached = std::max(reached, block.Ranks[e] + 1);
-  }
-  return static_cast<unsigned char>(reached);
 }
 
 /// Makes the samples of one surfel after another.
 class Sampler
 {
 public:
-  Sampler(const WeightProblem& problem, const NeighborRows& rows)
-    : Cloud(problem.Cloud)
-    , Kernels(problem.Kernels)
+  /// @param tree null: the problem has a graph
+  Sampler(const WeightProblem& problem, const NeighborSearch* tree)
+    : Problem(problem)
     , Settings(problem.Settings)
-    , Rows(rows)
+    , Tree(tree)
+    , Table(problem)
+    , Places(problem.Settings)
   {
   }
 
-  void Sample(int owner, SampleBlock& block)
+  /// Samples the surfels from `first` to `last`.
+  void SampleAll(int first, int last, SampledSurface& surface, SampleBlock& block)
   {
-    const WeightedKernel& kernel = this->Kernels[owner];
-    if (!kernel.Usable)
+    block.Clear();
+    block.First = first;
+    this->FindRows(first, last);
+    for (int i = first; i < last; ++i)
     {
-      return;
+      const WeightedKernel& kernel = this->Table[static_cast<std::size_t>(i - first)].Kernel;
+      surface.Areas[i] = kernel.Usable ? kernel.Area : 0.0f;
+      surface.Peaks[i] = kernel.Usable ? kernel.Peak : 0.0f;
+      const std::size_t samples = block.Samples.size(), rows = block.Rows.size();
+      if (kernel.Usable)
+      {
+        this->Sample(i, i - first, block);
+      }
+      block.Owned.push_back(static_cast<std::uint16_t>(block.Samples.size() - samples));
+      block.RowSizes.push_back(static_cast<std::uint16_t>(block.Rows.size() - rows));
     }
+    block.Others = this->Table.Others();
+  }
+
+private:
+  /// @param own number of the owner in the table
+  void Sample(int owner, int own, SampleBlock& block)
+  {
+    const WeightedKernel& kernel = this->Table[static_cast<std::size_t>(own)].Kernel;
     Vector3 u, v;
     TangentFrame(kernel.Normal, u, v);
     this->Spacing = std::sqrt(kernel.Area);
-    const bool border = this->Gather(owner, u, v);
-    const double radius = this->Settings.SampleRadius;
-    const int count = this->Settings.SamplesPerPoint;
-    const float weight = static_cast<float>(Pi * radius * radius * kernel.Area / count);
+    const bool border = this->Gather(own, u, v);
     // Seeded by the input's id, so that the samples do not depend on where the cloud lies.
-    const auto seed = static_cast<std::uint64_t>(this->Cloud.SampleId(owner));
-    const double turn = 2.0 * Pi * Hash(2 * seed);
-    const double shift = Hash(2 * seed + 1);
-    // Vogel's spiral: equal areas, golden angle.
-    double cosine = std::cos(turn), sine = std::sin(turn);
+    const auto seed = static_cast<std::uint64_t>(this->Problem.Cloud.SampleId(owner));
+    const auto turn = static_cast<float>(2.0 * Pi * Hash(2 * seed));
+    this->Places.Begin(u, v, turn, Hash(2 * seed + 1));
+    this->Reached = 0;
+    const int count = this->Settings.SamplesPerPoint;
     for (int first = 0; first < count; first += SamplePositions::Capacity)
     {
       const int last = std::min(count, first + SamplePositions::Capacity);
-      for (int s = first; s < last; ++s)
-      {
-        const double r = radius * std::sqrt((s + shift) / count);
-        const Float3 at = (r * cosine) * u + (r * sine) * v;
-        const double turned = cosine * GoldenCosine - sine * GoldenSine;
-        sine = sine * GoldenCosine + cosine * GoldenSine;
-        cosine = turned;
-        this->At.X[s - first] = at.X;
-        this->At.Y[s - first] = at.Y;
-        this->At.Z[s - first] = at.Z;
-      }
-      const double reach = radius * radius * (last - 1 + shift) / count;
-      FindNearer(this->Near, static_cast<float>(reach), this->At);
+      PlaceSamples(this->Places, first, this->At);
+      FindNearer(this->Near, this->Places.SquaredRadius(last - 1), this->At);
       for (int lane = 0; lane < last - first; ++lane)
       {
         const Vector3 at{ this->At.X[lane], this->At.Y[lane], this->At.Z[lane] };
         if (!this->At.Nearer[lane] && Dot(at, at) < this->Known)
         {
-          this->Add(at, weight, border, block);
+          this->Add(owner, at, border, block);
         }
       }
     }
+    block.Rows.insert(block.Rows.end(), this->Near.Numbers, this->Near.Numbers + this->Reached);
   }
 
-private:
-  void Add(const Float3& at, float weight, bool border, SampleBlock& block)
+  void Add(int owner, const Float3& at, bool border, SampleBlock& block)
   {
     // Beyond the border the wanted sum is 0. Without samples there, the sum would be 1 up to the
     // very edge, and the surfels of the rim would be too heavy.
-    block.Inside.push_back(
-      !border || this->Coverage(at) >= BorderCoverage ? CountedSample : char{ 0 });
-    this->AddEntries(at, block);
-    block.Weights.push_back(weight);
-    block.Ends.push_back(static_cast<int>(block.Ranks.size()));
+    const WeightSharing* sharing = this->Problem.Sharing;
+    const bool isInside = !border || this->Coverage(at) >= BorderCoverage;
+    const bool isOwn = !sharing || sharing->IsOwn[static_cast<std::size_t>(owner)];
+    const int kind = !isInside ? 0 : isOwn ? CountedSample : HaloSample;
+    const int entries = this->AddEntries(at, block);
+    block.Samples.push_back(static_cast<std::uint16_t>(entries | kind << SampleBlock::KindShift));
   }
 
-  void AddToSheet(int id, int rank, const Float3& at)
+  /// Finds the nearest surfels of those from `first` to `last`, and loads the kernels of all.
+  void FindRows(int first, int last)
   {
-    this->Near.Add(id, rank, at, this->Kernels[id], static_cast<float>(this->Spacing),
-      static_cast<float>(this->Settings.NormalOffset));
+    this->Table.Begin(first, last);
+    this->Row.clear();
+    this->RowEnds.assign(1, 0);
+    const int wanted = this->Settings.NumberOfNeighbors;
+    for (int i = first; i < last; ++i)
+    {
+      const int* row = nullptr;
+      int count = std::min(wanted, KeptNeighbors);
+      if (this->Tree)
+      {
+        this->Tree->FindNearest(i, wanted, this->Found);
+        row = this->Found.Ids.data();
+        count = this->Found.Count();
+      }
+      else
+      {
+        row = this->Problem.Graph->Row(static_cast<std::size_t>(i));
+      }
+      for (int k = 0; k < count && row[k] >= 0; ++k)
+      {
+        this->Row.push_back(this->Table.NumberOf(row[k]));
+      }
+      this->RowEnds.push_back(this->Row.size());
+    }
+    this->Table.Load();
   }
 
   /// Finds the owner's sheet. Returns whether the owner may lie on a border: with 24 random
   /// neighbours, one point in 2000 inside a surface has such a gap.
-  bool Gather(int owner, const Float3& u, const Float3& v)
+  bool Gather(int own, const Float3& u, const Float3& v)
   {
-    const WeightedKernel& kernel = this->Kernels[owner];
-    const Vector3 p = Load(this->Cloud.Position(owner));
-    const double inverse = 1.0 / this->Spacing;
+    const auto number = static_cast<std::size_t>(own);
+    const auto& [kernel, p] = this->Table[number];
+    const auto spacing = static_cast<float>(this->Spacing);
+    const float inverse = 1.0f / spacing;
+    const auto offset = static_cast<float>(this->Settings.NormalOffset);
     this->Near.Count = 0;
     this->Around.Clear();
-    this->AddToSheet(owner, 0, Float3());
-    const int* row = this->Rows.Row(owner);
-    for (int k = 0; k < this->Rows.Used && row[k] >= 0; ++k)
+    this->Near.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
+    for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
-      const int j = row[k];
-      if (!this->Kernels[j].Usable || !AreCompatible(kernel, this->Kernels[j]))
+      const auto& [other, q] = this->Table[this->Row[k]];
+      if (!other.Usable || !AreCompatible(kernel, other))
       {
         continue;
       }
-      const Float3 at = inverse * (Load(this->Cloud.Position(j)) - p);
-      this->AddToSheet(j, k + 1, at);
+      Float3 at;
+      at.X = inverse * (q.X - p.X);
+      at.Y = inverse * (q.Y - p.Y);
+      at.Z = inverse * (q.Z - p.Z);
+      this->Near.Add(this->Row[k], at, other, spacing, offset);
       const float x = SingleDot(at, u), y = SingleDot(at, v);
       const float climb = SingleDot(at, kernel.Normal);
       if (x * x + y * y > climb * climb)
@@ -271,7 +365,7 @@ private:
       }
     }
     this->Near.Pad();
-    this->Known = Far;
+    this->Known = Everything;
     const bool gap = this->Around.HaveGap();
     if (gap && kernel.Area > StepOfAreas * this->MedianArea())
     {
@@ -289,7 +383,7 @@ private:
     this->Areas.clear();
     for (int k = 0; k < this->Near.Count; ++k)
     {
-      this->Areas.push_back(this->Kernels[this->Near.Ids[k]].Area);
+      this->Areas.push_back(this->Table[this->Near.Numbers[k]].Kernel.Area);
     }
     return Median(this->Areas);
   }
@@ -303,101 +397,104 @@ private:
     for (int k = 0; k < s.Count; ++k)
     {
       const double x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
-      sum += this->Kernels[s.Ids[k]].Area * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
+      const float area = this->Table[s.Numbers[k]].Kernel.Area;
+      sum += area * std::exp(-0.5 * (x * x + y * y + z * z) / variance);
     }
     return sum / (2.0 * Pi * variance * this->Spacing * this->Spacing);
   }
 
-  void AddEntries(const Float3& at, SampleBlock& block)
+  /// @return the number of kernels that reach the sample
+  int AddEntries(const Float3& at, SampleBlock& block)
   {
-    const Sheet& s = this->Near;
-    FindExponents(s, at, this->Exponents);
-    const float support = static_cast<float>(this->Settings.Support);
-    // Branch-free: whether a kernel reaches a sample is hard to predict.
-    int reaching[Sheet::Capacity];
-    int count = 0;
-    for (int k = 0; k < s.Count; ++k)
-    {
-      reaching[count] = k;
-      count += this->Exponents[k] < support ? 1 : 0;
-    }
+    const int count = this->Near.Count;
+    FindKernels(this->Near, at, static_cast<float>(this->Settings.Support), this->Kernels);
     const std::size_t first = block.Ranks.size();
-    block.Ranks.resize(first + count);
-    block.Kernels.resize(first + count);
-    for (int e = 0; e < count; ++e)
+    block.Ranks.resize(first + static_cast<std::size_t>(count));
+    block.Kernels.resize(first + static_cast<std::size_t>(count));
+    unsigned char* ranks = block.Ranks.data() + first;
+    std::uint16_t* kernels = block.Kernels.data() + first;
+    // Branch-free: whether a kernel reaches a sample is hard to predict.
+    int entries = 0;
+    for (int k = 0; k < count; ++k)
     {
-      const int k = reaching[e];
-      block.Ranks[first + e] = s.Ranks[k];
-      block.Kernels[first + e] =
-        static_cast<std::uint16_t>(SampleBlock::Peak * std::exp(-this->Exponents[k]) + 0.5f);
+      ranks[entries] = static_cast<unsigned char>(k);
+      kernels[entries] = static_cast<std::uint16_t>(this->Kernels[k]);
+      entries += this->Kernels[k] != 0 ? 1 : 0;
     }
+    block.Ranks.resize(first + static_cast<std::size_t>(entries));
+    block.Kernels.resize(first + static_cast<std::size_t>(entries));
+    this->Reached = entries > 0 ? std::max(this->Reached, ranks[entries - 1] + 1) : this->Reached;
+    return entries;
   }
 
-  const LocalCloud& Cloud;
-  const std::vector<WeightedKernel>& Kernels;
+  const WeightProblem& Problem;
   const WeightSettings& Settings;
-  const NeighborRows& Rows;
+  const NeighborSearch* Tree;
+  SurfelTable Table;
+  std::vector<std::uint16_t> Row;   // numbers of the nearest surfels, one surfel's after another's
+  std::vector<std::size_t> RowEnds; // [surfels + 1] in Row
+  Spiral Places;
   double Spacing = 1.0; // the owner's
   Sheet Near;
   SamplePositions At{};
-  alignas(64) float Exponents[Sheet::Capacity];
+  alignas(64) int Kernels[Sheet::Capacity];
+  int Reached = 0; // size of the owner's row: the kernels that reach its samples
+  Neighbors Found;
   Directions Around;
-  float Known = Far; // squared distance up to which all surfels are in the sheet; see Spacing
+  float Known =
+    Everything; // squared distance, in spacings, up to which it is clear whose a place is
   std::vector<float> Areas; // scratch
 };
 }
 
-bool FindRows(const WeightProblem& problem, const StageProgress& progress, std::vector<int>& ids)
+void SampleBlock::Clear()
 {
-  const LocalCloud& cloud = problem.Cloud;
-  const int width = problem.Settings.NumberOfNeighbors;
-  const NeighborSearch tree(cloud.Positions.data(), cloud.Size());
-  ids.resize(width * static_cast<std::size_t>(cloud.Size()));
-  return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
-    Neighbors found;
-    for (vtkIdType i = begin; i < end; ++i)
-    {
-      tree.FindNearest(static_cast<int>(i), width, found);
-      found.Ids.resize(width, -1);
-      std::copy(found.Ids.begin(), found.Ids.end(), ids.begin() + width * i);
-    }
-  });
+  this->Others.clear();
+  this->Rows.clear();
+  this->RowSizes.clear();
+  this->Owned.clear();
+  this->Samples.clear();
+  this->Ranks.clear();
+  this->Kernels.clear();
 }
 
-bool MakeSamples(const WeightProblem& problem, const NeighborRows& rows,
-  const StageProgress& progress, std::vector<SampleBlock>& blocks)
+double SampleShare(const WeightSettings& settings)
+{
+  return Pi * settings.SampleRadius * settings.SampleRadius / settings.SamplesPerPoint;
+}
+
+bool MakeSamples(
+  const WeightProblem& problem, const StageProgress& progress, SampledSurface& surface)
 {
   const LocalCloud& cloud = problem.Cloud;
-  const WeightSharing* sharing = problem.Sharing;
-  const vtkIdType count = cloud.Size();
-  blocks.resize((count + SampleBlockSize - 1) / SampleBlockSize);
-  const vtkIdType blockCount = static_cast<vtkIdType>(blocks.size());
+  const int count = cloud.Size(), size = SampleBlockSize(problem.Settings);
+  const std::unique_ptr<NeighborSearch> tree(
+    problem.Graph ? nullptr : new NeighborSearch(cloud.Positions.data(), count));
+  surface.Areas.resize(static_cast<std::size_t>(count));
+  surface.Peaks.resize(static_cast<std::size_t>(count));
+  surface.Blocks.resize(static_cast<std::size_t>((count + size - 1) / size));
+  const auto blockCount = static_cast<vtkIdType>(surface.Blocks.size());
   constexpr vtkIdType stride = 32; // blocks between two checks for an abort
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
-    vtkSMPTools::For(first, last, 1, [&](vtkIdType begin, vtkIdType end) {
-      Sampler sampler(problem, rows);
+    vtkSMPTools::For(first, last, 1, [&](vtkIdType b, vtkIdType end) {
+      Sampler sampler(problem, tree.get());
       SampleBlock block;
-      for (vtkIdType b = begin; b < end; ++b)
+      for (; b < end; ++b)
       {
-        block.Clear();
-        for (vtkIdType i = b * SampleBlockSize; i < std::min(count, (b + 1) * SampleBlockSize); ++i)
-        {
-          const std::size_t before = block.Count(), entries = block.Ranks.size();
-          sampler.Sample(static_cast<int>(i), block);
-          if (sharing && !sharing->IsOwn[static_cast<std::size_t>(i)])
-          {
-            std::replace(block.Inside.begin() + static_cast<std::ptrdiff_t>(before),
-              block.Inside.end(), CountedSample, HaloSample);
-          }
-          block.Owned.push_back(static_cast<int>(block.Count()));
-          block.Reached.push_back(ReachedSince(entries, block));
-        }
-        blocks[b] = block; // the copy has no spare capacity
+        const int from = static_cast<int>(b) * size;
+        sampler.SampleAll(from, std::min(count, from + size), surface, block);
+        surface.Blocks[static_cast<std::size_t>(b)] = block; // the copy has no spare capacity
       }
     });
-    if (!progress.Step(static_cast<double>(last) / blockCount))
+    if (problem.Graph)
+    {
+      const auto rows = static_cast<std::size_t>(size);
+      problem.Graph->Release(static_cast<std::size_t>(first) * rows,
+        std::min(static_cast<std::size_t>(last) * rows, static_cast<std::size_t>(count)));
+    }
+    if (!progress.Step(static_cast<double>(last) / static_cast<double>(blockCount)))
     {
       return false;
     }

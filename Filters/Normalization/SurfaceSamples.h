@@ -5,6 +5,7 @@
 #pragma once
 
 #include "Filters/Common/StageProgress.h"
+#include "Filters/Normalization/SurfelTable.h"
 #include "Filters/Normalization/WeightProblem.h"
 
 #include <cstddef>
@@ -13,56 +14,62 @@
 
 namespace SurfelGeometry
 {
-/// Owners (surfels and their samples) per block: the unit of the parallel loops.
-constexpr vtkIdType SampleBlockSize = 4096;
-
 /// A sample on the surface: in this process's statistics, or in the halo and thus in another's.
-constexpr char CountedSample = 1, HaloSample = 2;
+constexpr std::uint16_t CountedSample = 1, HaloSample = 2;
 
-/// The nearest surfels of each surfel: only their kernels may reach its samples.
-struct NeighborRows
-{
-  const int* Ids; // [Stride n], -1 where a surfel has fewer
-  int Stride;
-  int Used; // of each row
-
-  const int* Row(int i) const { return this->Ids + this->Stride * static_cast<std::size_t>(i); }
-};
-
-/// Samples of the surfels of one block and the kernels that reach them.
+/// Samples of the surfels of one block, the unit of the parallel loops, and the kernels that reach
+/// them. A surfel's samples are reached by the kernels in its row only.
 struct SampleBlock
 {
   /// A kernel's peak in Kernels.
   static constexpr float Peak = 65535.0f;
 
-  std::vector<unsigned char> Ranks;   // [entries] 0: the sample's owner; k: Row(owner)[k - 1]
-  std::vector<std::uint16_t> Kernels; // [entries] K at the sample over K's peak, times Peak
-  std::vector<int> Ends{ 0 };         // [samples + 1] first entry of a sample
-  std::vector<float> Weights;         // [samples] area
-  std::vector<char> Inside;           // [samples] CountedSample, HaloSample; 0: beyond the border
-  std::vector<int> Owned{ 0 };        // [surfels + 1] first sample of a surfel
-  std::vector<unsigned char> Reached; // [surfels] number of ranks that its samples reach
+  /// A sample is the number of its entries, and its kind above these bits: CountedSample,
+  /// HaloSample, or 0 beyond the border.
+  static constexpr int KindShift = 12;
 
-  std::size_t Count() const { return this->Weights.size(); }
-  int Surfels() const { return static_cast<int>(this->Owned.size()) - 1; }
+  int First = 0;                       // surfel
+  std::vector<int> Others;             // surfels of other blocks, see SurfelTable
+  std::vector<std::uint16_t> Rows;     // numbers in the table, one row after another
+  std::vector<std::uint16_t> RowSizes; // [surfels]
+  std::vector<std::uint16_t> Owned;    // [surfels] number of samples
+  std::vector<std::uint16_t> Samples;  // one surfel's after another's
+  std::vector<unsigned char> Ranks;    // [entries] in the row of the sample's owner
+  std::vector<std::uint16_t> Kernels;  // [entries] K at the sample over K's peak, times Peak
+
+  static int Entries(std::uint16_t sample) { return sample & ((1 << KindShift) - 1); }
+  static int Kind(std::uint16_t sample) { return sample >> KindShift; }
+
+  /// Id of the surfel with this number in the table.
+  int Id(std::uint16_t number) const
+  {
+    const std::size_t own = this->Owned.size();
+    return number < own ? this->First + number : this->Others[number - own];
+  }
+  std::size_t TableSize() const { return this->Owned.size() + this->Others.size(); }
 
   /// Keeps the memory.
-  void Clear()
-  {
-    this->Ranks.clear();
-    this->Kernels.clear();
-    this->Ends.assign(1, 0);
-    this->Weights.clear();
-    this->Inside.clear();
-    this->Owned.assign(1, 0);
-    this->Reached.clear();
-  }
+  void Clear();
 };
 
-/// Searches for the neighbours of all surfels. Returns false if stopped.
-bool FindRows(const WeightProblem& problem, const StageProgress& progress, std::vector<int>& ids);
+/// The area of a sample over that of its surfel.
+double SampleShare(const WeightSettings& settings);
+
+/// Surfels per block: their table never overflows.
+inline int SampleBlockSize(const WeightSettings& settings)
+{
+  return SurfelTable::Capacity / (settings.NumberOfNeighbors + 1);
+}
+
+/// The samples of all surfels, and what is left of the kernels.
+struct SampledSurface
+{
+  std::vector<SampleBlock> Blocks;
+  std::vector<float> Areas; // [n] world units squared; 0: no usable kernel
+  std::vector<float> Peaks; // [n] 1 / area
+};
 
 /// Samples the cell of each surfel. Returns false if stopped.
-bool MakeSamples(const WeightProblem& problem, const NeighborRows& rows,
-  const StageProgress& progress, std::vector<SampleBlock>& blocks);
+bool MakeSamples(
+  const WeightProblem& problem, const StageProgress& progress, SampledSurface& surface);
 }

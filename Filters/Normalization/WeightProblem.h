@@ -81,13 +81,24 @@ struct WeightSharing
   std::function<bool(bool running, SumMoments& moments)> Sum;
 };
 
+/// Where the kernels come from: threads may ask for some of them several times.
+class KernelSource
+{
+public:
+  virtual ~KernelSource() = default;
+  virtual WeightedKernel Make(int i) const = 0; // of surfel i of the cloud
+
+  /// Starts loading what Make(i) reads.
+  virtual void Prefetch(int i) const = 0;
+};
+
 /// Input of the solver for the weights.
 struct WeightProblem
 {
   const LocalCloud& Cloud;
-  std::vector<WeightedKernel>& Kernels; // [n] the solver frees them when it has the samples
+  const KernelSource& Kernels;
   const WeightSettings& Settings;
   const WeightSharing* Sharing; // null: one process
-  const NeighborGraph* Graph;   // nearest neighbours; null: none known
+  NeighborGraph* Graph;         // nearest neighbours, which the solver uses up; null: none known
 };
 }

@@ -9,13 +9,11 @@
 
 namespace SurfelGeometry
 {
-ConsistentSets CollectSets(const std::vector<PlaneFit>& fits, ParityUnionFind& signs)
+ConsistentSets CollectSets(int count, ParityUnionFind& signs)
 {
-  const int count = static_cast<int>(fits.size());
   std::vector<int> numbers(count, -1); // of the roots' sets
-  std::vector<int> setOf(count);
   ConsistentSets sets;
-  sets.Normals.resize(count);
+  sets.Flips.resize(count);
   sets.Starts.push_back(0);
   for (int i = 0; i < count; ++i)
   {
@@ -25,14 +23,13 @@ ConsistentSets CollectSets(const std::vector<PlaneFit>& fits, ParityUnionFind& s
       numbers[root] = sets.Count();
       sets.Starts.push_back(sets.Starts.back() + signs.Size(root));
     }
-    setOf[i] = numbers[root];
-    sets.Normals[i] = flip ? Float3(-1.0 * fits[i].Normal) : fits[i].Normal;
+    sets.Flips[i] = flip ? 1 : 0;
   }
   std::vector<int> next(sets.Starts.begin(), sets.Starts.end() - 1);
   sets.Ids.resize(count);
   for (int i = 0; i < count; ++i)
   {
-    sets.Ids[next[setOf[i]]++] = i;
+    sets.Ids[next[numbers[signs.FindReadOnly(i).first]]++] = i;
   }
   return sets;
 }

@@ -13,16 +13,17 @@ namespace SurfelGeometry
 /// The sets of a union-find, numbered by their first points.
 struct ConsistentSets
 {
-  std::vector<int> Ids;        // [n] points, one set after another, ascending in each
-  std::vector<int> Starts;     // [Count() + 1] in Ids
-  std::vector<Float3> Normals; // [n] turned to the sign of the root of the set
+  std::vector<int> Ids;    // [n] points, one set after another, ascending in each
+  std::vector<int> Starts; // [Count() + 1] in Ids
+  std::vector<char> Flips; // [n] 1: the sign of the root of the set is opposite
 
   int Count() const { return static_cast<int>(this->Starts.size()) - 1; }
   int Size(int set) const { return this->Starts[set + 1] - this->Starts[set]; }
   const int* Begin(int set) const { return this->Ids.data() + this->Starts[set]; }
 };
 
-ConsistentSets CollectSets(const std::vector<PlaneFit>& fits, ParityUnionFind& signs);
+/// @param count of points
+ConsistentSets CollectSets(int count, ParityUnionFind& signs);
 
 /// Share of the votes within a set that contradict its signs; 1 if there are none.
 double ConflictOf(const NeighborGraph& graph, const EdgeVotes& edges, const ParityUnionFind& signs,

@@ -58,11 +58,11 @@ private:
   template <typename Decide>
   bool DecideSets(const StageProgress& progress, Decide&& decide)
   {
-    const ConsistentSets sets = CollectSets(this->Fits, this->Signs);
-    const OutsideInput input{ this->Cloud, this->Fits, sets.Normals, [this](const Component& set) {
-                               return ConflictOf(
-                                 this->Graph, this->Edges, this->Signs, set.Ids, set.Count);
-                             } };
+    const ConsistentSets sets = CollectSets(this->Cloud.Size(), this->Signs);
+    const OutsideInput input{ { this->Cloud, this->Fits, sets.Flips },
+      [this](const Component& set) {
+        return ConflictOf(this->Graph, this->Edges, this->Signs, set.Ids, set.Count);
+      } };
     this->NumberOfSets = sets.Count();
     for (int c = 0; c < sets.Count(); ++c)
     {
@@ -120,7 +120,7 @@ private:
       result.TwoSided[i] = hasOutside ? 0 : 1;
       if (!fit.Given)
       {
-        const Vector3 normal = input.Normals[i];
+        const Vector3 normal = input.Oriented.Normal(i);
         fit.Normal = side < 0 ? -1.0 * normal : normal;
       }
     }

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 namespace SurfelGeometry
 {
@@ -100,50 +99,69 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
   }
 }
 
-/// Sorts slots of sure edges, the surest first; the order within a class stays.
-std::vector<std::uint64_t> SortByClass(
-  const EdgeVotes& edges, const std::vector<std::uint64_t>& slots)
+/// Slots of a piece's sure edges, from its first one on.
+struct SureEdges
 {
-  std::array<size_t, EdgeVotes::NotSure + 1> begins{};
-  for (const std::uint64_t slot : slots)
+  std::vector<std::uint32_t> Slots;                       ///< the surest first
+  std::array<std::uint32_t, EdgeVotes::NotSure + 1> Ends; ///< of each class
+};
+
+/// Sorts the sure edges of the points from `first` to `last`, the surest first; the order within a
+/// class stays.
+SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
+{
+  SureEdges sorted;
+  sorted.Ends.fill(0);
+  const unsigned char* classes = edges.Classes.data() + GraphDegree * first;
+  const auto count = static_cast<std::uint32_t>(GraphDegree * (last - first));
+  for (std::uint32_t slot = 0; slot < count; ++slot)
   {
-    ++begins[edges.Classes[slot] + 1];
+    ++sorted.Ends[classes[slot]];
   }
-  std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  std::vector<std::uint64_t> order(slots.size());
-  for (const std::uint64_t slot : slots)
+  sorted.Ends[EdgeVotes::NotSure] = 0;
+  std::uint32_t sum = 0;
+  for (std::uint32_t& end : sorted.Ends)
   {
-    order[begins[edges.Classes[slot]]++] = slot;
+    const std::uint32_t size = end;
+    end = sum; // first its beginning
+    sum += size;
   }
-  return order;
+  sorted.Slots.resize(sum);
+  for (std::uint32_t slot = 0; slot < count; ++slot)
+  {
+    if (classes[slot] != EdgeVotes::NotSure)
+    {
+      sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
+    }
+  }
+  return sorted;
 }
 
 /// Sure edges of the points from `first` to `last`, the surest first. Edges that close a loop of
 /// surer ones among these points are left out: they are in no spanning forest of the whole graph.
-std::vector<std::uint64_t> ThinSureEdges(
+SureEdges ThinSureEdges(
   const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType first, vtkIdType last)
 {
-  std::vector<std::uint64_t> sure;
-  for (vtkIdType slot = GraphDegree * first; slot < GraphDegree * last; ++slot)
-  {
-    if (edges.Classes[slot] != EdgeVotes::NotSure)
-    {
-      sure.push_back(slot);
-    }
-  }
+  SureEdges sure = SortByClass(edges, first, last);
   ParityUnionFind signs(static_cast<int>(last - first));
-  std::vector<std::uint64_t> kept;
-  for (const std::uint64_t slot : SortByClass(edges, sure))
+  std::uint32_t kept = 0, slot = 0;
+  for (std::uint32_t& end : sure.Ends)
   {
-    const auto i = static_cast<vtkIdType>(slot / GraphDegree);
-    const vtkIdType j = graph.Row(i)[slot % GraphDegree];
-    if (j < first || j >= last ||
-      signs.Join(static_cast<int>(i - first), static_cast<int>(j - first), false))
+    for (; slot < end; ++slot)
     {
-      kept.push_back(slot);
+      const std::uint32_t edge = sure.Slots[slot];
+      const auto i = static_cast<int>(edge / GraphDegree);
+      const vtkIdType j = graph.Row(static_cast<size_t>(first + i))[edge % GraphDegree];
+      if (j < first || j >= last || signs.Join(i, static_cast<int>(j - first), false))
+      {
+        sure.Slots[kept++] = edge;
+      }
     }
+    end = kept;
   }
-  return kept;
+  sure.Slots.resize(kept);
+  sure.Slots.shrink_to_fit();
+  return sure;
 }
 }
 
@@ -187,14 +205,22 @@ EdgeVotes CollectVotes(
 void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
 {
   const vtkIdType count = edges.Count();
-  std::vector<std::vector<std::uint64_t>> thinned(PieceCount(count));
+  std::vector<SureEdges> thinned(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
     thinned[p] = ThinSureEdges(graph, edges, first, last);
   });
-  for (const std::uint64_t slot : SortByClass(edges, Concatenated(thinned)))
+  for (int sureness = 0; sureness < EdgeVotes::NotSure; ++sureness)
   {
-    const size_t i = slot / GraphDegree;
-    signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
+    for (size_t p = 0; p < thinned.size(); ++p)
+    {
+      const SureEdges& sure = thinned[p];
+      for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < sure.Ends[sureness]; ++e)
+      {
+        const size_t slot = GraphDegree * PieceSize * p + sure.Slots[e];
+        const size_t i = slot / GraphDegree;
+        signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
+      }
+    }
   }
 }
 }

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
 #include "Filters/Estimation/PlaneFit.h"
 
 #include "vtkSMPTools.h"
@@ -28,8 +29,8 @@ struct EdgeVotes
 {
   static constexpr unsigned char NotSure = 255;
 
-  std::vector<float> Votes;           ///< 0: no edge, or stored at its other end
-  std::vector<unsigned char> Classes; ///< 0: the surest edges; NotSure: may not join patches
+  RawVector<float> Votes;           ///< 0: no edge, or stored at its other end
+  RawVector<unsigned char> Classes; ///< 0: the surest edges; NotSure: may not join patches
 
   vtkIdType Count() const { return static_cast<vtkIdType>(this->Votes.size() / GraphDegree); }
 };

@@ -51,7 +51,7 @@ constexpr double KnownAgreement = 0.8;
 /// Radius of a patch in spacings if it is a tube, or several of them; else infinite.
 double TubeRadius(const OutsideInput& input, const Component& component)
 {
-  const Vector3 middle = Load(input.Cloud.Position(component.Ids[component.Count / 2]));
+  const Vector3 middle = Load(input.Oriented.Cloud.Position(component.Ids[component.Count / 2]));
   Vector3 vectors{};
   Vector3 center{};
   double areas = 0.0;
@@ -59,11 +59,11 @@ double TubeRadius(const OutsideInput& input, const Component& component)
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    const double area = AreaOf(input.Fits[i]);
-    const Vector3 p = Load(input.Cloud.Position(i)) - middle;
-    vectors = vectors + area * input.Normals[i];
+    const double area = AreaOf(input.Oriented.Fits[i]);
+    const Vector3 p = Load(input.Oriented.Cloud.Position(i)) - middle;
+    vectors = vectors + area * input.Oriented.Normal(i);
     center = center + area * p;
-    volume += area * Dot(p, input.Normals[i]);
+    volume += area * Dot(p, input.Oriented.Normal(i));
     areas += area;
   }
   if (!(areas > 0.0) || Norm(vectors) > MaxImbalance * areas)
@@ -86,7 +86,7 @@ int ClosedSign(const OutsideInput& input, const Component& component, const Clos
   }
   const int samples = std::min(count, WindingSamples);
   std::vector<double> windings(samples);
-  const WindingNumbers numbers({ input.Cloud, input.Fits, input.Normals }, component.Ids, count);
+  const WindingNumbers numbers(input.Oriented, component.Ids, count);
   vtkSMPTools::For(0, samples, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType s = begin; s < end; ++s)
     {
@@ -111,10 +111,10 @@ int FacingSign(
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    const PlaneFit& fit = input.Fits[i];
+    const PlaneFit& fit = input.Oriented.Fits[i];
     const Vector3 direction =
-      Normalized(settings.Viewpoint - Load(input.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
-    const double facing = fit.Spacing * fit.Spacing * Dot(input.Normals[i], direction);
+      Normalized(settings.Viewpoint - Load(input.Oriented.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
+    const double facing = fit.Spacing * fit.Spacing * Dot(input.Oriented.Normal(i), direction);
     (facing > 0.0 ? toward : away) += std::abs(facing);
   }
   const double needed = settings.FacingAgreement * (toward + away);
@@ -132,9 +132,9 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
   for (int m = 0; m < component.Count; ++m)
   {
     const int i = component.Ids[m];
-    if (isKnown(input.Fits[i]))
+    if (isKnown(input.Oriented.Fits[i]))
     {
-      const double agreement = Dot(input.Normals[i], input.Fits[i].Normal);
+      const double agreement = Dot(input.Oriented.Normal(i), input.Oriented.Fits[i].Normal);
       sum += agreement;
       absolute += std::abs(agreement);
       ++count;

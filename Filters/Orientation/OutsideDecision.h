@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Orientation/WindingNumber.h"
 
 #include <functional>
 #include <vector>
@@ -30,9 +30,7 @@ struct Component
 
 struct OutsideInput
 {
-  const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;  // the signs of given normals and of plates are outward
-  const std::vector<Float3>& Normals; // [n] of consistent signs in the component
+  OrientedFits Oriented; // the signs of given normals and of plates are outward in the fits
   /// Share of the votes between a component's points that contradict its signs.
   std::function<double(const Component&)> Conflict;
 };

@@ -40,7 +40,7 @@ WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members,
       const double weight = AreaOf(oriented.Fits[j]);
       weights += weight;
       group.Center = group.Center + weight * Load(oriented.Cloud.Position(j));
-      group.Area = group.Area + weight * oriented.Normals[j];
+      group.Area = group.Area + weight * oriented.Normal(j);
     }
     group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
     for (int m = begin; m < end; ++m)
@@ -64,7 +64,7 @@ double WindingNumbers::Sum(
   for (int m = begin; m < end; ++m)
   {
     const int j = this->Members[m];
-    sum += Dipole(AreaOf(this->Oriented.Fits[j]) * this->Oriented.Normals[j],
+    sum += Dipole(AreaOf(this->Oriented.Fits[j]) * this->Oriented.Normal(j),
       Load(this->Oriented.Cloud.Position(j)) - q, soft);
   }
   return sum;

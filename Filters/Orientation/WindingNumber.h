@@ -23,7 +23,14 @@ struct OrientedFits
 {
   const LocalCloud& Cloud;
   const std::vector<PlaneFit>& Fits;
-  const std::vector<Float3>& Normals; // [n] of consistent signs among the members
+  const std::vector<char>& Flips; // [n] 1: the normal turned round is consistent with the others
+
+  /// Of consistent signs among the members.
+  Vector3 Normal(int i) const
+  {
+    const Vector3 normal = this->Fits[i].Normal;
+    return this->Flips[i] ? -1.0 * normal : normal;
+  }
 };
 
 /// Area of a surfel, world units squared. Where neighbours reach round a thin tube their tangential

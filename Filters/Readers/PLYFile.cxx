@@ -3,7 +3,9 @@
 
 #include <pcl/io/ply/ply_parser.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <sstream>
@@ -74,6 +76,8 @@ private:
 
   Parser::element_callbacks_type AddElement(const std::string& name, std::size_t count);
   void ReadObjectInfo(const std::string& line);
+  bool FindBlock(const std::string& path);
+  bool ReadBlock(const std::string& path);
   void ArrangeInGrid();
 
   template <typename Value>
@@ -84,6 +88,9 @@ private:
   void AddScalarCallbacks(Parser::scalar_property_definition_callbacks_type& callbacks);
 
   FieldCloud Cloud;
+  pcl::io::ply::format_type Format = pcl::io::ply::ascii_format;
+  bool HasOthers = false;              // elements besides the vertices
+  std::streamoff Block = 0;            // where the vertices begin, if nothing else is in the data
   std::uint64_t Count = 0;             // of vertices, by the header
   std::uint64_t Columns = 0, Rows = 0; // of a depth image, or 0
   std::vector<std::int64_t> Grid;      // vertex of each pixel of a depth image, or NoPoint
@@ -96,6 +103,7 @@ Parser::element_callbacks_type Contents::AddElement(const std::string& name, std
   {
     this->Count = count;
   }
+  this->HasOthers = this->HasOthers || (name != "vertex" && count > 0);
   if (name == "range_grid")
   {
     return { [this] { this->Grid.push_back(NoPoint); }, [] {} };
@@ -174,7 +182,56 @@ bool Contents::Read(const std::string& path)
   this->AddGridCallbacks<uint8, int32>(lists);
   this->AddGridCallbacks<uint8, uint32>(lists);
   parser.list_property_definition_callbacks(lists);
-  return parser.parse(path) && this->Cloud.Data.size() == this->Count * this->Cloud.PointStep;
+  parser.format_callback([this](format_type format, const std::string&) { this->Format = format; });
+  parser.end_header_callback([this, &path] { return !this->FindBlock(path); }); // false: it stops
+  if (!parser.parse(path) || (this->Block > 0 && !this->ReadBlock(path)))
+  {
+    return false;
+  }
+  return this->Cloud.Data.size() == this->Count * this->Cloud.PointStep;
+}
+
+/// Whether the rest of the file is one block of vertices without lists, as in most files. The
+/// parser would read it value by value.
+bool Contents::FindBlock(const std::string& path)
+{
+  if (this->Format == pcl::io::ply::ascii_format || this->HasOthers || this->Count == 0)
+  {
+    return false;
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  while (std::getline(file, line) && line.rfind("end_header", 0) != 0)
+  {
+  }
+  const std::streamoff begin = file.tellg();
+  file.seekg(0, std::ios::end);
+  const auto bytes = static_cast<std::uint64_t>(file.tellg() - begin);
+  // Every list would take bytes that no field counts.
+  this->Block = file && bytes == this->Count * this->Cloud.PointStep ? begin : 0;
+  return this->Block > 0;
+}
+
+bool Contents::ReadBlock(const std::string& path)
+{
+  Bytes& data = this->Cloud.Data;
+  data.resize(this->Count * this->Cloud.PointStep);
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(this->Block);
+  file.read(reinterpret_cast<char*>(data.data()), static_cast<std::streamsize>(data.size()));
+  const bool isBig = this->Format == pcl::io::ply::binary_big_endian_format;
+  if (isBig != (pcl::io::ply::host_byte_order == pcl::io::ply::big_endian_byte_order))
+  {
+    for (const Field& field : this->Cloud.Fields)
+    {
+      const std::size_t size = SizeOf(field.Type);
+      for (std::size_t at = field.Offset; at < data.size(); at += this->Cloud.PointStep)
+      {
+        std::reverse(data.data() + at, data.data() + at + size);
+      }
+    }
+  }
+  return file.good();
 }
 
 /// Puts the vertices where the grid has them.

@@ -8,13 +8,16 @@
 #include "vtkPointData.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
+#include "vtkSMPTools.h"
 #include "vtkSmartPointer.h"
+#include "vtkTypeInt32Array.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -79,18 +82,21 @@ int VTKType(const Field& field)
 template <typename In, typename Out>
 void CopyValues(const FieldCloud& cloud, const Field& field, int count, Out* to, int stride)
 {
-  const std::uint8_t* from = cloud.Data.data() + field.Offset;
-  for (vtkIdType point = 0; point < Count(cloud); ++point)
-  {
-    for (int i = 0; i < count; ++i)
+  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType point, vtkIdType end) {
+    const std::uint8_t* from = cloud.Data.data() + field.Offset + point * cloud.PointStep;
+    Out* out = to + point * stride;
+    for (; point < end; ++point)
     {
-      In value;
-      std::memcpy(&value, from + i * sizeof(In), sizeof(In));
-      to[i] = static_cast<Out>(value);
+      for (int i = 0; i < count; ++i)
+      {
+        In value;
+        std::memcpy(&value, from + i * sizeof(In), sizeof(In));
+        out[i] = static_cast<Out>(value);
+      }
+      from += cloud.PointStep;
+      out += stride;
     }
-    from += cloud.PointStep;
-    to += stride;
-  }
+  });
 }
 
 // Copies one component from a field of any type.
@@ -177,10 +183,31 @@ std::vector<float> DecodeChannels(const FieldCloud& cloud, const Field* const* f
   return values;
 }
 
+// Colours that are bytes already.
+std::vector<std::uint32_t> PackBytes(const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
+{
+  std::vector<std::uint32_t> packed(Count(cloud));
+  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      const std::uint8_t* point = cloud.Data.data() + i * cloud.PointStep;
+      const std::uint32_t a = alpha ? point[alpha->Offset] : 255;
+      packed[i] = a << 24 | static_cast<std::uint32_t>(point[rgb[0]->Offset]) << 16 |
+        static_cast<std::uint32_t>(point[rgb[1]->Offset]) << 8 | point[rgb[2]->Offset];
+    }
+  });
+  return packed;
+}
+
 // Colours in three fields, which have one scale, and alpha in a fourth if it is not null.
 std::vector<std::uint32_t> DecodeSeparateColors(
   const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
 {
+  const auto isByte = [](const Field* field) { return !field || field->Type == Field::UINT8; };
+  if (std::all_of(rgb.begin(), rgb.end(), isByte) && isByte(alpha))
+  {
+    return PackBytes(cloud, rgb, alpha);
+  }
   const std::vector<float> colors = DecodeChannels(cloud, rgb.data(), 3);
   const std::vector<float> alphas =
     alpha ? DecodeChannels(cloud, &alpha, 1) : std::vector<float>(Count(cloud), 255.f);
@@ -208,17 +235,20 @@ vtkSmartPointer<vtkDataArray> UnpackColors(
   colors->SetName(hasAlpha ? "RGBA" : "RGB");
   colors->SetNumberOfComponents(hasAlpha ? 4 : 3);
   colors->SetNumberOfTuples(static_cast<vtkIdType>(packed.size()));
-  unsigned char* to = colors->GetPointer(0);
-  for (const std::uint32_t color : packed)
-  {
-    *to++ = static_cast<unsigned char>(color >> 16);
-    *to++ = static_cast<unsigned char>(color >> 8);
-    *to++ = static_cast<unsigned char>(color);
-    if (hasAlpha)
+  const int components = hasAlpha ? 4 : 3;
+  vtkSMPTools::For(0, static_cast<vtkIdType>(packed.size()), [&](vtkIdType i, vtkIdType end) {
+    unsigned char* to = colors->GetPointer(components * i);
+    for (; i < end; ++i, to += components)
     {
-      *to++ = static_cast<unsigned char>(color >> 24);
+      to[0] = static_cast<unsigned char>(packed[i] >> 16);
+      to[1] = static_cast<unsigned char>(packed[i] >> 8);
+      to[2] = static_cast<unsigned char>(packed[i]);
+      if (hasAlpha)
+      {
+        to[3] = static_cast<unsigned char>(packed[i] >> 24);
+      }
     }
-  }
+  });
   return colors;
 }
 
@@ -252,6 +282,19 @@ void CheckFields(const FieldCloud& cloud)
       throw std::runtime_error("the field " + field.Name + " extends past the end of its point.");
     }
   }
+}
+
+// One poly-vertex cell.
+vtkSmartPointer<vtkCellArray> MakeVertices(int count)
+{
+  vtkNew<vtkTypeInt32Array> offsets, connectivity;
+  offsets->InsertNextValue(0);
+  offsets->InsertNextValue(count);
+  connectivity->SetNumberOfValues(count);
+  std::iota(connectivity->GetPointer(0), connectivity->GetPointer(0) + count, 0);
+  auto vertices = vtkSmartPointer<vtkCellArray>::New();
+  vertices->SetData(offsets, connectivity);
+  return vertices;
 }
 
 void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field*>& used)
@@ -314,12 +357,6 @@ void DecodeFields(const FieldCloud& cloud, vtkPolyData* output)
     }
   }
 
-  vtkNew<vtkCellArray> vertices;
-  vertices->InsertNextCell(static_cast<int>(Count(cloud)));
-  for (vtkIdType point = 0; point < Count(cloud); ++point)
-  {
-    vertices->InsertCellPoint(point);
-  }
-  output->SetVerts(vertices);
+  output->SetVerts(MakeVertices(static_cast<int>(Count(cloud))));
 }
 }
