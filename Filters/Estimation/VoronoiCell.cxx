@@ -28,13 +28,15 @@ constexpr int SheetCapacity = 4 * CellNeighbors;
 constexpr double CellReach = 2.0;
 
 /// Where a neighbour is sparser, cells reach as many of its spacings, at most these times their
-/// own: 100 to 1 in density. Beyond that a point is rather a stray one.
-constexpr double MaximumSparsity = 10.0;
+/// own: 16 to 1 in density. Beyond that a point is rather a stray one, unless it is among the
+/// sparse ones beyond a gap: 100 to 1.
+constexpr double MaximumSparsity = 4.0, MaximumBeyondGap = 10.0;
 
 /// Distances, in spacings, at which sparser neighbours are looked for on a side that has none, and
 /// how many times sparser they are at least: others are those of the other side of a hole.
 constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
+constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 constexpr int ReachCorners = 12;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
@@ -265,7 +267,8 @@ private:
           this->AddToSheet(i, j) ? std::max<double>(sparsest, this->Fits[j].Spacing) : sparsest;
       }
     }
-    if (this->CutAndMeasure(i, this->ReachTo(i, sparsest), cell) && this->HaveGap())
+    const double reach = this->ReachTo(i, sparsest, MaximumSparsity);
+    if (this->CutAndMeasure(i, reach, cell) && this->HaveGap())
     {
       this->LookAcrossGap(i, cell);
     }
@@ -278,9 +281,9 @@ private:
     return squaredDistance <= reach * reach;
   }
 
-  double ReachTo(int i, double sparsest) const
+  double ReachTo(int i, double sparsest, double most) const
   {
-    return CellReach * std::min(sparsest / this->Fits[i].Spacing, MaximumSparsity);
+    return CellReach * std::min(sparsest / this->Fits[i].Spacing, most);
   }
 
   /// Whether point j is one of the sparse points beyond a gap, within 60 degrees of its middle.
@@ -290,7 +293,7 @@ private:
     const double along = Dot(d, outward), squared = Dot(d, d);
     return along > 0.0 && along * along > 0.25 * squared &&
       this->Fits[j].Spacing > LeastSparsity * this->Fits[i].Spacing &&
-      this->MayMeet(i, j, static_cast<float>(squared));
+      this->MayMeet(i, j, static_cast<float>(squared)) && this->AreOfSheet(i, j, d);
   }
 
   /// Beside a step of density, a hundred dense points can be nearer than the first sparse one. So
@@ -313,16 +316,24 @@ private:
       this->Tree.nearestKSearch(pcl::PointXYZ(static_cast<float>(place[0]),
                                   static_cast<float>(place[1]), static_cast<float>(place[2])),
         CellNeighbors, this->Seen, this->SeenDistances);
-      bool added = false;
+      this->Sparse.clear();
       for (const int j : this->Seen)
       {
-        if (this->IsSparse(i, j, outward) && this->AddToSheet(i, j))
+        if (this->IsSparse(i, j, outward))
         {
-          sparsest = std::max<double>(sparsest, this->Fits[j].Spacing);
-          added = true;
+          this->Sparse.push_back(j);
         }
       }
-      if (added && !this->CutAndMeasure(i, this->ReachTo(i, sparsest), cell))
+      if (this->Sparse.size() < FewestSparse)
+      {
+        continue;
+      }
+      for (const int j : this->Sparse)
+      {
+        sparsest =
+          this->AddToSheet(i, j) ? std::max<double>(sparsest, this->Fits[j].Spacing) : sparsest;
+      }
+      if (!this->CutAndMeasure(i, this->ReachTo(i, sparsest, MaximumBeyondGap), cell))
       {
         return;
       }
@@ -389,13 +400,19 @@ private:
     return true;
   }
 
+  /// @param d from point i to point j
+  bool AreOfSheet(int i, int j, const Vector3& d) const
+  {
+    return AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d);
+  }
+
   /// Adds point j, if it is on the same sheet, at its distance in space: the surface is unrolled,
   /// so that far points of a thin tube do not come too near.
   /// @return whether it is
   bool AddToSheet(int i, int j)
   {
     const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
-    if (!AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d))
+    if (!this->AreOfSheet(i, j, d))
     {
       return false;
     }
@@ -488,6 +505,7 @@ private:
   std::vector<PlaneFit>& Fits;
   Neighbors Found;
   pcl::Indices Seen;
+  std::vector<int> Sparse;
   std::vector<float> SeenDistances;
   Vector3 U, V;
   FlatSheet Sheet;
