@@ -95,13 +95,14 @@ void RenderProps(std::vector<vtkProp*> props, vtkRenderer* renderer, vtkRenderPa
   pass->Render(&state);
 }
 
-/// What a frame has put into the framebuffer. The memory belongs to others.
+/// What a frame has put into the framebuffer, in memory of the splatter's and of PropImage.
 struct FinishedFrame
 {
   SurfelSplatting::FramePixels Pixels;
-  bool IsWhole = false;  // all that is seen, and not to be mixed with anything
-  bool IsAll = false;    // nothing else has been drawn
-  bool IsCopied = false; // into the textures of the framebuffer
+  vtkSmartPointer<vtkFloatArray> Splatted; // keeps the splatter's memory
+  bool IsWhole = false;                    // all that is seen, and not to be mixed with anything
+  bool IsAll = false;                      // nothing else has been drawn
+  bool IsCopied = false;                   // into the textures of the framebuffer
   int NumberOfProps = 0;
 };
 
@@ -491,6 +492,7 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
   finished.IsAll =
     isWhole || (!my.Props.OccluderDepth() && SurfelSplatting::HasPlainBackground(frame.Renderer));
   finished.NumberOfProps = this->NumberOfRenderedProps;
+  finished.Splatted = vtkFloatArray::SafeDownCast(output->GetArray("Color"));
   finished.Pixels.Color = isWhole ? my.Props.FinishedColor() : picture.Color;
   finished.Pixels.Depth = my.Props.FinishedDepth();
   if (!isWhole)

@@ -48,12 +48,12 @@ constexpr double PixelPrefilter = 0.1;
 /// that changes the picture by v / 2 times the second derivative of the blurred edge, which is
 /// about sqrt(2 b) / (pi b^2) of its contrast: one level of 255 of a full contrast. Against a
 /// surfel for each pixel, pictures of striped meshes had 50 dB or more.
-constexpr int LargestSquare = 4; // px
 constexpr float MinBlockConfusion[] = { 6.0f, 16.0f };
+constexpr int LargestSquare = 4; // px
 
 /// The same where the image is smooth (SmoothCells.h): of a contrast of SmoothCells::MaxColorRange,
-/// half a level is lost. Pictures differ by 58 to 66 dB from those without. Squares of 8 x 8 pixels
-/// from 16 px on cost smooth things up to 0.25 dB against 200 pinholes, and saved a sixth.
+/// half a level is lost. Pictures with and without differ by 58 to 66 dB. Squares of 8 x 8 pixels
+/// from 16 px on save another sixth of the time and cost up to 0.25 dB.
 constexpr float MinSmoothConfusion[] = { 3.0f, 7.0f };
 
 /// Ratio of the area of a pixel's surfel to that of the pixel. For clouds, errors of the sum of the

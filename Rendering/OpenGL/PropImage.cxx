@@ -44,8 +44,7 @@ bool IfMemorySuffices(const Function& function)
   }
 }
 
-/// Joins distances of splats, 0 where there is none, and window depths: the smaller ones. Without
-/// branches, so that several are computed at a time.
+/// Joins distances of splats, 0 where there is none, and window depths: the smaller ones.
 void JoinDepths(
   const float* distances, std::size_t count, const DepthRange& range, float* windowDepths)
 {

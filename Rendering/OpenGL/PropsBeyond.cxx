@@ -101,6 +101,7 @@ bool IsInside(vtkProp* prop, vtkMatrix4x4* toClip, const PixelRectangle& frame)
   // A box has corners that the mesh has not. Testing its points takes less time than drawing them.
   auto* mesh = vtkPolyData::SafeDownCast(actor->GetMapper()->GetInputDataObject(0, 0));
   vtkNew<vtkMatrix4x4> meshToClip;
+  actor->ComputeMatrix();
   vtkMatrix4x4::Multiply4x4(toClip, actor->GetMatrix(), meshToClip);
   return mesh && HasPoints(inside, meshToClip->GetData(), mesh->GetPoints());
 }

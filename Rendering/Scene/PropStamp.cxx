@@ -204,6 +204,7 @@ bool PropStamp::AddActor(vtkActor* actor)
   {
     this->Numbers.push_back(backface->GetMTime());
   }
+  actor->ComputeMatrix(); // its own may be of the last frame
   for (int i = 0; i < 16; ++i)
   {
     this->Add(actor->GetMatrix()->GetData()[i]);

@@ -3,8 +3,8 @@
 """How long a window's frame takes: a mesh through the lens, and surfels against the same picture
 without a window.
 
-    window.py OUT [--frames N] [--points N] [--scan CLOUD] [--only PART] [--against FOLDER]
-                  [--processor-time]
+    window.py OUT [--frames N] [--points N] [--size PX] [--scan CLOUD] [--only PART]
+                  [--against FOLDER] [--processor-time]
 
 writes OUT.md. The mesh is a sphere of 40,000 triangles that fills 0.6 of 1024 x 1024 px. FOLDER is
 another build's dist-packages: both take turns. Medians. --processor-time adds up the time of all
@@ -21,7 +21,7 @@ import time
 import numpy as np
 
 ROUNDS = 3
-# Radius of the lens and distance in focus with a blur of (least, largest) px on the sphere.
+# Radius of the lens and distance in focus, by the blur of the sphere in 1024 px.
 BLURS = {"less than 0.5 px": (0.0026, 3.9), "7 to 10 px": (0.0298, 2.43),
          "17 to 25 px": (0.0795, 2.5)}
 
@@ -90,7 +90,7 @@ class MeshFrames:
 
 
 def measure_meshes(arguments):
-    frames = MeshFrames(1024)
+    frames = MeshFrames(arguments.size)
     splatter = frames.splatting.GetSplatter()
     times = {}
     for name, lens in BLURS.items():
@@ -152,8 +152,10 @@ def measure_surfels(arguments):
 
     surfels = hierarchy_of(surfels_of(cloud(arguments)))
     camera = camera_for(surfels)
+    size = arguments.size
+    sizes = (size, size), (size * 15 // 8, size * 135 // 128)  # 1024: 1920 x 1080
     return {f"{width} x {height}": SurfelFrames(surfels, camera, width, height).times(
-        arguments.frames) for width, height in ((1024, 1024), (1920, 1080))}
+        arguments.frames) for width, height in sizes}
 
 
 PARTS = {"meshes": measure_meshes, "surfels": measure_surfels}
@@ -162,7 +164,8 @@ PARTS = {"meshes": measure_meshes, "surfels": measure_surfels}
 def run(part, packages, arguments):
     """A part in a process of its own. -> its times"""
     command = [sys.executable, os.path.abspath(__file__), arguments.out, "--part", part,
-               "--frames", str(arguments.frames), "--points", str(arguments.points)]
+               "--frames", str(arguments.frames), "--points", str(arguments.points),
+               "--size", str(arguments.size)]
     if arguments.scan:
         command += ["--scan", arguments.scan]
     if arguments.processor_time:
@@ -195,6 +198,7 @@ def parse():
     parser.add_argument("--frames", type=int, default=15)
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     parser.add_argument("--points", type=int, default=1_000_000)
+    parser.add_argument("--size", type=int, default=1024, help="of the window, px")
     parser.add_argument("--scan", metavar="CLOUD", help="resampled, instead of a bumpy sphere")
     parser.add_argument("--against", metavar="FOLDER", help="dist-packages of another build")
     parser.add_argument("--processor-time", action="store_true")

@@ -294,12 +294,16 @@ TEST_CASE_FIXTURE(NoMessages, "Still frames")
     CHECK(s.IsKept());
     vtkNew<vtkPlane> plane;
     plane->SetOrigin(0.2, 0, 0);
+    vtkNew<vtkMatrix4x4> moved;
+    s.Mesh->SetUserMatrix(moved);
+    CHECK(!s.IsKept());
     const std::function<void()> changes[] = {
       [&] { s.Renderer->GetActiveCamera()->Azimuth(2.0); },
       [&] { s.Renderer->GetActiveCamera()->SetFocalDistance(4.5); },
       [&] { s.Renderer->SetBackground(0.3, 0.1, 0.1); },
       [&] { s.Mesh->GetProperty()->SetColor(0.2, 0.9, 0.9); },
       [&] { s.Mesh->SetPosition(0.1, 0.1, 0.2); },
+      [&] { moved->SetElement(0, 3, -0.2); },
       [&] { s.Mesh->GetMapper()->AddClippingPlane(plane); },
       [&] { plane->SetOrigin(0.4, 0, 0); },
       [&] {
