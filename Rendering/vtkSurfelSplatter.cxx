@@ -2,7 +2,6 @@
 #include "vtkSurfelSplatter.h"
 
 #include "Core/Base/MemoryGuard.h"
-#include "Core/Base/MemoryGuard.h"
 #include "Core/Picture/DeepImage.h"
 #include "Core/Picture/Splatter.h"
 #include "Core/Splats/DepthImageSurfels.h"
