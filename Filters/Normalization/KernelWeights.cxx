@@ -345,8 +345,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   {
     return false;
   }
-  const std::vector<float>& initial = samples.Surface.Areas;
-  areas.assign(initial.begin(), initial.end());
+  areas.assign(samples.Surface.Areas.begin(), samples.Surface.Areas.end());
   // One or two points have no samples: no place is known to be on a surface.
   std::vector<SumMoments> statistics;
   FixedSums denominators(areas.size());
@@ -371,7 +370,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       break;
     }
     last = now.StandardDeviation;
-    Step({ problem.Settings, initial, denominators, numerators }, areas);
+    Step({ problem.Settings, samples.Surface.Areas, denominators, numerators }, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {

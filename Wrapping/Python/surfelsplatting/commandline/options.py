@@ -176,7 +176,7 @@ def add_run_options(parser):
     run.add_argument("--points-per-part", type=between(1000, 1 << 30, count),
                      default=LARGEST_PART, metavar="N",
                      help="larger clouds are processed in parts, which takes up to 140 bytes for "
-                          "each point while it is cleaned, then 70, and 420 for each point of one "
+                          "each point while it is cleaned, then 70, and 320 for each point of one "
                           "part; surfels without given normals are then two-sided "
                           "(default: 10 million)")
 
