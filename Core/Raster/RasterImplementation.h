@@ -175,9 +175,13 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksBetween(unsigned int begin, unsigned 
   return all & (all << begin) & (all >> (BlocksPerRow - end));
 }
 
-/// Bit i: a span of the tile's pixels touches block i. The span is not empty.
+/// Bit i: a span of the tile's pixels touches block i.
 SURFELSPLATTING_INLINE std::uint64_t BlocksOf(const PixelBox& span)
 {
+  if (span.X0 >= span.X1 || span.Y0 >= span.Y1)
+  {
+    return 0; // and shifts of 64 bits are undefined
+  }
   const auto block = [](int pixel) { return static_cast<unsigned int>(pixel) / BlockSize; };
   const std::uint64_t columns = BlocksBetween(block(span.X0), block(span.X1 + BlockSize - 1));
   constexpr std::uint64_t all = ~std::uint64_t{ 0 }, firstOfRows = all / ((1u << BlocksPerRow) - 1);
