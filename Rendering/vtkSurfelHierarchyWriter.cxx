@@ -34,13 +34,21 @@ void vtkSurfelHierarchyWriter::ReportError(unsigned long code, const char* probl
     "Cannot write " << (this->FileName ? this->FileName : "(none)") << ": " << problem << ".");
 }
 
-bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
+bool vtkSurfelHierarchyWriter::Begin()
 {
   this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName || !*this->FileName)
+  if (this->FileName && *this->FileName)
   {
-    this->ReportError(
-      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+    return true;
+  }
+  this->ReportError(vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
+  return false;
+}
+
+bool vtkSurfelHierarchyWriter::AddPiece(vtkPolyData* surfels)
+{
+  if (!this->Begin())
+  {
     return false;
   }
   try
@@ -95,11 +103,8 @@ int vtkSurfelHierarchyWriter::RequestData(
 
 bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
 {
-  this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName || !*this->FileName)
+  if (!this->Begin())
   {
-    this->ReportError(
-      vtkErrorCode::NoFileNameError, "there is no file name; call SetFileName first");
     return false;
   }
   try

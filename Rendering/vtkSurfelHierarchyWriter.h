@@ -71,6 +71,7 @@ private:
   vtkSurfelHierarchyWriter(const vtkSurfelHierarchyWriter&) = delete;
   void operator=(const vtkSurfelHierarchyWriter&) = delete;
 
+  bool Begin(); ///< clears the error; false if there is no file name
   bool WriteFile(vtkPolyData* surfels);
   void ReportError(unsigned long code, const char* problem);
 
