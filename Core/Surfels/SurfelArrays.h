@@ -15,6 +15,13 @@ constexpr const char* AreaVector = "SurfelAreaVector"; // float[3], outward, wor
 constexpr const char* TwoSided = "SurfelTwoSided";     // unsigned char[1], 0 or 1
 constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 
+// Of Gaussians in space (Documentation/Volumes.md); the first marks such a cloud:
+constexpr const char* GaussianCovariance = "GaussianCovariance"; // float[6], XX YY ZZ XY YZ XZ
+constexpr const char* GaussianOpacity = "GaussianOpacity"; // float[1], 0..1, at the centre; or
+constexpr const char* GaussianExtinction = "GaussianExtinction"; // float[1], per world unit, there
+constexpr const char* GaussianHarmonics = "GaussianHarmonics";   // float[3 K]: K coefficients of
+                                                               // red, green, blue; K = 1, 4, 9, 16
+
 // In a picture:
 constexpr const char* SampleCount = "SampleCount";     // point data, unsigned int[1]: deep samples
 constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth
