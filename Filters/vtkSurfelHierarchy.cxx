@@ -47,10 +47,23 @@ struct CloudArrays
   {
     vtkPointData* arrays = data->GetPointData();
     this->Cloud.NumberOfSurfels = static_cast<std::size_t>(data->GetNumberOfPoints());
-    this->Cloud.Covariances = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Covariance));
-    this->Cloud.AreaVectors = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::AreaVector));
-    this->Cloud.TwoSided = this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::TwoSided));
-    this->Cloud.Opacities = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Opacity));
+    if (vtkDataArray* gaussians = arrays->GetArray(Arrays::GaussianCovariance))
+    {
+      vtkDataArray* extinction = arrays->GetArray(Arrays::GaussianExtinction);
+      vtkDataArray* opacity = arrays->GetArray(Arrays::GaussianOpacity);
+      this->Cloud.Kind =
+        extinction ? SurfelSplatting::CloudKind::Volume : SurfelSplatting::CloudKind::Capture;
+      this->Cloud.Covariances = this->Pointer<vtkFloatArray>(gaussians);
+      this->Cloud.Densities = this->Pointer<vtkFloatArray>(extinction ? extinction : opacity);
+    }
+    else
+    {
+      this->Cloud.Covariances = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Covariance));
+      this->Cloud.AreaVectors = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::AreaVector));
+      this->Cloud.TwoSided =
+        this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::TwoSided));
+      this->Cloud.Opacities = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Opacity));
+    }
     if (vtkPoints* points = data->GetPoints())
     {
       if (points->GetDataType() == VTK_FLOAT)

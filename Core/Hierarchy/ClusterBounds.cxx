@@ -20,7 +20,8 @@ NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
   {
     const HierarchyNode& node = cloud.Node(i);
     extent.Size = node.Bound;
-    extent.Coherence = static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
+    extent.Coherence =
+      cloud.IsInSpace() ? 1.0f : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
   }
   return extent;
 }

@@ -46,7 +46,7 @@ public:
   {
     NodeMoments m;
     m.AreaVector = this->Tree.AreaVector(i);
-    m.Area = Norm(m.AreaVector);
+    m.Area = this->Tree.Area(i);
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
@@ -130,10 +130,7 @@ public:
   {
   }
 
-  Value Leaf(std::size_t i) const
-  {
-    return { Norm(this->Tree.AreaVector(i)), this->Tree.Covariance(i) };
-  }
+  Value Leaf(std::size_t i) const { return { this->Tree.Area(i), this->Tree.Covariance(i) }; }
 
   Value Join(const Value& a, const Value& b, int) const
   {

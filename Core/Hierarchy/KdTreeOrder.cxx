@@ -305,6 +305,7 @@ bool IsFinite(const SurfelCloud& cloud, std::size_t i)
   const Vector3 p = cloud.Position(i), a = cloud.AreaVector(i);
   const Symmetric3 s = cloud.Covariance(i);
   return std::isfinite(p[0] + p[1] + p[2]) && std::isfinite(a[0] + a[1] + a[2]) &&
+    (!cloud.IsInSpace() || std::isfinite(cloud.Densities[i])) &&
     std::isfinite(s.XX + s.YY + s.ZZ) && std::isfinite(s.XY + s.YZ + s.XZ);
 }
 }

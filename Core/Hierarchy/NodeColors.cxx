@@ -64,7 +64,7 @@ public:
   {
     WeightedColor leaf;
     leaf.Position = this->Tree.Position(i);
-    leaf.Area = Norm(this->Tree.AreaVector(i));
+    leaf.Area = this->Tree.Area(i);
     const std::array<double, 4> c = this->Tree.Color(i);
     std::copy_n(c.begin(), 3, leaf.Moments.Color);
     leaf.Mass = leaf.Area * c[3];

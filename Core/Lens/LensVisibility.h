@@ -32,6 +32,9 @@ namespace SurfelSplatting
 /// (dx, dy), and its share of the splat's weight, x = Area + AreaX dx + AreaY dy where x is
 /// positive, -Back x elsewhere. The offset (dx, dy) from the centre is in px, or in cells of a
 /// coarse grid.
+///
+/// Of Gaussians in space, which may be needles, the regression is that of each direction, u = C / 4
+/// W^-1 d: PerPixel is C / 4 in px, and all else is that of the whole lens.
 struct alignas(32) LensFootprint
 {
   float MeanX, MeanY, PerPixel;
@@ -139,6 +142,44 @@ template <class Real>
 SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
 {
   return Smaller(Larger(seen, LeastSeen * mean), Real(1.0f));
+}
+
+/**
+ * T(u) where many fragments have come through the same side of the lens: little is left there, and
+ * nearly all elsewhere, which is steeper than the linear reconstruction. A ramp that is clipped to
+ * [0, 1] has the same mean and moment:
+ *
+ *   T = clip(1/2 + b (s - s_b)),  s = u.t1 / |t1|
+ *
+ * Where nothing is clipped, b = 4 |t1| and 1/2 + b s_b = mean. With r = |t1| / LargestMoment, b
+ * grows as 1 / sqrt(1 - r); at r = 1 the ramp is the border of a segment of the disc, at s_0(mean).
+ * Fitted to the exact parameters for means from 0.05 to 0.95, and r up to 0.98: b within 25 %.
+ *
+ * A fragment of which only the share l of the footprint is the lens's has seen the rest of u's
+ * range as well, over which the linear reconstruction is right.
+ * @param mean   of T, [0, 1]
+ * @param moment |t1|
+ * @param s      component of u along t1
+ * @param share  l along t1, [0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real ReconstructRamp(
+  const Real& mean, const Real& moment, const Real& s, const Real& share)
+{
+  const Real one(1.0f), none(0.0f);
+  const Real length = Larger(moment, Real(1e-12f));
+  const Real r = Smaller(length / Larger(LargestMoment(mean), Real(1e-12f)), Real(0.9999f));
+  const Real rarer = Larger(Smaller(mean, 1.0f - mean), Real(1e-6f));
+  const Real steeper = (0.15f / rarer + 0.12f) / SquareRoot(1.0f - r);
+  const Real slope = 4.0f * length * Larger(steeper, one);
+  const Real lack = 0.5f - mean;
+  const Real segment = lack * (1.5708f + 1.72f * lack * lack); // s_0
+  const Real straight = lack / (4.0f * length);
+  const Real far = Smaller(2.0f - 2.0f * r, one);
+  const Real middle = segment + (straight - segment) * far * (far + (1.0f - far) * 2.0f * rarer);
+  const Real ramp = Smaller(Larger(0.5f + slope * (s - middle), none), one);
+  const Real line = Smaller(Larger(mean + 4.0f * length * s, none), one);
+  return line + share * (ramp - line);
 }
 
 /// The sums of a layer that decide how much of it is seen.

@@ -2,6 +2,7 @@
 #include "Core/Picture/Splatter.h"
 
 #include "Core/Base/MemoryGuard.h"
+#include "Core/Lens/GaussianFootprint.h"
 
 #include <algorithm>
 #include <chrono>
@@ -102,8 +103,10 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const double supportRadius =
-    std::fmax(MaxKernelReach, std::sqrt(gaussian.Support() / gaussian.Tau));
-  const CutCamera camera{ cell.Camera, cell.Optics, supportRadius, cell.Settings.Prefilter };
+    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestGaussianReach) : MaxKernelReach,
+      std::sqrt(gaussian.Support() / gaussian.Tau));
+  const CutCamera camera{ cell.Camera, cell.Optics, supportRadius,
+    cloud.IsInSpace() ? SpacePrefilter : cell.Settings.Prefilter };
   this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, this->Ranges));
 }
 
@@ -135,7 +138,7 @@ void Splatter::PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executo
     {
       continue;
     }
-    if (range.Wide && grids)
+    if (range.Wide && grids && !cloud.IsInSpace())
     {
       this->Ranges[wide++] = range;
     }

@@ -299,6 +299,9 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)
   {
+    const Lanes alpha = leak.Share * layer.Seen;
+    const Lanes seen = Larger(before * layer.Opacity, 1e-30f);
+    Smaller(alpha * Lanes::Load(open.Weight) / seen, 1.0f).Store(leaked.Coverage);
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
   const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);

@@ -3,6 +3,8 @@
  * The loops of RasterTarget.h; included once for each instruction set. A splat goes block by block
  * through its kernel (KernelEvaluation.h) into the layers of the pixels (LayerMerging.h).
  */
+#include "Core/Raster/BlockPixels.h"
+#include "Core/Raster/GaussianLayers.h"
 #include "Core/Raster/KernelEvaluation.h"
 #include "Core/Raster/LayerMerging.h"
 #include "Core/Raster/RasterTarget.h"
@@ -11,22 +13,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Pixels of a block as a splat sees them.
-struct BlockPixels
-{
-  Lanes X, Y; // px from the splat's centre
-  Lanes Q;    // squared radius in the kernel's own unit
-};
-
-/// Data that a splat is drawn from: the copies that AddBlocks makes.
-struct SplatCopy
-{
-  const Splat& S;
-  const SplatGradient& Gradient; // these two where the template's flags say so
-  const LensFootprint& Footprint;
-  const RasterSettings& Settings;
-};
-
 /// For the z-buffer: depth of the splat's plane behind its centre, limited to +- the splat's size,
 /// the length of its z-range.
 SURFELSPLATTING_INLINE Lanes EvaluatePlane(const Splat& s, const BlockPixels& d)
@@ -223,7 +209,14 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(
 /// Narrower spans are not worth narrowing.
 constexpr int FewPixels = 3 * BlockSize;
 
-template <bool HasGradient, bool OnLens, RasterPass Pass>
+/// How a splat's blocks are added.
+enum class BlockKind
+{
+  Surfel,
+  Gaussian ///< in space
+};
+
+template <bool HasGradient, bool OnLens, RasterPass Pass, BlockKind Kind = BlockKind::Surfel>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
   const RasterSettings& shared, const RasterCallbacks& callbacks)
 {
@@ -239,7 +232,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   std::uint64_t blocks = BlocksOf(span) & ~(settings.SkipHidden ? tile.Opaque : 0);
   if (span.X1 - span.X0 > FewPixels)
   {
-    blocks &= BlocksInSupport(s, place, settings.Support);
+    blocks &= BlocksInSupport(s, place, Kind == BlockKind::Gaussian ? s.DepthX : settings.Support);
   }
   std::uint64_t fragments = 0;
   for (; blocks != 0; blocks &= blocks - 1)
@@ -249,8 +242,10 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
     const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
     const Lanes u = dx + s.K * dy;
     const BlockPixels d{ dx, dy, s.A * u * u + s.B * dy * dy };
-    fragments += static_cast<std::uint64_t>(
-      __builtin_popcount(AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks)));
+    const unsigned int lanes = Kind == BlockKind::Gaussian
+      ? AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks)
+      : AddToBlock<HasGradient, OnLens, Pass>(tile, block, copy, d, callbacks);
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(lanes));
   }
   return fragments;
 }
@@ -346,6 +341,15 @@ std::uint64_t AddSplat(PixelTile& tile, const SplatData& splat, const TilePlace&
   }
   const SplatData sharp{ splat.Body, splat.Gradient, nullptr };
   return AddChosen<RasterPass::Nearest>(tile, sharp, place, settings, callbacks);
+}
+
+std::uint64_t AddGaussian(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  constexpr RasterPass pass = RasterPass::Layers;
+  return splat.Footprint
+    ? AddBlocks<false, true, pass, BlockKind::Gaussian>(tile, splat, place, settings, callbacks)
+    : AddBlocks<false, false, pass, BlockKind::Gaussian>(tile, splat, place, settings, callbacks);
 }
 
 /// Pixels of a block that nothing which begins behind a depth can change by more than

@@ -97,7 +97,9 @@ struct alignas(64) LeakedLayers
   float Red[PixelsPerBlock], Green[PixelsPerBlock],
     Blue[PixelsPerBlock];      ///< premultiplied, visible
   float Alpha[PixelsPerBlock]; ///< what they take of the transmittance in front of them
-  float Depth[PixelsPerBlock]; ///< mean, world units along the view direction; with a callback
+  /// With a callback:
+  float Depth[PixelsPerBlock];    ///< mean, world units along the view direction
+  float Coverage[PixelsPerBlock]; ///< share of what is behind that they cover, whatever the opacity
 };
 
 /// Functions that are called with the lanes (bit l: pixel l) of a block. Null ones are not called.
@@ -153,6 +155,9 @@ struct RasterTarget
 {
   /// Adds a splat to the blocks that its span touches; returns the number of fragments.
   std::uint64_t (*AddSplat)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+    const RasterSettings& settings, const RasterCallbacks& callbacks);
+  /// The same for a Gaussian in space (Splat.h). Its fragments are composited at once.
+  std::uint64_t (*AddGaussian)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// The same for a tent.
   std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,

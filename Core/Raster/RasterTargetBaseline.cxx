@@ -2,6 +2,6 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetBaseline = {
-  SurfelSplatting::AddSplat, SurfelSplatting::AddTent, SurfelSplatting::HiddenFrom,
-  SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddSplat, SurfelSplatting::AddGaussian, SurfelSplatting::AddTent,
+  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "baseline"
 };

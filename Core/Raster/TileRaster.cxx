@@ -363,9 +363,17 @@ std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
 std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
+  this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  if (s.Gradient == InSpace)
+  {
+    // A plain z-buffer, for comparison, has none of them.
+    return this->Settings.Pass != RasterPass::Layers
+      ? 0
+      : Target.AddGaussian(this->Tile, { s, nullptr, list.FootprintOf(i) },
+          this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
+  }
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
-  this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
   return Target.AddSplat(this->Tile, { s, gradient, list.FootprintOf(i) },
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
 }
@@ -408,21 +416,16 @@ void TileRaster::SendCells(void* self, const PixelTile& tile, int block, unsigne
   });
 }
 
-void TileRaster::SendToSink(
-  void* self, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked)
+void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, unsigned int lanes,
+  const LeakedLayers& leaked)
 {
   const auto* raster = static_cast<const TileRaster*>(self);
-  const OpenLayers& open = tile.Open[block];
   raster->ForPixels(block, lanes, [&](int x, int y, int l) {
-    const float alpha = leaked.Alpha[l];
-    if (alpha > 0.0f)
+    if (leaked.Alpha[l] > 0.0f)
     {
-      // By now the transmittance is that behind the layer.
-      const float before = tile.Finished[block].Transmittance[l] + alpha;
-      const float coverage =
-        std::min(1.0f, alpha * open.Weight[l] / std::max(before * open.Opacity[l], 1e-30f));
-      raster->Sink->Receive(
-        x, y, { leaked.Red[l], leaked.Green[l], leaked.Blue[l], alpha, leaked.Depth[l], coverage });
+      raster->Sink->Receive(x, y,
+        { leaked.Red[l], leaked.Green[l], leaked.Blue[l], leaked.Alpha[l], leaked.Depth[l],
+          leaked.Coverage[l] });
     }
   });
 }

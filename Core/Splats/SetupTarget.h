@@ -39,6 +39,7 @@ struct SetupJob
   double Linear[3][3], Translation[3]; ///< local to camera
   double AreaToCamera[3][3];
   double WorldToCamera[3][3]; ///< without translation
+  double Stretch;             ///< |det Linear|, by which volumes grow
 
   View Camera;
   double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h

@@ -27,6 +27,12 @@ struct alignas(64) Splat
 };
 constexpr std::int32_t NoGradient = -1;
 
+/// Splat::Gradient of Gaussians in space (Core/Lens/GaussianFootprint.h), which use some fields
+/// otherwise: Near and Far are the depth of the centre; q is with respect to W itself, and ends at
+/// DepthX; Weight is w, the opacity or optical depth at the centre; the opacity is
+/// e (1 - exp(-w k)) + (1 - e) min(w k, MaxOpacity), e = Opacity.
+constexpr std::int32_t InSpace = -2;
+
 /// How the colour of a node changes over its footprint, per px: t (X dx + Y dy) is added to k times
 /// the splat's colour, where k is the kernel and t its derivative (ResamplingKernel.h). The
 /// constant factor of t is included here.

@@ -2,6 +2,9 @@
 #include "Core/Splats/SplatMaker.h"
 
 #include "Core/Base/MemoryGuard.h"
+#include "Core/Lens/GaussianFootprint.h"
+
+#include <cmath>
 
 namespace SurfelSplatting
 {
@@ -31,7 +34,8 @@ void SplatMaker::Set(
   this->Job = SetupJob();
   this->Job.Cloud = cloud;
   this->Job.PaperDetail = cloud.LeafCovariances && context.Cut.Rule == CutRule::Paper;
-  this->Job.Colors = context.Colors;
+  const bool hasNormals = !cloud.IsInSpace();
+  this->Job.Colors = context.Colors == Paint::Normals && !hasNormals ? Paint::Own : context.Colors;
   this->SetTransforms(context.Camera);
   this->SetOptics(context);
   this->SetLights(context.Lights, cloud.Surface);
@@ -42,6 +46,7 @@ void SplatMaker::SetTransforms(const View& view)
   SetupJob& j = this->Job;
   j.Camera = view;
   const Affine3 localToCamera = Affine3::Compose(view.WorldToCamera, this->Job.Cloud.LocalToWorld);
+  j.Stretch = std::abs(localToCamera.Determinant());
   const std::array<Vector3, 3> areaToCamera = localToCamera.AreaMatrix();
   for (int i = 0; i < 3; ++i)
   {
@@ -64,9 +69,9 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.Kernel = settings.Kernel;
   j.WeighsLens = context.HasLens() && j.Kernel != KernelType::Gaussian;
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
-  j.Prefilter = settings.Prefilter;
+  j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter : settings.Prefilter;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, j.Gaussian);
-  j.CoarseGrids = context.CoarseGrids;
+  j.CoarseGrids = context.CoarseGrids && !j.Cloud.IsInSpace();
   j.DepthBuffered = context.DepthBuffered;
 }
 
@@ -77,7 +82,7 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   {
     j.Color[c] = material.Color[c];
   }
-  if (!material.Lit || j.Colors != Paint::Own)
+  if (!material.Lit || j.Colors != Paint::Own || this->Job.Cloud.IsInSpace())
   {
     return;
   }
@@ -105,6 +110,7 @@ void SplatMaker::Prefetch(const CutRange& run) const
   PrefetchElements(c.PositionsFloat, 3 * sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.Covariances, 6 * sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.AreaVectors, 3 * sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.Densities, sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.Opacities, sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.ColorsUChar, 4, run.Begin, run.Count);
 }
@@ -145,6 +151,7 @@ void SplatMaker::ForMemory(
   forElements(c.PositionsDouble, 3 * begin, 3 * count);
   forElements(c.Covariances, 6 * begin, 6 * count);
   forElements(c.AreaVectors, 3 * begin, 3 * count);
+  forElements(c.Densities, begin, count);
   forElements(c.TwoSided, begin, count);
   forElements(c.Opacities, begin, count);
   forElements(c.ColorsUChar, 4 * begin, 4 * count);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "Core/Base/Geometry.h"
+#include "Core/Surfels/GaussianMass.h"
 #include "Core/Surfels/NodePacking.h"
 #include "Core/Surfels/Shading.h"
 
@@ -16,6 +17,15 @@ namespace SurfelSplatting
 {
 class ClusterBounds;
 class MemoryGuard;
+
+/// What the cloud consists of. Gaussians in space (GaussianMass.h) have no area vectors, are not
+/// lit, and are seen from all sides.
+enum class CloudKind
+{
+  Surfels,
+  Capture, ///< Gaussians; Densities: opacity where a ray meets the centre, [0, 1]
+  Volume   ///< Gaussians; Densities: extinction at the centre per world unit, >= 0
+};
 
 struct SurfelCloud
 {
@@ -39,6 +49,9 @@ struct SurfelCloud
   const unsigned char* TwoSided = nullptr; ///< [n], null: all one-sided
   const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
 
+  CloudKind Kind = CloudKind::Surfels;
+  const float* Densities = nullptr; ///< [n] of Gaussians in space; see CloudKind
+
   const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
   const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color
   double Opacity = 1.0;               ///< of the whole cloud, [0, 1]
@@ -47,6 +60,7 @@ struct SurfelCloud
   Affine3 LocalToWorld; ///< local origin and actor matrix
   Material Surface;
 
+  bool IsInSpace() const { return this->Kind != CloudKind::Surfels; }
   bool IsNode(std::size_t i) const { return i >= this->NumberOfSurfels; }
   const HierarchyNode& Node(std::size_t i) const { return this->Nodes[i - this->NumberOfSurfels]; }
 
@@ -90,13 +104,35 @@ struct SurfelCloud
     {
       return AreaVectorOf(this->Node(i));
     }
+    if (this->IsInSpace())
+    {
+      return { 0.0, 0.0, 0.0 };
+    }
     const float* a = this->AreaVectors + 3 * i;
     return { a[0], a[1], a[2] };
   }
 
+  /// By which a node weighs its surfels: their area, or the mass of Gaussians.
+  double Area(std::size_t i) const
+  {
+    if (this->IsNode(i))
+    {
+      return this->Node(i).Area;
+    }
+    if (!this->IsInSpace())
+    {
+      return Norm(this->AreaVector(i));
+    }
+    const Symmetric3 s = this->Covariance(i);
+    const Symmetric3Of<double> covariance{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
+    return this->Densities[i] *
+      (this->Kind == CloudKind::Volume ? KernelVolume(covariance) : MeanKernelArea(covariance));
+  }
+
   bool IsTwoSided(std::size_t i) const
   {
-    return this->IsNode(i) ? this->Node(i).TwoSided != 0 : this->TwoSided && this->TwoSided[i];
+    return this->IsInSpace() ||
+      (this->IsNode(i) ? this->Node(i).TwoSided != 0 : this->TwoSided && this->TwoSided[i]);
   }
 
   /// Opacity of the surfel itself, without that of its colour and of the cloud.

@@ -16,11 +16,41 @@ namespace SurfelGeometry
 {
 namespace Arrays = SurfelSplatting::Arrays;
 
+namespace
+{
+/// Whether there is an array with a tuple for each point.
+bool HasArray(vtkPolyData* input, const char* name, int components)
+{
+  vtkDataArray* found = input->GetPointData()->GetArray(name);
+  return found && found->GetNumberOfComponents() == components &&
+    found->GetNumberOfTuples() == input->GetNumberOfPoints();
+}
+
+std::string CheckGaussians(vtkPolyData* input)
+{
+  if (!HasArray(input, Arrays::GaussianCovariance, 6))
+  {
+    return std::string("The point array ") + Arrays::GaussianCovariance +
+      " has not six components for every point: see the data contract in the documentation.";
+  }
+  if (HasArray(input, Arrays::GaussianOpacity, 1) == HasArray(input, Arrays::GaussianExtinction, 1))
+  {
+    return std::string("Gaussians need a number for every point in one of the point arrays ") +
+      Arrays::GaussianOpacity + " and " + Arrays::GaussianExtinction + ".";
+  }
+  return std::string();
+}
+}
+
 std::string CheckSurfels(vtkPolyData* input)
 {
   if (!input)
   {
     return "There is no input: connect surfels, for example from vtkSurfelEstimation.";
+  }
+  if (input->GetPointData()->HasArray(Arrays::GaussianCovariance))
+  {
+    return CheckGaussians(input);
   }
   const struct
   {
@@ -31,13 +61,11 @@ std::string CheckSurfels(vtkPolyData* input)
     { Arrays::TwoSided, 1, false }, { Arrays::Opacity, 1, false } };
   for (const auto& array : arrays)
   {
-    vtkDataArray* found = input->GetPointData()->GetArray(array.Name);
-    if (!found && !array.Needed)
+    if (!array.Needed && !input->GetPointData()->GetArray(array.Name))
     {
       continue;
     }
-    if (!found || found->GetNumberOfComponents() != array.Components ||
-      found->GetNumberOfTuples() != input->GetNumberOfPoints())
+    if (!HasArray(input, array.Name, array.Components))
     {
       return std::string("The input has no point array \"") + array.Name + "\" of " +
         std::to_string(array.Components) +

@@ -119,6 +119,15 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
   {
     cloud.PositionsFloat = Pointer<vtkFloatArray>(points, source);
   }
+  if (vtkDataArray* gaussians = data->GetArray(Arrays::GaussianCovariance))
+  {
+    vtkDataArray* extinction = data->GetArray(Arrays::GaussianExtinction);
+    cloud.Kind = extinction ? CloudKind::Volume : CloudKind::Capture;
+    cloud.Covariances = Pointer<vtkFloatArray>(gaussians, source);
+    cloud.Densities = Pointer<vtkFloatArray>(
+      extinction ? extinction : data->GetArray(Arrays::GaussianOpacity), source);
+    return;
+  }
   cloud.Covariances = Pointer<vtkFloatArray>(data->GetArray(Arrays::Covariance), source);
   cloud.AreaVectors = Pointer<vtkFloatArray>(data->GetArray(Arrays::AreaVector), source);
   if (vtkDataArray* twoSided = data->GetArray(Arrays::TwoSided))
@@ -131,8 +140,36 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
   }
 }
 
+namespace
+{
+std::string CheckGaussians(vtkPolyData* gaussians)
+{
+  vtkPointData* data = gaussians->GetPointData();
+  const bool isVolume = data->HasArray(Arrays::GaussianExtinction);
+  if (isVolume && data->HasArray(Arrays::GaussianOpacity))
+  {
+    return std::string("There are two point arrays ") + Arrays::GaussianOpacity + " and " +
+      Arrays::GaussianExtinction + ": keep one of them.";
+  }
+  const char* density = isVolume ? Arrays::GaussianExtinction : Arrays::GaussianOpacity;
+  for (const std::string& problem : { CheckArray(gaussians, Arrays::GaussianCovariance, 6, true),
+         CheckArray(gaussians, density, 1, true), CheckOrigin(gaussians) })
+  {
+    if (!problem.empty())
+    {
+      return problem;
+    }
+  }
+  return std::string();
+}
+}
+
 std::string CheckSurfels(vtkPolyData* surfels)
 {
+  if (surfels->GetPointData()->HasArray(Arrays::GaussianCovariance))
+  {
+    return CheckGaussians(surfels);
+  }
   for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
          CheckArray(surfels, Arrays::AreaVector, 3, true),
          CheckArray(surfels, Arrays::TwoSided, 1, false),

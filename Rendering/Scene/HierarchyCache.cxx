@@ -93,6 +93,9 @@ vtkDataArray* HierarchyCache::FindComputed(
   for (vtkAbstractArray* source : { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
          data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
          data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Opacity),
+         data->GetAbstractArray(Arrays::GaussianCovariance),
+         data->GetAbstractArray(Arrays::GaussianOpacity),
+         data->GetAbstractArray(Arrays::GaussianExtinction),
          input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
   {
     if (source && source->GetMTime() > array->GetMTime())

@@ -40,7 +40,8 @@ bool FindSurfelBounds(vtkPolyData* surfels, double bounds[6])
   // break ResetCamera.
   vtkBoundingBox box;
   double largest = 0.0;
-  vtkDataArray* covariance = surfels->GetPointData()->GetArray(Arrays::Covariance);
+  vtkDataArray* covariance = surfels->GetPointData()->GetArray(Arrays::GaussianCovariance);
+  covariance = covariance ? covariance : surfels->GetPointData()->GetArray(Arrays::Covariance);
   if (covariance &&
     (covariance->GetNumberOfComponents() != 6 ||
       covariance->GetNumberOfTuples() != surfels->GetNumberOfPoints()))

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The footprint of a Gaussian in space on the screen, and its opacity there.
+ *
+ * In focus it is exp(-q/2), q = x' W^-1 x, W = M S M' + h (EWA volume splatting: Zwicker, Pfister,
+ * van Baar, Gross 2001). The lens convolves it with a disc of radius C: W grows by C^2 / 4, and the
+ * kernel gets the kurtosis of that (ResamplingKernel.h), with its mass kept:
+ *
+ *   K = 8 (n + 2) / (n + 3), n from PearsonExponent:  8 is a Gaussian
+ *   n < 1.99:  SmoothProfile
+ *   n < 2.9:   BellProfile, K up to 6.64
+ *   above:     g exp(-q/2) + (1 - g) bell, with g so that the mixture has K
+ *
+ * so that it changes continuously with the blur. Both parts of the mixture have mass 1 and variance
+ * W, hence kurtosis and g are linear in one another.
+ */
+#pragma once
+
+#include "Core/Lens/ResamplingKernel.h"
+
+namespace SurfelSplatting
+{
+/// h of Gaussians in space, px^2: captures are trained with it.
+constexpr double SpacePrefilter = 0.3;
+
+/// Largest opacity of one Gaussian of a capture, as they are trained.
+constexpr float MaxOpacity = 0.99f;
+
+/// Moments over x of the bell in focus: BellProfile's m0 and q0 at r = 1.
+constexpr double FocusBellMass = BellEdge / 2.0 + (1.0 - BellEdge) / 5.0;
+constexpr double FocusBellReach = 2.0 * FocusBellMass / (BellEdge / 6.0 + (1.0 - BellEdge) / 30.0);
+/// Peak of the bell over that of the Gaussian, for the same mass.
+constexpr double FocusBellPeak = 2.0 / (FocusBellReach * FocusBellMass);
+/// Its kurtosis, q0^2 m2 / m0.
+constexpr double FocusBellKurtosis =
+  FocusBellReach * FocusBellReach * (BellEdge / 12.0 + (1.0 - BellEdge) / 105.0) / FocusBellMass;
+
+/// A Gaussian of a capture ends, in q, about where it is a level of 255, 2 ln(255 w), between
+/// these; one of a volume at the least, and has the mass beyond inside.
+constexpr double LeastGaussianReach = 8.0, LargestGaussianReach = 11.09;
+constexpr double VolumeCutOff = 1.0186573604; ///< 1 / (1 - exp(-LeastGaussianReach / 2))
+
+/// The raster's shape of the mixture: -g. Above this share it is a Gaussian.
+constexpr double WholeGaussian = 0.99;
+
+/**
+ * The kernel of a Gaussian in space: its Scale is 1, its Reach the raster's support.
+ * @param w      footprint with prefilter and lens
+ * @param squaredConfusion C^2, px^2
+ * @param gaussianReach where the Gaussian in focus ends
+ */
+template <class Real>
+SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
+  const FootprintOf<Real>& w, const Real& squaredConfusion, const Real& gaussianReach)
+{
+  const Real one = Uniform<Real>(1.0), trace = w.Trace();
+  const Real perDeterminant = w.InverseRoot * w.InverseRoot;
+  const Real lack = squaredConfusion * perDeterminant * squaredConfusion * perDeterminant *
+    (3.0 * trace * trace - 4.0 * w.Determinant) / 48.0; // 8 - K
+  const Real share = Smaller((8.0 - FocusBellKurtosis - lack) / (8.0 - FocusBellKurtosis), one);
+  const Real gaussian = share > WholeGaussian ? one : share;
+  const KernelProfile<Real> sharp{ gaussianReach, one, 0.5 / Pi * w.InverseRoot, Real{} - gaussian,
+    one };
+  const MaskOf<Real> bell = Not<MaskOf<Real>>(share > 0.0);
+  if (!AnyLane<Real>(bell))
+  {
+    return sharp;
+  }
+  const Real exponent = 8.0 / Larger(lack, Uniform<Real>(1e-30)) - 3.0;
+  const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
+  const Real most = Uniform<Real>(MaxSmoothExponent);
+  KernelProfile<Real> blurred = Select<Real>(
+    smooth, SmoothProfile(w, smooth ? exponent : most, 1.0), BellProfile(w, exponent, 1.0));
+  blurred.Scale = one;
+  return Select<Real>(bell, blurred, sharp);
+}
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What the raster adds to a block: its pixels as a splat sees them, and the splat. Included by the
+ * translation units of the raster's targets (RasterTarget.h), whose own this code is.
+ */
+#pragma once
+
+#include "Core/Raster/RasterTarget.h"
+#include "Core/Simd/Lanes.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Pixels of a block as a splat sees them.
+struct BlockPixels
+{
+  Lanes X, Y; // px from the splat's centre
+  Lanes Q;    // squared radius in the kernel's own unit
+};
+
+/// Data that a splat is drawn from: the copies that AddBlocks makes.
+struct SplatCopy
+{
+  const Splat& S;
+  const SplatGradient& Gradient; // these two where the template's flags say so
+  const LensFootprint& Footprint;
+  const RasterSettings& Settings;
+};
+}
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Set-up of Gaussians in space (CloudKind): the stages of SetupImplementation.h for them.
+ *
+ * The weight at the centre of a footprint W is, with the mass kept over every blur,
+ *   captures: o sqrt(det W_0) / sqrt(det W), W_0 the footprint in focus
+ *   volumes:  M f^2 |p| / z^3 / (2 pi sqrt(det W)), M the mass (GaussianMass.h)
+ */
+#pragma once
+
+#include "Core/Lens/GaussianFootprint.h"
+#include "Core/Splats/SetupOutput.h"
+#include "Core/Surfels/GaussianMass.h"
+
+namespace SurfelSplatting
+{
+template <class Real>
+SURFELSPLATTING_INLINE void GatherGaussians(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
+{
+  s.Position = GatherPosition(cloud, index);
+  const float* c = cloud.Covariances;
+  s.Covariance = { Gather(c, index, 6), Gather(c + 1, index, 6), Gather(c + 2, index, 6),
+    Gather(c + 3, index, 6), Gather(c + 4, index, 6), Gather(c + 5, index, 6) };
+  s.Area = { Real{}, Real{}, Real{} };
+  s.Size = Gather(cloud.Densities, index, 1) *
+    (cloud.Kind == CloudKind::Volume ? KernelVolume(s.Covariance) : MeanKernelArea(s.Covariance));
+}
+
+/// Moves Gaussians or nodes towards their parents (CutRange.h); each keeps its mass.
+template <class Real>
+SURFELSPLATTING_INLINE void MergeGaussians(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
+{
+  StoredSurfels<Real> parent;
+  GatherNodes(cloud, index.AtParents(), parent);
+  const Real t = Uniform<Real>(ShareOfChildren(index)), rest = Uniform<Real>(1.0 - index.Merging);
+  s.Position = Mixed(parent.Position, s.Position, t);
+  const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
+  s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
+    Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
+}
+
+/// Gaussians in camera space; Deposit is the mass of volumes, in world units, and the opacity of
+/// captures.
+template <class Real>
+SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
+  const SetupJob& job, const BatchIndices<Real>& index)
+{
+  const View& view = job.Camera;
+  const bool volume = job.Cloud.Kind == CloudKind::Volume;
+  StoredSurfels<Real> stored;
+  index.Level > 0 ? GatherNodes(job.Cloud, index, stored)
+                  : GatherGaussians(job.Cloud, index, stored);
+  if (index.Merging > 0.0)
+  {
+    MergeGaussians(job.Cloud, index, stored);
+  }
+  const MaskOf<Real> finite = AreFinite(stored) & IsFinite(stored.Size);
+  PlacedSurfels<Real> s;
+  s.Invalid = index.Present & Not(finite);
+  const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
+  s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
+  s.Area = stored.Area;
+  s.Patch = Real{};
+  s.BackSide = MaskOf<Real>{};
+  s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, MaskOf<Real>{} };
+  s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
+  s.Covariance = ToCamera(job.Linear, stored.Covariance);
+  s.Deposit = volume ? job.Stretch * stored.Size : stored.Size / MeanKernelArea(stored.Covariance);
+  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far) & (s.Deposit > 0.0);
+  if (!view.Parallel)
+  {
+    // As of surfels: a support that reaches the lens plane would cover the whole screen.
+    s.Alive &= s.P.Z * s.P.Z >= LeastGaussianReach * s.Covariance.ZZ;
+  }
+  return s;
+}
+
+/// Makes splats that are written those of Gaussians in space (Splat.h, LensFootprint).
+template <class Real>
+SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndices<Real>& index,
+  const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
+{
+  const double focal = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
+  const bool absorbs = job.Cloud.Kind == CloudKind::Volume || index.Level > 0;
+  std::size_t place = first;
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    if (LaneAt(b.Surfels.Alive, l))
+    {
+      output.Splats[place].Gradient = InSpace;
+      output.Splats[place].Opacity = absorbs ? 1.0f : static_cast<float>(index.Merging);
+      if (output.Footprints)
+      {
+        const double confusion = focal * LaneAt(b.Blur.Signed, l);
+        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion), 1, 0, 0, 0 };
+      }
+      ++place;
+    }
+  }
+}
+
+/// Weight at the centre of a footprint in focus: opacity, or optical depth.
+template <class Real>
+SURFELSPLATTING_INLINE Real WeighInFocus(
+  const SetupJob& job, const PlacedSurfels<Real>& s, const FootprintOf<Real>& sharp)
+{
+  const View& view = job.Camera;
+  if (job.Cloud.Kind == CloudKind::Capture)
+  {
+    return s.Deposit;
+  }
+  const Real perArea = __builtin_fabs(view.Fx * view.Fy) * (0.5 / Pi) * sharp.InverseRoot;
+  return s.Deposit * perArea *
+    (view.Parallel ? Uniform<Real>(1.0) : Norm(s.P) * s.InverseZ * s.InverseZ * s.InverseZ);
+}
+
+/// Footprints with and without the lens.
+template <class Real>
+SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& job,
+  const PlacedSurfels<Real>& s, const LensBlur<Real>& blur, FootprintOf<Real>& sharp)
+{
+  ScreenFootprints<Real> f;
+  f.Jacobian = ProjectionJacobian<Real>(job.Camera, s.P, s.InverseZ);
+  f.Projected = f.Jacobian.Project(s.Covariance);
+  f.W = FootprintOf<Real>(f.Projected, blur.Variance);
+  f.Tilted = MaskOf<Real>{};
+  f.Cell = Uniform<Real>(1.0);
+  f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
+  const Real h[2] = { Uniform<Real>(job.Prefilter), Uniform<Real>(job.Prefilter) };
+  sharp = FootprintOf<Real>(f.Projected, h);
+  return f;
+}
+
+/// Makes the splats of as many Gaussians as Real has lanes.
+template <class Real>
+SURFELSPLATTING_INLINE void MakeGaussianBatch(
+  const SetupJob& job, const BatchIndices<Real>& index, SplatOutput& output)
+{
+  const bool volume = job.Cloud.Kind == CloudKind::Volume;
+  PlacedSurfels<Real> s = PlaceGaussians(job, index);
+  if (AnyLane<Real>(s.Alive))
+  {
+    const LensBlur<Real> blur = Blur(job, index, s);
+    FootprintOf<Real> sharp;
+    ScreenFootprints<Real> f = ProjectGaussians(job, s, blur, sharp);
+    const SurfelColors<Real> colors = Color(job, index, s);
+    const Real inFocus = colors.Opacity * WeighInFocus(job, s, sharp);
+    const Real most = Smaller(inFocus, Uniform<Real>(volume ? 0.0 : 1.0));
+    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion,
+      LeastGaussianReach + (LargestGaussianReach - LeastGaussianReach) * most);
+    const ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
+    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
+    Real weight = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
+    if (volume)
+    {
+      weight *= 1.0 + (VolumeCutOff - 1.0) * Larger(Real{} - profile.Shape, Real{});
+    }
+    s.Invalid |= s.Alive & (weight != weight);
+    s.Alive &= weight >= MinSplatWeight;
+    const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, Real{} };
+    SplatBatch<Real> batch{ s, blur, f, kernel, places, weight, depths, colors };
+    const MaskOf<Real> representable = IsRepresentable(batch);
+    s.Invalid |= s.Alive & Not(representable);
+    s.Alive &= representable;
+    const std::size_t first = output.Count;
+    Write(job, index, batch, output);
+    MarkGaussians(job, index, batch, first, output);
+  }
+  output.Invalid += CountLanes<Real>(s.Invalid);
+}
+}

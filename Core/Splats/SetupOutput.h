@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Last stage of the set-up: places splats on the screen and writes them.
+ */
+#pragma once
+
+#include "Core/Splats/SetupColor.h"
+#include "Core/Splats/SetupFootprint.h"
+
+namespace SurfelSplatting
+{
+/// Centre on the screen or on a coarse grid, and bounding box of the kernel's support.
+template <class Real>
+struct ScreenPlaces
+{
+  Real X, Y;
+  IntOf<Real> X0, Y0, X1, Y1;
+};
+
+/// First pixel whose centre is not left of x, in [0, size]. Clamping before rounding up gives the
+/// same result, since the size is a whole number.
+template <class Real>
+SURFELSPLATTING_INLINE IntOf<Real> FirstPixel(const Real& x, const Real& size)
+{
+  const Real inside = Smaller(Larger(x - 0.5, Real{}), size);
+  const IntOf<Real> whole = ConvertLanes<IntOf<Real>>(inside);
+  const Real part = inside > WidenInt<Real>(whole) ? Uniform<Real>(1.0) : Real{};
+  return whole + ConvertLanes<IntOf<Real>>(part);
+}
+
+/// Number of pixels or cells along x or y.
+template <class Real>
+SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
+{
+  return FillLanes<Real>(LaneTypes<Real>::Count, [&](int l) {
+    const int c = static_cast<int>(LaneAt(cell, l));
+    return c == 1 ? pixels : CoarseSize(pixels, c);
+  });
+}
+
+/// @param s Alive becomes false for surfels whose support misses the picture
+template <class Real>
+SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
+  const Real& cell, const ResamplingKernelOf<Real>& kernel)
+{
+  const View& view = job.Camera;
+  ScreenPlaces<Real> place;
+  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
+  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
+  Real width = Uniform<Real>(view.Width), height = Uniform<Real>(view.Height);
+  Real scale = Uniform<Real>(1.0);
+  const MaskOf<Real> coarse = cell > 1.0;
+  if (AnyLane<Real>(coarse))
+  {
+    scale = 1.0 / cell;
+    place.X = coarse ? scale * place.X + CoarseOrigin : place.X;
+    place.Y = coarse ? scale * place.Y + CoarseOrigin : place.Y;
+    width = GridSize(view.Width, cell);
+    height = GridSize(view.Height, cell);
+  }
+  place.X0 = FirstPixel<Real>(place.X - scale * kernel.HalfWidth, width);
+  place.Y0 = FirstPixel<Real>(place.Y - scale * kernel.HalfHeight, height);
+  place.X1 = FirstPixel<Real>(place.X + scale * kernel.HalfWidth, width);
+  place.Y1 = FirstPixel<Real>(place.Y + scale * kernel.HalfHeight, height);
+  s.Alive &= ConvertLanes<MaskOf<Real>>((place.X0 < place.X1) & (place.Y0 < place.Y1));
+  return place;
+}
+
+/// The range and the slope of a splat's depth.
+template <class Real>
+struct SplatDepths
+{
+  Real Near, Far, SlopeX, SlopeY;
+};
+
+/// |x| <= limit; false for NaN.
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> Within(const Real& x, double limit)
+{
+  return Magnitude(x) <= limit;
+}
+
+/// Everything that the set-up has computed for a batch.
+template <class Real>
+struct SplatBatch
+{
+  PlacedSurfels<Real>& Surfels;
+  const LensBlur<Real>& Blur;
+  ScreenFootprints<Real>& Footprints;
+  const ResamplingKernelOf<Real>& Kernel;
+  const ScreenPlaces<Real>& Places;
+  const Real& Weight;
+  const SplatDepths<Real>& Depths;
+  const SurfelColors<Real>& Colors;
+};
+
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> IsRepresentable(const SplatBatch<Real>& b)
+{
+  return Within(b.Places.X, MaxSplatCoordinate) & Within(b.Places.Y, MaxSplatCoordinate) &
+    Within(b.Kernel.K, MaxSplatCoordinate) & Within(b.Kernel.A, MaxSplatCoordinate) &
+    Within(b.Kernel.B, MaxSplatCoordinate) & Within(b.Weight, MaxSplatWeight) &
+    Within(b.Depths.Near, MaxSplatDepth) & Within(b.Depths.Far, MaxSplatDepth) &
+    Within(b.Depths.SlopeX, MaxSplatDepth) & Within(b.Depths.SlopeY, MaxSplatDepth) &
+    IsFinite(b.Colors.Red) & IsFinite(b.Colors.Green) & IsFinite(b.Colors.Blue) &
+    IsFinite(b.Colors.Opacity);
+}
+
+/// First moment of the colour on the screen, W^-1 M H', in the units of the raster: px or cells.
+/// Removes lanes whose gradient is too large, or too small to be seen, from Tilted.
+template <class Real>
+SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndices<Real>& index,
+  SplatBatch<Real>& b, FloatOf<Real> (&gradient)[6])
+{
+  ScreenFootprints<Real>& f = b.Footprints;
+  const FootprintOf<Real>& w = f.W;
+  Vector3Of<Real> moments[3] = {}; // surfels have none
+  GatherColorMoments(job.Cloud, index, moments);
+  const Real scale = b.Kernel.Tilt * w.InverseRoot * w.InverseRoot;
+  Real variance{}; // of the splat's colour, where it is largest of the three
+  for (int c = 0; c < 3; ++c)
+  {
+    const Vector3Of<Real> moment = Multiply(job.Linear, moments[c]);
+    const Real hx = f.Jacobian.XX * moment.X + f.Jacobian.XZ * moment.Z;
+    const Real hy = f.Jacobian.YY * moment.Y + f.Jacobian.YZ * moment.Z;
+    const Real& share = b.Colors.Shaded.Share[c];
+    const Real x = share * scale * (w.YY * hx - w.XY * hy);
+    const Real y = share * scale * (w.XX * hy - w.XY * hx);
+    f.Tilted &= Within(x, MaxSplatColor) & Within(y, MaxSplatColor);
+    variance = Larger(variance, share * b.Kernel.Tilt * (x * hx + y * hy));
+    gradient[c] = Narrow<Real>(x * f.Cell);
+    gradient[3 + c] = Narrow<Real>(y * f.Cell);
+  }
+  f.Tilted &= variance > LeastColorDeviation * LeastColorDeviation;
+}
+
+/// Splats of a batch in single precision; lengths in px or cells.
+template <class Real>
+struct SplatFields
+{
+  FloatOf<Real> X, Y, A, K, B, Weight, Near, Far, DepthX, DepthY;
+  FloatOf<Real> Red, Green, Blue, Opacity, Shape;
+
+  SURFELSPLATTING_INLINE explicit SplatFields(const SplatBatch<Real>& b)
+  {
+    const Real& cell = b.Footprints.Cell;
+    const Real squared = cell * cell;
+    this->X = Narrow<Real>(b.Places.X);
+    this->Y = Narrow<Real>(b.Places.Y);
+    this->A = Narrow<Real>(b.Kernel.A * squared);
+    this->K = Narrow<Real>(b.Kernel.K);
+    this->B = Narrow<Real>(b.Kernel.B * squared);
+    this->Weight = Narrow<Real>(b.Weight);
+    this->Near = Narrow<Real>(b.Depths.Near);
+    this->Far = Narrow<Real>(b.Depths.Far);
+    this->DepthX = Narrow<Real>(b.Depths.SlopeX * cell);
+    this->DepthY = Narrow<Real>(b.Depths.SlopeY * cell);
+    this->Red = Narrow<Real>(b.Colors.Red);
+    this->Green = Narrow<Real>(b.Colors.Green);
+    this->Blue = Narrow<Real>(b.Colors.Blue);
+    this->Opacity = Narrow<Real>(b.Colors.Opacity);
+    this->Shape = Narrow<Real>(b.Kernel.Shape);
+  }
+
+  SURFELSPLATTING_INLINE void Store(int l, Splat& s) const
+  {
+    s.X = LaneAt(this->X, l);
+    s.Y = LaneAt(this->Y, l);
+    s.A = LaneAt(this->A, l);
+    s.K = LaneAt(this->K, l);
+    s.B = LaneAt(this->B, l);
+    s.Weight = LaneAt(this->Weight, l);
+    s.Near = LaneAt(this->Near, l);
+    s.Far = LaneAt(this->Far, l);
+    s.Gradient = NoGradient;
+    s.DepthX = LaneAt(this->DepthX, l);
+    s.DepthY = LaneAt(this->DepthY, l);
+    s.Red = LaneAt(this->Red, l);
+    s.Green = LaneAt(this->Green, l);
+    s.Blue = LaneAt(this->Blue, l);
+    s.Opacity = LaneAt(this->Opacity, l);
+    s.Shape = LaneAt(this->Shape, l);
+  }
+};
+
+/// Records the grid of the splat written last.
+SURFELSPLATTING_INLINE void NoteGrid(const Splat& s, int cell, SplatOutput& output)
+{
+  const int level = LevelOfCell(cell);
+  if (output.GridLevels)
+  {
+    output.GridLevels[output.Count] = static_cast<unsigned char>(level);
+  }
+  output.Levels |= 1u << level;
+  if (level > 0)
+  {
+    const float rg = s.Red > s.Green ? s.Red : s.Green, rgb = rg > s.Blue ? rg : s.Blue;
+    output.LargestCoarseColor = rgb > output.LargestCoarseColor ? rgb : output.LargestCoarseColor;
+  }
+}
+
+/// Writes the gradients of the batch's splats, which begin at splat `first`.
+template <class Real>
+SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndices<Real>& index,
+  SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
+{
+  FloatOf<Real> g[6];
+  MakeGradients(job, index, b, g);
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    if (LaneAt(b.Surfels.Alive, l))
+    {
+      Splat& s = output.Splats[first++];
+      if (LaneAt(b.Footprints.Tilted, l))
+      {
+        const std::size_t place = output.FirstGradient + output.NumberOfGradients++;
+        s.Gradient = static_cast<std::int32_t>(place);
+        output.Gradients[place] = { LaneAt(g[0], l), LaneAt(g[1], l), LaneAt(g[2], l),
+          LaneAt(g[3], l), LaneAt(g[4], l), LaneAt(g[5], l) };
+      }
+    }
+  }
+}
+
+/// Where a batch's splats pass the lens, in single precision (LensVisibility.h).
+template <class Real>
+struct LensFootprintFields
+{
+  FloatOf<Real> MeanX, MeanY, PerPixel, Area, AreaX, AreaY, Back;
+
+  SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
+  {
+    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+    const MeanVisibleArea<Real> mean = MeanOverLens(v);
+    const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
+    const Real confusion = f * b.Blur.Signed, one = Uniform<Real>(1.0);
+    const Real perPixel = 0.25 * confusion * b.Footprints.W.InverseRoot;
+    // The lens's share of W: that much of u depends on the pixel.
+    const Real share = Smaller(confusion * perPixel, one), rest = 1.0 - share;
+    const Real perCell = perPixel * b.Footprints.Cell;
+    this->MeanX = Narrow<Real>(rest * mean.X);
+    this->MeanY = Narrow<Real>(rest * mean.Y);
+    this->PerPixel = Narrow<Real>(perCell);
+    this->Area = Narrow<Real>(share * v.Base + rest * mean.Area);
+    this->AreaX = Narrow<Real>(perCell * v.X);
+    this->AreaY = Narrow<Real>(perCell * v.Y);
+    this->Back = Narrow<Real>(v.TwoSided ? one : Real{});
+  }
+
+  SURFELSPLATTING_INLINE LensFootprint At(int l) const
+  {
+    return { LaneAt(this->MeanX, l), LaneAt(this->MeanY, l), LaneAt(this->PerPixel, l),
+      LaneAt(this->Area, l), LaneAt(this->AreaX, l), LaneAt(this->AreaY, l),
+      LaneAt(this->Back, l) };
+  }
+};
+
+/// Writes where the batch's splats pass the lens.
+template <class Real>
+SURFELSPLATTING_INLINE void WriteFootprints(
+  const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
+{
+  const LensFootprintFields<Real> fields(job, b);
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    if (LaneAt(b.Surfels.Alive, l))
+    {
+      output.Footprints[first++] = fields.At(l);
+    }
+  }
+}
+
+/// Writes the splats of the lanes that are alive.
+template <class Real>
+SURFELSPLATTING_INLINE void Write(
+  const SetupJob& job, const BatchIndices<Real>& index, SplatBatch<Real>& b, SplatOutput& output)
+{
+  const SplatFields<Real> fields(b);
+  const ScreenPlaces<Real>& place = b.Places;
+  const MaskOf<Real>& alive = b.Surfels.Alive;
+  const std::size_t first = output.Count;
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    if (LaneAt(alive, l))
+    {
+      Splat& s = output.Splats[output.Count];
+      fields.Store(l, s);
+      output.Boxes[output.Count] = { LaneAt(place.X0, l), LaneAt(place.Y0, l), LaneAt(place.X1, l),
+        LaneAt(place.Y1, l) };
+      output.Nears[output.Count] = s.Near;
+      NoteGrid(s, static_cast<int>(LaneAt(b.Footprints.Cell, l)), output);
+      output.Blurred += LaneAt(b.Blur.ConfusionX, l) > 0.0 ? 1 : 0;
+      ++output.Count;
+    }
+  }
+  if (AnyLane<Real>(alive & b.Footprints.Tilted))
+  {
+    WriteGradients(job, index, b, first, output);
+  }
+  if (output.Footprints)
+  {
+    WriteFootprints(job, b, first, output);
+  }
+}
+}
