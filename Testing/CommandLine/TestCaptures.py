@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """vtkGaussianSplatReader: captures of 3D Gaussian splatting."""
 
+import json
 import os
 import unittest
 
@@ -11,7 +12,11 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
                       write_columns, write_ply, write_splat)
 from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
-from toolcase import ToolCase, arrays_of, sphere, write_ply as write_scan
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.session import Session
+from surfelsplatting.views.cameras import asked_view
+from surfelsplatting.views.framing import complete_view
+from toolcase import SMALL, ToolCase, arrays_of, sphere, write_ply as write_scan
 
 FORMS = ("binary_little_endian", "binary_big_endian", "ascii")
 EPSILON = np.finfo(np.float32).eps
@@ -255,6 +260,70 @@ class TestCaptures(ToolCase):
             self.assertEqual(reader.GetErrorCode(), 0)
             count = reader.GetOutput().GetNumberOfPoints()
             self.assertEqual((count, len(seen) > 3), (0, False) if stops else (200_000, True))
+
+
+class TestTool(ToolCase):
+    """What surfelsplat makes of captures before it draws them."""
+
+    def info(self, path, *options):
+        result = self.run_tool("info", path, *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return result.stdout
+
+    def test_info(self):
+        ball = furry_ball(2000)
+        ball.positions[7] = np.nan
+        write_ply("ball.ply", ball)
+        write_splat("ball.splat", ball[8:])
+        report = json.loads(self.info("ball.ply", "--json"))
+        self.assertEqual((report["holds"], report["points"], report["harmonics_degree"]),
+                         ("Gaussians", 1999, 3))
+        kept = np.arange(2000) != 7
+        self.assertEqual(report["opaque"], np.mean(ball.opacities[kept] > 0.9))
+        largest = np.median(ball.scales[kept].max(axis=1))
+        self.assertAlmostEqual(report["size"], largest, delta=1e-5 * largest)  # floats
+        low, high = np.float32((ball.positions[kept].min(axis=0), ball.positions[kept].max(axis=0)))
+        self.assertEqual(list(report["bounds"].values()), np.transpose([low, high]).tolist())
+        text = self.info("ball.ply")
+        for part in ("1999 Gaussians", "a capture of 3D Gaussian splatting; 1 Gaussians with",
+                     "harmonics of degree 3"):
+            self.assertIn(part, text)
+        report = json.loads(self.info("ball.splat", "--json"))
+        self.assertEqual((report["points"], report.get("harmonics_degree")), (1992, None))
+        self.assertIn("RGB: colours", self.info("ball.splat"))
+
+    def test_options_without_effect(self):
+        write_splat("ball.splat", furry_ball(50))
+        result = self.run_tool("render", "ball.splat", *SMALL, "--sides", "two", "--cleaning", "off",
+                               "--neighbors", "20", "-o", "out.png")
+        self.assertIn("--cleaning and --sides and --neighbors have no effect on ball.splat, which "
+                      "holds Gaussians", result.stderr)
+        result = self.run_tool("render", "ball.splat", "--hierarchy", "h.vtp", "-o", "out.png")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("no hierarchy", result.stderr)
+
+    def test_damage_is_an_error(self):
+        write_splat("cut.splat", furry_ball(50))
+        os.truncate("cut.splat", 33)
+        write_ply("cut.ply", furry_ball(50))
+        os.truncate("cut.ply", 5000)
+        for path in ("cut.splat", "cut.ply"):
+            result = self.run_tool("info", path)
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn(path, result.stderr)
+
+    def test_what_the_mapper_gets(self):
+        """The Gaussians as they were read, and a view that shows all of them."""
+        write_ply("ball.ply", furry_ball(2000))
+        session = Session(parse_arguments(["render", "ball.ply", "-o", "out.png"]))
+        cloud = session.read()
+        surfels = session.surfels(cloud)
+        self.assertIs(surfels, cloud.data)
+        drawn = session.drawable(surfels)
+        self.assertEqual(set(arrays_of(drawn)), {"GaussianCovariance", "GaussianOpacity",
+                                                 "GaussianHarmonics"})
+        view = complete_view(asked_view(session.arguments), cloud, surfels)
+        self.assertTrue(1.5 < view.focal_distance < np.linalg.norm(view.position))
 
 
 if __name__ == "__main__":
