@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Colours that depend on the direction of view, as captures of 3D Gaussian splatting store them
- * (B. Kerbl, G. Kopanas, T. Leimkühler, G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance
+ * (B. Kerbl, G. Kopanas, T. Leimkuehler, G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance
  * Field Rendering. SIGGRAPH 2023): real spherical harmonics up to degree 3, orthonormal on the unit
  * sphere, in the order l = 0 .. 3, m = -l .. l. Functions of odd m have the sign (-1)^m of Condon
  * and Shortley.

@@ -3,24 +3,23 @@
  * @class   vtkGaussianSplatReader
  * @brief   reads captures of 3D Gaussian splatting
  *
- * Reads the .ply files of the reference implementation (B. Kerbl, G. Kopanas, T. Leimkühler,
+ * Reads the .ply files of the reference implementation (B. Kerbl, G. Kopanas, T. Leimkuehler,
  * G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field Rendering. SIGGRAPH 2023), ascii
  * and binary in either byte order, and .splat files. The output has the arrays of
  * Documentation/DataContract.md, "Gaussians in space":
  *
- * | output                                       | from .ply                    | from .splat (32
- * bytes)   |
- * |----------------------------------------------|------------------------------|--------------------------|
- * | points; double where a float would round them | x y z                       | 3 floats | |
- * GaussianCovariance, float[6]                 | exp(scale_i), rot_i (w x y z) | 3 floats; 4 bytes,
- * (b - 128) / 128 | | GaussianOpacity, float                       | 1 / (1 + exp(-opacity))      |
- * the last byte of RGBA    | | GaussianHarmonics, float[3 K]                | f_dc_i, f_rest_i; K =
- * 1, 4, 9, 16 |                     | | RGB, unsigned char[3], the scalars           | | the first
- * bytes of RGBA  |
+ * | output                         | from .ply                         | from .splat             |
+ * |--------------------------------|-----------------------------------|-------------------------|
+ * | points                         | x y z; doubles stay doubles       | 3 floats                |
+ * | GaussianCovariance, float[6]   | exp(scale_i), rot_i = w x y z     | 3 floats, last 4 bytes  |
+ * | GaussianOpacity, float         | 1 / (1 + exp(-opacity))           | A of 4 bytes R G B A    |
+ * | GaussianHarmonics, float[3 K]  | f_dc_i, f_rest_i; K = 1, 4, 9, 16 |                         |
+ * | RGB, unsigned char[3], scalars |                                   | R G B of these          |
  *
- * Quaternions need not have unit length. Other properties of a vertex, such as nx ny nz, and
- * elements behind the vertices are ignored. Points stay where the file has them. All points form
- * one poly-vertex cell, so that an ordinary mapper shows them.
+ * Quaternions need not have unit length; those of .splat files are (byte - 128) / 128. Other
+ * properties of a vertex, such as nx ny nz, and elements behind the vertices are ignored. Points
+ * stay where the file has them. All points form one poly-vertex cell, so that an ordinary mapper
+ * shows them.
  *
  * Gaussians of which a value is not finite are left out and counted: a scale whose square passes
  * the range of floats, a quaternion of length 0, NaN anywhere. Infinite logits of the opacity are 0
@@ -29,8 +28,8 @@
  * The header is checked against the size of the file before memory is allocated. Binary files are
  * decoded while they are read, so that no copy of the file is in memory.
  *
- * Not supported: .spz and compressed .ply files (packed_position). No library for .spz is packaged;
- * programs that show captures save both as plain .ply files.
+ * Not supported: .spz, since Debian packages no library for it, and compressed .ply files
+ * (packed_position). Programs that show captures save both as plain .ply files.
  *
  * @sa vtkPointCloudReader
  */

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The equations of 3D Gaussian splatting, plainly, in float64: what pictures are compared with.
 
-B. Kerbl, G. Kopanas, T. Leimkühler, G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field
+B. Kerbl, G. Kopanas, T. Leimkuehler, G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field
 Rendering. SIGGRAPH 2023; the numbers are those of its published implementation.
 
 Coordinates of a camera: x to the right, y down, z along the view direction. Pictures: row 0 at the
