@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -49,4 +50,20 @@ struct FieldCloud
   std::vector<Field> Fields;
   std::vector<std::uint8_t> Data;
 };
+
+/// Reverses the bytes of every value.
+inline void SwapBytes(FieldCloud& cloud)
+{
+  for (const Field& field : cloud.Fields)
+  {
+    const std::size_t size = SizeOf(field.Type);
+    for (std::size_t at = field.Offset; at < cloud.Data.size(); at += cloud.PointStep)
+    {
+      for (std::size_t end = at + field.Count * size, value = at; value < end; value += size)
+      {
+        std::reverse(cloud.Data.data() + value, cloud.Data.data() + value + size);
+      }
+    }
+  }
+}
 }

@@ -3,7 +3,6 @@
 
 #include <pcl/io/ply/ply_parser.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <functional>
@@ -222,14 +221,7 @@ bool Contents::ReadBlock(const std::string& path)
   const bool isBig = this->Format == pcl::io::ply::binary_big_endian_format;
   if (isBig != (pcl::io::ply::host_byte_order == pcl::io::ply::big_endian_byte_order))
   {
-    for (const Field& field : this->Cloud.Fields)
-    {
-      const std::size_t size = SizeOf(field.Type);
-      for (std::size_t at = field.Offset; at < data.size(); at += this->Cloud.PointStep)
-      {
-        std::reverse(data.data() + at, data.data() + at + size);
-      }
-    }
+    SwapBytes(this->Cloud);
   }
   return file.good();
 }

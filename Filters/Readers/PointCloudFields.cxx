@@ -284,19 +284,6 @@ void CheckFields(const FieldCloud& cloud)
   }
 }
 
-// One poly-vertex cell.
-vtkSmartPointer<vtkCellArray> MakeVertices(int count)
-{
-  vtkNew<vtkTypeInt32Array> offsets, connectivity;
-  offsets->InsertNextValue(0);
-  offsets->InsertNextValue(count);
-  connectivity->SetNumberOfValues(count);
-  std::iota(connectivity->GetPointer(0), connectivity->GetPointer(0) + count, 0);
-  auto vertices = vtkSmartPointer<vtkCellArray>::New();
-  vertices->SetData(offsets, connectivity);
-  return vertices;
-}
-
 void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field*>& used)
 {
   const Field* packed = Find(cloud, "rgba") ? Find(cloud, "rgba") : Find(cloud, "rgb");
@@ -333,6 +320,19 @@ void AddNormals(const FieldCloud& cloud, vtkPointData* data, std::set<const Fiel
     used.insert(normal.begin(), normal.end());
   }
 }
+}
+
+//------------------------------------------------------------------------------
+vtkSmartPointer<vtkCellArray> MakeVertices(int count)
+{
+  vtkNew<vtkTypeInt32Array> offsets, connectivity;
+  offsets->InsertNextValue(0);
+  offsets->InsertNextValue(count);
+  connectivity->SetNumberOfValues(count);
+  std::iota(connectivity->GetPointer(0), connectivity->GetPointer(0) + count, 0);
+  auto vertices = vtkSmartPointer<vtkCellArray>::New();
+  vertices->SetData(offsets, connectivity);
+  return vertices;
 }
 
 //------------------------------------------------------------------------------

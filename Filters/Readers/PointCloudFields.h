@@ -7,6 +7,9 @@
 
 #include "Filters/Readers/FieldCloud.h"
 
+#include "vtkSmartPointer.h"
+
+class vtkCellArray;
 class vtkPolyData;
 
 namespace PointCloud
@@ -15,4 +18,7 @@ namespace PointCloud
  * Throws std::runtime_error if x, y or z is missing.
  */
 void DecodeFields(const FieldCloud& cloud, vtkPolyData* output);
+
+/// One poly-vertex cell of all points, so that an ordinary mapper shows them.
+vtkSmartPointer<vtkCellArray> MakeVertices(int count);
 }

@@ -46,18 +46,6 @@ std::uint64_t ParseCount(const std::string& key, const std::string& word)
   return std::stoull(word);
 }
 
-// Throws if the points do not fit into the file, or into VTK's int dimensions.
-void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
-{
-  if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
-    points * leastBytes > fileBytes)
-  {
-    throw std::runtime_error("the header promises " + std::to_string(points) +
-      " points, but the file has only " + std::to_string(fileBytes) +
-      " bytes; it is cut short or its header is wrong.");
-  }
-}
-
 void CheckPLY(std::istream& file, std::uint64_t fileBytes)
 {
   std::string line;
@@ -74,6 +62,29 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
     }
   }
   throw std::runtime_error("the header has no end_header; the file is cut short.");
+}
+
+// Adds the property of a vertex that a line of a .ply header describes.
+void AddPLYProperty(const Words& words, PLYHeader& header)
+{
+  static const std::map<std::string, Field::Types> types = { { "char", Field::INT8 },
+    { "int8", Field::INT8 }, { "uchar", Field::UINT8 }, { "uint8", Field::UINT8 },
+    { "short", Field::INT16 }, { "int16", Field::INT16 }, { "ushort", Field::UINT16 },
+    { "uint16", Field::UINT16 }, { "int", Field::INT32 }, { "int32", Field::INT32 },
+    { "uint", Field::UINT32 }, { "uint32", Field::UINT32 }, { "float", Field::FLOAT32 },
+    { "float32", Field::FLOAT32 }, { "double", Field::FLOAT64 }, { "float64", Field::FLOAT64 } };
+  if (words.size() > 1 && words[1] == "list")
+  {
+    header.HasLists = true;
+    return;
+  }
+  const auto type = words.size() == 3 ? types.find(words[1]) : types.end();
+  if (type == types.end())
+  {
+    Fail("a vertex has a property without known type and name");
+  }
+  header.Fields.push_back({ words[2], header.PointStep, type->second, 1 });
+  header.PointStep += SizeOf(type->second);
 }
 
 // Reads and counts the lines of a .pcd header up to DATA, as key -> values.
@@ -208,6 +219,18 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
 }
 
 //------------------------------------------------------------------------------
+void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes)
+{
+  if (points > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
+    points * leastBytes > fileBytes)
+  {
+    throw std::runtime_error("the header promises " + std::to_string(points) +
+      " points, but the file has only " + std::to_string(fileBytes) +
+      " bytes; it is cut short or its header is wrong.");
+  }
+}
+
+//------------------------------------------------------------------------------
 Format FindFormat(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);
@@ -245,6 +268,48 @@ PCDHeader ReadPCDHeader(std::istream& file)
     std::istringstream(lines["VIEWPOINT"][c]) >> header.Viewpoint[c];
   }
   return header;
+}
+
+//------------------------------------------------------------------------------
+PLYHeader ReadPLYHeader(std::istream& file)
+{
+  PLYHeader header;
+  bool isVertex = false, hasVertices = false, isFirst = true;
+  std::string line;
+  while (std::getline(file, line) && line.size() < LongestLine)
+  {
+    ++header.Lines;
+    const Words words = Split(line);
+    if (words.empty())
+    {
+      continue;
+    }
+    if (words[0] == "end_header")
+    {
+      return header;
+    }
+    if (words[0] == "format" && words.size() > 1)
+    {
+      header.Format = words[1];
+    }
+    else if (words[0] == "element" && words.size() > 2)
+    {
+      const std::uint64_t count = ParseCount("the number of elements " + words[1], words[2]);
+      isVertex = words[1] == "vertex" && !hasVertices;
+      if (isVertex)
+      {
+        hasVertices = true;
+        header.Count = count;
+        header.IsFirst = isFirst;
+      }
+      isFirst = isFirst && count == 0;
+    }
+    else if (words[0] == "property" && isVertex)
+    {
+      AddPLYProperty(words, header);
+    }
+  }
+  throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
 //------------------------------------------------------------------------------

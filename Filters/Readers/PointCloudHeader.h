@@ -45,4 +45,23 @@ struct PCDHeader
 
 /// Reads up to where the data begins. Throws as CheckFile does.
 PCDHeader ReadPCDHeader(std::istream& file);
+
+/// Header of a .ply file.
+struct PLYHeader
+{
+  std::string Format;        ///< ascii, binary_little_endian or binary_big_endian
+  std::uint64_t Count = 0;   ///< of vertices
+  std::vector<Field> Fields; ///< of a vertex, without lists; offsets as in binary data without
+  std::size_t PointStep = 0; ///< bytes of these fields
+  bool HasLists = false;     ///< whether a vertex has one
+  bool IsFirst = false;      ///< whether the data begins with the vertices
+  std::size_t Lines = 0;     ///< up to and with the line end_header
+};
+
+/// Reads up to where the data begins. Throws as CheckFile does, but not because of the file's size.
+PLYHeader ReadPLYHeader(std::istream& file);
+
+/// Throws std::runtime_error if so many points of at least so many bytes do not fit into a file, or
+/// into VTK's int dimensions.
+void CheckSize(std::uint64_t points, std::uint64_t leastBytes, std::uint64_t fileBytes);
 }

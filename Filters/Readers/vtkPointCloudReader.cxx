@@ -4,6 +4,7 @@
 #include "Filters/Readers/PointCloudFields.h"
 #include "Filters/Readers/PointCloudFile.h"
 #include "Filters/Readers/PointCloudHeader.h"
+#include "Filters/Readers/PrintableText.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"
@@ -17,30 +18,9 @@
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
-#include <string>
 
 namespace
 {
-/// A message that may quote a damaged file: bytes other than printable ASCII as \xNN. VTK's Python
-/// observers get no message at all if it is not UTF-8.
-std::string Printable(const std::string& message)
-{
-  constexpr char digits[] = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char c : message)
-  {
-    if (c >= 0x20 && c < 0x7f)
-    {
-      text += static_cast<char>(c);
-    }
-    else
-    {
-      text += { '\\', 'x', digits[c >> 4], digits[c & 15] };
-    }
-  }
-  return text;
-}
-
 void AddFieldArray(const char* name, std::initializer_list<double> values, vtkPolyData* output)
 {
   vtkNew<vtkDoubleArray> array;
@@ -132,7 +112,7 @@ int vtkPointCloudReader::RequestData(
   {
     output->Initialize();
     this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(<< this->FileName << ": " << Printable(problem.what()));
+    vtkErrorMacro(<< this->FileName << ": " << PointCloud::Printable(problem.what()));
     return 0;
   }
   return 1;

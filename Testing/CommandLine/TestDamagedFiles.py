@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendFilter
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLUnstructuredGridWriter
 
+import captures
 from surfelsplatting import vtkPointsToSurfels, vtkSurfelHierarchyWriter
 from surfelsplatting.commandline.main import main
 from TestDataSets import gltf, write
@@ -87,19 +88,26 @@ class TestDamagedFiles(ToolCase):
         content["buffers"][0]["uri"] = "buffer.bin"
         write("a.gltf", str(content).replace("'", '"').replace("True", "true"))
 
-    def run_in_child(self, path):
+    def run_in_child(self, *words):
         """-> exit code or minus the signal, what it said. Loading VTK once makes this quick."""
         child = os.fork()
         if child == 0:
             code = 77
             try:
                 os.dup2(os.open("said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
-                code = main(["render", path, *SMALL, "--threads", "1", "-o", "out.png"])
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+                code = main([*words, "--threads", "1"])
             finally:
                 os._exit(code)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         with open("said", errors="replace") as file:
             return status, file.read()
+
+    def check(self, code, said, case):
+        self.assertIn(code, (NO_PROBLEM, NO_PICTURE), (case, said))
+        self.assertNotIn("Traceback", said, case)
+        if code == NO_PICTURE:
+            self.assertRegex(said, "^surfelsplat: ", case)
 
     def test_no_file_ends_the_tool(self):
         self.write_files()
@@ -107,18 +115,28 @@ class TestDamagedFiles(ToolCase):
         for name in names:
             with open(name, "rb") as file:
                 whole = file.read()
-            self.assertIn(self.run_in_child(name)[0], (NO_PROBLEM,), name)
+            words = (*SMALL, "-o", "out.png")
+            self.assertIn(self.run_in_child("render", name, *words)[0], (NO_PROBLEM,), name)
             rnd = random.Random(name)
             for number in range(ROUNDS):
                 path = write("damaged" + os.path.splitext(name)[1], damage(whole, rnd))
                 if os.path.exists("out.png"):
                     os.remove("out.png")
-                code, said = self.run_in_child(path)
-                self.assertIn(code, (NO_PROBLEM, NO_PICTURE), (name, number, said))
-                self.assertNotIn("Traceback", said, (name, number))
+                code, said = self.run_in_child("render", path, *words)
+                self.check(code, said, (name, number))
                 self.assertEqual(os.path.exists("out.png"), code == NO_PROBLEM, (name, number))
-                if code == NO_PICTURE:
-                    self.assertRegex(said, "^surfelsplat: ", (name, number))
+
+    def test_no_capture_ends_the_tool(self):
+        captures.write_ply("a.ply", captures.torus(40))
+        captures.write_ply("b.ply", captures.torus(40), "ascii")
+        captures.write_splat("a.splat", captures.torus(40))
+        for name in ("a.ply", "b.ply", "a.splat"):
+            with open(name, "rb") as file:
+                whole = file.read()
+            rnd = random.Random(name)
+            for number in range(ROUNDS):
+                path = write("damaged" + os.path.splitext(name)[1], damage(whole, rnd))
+                self.check(*self.run_in_child("info", path), (name, number))
 
 
 if __name__ == "__main__":

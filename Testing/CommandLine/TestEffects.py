@@ -41,6 +41,9 @@ ON_POINTS = (
     ("--sides two", "", None),
     ("--neighbors 20", "--blur 4 --lens-cells 2 --kernel gaussian --cutoff 3", None),
 )
+ON_GAUSSIANS = tuple(
+    (option, "", "on ball.vtp, which holds Gaussians in space")
+    for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
 
 
 class TestEffects(ToolCase):
@@ -58,8 +61,8 @@ class TestEffects(ToolCase):
         for name in ("ball.ply", "ball.vtp"):
             os.symlink(os.path.join(self.folder, name), name)
 
-    def check(self, is_surfels, option, others, reason):
-        cloud = SimpleNamespace(is_surfels=is_surfels)
+    def check(self, holds, option, others, reason):
+        cloud = SimpleNamespace(is_surfels=holds == "surfels", is_gaussians=holds == "Gaussians")
         arguments = parse_arguments(["render", "ball.vtp", *option.split(), *others.split(),
                                      "-o", "out.png"])
         texts = without_effect(arguments, asked_view(arguments))
@@ -70,11 +73,15 @@ class TestEffects(ToolCase):
 
     def test_on_a_hierarchy(self):
         for option, others, reason in ON_A_HIERARCHY:
-            self.check(True, option, others, reason)
+            self.check("surfels", option, others, reason)
 
     def test_on_points(self):
         for option, others, reason in ON_POINTS:
-            self.check(False, option, others, reason)
+            self.check("points", option, others, reason)
+
+    def test_on_gaussians(self):
+        for option, others, reason in ON_GAUSSIANS:
+            self.check("Gaussians", option, others, reason)
 
     def test_they_are_printed(self):
         result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--lens-cells", "3",

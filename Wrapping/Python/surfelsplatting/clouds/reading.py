@@ -16,6 +16,11 @@ def is_hierarchy(surfels):
     return bool(surfels.GetFieldData().HasArray("SurfelLeaves"))
 
 
+def holds_gaussians(data):
+    """Whether a vtkPolyData is a cloud of Gaussians in space, such as a capture."""
+    return bool(data.GetPointData().HasArray("GaussianCovariance"))
+
+
 @dataclass
 class Cloud:
     data: object  # vtkPolyData
@@ -24,12 +29,19 @@ class Cloud:
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
     is_surfels: bool = field(init=False)
+    is_gaussians: bool = field(init=False)
     has_normals: bool = field(init=False)
 
     def __post_init__(self):
         points = self.data.GetPointData()
         self.has_normals = points.GetNormals() is not None or points.HasArray("Normals")
         self.is_surfels = all(points.HasArray(name) for name in SURFEL_ARRAYS)
+        self.is_gaussians = holds_gaussians(self.data)
+
+    @property
+    def is_drawable(self):
+        """Whether it can be drawn without surfels being made of it."""
+        return self.is_surfels or self.is_gaussians
 
 
 def _read_scan(path, messages, progress):
@@ -42,6 +54,27 @@ def _read_scan(path, messages, progress):
     columns, rows = reader.GetDimensions()
     return Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
                  columns if rows > 1 else 0)
+
+
+def _read_capture(path, messages, progress):
+    from ..vtkSurfelReaders import vtkGaussianSplatReader
+
+    reader = vtkGaussianSplatReader()
+    reader.SetFileName(path)
+    progress.update(reader, "reading")
+    messages.check()
+    how = "a capture of 3D Gaussian splatting"
+    invalid = reader.GetNumberOfInvalidGaussians()
+    if invalid:
+        how += f"; {invalid} Gaussians with values that are not finite are left out"
+    return Cloud(reader.GetOutput(), how=how)
+
+
+def _read_ply(path, messages, progress):
+    from ..vtkSurfelReaders import vtkGaussianSplatReader
+
+    read = _read_capture if vtkGaussianSplatReader.CanReadFile(path) else _read_scan
+    return read(path, messages, progress)
 
 
 def _read_dataset(path, messages, progress):
@@ -93,7 +126,8 @@ def _read_mesh(path, _messages, _progress):
 
 _READERS = {
     ".surfels": _read_mapped,
-    ".ply": _read_scan,
+    ".ply": _read_ply,
+    ".splat": _read_capture,
     ".pcd": _read_scan,
     ".vtp": _read_dataset,
     ".vtu": _read_dataset,
@@ -134,18 +168,21 @@ def _name_arrays(data):
 
 
 # Documentation/DataContract.md
-_COMPONENTS = {"SurfelCovariance": 6, "SurfelAreaVector": 3, "SurfelTwoSided": 1}
+_COMPONENTS = {"SurfelCovariance": (6,), "SurfelAreaVector": (3,), "SurfelTwoSided": (1,),
+               "GaussianCovariance": (6,), "GaussianOpacity": (1,), "GaussianExtinction": (1,),
+               "GaussianHarmonics": (3, 12, 27, 48)}
 
 
-def _check_surfels(data, path):
+def _check_arrays(data, path):
     points = data.GetPointData()
     for name, components in _COMPONENTS.items():
         array = points.GetArray(name)  # None for one of texts
         if points.HasArray(name) and (array is None
-                                      or array.GetNumberOfComponents() != components
+                                      or array.GetNumberOfComponents() not in components
                                       or array.GetNumberOfTuples() != data.GetNumberOfPoints()):
-            raise UserProblem(f"{path}: its array {name} does not have {components} numbers for "
-                              "each point; estimate the surfels again")
+            numbers = " or ".join(map(str, components))
+            raise UserProblem(f"{path}: its array {name} does not have {numbers} numbers for "
+                              "each point; make the file again from what it was made of")
 
 
 def read_cloud(path, messages, progress):
@@ -163,6 +200,6 @@ def read_cloud(path, messages, progress):
         raise UserProblem(f"{path} holds no points")
     _name_arrays(cloud.data.GetPointData())
     _name_arrays(cloud.data.GetFieldData())
-    if cloud.is_surfels:
-        _check_surfels(cloud.data, path)
+    if cloud.is_drawable:
+        _check_arrays(cloud.data, path)
     return cloud

@@ -40,8 +40,13 @@ def without_effect(arguments, view):
 
 def without_effect_on(cloud, arguments):
     """-> texts about options that change nothing for this cloud."""
+    options = ("--cleaning", "--sides", "--neighbors")
+    if cloud.is_gaussians:
+        return _texts(arguments, (*options, "--points-per-part"),
+                      f"on {arguments.cloud}, which holds Gaussians in space; only points of "
+                      "surfaces become surfels")
     if not cloud.is_surfels:
         return []
-    return _texts(arguments, ("--cleaning", "--sides", "--neighbors"),
+    return _texts(arguments, options,
                   f"on {arguments.cloud}, which holds surfels already; give the points that they "
                   "were made of")

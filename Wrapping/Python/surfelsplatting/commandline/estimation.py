@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A cloud to surfels and their hierarchy, as the options say."""
 
-from ..clouds.reading import is_hierarchy
+from ..clouds.reading import holds_gaussians, is_hierarchy
 from ..problems import UserProblem
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
@@ -54,7 +54,7 @@ def _cloud_in_parts(cloud, arguments, *reporters):
 
 def check_memory(cloud, arguments):
     """Refuses a cloud that is too large before the estimation, which may take minutes."""
-    if not arguments.no_lod and not is_hierarchy(cloud.data):
+    if not (arguments.no_lod or is_hierarchy(cloud.data) or cloud.is_gaussians):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
                                                  not cloud.is_surfels)
         if problem:
@@ -62,8 +62,8 @@ def check_memory(cloud, arguments):
 
 
 def make_surfels(cloud, arguments, messages, progress, run):
-    """-> vtkPolyData with the arrays of the data contract."""
-    if cloud.is_surfels:
+    """-> vtkPolyData with the arrays of the data contract: surfels, or the cloud's Gaussians."""
+    if cloud.is_drawable:
         return cloud.data
     in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
     make = _cloud_in_parts if in_parts else _whole_cloud
@@ -86,13 +86,14 @@ def without_unused_arrays(surfels, kept=None):
     scalars = points.GetScalars()
     drawn = {kept} | ({scalars.GetName()} if scalars is not None else set())
     for name in [points.GetArrayName(i) for i in range(points.GetNumberOfArrays())]:
-        if name not in drawn and not name.startswith("Surfel"):
+        if name not in drawn and not name.startswith(("Surfel", "Gaussian")):
             points.RemoveArray(name)
     return lean
 
 
 def make_hierarchy(surfels, messages, progress, run):
-    if is_hierarchy(surfels):
+    """-> vtkPolyData; Gaussians have no hierarchy and stay what they are."""
+    if is_hierarchy(surfels) or holds_gaussians(surfels):
         return surfels
     hierarchy = vtkSurfelHierarchy()
     hierarchy.SetInputData(surfels)

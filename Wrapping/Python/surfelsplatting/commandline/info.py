@@ -15,6 +15,7 @@ from .session import Session
 
 NOISY = 0.05  # of the points; fewer are edges and corners
 FAR_OFF = 5  # spacings, by which stray points make the bounds larger
+OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 LONG = 20_000_000  # points that take more than a minute to become surfels
 
 numpy_to_vtk = vtk("util.numpy_support").numpy_to_vtk
@@ -35,6 +36,8 @@ def _meaning(array, data):
         return "colours"
     if (array.GetName() or "").startswith("Surfel"):
         return "surfels"
+    if (array.GetName() or "").startswith("Gaussian"):
+        return "Gaussians"
     return "scalars" if array.GetNumberOfComponents() == 1 else "values"
 
 
@@ -87,6 +90,22 @@ def _surface(cloud, session):
             "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
 
 
+def _gaussians(cloud):
+    """What the Gaussians are: degree of the harmonics, share of opaque ones, typical size."""
+    data = cloud.data.GetPointData()
+    samples = Samples(cloud.data)
+    finite = samples.covariances[np.isfinite(samples.covariances).all(axis=1)]
+    variances = np.linalg.eigvalsh(finite[:, (0, 3, 5, 3, 1, 4, 5, 4, 2)].reshape(-1, 3, 3))
+    size = np.sqrt(np.median(np.maximum(variances[:, 2], 0.0))) if len(finite) else 0.0
+    found = {"bounds_without_stray": _bounds(samples.points), "size": float(size)}
+    harmonics, opacity = data.GetArray("GaussianHarmonics"), data.GetArray("GaussianOpacity")
+    if harmonics:
+        found["harmonics_degree"] = math.isqrt(harmonics.GetNumberOfComponents() // 3) - 1
+    if opacity:
+        found["opaque"] = float(np.mean(vtk_to_numpy(opacity) > OPAQUE))
+    return found
+
+
 def _suggestions(report, cloud):
     """[{options, reason}]"""
     found = [("--blur 10", "adds a lens: what is farthest from the focus gets a blur of 10 px")]
@@ -97,7 +116,7 @@ def _suggestions(report, cloud):
         found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
     if cloud.columns:
         found.append(("--turn 40", "in a film: a depth image looks like nothing from behind"))
-    if report["open"] and not cloud.columns:
+    if report.get("open") and not cloud.columns:
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:
         points, cleaned = report["points"], report["points_found"]
@@ -113,7 +132,8 @@ def _suggestions(report, cloud):
 def _report(cloud, session):
     path = session.arguments.cloud
     data = cloud.data
-    kind = "hierarchy" if is_hierarchy(data) else "surfels" if cloud.is_surfels else "points"
+    kind = ("hierarchy" if is_hierarchy(data) else "Gaussians" if cloud.is_gaussians else
+            "surfels" if cloud.is_surfels else "points")
     points = vtk_to_numpy(data.GetPoints().GetData())
     report = {"file": path, "bytes": os.path.getsize(path), "holds": kind,
               "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",
@@ -122,11 +142,13 @@ def _report(cloud, session):
         report["sensor"] = list(map(float, cloud.viewpoint))
     if cloud.columns:
         report["depth_image"] = [cloud.columns, data.GetNumberOfPoints() // cloud.columns]
-    if kind == "points":
-        cloud_without, report["points_found"] = _clean(cloud, session)
+    if kind == "Gaussians":
+        report.update(_gaussians(cloud))
+    elif kind == "points":
+        cleaned, report["points_found"] = _clean(cloud, session)
+        report.update(_surface(cleaned, session))
     else:
-        cloud_without = cloud
-    report.update(_surface(cloud_without, session))
+        report.update(_surface(cloud, session))
     report["suggestions"] = _suggestions(report, cloud)
     return report
 
@@ -147,9 +169,9 @@ def _bounds_text(bounds, spacing):
                      f"{axis} unknown" for axis, limits in bounds.items())
 
 
-def _differ(report):
+def _differ(report, spacing):
     """Whether the bounds without stray points are smaller by more than some spacings."""
-    return any(abs(x - y) > FAR_OFF * report["spacing"]
+    return any(abs(x - y) > FAR_OFF * spacing
                for axis, limits in report["bounds"].items()
                for x, y in zip(limits or (), report["bounds_without_stray"][axis] or ()))
 
@@ -158,7 +180,7 @@ def _field_text(field):
     text = f"{field['name']}: {field['meaning']}, {field['type']}"
     if field["components"] > 1:
         text += f", {field['components']} values a point"
-    if field["range"] and field["meaning"] not in ("normals", "surfels"):
+    if field["range"] and field["meaning"] not in ("normals", "surfels", "Gaussians"):
         text += ", {:.7g} to {:.7g}".format(*field["range"])
     return text
 
@@ -175,14 +197,24 @@ def _found_lines(report):
                        f"{found['not_finite']} without finite coordinates")
 
 
+def _gaussian_lines(report):
+    yield "size", f"{report['size']:.4g}: median of the largest standard deviation of a Gaussian"
+    if "opaque" in report:
+        yield "opaque", f"{100 * report['opaque']:.3g} % have an opacity above {OPAQUE:g}"
+    if "harmonics_degree" in report:
+        yield "colours", f"spherical harmonics of degree {report['harmonics_degree']}"
+
+
 def _lines(report):
     """Yields (heading, text)."""
     size = _size(report["bytes"])
     yield "file", f"{report['file']}, {size}, {report['points']} {report['holds']}"
-    yield "bounds", _bounds_text(report["bounds"], report["spacing"])
-    if _differ(report):
-        yield "mostly", _bounds_text(report["bounds_without_stray"], report["spacing"])
-    yield "spacing", f"{report['spacing']:.4g}, of points on the surface"
+    spacing = report["size" if "size" in report else "spacing"]
+    yield "bounds", _bounds_text(report["bounds"], spacing)
+    if _differ(report, spacing):
+        yield "mostly", _bounds_text(report["bounds_without_stray"], spacing)
+    if "spacing" in report:
+        yield "spacing", f"{spacing:.4g}, of points on the surface"
     yield "read", report["read_as"]
     for field in report["fields"] or [None]:
         yield "field", _field_text(field) if field else "none but places"
@@ -192,8 +224,11 @@ def _lines(report):
         yield "image", "a depth image of {} x {} pixels".format(*report["depth_image"])
     if "points_found" in report:
         yield from _found_lines(report)
-    yield "up", " ".join(f"{x:g}" for x in report["up"])
-    if report["two_sided"]:
+    if "size" in report:
+        yield from _gaussian_lines(report)
+    if "up" in report:
+        yield "up", " ".join(f"{x:g}" for x in report["up"])
+    if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
     for suggestion in report["suggestions"]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat render: cloud -> surfels -> picture."""
 
+from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, settle_focus,
                            sharp_depths)
@@ -26,6 +27,12 @@ def _check_outputs(arguments):
         check_output(arguments.hierarchy, HIERARCHIES)
     for path in filter(None, (arguments.stats, arguments.save_camera)):
         check_output(path, (".json",))
+
+
+def _check_hierarchy(cloud, arguments):
+    if cloud.is_gaussians and arguments.hierarchy:
+        raise UserProblem(f"{arguments.cloud} holds Gaussians in space, of which there is no "
+                          "hierarchy; leave --hierarchy out")
 
 
 def _render_frames(renderer, count, session):
@@ -88,13 +95,15 @@ def render(arguments):
     session.warn(without_effect(arguments, view))
     with session.progress_shown():
         cloud = session.read()
+        _check_hierarchy(cloud, arguments)
         points = cloud.data.GetNumberOfPoints()
         surfels = session.surfels(cloud)
         view = complete_view(view, cloud, surfels)
+        what = "Gaussians" if cloud.is_gaussians else "surfels"
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
-            session.say(f"{count} surfels; {extent_of(surfels)}")
+            session.say(f"{count} {what}; {extent_of(surfels)}")
         drawn = session.drawable(surfels, all_arrays=arguments.hierarchy is not None)
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)

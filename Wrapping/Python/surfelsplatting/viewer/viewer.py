@@ -59,8 +59,8 @@ class Viewer:
         self.renderer.SetBackground(look.background)
         self.renderer.SetBackgroundAlpha(1.0)
         look.set_splatter(self.renderer.GetSplatter())
-        self.is_preview = not cloud.is_surfels
-        self._set_surfels(cloud.data if cloud.is_surfels else self._discs())
+        self.is_preview = not cloud.is_drawable
+        self._set_surfels(cloud.data if cloud.is_drawable else self._discs())
         self.view = self._first_view(view.size)
         self._aperture = self.view.circle_of_confusion or FIRST_APERTURE
         self.camera = make_camera(self.view)

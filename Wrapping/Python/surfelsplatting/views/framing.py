@@ -40,6 +40,7 @@ class Samples:
         keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
         self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
+        self.covariances = None if covariances is None else covariances[keep]
         self.two_sided = two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
         largest = max(np.abs(self.low).max(), np.abs(self.high).max())
@@ -67,6 +68,9 @@ def _every_so_many(surfels):
     count = surfels.GetNumberOfPoints()
     some = slice(0, count, max(1, count // SAMPLES))
     points = _doubles(surfels.GetPoints().GetData(), some)
+    if data.HasArray("GaussianCovariance"):  # no surface, so that no direction is outside
+        return (points, np.zeros_like(points), np.ones(len(points), bool),
+                _doubles(data.GetArray("GaussianCovariance"), some))
     two_sided = data.GetArray("SurfelTwoSided")
     two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
                  else np.zeros(len(points), bool))
@@ -366,4 +370,4 @@ def extent_of(surfels):
     samples = Samples(surfels)
     bounds = ", ".join(f"{axis} {low:.7g} to {high:.7g}"
                        for axis, low, high in zip("xyz", samples.low, samples.high))
-    return f"{bounds}; spacing {samples.spacing:.3g}"
+    return bounds + (f"; spacing {samples.spacing:.3g}" if samples.spacing else "")

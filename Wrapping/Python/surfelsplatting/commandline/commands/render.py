@@ -14,7 +14,8 @@ Renders a point cloud as a surface, with depth of field if a lens is given.
 CLOUD is a .ply, .pcd, .las, .laz, .e57, .csv, .xyz, .txt, .asc, .pts, .vtp, .vtu, .vti or .vtk file,
 or the vertices of an .obj, .stl, .gltf or .glb file. Its colours, alpha and normals are used;
 surfelsplat info tells what is in it. A .surfels or .vtp file that already holds a hierarchy or
-surfels (see --hierarchy and --surfels) is rendered directly.
+surfels (see --hierarchy and --surfels) is rendered directly, and so is a capture of 3D Gaussian
+splatting, a .ply or .splat file.
 
 OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
 direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkGaussianSplatReader.h"
+
+#include "Filters/Common/StageProgress.h"
+#include "Filters/Readers/GaussianArrays.h"
+#include "Filters/Readers/GaussianFile.h"
+#include "Filters/Readers/PrintableText.h"
+
+#include "vtkErrorCode.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkObjectFactory.h"
+#include "vtkPolyData.h"
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+vtkStandardNewMacro(vtkGaussianSplatReader);
+
+//------------------------------------------------------------------------------
+int vtkGaussianSplatReader::CanReadFile(const char* fileName)
+{
+  return fileName && PointCloud::FindCaptureFormat(fileName) != PointCloud::CaptureFormat::None;
+}
+
+//------------------------------------------------------------------------------
+void vtkGaussianSplatReader::Read(vtkPolyData* output)
+{
+  const SurfelGeometry::StageProgress progress(this, 0.0, 1.0);
+  PointCloud::GaussianFile file(this->FileName);
+  PointCloud::GaussianArrays arrays(file.Layout(), static_cast<vtkIdType>(file.Count()));
+  for (std::uint64_t done = 0; done < file.Count();)
+  {
+    const std::uint64_t part = std::min(file.PartSize(), file.Count() - done);
+    arrays.Append(file.Read(part));
+    done += part;
+    if (!progress.Step(static_cast<double>(done) / static_cast<double>(file.Count())))
+    {
+      return;
+    }
+  }
+  this->NumberOfInvalidGaussians = arrays.RemoveInvalid();
+  if (file.Count() > 0 && this->NumberOfInvalidGaussians == static_cast<vtkIdType>(file.Count()))
+  {
+    throw std::runtime_error("each of its " + std::to_string(file.Count()) +
+      " Gaussians has a value that is not finite; the file is damaged.");
+  }
+  arrays.MoveTo(output);
+}
+
+//------------------------------------------------------------------------------
+int vtkGaussianSplatReader::RequestData(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
+  this->NumberOfInvalidGaussians = 0;
+  this->SetErrorCode(vtkErrorCode::NoError);
+  if (!this->FileName)
+  {
+    this->SetErrorCode(vtkErrorCode::NoFileNameError);
+    vtkErrorMacro("No file to read: call SetFileName first.");
+    return 0;
+  }
+  std::string problem;
+  try
+  {
+    this->Read(output);
+    return 1;
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "the Gaussians do not fit into memory: reduce their number first.";
+  }
+  catch (const std::exception& found)
+  {
+    problem = PointCloud::Printable(found.what());
+  }
+  output->Initialize();
+  this->SetErrorCode(vtkErrorCode::FileFormatError);
+  vtkErrorMacro(<< this->FileName << ": " << problem);
+  return 0;
+}
+
+//------------------------------------------------------------------------------
+void vtkGaussianSplatReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "NumberOfInvalidGaussians: " << this->NumberOfInvalidGaussians << "\n";
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkGaussianSplatReader
+ * @brief   reads captures of 3D Gaussian splatting
+ *
+ * Reads the .ply files of the reference implementation (B. Kerbl, G. Kopanas, T. Leimkuehler,
+ * G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field Rendering. SIGGRAPH 2023), ascii
+ * and binary in either byte order, and .splat files. The output has the arrays of
+ * Documentation/DataContract.md, "Gaussians in space":
+ *
+ * | output                         | from .ply                         | from .splat             |
+ * |--------------------------------|-----------------------------------|-------------------------|
+ * | points                         | x y z; doubles stay doubles       | 3 floats                |
+ * | GaussianCovariance, float[6]   | exp(scale_i), rot_i = w x y z     | 3 floats, last 4 bytes  |
+ * | GaussianOpacity, float         | 1 / (1 + exp(-opacity))           | A of 4 bytes R G B A    |
+ * | GaussianHarmonics, float[3 K]  | f_dc_i, f_rest_i; K = 1, 4, 9, 16 |                         |
+ * | RGB, unsigned char[3], scalars |                                   | R G B of these          |
+ *
+ * Quaternions need not have unit length; those of .splat files are (byte - 128) / 128. Other
+ * properties of a vertex, such as nx ny nz, and elements behind the vertices are ignored. Points
+ * stay where the file has them. All points form one poly-vertex cell, so that an ordinary mapper
+ * shows them.
+ *
+ * Gaussians of which a value is not finite are left out and counted: a scale whose square passes
+ * the range of floats, a quaternion of length 0, NaN anywhere. Infinite logits of the opacity are 0
+ * and 1, and a scale of 0 gives a flat Gaussian.
+ *
+ * The header is checked against the size of the file before memory is allocated. Binary files are
+ * decoded while they are read, so that no copy of the file is in memory.
+ *
+ * Not supported: .spz, since Debian packages no library for it, and compressed .ply files
+ * (packed_position). Programs that show captures save both as plain .ply files.
+ *
+ * @sa vtkPointCloudReader
+ */
+#ifndef vtkGaussianSplatReader_h
+#define vtkGaussianSplatReader_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSurfelReadersModule.h" // for the export macro
+
+class VTKSURFELREADERS_EXPORT vtkGaussianSplatReader : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkGaussianSplatReader* New();
+  vtkTypeMacro(vtkGaussianSplatReader, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The file to read. Default: none.
+   */
+  vtkSetFilePathMacro(FileName);
+  vtkGetFilePathMacro(FileName);
+  ///@}
+
+  /**
+   * 1 if the file is a capture: a .ply file with scale_0, rot_0 and opacity in its header, or any
+   * other file that is not empty and is named .splat, since these have no header. Else 0, for
+   * example for a scan.
+   */
+  static int CanReadFile(VTK_FILEPATH const char* fileName);
+
+  /**
+   * How many Gaussians of the file were left out because a value is not finite. Valid after an
+   * update.
+   */
+  vtkGetMacro(NumberOfInvalidGaussians, vtkIdType);
+
+protected:
+  vtkGaussianSplatReader() { this->SetNumberOfInputPorts(0); }
+  ~vtkGaussianSplatReader() override { this->SetFileName(nullptr); }
+
+  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+
+  char* FileName = nullptr;
+  vtkIdType NumberOfInvalidGaussians = 0;
+
+private:
+  vtkGaussianSplatReader(const vtkGaussianSplatReader&) = delete;
+  void operator=(const vtkGaussianSplatReader&) = delete;
+
+  void Read(vtkPolyData* output);
+};
+
+#endif

@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""vtkGaussianSplatReader: captures of 3D Gaussian splatting."""
+
+import json
+import os
+import unittest
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
+
+from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
+                      write_columns, write_ply, write_splat)
+from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.session import Session
+from surfelsplatting.views.cameras import asked_view
+from surfelsplatting.views.framing import complete_view
+from toolcase import ToolCase, arrays_of, sphere, write_ply as write_scan
+
+FORMS = ("binary_little_endian", "binary_big_endian", "ascii")
+EPSILON = np.finfo(np.float32).eps
+
+
+def as_floats(gaussians):
+    """The values that a .ply file of floats holds, in float64."""
+    logits = np.log(gaussians.opacities) - np.log1p(-gaussians.opacities)
+    stored = [values.astype(np.float32).astype(float) for values in (
+        gaussians.positions, np.log(gaussians.scales), gaussians.rotations, logits,
+        gaussians.harmonics)]
+    positions, logs, rotations, logits, harmonics = stored
+    return Gaussians(positions, np.exp(logs), rotations, 1 / (1 + np.exp(-logits)), harmonics)
+
+
+def symmetric(matrices):
+    """[n, 6] XX YY ZZ XY YZ XZ of [n, 3, 3]"""
+    return matrices[:, (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
+
+
+class TestCaptures(ToolCase):
+    def reader(self, path):
+        reader = vtkGaussianSplatReader()
+        self.note_errors(reader)
+        reader.SetFileName(path)
+        return reader
+
+    def read(self, path):
+        """-> reader, points, point arrays"""
+        reader = self.reader(path)
+        reader.Update()
+        self.assertEqual((reader.GetErrorCode(), self.errors), (0, []))
+        output = reader.GetOutput()
+        self.assertEqual(output.GetNumberOfVerts(), 1)
+        return reader, vtk_to_numpy(output.GetPoints().GetData()), arrays_of(output)
+
+    def check(self, expected, points, arrays):
+        """Within the rounding of float64 to float; entries of a covariance, which are sums of
+        products, relative to the largest."""
+        np.testing.assert_array_equal(points, expected.positions)
+        covariances = symmetric(expected.covariances())
+        error = np.abs(arrays["GaussianCovariance"] - covariances)
+        self.assertLess((error / covariances[:, :3].max(axis=1)[:, None]).max(), EPSILON)
+        np.testing.assert_allclose(arrays["GaussianOpacity"], expected.opacities, EPSILON)
+        np.testing.assert_array_equal(arrays["GaussianHarmonics"],
+                                      expected.harmonics.reshape(len(expected), -1))
+
+    def test_degrees_and_containers(self):
+        ball = furry_ball(300)
+        for degree, rest in enumerate(RESTS):
+            gaussians = ball.of_degree(degree)
+            self.assertEqual(sum("f_rest" in name for name in ply_columns(gaussians)), rest)
+            for form in FORMS:
+                write_ply("ball.ply", gaussians, form)
+                reader, points, arrays = self.read("ball.ply")
+                self.assertEqual(set(arrays), {"GaussianCovariance", "GaussianOpacity",
+                                               "GaussianHarmonics"})
+                self.assertEqual(points.dtype, np.float32)
+                self.assertEqual(reader.GetNumberOfInvalidGaussians(), 0)
+                self.check(as_floats(gaussians), points, arrays)
+
+    def test_order_of_the_harmonics(self):
+        """By hand: a property of each channel and coefficient, channel by channel."""
+        columns = ply_columns(torus(2))
+        columns.update({f"f_rest_{i}": np.full(2, i) for i in range(45)})
+        columns.update({f"f_dc_{i}": np.full(2, 100 + i) for i in range(3)})
+        write_columns("order.ply", dict(sorted(columns.items())))  # in another order
+        _, _, arrays = self.read("order.ply")
+        expected = [(100, 101, 102)] + [(k, 15 + k, 30 + k) for k in range(15)]
+        np.testing.assert_array_equal(arrays["GaussianHarmonics"][1].reshape(16, 3), expected)
+
+    def test_many_parts(self):
+        """More than are decoded at once, with an invalid one in each part."""
+        ball = furry_ball(1000).of_degree(0)
+        many = ball[np.arange(150_000) % 1000]
+        broken = np.array([5, 70_000, 149_999])
+        many.positions[broken, 1] = np.nan
+        for form in FORMS[:2]:
+            write_ply("many.ply", many, form)
+            reader, points, arrays = self.read("many.ply")
+            self.assertEqual(reader.GetNumberOfInvalidGaussians(), 3)
+            self.check(as_floats(many[np.delete(np.arange(150_000), broken)]), points, arrays)
+
+    def test_doubles_stay_doubles(self):
+        ball = furry_ball(50)
+        ball.positions += (691000.125, 5334000.5, 512.75)
+        for form in FORMS:
+            write_ply("utm.ply", ball, form, "double")
+            reader, points, _ = self.read("utm.ply")
+            self.assertEqual(reader.GetOutput().GetPoints().GetDataType(), VTK_DOUBLE)
+            np.testing.assert_array_equal(points, ball.positions)
+
+    def test_splat(self):
+        record = write_splat("ball.splat", furry_ball(300))
+        self.assertEqual(os.path.getsize("ball.splat"), 300 * 32)
+        _, points, arrays = self.read("ball.splat")
+        np.testing.assert_array_equal(points, record["position"])
+        np.testing.assert_array_equal(arrays["RGB"], record["rgba"][:, :3])
+        np.testing.assert_allclose(arrays["GaussianOpacity"], record["rgba"][:, 3] / 255, EPSILON)
+        axes = matrices_of((record["rotation"] - 128.0) / 128) * record["scale"][:, None].astype(float)
+        expected = symmetric(axes @ axes.transpose(0, 2, 1))
+        error = np.abs(arrays["GaussianCovariance"] - expected)
+        self.assertLess((error / expected[:, :3].max(axis=1)[:, None]).max(), EPSILON)
+        self.assertEqual(set(arrays), {"RGB", "GaussianCovariance", "GaussianOpacity"})
+
+    def test_extremes(self):
+        """Infinite logits and logarithms have a meaning; other infinities and NaN have none."""
+        columns = ply_columns(furry_ball(12).of_degree(0))
+        columns["opacity"][:2] = -np.inf, np.inf
+        columns["scale_1"][2] = -np.inf
+        for number, (name, value) in enumerate((
+                ("x", np.nan), ("z", np.inf), ("opacity", np.nan), ("scale_0", 60), ("rot_2", np.inf),
+                ("f_dc_1", -np.inf), ("scale_2", np.nan)), 3):
+            columns[name][number] = value
+        for i in range(4):
+            columns[f"rot_{i}"][10] = 0
+        for form in FORMS:
+            write_columns("extremes.ply", columns, form)
+            reader, points, arrays = self.read("extremes.ply")
+            self.assertEqual((len(points), reader.GetNumberOfInvalidGaussians()), (4, 8))
+            for name, values in arrays.items():
+                self.assertEqual(len(values), 4, name)
+                self.assertTrue(np.isfinite(values).all(), name)
+            np.testing.assert_array_equal(arrays["GaussianOpacity"][:2], [0, 1])
+            s = arrays["GaussianCovariance"][2].astype(float)
+            matrix = s[[0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(3, 3)
+            values = np.linalg.eigvalsh(matrix)
+            self.assertLess(abs(values[0]), EPSILON * values[2])  # flat
+            np.testing.assert_array_equal(points[3], np.float32([columns[c][11] for c in "xyz"]))
+
+    def test_can_read(self):
+        ball = furry_ball(20)
+        write_ply("capture.ply", ball)
+        write_ply("capture.dat", ball, "ascii")
+        write_splat("ball.SPLAT", ball)
+        write_splat("ball.bin", ball)
+        write_scan("scan.ply", *sphere(20))
+        with open("empty.splat", "wb"), open("plywood.ply", "w") as file:
+            file.write("plywood\n")
+        with open("compressed.ply", "w") as file:
+            file.write("ply\nformat binary_little_endian 1.0\nelement chunk 0\nproperty float min_x\n"
+                       "element vertex 0\nproperty uint packed_position\nend_header\n")
+        readable = {name: vtkGaussianSplatReader.CanReadFile(name) for name in os.listdir(".")}
+        self.assertEqual({name for name, can in readable.items() if can},
+                         {"capture.ply", "capture.dat", "ball.SPLAT"})
+        self.assertEqual(vtkGaussianSplatReader.CanReadFile("missing.splat"), 0)
+        self.assertEqual(vtkPointCloudReader.CanReadFile("capture.ply"), 1)  # as points
+        for name in ("capture.dat", "ball.SPLAT"):
+            self.assertEqual(len(self.read(name)[1]), 20)
+
+    def failure(self, path):
+        reader = self.reader(path)
+        reader.Update()
+        self.assertNotEqual(reader.GetErrorCode(), 0)
+        self.assertEqual(len(self.errors), 1, self.errors)
+        self.assertIn(path, self.errors[0])
+        output = reader.GetOutput()
+        self.assertEqual((output.GetNumberOfPoints(), output.GetPointData().GetNumberOfArrays()),
+                         (0, 0))
+        return self.errors[0]
+
+    def with_header(self, old, new):
+        """capture.ply with another header -> its name"""
+        with open("capture.ply", "rb") as file:
+            content = file.read()
+        self.assertIn(old, content)
+        with open("wrong.ply", "wb") as file:
+            file.write(content.replace(old, new, 1))
+        return "wrong.ply"
+
+    def test_wrong_headers(self):
+        write_ply("capture.ply", furry_ball(20))
+        for old, new, says in (
+                (b"vertex 20", b"vertex 21", "21 points, but the file has only"),
+                (b"vertex 20", b"vertex 2000000000", "2000000000 points"),
+                (b"vertex 20", b"vertex 99999999999999999", "99999999999999999 points"),
+                (b"vertex 20", b"vertex -20", "is not a whole number"),
+                (b"rot_3", b"rot_4", "no property rot_3"),
+                (b"float x", b"float w", "no property x"),
+                (b"f_rest_44", b"g_rest_44", "44 properties f_rest_"),
+                (b"f_rest_44", b"f_rest_45", "no property f_rest_44"),
+                (b"float nx", b"list uchar float nx", "list"),
+                (b"float nx", b"quad nx", "without known type"),
+                (b"element vertex", b"element face 3\nelement vertex", "first"),
+                (b"binary_little", b"binary_middle", "neither ascii"),
+                (b"end_header", b"end", "end_header"),
+                (b"scale_0", b"width_0", "vtkPointCloudReader")):
+            self.assertIn(says, self.failure(self.with_header(old, new)), new)
+
+    def test_cut_and_broken_data(self):
+        ball = furry_ball(20)
+        for form in FORMS:
+            write_ply("capture.ply", ball, form)
+            size = os.path.getsize("capture.ply")
+            for left in (size - 1, size - 300, size // 2, 1500, 300, 5):
+                with open("capture.ply", "rb") as file, open("cut.ply", "wb") as cut:
+                    cut.write(file.read(left))
+                reader = self.reader("cut.ply")
+                reader.Update()  # without its last digit a text may still be whole
+                self.assertEqual(reader.GetErrorCode() != 0, form != "ascii" or left < size - 1)
+        with open("capture.ply", "rb") as file:
+            lines = file.read().split(b"\n")
+        lines[-3] = lines[-3].replace(b" ", b" x", 1)
+        with open("broken.ply", "wb") as file:
+            file.write(b"\n".join(lines))
+        self.assertIn("is not a number", self.failure("broken.ply"))
+        write_splat("cut.splat", ball)
+        os.truncate("cut.splat", 19 * 32 + 1)
+        self.assertIn("no multiple", self.failure("cut.splat"))
+        for path, content, says in (("empty.ply", b"", "empty"), ("missing.ply", None, "opened"),
+                                    ("other.dat", b"x" * 64, "neither")):
+            if content is not None:
+                with open(path, "wb") as file:
+                    file.write(content)
+            self.assertIn(says, self.failure(path))
+
+    def test_all_invalid(self):
+        ball = furry_ball(20)
+        ball.positions[:] = np.nan
+        write_ply("nan.ply", ball)
+        self.assertIn("each of its 20 Gaussians", self.failure("nan.ply"))
+
+    def test_none(self):
+        write_ply("none.ply", furry_ball(20)[:0])
+        reader, points, _ = self.read("none.ply")
+        self.assertEqual((len(points), reader.GetOutput().GetPoints().GetDataType()),
+                         (0, VTK_FLOAT))
+
+    def test_progress_and_abort(self):
+        write_splat("many.splat", furry_ball(1000)[np.arange(200_000) % 1000])
+        for stops in (False, True):
+            reader, seen = self.reader("many.splat"), []
+
+            def note(caller, _event, seen=seen, stops=stops):
+                seen.append(caller.GetProgress())
+                caller.SetAbortExecute(stops)
+
+            reader.AddObserver("ProgressEvent", note)
+            reader.Update()
+            self.assertEqual(seen, sorted(seen))
+            self.assertEqual(reader.GetErrorCode(), 0)
+            count = reader.GetOutput().GetNumberOfPoints()
+            self.assertEqual((count, len(seen) > 3), (0, False) if stops else (200_000, True))
+
+
+class TestTool(ToolCase):
+    """What surfelsplat makes of captures before it draws them."""
+
+    def info(self, path, *options):
+        result = self.run_tool("info", path, *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return result.stdout
+
+    def test_info(self):
+        ball = furry_ball(2000)
+        ball.positions[7] = np.nan
+        write_ply("ball.ply", ball)
+        write_splat("ball.splat", ball[8:])
+        report = json.loads(self.info("ball.ply", "--json"))
+        self.assertEqual((report["holds"], report["points"], report["harmonics_degree"]),
+                         ("Gaussians", 1999, 3))
+        kept = np.arange(2000) != 7
+        self.assertEqual(report["opaque"], np.mean(ball.opacities[kept] > 0.9))
+        largest = np.median(ball.scales[kept].max(axis=1))
+        self.assertAlmostEqual(report["size"], largest, delta=1e-5 * largest)  # floats
+        low, high = np.float32((ball.positions[kept].min(axis=0), ball.positions[kept].max(axis=0)))
+        self.assertEqual(list(report["bounds"].values()), np.transpose([low, high]).tolist())
+        text = self.info("ball.ply")
+        for part in ("1999 Gaussians", "a capture of 3D Gaussian splatting; 1 Gaussians with",
+                     "harmonics of degree 3"):
+            self.assertIn(part, text)
+        report = json.loads(self.info("ball.splat", "--json"))
+        self.assertEqual((report["points"], report.get("harmonics_degree")), (1992, None))
+        self.assertIn("RGB: colours", self.info("ball.splat"))
+
+    def test_no_hierarchy(self):
+        write_splat("ball.splat", furry_ball(50))
+        result = self.run_tool("render", "ball.splat", "--hierarchy", "h.vtp", "-o", "out.png")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("no hierarchy", result.stderr)
+
+    def test_damage_is_an_error(self):
+        write_splat("cut.splat", furry_ball(50))
+        os.truncate("cut.splat", 33)
+        write_ply("cut.ply", furry_ball(50))
+        os.truncate("cut.ply", 5000)
+        for path in ("cut.splat", "cut.ply"):
+            result = self.run_tool("info", path)
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn(path, result.stderr)
+
+    def test_what_the_mapper_gets(self):
+        """The Gaussians as they were read, and a view that shows all of them."""
+        write_ply("ball.ply", furry_ball(2000))
+        session = Session(parse_arguments(["render", "ball.ply", "-o", "out.png"]))
+        cloud = session.read()
+        surfels = session.surfels(cloud)
+        self.assertIs(surfels, cloud.data)
+        drawn = session.drawable(surfels)
+        self.assertEqual(set(arrays_of(drawn)), {"GaussianCovariance", "GaussianOpacity",
+                                                 "GaussianHarmonics"})
+        view = complete_view(asked_view(session.arguments), cloud, surfels)
+        self.assertTrue(1.5 < view.focal_distance < np.linalg.norm(view.position))
+
+
+if __name__ == "__main__":
+    unittest.main()

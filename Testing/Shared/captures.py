@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Captures of 3D Gaussian splatting for tests: scenes of Gaussians, and their files."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaussianreference import harmonics_at
+
+C0 = 0.5 / np.sqrt(np.pi)  # the harmonic of degree 0
+RESTS = (0, 9, 24, 45)  # properties f_rest_i of a .ply file, by degree
+
+
+@dataclass
+class Gaussians:
+    positions: np.ndarray  # [n, 3] world units
+    scales: np.ndarray  # [n, 3] standard deviations along the axes, world units
+    rotations: np.ndarray  # [n, 4] quaternions w x y z of any length but 0: from axes to world
+    opacities: np.ndarray  # [n] 0..1
+    harmonics: np.ndarray  # [n, K, 3] coefficients of red, green, blue; K = 1, 4, 9, 16
+
+    def __len__(self):
+        return len(self.positions)
+
+    def __getitem__(self, chosen):
+        return Gaussians(*(values[chosen] for values in vars(self).values()))
+
+    def covariances(self):
+        """[n, 3, 3] R diag(scales^2) R', world units squared"""
+        axes = matrices_of(self.rotations) * self.scales[:, None, :]
+        return axes @ axes.transpose(0, 2, 1)
+
+    def of_degree(self, degree):
+        """The same with harmonics up to this degree."""
+        return Gaussians(self.positions, self.scales, self.rotations, self.opacities,
+                         self.harmonics[:, :(degree + 1) ** 2])
+
+
+def joined(*parts):
+    """Several Gaussians, whose harmonics have one degree, as one."""
+    return Gaussians(*(np.concatenate(values) for values in zip(*(vars(p).values()
+                                                                  for p in parts))))
+
+
+def matrices_of(quaternions):
+    """[n, 3, 3] rotations of quaternions w x y z, which need not have length 1"""
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+    return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                     2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                     2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+                    axis=-1).reshape(-1, 3, 3)
+
+
+def rotations_to(directions, turns):
+    """[n, 4] quaternions that turn z to the unit directions [n, 3], after turns [n] about z, rad"""
+    x, y, z = directions.T
+    # Half way from z to the direction; about x where that is opposite.
+    half = np.stack([1 + z, -y, x, np.zeros_like(z)], axis=1)
+    half[z < -1 + 1e-9] = (0, 1, 0, 0)
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    c, s = np.cos(turns / 2), np.sin(turns / 2)
+    w, i, j, _ = half.T
+    return np.stack([w * c, i * c + j * s, j * c - i * s, w * s], axis=1)
+
+
+def lobe(axes, weights):
+    """[n, K] coefficients of sum_l weights[l] P_l(direction . axis), by the addition theorem.
+
+    axes: [n, 3] unit length. weights: one for each degree from 0, up to four.
+    """
+    basis = harmonics_at(axes, len(weights) ** 2)
+    factors = [4 * np.pi / (2 * degree + 1) * weight for degree, weight in enumerate(weights)
+               for _ in range(2 * degree + 1)]
+    return basis * factors
+
+
+def of_surface(points, normals, colors, radius, seed=1):
+    """Flat, anisotropic Gaussians on a surface, as captures have them, with a sheen of degree 3.
+
+    points: [n, 3] world units. normals: [n, 3] unit length. colors: [n, 3] 0..1. radius: standard
+    deviation of the longer axis, world units.
+    """
+    rng = np.random.default_rng(seed)
+    count = len(points)
+    scales = radius * np.stack([np.ones(count), rng.uniform(0.4, 1.0, count),
+                                np.full(count, 0.1)], axis=1)
+    light = np.array([0.4, 0.7, 0.6]) / np.linalg.norm([0.4, 0.7, 0.6])
+    mirrored = light - 2 * (normals @ light)[:, None] * normals  # the view direction of a mirror
+    sheen = lobe(mirrored, (0.05, 0.08, 0.08, 0.06)) * (normals @ light > 0)[:, None]
+    harmonics = np.repeat(sheen[:, :, None], 3, axis=2)
+    harmonics[:, 0] += (colors - 0.5) / C0
+    return Gaussians(points.astype(float), scales,
+                     rotations_to(normals, rng.uniform(0, 2 * np.pi, count)),
+                     rng.uniform(0.7, 0.999, count), harmonics)
+
+
+def torus(count, seed=2):
+    """Gaussians on a torus about z with radii 1 and 0.4, in two colours."""
+    rng = np.random.default_rng(seed)
+    around, across = 2 * np.pi * rng.random((2, count))
+    normals = np.stack([np.cos(around) * np.cos(across), np.sin(around) * np.cos(across),
+                        np.sin(across)], axis=1)
+    points = np.stack([np.cos(around), np.sin(around), np.zeros(count)], axis=1) + 0.4 * normals
+    is_red = (np.floor(6 * around / np.pi) + np.floor(3 * across / np.pi)) % 2 > 0
+    colors = np.where(is_red[:, None], (0.8, 0.25, 0.2), (0.2, 0.45, 0.75))
+    area = 4 * np.pi ** 2 * 0.4
+    return of_surface(points, normals, colors, np.sqrt(area / count), seed)
+
+
+def furry_ball(count, seed=3):
+    """Hairs, flakes and clouds of a ball of radius 1: overlapping, translucent, of all shapes."""
+    rng = np.random.default_rng(seed)
+
+    def directions(number):
+        v = rng.normal(size=(number, 3))
+        return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+    out = directions(count)
+    kind = rng.integers(0, 10, count)  # 0 to 6 hairs, 7 and 8 flakes, 9 clouds
+    shape = np.where((kind < 7)[:, None], (0.1, 0.1, 1.0),
+                     np.where((kind < 9)[:, None], (1.0, 0.6, 0.02), (1.0, 1.0, 1.0)))
+    size = np.where(kind < 7, 0.09, np.where(kind < 9, 0.04, 0.12))
+    size *= rng.lognormal(0.0, 0.4, count) * (20000 / count) ** (1 / 3)
+    tilted = out + 0.5 * rng.normal(size=(count, 3))
+    tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+    colors = 0.5 + 0.25 * np.sin(3 * out + (0.0, 2.0, 4.0)) + 0.1 * rng.normal(size=(count, 3))
+    harmonics = 0.05 * rng.normal(size=(count, 16, 3))
+    harmonics[:, 0] = (colors - 0.5) / C0
+    opacities = np.where(kind == 9, rng.uniform(0.01, 0.1, count), rng.uniform(0.05, 1.0, count))
+    return Gaussians(out * rng.uniform(0.6, 1.0, (count, 1)), size[:, None] * shape,
+                     rotations_to(tilted, rng.uniform(0, 2 * np.pi, count))
+                     * rng.uniform(0.3, 3.0, (count, 1)), opacities, harmonics)
+
+
+# Files
+
+
+def ply_columns(gaussians):
+    """{property: [n]} of the reference implementation's .ply files"""
+    logits = np.log(gaussians.opacities) - np.log1p(-gaussians.opacities)
+    rest = [values for channel in gaussians.harmonics[:, 1:].T for values in channel]
+    columns = {name: gaussians.positions[:, i] for i, name in enumerate("xyz")}
+    columns.update({f"n{name}": np.zeros(len(gaussians)) for name in "xyz"})
+    columns.update({f"f_dc_{i}": gaussians.harmonics[:, 0, i] for i in range(3)})
+    columns.update({f"f_rest_{i}": values for i, values in enumerate(rest)})
+    columns["opacity"] = logits
+    columns.update({f"scale_{i}": np.log(gaussians.scales[:, i]) for i in range(3)})
+    columns.update({f"rot_{i}": gaussians.rotations[:, i] for i in range(4)})
+    return columns
+
+
+def write_columns(path, columns, form="binary_little_endian", kind="float"):
+    """A .ply file of vertices. form: as the header names it. kind: float or double"""
+    count = len(next(iter(columns.values())))
+    header = ["ply", f"format {form} 1.0", f"element vertex {count}",
+              *(f"property {kind} {name}" for name in columns), "end_header", ""]
+    order = ">" if "big" in form else "<"
+    values = np.stack(list(columns.values()), axis=1).astype(order + {"float": "f4",
+                                                                     "double": "f8"}[kind])
+    with open(path, "wb") as file:
+        file.write("\n".join(header).encode())
+        if form == "ascii":
+            for row in values:
+                file.write((" ".join(map(str, row)) + "\n").encode())
+        else:
+            file.write(values.tobytes())
+
+
+def write_ply(path, gaussians, form="binary_little_endian", kind="float"):
+    with np.errstate(divide="ignore"):  # an opacity of 1 has an infinite logit
+        write_columns(path, ply_columns(gaussians), form, kind)
+
+
+SPLAT = np.dtype([("position", "<f4", 3), ("scale", "<f4", 3), ("rgba", "u1", 4),
+                  ("rotation", "u1", 4)])
+
+
+def write_splat(path, gaussians):
+    """-> what was written, [n] of SPLAT; colours are those of degree 0"""
+    record = np.zeros(len(gaussians), SPLAT)
+    colors = np.column_stack([0.5 + C0 * gaussians.harmonics[:, 0], gaussians.opacities])
+    unit = gaussians.rotations / np.linalg.norm(gaussians.rotations, axis=1, keepdims=True)
+    record["position"], record["scale"] = gaussians.positions, gaussians.scales
+    record["rgba"] = np.clip(np.rint(255 * colors), 0, 255)
+    record["rotation"] = np.clip(np.rint(128 * unit + 128), 0, 255)
+    record.tofile(path)
+    return record
+
+
+def read_surface(path):
+    """-> points, normals, colours 0..1 of a .ply file as scans have: little-endian vertices with
+    floats and bytes, x y z nx ny nz red green blue among them"""
+    types = {"float": "<f4", "double": "<f8", "uchar": "u1"}
+    with open(path, "rb") as file:
+        fields, count = [], 0
+        for line in iter(file.readline, b"end_header\n"):
+            words = line.decode().split()
+            if words[0] == "element":
+                count = int(words[2])
+            elif words[0] == "property":
+                fields.append((words[2], types[words[1]]))
+        record = np.fromfile(file, np.dtype(fields), count)
+
+    def columns(*names):
+        return np.stack([record[name] for name in names], axis=1).astype(float)
+
+    return (columns("x", "y", "z"), columns("nx", "ny", "nz"),
+            columns("red", "green", "blue") / 255)
