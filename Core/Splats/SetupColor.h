@@ -171,10 +171,36 @@ SURFELSPLATTING_INLINE Real ClampColor(const Real& x, double high)
   return IsFinite(x) ? Smaller(Larger(x, Real{}), Uniform<Real>(high)) : x;
 }
 
+/// Colours of Gaussians by their harmonics for the direction from the lens's centre.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherHarmonics(const SetupJob& job, const BatchIndices<Real>& index,
+  const PlacedSurfels<Real>& s, Real (&color)[4])
+{
+  const PackedHarmonics* packed[LaneTypes<Real>::Count];
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    packed[l] = job.Cloud.Harmonics + index[l];
+  }
+  const Vector3Of<Real> ahead{ Real{}, Real{}, Uniform<Real>(1.0) };
+  const Vector3Of<Real> d = Multiply(job.CameraToLocal, job.Camera.Parallel ? ahead : s.P);
+  const Real inverse = 1.0 / Larger(Norm(d), Uniform<Real>(1e-300));
+  Real basis[MaxHarmonics];
+  const int count = job.Cloud.NumberOfHarmonics;
+  EvaluateHarmonics<Real>({ d.X * inverse, d.Y * inverse, d.Z * inverse }, count, basis);
+  const Real unit = GatherFloats<Real>([&](int l) { return packed[l]->Unit; });
+  for (int c = 0; c < 3; ++c)
+  {
+    color[c] = ColorOfHarmonics(basis, count, [&](int k) {
+      return k == 0 ? GatherFloats<Real>([&](int l) { return packed[l]->Constant[c]; })
+                    : unit * GatherInts<Real>([&](int l) { return packed[l]->Rest[c][k]; });
+    });
+  }
+}
+
 /// Unshaded colours and opacities of surfels or nodes.
 template <class Real>
-SURFELSPLATTING_INLINE void GatherPaint(
-  const SetupJob& job, const BatchIndices<Real>& index, Real (&color)[4])
+SURFELSPLATTING_INLINE void GatherPaint(const SetupJob& job, const BatchIndices<Real>& index,
+  const PlacedSurfels<Real>& s, Real (&color)[4])
 {
   for (int i = 0; i < 4; ++i)
   {
@@ -182,6 +208,10 @@ SURFELSPLATTING_INLINE void GatherPaint(
   }
   index.Level > 0 ? GatherNodeColors(job.Cloud, index, color)
                   : GatherColors(job.Cloud, index, color);
+  if (job.Cloud.Harmonics)
+  {
+    GatherHarmonics(job, index, s, color);
+  }
   if (job.Colors == Paint::LevelColors || job.Colors == Paint::LevelNumbers)
   {
     PaintLevel(job, index.Level, color);
@@ -193,11 +223,11 @@ SURFELSPLATTING_INLINE SurfelColors<Real> Color(
   const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
 {
   Real c[4];
-  GatherPaint(job, index, c);
+  GatherPaint(job, index, s, c);
   if (index.Merging > 0.0)
   {
     Real parent[4];
-    GatherPaint(job, index.AtParents(), parent);
+    GatherPaint(job, index.AtParents(), s, parent);
     const Real t = Uniform<Real>(ShareOfChildren(index));
     for (int i = 0; i < 4; ++i)
     {

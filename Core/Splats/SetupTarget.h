@@ -39,6 +39,7 @@ struct SetupJob
   double Linear[3][3], Translation[3]; ///< local to camera
   double AreaToCamera[3][3];
   double WorldToCamera[3][3]; ///< without translation
+  double CameraToLocal[3][3]; ///< inverse of Linear, 0 if there is none
   double Stretch;             ///< |det Linear|, by which volumes grow
 
   View Camera;

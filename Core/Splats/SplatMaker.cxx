@@ -46,7 +46,8 @@ void SplatMaker::SetTransforms(const View& view)
   SetupJob& j = this->Job;
   j.Camera = view;
   const Affine3 localToCamera = Affine3::Compose(view.WorldToCamera, this->Job.Cloud.LocalToWorld);
-  j.Stretch = std::abs(localToCamera.Determinant());
+  const double determinant = localToCamera.Determinant();
+  j.Stretch = std::abs(determinant);
   const std::array<Vector3, 3> areaToCamera = localToCamera.AreaMatrix();
   for (int i = 0; i < 3; ++i)
   {
@@ -55,6 +56,7 @@ void SplatMaker::SetTransforms(const View& view)
     {
       j.Linear[i][k] = localToCamera.L[i][k];
       j.AreaToCamera[i][k] = areaToCamera[i][k];
+      j.CameraToLocal[k][i] = j.Stretch > 0.0 ? areaToCamera[i][k] / j.Stretch : 0.0;
       j.WorldToCamera[i][k] = view.WorldToCamera.L[i][k];
     }
   }

@@ -9,6 +9,7 @@
 #include "Core/Base/Geometry.h"
 #include "Core/Surfels/GaussianMass.h"
 #include "Core/Surfels/NodePacking.h"
+#include "Core/Surfels/PackedHarmonics.h"
 #include "Core/Surfels/Shading.h"
 
 #include <cstddef>
@@ -50,7 +51,9 @@ struct SurfelCloud
   const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
 
   CloudKind Kind = CloudKind::Surfels;
-  const float* Densities = nullptr; ///< [n] of Gaussians in space; see CloudKind
+  const float* Densities = nullptr;           ///< [n] of Gaussians in space; see CloudKind
+  const PackedHarmonics* Harmonics = nullptr; ///< [n + nodes] of Gaussians, or null: Color
+  int NumberOfHarmonics = 0;                  ///< 1, 4, 9 or 16
 
   const unsigned char* ColorsUChar = nullptr; ///< [n][4] RGBA 0..255, straight alpha; or
   const float* ColorsFloat = nullptr; ///< [n][4] RGBA, straight alpha; or neither: Material.Color

@@ -152,8 +152,18 @@ std::string CheckGaussians(vtkPolyData* gaussians)
       Arrays::GaussianExtinction + ": keep one of them.";
   }
   const char* density = isVolume ? Arrays::GaussianExtinction : Arrays::GaussianOpacity;
-  for (const std::string& problem : { CheckArray(gaussians, Arrays::GaussianCovariance, 6, true),
-         CheckArray(gaussians, density, 1, true), CheckOrigin(gaussians) })
+  vtkDataArray* harmonics = data->GetArray(Arrays::GaussianHarmonics);
+  const int components = harmonics ? harmonics->GetNumberOfComponents() : 3;
+  if (components % 3 != 0 || !IsNumberOfHarmonics(components / 3))
+  {
+    return std::string("Point array ") + Arrays::GaussianHarmonics + " has " +
+      std::to_string(components) + " components instead of 3, 12, 27 or 48: harmonics of degree 0" +
+      " to 3 for three colours.";
+  }
+  for (const std::string& problem :
+    { CheckArray(gaussians, Arrays::GaussianCovariance, 6, true),
+      CheckArray(gaussians, density, 1, true),
+      CheckArray(gaussians, Arrays::GaussianHarmonics, components, false), CheckOrigin(gaussians) })
   {
     if (!problem.empty())
     {
@@ -218,6 +228,11 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
     {
       return problem;
     }
+  }
+  vtkDataArray* harmonics = surfels->GetPointData()->GetArray(Arrays::GaussianHarmonics);
+  if (cloud.IsInSpace() && harmonics && !input.Colors)
+  {
+    input.Hierarchy->UpdateHarmonics(surfels, harmonics, SMPExecutor(), cloud);
   }
   Affine3 origin;
   GetSurfelOrigin(surfels, origin.T.data());

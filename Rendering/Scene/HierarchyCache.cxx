@@ -2,14 +2,17 @@
 #include "Rendering/Scene/HierarchyCache.h"
 
 #include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/NodeHarmonics.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/MappedArrays.h"
 
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
+#include <vtkFloatArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkVariant.h>
 
@@ -195,5 +198,26 @@ const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* 
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
   return this->Colors.data();
+}
+
+void HierarchyCache::UpdateHarmonics(
+  vtkPolyData* input, vtkDataArray* coefficients, const Executor& executor, SurfelCloud& cloud)
+{
+  cloud.NumberOfHarmonics = coefficients->GetNumberOfComponents() / 3;
+  const State state{ input, input->GetMTime() };
+  if (!(this->HarmonicsState == state))
+  {
+    vtkSmartPointer<vtkFloatArray> floats = vtkFloatArray::SafeDownCast(coefficients);
+    if (!floats)
+    {
+      floats = vtkSmartPointer<vtkFloatArray>::New();
+      floats->DeepCopy(coefficients);
+    }
+    const HierarchyLayout layout = cloud.Nodes ? LayoutOf(input) : HierarchyLayout();
+    this->Harmonics =
+      PackHarmonics(cloud, layout, floats->GetPointer(0), cloud.NumberOfHarmonics, executor);
+    this->HarmonicsState = state;
+  }
+  cloud.Harmonics = this->Harmonics.data();
 }
 }

@@ -54,6 +54,12 @@ public:
   std::string Update(vtkPolyData* input, vtkDataArray* colors, bool paperCut,
     const Executor& executor, SurfelCloud& cloud);
 
+  /// Points the cloud to its harmonics, packed; after Update, if the input is a hierarchy. Packs
+  /// them again only if the input has changed.
+  /// @param coefficients point array Arrays::GaussianHarmonics of a valid size
+  void UpdateHarmonics(
+    vtkPolyData* input, vtkDataArray* coefficients, const Executor& executor, SurfelCloud& cloud);
+
   /// Number of surfels whose cluster bounds or colours were computed, in all updates together.
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }
 
@@ -73,10 +79,11 @@ private:
     }
   };
 
-  State InputState, ColorState;
+  State InputState, ColorState, HarmonicsState;
   ClusterBounds Bounds;
   std::vector<NodeColor> Colors;
   std::vector<float> LeafCovariances;
+  std::vector<PackedHarmonics> Harmonics;
   bool HasColors = false;
   std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null
   vtkMTimeType StoredTime = 0;           ///< of the bounds in the file
