@@ -37,8 +37,8 @@ constexpr double FocusBellKurtosis =
 
 /// A Gaussian of a capture ends, in q, about where it is a level of 255, 2 ln(255 w), between
 /// these; one of a volume at the least, and has the mass beyond inside.
-constexpr double LeastGaussianReach = 8.0, LargestGaussianReach = 11.09;
-constexpr double VolumeCutOff = 1.0186573604; ///< 1 / (1 - exp(-LeastGaussianReach / 2))
+constexpr double LeastGaussianReach = 9.0, LargestGaussianReach = 11.09;
+constexpr double VolumeCutOff = 1.0112347; ///< 1 / (1 - exp(-LeastGaussianReach / 2))
 
 /// The raster's shape of the mixture: -g. Above this share it is a Gaussian.
 constexpr double WholeGaussian = 0.99;
