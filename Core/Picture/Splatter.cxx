@@ -103,7 +103,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const double supportRadius =
-    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestGaussianReach) : MaxKernelReach,
+    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestVolumeReach) : MaxKernelReach,
       std::sqrt(gaussian.Support() / gaussian.Tau));
   const CutCamera camera{ cell.Camera, cell.Optics, supportRadius,
     cloud.IsInSpace() ? SpacePrefilter : cell.Settings.Prefilter };

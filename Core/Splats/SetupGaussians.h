@@ -171,9 +171,8 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     f.W = f.W.Without(cell > 1.0 ? cell * cell / 6.0 : Real{});
     const SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, sharp);
-    const Real most = Smaller(inFocus, Uniform<Real>(volume ? 0.0 : 1.0));
-    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion,
-      LeastGaussianReach + (LargestGaussianReach - LeastGaussianReach) * most);
+    const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
+    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell;
@@ -182,7 +181,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     Real weight = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     if (volume)
     {
-      weight *= 1.0 + (VolumeCutOff - 1.0) * Larger(Real{} - profile.Shape, Real{});
+      weight *= 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{});
     }
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
