@@ -41,6 +41,7 @@ try:
     from .vtkSurfelOpenEXR import *  # noqa: F401,F403
     from .vtkSurfelReaders import *  # noqa: F401,F403
     from .vtkSurfelRendering import *  # noqa: F401,F403
+    from .vtkSurfelVolumes import *  # noqa: F401,F403
 except ImportError as _error:
     raise backend.cannot_load(_error) from _error
 backend.explain_mixing([_value for _name, _value in globals().items() if _name.startswith("vtk")])
