@@ -13,12 +13,12 @@ constexpr double Pi = 3.14159265358979323846;
 /// Samples of a part along each axis.
 constexpr int Samples = 4;
 /// Standard deviation of opacity or light (0..1) in a part above which it is split.
-constexpr double SplitDeviation = 0.05;
+constexpr double SplitDeviation = 0.025;
 /// Parts with less optical depth are left out: a thousand of them take 1 % of the light.
 constexpr double LeastOpticalDepth = 1e-5;
-/// Variance of a homogeneous part's kernel, in units of its length squared, and of the part itself.
-constexpr double KernelVariance = 0.25;
-constexpr double BoxVariance = 1.0 / 12.0;
+/// Covariance of a kernel over that of the extinction in its part: a homogeneous part, whose
+/// variance is length^2 / 12, gets a standard deviation of half of its length.
+constexpr double KernelScale = 3.0;
 
 /// A cube within the cell: the corner nearest to the origin, and the length.
 struct Part
@@ -137,8 +137,7 @@ CellGaussian MakeGaussian(const PartSums& sums, const Part& part)
   constexpr double count = Samples * Samples * Samples;
   const double total = sums.Mean.Extinction;
   const double area = part.Length * part.Length;
-  // The samples are cubes, too: what they add to the covariance, and the blur.
-  const double added = area * (BoxVariance / (Samples * Samples) + KernelVariance - BoxVariance);
+  const double own = area / (12.0 * Samples * Samples); // variance of a sample, which is a cube
   CellGaussian gaussian;
   double* c = gaussian.Covariance;
   for (int k = 0; k < 3; ++k)
@@ -149,8 +148,9 @@ CellGaussian MakeGaussian(const PartSums& sums, const Part& part)
   for (int k = 0; k < 3; ++k)
   {
     const double* p = gaussian.Center;
-    c[k] = std::max(0.0, sums.Second[k] / total - p[k] * p[k]) + added;
-    c[3 + k] = sums.Second[3 + k] / total - p[k == 2 ? 0 : k] * p[k == 2 ? 2 : k + 1];
+    c[k] = KernelScale * (std::max(0.0, sums.Second[k] / total - p[k] * p[k]) + own);
+    c[3 + k] =
+      KernelScale * (sums.Second[3 + k] / total - p[k == 2 ? 0 : k] * p[k == 2 ? 2 : k + 1]);
   }
   const double determinant = c[0] * (c[1] * c[2] - c[4] * c[4]) -
     c[3] * (c[3] * c[2] - c[4] * c[5]) + c[5] * (c[3] * c[4] - c[1] * c[5]);

@@ -30,12 +30,11 @@ struct CellSettings
 
 /**
  * Appends the Gaussians of a cell. Scalars are interpolated between its corners and classified
- * afterwards. Mass, mean, covariance and colour of a Gaussian are those of the extinction in its
- * part of the cell, so that a surface through a cell stays where it is.
- *
- * To the covariance a blur is added that makes the standard deviation of a homogeneous part half of
- * its length: along each axis the sum over equal parts is then 1 within 2 exp(-pi^2 / 2) = 1.44 %,
- * everywhere within 4.4 %.
+ * afterwards. Mass, mean and colour of a Gaussian are those of the extinction in its part of the
+ * cell, so that a surface through a cell stays where it is. Its covariance is three times that of
+ * the extinction, so that Gaussians overlap: a thin shell gets flat ones, and the standard
+ * deviation of a homogeneous part is half of its length. Along each axis the sum over equal parts
+ * is then 1 within 2 exp(-pi^2 / 2) = 1.44 %, everywhere within 4.4 %.
  *
  * A part is split into eight where one Gaussian cannot stand for it: where opacity or emitted light
  * over the length of the part deviate from their means by more than SplitDeviation.

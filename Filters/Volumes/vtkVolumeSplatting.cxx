@@ -8,6 +8,8 @@
 #include "Filters/Volumes/TransferTable.h"
 
 #include "vtkDataArray.h"
+#include "vtkDataObject.h"
+#include "vtkDataSetAttributes.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -26,7 +28,11 @@ using SurfelGeometry::StageProgress;
 vtkStandardNewMacro(vtkVolumeSplatting);
 
 //------------------------------------------------------------------------------
-vtkVolumeSplatting::vtkVolumeSplatting() = default;
+vtkVolumeSplatting::vtkVolumeSplatting()
+{
+  this->SetInputArrayToProcess(
+    0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
+}
 
 //------------------------------------------------------------------------------
 vtkVolumeSplatting::~vtkVolumeSplatting()
