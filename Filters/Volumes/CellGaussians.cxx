@@ -14,8 +14,6 @@ constexpr double Pi = 3.14159265358979323846;
 constexpr int Samples = 4;
 /// Standard deviation of opacity or light (0..1) in a part above which it is split.
 constexpr double SplitDeviation = 0.025;
-/// Parts with less optical depth are left out: a thousand of them take 1 % of the light.
-constexpr double LeastOpticalDepth = 1e-5;
 /// Covariance of a kernel over that of the extinction in its part: a homogeneous part, whose
 /// variance is length^2 / 12, gets a standard deviation of half of its length.
 constexpr double KernelScale = 3.0;

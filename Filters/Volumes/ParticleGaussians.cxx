@@ -16,6 +16,14 @@ namespace
 /// Particles that a thread takes at a time.
 constexpr vtkIdType Block = 1 << 14;
 
+constexpr double Pi = 3.14159265358979323846;
+
+/// Whether the optical depth through the centre, s r sqrt(2 pi), is too small to be seen.
+bool IsTransparent(const Gaussian& gaussian)
+{
+  return gaussian.Extinction * std::sqrt(2.0 * Pi * gaussian.Covariance[0]) < LeastOpticalDepth;
+}
+
 bool IsFinite(const Gaussian& gaussian)
 {
   return std::all_of(gaussian.Position, gaussian.Position + 3,
@@ -23,7 +31,7 @@ bool IsFinite(const Gaussian& gaussian)
     std::isfinite(gaussian.Covariance[0]);
 }
 
-/// Returns false if the particle is unusable. Its extinction may be 0.
+/// Returns false if the particle is unusable.
 bool MakeGaussian(const Particles& particles, vtkIdType id, const TransferTable& table,
   const double origin[3], Gaussian& gaussian)
 {
@@ -52,12 +60,11 @@ bool MakeGaussian(const Particles& particles, vtkIdType id, const TransferTable&
 std::string CheckParticles(const Particles& particles, const char* radiusArrayName)
 {
   const vtkIdType count = particles.Points->GetNumberOfPoints();
-  if (count > 0 && (!particles.Scalars || particles.Scalars->GetNumberOfTuples() != count))
+  if (!particles.Scalars || particles.Scalars->GetNumberOfTuples() != count)
   {
     return "The points have no scalars. Choose an array with SetInputArrayToProcess().";
   }
-  if (radiusArrayName && count > 0 &&
-    (!particles.Radii || particles.Radii->GetNumberOfComponents() != 1))
+  if (radiusArrayName && (!particles.Radii || particles.Radii->GetNumberOfComponents() != 1))
   {
     return std::string("The points have no array \"") + radiusArrayName +
       "\" of one component. Set RadiusArrayName to the name of an array of the points, or to "
@@ -96,7 +103,7 @@ bool CollectParticles(const Particles& particles, const TransferTable& table,
         {
           ++dropped;
         }
-        else if (gaussian.Extinction > 0.0f)
+        else if (!IsTransparent(gaussian))
         {
           gaussians.push_back(gaussian);
         }

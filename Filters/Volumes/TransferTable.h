@@ -11,6 +11,9 @@ class vtkVolumeProperty;
 
 namespace SurfelVolumes
 {
+/// Gaussians with less optical depth are left out: a thousand of them take 1 % of the light.
+constexpr double LeastOpticalDepth = 1e-5;
+
 /// What a place absorbs, and the light that it emits.
 struct Medium
 {

@@ -113,9 +113,11 @@ int vtkVolumeSplatting::RequestData(
   vtkImageData* image = vtkImageData::GetData(inputVector[0], 0);
   vtkPointSet* points = vtkPointSet::GetData(inputVector[0], 0);
   vtkDataArray* scalars = this->GetInputArrayToProcess(0, inputVector);
+  GaussianCollection none;
+  const double zero[3] = { 0.0, 0.0, 0.0 };
   if (points && points->GetNumberOfPoints() == 0)
   {
-    return 1;
+    return this->Finish(true, none, zero, output);
   }
   const Particles particles{ points, scalars,
     points && this->RadiusArrayName ? points->GetPointData()->GetArray(this->RadiusArrayName)
@@ -137,7 +139,7 @@ int vtkVolumeSplatting::RequestData(
   if (!(range[0] <= range[1]))
   {
     vtkWarningMacro("None of the scalars is finite: no Gaussians were made.");
-    return 1;
+    return this->Finish(true, none, zero, output);
   }
   const TransferTable table(
     this->VolumeProperty, range, this->VolumeProperty->GetScalarOpacityUnitDistance(0));
