@@ -354,8 +354,11 @@ TEST_CASE("Gaussians lie where the classified scalars are")
     // The mass of the layer, whatever the samples: 0.08 wide, and a step of the table (0.0005).
     const double mass = Extinction(o, 1.0) * 0.08 * 25;
     CHECK_NEAR(gaussians.TotalMass(), mass, 0.03 * mass);
-    // Flat: standard deviation along x, and across.
-    CHECK(gaussians.Covariance(0)[0] < 0.3 * gaussians.Covariance(0)[1]);
+    // Flat where the layer is thinner than a sample.
+    if (subdivision <= 1)
+    {
+      CHECK(gaussians.Covariance(0)[0] < 0.3 * gaussians.Covariance(0)[1]);
+    }
     // Colour of the scalar 3.3 / 8.
     CHECK_NEAR(gaussians.Color(0)[0], 255 * (1 - 3.3 / 8), 1.5);
     CHECK_NEAR(gaussians.Color(0)[2], 255 * 3.3 / 8, 1.5);
