@@ -447,6 +447,17 @@ TEST_CASE("What has no effect is said, and what changes is done anew")
   CHECK(Contains(run.Said.Warnings[0], "not shaded"));
 }
 
+TEST_CASE("Abort")
+{
+  Run run(MakeImage(3, 3, 100, [](int, int, int) { return 1.0; }), MakeProperty({ { 0, 0.5 } }, 1));
+  vtkNew<vtkCallbackCommand> stop;
+  stop->SetCallback([](vtkObject* caller, unsigned long, void*, void*) {
+    static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(1);
+  });
+  run.Filter->AddObserver(vtkCommand::ProgressEvent, stop);
+  CHECK(run.Error().empty());
+}
+
 TEST_CASE("The threads do not matter")
 {
   const auto image = MakeImage(20, 20, 20, [](int x, int y, int z) {

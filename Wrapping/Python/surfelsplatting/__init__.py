@@ -13,6 +13,8 @@ Points to surfels
     vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once
     vtkSurfelHierarchy              level of detail
     vtkPointsToSurfels              estimation, normalization and hierarchy in one, faster
+Volumes to Gaussians in space
+    vtkVolumeSplatting              classifies images with scalars, or particles
 Surfels to pictures
     vtkSurfelMapper                 surfels in a vtkActor
     vtkSurfelSplattingPass          surfels and meshes in a window: renderer.SetPass(...)
