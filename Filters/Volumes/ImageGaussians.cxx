@@ -18,6 +18,9 @@ namespace SurfelVolumes
 {
 namespace
 {
+/// Squares of lengths must fit into floats.
+constexpr double LeastSpacing = 1e-15, LargestSpacing = 1e15;
+
 /// World from index coordinates: the linear part, row by row.
 struct Axes
 {
@@ -128,7 +131,8 @@ private:
   {
     constexpr int dropped = vtkDataSetAttributes::HIDDENCELL | vtkDataSetAttributes::DUPLICATECELL;
     const vtkIdType cell = (z * (this->Size[1] - 1) + y) * (this->Size[0] - 1) + x;
-    return std::all_of(corners.begin(), corners.end(), [](double s) { return std::isfinite(s); }) &&
+    return std::all_of(corners.begin(), corners.end(),
+             [](double s) { return std::abs(s) <= LargestScalar; }) &&
       !(this->CellGhosts && (this->CellGhosts->GetValue(cell) & dropped));
   }
 
@@ -190,11 +194,18 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
            "SetInputArrayToProcess(), and turn cell data into point data with "
            "vtkCellDataToPointData.";
   }
+  const double* spacing = image->GetSpacing();
+  const auto [least, most] = std::minmax({ spacing[0], spacing[1], spacing[2] });
   const double volume = Axes(image).Volume();
-  if (!(volume > 0.0) || !std::isfinite(volume))
+  if (!(least > 0.0) || !(volume > 0.0))
   {
-    return "A cell of the image has the volume " + std::to_string(volume) +
-      ": set a spacing above 0 and a direction matrix that can be inverted.";
+    return "The cells of the image have no volume: their sides are " + std::to_string(spacing[0]) +
+      ", " + std::to_string(spacing[1]) + " and " + std::to_string(spacing[2]) +
+      ". Set a spacing above 0 and a direction matrix that can be inverted.";
+  }
+  if (!(least >= LeastSpacing && most <= LargestSpacing) || !std::isfinite(volume))
+  {
+    return "The spacing of the image must be from 1e-15 to 1e15: use other units of length.";
   }
   return std::string();
 }

@@ -39,11 +39,12 @@ std::vector<double> SampleColors(vtkVolumeProperty* property, const double range
 
 TransferTable::TransferTable(
   vtkVolumeProperty* property, const double range[2], double unitDistance)
-  : Low(range[0])
+  : Low(std::clamp(range[0], -LargestScalar, LargestScalar))
 {
   // A single scalar gets an interval, too.
-  const double least = 1e-6 * std::max(1.0, std::abs(range[0]));
-  const double ends[2] = { range[0], std::max(range[1], range[0] + least) };
+  const double least = 1e-6 * std::max(1.0, std::abs(this->Low));
+  const double ends[2] = { this->Low,
+    std::max(std::min(range[1], LargestScalar), this->Low + least) };
   this->StepsPerScalar = Steps / (ends[1] - ends[0]);
   std::vector<double> opacities(Steps + 1);
   property->GetScalarOpacity(0)->GetTable(ends[0], ends[1], Steps + 1, opacities.data());

@@ -14,6 +14,9 @@ namespace SurfelVolumes
 /// Gaussians with less optical depth are left out: a thousand of them take 1 % of the light.
 constexpr double LeastOpticalDepth = 1e-5;
 
+/// Scalars beyond this count as not finite: differences of them must be.
+constexpr double LargestScalar = 1e300;
+
 /// What a place absorbs, and the light that it emits.
 struct Medium
 {
@@ -35,8 +38,8 @@ public:
   /// As many as 14 bits: CT has 12, and the means over steps are exact anyway.
   static constexpr int Steps = 1 << 14;
 
-  /// @param range of the scalars, finite, range[0] <= range[1]
-  /// @param unitDistance world units, > 0
+  /// @param range of the scalars, range[0] <= range[1]; ends beyond LargestScalar are moved there
+  /// @param unitDistance world units, > 0 by so much that extinctions fit into floats
   TransferTable(vtkVolumeProperty* property, const double range[2], double unitDistance);
 
   /// Mean over the scalars from `scalar - reach` to `scalar + reach`, at least over one step of the

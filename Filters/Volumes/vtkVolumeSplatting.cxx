@@ -80,11 +80,12 @@ bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
     vtkErrorMacro("There is no property: set one with SetVolumeProperty().");
     return false;
   }
-  if (!(property->GetScalarOpacityUnitDistance(0) > 0.0))
+  // Extinctions must fit into floats.
+  const double unit = property->GetScalarOpacityUnitDistance(0);
+  if (!(unit >= 1e-30 && unit <= 1e30))
   {
     vtkErrorMacro("The property has the unit distance "
-      << property->GetScalarOpacityUnitDistance(0)
-      << ": set one above 0 with SetScalarOpacityUnitDistance().");
+      << unit << ": set one from 1e-30 to 1e30 with SetScalarOpacityUnitDistance().");
     return false;
   }
   if (!property->GetIndependentComponents() && scalars->GetNumberOfComponents() > 1)

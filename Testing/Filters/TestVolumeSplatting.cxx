@@ -404,6 +404,13 @@ TEST_CASE("Hidden and unusable cells are empty")
       [](int x, int, int) { return x == 2 ? std::numeric_limits<double>::infinity() : 1e30 * x; }),
     property);
   CHECK(wild.Result().Count() == 32);
+  vtkNew<vtkDoubleArray> huge;
+  huge->SetNumberOfTuples(27);
+  huge->Fill(1.7e308);
+  huge->SetValue(13, -1.7e308);
+  const auto large = MakeImage(3, 3, 3, [](int, int, int) { return 1.0; });
+  large->GetPointData()->SetScalars(huge);
+  CHECK(Run(large, property).Result().Count() == 0);
 }
 
 TEST_CASE("Unusable input is an error that says what to do")
@@ -419,7 +426,11 @@ TEST_CASE("Unusable input is an error that says what to do")
   CHECK(Contains(Run(none, property).Error(), "no scalars"));
   const auto squeezed = MakeImage(3, 3, 3, [](int, int, int) { return 1.0; });
   squeezed->SetSpacing(1.0, 0.0, 1.0);
-  CHECK(Contains(Run(squeezed, property).Error(), "spacing"));
+  CHECK(Contains(Run(squeezed, property).Error(), "no volume"));
+  squeezed->SetSpacing(1e-20, 1e-20, 1e-20);
+  CHECK(Contains(Run(squeezed, property).Error(), "1e-15"));
+  squeezed->SetSpacing(1.0, NaN, 1.0);
+  CHECK(Contains(Run(squeezed, property).Error(), "no volume"));
 
   CHECK(Contains(Run(image, MakeProperty({ { 0.0, 0.5 } }, 0.0)).Error(), "unit distance 0"));
   vtkNew<vtkFloatArray> pairs;
