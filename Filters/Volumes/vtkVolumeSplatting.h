@@ -11,7 +11,7 @@
  * Extinction is s = -ln(1 - o) / ScalarOpacityUnitDistance. Opacities o above 1 - 2^-16 count as
  * that. The first component of the scalars counts.
  *
- * Volumes: each cell becomes one Gaussian with the mass, mean, covariance and colour of the
+ * Volumes: each cell becomes one Gaussian with the mass, the place, the shape and the colour of the
  * extinction in it, or eight, where the classified scalars change much within it (Subdivision).
  * Scalars are always interpolated linearly, whatever the property says, and classified afterwards.
  * In a homogeneous volume the Gaussians add up to 1 within 4.4 %; anisotropic spacing and direction
@@ -21,8 +21,8 @@
  * Particles: a Gaussian whose standard deviation is the radius, and whose extinction at the centre
  * is that of the scalar.
  *
- * Shading and gradient opacity are not supported, since they change with light and gradient: a
- * property that has them gives a warning. So are dependent components (an error).
+ * Shading and gradient opacity are not supported (a warning), nor are dependent components (an
+ * error).
  *
  * The result does not depend on the number of threads.
  *
@@ -65,8 +65,8 @@ public:
   ///@{
   /**
    * How often a cell of a volume may be split into eight where the classified scalars change much
-   * within it. Default 1, range 0 to 3. Each level sharpens surfaces and takes about four times as
-   * many Gaussians there.
+   * within it. Default 1, range 0 to 3. Each level sharpens surfaces and takes four to six times
+   * as many Gaussians there.
    */
   vtkSetClampMacro(Subdivision, int, 0, 3);
   vtkGetMacro(Subdivision, int);
