@@ -151,12 +151,13 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
  *
  *   T = clip(1/2 + b (s - s_b)),  s = u.t1 / |t1|
  *
- * Where nothing is clipped, b = 4 |t1| and 1/2 + b s_b = mean. With r = |t1| / LargestMoment, b
- * grows as 1 / sqrt(1 - r); at r = 1 the ramp is the border of a segment of the disc, at s_0(mean).
- * Fitted to the exact parameters for means from 0.05 to 0.95, and r up to 0.98: b within 25 %.
+ * Where nothing is clipped, up to r = min(mean, 1 - mean) / (4 LargestMoment) with r = |t1| /
+ * LargestMoment, it is the line: b = 4 |t1| and 1/2 - b s_b = mean. Then b grows, at last as
+ * 1 / sqrt(1 - r); at r = 1 the ramp is the border of a segment of the disc, at s_0(mean). b and
+ * s_b are fitted to the exact ones.
  *
- * A fragment of which only the share l of the footprint is the lens's has seen the rest of u's
- * range as well, over which the linear reconstruction is right.
+ * Of a fragment's footprint only the share l is the lens's: its light comes through points about u,
+ * over which the ramp is blurred. l^2 of it and the line for the rest was measured to be best.
  * @param mean   of T, [0, 1]
  * @param moment |t1|
  * @param s      component of u along t1
@@ -171,17 +172,20 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real toLargest = (1.0f + 0.355f * SquareRoot(p)) * inverse; // 1 / LargestMoment(mean)
   const Real r = Smaller(moment * toLargest, Real(0.9999f));
   const Real rarer = Smaller(mean, 1.0f - mean);
-  const Real steeper = (0.15f * (1.0f - rarer) * inverse + 0.12f) / SquareRoot(1.0f - r);
-  const Real straight = 4.0f * moment, slope = straight * Larger(steeper, one);
+  const Real clips = 0.25f * rarer * toLargest; // the least r at which the line leaves [0, 1]
+  const Real x = Larger((r - clips) / (1.0f - clips), none);
+  const Real steep = (0.15f * (1.0f - rarer) * inverse + 0.12f) / SquareRoot(1.0f - r) - 1.0f;
+  const Real steeper = 1.0f + Larger(steep, none) * (x * x * (3.0f - 2.0f * x));
+  const Real straight = 4.0f * moment, slope = straight * steeper;
   const Real lack = 0.5f - mean;
   const Real segment = lack * (1.5708f + 1.72f * lack * lack); // s_0
   const Real far = Smaller(2.0f - 2.0f * r, one);
   const Real bends = far * (far + (1.0f - far) * 2.0f * rarer);
   // b (s - s_b), with s_b between those of the segment and of the straight line, lack / (4 |t1|)
-  const Real rise = slope * (s - segment + bends * segment) - Larger(steeper, one) * bends * lack;
+  const Real rise = slope * (s - segment + bends * segment) - steeper * bends * lack;
   const Real ramp = Smaller(Larger(0.5f + rise, none), one);
   const Real line = Smaller(Larger(mean + straight * s, none), one);
-  return line + share * (ramp - line);
+  return line + share * share * (ramp - line);
 }
 
 /// The sums of a layer that decide how much of it is seen.
