@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..clouds.reading import holds_gaussians
 from ..colormaps import scalar_names
 from ..problems import UserProblem
 from ..views.focus import blur_at, distance_in_focus, point_at_pixel, settle_focus
@@ -71,6 +72,11 @@ class Viewer:
         if discs.GetNumberOfPoints() == 0:
             raise UserProblem(f"{self.look.path}: none of its points has finite coordinates")
         return discs
+
+    @property
+    def contents(self):
+        """What is shown, as a word of messages."""
+        return "Gaussians" if holds_gaussians(self._surfels) else "surfels"
 
     def _set_surfels(self, surfels):
         self._surfels = surfels
