@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..clouds.reading import holds_gaussians
 from ..colormaps import scalar_names
 from ..problems import UserProblem
+from ..surfels import holds_gaussians
 from ..views.focus import blur_at, distance_in_focus, point_at_pixel, settle_focus
 from ..views.framing import complete_view
 from ..views.vtkcamera import make_camera, set_camera, set_lens
