@@ -35,10 +35,38 @@ constexpr double FocusBellPeak = 2.0 / (FocusBellReach * FocusBellMass);
 constexpr double FocusBellKurtosis =
   FocusBellReach * FocusBellReach * (BellEdge / 12.0 + (1.0 - BellEdge) / 105.0) / FocusBellMass;
 
-/// A Gaussian of a capture ends, in q, about where it is a level of 255, 2 ln(255 w), between
-/// these; one of a volume at the least, and has the mass beyond inside.
+/// A Gaussian ends, in q, no nearer than this. One of a capture ends about where it is a level of
+/// 255, 2 ln(255 w), up to the larger one.
 constexpr double LeastGaussianReach = 9.0, LargestGaussianReach = 11.09;
-constexpr double VolumeCutOff = 1.0112347; ///< 1 / (1 - exp(-LeastGaussianReach / 2))
+
+/// One of a volume ends where its optical depth is this. What lies beyond is added inside.
+constexpr double LeastOpticalDepth = 1e-4, LargestVolumeReach = 20.0;
+
+/// Reach of a Gaussian of a capture. @param weight opacity at the centre, in focus
+template <class Real>
+SURFELSPLATTING_INLINE Real CaptureReach(const Real& weight)
+{
+  return LeastGaussianReach +
+    (LargestGaussianReach - LeastGaussianReach) * Smaller(weight, Uniform<Real>(1.0));
+}
+
+/// Reach of a Gaussian of a volume. @param weight optical depth at the centre, in focus
+template <class Real>
+SURFELSPLATTING_INLINE Real VolumeReach(const Real& weight)
+{
+  const Real reach = FillLanes<Real>(LaneTypes<Real>::Count,
+    [&](int l) { return 2.0 * __builtin_log(LaneAt(weight, l) * (1.0 / LeastOpticalDepth)); });
+  return Smaller(
+    Larger(reach, Uniform<Real>(LeastGaussianReach)), Uniform<Real>(LargestVolumeReach));
+}
+
+/// Mass of a Gaussian over the part of it within VolumeReach, 1 to 1.0112.
+template <class Real>
+SURFELSPLATTING_INLINE Real MassOverCutOff(const Real& weight)
+{
+  constexpr double most = 0.011108996538242306; // exp(-LeastGaussianReach / 2)
+  return 1.0 / (1.0 - Smaller(LeastOpticalDepth / weight, Uniform<Real>(most)));
+}
 
 /// The raster's shape of the mixture: -g. Above this share it is a Gaussian.
 constexpr double WholeGaussian = 0.99;

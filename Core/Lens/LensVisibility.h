@@ -167,18 +167,20 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real& mean, const Real& moment, const Real& s, const Real& share)
 {
   const Real one(1.0f), none(0.0f);
-  const Real length = Larger(moment, Real(1e-12f));
-  const Real r = Smaller(length / Larger(LargestMoment(mean), Real(1e-12f)), Real(0.9999f));
-  const Real rarer = Larger(Smaller(mean, 1.0f - mean), Real(1e-6f));
-  const Real steeper = (0.15f / rarer + 0.12f) / SquareRoot(1.0f - r);
-  const Real slope = 4.0f * length * Larger(steeper, one);
+  const Real p = Larger(mean * (1.0f - mean), Real(1e-9f)), inverse = 1.0f / p;
+  const Real toLargest = (1.0f + 0.355f * SquareRoot(p)) * inverse; // 1 / LargestMoment(mean)
+  const Real r = Smaller(moment * toLargest, Real(0.9999f));
+  const Real rarer = Smaller(mean, 1.0f - mean);
+  const Real steeper = (0.15f * (1.0f - rarer) * inverse + 0.12f) / SquareRoot(1.0f - r);
+  const Real straight = 4.0f * moment, slope = straight * Larger(steeper, one);
   const Real lack = 0.5f - mean;
   const Real segment = lack * (1.5708f + 1.72f * lack * lack); // s_0
-  const Real straight = lack / (4.0f * length);
   const Real far = Smaller(2.0f - 2.0f * r, one);
-  const Real middle = segment + (straight - segment) * far * (far + (1.0f - far) * 2.0f * rarer);
-  const Real ramp = Smaller(Larger(0.5f + slope * (s - middle), none), one);
-  const Real line = Smaller(Larger(mean + 4.0f * length * s, none), one);
+  const Real bends = far * (far + (1.0f - far) * 2.0f * rarer);
+  // b (s - s_b), with s_b between those of the segment and of the straight line, lack / (4 |t1|)
+  const Real rise = slope * (s - segment + bends * segment) - Larger(steeper, one) * bends * lack;
+  const Real ramp = Smaller(Larger(0.5f + rise, none), one);
+  const Real line = Smaller(Larger(mean + straight * s, none), one);
   return line + share * (ramp - line);
 }
 

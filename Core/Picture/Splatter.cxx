@@ -103,7 +103,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, const Executor& executor)
   const SplatContext& cell = this->Cell;
   const TruncatedGaussian gaussian(cell.Settings.Cutoff);
   const double supportRadius =
-    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestGaussianReach) : MaxKernelReach,
+    std::fmax(cloud.IsInSpace() ? std::sqrt(LargestVolumeReach) : MaxKernelReach,
       std::sqrt(gaussian.Support() / gaussian.Tau));
   const CutCamera camera{ cell.Camera, cell.Optics, supportRadius,
     cloud.IsInSpace() ? SpacePrefilter : cell.Settings.Prefilter };
@@ -334,6 +334,9 @@ void Splatter::RenderCell(
   }
   this->Stats = FrameStatistics();
   this->TileSeconds = 0.0;
+  // The layers of a sink and doubts are those of pixels.
+  this->Cell.GaussianRuns = this->CellInPicture.GaussianRuns =
+    this->Cell.CoarseGrids && !target.Sink && !this->SumsDoubts;
   this->List.Clear(this->Cell.HasLens());
   this->Lazy.Clear(this->Cell);
   if (target.Exchange)

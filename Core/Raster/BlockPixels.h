@@ -12,6 +12,9 @@ namespace SurfelSplatting
 {
 namespace
 {
+/// Columns and rows of a block's pixels.
+alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
+alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
 /// Pixels of a block as a splat sees them.
 struct BlockPixels
 {

@@ -108,8 +108,8 @@ SURFELSPLATTING_INLINE void DimOpenLayers(
 /// Takes what the fragments hide from the moments of T and from the open layers.
 /// @param hides of T
 template <bool OnLens>
-SURFELSPLATTING_INLINE void HideThroughLens(
-  PixelTile& tile, int block, const LensPoints& u, const Lanes& hides, const Lanes& before)
+SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const LensPoints& u,
+  const Lanes& hides, const Lanes& before, bool hasLayers)
 {
   const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
   const bool wasTilted = IsTilted(tile, block);
@@ -120,10 +120,42 @@ SURFELSPLATTING_INLINE void HideThroughLens(
   {
     tile.Tilted |= std::uint64_t{ 1 } << block;
   }
-  if (wasTilted || becomesTilted)
+  if (becomesTilted || (wasTilted && hasLayers))
   {
     DimOpenLayers(tile, block, before, after, becomesTilted);
   }
+}
+
+/// What is seen of T at the lens points of a Gaussian's fragments, in a tilted block.
+SURFELSPLATTING_INLINE Lanes SeenOnLens(
+  const FinishedLayers& done, const Splat& s, const GaussianFragments& f, const Lanes& before)
+{
+  const float square = 4.0f * f.Quarter * f.Quarter;
+  // The lens's share of the footprint is no more than this in any direction.
+  const float most = square * (s.A * (1.0f + s.K * s.K) + s.B);
+  constexpr float little = 1.0f / 16.0f;
+  if (most < little)
+  {
+    return LimitSeen(before + LinearPart(done.ThroughX, done.ThroughY, f.U), before);
+  }
+  const LensPoints moment{ Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY) };
+  const Lanes length = LengthOf(moment.X, moment.Y), per = 1.0f / Larger(length, 1e-20f);
+  const Lanes nx = moment.X * per, ny = moment.Y * per, across = nx + s.K * ny;
+  const Lanes share = Smaller(square * (s.A * across * across + s.B * ny * ny), 1.0f);
+  return LimitSeen(ReconstructRamp(before, length, nx * f.U.X + ny * f.U.Y, share), before);
+}
+
+/// What a Gaussian's fragments hide of T.
+template <bool OnLens>
+SURFELSPLATTING_INLINE Lanes HiddenShare(
+  const PixelTile& tile, int block, const Splat& s, const GaussianFragments& f, const Lanes& before)
+{
+  if (!OnLens || !IsTilted(tile, block))
+  {
+    return before * f.Alpha;
+  }
+  const Lanes seen = SeenOnLens(tile.Finished[block], s, f, before);
+  return VisibleShare(before, LayerCoverage<Lanes>{ 1.0f, f.Alpha, f.Alpha * seen });
 }
 
 /// Composites the fragments of a Gaussian.
@@ -133,26 +165,18 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
 {
   FinishedLayers& done = tile.Finished[block];
   const Lanes before = Lanes::Load(done.Transmittance);
-  Lanes seen = before;
-  if (OnLens && IsTilted(tile, block))
-  {
-    const LensPoints moment{ Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY) };
-    const Lanes length = LengthOf(moment.X, moment.Y), per = 1.0f / Larger(length, 1e-20f);
-    const Lanes nx = moment.X * per, ny = moment.Y * per, across = nx + s.K * ny;
-    const Lanes lens = (4.0f * f.Quarter * f.Quarter) * (s.A * across * across + s.B * ny * ny);
-    seen = LimitSeen(
-      ReconstructRamp(before, length, nx * f.U.X + ny * f.U.Y, Smaller(lens, 1.0f)), before);
-  }
   const LaneMask visible = f.Inside & (Lanes::Load(done.OccluderDepth) >= f.Depth);
-  const LayerCoverage<Lanes> layer{ 1.0f, f.Alpha, f.Alpha * seen };
-  const Lanes hides = Select(visible, VisibleShare(before, layer), 0.0f);
+  const Lanes hides = Select(visible, HiddenShare<OnLens>(tile, block, s, f, before), 0.0f);
   const Lanes after = Larger(before - hides, 0.0f);
   const Lanes red = hides * s.Red, green = hides * s.Green, blue = hides * s.Blue;
   AddTo(done.Red, red);
   AddTo(done.Green, green);
   AddTo(done.Blue, blue);
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  Select(median, f.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  if (Any(median))
+  {
+    Put(done.Depth, median, f.Depth);
+  }
   after.Store(done.Transmittance);
   if (!Any(after > MinTransmittance))
   {
@@ -169,8 +193,8 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
     f.Alpha.Store(leaked.Coverage);
     if (settings.Doubts)
     {
-      const Lanes share = hides / Larger(layer.Seen, 1e-30f);
-      AddDoubt(tile.Doubted[block], layer, before, { share, after, 0.0f, 0.0f, 0.0f }, leaked);
+      AddDoubt(tile.Doubted[block], { 1.0f, f.Alpha, hides }, before,
+        { 1.0f, after, 0.0f, 0.0f, 0.0f }, leaked);
     }
     if (callbacks.Leaked)
     {
@@ -180,7 +204,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   }
   if (settings.LensRadius > 0.0f)
   {
-    HideThroughLens<OnLens>(tile, block, f.U, hides, before);
+    HideThroughLens<OnLens>(tile, block, f.U, hides, before, settings.HasLayers);
   }
 }
 
@@ -202,9 +226,135 @@ SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int bloc
   const Lanes ux = (quarter * s.A) * (d.X + s.K * d.Y);
   const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
     s.Near, { ux, splat.S.K * ux + (quarter * splat.S.B) * d.Y }, quarter };
-  LeakBefore(tile, block, fragments, splat.Settings, callbacks);
+  if (splat.Settings.HasLayers)
+  {
+    LeakBefore(tile, block, fragments, splat.Settings, callbacks);
+  }
   CompositeGaussian<OnLens>(tile, block, s, fragments, splat.Settings, callbacks);
   return bits;
+}
+
+/// N x N cells about the pixels of a block, and their shares in these.
+template <int N>
+struct CellCorners
+{
+  int Block[N * N], Lane[N * N];
+  Lanes X[N], Y[N];
+
+  /// @param i,j  the first cell
+  /// @param x,y  of the first pixel's centre from it, cells
+  SURFELSPLATTING_INLINE CellCorners(int i, int j, float x, float y, float perCell)
+  {
+    const Lanes dx = Lanes::Load(RampX) * perCell + x, dy = Lanes::Load(RampY) * perCell + y;
+    for (int k = 0; k < N; ++k)
+    {
+      const Lanes ex = dx - static_cast<float>(k), ey = dy - static_cast<float>(k);
+      this->X[k] = Larger(1.0f - Larger(ex, 0.0f - ex), 0.0f);
+      this->Y[k] = Larger(1.0f - Larger(ey, 0.0f - ey), 0.0f);
+    }
+    for (int k = 0; k < N * N; ++k)
+    {
+      const int ci = i + k % N, cj = j + k / N;
+      this->Block[k] = cj / BlockSize * BlocksPerRow + ci / BlockSize;
+      this->Lane[k] = cj % BlockSize * BlockSize + ci % BlockSize;
+    }
+  }
+
+  SURFELSPLATTING_INLINE Lanes Interpolate(const float (&v)[N * N]) const
+  {
+    Lanes sum = 0.0f;
+    for (int b = 0; b < N; ++b)
+    {
+      Lanes row = 0.0f;
+      for (int a = 0; a < N; ++a)
+      {
+        row += this->X[a] * v[b * N + a];
+      }
+      sum += this->Y[b] * row;
+    }
+    return sum;
+  }
+};
+
+/// What a run does to its cells, in some of them.
+template <int N>
+struct RunCorners
+{
+  float Through[N], Red[N], Green[N], Blue[N], X[N], Y[N];
+  float Depth; ///< of the median; the farthest of the cells'
+
+  SURFELSPLATTING_INLINE RunCorners(
+    const PixelTile& run, const RunStart& start, const int (&block)[N], const int (&lane)[N])
+  {
+    this->Depth = 0.0f;
+    for (int k = 0; k < N; ++k)
+    {
+      const int l = lane[k];
+      const FinishedLayers& after = run.Finished[block[k]];
+      const FinishedLayers& before = start.Before[block[k]];
+      const float t0 = before.Transmittance[l], t1 = after.Transmittance[l], per = 1.0f / t0;
+      const float per1 = t1 > 1e-6f ? 1.0f / t1 : 0.0f;
+      this->Through[k] = t1 * per;
+      this->Red[k] = after.Red[l] * per;
+      this->Green[k] = after.Green[l] * per;
+      this->Blue[k] = after.Blue[l] * per;
+      this->X[k] = after.ThroughX[l] * per1 - before.ThroughX[l] * per;
+      this->Y[k] = after.ThroughY[l] * per1 - before.ThroughY[l] * per;
+      this->Depth = after.Depth[l] > this->Depth ? after.Depth[l] : this->Depth;
+    }
+  }
+};
+
+/// Composites a run behind the finished layers of a block.
+template <int N>
+SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const PixelTile& state,
+  const RunStart& start, const CellCorners<N>& at)
+{
+  const RunCorners<N * N> run(state, start, at.Block, at.Lane);
+  FinishedLayers& done = tile.Finished[block];
+  const Lanes before = Lanes::Load(done.Transmittance);
+  const Lanes through = at.Interpolate(run.Through), after = before * through;
+  AddTo(done.Red, before * at.Interpolate(run.Red));
+  AddTo(done.Green, before * at.Interpolate(run.Green));
+  AddTo(done.Blue, before * at.Interpolate(run.Blue));
+  Lanes x = Lanes::Load(done.ThroughX) * through + after * at.Interpolate(run.X);
+  Lanes y = Lanes::Load(done.ThroughY) * through + after * at.Interpolate(run.Y);
+  const Lanes squared = x * x + y * y, limit = LargestMoment(after);
+  const Lanes shorten = Smaller(limit / Larger(SquareRoot(squared), 1e-20f), 1.0f);
+  (x * shorten).Store(done.ThroughX);
+  (y * shorten).Store(done.ThroughY);
+  if (Any(squared > MinTilt * MinTilt / 16.0f))
+  {
+    tile.Tilted |= std::uint64_t{ 1 } << block;
+  }
+  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
+  Select(median, run.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  if (!Any(after > MinTransmittance))
+  {
+    tile.Opaque |= std::uint64_t{ 1 } << block;
+  }
+}
+
+/// RasterTarget::AddRun.
+void AddRun(PixelTile& tile, const PixelTile& run, const RunStart& start, int cell)
+{
+  const float perCell = 1.0f / static_cast<float>(cell);
+  for (int block = 0; block < BlocksPerTile; ++block)
+  {
+    const int x = block % BlocksPerRow * BlockSize, y = block / BlocksPerRow * BlockSize;
+    const int i = x / cell, j = y / cell;
+    const float dx = (static_cast<float>(x - i * cell) + 0.5f) * perCell;
+    const float dy = (static_cast<float>(y - j * cell) + 0.5f) * perCell;
+    if (cell >= BlockSize)
+    {
+      AddRunToBlock<2>(tile, block, run, start, { i, j, dx, dy, perCell });
+    }
+    else
+    {
+      AddRunToBlock<3>(tile, block, run, start, { i, j, dx, dy, perCell });
+    }
+  }
 }
 }
 }

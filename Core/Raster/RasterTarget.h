@@ -91,6 +91,12 @@ struct PixelTile
 };
 static_assert(BlocksPerTile == 64, "a bit of PixelTile::Opaque each");
 
+/// What was in front of a run (GaussianRun.h), in its cells.
+struct RunStart
+{
+  FinishedLayers Before[BlocksPerTile]; ///< Transmittance, ThroughX, ThroughY
+};
+
 /// What the layers of a block add to the picture.
 struct alignas(64) LeakedLayers
 {
@@ -134,6 +140,7 @@ struct RasterSettings
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false; ///< add nothing to opaque blocks
   bool Doubts = false;     ///< sum up PixelTile::Doubted
+  bool HasLayers = true;   ///< the tile may have open layers
 };
 
 /// A splat and its optional data.
@@ -162,6 +169,9 @@ struct RasterTarget
   /// The same for a tent.
   std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
+  /// Composites a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
+  /// @param cell d, px
+  void (*AddRun)(PixelTile& tile, const PixelTile& run, const RunStart& start, int cell);
   /// Lanes of a block that nothing which begins behind a depth can change by more than
   /// MinTransmittance.
   unsigned int (*HiddenFrom)(

@@ -2,5 +2,5 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddSplat,
-  SurfelSplatting::AddGaussian, SurfelSplatting::AddTent, SurfelSplatting::HiddenFrom,
-  SurfelSplatting::CloseAll, "AVX2" };
+  SurfelSplatting::AddGaussian, SurfelSplatting::AddTent, SurfelSplatting::AddRun,
+  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX2" };

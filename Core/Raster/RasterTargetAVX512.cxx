@@ -3,5 +3,5 @@
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX512 = {
   SurfelSplatting::AddSplat, SurfelSplatting::AddGaussian, SurfelSplatting::AddTent,
-  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX-512"
+  SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX-512"
 };

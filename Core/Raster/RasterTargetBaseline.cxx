@@ -3,5 +3,5 @@
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetBaseline = {
   SurfelSplatting::AddSplat, SurfelSplatting::AddGaussian, SurfelSplatting::AddTent,
-  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "baseline"
 };

@@ -102,7 +102,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   bool opaque = run != end && this->AddBefore(lazy->Near(*run), list, bins, lazy, counts);
   while (run != end && !opaque)
   {
-    opaque = this->SkipHidden && this->IsOpaque(lazy->Near(*run));
+    opaque = this->SkipHidden && this->BecomesOpaque(lazy->Near(*run));
     if (!opaque)
     {
       this->TakeRuns(*lazy, run, end);
@@ -205,7 +205,7 @@ bool TileRaster::AddBefore(
     {
       return false;
     }
-    if (this->SkipHidden && added % checkEvery == 0 && this->IsOpaque(near))
+    if (this->SkipHidden && added % checkEvery == 0 && this->BecomesOpaque(near))
     {
       return true;
     }
@@ -266,6 +266,20 @@ bool TileRaster::IsOpaque(float near) const
   return true;
 }
 
+/// The same with the run, which ends if it is opaque itself.
+bool TileRaster::BecomesOpaque(float near)
+{
+  if (this->Run.IsOpen())
+  {
+    if (!this->Run.IsOpaque())
+    {
+      return false;
+    }
+    this->EndRun();
+  }
+  return this->IsOpaque(near);
+}
+
 /// The background that shines through the last layers may have any colour.
 float TileRaster::LargestDoubt() const
 {
@@ -305,6 +319,9 @@ void TileRaster::Clear()
     std::memset(static_cast<void*>(this->Tile.Doubted), 0, sizeof(this->Tile.Doubted));
   }
   this->Tile.Opaque = this->Tile.Tilted = 0;
+  this->NearestProp = Infinity;
+  this->Run.Drop();
+  this->Settings.HasLayers = false;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
     std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
@@ -339,6 +356,7 @@ void TileRaster::ClearPixels()
       if (inside && this->OccluderDepth)
       {
         done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
+        this->NearestProp = std::min(this->NearestProp, done.OccluderDepth[l]);
       }
     }
     const bool outside = x0 >= this->Width || y0 >= this->Height;
@@ -366,21 +384,66 @@ std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
   this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
   if (s.Gradient == InSpace)
   {
-    // A plain z-buffer, for comparison, has none of them.
-    return this->Settings.Pass != RasterPass::Layers
-      ? 0
-      : Target.AddGaussian(this->Tile, { s, nullptr, list.FootprintOf(i) },
-          this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
+    return this->AddGaussian(list, i);
   }
+  this->EndRun();
+  this->Settings.HasLayers = true;
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
   return Target.AddSplat(this->Tile, { s, gradient, list.FootprintOf(i) },
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
 }
 
+/// Whether no open layer is left that a Gaussian at a depth could lie in or behind, nor a prop in
+/// front of it.
+bool TileRaster::MayBeginRun(float depth) const
+{
+  const auto isEmpty = [](const OpenLayers& open) {
+    return std::all_of(
+      open.Weight, open.Weight + PixelsPerBlock, [](float w) { return w <= 0.0f; });
+  };
+  return depth <= this->NearestProp &&
+    (!this->Settings.HasLayers ||
+      std::all_of(this->Tile.Open, this->Tile.Open + BlocksPerTile, isEmpty));
+}
+
+/// Composites the run, if there is one.
+void TileRaster::EndRun()
+{
+  if (this->Run.IsOpen())
+  {
+    this->Run.End(Target, this->Tile);
+  }
+}
+
+std::uint64_t TileRaster::AddGaussian(const SplatList& list, std::size_t i)
+{
+  const Splat& s = list.Splats[i];
+  if (this->Settings.Pass != RasterPass::Layers)
+  {
+    return 0; // a plain z-buffer, for comparison, has none of them
+  }
+  const SplatData data{ s, nullptr, list.FootprintOf(i) };
+  const TilePlace place = this->PlaceInTile(list.Boxes[i], s.X, s.Y);
+  const int cell = static_cast<int>(s.DepthY);
+  if (this->Run.IsOpen() && (this->Run.CellSize() != cell || s.Near > this->NearestProp))
+  {
+    this->EndRun();
+  }
+  if (!this->Run.IsOpen() && cell > 1 && this->MayBeginRun(s.Near))
+  {
+    this->Run.Begin(this->Tile, cell);
+  }
+  return this->Run.IsOpen()
+    ? this->Run.Add(Target, data, place, this->Settings)
+    : Target.AddGaussian(this->Tile, data, place, this->Settings, this->Callbacks());
+}
+
 /// LargestColor has the tent's splats already, from the coarse grid.
 std::uint64_t TileRaster::AddTent(const Tent& t)
 {
+  this->EndRun();
+  this->Settings.HasLayers = true;
   return Target.AddTent(
     this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callbacks());
 }
@@ -432,6 +495,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, 
 
 void TileRaster::CloseAll()
 {
+  this->EndRun();
   Target.CloseAll(this->Tile, this->Settings, this->Callbacks());
   for (int i = 0; this->Sink && i < BlocksPerTile; ++i)
   {

@@ -9,6 +9,7 @@
 
 #include "Core/Raster/ABuffer.h"
 #include "Core/Raster/Frame.h"
+#include "Core/Raster/GaussianRun.h"
 #include "Core/Raster/RasterTarget.h"
 #include "Core/Raster/TileBinning.h"
 #include "Core/Splats/LazySplats.h"
@@ -62,6 +63,7 @@ private:
     float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts);
   unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near) const;
+  bool BecomesOpaque(float near);
   float LargestDoubt() const;
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
@@ -77,6 +79,9 @@ private:
   std::uint64_t Add(const SplatList& list, std::size_t i);
   std::uint64_t AddSplat(const SplatList& list, std::size_t i);
   std::uint64_t AddTent(const Tent& tent);
+  std::uint64_t AddGaussian(const SplatList& list, std::size_t i);
+  bool MayBeginRun(float depth) const;
+  void EndRun();
   TilePlace PlaceInTile(const PixelBox& box, float x, float y) const;
   RasterCallbacks Callbacks();
   void CloseAll();
@@ -99,5 +104,7 @@ private:
   float PendingFar = 0.0f; ///< far end of the runs taken so far
   KeySorter Sorter;
   PixelTile Tile;
+  float NearestProp = 0.0f; // depth of the nearest one in the tile
+  GaussianRun Run;          // of blurred Gaussians behind what the tile has
 };
 }

@@ -8,6 +8,7 @@
  */
 #pragma once
 
+#include "Core/Base/Tiles.h"
 #include "Core/Lens/GaussianFootprint.h"
 #include "Core/Splats/SetupOutput.h"
 #include "Core/Surfels/GaussianMass.h"
@@ -133,6 +134,27 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
   return f;
 }
 
+/// Smallest deviation of a footprint in a run's cells.
+constexpr double RunCellsPerDeviation = 0.75;
+
+/// Size of a run's cells (GaussianRun.h), px; 1: none. It depends on the depth alone.
+template <class Real>
+SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& blur)
+{
+  if (!job.GaussianRuns)
+  {
+    return Uniform<Real>(1.0);
+  }
+  const Real variance = Smaller(blur.Variance[0], blur.Variance[1]);
+  Real cell = Uniform<Real>(1.0);
+  for (int d = 2; d <= TileSize; d *= 2)
+  {
+    const double deviation = RunCellsPerDeviation * d;
+    cell = variance >= deviation * deviation ? Uniform<Real>(d) : cell;
+  }
+  return cell;
+}
+
 /// Makes the splats of as many Gaussians as Real has lanes.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeGaussianBatch(
@@ -145,21 +167,25 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const LensBlur<Real> blur = Blur(job, index, s);
     FootprintOf<Real> sharp;
     ScreenFootprints<Real> f = ProjectGaussians(job, s, blur, sharp);
+    const Real cell = RunCell(job, blur);
+    f.W = f.W.Without(cell > 1.0 ? cell * cell / 6.0 : Real{});
     const SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, sharp);
-    const Real most = Smaller(inFocus, Uniform<Real>(volume ? 0.0 : 1.0));
-    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion,
-      LeastGaussianReach + (LargestGaussianReach - LeastGaussianReach) * most);
-    const ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
+    const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
+    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
+    // Cells just outside of a tile's pixels belong to it.
+    kernel.HalfWidth += cell;
+    kernel.HalfHeight += cell;
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     Real weight = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     if (volume)
     {
-      weight *= 1.0 + (VolumeCutOff - 1.0) * Larger(Real{} - profile.Shape, Real{});
+      weight *= 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{});
     }
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
-    const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, Real{} };
+    const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };
     SplatBatch<Real> batch{ s, blur, f, kernel, places, weight, depths, colors };
     const MaskOf<Real> representable = IsRepresentable(batch);
     s.Invalid |= s.Alive & Not(representable);

@@ -52,6 +52,7 @@ struct SetupJob
   double DefocusFactor = 0.0; ///< variance that the lens adds, in units of C^2
   bool PaperDetail = false;   ///< draw nodes as in the paper, without gradients
   bool CoarseGrids = false;
+  bool GaussianRuns = false;
   bool DepthBuffered = false;
 
   Paint Colors = Paint::Own;

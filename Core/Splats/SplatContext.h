@@ -31,8 +31,9 @@ struct SplatContext
   std::vector<Light> Lights; ///< camera space
   SplatSettings Settings;
   CutSettings Cut;
-  bool SkipHidden = true;  ///< skip surfels behind opaque layers, in tiles that are fully opaque
-  bool CoarseGrids = true; ///< draw wide splats on grids of larger cells
+  bool SkipHidden = true;   ///< skip surfels behind opaque layers, in tiles that are fully opaque
+  bool CoarseGrids = true;  ///< draw wide splats on grids of larger cells
+  bool GaussianRuns = true; ///< draw blurred Gaussians in space on larger cells (GaussianRun.h)
   /// For comparison: a plain z-buffer instead of layers. Each pixel shows only its nearest surface,
   /// regardless of opacity, and too little of it if surfels are smaller than a pixel. This measures
   /// a lower bound of the time and does not give a good picture. It turns off coarse grids and the

@@ -74,6 +74,7 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter : settings.Prefilter;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, j.Gaussian);
   j.CoarseGrids = context.CoarseGrids && !j.Cloud.IsInSpace();
+  j.GaussianRuns = context.GaussianRuns && context.HasLens();
   j.DepthBuffered = context.DepthBuffered;
 }
 

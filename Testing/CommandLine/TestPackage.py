@@ -12,7 +12,8 @@ CLASSES = ["vtkDeepEXRWriter", "vtkLensAccumulationPass", "vtkPartitionedSurfelE
            "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
            "vtkSurfelEstimation", "vtkSurfelHierarchy", "vtkSurfelHierarchyReader",
            "vtkSurfelHierarchyWriter", "vtkSurfelImageRenderer", "vtkSurfelMapper",
-           "vtkSurfelNormalization", "vtkSurfelSplatter", "vtkSurfelSplattingPass"]
+           "vtkSurfelNormalization", "vtkSurfelSplatter", "vtkSurfelSplattingPass",
+           "vtkVolumeSplatting"]
 
 
 class TestPackage(ToolCase):

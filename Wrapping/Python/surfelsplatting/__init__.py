@@ -14,6 +14,8 @@ Points to surfels
     vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once
     vtkSurfelHierarchy              level of detail
     vtkPointsToSurfels              estimation, normalization and hierarchy in one, faster
+Volumes to Gaussians in space
+    vtkVolumeSplatting              classifies images with scalars, or particles
 Surfels to pictures
     vtkSurfelMapper                 surfels in a vtkActor
     vtkSurfelSplattingPass          surfels and meshes in a window: renderer.SetPass(...)
@@ -42,6 +44,7 @@ try:
     from .vtkSurfelOpenEXR import *  # noqa: F401,F403
     from .vtkSurfelReaders import *  # noqa: F401,F403
     from .vtkSurfelRendering import *  # noqa: F401,F403
+    from .vtkSurfelVolumes import *  # noqa: F401,F403
 except ImportError as _error:
     raise backend.cannot_load(_error) from _error
 backend.explain_mixing([_value for _name, _value in globals().items() if _name.startswith("vtk")])

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Blurred Gaussians in space that follow one another in depth, composited on cells of d px instead
+ * of pixels, so that raster time depends on their number instead of their area.
+ *
+ * How much the lens blurs depends on the depth alone, so that a tile's Gaussians, sorted by depth,
+ * form a few runs of one cell size. A run begins with the mean of the pixels' T and its moments in
+ * each cell. At the end, its pixels take over, interpolated bilinearly between the cells, the
+ * factor of T, the colour over T, and the change of the moments over T:
+ *
+ *   T' = T t,  t = T_1 / T_0;   C' = C + T c,  c = (C_1 - C_0) / T_0;
+ *   m' = T' (m / T + m_1 / T_1 - m_0 / T_0)
+ *
+ * so that pixels in front of the run keep their sharp borders.
+ *
+ *   cell (i, j) of a tile is centred at (i d, j d) px: neighbouring tiles share cells at their
+ * border
+ */
+#pragma once
+
+#include "Core/Raster/RasterTarget.h"
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+class GaussianRun
+{
+public:
+  bool IsOpen() const { return this->Cell > 0; }
+  int CellSize() const { return this->Cell; }
+
+  /// Begins a run in front of which a tile has no open layers. @param cell d, 2 to TileSize, a
+  /// power of two, px
+  void Begin(const PixelTile& tile, int cell);
+
+  /// Adds a Gaussian. @param place in the tile, px
+  std::uint64_t Add(const RasterTarget& target, const SplatData& splat, const TilePlace& place,
+    const RasterSettings& settings);
+
+  /// Whether nothing behind it is seen.
+  bool IsOpaque() const { return ~this->State.Opaque == 0; }
+
+  /// Composites the run into the tile.
+  void End(const RasterTarget& target, PixelTile& tile);
+
+  /// Forgets the run.
+  void Drop() { this->Cell = 0; }
+
+private:
+  int Cell = 0;
+  PixelTile State; ///< its pixels are the cells
+  RunStart Start;
+};
+}

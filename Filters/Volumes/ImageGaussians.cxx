@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Volumes/ImageGaussians.h"
+
+#include "Filters/Volumes/CellGaussians.h"
+
+#include "vtkArrayDispatch.h"
+#include "vtkDataArrayRange.h"
+#include "vtkDataSetAttributes.h"
+#include "vtkImageData.h"
+#include "vtkMatrix3x3.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace SurfelVolumes
+{
+namespace
+{
+/// Squares of lengths must fit into floats.
+constexpr double LeastSpacing = 1e-15, LargestSpacing = 1e15;
+
+/// World from index coordinates: the linear part, row by row.
+struct Axes
+{
+  explicit Axes(vtkImageData* image)
+  {
+    for (int row = 0; row < 3; ++row)
+    {
+      for (int column = 0; column < 3; ++column)
+      {
+        this->A[row][column] =
+          image->GetDirectionMatrix()->GetElement(row, column) * image->GetSpacing()[column];
+      }
+    }
+  }
+
+  double Volume() const
+  {
+    const auto& a = this->A;
+    return std::abs(a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+      a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+      a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]));
+  }
+
+  double A[3][3];
+};
+
+/// Copies the first component of consecutive tuples.
+struct CopyScalars
+{
+  template <typename Array>
+  void operator()(Array* array, vtkIdType begin, std::vector<double>& values) const
+  {
+    const auto count = static_cast<vtkIdType>(values.size());
+    const auto tuples = vtk::DataArrayTupleRange(array, begin, begin + count);
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      values[i] = static_cast<double>(tuples[i][0]);
+    }
+  }
+};
+
+/// The cells of an image, slice by slice.
+class ImageCells
+{
+public:
+  ImageCells(
+    vtkImageData* image, vtkDataArray* scalars, const TransferTable& table, int subdivision)
+    : Scalars(scalars)
+    , PointGhosts(image->GetPointGhostArray())
+    , CellGhosts(image->GetCellGhostArray())
+    , Table(table)
+    , World(image)
+    , Settings{ subdivision, std::cbrt(this->World.Volume()) }
+  {
+    image->GetDimensions(this->Size);
+  }
+
+  /// Appends the Gaussians of the cells between the slices z and z + 1.
+  void Append(vtkIdType z, std::vector<Gaussian>& gaussians) const
+  {
+    const vtkIdType nx = this->Size[0], ny = this->Size[1];
+    const std::vector<double> slices[2] = { this->ReadSlice(z), this->ReadSlice(z + 1) };
+    std::vector<CellGaussian> found;
+    for (vtkIdType y = 0; y < ny - 1; ++y)
+    {
+      for (vtkIdType x = 0; x < nx - 1; ++x)
+      {
+        std::array<double, 8> corners;
+        for (int i = 0; i < 8; ++i)
+        {
+          corners[i] = slices[i >> 2][(y + (i >> 1 & 1)) * nx + x + (i & 1)];
+        }
+        if (!this->IsUsable(corners, x, y, z))
+        {
+          continue;
+        }
+        found.clear();
+        AppendCellGaussians(corners, this->Table, this->Settings, found);
+        for (const CellGaussian& gaussian : found)
+        {
+          gaussians.push_back(this->ToWorld(gaussian, x, y, z));
+        }
+      }
+    }
+  }
+
+private:
+  /// Scalars of a slice of points; NaN at hidden points.
+  std::vector<double> ReadSlice(vtkIdType z) const
+  {
+    const vtkIdType count = vtkIdType{ this->Size[0] } * this->Size[1];
+    std::vector<double> values(count);
+    if (!vtkArrayDispatch::Dispatch::Execute(this->Scalars, CopyScalars(), z * count, values))
+    {
+      CopyScalars()(this->Scalars, z * count, values);
+    }
+    for (vtkIdType i = 0; this->PointGhosts && i < count; ++i)
+    {
+      if (this->PointGhosts->GetValue(z * count + i) & vtkDataSetAttributes::HIDDENPOINT)
+      {
+        values[i] = std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+    return values;
+  }
+
+  bool IsUsable(const std::array<double, 8>& corners, vtkIdType x, vtkIdType y, vtkIdType z) const
+  {
+    constexpr int dropped = vtkDataSetAttributes::HIDDENCELL | vtkDataSetAttributes::DUPLICATECELL;
+    const vtkIdType cell = (z * (this->Size[1] - 1) + y) * (this->Size[0] - 1) + x;
+    return std::all_of(corners.begin(), corners.end(),
+             [](double s) { return std::abs(s) <= LargestScalar; }) &&
+      !(this->CellGhosts && (this->CellGhosts->GetValue(cell) & dropped));
+  }
+
+  /// Places relative to the centre: C' = A C A^T, and the extinction stays.
+  Gaussian ToWorld(const CellGaussian& cell, vtkIdType x, vtkIdType y, vtkIdType z) const
+  {
+    const vtkIdType index[3] = { x, y, z };
+    double place[3];
+    for (int k = 0; k < 3; ++k)
+    {
+      place[k] = static_cast<double>(index[k]) + cell.Center[k] - 0.5 * (this->Size[k] - 1);
+    }
+    const double* c = cell.Covariance;
+    const double full[3][3] = { { c[0], c[3], c[5] }, { c[3], c[1], c[4] }, { c[5], c[4], c[2] } };
+    constexpr int pairs[6][2] = { { 0, 0 }, { 1, 1 }, { 2, 2 }, { 0, 1 }, { 1, 2 }, { 0, 2 } };
+    const auto& a = this->World.A;
+    Gaussian gaussian;
+    for (int k = 0; k < 3; ++k)
+    {
+      gaussian.Position[k] =
+        static_cast<float>(a[k][0] * place[0] + a[k][1] * place[1] + a[k][2] * place[2]);
+      gaussian.Color[k] = ColorByte(cell.Color[k]);
+    }
+    for (int k = 0; k < 6; ++k)
+    {
+      double sum = 0.0;
+      for (int i = 0; i < 9; ++i)
+      {
+        sum += a[pairs[k][0]][i / 3] * full[i / 3][i % 3] * a[pairs[k][1]][i % 3];
+      }
+      gaussian.Covariance[k] = static_cast<float>(sum);
+    }
+    gaussian.Extinction = static_cast<float>(cell.Extinction);
+    return gaussian;
+  }
+
+  vtkDataArray* Scalars;
+  vtkUnsignedCharArray *PointGhosts, *CellGhosts;
+  const TransferTable& Table;
+  Axes World;
+  CellSettings Settings;
+  int Size[3];
+};
+}
+
+std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
+{
+  int size[3];
+  image->GetDimensions(size);
+  if (*std::min_element(size, size + 3) < 2)
+  {
+    return "The image has " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
+      std::to_string(size[2]) +
+      " points, so it is no volume: it needs at least 2 points along each axis.";
+  }
+  if (!scalars || scalars->GetNumberOfTuples() != image->GetNumberOfPoints())
+  {
+    return "The image has no scalars at its points. Choose an array with "
+           "SetInputArrayToProcess(), and turn cell data into point data with "
+           "vtkCellDataToPointData.";
+  }
+  const double* spacing = image->GetSpacing();
+  const auto [least, most] = std::minmax({ spacing[0], spacing[1], spacing[2] });
+  const double volume = Axes(image).Volume();
+  if (!(least > 0.0) || !(volume > 0.0))
+  {
+    return "The cells of the image have no volume: their sides are " + std::to_string(spacing[0]) +
+      ", " + std::to_string(spacing[1]) + " and " + std::to_string(spacing[2]) +
+      ". Set a spacing above 0 and a direction matrix that can be inverted.";
+  }
+  if (!(least >= LeastSpacing && most <= LargestSpacing) || !std::isfinite(volume))
+  {
+    return "The spacing of the image must be from 1e-15 to 1e15: use other units of length.";
+  }
+  return std::string();
+}
+
+bool CollectImage(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+  int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection)
+{
+  const ImageCells cells(image, scalars, table, subdivision);
+  return collection.Collect(image->GetDimensions()[2] - 1, progress,
+    [&cells](vtkIdType z, std::vector<Gaussian>& gaussians) { cells.Append(z, gaussians); });
+}
+
+void FindCenter(vtkImageData* image, double center[3])
+{
+  int extent[6];
+  image->GetExtent(extent);
+  double index[3];
+  for (int k = 0; k < 3; ++k)
+  {
+    index[k] = 0.5 * (extent[2 * k] + extent[2 * k + 1]);
+  }
+  image->TransformContinuousIndexToPhysicalPoint(index, center);
+}
+}

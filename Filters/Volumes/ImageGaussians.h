@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The Gaussians of an image's cells, in world coordinates.
+ */
+#pragma once
+
+#include "Filters/Volumes/GaussianOutput.h"
+#include "Filters/Volumes/TransferTable.h"
+
+#include <string>
+
+class vtkDataArray;
+class vtkImageData;
+
+namespace SurfelVolumes
+{
+/// Empty if the image is a volume with these scalars, else what is wrong and what to do.
+std::string CheckImage(vtkImageData* image, vtkDataArray* scalars);
+
+/**
+ * Collects the Gaussians of the cells that are not empty. Cells at a scalar that is not finite or a
+ * hidden point, hidden cells and duplicates of another process's cells are empty.
+ * Positions are relative to the centre of the image.
+ *
+ * @param scalars point data of the image; the first component counts
+ * @param subdivision how often a cell may be split into eight
+ * @return whether it was not stopped, see GaussianCollection::Collect
+ */
+bool CollectImage(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+  int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection);
+
+/// The centre of the image, world units.
+void FindCenter(vtkImageData* image, double center[3]);
+}

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkVolumeSplatting.h"
+
+#include "Filters/Common/InputArrays.h"
+#include "Filters/Volumes/GaussianOutput.h"
+#include "Filters/Volumes/ImageGaussians.h"
+#include "Filters/Volumes/ParticleGaussians.h"
+#include "Filters/Volumes/TransferTable.h"
+
+#include "vtkDataArray.h"
+#include "vtkDataObject.h"
+#include "vtkDataSetAttributes.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkPolyData.h"
+#include "vtkVolumeProperty.h"
+
+#include <algorithm>
+#include <string>
+
+using namespace SurfelVolumes;
+using SurfelGeometry::StageProgress;
+
+vtkStandardNewMacro(vtkVolumeSplatting);
+
+//------------------------------------------------------------------------------
+vtkVolumeSplatting::vtkVolumeSplatting()
+{
+  this->SetInputArrayToProcess(
+    0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
+}
+
+//------------------------------------------------------------------------------
+vtkVolumeSplatting::~vtkVolumeSplatting()
+{
+  this->SetRadiusArrayName(nullptr);
+}
+
+//------------------------------------------------------------------------------
+void vtkVolumeSplatting::SetVolumeProperty(vtkVolumeProperty* property)
+{
+  if (this->VolumeProperty != property)
+  {
+    this->VolumeProperty = property;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
+vtkVolumeProperty* vtkVolumeSplatting::GetVolumeProperty()
+{
+  return this->VolumeProperty;
+}
+
+//------------------------------------------------------------------------------
+vtkMTimeType vtkVolumeSplatting::GetMTime()
+{
+  const vtkMTimeType time = this->Superclass::GetMTime();
+  return this->VolumeProperty ? std::max(time, this->VolumeProperty->GetMTime()) : time;
+}
+
+//------------------------------------------------------------------------------
+int vtkVolumeSplatting::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
+{
+  vtkVolumeProperty* property = this->VolumeProperty;
+  if (!property)
+  {
+    vtkErrorMacro("There is no property: set one with SetVolumeProperty().");
+    return false;
+  }
+  // Extinctions must fit into floats.
+  const double unit = property->GetScalarOpacityUnitDistance(0);
+  if (!(unit >= 1e-30 && unit <= 1e30))
+  {
+    vtkErrorMacro("The property has the unit distance "
+      << unit << ": set one from 1e-30 to 1e30 with SetScalarOpacityUnitDistance().");
+    return false;
+  }
+  if (!property->GetIndependentComponents() && scalars->GetNumberOfComponents() > 1)
+  {
+    vtkErrorMacro("The " << scalars->GetNumberOfComponents()
+                         << " components of the scalars are dependent: extract one with "
+                            "vtkImageExtractComponents.");
+    return false;
+  }
+  if (property->GetShade(0))
+  {
+    vtkWarningMacro("Gaussians are not shaded: ShadeOn() of the property has no effect.");
+  }
+  if (property->HasGradientOpacity(0))
+  {
+    vtkWarningMacro("The gradient opacity of the property has no effect.");
+  }
+  return true;
+}
+
+//------------------------------------------------------------------------------
+int vtkVolumeSplatting::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
+  vtkImageData* image = vtkImageData::GetData(inputVector[0], 0);
+  vtkPointSet* points = vtkPointSet::GetData(inputVector[0], 0);
+  vtkDataArray* scalars = this->GetInputArrayToProcess(0, inputVector);
+  GaussianCollection none;
+  const double zero[3] = { 0.0, 0.0, 0.0 };
+  if (points && points->GetNumberOfPoints() == 0)
+  {
+    return this->Finish(true, none, zero, output);
+  }
+  const Particles particles{ points, scalars,
+    points && this->RadiusArrayName ? points->GetPointData()->GetArray(this->RadiusArrayName)
+                                    : nullptr,
+    this->Radius };
+  const std::string problem =
+    image ? CheckImage(image, scalars) : CheckParticles(particles, this->RadiusArrayName);
+  if (!problem.empty())
+  {
+    vtkErrorMacro(<< problem);
+    return 0;
+  }
+  double range[2];
+  scalars->GetFiniteRange(range, 0);
+  if (!this->CheckProperty(scalars))
+  {
+    return 0;
+  }
+  if (!(range[0] <= range[1]))
+  {
+    vtkWarningMacro("None of the scalars is finite: no Gaussians were made.");
+    return this->Finish(true, none, zero, output);
+  }
+  const TransferTable table(
+    this->VolumeProperty, range, this->VolumeProperty->GetScalarOpacityUnitDistance(0));
+  return image ? this->SplatImage(image, scalars, table, output)
+               : this->SplatParticles(particles, table, output);
+}
+
+//------------------------------------------------------------------------------
+int vtkVolumeSplatting::SplatImage(
+  vtkImageData* image, vtkDataArray* scalars, const TransferTable& table, vtkPolyData* output)
+{
+  GaussianCollection collection;
+  const StageProgress progress(this, 0.0, 0.95);
+  const bool done = CollectImage(image, scalars, table, this->Subdivision, progress, collection);
+  double origin[3];
+  FindCenter(image, origin);
+  return this->Finish(done, collection, origin, output);
+}
+
+//------------------------------------------------------------------------------
+int vtkVolumeSplatting::SplatParticles(
+  const Particles& particles, const TransferTable& table, vtkPolyData* output)
+{
+  // Positions stay as they are, unless float would round them.
+  double origin[3] = { 0.0, 0.0, 0.0 }, inputOrigin[3];
+  if (particles.Points->GetPoints()->GetDataType() == VTK_DOUBLE)
+  {
+    FindFiniteCenter(particles.Points, origin);
+  }
+  SurfelGeometry::ReadOrigin(particles.Points, inputOrigin);
+  GaussianCollection collection;
+  vtkIdType unusable = 0;
+  const StageProgress progress(this, 0.0, 0.95);
+  const bool done = CollectParticles(particles, table, origin, progress, collection, unusable);
+  for (int k = 0; k < 3; ++k)
+  {
+    origin[k] += inputOrigin[k];
+  }
+  if (done && unusable > 0)
+  {
+    vtkWarningMacro(<< unusable
+                    << " particles were left out: place, scalar and radius must be finite, and the "
+                       "radius above 0.");
+  }
+  return this->Finish(done, collection, origin, output);
+}
+
+//------------------------------------------------------------------------------
+int vtkVolumeSplatting::Finish(
+  bool done, GaussianCollection& collection, const double origin[3], vtkPolyData* output)
+{
+  if (!done)
+  {
+    if (!collection.Error().empty())
+    {
+      vtkErrorMacro(<< collection.Error());
+      return 0;
+    }
+    return 1; // stopped by the user: empty output
+  }
+  collection.Write(origin, output);
+  this->UpdateProgress(1.0);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkVolumeSplatting::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "VolumeProperty: " << this->VolumeProperty.GetPointer() << "\n";
+  os << indent << "Subdivision: " << this->Subdivision << "\n";
+  os << indent << "RadiusArrayName: " << (this->RadiusArrayName ? this->RadiusArrayName : "(none)")
+     << "\n";
+  os << indent << "Radius: " << this->Radius << "\n";
+}

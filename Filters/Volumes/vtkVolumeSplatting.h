@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkVolumeSplatting
+ * @brief   turns a volume, or particles, into Gaussians in space
+ *
+ * The input is a vtkImageData with scalars at its points, or a vtkPointSet of particles with
+ * scalars and a radius. The colours and opacities of VolumeProperty classify the scalars. The
+ * output has GaussianCovariance, GaussianExtinction and colours (Documentation/DataContract.md);
+ * empty space has no Gaussians. Time and memory are in proportion to what is not empty.
+ *
+ * Extinction is s = -ln(1 - o) / ScalarOpacityUnitDistance. Opacities o above 1 - 2^-16 count as
+ * that. The first component of the scalars counts.
+ *
+ * Volumes: each cell becomes one Gaussian with the mass, the place, the shape and the colour of the
+ * extinction in it, or eight, where the classified scalars change much within it (Subdivision).
+ * Scalars are always interpolated linearly, whatever the property says, and classified afterwards.
+ * In a homogeneous volume the Gaussians add up to 1 within 4.4 %; anisotropic spacing and direction
+ * matrix count. Cells at a scalar that is not finite are empty, as are hidden cells.
+ * CellGaussians.h has the formulas.
+ *
+ * Particles: a Gaussian whose standard deviation is the radius, and whose extinction at the centre
+ * is that of the scalar.
+ *
+ * Shading and gradient opacity are not supported (a warning), nor are dependent components (an
+ * error).
+ *
+ * The result does not depend on the number of threads.
+ *
+ * @sa vtkSurfelMapper
+ */
+#ifndef vtkVolumeSplatting_h
+#define vtkVolumeSplatting_h
+
+#include "vtkPolyDataAlgorithm.h"
+#include "vtkSmartPointer.h"        // for the property
+#include "vtkSurfelVolumesModule.h" // for the export macro
+
+class vtkDataArray;
+class vtkImageData;
+class vtkVolumeProperty;
+
+namespace SurfelVolumes
+{
+class GaussianCollection;
+class TransferTable;
+struct Particles;
+}
+
+class VTKSURFELVOLUMES_EXPORT vtkVolumeSplatting : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkVolumeSplatting* New();
+  vtkTypeMacro(vtkVolumeSplatting, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The property with the transfer functions of colour and opacity and the unit distance of the
+   * opacity. Default: none, which is an error.
+   */
+  void SetVolumeProperty(vtkVolumeProperty* property);
+  vtkVolumeProperty* GetVolumeProperty();
+  ///@}
+
+  ///@{
+  /**
+   * How often a cell of a volume may be split into eight where the classified scalars change much
+   * within it. Default 1, range 0 to 3. Each level sharpens surfaces and takes four to six times
+   * as many Gaussians there.
+   */
+  vtkSetClampMacro(Subdivision, int, 0, 3);
+  vtkGetMacro(Subdivision, int);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array with the radii of particles, world units, and the radius of all of them
+   * if there is no name. Defaults: none and 0, which is an error for particles; range 0 to
+   * infinity.
+   */
+  vtkSetStringMacro(RadiusArrayName);
+  vtkGetStringMacro(RadiusArrayName);
+  vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Radius, double);
+  ///@}
+
+  /**
+   * Includes the time of the property and its functions.
+   */
+  vtkMTimeType GetMTime() override;
+
+protected:
+  vtkVolumeSplatting();
+  ~vtkVolumeSplatting() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+
+  int Subdivision = 1;
+  char* RadiusArrayName = nullptr;
+  double Radius = 0.0;
+
+private:
+  vtkVolumeSplatting(const vtkVolumeSplatting&) = delete;
+  void operator=(const vtkVolumeSplatting&) = delete;
+
+  bool CheckProperty(vtkDataArray* scalars);
+#ifndef __VTK_WRAP__
+  int SplatImage(vtkImageData* image, vtkDataArray* scalars,
+    const SurfelVolumes::TransferTable& table, vtkPolyData* output);
+  int SplatParticles(const SurfelVolumes::Particles& particles,
+    const SurfelVolumes::TransferTable& table, vtkPolyData* output);
+  int Finish(bool done, SurfelVolumes::GaussianCollection& collection, const double origin[3],
+    vtkPolyData* output);
+#endif
+
+  vtkSmartPointer<vtkVolumeProperty> VolumeProperty;
+};
+
+#endif
