@@ -183,7 +183,7 @@ class TestWindow(ViewCase):
         window = self.open()
         wait_for(lambda: "3000 Gaussians are shown" in window.read_log(), "the hierarchy")
         window.click(200, 250)  # 1 below the middle, at the front of the torus, which is 0.4 thick
-        window.key("Up", "Up")
+        window.key(*6 * ["Up"])
         saved = window.save(1)
         self.assertGreater(saved["circleOfConfusion"], 0)
         self.assertAlmostEqual(saved["focusPoint"][2], 0.4, delta=0.05)

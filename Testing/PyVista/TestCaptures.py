@@ -2,14 +2,17 @@
 """Captures of 3D Gaussian splatting in PyVista: read, plotted, coloured."""
 
 import os
+import sys
 import tempfile
 import unittest
 
 import numpy as np
 import pyvista as pv
 
-from captures import of_surface, write_ply, write_splat
-from plottercase import PlotterCase
+from plottercase import SOURCE, PlotterCase
+
+sys.path.insert(0, os.path.join(SOURCE, "Testing", "Shared"))
+from captures import of_surface, write_ply, write_splat  # noqa: E402
 
 RED, BLUE = (204, 51, 26), (26, 77, 230)
 
