@@ -2,6 +2,7 @@
 #include "vtkSurfelMapper.h"
 
 #include "Core/Base/LinearLight.h"
+#include "Core/Surfels/GaussianMass.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
 #include "Rendering/Scene/HierarchyCache.h"
@@ -26,6 +27,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace Arrays = SurfelSplatting::Arrays;
 
@@ -178,23 +181,17 @@ void vtkSurfelMapper::ComputeBounds()
   this->BoundsTime.Modified();
 }
 
-double vtkSurfelMapper::MeanSpacing()
+namespace
 {
-  vtkPolyData* input = this->GetInput();
-  if (this->SpacingTime > input->GetMTime() && this->SpacingTime > this->GetMTime())
-  {
-    return this->Spacing;
-  }
+/// Mean over surfels of the root of their area, world units; 0 if none is finite.
+double MeanRootOfAreas(vtkDataArray* areas)
+{
   double sum = 0.0;
   vtkIdType count = 0;
-  vtkDataArray* area = input->GetPointData()->GetArray(Arrays::AreaVector);
-  const vtkIdType surfels = area && area->GetNumberOfComponents() == 3
-    ? std::min(area->GetNumberOfTuples(), input->GetNumberOfPoints())
-    : 0;
-  for (vtkIdType i = 0; i < surfels; ++i)
+  for (vtkIdType i = 0; i < areas->GetNumberOfTuples(); ++i)
   {
     double a[3];
-    area->GetTuple(i, a);
+    areas->GetTuple(i, a);
     const double length = vtkMath::Norm(a);
     if (std::isfinite(length))
     {
@@ -202,7 +199,53 @@ double vtkSurfelMapper::MeanSpacing()
       ++count;
     }
   }
-  this->Spacing = count > 0 ? sum / count : 0.0;
+  return count > 0 ? sum / count : 0.0;
+}
+
+/// Median standard deviation of Gaussians as seen from all sides, world units; 0 if none is finite.
+/// The mean would be that of a few stray ones, which are huge.
+double MedianDeviation(vtkDataArray* covariances)
+{
+  std::vector<double> deviations;
+  for (vtkIdType i = 0; i < covariances->GetNumberOfTuples(); ++i)
+  {
+    double s[6];
+    covariances->GetTuple(i, s);
+    const double area = SurfelSplatting::MeanKernelArea(
+      SurfelSplatting::Symmetric3Of<double>{ s[0], s[1], s[2], s[3], s[4], s[5] });
+    if (std::isfinite(area))
+    {
+      deviations.push_back(std::sqrt(area));
+    }
+  }
+  if (deviations.empty())
+  {
+    return 0.0;
+  }
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
+  return *middle;
+}
+}
+
+double vtkSurfelMapper::MeanSpacing()
+{
+  vtkPolyData* input = this->GetInput();
+  if (this->SpacingTime > input->GetMTime() && this->SpacingTime > this->GetMTime())
+  {
+    return this->Spacing;
+  }
+  vtkDataArray* gaussians = input->GetPointData()->GetArray(Arrays::GaussianCovariance);
+  vtkDataArray* areas = input->GetPointData()->GetArray(Arrays::AreaVector);
+  this->Spacing = 0.0;
+  if (gaussians && gaussians->GetNumberOfComponents() == 6)
+  {
+    this->Spacing = MedianDeviation(gaussians);
+  }
+  else if (areas && areas->GetNumberOfComponents() == 3)
+  {
+    this->Spacing = MeanRootOfAreas(areas);
+  }
   this->SpacingTime.Modified();
   return this->Spacing;
 }
@@ -253,8 +296,9 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
     this->Preview->InterpolateScalarsBeforeMappingOff();
     this->PreviewTime.Modified();
   }
-  // Dots of the mean area, wide enough to close the gaps between neighbours. Their size is in world
-  // units, independent of the actor's matrix.
+  // Dots of the mean area, wide enough to close the gaps between neighbours; of Gaussians, which
+  // overlap, nearly as wide as their deviation. Their size is in world units, independent of the
+  // actor's matrix.
   this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
 }
 

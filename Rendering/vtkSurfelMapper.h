@@ -12,10 +12,15 @@
  * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once
  * per surfel; vtkProperty::LightingOff() shows the colours unlit.
  *
+ * Gaussians in space (GaussianCovariance: the output of vtkGaussianSplatReader) are drawn as well,
+ * with or without a hierarchy. They have no sides and no lighting. Scalars give their colours;
+ * without scalars, or with ScalarVisibilityOff(), the array GaussianHarmonics does.
+ *
  * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without one) splat the surfels.
  * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right
- * size, and warns once. Hardware selection (vtkHardwareSelector, vtkPropPicker) sees the same dots.
- * vtkPointPicker works on the input's points and ignores SurfelOrigin.
+ * size, and warns once; dots of Gaussians do not show harmonics. Hardware selection
+ * (vtkHardwareSelector, vtkPropPicker) sees the same dots. vtkPointPicker works on the input's
+ * points and ignores SurfelOrigin.
  *
  * @sa vtkSurfelSplattingPass vtkSurfelImageRenderer vtkSurfelEstimation
  */
@@ -115,7 +120,7 @@ protected:
 
   /**
    * Computes the bounds of the surfels' centres, with the local origin added, widened by the
-   * standard deviation of the largest kernel.
+   * standard deviation of the largest kernel; each Gaussian in space by its own.
    */
   void ComputeBounds() override;
 

@@ -269,9 +269,10 @@ public:
   /**
    * Whether colours are converted from sRGB to linear light first, so that bright points keep their
    * strength when they are blurred. Byte colours (also from lookup tables) and property colours are
-   * converted; float colours are taken as light. GetOutput() is then linear light. In a window the
-   * result is converted back to sRGB, and what was drawn before is also mixed as light. Default
-   * off: colours are mixed as they are.
+   * converted; float colours are taken as light, and so are harmonics, which makes captures too
+   * bright: their Gaussians are made to be mixed as they are stored. GetOutput() is then linear
+   * light. In a window the result is converted back to sRGB, and what was drawn before is also
+   * mixed as light. Default off: colours are mixed as they are.
    */
   vtkSetMacro(LinearLight, vtkTypeBool);
   vtkGetMacro(LinearLight, vtkTypeBool);
@@ -280,7 +281,8 @@ public:
 
   enum PixelChannels
   {
-    CHANNEL_NORMAL = 1,              ///< unit mean normal of the visible surfels, world coordinates
+    CHANNEL_NORMAL = 1,              ///< unit mean normal of the visible surfels, world
+                                     ///< coordinates; 0 for Gaussians in space
     CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative in front of the focus
     CHANNEL_COVERAGE = 4,            ///< share covered by surfels, regardless of opacity, [0, 1]
     CHANNEL_FRAGMENTS = 8,           ///< number of fragments, hidden ones too, in all lens cells

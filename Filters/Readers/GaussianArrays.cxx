@@ -46,7 +46,8 @@ bool Store(double value, float& to)
 /// equation 6. Order XX, YY, ZZ, XY, YZ, XZ.
 void MakeCovariance(const double (&scale)[3], double (&q)[4], double (&covariance)[6])
 {
-  const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  // Of three numbers each time: that of two is one of glibc 2.35, which older systems lack.
+  const double length = std::hypot(std::hypot(q[0], q[1], q[2]), q[3], 0.0);
   for (double& component : q)
   {
     component /= length; // NaN without rotation: found later

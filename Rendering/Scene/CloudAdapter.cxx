@@ -193,6 +193,15 @@ std::string CheckSurfels(vtkPolyData* surfels)
   return std::string();
 }
 
+std::string CheckStorable(vtkPolyData* surfels)
+{
+  const bool isInSpace = surfels->GetPointData()->HasArray(Arrays::GaussianCovariance);
+  return isInSpace
+    ? std::string(".surfels files hold surfels, not Gaussians in space (point array ") +
+      Arrays::GaussianCovariance + "); write a .vtp file with vtkXMLPolyDataWriter"
+    : CheckSurfels(surfels);
+}
+
 void GetSurfelOrigin(vtkPolyData* surfels, double origin[3])
 {
   std::fill_n(origin, 3, 0.0);

@@ -29,6 +29,9 @@ void GetSurfelOrigin(vtkPolyData* surfels, double origin[3]);
 /// wrong and what to do.
 std::string CheckSurfels(vtkPolyData* surfels);
 
+/// The same of what a .surfels file can hold.
+std::string CheckStorable(vtkPolyData* surfels);
+
 /// Input that a cloud is made from.
 struct CloudInput
 {

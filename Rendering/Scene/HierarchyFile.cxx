@@ -353,7 +353,7 @@ void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor&
   std::string problem = "there are no surfels";
   if (input && input->GetNumberOfPoints() > 0)
   {
-    problem = CheckSurfels(input);
+    problem = CheckStorable(input);
   }
   const bool isHierarchy = problem.empty() && HierarchyCache::IsHierarchy(input);
   if (isHierarchy)

@@ -54,6 +54,27 @@ std::vector<float> PaintScene(Paint colors, const SplatContext& context,
   return color;
 }
 
+/// The clouds with Gaussians in space, which have no normals, in the colour of the normal 0. They
+/// lose the alpha of their scalars, but not their own opacity.
+std::vector<SurfelCloud> WithoutNormals(std::vector<SurfelCloud> clouds)
+{
+  for (SurfelCloud& cloud : clouds)
+  {
+    if (cloud.IsInSpace())
+    {
+      cloud.ColorsUChar = nullptr;
+      cloud.ColorsFloat = nullptr;
+      cloud.NodeColors = nullptr;
+      cloud.Harmonics = nullptr;
+      cloud.Surface.Color = { 0.5, 0.5, 0.5 };
+    }
+  }
+  return clouds;
+}
+
+/// Shorter mean normals are rounding of the normal 0.
+constexpr float LeastNormal = 1e-3f;
+
 /// Computes unit normals n from the mean of (n + 1) / 2 over what is seen.
 void SetNormals(vtkImageData* picture, const std::vector<float>& mean, float* normals)
 {
@@ -66,7 +87,8 @@ void SetNormals(vtkImageData* picture, const std::vector<float>& mean, float* no
       n[i] = 2.0f * m[i] - m[3];
       square += n[i] * n[i];
     }
-    const float scale = square > 0.0f ? 1.0f / std::sqrt(square) : 0.0f;
+    const float least = LeastNormal * m[3];
+    const float scale = square > least * least ? 1.0f / std::sqrt(square) : 0.0f;
     for (int i = 0; i < 3; ++i)
     {
       normals[3 * p + i] = scale * n[i];
@@ -99,8 +121,8 @@ void AddTallied(const PixelChannels& channels, const SplatContext& context,
   std::vector<float> fragments(coverage.size());
   LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
     coverage.data(), fragments.data());
-  const std::vector<float> mean = PaintScene(
-    Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
+  const std::vector<float> mean = PaintScene(Paint::Normals, context, WithoutNormals(clouds),
+    occluderDepth, splatter, tallied ? &tally : nullptr);
   if (channels.Normal)
   {
     SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));

@@ -28,6 +28,21 @@ bool FindStoredBounds(vtkPolyData* surfels, double bounds[6])
   stored->GetTuple(0, bounds);
   return std::all_of(bounds, bounds + 6, [](double x) { return std::isfinite(x); });
 }
+
+/// Adds a centre, or the centre widened by the standard deviations along the axes.
+/// @param s covariance, beginning with XX, YY, ZZ
+void AddKernel(const double p[3], const double s[6], bool widened, vtkBoundingBox& box)
+{
+  double low[3], high[3];
+  for (int i = 0; i < 3; ++i)
+  {
+    const double deviation = widened && s[i] > 0.0 ? std::sqrt(s[i]) : 0.0;
+    low[i] = p[i] - deviation;
+    high[i] = p[i] + deviation;
+  }
+  box.AddPoint(low);
+  box.AddPoint(high);
+}
 }
 
 bool FindSurfelBounds(vtkPolyData* surfels, double bounds[6])
@@ -41,7 +56,8 @@ bool FindSurfelBounds(vtkPolyData* surfels, double bounds[6])
   vtkBoundingBox box;
   double largest = 0.0;
   vtkDataArray* covariance = surfels->GetPointData()->GetArray(Arrays::GaussianCovariance);
-  covariance = covariance ? covariance : surfels->GetPointData()->GetArray(Arrays::Covariance);
+  const bool isInSpace = covariance != nullptr;
+  covariance = isInSpace ? covariance : surfels->GetPointData()->GetArray(Arrays::Covariance);
   if (covariance &&
     (covariance->GetNumberOfComponents() != 6 ||
       covariance->GetNumberOfTuples() != surfels->GetNumberOfPoints()))
@@ -59,8 +75,8 @@ bool FindSurfelBounds(vtkPolyData* surfels, double bounds[6])
     const double trace = s[0] + s[1] + s[2];
     if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) && std::isfinite(trace))
     {
-      box.AddPoint(p);
-      largest = std::max(largest, trace);
+      AddKernel(p, s, isInSpace, box);
+      largest = isInSpace ? 0.0 : std::max(largest, trace);
     }
   }
   if (!box.IsValid())

@@ -10,8 +10,9 @@ namespace SurfelSplatting
 {
 /**
  * Bounds of the finite surfels' centres, widened by the standard deviation of the largest kernel;
- * relative to the origin of the surfels, world units. Takes those of a file (Arrays::Bounds) if it
- * has them.
+ * of Gaussians in space, some of which may be much larger than the others, each is widened by its
+ * own. Relative to the origin of the surfels, world units. Takes those of a file (Arrays::Bounds)
+ * if it has them.
  * @return false if there are no finite surfels
  */
 bool FindSurfelBounds(vtkPolyData* surfels, double bounds[6]);

@@ -147,7 +147,7 @@ void SurfelSpool::Add(vtkPolyData* piece)
   {
     return;
   }
-  const std::string problem = CheckSurfels(piece);
+  const std::string problem = CheckStorable(piece);
   if (!problem.empty())
   {
     throw std::runtime_error(problem);

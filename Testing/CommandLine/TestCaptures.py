@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
                       write_columns, write_ply, write_splat)
 from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
+from surfelsplatting.clouds.reading import is_hierarchy
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.session import Session
 from surfelsplatting.views.cameras import asked_view
@@ -292,12 +293,6 @@ class TestTool(ToolCase):
         self.assertEqual((report["points"], report.get("harmonics_degree")), (1992, None))
         self.assertIn("RGB: colours", self.info("ball.splat"))
 
-    def test_no_hierarchy(self):
-        write_splat("ball.splat", furry_ball(50))
-        result = self.run_tool("render", "ball.splat", "--hierarchy", "h.vtp", "-o", "out.png")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("no hierarchy", result.stderr)
-
     def test_damage_is_an_error(self):
         write_splat("cut.splat", furry_ball(50))
         os.truncate("cut.splat", 33)
@@ -309,7 +304,7 @@ class TestTool(ToolCase):
             self.assertIn(path, result.stderr)
 
     def test_what_the_mapper_gets(self):
-        """The Gaussians as they were read, and a view that shows all of them."""
+        """The Gaussians as they were read in a hierarchy, and a view that shows all of them."""
         write_ply("ball.ply", furry_ball(2000))
         session = Session(parse_arguments(["render", "ball.ply", "-o", "out.png"]))
         cloud = session.read()
@@ -318,6 +313,7 @@ class TestTool(ToolCase):
         drawn = session.drawable(surfels)
         self.assertEqual(set(arrays_of(drawn)), {"GaussianCovariance", "GaussianOpacity",
                                                  "GaussianHarmonics"})
+        self.assertTrue(is_hierarchy(drawn))
         view = complete_view(asked_view(session.arguments), cloud, surfels)
         self.assertTrue(1.5 < view.focal_distance < np.linalg.norm(view.position))
 

@@ -136,7 +136,11 @@ class TestDamagedFiles(ToolCase):
             rnd = random.Random(name)
             for number in range(ROUNDS):
                 path = write("damaged" + os.path.splitext(name)[1], damage(whole, rnd))
-                self.check(*self.run_in_child("info", path), (name, number))
+                code, said = self.run_in_child("render", path, *SMALL, "-o", "out.png")
+                self.check(code, said, (name, number))
+                self.assertEqual(os.path.exists("out.png"), code == NO_PROBLEM, (name, number))
+                if code == NO_PROBLEM:
+                    os.remove("out.png")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ import tempfile
 import unittest
 from types import SimpleNamespace
 
+from vtkmodules.vtkCommonCore import vtkFloatArray
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.effects import without_effect, without_effect_on
 from surfelsplatting.views.cameras import asked_view
@@ -44,6 +47,8 @@ ON_POINTS = (
 ON_GAUSSIANS = tuple(
     (option, "", "on ball.vtp, which holds Gaussians in space")
     for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
+ON_GAUSSIANS += (("--linear-light", "", "on ball.vtp, whose colours are harmonics"),
+                 ("--linear-light", "--scalars x", None))
 
 
 class TestEffects(ToolCase):
@@ -62,7 +67,13 @@ class TestEffects(ToolCase):
             os.symlink(os.path.join(self.folder, name), name)
 
     def check(self, holds, option, others, reason):
-        cloud = SimpleNamespace(is_surfels=holds == "surfels", is_gaussians=holds == "Gaussians")
+        data = vtkPolyData()
+        if holds == "Gaussians":
+            harmonics = vtkFloatArray()
+            harmonics.SetName("GaussianHarmonics")
+            data.GetPointData().AddArray(harmonics)
+        cloud = SimpleNamespace(is_surfels=holds == "surfels", is_gaussians=holds == "Gaussians",
+                                data=data)
         arguments = parse_arguments(["render", "ball.vtp", *option.split(), *others.split(),
                                      "-o", "out.png"])
         texts = without_effect(arguments, asked_view(arguments))

@@ -13,6 +13,7 @@ import unittest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
+import captures
 from toolcase import PATIENCE, TOOL, ToolCase, sphere, wait_for, write_ply
 
 WIDTH, HEIGHT = 400, 300
@@ -174,6 +175,19 @@ class TestWindow(ViewCase):
         self.assertLess(arms[1], 0.95 * arms[0])
         window.key("r")
         self.assertEqual(unlike(window.save(5), start), {"focusPoint"})
+        window.key("q")
+        self.assertEqual(window.wait(), 0)
+
+    def test_capture(self):
+        captures.write_ply("scan.ply", captures.torus(3000))
+        window = self.open()
+        wait_for(lambda: "3000 Gaussians are shown" in window.read_log(), "the hierarchy")
+        window.click(200, 250)  # 1 below the middle, at the front of the torus, which is 0.4 thick
+        window.key(*6 * ["Up"])
+        saved = window.save(1)
+        self.assertGreater(saved["circleOfConfusion"], 0)
+        self.assertAlmostEqual(saved["focusPoint"][2], 0.4, delta=0.05)
+        self.check_saved(1)
         window.key("q")
         self.assertEqual(window.wait(), 0)
 

@@ -77,7 +77,7 @@ copy_sources() {
   rm -rf "$debian/source" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
   (cd "$root" && tar -cf - CMakeLists.txt Core Examples/ParaView Filters Parallel Plugins \
-    Rendering Testing/Benchmarks/measures.py Testing/ParaView Utilities) |
+    Rendering Testing/Benchmarks/measures.py Testing/ParaView Testing/Shared Utilities) |
     tar -xf - -C "$debian/source"
   if [ -d "$scans" ]; then
     cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"
@@ -102,7 +102,7 @@ run_tests() {
     echo "== $test"
     inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
       SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
-      PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks \
+      PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks:/source/Testing/Shared \
       xvfb-run -n 170 -a "${screen[@]}" pvpython "/source/Testing/ParaView/$test" ||
       failed+=("$test")
   done

@@ -139,10 +139,12 @@ void AddBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttributes* attribute
   blocks.push_back(block);
 }
 
+/// Whether the points are surfels, or Gaussians in space.
 bool HasSurfels(vtkPolyData* points)
 {
-  return points->GetPointData()->GetArray("SurfelCovariance") &&
-    points->GetPointData()->GetArray("SurfelAreaVector");
+  vtkPointData* data = points->GetPointData();
+  return data->GetArray("GaussianCovariance") ||
+    (data->GetArray("SurfelCovariance") && data->GetArray("SurfelAreaVector"));
 }
 
 /// Whether the hierarchy belongs to exactly these points: appended pieces keep the hierarchy of one

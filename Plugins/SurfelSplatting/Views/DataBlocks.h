@@ -37,10 +37,11 @@ std::vector<Block> FindBlocks(vtkDataObject* data, vtkCompositeDataDisplayAttrib
 void AddBounds(const Block& block, vtkBoundingBox& box);
 
 /**
- * The points themselves where they are one piece and surfels with a hierarchy. Otherwise the pieces
- * become one cloud, and surfels, the hierarchy or both are made with the filters' default settings;
- * a message reports an estimation. The point array SurfelPointId then holds the ids of the points
- * in their piece, and SurfelCompositeIndex, if there are several pieces, the index of the piece.
+ * The points themselves where they are one piece, and surfels or Gaussians in space with a
+ * hierarchy. Otherwise the pieces become one cloud, and surfels, the hierarchy or both are made
+ * with the filters' default settings; a message reports an estimation. The point array
+ * SurfelPointId then holds the ids of the points in their piece, and SurfelCompositeIndex, if there
+ * are several pieces, the index of the piece.
  * @param controller of the processes that have pieces of the points; all call this together. Null:
  *                   this process has all points.
  */

@@ -3,10 +3,11 @@
  * @class   vtkSurfelRepresentation
  * @brief   "Surfel Splats": a point data set as surfels with depth of field, in any render view
  *
- * Surfels are drawn as they are. For points without surfel arrays, the representation first
- * estimates normals, kernels, weights and levels of detail with the filters' default settings, and
- * reports it in a message. The lens is set by the view's Camera Focal Disk and Camera Focal
- * Distance. Each block of composite data is a cloud with its own visibility, colour and opacity.
+ * Surfels and Gaussians in space are drawn as they are; without colouring by an array, captures
+ * show their harmonics. For points without such arrays, the representation first estimates normals,
+ * kernels, weights and levels of detail with the filters' default settings, and reports it in a
+ * message. The lens is set by the view's Camera Focal Disk and Camera Focal Distance. Each block of
+ * composite data is a cloud with its own visibility, colour and opacity.
  *
  * If several processes render, each has a piece of the points. Surfels near the border of a piece
  * are estimated with the points of its neighbours, and all surfels end up in one picture.

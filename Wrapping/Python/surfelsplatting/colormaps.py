@@ -64,7 +64,7 @@ def _own_names(data):
     arrays = [points.GetArray(i) for i in range(points.GetNumberOfArrays())]
     bit = vtk("vtkCommonCore").VTK_BIT
     return [array.GetName() for array in arrays
-            if array and array.GetName() and not array.GetName().startswith(("Surfel", "Gaussian"))
+            if array and array.GetName() and not array.GetName().startswith("Surfel")
             and array.GetNumberOfComponents() == 1 and array.GetDataType() != bit]
 
 

@@ -6,16 +6,23 @@ import warnings
 
 from .backend import vtk
 from .vtkmessages import plain_text
-from .vtkSurfelFilters import vtkPointsToSurfels
+from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 CLEANING = ("off", "outliers", "full")
 SIDES = ("auto", "two", "given")
 
 
+def holds_gaussians(data):
+    """Whether a vtkDataSet is a cloud of Gaussians in space, such as a capture."""
+    return bool(data.GetPointData().HasArray("GaussianCovariance"))
+
+
 def is_surfels(data):
-    """Whether a vtkDataSet holds surfels."""
+    """Whether a vtkDataSet holds surfels, or Gaussians in space with their hierarchy."""
     points = data.GetPointData()
+    if holds_gaussians(data):
+        return bool(data.GetFieldData().HasArray("SurfelLeaves"))
     return all(points.HasArray(name) for name in SURFEL_ARRAYS)
 
 
@@ -96,15 +103,25 @@ def _set_sides(estimation, points, sides, viewpoint):
         estimation.SetViewpoint(viewpoint)
 
 
+def _with_hierarchy(gaussians):
+    filters = vtkSurfelHierarchy()
+    filters.SetInputData(gaussians)
+    update(filters, "level of detail of Gaussians")
+    return filters.GetOutput()
+
+
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,
                  hierarchy=True):
-    """A vtkPolyData of surfels from the points of a vtkPointSet.
+    """A vtkPolyData of surfels from the points of a vtkPointSet; of Gaussians in space, they
+    themselves with a hierarchy.
 
     The parameters are those of `SurfelAccessor.estimate` in surfelsplatting/pyvista.
     """
     count = points.GetNumberOfPoints()
     if count == 0:
         raise ValueError("the dataset has no points (0); surfels need the points of a surface")
+    if holds_gaussians(points):
+        return _with_hierarchy(points) if hierarchy and not is_surfels(points) else points
     filters = vtkPointsToSurfels()
     filters.SetInputData(points)
     filters.SetCleanPoints(one_of(cleaning, CLEANING, "cleaning") != "off")

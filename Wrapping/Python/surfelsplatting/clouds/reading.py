@@ -8,17 +8,13 @@ from typing import Optional, Tuple
 import numpy as np
 
 from ..problems import UserProblem
+from ..surfels import holds_gaussians
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 
 
 def is_hierarchy(surfels):
     return bool(surfels.GetFieldData().HasArray("SurfelLeaves"))
-
-
-def holds_gaussians(data):
-    """Whether a vtkPolyData is a cloud of Gaussians in space, such as a capture."""
-    return bool(data.GetPointData().HasArray("GaussianCovariance"))
 
 
 @dataclass

@@ -38,13 +38,31 @@ def without_effect(arguments, view):
     return texts
 
 
+def mixes_as_stored(cloud, arguments):
+    """Whether the colours are harmonics, which stay as they are stored with --linear-light."""
+    return (bool(cloud.data.GetPointData().HasArray("GaussianHarmonics"))
+            and not getattr(arguments, "scalars", None))
+
+
+def _of_gaussians(cloud, arguments):
+    texts = []
+    if mixes_as_stored(cloud, arguments):
+        texts += _texts(arguments, ["--linear-light"],
+                        f"on {arguments.cloud}, whose colours are harmonics; they are made to be "
+                        "mixed as they are stored")
+    if "normal" in (getattr(arguments, "channels", None) or ()):
+        texts.append(f"the channel normal is 0 on {arguments.cloud}, since Gaussians in space have "
+                     "no normals")
+    return texts
+
+
 def without_effect_on(cloud, arguments):
     """-> texts about options that change nothing for this cloud."""
     options = ("--cleaning", "--sides", "--neighbors")
     if cloud.is_gaussians:
-        return _texts(arguments, (*options, "--points-per-part"),
-                      f"on {arguments.cloud}, which holds Gaussians in space; only points of "
-                      "surfaces become surfels")
+        return (_texts(arguments, (*options, "--points-per-part"),
+                       f"on {arguments.cloud}, which holds Gaussians in space; only points of "
+                       "surfaces become surfels") + _of_gaussians(cloud, arguments))
     if not cloud.is_surfels:
         return []
     return _texts(arguments, options,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A cloud to surfels and their hierarchy, as the options say."""
 
-from ..clouds.reading import holds_gaussians, is_hierarchy
+from ..clouds.reading import is_hierarchy
 from ..problems import UserProblem
 from ..vtkSurfelFilters import (vtkPartitionedSurfelEstimation, vtkPointsToSurfels,
                                 vtkSurfelHierarchy)
@@ -54,9 +54,9 @@ def _cloud_in_parts(cloud, arguments, *reporters):
 
 def check_memory(cloud, arguments):
     """Refuses a cloud that is too large before the estimation, which may take minutes."""
-    if not (arguments.no_lod or is_hierarchy(cloud.data) or cloud.is_gaussians):
+    if not (arguments.no_lod or is_hierarchy(cloud.data)):
         problem = vtkSurfelHierarchy.CheckMemory(cloud.data.GetNumberOfPoints(),
-                                                 not cloud.is_surfels)
+                                                 not cloud.is_drawable)
         if problem:
             raise UserProblem(f"{arguments.cloud}: {problem}")
 
@@ -92,8 +92,8 @@ def without_unused_arrays(surfels, kept=None):
 
 
 def make_hierarchy(surfels, messages, progress, run):
-    """-> vtkPolyData; Gaussians have no hierarchy and stay what they are."""
-    if is_hierarchy(surfels) or holds_gaussians(surfels):
+    """-> vtkPolyData"""
+    if is_hierarchy(surfels):
         return surfels
     hierarchy = vtkSurfelHierarchy()
     hierarchy.SetInputData(surfels)

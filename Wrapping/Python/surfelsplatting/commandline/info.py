@@ -132,7 +132,7 @@ def _suggestions(report, cloud):
 def _report(cloud, session):
     path = session.arguments.cloud
     data = cloud.data
-    kind = ("hierarchy" if is_hierarchy(data) else "Gaussians" if cloud.is_gaussians else
+    kind = ("Gaussians" if cloud.is_gaussians else "hierarchy" if is_hierarchy(data) else
             "surfels" if cloud.is_surfels else "points")
     points = vtk_to_numpy(data.GetPoints().GetData())
     report = {"file": path, "bytes": os.path.getsize(path), "holds": kind,

@@ -160,7 +160,7 @@ def add_other_outputs(parser):
     outputs.add_argument("--hierarchy", metavar="OUT.surfels",
                          help="also write the hierarchy; a later run can use it as CLOUD and skip "
                               "the estimation. A .surfels file is open at once, however large it "
-                              "is; .vtp is for other programs")
+                              "is; .vtp is for captures and other programs")
     outputs.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
     outputs.add_argument("--stats", metavar="OUT.json",
                          help="write counts and times: medians over all frames but the first")

@@ -30,9 +30,10 @@ def _check_outputs(arguments):
 
 
 def _check_hierarchy(cloud, arguments):
-    if cloud.is_gaussians and arguments.hierarchy:
-        raise UserProblem(f"{arguments.cloud} holds Gaussians in space, of which there is no "
-                          "hierarchy; leave --hierarchy out")
+    path = arguments.hierarchy
+    if path and cloud.is_gaussians and not path.lower().endswith(".vtp"):
+        raise UserProblem(f"{path}: such files hold surfels, but {arguments.cloud} holds Gaussians "
+                          "in space; give --hierarchy an OUT.vtp")
 
 
 def _render_frames(renderer, count, session):

@@ -48,7 +48,7 @@ class Scan:
         with session.progress_shown():
             cloud = session.read()
         self._arguments = arguments
-        self._is_complete = is_hierarchy(cloud.data) or cloud.is_gaussians
+        self._is_complete = is_hierarchy(cloud.data) or (cloud.is_drawable and arguments.no_lod)
         self.viewer = Viewer(cloud, asked, Look(arguments, session.messages), session.messages)
         self.say = session.say
 

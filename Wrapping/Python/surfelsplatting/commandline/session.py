@@ -10,7 +10,7 @@ from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
 from ..views.framing import keep_sensor
 from ..vtkmessages import VtkMessages
-from .effects import without_effect_on
+from .effects import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
 from .progress import Progress
@@ -66,6 +66,8 @@ class Session:
         if scalars:
             check_scalars(cloud.data, scalars)
         self.warn(without_effect_on(cloud, self.arguments))
+        if mixes_as_stored(cloud, self.arguments):
+            self.arguments.linear_light = False
         return cloud
 
     def surfels(self, cloud):

@@ -51,7 +51,8 @@ class SurfelAccessor:
         Returns
         -------
         bool
-            Whether the data set is the output of :meth:`estimate`.
+            Whether the data set is the output of :meth:`estimate`, with its level of detail if it
+            is a capture.
 
         Examples
         --------
@@ -68,7 +69,8 @@ class SurfelAccessor:
         """Make surfels of the points.
 
         Cells are ignored. The surfels have the point data of the points that they are made from,
-        in another order. Normals of the data set are kept.
+        in another order. Normals of the data set are kept. The Gaussians of a capture stay what
+        they are and get their level of detail; the other parameters have no effect on them.
 
         Parameters
         ----------

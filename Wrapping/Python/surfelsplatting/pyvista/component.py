@@ -14,9 +14,10 @@ import pyvista as pv
 
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
-from ..surfels import SURFEL_ARRAYS
+from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .mapper import SurfelMapper
+from .readers import read_capture
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -134,11 +135,12 @@ class SurfelComponent:
         ----------
         cloud : pyvista.DataSet | array_like[float] | str | Path
             Surfels from ``cloud.surfels.estimate()``; or points, an array of points of shape
-            ``(n, 3)``, or a file, of which surfels are made first.
+            ``(n, 3)``, or a file, of which surfels are made first; or a capture of 3D Gaussian
+            splatting, or its ``.ply`` or ``.splat`` file, which is drawn as it is.
 
         scalars : str | array_like, optional
             Name of a point array, or an array with one row for each point. By default the active
-            scalars are used.
+            scalars are used; without any, a capture shows the colors of its harmonics.
 
         color : ColorLike, optional
             One color for all surfels.
@@ -193,6 +195,9 @@ class SurfelComponent:
         surfels, name = _surfels_and_scalars(_as_dataset(cloud), scalars)
         if rgb is None and color is None and kwargs.get("cmap") is None:
             rgb = _are_colors(surfels, name)
+        if color is not None and "GaussianHarmonics" in surfels.point_data:
+            surfels = surfels.copy(deep=False)
+            del surfels.point_data["GaussianHarmonics"]  # they would win over the color
         if name is None and color is None:
             color = plotter.theme.color
         kwargs |= {"scalars": name if color is None else None, "color": color, "rgb": rgb}
@@ -340,7 +345,8 @@ def _as_dataset(cloud):
     if isinstance(cloud, np.ndarray):
         return pv.PolyData(point_rows(cloud))
     if isinstance(cloud, (str, Path)):
-        return _as_dataset(pv.read(cloud))
+        is_capture = vtkGaussianSplatReader.CanReadFile(str(cloud))  # PyVista reads .ply as a mesh
+        return read_capture(cloud) if is_capture else _as_dataset(pv.read(cloud))
     if isinstance(cloud, pv.MultiBlock):
         raise TypeError(f"cloud is a MultiBlock of {cloud.n_blocks} blocks; combine them first with "
                         "cloud.combine(), or add each")
@@ -357,7 +363,7 @@ def _surfels_and_scalars(cloud, scalars):
     """Surfels, and the name of the point array to color them by, or None."""
     if scalars is None:
         name = cloud.point_data.active_scalars_name
-        name = None if name in SURFEL_ARRAYS else name
+        name = None if name and name.startswith(("Surfel", "Gaussian")) else name
     elif isinstance(scalars, str):
         name = scalars
         if name not in cloud.point_data:

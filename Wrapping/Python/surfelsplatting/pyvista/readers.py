@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pyvista as pv
 
 from ..backend import vtk
 from ..problems import UserProblem
 from ..clouds.scanner import read_e57_cloud, read_las_cloud
 from ..surfels import note_scan, update
-from ..vtkSurfelReaders import vtkPointCloudReader
+from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 
 
 def read_pcd(path: str) -> pv.PolyData:
@@ -52,6 +54,36 @@ def read_pcd(path: str) -> pv.PolyData:
 
     """
     reader = vtkPointCloudReader()
+    reader.SetFileName(str(path))
+    update(reader, str(path))
+    return pv.wrap(reader.GetOutput())
+
+
+def read_capture(path: str | Path) -> pv.PolyData:
+    """Read a capture of 3D Gaussian splatting, a ``.splat`` or ``.ply`` file.
+
+    :func:`pyvista.read` calls this for ``.splat`` files. It reads no more than the points of a
+    ``.ply`` file.
+
+    Parameters
+    ----------
+    path : str | Path
+        Path of the file.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The Gaussians: ``GaussianCovariance``, ``GaussianOpacity``, and ``GaussianHarmonics`` of a
+        ``.ply`` file or ``RGB`` of a ``.splat`` file.
+
+    Examples
+    --------
+    >>> from surfelsplatting.pyvista.readers import read_capture
+    >>> capture = read_capture('capture.ply')  # doctest: +SKIP
+    >>> capture.surfels.plot(coc=15)  # doctest: +SKIP
+
+    """
+    reader = vtkGaussianSplatReader()
     reader.SetFileName(str(path))
     update(reader, str(path))
     return pv.wrap(reader.GetOutput())

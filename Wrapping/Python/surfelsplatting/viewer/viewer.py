@@ -10,6 +10,7 @@ import numpy as np
 
 from ..colormaps import scalar_names
 from ..problems import UserProblem
+from ..surfels import holds_gaussians
 from ..views.focus import blur_at, distance_in_focus, point_at_pixel, settle_focus
 from ..views.framing import complete_view
 from ..views.vtkcamera import make_camera, set_camera, set_lens
@@ -71,6 +72,11 @@ class Viewer:
         if discs.GetNumberOfPoints() == 0:
             raise UserProblem(f"{self.look.path}: none of its points has finite coordinates")
         return discs
+
+    @property
+    def contents(self):
+        """What is shown, as a word of messages."""
+        return "Gaussians" if holds_gaussians(self._surfels) else "surfels"
 
     def _set_surfels(self, surfels):
         self._surfels = surfels

@@ -260,7 +260,7 @@ class Page:
                 self._tell()
         self._estimation = None
         self._viewer.show_surfels(surfels)
-        self._say(f"{surfels.GetNumberOfPoints()} surfels are shown")
+        self._say(f"{surfels.GetNumberOfPoints()} {self._viewer.contents} are shown")
         self.show()
 
     def run(self):

@@ -172,7 +172,7 @@ class Window:
         if surfels:
             self._estimation = None
             self._viewer.show_surfels(surfels)
-            self._say(f"{surfels.GetNumberOfPoints()} surfels are shown")
+            self._say(f"{surfels.GetNumberOfPoints()} {self._viewer.contents} are shown")
         self._must_draw = True
 
     # Mouse and keys.

@@ -37,7 +37,10 @@ class Samples:
             points += _doubles(origin).ravel()
             self.has_origin = bool(_doubles(origin).any())
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
-        keep &= _near_the_bulk(points, keep)
+        if surfels.GetPointData().HasArray("GaussianCovariance"):
+            keep &= _within_fences(points, keep)
+        else:
+            keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
         self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
         self.covariances = None if covariances is None else covariances[keep]
@@ -103,6 +106,18 @@ def _near_the_bulk(points, finite):
     low, high = np.percentile(points[finite], (2, 98), axis=0)
     # The largest width for all axes, so that the noise of a flat thing is not cut off.
     slack = 0.5 * max((high - low).max(), 1e-30)
+    with np.errstate(invalid="ignore"):
+        return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+
+
+def _within_fences(points, finite):
+    """Which Gaussians of a capture lie within Tukey's fences, one and a half interquartile ranges
+    beyond the quartiles, on every axis. Captures have many stray ones, and a sky far away."""
+    if not finite.any():
+        raise UserProblem("none of the Gaussians has finite values; nothing can be drawn")
+    low, high = np.percentile(points[finite], (25, 75), axis=0)
+    # The largest range for all axes, as above.
+    slack = 1.5 * max((high - low).max(), 1e-30)
     with np.errstate(invalid="ignore"):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
 
