@@ -199,6 +199,7 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;
   context.Settings.Cutoff = this->Cutoff;
   context.Settings.Prefilter = this->Prefilter;
+  context.Settings.KeepCaptureMass = this->KeepCaptureMass;
   context.Cut.Rule = this->LODMode == LOD_OFF ? Core::CutRule::Leaves
     : this->LODMode == LOD_PAPER              ? Core::CutRule::Paper
                                               : Core::CutRule::Moments;
@@ -560,6 +561,7 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Kernel: " << this->Kernel << "\n";
   os << indent << "Cutoff: " << this->Cutoff << "\n";
   os << indent << "Prefilter: " << this->Prefilter << " px^2\n";
+  os << indent << "KeepCaptureMass: " << (this->KeepCaptureMass ? "on" : "off") << "\n";
   os << indent << "LODMode: " << this->LODMode << "\n";
   os << indent << "LODError: " << this->LODError << "\n";
   os << indent << "FrustumCulling: " << this->FrustumCulling << "\n";

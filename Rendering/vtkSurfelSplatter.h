@@ -165,6 +165,19 @@ public:
   vtkGetMacro(Prefilter, double);
   ///@}
 
+  ///@{
+  /**
+   * Whether Gaussians of captures keep their mass when the pixel filter widens them: what is
+   * smaller than a pixel becomes fainter (Yu et al., Mip-Splatting, 2024) instead of growing, as it
+   * does in the published method that captures are trained with (Kerbl et al. 2023). Good for
+   * captures that were trained so, and for captures seen from afar. Volumes always keep it.
+   * Default off.
+   */
+  vtkSetMacro(KeepCaptureMass, vtkTypeBool);
+  vtkGetMacro(KeepCaptureMass, vtkTypeBool);
+  vtkBooleanMacro(KeepCaptureMass, vtkTypeBool);
+  ///@}
+
   enum LODModes
   {
     LOD_OFF = 0,    ///< all surfels are drawn
@@ -427,6 +440,7 @@ private:
   int Kernel = PEARSON_II;
   double Cutoff = 2.5;
   double Prefilter = 1.0;
+  vtkTypeBool KeepCaptureMass = false;
   int LODMode = LOD_MOMENTS;
   double LODError = 1.0;
   vtkTypeBool FrustumCulling = 1;

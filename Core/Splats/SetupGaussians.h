@@ -3,7 +3,8 @@
  * Set-up of Gaussians in space (CloudKind): the stages of SetupImplementation.h for them.
  *
  * The weight at the centre of a footprint W is, with the mass kept over every blur,
- *   captures: o sqrt(det W_0) / sqrt(det W), W_0 the footprint in focus
+ *   captures: o sqrt(det W_0) / sqrt(det W), W_0 = M S M' + h the footprint in focus, as published,
+ *             or, with KeepsMass, M S M' (Yu, Chen, Huang, Sattler, Geiger 2024)
  *   volumes:  M f^2 |p| / z^3 / (2 pi sqrt(det W)), M the mass (GaussianMass.h)
  */
 #pragma once
@@ -104,13 +105,15 @@ SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndice
 
 /// Weight at the centre of a footprint in focus: opacity, or optical depth.
 template <class Real>
-SURFELSPLATTING_INLINE Real WeighInFocus(
-  const SetupJob& job, const PlacedSurfels<Real>& s, const FootprintOf<Real>& sharp)
+SURFELSPLATTING_INLINE Real WeighInFocus(const SetupJob& job, const PlacedSurfels<Real>& s,
+  const Symmetric2Of<Real>& projected, const FootprintOf<Real>& sharp)
 {
   const View& view = job.Camera;
   if (job.Cloud.Kind == CloudKind::Capture)
   {
-    return s.Deposit;
+    const Real own = projected.XX * projected.YY - projected.XY * projected.XY;
+    return job.KeepsMass ? s.Deposit * SquareRoot(Larger(own, Real{})) * sharp.InverseRoot
+                         : s.Deposit;
   }
   const Real perArea = __builtin_fabs(view.Fx * view.Fy) * (0.5 / Pi) * sharp.InverseRoot;
   return s.Deposit * perArea *
@@ -170,7 +173,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const Real cell = RunCell(job, blur);
     f.W = f.W.Without(cell > 1.0 ? cell * cell / 6.0 : Real{});
     const SurfelColors<Real> colors = Color(job, index, s);
-    const Real inFocus = colors.Opacity * WeighInFocus(job, s, sharp);
+    const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
     const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);

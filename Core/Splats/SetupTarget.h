@@ -49,6 +49,7 @@ struct SetupJob
   KernelType Kernel = KernelType::PearsonII;
   TruncatedGaussian Gaussian = TruncatedGaussian(2.5);
   double Prefilter = 1.0;     ///< h, px^2
+  bool KeepsMass = false;     ///< of captures, when h widens them
   double DefocusFactor = 0.0; ///< variance that the lens adds, in units of C^2
   bool PaperDetail = false;   ///< draw nodes as in the paper, without gradients
   bool CoarseGrids = false;

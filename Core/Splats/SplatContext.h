@@ -19,8 +19,9 @@ namespace SurfelSplatting
 struct SplatSettings
 {
   KernelType Kernel = KernelType::PearsonII;
-  double Cutoff = 2.5;    ///< c on the Gaussian's exponent, (0, 20]
-  double Prefilter = 1.0; ///< h, variance of the pixel filter in px^2, > 0
+  double Cutoff = 2.5;          ///< c on the Gaussian's exponent, (0, 20]
+  double Prefilter = 1.0;       ///< h, variance of the pixel filter in px^2, > 0
+  bool KeepCaptureMass = false; ///< captures fade instead of growing where h widens them
 };
 
 struct SplatContext

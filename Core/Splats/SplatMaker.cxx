@@ -71,6 +71,7 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.Kernel = settings.Kernel;
   j.WeighsLens = context.HasLens() && j.Kernel != KernelType::Gaussian;
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
+  j.KeepsMass = settings.KeepCaptureMass;
   j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter : settings.Prefilter;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, j.Gaussian);
   j.CoarseGrids = context.CoarseGrids && !j.Cloud.IsInSpace();
