@@ -25,8 +25,15 @@ SURFELSPLATTING_INLINE void GatherGaussians(
   s.Covariance = { Gather(c, index, 6), Gather(c + 1, index, 6), Gather(c + 2, index, 6),
     Gather(c + 3, index, 6), Gather(c + 4, index, 6), Gather(c + 5, index, 6) };
   s.Area = { Real{}, Real{}, Real{} };
-  s.Size = Gather(cloud.Densities, index, 1) *
-    (cloud.Kind == CloudKind::Volume ? KernelVolume(s.Covariance) : MeanKernelArea(s.Covariance));
+  const Real density = Gather(cloud.Densities, index, 1);
+  if (cloud.Kind == CloudKind::Volume)
+  {
+    s.Size = density * KernelVolume(s.Covariance);
+    return;
+  }
+  // Opacities become optical depths while pairs merge.
+  const Real depth = 1.0 + index.Merging * (DepthOverOpacity(density) - 1.0);
+  s.Size = density * depth * MeanKernelArea(s.Covariance);
 }
 
 /// Moves Gaussians or nodes towards their parents (CutRange.h); each keeps its mass.

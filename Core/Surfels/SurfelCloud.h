@@ -128,8 +128,10 @@ struct SurfelCloud
     }
     const Symmetric3 s = this->Covariance(i);
     const Symmetric3Of<double> covariance{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
-    return this->Densities[i] *
-      (this->Kind == CloudKind::Volume ? KernelVolume(covariance) : MeanKernelArea(covariance));
+    const double density = this->Densities[i];
+    return this->Kind == CloudKind::Volume
+      ? density * KernelVolume(covariance)
+      : density * DepthOverOpacity(density) * MeanKernelArea(covariance);
   }
 
   bool IsTwoSided(std::size_t i) const
