@@ -128,7 +128,8 @@ struct SurfelCloud
     }
     const Symmetric3 s = this->Covariance(i);
     const Symmetric3Of<double> covariance{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
-    return this->Densities[i] *
+    const double density = this->Densities[i] > 0.0f ? this->Densities[i] : 0.0;
+    return density *
       (this->Kind == CloudKind::Volume ? KernelVolume(covariance) : MeanKernelArea(covariance));
   }
 
