@@ -151,7 +151,7 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
  *
  *   T = clip(1/2 + b (s - s_b)),  s = u.t1 / |t1|
  *
- * Where nothing is clipped, b = 4 |t1| and 1/2 + b s_b = mean, up to the r = |t1| / LargestMoment
+ * Where nothing is clipped, b = 4 |t1| and 1/2 - b s_b = mean, up to the r = |t1| / LargestMoment
  * at which 4 |t1| is the rarer of mean and 1 - mean. From there to r = 1, where the ramp is the
  * border of a segment of the disc, at s_0(mean), b grows as 1 / sqrt(1 - r). Fitted for means from
  * 0.01 to 0.99: mean and moment over the disc are within 0.016 and 0.0065 up to r = 0.9, within

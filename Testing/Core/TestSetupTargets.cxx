@@ -300,7 +300,7 @@ void TestGaussians(const SetupTarget& kernel, CloudKind kind)
   cloud.Densities[5] = cloud.Covariances[100] = cloud.Colors[801] = nan;
   for (SplatContext context : Contexts())
   {
-    context.GaussianRuns = context.CoarseGrids;
+    context.GaussianRuns = context.Settings.KeepCaptureMass = context.CoarseGrids;
     SurfelCloud leaves = cloud.Get();
     Compare(kernel, context, leaves, { 0, static_cast<std::uint32_t>(leaves.NumberOfSurfels), 0 });
     leaves.ColorsFloat = nullptr;
