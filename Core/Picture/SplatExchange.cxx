@@ -138,7 +138,7 @@ void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
   SplatExchange::Counts& at, Message& message)
 {
   Splat splat = list.Splats[i];
-  if (splat.Gradient != NoGradient)
+  if (HasGradient(splat))
   {
     Write(list.Gradients[static_cast<std::size_t>(splat.Gradient)], layout.Gradients, at.Gradients,
       message);
@@ -207,7 +207,7 @@ std::vector<SplatExchange::Counts> SplatExchange::CountSplats(
         {
           Counts& count = counts[part * ranks + rank];
           ++count.Splats;
-          count.Gradients += list.Splats[i].Gradient == NoGradient ? 0 : 1;
+          count.Gradients += HasGradient(list.Splats[i]) ? 1 : 0;
         }
       });
     }
@@ -287,7 +287,7 @@ void SplatExchange::Unpack(
       {
         Splat& splat = list.Splats[i];
         list.Nears[i] = splat.Near;
-        splat.Gradient += splat.Gradient == NoGradient ? 0 : static_cast<std::int32_t>(first);
+        splat.Gradient += HasGradient(splat) ? static_cast<std::int32_t>(first) : 0;
         if (list.Levels[i] == 0)
         {
           PixelBox& box = list.Boxes[i]; // other ranks draw the other rows

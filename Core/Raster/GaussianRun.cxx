@@ -21,35 +21,60 @@ int LaneOfPixel(int x, int y)
   return y % BlockSize * BlockSize + x % BlockSize;
 }
 
-/// Sums over the pixels of a cell.
+/// Sums over the pixels of a cell, weighted with T, since nothing is seen behind a closed pixel.
 struct CellSums
 {
-  float Through = 0.0f, X = 0.0f, Y = 0.0f;
-  int Pixels = 0;
+  float Weight = 0.0f, Through = 0.0f, X = 0.0f, Y = 0.0f;
+
+  float Mean() const { return this->Weight > 0.0f ? this->Through / this->Weight : 0.0f; }
 };
 
-CellSums SumPixels(const PixelTile& tile, int i, int j, int cell)
+/// Pixels up to `reach` from a cell's centre along an axis. A cell outside of the picture has its
+/// last pixel.
+struct CellPixels
+{
+  int Begin, End;
+
+  CellPixels(int center, int reach, int size)
+    : Begin(std::min(std::max(0, center - reach), size - 1))
+    , End(std::max(std::min(size, center + reach), this->Begin + 1))
+  {
+  }
+};
+
+CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellPixels& rows)
 {
   CellSums sums;
-  const int x0 = std::max(0, i * cell - cell / 2), x1 = std::min(TileSize, i * cell + cell / 2);
-  const int y0 = std::max(0, j * cell - cell / 2), y1 = std::min(TileSize, j * cell + cell / 2);
-  for (int y = y0; y < y1; ++y)
+  for (int y = rows.Begin; y < rows.End; ++y)
   {
-    for (int x = x0; x < x1; ++x)
+    for (int x = columns.Begin; x < columns.End; ++x)
     {
       const FinishedLayers& done = tile.Finished[BlockOfPixel(x, y)];
       const int l = LaneOfPixel(x, y);
-      sums.Through += done.Transmittance[l];
-      sums.X += done.ThroughX[l];
-      sums.Y += done.ThroughY[l];
+      const float weight = done.Transmittance[l];
+      sums.Weight += weight;
+      sums.Through += weight * done.Transmittance[l];
+      sums.X += weight * done.ThroughX[l];
+      sums.Y += weight * done.ThroughY[l];
     }
   }
-  sums.Pixels = (x1 - x0) * (y1 - y0);
   return sums;
+}
+
+/// Of a cell's own pixels, or of all that take something over from it, if its own are darker: they
+/// may be open.
+CellSums SumCell(const PixelTile& tile, const int (&center)[2], int cell, const int (&size)[2])
+{
+  constexpr float dark = 0.25f;
+  const auto sum = [&](int reach) {
+    return SumPixels(tile, { center[0], reach, size[0] }, { center[1], reach, size[1] });
+  };
+  const CellSums own = sum(cell / 2);
+  return own.Mean() < dark ? sum(cell) : own;
 }
 }
 
-void GaussianRun::Begin(const PixelTile& tile, int cell)
+void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
 {
   this->Cell = cell;
   const int cells = TileSize / cell + 1, blocks = (cells + BlockSize - 1) / BlockSize;
@@ -72,8 +97,8 @@ void GaussianRun::Begin(const PixelTile& tile, int cell)
       {
         continue;
       }
-      const CellSums sums = SumPixels(tile, i, j, cell);
-      const float mean = sums.Through / static_cast<float>(sums.Pixels);
+      const CellSums sums = SumCell(tile, { i * cell, j * cell }, cell, { width, height });
+      const float mean = sums.Mean();
       const float start = std::max(mean, LeastStart);
       const float scale = sums.Through > 0.0f ? start / sums.Through : 0.0f;
       done.Transmittance[l] = start;
@@ -100,8 +125,7 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
   const int cells = TileSize / this->Cell + 1;
   const auto first = [&](int pixel) { return (pixel + this->Cell - 1) / this->Cell; };
   const PixelBox span{ first(place.Span.X0), first(place.Span.Y0),
-    std::min(cells, place.Span.X1 / this->Cell + 1),
-    std::min(cells, place.Span.Y1 / this->Cell + 1) };
+    std::min(cells, first(place.Span.X1) + 1), std::min(cells, first(place.Span.Y1) + 1) };
   const TilePlace inCells{ span, place.X * perCell + 0.5f, place.Y * perCell + 0.5f };
   RasterSettings own = settings;
   own.Doubts = own.HasLayers = false;

@@ -4,9 +4,9 @@
  * of pixels, so that raster time depends on their number instead of their area.
  *
  * How much the lens blurs depends on the depth alone, so that a tile's Gaussians, sorted by depth,
- * form a few runs of one cell size. A run begins with the mean of the pixels' T and its moments in
- * each cell. At the end, its pixels take over, interpolated bilinearly between the cells, the
- * factor of T, the colour over T, and the change of the moments over T:
+ * form a few runs of one cell size. A run begins with the mean of the pixels' T and its moments,
+ * weighted with T, in each cell. At the end, its pixels take over, interpolated bilinearly between
+ * the cells, the factor of T, the colour over T, and the change of the moments over T:
  *
  *   T' = T t,  t = T_1 / T_0;   C' = C + T c,  c = (C_1 - C_0) / T_0;
  *   m' = T' (m / T + m_1 / T_1 - m_0 / T_0)
@@ -30,9 +30,12 @@ public:
   bool IsOpen() const { return this->Cell > 0; }
   int CellSize() const { return this->Cell; }
 
-  /// Begins a run in front of which a tile has no open layers. @param cell d, 2 to TileSize, a
-  /// power of two, px
-  void Begin(const PixelTile& tile, int cell);
+  /**
+   * Begins a run in front of which a tile has no open layers.
+   * @param cell d, 2 to TileSize, a power of two, px
+   * @param width,height of the picture's part in the tile, 1 to TileSize, px
+   */
+  void Begin(const PixelTile& tile, int cell, int width, int height);
 
   /// Adds a Gaussian. @param place in the tile, px
   std::uint64_t Add(const RasterTarget& target, const SplatData& splat, const TilePlace& place,

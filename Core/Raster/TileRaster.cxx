@@ -432,7 +432,8 @@ std::uint64_t TileRaster::AddGaussian(const SplatList& list, std::size_t i)
   }
   if (!this->Run.IsOpen() && cell > 1 && this->MayBeginRun(s.Near))
   {
-    this->Run.Begin(this->Tile, cell);
+    this->Run.Begin(this->Tile, cell, std::min(TileSize, this->Width - this->OriginX),
+      std::min(TileSize, this->Height - this->OriginY));
   }
   return this->Run.IsOpen()
     ? this->Run.Add(Target, data, place, this->Settings)

@@ -33,6 +33,11 @@ constexpr std::int32_t NoGradient = -1;
 /// e (1 - exp(-w k)) + (1 - e) min(w k, MaxOpacity), e = Opacity.
 constexpr std::int32_t InSpace = -2;
 
+inline bool HasGradient(const Splat& s)
+{
+  return s.Gradient >= 0;
+}
+
 /// How the colour of a node changes over its footprint, per px: t (X dx + Y dy) is added to k times
 /// the splat's colour, where k is the kernel and t its derivative (ResamplingKernel.h). The
 /// constant factor of t is included here.

@@ -99,6 +99,21 @@ TestCloud MakeBall()
   return cloud;
 }
 
+TestCloud MakeVolume()
+{
+  TestCloud cloud;
+  cloud.Kind = CloudKind::Volume;
+  Random random(6);
+  for (int i = 0; i < 5000; ++i)
+  {
+    TestGaussian g;
+    const std::array<double, 3> p = random.Direction();
+    g.Position = { p[0], p[1], p[2] + 3.0 };
+    cloud.Add(g);
+  }
+  return cloud;
+}
+
 void CheckSteady(
   const SplatContext& context, const SurfelCloud& cloud, bool hasLimit, const char* what)
 {
@@ -146,4 +161,9 @@ TEST_CASE("Steady frames")
   CheckSteady(blurred, cloud.Get(), false, "lens, no detail");
   CheckSteady(blurred, hierarchy.Get(), true, "lens, other props");
   CheckSteady(paper, hierarchy.Get(), true, "paper's kernel, other props");
+  const TestCloud volume = MakeVolume();
+  const TestHierarchy volumeHierarchy(volume);
+  CheckSteady(sharp, volume.Get(), false, "volume, pinhole");
+  CheckSteady(blurred, volume.Get(), true, "volume, lens, other props");
+  CheckSteady(blurred, volumeHierarchy.Get(), false, "volume, lens, nodes");
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TestScene.h"
+
+#include "Core/Surfels/NodeMoments.h"
 #include "Testing/Shared/TestRun.h"
 
 #include <algorithm>
@@ -53,10 +55,39 @@ void TestCloud::Add(const TestSurfel& s)
   this->TwoSided.push_back(s.TwoSided ? 1 : 0);
 }
 
+Symmetric3 RandomCovariance(const Vector3& sigma, Random& random)
+{
+  Symmetric3 s{};
+  Vector3 axes[3] = { random.Direction() };
+  Tangents(axes[0], axes[1], axes[2]);
+  for (int i = 0; i < 3; ++i)
+  {
+    AddOuterProduct(s, axes[i], sigma[i] * sigma[i]);
+  }
+  return s;
+}
+
+void TestCloud::Add(const TestGaussian& g)
+{
+  const Symmetric3& s = g.Covariance;
+  for (const double x : { s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ })
+  {
+    this->Covariances.push_back(static_cast<float>(x));
+  }
+  this->Positions.insert(this->Positions.end(), g.Position.begin(), g.Position.end());
+  this->AreaVectors.insert(this->AreaVectors.end(), 3, 0.0f); // not read
+  this->Colors.insert(this->Colors.end(), g.Color.begin(), g.Color.end());
+  this->Opacities.push_back(1.0f);
+  this->TwoSided.push_back(1);
+  this->Densities.push_back(g.Density);
+}
+
 SurfelCloud TestCloud::Get() const
 {
   SurfelCloud cloud;
   cloud.NumberOfSurfels = this->TwoSided.size();
+  cloud.Kind = this->Kind;
+  cloud.Densities = cloud.IsInSpace() ? this->Densities.data() : nullptr;
   cloud.PositionsDouble = this->Positions.data();
   cloud.Covariances = this->Covariances.data();
   cloud.AreaVectors = this->AreaVectors.data();
@@ -72,10 +103,13 @@ SurfelCloud TestCloud::Get() const
 TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   : LocalToWorld(cloud.LocalToWorld)
   , Surface(cloud.Surface)
+  , Kind(cloud.Kind)
+  , NumberOfHarmonics(cloud.NumberOfHarmonics)
 {
   const SurfelCloud surfels = cloud.Get();
   this->Order = MakeKdTreeOrder(surfels, executor);
   const HierarchyLayout& layout = this->Order.Layout;
+  std::vector<float> harmonics;
   for (const std::uint32_t i : this->Order.Surfels)
   {
     const auto append = [i](const float* values, std::size_t components, std::vector<float>& to) {
@@ -88,12 +122,23 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
     append(surfels.Opacities, 1, this->Opacities);
     append(surfels.ColorsFloat, 4, this->LeafColors);
     this->TwoSided.push_back(surfels.TwoSided[i]);
+    if (surfels.IsInSpace())
+    {
+      append(surfels.Densities, 1, this->Densities);
+      append(
+        cloud.Harmonics.data(), 3 * static_cast<std::size_t>(cloud.NumberOfHarmonics), harmonics);
+    }
   }
   this->Nodes.resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
   FillNodes(this->Get(), layout, executor, this->Nodes.data());
   this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
   this->Colors = MakeNodeColors(this->Get(), layout, executor);
   this->Table = ClusterBounds(this->Get(), layout, executor);
+  if (cloud.NumberOfHarmonics > 0)
+  {
+    this->Harmonics =
+      PackHarmonics(this->Get(), layout, harmonics.data(), cloud.NumberOfHarmonics, executor);
+  }
 }
 
 SurfelCloud TestHierarchy::Get() const
@@ -108,6 +153,10 @@ SurfelCloud TestHierarchy::Get() const
   cloud.ColorsFloat = this->LeafColors.data();
   cloud.Nodes = this->Nodes.data();
   cloud.NodeColors = this->Colors.data();
+  cloud.Kind = this->Kind;
+  cloud.Densities = this->Kind == CloudKind::Surfels ? nullptr : this->Densities.data();
+  cloud.Harmonics = this->Harmonics.empty() ? nullptr : this->Harmonics.data();
+  cloud.NumberOfHarmonics = this->NumberOfHarmonics;
   cloud.LeafCovariances = this->LeafCovariances.data();
   cloud.Clusters = &this->Table;
   cloud.LocalToWorld = this->LocalToWorld;

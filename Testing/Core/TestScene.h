@@ -4,13 +4,14 @@
  */
 #pragma once
 
+#include "Core/Base/ThreadExecutor.h"
 #include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Hierarchy/NodeColors.h"
+#include "Core/Hierarchy/NodeHarmonics.h"
 #include "Core/Picture/Splatter.h"
 #include "Testing/Shared/Random.h"
-#include "Core/Base/ThreadExecutor.h"
 
 #include <vector>
 
@@ -30,6 +31,18 @@ struct TestSurfel
   bool TwoSided = false;
 };
 
+/// A Gaussian in space.
+struct TestGaussian
+{
+  Vector3 Position{ 0, 0, 1 };
+  Symmetric3 Covariance{ 1e-4, 1e-4, 1e-4, 0, 0, 0 };
+  float Density = 1.0f; ///< opacity or extinction (CloudKind)
+  std::array<float, 4> Color{ { 1, 1, 1, 1 } };
+};
+
+/// R diag(sigma^2) R' with the rows of R from a random rotation.
+Symmetric3 RandomCovariance(const Vector3& sigma, Random& random);
+
 /// Stands for a square of a plane that faces -z: the standard deviation is half the side.
 TestSurfel SquareSurfel(const Vector3& position, double side, double coverage = 1.0);
 
@@ -45,7 +58,16 @@ public:
   std::vector<float> Covariances, AreaVectors, Opacities, Colors;
   std::vector<unsigned char> TwoSided;
 
+  /// Of Gaussians in space.
+  CloudKind Kind = CloudKind::Surfels;
+  std::vector<float> Densities;
+  std::vector<float> Harmonics; ///< [n][NumberOfHarmonics][3], or empty
+  int NumberOfHarmonics = 0;
+
   void Add(const TestSurfel& surfel);
+  void Add(const TestGaussian& gaussian);
+
+  /// Without harmonics, which only a hierarchy packs.
   SurfelCloud Get() const;
 };
 
@@ -62,6 +84,8 @@ public:
   KdTreeOrder Order;
   std::vector<float> Positions, Covariances, AreaVectors, Opacities, LeafColors; ///< of the leaves
   std::vector<unsigned char> TwoSided;
+  std::vector<float> Densities;
+  std::vector<PackedHarmonics> Harmonics; ///< of leaves and nodes
   std::vector<HierarchyNode> Nodes;
   std::vector<float> LeafCovariances;
   std::vector<NodeColor> Colors;
@@ -70,6 +94,8 @@ public:
 private:
   Affine3 LocalToWorld;
   Material Surface;
+  CloudKind Kind;
+  int NumberOfHarmonics;
 };
 
 /// A frame with memory of its own, filled with NaN so that a pixel that is not written is seen.

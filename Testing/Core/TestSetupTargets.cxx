@@ -95,7 +95,7 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
   {
     Splat a = actual.Splats[i], b = expected.Splats[i];
     CHECK(a.Gradient == b.Gradient);
-    if (b.Gradient != NoGradient)
+    if (HasGradient(b))
     {
       CheckFields(actual.Gradients[i], expected.Gradients[i], "gradient");
     }
@@ -269,6 +269,54 @@ void TestNodes(const SetupTarget& kernel)
   }
 }
 
+/// Gaussians in space of all ranks, their nodes and merging pairs, with harmonics.
+void TestGaussians(const SetupTarget& kernel, CloudKind kind)
+{
+  Random random(13);
+  TestCloud cloud;
+  cloud.Kind = kind;
+  cloud.NumberOfHarmonics = 9;
+  for (int i = 0; i < 603; ++i)
+  {
+    TestGaussian g;
+    const double sigma = std::pow(10.0, random.Uniform(-4, -0.5));
+    g.Position = { random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(-0.5, 6) };
+    g.Covariance = RandomCovariance(
+      { sigma, random.Integer(0, 4) == 0 ? 0.0 : 0.5 * sigma, 0.2 * sigma }, random);
+    g.Density =
+      static_cast<float>(random.Uniform(-0.1, 1.2) / (kind == CloudKind::Volume ? sigma : 1.0));
+    g.Color = { { 0.1f, 0.5f, 0.9f, static_cast<float>(random()) } };
+    cloud.Add(g);
+    for (int k = 0; k < 27; ++k)
+    {
+      cloud.Harmonics.push_back(static_cast<float>(random.Uniform(-1, 1)));
+    }
+  }
+  cloud.LocalToWorld.L[0] = { 0.9, 0.1, -0.2 };
+  const TestHierarchy hierarchy(cloud);
+  const SurfelCloud tree = hierarchy.Get();
+  const HierarchyLayout& layout = hierarchy.Order.Layout;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  cloud.Densities[5] = cloud.Covariances[100] = cloud.Colors[801] = nan;
+  for (SplatContext context : Contexts())
+  {
+    context.GaussianRuns = context.Settings.KeepCaptureMass = context.CoarseGrids;
+    SurfelCloud leaves = cloud.Get();
+    Compare(kernel, context, leaves, { 0, static_cast<std::uint32_t>(leaves.NumberOfSurfels), 0 });
+    leaves.ColorsFloat = nullptr;
+    Compare(kernel, context, leaves, { 3, 57, 0 });
+    for (int level = 0; level + 1 < layout.NumberOfLevels(); ++level)
+    {
+      CutRange run{ layout.Begin(level, 1), static_cast<std::uint32_t>(layout.Count(level, 1)),
+        static_cast<std::uint32_t>(level) };
+      Compare(kernel, context, tree, run);
+      run.Merging = 0.05f + 0.1f * static_cast<float>(level % 8);
+      run.Parents = layout.Begin(level + 1, 1);
+      Compare(kernel, context, tree, run);
+    }
+  }
+}
+
 const SetupTarget* const Targets[] = { &SetupTargetBaseline,
 #ifdef SURFELSPLATTING_X86_TARGETS
   &SetupTargetAVX2, &SetupTargetAVX512
@@ -283,5 +331,7 @@ TEST_CASE("Setup targets")
   {
     TestSurfels(*target);
     TestNodes(*target);
+    TestGaussians(*target, CloudKind::Capture);
+    TestGaussians(*target, CloudKind::Volume);
   }
 }

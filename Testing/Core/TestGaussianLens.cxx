@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Gaussians in space through the lens: mass kept over every blur, against means of pinholes, no
+ * jumps while the blur grows, the ramp that stands for T over the lens, and runs on cells against
+ * pixels.
+ */
+#include "Core/Lens/GaussianFootprint.h"
+#include "Core/Lens/LensVisibility.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr int Size = 128;
+constexpr double Focal = 200.0, Focus = 1.0, Depth = 2.0;
+
+/// A lens with which a point at Depth has this circle of confusion, px.
+Lens LensOf(double confusion)
+{
+  return { confusion / (Focal * (1.0 / Focus - 1.0 / Depth)), Focus };
+}
+
+SplatContext ContextOf(double confusion)
+{
+  SplatContext context;
+  context.Camera = PinholeView(Size, Size, Focal);
+  context.Optics = LensOf(confusion);
+  return context;
+}
+
+/// Deviations on the screen, px.
+TestCloud One(CloudKind kind, double sigmaX, double sigmaY, float density)
+{
+  TestCloud cloud;
+  cloud.Kind = kind;
+  const double x = sigmaX * Depth / Focal, y = sigmaY * Depth / Focal;
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  cloud.Add(TestGaussian{ { 0.0031, 0.0043, Depth },
+    { c * c * x * x + s * s * y * y, s * s * x * x + c * c * y * y, 1e-6, c * s * (x * x - y * y),
+      0.0, 0.0 },
+    density, { { 1, 1, 1, 1 } } });
+  return cloud;
+}
+
+double SumOfAlpha(const Picture& picture)
+{
+  double sum = 0.0;
+  for (std::size_t i = 3; i < picture.Color.size(); i += 4)
+  {
+    sum += picture.Color[i];
+  }
+  return sum;
+}
+
+/// Thin Gaussians: the sum of alpha is 2 pi o sqrt(det W_0) of captures, and M f^2 |p| / z^3 of
+/// volumes, from focus to a blur of 20 px, with and without cells.
+TEST_CASE("Mass")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    double worst = 0.0, worstSharp = 0.0, worstCells = 0.0;
+    const float density = kind == CloudKind::Capture ? 1e-3f : 0.1f;
+    const TestCloud cloud = One(kind, 2.0, 0.7, density);
+    const double root = std::sqrt((4.0 + 0.3) * (0.49 + 0.3)); // of det W_0
+    const double mass = cloud.Get().Area(0) * Focal * Focal / (Depth * Depth);
+    const double expected = kind == CloudKind::Capture ? density * 2.0 * Pi * root : mass;
+    for (double c = 0.0; c <= 20.0; c = 1.1 * c + 0.05)
+    {
+      for (const bool cells : { false, true })
+      {
+        SplatContext context = ContextOf(c);
+        context.CoarseGrids = cells; // with them, runs
+        const double off = std::abs(SumOfAlpha(RenderPicture(context, cloud)) / expected - 1.0);
+        double& largest = cells ? worstCells : c < 2.0 ? worstSharp : worst;
+        largest = std::max(largest, off);
+      }
+    }
+    std::printf(
+      "mass: off by %.4f in focus, %.4f blurred, %.4f on cells\n", worstSharp, worst, worstCells);
+    // A capture ends at q = 9, beyond which are exp(-9/2) = 1.1 % of it; a volume's opacity is less
+    // than its depth, of 1e-3. The blurred kernels step down within a pixel or two, which sums over
+    // pixels see. A disc that is 1.5 cells in radius covers one cell more or less: the mass of many
+    // is kept, not that of one.
+    CHECK(worstSharp < 0.0135);
+    CHECK(worst < 0.009);
+    CHECK(worstCells < 0.25);
+  }
+}
+
+/// A Gaussian and a needle alone: the mean of 400 pinholes.
+TEST_CASE("Mean of pinholes")
+{
+  for (const double sigmaY : { 2.0, 0.3 })
+  {
+    for (const double c : { 1.0, 3.0, 6.0, 12.0 })
+    {
+      const TestCloud cloud = One(CloudKind::Capture, 4.0, sigmaY, 0.5f);
+      SplatContext context = ContextOf(c);
+      context.CoarseGrids = false;
+      const Picture blurred = RenderPicture(context, cloud);
+      context.Sampling.Count = 400;
+      context.Sampling.Pinholes = true;
+      const Picture mean = RenderPicture(context, cloud);
+      const double peak = *std::max_element(mean.Color.begin(), mean.Color.end());
+      const double worst = LargestDifference(blurred, mean) / peak;
+      std::printf("C %.0f px, %.1f px across: off by %.3f of the peak\n", c, sigmaY, worst);
+      // Mass, variance and kurtosis agree. The disc's edge is as wide as the Gaussian in each
+      // direction, which no function of q is: measured.
+      CHECK(worst < (sigmaY > 1.0 ? 0.18 : 0.32));
+      CHECK_NEAR(SumOfAlpha(blurred) / SumOfAlpha(mean), 1.0, 0.012);
+    }
+  }
+}
+
+/// While C grows by 0.8 %, no pixel changes by more than the footprint's peak does, but for what a
+/// kernel that ends at q = 9 or 20 leaves there.
+TEST_CASE("No jumps")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    double worst = 0.0, at = 0.0;
+    const TestCloud cloud = One(kind, 1.5, 0.5, kind == CloudKind::Capture ? 0.8f : 80.0f);
+    Picture last(Size, Size);
+    for (double c = 0.05; c < 24.0; c *= 1.008)
+    {
+      SplatContext context = ContextOf(c);
+      context.CoarseGrids = false;
+      const Picture next = RenderPicture(context, cloud);
+      const double change = c > 0.05 ? LargestDifference(last, next) : 0.0;
+      at = change > worst ? c : at;
+      worst = std::max(worst, change);
+      std::copy(next.Color.begin(), next.Color.end(), last.Color.begin());
+    }
+    std::printf("largest change %.5f at C = %.2f px\n", worst, at);
+    // In focus, where a capture ends, a pixel has 0.8 exp(-10.67 / 2) = 0.0038.
+    CHECK(worst < 0.0045);
+  }
+}
+
+/// Means over the disc, by the midpoint rule in the angle.
+struct RampOverLens
+{
+  double Mean = 0.0, Moment = 0.0, Least = 1.0, Most = 0.0, FromLine = 0.0, FromSegment = 0.0;
+  double OfNoShare = 0.0; ///< largest distance from the line without a share of the lens
+
+  RampOverLens(double mean, double moment, double border)
+  {
+    constexpr int Steps = 1000;
+    for (int i = 0; i < Steps; ++i)
+    {
+      const double angle = Pi * (i + 0.5) / Steps, s = std::cos(angle);
+      const double strip = 2.0 * std::sin(angle) * std::sin(angle) / Steps;
+      const double t = ReconstructRamp(mean, moment, s, 1.0);
+      this->Mean += strip * t;
+      this->Moment += strip * s * t;
+      this->Least = std::min(this->Least, t);
+      this->Most = std::max(this->Most, t);
+      this->FromLine = std::max(this->FromLine, std::abs(t - mean - 4.0 * moment * s));
+      this->FromSegment += strip * std::abs(t - (s > border ? 1.0 : 0.0));
+      const double line = std::clamp(mean + 4.0 * moment * s, 0.0, 1.0);
+      this->OfNoShare =
+        std::max(this->OfNoShare, std::abs(ReconstructRamp(mean, moment, s, 0.0) - line));
+    }
+  }
+};
+
+/// The chord that cuts off a segment of this area, as a share of the disc.
+double SegmentBorder(double area)
+{
+  double low = -1.0, high = 1.0;
+  for (int i = 0; i < 60; ++i)
+  {
+    const double t = 0.5 * (low + high);
+    const double right = (std::acos(t) - t * std::sqrt(1.0 - t * t)) / Pi;
+    (right > area ? low : high) = t;
+  }
+  return low;
+}
+
+TEST_CASE("Ramp")
+{
+  double worst[2][2] = {};
+  for (int i = 1; i < 100; ++i)
+  {
+    const double mean = 0.01 * i, rarer = std::min(mean, 1.0 - mean), border = SegmentBorder(mean);
+    for (int k = 0; k <= 40; ++k)
+    {
+      const double r = 0.025 * k, moment = r * LargestMoment(mean);
+      const RampOverLens ramp(mean, moment, border);
+      CHECK(ramp.Least >= 0.0);
+      CHECK(ramp.Most <= 1.0);
+      CHECK_NEAR(ramp.OfNoShare, 0.0, 1e-12);
+      double(&off)[2] = worst[r > 0.9001 ? 1 : 0];
+      off[0] = std::max(off[0], std::abs(ramp.Mean - mean));
+      off[1] = std::max(off[1], std::abs(ramp.Moment - moment));
+      if (4.0 * moment <= rarer) // nothing is clipped
+      {
+        CHECK_NEAR(ramp.FromLine, 0.0, 1e-9);
+      }
+      if (k == 40)
+      {
+        CHECK_NEAR(ramp.FromSegment, 0.0, 0.03); // the fit of its border, and r below 1
+      }
+    }
+  }
+  std::printf("ramp: mean and moment off by %.4f, %.4f up to r = 0.9, by %.4f, %.4f up to 1\n",
+    worst[0][0], worst[0][1], worst[1][0], worst[1][1]);
+  // LensVisibility.h
+  CHECK(worst[0][0] < 0.016);
+  CHECK(worst[0][1] < 0.0065);
+  CHECK(worst[1][0] < 0.024);
+  CHECK(worst[1][1] < 0.018);
+  for (const double mean : { 0.0, 1.0, -1e-7, 1.0 + 1e-7 })
+  {
+    for (const double moment : { 0.0, 1e-4, 0.3 })
+    {
+      const double t = ReconstructRamp(mean, moment, 0.5, 1.0);
+      CHECK(t >= 0.0);
+      CHECK(t <= 1.0);
+    }
+  }
+}
+
+TestCloud RandomCloud(CloudKind kind, int count, double depth, Random& random)
+{
+  TestCloud cloud;
+  cloud.Kind = kind;
+  for (int i = 0; i < count; ++i)
+  {
+    TestGaussian g;
+    const double z = random.Uniform(depth, depth + 2.0), sigma = random.Uniform(0.01, 0.06);
+    g.Position = { random.Uniform(-0.4, 0.4) * z, random.Uniform(-0.4, 0.4) * z, z };
+    g.Covariance = RandomCovariance({ sigma, sigma * random(), sigma * random() }, random);
+    g.Density = static_cast<float>(kind == CloudKind::Capture ? random() : 12.0 * random());
+    g.Color = { { static_cast<float>(random()), static_cast<float>(random()), 0.3f, 1.0f } };
+    cloud.Add(g);
+  }
+  return cloud;
+}
+
+/// In focus, with a hole and a border: nothing, surfels, or opaque Gaussians.
+TestCloud SharpSheet(int kind)
+{
+  TestCloud sheet;
+  sheet.Kind = kind == 2 ? CloudKind::Capture : CloudKind::Surfels;
+  for (int i = 0; kind > 0 && i < 100 * 100; ++i)
+  {
+    const Vector3 p{ (i % 100 - 49.5) * 0.01, (i / 100 - 49.5) * 0.01, Focus };
+    if (std::hypot(p[0] - 0.1, p[1] - 0.1) <= 0.02 || p[0] >= 0.12)
+    {
+      continue;
+    }
+    if (kind == 1)
+    {
+      sheet.Add(SquareSurfel(p, 0.01));
+    }
+    else
+    {
+      sheet.Add(TestGaussian{ p, { 5e-5, 5e-5, 0, 0, 0, 0 }, 0.98f, { { 0, 1, 0, 1 } } });
+    }
+  }
+  return sheet;
+}
+
+/// Runs on cells against pixels, in pictures that are no multiple of a tile, and behind sharp
+/// sheets.
+TEST_CASE("Cells against pixels")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    for (const int sheet : { 0, 1, 2 })
+    {
+      Random random(7);
+      const TestCloud cloud = RandomCloud(kind, 6000, 2.0, random), front = SharpSheet(sheet);
+      SplatContext context = ContextOf(12.0);
+      context.Camera.Width = 109;
+      context.Camera.Height = 97;
+      const std::vector<SurfelCloud> clouds{ cloud.Get(), front.Get() };
+      const Picture cells = RenderPicture(context, clouds);
+      context.SkipHidden = false;
+      const Picture allCells = RenderPicture(context, clouds);
+      context.CoarseGrids = false;
+      const Picture allPixels = RenderPicture(context, clouds);
+      context.SkipHidden = true;
+      const Picture pixels = RenderPicture(context, clouds);
+      const double largest = LargestDifference(pixels, cells);
+      const double root = std::sqrt(MeanSquareDifference(pixels, cells));
+      const double hiddenCells = LargestDifference(cells, allCells);
+      std::printf("cells, sheet %d: off by %.4f at most, %.5f (RMS); hidden ones %.5f\n", sheet,
+        largest, root, hiddenCells);
+      // Bilinear interpolation at cells of 3/4 of a deviation of the blur, which were chosen by
+      // RMS.
+      CHECK(largest < 0.08);
+      CHECK(root < 0.012);
+      CHECK(LargestDifference(pixels, allPixels) <= 1.0 / 512.0);
+      // Unless hidden ones are skipped, a surfel's layer is open outside of the picture as well,
+      // and there is no run in such tiles. Cells begin with 1/4 or more where a pixel is open: what
+      // they skip is 4 times as much in it.
+      CHECK(hiddenCells <= (sheet == 1 ? 0.08 : 4.0 / 512.0));
+    }
+  }
+}
+
+/// Dense clouds: what is left of the light agrees with pinholes.
+TEST_CASE("Dense clouds")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    Random random(8);
+    const TestCloud cloud = RandomCloud(kind, 3000, 1.2, random);
+    SplatContext context = ContextOf(16.0);
+    const Picture blurred = RenderPicture(context, cloud);
+    context.Sampling.Count = 100;
+    context.Sampling.Pinholes = true;
+    const Picture mean = RenderPicture(context, cloud);
+    const double root = std::sqrt(MeanSquareDifference(blurred, mean));
+    const double alpha = SumOfAlpha(blurred) / (Size * Size),
+                 other = SumOfAlpha(mean) / (Size * Size);
+    std::printf("dense: alpha %.4f against %.4f, RMS %.4f\n", alpha, other, root);
+    // Moments stand for T over the lens, and cells for pixels: measured.
+    CHECK_NEAR(alpha, other, 0.03);
+    CHECK(root < 0.025);
+  }
+}
+}

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Gaussians in space with surfels: the same picture at any number of threads, by several ranks and
+ * as layers; cells of the lens; input that nobody should send.
+ */
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+#include "ThreadRanks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr int Width = 141, Height = 118;
+constexpr float Infinity = std::numeric_limits<float>::infinity();
+constexpr float NotANumber = std::numeric_limits<float>::quiet_NaN();
+
+/// Pieces of another size, last first.
+class BackwardExecutor : public Executor
+{
+public:
+  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
+  {
+    const std::size_t piece = 3 * grain;
+    for (std::size_t end = size; end > 0;)
+    {
+      const std::size_t begin = end > piece ? end - piece : 0;
+      function(begin, end);
+      end = begin;
+    }
+  }
+};
+
+/// Between 1.2 and 3.5 units; many at equal depths.
+TestCloud MakeGaussians(CloudKind kind, int count, std::uint64_t seed)
+{
+  Random random(seed);
+  TestCloud cloud;
+  cloud.Kind = kind;
+  cloud.NumberOfHarmonics = 4;
+  for (int i = 0; i < count; ++i)
+  {
+    const double z = i % 3 == 0 ? 2.5 : random.Uniform(1.2, 3.5);
+    TestGaussian g;
+    g.Position = { random.Uniform(-0.6, 0.6) * z, random.Uniform(-0.6, 0.6) * z, z };
+    g.Covariance = RandomCovariance({ 0.05 * random(), 0.03 * random(), 0.03 }, random);
+    g.Density = static_cast<float>(random() * (kind == CloudKind::Volume ? 4.0 : 0.7));
+    cloud.Add(g);
+    for (int k = 0; k < 12; ++k)
+    {
+      cloud.Harmonics.push_back(static_cast<float>(random.Uniform(-0.5, 1.0)));
+    }
+  }
+  return cloud;
+}
+
+TestCloud MakeSurfels()
+{
+  Random random(5);
+  TestCloud cloud;
+  for (int i = 0; i < 2500; ++i)
+  {
+    const double z = i % 2 == 0 ? 2.5 : random.Uniform(1.5, 4.0);
+    TestSurfel s =
+      SquareSurfel({ random.Uniform(-0.5, 0.1) * z, random.Uniform(-0.5, 0.5) * z, z }, 0.05);
+    s.Opacity = i % 4 == 0 ? 0.5f : 1.0f;
+    s.TwoSided = true;
+    cloud.Add(s);
+  }
+  return cloud;
+}
+
+/// Clouds of all kinds, with and without hierarchies.
+struct Scene
+{
+  TestCloud Capture = MakeGaussians(CloudKind::Capture, 4000, 1);
+  TestCloud Volume = MakeGaussians(CloudKind::Volume, 4000, 2), Surfels = MakeSurfels();
+  TestHierarchy Captures{ MakeGaussians(CloudKind::Capture, 4000, 3) };
+  TestHierarchy Volumes{ MakeGaussians(CloudKind::Volume, 4000, 4) };
+
+  std::vector<SurfelCloud> Clouds() const
+  {
+    return { this->Capture.Get(), this->Volumes.Get(), this->Surfels.Get(), this->Captures.Get(),
+      this->Volume.Get() };
+  }
+};
+
+SplatContext ContextOf(double radius)
+{
+  SplatContext context;
+  context.Camera = PinholeView(Width, Height, 110.0);
+  context.Optics = { radius, 1.6 };
+  return context;
+}
+
+constexpr double Radii[] = { 0.0, 0.04, 0.25 };
+
+TEST_CASE("Threads and order of work")
+{
+  const Scene scene;
+  for (const double radius : Radii)
+  {
+    const SplatContext context = ContextOf(radius);
+    const Picture expected = RenderPicture(context, scene.Clouds());
+    CHECK(*std::max_element(expected.Color.begin(), expected.Color.end()) > 0.5f);
+    CHECK(Same(expected, RenderPicture(context, scene.Clouds(), BackwardExecutor())));
+    for (const unsigned int threads : { 1u, 2u, 3u, 8u })
+    {
+      CHECK(Same(expected, RenderPicture(context, scene.Clouds(), ThreadExecutor(threads))));
+    }
+    const TestHierarchy parallel(MakeGaussians(CloudKind::Volume, 4000, 4), ThreadExecutor(3));
+    CHECK(Same(
+      RenderPicture(context, { parallel.Get() }), RenderPicture(context, { scene.Volumes.Get() })));
+  }
+}
+
+TEST_CASE("Several ranks")
+{
+  const Scene scene;
+  const std::vector<SurfelCloud> clouds = scene.Clouds();
+  for (const double radius : { 0.0, 0.25 })
+  {
+    for (const int cells : { 1, 7 })
+    {
+      SplatContext context = ContextOf(radius);
+      context.SkipHidden = false; // what is skipped depends on what comes first
+      context.Sampling.Count = cells;
+      const Picture expected = RenderPicture(context, clouds);
+      Picture picture(Width, Height);
+      ThreadRanks::Run(3, [&](Ranks& group) {
+        const std::size_t first[] = { 0, 2, 3, 5 };
+        const std::size_t rank = static_cast<std::size_t>(group.Rank());
+        const std::vector<SurfelCloud> own(&clouds[0] + first[rank], &clouds[0] + first[rank + 1]);
+        SplatExchange exchange(group);
+        Picture other(Width, Height);
+        RenderTarget target = group.IsRoot() ? picture.Get() : other.Get();
+        target.Exchange = &exchange;
+        Splatter().Render(context, own, SerialExecutor(), target);
+      });
+      CHECK(Same(picture, expected));
+    }
+  }
+}
+
+/// Sums up what layers add to the picture.
+class LayerSum : public LayerSink
+{
+public:
+  std::vector<double> Sums = std::vector<double>(4 * Width * Height);
+
+  void Receive(int x, int y, const VisibleLayer& layer) override
+  {
+    double* sum = &this->Sums[4 * static_cast<std::size_t>(y * Width + x)];
+    sum[0] += layer.Red;
+    sum[1] += layer.Green;
+    sum[2] += layer.Blue;
+    sum[3] += layer.Alpha;
+  }
+};
+
+/// Layers for a sink are those of pixels.
+TEST_CASE("Layers")
+{
+  const Scene scene;
+  for (const double radius : Radii)
+  {
+    SplatContext context = ContextOf(radius);
+    LayerSum sink;
+    const Picture layers = RenderPicture(context, scene.Clouds(), SerialExecutor(), nullptr, &sink);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < sink.Sums.size(); ++i)
+    {
+      worst = std::max(worst, std::abs(sink.Sums[i] - layers.Color[i]));
+    }
+    CHECK(worst < 2e-5); // up to some hundred float sums of up to 1
+  }
+}
+
+/// Nothing that is hidden matters, in pixels; in cells, see TestGaussianLens.
+TEST_CASE("Hidden ones")
+{
+  TestCloud wall;
+  for (int i = 0; i < 60 * 60; ++i)
+  {
+    wall.Add(SquareSurfel({ (i % 60 - 29.5) * 0.03, (i / 60 - 29.5) * 0.03, 1.0 }, 0.03));
+  }
+  const Scene scene;
+  std::vector<SurfelCloud> clouds = scene.Clouds();
+  clouds.push_back(wall.Get());
+  for (const double radius : Radii)
+  {
+    SplatContext context = ContextOf(radius);
+    const Picture some = RenderPicture(context, clouds);
+    context.SkipHidden = false;
+    CHECK(LargestDifference(some, RenderPicture(context, clouds)) <= 1.0 / 512.0);
+  }
+}
+
+/// Cells of the lens come closer to the pinholes.
+TEST_CASE("Cells of the lens")
+{
+  const Scene scene;
+  SplatContext context = ContextOf(0.15);
+  const Picture one = RenderPicture(context, scene.Clouds());
+  context.Sampling.Count = 7;
+  const Picture seven = RenderPicture(context, scene.Clouds());
+  context.Sampling.Count = 60;
+  context.Sampling.Pinholes = true;
+  const Picture mean = RenderPicture(context, scene.Clouds());
+  CHECK(MeanSquareDifference(seven, mean) < MeanSquareDifference(one, mean));
+}
+
+bool IsSane(const Picture& picture)
+{
+  for (std::size_t i = 0; i < picture.Color.size(); ++i)
+  {
+    const float x = picture.Color[i];
+    if (!(x >= 0.0f && x < Infinity && (i % 4 < 3 || x <= 1.0f)))
+    {
+      return false;
+    }
+  }
+  return std::all_of(
+    picture.Depth.begin(), picture.Depth.end(), [](float z) { return std::isfinite(z); });
+}
+
+const float OddValues[] = { NotANumber, Infinity, -Infinity, 1e-45f, 1e-38f, 3.4e38f, -3.4e38f,
+  1e30f, -1e30f, 1e20f, 0.0f, -0.0f, -1.0f };
+
+/// Some values of Gaussians of all ranks replaced by odd ones; at the lens, behind it and far away.
+TestCloud MakeOdd(CloudKind kind, Random& random)
+{
+  TestCloud cloud = MakeGaussians(kind, 300, random.Bits());
+  for (int i = 0; i < 300; ++i)
+  {
+    const std::size_t n = static_cast<std::size_t>(i);
+    const int rank = random.Integer(0, 3);
+    const double size = std::pow(10.0, random.Uniform(-6.0, 3.0));
+    const Symmetric3 s = RandomCovariance(
+      { rank > 0 ? size : 0.0, rank > 1 ? 0.3 * size : 0.0, rank > 2 ? 0.1 * size : 0.0 }, random);
+    const double values[] = { s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
+    std::copy_n(values, 6, &cloud.Covariances[6 * n]);
+    cloud.Positions[3 * n + 2] = random.Integer(0, 4) == 0 ? 0.0 : random.Uniform(-1.0, 4.0);
+    const float odd = OddValues[random.Integer(0, 12)];
+    switch (random.Integer(0, 7))
+    {
+      case 0:
+        cloud.Covariances[6 * n + static_cast<std::size_t>(random.Integer(0, 5))] = odd;
+        break;
+      case 1:
+        cloud.Positions[3 * n + static_cast<std::size_t>(random.Integer(0, 2))] = odd;
+        break;
+      case 2:
+        cloud.Densities[n] = odd;
+        break;
+      case 3:
+        cloud.Colors[4 * n + static_cast<std::size_t>(random.Integer(0, 3))] = odd;
+        break;
+      case 4:
+        cloud.Harmonics[12 * n + static_cast<std::size_t>(random.Integer(0, 11))] = odd;
+        break;
+      default:
+        break;
+    }
+  }
+  return cloud;
+}
+
+TEST_CASE("Odd input")
+{
+  Random random(9);
+  for (int repeat = 0; repeat < 60; ++repeat)
+  {
+    const CloudKind kind = repeat % 2 == 0 ? CloudKind::Capture : CloudKind::Volume;
+    TestCloud cloud = MakeOdd(kind, random);
+    if (repeat % 10 == 9)
+    {
+      cloud.LocalToWorld.L[0] = { 0.0, 0.0, 0.0 };
+    }
+    SplatContext context;
+    context.Camera = PinholeView(40, 36, 40.0);
+    context.Camera.Parallel = repeat % 7 == 6;
+    context.Optics = { Radii[repeat % 3], 2.0 };
+    context.CoarseGrids = repeat % 4 != 3;
+    context.Cut.Error = repeat % 5 == 0 ? 1.0 : 10.0;
+    const TestHierarchy hierarchy(cloud);
+    CHECK(IsSane(RenderPicture(context, cloud)));
+    CHECK(IsSane(RenderPicture(context, { hierarchy.Get() })));
+    context.Optics.FocalDistance = 1e-3;
+    context.Optics.Radius = 1e6;
+    CHECK(IsSane(RenderPicture(context, { hierarchy.Get(), cloud.Get() })));
+  }
+}
+
+/// What is no number is counted, and not drawn.
+TEST_CASE("Invalid Gaussians")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    for (const float odd : { NotANumber, Infinity, -Infinity })
+    {
+      TestCloud cloud;
+      cloud.Kind = kind;
+      for (int i = 0; i < 5; ++i)
+      {
+        cloud.Add(
+          TestGaussian{ { 0, 0, 2 }, { 0.01, 0.01, 0.01, 0, 0, 0 }, 0.5f, { { 1, 1, 1, 1 } } });
+      }
+      const Picture expected = [&] {
+        TestCloud one = cloud;
+        one.Densities[0] = one.Densities[1] = one.Densities[2] = one.Densities[3] = 0.0f;
+        return RenderPicture(ContextOf(0.0), one);
+      }();
+      cloud.Positions[1] = odd;
+      cloud.Covariances[6 + 3] = odd;
+      cloud.Densities[2] = odd;
+      cloud.Colors[4 * 3 + 2] = odd;
+      Picture picture(Width, Height);
+      Splatter splatter;
+      splatter.Render(ContextOf(0.0), { cloud.Get() }, SerialExecutor(), picture.Get());
+      CHECK(Same(picture, expected));
+      CHECK(splatter.Statistics().InvalidSurfels == 4);
+    }
+  }
+}
+
+/// Negative densities are none, also in the nodes above.
+TEST_CASE("Negative densities")
+{
+  for (const CloudKind kind : { CloudKind::Capture, CloudKind::Volume })
+  {
+    TestCloud cloud = MakeGaussians(kind, 2000, 8), none = cloud;
+    for (std::size_t i = 0; i < 2000; i += 3)
+    {
+      cloud.Densities[i] = -cloud.Densities[i];
+      none.Densities[i] = 0.0f;
+    }
+    const TestHierarchy a(cloud), b(none);
+    SplatContext context = ContextOf(0.25);
+    context.Cut.Error = 6.0;
+    CHECK(Same(RenderPicture(context, { a.Get() }), RenderPicture(context, { b.Get() })));
+    CHECK(Same(RenderPicture(context, cloud), RenderPicture(context, none)));
+  }
+}
+}

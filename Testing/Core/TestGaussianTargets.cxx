@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * RasterTarget::AddGaussian and AddRun of every instruction set that this machine has, against the
+ * same in double, a pixel at a time. Kernels are in Core/Lens/GaussianFootprint.h and
+ * ResamplingKernel.h.
+ */
+#include "Core/Lens/GaussianFootprint.h"
+#include "Core/Lens/LensVisibility.h"
+#include "Core/Raster/RasterTarget.h"
+#include "TargetUnderTest.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+#include "WholeLens.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+constexpr RasterCallbacks Nobody{ nullptr, nullptr, nullptr };
+constexpr int Pixels = TileSize * TileSize;
+
+int BlockOf(int pixel)
+{
+  return pixel / TileSize / BlockSize * BlocksPerRow + pixel % TileSize / BlockSize;
+}
+
+int LaneOf(int pixel)
+{
+  return pixel / TileSize % BlockSize * BlockSize + pixel % TileSize % BlockSize;
+}
+
+std::unique_ptr<PixelTile> EmptyTile()
+{
+  auto tile = std::make_unique<PixelTile>();
+  *tile = PixelTile{};
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  for (int i = 0; i < BlocksPerTile; ++i)
+  {
+    std::fill_n(tile->Open[i].Far, PixelsPerBlock, -infinity);
+    std::fill_n(tile->Finished[i].OccluderDepth, PixelsPerBlock, infinity);
+    std::fill_n(tile->Finished[i].Transmittance, PixelsPerBlock, 1.0f);
+  }
+  return tile;
+}
+
+struct PlacedGaussian
+{
+  Splat S{};
+  LensFootprint Footprint = WholeLens(0.0f, 0.0f, 0.0f);
+  float X = 0.0f, Y = 0.0f;
+};
+
+/// k of ResamplingKernelOf and of the mixture, by q and its end.
+double Kernel(double shape, double q, double reach)
+{
+  const double x = std::max(0.0, 1.0 - q / reach);
+  if (shape >= SmoothShape)
+  {
+    const double u = std::min(1.0, (shape - SmoothShape) * x);
+    return u * u * (3.0 - 2.0 * u);
+  }
+  if (shape >= 0.0)
+  {
+    return x * ((1.0 - shape) * x + shape * (BellEdge + (1.0 - BellEdge) * x * x * x));
+  }
+  const double y = std::max(0.0, 1.0 - q / FocusBellReach);
+  const double bell = FocusBellPeak * y * (BellEdge + (1.0 - BellEdge) * y * y * y);
+  return (1.0 + shape) * bell - shape * std::exp(-0.5 * q);
+}
+
+/// A pixel behind the Gaussians so far.
+struct Pixel
+{
+  double Through = 1.0, X = 0.0, Y = 0.0, Red = 0.0;
+};
+
+/// What rounding changes, relative and in lens points; 0 for the evaluation itself.
+struct Nudge
+{
+  Random* Draw = nullptr;
+
+  double Of(double size) const { return this->Draw ? this->Draw->Uniform(-size, size) : 0.0; }
+};
+
+/// @return squared length of the moments before they are limited
+double AddTo(
+  Pixel& p, const PlacedGaussian& g, double dx, double dy, bool tilted, const Nudge& nudge)
+{
+  const Splat& s = g.S;
+  const double q = s.A * (dx + s.K * dy) * (dx + s.K * dy) + s.B * dy * dy;
+  const double w = s.Weight * Kernel(s.Shape, q, s.DepthX) * (1.0 + nudge.Of(2e-6));
+  const double alpha =
+    (1.0 - s.Opacity) * std::min<double>(w, MaxOpacity) - s.Opacity * std::expm1(-w);
+  const double quarter = g.Footprint.PerPixel;
+  const double ux = quarter * s.A * (dx + s.K * dy) + nudge.Of(2e-6);
+  const double uy = s.K * ux + quarter * s.B * dy + nudge.Of(2e-6);
+  double hides = alpha * p.Through;
+  if (tilted)
+  {
+    const double length = std::hypot(p.X, p.Y), nx = p.X / length, ny = p.Y / length;
+    const double square = 4.0 * quarter * quarter, across = nx + s.K * ny;
+    const bool little = square * (s.A * (1.0 + s.K * s.K) + s.B) < 1.0 / 16.0;
+    const double share = std::min(1.0, square * (s.A * across * across + s.B * ny * ny));
+    const double seen = little
+      ? p.Through + 4.0 * (p.X * ux + p.Y * uy)
+      : ReconstructRamp(p.Through, length, nx * ux + ny * uy, share) + nudge.Of(3e-7);
+    hides = VisibleShare(
+      p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
+  }
+  p.Red += hides * s.Red;
+  p.Through = std::max(0.0, p.Through - hides);
+  p.X -= hides * ux;
+  p.Y -= hides * uy;
+  const double squared = p.X * p.X + p.Y * p.Y;
+  const double shorten = std::min(1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40));
+  p.X *= shorten;
+  p.Y *= shorten;
+  return squared;
+}
+
+PlacedGaussian RandomGaussian(Random& random, bool onLens)
+{
+  PlacedGaussian g;
+  const double wide = std::pow(10.0, random.Uniform(0.0, 1.5)), flat = random.Uniform(0.05, 1.0);
+  g.S.A = static_cast<float>(1.0 / (wide * wide * flat));
+  g.S.B = static_cast<float>(1.0 / (wide * wide));
+  g.S.K = static_cast<float>(random.Uniform(-1.0, 1.0));
+  g.S.Weight = static_cast<float>(random.Uniform(0.05, 1.3));
+  const int kind = random.Integer(0, 4);
+  const double shapes[] = { -1.0, -random(), random(), 2.2 + random(), 3.0 + 3.0 * random() };
+  g.S.Shape = static_cast<float>(shapes[kind]);
+  g.S.DepthX = static_cast<float>(kind < 2 ? random.Uniform(9.0, 20.0) : random.Uniform(4.0, 8.0));
+  g.S.Opacity = static_cast<float>(std::clamp(random.Uniform(-1.0, 2.0), 0.0, 1.0));
+  g.S.Red = static_cast<float>(random());
+  g.S.Gradient = InSpace;
+  g.X = static_cast<float>(random.Uniform(-10.0, 42.0));
+  g.Y = static_cast<float>(random.Uniform(-10.0, 42.0));
+  // C^2 / 4 is no more than the smaller variance.
+  const double least = 0.5 / std::sqrt(g.S.A * (1.0 + g.S.K * g.S.K) + g.S.B);
+  g.Footprint.PerPixel = onLens ? static_cast<float>(random.Uniform(-least, least)) : 0.0f;
+  return g;
+}
+
+/// A tile in double, and the same with other roundings: what these do to a pixel cannot be told
+/// beforehand.
+struct ScalarTile
+{
+  static constexpr int Copies = 4;
+  std::vector<std::array<Pixel, Copies + 1>> All;
+  std::vector<bool> Undecided;
+  bool Tilted[BlocksPerTile] = {};
+
+  ScalarTile()
+    : All(Pixels)
+    , Undecided(Pixels)
+  {
+  }
+
+  void Add(const PlacedGaussian& g, bool onLens, Random& roundings)
+  {
+    bool becomes[BlocksPerTile] = {};
+    for (int k = 0; k < Pixels; ++k)
+    {
+      const double dx = k % TileSize + 0.5 - g.X, dy = k / TileSize + 0.5 - g.Y;
+      const double u = dx + g.S.K * dy, q = g.S.A * u * u + g.S.B * dy * dy;
+      const double end = Kernel(g.S.Shape, g.S.DepthX, g.S.DepthX);
+      this->Undecided[k] = this->Undecided[k] || (std::abs(q - g.S.DepthX) < 1e-4 && end > 1e-7);
+      for (int c = 0; q < g.S.DepthX && c <= Copies; ++c)
+      {
+        const Nudge nudge{ c > 0 ? &roundings : nullptr };
+        const int block = BlockOf(k);
+        const double squared = AddTo(this->All[k][c], g, dx, dy, this->Tilted[block], nudge);
+        becomes[block] |= c == 0 && onLens && 4.0 * std::sqrt(squared) > 1.0 / 512.0;
+      }
+    }
+    for (int b = 0; b < BlocksPerTile; ++b)
+    {
+      this->Tilted[b] = this->Tilted[b] || becomes[b];
+    }
+  }
+
+  /// Four times the largest of four draws, and the sums' own.
+  double Bound(int k) const
+  {
+    double spread = 0.0;
+    for (const Pixel& moved : this->All[k])
+    {
+      spread = std::max({ spread, std::abs(moved.Through - this->All[k][0].Through),
+        std::abs(moved.Red - this->All[k][0].Red) });
+    }
+    return 4.0 * spread + 1e-6;
+  }
+};
+
+struct Worst
+{
+  double Through = 0.0, Moment = 0.0;
+  long Bounded = 0, Compared = 0;
+};
+
+void Compare(const PixelTile& tile, const ScalarTile& scalar, Worst& worst)
+{
+  for (int k = 0; k < Pixels; ++k)
+  {
+    const FinishedLayers& done = tile.Finished[BlockOf(k)];
+    const int l = LaneOf(k);
+    const Pixel& p = scalar.All[k][0];
+    const double bound = scalar.Bound(k);
+    CHECK(done.Transmittance[l] >= 0.0f);
+    CHECK(done.Transmittance[l] <= 1.0f);
+    ++worst.Compared;
+    if (!scalar.Undecided[k] && bound < 1e-3)
+    {
+      ++worst.Bounded;
+      CHECK_NEAR(done.Transmittance[l], p.Through, bound);
+      CHECK_NEAR(done.Red[l], p.Red, bound);
+      worst.Through = std::max(worst.Through, std::abs(done.Transmittance[l] - p.Through));
+      worst.Moment = std::max<double>(worst.Moment, std::hypot(done.ThroughX[l], done.ThroughY[l]));
+    }
+  }
+}
+
+void TestAddGaussian(const RasterTarget& target, bool onLens)
+{
+  Random random(21), roundings(22);
+  Worst worst;
+  RasterSettings settings{ 5.0f, 1e30f };
+  settings.HasLayers = false;
+  settings.LensRadius = onLens ? 0.1f : 0.0f;
+  for (int repeat = 0; repeat < 30; ++repeat)
+  {
+    const auto tile = EmptyTile();
+    ScalarTile scalar;
+    for (int i = 0; i < repeat; ++i)
+    {
+      PlacedGaussian g = RandomGaussian(random, onLens);
+      g.S.Near = g.S.Far = 1.0f + static_cast<float>(i);
+      target.AddGaussian(*tile, { g.S, nullptr, onLens ? &g.Footprint : nullptr },
+        { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
+      scalar.Add(g, onLens, roundings);
+    }
+    Compare(*tile, scalar, worst);
+  }
+  std::printf("%s%s: off by %.1e at most, %ld of %ld pixels\n", target.Name, onLens ? ", lens" : "",
+    worst.Through, worst.Bounded, worst.Compared);
+  CHECK(worst.Bounded > 0.98 * static_cast<double>(worst.Compared));
+  CHECK((worst.Moment > 0.05) == onLens);
+}
+
+/// T' = T t, C' = C + T c, m' = T' (m / T + m_1 / T_1 - m_0 / T_0), interpolated bilinearly
+/// (GaussianRun.h), and shortened to what T' may have.
+void TestAddRun(const RasterTarget& target)
+{
+  Random random(23);
+  for (const int cell : { 2, 4, 8, 16, 32 })
+  {
+    const auto tile = EmptyTile(), run = EmptyTile();
+    auto start = std::make_unique<RunStart>();
+    for (int b = 0; b < BlocksPerTile; ++b)
+    {
+      for (int l = 0; l < PixelsPerBlock; ++l)
+      {
+        const auto share = [&] { return static_cast<float>(random.Uniform(0.1, 1.0)); };
+        FinishedLayers &done = tile->Finished[b], &after = run->Finished[b],
+                       &before = start->Before[b];
+        done.Transmittance[l] = share();
+        before.Transmittance[l] = share();
+        after.Transmittance[l] = before.Transmittance[l] * share();
+        for (FinishedLayers* f : { &done, &after, &before })
+        {
+          const float moment = 0.3f * LargestMoment(static_cast<double>(f->Transmittance[l]));
+          f->ThroughX[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
+          f->ThroughY[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
+          f->Red[l] = share();
+        }
+      }
+    }
+    const PixelTile old = *tile;
+    target.AddRun(*tile, *run, *start, cell);
+    for (int k = 0; k < Pixels; ++k)
+    {
+      const double x = (k % TileSize + 0.5) / cell, y = (k / TileSize + 0.5) / cell;
+      const int i = static_cast<int>(x), j = static_cast<int>(y);
+      double t = 0.0, red = 0.0, mx = 0.0, my = 0.0;
+      for (int corner = 0; corner < 4; ++corner)
+      {
+        const int ci = i + corner % 2, cj = j + corner / 2;
+        const double share = (1.0 - std::abs(x - ci)) * (1.0 - std::abs(y - cj));
+        const int block = cj / BlockSize * BlocksPerRow + ci / BlockSize;
+        const int l = cj % BlockSize * BlockSize + ci % BlockSize;
+        const FinishedLayers &a = run->Finished[block], &b = start->Before[block];
+        const double t0 = b.Transmittance[l], t1 = a.Transmittance[l];
+        t += share * t1 / t0;
+        red += share * a.Red[l] / t0;
+        mx += share * (a.ThroughX[l] / t1 - b.ThroughX[l] / t0);
+        my += share * (a.ThroughY[l] / t1 - b.ThroughY[l] / t0);
+      }
+      const FinishedLayers &done = tile->Finished[BlockOf(k)], &was = old.Finished[BlockOf(k)];
+      const int l = LaneOf(k);
+      const double before = was.Transmittance[l], after = before * t;
+      mx = after * (was.ThroughX[l] / before + mx);
+      my = after * (was.ThroughY[l] / before + my);
+      const double shorten = std::min(1.0, LargestMoment(after) / std::hypot(mx, my));
+      // A dozen float operations on values up to 10.
+      CHECK_NEAR(done.Transmittance[l], after, 1e-6);
+      CHECK_NEAR(done.Red[l], was.Red[l] + before * red, 1e-5);
+      CHECK_NEAR(done.ThroughX[l], mx * shorten, 2e-6);
+      CHECK_NEAR(done.ThroughY[l], my * shorten, 2e-6);
+    }
+  }
+}
+
+const RasterTarget* const Targets[] = { &RasterTargetBaseline,
+#ifdef SURFELSPLATTING_X86_TARGETS
+  &RasterTargetAVX2, &RasterTargetAVX512
+#endif
+};
+}
+
+/// The program's argument is baseline, avx2 or avx512.
+TEST_CASE("Gaussians in space")
+{
+  if (const RasterTarget* target = TargetUnderTest(Targets))
+  {
+    TestAddGaussian(*target, false);
+    TestAddGaussian(*target, true);
+    TestAddRun(*target);
+  }
+}
