@@ -11,6 +11,7 @@
 
 #include "Core/Base/Tiles.h"
 #include "Core/Lens/GaussianFootprint.h"
+#include "Core/Splats/SetupConstants.h"
 #include "Core/Splats/SetupOutput.h"
 #include "Core/Surfels/GaussianMass.h"
 
@@ -165,6 +166,22 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   return cell;
 }
 
+/// Takes the interpolation between cells out of the footprints, and softens borders of discs that
+/// cells cannot resolve, as on coarse grids (ChooseGrid).
+template <class Real>
+SURFELSPLATTING_INLINE void UseCells(const Real& cell, ScreenFootprints<Real>& f)
+{
+  const MaskOf<Real> coarse = cell > 1.0;
+  if (AnyLane<Real>(coarse))
+  {
+    const Real softness = MinBorderDeviation * cell;
+    const Real softened = 4.0 * (f.W.SmallestEigenvalue() - softness * softness);
+    f.SquaredConfusion =
+      coarse ? Smaller(f.SquaredConfusion, Larger(softened, Real{})) : f.SquaredConfusion;
+    f.W = f.W.Without(coarse ? cell * cell / 6.0 : Real{});
+  }
+}
+
 /// Makes the splats of as many Gaussians as Real has lanes.
 template <class Real>
 SURFELSPLATTING_INLINE void MakeGaussianBatch(
@@ -178,7 +195,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     FootprintOf<Real> sharp;
     ScreenFootprints<Real> f = ProjectGaussians(job, s, blur, sharp);
     const Real cell = RunCell(job, blur);
-    f.W = f.W.Without(cell > 1.0 ? cell * cell / 6.0 : Real{});
+    UseCells(cell, f);
     const SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);

@@ -480,6 +480,19 @@ double MassOf(CloudKind kind, const Symmetric3& s)
                                    : std::sqrt(determinant * inverse.Trace()); // tr adj S
 }
 
+TEST_CASE("Optical depth of opacities")
+{
+  for (const double opacity : { 1e-3, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.0 })
+  {
+    double dilogarithm = 0.0; // its series is off by 1/n
+    for (int n = 20000; n >= 1; --n)
+    {
+      dilogarithm += std::pow(opacity, n) / (static_cast<double>(n) * n);
+    }
+    CHECK_NEAR(DepthOverOpacity<double>(opacity), dilogarithm / opacity, 0.005);
+  }
+}
+
 /// Nodes have the masses of their Gaussians, and the mean coefficients.
 TEST_CASE("Nodes")
 {
@@ -500,7 +513,8 @@ TEST_CASE("Nodes")
       cloud.Add(g);
       const std::vector<float> own = RandomHarmonics(random, static_cast<float>(random()));
       cloud.Harmonics.insert(cloud.Harmonics.end(), own.begin(), own.end());
-      const double ownMass = g.Density * MassOf(kind, cloud.Get().Covariance(i));
+      const double depth = kind == CloudKind::Capture ? DepthOverOpacity<double>(g.Density) : 1.0;
+      const double ownMass = depth * g.Density * MassOf(kind, cloud.Get().Covariance(i));
       mass += ownMass;
       weights += ownMass * g.Color[3];
       for (int k = 0; k < 48; ++k)
