@@ -31,13 +31,14 @@ SURFELSPLATTING_INLINE Real SumOfMinors(const Symmetric3Of<Real>& s)
 /**
  * The optical depth that a footprint of opacity o exp(-q/2) takes part in, over the opacity: the
  * ratio of the integrals of -ln(1 - o exp(-q/2)) and of o exp(-q/2), Li2(o) / o. By Li2's series to
- * its fifth term, and two powers fitted to the rest: off by 0.005. @param o [0, 1]
+ * its fifth term, and three powers fitted to the rest: off by 0.002. @param o [0, 1]
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real DepthOverOpacity(const Real& o)
 {
-  const Real o2 = o * o, o4 = o2 * o2, o8 = o4 * o4;
-  return 1.0 + o / 4.0 + o2 / 9.0 + o2 * o / 16.0 + o4 / 25.0 + 0.122 * o8 + 0.059 * o8 * o8 * o8;
+  const Real o2 = o * o, o4 = o2 * o2, o8 = o4 * o4, o24 = o8 * o8 * o8, o48 = o24 * o24;
+  return 1.0 + o / 4.0 + o2 / 9.0 + o2 * o / 16.0 + o4 / 25.0 + 0.1278 * o8 + 0.0285 * o24 +
+    0.025 * o48 * o48;
 }
 
 /// Integral of exp(-d' S^-1 d / 2) over space.
