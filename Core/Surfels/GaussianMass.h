@@ -31,7 +31,7 @@ SURFELSPLATTING_INLINE Real SumOfMinors(const Symmetric3Of<Real>& s)
 /**
  * The optical depth that a footprint of opacity o exp(-q/2) takes part in, over the opacity: the
  * ratio of the integrals of -ln(1 - o exp(-q/2)) and of o exp(-q/2), Li2(o) / o. By Li2's series to
- * its fifth term, and three powers fitted to the rest: off by 0.002. @param o [0, 1]
+ * its fifth term, and three powers fitted to the rest: off by 0.003. @param o [0, 1]
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real DepthOverOpacity(const Real& o)

@@ -489,7 +489,7 @@ TEST_CASE("Optical depth of opacities")
     {
       dilogarithm += std::pow(opacity, n) / (static_cast<double>(n) * n);
     }
-    CHECK_NEAR(DepthOverOpacity<double>(opacity), dilogarithm / opacity, 0.002);
+    CHECK_NEAR(DepthOverOpacity<double>(opacity), dilogarithm / opacity, 0.003);
   }
 }
 
