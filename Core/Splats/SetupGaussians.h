@@ -202,8 +202,8 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
     // Cells just outside of a tile's pixels belong to it.
-    kernel.HalfWidth += cell;
-    kernel.HalfHeight += cell;
+    kernel.HalfWidth += cell > 1.0 ? cell : Real{};
+    kernel.HalfHeight += cell > 1.0 ? cell : Real{};
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     Real weight = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     if (volume)

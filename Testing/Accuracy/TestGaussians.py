@@ -115,8 +115,8 @@ class TestGaussians(unittest.TestCase):
                     self.assertGreater(psnr(found, expected), least)
 
     def test_mass(self):
-        """Measured 26.4 and 36.1 dB. From afar, captures that keep their mass are nearer to the mean of a picture of sixteen
-        times the pixels."""
+        """Measured 26.4 and 36.1 dB. From afar, captures that keep their mass are nearer to the mean
+        of a picture of sixteen times the pixels."""
         data = to_polydata(captures.furry_ball(12000))
         camera, size = make_camera((3, -20, 4), 40), 48
         fine = picture(data, camera, 4 * size, detail=False, keep_mass=True)
