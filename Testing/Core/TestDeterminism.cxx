@@ -12,22 +12,6 @@ using namespace SurfelSplatting;
 
 namespace
 {
-/// Pieces of another size, last first: what a scheduler is free to do.
-class BackwardExecutor : public Executor
-{
-public:
-  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
-  {
-    const std::size_t piece = 3 * grain;
-    for (std::size_t end = size; end > 0;)
-    {
-      const std::size_t begin = end > piece ? end - piece : 0;
-      function(begin, end);
-      end = begin;
-    }
-  }
-};
-
 /// Enough surfels for several chunks of every stage; equal near depths, where ties must be broken
 /// alike.
 TestCloud MakeCloud()

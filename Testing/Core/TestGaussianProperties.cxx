@@ -19,22 +19,6 @@ constexpr int Width = 141, Height = 118;
 constexpr float Infinity = std::numeric_limits<float>::infinity();
 constexpr float NotANumber = std::numeric_limits<float>::quiet_NaN();
 
-/// Pieces of another size, last first.
-class BackwardExecutor : public Executor
-{
-public:
-  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
-  {
-    const std::size_t piece = 3 * grain;
-    for (std::size_t end = size; end > 0;)
-    {
-      const std::size_t begin = end > piece ? end - piece : 0;
-      function(begin, end);
-      end = begin;
-    }
-  }
-};
-
 /// Between 1.2 and 3.5 units; many at equal depths.
 TestCloud MakeGaussians(CloudKind kind, int count, std::uint64_t seed)
 {

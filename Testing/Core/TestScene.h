@@ -131,6 +131,22 @@ double MeanSquareDifference(const Picture& a, const Picture& b);
 /// Whether colors and depths are equal bit for bit.
 bool Same(const Picture& a, const Picture& b);
 
+/// Pieces of another size, last first: what a scheduler is free to do.
+class BackwardExecutor : public Executor
+{
+public:
+  void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
+  {
+    const std::size_t piece = 3 * grain;
+    for (std::size_t end = size; end > 0;)
+    {
+      const std::size_t begin = end > piece ? end - piece : 0;
+      function(begin, end);
+      end = begin;
+    }
+  }
+};
+
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);
 Vector3 Cross(const Vector3& a, const Vector3& b);
