@@ -55,6 +55,19 @@ SURFELSPLATTING_INLINE Real LargestMoment(const Real& mean)
 }
 
 /**
+ * Factor, at most 1, by which a moment becomes no longer than LargestMoment.
+ * @param mean [0, 1]
+ * @param squared length of the moment
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real ShortenToLargest(const Real& mean, const Real& squared)
+{
+  const Real p = Larger(mean * (1.0f - mean), Real(0.0f));
+  const Real d = 1.0f + 0.355f * (p * InverseRoot(Larger(p, Real(1e-30f))));
+  return Smaller(p * InverseRoot(Larger(squared * d * d, Real(1e-30f))), Real(1.0f));
+}
+
+/**
  * Largest mean of a function with values in [0, 1] whose centroid is c away from the centre: the
  * area of a segment of the disc, from LargestMoment(a) = c a by two steps of a fixed point. It is
  * up to 0.031 too large, where a segment has c = 0.9, and 0.001 too small.
@@ -169,14 +182,16 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real& mean, const Real& moment, const Real& s, const Real& share)
 {
   const Real one(1.0f), none(0.0f);
-  const Real p = Larger(mean * (1.0f - mean), Real(1e-9f)), inverse = 1.0f / p;
-  const Real toLargest = (1.0f + 0.355f * SquareRoot(p)) * inverse; // 1 / LargestMoment(mean)
-  const Real r = Smaller(moment * toLargest, Real(0.9999f));
+  const Real p = Larger(mean * (1.0f - mean), Real(1e-9f)), perRoot = InverseRoot(p);
+  const Real inverse = perRoot * perRoot;
+  const Real toLargest = inverse + 0.355f * perRoot; // 1 / LargestMoment(mean)
+  const Real r = moment * toLargest;
   const Real rarer = Larger(Smaller(mean, 1.0f - mean), Real(1e-9f));
   const Real unclipped = 0.25f * rarer * toLargest; // r where clipping begins
-  const Real clipped = Larger((r - unclipped) / (1.0f - unclipped), none);
+  const Real perClipped = InverseRoot(1.0f - unclipped), beyondIt = (r - unclipped) * perClipped;
+  const Real clipped = Smaller(Larger(beyondIt * perClipped, none), Real(0.9999f));
   const Real steeper =
-    one + 0.19f * (1.0f - rarer) * inverse * clipped * clipped / SquareRoot(1.0f - clipped);
+    one + 0.19f * (1.0f - rarer) * inverse * clipped * clipped * InverseRoot(1.0f - clipped);
   const Real straight = 4.0f * moment, lack = 0.5f - mean;
   const Real segment = lack * (1.5708f + 1.72f * lack * lack); // s_0
   const Real bends = Smaller(6.1f * rarer - 0.2f, Real(0.55f)) + clipped;

@@ -139,7 +139,8 @@ SURFELSPLATTING_INLINE Lanes SeenOnLens(
     return LimitSeen(before + LinearPart(done.ThroughX, done.ThroughY, f.U), before);
   }
   const LensPoints moment{ Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY) };
-  const Lanes length = LengthOf(moment.X, moment.Y), per = 1.0f / Larger(length, 1e-20f);
+  const Lanes squared = moment.X * moment.X + moment.Y * moment.Y;
+  const Lanes per = InverseRoot(Larger(squared, 1e-30f)), length = squared * per;
   const Lanes nx = moment.X * per, ny = moment.Y * per, across = nx + s.K * ny;
   const Lanes share = Smaller(square * (s.A * across * across + s.B * ny * ny), 1.0f);
   return LimitSeen(ReconstructRamp(before, length, nx * f.U.X + ny * f.U.Y, share), before);
@@ -319,8 +320,7 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   AddTo(done.Blue, before * at.Interpolate(run.Blue));
   Lanes x = Lanes::Load(done.ThroughX) * through + after * at.Interpolate(run.X);
   Lanes y = Lanes::Load(done.ThroughY) * through + after * at.Interpolate(run.Y);
-  const Lanes squared = x * x + y * y, limit = LargestMoment(after);
-  const Lanes shorten = Smaller(limit / Larger(SquareRoot(squared), 1e-20f), 1.0f);
+  const Lanes squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
   (x * shorten).Store(done.ThroughX);
   (y * shorten).Store(done.ThroughY);
   if (Any(squared > MinTilt * MinTilt / 16.0f))

@@ -77,6 +77,8 @@ CellSums SumCell(const PixelTile& tile, const int (&center)[2], int cell, const 
 void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
 {
   this->Cell = cell;
+  this->Width = width;
+  this->Height = height;
   const int cells = TileSize / cell + 1, blocks = (cells + BlockSize - 1) / BlockSize;
   this->State.Opaque = ~std::uint64_t{ 0 };
   this->State.Tilted = 0;
@@ -113,6 +115,19 @@ void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
   }
 }
 
+// The set-up has grown a Gaussian's box by a cell, for tiles whose border has cells in it: unless the
+// box ends at that of the tile, a cell less is in the support.
+
+int GaussianRun::FirstCell(int pixel) const
+{
+  return pixel > 0 ? (pixel + this->Cell - 1) / this->Cell + 1 : 0;
+}
+
+int GaussianRun::EndCell(int pixel, int size) const
+{
+  return pixel < size ? pixel / this->Cell : TileSize / this->Cell + 1;
+}
+
 std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& splat,
   const TilePlace& place, const RasterSettings& settings)
 {
@@ -122,10 +137,9 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
   s.B *= cell * cell;
   LensFootprint lens = *splat.Footprint;
   lens.PerPixel *= perCell;
-  const int cells = TileSize / this->Cell + 1;
-  const auto first = [&](int pixel) { return (pixel + this->Cell - 1) / this->Cell; };
-  const PixelBox span{ first(place.Span.X0), first(place.Span.Y0),
-    std::min(cells, first(place.Span.X1) + 1), std::min(cells, first(place.Span.Y1) + 1) };
+  const PixelBox& pixels = place.Span;
+  const PixelBox span{ this->FirstCell(pixels.X0), this->FirstCell(pixels.Y0),
+    this->EndCell(pixels.X1, this->Width), this->EndCell(pixels.Y1, this->Height) };
   const TilePlace inCells{ span, place.X * perCell + 0.5f, place.Y * perCell + 0.5f };
   RasterSettings own = settings;
   own.Doubts = own.HasLayers = false;

@@ -51,7 +51,12 @@ public:
   void Drop() { this->Cell = 0; }
 
 private:
+  /// Of the cells whose centres are in a box of pixels.
+  int FirstCell(int pixel) const;
+  int EndCell(int pixel, int size) const;
+
   int Cell = 0;
+  int Width = 0, Height = 0;
   PixelTile State; ///< its pixels are the cells
   RunStart Start;
 };

@@ -63,6 +63,10 @@ SURFELSPLATTING_INLINE LanePart Root(LanePart a)
 {
   return _mm512_maskz_sqrt_ps(0xffff, a);
 }
+SURFELSPLATTING_INLINE LanePart AboutInverseRoot(LanePart a)
+{
+  return _mm512_maskz_rsqrt14_ps(0xffff, a);
+}
 SURFELSPLATTING_INLINE unsigned int Bits(MaskPart m)
 {
   return m;
@@ -96,6 +100,17 @@ SURFELSPLATTING_INLINE LanePart Root(LanePart a)
     a[l] = __builtin_sqrtf(a[l]);
   }
   return a;
+}
+SURFELSPLATTING_INLINE LanePart AboutInverseRoot(LanePart a)
+{
+#if defined(__AVX2__)
+  const LanePart r = _mm256_rsqrt_ps(a);
+#elif defined(__SSE2__)
+  const LanePart r = __builtin_ia32_rsqrtps(a);
+#else
+  const LanePart r = 1.0f / Root(a);
+#endif
+  return r * (1.5f - 0.5f * a * r * r); // a step of Newton's method
 }
 SURFELSPLATTING_INLINE unsigned int Bits(MaskPart m)
 {
@@ -212,6 +227,8 @@ SURFELSPLATTING_LANES(
 SURFELSPLATTING_LANES(Lanes, Smaller(const Lanes& a, const Lanes& b), Smaller(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, Larger(const Lanes& a, const Lanes& b), Larger(a.P[p], b.P[p]))
 SURFELSPLATTING_LANES(Lanes, SquareRoot(const Lanes& a), Root(a.P[p]))
+/// 1 / sqrt(a), a > 1e-37: the relative error is 6.2e-5. Ten times as fast.
+SURFELSPLATTING_LANES(Lanes, InverseRoot(const Lanes& a), AboutInverseRoot(a.P[p]))
 SURFELSPLATTING_LANES(Lanes, Swap(const Lanes& a, int distance), Swapped(a.P[p], distance))
 #undef SURFELSPLATTING_LANES
 

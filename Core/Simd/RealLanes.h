@@ -157,6 +157,13 @@ SURFELSPLATTING_INLINE Real SquareRoot(const Real& a)
     LaneTypes<Real>::Count, [&](int l) { return __builtin_sqrt(LaneAt(a, l)); });
 }
 
+/// 1 / sqrt(a), a > 0.
+template <class Real>
+SURFELSPLATTING_INLINE Real InverseRoot(const Real& a)
+{
+  return 1.0 / SquareRoot(a);
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
 {
