@@ -57,6 +57,8 @@ struct GaussianFragments
   float Depth; ///< world units along the view direction
   LensPoints U;
   float Quarter; ///< C / 4, px
+  float Share;   ///< mean share of the lens in the footprint, at most 1
+  Lanes Rim;     ///< mean of 2 |u|^2 - 1
 };
 
 /// Lets the layers leak that end in front of a depth.
@@ -105,16 +107,29 @@ SURFELSPLATTING_INLINE void DimOpenLayers(
   }
 }
 
+/// Limits the second moment of T to that of a disc or a ring, and stores it.
+SURFELSPLATTING_INLINE void StoreRim(FinishedLayers& done, const Lanes& rim, const Lanes& after)
+{
+  const Lanes most = after * (1.0f - after);
+  Smaller(Larger(rim, 0.0f - most), most).Store(done.ThroughRim);
+}
+
 /// Takes what the fragments hide from the moments of T and from the open layers.
 /// @param hides of T
 template <bool OnLens>
-SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const LensPoints& u,
+SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const GaussianFragments& f,
   const Lanes& hides, const Lanes& before, bool hasLayers)
 {
+  const LensPoints& u = f.U;
   const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
   const bool wasTilted = IsTilted(tile, block);
   const bool isLong = (OnLens || wasTilted) &&
     StoreMoment(tile.Finished[block], hides, OnLens ? u : LensPoints{ 0.0f, 0.0f }, after);
+  if (OnLens)
+  {
+    FinishedLayers& done = tile.Finished[block];
+    StoreRim(done, Lanes::Load(done.ThroughRim) - hides * f.Rim, after);
+  }
   const bool becomesTilted = isLong && !wasTilted;
   if (becomesTilted)
   {
@@ -130,20 +145,20 @@ SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const Le
 SURFELSPLATTING_INLINE Lanes SeenOnLens(
   const FinishedLayers& done, const Splat& s, const GaussianFragments& f, const Lanes& before)
 {
-  const float square = 4.0f * f.Quarter * f.Quarter;
-  // The lens's share of the footprint is no more than this in any direction.
-  const float most = square * (s.A * (1.0f + s.K * s.K) + s.B);
-  constexpr float little = 1.0f / 16.0f;
-  if (most < little)
+  constexpr float little = 1.0f / 32.0f;
+  if (f.Share < little)
   {
     return LimitSeen(before + LinearPart(done.ThroughX, done.ThroughY, f.U), before);
   }
   const LensPoints moment{ Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY) };
   const Lanes squared = moment.X * moment.X + moment.Y * moment.Y;
-  const Lanes per = InverseRoot(Larger(squared, 1e-30f)), length = squared * per;
+  const Lanes per = InverseRoot(Larger(squared, 1e-30f));
   const Lanes nx = moment.X * per, ny = moment.Y * per, across = nx + s.K * ny;
+  const float square = 4.0f * f.Quarter * f.Quarter;
   const Lanes share = Smaller(square * (s.A * across * across + s.B * ny * ny), 1.0f);
-  return LimitSeen(ReconstructRamp(before, length, nx * f.U.X + ny * f.U.Y, share), before);
+  const Lanes rim = (RimGain * f.Share * f.Share) * Lanes::Load(done.ThroughRim) * f.Rim;
+  return LimitSeen(
+    ReconstructRamp(before, squared * per, nx * f.U.X + ny * f.U.Y, share, rim), before);
 }
 
 /// What a Gaussian's fragments hide of T.
@@ -205,7 +220,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   }
   if (settings.LensRadius > 0.0f)
   {
-    HideThroughLens<OnLens>(tile, block, f.U, hides, before, settings.HasLayers);
+    HideThroughLens<OnLens>(tile, block, f, hides, before, settings.HasLayers);
   }
 }
 
@@ -225,8 +240,11 @@ SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int bloc
   const LensFootprint& lens = splat.Footprint;
   const float quarter = lens.PerPixel;
   const Lanes ux = (quarter * s.A) * (d.X + s.K * d.Y);
+  const LensPoints u{ ux, s.K * ux + (quarter * s.B) * d.Y };
+  const float trace = 2.0f * quarter * quarter * (s.A * (1.0f + s.K * s.K) + s.B);
+  const float share = trace < 1.0f ? trace : 1.0f;
   const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
-    s.Near, { ux, splat.S.K * ux + (quarter * splat.S.B) * d.Y }, quarter };
+    s.Near, u, quarter, share, 2.0f * (u.X * u.X + u.Y * u.Y) - share };
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);
@@ -281,7 +299,7 @@ struct CellCorners
 template <int N>
 struct RunCorners
 {
-  float Through[N], Red[N], Green[N], Blue[N], X[N], Y[N];
+  float Through[N], Red[N], Green[N], Blue[N], X[N], Y[N], Rim[N];
   float Depth; ///< of the median; the farthest of the cells'
 
   SURFELSPLATTING_INLINE RunCorners(
@@ -301,6 +319,7 @@ struct RunCorners
       this->Blue[k] = after.Blue[l] * per;
       this->X[k] = after.ThroughX[l] * per1 - before.ThroughX[l] * per;
       this->Y[k] = after.ThroughY[l] * per1 - before.ThroughY[l] * per;
+      this->Rim[k] = after.ThroughRim[l] * per1 - before.ThroughRim[l] * per;
       this->Depth = after.Depth[l] > this->Depth ? after.Depth[l] : this->Depth;
     }
   }
@@ -321,6 +340,7 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   Lanes x = Lanes::Load(done.ThroughX) * through + after * at.Interpolate(run.X);
   Lanes y = Lanes::Load(done.ThroughY) * through + after * at.Interpolate(run.Y);
   const Lanes squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
+  StoreRim(done, Lanes::Load(done.ThroughRim) * through + after * at.Interpolate(run.Rim), after);
   (x * shorten).Store(done.ThroughX);
   (y * shorten).Store(done.ThroughY);
   if (Any(squared > MinTilt * MinTilt / 16.0f))

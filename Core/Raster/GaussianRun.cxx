@@ -24,7 +24,7 @@ int LaneOfPixel(int x, int y)
 /// Sums over the pixels of a cell, weighted with T, since nothing is seen behind a closed pixel.
 struct CellSums
 {
-  float Weight = 0.0f, Through = 0.0f, X = 0.0f, Y = 0.0f;
+  float Weight = 0.0f, Through = 0.0f, X = 0.0f, Y = 0.0f, Rim = 0.0f;
 
   float Mean() const { return this->Weight > 0.0f ? this->Through / this->Weight : 0.0f; }
 };
@@ -56,6 +56,7 @@ CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellP
       sums.Through += weight * done.Transmittance[l];
       sums.X += weight * done.ThroughX[l];
       sums.Y += weight * done.ThroughY[l];
+      sums.Rim += weight * done.ThroughRim[l];
     }
   }
   return sums;
@@ -106,6 +107,7 @@ void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
       done.Transmittance[l] = start;
       done.ThroughX[l] = scale * sums.X;
       done.ThroughY[l] = scale * sums.Y;
+      done.ThroughRim[l] = scale * sums.Rim;
       open = open || mean > MinTransmittance;
       tilted = tilted || sums.X != 0.0f || sums.Y != 0.0f;
     }
@@ -115,8 +117,8 @@ void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
   }
 }
 
-// The set-up has grown a Gaussian's box by a cell, for tiles whose border has cells in it: unless the
-// box ends at that of the tile, a cell less is in the support.
+// The set-up has grown a Gaussian's box by a cell, for tiles whose border has cells in it: unless
+// the box ends at that of the tile, a cell less is in the support.
 
 int GaussianRun::FirstCell(int pixel) const
 {

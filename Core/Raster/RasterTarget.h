@@ -62,6 +62,7 @@ struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];                      ///< mean of T(u) over the lens
   float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
+  float ThroughRim[PixelsPerBlock]; ///< mean of (2 |u|^2 - 1) T(u), of Gaussians in space
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
   float Fragments[PixelsPerBlock];     ///< so far; only with a callback

@@ -156,7 +156,7 @@ struct RampOverLens
     {
       const double angle = Pi * (i + 0.5) / Steps, s = std::cos(angle);
       const double strip = 2.0 * std::sin(angle) * std::sin(angle) / Steps;
-      const double t = ReconstructRamp(mean, moment, s, 1.0);
+      const double t = ReconstructRamp(mean, moment, s, 1.0, 0.0);
       this->Mean += strip * t;
       this->Moment += strip * s * t;
       this->Least = std::min(this->Least, t);
@@ -165,7 +165,7 @@ struct RampOverLens
       this->FromSegment += strip * std::abs(t - (s > border ? 1.0 : 0.0));
       const double line = std::clamp(mean + 4.0 * moment * s, 0.0, 1.0);
       this->OfNoShare =
-        std::max(this->OfNoShare, std::abs(ReconstructRamp(mean, moment, s, 0.0) - line));
+        std::max(this->OfNoShare, std::abs(ReconstructRamp(mean, moment, s, 0.0, 0.0) - line));
     }
   }
 };
@@ -220,10 +220,33 @@ TEST_CASE("Ramp")
   {
     for (const double moment : { 0.0, 1e-4, 0.3 })
     {
-      const double t = ReconstructRamp(mean, moment, 0.5, 1.0);
-      CHECK(t >= 0.0);
-      CHECK(t <= 1.0);
+      for (const double rim : { -2.0, 0.0, 2.0 })
+      {
+        const double t = ReconstructRamp(mean, moment, 0.5, 1.0, rim);
+        CHECK(t >= 0.0);
+        CHECK(t <= 1.0);
+      }
     }
+  }
+}
+
+/// A disc about the lens's centre hides a part of T, which no first moment shows.
+TEST_CASE("Hole in the middle of the lens")
+{
+  for (const double hidden : { 0.15, 0.2, 0.3, 0.5, 0.8 })
+  {
+    // The mean of 2 |u|^2 - 1 over |u|^2 > hidden.
+    const double second = hidden * (1.0 - hidden);
+    const auto seen = [&](double radius) {
+      return ReconstructRamp(
+        1.0 - hidden, 0.0, radius, 1.0, RimGain * second * (2.0 * radius * radius - 1.0));
+    };
+    CHECK(seen(0.0) < 0.3);
+    CHECK(seen(0.95) > 0.75);
+    // A segment has no hole.
+    const double mean = 1.0 - hidden, moment = LargestMoment(mean);
+    CHECK_NEAR(ReconstructRamp(mean, moment, 0.3, 1.0, 0.5),
+      ReconstructRamp(mean, moment, 0.3, 1.0, 0.0), 2e-3);
   }
 }
 
