@@ -15,6 +15,7 @@ from .estimation import check_memory, make_hierarchy, make_surfels, without_unus
 from .interrupts import Interrupts
 from .progress import Progress
 from .runstatistics import RunStatistics
+from .volume import splat_volume, take_scalars
 
 
 class Session:
@@ -40,6 +41,11 @@ class Session:
         if self.arguments.verbose:
             print("surfelsplat: " + text, file=sys.stderr)
 
+    def note(self, text):
+        """Prints a line about the cloud, whether verbose or not."""
+        self.progress.clear()
+        print(f"surfelsplat: {self.arguments.cloud}: {text}", file=sys.stderr)
+
     def warn(self, texts):
         self.progress.clear()
         for text in texts:
@@ -53,22 +59,32 @@ class Session:
         finally:
             self.progress.clear()
 
-    def read(self):
-        """-> Cloud"""
+    def load(self):
+        """-> Cloud as it is in the file"""
         path = self.arguments.cloud
         with self.run.stage("read"):
             cloud = read_cloud(path, self.messages, self.progress)
         self.say(f"{path}: {cloud.data.GetNumberOfPoints()} points"
                  + (f"; {cloud.how}" if cloud.how else ""))
         if cloud.is_unsure and not self.arguments.verbose:
-            print(f"surfelsplat: {path}: {cloud.how}", file=sys.stderr)
-        scalars = getattr(self.arguments, "scalars", None)
-        if scalars:
-            check_scalars(cloud.data, scalars)
+            self.note(cloud.how)
+        if not cloud.is_volume and self.arguments.scalars:
+            check_scalars(cloud.data, self.arguments.scalars)
         self.warn(without_effect_on(cloud, self.arguments))
         if mixes_as_stored(cloud, self.arguments):
             self.arguments.linear_light = False
         return cloud
+
+    def drawn_as_points(self, cloud):
+        """-> Cloud: a volume as Gaussians in space, any other as it is"""
+        if not cloud.is_volume:
+            return cloud
+        take_scalars(self.arguments)
+        return splat_volume(cloud, self)
+
+    def read(self):
+        """-> Cloud of points"""
+        return self.drawn_as_points(self.load())
 
     def surfels(self, cloud):
         """-> vtkPolyData with the arrays of the data contract"""

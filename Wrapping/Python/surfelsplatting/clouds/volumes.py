@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Volumes: images with scalars along three axes."""
+
+import math
+
+import numpy as np
+
+from ..backend import vtk
+from ..problems import UserProblem
+
+GHOSTS = "vtkGhostType"
+HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits, as in vtkDataSetAttributes
+MOST_SAMPLES = 4_000_000  # values that stand for all
+
+
+def is_volume(data):
+    """Whether a vtkDataSet is an image with at least two points along each axis."""
+    return bool(data.IsA("vtkImageData") and min(data.GetDimensions()) > 1)
+
+
+def _usable(data, count):
+    """The numeric arrays with a name; active scalars first, then those with one component."""
+    bit = vtk("vtkCommonCore").VTK_BIT
+    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+    usable = [a for a in arrays if a and a.GetName() and a.GetName() != GHOSTS
+              and a.GetNumberOfTuples() == count and a.GetDataType() != bit]
+    active = data.GetScalars()
+    return sorted(usable, key=lambda a: (a is not active, a.GetNumberOfComponents() > 1))
+
+
+def _candidates(image):
+    """{name: (array, whether its values are at cells)}, the best first."""
+    found = {}
+    for data, count, at_cells in (
+            (image.GetPointData(), image.GetNumberOfPoints(), False),
+            (image.GetCellData(), image.GetNumberOfCells(), True)):
+        for array in _usable(data, count):
+            found.setdefault(array.GetName(), (array, at_cells))
+    return found
+
+
+def scalar_names(image):
+    """Names of the arrays that a volume can show; the first is shown by default."""
+    return list(_candidates(image))
+
+
+def has_choice(image):
+    """Whether the file leaves open which of several arrays is shown."""
+    active = image.GetPointData().GetScalars() or image.GetCellData().GetScalars()
+    return not active and len(_candidates(image)) > 1
+
+
+def _centers_of_cells(image):
+    """-> an image whose points are the centres of the cells"""
+    volume = vtk("vtkCommonDataModel").vtkImageData()
+    volume.CopyStructure(image)
+    first = [0.0, 0.0, 0.0]
+    image.TransformContinuousIndexToPhysicalPoint(0.5, 0.5, 0.5, first)
+    extent = image.GetExtent()
+    volume.SetExtent([end - i % 2 for i, end in enumerate(extent)])
+    volume.SetOrigin(first)
+    return volume
+
+
+def _as_array(name, values):
+    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    return array
+
+
+def _to_numpy(array):
+    return vtk("util.numpy_support").vtk_to_numpy(array)
+
+
+def _add_ghosts(image, volume, at_cells):
+    points, cells = (data.GetArray(GHOSTS) for data in (image.GetPointData(), image.GetCellData()))
+    if at_cells and cells:
+        hidden = (_to_numpy(cells) & HIDDEN_CELL) != 0
+        volume.GetPointData().AddArray(_as_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))
+    elif not at_cells:
+        for ghosts, data in ((points, volume.GetPointData()), (cells, volume.GetCellData())):
+            if ghosts:
+                data.AddArray(ghosts)
+
+
+def volume_of(image, name=None):
+    """-> vtkImageData with one scalar at each point; of several components, their magnitude. Values
+    of cells are at their centres. UserProblem if there is no such array, or none at all."""
+    found = _candidates(image)
+    if not found:
+        raise UserProblem("the volume has no scalars, so there is nothing to see")
+    if name is not None and name not in found:
+        raise UserProblem(f"there are no scalars {name!r}; there are {', '.join(found)}")
+    array, at_cells = found[name if name is not None else next(iter(found))]
+    if at_cells:
+        volume = _centers_of_cells(image)
+    else:
+        volume = vtk("vtkCommonDataModel").vtkImageData()
+        volume.CopyStructure(image)
+    _add_ghosts(image, volume, at_cells)
+    if array.GetNumberOfComponents() > 1:
+        with np.errstate(over="ignore"):  # infinite magnitudes are not finite, as they should be
+            length = np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
+        array = _as_array(array.GetName(), length)
+    volume.GetPointData().SetScalars(array)
+    return volume
+
+
+def _is_shown(volume):
+    """[n] whether a point belongs to a cell that is not hidden, or None if nothing is."""
+    points = volume.GetPointData().GetArray(GHOSTS)
+    cells = volume.GetCellData().GetArray(GHOSTS)
+    shape = volume.GetDimensions()[::-1]
+    shown = None
+    if cells:
+        shown = np.zeros(shape, bool)
+        inside = ((_to_numpy(cells) & HIDDEN_CELL) == 0).reshape([n - 1 for n in shape])
+        for corner in range(8):
+            shown[tuple(slice(1, None) if corner >> axis & 1 else slice(-1)
+                        for axis in range(3))] |= inside
+        shown = shown.ravel()
+    if points:
+        seen = (_to_numpy(points) & HIDDEN_POINT) == 0
+        shown = seen if shown is None else shown & seen
+    return shown
+
+
+def samples_of(volume):
+    """-> finite values that are not hidden, up to MOST_SAMPLES of them, and their smallest and
+    largest; (0, 0) if there are none"""
+    values = _to_numpy(volume.GetPointData().GetScalars())
+    shown = _is_shown(volume)
+    if shown is not None:
+        values = values[shown]
+    if values.dtype.kind == "f":
+        values = values[np.isfinite(values)]
+    if not len(values):
+        return values, (0.0, 0.0)
+    limits = float(values.min()), float(values.max())
+    step = -(-len(values) // MOST_SAMPLES)
+    row, plane = volume.GetDimensions()[0], math.prod(volume.GetDimensions()[:2])
+    while step > 1 and math.gcd(step, row * plane) > 1:  # samples of all columns and rows
+        step += 1
+    return values[::step].astype(np.float64), limits

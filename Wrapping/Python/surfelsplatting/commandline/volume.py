@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A volume to Gaussians in space, as the options say."""
+
+import math
+from dataclasses import dataclass
+
+from ..clouds.reading import Cloud
+from ..clouds.volumes import has_choice, samples_of, scalar_names, volume_of
+from ..problems import UserProblem
+from ..transfer import automatic_opacity, make_property
+from ..vtkSurfelVolumes import vtkVolumeSplatting
+
+# The most cells along an edge for which cells are split so often: of 21 cells, layers need two
+# levels, and cells of larger volumes than these are hardly larger than pixels.
+SUBDIVISIONS = ((32, 2), (256, 1))
+
+
+@dataclass
+class Classified:
+    """A volume, and how the options say that it looks."""
+    volume: object  # vtkImageData with scalars
+    scalars: str  # name
+    samples: object  # [n] of the scalars
+    limits: tuple  # the smallest and the largest scalar
+    opacities: list  # [(scalar, opacity)]
+    colors_between: tuple  # the scalars with the first and the last colour
+    unit_distance: float  # over which the opacities are, world units
+
+    @property
+    def opacity_text(self):
+        """The opacities as --opacity has them, in digits that tell the scalars apart."""
+        largest, span = max(map(abs, self.limits)), self.limits[1] - self.limits[0]
+        digits = 4 + max(0, round(math.log10(largest / span))) if span > 0 else 17
+        return ",".join(f"{scalar:.{digits}g}:{opacity:.3g}" for scalar, opacity in self.opacities)
+
+
+def _edges(volume):
+    """-> cells along an edge, and the length of a cell's edge, world units; geometric means"""
+    cells = [n - 1 for n in volume.GetDimensions()]
+    length = math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
+    return math.prod(n ** (1 / 3) for n in cells), length
+
+
+def classify(cloud, arguments):
+    """-> Classified. cloud: of a volume. UserProblem if it has no such scalars, or none is finite."""
+    volume = volume_of(cloud.data, arguments.volume_scalars)
+    name = volume.GetPointData().GetScalars().GetName()
+    samples, limits = samples_of(volume)
+    if not len(samples):
+        raise UserProblem(f"{arguments.cloud}: no scalar of {name!r} is finite and not hidden, so "
+                          "there is nothing to see")
+    colors = tuple(arguments.range or limits)
+    count, length = _edges(volume)
+    opacities = arguments.opacity or automatic_opacity(samples, colors, count)
+    return Classified(volume, name, samples, limits, opacities, colors,
+                      arguments.unit_distance or length)
+
+
+def take_scalars(arguments):
+    """The scalars of a volume decide what it shows; they do not colour what becomes of it."""
+    if arguments.scalars:
+        arguments.volume_scalars, arguments.scalars = arguments.scalars, None
+
+
+def _subdivision(volume):
+    count, _ = _edges(volume)
+    return next((times for most, times in SUBDIVISIONS if count <= most), 0)
+
+
+def splat_volume(cloud, session):
+    """-> Cloud of the Gaussians of a cloud that is a volume."""
+    arguments = session.arguments
+    found = classify(cloud, arguments)
+    if has_choice(cloud.data) and not arguments.volume_scalars:
+        session.note(f"shows {found.scalars!r} of {', '.join(scalar_names(cloud.data))}; --scalars "
+                     "chooses another")
+    splatting = vtkVolumeSplatting()
+    splatting.SetInputData(found.volume)
+    splatting.SetSubdivision(_subdivision(found.volume))
+    splatting.SetVolumeProperty(make_property(found.opacities, arguments.colormap or "viridis",
+                                              found.colors_between, found.unit_distance))
+    with session.run.stage("volume"):
+        session.progress.update(splatting, "volume")
+    session.messages.check(f"{arguments.cloud}: ")
+    session.say("{!r} from {:.6g} to {:.6g}, drawn with --opacity {} --unit-distance {:.6g}".format(
+        found.scalars, *found.limits, found.opacity_text, found.unit_distance))
+    if splatting.GetOutput().GetNumberOfPoints() == 0:
+        raise UserProblem(
+            "{}: all of it is transparent: {!r} is from {:.6g} to {:.6g} in cells that are finite and "
+            "not hidden, and the opacity is {}".format(arguments.cloud, found.scalars, *found.limits,
+                                                      found.opacity_text))
+    return Cloud(splatting.GetOutput(), how=cloud.how)
