@@ -5,6 +5,7 @@ import contextlib
 import io
 import json
 import unittest
+import unittest.mock
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
@@ -13,7 +14,7 @@ from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
 from surfelsplatting.clouds.reading import Cloud
-from surfelsplatting.clouds.volumes import volume_of
+from surfelsplatting.clouds.volumes import coarsened, volume_of
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.scan import Scan
 from surfelsplatting.commandline.volume import classify
@@ -213,6 +214,36 @@ class TestVolumes(ToolCase):
                            ("1:nan", "is not SCALAR:OPACITY"), ("1:0,1:1", "two opacities")):
             with self.assertRaisesRegex(UserProblem, says):
                 parse_arguments(["render", "a.vti", "-o", "out.png", "--opacity", text])
+
+    def test_coarser(self):
+        """Means of what can be seen, at the same places."""
+        values = np.arange(7 * 6 * 5, dtype=np.int16).reshape(7, 6, 5)
+        image = make_image(values, 0.5)
+        image.SetExtent(2, 6, 0, 5, 1, 7)
+        hidden = np.zeros(values.shape, np.uint8)
+        hidden[:2, :2, :2] = 2
+        hidden[0, 2, 0] = 2
+        add(image.GetPointData(), "vtkGhostType", hidden.ravel())
+        coarse = coarsened(volume_of(image), 2)
+        self.assertEqual(coarse.GetDimensions(), (3, 3, 4))
+        self.assertEqual(coarse.GetBounds(), (1.25, 3.25, 0.25, 2.25, 0.75, 3.75))
+        means = arrays_of(coarse)["density"].reshape(4, 3, 3)
+        self.assertTrue(np.isnan(means[0, 0, 0]))
+        self.assertEqual(means[1, 1, 1], values[2:4, 2:4, 2:4].mean())
+        self.assertEqual(means[3, 2, 2], values[6:, 4:, 4:].mean())
+        self.assertEqual(means[0, 1, 0], values[:2, 2:4, :2].ravel()[1:].mean())
+
+    def test_large(self):
+        """It is drawn coarser, and says so."""
+        write("a.vti", make_image(np.indices((12, 12, 12))[2].astype(float)))
+        with unittest.mock.patch("surfelsplatting.commandline.volume.MOST_GAUSSIANS", 200):
+            said = self.tool("render", "a.vti", "--position", 6, -40, 6, *SMALL, "-o", "out.exr")
+        self.assertIn("a.vti: is large and drawn as 6 x 6 x 6, the means of 2 x 2 x 2 points", said)
+        coarse = self.read_rgba("out.exr")[..., 3].sum()
+        self.draw("a.vti", "--position", 6, -40, 6)
+        # Half a block is lost at each border: (10 / 11)^2 = 0.83 of the area.
+        ratio = coarse / self.read_rgba("out.exr")[..., 3].sum()
+        self.assertTrue(0.8 < ratio < 0.9, ratio)
 
     def test_info(self):
         image = make_image(np.where(ball() > 0.9, 1e6, ball()), 0.25)

@@ -142,3 +142,39 @@ def samples_of(volume):
     while step > 1 and math.gcd(step, row * plane) > 1:  # samples of all columns and rows
         step += 1
     return values[::step].astype(np.float64), limits
+
+
+def _sums(values, factor):
+    """Sums over blocks of factor^3; those at the ends are smaller. values: [z, y, x]"""
+    for axis, count in enumerate(values.shape):
+        values = np.add.reduceat(values, range(0, count, factor), axis=axis)
+    return values
+
+
+def coarsened(volume, factor):
+    """-> vtkImageData whose scalars are the means over blocks of factor^3 of those that are finite
+    and not hidden, NaN where there are none."""
+    scalars = volume.GetPointData().GetScalars()
+    shape = volume.GetDimensions()[::-1]
+    values, shown = _to_numpy(scalars).reshape(shape), _is_shown(volume)
+    means = []
+    for begin in range(0, shape[0], factor):  # some slices at a time need little memory
+        slab = values[begin:begin + factor].astype(np.float64)
+        usable = np.isfinite(slab)
+        if shown is not None:
+            usable &= shown.reshape(shape)[begin:begin + factor]
+        slab[~usable] = 0
+        with np.errstate(invalid="ignore"):
+            means.append(_sums(slab, factor) / _sums(usable.astype(np.int32), factor))
+    result = vtk("vtkCommonDataModel").vtkImageData()
+    result.CopyStructure(volume)
+    result.SetExtent([end for count in volume.GetDimensions()
+                      for end in (0, (count - 1) // factor)])
+    first = [0.0, 0.0, 0.0]
+    middle = (factor - 1) / 2
+    volume.TransformContinuousIndexToPhysicalPoint(
+        *(begin + middle for begin in volume.GetExtent()[::2]), first)
+    result.SetOrigin(first)
+    result.SetSpacing([factor * length for length in volume.GetSpacing()])
+    result.GetPointData().SetScalars(_as_array(scalars.GetName(), np.concatenate(means).ravel()))
+    return result

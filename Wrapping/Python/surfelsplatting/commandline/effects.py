@@ -55,7 +55,8 @@ def _of_gaussians(cloud, arguments):
 def _of_normals(arguments):
     if "normal" not in (getattr(arguments, "channels", None) or ()):
         return []
-    return [f"the channel normal is 0 on {arguments.cloud}, since Gaussians in space have no normals"]
+    return [f"the channel normal is 0 on {arguments.cloud}, since Gaussians in space have no "
+            "normals"]
 
 
 def _of_kind(cloud, arguments):

@@ -114,7 +114,8 @@ def _opacities(text):
 
 
 def _add_gaussian_options(parser):
-    volume = parser.add_argument_group("volumes", "Their colours are those of --scalars.")
+    volume = parser.add_argument_group(
+        "volumes", "--scalars chooses the array, --colormap and --range its colours.")
     volume.add_argument("--opacity", type=_opacities, metavar="V:O,...",
                         help="the opacities O, 0 to 1, of scalars V, linear between them and "
                              "constant beyond (default: the most frequent scalar is transparent, "

@@ -4,8 +4,10 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..clouds.reading import Cloud
-from ..clouds.volumes import has_choice, samples_of, scalar_names, volume_of
+from ..clouds.volumes import coarsened, has_choice, samples_of, scalar_names, volume_of
 from ..problems import UserProblem
 from ..transfer import automatic_opacity, make_property
 from ..vtkSurfelVolumes import vtkVolumeSplatting
@@ -13,6 +15,7 @@ from ..vtkSurfelVolumes import vtkVolumeSplatting
 # The most cells along an edge for which cells are split so often: of 21 cells, layers need two
 # levels, and cells of larger volumes than these are hardly larger than pixels.
 SUBDIVISIONS = ((32, 2), (256, 1))
+MOST_GAUSSIANS = 1 << 24  # a minute of one core's time to make, and 4 GB
 
 
 @dataclass
@@ -42,7 +45,7 @@ def _edges(volume):
 
 
 def classify(cloud, arguments):
-    """-> Classified. cloud: of a volume. UserProblem if it has no such scalars, or none is finite."""
+    """-> Classified. cloud: of a volume. UserProblem without such scalars, or if none is finite."""
     volume = volume_of(cloud.data, arguments.volume_scalars)
     name = volume.GetPointData().GetScalars().GetName()
     samples, limits = samples_of(volume)
@@ -62,9 +65,19 @@ def take_scalars(arguments):
         arguments.volume_scalars, arguments.scalars = arguments.scalars, None
 
 
-def _subdivision(volume):
-    count, _ = _edges(volume)
-    return next((times for most, times in SUBDIVISIONS if count <= most), 0)
+def _resolved(found):
+    """-> the volume to draw, how many of its points became one along each axis, and how often its
+    cells may be split: so that it becomes MOST_GAUSSIANS at most."""
+    opacities = np.interp(found.samples, *np.transpose(found.opacities))
+    count, _ = _edges(found.volume)
+    cells = np.mean(opacities > 0) * count**3
+    factor = max(1, math.ceil((cells / MOST_GAUSSIANS) ** (1 / 3)))
+    if factor > 1:
+        return coarsened(found.volume, factor), factor, 0
+    times = next((times for most, times in SUBDIVISIONS if count <= most), 0)
+    while times and cells * 8**times > MOST_GAUSSIANS:
+        times -= 1
+    return found.volume, 1, times
 
 
 def splat_volume(cloud, session):
@@ -74,9 +87,14 @@ def splat_volume(cloud, session):
     if has_choice(cloud.data) and not arguments.volume_scalars:
         session.note(f"shows {found.scalars!r} of {', '.join(scalar_names(cloud.data))}; --scalars "
                      "chooses another")
+    volume, factor, subdivision = _resolved(found)
+    if factor > 1:
+        session.note("is large and drawn as {1} x {2} x {3}, the means of {0} x {0} x {0} points; "
+                     "with an --opacity that leaves more of it transparent it gets finer".format(
+                         factor, *volume.GetDimensions()))
     splatting = vtkVolumeSplatting()
-    splatting.SetInputData(found.volume)
-    splatting.SetSubdivision(_subdivision(found.volume))
+    splatting.SetInputData(volume)
+    splatting.SetSubdivision(subdivision)
     splatting.SetVolumeProperty(make_property(found.opacities, arguments.colormap or "viridis",
                                               found.colors_between, found.unit_distance))
     with session.run.stage("volume"):
@@ -86,7 +104,6 @@ def splat_volume(cloud, session):
         found.scalars, *found.limits, found.opacity_text, found.unit_distance))
     if splatting.GetOutput().GetNumberOfPoints() == 0:
         raise UserProblem(
-            "{}: all of it is transparent: {!r} is from {:.6g} to {:.6g} in cells that are finite and "
-            "not hidden, and the opacity is {}".format(arguments.cloud, found.scalars, *found.limits,
-                                                      found.opacity_text))
+            "{}: all of it is transparent: {!r} is from {:.6g} to {:.6g}, and the opacity is {}".format(
+                arguments.cloud, found.scalars, *found.limits, found.opacity_text))
     return Cloud(splatting.GetOutput(), how=cloud.how)
