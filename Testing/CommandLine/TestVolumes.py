@@ -4,6 +4,7 @@
 import contextlib
 import io
 import json
+import os
 import unittest
 import unittest.mock
 
@@ -223,6 +224,7 @@ class TestVolumes(ToolCase):
         hidden = np.zeros(values.shape, np.uint8)
         hidden[:2, :2, :2] = 2
         hidden[0, 2, 0] = 2
+        add(image.GetCellData(), "vtkGhostType", np.zeros(7))  # damaged, and ignored
         add(image.GetPointData(), "vtkGhostType", hidden.ravel())
         coarse = coarsened(volume_of(image), 2)
         self.assertEqual(coarse.GetDimensions(), (3, 3, 4))
@@ -269,10 +271,24 @@ class TestVolumes(ToolCase):
         """They show the Gaussians at once, and the hierarchy that another process makes of them."""
         image = make_image(ball())
         add(image.GetPointData(), "other", np.zeros(13**3))
-        scan = Scan(parse_arguments(["web", write("ball.vti", image), "--scalars", "density"]))
+        image.GetPointData().SetActiveScalars(None)
+        write("ball.vti", image)
+        for options in ((), ("--scalars", "density")):
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said):
+                scan = Scan(parse_arguments(["web", "ball.vti", *options]))
+            self.assertEqual("shows 'density'" in said.getvalue(), not options)
+            self.check_estimation(scan)
+
+    def check_estimation(self, scan):
         shown = scan.viewer.actor.GetMapper().GetInput()
         self.assertFalse(scan.viewer.is_preview)
-        estimation, found = scan.start_estimation(), []
+        before = os.dup(2)
+        with open("said", "w", encoding="utf-8") as file:
+            os.dup2(file.fileno(), 2)
+            estimation, found = scan.start_estimation(), []
+            os.dup2(before, 2)
+            os.close(before)
         self.addCleanup(estimation.close)
 
         def is_done():
@@ -280,6 +296,7 @@ class TestVolumes(ToolCase):
             return found[-1] is not None
 
         wait_for(is_done, "the hierarchy")
+        self.assertEqual(os.path.getsize("said"), 0)  # this process has said it
         scan.viewer.show_surfels(found[-1])
         self.assertEqual(sorted(map(tuple, arrays_of(found[-1])["RGB"])),
                          sorted(map(tuple, arrays_of(shown)["RGB"])))

@@ -72,8 +72,17 @@ def _to_numpy(array):
     return vtk("util.numpy_support").vtk_to_numpy(array)
 
 
+def _ghosts(data, count):
+    """The array that says what is hidden, or None if there is none, or a damaged one."""
+    array = data.GetArray(GHOSTS)
+    is_usable = (array and array.GetDataTypeAsString() == "unsigned char"
+                 and array.GetNumberOfComponents() == 1 and array.GetNumberOfTuples() == count)
+    return array if is_usable else None
+
+
 def _add_ghosts(image, volume, at_cells):
-    points, cells = (data.GetArray(GHOSTS) for data in (image.GetPointData(), image.GetCellData()))
+    points = _ghosts(image.GetPointData(), image.GetNumberOfPoints())
+    cells = _ghosts(image.GetCellData(), image.GetNumberOfCells())
     if at_cells and cells:
         hidden = (_to_numpy(cells) & HIDDEN_CELL) != 0
         volume.GetPointData().AddArray(_as_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))

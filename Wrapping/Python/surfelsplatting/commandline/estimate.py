@@ -60,7 +60,7 @@ class _Lines:
 
 
 def _estimate(arguments):
-    session = Session(arguments)
+    session = Session(arguments, is_silent=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window is told, too, and ends this process
     session.progress = _Lines()
     cloud = session.drawn_as_points(

@@ -22,10 +22,12 @@ class Session:
     """One run of a command: its messages, progress and statistics.
 
     arguments: those of options.add_look_options, add_detail_options and add_run_options.
+    is_silent: whether another process prints what is to be said of the cloud.
     """
 
-    def __init__(self, arguments):
+    def __init__(self, arguments, is_silent=False):
         self.arguments = arguments
+        self._is_silent = is_silent
         self.messages = VtkMessages(arguments.verbose)
         self.interrupts = Interrupts()
         self.progress = Progress(self.interrupts)
@@ -38,13 +40,14 @@ class Session:
     def say(self, text):
         """Prints a line for --verbose."""
         self.progress.clear()
-        if self.arguments.verbose:
+        if self.arguments.verbose and not self._is_silent:
             print("surfelsplat: " + text, file=sys.stderr)
 
     def note(self, text):
         """Prints a line about the cloud, whether verbose or not."""
         self.progress.clear()
-        print(f"surfelsplat: {self.arguments.cloud}: {text}", file=sys.stderr)
+        if not self._is_silent:
+            print(f"surfelsplat: {self.arguments.cloud}: {text}", file=sys.stderr)
 
     def warn(self, texts):
         self.progress.clear()
