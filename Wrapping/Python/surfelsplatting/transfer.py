@@ -9,13 +9,13 @@ from .colormaps import SIZE, colors_of
 BINS = 64  # of the histogram
 QUIET = 0.05  # share of the range about the background that counts as background: noise is there
 DEPTH = 1.5  # optical depth of the volume in the mean: three quarters of the light are absorbed
-MOST_OPACITY = 0.99  # per edge of a cell
+MOST_OPACITY = 0.99  # over the unit distance
 LARGEST = 1e300  # vtkVolumeSplatting: scalars beyond are not finite
 
 
 def _solve(counts, distances, edge):
-    """The opacity m for which the optical depths -ln(1 - m distance) of cells, `edge` of which are
-    behind one another, sum up to DEPTH in the mean; MOST_OPACITY if that is less."""
+    """The opacity m for which the optical depths -ln(1 - m distance) add up to DEPTH in the mean, on
+    a way of `edge` unit distances; MOST_OPACITY if that is less."""
     shares = counts / counts.sum()
     low, high = 0.0, MOST_OPACITY
     for _ in range(50):
@@ -31,8 +31,8 @@ def automatic_opacity(values, limits, edge):
     """[(scalar, opacity)]: the most frequent scalar is transparent, as background, and the opacity
     grows with the distance from it, on both sides.
 
-    values: finite scalars. limits: the scalars between which the opacity changes. edge: cells along
-    an edge of the volume. The opacity is that of an edge of a cell.
+    values: finite scalars. limits: the scalars between which the opacity changes. edge: of the
+    volume, in units of the distance that the opacities are for.
     """
     low, high = np.clip(sorted(limits), -LARGEST, LARGEST)
     span = high / 2 - low / 2  # halves, since the whole may be larger than what float64 holds

@@ -122,7 +122,7 @@ def _add_gaussian_options(parser):
                              "and those farthest from it are most opaque; -v prints it)")
     volume.add_argument("--unit-distance", type=positive, metavar="U",
                         help="length over which the opacities are, world units: smaller is denser "
-                             "(default: the edge of a cell)")
+                             "(default: about the diagonal of a cell, as in ParaView)")
     capture = parser.add_argument_group("captures")
     capture.add_argument("--capture-filter", choices=("classic", "antialiased"), default="classic",
                          help="what is smaller than a pixel grows, as in the published method with "

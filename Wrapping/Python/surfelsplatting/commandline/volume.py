@@ -37,11 +37,14 @@ class Classified:
         return ",".join(f"{scalar:.{digits}g}:{opacity:.3g}" for scalar, opacity in self.opacities)
 
 
-def _edges(volume):
-    """-> cells along an edge, and the length of a cell's edge, world units; geometric means"""
-    cells = [n - 1 for n in volume.GetDimensions()]
-    length = math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
-    return math.prod(n ** (1 / 3) for n in cells), length
+def _cells(volume):
+    """-> cells along an edge, as a geometric mean"""
+    return math.prod((n - 1) ** (1 / 3) for n in volume.GetDimensions())
+
+
+def _unit_distance(volume):
+    """As ParaView's volumes have it: about the diagonal of a cell, world units."""
+    return volume.GetLength() / _cells(volume)
 
 
 def classify(cloud, arguments):
@@ -53,10 +56,11 @@ def classify(cloud, arguments):
         raise UserProblem(f"{arguments.cloud}: no scalar of {name!r} is finite and not hidden, so "
                           "there is nothing to see")
     colors = tuple(arguments.range or limits)
-    count, length = _edges(volume)
-    opacities = arguments.opacity or automatic_opacity(samples, colors, count)
+    unit = _unit_distance(volume)
+    edge = _cells(volume) * math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
+    opacities = arguments.opacity or automatic_opacity(samples, colors, edge / unit)
     return Classified(volume, name, samples, limits, opacities, colors,
-                      arguments.unit_distance or length)
+                      arguments.unit_distance or unit)
 
 
 def take_scalars(arguments):
@@ -69,7 +73,7 @@ def _resolved(found):
     """-> the volume to draw, how many of its points became one along each axis, and how often its
     cells may be split: so that it becomes MOST_GAUSSIANS at most."""
     opacities = np.interp(found.samples, *np.transpose(found.opacities))
-    count, _ = _edges(found.volume)
+    count = _cells(found.volume)
     cells = np.mean(opacities > 0) * count**3
     factor = max(1, math.ceil((cells / MOST_GAUSSIANS) ** (1 / 3)))
     if factor > 1:
