@@ -129,11 +129,16 @@ SURFELSPLATTING_INLINE void GatherColorMoments(
 }
 
 /// Colours a surfel by the normal of its visible side, in world space. Normals are covectors: the
-/// transpose transforms them from camera to world space.
+/// transpose transforms them from camera to world space. Gaussians in space get the normal 0.
 template <class Real>
 SURFELSPLATTING_INLINE void PaintNormals(
   const SetupJob& job, const PlacedSurfels<Real>& s, Real (&color)[4])
 {
+  if (job.Cloud.IsInSpace())
+  {
+    color[0] = color[1] = color[2] = Uniform<Real>(0.5);
+    return;
+  }
   const auto& m = job.WorldToCamera;
   const Vector3Of<Real>& a = s.Area;
   const Vector3Of<Real> n = { m[0][0] * a.X + m[1][0] * a.Y + m[2][0] * a.Z,

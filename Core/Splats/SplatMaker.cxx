@@ -34,8 +34,7 @@ void SplatMaker::Set(
   this->Job = SetupJob();
   this->Job.Cloud = cloud;
   this->Job.PaperDetail = cloud.LeafCovariances && context.Cut.Rule == CutRule::Paper;
-  const bool hasNormals = !cloud.IsInSpace();
-  this->Job.Colors = context.Colors == Paint::Normals && !hasNormals ? Paint::Own : context.Colors;
+  this->Job.Colors = context.Colors;
   this->SetTransforms(context.Camera);
   this->SetOptics(context);
   this->SetLights(context.Lights, cloud.Surface);

@@ -70,6 +70,22 @@ TransferTable::TransferTable(
   }
 }
 
+void TransferTable::LimitToFunctions(vtkVolumeProperty* property, double range[2])
+{
+  vtkPiecewiseFunction* opacity = property->GetScalarOpacity(0);
+  const bool isGray = property->GetColorChannels(0) == 1;
+  vtkPiecewiseFunction* gray = isGray ? property->GetGrayTransferFunction(0) : nullptr;
+  vtkColorTransferFunction* rgb = isGray ? nullptr : property->GetRGBTransferFunction(0);
+  if (!opacity->GetClamping() || !(gray ? gray->GetClamping() : rgb->GetClamping()))
+  {
+    return; // 0 beyond their ends
+  }
+  const double* opacities = opacity->GetRange();
+  const double* colors = gray ? gray->GetRange() : rgb->GetRange();
+  range[0] = std::min(range[1], std::max(range[0], std::min(opacities[0], colors[0])));
+  range[1] = std::max(range[0], std::min(range[1], std::max(opacities[1], colors[1])));
+}
+
 double TransferTable::Position(double scalar) const
 {
   return std::clamp((scalar - this->Low) * this->StepsPerScalar, 0.0, double{ Steps });

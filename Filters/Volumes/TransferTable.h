@@ -42,6 +42,11 @@ public:
   /// @param unitDistance world units, > 0 by so much that extinctions fit into floats
   TransferTable(vtkVolumeProperty* property, const double range[2], double unitDistance);
 
+  /// Leaves scalars out beyond which neither colour nor opacity changes, so that the table resolves
+  /// the others.
+  /// @param range of the scalars, range[0] <= range[1] before and after
+  static void LimitToFunctions(vtkVolumeProperty* property, double range[2]);
+
   /// Mean over the scalars from `scalar - reach` to `scalar + reach`, at least over one step of the
   /// table; scalars beyond the range count as its ends.
   Medium Mean(double scalar, double reach) const;

@@ -142,6 +142,7 @@ int vtkVolumeSplatting::RequestData(
     vtkWarningMacro("None of the scalars is finite: no Gaussians were made.");
     return this->Finish(true, none, zero, output);
   }
+  TransferTable::LimitToFunctions(this->VolumeProperty, range);
   const TransferTable table(
     this->VolumeProperty, range, this->VolumeProperty->GetScalarOpacityUnitDistance(0));
   return image ? this->SplatImage(image, scalars, table, output)

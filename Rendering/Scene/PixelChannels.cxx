@@ -54,24 +54,6 @@ std::vector<float> PaintScene(Paint colors, const SplatContext& context,
   return color;
 }
 
-/// The clouds with Gaussians in space, which have no normals, in the colour of the normal 0. They
-/// lose the alpha of their scalars, but not their own opacity.
-std::vector<SurfelCloud> WithoutNormals(std::vector<SurfelCloud> clouds)
-{
-  for (SurfelCloud& cloud : clouds)
-  {
-    if (cloud.IsInSpace())
-    {
-      cloud.ColorsUChar = nullptr;
-      cloud.ColorsFloat = nullptr;
-      cloud.NodeColors = nullptr;
-      cloud.Harmonics = nullptr;
-      cloud.Surface.Color = { 0.5, 0.5, 0.5 };
-    }
-  }
-  return clouds;
-}
-
 /// Shorter mean normals are rounding of the normal 0.
 constexpr float LeastNormal = 1e-3f;
 
@@ -121,8 +103,8 @@ void AddTallied(const PixelChannels& channels, const SplatContext& context,
   std::vector<float> fragments(coverage.size());
   LayerTally tally(tallied ? context.Camera.Width : 0, tallied ? context.Camera.Height : 0,
     coverage.data(), fragments.data());
-  const std::vector<float> mean = PaintScene(Paint::Normals, context, WithoutNormals(clouds),
-    occluderDepth, splatter, tallied ? &tally : nullptr);
+  const std::vector<float> mean = PaintScene(
+    Paint::Normals, context, clouds, occluderDepth, splatter, tallied ? &tally : nullptr);
   if (channels.Normal)
   {
     SetNormals(picture, mean, AddArray(picture, Arrays::Normal, 3));

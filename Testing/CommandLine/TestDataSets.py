@@ -96,6 +96,14 @@ class TestDataSets(ToolCase):
 <Piece Extent="0 1 0 1 0 0"/></ImageData></VTKFile>""")
         np.testing.assert_array_equal(places_of(cloud)[3], [691000.375, 5334001, 512])
 
+    def test_volume(self):
+        """With scalars along three axes: not points, but what is between them."""
+        write("a.vti", """<VTKFile type="ImageData" version="0.1"><ImageData WholeExtent="0 2 0 2 0 2">
+<Piece Extent="0 2 0 2 0 2"><PointData Scalars="heat"><DataArray type="Float32" Name="heat"
+format="ascii">""" + "0 0 0 0 9 0 0 0 0 " * 3 + "</DataArray></PointData></Piece></ImageData></VTKFile>")
+        self.render("a.vti", *SMALL, "-o", "out.exr")
+        self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.5)
+
     def test_extent_that_is_empty(self):
         content = """<VTKFile type="ImageData" version="0.1"><ImageData WholeExtent="0 3 9 4 0 5">
 <Piece Extent="0 3 9 4 0 5"/></ImageData></VTKFile>"""

@@ -32,6 +32,9 @@ ON_A_HIERARCHY = (
     ("--colormap gray", "--unlit", "without --scalars"),
     ("--range 0 1", "", "without --scalars"),
     ("--range 0 1", "--scalars x", None),
+    ("--opacity 0:0.5", "", "on ball.vtp, which is no volume"),
+    ("--unit-distance 2", "", "on ball.vtp, which is no volume"),
+    ("--capture-filter antialiased", "", "on ball.vtp, which is no capture"),
     ("--repeat 3", "", "without --stats"),
     ("--repeat 3", "--stats out.json", None),
     ("--lod paper", "--no-lod", "with --no-lod"),
@@ -48,7 +51,15 @@ ON_GAUSSIANS = tuple(
     (option, "", "on ball.vtp, which holds Gaussians in space")
     for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
 ON_GAUSSIANS += (("--linear-light", "", "on ball.vtp, whose colours are harmonics"),
-                 ("--linear-light", "--scalars x", None))
+                 ("--linear-light", "--scalars x", None),
+                 ("--capture-filter classic", "", None),
+                 ("--opacity 0:0.5", "", "on ball.vtp, which is no volume"))
+ON_A_VOLUME = tuple(
+    (option, "", "on ball.vtp, which is a volume")
+    for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
+ON_A_VOLUME += (("--opacity 0:0.5", "--unit-distance 2 --range 0 1 --colormap gray", None),
+                ("--scalars x", "", None),
+                ("--capture-filter antialiased", "", "on ball.vtp, which is no capture"))
 
 
 class TestEffects(ToolCase):
@@ -69,11 +80,12 @@ class TestEffects(ToolCase):
     def check(self, holds, option, others, reason):
         data = vtkPolyData()
         if holds == "Gaussians":
-            harmonics = vtkFloatArray()
-            harmonics.SetName("GaussianHarmonics")
-            data.GetPointData().AddArray(harmonics)
+            for name in ("GaussianHarmonics", "GaussianOpacity"):
+                array = vtkFloatArray()
+                array.SetName(name)
+                data.GetPointData().AddArray(array)
         cloud = SimpleNamespace(is_surfels=holds == "surfels", is_gaussians=holds == "Gaussians",
-                                data=data)
+                                is_volume=holds == "a volume", data=data)
         arguments = parse_arguments(["render", "ball.vtp", *option.split(), *others.split(),
                                      "-o", "out.png"])
         texts = without_effect(arguments, asked_view(arguments))
@@ -93,6 +105,10 @@ class TestEffects(ToolCase):
     def test_on_gaussians(self):
         for option, others, reason in ON_GAUSSIANS:
             self.check("Gaussians", option, others, reason)
+
+    def test_on_a_volume(self):
+        for option, others, reason in ON_A_VOLUME:
+            self.check("a volume", option, others, reason)
 
     def test_they_are_printed(self):
         result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--lens-cells", "3",

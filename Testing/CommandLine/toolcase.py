@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the tests share: a folder of their own, the tool, clouds to feed it, and its pictures."""
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -86,6 +88,14 @@ class ToolCase(unittest.TestCase):
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "PYTHONPATH")}
         return subprocess.run([TOOL, *map(str, words)], capture_output=True, text=True,
                               env=environment, timeout=200, check=False, **options)
+
+    def tool(self, *words):
+        """-> what it says. In this process, which has loaded VTK; self.code becomes its exit code."""
+        from surfelsplatting.commandline.main import main
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            self.code = main([*map(str, words)])
+        return said.getvalue()
 
     def render(self, *words):
         """A run that must succeed, and in silence, but for the progress of a busy machine."""

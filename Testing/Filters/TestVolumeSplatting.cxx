@@ -413,6 +413,21 @@ TEST_CASE("Hidden and unusable cells are empty")
   CHECK(Run(large, property).Result().Count() == 0);
 }
 
+TEST_CASE("Scalars beyond the functions do not coarsen the others")
+{
+  // A corner has 1e30, which marks missing values. Only its own cell changes.
+  const auto property = MakeProperty({ { 0.0, 0.0 }, { 0.5, 0.0 }, { 1.0, 0.5 } }, 1.0);
+  const auto wedge = [](int x, int, int) { return x / 8.0; };
+  Run plain(MakeImage(9, 9, 9, wedge), property);
+  Run marked(
+    MakeImage(9, 9, 9, [&](int x, int y, int z) { return x + y + z == 0 ? 1e30 : wedge(x, y, z); }),
+    property);
+  const vtkIdType more = marked.Result().Count() - plain.Result().Count();
+  CHECK(more >= 1);
+  CHECK(more <= 8);
+  CHECK(marked.Result().TotalMass() <= plain.Result().TotalMass() + Extinction(0.5, 1.0));
+}
+
 TEST_CASE("Unusable input is an error that says what to do")
 {
   const auto image = MakeImage(3, 3, 3, [](int, int, int) { return 1.0; });

@@ -3,6 +3,7 @@
 
 #include "DataBlocks.h"
 #include "DistributedView.h"
+#include "VolumeGaussians.h"
 #include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
@@ -11,6 +12,7 @@
 #include <vtkAlgorithm.h>
 #include <vtkBoundingBox.h>
 #include <vtkCompositeDataDisplayAttributes.h>
+#include <vtkImageData.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkMultiBlockDataSet.h>
@@ -81,12 +83,20 @@ struct Cloud
   /// Colours by the data's array, unless the block has its own colour.
   void UpdateMapper(const SurfelViews::Block& block, vtkMapper* mapper)
   {
-    if (this->SettingsTime != mapper->GetMTime() || this->HasColor != block.HasColor)
+    const bool isOfVolume = SurfelViews::IsOfVolume(this->Mapper->GetInput());
+    if (this->SettingsTime != mapper->GetMTime() || this->HasColor != block.HasColor ||
+      this->IsOfVolume != isOfVolume)
     {
       this->SettingsTime = mapper->GetMTime();
       this->HasColor = block.HasColor;
+      this->IsOfVolume = isOfVolume;
       this->Mapper->vtkMapper::ShallowCopy(mapper);
       this->Mapper->SetScalarVisibility(!block.HasColor && mapper->GetScalarVisibility());
+      if (isOfVolume)
+      {
+        this->Mapper->SetScalarModeToUsePointData();
+        this->Mapper->SetColorModeToDefault();
+      }
     }
   }
 
@@ -121,7 +131,7 @@ private:
   std::vector<vtkSmartPointer<vtkPolyData>> Source;
   vtkMTimeType SourceTime = 0;
   vtkMTimeType PropertyTime = 0, SettingsTime = 0;
-  bool HasColor = false;
+  bool HasColor = false, IsOfVolume = false;
 };
 }
 
@@ -133,7 +143,8 @@ struct vtkSurfelRepresentation::Internals
   vtkNew<vtkSurfelMapper> EmptyMapper;
   std::vector<std::unique_ptr<Cloud>> Clouds;
   vtkWeakPointer<vtkPVRenderView> View;
-  bool IsPartitioned = false; // the input is a partitioned data set
+  bool IsPartitioned = false;                        // the input is a partitioned data set
+  std::unique_ptr<SurfelViews::VolumeColors> Colors; // those of the volume that is shown
 };
 
 vtkStandardNewMacro(vtkSurfelRepresentation);
@@ -229,6 +240,12 @@ bool vtkSurfelRepresentation::NeedsOrderedCompositing()
 int vtkSurfelRepresentation::ProcessViewRequest(
   vtkInformationRequestKey* request, vtkInformation* inInfo, vtkInformation* outInfo)
 {
+  // Other colours and opacities make other Gaussians of a volume.
+  if (request == vtkPVView::REQUEST_UPDATE() && this->Internal->Colors &&
+    !(*this->Internal->Colors == this->FindVolumeColors()))
+  {
+    this->MarkModified();
+  }
   const int done = this->Superclass::ProcessViewRequest(request, inInfo, outInfo);
   if (!done)
   {
@@ -291,7 +308,35 @@ int vtkSurfelRepresentation::RequestData(
 {
   this->Internal->IsPartitioned = inputVector[0]->GetNumberOfInformationObjects() == 1 &&
     vtkPartitionedDataSet::GetData(inputVector[0]) != nullptr;
-  return this->Superclass::RequestData(request, inputVector, outputVector);
+  const int done = this->Superclass::RequestData(request, inputVector, outputVector);
+  this->ShowVolume(inputVector[0]);
+  return done;
+}
+
+SurfelViews::VolumeColors vtkSurfelRepresentation::FindVolumeColors()
+{
+  return SurfelViews::VolumeColors(this->GetInputArrayInformation(0), this->Mapper);
+}
+
+void vtkSurfelRepresentation::ShowVolume(vtkInformationVector* input)
+{
+  const SurfelViews::VolumeColors colors = this->FindVolumeColors();
+  vtkSmartPointer<vtkPolyData> gaussians;
+  this->Internal->Colors.reset();
+  if (input->GetNumberOfInformationObjects() == 1 && vtkImageData::GetData(input))
+  {
+    this->Internal->Colors.reset(new SurfelViews::VolumeColors(colors));
+    gaussians = SurfelViews::MakeVolumeGaussians(input->GetInformationObject(0), colors);
+  }
+  if (gaussians)
+  {
+    this->MultiBlockMaker->SetInputDataObject(gaussians);
+  }
+  else
+  {
+    this->MultiBlockMaker->SetInputConnection(this->GeometryFilter->GetOutputPort());
+  }
+  this->MultiBlockMaker->Update();
 }
 
 std::vector<SurfelViews::Block> vtkSurfelRepresentation::FindBlocks(vtkDataObject* data)

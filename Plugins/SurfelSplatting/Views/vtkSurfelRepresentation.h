@@ -9,6 +9,9 @@
  * message. The lens is set by the view's Camera Focal Disk and Camera Focal Distance. Each block of
  * composite data is a cloud with its own visibility, colour and opacity.
  *
+ * An image along three axes that is coloured by a scalar of its points is drawn as a volume, with
+ * the colours and opacities of the colour map, see vtkVolumeSplatting.
+ *
  * If several processes render, each has a piece of the points. Surfels near the border of a piece
  * are estimated with the points of its neighbours, and all surfels end up in one picture.
  *
@@ -27,6 +30,7 @@
 namespace SurfelViews
 {
 struct Block;
+struct VolumeColors;
 }
 class vtkMultiProcessController;
 
@@ -86,6 +90,8 @@ private:
   void HidePolygons();
   void SetNumberOfClouds(std::size_t count);
   void UpdateBounds(vtkInformation* info);
+  SurfelViews::VolumeColors FindVolumeColors();
+  void ShowVolume(vtkInformationVector* input);
   std::vector<SurfelViews::Block> FindBlocks(vtkDataObject* data);
   void UpdateClouds(vtkDataObject* delivered, vtkMultiProcessController* controller);
 

@@ -251,4 +251,25 @@ TEST_CASE_FIXTURE(NoMessages, "Channels")
   CHECK_NEAR(levels[pixel(2, 2)], -1.0, 0.0);
 }
 
+TEST_CASE_FIXTURE(NoMessages, "Normals are seen through Gaussians with translucent scalars")
+{
+  GaussianBuilder capture;
+  capture.AddTiltedPlane();
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  colors->SetNumberOfTuples(capture.Data->GetNumberOfPoints());
+  colors->Fill(5); // the alpha, too: 2 %
+  capture.Data->GetPointData()->SetScalars(colors);
+  SurfelBuilder scan; // behind
+  scan.AddGrid({ -1.2, -1.2, -2 }, { 0.03, 0, 0 }, { 0, 0.03, 0 }, 80, 80);
+  Scene scene(60, 60);
+  scene.Renderer->AddActor(SurfelActor(capture.Data));
+  scene.Renderer->AddActor(SurfelActor(scan.Data));
+  scene.Pass->GetSplatter()->SetChannels(vtkSurfelSplatter::CHANNEL_NORMAL);
+  scene.See(LensCamera(0.2));
+  scene.Render();
+  const std::vector<float> normals = Values(scene.Float(), "Normal");
+  CHECK_NEAR(normals[3 * (60 * 30 + 30) + 2], 1.0, 1e-3);
+}
+
 TEST_SUITE_END();

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the points of VTK's own files: .vtp, .vtu, .vti and .vtk."""
+"""Reads the points of VTK's own files, .vtp, .vtu, .vti and .vtk, and volumes."""
 
 import os
 
@@ -7,13 +7,18 @@ import numpy as np
 
 from ..backend import vtk
 from .probing import check_survives
+from .volumes import is_volume
 
 COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
 
 _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
             ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
-            ".vtk": ("vtkIOLegacy", "vtkDataSetReader")}
+            ".vtk": ("vtkIOLegacy", "vtkDataSetReader"),
+            ".mhd": ("vtkIOImage", "vtkMetaImageReader"),
+            ".mha": ("vtkIOImage", "vtkMetaImageReader"),
+            ".nrrd": ("vtkIOImage", "vtkNrrdReader"),
+            ".nhdr": ("vtkIOImage", "vtkNrrdReader")}
 
 
 def _grid_points(grid):
@@ -95,17 +100,24 @@ def _make_reader(path):
     return reader
 
 
+def _volume_or_points(data):
+    """-> vtkImageData of a volume, or vtkPolyData of the points"""
+    if data is not None and data.GetNumberOfPoints() > 0 and is_volume(data):
+        return data
+    cloud = _as_polydata(data)
+    _use_colors(cloud)
+    return cloud
+
+
 def read_dataset(path, messages, progress):
-    """-> vtkPolyData"""
+    """-> vtkPolyData, or vtkImageData of a volume"""
     def try_out():
         reader = _make_reader(path)
         reader.Update()
-        _use_colors(_as_polydata(reader.GetOutput()))
+        _volume_or_points(reader.GetOutput())
 
     reader = _make_reader(path)  # loads its module before there is a child
     check_survives(path, try_out)
     progress.update(reader, "reading")
     messages.check(f"{path} is not a readable {os.path.splitext(path)[1]} file: ")
-    cloud = _as_polydata(reader.GetOutput())
-    _use_colors(cloud)
-    return cloud
+    return _volume_or_points(reader.GetOutput())

@@ -19,11 +19,12 @@ def is_hierarchy(surfels):
 
 @dataclass
 class Cloud:
-    data: object  # vtkPolyData
+    data: object  # vtkPolyData, or vtkImageData of a volume
     viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
     columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
+    is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
     is_gaussians: bool = field(init=False)
     has_normals: bool = field(init=False)
@@ -31,8 +32,10 @@ class Cloud:
     def __post_init__(self):
         points = self.data.GetPointData()
         self.has_normals = points.GetNormals() is not None or points.HasArray("Normals")
-        self.is_surfels = all(points.HasArray(name) for name in SURFEL_ARRAYS)
-        self.is_gaussians = holds_gaussians(self.data)
+        self.is_volume = bool(self.data.IsA("vtkImageData"))
+        self.is_surfels = not self.is_volume and all(
+            points.HasArray(name) for name in SURFEL_ARRAYS)
+        self.is_gaussians = not self.is_volume and holds_gaussians(self.data)
 
     @property
     def is_drawable(self):
@@ -76,7 +79,11 @@ def _read_ply(path, messages, progress):
 def _read_dataset(path, messages, progress):
     from .datasets import read_dataset
 
-    return Cloud(read_dataset(path, messages, progress))
+    data = read_dataset(path, messages, progress)
+    how = ""
+    if data.IsA("vtkImageData"):
+        how = "a volume of {} x {} x {}".format(*data.GetDimensions())
+    return Cloud(data, how=how)
 
 
 def _read_mapped(path, messages, progress):
@@ -129,6 +136,10 @@ _READERS = {
     ".vtu": _read_dataset,
     ".vti": _read_dataset,
     ".vtk": _read_dataset,
+    ".mhd": _read_dataset,
+    ".mha": _read_dataset,
+    ".nrrd": _read_dataset,
+    ".nhdr": _read_dataset,
     ".obj": _read_mesh,
     ".stl": _read_mesh,
     ".gltf": _read_mesh,
@@ -195,6 +206,7 @@ def read_cloud(path, messages, progress):
     if cloud.data.GetNumberOfPoints() == 0:
         raise UserProblem(f"{path} holds no points")
     _name_arrays(cloud.data.GetPointData())
+    _name_arrays(cloud.data.GetCellData())
     _name_arrays(cloud.data.GetFieldData())
     if cloud.is_drawable:
         _check_arrays(cloud.data, path)

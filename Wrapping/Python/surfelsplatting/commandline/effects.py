@@ -25,7 +25,6 @@ def without_effect(arguments, view):
     texts = _of_lens(arguments, view)
     rules = (
         (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
-        (("--colormap", "--range"), arguments.scalars, "without --scalars"),
         (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
         (("--lod",), not arguments.no_lod, "with --no-lod"),
     )
@@ -50,21 +49,44 @@ def _of_gaussians(cloud, arguments):
         texts += _texts(arguments, ["--linear-light"],
                         f"on {arguments.cloud}, whose colours are harmonics; they are made to be "
                         "mixed as they are stored")
-    if "normal" in (getattr(arguments, "channels", None) or ()):
-        texts.append(f"the channel normal is 0 on {arguments.cloud}, since Gaussians in space have "
-                     "no normals")
+    return texts + _of_normals(arguments)
+
+
+def _of_normals(arguments):
+    if "normal" not in (getattr(arguments, "channels", None) or ()):
+        return []
+    return [f"the channel normal is 0 on {arguments.cloud}, since Gaussians in space have no "
+            "normals"]
+
+
+def _of_kind(cloud, arguments):
+    """Options for volumes and captures only, and for scalars."""
+    texts = []
+    if not cloud.is_volume:
+        texts += _texts(arguments, ("--opacity", "--unit-distance"),
+                        f"on {arguments.cloud}, which is no volume")
+        if not getattr(arguments, "scalars", None):
+            texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")
+    if not cloud.data.GetPointData().HasArray("GaussianOpacity"):
+        texts += _texts(arguments, ("--capture-filter",),
+                        f"on {arguments.cloud}, which is no capture of 3D Gaussian splatting")
     return texts
 
 
 def without_effect_on(cloud, arguments):
     """-> texts about options that change nothing for this cloud."""
     options = ("--cleaning", "--sides", "--neighbors")
+    texts = _of_kind(cloud, arguments)
+    if cloud.is_volume:
+        return (_texts(arguments, (*options, "--points-per-part"),
+                       f"on {arguments.cloud}, which is a volume; only points of surfaces become "
+                       "surfels") + texts + _of_normals(arguments))
     if cloud.is_gaussians:
         return (_texts(arguments, (*options, "--points-per-part"),
                        f"on {arguments.cloud}, which holds Gaussians in space; only points of "
-                       "surfaces become surfels") + _of_gaussians(cloud, arguments))
+                       "surfaces become surfels") + texts + _of_gaussians(cloud, arguments))
     if not cloud.is_surfels:
-        return []
+        return texts
     return _texts(arguments, options,
                   f"on {arguments.cloud}, which holds surfels already; give the points that they "
-                  "were made of")
+                  "were made of") + texts

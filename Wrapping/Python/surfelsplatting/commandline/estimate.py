@@ -60,10 +60,11 @@ class _Lines:
 
 
 def _estimate(arguments):
-    session = Session(arguments)
+    session = Session(arguments, is_silent=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window is told, too, and ends this process
     session.progress = _Lines()
-    cloud = read_cloud(arguments.cloud, session.messages, session.progress)
+    cloud = session.drawn_as_points(
+        read_cloud(arguments.cloud, session.messages, session.progress))
     surfels = session.surfels(cloud)
     return session.drawable(surfels, all_arrays=True)
 

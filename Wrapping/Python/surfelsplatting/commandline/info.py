@@ -9,14 +9,18 @@ import numpy as np
 
 from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
+from ..clouds.volumes import scalar_names
 from ..views.framing import Samples, is_open, up_axis
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
+from .volume import classify
 
 NOISY = 0.05  # of the points; fewer are edges and corners
 FAR_OFF = 5  # spacings, by which stray points make the bounds larger
 OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 LONG = 20_000_000  # points that take more than a minute to become surfels
+BULK = (0.5, 99.5)  # percentiles of a volume's scalars
+OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
 
 numpy_to_vtk = vtk("util.numpy_support").numpy_to_vtk
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
@@ -106,6 +110,30 @@ def _gaussians(cloud):
     return found
 
 
+def _volume(cloud, session):
+    """-> what a volume is, and how it would be drawn."""
+    data = cloud.data
+    report = {"file": session.arguments.cloud, "bytes": os.path.getsize(session.arguments.cloud),
+              "holds": "volume", "points": data.GetNumberOfPoints(), "read_as": cloud.how,
+              "fields": _fields(data.GetPointData()) + _fields(data.GetCellData()),
+              "bounds": dict(zip("xyz", np.reshape(data.GetBounds(), (3, 2)).tolist())),
+              "spacing": list(data.GetSpacing())}
+    found = classify(cloud, session.arguments)
+    report.update(scalars=found.scalars, opacity=found.opacities, unit_distance=found.unit_distance)
+    suggestions = [("--blur 10", "adds a lens"),
+                   (f"--opacity {found.opacity_text}", "is the default, to be edited"),
+                   (f"--unit-distance {found.unit_distance / 2:.4g}",
+                    "draws all of it twice as dense")]
+    low, high = np.percentile(found.samples, BULK)
+    if 0 < high - low < (found.limits[1] - found.limits[0]) / OUTLYING:
+        suggestions.append((f"--range {low:.4g} {high:.4g}", "99 % of the values are there"))
+    suggestions += [(f"--scalars '{name}'", "shows this array")
+                    for name in scalar_names(data) if name != found.scalars]
+    report["suggestions"] = [{"options": options, "reason": reason}
+                             for options, reason in suggestions]
+    return report
+
+
 def _suggestions(report, cloud):
     """[{options, reason}]"""
     found = [("--blur 10", "adds a lens: what is farthest from the focus gets a blur of 10 px")]
@@ -130,6 +158,8 @@ def _suggestions(report, cloud):
 
 
 def _report(cloud, session):
+    if cloud.is_volume:
+        return _volume(cloud, session)
     path = session.arguments.cloud
     data = cloud.data
     kind = ("Gaussians" if cloud.is_gaussians else "hierarchy" if is_hierarchy(data) else
@@ -205,8 +235,22 @@ def _gaussian_lines(report):
         yield "colours", f"spherical harmonics of degree {report['harmonics_degree']}"
 
 
+def _volume_lines(report):
+    size, spacing = _size(report["bytes"]), report["spacing"]
+    yield "file", f"{report['file']}, {size}, {report['read_as']} points"
+    yield "bounds", _bounds_text(report["bounds"], min(spacing))
+    yield "spacing", " x ".join(f"{x:.4g}" for x in spacing)
+    for field in report["fields"]:
+        yield "field", _field_text(field)
+    for suggestion in report["suggestions"]:
+        yield "try", f"{suggestion['options']:<16} {suggestion['reason']}"
+
+
 def _lines(report):
     """Yields (heading, text)."""
+    if report["holds"] == "volume":
+        yield from _volume_lines(report)
+        return
     size = _size(report["bytes"])
     yield "file", f"{report['file']}, {size}, {report['points']} {report['holds']}"
     spacing = report["size" if "size" in report else "spacing"]
@@ -238,7 +282,7 @@ def _lines(report):
 def info(arguments):
     session = Session(arguments)
     with session.progress_shown():
-        report = _report(session.read(), session)
+        report = _report(session.load(), session)
     if arguments.json:
         print(json.dumps(report, indent=1, allow_nan=False))
         return

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Groups of options that several commands have."""
 
+import argparse
+
 from ..problems import UserProblem
 from ..views.cameras import AXES, LARGEST_BLUR, SIDES, check_size
 from .arguments import (angle, between, count, lens_parts, not_negative, number, pixel_number,
@@ -76,10 +78,10 @@ def _add_color_options(parser):
     look = parser.add_argument_group("look")
     look.add_argument("--scalars", metavar="NAME",
                       help="colour by this column or array, such as intensity, or by a coordinate: "
-                           "x, y or z")
+                           "x, y or z; of a volume, show this array")
     look.add_argument("--colormap", metavar="NAME",
-                      help="for --scalars: viridis, gray, or one of matplotlib if that is "
-                           "installed (default: viridis)")
+                      help="for --scalars and volumes: viridis, gray, or one of matplotlib if that "
+                           "is installed (default: viridis)")
     look.add_argument("--range", nargs=2, type=number, metavar=("A", "B"),
                       help="the scalars with the first and the last colour (default: the smallest "
                            "and the largest)")
@@ -92,6 +94,41 @@ def _add_color_options(parser):
                       help="convert colours from sRGB to linear light before they are mixed; "
                            "OUT.exr is linear light, OUT.png is sRGB (default: colours are mixed "
                            "as they are stored)")
+
+
+def _opacities(text):
+    """[(scalar, opacity)], sorted, of "V:O,V:O,..." """
+    points = []
+    for part in text.split(","):
+        try:
+            scalar, opacity = map(number, part.split(":"))
+        except (ValueError, argparse.ArgumentTypeError):
+            raise argparse.ArgumentTypeError(
+                f"{part!r} is not SCALAR:OPACITY; for example 100:0,200:0.5") from None
+        if not 0 <= opacity <= 1:
+            raise argparse.ArgumentTypeError(f"{part!r} has an opacity that is not from 0 to 1")
+        points.append((scalar, opacity))
+    if len({scalar for scalar, _ in points}) < len(points):
+        raise argparse.ArgumentTypeError(f"{text!r} has two opacities for one scalar")
+    return sorted(points)
+
+
+def _add_gaussian_options(parser):
+    volume = parser.add_argument_group(
+        "volumes", "--scalars chooses the array, --colormap and --range its colours.")
+    volume.add_argument("--opacity", type=_opacities, metavar="V:O,...",
+                        help="the opacities O, 0 to 1, of scalars V, linear between them and "
+                             "constant beyond (default: the most frequent scalar is transparent, "
+                             "and those farthest from it are most opaque; -v prints it)")
+    volume.add_argument("--unit-distance", type=positive, metavar="U",
+                        help="length over which the opacities are, world units: smaller is denser "
+                             "(default: about the diagonal of a cell, as in ParaView)")
+    capture = parser.add_argument_group("captures")
+    capture.add_argument("--capture-filter", choices=("classic", "antialiased"), default="classic",
+                         help="what is smaller than a pixel grows, as in the published method with "
+                              "which most captures are trained, or gets fainter, as in "
+                              "Mip-Splatting: for captures trained so, and seen from afar "
+                              "(default: classic)")
 
 
 def _add_surfel_options(parser):
@@ -110,9 +147,11 @@ def _add_surfel_options(parser):
 
 
 def add_look_options(parser):
-    """Colours, and how points become surfels."""
+    """Colours, volumes and captures, and how points become surfels."""
     _add_color_options(parser)
+    _add_gaussian_options(parser)
     _add_surfel_options(parser)
+    parser.set_defaults(volume_scalars=None)
 
 
 def _add_accuracy_options(parser):

@@ -54,6 +54,7 @@ def set_splatter(splatter, arguments):
         splatter.SetKernelToGaussian()
     if arguments.cutoff is not None:
         splatter.SetCutoff(arguments.cutoff)
+    splatter.SetKeepCaptureMass(arguments.capture_filter == "antialiased")
     _set_detail(splatter, arguments)
 
 

@@ -15,16 +15,19 @@ from .estimation import check_memory, make_hierarchy, make_surfels, without_unus
 from .interrupts import Interrupts
 from .progress import Progress
 from .runstatistics import RunStatistics
+from .volume import splat_volume, take_scalars
 
 
 class Session:
     """One run of a command: its messages, progress and statistics.
 
     arguments: those of options.add_look_options, add_detail_options and add_run_options.
+    is_silent: whether another process prints what is to be said of the cloud.
     """
 
-    def __init__(self, arguments):
+    def __init__(self, arguments, is_silent=False):
         self.arguments = arguments
+        self._is_silent = is_silent
         self.messages = VtkMessages(arguments.verbose)
         self.interrupts = Interrupts()
         self.progress = Progress(self.interrupts)
@@ -37,8 +40,14 @@ class Session:
     def say(self, text):
         """Prints a line for --verbose."""
         self.progress.clear()
-        if self.arguments.verbose:
+        if self.arguments.verbose and not self._is_silent:
             print("surfelsplat: " + text, file=sys.stderr)
+
+    def note(self, text):
+        """Prints a line about the cloud, whether verbose or not."""
+        self.progress.clear()
+        if not self._is_silent:
+            print(f"surfelsplat: {self.arguments.cloud}: {text}", file=sys.stderr)
 
     def warn(self, texts):
         self.progress.clear()
@@ -53,22 +62,32 @@ class Session:
         finally:
             self.progress.clear()
 
-    def read(self):
-        """-> Cloud"""
+    def load(self):
+        """-> Cloud as it is in the file"""
         path = self.arguments.cloud
         with self.run.stage("read"):
             cloud = read_cloud(path, self.messages, self.progress)
         self.say(f"{path}: {cloud.data.GetNumberOfPoints()} points"
                  + (f"; {cloud.how}" if cloud.how else ""))
         if cloud.is_unsure and not self.arguments.verbose:
-            print(f"surfelsplat: {path}: {cloud.how}", file=sys.stderr)
-        scalars = getattr(self.arguments, "scalars", None)
-        if scalars:
-            check_scalars(cloud.data, scalars)
+            self.note(cloud.how)
+        if not cloud.is_volume and self.arguments.scalars:
+            check_scalars(cloud.data, self.arguments.scalars)
         self.warn(without_effect_on(cloud, self.arguments))
         if mixes_as_stored(cloud, self.arguments):
             self.arguments.linear_light = False
         return cloud
+
+    def drawn_as_points(self, cloud):
+        """-> Cloud: a volume as Gaussians in space, any other as it is"""
+        if not cloud.is_volume:
+            return cloud
+        take_scalars(self.arguments)
+        return splat_volume(cloud, self)
+
+    def read(self):
+        """-> Cloud of points"""
+        return self.drawn_as_points(self.load())
 
     def surfels(self, cloud):
         """-> vtkPolyData with the arrays of the data contract"""

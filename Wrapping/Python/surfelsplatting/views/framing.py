@@ -37,7 +37,10 @@ class Samples:
             points += _doubles(origin).ravel()
             self.has_origin = bool(_doubles(origin).any())
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
-        if surfels.GetPointData().HasArray("GaussianCovariance"):
+        self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
+        if self.is_volume:
+            keep &= _all_finite(keep)
+        elif surfels.GetPointData().HasArray("GaussianCovariance"):
             keep &= _within_fences(points, keep)
         else:
             keep &= _near_the_bulk(points, keep)
@@ -110,11 +113,17 @@ def _near_the_bulk(points, finite):
         return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
 
 
+def _all_finite(finite):
+    """Volumes have no stray Gaussians."""
+    if not finite.any():
+        raise UserProblem("none of the Gaussians has finite values; nothing can be drawn")
+    return finite
+
+
 def _within_fences(points, finite):
     """Which Gaussians of a capture lie within Tukey's fences, one and a half interquartile ranges
     beyond the quartiles, on every axis. Captures have many stray ones, and a sky far away."""
-    if not finite.any():
-        raise UserProblem("none of the Gaussians has finite values; nothing can be drawn")
+    _all_finite(finite)
     low, high = np.percentile(points[finite], (25, 75), axis=0)
     # The largest range for all axes, as above.
     slack = 1.5 * max((high - low).max(), 1e-30)
@@ -179,9 +188,9 @@ def share_facing_away(surfels, view):
 
 
 def up_axis(samples):
-    """z in coordinates of a country; a terrain's normal; up from a ground; away from an open bottom;
-    otherwise y, as is usual for models."""
-    if samples.has_origin:
+    """z in coordinates of a country, and of a volume, whose slices are stacked along it; a terrain's
+    normal; up from a ground; away from an open bottom; otherwise y, as is usual for models."""
+    if samples.has_origin or samples.is_volume:
         return np.array([0.0, 0.0, 1.0])
     thin = int(np.argmin(samples.extent))
     if thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min():

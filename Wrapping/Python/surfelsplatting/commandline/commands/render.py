@@ -11,11 +11,11 @@ from ..options import (add_camera_options, add_detail_options, add_lens_options,
 DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
 
-CLOUD is a .ply, .pcd, .las, .laz, .e57, .csv, .xyz, .txt, .asc, .pts, .vtp, .vtu, .vti or .vtk file,
-or the vertices of an .obj, .stl, .gltf or .glb file. Its colours, alpha and normals are used;
-surfelsplat info tells what is in it. A .surfels or .vtp file that already holds a hierarchy or
-surfels (see --hierarchy and --surfels) is rendered directly, and so is a capture of 3D Gaussian
-splatting, a .ply or .splat file.
+CLOUD is a .ply, .pcd, .las, .laz, .e57, .csv, .xyz, .txt, .asc, .pts, .vtp, .vtu or .vtk file, or the
+vertices of an .obj, .stl, .gltf or .glb file. Its colours, alpha and normals are used; surfelsplat
+info tells what is in it. A .surfels or .vtp file that already holds a hierarchy or surfels (see
+--hierarchy and --surfels) is rendered directly, and so are captures of 3D Gaussian splatting, .ply or
+.splat files, and volumes, .vti, .vtk, .mhd, .mha, .nrrd or .nhdr files.
 
 OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
 direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed
@@ -36,6 +36,8 @@ examples:
                         makes the same picture, larger
   surfelsplat render hills.las -o hills.png --scalars z --elevation 20
                         coloured by height, from above
+  surfelsplat render head.vti -o head.png --opacity 300:0,600:0.1
+                        a volume, of which scalars from 300 upwards are seen
   surfelsplat render scene.ply -o deep.exr --blur 12 --lens-cells 7 --deep
                         all layers, for compositing
 """

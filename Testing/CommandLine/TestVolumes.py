@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Volumes: from .vti and other images to pictures."""
+
+import contextlib
+import io
+import json
+import os
+import unittest
+import unittest.mock
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkIOLegacy import vtkDataSetWriter
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+
+from surfelsplatting.clouds.reading import Cloud
+from surfelsplatting.clouds.volumes import coarsened, volume_of
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.scan import Scan
+from surfelsplatting.commandline.volume import classify
+from surfelsplatting.problems import UserProblem
+from surfelsplatting.transfer import DEPTH, QUIET, automatic_opacity
+from toolcase import SMALL, ToolCase, arrays_of, wait_for
+
+
+
+def add(data, name, values):
+    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    data.AddArray(array)
+    return array
+
+
+def make_image(values, spacing=1.0):
+    """values: [z, y, x] active scalars at the points"""
+    image = vtkImageData()
+    image.SetDimensions(values.shape[::-1])
+    image.SetSpacing([spacing] * 3)
+    image.GetPointData().SetScalars(add(image.GetPointData(), "density", values.ravel()))
+    return image
+
+
+def write(path, image):
+    writer = vtkXMLImageDataWriter() if path.endswith("vti") else vtkDataSetWriter()
+    if path.endswith("vtk"):
+        writer.SetFileTypeToBinary()
+    writer.SetInputData(image)
+    writer.SetFileName(path)
+    writer.Write()
+    return path
+
+
+META = """ObjectType = Image
+NDims = 3
+BinaryData = True
+BinaryDataByteOrderMSB = False
+DimSize = 13 13 13
+ElementType = MET_FLOAT
+ElementDataFile = LOCAL
+"""
+NRRD = """NRRD0004
+type: float
+dimension: 3
+sizes: 13 13 13
+endian: little
+encoding: raw
+
+"""
+
+
+def write_raw(path, header, values):
+    with open(path, "wb") as file:
+        file.write(header.encode() + values.astype("<f4").tobytes())
+
+
+def ball(count=13):
+    """[z, y, x] floats that fall from 1 in the middle to 0 at half of the way to the sides"""
+    axis = np.linspace(-2, 2, count)
+    return np.maximum(0, 1 - np.linalg.norm(np.meshgrid(axis, axis, axis), axis=0)).astype("f4")
+
+
+def classified(image, *options):
+    arguments = parse_arguments(["render", "a.vti", "-o", "out.png", *options])
+    arguments.volume_scalars = arguments.scalars
+    return classify(Cloud(image), arguments)
+
+
+class TestVolumes(ToolCase):
+    def draw(self, *words):
+        self.assertEqual(self.tool("render", *words, *SMALL, "-o", "out.exr"), "")
+
+    def info(self, *words):
+        text = io.StringIO()
+        with contextlib.redirect_stdout(text):
+            self.assertEqual(self.tool("info", *words), "")
+        return text.getvalue()
+
+    def test_picture_without_options(self):
+        """Whatever the file: the ball in the middle, and its surroundings transparent."""
+        image = make_image(ball())
+        pictures = []
+        values = arrays_of(image)["density"]
+        write("ball.vti", image)
+        write("ball.vtk", image)
+        write_raw("ball.mha", META, values)
+        write_raw("ball.nrrd", NRRD, values)
+        for path in ("ball.vti", "ball.vtk", "ball.mha", "ball.nrrd"):
+            self.draw(path)
+            pictures.append(self.read_rgba("out.exr"))
+            np.testing.assert_array_equal(pictures[-1], pictures[0])
+        alpha = pictures[0][..., 3]
+        self.assertGreater(alpha[24, 32], 0.7)
+        self.assertEqual(alpha[:, :8].max(), 0)
+        # The camera sees the ball, not the empty box around it.
+        self.assertGreater((alpha > 0.05).any(axis=1).sum(), 30)
+
+    def test_opacity_and_colours(self):
+        """A homogeneous cube has the opacity 1 - (1 - o)^(way / unit distance), within the 4.4 % that
+        the Gaussians of vtkVolumeSplatting add up to."""
+        write("cube.vti", make_image(np.full((9, 9, 9), 7, np.int16), 0.5))
+        self.draw("cube.vti", "--position", 2, -60, 2, "--focal-point", 2, 2, 2, "--view-up", 0, 0, 1,
+                  "--view-angle", 6, "--opacity", "0:0,14:0.4", "--unit-distance", 2, "--range", 0,
+                  10, "--colormap", "gray")
+        red, green, blue, alpha = self.read_rgba("out.exr")[24, 32]
+        self.assertAlmostEqual(np.log(1 - alpha), 2 * np.log(0.8), delta=0.044 * 2 * -np.log(0.8))
+        for color in (red, green, blue):
+            self.assertAlmostEqual(color / alpha, 0.7, delta=0.5 / 255 + 1e-6)  # stored in bytes
+
+    def test_automatic_opacity(self):
+        """The background is transparent, both sides of it are not, and the optical depth is DEPTH."""
+        random = np.random.default_rng(1)
+        values = np.concatenate([np.full(5000, 100.0), random.uniform(0, 400, 3000)])
+        points = automatic_opacity(values, (0.0, 400.0), 20)
+        scalars, opacities = np.transpose(points)
+        self.assertTrue((np.diff(scalars) > 0).all())
+        self.assertEqual(list(opacities == 0), [False, True, True, False])
+        self.assertTrue(scalars[1] < 100 < scalars[2])
+        self.assertAlmostEqual(scalars[2] - scalars[1], 2 * QUIET * 400)
+        self.assertGreater(opacities[3], opacities[0])
+        depth = 20 * -np.log1p(-np.interp(values, scalars, opacities)).mean()
+        self.assertAlmostEqual(depth, DEPTH, delta=0.02 * DEPTH)  # bins of the histogram
+        # It is the same at another resolution and in other units.
+        finer = np.transpose(automatic_opacity(values * 10, (0.0, 4000.0), 40))
+        np.testing.assert_allclose(finer[0], scalars * 10)
+        depth = 40 * -np.log1p(-np.interp(values * 10, *finer)).mean()
+        self.assertAlmostEqual(depth, DEPTH, delta=0.02 * DEPTH)
+
+    def test_automatic_opacity_of_odd_scalars(self):
+        (scalar, opacity), = automatic_opacity(np.full(10, 7.0), (7.0, 7.0), 30)
+        self.assertEqual(scalar, 7)
+        self.assertAlmostEqual(-30 * np.log1p(-opacity), DEPTH, delta=1e-9)
+        for low, high in ((-1e308, 1e308), (0.0, 5e-324), (1e9, 1e9 + 1e-6)):
+            points = np.array(automatic_opacity(np.array([low, low, high]), (low, high), 30))
+            self.assertTrue(np.isfinite(points).all())
+            self.assertTrue((points[:, 1] >= 0).all() and (points[:, 1] < 1).all())
+
+    def test_which_array(self):
+        image = vtkImageData()
+        image.SetDimensions(3, 4, 5)
+        vectors = np.arange(180, dtype=float).reshape(60, 3)
+        add(image.GetPointData(), "flow", vectors)
+        add(image.GetPointData(), "heat", np.arange(60))
+        add(image.GetCellData(), "facies", np.arange(24))
+        self.assertEqual(classified(image).scalars, "heat")
+        flow = classified(image, "--scalars", "flow")
+        self.assertEqual(flow.limits, (np.linalg.norm(vectors[0]), np.linalg.norm(vectors[-1])))
+        # Cells become points at their centres.
+        facies = classified(image, "--scalars", "facies")
+        self.assertEqual((facies.limits, facies.volume.GetDimensions()), ((0, 23), (2, 3, 4)))
+        self.assertEqual(facies.volume.GetBounds(), (0.5, 1.5, 0.5, 2.5, 0.5, 3.5))
+        with self.assertRaisesRegex(UserProblem, "no scalars 'x'; there are heat, flow, facies"):
+            volume_of(image, "x")
+        self.assertEqual(self.tool("render", write("a.vti", image), *SMALL, "-o", "out.png"), (
+            "surfelsplat: a.vti: shows 'heat' of heat, flow, facies; --scalars chooses another\n"))
+
+    def test_hidden_and_invalid_values_do_not_count(self):
+        values = ball()
+        values[0, 0, :2] = np.nan, np.inf
+        image = make_image(values)
+        hidden = np.zeros(values.shape, np.uint8)
+        hidden[:, :, 6:] = 2
+        values[:, :, 6:] = -9999
+        add(image.GetPointData(), "vtkGhostType", hidden.ravel())
+        self.assertEqual(classified(image).limits, (0, values[6, 6, 5]))
+        cells = make_image(values)
+        blank = np.zeros((12, 12, 12), np.uint8)
+        blank[:, :, 5:] = 32
+        add(cells.GetCellData(), "vtkGhostType", blank.ravel())
+        self.assertEqual(classified(cells).limits, (0, values[6, 6, 5]))
+        found = {}
+        for name, data in (("points", image), ("cells", cells)):
+            arguments = parse_arguments(["view", write(name + ".vti", data)])
+            found[name] = Scan(arguments).viewer.actor.GetBounds()
+            self.assertLess(found[name][1], 5.5)
+        np.testing.assert_allclose(found["points"], found["cells"])
+
+    def test_errors(self):
+        nan = make_image(np.full((3, 3, 3), np.nan))
+        empty = vtkImageData()
+        empty.SetDimensions(3, 3, 3)
+        flat = make_image(ball(5))
+        flat.SetSpacing(1, 0, 1)
+        for image, options, says in (
+                (nan, (), "no scalar of 'density' is finite and not hidden"),
+                (empty, (), "the volume has no scalars"),
+                (make_image(ball(5)), ("--opacity", "0:0"), "all of it is transparent")):
+            said = self.tool("render", write("a.vti", image), *options, "-o", "out.png")
+            self.assertEqual((self.code, said.count("\n")), (2, 1), said)
+            self.assertIn(says, said)
+        result = self.run_tool("render", write("a.vti", flat), "-o", "out.png")
+        self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+        self.assertIn("a.vti: The cells of the image have no volume", result.stderr)
+        for text, says in (("1", "is not SCALAR:OPACITY"), ("1:2", "not from 0 to 1"),
+                           ("1:nan", "is not SCALAR:OPACITY"), ("1:0,1:1", "two opacities")):
+            with self.assertRaisesRegex(UserProblem, says):
+                parse_arguments(["render", "a.vti", "-o", "out.png", "--opacity", text])
+
+    def test_coarser(self):
+        """Means of what can be seen, at the same places."""
+        values = np.arange(7 * 6 * 5, dtype=np.int16).reshape(7, 6, 5)
+        image = make_image(values, 0.5)
+        image.SetExtent(2, 6, 0, 5, 1, 7)
+        hidden = np.zeros(values.shape, np.uint8)
+        hidden[:2, :2, :2] = 2
+        hidden[0, 2, 0] = 2
+        add(image.GetCellData(), "vtkGhostType", np.zeros(7))  # damaged, and ignored
+        add(image.GetPointData(), "vtkGhostType", hidden.ravel())
+        coarse = coarsened(volume_of(image), 2)
+        self.assertEqual(coarse.GetDimensions(), (3, 3, 4))
+        self.assertEqual(coarse.GetBounds(), (1.25, 3.25, 0.25, 2.25, 0.75, 3.75))
+        means = arrays_of(coarse)["density"].reshape(4, 3, 3)
+        self.assertTrue(np.isnan(means[0, 0, 0]))
+        self.assertEqual(means[1, 1, 1], values[2:4, 2:4, 2:4].mean())
+        self.assertEqual(means[3, 2, 2], values[6:, 4:, 4:].mean())
+        self.assertEqual(means[0, 1, 0], values[:2, 2:4, :2].ravel()[1:].mean())
+
+    def test_large(self):
+        """It is drawn coarser, and says so."""
+        write("a.vti", make_image(np.indices((12, 12, 12))[2].astype(float)))
+        with unittest.mock.patch("surfelsplatting.commandline.volume.MOST_GAUSSIANS", 200):
+            said = self.tool("render", "a.vti", "--position", 6, -40, 6, *SMALL, "-o", "out.exr")
+        self.assertIn("a.vti: is large and drawn as 6 x 6 x 6, the means of 2 x 2 x 2 points", said)
+        coarse = self.read_rgba("out.exr")[..., 3].sum()
+        self.draw("a.vti", "--position", 6, -40, 6)
+        # Half a block is lost at each border: (10 / 11)^2 = 0.83 of the area.
+        ratio = coarse / self.read_rgba("out.exr")[..., 3].sum()
+        self.assertTrue(0.8 < ratio < 0.9, ratio)
+
+    def test_info(self):
+        image = make_image(np.where(ball() > 0.9, 1e6, ball()), 0.25)
+        report = json.loads(self.info(write("a.vti", image), "--json"))
+        self.assertEqual((report["holds"], report["points"], report["scalars"]),
+                         ("volume", 13**3, "density"))
+        self.assertEqual(report["bounds"]["z"], [0, 3])
+        self.assertAlmostEqual(report["unit_distance"], 0.25 * 3**0.5)
+        tries = [suggestion["options"] for suggestion in report["suggestions"]]
+        self.assertTrue(any(text.startswith("--range 0 ") for text in tries), tries)
+        # What it suggests is what is done.
+        text, = (text.split()[1] for text in tries if text.startswith("--opacity"))
+        np.testing.assert_allclose(classified(image, "--opacity", text).opacities,
+                                   report["opacity"], rtol=5e-3)  # digits of the text
+        self.assertIn("a volume of 13 x 13 x 13", self.info("a.vti"))
+
+    def test_film(self):
+        write("ball.vti", make_image(ball()))
+        self.assertEqual(self.tool("film", "ball.vti", "-o", "frames", "--frames", "2", *SMALL,
+                                   "--blur", "3"), "")
+        self.assertGreater(np.ptp(self.read_png("frames/0001.png").astype(int)), 100)
+
+    def test_window_and_page(self):
+        """They show the Gaussians at once, and the hierarchy that another process makes of them."""
+        image = make_image(ball())
+        add(image.GetPointData(), "other", np.zeros(13**3))
+        image.GetPointData().SetActiveScalars(None)
+        write("ball.vti", image)
+        for options in ((), ("--scalars", "density")):
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said):
+                scan = Scan(parse_arguments(["web", "ball.vti", *options]))
+            self.assertEqual("shows 'density'" in said.getvalue(), not options)
+            self.check_estimation(scan)
+
+    def check_estimation(self, scan):
+        shown = scan.viewer.actor.GetMapper().GetInput()
+        self.assertFalse(scan.viewer.is_preview)
+        before = os.dup(2)
+        with open("said", "w", encoding="utf-8") as file:
+            os.dup2(file.fileno(), 2)
+            estimation, found = scan.start_estimation(), []
+            os.dup2(before, 2)
+            os.close(before)
+        self.addCleanup(estimation.close)
+
+        def is_done():
+            found.append(estimation.poll())
+            return found[-1] is not None
+
+        wait_for(is_done, "the hierarchy")
+        self.assertEqual(os.path.getsize("said"), 0)  # this process has said it
+        scan.viewer.show_surfels(found[-1])
+        self.assertEqual(sorted(map(tuple, arrays_of(found[-1])["RGB"])),
+                         sorted(map(tuple, arrays_of(shown)["RGB"])))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Volumes: images with scalars along three axes."""
+
+import math
+
+import numpy as np
+
+from ..backend import vtk
+from ..problems import UserProblem
+
+GHOSTS = "vtkGhostType"
+HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits, as in vtkDataSetAttributes
+MOST_SAMPLES = 4_000_000  # values that stand for all
+
+
+def is_volume(data):
+    """Whether a vtkDataSet is an image with at least two points along each axis."""
+    return bool(data.IsA("vtkImageData") and min(data.GetDimensions()) > 1)
+
+
+def _usable(data, count):
+    """The numeric arrays with a name; active scalars first, then those with one component."""
+    bit = vtk("vtkCommonCore").VTK_BIT
+    arrays = [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+    usable = [a for a in arrays if a and a.GetName() and a.GetName() != GHOSTS
+              and a.GetNumberOfTuples() == count and a.GetDataType() != bit]
+    active = data.GetScalars()
+    return sorted(usable, key=lambda a: (a is not active, a.GetNumberOfComponents() > 1))
+
+
+def _candidates(image):
+    """{name: (array, whether its values are at cells)}, the best first."""
+    found = {}
+    for data, count, at_cells in (
+            (image.GetPointData(), image.GetNumberOfPoints(), False),
+            (image.GetCellData(), image.GetNumberOfCells(), True)):
+        for array in _usable(data, count):
+            found.setdefault(array.GetName(), (array, at_cells))
+    return found
+
+
+def scalar_names(image):
+    """Names of the arrays that a volume can show; the first is shown by default."""
+    return list(_candidates(image))
+
+
+def has_choice(image):
+    """Whether the file leaves open which of several arrays is shown."""
+    active = image.GetPointData().GetScalars() or image.GetCellData().GetScalars()
+    return not active and len(_candidates(image)) > 1
+
+
+def _centers_of_cells(image):
+    """-> an image whose points are the centres of the cells"""
+    volume = vtk("vtkCommonDataModel").vtkImageData()
+    volume.CopyStructure(image)
+    first = [0.0, 0.0, 0.0]
+    image.TransformContinuousIndexToPhysicalPoint(0.5, 0.5, 0.5, first)
+    extent = image.GetExtent()
+    volume.SetExtent([end - i % 2 for i, end in enumerate(extent)])
+    volume.SetOrigin(first)
+    return volume
+
+
+def _as_array(name, values):
+    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    return array
+
+
+def _to_numpy(array):
+    return vtk("util.numpy_support").vtk_to_numpy(array)
+
+
+def _ghosts(data, count):
+    """The array that says what is hidden, or None if there is none, or a damaged one."""
+    array = data.GetArray(GHOSTS)
+    is_usable = (array and array.GetDataTypeAsString() == "unsigned char"
+                 and array.GetNumberOfComponents() == 1 and array.GetNumberOfTuples() == count)
+    return array if is_usable else None
+
+
+def _add_ghosts(image, volume, at_cells):
+    points = _ghosts(image.GetPointData(), image.GetNumberOfPoints())
+    cells = _ghosts(image.GetCellData(), image.GetNumberOfCells())
+    if at_cells and cells:
+        hidden = (_to_numpy(cells) & HIDDEN_CELL) != 0
+        volume.GetPointData().AddArray(_as_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))
+    elif not at_cells:
+        for ghosts, data in ((points, volume.GetPointData()), (cells, volume.GetCellData())):
+            if ghosts:
+                data.AddArray(ghosts)
+
+
+def volume_of(image, name=None):
+    """-> vtkImageData with one scalar at each point; of several components, their magnitude. Values
+    of cells are at their centres. UserProblem if there is no such array, or none at all."""
+    found = _candidates(image)
+    if not found:
+        raise UserProblem("the volume has no scalars, so there is nothing to see")
+    if name is not None and name not in found:
+        raise UserProblem(f"there are no scalars {name!r}; there are {', '.join(found)}")
+    array, at_cells = found[name if name is not None else next(iter(found))]
+    if at_cells:
+        volume = _centers_of_cells(image)
+    else:
+        volume = vtk("vtkCommonDataModel").vtkImageData()
+        volume.CopyStructure(image)
+    _add_ghosts(image, volume, at_cells)
+    if array.GetNumberOfComponents() > 1:
+        with np.errstate(over="ignore"):  # infinite magnitudes are not finite, as they should be
+            length = np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
+        array = _as_array(array.GetName(), length)
+    volume.GetPointData().SetScalars(array)
+    return volume
+
+
+def _is_shown(volume):
+    """[n] whether a point belongs to a cell that is not hidden, or None if nothing is."""
+    points = volume.GetPointData().GetArray(GHOSTS)
+    cells = volume.GetCellData().GetArray(GHOSTS)
+    shape = volume.GetDimensions()[::-1]
+    shown = None
+    if cells:
+        shown = np.zeros(shape, bool)
+        inside = ((_to_numpy(cells) & HIDDEN_CELL) == 0).reshape([n - 1 for n in shape])
+        for corner in range(8):
+            shown[tuple(slice(1, None) if corner >> axis & 1 else slice(-1)
+                        for axis in range(3))] |= inside
+        shown = shown.ravel()
+    if points:
+        seen = (_to_numpy(points) & HIDDEN_POINT) == 0
+        shown = seen if shown is None else shown & seen
+    return shown
+
+
+def samples_of(volume):
+    """-> finite values that are not hidden, up to MOST_SAMPLES of them, and their smallest and
+    largest; (0, 0) if there are none"""
+    values = _to_numpy(volume.GetPointData().GetScalars())
+    shown = _is_shown(volume)
+    if shown is not None:
+        values = values[shown]
+    if values.dtype.kind == "f":
+        values = values[np.isfinite(values)]
+    if not len(values):
+        return values, (0.0, 0.0)
+    limits = float(values.min()), float(values.max())
+    step = -(-len(values) // MOST_SAMPLES)
+    row, plane = volume.GetDimensions()[0], math.prod(volume.GetDimensions()[:2])
+    while step > 1 and math.gcd(step, row * plane) > 1:  # samples of all columns and rows
+        step += 1
+    return values[::step].astype(np.float64), limits
+
+
+def _sums(values, factor):
+    """Sums over blocks of factor^3; those at the ends are smaller. values: [z, y, x]"""
+    for axis, count in enumerate(values.shape):
+        values = np.add.reduceat(values, range(0, count, factor), axis=axis)
+    return values
+
+
+def coarsened(volume, factor):
+    """-> vtkImageData whose scalars are the means over blocks of factor^3 of those that are finite
+    and not hidden, NaN where there are none."""
+    scalars = volume.GetPointData().GetScalars()
+    shape = volume.GetDimensions()[::-1]
+    values, shown = _to_numpy(scalars).reshape(shape), _is_shown(volume)
+    means = []
+    for begin in range(0, shape[0], factor):  # some slices at a time need little memory
+        slab = values[begin:begin + factor].astype(np.float64)
+        usable = np.isfinite(slab)
+        if shown is not None:
+            usable &= shown.reshape(shape)[begin:begin + factor]
+        slab[~usable] = 0
+        with np.errstate(invalid="ignore"):
+            means.append(_sums(slab, factor) / _sums(usable.astype(np.int32), factor))
+    result = vtk("vtkCommonDataModel").vtkImageData()
+    result.CopyStructure(volume)
+    result.SetExtent([end for count in volume.GetDimensions()
+                      for end in (0, (count - 1) // factor)])
+    first = [0.0, 0.0, 0.0]
+    middle = (factor - 1) / 2
+    volume.TransformContinuousIndexToPhysicalPoint(
+        *(begin + middle for begin in volume.GetExtent()[::2]), first)
+    result.SetOrigin(first)
+    result.SetSpacing([factor * length for length in volume.GetSpacing()])
+    result.GetPointData().SetScalars(_as_array(scalars.GetName(), np.concatenate(means).ravel()))
+    return result
