@@ -10,7 +10,7 @@ namespace SurfelSplatting
 {
 namespace
 {
-constexpr std::size_t Grain = 64;
+constexpr std::size_t NodeGrain = 64;
 
 NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
 {
@@ -183,7 +183,7 @@ void ClusterBounds::Fill(const SurfelCloud& cloud, const HierarchyLayout& layout
     const int root = layout.RootLevel(tree);
     for (int level = bounds.LowestLevels[tree]; level >= 0 && level <= root; ++level)
     {
-      executor.For(layout.Count(level, tree), Grain, [&](std::size_t begin, std::size_t end) {
+      executor.For(layout.Count(level, tree), NodeGrain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j)
         {
           filler.Fill(tree, level, j);

@@ -20,8 +20,8 @@ namespace
 {
 /// Near a border, the surface ends where the surrounding areas, smoothed by a Gaussian of this many
 /// spacings, cover half of the plane: at the edge of the outermost cells.
-constexpr double BorderSmoothing = 1.0;
-constexpr double BorderCoverage = 0.5;
+constexpr double EdgeSmoothing = 1.0;
+constexpr double EdgeCoverage = 0.5;
 
 /// A surfel with no others on one side is beside a step of density, not on a border, if its area is
 /// this many times the median of its neighbours': at a border, cells end. The first sparse surfels
@@ -296,7 +296,7 @@ private:
     // Beyond the border the wanted sum is 0. Without samples there, the sum would be 1 up to the
     // very edge, and the surfels of the rim would be too heavy.
     const WeightSharing* sharing = this->Problem.Sharing;
-    const bool isInside = !border || this->Coverage(at) >= BorderCoverage;
+    const bool isInside = !border || this->Coverage(at) >= EdgeCoverage;
     const bool isOwn = !sharing || sharing->IsOwn[static_cast<std::size_t>(owner)];
     const int kind = !isInside ? 0 : isOwn ? CountedSample : HaloSample;
     const int entries = this->AddEntries(at, block);
@@ -392,7 +392,7 @@ private:
   double Coverage(const Float3& at) const
   {
     const Sheet& s = this->Near;
-    constexpr double variance = BorderSmoothing * BorderSmoothing;
+    constexpr double variance = EdgeSmoothing * EdgeSmoothing;
     double sum = 0.0;
     for (int k = 0; k < s.Count; ++k)
     {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Volumes/CellGaussians.h"
 
+#include "Core/Base/Geometry.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +10,7 @@ namespace SurfelVolumes
 {
 namespace
 {
-constexpr double Pi = 3.14159265358979323846;
+using SurfelSplatting::Pi;
 
 /// Samples of a part along each axis.
 constexpr int Samples = 4;

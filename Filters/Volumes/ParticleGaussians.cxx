@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Volumes/ParticleGaussians.h"
 
+#include "Core/Base/Geometry.h"
+
 #include "vtkDataArray.h"
 #include "vtkPointSet.h"
 #include "vtkPoints.h"
@@ -13,10 +15,10 @@ namespace SurfelVolumes
 {
 namespace
 {
+using SurfelSplatting::Pi;
+
 /// Particles that a thread takes at a time.
 constexpr vtkIdType Block = 1 << 14;
-
-constexpr double Pi = 3.14159265358979323846;
 
 /// Whether the optical depth through the centre, s r sqrt(2 pi), is too small to be seen.
 bool IsTransparent(const Gaussian& gaussian)

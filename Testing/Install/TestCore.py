@@ -69,7 +69,7 @@ class TestCore(unittest.TestCase):
 
     def test_example(self):
         alone = self.path("alone")
-        self.configure(".", "build", "-DSURFELSPLATTING_BUILD_CORE=ON",
+        self.configure(".", "build", "-DSURFELSPLATTING_BUILD_CORE=ON", "-DCMAKE_UNITY_BUILD=ON",
                        f"-DCMAKE_CXX_COMPILER={ENV['CXX']}", f"-DCMAKE_INSTALL_PREFIX={alone}")
         run(ENV["CMAKE"], "--build", self.path("build"), "--target", "install")
         width, height, pixels = picture = self.build_example("example", alone)

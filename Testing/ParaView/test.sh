@@ -46,27 +46,23 @@ inside() {
   chroot "$debian" env -u DISPLAY HOME=/root DEBIAN_FRONTEND=noninteractive "$@"
 }
 
-find_debootstrap() {
-  command -v debootstrap >/dev/null && return
-  (apt-get update -q && apt-get install -y -q --no-install-recommends debootstrap) \
-    >"$folder/debootstrap-package.log" 2>&1 || skip "debootstrap cannot be installed"
+find_mmdebstrap() {
+  command -v mmdebstrap >/dev/null && return
+  (apt-get update -q && apt-get install -y -q --no-install-recommends mmdebstrap) \
+    >"$folder/mmdebstrap.log" 2>&1 || skip "mmdebstrap cannot be installed"
 }
 
-# libpcl-dev depends on the VTK that python3-paraview conflicts with: only its headers are used.
-install_pcl_headers() {
-  inside sh -c "cd /tmp && apt-get download -q libpcl-dev && dpkg -x libpcl-dev_*.deb /opt/pcl"
-}
-
+# Without py3compile packages leave out the compilation of all their Python modules: those that are
+# used are compiled on first use. libpcl-dev depends on the VTK that python3-paraview conflicts with:
+# only its headers are used.
 make_debian() {
   [ "$(cat "$debian/complete" 2>/dev/null)" = "${packages[*]}" ] && return
-  find_debootstrap
+  find_mmdebstrap
   rm -rf "$debian"
-  mkdir -p "$debian"
-  debootstrap --variant=minbase "$release" "$debian" http://deb.debian.org/debian \
-    >"$folder/debootstrap.log" 2>&1 || skip "debootstrap failed, see $folder/debootstrap.log"
-  cp /etc/resolv.conf "$debian/etc/resolv.conf"
-  (inside apt-get update -q && inside apt-get install -y -q --no-install-recommends \
-    "${packages[@]}" && install_pcl_headers) >"$folder/packages.log" 2>&1 ||
+  mmdebstrap --mode=root --variant=apt --include="${packages[*]}" \
+    --dpkgopt='path-exclude=/usr/bin/py3compile' --customize-hook='chroot "$1" sh -ec "
+      cd /tmp && apt-get download -q libpcl-dev && dpkg -x libpcl-dev_*.deb /opt/pcl"' \
+    "$release" "$debian" http://deb.debian.org/debian >"$folder/packages.log" 2>&1 ||
     skip "packages could not be installed, see $folder/packages.log"
   echo "${packages[*]}" >"$debian/complete"
 }
@@ -93,20 +89,27 @@ build_plugin() {
   inside cmake --build /build
 }
 
-# Every script runs, also after one that has failed.
+# Every script runs, also after one that has failed, in one display. Half of the time goes into
+# TestProcesses.py, which waits for servers and ranks: it runs beside the others.
 run_tests() {
-  local plugin test failed=()
+  local plugin
   plugin=$(inside find /build -name SurfelSplatting.so)
-  for test in "$root"/Testing/ParaView/Test*.py; do
-    test=$(basename "$test")
-    echo "== $test"
-    inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
-      SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
-      PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks:/source/Testing/Shared \
-      xvfb-run -n 170 -a "${screen[@]}" pvpython "/source/Testing/ParaView/$test" ||
-      failed+=("$test")
-  done
-  [ ${#failed[@]} -eq 0 ] || { echo "failed: ${failed[*]}" && return 1; }
+  inside env PLUGIN="$plugin" FOLDER=/results EXAMPLES=/source/Examples/ParaView \
+    SCANS="$([ -d "$scans" ] && echo /scans)" OPENBLAS_NUM_THREADS=1 \
+    PYTHONPATH=/source/Testing/ParaView:/source/Testing/Benchmarks:/source/Testing/Shared \
+    xvfb-run -n 170 -a "${screen[@]}" bash -c '
+      cd /source/Testing/ParaView
+      failed=()
+      pvpython TestProcesses.py >/results/processes.log 2>&1 &
+      for test in Test*.py; do
+        [ "$test" = TestProcesses.py ] && continue
+        echo "== $test"
+        pvpython "$test" || failed+=("$test")
+      done
+      echo "== TestProcesses.py"
+      wait $! || failed+=(TestProcesses.py)
+      cat /results/processes.log
+      [ ${#failed[@]} -eq 0 ] || { echo "failed: ${failed[*]}" && exit 1; }'
 }
 
 compare_with_plain_vtk() {
