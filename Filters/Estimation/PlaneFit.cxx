@@ -30,11 +30,6 @@ constexpr double CollinearRatio = 1e-6;
 /// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 
-/// A neighbour is on the same sheet if the cosine of the normals is at least this (signed between
-/// one-sided points) and the sine of the edge's angle to the tangent plane is at most this.
-constexpr double SheetCosine = 0.3;
-constexpr double SheetClimb = 0.6;
-
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
@@ -317,14 +312,6 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneF
     }
   }
 }
-}
-
-bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d)
-{
-  const double cosine = Dot(a.Normal, b.Normal);
-  const double climb = Dot(a.Normal, d);
-  return (eitherTwoSided ? std::abs(cosine) : cosine) >= SheetCosine &&
-    climb * climb <= SheetClimb * SheetClimb * Dot(d, d);
 }
 
 bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,

@@ -3,12 +3,15 @@
 
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -56,6 +59,10 @@ struct Point2
 class Polygon
 {
 public:
+  Polygon() = default;
+  Polygon(const Polygon&) = delete; // has pointers to its own buffers
+  void operator=(const Polygon&) = delete;
+
   /// @param reach radius of the circle that the polygon encloses
   void Reset(double reach)
   {
@@ -63,34 +70,35 @@ public:
     this->Count = ReachCorners;
     for (int k = 0; k < ReachCorners; ++k)
     {
-      this->X[k] = static_cast<float>(reach) * corners[k].X;
-      this->Y[k] = static_cast<float>(reach) * corners[k].Y;
+      this->Set(k, { static_cast<float>(reach) * corners[k].X,
+                     static_cast<float>(reach) * corners[k].Y });
     }
-    this->Measure();
+    this->Finish();
   }
 
-  /// Keeps the part with n.x <= d.
+  /// Keeps the part with n.x <= d. A polygon of MostCorners stays as it is.
   /// @param d positive: the padding, at the origin, is not cut off
   void Cut(float nx, float ny, float d)
   {
-    alignas(32) float distances[MaxCorners];
-    int cut = 0;
+    alignas(32) float distances[Capacity];
+    std::uint64_t cut = 0; // a bit for each corner
     for (int first = 0; first < this->Count; first += Lanes)
     {
       for (int k = first; k < first + Lanes; ++k)
       {
-        distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
-        cut += distances[k] > 0.0f ? 1 : 0;
+        distances[k] = nx * this->Now->X[k] + ny * this->Now->Y[k] - d;
       }
+      cut |= std::uint64_t{ PositiveBits(distances + first) } << first;
     }
-    if (cut == this->Count)
+    const std::uint64_t all = (std::uint64_t{ 1 } << this->Count) - 1;
+    if (cut == all)
     {
       this->Count = 0;
     }
-    else if (cut > 0)
+    else if (cut != 0 && this->Count < MostCorners)
     {
-      this->Replace(distances, cut);
-      this->Measure();
+      this->Replace(distances, cut, all);
+      this->Finish();
     }
   }
 
@@ -100,28 +108,46 @@ public:
   /// Area, first and second moments about the origin, as sums over the triangles with the origin.
   void Moments(double& area, double first[2], double second[3]) const
   {
-    area = first[0] = first[1] = 0.0;
-    second[0] = second[1] = second[2] = 0.0;
+    double sum = 0.0, sumX = 0.0, sumY = 0.0, sumXX = 0.0, sumYY = 0.0, sumXY = 0.0;
+    const int last = std::max(this->Count - 1, 0);
+    double ax = this->Now->X[last], ay = this->Now->Y[last];
     for (int k = 0; k < this->Count; ++k)
     {
-      const int next = this->Next(k);
-      const double ax = this->X[k], ay = this->Y[k], bx = this->X[next], by = this->Y[next];
+      const double bx = this->Now->X[k], by = this->Now->Y[k];
       const double cross = ax * by - ay * bx;
-      area += cross / 2.0;
-      first[0] += cross * (ax + bx) / 6.0;
-      first[1] += cross * (ay + by) / 6.0;
-      second[0] += cross * (ax * ax + ax * bx + bx * bx) / 12.0;
-      second[1] += cross * (ay * ay + ay * by + by * by) / 12.0;
-      second[2] += cross * (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) / 24.0;
+      sum += cross;
+      sumX += cross * (ax + bx);
+      sumY += cross * (ay + by);
+      sumXX += cross * (ax * ax + ax * bx + bx * bx);
+      sumYY += cross * (ay * ay + ay * by + by * by);
+      sumXY += cross * (2.0 * (ax * ay + bx * by) + ax * by + bx * ay);
+      ax = bx;
+      ay = by;
     }
+    area = sum / 2.0;
+    first[0] = sumX / 6.0;
+    first[1] = sumY / 6.0;
+    second[0] = sumXX / 12.0;
+    second[1] = sumYY / 12.0;
+    second[2] = sumXY / 24.0;
   }
 
 private:
   /// Corners are padded to full vectors with zeros.
   static constexpr int Lanes = 8;
 
-  /// A cut adds one corner at most; all neighbours and the border may cut.
-  static constexpr int MaxCorners = (ReachCorners + SheetCapacity + 2 + Lanes - 1) / Lanes * Lanes;
+  /// So many corners are copied at a time: most polygons at once.
+  static constexpr int Block = 16;
+
+  /// Corners have bits. A circle that is cut by so many tangents is 0.1 % too large.
+  static constexpr int MostCorners = 62;
+  static constexpr int Capacity = 64 + Block;
+
+  struct Corners
+  {
+    alignas(32) float X[Capacity];
+    alignas(32) float Y[Capacity];
+  };
 
   static std::array<Point2, ReachCorners> UnitCorners()
   {
@@ -142,65 +168,72 @@ private:
   /// rounding the polygon may be not quite convex and both ends on one side of a line far away.
   Point2 Between(int a, int b, const float* distances) const
   {
+    const Corners& now = *this->Now;
     const float along = distances[a] / (distances[a] - distances[b]);
     const float t = along >= 0.0f ? std::min(along, 1.0f) : 0.0f;
-    return { this->X[a] + t * (this->X[b] - this->X[a]),
-      this->Y[a] + t * (this->Y[b] - this->Y[a]) };
+    return { now.X[a] + t * (now.X[b] - now.X[a]), now.Y[a] + t * (now.Y[b] - now.Y[a]) };
   }
 
-  /// A half-plane cuts off one run of `cut` corners; two new corners replace it.
-  void Replace(const float* distances, int cut)
+  /// A half-plane cuts off one run of corners; two new corners replace it. They become the last
+  /// ones. No branch depends on where the run is: it is hard to predict.
+  void Replace(const float* distances, std::uint64_t cut, std::uint64_t all)
   {
-    int last = 0; // before the run
-    while (distances[last] > 0.0f || distances[this->Next(last)] <= 0.0f)
-    {
-      ++last;
-    }
-    const int run = this->Next(last);
-    const int end = last + cut < this->Count ? last + cut : last + cut - this->Count;
+    const int count = this->Count;
+    const std::uint64_t nexts = cut >> 1 | (cut & 1) << (count - 1);
+    const int last = LowestBit(~cut & nexts & all); // before the run
+    const std::uint64_t run = cut >> (last + 1) | (cut << (count - last - 1) & all);
+    const int size = LowestBit(~run);
+    const int end = last + size < count ? last + size : last + size - count;
     const int after = this->Next(end);
-    const Point2 a = this->Between(last, run, distances);
+    const Point2 a = this->Between(last, this->Next(last), distances);
     const Point2 b = this->Between(end, after, distances);
-    const int kept = this->Count - cut;
-    if (after <= last) // the run reaches the end or wraps around
+    // From the first corner after the run to the last one of the array, and on from its beginning.
+    CopyBlocks(*this->Now, after, count, *this->Other, 0);
+    CopyBlocks(*this->Now, 0, after, *this->Other, count - after);
+    std::swap(this->Now, this->Other);
+    this->Count = count - size;
+    this->Set(this->Count++, a);
+    this->Set(this->Count++, b);
+  }
+
+  /// Copies the corners from `begin` to `end`, and writes up to a block beyond them.
+  static void CopyBlocks(const Corners& from, int begin, int end, Corners& to, int at)
+  {
+    for (; begin < end; begin += Block, at += Block)
     {
-      std::copy(this->X + after, this->X + after + kept, this->X);
-      std::copy(this->Y + after, this->Y + after + kept, this->Y);
-      this->Set(kept, a);
-      this->Set(kept + 1, b);
+      std::memcpy(to.X + at, from.X + begin, Block * sizeof(float));
+      std::memcpy(to.Y + at, from.Y + begin, Block * sizeof(float));
     }
-    else
-    {
-      std::memmove(this->X + run + 2, this->X + after, (this->Count - after) * sizeof(float));
-      std::memmove(this->Y + run + 2, this->Y + after, (this->Count - after) * sizeof(float));
-      this->Set(run, a);
-      this->Set(run + 1, b);
-    }
-    this->Count = kept + 2;
   }
 
   void Set(int k, const Point2& p)
   {
-    this->X[k] = p.X;
-    this->Y[k] = p.Y;
+    this->Now->X[k] = p.X;
+    this->Now->Y[k] = p.Y;
   }
 
-  /// Call after every change of the corners.
-  void Measure()
+  /// Call after every change of the corners: pads and measures.
+  void Finish()
   {
-    for (int k = this->Count; k % Lanes != 0; ++k)
+    Corners& now = *this->Now;
+    std::fill_n(now.X + this->Count, Lanes, 0.0f);
+    std::fill_n(now.Y + this->Count, Lanes, 0.0f);
+    float largest[Lanes] = {};
+    for (int first = 0; first < this->Count; first += Lanes)
     {
-      this->X[k] = this->Y[k] = 0.0f;
+      for (int k = 0; k < Lanes; ++k)
+      {
+        const float x = now.X[first + k], y = now.Y[first + k];
+        const float squared = x * x + y * y;
+        largest[k] = squared > largest[k] ? squared : largest[k];
+      }
     }
-    this->Squared = 0.0f;
-    for (int k = 0; k < this->Count; ++k)
-    {
-      this->Squared = std::max(this->Squared, this->X[k] * this->X[k] + this->Y[k] * this->Y[k]);
-    }
+    this->Squared = *std::max_element(largest, largest + Lanes);
   }
 
-  alignas(32) float X[MaxCorners];
-  alignas(32) float Y[MaxCorners];
+  Corners Buffers[2] = {};
+  Corners* Now = &this->Buffers[0];
+  Corners* Other = &this->Buffers[1];
   int Count = 0;
   float Squared = 0.0f;
 };
@@ -213,18 +246,27 @@ struct FlatSheet
   float Areas[SheetCapacity];
 };
 
+/// Cuts the cell of the point by the bisector with neighbour k.
+/// @return false if the neighbour is too far away to bound the cell
+bool CutBetween(const FlatSheet& sheet, int k, Polygon& cell)
+{
+  const float x = sheet.X[k], y = sheet.Y[k];
+  const float squared = x * x + y * y;
+  const bool reaches = squared < 4.0f * cell.SquaredRadius();
+  if (reaches && squared > 0.0f)
+  {
+    cell.Cut(x, y, 0.5f * squared);
+  }
+  return reaches;
+}
+
 /// The point's cell among its neighbours.
 void CutCell(const FlatSheet& sheet, double reach, Polygon& cell)
 {
   cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
   {
-    const float x = sheet.X[k], y = sheet.Y[k];
-    const float squared = x * x + y * y;
-    if (squared < 4.0f * cell.SquaredRadius() && squared > 0.0f)
-    {
-      cell.Cut(x, y, 0.5f * squared);
-    }
+    CutBetween(sheet, k, cell);
   }
 }
 
@@ -243,7 +285,7 @@ public:
   VoronoiCell Measure(int i)
   {
     VoronoiCell cell;
-    if (this->Unfold(i) && this->CutAndMeasure(i, CellReach, cell))
+    if (this->CutByNearest(i) && this->MeasureCell(i, CellReach, cell))
     {
       this->MeasureAgain(i, cell);
     }
@@ -344,8 +386,14 @@ private:
   bool CutAndMeasure(int i, double reach, VoronoiCell& cell)
   {
     CutCell(this->Sheet, reach, this->Cell);
+    return this->MeasureCell(i, reach, cell);
+  }
+
+  /// @return whether the cell is open
+  bool MeasureCell(int i, double reach, VoronoiCell& cell)
+  {
     // A cell that its neighbours bound is inside the surface, whatever the angles between them.
-    const bool open = this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
+    const bool open = this->IsOpen(reach);
     if (open && this->HaveGap())
     {
       this->CutAtBorder(reach);
@@ -375,9 +423,10 @@ private:
     return open;
   }
 
-  /// Maps the neighbours on the same sheet to the tangent plane. Returns false if the point has no
-  /// cell.
-  bool Unfold(int i)
+  /// Maps the nearest neighbours on the same sheet to the tangent plane and cuts the cell by them:
+  /// as far as they reach, or all of them if they leave the cell open. Returns false if the point
+  /// has no cell.
+  bool CutByNearest(int i)
   {
     const PlaneFit& fit = this->Fits[i];
     if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
@@ -393,11 +442,21 @@ private:
       ids = this->Found.Ids.data();
     }
     this->Sheet.Count = 0;
-    for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
+    this->Cell.Reset(CellReach);
+    bool reaches = true;
+    for (int k = 0; k < CellNeighbors && ids[k] >= 0 && (reaches || this->IsOpen(CellReach)); ++k)
     {
-      this->AddToSheet(i, ids[k]);
+      if (this->AddToSheet(i, ids[k]))
+      {
+        reaches = CutBetween(this->Sheet, this->Sheet.Count - 1, this->Cell);
+      }
     }
     return true;
+  }
+
+  bool IsOpen(double reach) const
+  {
+    return this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
   }
 
   /// @param d from point i to point j
