@@ -34,22 +34,46 @@ vtkStandardNewMacro(vtkSurfelNormalization);
 
 namespace
 {
-/// Reads a tuple; without a virtual call if the array has the type that it nearly always has.
-template <int Components>
-void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
+/// The tuples of an array; without virtual calls if it has the type that it nearly always has.
+template <typename TypedArray, int Components>
+class TupleReader
 {
-  if (auto* floats = vtkFloatArray::FastDownCast(array))
+public:
+  explicit TupleReader(vtkDataArray* array)
+    : Array(array)
   {
-    std::copy_n(floats->GetPointer(Components * id), Components, tuple);
-    return;
+    if (auto* typed = TypedArray::FastDownCast(array))
+    {
+      this->Values = typed->GetPointer(0);
+    }
   }
-  if (auto* bytes = vtkUnsignedCharArray::FastDownCast(array))
+
+  bool HasArray() const { return this->Array != nullptr; }
+
+  void Read(vtkIdType id, double (&tuple)[Components]) const
   {
-    std::copy_n(bytes->GetPointer(Components * id), Components, tuple);
-    return;
+    if (this->Values)
+    {
+      std::copy_n(this->Values + Components * id, Components, tuple);
+    }
+    else
+    {
+      this->Array->GetTuple(id, tuple);
+    }
   }
-  array->GetTuple(id, tuple);
-}
+
+  void Prefetch(vtkIdType id) const
+  {
+    if (this->Values)
+    {
+      SURFEL_PREFETCH(this->Values + Components * id);
+    }
+  }
+
+private:
+  vtkDataArray* Array;
+  const typename TypedArray::ValueType* Values = nullptr; // null: of another type
+};
 
 /// Arrays are in the order of the input, which may be any: so many tuples are being loaded at a
 /// time.
@@ -72,11 +96,11 @@ public:
   {
     const vtkIdType id = this->Cloud.InputIds[i];
     double areaVector[3], covariance[6], twoSided[1] = { 0.0 };
-    ReadTuple(this->AreaVectors, id, areaVector);
-    ReadTuple(this->Covariances, id, covariance);
-    if (this->TwoSided)
+    this->AreaVectors.Read(id, areaVector);
+    this->Covariances.Read(id, covariance);
+    if (this->TwoSided.HasArray())
     {
-      ReadTuple(this->TwoSided, id, twoSided);
+      this->TwoSided.Read(id, twoSided);
     }
     WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
     kernel.TwoSided = twoSided[0] != 0.0;
@@ -86,21 +110,16 @@ public:
   void Prefetch(int i) const override
   {
     const vtkIdType id = this->Cloud.InputIds[i];
-    PrefetchTuple(this->AreaVectors, id);
-    PrefetchTuple(this->Covariances, id);
+    this->AreaVectors.Prefetch(id);
+    this->Covariances.Prefetch(id);
+    this->TwoSided.Prefetch(id);
   }
 
 private:
-  static void PrefetchTuple(vtkDataArray* array, vtkIdType id)
-  {
-    if (auto* floats = vtkFloatArray::FastDownCast(array))
-    {
-      SURFEL_PREFETCH(floats->GetPointer(floats->GetNumberOfComponents() * id));
-    }
-  }
-
   const LocalCloud& Cloud;
-  vtkDataArray *AreaVectors, *Covariances, *TwoSided;
+  TupleReader<vtkFloatArray, 3> AreaVectors;
+  TupleReader<vtkFloatArray, 6> Covariances;
+  TupleReader<vtkUnsignedCharArray, 1> TwoSided;
 };
 }
 
