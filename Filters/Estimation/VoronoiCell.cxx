@@ -70,8 +70,8 @@ public:
     this->Count = ReachCorners;
     for (int k = 0; k < ReachCorners; ++k)
     {
-      this->Set(k, { static_cast<float>(reach) * corners[k].X,
-                     static_cast<float>(reach) * corners[k].Y });
+      this->Set(
+        k, { static_cast<float>(reach) * corners[k].X, static_cast<float>(reach) * corners[k].Y });
     }
     this->Finish();
   }
@@ -228,7 +228,15 @@ private:
         largest[k] = squared > largest[k] ? squared : largest[k];
       }
     }
-    this->Squared = *std::max_element(largest, largest + Lanes);
+    for (int half = Lanes / 2; half > 0; half /= 2)
+    {
+      for (int k = 0; k < half; ++k)
+      {
+        const float other = largest[k + half];
+        largest[k] = other > largest[k] ? other : largest[k];
+      }
+    }
+    this->Squared = largest[0];
   }
 
   Corners Buffers[2] = {};

@@ -363,13 +363,11 @@ private:
   bool Gather(int own, const Float3& u, const Float3& v)
   {
     const auto number = static_cast<std::size_t>(own);
-    const auto& [kernel, p] = this->Table[number];
+    const WeightedKernel& kernel = this->Table[number].Kernel;
+    const Float3& p = this->Table[number].Position;
     const auto spacing = static_cast<float>(this->Spacing);
     const float inverse = 1.0f / spacing;
     const auto offset = static_cast<float>(this->Settings.NormalOffset);
-    // Kernels end where the exponent reaches the support along the surface, and at the offset
-    // across; the rest is for rounding.
-    const auto farthest = static_cast<float>(2.0002 * this->Settings.Support);
     const auto radius = static_cast<float>(this->Settings.SampleRadius);
     this->Near.Count = this->Kernels.Count = 0;
     this->Around.Clear();
@@ -377,7 +375,7 @@ private:
     this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
     for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
-      const auto& [other, q] = this->Table[this->Row[k]];
+      const auto& [other, q, reachOfOther] = this->Table[this->Row[k]];
       if (!other.Usable || !AreCompatible(kernel, other))
       {
         continue;
@@ -388,18 +386,19 @@ private:
       at.Z = inverse * (q.Z - p.Z);
       const float squared = SingleDot(at, at);
       this->Near.Add(this->Row[k], at, squared);
-      const float across = offset * other.Sigma;
-      const float reach =
-        radius + inverse * std::sqrt(farthest * other.LargestVariance + across * across);
+      const float reach = radius + inverse * reachOfOther;
       if (squared < reach * reach)
       {
         this->Kernels.Add(this->Row[k], at, other, spacing, offset);
       }
-      const float x = SingleDot(at, u), y = SingleDot(at, v);
-      const float climb = SingleDot(at, kernel.Normal);
-      if (x * x + y * y > climb * climb)
+      if (this->Around.MayHaveGap())
       {
-        this->Around.Add(x, y);
+        const float x = SingleDot(at, u), y = SingleDot(at, v);
+        const float climb = SingleDot(at, kernel.Normal);
+        if (x * x + y * y > climb * climb)
+        {
+          this->Around.Add(x, y);
+        }
       }
     }
     this->Kernels.Pad();
@@ -518,7 +517,7 @@ bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
   const std::unique_ptr<NeighborSearch> tree(
     problem.Graph ? nullptr : new NeighborSearch(cloud.Positions.data(), count));
   const auto blockCount = static_cast<vtkIdType>(surface.Blocks.size());
-  constexpr vtkIdType stride = 32; // blocks between two checks for an abort
+  const vtkIdType stride = std::max(1, (1 << 18) / size); // blocks between two checks for an abort
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);

@@ -82,6 +82,18 @@ bool IsSure(
   return std::abs(sum) >= SureBulge * absolute;
 }
 
+/// Whether i is among the first GraphDegree neighbours. No branch depends on where: it is hard to
+/// predict.
+bool IsAmong(int i, const int* row)
+{
+  int found = 0;
+  for (int k = 0; k < GraphDegree; ++k)
+  {
+    found |= row[k] == i ? 1 : 0;
+  }
+  return found != 0;
+}
+
 /// Calls visit(k, j) for the neighbours j of i, of rank k, whose edge is stored at i: each edge is
 /// stored once.
 template <typename Visit>
@@ -91,8 +103,7 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
   for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
   {
     const int j = row[k];
-    const int* back = graph.Row(j);
-    if (i < j || std::find(back, back + GraphDegree, i) == back + GraphDegree)
+    if (i < j || !IsAmong(i, graph.Row(j)))
     {
       visit(k, j);
     }
