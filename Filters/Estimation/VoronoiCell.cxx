@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace SurfelGeometry
@@ -41,6 +42,9 @@ constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
 constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
 constexpr int ReachCorners = 12;
+
+/// So many of the nearest neighbours cut the cell without asking whether they reach it.
+constexpr int SureCuts = 6;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
 /// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx,
@@ -73,12 +77,13 @@ public:
       this->Set(
         k, { static_cast<float>(reach) * corners[k].X, static_cast<float>(reach) * corners[k].Y });
     }
-    this->Finish();
+    this->Pad();
   }
 
   /// Keeps the part with n.x <= d. A polygon of MostCorners stays as it is.
   /// @param d positive: the padding, at the origin, is not cut off
-  void Cut(float nx, float ny, float d)
+  /// @return whether anything was cut off
+  bool Cut(float nx, float ny, float d)
   {
     alignas(32) float distances[Capacity];
     std::uint64_t cut = 0; // a bit for each corner
@@ -98,12 +103,34 @@ public:
     else if (cut != 0 && this->Count < MostCorners)
     {
       this->Replace(distances, cut, all);
-      this->Finish();
+      this->Pad();
     }
+    return cut != 0;
   }
 
   /// Squared distance of the farthest corner.
-  float SquaredRadius() const { return this->Squared; }
+  float SquaredRadius() const
+  {
+    float largest[Lanes] = {};
+    for (int first = 0; first < this->Count; first += Lanes)
+    {
+      for (int k = 0; k < Lanes; ++k)
+      {
+        const float x = this->Now->X[first + k], y = this->Now->Y[first + k];
+        const float squared = x * x + y * y;
+        largest[k] = squared > largest[k] ? squared : largest[k];
+      }
+    }
+    for (int half = Lanes / 2; half > 0; half /= 2)
+    {
+      for (int k = 0; k < half; ++k)
+      {
+        const float other = largest[k + half];
+        largest[k] = other > largest[k] ? other : largest[k];
+      }
+    }
+    return largest[0];
+  }
 
   /// Area, first and second moments about the origin, as sums over the triangles with the origin.
   void Moments(double& area, double first[2], double second[3]) const
@@ -212,38 +239,17 @@ private:
     this->Now->Y[k] = p.Y;
   }
 
-  /// Call after every change of the corners: pads and measures.
-  void Finish()
+  /// Call after every change of the corners.
+  void Pad()
   {
-    Corners& now = *this->Now;
-    std::fill_n(now.X + this->Count, Lanes, 0.0f);
-    std::fill_n(now.Y + this->Count, Lanes, 0.0f);
-    float largest[Lanes] = {};
-    for (int first = 0; first < this->Count; first += Lanes)
-    {
-      for (int k = 0; k < Lanes; ++k)
-      {
-        const float x = now.X[first + k], y = now.Y[first + k];
-        const float squared = x * x + y * y;
-        largest[k] = squared > largest[k] ? squared : largest[k];
-      }
-    }
-    for (int half = Lanes / 2; half > 0; half /= 2)
-    {
-      for (int k = 0; k < half; ++k)
-      {
-        const float other = largest[k + half];
-        largest[k] = other > largest[k] ? other : largest[k];
-      }
-    }
-    this->Squared = largest[0];
+    std::fill_n(this->Now->X + this->Count, Lanes, 0.0f);
+    std::fill_n(this->Now->Y + this->Count, Lanes, 0.0f);
   }
 
   Corners Buffers[2] = {};
   Corners* Now = &this->Buffers[0];
   Corners* Other = &this->Buffers[1];
   int Count = 0;
-  float Squared = 0.0f;
 };
 
 /// Neighbours of a point in its tangent plane, nearest first. Lengths in spacings of the point.
@@ -252,20 +258,51 @@ struct FlatSheet
   int Count;
   float X[SheetCapacity], Y[SheetCapacity];
   float Areas[SheetCapacity];
+
+  void Add(float x, float y, float area)
+  {
+    this->X[this->Count] = x;
+    this->Y[this->Count] = y;
+    this->Areas[this->Count] = area;
+    ++this->Count;
+  }
 };
 
-/// Cuts the cell of the point by the bisector with neighbour k.
-/// @return false if the neighbour is too far away to bound the cell
-bool CutBetween(const FlatSheet& sheet, int k, Polygon& cell)
+/// The nearest neighbours of a point as a structure of arrays for SIMD loops. Lengths in spacings
+/// of the point; differences to it are exact in float where neighbours are near each other.
+struct NearSheet
 {
-  const float x = sheet.X[k], y = sheet.Y[k];
-  const float squared = x * x + y * y;
-  const bool reaches = squared < 4.0f * cell.SquaredRadius();
-  if (reaches && squared > 0.0f)
+  static constexpr int Capacity = (CellNeighbors + 7) / 8 * 8;
+
+  alignas(32) float DX[Capacity] = {}, DY[Capacity] = {}, DZ[Capacity] = {};
+  alignas(32) float NX[Capacity] = {}, NY[Capacity] = {}, NZ[Capacity] = {};
+  alignas(32) int EitherTwoSided[Capacity] = {};
+  alignas(32) float Spacings[Capacity] = {};
+  alignas(32) float X[Capacity], Y[Capacity]; // see FlatSheet
+  alignas(32) int IsOfSheet[Capacity];
+};
+
+/// Maps the neighbours to the tangent plane, as CellMeasurer::AddToSheet does.
+SURFEL_MULTIVERSION void Flatten(
+  const Float3& normal, const Float3& u, const Float3& v, NearSheet& s)
+{
+  constexpr auto leastCosine = static_cast<float>(SheetCosine);
+  constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
+  for (int k = 0; k < NearSheet::Capacity; ++k)
   {
-    cell.Cut(x, y, 0.5f * squared);
+    const float dx = s.DX[k], dy = s.DY[k], dz = s.DZ[k];
+    const float cosine = normal.X * s.NX[k] + normal.Y * s.NY[k] + normal.Z * s.NZ[k];
+    const float climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
+    const float squared = dx * dx + dy * dy + dz * dz;
+    const float x = u.X * dx + u.Y * dy + u.Z * dz;
+    const float y = v.X * dx + v.Y * dy + v.Z * dz;
+    const float flat = x * x + y * y;
+    const float scale = std::sqrt(squared / (flat > 0.0f ? flat : 1.0f));
+    s.X[k] = scale * x;
+    s.Y[k] = scale * y;
+    const float agreement = s.EitherTwoSided[k] != 0 ? std::abs(cosine) : cosine;
+    s.IsOfSheet[k] = (agreement >= leastCosine) & (climb * climb <= mostClimb * squared) ? 1 : 0;
   }
-  return reaches;
 }
 
 /// The point's cell among its neighbours.
@@ -274,7 +311,12 @@ void CutCell(const FlatSheet& sheet, double reach, Polygon& cell)
   cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
   {
-    CutBetween(sheet, k, cell);
+    const float x = sheet.X[k], y = sheet.Y[k];
+    const float squared = x * x + y * y;
+    if (squared < 4.0f * cell.SquaredRadius() && squared > 0.0f)
+    {
+      cell.Cut(x, y, 0.5f * squared);
+    }
   }
 }
 
@@ -449,17 +491,53 @@ private:
       this->Found.Ids.resize(CellNeighbors, -1);
       ids = this->Found.Ids.data();
     }
+    const int count = static_cast<int>(std::find(ids, ids + CellNeighbors, -1) - ids);
+    this->LoadNear(i, ids, count);
+    Flatten(fit.Normal, this->U, this->V, this->Near);
     this->Sheet.Count = 0;
     this->Cell.Reset(CellReach);
+    constexpr auto open = static_cast<float>(CellReach * CellReach);
+    float radius = std::numeric_limits<float>::infinity(); // squared; of the cell so far
     bool reaches = true;
-    for (int k = 0; k < CellNeighbors && ids[k] >= 0 && (reaches || this->IsOpen(CellReach)); ++k)
+    for (int k = 0; k < count && (reaches || radius >= open); ++k)
     {
-      if (this->AddToSheet(i, ids[k]))
+      if (this->Near.IsOfSheet[k])
       {
-        reaches = CutBetween(this->Sheet, this->Sheet.Count - 1, this->Cell);
+        const float x = this->Near.X[k], y = this->Near.Y[k], spacing = this->Near.Spacings[k];
+        const float squared = x * x + y * y;
+        reaches = squared < 4.0f * radius;
+        const bool isCut = reaches && squared > 0.0f && this->Cell.Cut(x, y, 0.5f * squared);
+        this->Sheet.Add(x, y, spacing * spacing);
+        // The first ones always reach; to find that out would take longer.
+        if (isCut && this->Sheet.Count >= SureCuts)
+        {
+          radius = this->Cell.SquaredRadius();
+        }
       }
     }
     return true;
+  }
+
+  /// Loads the nearest neighbours of point i.
+  void LoadNear(int i, const int* ids, int count)
+  {
+    const float* p = this->Cloud.Position(i);
+    const float inverse = 1.0f / this->Fits[i].Spacing;
+    NearSheet& near = this->Near;
+    for (int k = 0; k < count; ++k)
+    {
+      const int j = ids[k];
+      const float* q = this->Cloud.Position(j);
+      const PlaneFit& fit = this->Fits[j];
+      near.DX[k] = inverse * (q[0] - p[0]);
+      near.DY[k] = inverse * (q[1] - p[1]);
+      near.DZ[k] = inverse * (q[2] - p[2]);
+      near.NX[k] = fit.Normal.X;
+      near.NY[k] = fit.Normal.Y;
+      near.NZ[k] = fit.Normal.Z;
+      near.EitherTwoSided[k] = this->TwoSided[i] | this->TwoSided[j];
+      near.Spacings[k] = inverse * fit.Spacing;
+    }
   }
 
   bool IsOpen(double reach) const
@@ -493,10 +571,8 @@ private:
     const double flat = x * x + y * y;
     const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
     const double spacing = inverse * this->Fits[j].Spacing;
-    sheet.X[sheet.Count] = static_cast<float>(scale * x);
-    sheet.Y[sheet.Count] = static_cast<float>(scale * y);
-    sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
-    ++sheet.Count;
+    sheet.Add(static_cast<float>(scale * x), static_cast<float>(scale * y),
+      static_cast<float>(spacing * spacing));
     return true;
   }
 
@@ -575,6 +651,7 @@ private:
   std::vector<int> Sparse;
   std::vector<float> SeenDistances;
   Vector3 U, V;
+  NearSheet Near;
   FlatSheet Sheet;
   Directions Around;
   Polygon Cell;
