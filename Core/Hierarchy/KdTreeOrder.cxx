@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 namespace SurfelSplatting
@@ -320,7 +321,7 @@ struct Range
 
 /// Halves the largest ranges until there are enough for all threads. All threads work together on
 /// the first ones.
-void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const Executor& executor)
+void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
   bool halved = true;
@@ -336,7 +337,7 @@ void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const
       {
         const Range& r = ranges[i];
         left[i] = r.Count > Grain
-          ? Split(leaves.data() + r.Begin, r.Count, r.TwoSided,
+          ? Split(leaves + r.Begin, r.Count, r.TwoSided,
               together ? executor : static_cast<const Executor&>(alone), keys)
           : r.Count;
       }
@@ -367,7 +368,7 @@ void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const
     std::vector<std::uint64_t> keys;
     for (std::size_t i = begin; i < end; ++i)
     {
-      SplitAll(leaves.data() + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided, keys);
+      SplitAll(leaves + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided, keys);
     }
   });
 }
@@ -436,9 +437,10 @@ KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
   const std::size_t oneSided = counts[0];
 
   // Relative to a surfel, so that float positions keep their digits.
-  std::vector<Leaf> leaves(order.Surfels.size());
-  const Vector3 origin = leaves.empty() ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
-  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+  const std::size_t count = order.Surfels.size();
+  const std::unique_ptr<Leaf[]> leaves(new Leaf[count]); // the threads that fill it touch it first
+  const Vector3 origin = count == 0 ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       const std::uint32_t surfel = order.Surfels[i];
@@ -449,8 +451,8 @@ KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
     }
   });
   SplitInParallel(
-    leaves, { { 0, oneSided, false }, { oneSided, leaves.size() - oneSided, true } }, executor);
-  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+    leaves.get(), { { 0, oneSided, false }, { oneSided, count - oneSided, true } }, executor);
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       order.Surfels[i] = leaves[i].Surfel();

@@ -125,11 +125,19 @@ SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
   sorted.Ends.fill(0);
   const unsigned char* classes = edges.Classes.data() + GraphDegree * first;
   const auto count = static_cast<std::uint32_t>(GraphDegree * (last - first));
+  // Branch-free: which edges are sure is hard to predict.
+  std::vector<std::uint32_t> sure(count + 1);
+  std::uint32_t found = 0;
   for (std::uint32_t slot = 0; slot < count; ++slot)
+  {
+    sure[found] = slot;
+    found += classes[slot] != EdgeVotes::NotSure ? 1 : 0;
+  }
+  sure.resize(found);
+  for (const std::uint32_t slot : sure)
   {
     ++sorted.Ends[classes[slot]];
   }
-  sorted.Ends[EdgeVotes::NotSure] = 0;
   std::uint32_t sum = 0;
   for (std::uint32_t& end : sorted.Ends)
   {
@@ -138,12 +146,9 @@ SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
     sum += size;
   }
   sorted.Slots.resize(sum);
-  for (std::uint32_t slot = 0; slot < count; ++slot)
+  for (const std::uint32_t slot : sure)
   {
-    if (classes[slot] != EdgeVotes::NotSure)
-    {
-      sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
-    }
+    sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
   }
   return sorted;
 }
