@@ -87,7 +87,7 @@ public:
   {
     alignas(32) float distances[Capacity];
     std::uint64_t cut = 0; // a bit for each corner
-    for (int first = 0; first < this->Count; first += Lanes)
+    for (int first = 0; first < this->Padded(); first += Lanes)
     {
       for (int k = first; k < first + Lanes; ++k)
       {
@@ -112,7 +112,7 @@ public:
   float SquaredRadius() const
   {
     float largest[Lanes] = {};
-    for (int first = 0; first < this->Count; first += Lanes)
+    for (int first = 0; first < this->Padded(); first += Lanes)
     {
       for (int k = 0; k < Lanes; ++k)
       {
@@ -160,15 +160,14 @@ public:
   }
 
 private:
-  /// Corners are padded to full vectors with zeros.
   static constexpr int Lanes = 8;
 
-  /// So many corners are copied at a time: most polygons at once.
+  /// Corners are padded to full blocks with zeros. Most polygons have one.
   static constexpr int Block = 16;
 
   /// Corners have bits. A circle that is cut by so many tangents is 0.1 % too large.
   static constexpr int MostCorners = 62;
-  static constexpr int Capacity = 64 + Block;
+  static constexpr int Capacity = 64 + 2 * Block;
 
   struct Corners
   {
@@ -188,6 +187,9 @@ private:
     }
     return corners;
   }
+
+  /// Number of corners and padding: hardly ever more than a block, so that loops are predictable.
+  int Padded() const { return (std::max(this->Count, 1) + Block - 1) / Block * Block; }
 
   int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
 
@@ -226,11 +228,13 @@ private:
   /// Copies the corners from `begin` to `end`, and writes up to a block beyond them.
   static void CopyBlocks(const Corners& from, int begin, int end, Corners& to, int at)
   {
-    for (; begin < end; begin += Block, at += Block)
+    do
     {
       std::memcpy(to.X + at, from.X + begin, Block * sizeof(float));
       std::memcpy(to.Y + at, from.Y + begin, Block * sizeof(float));
-    }
+      begin += Block;
+      at += Block;
+    } while (begin < end);
   }
 
   void Set(int k, const Point2& p)
@@ -242,8 +246,8 @@ private:
   /// Call after every change of the corners.
   void Pad()
   {
-    std::fill_n(this->Now->X + this->Count, Lanes, 0.0f);
-    std::fill_n(this->Now->Y + this->Count, Lanes, 0.0f);
+    std::fill_n(this->Now->X + this->Count, Block, 0.0f);
+    std::fill_n(this->Now->Y + this->Count, Block, 0.0f);
   }
 
   Corners Buffers[2] = {};
