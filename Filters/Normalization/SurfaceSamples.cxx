@@ -304,15 +304,29 @@ private:
       const int last = std::min(count, first + SamplePositions::Capacity);
       PlaceSamples(this->Places, first, this->At);
       FindNearer(this->Near, this->Places.SquaredRadius(last - 1), this->At);
-      for (int lane = 0; lane < last - first; ++lane)
+      for (std::uint64_t own = this->OwnLanes(last - first); own != 0; own &= own - 1)
       {
-        const Vector3 at{ this->At.X[lane], this->At.Y[lane], this->At.Z[lane] };
-        if (!this->At.Nearer[lane] && Dot(at, at) < this->Known)
-        {
-          this->Add(owner, at, border, block);
-        }
+        const int lane = LowestBit(own);
+        Float3 at;
+        at.X = this->At.X[lane];
+        at.Y = this->At.Y[lane];
+        at.Z = this->At.Z[lane];
+        this->Add(owner, at, border, block);
       }
     }
+  }
+
+  /// Bits of the first `count` positions that are the owner's. No branch depends on which they are.
+  std::uint64_t OwnLanes(int count) const
+  {
+    std::uint64_t own = 0;
+    for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
+    {
+      const float x = this->At.X[lane], y = this->At.Y[lane], z = this->At.Z[lane];
+      const bool isOwn = (this->At.Nearer[lane] == 0) & (x * x + y * y + z * z < this->Known);
+      own |= std::uint64_t{ isOwn } << lane;
+    }
+    return own & ((std::uint64_t{ 1 } << count) - 1);
   }
 
   void Add(int owner, const Float3& at, bool border, SampleBlock& block)
