@@ -62,7 +62,8 @@ constexpr double SheetClimb = 0.6;
 
 /// Whether two points whose difference is d can be on the same sheet of surface: their normals
 /// agree (up to sign if eitherTwoSided), and d does not leave a's tangent plane by much.
-inline bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d)
+inline bool AreOfOneSheet(
+  const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d)
 {
   const double cosine = Dot(a.Normal, b.Normal);
   const double climb = Dot(a.Normal, d);

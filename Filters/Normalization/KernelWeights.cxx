@@ -48,12 +48,15 @@ public:
       }
     });
   }
-  void Add(std::size_t i, double term)
+  static std::int64_t ToFixed(double term)
   {
-    if (term > 0.0)
+    return static_cast<std::int64_t>(std::min(term, MaxTerm) / FixedPoint);
+  }
+  void Add(std::size_t i, std::int64_t term)
+  {
+    if (term != 0)
     {
-      const auto fixed = static_cast<std::int64_t>(std::min(term, MaxTerm) / FixedPoint);
-      this->Sums[i].fetch_add(fixed, std::memory_order_relaxed);
+      this->Sums[i].fetch_add(term, std::memory_order_relaxed);
     }
   }
   double Get(std::size_t i) const
@@ -96,32 +99,32 @@ void ForSamples(const SampleBlock& block, const float* areas, double share, Visi
   }
 }
 
-/// Sums over the samples of a block, for each surfel of its table. One thread adds them up, in the
-/// order of the samples.
+/// Sums over the samples of a block, for each surfel of its table.
 class BlockTerms
 {
 public:
-  void Begin(std::size_t count) { this->Terms.assign(count, 0.0); }
+  void Begin(std::size_t count) { this->Terms.assign(count, 0); }
 
-  void Add(const SamplePlace& at, double factor)
+  /// @param peaks [count] what a kernel is a number of SampleBlock::Kernels times
+  void Add(const SamplePlace& at, double factor, const std::vector<double>& peaks)
   {
     for (int e = 0; e < at.Entries; ++e)
     {
-      this->Terms[at.Numbers[e]] += factor * at.Kernels[e];
+      const std::uint16_t number = at.Numbers[e];
+      this->Terms[number] += FixedSums::ToFixed(factor * at.Kernels[e] * peaks[number]);
     }
   }
 
-  /// @param peaks [count] what a kernel is a number of SampleBlock::Kernels times
-  void End(const SampleBlock& block, const std::vector<double>& peaks, FixedSums& sums) const
+  void End(const SampleBlock& block, FixedSums& sums) const
   {
     for (std::size_t k = 0; k < this->Terms.size(); ++k)
     {
-      sums.Add(static_cast<std::size_t>(block.Id(k)), this->Terms[k] * peaks[k]);
+      sums.Add(static_cast<std::size_t>(block.Id(k)), this->Terms[k]);
     }
   }
 
 private:
-  std::vector<double> Terms;
+  std::vector<std::int64_t> Terms;
 };
 
 /// The kernels that a block reads. Each thread reuses one.
@@ -251,10 +254,10 @@ void AddNumerators(const Sampling& samples, const SampleBlock& block, const Bloc
       {
         statistics.Add(at.Area, sum);
       }
-      terms.Add(at, at.Area / std::max(sum, MinSum));
+      terms.Add(at, at.Area / std::max(sum, MinSum), kernels.Peaks);
     }
   });
-  terms.End(block, kernels.Peaks, sums);
+  terms.End(block, sums);
 }
 
 /// Adds w_j K_ji to sum i for the samples j of a block.
@@ -264,8 +267,8 @@ void AddDenominators(
   BlockTerms terms;
   terms.Begin(block.TableSize());
   ForSamples(block, samples.AreasOf(block), samples.Share,
-    [&](const SamplePlace& at) { terms.Add(at, at.Area); });
-  terms.End(block, kernels.Peaks, sums);
+    [&](const SamplePlace& at) { terms.Add(at, at.Area, kernels.Peaks); });
+  terms.End(block, sums);
 }
 
 /// @param statistics of the sums with these areas, for each block
@@ -352,6 +355,29 @@ WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covar
   return kernel;
 }
 
+namespace
+{
+struct FirstSums
+{
+  FixedSums &Denominators, &Numerators;
+  std::vector<SumMoments>& Statistics; // of each block
+};
+
+/// Samples the surface and makes the first pass over the samples while they are in the caches.
+/// Returns false if stopped.
+bool MakeSamplesAndSums(const WeightProblem& problem, const StageProgress& progress,
+  Sampling& samples, const FirstSums& sums)
+{
+  const auto addUp = [&](std::size_t b, const SampleBlock& block, const SurfelTable& table) {
+    BlockKernels kernels;
+    kernels.Load(table, block.TableSize(), samples.Scale);
+    AddDenominators(samples, block, kernels, sums.Denominators);
+    AddNumerators(samples, block, kernels, sums.Numerators, sums.Statistics[b]);
+  };
+  return MakeSamples(problem, progress, addUp, samples.Surface);
+}
+}
+
 bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   std::vector<double>& areas, WeightReport& report)
 {
@@ -365,13 +391,8 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   const auto count = static_cast<std::size_t>(problem.Cloud.Size());
   FixedSums denominators(count), numerators(count);
   std::vector<SumMoments> statistics(samples.Surface.Blocks.size());
-  const auto addUp = [&](std::size_t b, const SampleBlock& block, const SurfelTable& table) {
-    BlockKernels kernels;
-    kernels.Load(table, block.TableSize(), samples.Scale);
-    AddDenominators(samples, block, kernels, denominators);
-    AddNumerators(samples, block, kernels, numerators, statistics[b]);
-  };
-  bool running = MakeSamples(problem, progress.Part(0.0, 0.5), addUp, samples.Surface);
+  bool running = MakeSamplesAndSums(
+    problem, progress.Part(0.0, 0.5), samples, { denominators, numerators, statistics });
   SumMoments moments;
   if (!share(running, moments))
   {
