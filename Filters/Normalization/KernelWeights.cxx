@@ -127,7 +127,7 @@ private:
   std::vector<std::int64_t> Terms;
 };
 
-/// The kernels that a block reads. Each thread reuses one.
+/// The kernels that a block reads.
 struct BlockKernels
 {
   std::vector<double>
@@ -357,17 +357,25 @@ WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covar
 
 namespace
 {
-struct FirstSums
+struct WeightSums
 {
-  FixedSums &Denominators, &Numerators;
-  std::vector<SumMoments>& Statistics; // of each block
+  FixedSums Denominators, Numerators;
+  std::vector<SumMoments> Statistics; // of each block
+
+  explicit WeightSums(std::size_t count)
+    : Denominators(count)
+    , Numerators(count)
+  {
+  }
 };
 
 /// Samples the surface and makes the first pass over the samples while they are in the caches.
 /// Returns false if stopped.
-bool MakeSamplesAndSums(const WeightProblem& problem, const StageProgress& progress,
-  Sampling& samples, const FirstSums& sums)
+bool MakeSamplesAndSums(
+  const WeightProblem& problem, const StageProgress& progress, Sampling& samples, WeightSums& sums)
 {
+  BeginSamples(problem, samples.Surface);
+  sums.Statistics.resize(samples.Surface.Blocks.size());
   const auto addUp = [&](std::size_t b, const SampleBlock& block, const SurfelTable& table) {
     BlockKernels kernels;
     kernels.Load(table, block.TableSize(), samples.Scale);
@@ -387,12 +395,8 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
     return sharing ? sharing->Sum(running, moments) : running;
   };
   Sampling samples(problem.Settings);
-  BeginSamples(problem, samples.Surface);
-  const auto count = static_cast<std::size_t>(problem.Cloud.Size());
-  FixedSums denominators(count), numerators(count);
-  std::vector<SumMoments> statistics(samples.Surface.Blocks.size());
-  bool running = MakeSamplesAndSums(
-    problem, progress.Part(0.0, 0.5), samples, { denominators, numerators, statistics });
+  WeightSums sums(static_cast<std::size_t>(problem.Cloud.Size()));
+  bool running = MakeSamplesAndSums(problem, progress.Part(0.0, 0.5), samples, sums);
   SumMoments moments;
   if (!share(running, moments))
   {
@@ -406,9 +410,9 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   {
     if (step > 0) // the first one is made with the samples
     {
-      SumNumerators(samples, areas, numerators, statistics);
+      SumNumerators(samples, areas, sums.Numerators, sums.Statistics);
     }
-    moments = Total(statistics);
+    moments = Total(sums.Statistics);
     if (!share(running, moments))
     {
       return false;
@@ -422,7 +426,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       break;
     }
     last = now.StandardDeviation;
-    Step({ problem.Settings, samples.Surface.Areas, denominators, numerators }, areas);
+    Step({ problem.Settings, samples.Surface.Areas, sums.Denominators, sums.Numerators }, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {
