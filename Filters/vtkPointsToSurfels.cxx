@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfels.h"
 
+#include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
@@ -13,18 +15,28 @@
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkDataArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkMultiProcessController.h"
+#include "vtkNew.h"
 #include "vtkObjectFactory.h"
+#include "vtkPointData.h"
 #include "vtkPointSet.h"
+#include "vtkPoints.h"
 #include "vtkPolyData.h"
+#include "vtkSMPTools.h"
+#include "vtkSmartPointer.h"
 #include "vtkVersionMacros.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
+#include <utility>
+#include <vector>
 
 using namespace SurfelGeometry;
+namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkPointsToSurfels);
 
@@ -77,13 +89,58 @@ private:
   bool Finish(vtkPolyData* surfels, vtkPolyData* weighted, vtkPolyData* output)
   {
     surfels->Initialize(); // frees the areas before the normalization
-    this->Neighbors = SurfelNeighbors();
+    this->Neighbors.Graph = NeighborGraph();
+    this->SortByInput(weighted);
     if (this->Self->BuildHierarchy)
     {
       return this->Work(this->Self->Hierarchy.Get(), 0.85, 1.0, weighted, output);
     }
     output->ShallowCopy(weighted);
     return true;
+  }
+
+  /// Puts the surfels, which are in the order of the cloud so far, into that of the input.
+  void SortByInput(vtkPolyData* surfels)
+  {
+    const std::vector<int> order = std::move(this->Neighbors.Order);
+    this->Neighbors = SurfelNeighbors();
+    if (order.empty())
+    {
+      return; // no surfels; or several processes, which keep the order
+    }
+    vtkNew<vtkPoints> points;
+    points->SetData(Sorted(surfels->GetPoints()->GetData(), order));
+    surfels->SetPoints(points);
+    for (const char* name : { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided })
+    {
+      vtkPointData* data = surfels->GetPointData();
+      data->AddArray(Sorted(data->GetArray(name), order));
+    }
+  }
+
+  /// @param order [tuples] the source's tuple of each one
+  static vtkSmartPointer<vtkDataArray> Sorted(vtkDataArray* source, const std::vector<int>& order)
+  {
+    vtkSmartPointer<vtkDataArray> array;
+    array.TakeReference(source->NewInstance());
+    array->SetName(source->GetName());
+    array->SetNumberOfComponents(source->GetNumberOfComponents());
+    const auto count = static_cast<vtkIdType>(order.size());
+    array->SetNumberOfTuples(count);
+    const auto size =
+      static_cast<std::size_t>(source->GetNumberOfComponents() * source->GetDataTypeSize());
+    const auto* from = static_cast<const unsigned char*>(source->GetVoidPointer(0));
+    auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
+    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+      constexpr vtkIdType distance = 16;
+      for (; i < end; ++i)
+      {
+        const auto next = static_cast<std::size_t>(order[std::min(i + distance, count - 1)]);
+        SURFEL_PREFETCH(from + size * next);
+        std::memcpy(to + size * i, from + size * static_cast<std::size_t>(order[i]), size);
+      }
+    });
+    return array;
   }
 
   template <typename Filter, typename Input>

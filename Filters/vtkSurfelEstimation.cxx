@@ -268,11 +268,15 @@ private:
   {
     const vtkIdType count = this->Cloud.Size();
     const SurfelOutput surfels(count);
+    const bool isSorted = !this->SharesNeighbors();
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
-        this->Prefetch(std::min(i + PrefetchDistance, count - 1));
-        const int from = this->Order[i];
+        if (isSorted)
+        {
+          this->Prefetch(std::min(i + PrefetchDistance, count - 1));
+        }
+        const int from = isSorted ? this->Order[i] : static_cast<int>(i);
         const PlaneFit& fit = this->Fits[from];
         const SurfelKernel kernel = this->KernelOf(from);
         const Vector3 p = Load(this->Cloud.Position(from));

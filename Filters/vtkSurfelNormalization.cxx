@@ -34,22 +34,46 @@ vtkStandardNewMacro(vtkSurfelNormalization);
 
 namespace
 {
-/// Reads a tuple; without a virtual call if the array has the type that it nearly always has.
-template <int Components>
-void ReadTuple(vtkDataArray* array, vtkIdType id, double (&tuple)[Components])
+/// The tuples of an array; without virtual calls if it has the type that it nearly always has.
+template <typename TypedArray, int Components>
+class TupleReader
 {
-  if (auto* floats = vtkFloatArray::FastDownCast(array))
+public:
+  explicit TupleReader(vtkDataArray* array)
+    : Array(array)
   {
-    std::copy_n(floats->GetPointer(Components * id), Components, tuple);
-    return;
+    if (auto* typed = TypedArray::FastDownCast(array))
+    {
+      this->Values = typed->GetPointer(0);
+    }
   }
-  if (auto* bytes = vtkUnsignedCharArray::FastDownCast(array))
+
+  bool HasArray() const { return this->Array != nullptr; }
+
+  void Read(vtkIdType id, double (&tuple)[Components]) const
   {
-    std::copy_n(bytes->GetPointer(Components * id), Components, tuple);
-    return;
+    if (this->Values)
+    {
+      std::copy_n(this->Values + Components * id, Components, tuple);
+    }
+    else
+    {
+      this->Array->GetTuple(id, tuple);
+    }
   }
-  array->GetTuple(id, tuple);
-}
+
+  void Prefetch(vtkIdType id) const
+  {
+    if (this->Values)
+    {
+      SURFEL_PREFETCH(this->Values + Components * id);
+    }
+  }
+
+private:
+  vtkDataArray* Array;
+  const typename TypedArray::ValueType* Values = nullptr; // null: of another type
+};
 
 /// Arrays are in the order of the input, which may be any: so many tuples are being loaded at a
 /// time.
@@ -60,8 +84,9 @@ constexpr vtkIdType PrefetchDistance = 16;
 class KernelReader : public KernelSource
 {
 public:
-  KernelReader(vtkPolyData* input, const LocalCloud& cloud)
-    : Cloud(cloud)
+  /// @param ids [n] of the surfels in the input; null: they are in the order of the cloud
+  KernelReader(vtkPolyData* input, const int* ids)
+    : Ids(ids)
     , AreaVectors(input->GetPointData()->GetArray(Arrays::AreaVector))
     , Covariances(input->GetPointData()->GetArray(Arrays::Covariance))
     , TwoSided(input->GetPointData()->GetArray(Arrays::TwoSided))
@@ -70,13 +95,13 @@ public:
 
   WeightedKernel Make(int i) const override
   {
-    const vtkIdType id = this->Cloud.InputIds[i];
+    const vtkIdType id = this->Ids ? this->Ids[i] : i;
     double areaVector[3], covariance[6], twoSided[1] = { 0.0 };
-    ReadTuple(this->AreaVectors, id, areaVector);
-    ReadTuple(this->Covariances, id, covariance);
-    if (this->TwoSided)
+    this->AreaVectors.Read(id, areaVector);
+    this->Covariances.Read(id, covariance);
+    if (this->TwoSided.HasArray())
     {
-      ReadTuple(this->TwoSided, id, twoSided);
+      this->TwoSided.Read(id, twoSided);
     }
     WeightedKernel kernel = MakeWeightedKernel(areaVector, covariance);
     kernel.TwoSided = twoSided[0] != 0.0;
@@ -85,22 +110,20 @@ public:
 
   void Prefetch(int i) const override
   {
-    const vtkIdType id = this->Cloud.InputIds[i];
-    PrefetchTuple(this->AreaVectors, id);
-    PrefetchTuple(this->Covariances, id);
-  }
-
-private:
-  static void PrefetchTuple(vtkDataArray* array, vtkIdType id)
-  {
-    if (auto* floats = vtkFloatArray::FastDownCast(array))
+    if (this->Ids)
     {
-      SURFEL_PREFETCH(floats->GetPointer(floats->GetNumberOfComponents() * id));
+      const vtkIdType id = this->Ids[i];
+      this->AreaVectors.Prefetch(id);
+      this->Covariances.Prefetch(id);
+      this->TwoSided.Prefetch(id);
     }
   }
 
-  const LocalCloud& Cloud;
-  vtkDataArray *AreaVectors, *Covariances, *TwoSided;
+private:
+  const int* Ids;
+  TupleReader<vtkFloatArray, 3> AreaVectors;
+  TupleReader<vtkFloatArray, 6> Covariances;
+  TupleReader<vtkUnsignedCharArray, 1> TwoSided;
 };
 }
 
@@ -129,6 +152,12 @@ public:
       const double origin[3] = { 0.0, 0.0, 0.0 };
       GatherCloud(input->GetPoints(), origin, this->Cloud);
     }
+    if (!ranks && !knowsNeighbors && this->KnowsOrder(input))
+    {
+      const std::vector<int> ids = this->InputRanks();
+      this->Cloud.SampleIds.assign(ids.begin(), ids.end());
+    }
+    this->IsSorted = knowsNeighbors;
     WeightSharing sharing;
     if (ranks)
     {
@@ -137,7 +166,7 @@ public:
     }
     std::vector<double> areas;
     const WeightSettings settings = this->GetWeightSettings();
-    const KernelReader kernels(input, this->Cloud);
+    const KernelReader kernels(input, this->IsSorted ? nullptr : this->Cloud.InputIds.data());
     const WeightProblem problem{ this->Cloud, kernels, settings, ranks ? &sharing : nullptr,
       knowsNeighbors ? &this->Self->Neighbors->Graph : nullptr };
     if (!SolveWeights(problem, StageProgress(this->Self, 0.1, 1.0), areas, this->Report))
@@ -155,27 +184,46 @@ private:
   {
     const SurfelNeighbors* known = this->Self->Neighbors;
     const auto count = static_cast<std::size_t>(input->GetNumberOfPoints());
-    return known && known->Graph.AreNearest && known->Order.size() == count &&
+    return this->KnowsOrder(input) && known->Graph.AreNearest &&
       known->Graph.Ids.size() == KeptNeighbors * count &&
       this->Self->NumberOfNeighbors <= KeptNeighbors;
+  }
+
+  /// Whether the input is in the order of the estimation's cloud.
+  bool KnowsOrder(vtkPolyData* input) const
+  {
+    const SurfelNeighbors* known = this->Self->Neighbors;
+    return known && known->Order.size() == static_cast<std::size_t>(input->GetNumberOfPoints());
+  }
+
+  /// The places that the surfels have in the order of the input of the estimation.
+  std::vector<int> InputRanks() const
+  {
+    const std::vector<int>& order = this->Self->Neighbors->Order;
+    std::vector<int> ranks(order.size());
+    vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType id, vtkIdType end) {
+      for (; id < end; ++id)
+      {
+        ranks[order[id]] = static_cast<int>(id);
+      }
+    });
+    return ranks;
   }
 
   /// Orders the cloud like the estimation's, without sorting again.
   void TakeOrder(vtkPoints* points)
   {
-    const std::vector<int>& order = this->Self->Neighbors->Order;
-    this->Cloud.InputIds.resize(order.size());
-    this->Cloud.Positions.resize(3 * order.size());
-    vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType id, vtkIdType end) {
-      for (; id < end; ++id)
+    this->Cloud.InputIds = this->InputRanks();
+    const auto count = static_cast<vtkIdType>(this->Cloud.InputIds.size());
+    this->Cloud.Positions.resize(3 * this->Cloud.InputIds.size());
+    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
       {
         double p[3];
-        points->GetPoint(id, p);
-        this->Cloud.InputIds[order[id]] = static_cast<int>(id);
-        std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * static_cast<std::size_t>(order[id]));
+        points->GetPoint(i, p);
+        std::copy_n(p, 3, this->Cloud.Positions.data() + 3 * i);
       }
     });
-    this->Self->Neighbors->Order = std::vector<int>(); // frees memory
   }
 
   void Share(
@@ -220,8 +268,8 @@ private:
       for (vtkIdType i = begin; i < end; ++i)
       {
         const vtkIdType next = std::min<vtkIdType>(i + PrefetchDistance, end - 1);
-        SURFEL_PREFETCH(result->GetPointer(3 * vtkIdType{ this->Cloud.InputIds[next] }));
-        float* area = result->GetPointer(3 * vtkIdType{ this->Cloud.InputIds[i] });
+        SURFEL_PREFETCH(result->GetPointer(3 * this->IdOf(next)));
+        float* area = result->GetPointer(3 * this->IdOf(i));
         if (this->IsUsable(i))
         {
           Store(areas[i] * Normalized(Load(area), {}), area);
@@ -274,11 +322,18 @@ private:
     }
   }
 
+  /// The surfel's id in the input.
+  vtkIdType IdOf(vtkIdType i) const
+  {
+    return this->IsSorted ? i : vtkIdType{ this->Cloud.InputIds[static_cast<std::size_t>(i)] };
+  }
+
   /// Whether a surfel has a kernel.
   bool IsUsable(std::size_t i) const { return this->Report.InitialAreas[i] > 0.0f; }
 
   vtkSurfelNormalization* Self;
   LocalCloud Cloud;
+  bool IsSorted = false; // the input is in the order of the cloud
   WeightReport Report;
 };
 

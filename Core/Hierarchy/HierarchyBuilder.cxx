@@ -16,9 +16,10 @@ namespace
 /// cones of this level, which keeps them tight without visiting all leaves once per level.
 constexpr int BoundedLevel = 6;
 
-double CosineBetween(const Vector3& a, const Vector3& b)
+/// @param lengthOfB Norm(b)
+double CosineBetween(const Vector3& a, const Vector3& b, double lengthOfB)
 {
-  const double lengths = Norm(a) * Norm(b);
+  const double lengths = Norm(a) * lengthOfB;
   return lengths > 0.0 ? Dot(a, b) / lengths : -1.0;
 }
 
@@ -85,7 +86,7 @@ private:
       const Vector3 c = this->Tree.Position(i);
       const double distance = Norm({ c[0] - p[0], c[1] - p[1], c[2] - p[2] });
       const double further = this->Tree.IsNode(i) ? this->Tree.Node(i).Bound : 0.0;
-      radius = std::fmax(radius, distance + further);
+      radius = std::max(radius, distance + further);
     }
     return radius;
   }
@@ -95,11 +96,12 @@ private:
   double Cone(std::size_t node, std::size_t first, std::size_t last) const
   {
     const Vector3 axis = this->Tree.AreaVector(node);
+    const double length = Norm(axis);
     double smallest = 1.0, widest = 0.0;
     for (std::size_t i = first; i < last; ++i)
     {
-      const double cosine = CosineBetween(this->Tree.AreaVector(i), axis);
-      smallest = std::fmin(smallest, cosine);
+      const double cosine = CosineBetween(this->Tree.AreaVector(i), axis, length);
+      smallest = std::min(smallest, cosine);
       if (this->Tree.IsNode(i))
       {
         widest = std::fmax(widest, AngleOf(cosine) + AngleOf(ConeOf(this->Tree.Node(i))));

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <utility>
 
 namespace SurfelSplatting
@@ -21,15 +23,22 @@ constexpr double FoldCoherence = 0.95;
 struct Leaf
 {
   float Position[3];
-  float Normal[3]; ///< area vector
-  float Key;       ///< position along the direction of the split
-  std::uint32_t Surfel;
+  float Normal[3];   ///< area vector
+  std::uint64_t Key; ///< see KeyOf
 
-  bool operator<(const Leaf& other) const
-  {
-    return this->Key != other.Key ? this->Key < other.Key : this->Surfel < other.Surfel;
-  }
+  std::uint32_t Surfel() const { return static_cast<std::uint32_t>(this->Key); }
 };
+
+/// An integer whose order is that of the places along the direction of a split, and of the surfels
+/// where these are equal.
+std::uint64_t KeyOf(double place, std::uint32_t surfel)
+{
+  const float single = static_cast<float>(place) + 0.0f; // not -0
+  std::uint32_t bits;
+  std::memcpy(&bits, &single, sizeof bits);
+  const std::uint32_t ordered = bits ^ (bits >> 31 != 0 ? 0xffffffffu : 0x80000000u);
+  return static_cast<std::uint64_t>(ordered) << 32 | surfel;
+}
 
 Vector3 ToVector(const float* v)
 {
@@ -182,8 +191,67 @@ std::size_t LeftCount(std::size_t count)
   return left;
 }
 
+/// The median of nine keys between the first and the last one.
+std::uint64_t MedianOfNine(const std::uint64_t* keys, std::size_t count)
+{
+  std::uint64_t some[9];
+  for (std::size_t i = 0; i < 9; ++i)
+  {
+    some[i] = keys[i * (count - 1) / 8];
+  }
+  std::nth_element(some, some + 4, some + 9);
+  return some[4];
+}
+
+/// The key of this rank among distinct ones, whose order changes. Quickselect; no branch depends on
+/// single keys, of which half would be predicted wrongly.
+std::uint64_t FindKey(std::uint64_t* keys, std::size_t count, std::size_t rank)
+{
+  constexpr std::size_t few = 32;
+  constexpr int mostRounds = 64; // for keys with which the medians are far off
+  for (int round = 0; round < mostRounds && count > few; ++round)
+  {
+    const std::uint64_t pivot = MedianOfNine(keys, count);
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      const std::uint64_t key = keys[i];
+      keys[i] = keys[below];
+      keys[below] = key;
+      below += key < pivot ? 1 : 0;
+    }
+    if (rank < below)
+    {
+      count = below;
+    }
+    else
+    {
+      keys += below;
+      count -= below;
+      rank -= below;
+    }
+  }
+  std::nth_element(keys, keys + rank, keys + count);
+  return keys[rank];
+}
+
+/// Moves the leaves with keys below the limit to the beginning, without branches as well.
+void Divide(Leaf* leaves, std::size_t count, std::uint64_t limit)
+{
+  std::size_t below = 0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const Leaf leaf = leaves[i];
+    leaves[i] = leaves[below];
+    leaves[below] = leaf;
+    below += leaf.Key < limit ? 1 : 0;
+  }
+}
+
 /// Splits a range of leaves in two; returns the size of the first half.
-std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor)
+/// @param keys scratch memory
+std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor,
+  std::vector<std::uint64_t>& keys)
 {
   bool byNormal = false;
   if (count <= MaxFold && count > 2)
@@ -196,14 +264,16 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
   }
   const auto field = byNormal ? &Leaf::Normal : &Leaf::Position;
   const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field, executor));
+  keys.resize(std::max(keys.size(), count));
   executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      leaves[i].Key = static_cast<float>(Dot(ToVector(leaves[i].*field), direction));
+      const double place = Dot(ToVector(leaves[i].*field), direction);
+      keys[i] = leaves[i].Key = KeyOf(place, leaves[i].Surfel());
     }
   });
   const std::size_t left = LeftCount(count);
-  std::nth_element(leaves, leaves + left, leaves + count);
+  Divide(leaves, count, FindKey(keys.data(), count, left));
   return left;
 }
 
@@ -218,16 +288,16 @@ void SplitPair(Leaf* leaves)
   const double length = std::copysign(Norm(d), largest);
   for (int i = 0; i < 2; ++i)
   {
-    leaves[i].Key =
-      length != 0.0 ? static_cast<float>(Dot(ToVector(leaves[i].Position), d) / length) : 0.0f;
+    const double place = length != 0.0 ? Dot(ToVector(leaves[i].Position), d) / length : 0.0;
+    leaves[i].Key = KeyOf(place, leaves[i].Surfel());
   }
-  if (leaves[1] < leaves[0])
+  if (leaves[1].Key < leaves[0].Key)
   {
     std::swap(leaves[0], leaves[1]);
   }
 }
 
-void SplitAll(Leaf* leaves, std::size_t count, bool twoSided)
+void SplitAll(Leaf* leaves, std::size_t count, bool twoSided, std::vector<std::uint64_t>& keys)
 {
   while (count > 1)
   {
@@ -236,8 +306,8 @@ void SplitAll(Leaf* leaves, std::size_t count, bool twoSided)
       SplitPair(leaves);
       return;
     }
-    const std::size_t left = Split(leaves, count, twoSided, SerialExecutor());
-    SplitAll(leaves, left, twoSided);
+    const std::size_t left = Split(leaves, count, twoSided, SerialExecutor(), keys);
+    SplitAll(leaves, left, twoSided, keys);
     leaves += left;
     count -= left;
   }
@@ -251,7 +321,7 @@ struct Range
 
 /// Halves the largest ranges until there are enough for all threads. All threads work together on
 /// the first ones.
-void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const Executor& executor)
+void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
   bool halved = true;
@@ -262,12 +332,14 @@ void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const
     const SerialExecutor alone;
     const bool together = ranges.size() <= few;
     const auto halve = [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint64_t> keys;
       for (std::size_t i = begin; i < end; ++i)
       {
         const Range& r = ranges[i];
-        left[i] = r.Count > Grain ? Split(leaves.data() + r.Begin, r.Count, r.TwoSided,
-                                      together ? executor : static_cast<const Executor&>(alone))
-                                  : r.Count;
+        left[i] = r.Count > Grain
+          ? Split(leaves + r.Begin, r.Count, r.TwoSided,
+              together ? executor : static_cast<const Executor&>(alone), keys)
+          : r.Count;
       }
     };
     if (together)
@@ -293,9 +365,10 @@ void SplitInParallel(std::vector<Leaf>& leaves, std::vector<Range> ranges, const
     ranges.swap(next);
   }
   executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> keys;
     for (std::size_t i = begin; i < end; ++i)
     {
-      SplitAll(leaves.data() + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided);
+      SplitAll(leaves + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided, keys);
     }
   });
 }
@@ -364,24 +437,25 @@ KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
   const std::size_t oneSided = counts[0];
 
   // Relative to a surfel, so that float positions keep their digits.
-  std::vector<Leaf> leaves(order.Surfels.size());
-  const Vector3 origin = leaves.empty() ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
-  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+  const std::size_t count = order.Surfels.size();
+  const std::unique_ptr<Leaf[]> leaves(new Leaf[count]); // the threads that fill it touch it first
+  const Vector3 origin = count == 0 ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       const std::uint32_t surfel = order.Surfels[i];
       const Vector3 p = cloud.Position(surfel);
       Store(Vector3{ p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] }, leaves[i].Position);
       Store(cloud.AreaVector(surfel), leaves[i].Normal);
-      leaves[i].Surfel = surfel;
+      leaves[i].Key = surfel;
     }
   });
   SplitInParallel(
-    leaves, { { 0, oneSided, false }, { oneSided, leaves.size() - oneSided, true } }, executor);
-  executor.For(leaves.size(), Grain, [&](std::size_t begin, std::size_t end) {
+    leaves.get(), { { 0, oneSided, false }, { oneSided, count - oneSided, true } }, executor);
+  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      order.Surfels[i] = leaves[i].Surfel;
+      order.Surfels[i] = leaves[i].Surfel();
     }
   });
   return order;

@@ -11,7 +11,7 @@ namespace
 /// NaN becomes 0.
 double Clamp(double x, double low, double high)
 {
-  return x >= low ? std::fmin(x, high) : x < low ? low : 0.0;
+  return x >= low ? (x < high ? x : high) : x < low ? low : 0.0;
 }
 
 float ToFloat(double x)
@@ -23,7 +23,10 @@ float ToFloat(double x)
 std::int16_t Pack(double x, double unit)
 {
   const double share = unit > 0.0 ? Clamp(x / unit, -1.0, 1.0) : 0.0;
-  return static_cast<std::int16_t>(std::floor(share * PackedOne + 0.5));
+  // The floor, by a conversion of a positive number: floor() may be a call.
+  constexpr double offset = PackedOne + 1.0;
+  return static_cast<std::int16_t>(
+    static_cast<int>(share * PackedOne + (0.5 + offset)) - static_cast<int>(offset));
 }
 
 std::uint16_t PackShare(double x)
@@ -55,7 +58,8 @@ double LargestMagnitude(const double* values, int count)
   double largest = 0.0;
   for (int i = 0; i < count; ++i)
   {
-    largest = std::fmax(largest, std::abs(values[i]));
+    const double magnitude = std::abs(values[i]);
+    largest = magnitude > largest ? magnitude : largest; // without NaN
   }
   return largest;
 }

@@ -33,9 +33,7 @@ void Directions::Clear()
 
 bool Directions::HaveGap()
 {
-  // Such an angle contains at least two whole octants.
-  const unsigned int free = ~this->Octants & 255u;
-  if ((free & (free >> 1 | free << 7)) == 0)
+  if (!this->MayHaveGap())
   {
     return false;
   }

@@ -31,6 +31,14 @@ public:
   /// Whether an angle of more than 3/4 pi has no direction in it.
   bool HaveGap();
 
+  /// Whether HaveGap() may be true, with more directions too.
+  bool MayHaveGap() const
+  {
+    // Such an angle contains at least two whole octants.
+    const unsigned int free = ~this->Octants & 255u;
+    return (free & (free >> 1 | free << 7)) != 0;
+  }
+
 private:
   float X[Capacity], Y[Capacity];
   int Count = 0;

@@ -65,10 +65,11 @@ struct SearchedCloud
   void Drop(const std::vector<unsigned char>& dropped);
 };
 
-/// What the estimation knows about the points of its output.
+/// What the estimation knows about its surfels. Their arrays are then in the order of the cloud, in
+/// which the normalization reads them, and are put into that of the input at the end.
 struct SurfelNeighbors
 {
   NeighborGraph Graph;    // empty: unknown
-  std::vector<int> Order; // [n] index in the graph of each point of the output
+  std::vector<int> Order; // [n] index in the cloud of each surfel in the order of the input
 };
 }

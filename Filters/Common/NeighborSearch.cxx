@@ -47,13 +47,17 @@ constexpr int MostTrees = 8;
 constexpr int FirstWanted = 64;
 
 /// One query of the tree serves so many points that follow each other, as long as they are in a
-/// ball of this many reaches: the fastest of 8, 16 and 24, and of 0.3 to 0.8.
+/// ball of this many usual reaches: the fastest of 8, 16 and 24, and of 0.6 and 0.8.
 constexpr int GroupSize = 16;
-constexpr float GroupRadius = 0.6f;
+constexpr float GroupRadius = 0.8f;
 
-/// The reach of the next points, over that of the last one, for which such a query suffices; and
-/// for which no second attempt is needed.
-constexpr float ReachGrowth = 1.15f, LikelyGrowth = 1.1f;
+/// The usual reach is a running mean: that of a single point of a random sampling varies by a
+/// tenth. This is the share of the last point.
+constexpr float LastShare = 0.2f;
+
+/// The reach of the next points, over the usual one, for which such a query suffices; and for which
+/// no second attempt is needed.
+constexpr float ReachGrowth = 1.25f, LikelyGrowth = 1.1f;
 
 /// Such a query gives up at this many times the wanted points: the density has changed.
 constexpr std::size_t MostNearby = 16;
@@ -302,7 +306,7 @@ void NeighborSearch::GatherNearby(int i, int wanted, Neighbors& neighbors) const
       const float extent = std::max(upper[c], next[c]) - std::min(lower[c], next[c]);
       squared += 0.25f * extent * extent;
     }
-    if (squared > GroupRadius * GroupRadius * neighbors.LastReach * neighbors.LastReach)
+    if (squared > GroupRadius * GroupRadius * neighbors.UsualReach * neighbors.UsualReach)
     {
       break;
     }
@@ -317,7 +321,7 @@ void NeighborSearch::GatherNearby(int i, int wanted, Neighbors& neighbors) const
   {
     center[c] = 0.5f * (lower[c] + upper[c]);
   }
-  const float reach = ReachGrowth * neighbors.LastReach + radius;
+  const float reach = ReachGrowth * neighbors.UsualReach + radius;
   neighbors.Nearby.Begin(center, reach);
   Collection points(neighbors.Nearby, this->Positions, reach, MostNearby * wanted);
   this->SearchTrees(center, this->TreeOf(i), points);
@@ -338,7 +342,7 @@ bool NeighborSearch::FindNearby(int i, int wanted, Neighbors& neighbors) const
     this->GatherNearby(i, wanted, neighbors);
   }
   const float* place = this->Positions + 3 * static_cast<size_t>(i);
-  const float likely = LikelyGrowth * neighbors.LastReach;
+  const float likely = LikelyGrowth * neighbors.UsualReach;
   if (!neighbors.Nearby.FindNearest(place, wanted, likely * likely, neighbors.Found))
   {
     return false;
@@ -374,9 +378,13 @@ void NeighborSearch::FindNearest(int i, int count, Neighbors& neighbors) const
       this->QueryPoint(i, wanted, Unbounded, neighbors); // distances overflowed or underflowed
     }
   }
+  const bool isFirst = neighbors.Last < 0;
   neighbors.Last = i;
   neighbors.LastWanted = neighbors.Count() + 1;
   neighbors.LastReach = neighbors.Count() > 0 ? std::sqrt(neighbors.SquaredDistances.back()) : 0.0f;
+  neighbors.UsualReach = isFirst
+    ? neighbors.LastReach
+    : neighbors.UsualReach + LastShare * (neighbors.LastReach - neighbors.UsualReach);
 }
 
 void NeighborSearch::FindWithin(int i, double radius, int limit, Neighbors& neighbors) const

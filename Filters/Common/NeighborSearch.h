@@ -32,6 +32,7 @@ private:
   int Last = -1;                    // point of the last query for the nearest ones, or -1
   int LastWanted = 0;
   float LastReach = 0.0f;
+  float UsualReach = 0.0f; // of the points so far
   NearbyPoints Nearby; // of the points before NearbyEnd
   int NearbyEnd = -1;
 };

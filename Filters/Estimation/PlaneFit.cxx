@@ -30,11 +30,6 @@ constexpr double CollinearRatio = 1e-6;
 /// 12 along the line, and area = 4 pi sqrt(product of both) / n gives 12 / (16 pi^2) across.
 constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 
-/// A neighbour is on the same sheet if the cosine of the normals is at least this (signed between
-/// one-sided points) and the sine of the edge's angle to the tangent plane is at most this.
-constexpr double SheetCosine = 0.3;
-constexpr double SheetClimb = 0.6;
-
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
@@ -252,13 +247,19 @@ public:
     : Fits(fits)
     , Factor(factor)
   {
-    std::vector<float> values(fits.size());
-    std::transform(
-      fits.begin(), fits.end(), values.begin(), [](const PlaneFit& fit) { return fit.Reach; });
-    this->MedianReach = Median(values);
-    std::transform(
-      fits.begin(), fits.end(), values.begin(), [](const PlaneFit& fit) { return fit.Spacing; });
-    this->MedianSpacing = Median(values);
+    const float PlaneFit::*const fields[] = { &PlaneFit::Reach, &PlaneFit::Spacing };
+    float medians[2];
+    vtkSMPTools::For(0, 2, 1, [&](vtkIdType k, vtkIdType end) {
+      for (; k < end; ++k)
+      {
+        std::vector<float> values(fits.size());
+        std::transform(fits.begin(), fits.end(), values.begin(),
+          [field = fields[k]](const PlaneFit& fit) { return fit.*field; });
+        medians[k] = Median(values);
+      }
+    });
+    this->MedianReach = medians[0];
+    this->MedianSpacing = medians[1];
   }
 
   /// The spacing that an isolated point gets; negative if the point is not isolated.
@@ -300,7 +301,7 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneF
 {
   const int count = static_cast<int>(fits.size());
   const IsolationTest test(fits, factor);
-  std::vector<double> spacings(count); // first all tests, then all changes
+  RawVector<double> spacings(count); // first all tests, then all changes
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
@@ -308,23 +309,17 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneF
       spacings[i] = test.Spacing(static_cast<int>(i), graph.Row(i), scratch);
     }
   });
-  for (int i = 0; i < count; ++i)
-  {
-    if (spacings[i] >= 0.0)
+  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
     {
-      fits[i].Isolated = true;
-      MakeRound(spacings[i], fits[i]);
+      if (spacings[i] >= 0.0)
+      {
+        fits[i].Isolated = true;
+        MakeRound(spacings[i], fits[i]);
+      }
     }
-  }
+  });
 }
-}
-
-bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d)
-{
-  const double cosine = Dot(a.Normal, b.Normal);
-  const double climb = Dot(a.Normal, d);
-  return (eitherTwoSided ? std::abs(cosine) : cosine) >= SheetCosine &&
-    climb * climb <= SheetClimb * SheetClimb * Dot(d, d);
 }
 
 bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
@@ -361,14 +356,16 @@ bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector
     return false;
   }
   BoundIsolated(settings.IsolationFactor, graph, fits);
-  for (PlaneFit& fit : fits)
-  {
-    if (!(fit.Spacing > 0.0))
+  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
     {
-      // A single point: any radius will do.
-      MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0, fit);
+      if (!(fits[i].Spacing > 0.0))
+      {
+        // A single point: any radius will do.
+        MakeRound(settings.UseRadius && settings.Radius > 0.0 ? settings.Radius : 1.0, fits[i]);
+      }
     }
-  }
+  });
   return true;
 }
 

@@ -55,9 +55,21 @@ struct PlaneFit
 /// Rank of the neighbour whose distance decides whether a point is isolated.
 constexpr int ReachRank = 6;
 
+/// A neighbour is on the same sheet if the cosine of the normals is at least this (signed between
+/// one-sided points) and the sine of the edge's angle to the tangent plane is at most this.
+constexpr double SheetCosine = 0.3;
+constexpr double SheetClimb = 0.6;
+
 /// Whether two points whose difference is d can be on the same sheet of surface: their normals
 /// agree (up to sign if eitherTwoSided), and d does not leave a's tangent plane by much.
-bool AreOfOneSheet(const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d);
+inline bool AreOfOneSheet(
+  const PlaneFit& a, const PlaneFit& b, bool eitherTwoSided, const Vector3& d)
+{
+  const double cosine = Dot(a.Normal, b.Normal);
+  const double climb = Dot(a.Normal, d);
+  return (eitherTwoSided ? std::abs(cosine) : cosine) >= SheetCosine &&
+    climb * climb <= SheetClimb * SheetClimb * Dot(d, d);
+}
 
 /// Input of the plane fits.
 struct FitInput

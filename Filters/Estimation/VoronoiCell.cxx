@@ -3,12 +3,13 @@
 
 #include "Filters/Common/AngularGap.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Estimation/CellPolygon.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
+#include <limits>
 
 namespace SurfelGeometry
 {
@@ -37,7 +38,9 @@ constexpr double MaximumSparsity = 4.0, MaximumBeyondGap = 10.0;
 constexpr double Lookouts[] = { 4.0, 8.0, 16.0 };
 constexpr double LeastSparsity = 1.5;
 constexpr std::size_t FewestSparse = 4; ///< fewer are the end of another thing
-constexpr int ReachCorners = 12;
+
+/// So many of the nearest neighbours cut the cell without asking whether they reach it.
+constexpr int SureCuts = 6;
 
 /// The surface ends where the surrounding areas, smoothed by a Gaussian of this many spacings,
 /// cover half of the plane. Areas fitted near a border are a seventh too large (PlaneFit.cxx,
@@ -47,174 +50,61 @@ constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.57;
 constexpr int BorderSteps = 12;
 
-struct Point2
-{
-  float X, Y;
-};
-
-/// A convex polygon, cut by half-planes. Lengths in spacings of its point.
-class Polygon
-{
-public:
-  /// @param reach radius of the circle that the polygon encloses
-  void Reset(double reach)
-  {
-    static const std::array<Point2, ReachCorners> corners = UnitCorners();
-    this->Count = ReachCorners;
-    for (int k = 0; k < ReachCorners; ++k)
-    {
-      this->X[k] = static_cast<float>(reach) * corners[k].X;
-      this->Y[k] = static_cast<float>(reach) * corners[k].Y;
-    }
-    this->Measure();
-  }
-
-  /// Keeps the part with n.x <= d.
-  /// @param d positive: the padding, at the origin, is not cut off
-  void Cut(float nx, float ny, float d)
-  {
-    alignas(32) float distances[MaxCorners];
-    int cut = 0;
-    for (int first = 0; first < this->Count; first += Lanes)
-    {
-      for (int k = first; k < first + Lanes; ++k)
-      {
-        distances[k] = nx * this->X[k] + ny * this->Y[k] - d;
-        cut += distances[k] > 0.0f ? 1 : 0;
-      }
-    }
-    if (cut == this->Count)
-    {
-      this->Count = 0;
-    }
-    else if (cut > 0)
-    {
-      this->Replace(distances, cut);
-      this->Measure();
-    }
-  }
-
-  /// Squared distance of the farthest corner.
-  float SquaredRadius() const { return this->Squared; }
-
-  /// Area, first and second moments about the origin, as sums over the triangles with the origin.
-  void Moments(double& area, double first[2], double second[3]) const
-  {
-    area = first[0] = first[1] = 0.0;
-    second[0] = second[1] = second[2] = 0.0;
-    for (int k = 0; k < this->Count; ++k)
-    {
-      const int next = this->Next(k);
-      const double ax = this->X[k], ay = this->Y[k], bx = this->X[next], by = this->Y[next];
-      const double cross = ax * by - ay * bx;
-      area += cross / 2.0;
-      first[0] += cross * (ax + bx) / 6.0;
-      first[1] += cross * (ay + by) / 6.0;
-      second[0] += cross * (ax * ax + ax * bx + bx * bx) / 12.0;
-      second[1] += cross * (ay * ay + ay * by + by * by) / 12.0;
-      second[2] += cross * (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) / 24.0;
-    }
-  }
-
-private:
-  /// Corners are padded to full vectors with zeros.
-  static constexpr int Lanes = 8;
-
-  /// A cut adds one corner at most; all neighbours and the border may cut.
-  static constexpr int MaxCorners = (ReachCorners + SheetCapacity + 2 + Lanes - 1) / Lanes * Lanes;
-
-  static std::array<Point2, ReachCorners> UnitCorners()
-  {
-    std::array<Point2, ReachCorners> corners;
-    const double outer = 1.0 / std::cos(Pi / ReachCorners);
-    for (int k = 0; k < ReachCorners; ++k)
-    {
-      const double angle = 2.0 * Pi * k / ReachCorners;
-      corners[k] = { static_cast<float>(outer * std::cos(angle)),
-        static_cast<float>(outer * std::sin(angle)) };
-    }
-    return corners;
-  }
-
-  int Next(int k) const { return k + 1 < this->Count ? k + 1 : 0; }
-
-  /// The point where the edge from corner a to corner b is cut. It is clamped to the edge: after
-  /// rounding the polygon may be not quite convex and both ends on one side of a line far away.
-  Point2 Between(int a, int b, const float* distances) const
-  {
-    const float along = distances[a] / (distances[a] - distances[b]);
-    const float t = along >= 0.0f ? std::min(along, 1.0f) : 0.0f;
-    return { this->X[a] + t * (this->X[b] - this->X[a]),
-      this->Y[a] + t * (this->Y[b] - this->Y[a]) };
-  }
-
-  /// A half-plane cuts off one run of `cut` corners; two new corners replace it.
-  void Replace(const float* distances, int cut)
-  {
-    int last = 0; // before the run
-    while (distances[last] > 0.0f || distances[this->Next(last)] <= 0.0f)
-    {
-      ++last;
-    }
-    const int run = this->Next(last);
-    const int end = last + cut < this->Count ? last + cut : last + cut - this->Count;
-    const int after = this->Next(end);
-    const Point2 a = this->Between(last, run, distances);
-    const Point2 b = this->Between(end, after, distances);
-    const int kept = this->Count - cut;
-    if (after <= last) // the run reaches the end or wraps around
-    {
-      std::copy(this->X + after, this->X + after + kept, this->X);
-      std::copy(this->Y + after, this->Y + after + kept, this->Y);
-      this->Set(kept, a);
-      this->Set(kept + 1, b);
-    }
-    else
-    {
-      std::memmove(this->X + run + 2, this->X + after, (this->Count - after) * sizeof(float));
-      std::memmove(this->Y + run + 2, this->Y + after, (this->Count - after) * sizeof(float));
-      this->Set(run, a);
-      this->Set(run + 1, b);
-    }
-    this->Count = kept + 2;
-  }
-
-  void Set(int k, const Point2& p)
-  {
-    this->X[k] = p.X;
-    this->Y[k] = p.Y;
-  }
-
-  /// Call after every change of the corners.
-  void Measure()
-  {
-    for (int k = this->Count; k % Lanes != 0; ++k)
-    {
-      this->X[k] = this->Y[k] = 0.0f;
-    }
-    this->Squared = 0.0f;
-    for (int k = 0; k < this->Count; ++k)
-    {
-      this->Squared = std::max(this->Squared, this->X[k] * this->X[k] + this->Y[k] * this->Y[k]);
-    }
-  }
-
-  alignas(32) float X[MaxCorners];
-  alignas(32) float Y[MaxCorners];
-  int Count = 0;
-  float Squared = 0.0f;
-};
-
 /// Neighbours of a point in its tangent plane, nearest first. Lengths in spacings of the point.
 struct FlatSheet
 {
   int Count;
   float X[SheetCapacity], Y[SheetCapacity];
   float Areas[SheetCapacity];
+
+  void Add(float x, float y, float area)
+  {
+    this->X[this->Count] = x;
+    this->Y[this->Count] = y;
+    this->Areas[this->Count] = area;
+    ++this->Count;
+  }
 };
 
+/// The nearest neighbours of a point as a structure of arrays for SIMD loops. Lengths in spacings
+/// of the point; differences to it are exact in float where neighbours are near each other.
+struct NearSheet
+{
+  static constexpr int Capacity = (CellNeighbors + 7) / 8 * 8;
+
+  alignas(32) float DX[Capacity] = {}, DY[Capacity] = {}, DZ[Capacity] = {};
+  alignas(32) float NX[Capacity] = {}, NY[Capacity] = {}, NZ[Capacity] = {};
+  alignas(32) int EitherTwoSided[Capacity] = {};
+  alignas(32) float Spacings[Capacity] = {};
+  alignas(32) float X[Capacity], Y[Capacity]; // see FlatSheet
+  alignas(32) int IsOfSheet[Capacity];
+};
+
+/// Maps the neighbours to the tangent plane, as CellMeasurer::AddToSheet does.
+SURFEL_MULTIVERSION void Flatten(
+  const Float3& normal, const Float3& u, const Float3& v, NearSheet& s)
+{
+  constexpr auto leastCosine = static_cast<float>(SheetCosine);
+  constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
+  for (int k = 0; k < NearSheet::Capacity; ++k)
+  {
+    const float dx = s.DX[k], dy = s.DY[k], dz = s.DZ[k];
+    const float cosine = normal.X * s.NX[k] + normal.Y * s.NY[k] + normal.Z * s.NZ[k];
+    const float climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
+    const float squared = dx * dx + dy * dy + dz * dz;
+    const float x = u.X * dx + u.Y * dy + u.Z * dz;
+    const float y = v.X * dx + v.Y * dy + v.Z * dz;
+    const float flat = x * x + y * y;
+    const float scale = std::sqrt(squared / (flat > 0.0f ? flat : 1.0f));
+    s.X[k] = scale * x;
+    s.Y[k] = scale * y;
+    const float agreement = s.EitherTwoSided[k] != 0 ? std::abs(cosine) : cosine;
+    s.IsOfSheet[k] = (agreement >= leastCosine) & (climb * climb <= mostClimb * squared) ? 1 : 0;
+  }
+}
+
 /// The point's cell among its neighbours.
-void CutCell(const FlatSheet& sheet, double reach, Polygon& cell)
+void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
 {
   cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
@@ -243,7 +133,7 @@ public:
   VoronoiCell Measure(int i)
   {
     VoronoiCell cell;
-    if (this->Unfold(i) && this->CutAndMeasure(i, CellReach, cell))
+    if (this->CutByNearest(i) && this->MeasureCell(i, CellReach, cell))
     {
       this->MeasureAgain(i, cell);
     }
@@ -344,8 +234,14 @@ private:
   bool CutAndMeasure(int i, double reach, VoronoiCell& cell)
   {
     CutCell(this->Sheet, reach, this->Cell);
+    return this->MeasureCell(i, reach, cell);
+  }
+
+  /// @return whether the cell is open
+  bool MeasureCell(int i, double reach, VoronoiCell& cell)
+  {
     // A cell that its neighbours bound is inside the surface, whatever the angles between them.
-    const bool open = this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
+    const bool open = this->IsOpen(reach);
     if (open && this->HaveGap())
     {
       this->CutAtBorder(reach);
@@ -375,9 +271,10 @@ private:
     return open;
   }
 
-  /// Maps the neighbours on the same sheet to the tangent plane. Returns false if the point has no
-  /// cell.
-  bool Unfold(int i)
+  /// Maps the nearest neighbours on the same sheet to the tangent plane and cuts the cell by them:
+  /// as far as they reach, or all of them if they leave the cell open. Returns false if the point
+  /// has no cell.
+  bool CutByNearest(int i)
   {
     const PlaneFit& fit = this->Fits[i];
     if (fit.Isolated || fit.Degenerate || !(fit.Spacing > 0.0))
@@ -392,12 +289,58 @@ private:
       this->Found.Ids.resize(CellNeighbors, -1);
       ids = this->Found.Ids.data();
     }
+    const int count = static_cast<int>(std::find(ids, ids + CellNeighbors, -1) - ids);
+    this->LoadNear(i, ids, count);
+    Flatten(fit.Normal, this->U, this->V, this->Near);
     this->Sheet.Count = 0;
-    for (int k = 0; k < CellNeighbors && ids[k] >= 0; ++k)
+    this->Cell.Reset(CellReach);
+    constexpr auto open = static_cast<float>(CellReach * CellReach);
+    float radius = std::numeric_limits<float>::infinity(); // squared; of the cell so far
+    bool reaches = true;
+    for (int k = 0; k < count && (reaches || radius >= open); ++k)
     {
-      this->AddToSheet(i, ids[k]);
+      if (this->Near.IsOfSheet[k])
+      {
+        const float x = this->Near.X[k], y = this->Near.Y[k], spacing = this->Near.Spacings[k];
+        const float squared = x * x + y * y;
+        reaches = squared < 4.0f * radius;
+        const bool isCut = reaches && squared > 0.0f && this->Cell.Cut(x, y, 0.5f * squared);
+        this->Sheet.Add(x, y, spacing * spacing);
+        // The first ones always reach; to find that out would take longer.
+        if (isCut && this->Sheet.Count >= SureCuts)
+        {
+          radius = this->Cell.SquaredRadius();
+        }
+      }
     }
     return true;
+  }
+
+  /// Loads the nearest neighbours of point i.
+  void LoadNear(int i, const int* ids, int count)
+  {
+    const float* p = this->Cloud.Position(i);
+    const float inverse = 1.0f / this->Fits[i].Spacing;
+    NearSheet& near = this->Near;
+    for (int k = 0; k < count; ++k)
+    {
+      const int j = ids[k];
+      const float* q = this->Cloud.Position(j);
+      const PlaneFit& fit = this->Fits[j];
+      near.DX[k] = inverse * (q[0] - p[0]);
+      near.DY[k] = inverse * (q[1] - p[1]);
+      near.DZ[k] = inverse * (q[2] - p[2]);
+      near.NX[k] = fit.Normal.X;
+      near.NY[k] = fit.Normal.Y;
+      near.NZ[k] = fit.Normal.Z;
+      near.EitherTwoSided[k] = this->TwoSided[i] | this->TwoSided[j];
+      near.Spacings[k] = inverse * fit.Spacing;
+    }
+  }
+
+  bool IsOpen(double reach) const
+  {
+    return this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
   }
 
   /// @param d from point i to point j
@@ -426,10 +369,8 @@ private:
     const double flat = x * x + y * y;
     const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
     const double spacing = inverse * this->Fits[j].Spacing;
-    sheet.X[sheet.Count] = static_cast<float>(scale * x);
-    sheet.Y[sheet.Count] = static_cast<float>(scale * y);
-    sheet.Areas[sheet.Count] = static_cast<float>(spacing * spacing);
-    ++sheet.Count;
+    sheet.Add(static_cast<float>(scale * x), static_cast<float>(scale * y),
+      static_cast<float>(spacing * spacing));
     return true;
   }
 
@@ -508,9 +449,10 @@ private:
   std::vector<int> Sparse;
   std::vector<float> SeenDistances;
   Vector3 U, V;
+  NearSheet Near;
   FlatSheet Sheet;
   Directions Around;
-  Polygon Cell;
+  CellPolygon Cell;
 };
 }
 

@@ -32,99 +32,86 @@ constexpr double MaxTerm = 65536.0;
 class FixedSums
 {
 public:
-  explicit FixedSums(size_t count)
+  explicit FixedSums(std::size_t count)
     : Sums(new std::atomic<std::int64_t>[count])
     , Count(count)
   {
+    this->Clear();
   }
 
   void Clear()
   {
-    for (size_t i = 0; i < this->Count; ++i)
-    {
-      this->Sums[i].store(0, std::memory_order_relaxed);
-    }
+    vtkSMPTools::For(0, static_cast<vtkIdType>(this->Count), [this](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        this->Sums[i].store(0, std::memory_order_relaxed);
+      }
+    });
   }
   static std::int64_t ToFixed(double term)
   {
     return static_cast<std::int64_t>(std::min(term, MaxTerm) / FixedPoint);
   }
-  void Add(size_t i, std::int64_t term)
+  void Add(std::size_t i, std::int64_t term)
   {
     if (term != 0)
     {
       this->Sums[i].fetch_add(term, std::memory_order_relaxed);
     }
   }
-  double Get(size_t i) const
+  double Get(std::size_t i) const
   {
     return FixedPoint * static_cast<double>(this->Sums[i].load(std::memory_order_relaxed));
   }
 
 private:
   std::unique_ptr<std::atomic<std::int64_t>[]> Sums;
-  size_t Count;
+  std::size_t Count;
 };
 
-/// The areas of the surfels that a block reads, and what its samples add to their sums. Each thread
-/// reuses one.
-class BlockSums
+/// A sample and its entries.
+struct SamplePlace
+{
+  const std::uint16_t* Numbers; // in the block's table
+  const std::uint16_t* Kernels;
+  int Entries, Kind;
+  double Area; // world units squared
+};
+
+/// Calls visit(place) for the samples of a block.
+/// @param areas of the block's own surfels, before they are weighted
+template <typename Visit>
+void ForSamples(const SampleBlock& block, const float* areas, double share, Visit&& visit)
+{
+  SamplePlace place{ block.Numbers.data(), block.Kernels.data(), 0, 0, 0.0 };
+  const std::uint16_t* sample = block.Samples.data();
+  for (std::size_t i = 0; i < block.Owned.size(); ++i)
+  {
+    place.Area = share * areas[i];
+    for (const std::uint16_t* end = sample + block.Owned[i]; sample < end; ++sample)
+    {
+      place.Entries = SampleBlock::Entries(*sample);
+      place.Kind = SampleBlock::Kind(*sample);
+      visit(place);
+      place.Numbers += place.Entries;
+      place.Kernels += place.Entries;
+    }
+  }
+}
+
+/// Sums over the samples of a block, for each surfel of its table.
+class BlockTerms
 {
 public:
-  /// @param areas null: not needed
-  /// @param scale of the peaks, so that a kernel is a number of SampleBlock::Kernels times a peak
-  void Begin(const SampleBlock& block, const SampledSurface& surface,
-    const std::vector<double>* areas, double scale)
-  {
-    const std::size_t count = block.TableSize();
-    this->Peaks.resize(count);
-    this->Areas.resize(count);
-    this->Terms.assign(count, 0);
-    for (std::size_t k = 0; k < count; ++k)
-    {
-      const auto id = static_cast<std::size_t>(block.Id(static_cast<std::uint16_t>(k)));
-      this->Peaks[k] = scale * surface.Peaks[id];
-      this->Areas[k] = areas ? (*areas)[id] * this->Peaks[k] : 0.0;
-    }
-  }
+  void Begin(std::size_t count) { this->Terms.assign(count, 0); }
 
-  /// Begins with a surfel's samples.
-  void BeginRow(const std::uint16_t* row, int size)
+  /// @param peaks [count] what a kernel is a number of SampleBlock::Kernels times
+  void Add(const SamplePlace& at, double factor, const std::vector<double>& peaks)
   {
-    this->Row = row;
-    this->RowSize = size;
-    for (int k = 0; k < size; ++k)
+    for (int e = 0; e < at.Entries; ++e)
     {
-      this->RowAreas[k] = this->Areas[row[k]];
-      this->RowTerms[k] = 0.0;
-    }
-  }
-
-  /// The sum of the kernels at a sample, times their areas.
-  double SumAt(const unsigned char* ranks, const std::uint16_t* kernels, int entries) const
-  {
-    double sum = 0.0;
-    for (int e = 0; e < entries; ++e)
-    {
-      sum += this->RowAreas[ranks[e]] * kernels[e];
-    }
-    return sum;
-  }
-
-  void Add(const unsigned char* ranks, const std::uint16_t* kernels, int entries, double factor)
-  {
-    for (int e = 0; e < entries; ++e)
-    {
-      this->RowTerms[ranks[e]] += factor * kernels[e];
-    }
-  }
-
-  void EndRow()
-  {
-    for (int k = 0; k < this->RowSize; ++k)
-    {
-      const std::uint16_t number = this->Row[k];
-      this->Terms[number] += FixedSums::ToFixed(this->RowTerms[k] * this->Peaks[number]);
+      const std::uint16_t number = at.Numbers[e];
+      this->Terms[number] += FixedSums::ToFixed(factor * at.Kernels[e] * peaks[number]);
     }
   }
 
@@ -132,19 +119,63 @@ public:
   {
     for (std::size_t k = 0; k < this->Terms.size(); ++k)
     {
-      sums.Add(static_cast<std::size_t>(block.Id(static_cast<std::uint16_t>(k))), this->Terms[k]);
+      sums.Add(static_cast<std::size_t>(block.Id(k)), this->Terms[k]);
     }
   }
 
 private:
-  static constexpr int LongestRow = 256;
-
-  std::vector<double> Areas; // times the peaks
-  std::vector<double> Peaks;
   std::vector<std::int64_t> Terms;
-  const std::uint16_t* Row = nullptr;
-  int RowSize = 0;
-  double RowAreas[LongestRow], RowTerms[LongestRow];
+};
+
+/// The kernels that a block reads.
+struct BlockKernels
+{
+  std::vector<double>
+    Peaks; // scaled, so that a kernel is a number of SampleBlock::Kernels times it
+  std::vector<double> Weights; // areas times the peaks
+
+  /// The sum of the kernels at a sample, times their areas.
+  double SumAt(const SamplePlace& at) const
+  {
+    double sum = 0.0;
+    for (int e = 0; e < at.Entries; ++e)
+    {
+      sum += this->Weights[at.Numbers[e]] * at.Kernels[e];
+    }
+    return sum;
+  }
+
+  /// Of stored samples.
+  void Load(const SampleBlock& block, const SampledSurface& surface,
+    const std::vector<double>& areas, double scale)
+  {
+    this->Resize(block.TableSize());
+    for (std::size_t k = 0; k < this->Peaks.size(); ++k)
+    {
+      const auto id = static_cast<std::size_t>(block.Id(k));
+      this->Peaks[k] = scale * surface.Peaks[id];
+      this->Weights[k] = areas[id] * this->Peaks[k];
+    }
+  }
+
+  /// Of new samples: the areas before they are weighted.
+  void Load(const SurfelTable& table, std::size_t count, double scale)
+  {
+    this->Resize(count);
+    for (std::size_t k = 0; k < count; ++k)
+    {
+      const WeightedKernel& kernel = table[k].Kernel;
+      this->Peaks[k] = kernel.Usable ? scale * kernel.Peak : 0.0;
+      this->Weights[k] = kernel.Usable ? kernel.Area * this->Peaks[k] : 0.0;
+    }
+  }
+
+private:
+  void Resize(std::size_t count)
+  {
+    this->Peaks.resize(count);
+    this->Weights.resize(count);
+  }
 };
 
 SumMoments Total(const std::vector<SumMoments>& blocks)
@@ -173,103 +204,95 @@ SumStatistics Statistics(const SumMoments& all, WeightReport& report)
   return result;
 }
 
+/// What all passes over the samples read.
 struct Sampling
 {
-  const WeightSettings& Settings;
+  const double Share; // area of a sample over that of its surfel
+  const double Scale; // of the peaks: kernels have unit mass within the support
   SampledSurface Surface;
 
-  /// Calls visit(sums, b, place) for all samples, in parallel over the blocks, whose index is b.
-  /// @param areas null: not needed
-  /// @param total gets what the visits have added; null: nothing
-  template <typename Visit>
-  void ForSamples(const std::vector<double>* areas, FixedSums* total, Visit&& visit) const
+  explicit Sampling(const WeightSettings& settings)
+    : Share(SampleShare(settings))
+    , Scale(1.0 / (SampleBlock::Peak * (1.0 - std::exp(-settings.Support))))
   {
-    // Kernels have unit mass within the support.
-    const double scale = 1.0 / (SampleBlock::Peak * (1.0 - std::exp(-this->Settings.Support)));
+  }
+
+  const float* AreasOf(const SampleBlock& block) const
+  {
+    return this->Surface.Areas.data() + block.First;
+  }
+
+  /// Calls visit(b, block, kernels) for the stored blocks, in parallel.
+  template <typename Visit>
+  void ForBlocks(const std::vector<double>& areas, Visit&& visit) const
+  {
     const auto count = static_cast<vtkIdType>(this->Surface.Blocks.size());
     vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
-      BlockSums sums;
+      BlockKernels kernels;
       for (; b < last; ++b)
       {
         const SampleBlock& block = this->Surface.Blocks[b];
-        sums.Begin(block, this->Surface, areas, scale);
-        this->ForSamplesOf(block, sums, [&](const SamplePlace& place) { visit(sums, b, place); });
-        if (total)
-        {
-          sums.End(block, *total);
-        }
+        kernels.Load(block, this->Surface, areas, this->Scale);
+        visit(b, block, kernels);
       }
     });
   }
-
-  /// A sample and its entries.
-  struct SamplePlace
-  {
-    const unsigned char* Ranks;
-    const std::uint16_t* Kernels;
-    int Entries, Kind;
-    double Area; // world units squared
-  };
-
-private:
-  template <typename Visit>
-  void ForSamplesOf(const SampleBlock& block, BlockSums& sums, Visit&& visit) const
-  {
-    SamplePlace place{ block.Ranks.data(), block.Kernels.data(), 0, 0, 0.0 };
-    const double share = SampleShare(this->Settings);
-    const std::uint16_t* sample = block.Samples.data();
-    const std::uint16_t* row = block.Rows.data();
-    for (std::size_t i = 0; i < block.Owned.size(); ++i)
-    {
-      place.Area = share * this->Surface.Areas[static_cast<std::size_t>(block.First) + i];
-      sums.BeginRow(row, block.RowSizes[i]);
-      for (const std::uint16_t* end = sample + block.Owned[i]; sample < end; ++sample)
-      {
-        place.Entries = SampleBlock::Entries(*sample);
-        place.Kind = SampleBlock::Kind(*sample);
-        visit(place);
-        place.Ranks += place.Entries;
-        place.Kernels += place.Entries;
-      }
-      sums.EndRow();
-      row += block.RowSizes[i];
-    }
-  }
 };
 
-/// Adds up sums_i += w_j K_ji d_j / s_j with d_j = 1 on the surface and 0 beyond its border; or
-/// w_j K_ji if `areas` is null.
-/// @param statistics of the sums with the given areas, for each block
-void Accumulate(const Sampling& samples, const std::vector<double>* areas, FixedSums& sums,
+/// Adds w_j K_ji d_j / s_j to sum i for the samples j of a block, with d_j = 1 on the surface and 0
+/// beyond its border.
+void AddNumerators(const Sampling& samples, const SampleBlock& block, const BlockKernels& kernels,
+  FixedSums& sums, SumMoments& statistics)
+{
+  BlockTerms terms;
+  terms.Begin(block.TableSize());
+  ForSamples(block, samples.AreasOf(block), samples.Share, [&](const SamplePlace& at) {
+    if (at.Kind != 0)
+    {
+      const double sum = kernels.SumAt(at);
+      if (at.Kind == CountedSample)
+      {
+        statistics.Add(at.Area, sum);
+      }
+      terms.Add(at, at.Area / std::max(sum, MinSum), kernels.Peaks);
+    }
+  });
+  terms.End(block, sums);
+}
+
+/// Adds w_j K_ji to sum i for the samples j of a block.
+void AddDenominators(
+  const Sampling& samples, const SampleBlock& block, const BlockKernels& kernels, FixedSums& sums)
+{
+  BlockTerms terms;
+  terms.Begin(block.TableSize());
+  ForSamples(block, samples.AreasOf(block), samples.Share,
+    [&](const SamplePlace& at) { terms.Add(at, at.Area, kernels.Peaks); });
+  terms.End(block, sums);
+}
+
+/// @param statistics of the sums with these areas, for each block
+void SumNumerators(const Sampling& samples, const std::vector<double>& areas, FixedSums& sums,
   std::vector<SumMoments>& statistics)
 {
   sums.Clear();
   statistics.assign(samples.Surface.Blocks.size(), SumMoments());
-  samples.ForSamples(
-    areas, &sums, [&](BlockSums& own, vtkIdType b, const Sampling::SamplePlace& at) {
-      if (areas && at.Kind == 0)
-      {
-        return;
-      }
-      const double sum = areas ? own.SumAt(at.Ranks, at.Kernels, at.Entries) : 1.0;
-      if (areas && at.Kind == CountedSample)
-      {
-        statistics[b].Add(at.Area, sum);
-      }
-      own.Add(at.Ranks, at.Kernels, at.Entries, at.Area / std::max(sum, MinSum));
-    });
+  samples.ForBlocks(areas, [&](vtkIdType b, const SampleBlock& block, const BlockKernels& kernels) {
+    AddNumerators(samples, block, kernels, sums, statistics[b]);
+  });
 }
 
 SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
 {
   std::vector<SumMoments> statistics(samples.Surface.Blocks.size());
-  samples.ForSamples(
-    &areas, nullptr, [&](BlockSums& own, vtkIdType b, const Sampling::SamplePlace& at) {
+  samples.ForBlocks(areas, [&](vtkIdType b, const SampleBlock& block, const BlockKernels& kernels) {
+    ForSamples(block, samples.AreasOf(block), samples.Share, [&](const SamplePlace& at) {
       if (at.Kind == CountedSample)
       {
-        statistics[b].Add(at.Area, own.SumAt(at.Ranks, at.Kernels, at.Entries));
+        statistics[b].Add(at.Area, kernels.SumAt(at));
       }
     });
+  });
   return Total(statistics);
 }
 
@@ -324,10 +347,43 @@ WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covar
     kernel.B2 = std::sqrt(uu / determinant) * (v - (uv / uu) * u);
     kernel.Peak = static_cast<float>(1.0 / (2.0 * Pi * std::sqrt(determinant)));
     kernel.Sigma = static_cast<float>(std::sqrt(std::sqrt(determinant)));
+    kernel.LargestVariance =
+      static_cast<float>(0.5 * (uu + vv) + std::sqrt(0.25 * (uu - vv) * (uu - vv) + uv * uv));
     // Kernels are floats: peaks, 1 / area, end at 3e38.
     kernel.Usable = std::isfinite(kernel.Peak) && kernel.Sigma > 0.0f;
   }
   return kernel;
+}
+
+namespace
+{
+struct WeightSums
+{
+  FixedSums Denominators, Numerators;
+  std::vector<SumMoments> Statistics; // of each block
+
+  explicit WeightSums(std::size_t count)
+    : Denominators(count)
+    , Numerators(count)
+  {
+  }
+};
+
+/// Samples the surface and makes the first pass over the samples while they are in the caches.
+/// Returns false if stopped.
+bool MakeSamplesAndSums(
+  const WeightProblem& problem, const StageProgress& progress, Sampling& samples, WeightSums& sums)
+{
+  BeginSamples(problem, samples.Surface);
+  sums.Statistics.resize(samples.Surface.Blocks.size());
+  const auto addUp = [&](std::size_t b, const SampleBlock& block, const SurfelTable& table) {
+    BlockKernels kernels;
+    kernels.Load(table, block.TableSize(), samples.Scale);
+    AddDenominators(samples, block, kernels, sums.Denominators);
+    AddNumerators(samples, block, kernels, sums.Numerators, sums.Statistics[b]);
+  };
+  return MakeSamples(problem, progress, addUp, samples.Surface);
+}
 }
 
 bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
@@ -338,8 +394,9 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   const auto share = [sharing](bool running, SumMoments& moments) {
     return sharing ? sharing->Sum(running, moments) : running;
   };
-  Sampling samples{ problem.Settings, {} };
-  bool running = MakeSamples(problem, progress.Part(0.0, 0.5), samples.Surface);
+  Sampling samples(problem.Settings);
+  WeightSums sums(static_cast<std::size_t>(problem.Cloud.Size()));
+  bool running = MakeSamplesAndSums(problem, progress.Part(0.0, 0.5), samples, sums);
   SumMoments moments;
   if (!share(running, moments))
   {
@@ -347,16 +404,15 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   }
   areas.assign(samples.Surface.Areas.begin(), samples.Surface.Areas.end());
   // One or two points have no samples: no place is known to be on a surface.
-  std::vector<SumMoments> statistics;
-  FixedSums denominators(areas.size());
-  Accumulate(samples, nullptr, denominators, statistics);
-  FixedSums numerators(areas.size());
   double last = std::numeric_limits<double>::infinity();
   bool isMeasured = false; // of the final areas
   for (int step = 0; step < iterations; ++step)
   {
-    Accumulate(samples, &areas, numerators, statistics);
-    moments = Total(statistics);
+    if (step > 0) // the first one is made with the samples
+    {
+      SumNumerators(samples, areas, sums.Numerators, sums.Statistics);
+    }
+    moments = Total(sums.Statistics);
     if (!share(running, moments))
     {
       return false;
@@ -370,7 +426,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       break;
     }
     last = now.StandardDeviation;
-    Step({ problem.Settings, samples.Surface.Areas, denominators, numerators }, areas);
+    Step({ problem.Settings, samples.Surface.Areas, sums.Denominators, sums.Numerators }, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {

@@ -55,20 +55,42 @@ inline float ExpOfEighth(float r)
   return e * e;
 }
 
-/// The owner and its neighbours on the same sheet, as a structure of arrays for SIMD
-/// loops. Positions relative to the owner, lengths in units of its spacing. Beyond Count the arrays
-/// are padded to full vectors with kernels that reach nothing.
+/// Places of the owner and its neighbours on the same sheet, relative to the owner, in units of its
+/// spacing.
 struct Sheet
 {
+  static constexpr int Capacity = Directions::Capacity;
+
+  int Count;
+  std::uint16_t Numbers[Capacity]; // in the table
+  float X[Capacity];
+  float Y[Capacity];
+  float Z[Capacity];
+  float Squared[Capacity];
+
+  void Add(std::uint16_t number, const Float3& at, float squared)
+  {
+    const int k = this->Count++;
+    this->Numbers[k] = number;
+    this->X[k] = at.X;
+    this->Y[k] = at.Y;
+    this->Z[k] = at.Z;
+    this->Squared[k] = squared;
+  }
+};
+
+/// Those kernels of a sheet that may reach a sample of the owner, as a structure of arrays for SIMD
+/// loops. Beyond Count the arrays are padded to full vectors with kernels that reach nothing.
+struct SheetKernels
+{
   static constexpr int Lanes = 16;
-  static constexpr int Capacity = Directions::Capacity + Lanes; // neighbours, the owner and padding
+  static constexpr int Capacity = Sheet::Capacity + Lanes;
 
   int Count;
   std::uint16_t Numbers[Capacity]; // in the table
   alignas(64) float X[Capacity];
   alignas(64) float Y[Capacity];
   alignas(64) float Z[Capacity];
-  alignas(64) float Squared[Capacity];
   alignas(64) float B1X[Capacity];
   alignas(64) float B1Y[Capacity];
   alignas(64) float B1Z[Capacity];
@@ -89,7 +111,6 @@ struct Sheet
     this->X[k] = at.X;
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
-    this->Squared[k] = SingleDot(at, at);
     this->B1X[k] = spacing * kernel.B1.X;
     this->B1Y[k] = spacing * kernel.B1.Y;
     this->B1Z[k] = spacing * kernel.B1.Z;
@@ -107,7 +128,7 @@ struct Sheet
   {
     for (int k = this->Count; k % Lanes != 0; ++k)
     {
-      this->X[k] = this->Y[k] = this->Z[k] = this->Squared[k] = 0.0f;
+      this->X[k] = this->Y[k] = this->Z[k] = 0.0f;
       this->B1X[k] = this->B1Y[k] = this->B1Z[k] = 0.0f;
       this->B2X[k] = this->B2Y[k] = this->B2Z[k] = 0.0f;
       this->NX[k] = this->NY[k] = this->NZ[k] = this->Climb[k] = 0.0f;
@@ -200,14 +221,14 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
   }
 }
 
-/// The sheet's kernels at a sample, as SampleBlock has them; 0 of those whose exponent |B y|^2 / 2
+/// The kernels at a sample, as SampleBlock has them; 0 of those whose exponent |B y|^2 / 2
 /// is beyond the support, and of those whose plane is too far off.
 SURFEL_MULTIVERSION void FindKernels(
-  const Sheet& s, const Float3& at, float support, int* __restrict kernels)
+  const SheetKernels& s, const Float3& at, float support, int* __restrict kernels)
 {
-  for (int first = 0; first < s.Count; first += Sheet::Lanes)
+  for (int first = 0; first < s.Count; first += SheetKernels::Lanes)
   {
-    for (int lane = 0; lane < Sheet::Lanes; ++lane)
+    for (int lane = 0; lane < SheetKernels::Lanes; ++lane)
     {
       const int k = first + lane;
       const float x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
@@ -242,22 +263,27 @@ public:
   {
     block.Clear();
     block.First = first;
+    this->Entries = 0;
     this->FindRows(first, last);
     for (int i = first; i < last; ++i)
     {
       const WeightedKernel& kernel = this->Table[static_cast<std::size_t>(i - first)].Kernel;
       surface.Areas[i] = kernel.Usable ? kernel.Area : 0.0f;
       surface.Peaks[i] = kernel.Usable ? kernel.Peak : 0.0f;
-      const std::size_t samples = block.Samples.size(), rows = block.Rows.size();
+      const std::size_t samples = block.Samples.size();
       if (kernel.Usable)
       {
         this->Sample(i, i - first, block);
       }
       block.Owned.push_back(static_cast<std::uint16_t>(block.Samples.size() - samples));
-      block.RowSizes.push_back(static_cast<std::uint16_t>(block.Rows.size() - rows));
     }
     block.Others = this->Table.Others();
+    block.Numbers.resize(this->Entries);
+    block.Kernels.resize(this->Entries);
   }
+
+  /// The surfels of the last block.
+  const SurfelTable& GetTable() const { return this->Table; }
 
 private:
   /// @param own number of the owner in the table
@@ -272,23 +298,35 @@ private:
     const auto seed = static_cast<std::uint64_t>(this->Problem.Cloud.SampleId(owner));
     const auto turn = static_cast<float>(2.0 * Pi * Hash(2 * seed));
     this->Places.Begin(u, v, turn, Hash(2 * seed + 1));
-    this->Reached = 0;
     const int count = this->Settings.SamplesPerPoint;
     for (int first = 0; first < count; first += SamplePositions::Capacity)
     {
       const int last = std::min(count, first + SamplePositions::Capacity);
       PlaceSamples(this->Places, first, this->At);
       FindNearer(this->Near, this->Places.SquaredRadius(last - 1), this->At);
-      for (int lane = 0; lane < last - first; ++lane)
+      for (std::uint64_t own = this->OwnLanes(last - first); own != 0; own &= own - 1)
       {
-        const Vector3 at{ this->At.X[lane], this->At.Y[lane], this->At.Z[lane] };
-        if (!this->At.Nearer[lane] && Dot(at, at) < this->Known)
-        {
-          this->Add(owner, at, border, block);
-        }
+        const int lane = LowestBit(own);
+        Float3 at;
+        at.X = this->At.X[lane];
+        at.Y = this->At.Y[lane];
+        at.Z = this->At.Z[lane];
+        this->Add(owner, at, border, block);
       }
     }
-    block.Rows.insert(block.Rows.end(), this->Near.Numbers, this->Near.Numbers + this->Reached);
+  }
+
+  /// Bits of the first `count` positions that are the owner's. No branch depends on which they are.
+  std::uint64_t OwnLanes(int count) const
+  {
+    std::uint64_t own = 0;
+    for (int lane = 0; lane < SamplePositions::Capacity; ++lane)
+    {
+      const float x = this->At.X[lane], y = this->At.Y[lane], z = this->At.Z[lane];
+      const bool isOwn = (this->At.Nearer[lane] == 0) & (x * x + y * y + z * z < this->Known);
+      own |= std::uint64_t{ isOwn } << lane;
+    }
+    return own & ((std::uint64_t{ 1 } << count) - 1);
   }
 
   void Add(int owner, const Float3& at, bool border, SampleBlock& block)
@@ -307,9 +345,10 @@ private:
   void FindRows(int first, int last)
   {
     this->Table.Begin(first, last);
-    this->Row.clear();
-    this->RowEnds.assign(1, 0);
     const int wanted = this->Settings.NumberOfNeighbors;
+    this->Row.resize(static_cast<std::size_t>(wanted) * static_cast<std::size_t>(last - first));
+    this->RowEnds.assign(1, 0);
+    std::size_t end = 0;
     for (int i = first; i < last; ++i)
     {
       const int* row = nullptr;
@@ -326,9 +365,9 @@ private:
       }
       for (int k = 0; k < count && row[k] >= 0; ++k)
       {
-        this->Row.push_back(this->Table.NumberOf(row[k]));
+        this->Row[end++] = this->Table.NumberOf(row[k]);
       }
-      this->RowEnds.push_back(this->Row.size());
+      this->RowEnds.push_back(end);
     }
     this->Table.Load();
   }
@@ -338,16 +377,19 @@ private:
   bool Gather(int own, const Float3& u, const Float3& v)
   {
     const auto number = static_cast<std::size_t>(own);
-    const auto& [kernel, p] = this->Table[number];
+    const WeightedKernel& kernel = this->Table[number].Kernel;
+    const Float3& p = this->Table[number].Position;
     const auto spacing = static_cast<float>(this->Spacing);
     const float inverse = 1.0f / spacing;
     const auto offset = static_cast<float>(this->Settings.NormalOffset);
-    this->Near.Count = 0;
+    const auto radius = static_cast<float>(this->Settings.SampleRadius);
+    this->Near.Count = this->Kernels.Count = 0;
     this->Around.Clear();
-    this->Near.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
+    this->Near.Add(static_cast<std::uint16_t>(own), Float3(), 0.0f);
+    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
     for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
-      const auto& [other, q] = this->Table[this->Row[k]];
+      const auto& [other, q, reachOfOther] = this->Table[this->Row[k]];
       if (!other.Usable || !AreCompatible(kernel, other))
       {
         continue;
@@ -356,15 +398,24 @@ private:
       at.X = inverse * (q.X - p.X);
       at.Y = inverse * (q.Y - p.Y);
       at.Z = inverse * (q.Z - p.Z);
-      this->Near.Add(this->Row[k], at, other, spacing, offset);
-      const float x = SingleDot(at, u), y = SingleDot(at, v);
-      const float climb = SingleDot(at, kernel.Normal);
-      if (x * x + y * y > climb * climb)
+      const float squared = SingleDot(at, at);
+      this->Near.Add(this->Row[k], at, squared);
+      const float reach = radius + inverse * reachOfOther;
+      if (squared < reach * reach)
       {
-        this->Around.Add(x, y);
+        this->Kernels.Add(this->Row[k], at, other, spacing, offset);
+      }
+      if (this->Around.MayHaveGap())
+      {
+        const float x = SingleDot(at, u), y = SingleDot(at, v);
+        const float climb = SingleDot(at, kernel.Normal);
+        if (x * x + y * y > climb * climb)
+        {
+          this->Around.Add(x, y);
+        }
       }
     }
-    this->Near.Pad();
+    this->Kernels.Pad();
     this->Known = Everything;
     const bool gap = this->Around.HaveGap();
     if (gap && kernel.Area > StepOfAreas * this->MedianArea())
@@ -406,24 +457,25 @@ private:
   /// @return the number of kernels that reach the sample
   int AddEntries(const Float3& at, SampleBlock& block)
   {
-    const int count = this->Near.Count;
-    FindKernels(this->Near, at, static_cast<float>(this->Settings.Support), this->Kernels);
-    const std::size_t first = block.Ranks.size();
-    block.Ranks.resize(first + static_cast<std::size_t>(count));
-    block.Kernels.resize(first + static_cast<std::size_t>(count));
-    unsigned char* ranks = block.Ranks.data() + first;
-    std::uint16_t* kernels = block.Kernels.data() + first;
+    const SheetKernels& near = this->Kernels;
+    FindKernels(near, at, static_cast<float>(this->Settings.Support), this->Values);
+    const auto needed = this->Entries + static_cast<std::size_t>(near.Count);
+    if (needed > block.Numbers.size())
+    {
+      block.Numbers.resize(2 * needed);
+      block.Kernels.resize(2 * needed);
+    }
+    std::uint16_t* numbers = block.Numbers.data() + this->Entries;
+    std::uint16_t* kernels = block.Kernels.data() + this->Entries;
     // Branch-free: whether a kernel reaches a sample is hard to predict.
     int entries = 0;
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < near.Count; ++k)
     {
-      ranks[entries] = static_cast<unsigned char>(k);
-      kernels[entries] = static_cast<std::uint16_t>(this->Kernels[k]);
-      entries += this->Kernels[k] != 0 ? 1 : 0;
+      numbers[entries] = near.Numbers[k];
+      kernels[entries] = static_cast<std::uint16_t>(this->Values[k]);
+      entries += this->Values[k] != 0 ? 1 : 0;
     }
-    block.Ranks.resize(first + static_cast<std::size_t>(entries));
-    block.Kernels.resize(first + static_cast<std::size_t>(entries));
-    this->Reached = entries > 0 ? std::max(this->Reached, ranks[entries - 1] + 1) : this->Reached;
+    this->Entries += static_cast<std::size_t>(entries);
     return entries;
   }
 
@@ -437,8 +489,9 @@ private:
   double Spacing = 1.0; // the owner's
   Sheet Near;
   SamplePositions At{};
-  alignas(64) int Kernels[Sheet::Capacity];
-  int Reached = 0; // size of the owner's row: the kernels that reach its samples
+  SheetKernels Kernels;
+  alignas(64) int Values[SheetKernels::Capacity];
+  std::size_t Entries = 0; // of the block
   Neighbors Found;
   Directions Around;
   float Known =
@@ -450,11 +503,9 @@ private:
 void SampleBlock::Clear()
 {
   this->Others.clear();
-  this->Rows.clear();
-  this->RowSizes.clear();
   this->Owned.clear();
   this->Samples.clear();
-  this->Ranks.clear();
+  this->Numbers.clear();
   this->Kernels.clear();
 }
 
@@ -463,18 +514,24 @@ double SampleShare(const WeightSettings& settings)
   return Pi * settings.SampleRadius * settings.SampleRadius / settings.SamplesPerPoint;
 }
 
-bool MakeSamples(
-  const WeightProblem& problem, const StageProgress& progress, SampledSurface& surface)
+void BeginSamples(const WeightProblem& problem, SampledSurface& surface)
+{
+  const auto count = static_cast<std::size_t>(problem.Cloud.Size());
+  const auto size = static_cast<std::size_t>(SampleBlockSize(problem.Settings));
+  surface.Areas.resize(count);
+  surface.Peaks.resize(count);
+  surface.Blocks.resize((count + size - 1) / size);
+}
+
+bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
+  const BlockVisitor& visit, SampledSurface& surface)
 {
   const LocalCloud& cloud = problem.Cloud;
   const int count = cloud.Size(), size = SampleBlockSize(problem.Settings);
   const std::unique_ptr<NeighborSearch> tree(
     problem.Graph ? nullptr : new NeighborSearch(cloud.Positions.data(), count));
-  surface.Areas.resize(static_cast<std::size_t>(count));
-  surface.Peaks.resize(static_cast<std::size_t>(count));
-  surface.Blocks.resize(static_cast<std::size_t>((count + size - 1) / size));
   const auto blockCount = static_cast<vtkIdType>(surface.Blocks.size());
-  constexpr vtkIdType stride = 32; // blocks between two checks for an abort
+  const vtkIdType stride = std::max(1, (1 << 18) / size); // blocks between two checks for an abort
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
@@ -485,6 +542,7 @@ bool MakeSamples(
       {
         const int from = static_cast<int>(b) * size;
         sampler.SampleAll(from, std::min(count, from + size), surface, block);
+        visit(static_cast<std::size_t>(b), block, sampler.GetTable());
         surface.Blocks[static_cast<std::size_t>(b)] = block; // the copy has no spare capacity
       }
     });

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace SurfelGeometry
@@ -18,7 +19,7 @@ namespace SurfelGeometry
 constexpr std::uint16_t CountedSample = 1, HaloSample = 2;
 
 /// Samples of the surfels of one block, the unit of the parallel loops, and the kernels that reach
-/// them. A surfel's samples are reached by the kernels in its row only.
+/// them.
 struct SampleBlock
 {
   /// A kernel's peak in Kernels.
@@ -28,23 +29,21 @@ struct SampleBlock
   /// HaloSample, or 0 beyond the border.
   static constexpr int KindShift = 12;
 
-  int First = 0;                       // surfel
-  std::vector<int> Others;             // surfels of other blocks, see SurfelTable
-  std::vector<std::uint16_t> Rows;     // numbers in the table, one row after another
-  std::vector<std::uint16_t> RowSizes; // [surfels]
-  std::vector<std::uint16_t> Owned;    // [surfels] number of samples
-  std::vector<std::uint16_t> Samples;  // one surfel's after another's
-  std::vector<unsigned char> Ranks;    // [entries] in the row of the sample's owner
-  std::vector<std::uint16_t> Kernels;  // [entries] K at the sample over K's peak, times Peak
+  int First = 0;                      // surfel
+  std::vector<int> Others;            // surfels of other blocks, see SurfelTable
+  std::vector<std::uint16_t> Owned;   // [surfels] number of samples
+  std::vector<std::uint16_t> Samples; // one surfel's after another's
+  std::vector<std::uint16_t> Numbers; // [entries] of the surfel in the table
+  std::vector<std::uint16_t> Kernels; // [entries] K at the sample over K's peak, times Peak
 
   static int Entries(std::uint16_t sample) { return sample & ((1 << KindShift) - 1); }
   static int Kind(std::uint16_t sample) { return sample >> KindShift; }
 
   /// Id of the surfel with this number in the table.
-  int Id(std::uint16_t number) const
+  int Id(std::size_t number) const
   {
     const std::size_t own = this->Owned.size();
-    return number < own ? this->First + number : this->Others[number - own];
+    return number < own ? this->First + static_cast<int>(number) : this->Others[number - own];
   }
   std::size_t TableSize() const { return this->Owned.size() + this->Others.size(); }
 
@@ -69,7 +68,14 @@ struct SampledSurface
   std::vector<float> Peaks; // [n] 1 / area
 };
 
+/// Called with each block, by its index, while the block and its table are in the caches. Several
+/// threads call it at once.
+using BlockVisitor = std::function<void(std::size_t, const SampleBlock&, const SurfelTable&)>;
+
+/// Sets the number of blocks; Blocks are filled by MakeSamples().
+void BeginSamples(const WeightProblem& problem, SampledSurface& surface);
+
 /// Samples the cell of each surfel. Returns false if stopped.
-bool MakeSamples(
-  const WeightProblem& problem, const StageProgress& progress, SampledSurface& surface);
+bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
+  const BlockVisitor& visit, SampledSurface& surface);
 }

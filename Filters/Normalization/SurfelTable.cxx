@@ -4,6 +4,7 @@
 #include "Filters/Common/LocalCloud.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace SurfelGeometry
 {
@@ -28,6 +29,10 @@ void SurfelTable::Load()
     return number < this->OwnCount ? this->First + static_cast<int>(number)
                                    : this->OtherIds[number - this->OwnCount];
   };
+  // Along the surface a kernel ends where its exponent reaches the support, across it at the
+  // offset; the rest is for rounding.
+  const auto farthest = static_cast<float>(2.0002 * this->Problem.Settings.Support);
+  const auto offset = static_cast<float>(this->Problem.Settings.NormalOffset);
   this->Entries.resize(count);
   for (std::size_t number = 0; number < std::min(count, PrefetchDistance); ++number)
   {
@@ -40,8 +45,11 @@ void SurfelTable::Load()
       this->Problem.Kernels.Prefetch(idOf(number + PrefetchDistance));
     }
     const int id = idOf(number);
-    this->Entries[number] = { this->Problem.Kernels.Make(id),
-      SurfelGeometry::Load(this->Problem.Cloud.Position(id)) };
+    Entry& entry = this->Entries[number];
+    entry.Kernel = this->Problem.Kernels.Make(id);
+    entry.Position = SurfelGeometry::Load(this->Problem.Cloud.Position(id));
+    const float climb = offset * entry.Kernel.Sigma;
+    entry.Reach = std::sqrt(farthest * entry.Kernel.LargestVariance + climb * climb);
   }
 }
 

@@ -23,6 +23,7 @@ public:
   {
     WeightedKernel Kernel;
     Float3 Position; // relative to the cloud's origin
+    float Reach;     // distance at which the kernel has ended, world units
   };
 
   explicit SurfelTable(const WeightProblem& problem)

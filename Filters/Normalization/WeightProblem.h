@@ -26,6 +26,7 @@ struct WeightedKernel
   float Area;    // initial |A|
   float Peak;    // 1 / (2 pi sqrt(det S)), 1 / area
   float Sigma;   // (det S)^(1/4)
+  float LargestVariance;
   bool TwoSided;
   bool Usable; // false: no direction, no area or no extent; left out
 };

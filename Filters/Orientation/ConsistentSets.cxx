@@ -44,16 +44,18 @@ double ConflictOf(const NeighborGraph& graph, const EdgeVotes& edges, const Pari
     std::int64_t pieceAgainst = 0, pieceAll = 0;
     for (vtkIdType m = first; m < end; ++m)
     {
-      VisitVotes(graph, edges, ids[m], ids[m] + 1, [&](const Edge& edge) {
-        const auto [rootA, flipA] = signs.FindReadOnly(edge.A);
-        const auto [rootB, flipB] = signs.FindReadOnly(edge.B);
-        if (rootA == rootB)
-        {
-          const auto vote = static_cast<std::int64_t>(std::abs(edge.Vote) / unit);
-          pieceAll += vote;
-          pieceAgainst += (flipA != flipB) != (edge.Vote < 0.0f) ? vote : 0;
-        }
-      });
+      const auto [rootA, flipA] = signs.FindReadOnly(ids[m]);
+      const float* votes = edges.Votes.data() + GraphDegree * static_cast<std::size_t>(ids[m]);
+      const int* row = graph.Row(static_cast<std::size_t>(ids[m]));
+      // Half of the votes are 0. They count for nothing, without a branch.
+      for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
+      {
+        const auto [rootB, flipB] = signs.FindReadOnly(row[k]);
+        const std::int64_t vote =
+          rootA == rootB ? static_cast<std::int64_t>(std::abs(votes[k]) / unit) : 0;
+        pieceAll += vote;
+        pieceAgainst += (flipA != flipB) != (votes[k] < 0.0f) ? vote : 0;
+      }
     }
     against.fetch_add(pieceAgainst, std::memory_order_relaxed);
     all.fetch_add(pieceAll, std::memory_order_relaxed);

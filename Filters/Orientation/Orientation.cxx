@@ -111,19 +111,21 @@ private:
     const int side = patches != 0 ? patches : outside.Sign;
     const bool isWhole = outside.Sign != 0 && side == outside.Sign;
     result.NumberOfClosedComponents += outside.IsClosed ? 1 : 0;
-    for (int m = 0; m < component.Count; ++m)
-    {
-      const int i = component.Ids[m];
-      PlaneFit& fit = this->Fits[i];
-      const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
-      const bool hasOutside = fit.Given || (isKnown && !fit.Isolated && !fit.Degenerate);
-      result.TwoSided[i] = hasOutside ? 0 : 1;
-      if (!fit.Given)
+    ForPieces(component.Count, [&](vtkIdType, vtkIdType first, vtkIdType last) {
+      for (vtkIdType m = first; m < last; ++m)
       {
-        const Vector3 normal = input.Oriented.Normal(i);
-        fit.Normal = side < 0 ? -1.0 * normal : normal;
+        const int i = component.Ids[m];
+        PlaneFit& fit = this->Fits[i];
+        const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
+        const bool hasOutside = fit.Given || (isKnown && !fit.Isolated && !fit.Degenerate);
+        result.TwoSided[i] = hasOutside ? 0 : 1;
+        if (!fit.Given)
+        {
+          const Vector3 normal = input.Oriented.Normal(i);
+          fit.Normal = side < 0 ? -1.0 * normal : normal;
+        }
       }
-    }
+    });
   }
 
   const LocalCloud& Cloud;

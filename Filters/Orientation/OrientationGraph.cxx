@@ -82,6 +82,18 @@ bool IsSure(
   return std::abs(sum) >= SureBulge * absolute;
 }
 
+/// Whether i is among the first GraphDegree neighbours. No branch depends on where: it is hard to
+/// predict.
+bool IsAmong(int i, const int* row)
+{
+  int found = 0;
+  for (int k = 0; k < GraphDegree; ++k)
+  {
+    found |= row[k] == i ? 1 : 0;
+  }
+  return found != 0;
+}
+
 /// Calls visit(k, j) for the neighbours j of i, of rank k, whose edge is stored at i: each edge is
 /// stored once.
 template <typename Visit>
@@ -91,8 +103,7 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
   for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
   {
     const int j = row[k];
-    const int* back = graph.Row(j);
-    if (i < j || std::find(back, back + GraphDegree, i) == back + GraphDegree)
+    if (i < j || !IsAmong(i, graph.Row(j)))
     {
       visit(k, j);
     }
@@ -114,11 +125,19 @@ SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
   sorted.Ends.fill(0);
   const unsigned char* classes = edges.Classes.data() + GraphDegree * first;
   const auto count = static_cast<std::uint32_t>(GraphDegree * (last - first));
+  // Branch-free: which edges are sure is hard to predict.
+  std::vector<std::uint32_t> sure(count + 1);
+  std::uint32_t found = 0;
   for (std::uint32_t slot = 0; slot < count; ++slot)
+  {
+    sure[found] = slot;
+    found += classes[slot] != EdgeVotes::NotSure ? 1 : 0;
+  }
+  sure.resize(found);
+  for (const std::uint32_t slot : sure)
   {
     ++sorted.Ends[classes[slot]];
   }
-  sorted.Ends[EdgeVotes::NotSure] = 0;
   std::uint32_t sum = 0;
   for (std::uint32_t& end : sorted.Ends)
   {
@@ -127,12 +146,9 @@ SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
     sum += size;
   }
   sorted.Slots.resize(sum);
-  for (std::uint32_t slot = 0; slot < count; ++slot)
+  for (const std::uint32_t slot : sure)
   {
-    if (classes[slot] != EdgeVotes::NotSure)
-    {
-      sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
-    }
+    sorted.Slots[sorted.Ends[classes[slot]]++] = slot;
   }
   return sorted;
 }

@@ -42,24 +42,6 @@ EdgeVotes CollectVotes(
 /// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
 void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs);
 
-/// Calls visit(edge) in order for the edges with a vote, of the points from `begin` to `end`.
-template <typename Visit>
-void VisitVotes(
-  const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType begin, vtkIdType end, Visit&& visit)
-{
-  for (vtkIdType i = begin; i < end; ++i)
-  {
-    for (int k = 0; k < GraphDegree; ++k)
-    {
-      const float vote = edges.Votes[GraphDegree * i + k];
-      if (vote != 0.0f)
-      {
-        visit(Edge{ static_cast<int>(i), graph.Row(i)[k], vote });
-      }
-    }
-  }
-}
-
 /// Points per piece of a parallel loop.
 constexpr vtkIdType PieceSize = 1 << 14;
 

@@ -2,6 +2,7 @@
 #include "Filters/Orientation/OutsideDecision.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/WindingNumber.h"
 
 #include "vtkSMPTools.h"
@@ -48,24 +49,53 @@ constexpr int MinClosedPoints = 30; // points; fewer are not enough to decide
 /// absolute values.
 constexpr double KnownAgreement = 0.8;
 
+/// Sums over the members of a component, piece by piece: the same at any number of threads.
+/// @param add add(i, sums) adds what point i has
+template <typename Sums, typename Add>
+Sums SumOverMembers(const Component& component, Add&& add)
+{
+  std::vector<Sums> pieces(static_cast<size_t>(PieceCount(component.Count)));
+  ForPieces(component.Count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
+    Sums sums;
+    for (vtkIdType m = first; m < last; ++m)
+    {
+      add(component.Ids[m], sums);
+    }
+    pieces[p] = sums;
+  });
+  Sums all;
+  for (const Sums& piece : pieces)
+  {
+    all.Add(piece);
+  }
+  return all;
+}
+
 /// Radius of a patch in spacings if it is a tube, or several of them; else infinite.
 double TubeRadius(const OutsideInput& input, const Component& component)
 {
   const Vector3 middle = Load(input.Oriented.Cloud.Position(component.Ids[component.Count / 2]));
-  Vector3 vectors{};
-  Vector3 center{};
-  double areas = 0.0;
-  double volume = 0.0; // three times the volume of the cone over the surface
-  for (int m = 0; m < component.Count; ++m)
+  struct Sums
   {
-    const int i = component.Ids[m];
-    const double area = AreaOf(input.Oriented.Fits[i]);
-    const Vector3 p = Load(input.Oriented.Cloud.Position(i)) - middle;
-    vectors = vectors + area * input.Oriented.Normal(i);
-    center = center + area * p;
-    volume += area * Dot(p, input.Oriented.Normal(i));
-    areas += area;
-  }
+    Vector3 Vectors{}, Center{};
+    double Area = 0.0;
+    double Volume = 0.0; // three times the volume of the cone over the surface
+
+    void Add(const Sums& other)
+    {
+      this->Vectors = this->Vectors + other.Vectors;
+      this->Center = this->Center + other.Center;
+      this->Area += other.Area;
+      this->Volume += other.Volume;
+    }
+  };
+  const auto [vectors, center, areas, volume] =
+    SumOverMembers<Sums>(component, [&](int i, Sums& sums) {
+      const double area = AreaOf(input.Oriented.Fits[i]);
+      const Vector3 p = Load(input.Oriented.Cloud.Position(i)) - middle;
+      const Vector3 normal = input.Oriented.Normal(i);
+      sums.Add({ area * normal, area * p, area, area * Dot(p, normal) });
+    });
   if (!(areas > 0.0) || Norm(vectors) > MaxImbalance * areas)
   {
     return std::numeric_limits<double>::infinity();
@@ -126,20 +156,25 @@ int FacingSign(
 template <typename Test>
 int KnownSign(const OutsideInput& input, const Component& component, int least, Test&& isKnown)
 {
-  double sum = 0.0;
-  double absolute = 0.0;
-  int count = 0;
-  for (int m = 0; m < component.Count; ++m)
+  struct Sums
   {
-    const int i = component.Ids[m];
+    double Signed = 0.0, Absolute = 0.0;
+    int Count = 0;
+
+    void Add(const Sums& other)
+    {
+      this->Signed += other.Signed;
+      this->Absolute += other.Absolute;
+      this->Count += other.Count;
+    }
+  };
+  const auto [sum, absolute, count] = SumOverMembers<Sums>(component, [&](int i, Sums& sums) {
     if (isKnown(input.Oriented.Fits[i]))
     {
       const double agreement = Dot(input.Oriented.Normal(i), input.Oriented.Fits[i].Normal);
-      sum += agreement;
-      absolute += std::abs(agreement);
-      ++count;
+      sums.Add({ agreement, std::abs(agreement), 1 });
     }
-  }
+  });
   return count >= least && std::abs(sum) > KnownAgreement * absolute ? (sum > 0.0 ? 1 : -1) : 0;
 }
 }

@@ -40,12 +40,20 @@ std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, ParityUnionFind& sig
   const vtkIdType count = votes.Edges.Count();
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
-    VisitVotes(votes.Graph, votes.Edges, first, last, [&](const Edge& edge) {
-      if (signs.FindReadOnly(edge.A).first != signs.FindReadOnly(edge.B).first)
+    for (vtkIdType i = first; i < last; ++i)
+    {
+      const int root = signs.FindReadOnly(static_cast<int>(i)).first;
+      const int* row = votes.Graph.Row(static_cast<size_t>(i));
+      for (int k = 0; k < GraphDegree && row[k] >= 0; ++k)
       {
-        found[p].push_back(edge);
+        // Most neighbours are in the same set.
+        const float vote = votes.Edges.Votes[GraphDegree * i + k];
+        if (signs.FindReadOnly(row[k]).first != root && vote != 0.0f)
+        {
+          found[p].push_back({ static_cast<int>(i), row[k], vote });
+        }
       }
-    });
+    }
   });
   return Concatenated(found);
 }

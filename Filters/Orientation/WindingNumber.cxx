@@ -3,6 +3,8 @@
 
 #include "Filters/Common/LocalCloud.h"
 
+#include "vtkSMPTools.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -29,27 +31,38 @@ WindingNumbers::WindingNumbers(const OrientedFits& oriented, const int* members,
   , Members(members)
   , Count(count)
 {
-  for (int begin = 0; begin < count; begin += GroupSize)
+  this->Groups.resize(static_cast<size_t>((count + GroupSize - 1) / GroupSize));
+  const auto groups = static_cast<vtkIdType>(this->Groups.size());
+  constexpr vtkIdType grain = 64;
+  vtkSMPTools::For(0, groups, grain, [&](vtkIdType g, vtkIdType end) {
+    for (; g < end; ++g)
+    {
+      const int first = static_cast<int>(g) * GroupSize;
+      this->Groups[g] = this->MakeGroup(first, std::min(count, first + GroupSize));
+    }
+  });
+}
+
+WindingNumbers::Group WindingNumbers::MakeGroup(int begin, int end) const
+{
+  const LocalCloud& cloud = this->Oriented.Cloud;
+  Group group{};
+  double weights = 0.0;
+  for (int m = begin; m < end; ++m)
   {
-    const int end = std::min(count, begin + GroupSize);
-    Group group{};
-    double weights = 0.0;
-    for (int m = begin; m < end; ++m)
-    {
-      const int j = members[m];
-      const double weight = AreaOf(oriented.Fits[j]);
-      weights += weight;
-      group.Center = group.Center + weight * Load(oriented.Cloud.Position(j));
-      group.Area = group.Area + weight * oriented.Normal(j);
-    }
-    group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
-    for (int m = begin; m < end; ++m)
-    {
-      group.Radius =
-        std::max(group.Radius, Norm(Load(oriented.Cloud.Position(members[m])) - group.Center));
-    }
-    this->Groups.push_back(group);
+    const int j = this->Members[m];
+    const double weight = AreaOf(this->Oriented.Fits[j]);
+    weights += weight;
+    group.Center = group.Center + weight * Load(cloud.Position(j));
+    group.Area = group.Area + weight * this->Oriented.Normal(j);
   }
+  group.Center = (weights > 0.0 ? 1.0 / weights : 0.0) * group.Center;
+  for (int m = begin; m < end; ++m)
+  {
+    group.Radius =
+      std::max(group.Radius, Norm(Load(cloud.Position(this->Members[m])) - group.Center));
+  }
+  return group;
 }
 
 double WindingNumbers::Sum(

@@ -61,6 +61,7 @@ private:
     double Radius;
   };
 
+  Group MakeGroup(int begin, int end) const;
   double Sum(const Group& group, int begin, int end, const Vector3& q, double soft) const;
 
   OrientedFits Oriented;

@@ -6,7 +6,6 @@ The compiled modules are built with one of them. Objects of the two do not mix.
 
 import functools
 import importlib
-import importlib.metadata
 import importlib.util
 import os
 import platform
@@ -33,9 +32,11 @@ def wanted_package():
 
 def _requirement():
     """How pip names the VTK that this package was built with; None where apt installed both."""
+    from importlib import metadata  # takes 30 ms, and only errors need it
+
     try:
-        lines = importlib.metadata.requires("surfelsplatting") or ()
-    except importlib.metadata.PackageNotFoundError:
+        lines = metadata.requires("surfelsplatting") or ()
+    except metadata.PackageNotFoundError:
         return None
     return next((line for line in lines if line.startswith(VTK_PACKAGE)), None)
 
