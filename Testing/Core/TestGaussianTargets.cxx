@@ -78,8 +78,11 @@ double Kernel(double shape, double q, double reach)
 /// A pixel behind the Gaussians so far.
 struct Pixel
 {
-  double Through = 1.0, X = 0.0, Y = 0.0, Red = 0.0;
+  double Through = 1.0, X = 0.0, Y = 0.0, Rim = 0.0, Red = 0.0;
 };
+
+/// Relative error of the square of InverseRoot (Lanes.h).
+constexpr double RootError = 1.3e-4;
 
 /// What rounding changes, relative and in lens points; 0 for the evaluation itself.
 struct Nudge
@@ -101,16 +104,19 @@ double AddTo(
   const double quarter = g.Footprint.PerPixel;
   const double ux = quarter * s.A * (dx + s.K * dy) + nudge.Of(2e-6);
   const double uy = s.K * ux + quarter * s.B * dy + nudge.Of(2e-6);
+  const double square = 4.0 * quarter * quarter;
+  const double mean = std::min(1.0, 0.5 * square * (s.A * (1.0 + s.K * s.K) + s.B));
+  const double rim = 2.0 * (ux * ux + uy * uy) - mean;
   double hides = alpha * p.Through;
   if (tilted)
   {
     const double length = std::hypot(p.X, p.Y), nx = p.X / length, ny = p.Y / length;
-    const double square = 4.0 * quarter * quarter, across = nx + s.K * ny;
-    const bool little = square * (s.A * (1.0 + s.K * s.K) + s.B) < 1.0 / 16.0;
+    const double across = nx + s.K * ny;
     const double share = std::min(1.0, square * (s.A * across * across + s.B * ny * ny));
-    const double seen = little
+    const double seen = mean < 1.0 / 32.0
       ? p.Through + 4.0 * (p.X * ux + p.Y * uy)
-      : ReconstructRamp(p.Through, length, nx * ux + ny * uy, share) + nudge.Of(3e-7);
+      : ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), nx * ux + ny * uy, share,
+          RimGain * mean * mean * p.Rim * rim);
     hides = VisibleShare(
       p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
   }
@@ -118,8 +124,11 @@ double AddTo(
   p.Through = std::max(0.0, p.Through - hides);
   p.X -= hides * ux;
   p.Y -= hides * uy;
+  const double most = p.Through * (1.0 - p.Through);
+  p.Rim = std::clamp(p.Rim - hides * rim, -most, most);
   const double squared = p.X * p.X + p.Y * p.Y;
-  const double shorten = std::min(1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40));
+  const double shorten = std::min(
+    1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40) * (1.0 + nudge.Of(RootError)));
   p.X *= shorten;
   p.Y *= shorten;
   return squared;
@@ -278,6 +287,8 @@ void TestAddRun(const RasterTarget& target)
           const float moment = 0.3f * LargestMoment(static_cast<double>(f->Transmittance[l]));
           f->ThroughX[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
           f->ThroughY[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
+          const float limit = f->Transmittance[l] * (1.0f - f->Transmittance[l]);
+          f->ThroughRim[l] = limit * static_cast<float>(random.Uniform(-1.0, 1.0));
           f->Red[l] = share();
         }
       }
@@ -288,7 +299,7 @@ void TestAddRun(const RasterTarget& target)
     {
       const double x = (k % TileSize + 0.5) / cell, y = (k / TileSize + 0.5) / cell;
       const int i = static_cast<int>(x), j = static_cast<int>(y);
-      double t = 0.0, red = 0.0, mx = 0.0, my = 0.0;
+      double t = 0.0, red = 0.0, mx = 0.0, my = 0.0, rim = 0.0;
       for (int corner = 0; corner < 4; ++corner)
       {
         const int ci = i + corner % 2, cj = j + corner / 2;
@@ -301,6 +312,7 @@ void TestAddRun(const RasterTarget& target)
         red += share * a.Red[l] / t0;
         mx += share * (a.ThroughX[l] / t1 - b.ThroughX[l] / t0);
         my += share * (a.ThroughY[l] / t1 - b.ThroughY[l] / t0);
+        rim += share * (a.ThroughRim[l] / t1 - b.ThroughRim[l] / t0);
       }
       const FinishedLayers &done = tile->Finished[BlockOf(k)], &was = old.Finished[BlockOf(k)];
       const int l = LaneOf(k);
@@ -311,8 +323,13 @@ void TestAddRun(const RasterTarget& target)
       // A dozen float operations on values up to 10.
       CHECK_NEAR(done.Transmittance[l], after, 1e-6);
       CHECK_NEAR(done.Red[l], was.Red[l] + before * red, 1e-5);
-      CHECK_NEAR(done.ThroughX[l], mx * shorten, 2e-6);
-      CHECK_NEAR(done.ThroughY[l], my * shorten, 2e-6);
+      const double most = after * (1.0 - after) + 1e-7;
+      rim = std::clamp(after * (was.ThroughRim[l] / before + rim), -most, most);
+      CHECK_NEAR(done.ThroughRim[l], rim, 2e-6);
+      // Of no more than 0.22.
+      const double tolerance = 2e-6 + (shorten < 1.0 ? 0.22 * RootError : 0.0);
+      CHECK_NEAR(done.ThroughX[l], mx * shorten, tolerance);
+      CHECK_NEAR(done.ThroughY[l], my * shorten, tolerance);
     }
   }
 }
