@@ -276,9 +276,9 @@ TEST_CASE("Homogeneous slab")
     CheckMiddle(RenderPicture(context, { hierarchy.Get() }), alpha, 1e-3, 4e-3, "nodes");
     context.Optics.FocalDistance = 15.0;
     context.Optics.Radius = 4.0 / context.Camera.Fx / (1.0 / 15.0 - 1.0 / 20.1); // C = 4 px
-    // Neighbours of a Gaussian leave moments of T that hide a little more of it: measured. Nodes
-    // are fewer and hide more each.
-    CheckMiddle(RenderPicture(context, cloud), alpha, 3e-3, 3e-3, "leaves, lens");
+    // Neighbours of a Gaussian leave moments of T that hide a little more of it: measured, 2e-3 by
+    // first moments, up to 3e-3 less by second ones. Nodes are fewer and hide more each.
+    CheckMiddle(RenderPicture(context, cloud), alpha, 3.5e-3, 3.5e-3, "leaves, lens");
     CheckMiddle(RenderPicture(context, { hierarchy.Get() }), alpha, 0.025, 0.035, "nodes, lens");
     context.Cut.Error = 0.5;
     CheckMiddle(RenderPicture(context, { hierarchy.Get() }), alpha, 7e-3, 1e-2, "nodes of 1/2");

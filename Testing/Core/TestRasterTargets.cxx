@@ -106,7 +106,8 @@ void CompareTile(const PixelTile& tile, const ScalarTile& scalar, const LeakSum&
     const double length = std::hypot(done.ThroughX[l], done.ThroughY[l]);
     CHECK(done.Transmittance[l] >= 0.0f);
     CHECK(done.Transmittance[l] <= 1.0f);
-    CHECK(length <= ReferenceLargestMoment(done.Transmittance[l]) + 1e-6);
+    // InverseRoot, which shortens moments, is off by up to 6.2e-5 of its value.
+    CHECK(length <= (1.0 + 7e-5) * ReferenceLargestMoment(done.Transmittance[l]) + 1e-6);
     worst.Moment = std::max(worst.Moment, length);
     // The callbacks got all of the picture: each sum is off by a rounding for each part.
     CHECK_NEAR(sum.Red[i], done.Red[l], 4e-6);
