@@ -125,10 +125,10 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
 }
 
 /// Appends a level's tents; returns the number of its fragments.
-std::uint64_t Append(CoarseWork& work, const Executor& executor, Buffer<Tent>& tents)
+std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list)
 {
   const std::size_t count = work.Bins.NumberOfTiles();
-  std::size_t size = tents.Size();
+  std::size_t size = list.Tents.Size();
   std::uint64_t fragments = 0;
   for (std::size_t i = 0; i < count; ++i)
   {
@@ -137,12 +137,19 @@ std::uint64_t Append(CoarseWork& work, const Executor& executor, Buffer<Tent>& t
     size += tile.Tents.size();
     fragments += tile.Fragments;
   }
-  tents.Resize(size);
+  list.ResizeTents(size);
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       const TileTents& tile = work.Tiles[i];
-      std::copy(tile.Tents.begin(), tile.Tents.end(), tents.Data() + tile.First);
+      std::size_t next = tile.First;
+      for (const Tent& tent : tile.Tents)
+      {
+        list.Tents[next] = tent;
+        list.TentBoxes[next] = tent.Box;
+        list.TentNears[next] = tent.Near;
+        ++next;
+      }
     }
   });
   return fragments;
@@ -167,7 +174,7 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
     SortBins(list, executor, work.Bins);
     const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
     DrawLevel(list, { level, frame, size }, settings, executor, rasters, work);
-    fragments += Append(work, executor, list.Tents);
+    fragments += Append(work, executor, list);
   }
   return fragments;
 }

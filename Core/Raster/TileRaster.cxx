@@ -35,10 +35,6 @@ inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::
   __builtin_prefetch(list.FootprintOf(i));
 }
 
-inline float NearOf(const SplatList& list, std::size_t i)
-{
-  return list.IsTent(i) ? list.TentAt(i).Near : list.Splats[i].Near;
-}
 }
 
 void TileRaster::Set(
@@ -166,11 +162,16 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
     this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
-    if (run + 1 < end)
+    if (run + 2 < end)
     {
-      lazy.Prefetch(run[1]);
+      lazy.Prefetch(run[2]);
     }
-    const SplatList::Part& part = lazy.Get(*run++);
+    const SplatList::Part& part = lazy.Get(*run);
+    const PixelBox& all = lazy.Box(*run++);
+    if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
+    {
+      continue;
+    }
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
@@ -195,7 +196,7 @@ bool TileRaster::AddBefore(
   // Checking whether all of the tile is opaque costs about as much as a splat.
   constexpr std::uint64_t checkEvery = BatchSize;
   const auto nextBinned = [&] {
-    return this->Next < this->Last ? NearOf(list, bins.Indices[this->Next]) : Infinity;
+    return this->Next < this->Last ? list.NearAt(bins.Indices[this->Next]) : Infinity;
   };
   const auto nextPending = [&] {
     return this->PendingNext < this->Pending.size()
