@@ -5,7 +5,9 @@
 #include "Core/Splats/SplatList.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace SurfelSplatting
@@ -124,6 +126,35 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
   });
 }
 
+/// The cell of a tent in its tile.
+std::size_t CellOf(const Tent& tent)
+{
+  constexpr unsigned int last = TileSize - 1;
+  static_assert((TileSize & last) == 0, "a power of two");
+  const auto place = [&](
+                       float x) { return static_cast<unsigned int>(x * tent.InverseCell) & last; };
+  return TileSize * place(tent.Y) + place(tent.X);
+}
+
+/// Copies a tile's tents into the list, cell by cell: their order decides between equal depths, and
+/// must not depend on what else was drawn with them.
+void CopyInOrder(const TileTents& tile, SplatList& list)
+{
+  std::array<std::uint32_t, TileSize * TileSize + 1> places{};
+  for (const Tent& tent : tile.Tents)
+  {
+    ++places[CellOf(tent) + 1];
+  }
+  std::partial_sum(places.begin(), places.end(), places.begin());
+  for (const Tent& tent : tile.Tents)
+  {
+    const std::size_t i = tile.First + places[CellOf(tent)]++;
+    list.Tents[i] = tent;
+    list.TentBoxes[i] = tent.Box;
+    list.TentNears[i] = tent.Near;
+  }
+}
+
 /// Appends a level's tents; returns the number of its fragments.
 std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list)
 {
@@ -141,15 +172,7 @@ std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      const TileTents& tile = work.Tiles[i];
-      std::size_t next = tile.First;
-      for (const Tent& tent : tile.Tents)
-      {
-        list.Tents[next] = tent;
-        list.TentBoxes[next] = tent.Box;
-        list.TentNears[next] = tent.Near;
-        ++next;
-      }
+      CopyInOrder(work.Tiles[i], list);
     }
   });
   return fragments;

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
@@ -255,6 +256,33 @@ void TestSplats(const RasterTarget& target, bool onLens, bool opaque)
   CHECK((worst.Moment > 0.05) == onLens);
   std::printf("%s%s%s: colour off by %.1e at most, %ld of %ld pixels\n", target.Name,
     onLens ? ", lens" : "", opaque ? ", opaque" : "", worst.Color, worst.Bounded, worst.Compared);
+}
+
+/// A batch of splats gives the tile that adding them one by one gives.
+void TestBatch(const RasterTarget& target, bool onLens)
+{
+  Random random(10);
+  const RasterSettings settings = onLens ? LensSettings() : Settings;
+  for (int repeat = 0; repeat < 20; ++repeat)
+  {
+    const std::vector<PlacedSplat> splats = RandomSplats(random, 1 + 3 * repeat);
+    const auto together = EmptyTile(), single = EmptyTile();
+    std::vector<BatchItem> batch;
+    std::uint64_t fragments = 0;
+    for (const PlacedSplat& p : splats)
+    {
+      batch.push_back({ &p.S, nullptr, p.HasGradient ? &p.Gradient : nullptr,
+        onLens ? &p.Footprint : nullptr, { p.Span, p.X, p.Y }, settings.LargestColor });
+      fragments += target.AddBatch(*single, &batch.back(), 1, settings, Nobody);
+    }
+    REQUIRE(batch.size() <= static_cast<std::size_t>(BatchSize));
+    const int count = static_cast<int>(batch.size());
+    CHECK(target.AddBatch(*together, batch.data(), count, settings, Nobody) == fragments);
+    CHECK(std::memcmp(together->Open, single->Open, sizeof(single->Open)) == 0);
+    CHECK(std::memcmp(together->Lens, single->Lens, sizeof(single->Lens)) == 0);
+    CHECK(std::memcmp(together->Finished, single->Finished, sizeof(single->Finished)) == 0);
+    CHECK(together->Tilted == single->Tilted);
+  }
 }
 
 /// A tent of 4 px cells about (10, 12): weights fall linearly to 0 along x and y.
@@ -542,6 +570,7 @@ TEST_CASE("Raster targets")
     {
       TestSplats(*target, onLens, false);
       TestSplats(*target, onLens, true);
+      TestBatch(*target, onLens);
     }
     TestOpaqueBlocks(*target);
     TestHidden(*target);
