@@ -4,7 +4,7 @@
  * their area.
  *
  * A splat whose smallest standard deviation is at least 1.5 cells of a grid with cells of d = 2^l
- * px (1.15 of the finest one, CoarseLevels.h) loses nothing by being sampled there and interpolated bilinearly, once the interpolation's own
+ * px loses nothing by being sampled there and interpolated bilinearly, once the interpolation's own
  * variance, d^2/6, has been taken out of W (ResamplingKernel.h, FootprintOf::Without). Each level
  * is an A-buffer of low resolution, drawn by the same tiles. Its closed layers, with their z-ranges
  * and un-normalised sums, go into the depth-sorted stream of the picture as tents of 2d by 2d px
