@@ -241,7 +241,7 @@ SURFELSPLATTING_INLINE Lanes FreeInLayer(
   return free;
 }
 
-/// Colours of a block's fragments times their weights.
+/// Colours of a block's fragments, or these times their weights.
 struct WeightedColors
 {
   Lanes Red, Green, Blue;
@@ -323,6 +323,17 @@ SURFELSPLATTING_INLINE bool AddDepths(BlockLayers<OnLens, Pass>& open, const Bat
   return false;
 }
 
+/// Adds the gradient of a splat to its colours. @param tilt derivative over kernel
+SURFELSPLATTING_INLINE void AddGradient(
+  const BatchBlock& at, const BatchItem& item, const Lanes& tilt, WeightedColors& c)
+{
+  const SplatGradient& g = *item.Gradient;
+  const Lanes dx = at.X - item.Place.X, dy = at.Y - item.Place.Y;
+  c.Red += tilt * (g.RedX * dx + g.RedY * dy);
+  c.Green += tilt * (g.GreenX * dx + g.GreenY * dy);
+  c.Blue += tilt * (g.BlueX * dx + g.BlueY * dy);
+}
+
 /// Adds a splat's fragments; returns the lanes that it covers.
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
@@ -369,12 +380,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   WeightedColors c{ p.Red, p.Green, p.Blue };
   if (p.Item->Gradient)
   {
-    const SplatGradient& g = *p.Item->Gradient;
-    const Lanes dx = at.X - p.Item->Place.X, dy = at.Y - p.Item->Place.Y;
-    const Lanes tilt = slope / Larger(kernel, 1e-30f);
-    c.Red += tilt * (g.RedX * dx + g.RedY * dy);
-    c.Green += tilt * (g.GreenX * dx + g.GreenY * dy);
-    c.Blue += tilt * (g.BlueX * dx + g.BlueY * dy);
+    AddGradient(at, *p.Item, slope / Larger(kernel, 1e-30f), c);
   }
   open.Red += visible * c.Red;
   open.Green += visible * c.Green;
