@@ -93,17 +93,17 @@ void KeySorter::Sort(std::vector<std::uint64_t>& keys)
     this->Work[ends[bins(key)]++] = key;
   }
   keys.swap(this->Work);
-  if (largest <= crowded)
+  if (largest > crowded)
   {
-    Insert(keys.data(), keys.data() + keys.size());
-    return;
+    std::uint32_t begin = 0;
+    for (std::size_t i = 0; i < count; begin = ends[i++])
+    {
+      if (ends[i] - begin > crowded)
+      {
+        std::sort(keys.data() + begin, keys.data() + ends[i]);
+      }
+    }
   }
-  std::uint64_t* first = keys.data();
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    std::uint64_t* last = keys.data() + ends[i];
-    std::sort(first, last);
-    first = last;
-  }
+  Insert(keys.data(), keys.data() + keys.size());
 }
 }

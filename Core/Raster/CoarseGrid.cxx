@@ -5,7 +5,9 @@
 #include "Core/Splats/SplatList.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace SurfelSplatting
@@ -124,11 +126,40 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
   });
 }
 
+/// The cell of a tent in its tile.
+std::size_t CellOf(const Tent& tent)
+{
+  constexpr unsigned int last = TileSize - 1;
+  static_assert((TileSize & last) == 0, "a power of two");
+  const auto place = [&](
+                       float x) { return static_cast<unsigned int>(x * tent.InverseCell) & last; };
+  return TileSize * place(tent.Y) + place(tent.X);
+}
+
+/// Copies a tile's tents into the list, cell by cell: their order decides between equal depths, and
+/// must not depend on what else was drawn with them.
+void CopyInOrder(const TileTents& tile, SplatList& list)
+{
+  std::array<std::uint32_t, TileSize * TileSize + 1> places{};
+  for (const Tent& tent : tile.Tents)
+  {
+    ++places[CellOf(tent) + 1];
+  }
+  std::partial_sum(places.begin(), places.end(), places.begin());
+  for (const Tent& tent : tile.Tents)
+  {
+    const std::size_t i = tile.First + places[CellOf(tent)]++;
+    list.Tents[i] = tent;
+    list.TentBoxes[i] = tent.Box;
+    list.TentNears[i] = tent.Near;
+  }
+}
+
 /// Appends a level's tents; returns the number of its fragments.
-std::uint64_t Append(CoarseWork& work, const Executor& executor, Buffer<Tent>& tents)
+std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list)
 {
   const std::size_t count = work.Bins.NumberOfTiles();
-  std::size_t size = tents.Size();
+  std::size_t size = list.Tents.Size();
   std::uint64_t fragments = 0;
   for (std::size_t i = 0; i < count; ++i)
   {
@@ -137,12 +168,11 @@ std::uint64_t Append(CoarseWork& work, const Executor& executor, Buffer<Tent>& t
     size += tile.Tents.size();
     fragments += tile.Fragments;
   }
-  tents.Resize(size);
+  list.ResizeTents(size);
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      const TileTents& tile = work.Tiles[i];
-      std::copy(tile.Tents.begin(), tile.Tents.end(), tents.Data() + tile.First);
+      CopyInOrder(work.Tiles[i], list);
     }
   });
   return fragments;
@@ -167,7 +197,7 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
     SortBins(list, executor, work.Bins);
     const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
     DrawLevel(list, { level, frame, size }, settings, executor, rasters, work);
-    fragments += Append(work, executor, list.Tents);
+    fragments += Append(work, executor, list);
   }
   return fragments;
 }

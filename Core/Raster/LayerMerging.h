@@ -364,109 +364,27 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
   return band > 1e-30f ? band : 1e-30f;
 }
 
-/// The pixels of a splat, and the share of its z-range that counts there, [0, 1]: nothing of hardly
-/// any weight makes a layer longer.
-struct FragmentReach
-{
-  LaneMask Inside;
-  Lanes Reach;
-};
-
-/// Prepares the open layers of a block for a splat or tent of this z-range: layers that end in
-/// front of it leak, and the z-ranges become longer.
+/// Lets the chosen layers leak, which end in front of a splat or tent of this z-range.
 template <RasterPass Pass>
-SURFELSPLATTING_INLINE void PrepareLayers(PixelTile& tile, int block, const ZRange& range,
-  const FragmentReach& at, const RasterSettings& settings, const RasterCallbacks& callbacks)
+SURFELSPLATTING_INLINE void LeakEnded(PixelTile& tile, int block, const ZRange& range,
+  const LaneMask& ended, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  OpenLayers& open = tile.Open[block];
-  const Lanes far = Lanes::Load(open.Far);
-  constexpr float least = Pass == RasterPass::Collect ? 0.0f : LeastLeakingWeight;
-  const LaneMask ended = at.Inside & (Lanes::Load(open.Weight) > least) & (far < range.Near);
-  if (Any(ended))
-  {
-    if (Pass == RasterPass::Collect)
-    {
-      CollectLayers(tile, block, ended, callbacks);
-    }
-    else
-    {
-      const float perBand = 1.0f / LeakBand(range, settings);
-      const Lanes gap = Larger(range.Near - far, 0.0f) * perBand;
-      if (Any(ended & (gap < LargestGap)))
-      {
-        const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
-        LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
-      }
-      else
-      {
-        LeakLayers<true>(tile, block, ended, 0.0f, settings, callbacks);
-      }
-    }
-  }
-  const Lanes end = range.Near + at.Reach * (range.Far - range.Near);
-  Select(at.Inside, Larger(far, end), far).Store(open.Far);
   if (Pass == RasterPass::Collect)
   {
-    float* near = tile.Coarse[block].Near;
-    Select(at.Inside, Smaller(Lanes::Load(near), range.Near), Lanes::Load(near)).Store(near);
+    CollectLayers(tile, block, ended, callbacks);
+    return;
   }
-  else if (callbacks.Leaked)
+  const float perBand = 1.0f / LeakBand(range, settings);
+  const Lanes gap = Larger(range.Near - Lanes::Load(tile.Open[block].Far), 0.0f) * perBand;
+  if (Any(ended & (gap < LargestGap)))
   {
-    AddTo(tile.Finished[block].Fragments, Select(at.Inside, 1.0f, 0.0f));
+    const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
+    LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
   }
-}
-
-/// The share of a fragment that its layer has room for.
-/// @param u where it passes the lens; unused without OnLens
-template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes Room(const PixelTile& tile, int block, const LensPoints& u, float full)
-{
-  const LensLayers& lens = tile.Lens[block];
-  Lanes fill = Lanes::Load(tile.Open[block].Weight);
-  if (OnLens)
+  else
   {
-    fill += LinearPart(lens.FillX, lens.FillY, u);
+    LeakLayers<true>(tile, block, ended, 0.0f, settings, callbacks);
   }
-  return RoomInLayer(fill, full);
-}
-
-/// Adds a splat to the sums of open layers, but for its colours; returns the weight of these.
-/// @param weight its coverage, 0 outside of its support
-/// @param depth  world units along the view direction
-/// @param u      where it passes the lens; unused without OnLens
-template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes AddCoverage(PixelTile& tile, int block, const Lanes& weight,
-  float opacity, const Lanes& depth, const LensPoints& u)
-{
-  OpenLayers& open = tile.Open[block];
-  LensLayers& lens = tile.Lens[block];
-  AddTo(open.Weight, weight);
-  AddTo(open.Depth, weight * depth);
-  Lanes visible = weight * opacity;
-  AddTo(open.Opacity, visible);
-  if (OnLens)
-  {
-    AddTo(lens.FillX, weight * u.X);
-    AddTo(lens.FillY, weight * u.Y);
-  }
-  if (IsTilted(tile, block))
-  {
-    const FinishedLayers& done = tile.Finished[block];
-    const Lanes through = Lanes::Load(done.Transmittance);
-    Lanes seen = through;
-    if (OnLens)
-    {
-      seen = LimitSeen(through + LinearPart(done.ThroughX, done.ThroughY, u), through);
-    }
-    visible *= seen;
-    AddTo(lens.Seen, visible);
-    if (OnLens)
-    {
-      AddTo(lens.SeenX, visible * u.X);
-      AddTo(lens.SeenY, visible * u.Y);
-    }
-  }
-  return visible;
 }
 }
 }

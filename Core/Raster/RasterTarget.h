@@ -159,16 +159,28 @@ struct TilePlace
   float X, Y;    ///< its centre, px from the tile's lower left corner
 };
 
+/// Splats of surfels and tents that are added to a tile together.
+constexpr int BatchSize = 64;
+
+/// A splat or a tent of a batch.
+struct BatchItem
+{
+  const Splat* Body;              ///< null for tents
+  const Tent* Cell;               ///< null for splats
+  const SplatGradient* Gradient;  ///< or null: one colour
+  const LensFootprint* Footprint; ///< of splats, if there is a lens; else null
+  TilePlace Place;
+  float LargestColor; ///< RasterSettings::LargestColor from this item on
+};
+
 struct RasterTarget
 {
-  /// Adds a splat to the blocks that its span touches; returns the number of fragments.
-  std::uint64_t (*AddSplat)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
+  /// Adds up to BatchSize splats and tents to the blocks that their spans touch, as if one after
+  /// another; returns the number of fragments.
+  std::uint64_t (*AddBatch)(PixelTile& tile, const BatchItem* batch, int count,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
-  /// The same for a Gaussian in space (Splat.h). Its fragments are composited at once.
+  /// Adds a Gaussian in space (Splat.h). Its fragments are composited at once.
   std::uint64_t (*AddGaussian)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-    const RasterSettings& settings, const RasterCallbacks& callbacks);
-  /// The same for a tent.
-  std::uint64_t (*AddTent)(PixelTile& tile, const Tent& tent, const TilePlace& place,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// Composites a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
   /// @param cell d, px

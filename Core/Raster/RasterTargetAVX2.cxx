@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/RasterImplementation.h"
 
-const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddSplat,
-  SurfelSplatting::AddGaussian, SurfelSplatting::AddTent, SurfelSplatting::AddRun,
-  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX2" };
+const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX2 = { SurfelSplatting::AddBatch,
+  SurfelSplatting::AddGaussian, SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom,
+  SurfelSplatting::CloseAll, "AVX2" };

@@ -2,6 +2,6 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetAVX512 = {
-  SurfelSplatting::AddSplat, SurfelSplatting::AddGaussian, SurfelSplatting::AddTent,
-  SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX-512"
+  SurfelSplatting::AddBatch, SurfelSplatting::AddGaussian, SurfelSplatting::AddRun,
+  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "AVX-512"
 };

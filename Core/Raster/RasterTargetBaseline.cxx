@@ -2,6 +2,6 @@
 #include "Core/Raster/RasterImplementation.h"
 
 const SurfelSplatting::RasterTarget SurfelSplatting::RasterTargetBaseline = {
-  SurfelSplatting::AddSplat, SurfelSplatting::AddGaussian, SurfelSplatting::AddTent,
-  SurfelSplatting::AddRun, SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "baseline"
+  SurfelSplatting::AddBatch, SurfelSplatting::AddGaussian, SurfelSplatting::AddRun,
+  SurfelSplatting::HiddenFrom, SurfelSplatting::CloseAll, "baseline"
 };

@@ -47,7 +47,7 @@ void ForEachPair(
   const Share tents(chunk, level == 0 ? list.Tents.Size() : 0);
   for (std::size_t t = tents.Begin; t < tents.End; ++t)
   {
-    ForTiles(list.Tents[t].Box, tilesX, [&](std::size_t tile) {
+    ForTiles(list.TentBoxes[t], tilesX, [&](std::size_t tile) {
       function(tile, static_cast<std::uint32_t>(list.Splats.Size() + t));
     });
   }
@@ -109,8 +109,7 @@ void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
       keys.clear();
       for (auto it = first; it != last; ++it)
       {
-        const float near = list.IsTent(*it) ? list.TentAt(*it).Near : list.Nears[*it];
-        keys.push_back(static_cast<std::uint64_t>(SortableBits(near)) << 32 | *it);
+        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.NearAt(*it))) << 32 | *it);
       }
       sorting->Sorter.Sort(keys);
       std::transform(keys.begin(), keys.end(), first,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Raster/TileRaster.h"
 
-#include "Core/Simd/StreamingStores.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -17,7 +15,7 @@ constexpr float Infinity = std::numeric_limits<float>::infinity();
 const RasterTarget Target = SelectRasterTarget();
 
 /// Splats are read in the order of depth, not of memory, so this many are prefetched.
-constexpr std::size_t FetchAhead = 4;
+constexpr std::size_t FetchAhead = 16;
 
 /// GCC 12 treats a function that only prefetches as one without effects, and drops calls of it that
 /// are not inlined early.
@@ -35,10 +33,6 @@ inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::
   __builtin_prefetch(list.FootprintOf(i));
 }
 
-inline float NearOf(const SplatList& list, std::size_t i)
-{
-  return list.IsTent(i) ? list.TentAt(i).Near : list.Splats[i].Near;
-}
 }
 
 void TileRaster::Set(
@@ -89,6 +83,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   this->Pending.clear();
   this->PendingNext = 0;
   this->PendingFar = -Infinity;
+  this->Fragments = 0;
   Counts counts;
   const std::uint32_t* run = lazy ? lazy->Begin(tile) : nullptr;
   const std::uint32_t* end = lazy ? lazy->End(tile) : nullptr;
@@ -116,6 +111,7 @@ TileRaster::Counts TileRaster::RenderLayers(
   }
   counts.Hidden += this->Last - this->Next + (this->Pending.size() - this->PendingNext);
   this->CloseAll();
+  counts.Fragments = this->Fragments;
   counts.Doubt = this->Settings.Doubts ? this->LargestDoubt() : 0.0f;
   return counts;
 }
@@ -124,7 +120,7 @@ TileRaster::Counts TileRaster::RenderLayers(
 TileRaster::Counts TileRaster::RenderNearest(
   const SplatList& list, const TileBins& bins, std::size_t tile)
 {
-  Counts counts;
+  this->Fragments = 0;
   this->IsEmpty = false;
   this->Clear();
   for (OpenLayers& open : this->Tile.Open)
@@ -136,10 +132,13 @@ TileRaster::Counts TileRaster::RenderNearest(
     this->Settings.Pass = pass;
     for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
     {
-      counts.Fragments += this->Add(list, bins.Indices[i]);
+      this->Add(list, bins.Indices[i]);
     }
+    this->Flush();
   }
   this->CloseAll();
+  Counts counts;
+  counts.Fragments = this->Fragments;
   return counts;
 }
 
@@ -161,11 +160,16 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
     this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
-    if (run + 1 < end)
+    if (run + 2 < end)
     {
-      lazy.Prefetch(run[1]);
+      lazy.Prefetch(run[2]);
     }
-    const SplatList::Part& part = lazy.Get(*run++);
+    const SplatList::Part& part = lazy.Get(*run);
+    const PixelBox& all = lazy.Box(*run++);
+    if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
+    {
+      continue;
+    }
     this->Pending.resize(size + part.Count);
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
     {
@@ -188,9 +192,9 @@ bool TileRaster::AddBefore(
   float depth, const SplatList& list, const TileBins& bins, LazySplats* lazy, Counts& counts)
 {
   // Checking whether all of the tile is opaque costs about as much as a splat.
-  constexpr std::uint64_t checkEvery = 64;
+  constexpr std::uint64_t checkEvery = BatchSize;
   const auto nextBinned = [&] {
-    return this->Next < this->Last ? NearOf(list, bins.Indices[this->Next]) : Infinity;
+    return this->Next < this->Last ? list.NearAt(bins.Indices[this->Next]) : Infinity;
   };
   const auto nextPending = [&] {
     return this->PendingNext < this->Pending.size()
@@ -198,14 +202,15 @@ bool TileRaster::AddBefore(
       : Infinity;
   };
   float binned = nextBinned();
-  for (std::uint64_t added = 1;; ++added)
+  for (std::uint64_t added = 0;; ++added)
   {
     const float pending = nextPending(), near = std::min(binned, pending);
     if (!(near < depth))
     {
       return false;
     }
-    if (this->SkipHidden && added % checkEvery == 0 && this->BecomesOpaque(near))
+    const bool checks = this->SkipHidden && added != 0 && added % checkEvery == 0;
+    if (checks && this->BecomesOpaque(near))
     {
       return true;
     }
@@ -213,14 +218,14 @@ bool TileRaster::AddBefore(
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
       Prefetch(list, bins.Indices[ahead]);
-      counts.Fragments += this->Add(list, bins.Indices[this->Next++]);
+      this->Add(list, bins.Indices[this->Next++]);
       binned = nextBinned();
     }
     else
     {
       const std::size_t ahead = std::min(this->PendingNext + FetchAhead, this->Pending.size() - 1);
       Prefetch(lazy->Splats(), static_cast<std::uint32_t>(this->Pending[ahead]));
-      counts.Fragments += this->AddSplat(
+      this->AddSplat(
         lazy->Splats(), static_cast<std::uint32_t>(this->Pending[this->PendingNext++]));
       ++counts.LazyPairs;
     }
@@ -266,9 +271,10 @@ bool TileRaster::IsOpaque(float near) const
   return true;
 }
 
-/// The same with the run, which ends if it is opaque itself.
+/// The same with what waits to be added: the batch, and the run, which ends if it is opaque itself.
 bool TileRaster::BecomesOpaque(float near)
 {
+  this->Flush();
   if (this->Run.IsOpen())
   {
     if (!this->Run.IsOpaque())
@@ -321,6 +327,7 @@ void TileRaster::Clear()
   this->Tile.Opaque = this->Tile.Tilted = 0;
   this->NearestProp = Infinity;
   this->Run.Drop();
+  this->BatchCount = 0;
   this->Settings.HasLayers = false;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
@@ -372,26 +379,49 @@ inline TilePlace TileRaster::PlaceInTile(const PixelBox& box, float x, float y) 
     x - static_cast<float>(this->OriginX), y - static_cast<float>(this->OriginY) };
 }
 
-/// Adds a splat or a tent; returns the number of fragments.
-std::uint64_t TileRaster::Add(const SplatList& list, std::size_t i)
+/// Adds a splat or a tent.
+void TileRaster::Add(const SplatList& list, std::size_t i)
 {
-  return list.IsTent(i) ? this->AddTent(list.TentAt(i)) : this->AddSplat(list, i);
+  list.IsTent(i) ? this->AddTent(list.TentAt(i)) : this->AddSplat(list, i);
 }
 
-std::uint64_t TileRaster::AddSplat(const SplatList& list, std::size_t i)
+void TileRaster::AddSplat(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
-  this->Settings.LargestColor = std::max({ this->Settings.LargestColor, s.Red, s.Green, s.Blue });
+  this->Settings.LargestColor =
+    std::max(std::max(this->Settings.LargestColor, s.Red), std::max(s.Green, s.Blue));
   if (s.Gradient == InSpace)
   {
-    return this->AddGaussian(list, i);
+    this->AddGaussian(list, i);
+    return;
   }
-  this->EndRun();
-  this->Settings.HasLayers = true;
   const SplatGradient* gradient =
     s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
-  return Target.AddSplat(this->Tile, { s, gradient, list.FootprintOf(i) },
-    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings, this->Callbacks());
+  this->AddToBatch({ &s, nullptr, gradient, list.FootprintOf(i),
+    this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings.LargestColor });
+}
+
+/// Keeps an item until the batch is full.
+inline void TileRaster::AddToBatch(const BatchItem& item)
+{
+  this->EndRun();
+  this->Settings.HasLayers = true;
+  this->Batch[this->BatchCount++] = item;
+  if (this->BatchCount == BatchSize)
+  {
+    this->Flush();
+  }
+}
+
+/// Adds the batch.
+void TileRaster::Flush()
+{
+  if (this->BatchCount > 0)
+  {
+    this->Fragments +=
+      Target.AddBatch(this->Tile, this->Batch, this->BatchCount, this->Settings, this->Callbacks());
+    this->BatchCount = 0;
+  }
 }
 
 /// Whether no open layer is left that a Gaussian at a depth could lie in or behind, nor a prop in
@@ -416,13 +446,14 @@ void TileRaster::EndRun()
   }
 }
 
-std::uint64_t TileRaster::AddGaussian(const SplatList& list, std::size_t i)
+void TileRaster::AddGaussian(const SplatList& list, std::size_t i)
 {
   const Splat& s = list.Splats[i];
   if (this->Settings.Pass != RasterPass::Layers)
   {
-    return 0; // a plain z-buffer, for comparison, has none of them
+    return; // a plain z-buffer, for comparison, has none of them
   }
+  this->Flush();
   const SplatData data{ s, nullptr, list.FootprintOf(i) };
   const TilePlace place = this->PlaceInTile(list.Boxes[i], s.X, s.Y);
   const int cell = static_cast<int>(s.DepthY);
@@ -435,18 +466,16 @@ std::uint64_t TileRaster::AddGaussian(const SplatList& list, std::size_t i)
     this->Run.Begin(this->Tile, cell, std::min(TileSize, this->Width - this->OriginX),
       std::min(TileSize, this->Height - this->OriginY));
   }
-  return this->Run.IsOpen()
+  this->Fragments += this->Run.IsOpen()
     ? this->Run.Add(Target, data, place, this->Settings)
     : Target.AddGaussian(this->Tile, data, place, this->Settings, this->Callbacks());
 }
 
 /// LargestColor has the tent's splats already, from the coarse grid.
-std::uint64_t TileRaster::AddTent(const Tent& t)
+void TileRaster::AddTent(const Tent& t)
 {
-  this->EndRun();
-  this->Settings.HasLayers = true;
-  return Target.AddTent(
-    this->Tile, t, this->PlaceInTile(t.Box, t.X, t.Y), this->Settings, this->Callbacks());
+  this->AddToBatch({ nullptr, &t, nullptr, nullptr, this->PlaceInTile(t.Box, t.X, t.Y),
+    this->Settings.LargestColor });
 }
 
 RasterCallbacks TileRaster::Callbacks()
@@ -496,6 +525,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, 
 
 void TileRaster::CloseAll()
 {
+  this->Flush();
   this->EndRun();
   Target.CloseAll(this->Tile, this->Settings, this->Callbacks());
   for (int i = 0; this->Sink && i < BlocksPerTile; ++i)
@@ -508,75 +538,5 @@ void TileRaster::CloseAll()
       }
     });
   }
-}
-
-namespace
-{
-/// Stores a row of a block, up to four pixels.
-inline void StorePixels(
-  const FinishedLayers& done, int first, int columns, float* rgba, float* depth)
-{
-  for (int c = 0; c < columns; ++c)
-  {
-    const int l = first + c;
-    rgba[4 * c] = done.Red[l];
-    rgba[4 * c + 1] = done.Green[l];
-    rgba[4 * c + 2] = done.Blue[l];
-    rgba[4 * c + 3] = 1.0f - done.Transmittance[l];
-    depth[c] = done.Depth[l];
-  }
-}
-
-/// Stores four pixels without reading the frame into the caches, which are too small for it.
-inline void StreamPixels(const FinishedLayers& done, int first, float* rgba, float* depth)
-{
-  for (int l = first; l < first + BlockSize; ++l)
-  {
-    StreamFour(rgba + 4 * (l - first), done.Red[l], done.Green[l], done.Blue[l],
-      1.0f - done.Transmittance[l]);
-  }
-  const float* d = done.Depth + first;
-  StreamFour(depth, d[0], d[1], d[2], d[3]);
-}
-
-bool MayStream(const Frame& frame)
-{
-  return CanStreamTo(frame.Color) && CanStreamTo(frame.Depth) && frame.Width % BlockSize == 0;
-}
-}
-
-void TileRaster::Store(const Frame& frame) const
-{
-  const bool stream = MayStream(frame);
-  const int rows = std::min(TileSize, frame.Height - this->OriginY);
-  const int columns = std::min(TileSize, frame.Width - this->OriginX);
-  for (int j = 0; j < rows; ++j)
-  {
-    const std::size_t first =
-      static_cast<std::size_t>(this->OriginY + j) * frame.Width + this->OriginX;
-    if (this->IsEmpty)
-    {
-      std::fill_n(frame.Color + 4 * first, 4 * columns, 0.0f);
-      std::fill_n(frame.Depth + first, columns, 0.0f);
-      continue;
-    }
-    const FinishedLayers* row = this->Tile.Finished + j / BlockSize * BlocksPerRow;
-    const int inBlock = j % BlockSize * BlockSize;
-    for (int i = 0; i < columns; i += BlockSize)
-    {
-      const FinishedLayers& block = row[i / BlockSize];
-      float* color = frame.Color + 4 * (first + i);
-      float* depth = frame.Depth + first + i;
-      if (stream)
-      {
-        StreamPixels(block, inBlock, color, depth);
-      }
-      else
-      {
-        StorePixels(block, inBlock, std::min(BlockSize, columns - i), color, depth);
-      }
-    }
-  }
-  FinishStreaming();
 }
 }

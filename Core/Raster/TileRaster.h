@@ -76,10 +76,12 @@ private:
   static void SendCells(void* self, const PixelTile& tile, int block, unsigned int lanes);
   int BlockX(int block) const { return this->OriginX + block % BlocksPerRow * BlockSize; }
   int BlockY(int block) const { return this->OriginY + block / BlocksPerRow * BlockSize; }
-  std::uint64_t Add(const SplatList& list, std::size_t i);
-  std::uint64_t AddSplat(const SplatList& list, std::size_t i);
-  std::uint64_t AddTent(const Tent& tent);
-  std::uint64_t AddGaussian(const SplatList& list, std::size_t i);
+  void Add(const SplatList& list, std::size_t i);
+  void AddSplat(const SplatList& list, std::size_t i);
+  void AddTent(const Tent& tent);
+  void AddToBatch(const BatchItem& item);
+  void Flush();
+  void AddGaussian(const SplatList& list, std::size_t i);
   bool MayBeginRun(float depth) const;
   void EndRun();
   TilePlace PlaceInTile(const PixelBox& box, float x, float y) const;
@@ -103,6 +105,9 @@ private:
   std::size_t PendingNext = 0;
   float PendingFar = 0.0f; ///< far end of the runs taken so far
   KeySorter Sorter;
+  BatchItem Batch[BatchSize]; // of surfels and tents, which wait to be added together
+  int BatchCount = 0;
+  std::uint64_t Fragments = 0;
   PixelTile Tile;
   float NearestProp = 0.0f; // depth of the nearest one in the tile
   GaussianRun Run;          // of blurred Gaussians behind what the tile has

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 namespace SurfelSplatting
@@ -28,7 +29,7 @@ void LazySplats::Add(const SurfelCloud& cloud, const CutRanges& runs)
   this->HasGuards = this->HasGuards || cloud.Guard;
   for (const CutRange* run = runs.Begin; run != runs.End; ++run)
   {
-    this->Runs.push_back({ &maker, *run, {}, 0.0f });
+    this->Runs.push_back({ &maker, *run });
   }
 }
 
@@ -91,6 +92,14 @@ void LazySplats::Prefetch(std::uint32_t run) const
   if (this->States[run].load(std::memory_order_relaxed) == NotStarted)
   {
     r.Maker->Prefetch(r.Chosen);
+    return;
+  }
+  // A run has about 16 splats: a cache line of depths, four of boxes.
+  constexpr std::size_t boxesPerLine = 64 / sizeof(PixelBox);
+  __builtin_prefetch(&this->List.Nears[r.Part.Begin]);
+  for (std::size_t i = 0; i < r.Chosen.Count; i += boxesPerLine)
+  {
+    __builtin_prefetch(&this->List.Boxes[r.Part.Begin + i]);
   }
 }
 
@@ -136,12 +145,26 @@ const SplatList::Part& LazySplats::Get(std::uint32_t run)
   return this->Runs[run].Part;
 }
 
+PixelBox LazySplats::Union(const SplatList::Part& part) const
+{
+  constexpr int most = std::numeric_limits<int>::max();
+  PixelBox all{ most, most, 0, 0 };
+  for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
+  {
+    const PixelBox& box = this->List.Boxes[i];
+    all = { std::min(all.X0, box.X0), std::min(all.Y0, box.Y0), std::max(all.X1, box.X1),
+      std::max(all.Y1, box.Y1) };
+  }
+  return all;
+}
+
 void LazySplats::Make(Run& run)
 {
   const auto start = std::chrono::steady_clock::now();
   SplatOutput output = this->List.OutputAt(run.Part.Begin);
   run.Maker->Make(run.Chosen, output);
   run.Part.Take(output);
+  run.Box = this->Union(run.Part);
   run.Seconds = std::chrono::duration<float>(std::chrono::steady_clock::now() - start).count();
 }
 

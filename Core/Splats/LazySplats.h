@@ -49,7 +49,7 @@ public:
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
   float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
 
-  /// Prefetches the surfels of a run that will be needed soon.
+  /// Prefetches the surfels of a run that will be needed soon, or what sorts its splats.
   void Prefetch(std::uint32_t run) const;
 
   /// Lets surfels that are in a file be read in the background: those of the next runs of a tile.
@@ -57,6 +57,9 @@ public:
 
   /// A run's splats, as indices into Splats(). Makes them if necessary. Any thread may call it.
   const SplatList::Part& Get(std::uint32_t run);
+
+  /// Contains the boxes of a run's splats; after Get.
+  const PixelBox& Box(std::uint32_t run) const { return this->Runs[run].Box; }
 
   const SplatList& Splats() const { return this->List; }
 
@@ -82,12 +85,14 @@ private:
   {
     const SplatMaker* Maker;
     CutRange Chosen;
-    SplatList::Part Part;
+    SplatList::Part Part{};
+    PixelBox Box{ 0, 0, 0, 0 }; ///< of the part's splats
     float Seconds = 0;
   };
 
   void SortRuns();
   void Make(Run& run);
+  PixelBox Union(const SplatList::Part& part) const;
 
   SplatContext Context;
   std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames

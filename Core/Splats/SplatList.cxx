@@ -57,7 +57,7 @@ void SplatList::Clear(bool footprints)
   this->Nears.Clear();
   this->Gradients.Clear();
   this->Levels.Clear();
-  this->Tents.Clear();
+  this->ResizeTents(0);
 }
 
 void SplatList::Resize(std::size_t size)
@@ -68,6 +68,13 @@ void SplatList::Resize(std::size_t size)
   this->Gradients.Resize(size);
   this->Footprints.Resize(this->HasFootprints ? size : 0);
   this->Levels.Resize(size);
+}
+
+void SplatList::ResizeTents(std::size_t size)
+{
+  this->Tents.Resize(size);
+  this->TentBoxes.Resize(size);
+  this->TentNears.Resize(size);
 }
 
 SplatOutput SplatList::OutputAt(std::size_t begin)

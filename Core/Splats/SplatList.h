@@ -48,10 +48,13 @@ struct SplatList
   Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture
   Buffer<Tent> Tents;               ///< of coarse grids
+  Buffer<PixelBox> TentBoxes;       ///< copies of Tent::Box and Near, close together for sorting
+  Buffer<float> TentNears;
 
   /// Empties the list and keeps its memory. @param footprints whether splats will have footprints
   void Clear(bool footprints = false);
   void Resize(std::size_t size);
+  void ResizeTents(std::size_t size);
   const LensFootprint* FootprintOf(std::size_t i) const
   {
     return this->HasFootprints ? &this->Footprints[i] : nullptr;
@@ -65,6 +68,11 @@ struct SplatList
 
   bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
   const Tent& TentAt(std::size_t i) const { return this->Tents[i - this->Splats.Size()]; }
+  /// Of a splat or a tent.
+  float NearAt(std::size_t i) const
+  {
+    return this->IsTent(i) ? this->TentNears[i - this->Splats.Size()] : this->Nears[i];
+  }
 
   std::uint64_t NumberOfSplats() const;
   std::uint64_t NumberOfBlurredSplats() const; ///< by the lens

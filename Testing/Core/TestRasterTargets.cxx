@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
@@ -34,6 +35,23 @@ RasterSettings LensSettings()
   settings.LensRadius = static_cast<float>(WithLens.Radius);
   settings.BlurPerDepth = static_cast<float>(WithLens.Radius / WithLens.FocalDistance);
   return settings;
+}
+
+/// Adds one splat.
+std::uint64_t AddSplat(const RasterTarget& target, PixelTile& tile, const SplatData& splat,
+  const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  const BatchItem item{ &splat.Body, nullptr, splat.Gradient, splat.Footprint, place,
+    settings.LargestColor };
+  return target.AddBatch(tile, &item, 1, settings, callbacks);
+}
+
+/// Adds one tent.
+std::uint64_t AddTent(const RasterTarget& target, PixelTile& tile, const Tent& tent,
+  const TilePlace& place, const RasterSettings& settings)
+{
+  const BatchItem item{ nullptr, &tent, nullptr, nullptr, place, settings.LargestColor };
+  return target.AddBatch(tile, &item, 1, settings, Nobody);
 }
 
 std::unique_ptr<PixelTile> EmptyTile()
@@ -134,13 +152,13 @@ void TestOpaqueBlocks(const RasterTarget& target)
     settings.SkipHidden = skip;
     const auto tile = EmptyTile();
     std::uint64_t fragments[3];
-    target.AddSplat(*tile, { wall, nullptr, nullptr }, { left, 16, 16 }, settings, Nobody);
+    AddSplat(target, *tile, { wall, nullptr, nullptr }, { left, 16, 16 }, settings, Nobody);
     CHECK(tile->Opaque == 0); // still open
     for (int i = 0; i < 3; ++i)
     {
       behind.Near = behind.Far = 2.0f + static_cast<float>(i);
       fragments[i] =
-        target.AddSplat(*tile, { behind, nullptr, nullptr }, { all, 16, 16 }, settings, Nobody);
+        AddSplat(target, *tile, { behind, nullptr, nullptr }, { all, 16, 16 }, settings, Nobody);
     }
     CHECK(fragments[0] == TileSize * TileSize);
     CHECK(fragments[1] == (skip ? TileSize * TileSize / 2 : TileSize * TileSize));
@@ -180,8 +198,8 @@ void TestHidden(const RasterTarget& target)
       s.Near = s.Far = near;
       const LensFootprint footprint =
         WholeLens(static_cast<float>(random.Uniform(-0.5, 0.5)), 0.0f, 0.0f);
-      target.AddSplat(
-        *tile, { s, nullptr, onLens ? &footprint : nullptr }, { box, 2, 2 }, settings, Nobody);
+      AddSplat(target, *tile, { s, nullptr, onLens ? &footprint : nullptr }, { box, 2, 2 },
+        settings, Nobody);
     };
     for (int k = random.Integer(1, 3); k > 0; --k)
     {
@@ -219,7 +237,7 @@ void TestSplats(const RasterTarget& target, bool onLens, bool opaque)
     for (PlacedSplat& p : RandomSplats(random, repeat == 0 ? 0 : 1 + repeat % 40))
     {
       p.S.Opacity = opaque ? 1.0f : p.S.Opacity;
-      const std::uint64_t fragments = target.AddSplat(*tile,
+      const std::uint64_t fragments = AddSplat(target, *tile,
         { p.S, p.HasGradient ? &p.Gradient : nullptr, onLens ? &p.Footprint : nullptr },
         { p.Span, p.X, p.Y }, settings, callbacks);
       difference += std::abs(
@@ -241,6 +259,33 @@ void TestSplats(const RasterTarget& target, bool onLens, bool opaque)
     onLens ? ", lens" : "", opaque ? ", opaque" : "", worst.Color, worst.Bounded, worst.Compared);
 }
 
+/// A batch of splats gives the tile that adding them one by one gives.
+void TestBatch(const RasterTarget& target, bool onLens)
+{
+  Random random(10);
+  const RasterSettings settings = onLens ? LensSettings() : Settings;
+  for (int repeat = 0; repeat < 20; ++repeat)
+  {
+    const std::vector<PlacedSplat> splats = RandomSplats(random, 1 + 3 * repeat);
+    const auto together = EmptyTile(), single = EmptyTile();
+    std::vector<BatchItem> batch;
+    std::uint64_t fragments = 0;
+    for (const PlacedSplat& p : splats)
+    {
+      batch.push_back({ &p.S, nullptr, p.HasGradient ? &p.Gradient : nullptr,
+        onLens ? &p.Footprint : nullptr, { p.Span, p.X, p.Y }, settings.LargestColor });
+      fragments += target.AddBatch(*single, &batch.back(), 1, settings, Nobody);
+    }
+    REQUIRE(batch.size() <= static_cast<std::size_t>(BatchSize));
+    const int count = static_cast<int>(batch.size());
+    CHECK(target.AddBatch(*together, batch.data(), count, settings, Nobody) == fragments);
+    CHECK(std::memcmp(together->Open, single->Open, sizeof(single->Open)) == 0);
+    CHECK(std::memcmp(together->Lens, single->Lens, sizeof(single->Lens)) == 0);
+    CHECK(std::memcmp(together->Finished, single->Finished, sizeof(single->Finished)) == 0);
+    CHECK(together->Tilted == single->Tilted);
+  }
+}
+
 /// A tent of 4 px cells about (10, 12): weights fall linearly to 0 along x and y.
 void TestTent(const RasterTarget& target)
 {
@@ -255,7 +300,7 @@ void TestTent(const RasterTarget& target)
   tent.Red = 0.25f;
   const auto tile = EmptyTile();
   const TilePlace place{ { 6, 8, 14, 16 }, x, y };
-  CHECK(target.AddTent(*tile, tent, place, Settings, Nobody) == 64u);
+  CHECK(AddTent(target, *tile, tent, place, Settings) == 64u);
   for (int i = 0; i < TileSize * TileSize; ++i)
   {
     const int column = i % TileSize, row = i / TileSize;
@@ -295,7 +340,7 @@ void TestTentBehind(const RasterTarget& target)
   half.Shape = -1.0f;
   const LensFootprint left = WholeLens(-0.4f, 0.1f, 0.0f);
   const PixelBox all{ 0, 0, TileSize, TileSize };
-  target.AddSplat(*tile, { half, nullptr, &left }, { all, 16, 16 }, settings, Nobody);
+  AddSplat(target, *tile, { half, nullptr, &left }, { all, 16, 16 }, settings, Nobody);
   Tent tent{};
   tent.InverseCell = 1.0f / 64.0f;
   tent.Weight = 0.9f;
@@ -310,7 +355,7 @@ void TestTentBehind(const RasterTarget& target)
   tent.XX = 0.2f;
   tent.XY = 0.01f;
   tent.YY = 0.15f;
-  target.AddTent(*tile, tent, { all, 16.5f, 16.5f }, settings, Nobody);
+  AddTent(target, *tile, tent, { all, 16.5f, 16.5f }, settings);
   target.CloseAll(*tile, settings, Nobody);
 
   ReferenceLayers layers(WithLens);
@@ -389,8 +434,8 @@ void TestCollect(const RasterTarget& target)
   {
     s.Near = near;
     s.Far = near + 0.5f;
-    target.AddSplat(
-      *tile, { s, nullptr, &footprint }, { { 0, 0, 4, 4 }, 2, 2 }, settings, callbacks);
+    AddSplat(
+      target, *tile, { s, nullptr, &footprint }, { { 0, 0, 4, 4 }, 2, 2 }, settings, callbacks);
     CHECK(cells.Count == (near == 4.0f ? 1 : 0)); // not a leak: all of it, where the gap opens
   }
   target.CloseAll(*tile, settings, callbacks);
@@ -430,9 +475,9 @@ void TestExtremes(const RasterTarget& target)
         s.Shape = a > 1.0f ? 3.0f : -1.0f;
         const TilePlace place{ { 0, 0, TileSize, TileSize }, x, 1.0f };
         constexpr std::uint64_t all = TileSize * TileSize;
-        CHECK(target.AddSplat(*tile, { s, nullptr, nullptr }, place, Settings, Nobody) <= all);
+        CHECK(AddSplat(target, *tile, { s, nullptr, nullptr }, place, Settings, Nobody) <= all);
         const LensFootprint footprint{ x, 0.0f, k, a, x, k, 1.0f };
-        CHECK(target.AddSplat(*tile, { s, nullptr, &footprint }, place, lens, Nobody) <= all);
+        CHECK(AddSplat(target, *tile, { s, nullptr, &footprint }, place, lens, Nobody) <= all);
       }
     }
   }
@@ -460,7 +505,7 @@ void TestLargest(const RasterTarget& target)
     const float reach = random.Integer(0, 3) == 0 ? 1e6f : 1.0f;
     const LensFootprint footprint = WholeLens(reach * static_cast<float>(random.Uniform(-1.0, 1.0)),
       reach * static_cast<float>(random.Uniform(-1.0, 1.0)), 0.01f);
-    target.AddSplat(*tile, { s, nullptr, &footprint }, { { 0, 0, TileSize, TileSize }, 16, 16 },
+    AddSplat(target, *tile, { s, nullptr, &footprint }, { { 0, 0, TileSize, TileSize }, 16, 16 },
       settings, Nobody);
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
@@ -514,7 +559,7 @@ TEST_CASE("Selection")
     const RasterTarget* target = FindTarget(name, Targets);
     best = target ? target : best;
   }
-  CHECK((SelectRasterTarget().AddSplat == best->AddSplat));
+  CHECK((SelectRasterTarget().AddBatch == best->AddBatch));
 }
 
 /// The program's argument is baseline, avx2 or avx512.
@@ -526,6 +571,7 @@ TEST_CASE("Raster targets")
     {
       TestSplats(*target, onLens, false);
       TestSplats(*target, onLens, true);
+      TestBatch(*target, onLens);
     }
     TestOpaqueBlocks(*target);
     TestHidden(*target);

@@ -1,0 +1,535 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Adds a batch of splats and tents to a tile, one block after another: the open layers of a block
+ * stay in registers while all that touches it is added. Each pixel gets its fragments in the order
+ * of the batch, so the picture is that of adding one after another.
+ *
+ * Included by the translation units of the raster's targets (RasterTarget.h), whose own this code
+ * is.
+ */
+#pragma once
+
+#include "Core/Raster/BlockPixels.h"
+#include "Core/Raster/BlocksOfSplats.h"
+#include "Core/Raster/KernelEvaluation.h"
+#include "Core/Raster/LayerMerging.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+/// Fields of RasterTarget.h that are kept in registers while a block is added to: its open layers.
+/// Sums of u are doubled, so that 4 f1.u is a product of two of them.
+template <bool OnLens, RasterPass Pass>
+struct BlockLayers
+{
+  Lanes Far, Weight, Opacity, Red, Green, Blue, Depth;
+  Lanes FillX, FillY;       // OnLens only
+  Lanes Seen, SeenX, SeenY; // if tilted
+  bool Tilted;
+
+  SURFELSPLATTING_INLINE void Load(const PixelTile& tile, int block)
+  {
+    const OpenLayers& open = tile.Open[block];
+    const LensLayers& lens = tile.Lens[block];
+    this->Far = Lanes::Load(open.Far);
+    this->Weight = Lanes::Load(open.Weight);
+    this->Opacity = Lanes::Load(open.Opacity);
+    this->Red = Lanes::Load(open.Red);
+    this->Green = Lanes::Load(open.Green);
+    this->Blue = Lanes::Load(open.Blue);
+    this->Depth = Lanes::Load(open.Depth);
+    this->Tilted = OnLens && Pass == RasterPass::Layers && IsTilted(tile, block);
+    if (OnLens)
+    {
+      this->FillX = 2.0f * Lanes::Load(lens.FillX);
+      this->FillY = 2.0f * Lanes::Load(lens.FillY);
+    }
+    if (this->Tilted)
+    {
+      this->Seen = Lanes::Load(lens.Seen);
+      this->SeenX = 2.0f * Lanes::Load(lens.SeenX);
+      this->SeenY = 2.0f * Lanes::Load(lens.SeenY);
+    }
+  }
+
+  SURFELSPLATTING_INLINE void Store(PixelTile& tile, int block) const
+  {
+    OpenLayers& open = tile.Open[block];
+    LensLayers& lens = tile.Lens[block];
+    this->Far.Store(open.Far);
+    this->Weight.Store(open.Weight);
+    this->Opacity.Store(open.Opacity);
+    this->Red.Store(open.Red);
+    this->Green.Store(open.Green);
+    this->Blue.Store(open.Blue);
+    this->Depth.Store(open.Depth);
+    if (OnLens)
+    {
+      (0.5f * this->FillX).Store(lens.FillX);
+      (0.5f * this->FillY).Store(lens.FillY);
+    }
+    if (this->Tilted)
+    {
+      this->Seen.Store(lens.Seen);
+      (0.5f * this->SeenX).Store(lens.SeenX);
+      (0.5f * this->SeenY).Store(lens.SeenY);
+    }
+  }
+};
+
+enum class ItemKernel : std::int32_t
+{
+  Smooth, ///< SmoothProfile
+  Focus,  ///< BellProfile in focus
+  Bell,   ///< BellProfile
+  Gaussian,
+  Tent
+};
+
+/// An item of a batch as the blocks need it, as functions of the place (x, y) in the tile, px.
+struct alignas(64) PreparedItem
+{
+  float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
+  float Near, Far;
+  float PerShare;               ///< (Far - Near) / FullReach
+  float Weight;                 ///< over FullKnee
+  float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
+  float Area, AreaX, AreaY;     ///< as in LensFootprint
+  float Back;
+  float Depth, DepthX, DepthY;
+  float Red, Green, Blue, Opacity;
+  float Shape; ///< of the kernel; SmoothProfile: its steepness
+  ItemKernel Kernel;
+  const BatchItem* Item;
+};
+
+SURFELSPLATTING_INLINE ItemKernel KernelOf(float shape)
+{
+  return shape < 0.0f           ? ItemKernel::Gaussian
+    : shape >= FirstSmoothShape ? ItemKernel::Smooth
+    : shape == 1.0f             ? ItemKernel::Focus
+                                : ItemKernel::Bell;
+}
+
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, PreparedItem& p)
+{
+  p.Item = &item;
+  if (Pass == RasterPass::Layers && item.Cell)
+  {
+    p.Kernel = ItemKernel::Tent;
+    return;
+  }
+  const Splat& s = *item.Body;
+  const float x = item.Place.X, y = item.Place.Y;
+  p.UX = __builtin_sqrtf(s.A * perSupport);
+  p.VY = __builtin_sqrtf(s.B * perSupport);
+  p.UY = p.UX * s.K;
+  p.U0 = 0.0f - p.UX * (x + s.K * y);
+  p.V0 = 0.0f - p.VY * y;
+  p.Near = s.Near;
+  p.Far = s.Far;
+  p.PerShare = (s.Far - s.Near) * (1.0f / FullReach);
+  p.Weight = s.Weight * (1.0f / FullKnee);
+  p.DepthX = s.DepthX;
+  p.DepthY = s.DepthY;
+  p.Depth = 0.5f * (s.Near + s.Far) - (s.DepthX * x + s.DepthY * y);
+  p.Red = s.Red;
+  p.Green = s.Green;
+  p.Blue = s.Blue;
+  p.Opacity = s.Opacity;
+  p.Kernel = KernelOf(s.Shape);
+  p.Shape = p.Kernel == ItemKernel::Smooth ? s.Shape - FirstSmoothShape : s.Shape;
+  if (OnLens)
+  {
+    const LensFootprint& lens = *item.Footprint;
+    p.PerPixel = 2.0f * lens.PerPixel;
+    p.LensX = 2.0f * lens.MeanX - p.PerPixel * x;
+    p.LensY = 2.0f * lens.MeanY - p.PerPixel * y;
+    p.AreaX = lens.AreaX;
+    p.AreaY = lens.AreaY;
+    p.Area = lens.Area - (lens.AreaX * x + lens.AreaY * y);
+    p.Back = lens.Back;
+  }
+}
+
+/// A block, the pixels' places in the tile, and what all items of a batch share.
+struct BatchBlock
+{
+  PixelTile& Tile;
+  int Block;
+  Lanes X, Y; // centres of the pixels, px in the tile
+  RasterSettings& Settings;
+  const RasterCallbacks& Callbacks;
+};
+
+/// Lets the layers leak that end in front of an item; a call, since few items need it.
+template <RasterPass Pass>
+__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, const ZRange& range,
+  const LaneMask& ended, const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  LeakEnded<Pass>(tile, block, range, ended, settings, callbacks);
+}
+
+/// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
+/// longer.
+/// @param end of the item's z-range
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const BatchItem& item, const ZRange& range, const LaneMask& inside, const Lanes& end)
+{
+  constexpr float least = Pass == RasterPass::Collect ? 0.0f : LeastLeakingWeight;
+  const LaneMask ended = inside & (open.Weight > least) & (open.Far < range.Near);
+  if (__builtin_expect(Any(ended), 0))
+  {
+    const LaneMask passed = ended; // keeps the other one in a register
+    open.Store(at.Tile, at.Block);
+    at.Settings.LargestColor = item.LargestColor;
+    LeakBeforeItem<Pass>(at.Tile, at.Block, range, passed, at.Settings, at.Callbacks);
+    open.Load(at.Tile, at.Block);
+  }
+  open.Far = Select(inside, Larger(open.Far, end), open.Far);
+  if (Pass != RasterPass::Collect && __builtin_expect(at.Callbacks.Leaked != nullptr, 0))
+  {
+    AddTo(at.Tile.Finished[at.Block].Fragments, Select(inside, 1.0f, 0.0f));
+  }
+}
+
+/// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
+/// these.
+/// @param weight coverage, 0 outside of the support
+/// @param depth  world units along the view direction
+/// @param u      2 u, where they pass the lens; unused without OnLens
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const Lanes& weight, float opacity, const Lanes& depth, const LensPoints& u)
+{
+  open.Weight += weight;
+  open.Depth += weight * depth;
+  open.Opacity += weight * opacity;
+  Lanes visible = weight * opacity;
+  if (OnLens)
+  {
+    open.FillX += weight * u.X;
+    open.FillY += weight * u.Y;
+  }
+  if (OnLens && open.Tilted)
+  {
+    const FinishedLayers& done = at.Tile.Finished[at.Block];
+    const Lanes through = Lanes::Load(done.Transmittance);
+    const Lanes slope = Lanes::Load(done.ThroughX) * u.X + Lanes::Load(done.ThroughY) * u.Y;
+    visible *= LimitSeen(through + 2.0f * slope, through);
+    open.Seen += visible;
+    open.SeenX += visible * u.X;
+    open.SeenY += visible * u.Y;
+  }
+  return visible;
+}
+
+/// What is left up to `full` of a layer where fragments arrive, [0, FullKnee].
+/// @param u 2 u, where they pass the lens; unused without OnLens
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE Lanes FreeInLayer(
+  const BlockLayers<OnLens, Pass>& open, const LensPoints& u, float full)
+{
+  Lanes free = full - open.Weight;
+  if (OnLens)
+  {
+    free = free - open.FillX * u.X - open.FillY * u.Y;
+  }
+  return free;
+}
+
+/// Colours of a block's fragments, or these times their weights.
+struct WeightedColors
+{
+  Lanes Red, Green, Blue;
+};
+
+/// Adds what a coarse grid's cell needs besides (Tent.h).
+SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight,
+  const PreparedItem& s, const Lanes& depth, const WeightedColors& c, const LensPoints& twice)
+{
+  const LensPoints u{ 0.5f * twice.X, 0.5f * twice.Y };
+  AddTo(coarse.RedX, c.Red * u.X);
+  AddTo(coarse.RedY, c.Red * u.Y);
+  AddTo(coarse.GreenX, c.Green * u.X);
+  AddTo(coarse.GreenY, c.Green * u.Y);
+  AddTo(coarse.BlueX, c.Blue * u.X);
+  AddTo(coarse.BlueY, c.Blue * u.Y);
+  const Lanes opaque = weight * s.Opacity, x = opaque * u.X, y = opaque * u.Y;
+  AddTo(coarse.XX, x * u.X);
+  AddTo(coarse.XY, x * u.Y);
+  AddTo(coarse.YY, y * u.Y);
+  // Layers that are empty have no near depth yet.
+  const Lanes z = Select(weight > 0.0f, depth - Lanes::Load(coarse.Near), 0.0f);
+  AddTo(coarse.SquaredDepth, weight * z * z);
+  AddTo(coarse.HalfRange, weight * ((0.5f * FullReach) * s.PerShare));
+}
+
+/// For the z-buffer: depth of the splat's plane behind its centre, limited to +- the splat's size,
+/// the length of its z-range.
+SURFELSPLATTING_INLINE Lanes EvaluatePlane(const BatchBlock& at, const BatchItem& item)
+{
+  const Splat& s = *item.Body;
+  const float range = s.Far - s.Near;
+  const Lanes dx = at.X - item.Place.X, dy = at.Y - item.Place.Y;
+  return Smaller(Larger(s.DepthX * dx + s.DepthY * dy, -range), range);
+}
+
+/// The kernel and its derivative d (KernelEvaluation.h) of an item.
+/// @param x 1 - q / support
+SURFELSPLATTING_INLINE Lanes EvaluateSlope(
+  const PreparedItem& p, const Lanes& x, float support, Lanes& d)
+{
+  if (p.Kernel == ItemKernel::Smooth)
+  {
+    const Lanes u = Smaller(x * p.Shape, 1.0f);
+    d = u * (1.0f - u);
+    return u * u * (3.0f - 2.0f * u);
+  }
+  d = x;
+  const Lanes squared = x * x;
+  if (p.Kernel == ItemKernel::Focus)
+  {
+    return Edge * x + (1.0f - Edge) * (squared * squared);
+  }
+  if (p.Kernel == ItemKernel::Bell)
+  {
+    return (1.0f - p.Shape) * squared + (p.Shape * Edge) * x +
+      (p.Shape * (1.0f - Edge)) * (squared * squared);
+  }
+  d = ExpOfMinus(Larger(Smaller((1.0f - x) * (0.5f * support), 80.0f), 0.0f));
+  return d;
+}
+
+/// Adds the fragments of a splat to the z-buffer; true if that is all.
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE bool AddDepths(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
+  const BatchItem& item, const Lanes& x, LaneMask& inside)
+{
+  if (Pass == RasterPass::Depths)
+  {
+    // Farther by half its z-range. Its inner part hides, so that tails at silhouettes do not.
+    const Lanes far = item.Body->Far + EvaluatePlane(at, item);
+    open.Far = Select(x > 0.65f, Smaller(open.Far, far), open.Far);
+    return true;
+  }
+  if (Pass == RasterPass::Nearest)
+  {
+    inside = inside & (open.Far >= item.Body->Near + EvaluatePlane(at, item));
+  }
+  return false;
+}
+
+/// Adds the gradient of a splat to its colours. @param tilt derivative over kernel
+SURFELSPLATTING_INLINE void AddGradient(
+  const BatchBlock& at, const BatchItem& item, const Lanes& tilt, WeightedColors& c)
+{
+  const SplatGradient& g = *item.Gradient;
+  const Lanes dx = at.X - item.Place.X, dy = at.Y - item.Place.Y;
+  c.Red += tilt * (g.RedX * dx + g.RedY * dy);
+  c.Green += tilt * (g.GreenX * dx + g.GreenY * dy);
+  c.Blue += tilt * (g.BlueX * dx + g.BlueY * dy);
+}
+
+/// Adds a splat's fragments; returns the lanes that it covers.
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
+  BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const PreparedItem& p)
+{
+  const Lanes across = p.U0 + p.UY * at.Y + p.UX * at.X, along = p.V0 + p.VY * at.Y;
+  const Lanes x = (1.0f - along * along) - across * across;
+  LaneMask inside = x > 0.0f;
+  if (AddDepths(open, at, *p.Item, x, inside))
+  {
+    return 0;
+  }
+  const unsigned int bits = inside.ToBits();
+  if (bits == 0)
+  {
+    return 0;
+  }
+  Lanes slope;
+  const Lanes kernel = EvaluateSlope(p, x, at.Settings.Support, slope);
+  Lanes share = kernel, area = p.Weight;
+  LensPoints u{ 0.0f, 0.0f };
+  if (OnLens)
+  {
+    const Lanes front = p.Area + p.AreaY * at.Y + p.AreaX * at.X;
+    const Lanes seen = Larger(front, 0.0f - p.Back * front);
+    share = kernel * seen;
+    area = seen * p.Weight;
+    u = { p.LensX + p.PerPixel * at.X, p.LensY + p.PerPixel * at.Y };
+  }
+  const Lanes most = Select(inside, share * p.Weight, 0.0f); // lanes outside may hold anything
+  if (Pass != RasterPass::Nearest)
+  {
+    const Lanes end =
+      Pass == RasterPass::Collect ? Lanes(p.Far) : Smaller(p.Near + share * p.PerShare, p.Far);
+    PrepareLayers(open, at, *p.Item, { p.Near, p.Far }, inside, end);
+  }
+  constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
+    : OnLens                                         ? FullThroughLens
+                                                     : FullInFocus;
+  const Lanes free = Smaller(Larger(FreeInLayer(open, u, full), 0.0f), FullKnee);
+  const Lanes weight = most * free;
+  const Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
+  const Lanes visible = AddCoverage(open, at, weight, p.Opacity, depth, u);
+  WeightedColors c{ p.Red, p.Green, p.Blue };
+  if (p.Item->Gradient)
+  {
+    AddGradient(at, *p.Item, slope / Larger(kernel, 1e-30f), c);
+  }
+  open.Red += visible * c.Red;
+  open.Green += visible * c.Green;
+  open.Blue += visible * c.Blue;
+  if (Pass == RasterPass::Collect)
+  {
+    CoarseLayers& coarse = at.Tile.Coarse[at.Block];
+    const Lanes near = Lanes::Load(coarse.Near);
+    Select(inside, Smaller(near, p.Near), near).Store(coarse.Near);
+    AddCoarse(
+      coarse, weight, p, depth, { visible * c.Red, visible * c.Green, visible * c.Blue }, u);
+  }
+  return bits;
+}
+
+/// Adds a tent's fragments, seen through the linear reconstruction of T over all of its lens
+/// points; returns the lanes that it covers.
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
+  BlockLayers<OnLens, Pass>& open, const BatchBlock& at, const BatchItem& item)
+{
+  const Tent& s = *item.Cell;
+  const Lanes dx = at.X - item.Place.X, dy = at.Y - item.Place.Y;
+  const Lanes share = Larger(1.0f - s.InverseCell * Larger(dx, 0.0f - dx), 0.0f) *
+    Larger(1.0f - s.InverseCell * Larger(dy, 0.0f - dy), 0.0f);
+  const Lanes weight = s.Weight * share;
+  const LaneMask inside = weight > 0.0f;
+  const unsigned int bits = inside.ToBits();
+  if (bits == 0)
+  {
+    return 0;
+  }
+  const float perShare = (s.Far - s.Near) * (1.0f / FullReach);
+  PrepareLayers(
+    open, at, item, { s.Near, s.Far }, inside, Smaller(s.Near + share * perShare, s.Far));
+  const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
+  // A tent may be as heavy as a layer: what has no room is cut off.
+  const Lanes free = Larger(FreeInLayer(open, u, FullThroughLens), 0.0f);
+  const Lanes added = Smaller(weight, free) * Smaller(free * (1.0f / FullKnee), 1.0f);
+  const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);
+  WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
+  if (OnLens && open.Tilted)
+  {
+    const FinishedLayers& done = at.Tile.Finished[at.Block];
+    const Lanes opaque = (4.0f * s.Opacity) * added;
+    const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
+    c.Red += x * s.RedX + y * s.RedY;
+    c.Green += x * s.GreenX + y * s.GreenY;
+    c.Blue += x * s.BlueX + y * s.BlueY;
+    open.SeenX += 2.0f * (x * s.XX + y * s.XY);
+    open.SeenY += 2.0f * (x * s.XY + y * s.YY);
+  }
+  open.Red += c.Red;
+  open.Green += c.Green;
+  open.Blue += c.Blue;
+  return bits;
+}
+
+/// Adds the items of a batch to a block. @param items bit k: the k-th item touches it
+/// @return number of fragments
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE std::uint64_t AddItemsToBlock(
+  const BatchBlock& at, const PreparedItem* batch, std::uint64_t items)
+{
+  const std::uint64_t skipped = at.Settings.SkipHidden ? std::uint64_t{ 1 } << at.Block : 0;
+  if ((at.Tile.Opaque & skipped) != 0)
+  {
+    return 0;
+  }
+  BlockLayers<OnLens, Pass> open;
+  open.Load(at.Tile, at.Block);
+  std::uint64_t fragments = 0;
+  for (; items != 0 && (at.Tile.Opaque & skipped) == 0; items &= items - 1)
+  {
+    const PreparedItem& item = batch[__builtin_ctzll(items)];
+    const unsigned int lanes = Pass == RasterPass::Layers && item.Kernel == ItemKernel::Tent
+      ? AddTentToBlock(open, at, *item.Item)
+      : AddSplatToBlock(open, at, item);
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(lanes));
+  }
+  open.Store(at.Tile, at.Block);
+  return fragments;
+}
+
+/// Exchanges bit k of word i for bit i of word k.
+SURFELSPLATTING_INLINE void Transpose(std::uint64_t (&words)[64])
+{
+  std::uint64_t mask = 0xffffffffu;
+  for (unsigned int step = 32; step != 0; step /= 2, mask ^= mask << step)
+  {
+    for (unsigned int i = 0; i < 64; i = ((i | step) + 1) & ~step)
+    {
+      const std::uint64_t change = (words[i] >> step ^ words[i + step]) & mask;
+      words[i] ^= change << step;
+      words[i + step] ^= change;
+    }
+  }
+}
+
+template <bool OnLens, RasterPass Pass>
+std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
+  const RasterSettings& shared, const RasterCallbacks& callbacks)
+{
+  static_assert(BatchSize == 64 && BlocksPerTile == 64, "a bit for each");
+  RasterSettings settings = shared;
+  std::uint64_t touched[BlocksPerTile] = {}; // by item, then by block
+  PreparedItem prepared[BatchSize];
+  const float perSupport = 1.0f / settings.Support;
+  for (int k = 0; k < count; ++k)
+  {
+    const BatchItem& item = batch[k];
+    touched[k] = item.Cell ? BlocksOf(item.Place.Span)
+                           : BlocksOfSplat(*item.Body, item.Place, settings.Support);
+    Prepare<OnLens, Pass>(item, perSupport, prepared[k]);
+  }
+  Transpose(touched);
+  std::uint64_t fragments = 0;
+  for (int block = 0; block < BlocksPerTile; ++block)
+  {
+    if (touched[block] != 0)
+    {
+      const Lanes x = Lanes::Load(RampX) + (FirstPixel[block % BlocksPerRow] + 0.5f);
+      const Lanes y = Lanes::Load(RampY) + (FirstPixel[block / BlocksPerRow] + 0.5f);
+      fragments += AddItemsToBlock<OnLens, Pass>(
+        { tile, block, x, y, settings, callbacks }, prepared, touched[block]);
+    }
+  }
+  return fragments;
+}
+
+/// RasterTarget::AddBatch.
+std::uint64_t AddBatch(PixelTile& tile, const BatchItem* batch, int count,
+  const RasterSettings& settings, const RasterCallbacks& callbacks)
+{
+  const bool onLens = settings.LensRadius > 0.0f;
+  switch (settings.Pass)
+  {
+    case RasterPass::Layers:
+      return onLens ? AddItems<true, RasterPass::Layers>(tile, batch, count, settings, callbacks)
+                    : AddItems<false, RasterPass::Layers>(tile, batch, count, settings, callbacks);
+    case RasterPass::Collect:
+      return onLens ? AddItems<true, RasterPass::Collect>(tile, batch, count, settings, callbacks)
+                    : AddItems<false, RasterPass::Collect>(tile, batch, count, settings, callbacks);
+    case RasterPass::Depths:
+      return AddItems<false, RasterPass::Depths>(tile, batch, count, settings, callbacks);
+    case RasterPass::Nearest:
+      break;
+  }
+  return AddItems<false, RasterPass::Nearest>(tile, batch, count, settings, callbacks);
+}
+}
+}

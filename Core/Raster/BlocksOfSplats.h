@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Which blocks of a tile a splat touches. Included by the translation units of the raster's targets
+ * (RasterTarget.h), whose own this code is.
+ */
+#pragma once
+
+#include "Core/Raster/BlockPixels.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+alignas(
+  64) constexpr float Ramp[LaneCount] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
+
+/// First pixel of a column or row of blocks.
+constexpr float FirstPixel[BlocksPerRow] = { 0, 4, 8, 12, 16, 20, 24, 28 };
+static_assert(BlockSize == 4 && BlocksPerRow == 8, "FirstPixel has these");
+
+/// Bits [begin, end) of a row of blocks; 0 <= begin, end <= BlocksPerRow.
+SURFELSPLATTING_INLINE std::uint64_t BlocksBetween(unsigned int begin, unsigned int end)
+{
+  constexpr unsigned int all = (1u << BlocksPerRow) - 1;
+  return all & (all << begin) & (all >> (BlocksPerRow - end));
+}
+
+/// Bit i: a span of the tile's pixels touches block i.
+SURFELSPLATTING_INLINE std::uint64_t BlocksOf(const PixelBox& span)
+{
+  if (span.X0 >= span.X1 || span.Y0 >= span.Y1)
+  {
+    return 0; // and shifts of 64 bits are undefined
+  }
+  const auto block = [](int pixel) { return static_cast<unsigned int>(pixel) / BlockSize; };
+  const std::uint64_t columns = BlocksBetween(block(span.X0), block(span.X1 + BlockSize - 1));
+  constexpr std::uint64_t all = ~std::uint64_t{ 0 }, firstOfRows = all / ((1u << BlocksPerRow) - 1);
+  const unsigned int below = BlocksPerRow * block(span.Y0);
+  const unsigned int above = BlocksPerTile - BlocksPerRow * block(span.Y1 + BlockSize - 1);
+  return (columns * firstOfRows) & (all << below) & (all >> above);
+}
+
+/// Blocks between the support's ends, |dx + K dy| < sqrt((support - B dy^2) / A), in any of a
+/// block's four rows of pixels; sixteen rows of pixels at a time.
+SURFELSPLATTING_INLINE std::uint64_t BlocksInSupport(
+  const Splat& s, const TilePlace& place, float support)
+{
+  constexpr int rowsOfBlocks = LaneCount / BlockSize;
+  // For rounding. NaN becomes the whole row or nothing: no pixel outside of the tile is touched.
+  constexpr float margin = 1.0f / 16.0f;
+  const float across = 1.0f / s.A;
+  std::uint64_t blocks = 0;
+  for (int j = place.Span.Y0 / LaneCount * rowsOfBlocks; j * BlockSize < place.Span.Y1;
+       j += rowsOfBlocks)
+  {
+    const Lanes dy = Lanes::Load(Ramp) + (static_cast<float>(j * BlockSize) + 0.5f - place.Y);
+    const Lanes half = SquareRoot(Larger(support - s.B * dy * dy, 0.0f) * across) + margin;
+    const Lanes center = (place.X - 0.5f) - s.K * dy;
+    alignas(64) float low[LaneCount], high[LaneCount];
+    Smaller(SmallestOfFour(Larger(center - half, 0.0f)), TileSize).Store(low);
+    Larger(Smaller(LargestOfFour(center + half), TileSize - 1.0f), -1.0f).Store(high);
+    for (int i = 0; i < rowsOfBlocks; ++i)
+    {
+      const unsigned int begin = static_cast<unsigned int>(low[i * BlockSize]) / BlockSize;
+      const unsigned int end =
+        static_cast<unsigned int>(high[i * BlockSize] + BlockSize) / BlockSize;
+      blocks |= BlocksBetween(begin, end) << ((j + i) * BlocksPerRow);
+    }
+  }
+  return blocks;
+}
+
+/// Narrower spans are not worth narrowing.
+constexpr int FewPixels = 3 * BlockSize;
+
+/// Blocks that a splat with this support may touch.
+SURFELSPLATTING_INLINE std::uint64_t BlocksOfSplat(
+  const Splat& s, const TilePlace& place, float support)
+{
+  const std::uint64_t blocks = BlocksOf(place.Span);
+  return place.Span.X1 - place.Span.X0 > FewPixels ? blocks & BlocksInSupport(s, place, support)
+                                                   : blocks;
+}
+}
+}
