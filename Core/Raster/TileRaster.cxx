@@ -214,7 +214,8 @@ bool TileRaster::AddBefore(
     {
       return true;
     }
-    if (binned <= pending)
+    // Of equal depths, splats come before tents, as in SortBins, whoever made the splats.
+    if (binned == pending ? !list.IsTent(bins.Indices[this->Next]) : binned < pending)
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
       Prefetch(list, bins.Indices[ahead]);
