@@ -51,6 +51,10 @@ struct BlockLayers
       this->SeenX = 2.0f * Lanes::Load(lens.SeenX);
       this->SeenY = 2.0f * Lanes::Load(lens.SeenY);
     }
+    else
+    {
+      this->Seen = this->SeenX = this->SeenY = 0.0f; // unused
+    }
   }
 
   SURFELSPLATTING_INLINE void Store(PixelTile& tile, int block) const

@@ -189,10 +189,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   AddTo(done.Green, green);
   AddTo(done.Blue, blue);
   const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  if (Any(median))
-  {
-    Put(done.Depth, median, f.Depth);
-  }
+  Select(median, f.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
   after.Store(done.Transmittance);
   if (!Any(after > MinTransmittance))
   {
