@@ -74,6 +74,17 @@ def picture(data, camera, size, blur=0, pinholes=1, detail=True, keep_mass=False
     return vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars()).reshape(size, size, 4)
 
 
+def make_property(opacities):
+    opacity, color, prop = vtkPiecewiseFunction(), vtkColorTransferFunction(), vtkVolumeProperty()
+    for point in opacities:
+        opacity.AddPoint(*point)
+    for point in ((37, 0.1, 0.2, 0.9), (157, 0.9, 0.9, 0.8), (277, 0.8, 0.1, 0.1)):
+        color.AddRGBPoint(*point)
+    prop.SetScalarOpacity(opacity)
+    prop.SetColor(color)
+    return prop
+
+
 def psnr(first, second):
     """Over the background that shows the larger difference, dB"""
     def mean_square(background):
@@ -126,25 +137,31 @@ class TestGaussians(unittest.TestCase):
         self.assertGreater(keeps, grows + 6)
 
     def test_volume(self):
-        source, prop = vtkRTAnalyticSource(), vtkVolumeProperty()
-        opacity, color = vtkPiecewiseFunction(), vtkColorTransferFunction()
-        for point in ((90, 0), (277, 0.25)):
-            opacity.AddPoint(*point)
-        for point in ((37, 0.1, 0.2, 0.9), (157, 0.9, 0.9, 0.8), (277, 0.8, 0.1, 0.1)):
-            color.AddRGBPoint(*point)
-        prop.SetScalarOpacity(opacity)
-        prop.SetColor(color)
-        splatting = vtkVolumeSplatting()
-        splatting.SetInputConnection(source.GetOutputPort())
-        splatting.SetVolumeProperty(prop)
-        splatting.Update()
-        data = with_hierarchy(splatting.GetOutput())
-        camera, size = make_camera(55 * np.array([0.47, -0.81, 0.34]), 30), 96
-        volume = Volume(source.GetOutput(), prop)
-        camera.SetFocalDisk(0)
-        sharp = volume_picture(volume, View(camera, size), 0.25)
-        # Measured 42.1 dB.
-        self.assertGreater(psnr(picture(data, camera, size), sharp), 41)
+        """Against rays that march through the volume, from the middle and from 32 points of the lens.
+        Measured: soft 42.1 dB in focus and 45.8 through the lens, opaque 28.7 and 38.5."""
+        source = vtkRTAnalyticSource()
+        source.Update()
+        position, size, blur = 55 * np.array([0.47, -0.81, 0.34]), 96, 36
+        sharp, lens = make_camera(position, 30), make_camera(position, 30)
+        sharp.SetFocalDisk(0)
+        in_focus = 0.75 * np.linalg.norm(position)  # as picture() has it
+        lens.SetFocalDistance(in_focus)
+        lens.SetFocalDisk(2 * blur * in_focus / View(sharp, size).focal_length)
+        for name, opacities, least in (
+                ("soft", ((90, 0), (277, 0.25)), (41, 44.5)),
+                ("opaque", ((180, 0), (190, 0.95), (277, 0.99)), (27.5, 37))):
+            with self.subTest(name):
+                prop = make_property(opacities)
+                splatting = vtkVolumeSplatting()
+                splatting.SetInputData(source.GetOutput())
+                splatting.SetVolumeProperty(prop)
+                splatting.Update()
+                data, volume = with_hierarchy(splatting.GetOutput()), Volume(source.GetOutput(), prop)
+                middle = volume_picture(volume, View(sharp, size), 0.25)
+                whole = volume_picture(volume, View(lens, size), 0.5, 32)
+                self.assertLess(psnr(middle, whole), 30)
+                self.assertGreater(psnr(picture(data, sharp, size), middle), least[0])
+                self.assertGreater(psnr(picture(data, lens, size, blur), whole), least[1])
 
 
 if __name__ == "__main__":
