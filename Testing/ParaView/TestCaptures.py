@@ -44,6 +44,7 @@ class Captures(PluginCase):
     def test_colors_of_a_splat_file(self):
         write_splat("ball.splat", ball())
         source = simple.OpenDataFile("ball.splat")
+        self.assertEqual(simple.Show(source, self.view).Representation, "Surfel Splats")
         display = self.show(source)
         simple.ColorBy(display, ("POINTS", "RGB"))
         display.MapScalars = 0
