@@ -11,9 +11,7 @@ namespace SurfelSplatting
 /// Finer levels would cost more for their tents (Tent.h) than they save.
 constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
-/// Cells of a grid for each standard deviation of its splats. With 1.25 textured planes lose 0.06
-/// dB against a ray tracer; on the finest grid nothing loses more than 0.03 dB with 1.15.
-constexpr double CoarseCellsPerDeviation = 1.5, FinestCellsPerDeviation = 1.15;
+constexpr double CoarseCellsPerDeviation = 1.5;
 
 /// Cell size, px, of the coarsest level that can represent a splat whose smallest variance is
 /// smallestVariance (px^2). 1: the picture itself.
@@ -23,9 +21,7 @@ SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
   Real cell = Uniform<Real>(1.0);
   for (int level = LowestCoarseLevel; level <= HighestCoarseLevel; ++level)
   {
-    const double cells =
-      level == LowestCoarseLevel ? FinestCellsPerDeviation : CoarseCellsPerDeviation;
-    const double deviation = cells * (1 << level);
+    const double deviation = CoarseCellsPerDeviation * (1 << level);
     cell = smallestVariance >= deviation * deviation ? Uniform<Real>(1 << level) : cell;
   }
   return cell;
