@@ -32,7 +32,6 @@ inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::
   __builtin_prefetch(&list.Boxes[i]);
   __builtin_prefetch(list.FootprintOf(i));
 }
-
 }
 
 void TileRaster::Set(

@@ -6,7 +6,8 @@ import numpy as np
 from ..backend import vtk
 
 
-def _to_vtk(name, values, kind):
+def named_array(name, values, kind=None):
+    """-> a copy of numbers [n] or [n, components] as an array of VTK; kind: dtype, or as they are"""
     values = np.ascontiguousarray(values, dtype=kind)
     array = vtk("util.numpy_support").numpy_to_vtk(values, deep=True)
     array.SetName(name)
@@ -20,16 +21,16 @@ def polydata_of(places, arrays):
     row per point.
     """
     points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(_to_vtk("Points", places, np.float64))
+    points.SetData(named_array("Points", places, np.float64))
     cloud = vtk("vtkCommonDataModel").vtkPolyData()
     cloud.SetPoints(points)
     data = cloud.GetPointData()
     if "RGB" in arrays:
-        data.SetScalars(_to_vtk("RGB", arrays["RGB"], np.uint8))
+        data.SetScalars(named_array("RGB", arrays["RGB"], np.uint8))
     if "Normals" in arrays:
-        data.SetNormals(_to_vtk("Normals", arrays["Normals"], np.float32))
+        data.SetNormals(named_array("Normals", arrays["Normals"], np.float32))
     for name, values in arrays.items():
         if name not in ("RGB", "Normals"):
             kind = np.float32 if name == "intensity" else values.dtype  # times need all digits
-            data.AddArray(_to_vtk(name, values, kind))
+            data.AddArray(named_array(name, values, kind))
     return cloud

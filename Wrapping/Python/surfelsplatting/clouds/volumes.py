@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from ..backend import vtk
+from .polydata import named_array
 from ..problems import UserProblem
 
 GHOSTS = "vtkGhostType"
@@ -62,12 +63,6 @@ def _centers_of_cells(image):
     return volume
 
 
-def _as_array(name, values):
-    array = vtk("util.numpy_support").numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-    array.SetName(name)
-    return array
-
-
 def _to_numpy(array):
     return vtk("util.numpy_support").vtk_to_numpy(array)
 
@@ -85,7 +80,7 @@ def _add_ghosts(image, volume, at_cells):
     cells = _ghosts(image.GetCellData(), image.GetNumberOfCells())
     if at_cells and cells:
         hidden = (_to_numpy(cells) & HIDDEN_CELL) != 0
-        volume.GetPointData().AddArray(_as_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))
+        volume.GetPointData().AddArray(named_array(GHOSTS, HIDDEN_POINT * hidden.astype(np.uint8)))
     elif not at_cells:
         for ghosts, data in ((points, volume.GetPointData()), (cells, volume.GetCellData())):
             if ghosts:
@@ -110,7 +105,7 @@ def volume_of(image, name=None):
     if array.GetNumberOfComponents() > 1:
         with np.errstate(over="ignore"):  # infinite magnitudes are not finite, as they should be
             length = np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
-        array = _as_array(array.GetName(), length)
+        array = named_array(array.GetName(), length)
     volume.GetPointData().SetScalars(array)
     return volume
 
@@ -185,5 +180,5 @@ def coarsened(volume, factor):
         *(begin + middle for begin in volume.GetExtent()[::2]), first)
     result.SetOrigin(first)
     result.SetSpacing([factor * length for length in volume.GetSpacing()])
-    result.GetPointData().SetScalars(_as_array(scalars.GetName(), np.concatenate(means).ravel()))
+    result.GetPointData().SetScalars(named_array(scalars.GetName(), np.concatenate(means).ravel()))
     return result

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from ..backend import vtk
+from ..clouds.polydata import named_array
 
 LARGEST = 200_000  # points that are shown
 SAMPLES = 500  # points whose neighbours are looked up
@@ -47,12 +48,6 @@ def _chosen(cloud):
     return some[finite], places[finite]
 
 
-def _to_vtk(name, values):
-    array = _arrays().numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-    array.SetName(name)
-    return array
-
-
 def _copy_arrays(source, target, chosen):
     data = source.GetPointData()
     scalars = data.GetScalars()
@@ -61,7 +56,7 @@ def _copy_arrays(source, target, chosen):
         if array is None or array.GetName() is None:
             continue
         values = _arrays().vtk_to_numpy(array)[chosen]
-        copy = _to_vtk(array.GetName(), values)
+        copy = named_array(array.GetName(), values)
         target.GetPointData().AddArray(copy)
         if array == scalars:
             target.GetPointData().SetScalars(copy)
@@ -100,7 +95,7 @@ def discs_of(cloud):
     count = len(places)
     origin = np.round(places.mean(axis=0)) if count else np.zeros(3)
     points = vtk("vtkCommonCore").vtkPoints()
-    points.SetData(_to_vtk("Points", (places - origin).astype(np.float32)))
+    points.SetData(named_array("Points", (places - origin).astype(np.float32)))
     discs = vtk("vtkCommonDataModel").vtkPolyData()
     discs.SetPoints(points)
     if not count:
@@ -109,11 +104,11 @@ def discs_of(cloud):
     normals = _normals(cloud, chosen)
     covariances, areas = _kernels(_area_per_point(discs), normals, count)
     data = discs.GetPointData()
-    data.AddArray(_to_vtk("SurfelCovariance", covariances.astype(np.float32)))
-    data.AddArray(_to_vtk("SurfelAreaVector", areas.astype(np.float32)))
+    data.AddArray(named_array("SurfelCovariance", covariances.astype(np.float32)))
+    data.AddArray(named_array("SurfelAreaVector", areas.astype(np.float32)))
     if normals is None:
-        data.AddArray(_to_vtk("SurfelTwoSided", np.ones(count, np.uint8)))
-    discs.GetFieldData().AddArray(_to_vtk("SurfelOrigin", origin))
+        data.AddArray(named_array("SurfelTwoSided", np.ones(count, np.uint8)))
+    discs.GetFieldData().AddArray(named_array("SurfelOrigin", origin))
     return discs
 
 
