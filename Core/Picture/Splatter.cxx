@@ -334,9 +334,9 @@ void Splatter::RenderCell(
   }
   this->Stats = FrameStatistics();
   this->TileSeconds = 0.0;
-  // The layers of a sink and doubts are those of pixels.
+  // The layers of a sink are those of pixels.
   this->Cell.GaussianRuns = this->CellInPicture.GaussianRuns =
-    this->Cell.GaussianRuns && this->Cell.CoarseGrids && !target.Sink && !this->SumsDoubts;
+    this->Cell.GaussianRuns && this->Cell.CoarseGrids && !target.Sink;
   this->List.Clear(this->Cell.HasLens());
   this->Lazy.Clear(this->Cell);
   if (target.Exchange)

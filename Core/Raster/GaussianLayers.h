@@ -174,6 +174,31 @@ SURFELSPLATTING_INLINE Lanes HiddenShare(
   return VisibleShare(before, LayerCoverage<Lanes>{ 1.0f, f.Alpha, f.Alpha * seen });
 }
 
+/**
+ * Adds the doubt about the fragments of a Gaussian. One hides too little to be in doubt, but many
+ * do: how much of what the lens blurs hides the same share of the lens is not known, so that the
+ * interval's width is the lens's share of what is hidden so far, at most T. The contrast is to the
+ * mean of what is in front.
+ * @param hides of T
+ */
+SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat& s,
+  const GaussianFragments& f, const Lanes& hides, const Lanes& before)
+{
+  const Lanes after = Larger(before - hides, 0.0f), width = Lanes::Load(doubted.Width);
+  const Lanes doubt = width * hides / Larger(before, 1e-6f);
+  const Lanes share = hides / Larger(1.0f - after, 1e-6f);
+  const float colors[] = { s.Red, s.Green, s.Blue };
+  float* means[] = { doubted.Red, doubted.Green, doubted.Blue };
+  float* drifts[] = { doubted.RedDrift, doubted.GreenDrift, doubted.BlueDrift };
+  for (int c = 0; c < 3; ++c)
+  {
+    const Lanes contrast = colors[c] - Lanes::Load(means[c]);
+    AddTo(drifts[c], doubt * contrast);
+    AddTo(means[c], share * contrast);
+  }
+  Smaller(width + f.Share * hides, after).Store(doubted.Width);
+}
+
 /// Composites the fragments of a Gaussian.
 template <bool OnLens>
 SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const Splat& s,
@@ -195,7 +220,11 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   {
     tile.Opaque |= std::uint64_t{ 1 } << block;
   }
-  if (settings.Doubts || callbacks.Leaked)
+  if (settings.Doubts)
+  {
+    AddGaussianDoubt(tile.Doubted[block], s, f, hides, before);
+  }
+  if (callbacks.Leaked)
   {
     LeakedLayers leaked;
     red.Store(leaked.Red);
@@ -204,16 +233,8 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
     hides.Store(leaked.Alpha);
     Lanes(f.Depth).Store(leaked.Depth);
     f.Alpha.Store(leaked.Coverage);
-    if (settings.Doubts)
-    {
-      AddDoubt(tile.Doubted[block], { 1.0f, f.Alpha, hides }, before,
-        { 1.0f, after, 0.0f, 0.0f, 0.0f }, leaked);
-    }
-    if (callbacks.Leaked)
-    {
-      callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
-      AddTo(done.Fragments, Select(f.Inside, 1.0f, 0.0f));
-    }
+    callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
+    AddTo(done.Fragments, Select(f.Inside, 1.0f, 0.0f));
   }
   if (settings.LensRadius > 0.0f)
   {
@@ -322,10 +343,34 @@ struct RunCorners
   }
 };
 
+/// Adds the doubts about a run to those about a block.
+template <int N>
+SURFELSPLATTING_INLINE void AddDoubtOfRun(
+  PixelTile& tile, int block, const PixelTile& run, const CellCorners<N>& at)
+{
+  DoubtedLayers& to = tile.Doubted[block];
+  const auto interpolate = [&](float(DoubtedLayers::*field)[PixelsPerBlock]) {
+    float v[N * N];
+    for (int k = 0; k < N * N; ++k)
+    {
+      v[k] = (run.Doubted[at.Block[k]].*field)[at.Lane[k]];
+    }
+    return at.Interpolate(v);
+  };
+  AddTo(to.RedDrift, interpolate(&DoubtedLayers::RedDrift));
+  AddTo(to.GreenDrift, interpolate(&DoubtedLayers::GreenDrift));
+  AddTo(to.BlueDrift, interpolate(&DoubtedLayers::BlueDrift));
+  interpolate(&DoubtedLayers::Red).Store(to.Red);
+  interpolate(&DoubtedLayers::Green).Store(to.Green);
+  interpolate(&DoubtedLayers::Blue).Store(to.Blue);
+  const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
+  Smaller(interpolate(&DoubtedLayers::Width), through).Store(to.Width);
+}
+
 /// Composites a run behind the finished layers of a block.
 template <int N>
 SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const PixelTile& state,
-  const RunStart& start, const CellCorners<N>& at)
+  const RunStart& start, const CellCorners<N>& at, bool doubts)
 {
   const RunCorners<N * N> run(state, start, at.Block, at.Lane);
   FinishedLayers& done = tile.Finished[block];
@@ -351,10 +396,14 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   {
     tile.Opaque |= std::uint64_t{ 1 } << block;
   }
+  if (doubts)
+  {
+    AddDoubtOfRun(tile, block, state, at);
+  }
 }
 
 /// RasterTarget::AddRun.
-void AddRun(PixelTile& tile, const PixelTile& run, const RunStart& start, int cell)
+void AddRun(PixelTile& tile, const PixelTile& run, const RunStart& start, int cell, bool doubts)
 {
   const float perCell = 1.0f / static_cast<float>(cell);
   for (int block = 0; block < BlocksPerTile; ++block)
@@ -365,11 +414,11 @@ void AddRun(PixelTile& tile, const PixelTile& run, const RunStart& start, int ce
     const float dy = (static_cast<float>(y - j * cell) + 0.5f) * perCell;
     if (cell >= BlockSize)
     {
-      AddRunToBlock<2>(tile, block, run, start, { i, j, dx, dy, perCell });
+      AddRunToBlock<2>(tile, block, run, start, { i, j, dx, dy, perCell }, doubts);
     }
     else
     {
-      AddRunToBlock<3>(tile, block, run, start, { i, j, dx, dy, perCell });
+      AddRunToBlock<3>(tile, block, run, start, { i, j, dx, dy, perCell }, doubts);
     }
   }
 }

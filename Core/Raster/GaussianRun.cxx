@@ -62,6 +62,16 @@ CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellP
   return sums;
 }
 
+/// Without the drifts, which are those of the run.
+void CopyDoubt(const DoubtedLayers& from, int pixel, DoubtedLayers& to, int cell)
+{
+  to.Width[cell] = from.Width[pixel];
+  to.Red[cell] = from.Red[pixel];
+  to.Green[cell] = from.Green[pixel];
+  to.Blue[cell] = from.Blue[pixel];
+  to.RedDrift[cell] = to.GreenDrift[cell] = to.BlueDrift[cell] = 0.0f;
+}
+
 /// Of a cell's own pixels, or of all that take something over from it, if its own are darker: they
 /// may be open.
 CellSums SumCell(const PixelTile& tile, const int (&center)[2], int cell, const int (&size)[2])
@@ -75,8 +85,9 @@ CellSums SumCell(const PixelTile& tile, const int (&center)[2], int cell, const 
 }
 }
 
-void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
+void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height, bool doubts)
 {
+  this->Doubts = doubts;
   this->Cell = cell;
   this->Width = width;
   this->Height = height;
@@ -109,6 +120,12 @@ void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height)
       done.ThroughY[l] = scale * sums.Y;
       done.ThroughRim[l] = scale * sums.Rim;
       open = open || mean > MinTransmittance;
+      if (doubts)
+      {
+        const int x = std::min(i * cell, width - 1), y = std::min(j * cell, height - 1);
+        CopyDoubt(
+          tile.Doubted[BlockOfPixel(x, y)], LaneOfPixel(x, y), this->State.Doubted[block], l);
+      }
       tilted = tilted || sums.X != 0.0f || sums.Y != 0.0f;
     }
     this->Start.Before[block] = done;
@@ -144,14 +161,14 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
     this->EndCell(pixels.X1, this->Width), this->EndCell(pixels.Y1, this->Height) };
   const TilePlace inCells{ span, place.X * perCell + 0.5f, place.Y * perCell + 0.5f };
   RasterSettings own = settings;
-  own.Doubts = own.HasLayers = false;
+  own.HasLayers = false;
   return target.AddGaussian(
     this->State, { s, nullptr, &lens }, inCells, own, { nullptr, nullptr, nullptr });
 }
 
 void GaussianRun::End(const RasterTarget& target, PixelTile& tile)
 {
-  target.AddRun(tile, this->State, this->Start, this->Cell);
+  target.AddRun(tile, this->State, this->Start, this->Cell, this->Doubts);
   this->Cell = 0;
 }
 }

@@ -11,7 +11,8 @@
  *   T' = T t,  t = T_1 / T_0;   C' = C + T c,  c = (C_1 - C_0) / T_0;
  *   m' = T' (m / T + m_1 / T_1 - m_0 / T_0)
  *
- * so that pixels in front of the run keep their sharp borders.
+ * so that pixels in front of the run keep their sharp borders. Doubts go on from those of the pixel
+ * in the middle of a cell.
  *
  *   cell (i, j) of a tile is centred at (i d, j d) px: neighbouring tiles share cells at their
  * border
@@ -34,8 +35,9 @@ public:
    * Begins a run in front of which a tile has no open layers.
    * @param cell d, 2 to TileSize, a power of two, px
    * @param width,height of the picture's part in the tile, 1 to TileSize, px
+   * @param doubts sum up what the picture's doubts are about
    */
-  void Begin(const PixelTile& tile, int cell, int width, int height);
+  void Begin(const PixelTile& tile, int cell, int width, int height, bool doubts);
 
   /// Adds a Gaussian. @param place in the tile, px
   std::uint64_t Add(const RasterTarget& target, const SplatData& splat, const TilePlace& place,
@@ -57,6 +59,7 @@ private:
 
   int Cell = 0;
   int Width = 0, Height = 0;
+  bool Doubts = false;
   PixelTile State; ///< its pixels are the cells
   RunStart Start;
 };

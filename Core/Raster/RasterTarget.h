@@ -75,6 +75,8 @@ struct alignas(64) DoubtedLayers
   float Width[PixelsPerBlock]; ///< share of the lens through which the last layers, or what is
                                ///< behind them, are seen
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< of the last layer
+  /// Of Gaussians in space, signed: colours that vary at random within a surface add up to nothing.
+  float RedDrift[PixelsPerBlock], GreenDrift[PixelsPerBlock], BlueDrift[PixelsPerBlock];
 };
 
 struct PixelTile
@@ -183,8 +185,9 @@ struct RasterTarget
   std::uint64_t (*AddGaussian)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// Composites a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
-  /// @param cell d, px
-  void (*AddRun)(PixelTile& tile, const PixelTile& run, const RunStart& start, int cell);
+  /// @param cell d, px @param doubts as in RasterSettings
+  void (*AddRun)(
+    PixelTile& tile, const PixelTile& run, const RunStart& start, int cell, bool doubts);
   /// Lanes of a block that nothing which begins behind a depth can change by more than
   /// MinTransmittance.
   unsigned int (*HiddenFrom)(

@@ -296,7 +296,11 @@ float TileRaster::LargestDoubt() const
     const FinishedLayers& done = this->Tile.Finished[i];
     for (int l = 0; l < PixelsPerBlock; ++l)
     {
-      largest = std::max(largest, doubted.Doubt[l] + doubted.Width[l] * done.Transmittance[l]);
+      const float drift =
+        std::max(std::max(std::abs(doubted.RedDrift[l]), std::abs(doubted.GreenDrift[l])),
+          std::abs(doubted.BlueDrift[l]));
+      largest =
+        std::max(largest, doubted.Doubt[l] + drift + doubted.Width[l] * done.Transmittance[l]);
     }
   }
   return largest;
@@ -464,7 +468,7 @@ void TileRaster::AddGaussian(const SplatList& list, std::size_t i)
   if (!this->Run.IsOpen() && cell > 1 && this->MayBeginRun(s.Near))
   {
     this->Run.Begin(this->Tile, cell, std::min(TileSize, this->Width - this->OriginX),
-      std::min(TileSize, this->Height - this->OriginY));
+      std::min(TileSize, this->Height - this->OriginY), this->Settings.Doubts);
   }
   this->Fragments += this->Run.IsOpen()
     ? this->Run.Add(Target, data, place, this->Settings)

@@ -351,4 +351,40 @@ TEST_CASE("Dense clouds")
     CHECK(root < 0.025);
   }
 }
+
+/// A blurred sheet of many small Gaussians with a border, each of which hides next to nothing of
+/// the lens: its tiles are doubtful, so that seven cells change them. A sharp one has no doubts.
+TEST_CASE("Seven cells of a dense sheet")
+{
+  TestCloud sheet;
+  sheet.Kind = CloudKind::Capture;
+  Random random(9);
+  for (int i = 0; i < 40000; ++i)
+  {
+    const Vector3 p{ random.Uniform(-0.8, 0.1), random.Uniform(-0.8, 0.8),
+      Depth + random.Uniform(0.0, 0.02) };
+    sheet.Add(TestGaussian{ p, { 2.5e-5, 2.5e-5, 1e-6, 0, 0, 0 }, 0.9f, { { 1, 1, 1, 1 } } });
+  }
+  for (const bool grids : { true, false })
+  {
+    SplatContext context = ContextOf(60.0);
+    context.CoarseGrids = grids;
+    const Picture one = RenderPicture(context, sheet);
+    context.Sampling.Count = 7;
+    const Picture seven = RenderPicture(context, sheet);
+    context.Sampling.Everywhere = true;
+    const Picture everywhere = RenderPicture(context, sheet);
+    const double left = std::sqrt(MeanSquareDifference(seven, everywhere));
+    const double all = std::sqrt(MeanSquareDifference(one, everywhere));
+    std::printf("seven cells: RMS %.4f of everywhere's, of one picture %.4f\n", left, all);
+    CHECK(all > 0.02);
+    // Where one picture has no light left, nothing is in doubt, though cells may have some.
+    CHECK(left < 0.25 * all);
+  }
+  SplatContext sharp = ContextOf(0.0);
+  sharp.Optics = { 0.01, Depth };
+  const Picture one = RenderPicture(sharp, sheet);
+  sharp.Sampling.Count = 7;
+  CHECK(LargestDifference(one, RenderPicture(sharp, sheet)) == 0.0);
+}
 }

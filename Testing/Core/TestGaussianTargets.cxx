@@ -294,7 +294,7 @@ void TestAddRun(const RasterTarget& target)
       }
     }
     const PixelTile old = *tile;
-    target.AddRun(*tile, *run, *start, cell);
+    target.AddRun(*tile, *run, *start, cell, false);
     for (int k = 0; k < Pixels; ++k)
     {
       const double x = (k % TileSize + 0.5) / cell, y = (k / TileSize + 0.5) / cell;
