@@ -114,6 +114,18 @@ SURFELSPLATTING_INLINE void StoreRim(FinishedLayers& done, const Lanes& rim, con
   Smaller(Larger(rim, 0.0f - most), most).Store(done.ThroughRim);
 }
 
+/// Takes the part of fragments from the moments of T that their lens points do not know: light
+/// comes through the rest of the lens as well, and what it hides of T has T's own moments.
+SURFELSPLATTING_INLINE void HideResidual(
+  FinishedLayers& done, const GaussianFragments& f, const Lanes& hides, const Lanes& before)
+{
+  const Lanes share = Smaller(hides / Larger(before, 1e-6f), 1.0f);
+  const Lanes keep = 1.0f - (1.0f - f.Share) * share;
+  MultiplyBy(done.ThroughX, keep);
+  MultiplyBy(done.ThroughY, keep);
+  MultiplyBy(done.ThroughRim, keep);
+}
+
 /// Takes what the fragments hide from the moments of T and from the open layers.
 /// @param hides of T
 template <bool OnLens>
@@ -123,6 +135,10 @@ SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const Ga
   const LensPoints& u = f.U;
   const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
   const bool wasTilted = IsTilted(tile, block);
+  if (OnLens || wasTilted)
+  {
+    HideResidual(tile.Finished[block], f, hides, before);
+  }
   const bool isLong = (OnLens || wasTilted) &&
     StoreMoment(tile.Finished[block], hides, OnLens ? u : LensPoints{ 0.0f, 0.0f }, after);
   if (OnLens)

@@ -121,6 +121,10 @@ double AddTo(
       p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
   }
   p.Red += hides * s.Red;
+  const double residual = (1.0 - mean) * std::min(1.0, hides / std::max(p.Through, 1e-6));
+  p.X *= 1.0 - residual;
+  p.Y *= 1.0 - residual;
+  p.Rim *= 1.0 - residual;
   p.Through = std::max(0.0, p.Through - hides);
   p.X -= hides * ux;
   p.Y -= hides * uy;
@@ -263,6 +267,49 @@ void TestAddGaussian(const RasterTarget& target, bool onLens)
   CHECK((worst.Moment > 0.05) == onLens);
 }
 
+/// What is in focus hides the same share of T at all points of the lens: T's moments over T stay.
+void TestInFocus(const RasterTarget& target)
+{
+  Random random(24);
+  RasterSettings settings{ 5.0f, 1e30f };
+  settings.HasLayers = false;
+  settings.LensRadius = 0.1f;
+  const auto tile = EmptyTile();
+  const auto add = [&](PlacedGaussian g) {
+    target.AddGaussian(*tile, { g.S, nullptr, &g.Footprint },
+      { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
+  };
+  for (int i = 0; i < 8; ++i)
+  {
+    PlacedGaussian blurred = RandomGaussian(random, true);
+    blurred.S.Near = blurred.S.Far = 1.0f;
+    add(blurred);
+  }
+  const PixelTile old = *tile;
+  PlacedGaussian sharp = RandomGaussian(random, true);
+  sharp.S.Weight = 0.5f;
+  sharp.S.Near = sharp.S.Far = 2.0f;
+  sharp.X = sharp.Y = 16.0f;
+  sharp.Footprint.PerPixel = 0.0f;
+  add(sharp);
+  double longest = 0.0, most = 0.0;
+  for (int b = 0; b < BlocksPerTile; ++b)
+  {
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      const FinishedLayers &was = old.Finished[b], &done = tile->Finished[b];
+      const float left = done.Transmittance[l] / was.Transmittance[l];
+      most = std::max<double>(most, 1.0 - left);
+      longest = std::max<double>(longest, std::hypot(was.ThroughX[l], was.ThroughY[l]));
+      CHECK_NEAR(done.ThroughX[l], left * was.ThroughX[l], 2e-5); // shortened: RootError
+      CHECK_NEAR(done.ThroughY[l], left * was.ThroughY[l], 2e-5);
+      CHECK_NEAR(done.ThroughRim[l], left * was.ThroughRim[l], 2e-5);
+    }
+  }
+  CHECK(longest > 0.05);
+  CHECK(most > 0.1);
+}
+
 /// T' = T t, C' = C + T c, m' = T' (m / T + m_1 / T_1 - m_0 / T_0), interpolated bilinearly
 /// (GaussianRun.h), and shortened to what T' may have.
 void TestAddRun(const RasterTarget& target)
@@ -348,6 +395,7 @@ TEST_CASE("Gaussians in space")
   {
     TestAddGaussian(*target, false);
     TestAddGaussian(*target, true);
+    TestInFocus(*target);
     TestAddRun(*target);
   }
 }
