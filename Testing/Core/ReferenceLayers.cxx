@@ -66,14 +66,14 @@ void ReferenceLayers::Tilt()
 
 namespace
 {
-/// What tents add: w' = -room(f)^2 with room from 1 at full coverage to 0 at 1.3, by small steps.
+/// What tents add: w' = -room(f)^2 with room from 1 at f = 1.1 to 0 at 1.3, by small steps.
 double AddInParts(double weight, double fill)
 {
   constexpr int steps = 100000;
   double added = 0.0;
   for (int i = 0; i < steps; ++i)
   {
-    const double room = std::clamp((1.3 - fill - added) / 0.3, 0.0, 1.0);
+    const double room = std::clamp((1.3 - fill - added) / 0.2, 0.0, 1.0);
     added += room * room * weight / steps;
   }
   return added;

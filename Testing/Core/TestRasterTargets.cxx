@@ -325,8 +325,8 @@ void TestTent(const RasterTarget& target)
   }
 }
 
-/// Heavy tents count as if they were added in small parts: from full coverage on, f' = ((1.3 - f) /
-/// 0.3)^2.
+/// Heavy tents count as if they were added in small parts: from f = 1.1 on, f' = ((1.3 - f) /
+/// 0.2)^2.
 void TestHeavyTents(const RasterTarget& target)
 {
   const auto tile = EmptyTile();
@@ -336,7 +336,7 @@ void TestHeavyTents(const RasterTarget& target)
     tent.Weight = weight;
     AddTent(target, *tile, tent, { { 0, 0, 4, 4 }, 0.0f, 0.0f }, Settings);
   }
-  CHECK_NEAR(tile->Open[0].Weight[0], 1.3 - 0.3 / (1.0 + 0.5 / 0.3), 1e-6);
+  CHECK_NEAR(tile->Open[0].Weight[0], 1.3 - 0.2 / (1.0 + 0.4 / 0.2), 1e-6);
 }
 
 /// A tent behind a layer that covers one side of the lens: its colour is seen through the other,
