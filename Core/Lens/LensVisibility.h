@@ -146,6 +146,9 @@ SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float full)
 /// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
 constexpr float FullReach = 0.05f;
 
+/// The same for tents: one of the four over a pixel has at least this share.
+constexpr float FullReachOfTent = 0.25f;
+
 /// What is seen at a lens point is at least this share of what is seen on average: something of a
 /// layer that covers all of the lens is seen.
 constexpr float LeastSeen = 0.02f;

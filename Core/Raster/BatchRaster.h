@@ -24,15 +24,28 @@ template <bool OnLens, RasterPass Pass>
 struct BlockLayers
 {
   Lanes Far, Weight, Opacity, Red, Green, Blue, Depth;
-  Lanes FillX, FillY;       // OnLens only
-  Lanes Seen, SeenX, SeenY; // if tilted
+  Lanes FillX, FillY;                  // OnLens only
+  Lanes Seen, SeenX, SeenY;            // if tilted
+  Lanes Near, HalfRange, SquaredDepth; // of coarse grids; these have no Far
   bool Tilted;
 
   SURFELSPLATTING_INLINE void Load(const PixelTile& tile, int block)
   {
     const OpenLayers& open = tile.Open[block];
     const LensLayers& lens = tile.Lens[block];
-    this->Far = Lanes::Load(open.Far);
+    if (Pass == RasterPass::Collect)
+    {
+      const CoarseLayers& coarse = tile.Coarse[block];
+      this->Near = Lanes::Load(coarse.Near);
+      this->HalfRange = Lanes::Load(coarse.HalfRange);
+      this->SquaredDepth = Lanes::Load(coarse.SquaredDepth);
+      this->Far = 0.0f; // unused
+    }
+    else
+    {
+      this->Far = Lanes::Load(open.Far);
+      this->Near = this->HalfRange = this->SquaredDepth = 0.0f; // unused
+    }
     this->Weight = Lanes::Load(open.Weight);
     this->Opacity = Lanes::Load(open.Opacity);
     this->Red = Lanes::Load(open.Red);
@@ -61,7 +74,17 @@ struct BlockLayers
   {
     OpenLayers& open = tile.Open[block];
     LensLayers& lens = tile.Lens[block];
-    this->Far.Store(open.Far);
+    if (Pass == RasterPass::Collect)
+    {
+      CoarseLayers& coarse = tile.Coarse[block];
+      this->Near.Store(coarse.Near);
+      this->HalfRange.Store(coarse.HalfRange);
+      this->SquaredDepth.Store(coarse.SquaredDepth);
+    }
+    else
+    {
+      this->Far.Store(open.Far);
+    }
     this->Weight.Store(open.Weight);
     this->Opacity.Store(open.Opacity);
     this->Red.Store(open.Red);
@@ -176,15 +199,36 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, const 
   LeakEnded<Pass>(tile, block, range, ended, settings, callbacks);
 }
 
+/// A layer of a coarse grid ends before a splat that begins so many standard deviations behind its
+/// mean depth and half of its splats' mean range. The surface of a blurred disc ends at two; with
+/// 2.5, a blurred floor near its horizon is off by a quarter more.
+constexpr float LayerDeviations = 2.75f;
+
+/// The open layers that end in front of an item which begins at a depth. Those of a coarse grid end
+/// behind most of their weight, not behind the farthest splat: one of hardly any weight cannot join
+/// two surfaces.
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open, float near)
+{
+  if (Pass != RasterPass::Collect)
+  {
+    return (open.Weight > LeastLeakingWeight) & (open.Far < near);
+  }
+  // Depths times weights; 0 for empty layers.
+  const Lanes behind = open.Weight * near - open.Depth - open.HalfRange;
+  const Lanes mean = open.Depth - open.Weight * open.Near;
+  const Lanes variance = open.Weight * open.SquaredDepth - mean * mean;
+  return (behind > 0.0f) & (behind * behind > (LayerDeviations * LayerDeviations) * variance);
+}
+
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
-/// @param end of the item's z-range
+/// @param end of the item's z-range; unused by coarse grids
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
   const BatchItem& item, const ZRange& range, const LaneMask& inside, const Lanes& end)
 {
-  constexpr float least = Pass == RasterPass::Collect ? 0.0f : LeastLeakingWeight;
-  const LaneMask ended = inside & (open.Weight > least) & (open.Far < range.Near);
+  const LaneMask ended = inside & FindEnded(open, range.Near);
   if (__builtin_expect(Any(ended), 0))
   {
     const LaneMask passed = ended; // keeps the other one in a register
@@ -193,8 +237,12 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
     LeakBeforeItem<Pass>(at.Tile, at.Block, range, passed, at.Settings, at.Callbacks);
     open.Load(at.Tile, at.Block);
   }
+  if (Pass == RasterPass::Collect)
+  {
+    return;
+  }
   open.Far = Select(inside, Larger(open.Far, end), open.Far);
-  if (Pass != RasterPass::Collect && __builtin_expect(at.Callbacks.Leaked != nullptr, 0))
+  if (__builtin_expect(at.Callbacks.Leaked != nullptr, 0))
   {
     AddTo(at.Tile.Finished[at.Block].Fragments, Select(inside, 1.0f, 0.0f));
   }
@@ -252,8 +300,8 @@ struct WeightedColors
 };
 
 /// Adds what a coarse grid's cell needs besides (Tent.h).
-SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight,
-  const PreparedItem& s, const Lanes& depth, const WeightedColors& c, const LensPoints& twice)
+SURFELSPLATTING_INLINE void AddMoments(
+  CoarseLayers& coarse, const Lanes& opaque, const WeightedColors& c, const LensPoints& twice)
 {
   const LensPoints u{ 0.5f * twice.X, 0.5f * twice.Y };
   AddTo(coarse.RedX, c.Red * u.X);
@@ -262,14 +310,10 @@ SURFELSPLATTING_INLINE void AddCoarse(CoarseLayers& coarse, const Lanes& weight,
   AddTo(coarse.GreenY, c.Green * u.Y);
   AddTo(coarse.BlueX, c.Blue * u.X);
   AddTo(coarse.BlueY, c.Blue * u.Y);
-  const Lanes opaque = weight * s.Opacity, x = opaque * u.X, y = opaque * u.Y;
+  const Lanes x = opaque * u.X, y = opaque * u.Y;
   AddTo(coarse.XX, x * u.X);
   AddTo(coarse.XY, x * u.Y);
   AddTo(coarse.YY, y * u.Y);
-  // Layers that are empty have no near depth yet.
-  const Lanes z = Select(weight > 0.0f, depth - Lanes::Load(coarse.Near), 0.0f);
-  AddTo(coarse.SquaredDepth, weight * z * z);
-  AddTo(coarse.HalfRange, weight * ((0.5f * FullReach) * s.PerShare));
 }
 
 /// For the z-buffer: depth of the splat's plane behind its centre, limited to +- the splat's size,
@@ -370,8 +414,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   const Lanes most = Select(inside, share * p.Weight, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
-    const Lanes end =
-      Pass == RasterPass::Collect ? Lanes(p.Far) : Smaller(p.Near + share * p.PerShare, p.Far);
+    const Lanes end = Smaller(p.Near + share * p.PerShare, p.Far);
     PrepareLayers(open, at, *p.Item, { p.Near, p.Far }, inside, end);
   }
   constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
@@ -391,13 +434,28 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   open.Blue += visible * c.Blue;
   if (Pass == RasterPass::Collect)
   {
-    CoarseLayers& coarse = at.Tile.Coarse[at.Block];
-    const Lanes near = Lanes::Load(coarse.Near);
-    Select(inside, Smaller(near, p.Near), near).Store(coarse.Near);
-    AddCoarse(
-      coarse, weight, p, depth, { visible * c.Red, visible * c.Green, visible * c.Blue }, u);
+    open.Near = Select(inside, Smaller(open.Near, p.Near), open.Near);
+    // Layers that are empty have no near depth yet.
+    const Lanes z = Select(inside, depth - open.Near, 0.0f);
+    open.SquaredDepth += weight * z * z;
+    open.HalfRange += weight * (0.5f * (p.Far - p.Near));
+    AddMoments(at.Tile.Coarse[at.Block], visible,
+      { visible * c.Red, visible * c.Green, visible * c.Blue }, u);
   }
   return bits;
+}
+
+/// What a tent adds to a layer. It may be as heavy as a layer, so it is added as if in many small
+/// parts, of which each counts the square of what is left up to FullOnCoarseGrid, over the knee and
+/// at most 1. What neighbouring cells add then hardly depends on their order. With a knee of 0.3,
+/// level of detail was seen to change in motion.
+/// @param free what is left at the tent's lens point, >= 0
+SURFELSPLATTING_INLINE Lanes LimitTent(const Lanes& weight, const Lanes& free)
+{
+  constexpr float knee = 0.2f;
+  const Lanes whole = Smaller(weight, Larger(free - knee, 0.0f));
+  const Lanes rest = weight - whole, left = Smaller(free, knee);
+  return whole + left * left * rest / (knee * knee + left * rest);
 }
 
 /// Adds a tent's fragments, seen through the linear reconstruction of T over all of its lens
@@ -417,13 +475,11 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  const float perShare = (s.Far - s.Near) * (1.0f / FullReach);
+  const float perShare = (s.Far - s.Near) * (1.0f / FullReachOfTent);
   PrepareLayers(
     open, at, item, { s.Near, s.Far }, inside, Smaller(s.Near + share * perShare, s.Far));
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
-  // A tent may be as heavy as a layer: what has no room is cut off.
-  const Lanes free = Larger(FreeInLayer(open, u, FullThroughLens), 0.0f);
-  const Lanes added = Smaller(weight, free) * Smaller(free * (1.0f / FullKnee), 1.0f);
+  const Lanes added = LimitTent(weight, Larger(FreeInLayer(open, u, FullOnCoarseGrid), 0.0f));
   const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (OnLens && open.Tilted)

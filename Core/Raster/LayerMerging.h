@@ -345,7 +345,6 @@ SURFELSPLATTING_INLINE void CollectLayers(
     Put(sum, chosen, 0.0f);
   }
   Put(c.Near, chosen, Infinity);
-  Put(open.Far, chosen, -Infinity);
 }
 
 /// The z-range of a splat or tent, world units along the view direction.

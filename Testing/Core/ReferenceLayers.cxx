@@ -64,13 +64,29 @@ void ReferenceLayers::Tilt()
   this->Flat = false;
 }
 
+namespace
+{
+/// What tents add: w' = -room(f)^2 with room from 1 at f = 1.1 to 0 at 1.3, by small steps.
+double AddInParts(double weight, double fill)
+{
+  constexpr int steps = 100000;
+  double added = 0.0;
+  for (int i = 0; i < steps; ++i)
+  {
+    const double room = std::clamp((1.3 - fill - added) / 0.2, 0.0, 1.0);
+    added += room * room * weight / steps;
+  }
+  return added;
+}
+}
+
 void ReferenceLayers::Append(const ReferenceFragment& f)
 {
   const double fill =
     this->Weight + 4.0 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
   const double full = f.OnLens ? 1.2 : 1.1;
-  double weight = f.IsTent ? std::min(f.Weight, std::max(0.0, full - fill)) : f.Weight;
-  weight *= std::clamp((full - fill) / 0.1, 0.0, 1.0);
+  const double weight =
+    f.IsTent ? AddInParts(f.Weight, fill) : f.Weight * std::clamp((full - fill) / 0.1, 0.0, 1.0);
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
   const double linear = this->Through + tilt[0] * f.U[0] + tilt[1] * f.U[1];

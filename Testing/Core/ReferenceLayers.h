@@ -27,7 +27,7 @@ struct ReferenceFragment
   double Color[3] = { 0, 0, 0 };
   double U[2] = { 0, 0 }; ///< point of the lens
   bool OnLens = false;    ///< else U is not used
-  bool IsTent = false;    ///< has no more weight than there is room, and covariances:
+  bool IsTent = false;    ///< is added in small parts, and has covariances:
   double ColorU[3][2] = {};
   double UU[2][2] = {};
 };

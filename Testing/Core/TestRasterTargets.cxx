@@ -313,7 +313,7 @@ void TestTent(const RasterTarget& target)
     CHECK_NEAR(open.Opacity[l], 0.5 * weight, 4.0 * Epsilon);
     CHECK_NEAR(open.Red[l], 0.125 * weight, 4.0 * Epsilon);
     CHECK_NEAR(open.Depth[l], 2.5 * weight, 8.0 * Epsilon);
-    const double reach = std::min(1.0, acrossX * acrossY / 0.05);
+    const double reach = std::min(1.0, acrossX * acrossY / 0.25);
     if (weight > 0.0)
     {
       CHECK_NEAR(open.Far[l], 1.0 + 2.0 * reach, 1e-6);
@@ -323,6 +323,20 @@ void TestTent(const RasterTarget& target)
       CHECK(open.Far[l] == -std::numeric_limits<float>::infinity());
     }
   }
+}
+
+/// Heavy tents count as if they were added in small parts: from f = 1.1 on, f' = ((1.3 - f) /
+/// 0.2)^2.
+void TestHeavyTents(const RasterTarget& target)
+{
+  const auto tile = EmptyTile();
+  Tent tent{};
+  for (const float weight : { 0.25f, 0.75f, 0.5f })
+  {
+    tent.Weight = weight;
+    AddTent(target, *tile, tent, { { 0, 0, 4, 4 }, 0.0f, 0.0f }, Settings);
+  }
+  CHECK_NEAR(tile->Open[0].Weight[0], 1.3 - 0.2 / (1.0 + 0.4 / 0.2), 1e-6);
 }
 
 /// A tent behind a layer that covers one side of the lens: its colour is seen through the other,
@@ -576,6 +590,7 @@ TEST_CASE("Raster targets")
     TestOpaqueBlocks(*target);
     TestHidden(*target);
     TestTent(*target);
+    TestHeavyTents(*target);
     TestTentBehind(*target);
     TestCollect(*target);
     TestLargest(*target);
