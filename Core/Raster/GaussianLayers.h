@@ -206,7 +206,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
     f.Alpha.Store(leaked.Coverage);
     if (settings.Doubts)
     {
-      AddDoubt(tile.Doubted[block], { 1.0f, f.Alpha, hides }, before,
+      AddDoubt(tile.Doubted[block], { 1.0f, f.Alpha, hides }, f.Alpha, before,
         { 1.0f, after, 0.0f, 0.0f, 0.0f }, leaked);
     }
     if (callbacks.Leaked)

@@ -75,6 +75,7 @@ struct alignas(64) DoubtedLayers
   float Width[PixelsPerBlock]; ///< share of the lens through which the last layers, or what is
                                ///< behind them, are seen
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< of the last layer
+  float Variation[PixelsPerBlock]; ///< mean of |T(u) - T| over the lens
 };
 
 struct PixelTile
