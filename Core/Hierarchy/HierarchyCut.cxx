@@ -37,6 +37,9 @@ constexpr double MergingBand = 1.15;
 /// one (LimitBelow).
 constexpr double LimitSlope = 2.0;
 
+/// Farther beyond the picture, px, nothing is looked for: such boxes cover it from side to side.
+constexpr double FarBeyond = 1e8;
+
 /// Not std::hypot: it rounds differently from glibc 2.35 on, which machines with older ones lack.
 double Length(double x, double y)
 {
@@ -87,9 +90,12 @@ public:
   CutSelector(const SurfelCloud& cloud, const CutCamera& camera, const CutSettings& settings)
     : Table(*cloud.Clusters)
     , Guard(cloud.Guard)
+    , InSpace(cloud.IsInSpace())
     , Layout(Table.Layout())
     , Camera(camera.Projection)
     , Optics(camera.Optics)
+    , LensVariance(camera.LensVariance)
+    , CellShare(camera.CellShare)
     , SupportRadius(camera.SupportRadius)
     , Prefilter(camera.Prefilter)
     , Settings(settings)
@@ -285,9 +291,12 @@ private:
     constexpr double depthExtent = 2.7;
     const double near = ball.Near() - depthExtent * sigma;
     const double far = ball.Far() + depthExtent * sigma;
+    if (!(near <= far))
+    {
+      return; // wild values from a file: anywhere
+    }
     run.Near = static_cast<float>(near - 1e-6 * std::abs(near)); // also after rounding to float
     run.Far = static_cast<float>(far + 1e-6 * std::abs(far));
-    const double h = std::sqrt(this->Prefilter);
     double confusion[2] = { 0.0, 0.0 }; // smallest and largest
     double stretch = 1.0, nearest = 1.0;
     if (!v.Parallel)
@@ -296,19 +305,36 @@ private:
       const double a = this->Optics.RelativeCircleOfConfusion(ball.Near());
       const double b = this->Optics.RelativeCircleOfConfusion(ball.Far());
       const bool inFocus = ball.Near() <= focus && focus <= ball.Far();
-      confusion[0] = inFocus ? 0.0 : this->FocalLength * std::fmin(a, b);
-      confusion[1] = this->FocalLength * std::fmax(a, b);
+      const double perCell = this->FocalLength * this->CellShare;
+      confusion[0] = inFocus ? 0.0 : perCell * std::fmin(a, b);
+      confusion[1] = perCell * std::fmax(a, b);
       nearest = ball.Near();
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
     run.Wide = CoarseCell(this->Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
-    // Nodes may be blurred by as much as they are wide (SetupConstants.h, MinNodeBlur).
-    const double margin = this->SupportRadius *
-        (2.0 * sigma * this->FocalLength * stretch / nearest + h + 0.6 * confusion[1]) +
-      1.0;
+    const double size = sigma * this->FocalLength * stretch / nearest;
+    const double margin = this->LargestReach(size, confusion[1], run.Wide);
     const PixelInterval x = this->CoveredPixels(ball.Center[0], ball, this->AxisX, margin);
     const PixelInterval y = this->CoveredPixels(ball.Center[1], ball, this->AxisY, margin);
     run.Box = { x.Begin, y.Begin, x.End, y.End };
+  }
+
+  /// How far a splat may reach from its centre, px.
+  /// @param size of the node, standard deviation, px @param confusion of its blur, C, px
+  /// @param wide whether it may be on a coarse grid
+  double LargestReach(double size, double confusion, bool wide) const
+  {
+    if (this->InSpace)
+    {
+      // Those on larger cells (GaussianRun.h) reach a cell farther.
+      return this->SupportRadius * (2.0 * size + std::sqrt(this->Prefilter) + 0.6 * confusion) +
+        1.0;
+    }
+    // Nodes may be blurred by as much as they are wide (SetupConstants.h, MinNodeBlur).
+    const double variance =
+      2.0 * size * size + this->Prefilter + this->LensVariance * confusion * confusion;
+    // Tents of coarse grids reach a cell farther than the splats.
+    return this->SupportRadius * std::sqrt(variance) + (wide ? CoarseCell(variance) : 1.0);
   }
 
   /// Pixels that a ball with a margin about it covers along an axis. @param x of its centre
@@ -328,8 +354,12 @@ private:
       low = std::fmin(a / ball.Near(), a / ball.Far());
       high = std::fmax(b / ball.Near(), b / ball.Far());
     }
-    return { static_cast<int>(std::fmin(std::fmax(std::floor(low + c - margin), 0.0), size)),
-      static_cast<int>(std::fmin(std::fmax(std::ceil(high + c + margin), 0.0), size)) };
+    // What is beyond the picture from the lens's centre may be in that of a cell.
+    const double beyond = this->Settings.Cells > 1 ? FarBeyond : 0.0;
+    const auto place = [&](double at) {
+      return static_cast<int>(std::fmin(std::fmax(at, -beyond), size + beyond));
+    };
+    return { place(std::floor(low + c - margin)), place(std::ceil(high + c + margin)) };
   }
 
   /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
@@ -350,7 +380,7 @@ private:
       const double focus = this->Optics.FocalDistance;
       if (!(near <= focus && focus <= far))
       {
-        confusion = this->FocalLength *
+        confusion = this->FocalLength * this->CellShare *
           std::fmin(this->Optics.RelativeCircleOfConfusion(near),
             this->Optics.RelativeCircleOfConfusion(far));
       }
@@ -452,10 +482,11 @@ private:
 
   const ClusterBounds& Table;
   const MemoryGuard* Guard;
+  bool InSpace; ///< Gaussians, not surfels
   const HierarchyLayout& Layout;
   const View& Camera;
   const Lens& Optics;
-  double SupportRadius, Prefilter;
+  double LensVariance, CellShare, SupportRadius, Prefilter;
   CutSettings Settings;
   double LensShare;
   Affine3 LocalToCamera;
@@ -465,6 +496,12 @@ private:
   double Scale = 1.0;
   bool ConesHold = true;
 };
+
+/// A place along a side of the picture, px, clamped to [0, size].
+int Inside(double at, int size)
+{
+  return static_cast<int>(std::fmin(std::fmax(at, 0.0), size));
+}
 
 /// Enough subtrees to keep all threads busy, in the order of the leaves.
 void MakeSubtrees(const ClusterBounds& table, std::vector<Subtree>& subtrees)
@@ -508,5 +545,33 @@ CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
     statistics.Add(part.Statistics);
   }
   return statistics;
+}
+void SeeFromCell(const std::vector<CutRange>& all, const View& view, const Lens& lens,
+  const Vector3& center, std::vector<CutRange>& runs)
+{
+  runs.clear();
+  for (CutRange run : all)
+  {
+    if (run.Near > 0.0f)
+    {
+      // The plane in focus stays where it is.
+      const double near = 1.0 / lens.FocalDistance - 1.0 / run.Near;
+      const double far = 1.0 / lens.FocalDistance - 1.0 / run.Far;
+      const double x[2] = { view.Fx * center[0] * near, view.Fx * center[0] * far };
+      const double y[2] = { view.Fy * center[1] * near, view.Fy * center[1] * far };
+      run.Box = { Inside(std::floor(run.Box.X0 + std::fmin(x[0], x[1])), view.Width),
+        Inside(std::floor(run.Box.Y0 + std::fmin(y[0], y[1])), view.Height),
+        Inside(std::ceil(run.Box.X1 + std::fmax(x[0], x[1])), view.Width),
+        Inside(std::ceil(run.Box.Y1 + std::fmax(y[0], y[1])), view.Height) };
+    }
+    else
+    {
+      run.Box = { 0, 0, view.Width, view.Height };
+    }
+    if (!IsEmpty(run.Box))
+    {
+      runs.push_back(run);
+    }
+  }
 }
 }

@@ -67,8 +67,10 @@ struct CutCamera
 {
   const View& Projection;
   const Lens& Optics;
-  double SupportRadius; ///< of the largest kernel, in standard deviations of W
-  double Prefilter;     ///< h, px^2
+  double SupportRadius;       ///< of the largest kernel, in standard deviations of W
+  double Prefilter;           ///< h, px^2
+  double LensVariance = 0.25; ///< that the lens adds, in units of C^2 (Lens.h, DefocusVariance)
+  double CellShare = 1.0; ///< radius of the cells of the lens (CutSettings::Cells) over the lens's
 };
 
 /// Memory of SelectCut, kept from frame to frame.
@@ -95,8 +97,15 @@ struct CutWork
 };
 
 /// Writes the cut of a cloud with a ClusterBounds into runs, the same at any number of threads.
+/// With several cells of the lens it is one for all of them: what any point of the lens can see,
+/// with the boxes of a cell at the lens's centre, which may be beyond the picture.
 /// @throw DamagedMemory if the cloud has a guard that finds damage
 CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
   const CutSettings& settings, const Executor& executor, CutWork& work,
   std::vector<CutRange>& runs);
+
+/// Writes those runs of a cut for all cells that one of them can see, with its boxes.
+/// @param view from the lens's centre @param center of the cell, world units in camera space
+void SeeFromCell(const std::vector<CutRange>& all, const View& view, const Lens& lens,
+  const Vector3& center, std::vector<CutRange>& runs);
 }

@@ -248,6 +248,21 @@ SURFELSPLATTING_INLINE Real ShareInterval(const Real& through, const LayerCovera
   return Smaller(through, alpha) - Larger(through + alpha - 1.0f, Real(0.0f));
 }
 
+/**
+ * Mean of |T(u) - T| over the lens behind a layer; the visible share of what follows is no more
+ * uncertain than this. A layer of opacity o that covers the share f of the lens makes differences
+ * smaller as it does T, and adds its own, 2 f (1 - f) o T. A veil that covers all adds none.
+ * @param variation before the layer @param before T there @param after T behind the layer
+ * @param cover f
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real VariationBehind(
+  const Real& variation, const Real& before, const Real& after, const Real& cover)
+{
+  const Real taken = Larger(before - after, Real(0.0f));
+  return variation * (1.0f - taken / Larger(before, Real(1e-6f))) + 2.0f * taken * (1.0f - cover);
+}
+
 /// What of a layer joins the finished ones.
 template <class Real>
 struct LayerLeak

@@ -19,15 +19,15 @@ float DistanceTo(int side, int inTile)
   return side < 0 ? x : side > 0 ? static_cast<float>(TileSize) - x : 0.0f;
 }
 
-/// @param weight of the mean, which may hold anything where it is 0
-void MixPixel(const Frame& whole, const Frame& mean, std::size_t p, float weight)
+/// @param weight of the mean, > 0
+void MixPixel(const Frame& mean, const Frame& picture, std::size_t p, float weight)
 {
   for (std::size_t c = 4 * p; c < 4 * p + 4; ++c)
   {
-    const float color = whole.Color[c];
-    mean.Color[c] = weight > 0.0f ? color + weight * (mean.Color[c] - color) : color;
+    const float color = picture.Color[c];
+    picture.Color[c] = weight < 1.0f ? color + weight * (mean.Color[c] - color) : mean.Color[c];
   }
-  mean.Depth[p] = weight > 0.5f ? mean.Depth[p] : whole.Depth[p];
+  picture.Depth[p] = weight > 0.5f ? mean.Depth[p] : picture.Depth[p];
 }
 }
 
@@ -38,6 +38,19 @@ void DoubtfulTiles::Set(const PictureSize& size, const std::vector<float>& doubt
   this->Flags.resize(doubts.size());
   std::transform(doubts.begin(), doubts.end(), this->Flags.begin(),
     [largest](float doubt) { return static_cast<unsigned char>(doubt > largest ? 1 : 0); });
+  const std::vector<unsigned char> found = this->Flags;
+  for (std::size_t tile = 0; tile < found.size(); ++tile)
+  {
+    const int column = static_cast<int>(tile) % this->Columns;
+    const int row = static_cast<int>(tile) / this->Columns;
+    int beside = 0;
+    for (const int step : { -1, 1 })
+    {
+      beside += column + step >= 0 && column + step < this->Columns ? found[tile + step] : 0;
+      beside += row + step >= 0 && row + step < this->Rows ? found[tile + step * this->Columns] : 0;
+    }
+    this->Flags[tile] = found[tile] != 0 || beside >= 3 ? 1 : 0;
+  }
 }
 
 bool DoubtfulTiles::Touch(const PixelBox& box) const
@@ -66,7 +79,7 @@ bool DoubtfulTiles::IsFlagged(int column, int row) const
   return this->Flags[static_cast<std::size_t>(y) * this->Columns + x] != 0;
 }
 
-/// Whether a tile and its neighbours are doubtful.
+/// Whether all of a tile's neighbours are doubtful.
 bool DoubtfulTiles::IsSurrounded(int column, int row) const
 {
   bool all = true;
@@ -99,24 +112,19 @@ float DoubtfulTiles::Weight(int x, int y) const
   return nearest / Rise;
 }
 
-void DoubtfulTiles::Mix(const Frame& whole, const Frame& mean, const Executor& executor) const
+void DoubtfulTiles::Mix(const Frame& mean, const Frame& picture, const Executor& executor) const
 {
-  if (this->Flags.empty())
-  {
-    return;
-  }
   executor.For(this->Flags.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      const int column = static_cast<int>(tile) % this->Columns;
-      const int row = static_cast<int>(tile) / this->Columns;
-      if (this->IsSurrounded(column, row))
+      if (this->Flags[tile] == 0)
       {
         continue;
       }
-      const bool isFlagged = this->IsFlagged(column, row);
-      ForPixels(tile, { mean.Width, mean.Height }, [&](int x, int y, std::size_t p) {
-        MixPixel(whole, mean, p, isFlagged ? this->Weight(x, y) : 0.0f);
+      const bool isSurrounded = this->IsSurrounded(
+        static_cast<int>(tile) % this->Columns, static_cast<int>(tile) / this->Columns);
+      ForPixels(tile, { picture.Width, picture.Height }, [&](int x, int y, std::size_t p) {
+        MixPixel(mean, picture, p, isSurrounded ? 1.0f : this->Weight(x, y));
       });
     }
   });

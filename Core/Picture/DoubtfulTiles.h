@@ -5,8 +5,10 @@
  *
  * A layer with coverage a behind layers that let T through is seen by a share of the lens between
  * max(0, T + a - 1) and min(T, a) (Frechet): one picture estimates it by moments, cells resolve it.
- * The doubt about a pixel is the sum, over its layers, of this interval's width times the contrast
- * to what is seen behind (LayerMerging.h, AddDoubt), colours of [0, 1].
+ * Behind a veil that is the same all over the lens it is T a, whatever covers: the interval is no
+ * wider than T varies over the lens (LensVisibility.h, VariationBehind). The doubt about a pixel is
+ * the sum, over its layers, of this width times the contrast to what is seen behind
+ * (LayerMerging.h, AddDoubt), colours of [0, 1].
  */
 #pragma once
 
@@ -25,6 +27,8 @@ public:
   /// Everywhere is doubtful.
   void Clear() { this->Flags.clear(); }
 
+  /// Tiles with at least three doubtful neighbours of four are doubtful, too: what is doubtful
+  /// there seldom ends between them.
   /// @param doubts [tile] largest doubt about a pixel @param largest that is left
   void Set(const PictureSize& size, const std::vector<float>& doubts, float largest);
 
@@ -37,11 +41,11 @@ public:
   bool IsEmpty() const;
 
   /**
-   * Replaces what is not doubtful by the picture through the whole lens. Within doubtful tiles the
-   * weight of the mean rises, so that no edge is seen.
-   * @param whole the picture through the whole lens @param mean that of the cells
+   * Puts the mean of the cells into the picture through the whole lens, where that is doubtful.
+   * Within doubtful tiles the weight of the mean rises, so that no edge is seen.
+   * @param mean may hold anything outside of doubtful tiles
    */
-  void Mix(const Frame& whole, const Frame& mean, const Executor& executor) const;
+  void Mix(const Frame& mean, const Frame& picture, const Executor& executor) const;
 
 private:
   bool IsFlagged(int column, int row) const;

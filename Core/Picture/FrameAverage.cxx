@@ -20,19 +20,28 @@ void FrameAverage::Start(const Frame& frame, const DoubtfulTiles& where, const E
   this->Scratch.Depth = this->Depth.data();
 }
 
+/// Calls function(first, last) for the pixels of each row of the tiles.
 template <typename Function>
-void FrameAverage::ForPixels(const Function& function) const
+void FrameAverage::ForRows(const Function& function) const
 {
   const PictureSize size{ this->Mean.Width, this->Mean.Height };
-  const std::size_t tiles =
-    static_cast<std::size_t>(TileCount(size.Width)) * TileCount(size.Height);
+  const std::size_t columns = static_cast<std::size_t>(TileCount(size.Width));
+  const std::size_t tiles = columns * TileCount(size.Height);
   this->Threads->For(tiles, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      if (this->Where->Has(tile))
+      if (!this->Where->Has(tile))
       {
-        SurfelSplatting::ForPixels(
-          tile, size, [&](int, int, std::size_t pixel) { function(pixel); });
+        continue;
+      }
+      const int left = static_cast<int>(tile % columns) * TileSize;
+      const int bottom = static_cast<int>(tile / columns) * TileSize;
+      const int right = std::min(left + TileSize, size.Width);
+      const int top = std::min(bottom + TileSize, size.Height);
+      for (int y = bottom; y < top; ++y)
+      {
+        const std::size_t row = static_cast<std::size_t>(y) * size.Width;
+        function(row + left, row + right);
       }
     }
   });
@@ -41,14 +50,24 @@ void FrameAverage::ForPixels(const Function& function) const
 void FrameAverage::Add()
 {
   const bool first = this->Count++ == 0;
-  this->ForPixels([this, first](std::size_t i) {
-    for (std::size_t c = 4 * i; c < 4 * i + 4; ++c)
+  const float* color = this->Color.data();
+  const float* depth = this->Depth.data();
+  this->ForRows([&](std::size_t begin, std::size_t end) {
+    if (first)
     {
-      this->Mean.Color[c] = (first ? 0.0f : this->Mean.Color[c]) + this->Color[c];
+      std::copy(color + 4 * begin, color + 4 * end, this->Mean.Color + 4 * begin);
+      std::copy(depth + begin, depth + end, this->Mean.Depth + begin);
+      return;
     }
-    if (first || this->Mean.Depth[i] == 0.0f)
+    float* sum = this->Mean.Color;
+    for (std::size_t c = 4 * begin; c < 4 * end; ++c)
     {
-      this->Mean.Depth[i] = this->Depth[i];
+      sum[c] += color[c];
+    }
+    float* nearest = this->Mean.Depth;
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      nearest[i] = nearest[i] == 0.0f ? depth[i] : nearest[i];
     }
   });
 }
@@ -56,15 +75,18 @@ void FrameAverage::Add()
 void FrameAverage::Finish()
 {
   const float share = 1.0f / static_cast<float>(std::max(1, this->Count));
-  this->ForPixels([this, share](std::size_t i) {
-    float* rgba = this->Mean.Color + 4 * i;
-    for (int c = 0; c < 4; ++c)
+  this->ForRows([&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
     {
-      rgba[c] *= share;
-    }
-    if (rgba[3] < 0.5f)
-    {
-      this->Mean.Depth[i] = 0.0f;
+      float* rgba = this->Mean.Color + 4 * i;
+      for (int c = 0; c < 4; ++c)
+      {
+        rgba[c] *= share;
+      }
+      if (rgba[3] < 0.5f)
+      {
+        this->Mean.Depth[i] = 0.0f;
+      }
     }
   });
 }

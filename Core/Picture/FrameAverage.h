@@ -35,7 +35,7 @@ public:
 
 private:
   template <typename Function>
-  void ForPixels(const Function& function) const;
+  void ForRows(const Function& function) const;
 
   Frame Mean{};
   Frame Scratch{};

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "Core/Lens/SubApertures.h"
 #include "Core/Picture/DoubtfulTiles.h"
 #include "Core/Picture/FrameAverage.h"
 #include "Core/Picture/SplatExchange.h"
@@ -114,7 +115,7 @@ private:
   void MakeSplats(const std::vector<SurfelCloud>& clouds, bool mayWait, const Executor& executor);
   void ExchangeSplats(
     const std::vector<SurfelCloud>& clouds, const Executor& executor, SplatExchange& exchange);
-  void SelectRanges(const SurfelCloud& cloud, const Executor& executor);
+  void SelectRanges(const SurfelCloud& cloud, std::size_t index, const Executor& executor);
   void Append(const SplatContext& context, const SurfelCloud& cloud, const CutRanges& ranges,
     const Executor& executor);
   void PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executor& executor);
@@ -129,9 +130,13 @@ private:
   // Memory that is kept from frame to frame: a steady frame allocates nothing.
   SplatContext Cell;          // the frame through one cell of the lens
   SplatContext CellInPicture; // the same without coarse grids
+  SubAperture Whole;          // the lens that is divided
+  Vector3 CellCenter{ { 0, 0, 0 } };
+  bool IsFirstCell = true;
   CutWork Cut;
-  std::vector<CutRange> Ranges;        // the cut of one cloud
-  std::vector<CutRange> PictureRanges; // those of them that are not drawn on coarse grids
+  std::vector<std::vector<CutRange>> SharedCuts; // [cloud] of all cells
+  std::vector<CutRange> Ranges;                  // the cut of one cloud
+  std::vector<CutRange> PictureRanges;           // those of them that are not drawn on coarse grids
   SplatMaker Maker;
   SplatList List;
   LazySplats Lazy;
@@ -140,9 +145,9 @@ private:
   Pool<TileRaster> Rasters;
   std::vector<TileResult> Tiles;
   FrameAverage Average;
-  DoubtfulTiles Doubtful;        // where cells are rendered
-  bool SumsDoubts = false;       // while the picture through the whole lens is rendered
-  std::vector<float> WholeColor; // the picture through the whole lens
-  std::vector<float> WholeDepth;
+  DoubtfulTiles Doubtful;       // where cells are rendered
+  bool SumsDoubts = false;      // while the picture through the whole lens is rendered
+  std::vector<float> MeanColor; // the mean of the cells there
+  std::vector<float> MeanDepth;
 };
 }

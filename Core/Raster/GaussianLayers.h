@@ -212,7 +212,11 @@ SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat
     AddTo(drifts[c], doubt * contrast);
     AddTo(means[c], share * contrast);
   }
-  Smaller(width + f.Share * hides, after).Store(doubted.Width);
+  const Lanes blurred = f.Share * hides;
+  Smaller(width + blurred, after).Store(doubted.Width);
+  // As VariationBehind, for fragments that each cover next to nothing of the lens.
+  const Lanes variation = (1.0f - hides / Larger(before, 1e-6f)) * Lanes::Load(doubted.Variation);
+  Smaller(variation + 2.0f * blurred, 2.0f * after * (1.0f - after)).Store(doubted.Variation);
 }
 
 /// Composites the fragments of a Gaussian.
@@ -379,6 +383,7 @@ SURFELSPLATTING_INLINE void AddDoubtOfRun(
   interpolate(&DoubtedLayers::Red).Store(to.Red);
   interpolate(&DoubtedLayers::Green).Store(to.Green);
   interpolate(&DoubtedLayers::Blue).Store(to.Blue);
+  interpolate(&DoubtedLayers::Variation).Store(to.Variation);
   const Lanes through = Lanes::Load(tile.Finished[block].Transmittance);
   Smaller(interpolate(&DoubtedLayers::Width), through).Store(to.Width);
 }

@@ -66,6 +66,7 @@ CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellP
 void CopyDoubt(const DoubtedLayers& from, int pixel, DoubtedLayers& to, int cell)
 {
   to.Width[cell] = from.Width[pixel];
+  to.Variation[cell] = from.Variation[pixel];
   to.Red[cell] = from.Red[pixel];
   to.Green[cell] = from.Green[pixel];
   to.Blue[cell] = from.Blue[pixel];

@@ -236,11 +236,21 @@ SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& ch
   }
 }
 
+/// Share of the lens that layers cover, whatever their opacity. @param weight sum w
+SURFELSPLATTING_INLINE Lanes CoverOf(const LayerCoverage<Lanes>& layer, const Lanes& weight)
+{
+  return Smaller(weight / Larger(layer.Filled, 1.0f), 1.0f);
+}
+
 /// Adds the doubt about layers of which a part is composited: how far the interval of the visible
 /// share of the layers before is open, times the contrast to what is seen instead.
+/// @param cover of the layers
 SURFELSPLATTING_INLINE void AddDoubt(DoubtedLayers& doubted, const LayerCoverage<Lanes>& layer,
-  const Lanes& before, const LayerLeak<Lanes>& leak, const LeakedLayers& leaked)
+  const Lanes& cover, const Lanes& before, const LayerLeak<Lanes>& leak, const LeakedLayers& leaked)
 {
+  const Lanes variation = Lanes::Load(doubted.Variation);
+  const Lanes own = Smaller(ShareInterval(before, layer), variation);
+  VariationBehind(variation, before, leak.Through, cover).Store(doubted.Variation);
   const Lanes seen = leak.Share * layer.Seen;
   constexpr float least = 1.0f / 256.0f; // less is seen of it than a picture of eight bits shows
   const LaneMask counts = seen > least;
@@ -262,7 +272,6 @@ SURFELSPLATTING_INLINE void AddDoubt(DoubtedLayers& doubted, const LayerCoverage
               width = Lanes::Load(doubted.Width);
   const Lanes doubt = Lanes::Load(doubted.Doubt);
   Select(counts, doubt + width * contrast * part, doubt).Store(doubted.Doubt);
-  const Lanes own = ShareInterval(before, layer);
   Select(counts, Larger(own, width * (1.0f - part)), width).Store(doubted.Width);
 }
 
@@ -291,7 +300,8 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
   (leak.Share * layer.Seen).Store(leaked.Alpha);
   if (settings.Doubts)
   {
-    AddDoubt(tile.Doubted[block], layer, before, leak, leaked);
+    AddDoubt(
+      tile.Doubted[block], layer, CoverOf(layer, Lanes::Load(open.Weight)), before, leak, leaked);
   }
   StoreTransmittance(tile, block, leak.Through, callbacks.Leaked != nullptr, leaked);
   if (callbacks.Leaked)

@@ -77,6 +77,7 @@ struct alignas(64) DoubtedLayers
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< of the last layer
   /// Of Gaussians in space, signed: colours that vary at random within a surface add up to nothing.
   float RedDrift[PixelsPerBlock], GreenDrift[PixelsPerBlock], BlueDrift[PixelsPerBlock];
+  float Variation[PixelsPerBlock]; ///< mean of |T(u) - T| over the lens
 };
 
 struct PixelTile

@@ -152,6 +152,9 @@ TEST_CASE("Cells of the lens")
       SelectCut(hierarchy.Get(), { context.Camera, context.Optics, 4.0, 1e-12 }, settings,
         SerialExecutor(), work, cuts[cells]);
     }
+    // The cut of all cells holds what any of them sees.
+    const std::vector<CutRange> all = cuts[1];
+    SeeFromCell(all, context.Camera, context.Optics, { { 0, 0, 0 } }, cuts[1]);
     REQUIRE(cuts[0].size() == cuts[1].size());
     for (std::size_t k = 0; k < cuts[0].size(); ++k)
     {

@@ -6,6 +6,7 @@
 #include "TestScene.h"
 
 #include "Core/Base/ThreadExecutor.h"
+#include "Core/Lens/LensVisibility.h"
 #include "Core/Picture/DoubtfulTiles.h"
 #include "Core/Picture/Splatter.h"
 #include "Testing/Shared/Check.h"
@@ -59,7 +60,7 @@ TEST_CASE("The mean rises within doubtful tiles")
       mean.Color[4 * (y * Width + x)] = nan; // nothing was rendered there
     }
   }
-  tiles.Mix(whole.Get(), mean.Get(), SerialExecutor());
+  tiles.Mix(mean.Get(), whole.Get(), SerialExecutor());
   for (int y = 0; y < Height; ++y)
   {
     for (int x = 0; x < Width; ++x)
@@ -67,11 +68,29 @@ TEST_CASE("The mean rises within doubtful tiles")
       const float inside =
         std::min(static_cast<float>(x) + 0.5f - 32.0f, 127.5f - static_cast<float>(x));
       const float expected = 1.0f + std::min(std::max(inside / 8.0f, 0.0f), 1.0f);
-      CHECK_NEAR(mean.Color[4 * (y * Width + x)], expected, 1e-6);
+      CHECK_NEAR(whole.Color[4 * (y * Width + x)], expected, 1e-6);
     }
   }
+  doubts[7] = doubts[12] = 0.0f;
+  tiles.Set({ Width, Height }, doubts, 0.05f);
+  CHECK(tiles.Has(7));        // a hole: three of four neighbours
+  CHECK_FALSE(tiles.Has(12)); // at the border of the picture: two of three
   tiles.Set({ Width, Height }, doubts, 0.2f);
   CHECK(tiles.IsEmpty());
+}
+
+TEST_CASE("Behind a veil nothing is doubtful")
+{
+  // T is one half everywhere, and stays so whatever part of the veil has leaked.
+  CHECK(VariationBehind(0.0f, 1.0f, 0.5f, 1.0f) == 0.0f);
+  CHECK(VariationBehind(0.0f, 1.0f, 0.8f, 1.0f) == 0.0f);
+  // Half of the lens is covered: |T - 1/2| is 1/2. What follows may be seen through it or not.
+  const float variation = VariationBehind(0.0f, 1.0f, 0.5f, 0.5f);
+  CHECK_NEAR(variation, 0.5, 1e-6);
+  const LayerCoverage<float> layer{ 0.5f, 0.5f, 0.25f };
+  CHECK_NEAR(ShareInterval(0.5f, layer), 0.5, 1e-6);
+  // Nothing shines through what covers all.
+  CHECK_NEAR(VariationBehind(variation, 0.5f, 0.0f, 1.0f), 0.0, 1e-6);
 }
 
 namespace
