@@ -51,7 +51,8 @@ void CheckFrame(const Frame& frame, const View& view)
 
 /// Factors of the level of detail's error where cells are drawn only in doubtful tiles. The picture
 /// through the whole lens has finer nodes, which gain 0.03 to 0.7 dB there for at most a third of
-/// one picture's time. The nodes of few cells may be coarser, for at most 0.03 dB.
+/// one picture's time. The nodes of few cells may be coarser, for at most 0.03 dB; of Gaussians it
+/// would be 2 dB.
 constexpr double WholeError = 0.75, FewCellsError = 1.15;
 }
 
@@ -126,7 +127,9 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
   {
     const CutCamera camera{ this->Whole.Camera, lens, supportRadius, prefilter, lensVariance,
       cell.Optics.Radius / lens.Radius };
-    this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, shared));
+    CutSettings settings = cell.Cut;
+    settings.Error *= this->Doubtful.IsEverywhere() || cloud.IsInSpace() ? 1.0 : FewCellsError;
+    this->Stats.Cut.Add(SelectCut(cloud, camera, settings, executor, this->Cut, shared));
   }
   SeeFromCell(shared, this->Whole.Camera, lens, this->CellCenter, this->Ranges);
 }
@@ -264,7 +267,6 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   {
     this->SetCell(context, cells[done]);
     this->Cell.Cut.Cells = cells.size();
-    this->Cell.Cut.Error *= everywhere ? 1.0 : FewCellsError;
     this->IsFirstCell = done == 0;
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
