@@ -23,6 +23,22 @@ inline double Norm(const Vector3& a)
   return std::sqrt(Dot(a, a));
 }
 
+/// cos(acos(r) / 3) within 1e-10, for r from -1 to 1. With s = cos(acos(r) / 2) it is cos(2/3
+/// acos(s)), which is smooth for s from 0 to 1: a Chebyshev interpolant in 2 s - 1 of degree 10.
+inline double CosineOfThird(double r)
+{
+  constexpr double coefficients[] = { -2.027306014142e-07, 7.119254998105e-07, -1.990468563024e-06,
+    7.385892175396e-06, -2.894026037718e-05, 1.164948910767e-04, -5.041210201953e-04,
+    2.466340276021e-03, -1.550918862085e-02, 2.474090669525e-01, 7.660444431190e-01 };
+  const double x = 2.0 * std::sqrt(0.5 * (1.0 + r)) - 1.0;
+  double sum = 0.0;
+  for (const double coefficient : coefficients)
+  {
+    sum = sum * x + coefficient;
+  }
+  return sum;
+}
+
 /// Symmetric 3x3 matrix in VTK's component order XX, YY, ZZ, XY, YZ, XZ.
 struct Symmetric3
 {
@@ -50,7 +66,7 @@ struct Symmetric3
     const double p = std::sqrt(p2);
     const double half =
       (x * (y * z - YZ * YZ) - XY * (XY * z - YZ * XZ) + XZ * (XY * YZ - y * XZ)) / (2.0 * p2 * p);
-    return mean + 2.0 * p * std::cos(std::acos(std::fmin(1.0, std::fmax(-1.0, half))) / 3.0);
+    return mean + 2.0 * p * CosineOfThird(std::fmin(1.0, std::fmax(-1.0, half)));
   }
 
   /// Largest eigenvalue of an S of rank 2 or less, from its two invariants; never above the trace.

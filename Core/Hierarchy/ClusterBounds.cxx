@@ -12,42 +12,9 @@ namespace
 {
 constexpr std::size_t NodeGrain = 64;
 
-/// cos(acos(r) / 3) within 1e-10, for r from -1 to 1. With s = cos(acos(r) / 2) it is cos(2/3
-/// acos(s)), which is smooth for s from 0 to 1: a Chebyshev interpolant in 2 s - 1 of degree 10.
-double CosineOfThird(double r)
-{
-  constexpr double coefficients[] = { -2.027306014142e-07, 7.119254998105e-07, -1.990468563024e-06,
-    7.385892175396e-06, -2.894026037718e-05, 1.164948910767e-04, -5.041210201953e-04,
-    2.466340276021e-03, -1.550918862085e-02, 2.474090669525e-01, 7.660444431190e-01 };
-  const double x = 2.0 * std::sqrt(0.5 * (1.0 + r)) - 1.0;
-  double sum = 0.0;
-  for (const double coefficient : coefficients)
-  {
-    sum = sum * x + coefficient;
-  }
-  return sum;
-}
-
-/// Symmetric3::LargestEigenvalue() several times faster.
-double LargestVariance(const Symmetric3& s)
-{
-  const double mean = s.Trace() / 3.0;
-  const double x = s.XX - mean, y = s.YY - mean, z = s.ZZ - mean;
-  const double p2 = (x * x + y * y + z * z + 2.0 * (s.XY * s.XY + s.YZ * s.YZ + s.XZ * s.XZ)) / 6.0;
-  if (!(p2 > 0.0))
-  {
-    return mean;
-  }
-  const double p = std::sqrt(p2);
-  const double half = (x * (y * z - s.YZ * s.YZ) - s.XY * (s.XY * z - s.YZ * s.XZ) +
-                        s.XZ * (s.XY * s.YZ - y * s.XZ)) /
-    (2.0 * p2 * p);
-  return mean + 2.0 * p * CosineOfThird(std::clamp(half, -1.0, 1.0));
-}
-
 NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
 {
-  const double variance = LargestVariance(cloud.Covariance(i));
+  const double variance = cloud.Covariance(i).LargestEigenvalue();
   NodeExtent extent{ static_cast<float>(std::sqrt(std::fmax(0.0, variance))), 0.0f, 1.0f };
   if (cloud.IsNode(i))
   {

@@ -26,7 +26,6 @@ class DoubtfulTiles
 public:
   /// Everywhere is doubtful.
   void Clear() { this->Flags.clear(); }
-  bool IsEverywhere() const { return this->Flags.empty(); }
 
   /// Tiles with at least three doubtful neighbours of four are doubtful, too: what is doubtful
   /// there seldom ends between them.

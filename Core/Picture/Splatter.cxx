@@ -49,11 +49,10 @@ void CheckFrame(const Frame& frame, const View& view)
   }
 }
 
-/// Factors of the level of detail's error where cells are drawn only in doubtful tiles. The picture
+/// Factor of the level of detail's error where cells are drawn only in doubtful tiles: the picture
 /// through the whole lens has finer nodes, which gain 0.03 to 0.7 dB there for at most a third of
-/// one picture's time. The nodes of few cells may be coarser, for at most 0.03 dB; of Gaussians it
-/// would be 2 dB.
-constexpr double WholeError = 0.75, FewCellsError = 1.15;
+/// one picture's time.
+constexpr double WholeError = 0.75;
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -127,9 +126,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
   {
     const CutCamera camera{ this->Whole.Camera, lens, supportRadius, prefilter, lensVariance,
       cell.Optics.Radius / lens.Radius };
-    CutSettings settings = cell.Cut;
-    settings.Error *= this->Doubtful.IsEverywhere() || cloud.IsInSpace() ? 1.0 : FewCellsError;
-    this->Stats.Cut.Add(SelectCut(cloud, camera, settings, executor, this->Cut, shared));
+    this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, shared));
   }
   SeeFromCell(shared, this->Whole.Camera, lens, this->CellCenter, this->Ranges);
 }
@@ -209,13 +206,12 @@ bool Splatter::Render(const SplatContext& context, const std::vector<SurfelCloud
   return isWhole;
 }
 
-/// Renders through the whole lens, and finds the tiles that its cells may change by more than three
-/// levels of 255 if there are seven: the error of the mean falls with their number. Most doubts are
-/// either much larger or 0.
+/// Renders through the whole lens, and finds the tiles that its cells may change by more than a
+/// level of 255 if there are seven: the error of the mean falls with their number.
 void Splatter::RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const RenderTarget& target)
 {
-  constexpr float doubtTimesCells = 21.0f / 255.0f;
+  constexpr float doubtTimesCells = 7.0f / 255.0f;
   this->SetCell(context, { context.Camera, context.Optics });
   this->Cell.Cut.Error *= WholeError;
   this->SumsDoubts = true;

@@ -132,9 +132,7 @@ TEST_CASE_FIXTURE(NoMessages, "Surfels as the splatter does")
     own.Pass->GetSplatter()->SetLensPinholes(!cells);
     own.See(LensCamera(1.0, 5.1));
     const Difference d = Compare(passes, own.Render());
-    // The frame buffer's 8 bits; where it is in doubt by three levels at most, the splatter takes
-    // the picture through the whole lens instead of seven cells.
-    CHECK(d.Max <= (cells ? 3.0 : 1.0));
+    CHECK(d.Max <= 1.0); // the frame buffer's 8 bits
     own.Pass->GetSplatter()->SetLensCells(1);
     own.Pass->GetSplatter()->LensPinholesOff();
     CHECK(Compare(passes, own.Render()).Max > 2.0); // and not that of one cell, which is near
