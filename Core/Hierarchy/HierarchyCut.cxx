@@ -546,6 +546,7 @@ CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
   }
   return statistics;
 }
+
 void SeeFromCell(const std::vector<CutRange>& all, const View& view, const Lens& lens,
   const Vector3& center, std::vector<CutRange>& runs)
 {

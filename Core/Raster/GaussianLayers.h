@@ -114,8 +114,8 @@ SURFELSPLATTING_INLINE void StoreRim(FinishedLayers& done, const Lanes& rim, con
   Smaller(Larger(rim, 0.0f - most), most).Store(done.ThroughRim);
 }
 
-/// Takes the part of fragments from the moments of T that their lens points do not know: light
-/// comes through the rest of the lens as well, and what it hides of T has T's own moments.
+/// A fragment's lens point is a mean. The share 1 - l of its light comes from all over the lens;
+/// what it hides of T there has T's own moments, which are taken from them here.
 SURFELSPLATTING_INLINE void HideResidual(
   FinishedLayers& done, const GaussianFragments& f, const Lanes& hides, const Lanes& before)
 {
@@ -212,11 +212,10 @@ SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat
     AddTo(drifts[c], doubt * contrast);
     AddTo(means[c], share * contrast);
   }
-  const Lanes blurred = f.Share * hides;
-  Smaller(width + blurred, after).Store(doubted.Width);
-  // As VariationBehind, for fragments that each cover next to nothing of the lens.
-  const Lanes variation = (1.0f - hides / Larger(before, 1e-6f)) * Lanes::Load(doubted.Variation);
-  Smaller(variation + 2.0f * blurred, 2.0f * after * (1.0f - after)).Store(doubted.Variation);
+  Smaller(width + f.Share * hides, after).Store(doubted.Width);
+  const Lanes variation =
+    VariationBehind<Lanes>(Lanes::Load(doubted.Variation), before, after, Lanes(1.0f - f.Share));
+  Smaller(variation, 2.0f * after * (1.0f - after)).Store(doubted.Variation);
 }
 
 /// Composites the fragments of a Gaussian.

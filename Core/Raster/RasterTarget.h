@@ -74,8 +74,9 @@ struct alignas(64) DoubtedLayers
   float Doubt[PixelsPerBlock]; ///< so far
   float Width[PixelsPerBlock]; ///< share of the lens through which the last layers, or what is
                                ///< behind them, are seen
-  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock]; ///< of the last layer
-  /// Of Gaussians in space, signed: colours that vary at random within a surface add up to nothing.
+  /// Of the last layer; of Gaussians in space, the mean.
+  float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
+  /// Doubts about Gaussians in space, signed: colours that vary at random add up to nothing.
   float RedDrift[PixelsPerBlock], GreenDrift[PixelsPerBlock], BlueDrift[PixelsPerBlock];
   float Variation[PixelsPerBlock]; ///< mean of |T(u) - T| over the lens
 };
