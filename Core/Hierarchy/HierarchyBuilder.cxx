@@ -46,8 +46,9 @@ public:
   NodeMoments Leaf(std::size_t i) const
   {
     NodeMoments m;
-    m.AreaVector = this->Tree.AreaVector(i);
     m.Area = this->Tree.Area(i);
+    m.AreaVector =
+      this->IsCapture() ? Vector3{ this->DepthOf(i), 0.0, 0.0 } : this->Tree.AreaVector(i);
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
@@ -65,7 +66,7 @@ public:
     const bool twoSided = tree == HierarchyLayout::TwoSided;
     const std::size_t node = this->Layout.Begin(level, tree) + j;
     HierarchyNode& stored = this->Nodes[node - this->Tree.NumberOfSurfels];
-    stored = PackNode(moments, twoSided);
+    stored = PackNode(this->IsCapture() ? WithLeafScale(moments) : moments, twoSided);
     const int below = level <= BoundedLevel ? 0 : BoundedLevel;
     const std::size_t begin = this->Layout.Begin(below, tree);
     const std::size_t first = begin + (j << (level - below));
@@ -76,6 +77,28 @@ public:
   }
 
 private:
+  bool IsCapture() const { return this->Tree.Kind == CloudKind::Capture; }
+
+  /// Mass over kernel area of a Gaussian.
+  double DepthOf(std::size_t i) const
+  {
+    return this->Tree.Area(i) / KernelAreaOf(this->Tree.Covariance(i));
+  }
+
+  static double KernelAreaOf(const Symmetric3& s)
+  {
+    return MeanKernelArea(Symmetric3Of<double>{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ });
+  }
+
+  /// Replaces the sum of the leaves' depths by what is stored, LeafScale (HierarchyNode.h).
+  static NodeMoments WithLeafScale(NodeMoments moments)
+  {
+    const double depth = moments.AreaVector[0], own = KernelAreaOf(moments.Covariance);
+    const double leaf = depth > 0.0 ? std::fmin(moments.Area / depth, own) : own;
+    moments.AreaVector = { moments.Area * std::sqrt(leaf / own), 0.0, 0.0 };
+    return moments;
+  }
+
   /// Radius of a sphere about a node that contains the spheres of nodes, or the leaves, below.
   double Radius(std::size_t node, std::size_t first, std::size_t last) const
   {

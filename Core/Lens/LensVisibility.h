@@ -34,7 +34,8 @@ namespace SurfelSplatting
 /// coarse grid.
 ///
 /// Of Gaussians in space, which may be needles, the regression is that of each direction, u = C / 4
-/// W^-1 d: PerPixel is C / 4 in px, and all else is that of the whole lens.
+/// W^-1 d: PerPixel is C / 4 in px, Area the opacity at the centre in focus, 0 of volumes, and all
+/// else 0.
 struct alignas(32) LensFootprint
 {
   float MeanX, MeanY, PerPixel;
@@ -160,10 +161,6 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
   return Smaller(Larger(seen, LeastSeen * mean), Real(1.0f));
 }
 
-/// Of the second moment of T: 3 is the linear regression on 2 |u|^2 - 1. More is better where T is
-/// 0 or 1, as behind a disc: one that hides a fifth of T has 0.08 behind its centre, and 0.32 by 3.
-constexpr float RimGain = 4.5f;
-
 /**
  * T(u) where many fragments have come through the same side of the lens: little is left there, and
  * nearly all elsewhere, which is steeper than the linear reconstruction. A ramp that is clipped to
@@ -179,22 +176,14 @@ constexpr float RimGain = 4.5f;
  *
  * Of a fragment's footprint only the share l is the lens's: its light comes through points about u,
  * over which the ramp is blurred. l^2 of it and the line for the rest was measured to be best.
- *
- * A hole in the middle of the lens, such as behind a leaf, has no first moment. The second moment
- * m_2, the mean of (2 |u|^2 - 1) T, shows it:
- *
- *   T += RimGain l^2 m_2 (mean of 2 |u|^2 - 1 over the footprint) (1 - r^4)
- *
- * where r = 1 already says all: T is a segment.
  * @param mean   of T, [0, 1]
  * @param moment |t1|
  * @param s      component of u along t1
  * @param share  l along t1, [0, 1]
- * @param rim    the second moment's part for r = 0
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real ReconstructRamp(
-  const Real& mean, const Real& moment, const Real& s, const Real& share, const Real& rim)
+  const Real& mean, const Real& moment, const Real& s, const Real& share)
 {
   const Real one(1.0f), none(0.0f);
   const Real p = Larger(mean * (1.0f - mean), Real(1e-9f)), perRoot = InverseRoot(p);
@@ -215,8 +204,80 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real rise = straight * steeper * (s - segment) - beyond;
   const Real ramp = Smaller(Larger(0.5f + rise, none), one);
   const Real line = Smaller(Larger(mean + straight * s, none), one);
-  const Real squared = Smaller(r * r, one), left = one - squared * squared;
-  return Smaller(Larger(line + share * share * (ramp - line) + left * rim, none), one);
+  return line + share * share * (ramp - line);
+}
+
+/// T over the lens: the means of u T and of three polynomials of the second degree times T.
+template <class Real>
+struct LensMoments
+{
+  Real X, Y;
+  Real Rim;      ///< 2 |u|^2 - 1
+  Real Across;   ///< u_x^2 - u_y^2
+  Real Diagonal; ///< 2 u_x u_y
+};
+
+/// T beside and behind an ellipse on the lens.
+template <class Real>
+struct EllipseOnLens
+{
+  Real Opacity; ///< v, [0, 1]
+  Real Seen;    ///< T(u)
+};
+
+/// By which the border of the ellipse is softened, in q: 1 +- 1/4.
+constexpr float EllipseSlope = 2.0f;
+
+/**
+ * T(u) where what is hidden is one shape on the lens, such as a leaf before its middle. The ellipse
+ * has the moments of 1 - T:
+ *
+ *   h = 1 - mean,  m = mean of u (1 - T) / h,  S = mean of u u' (1 - T) / h - m m'
+ *   a = 4 sqrt(det S)   its share of the lens (the whole lens has S = I / 4), limited to [h, 1]
+ *   T = 1 - v inside, v = h / a;  1 outside;  q = (u - m)' S^-1 (u - m) / 4 is 1 at the border
+ *
+ * q is scaled where a is limited. v near 1 says that there is one shape, and that it is opaque; v
+ * near h that what is hidden is all over the lens.
+ * @param mean of T, [0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE EllipseOnLens<Real> ReconstructEllipse(
+  const Real& mean, const LensMoments<Real>& t, const Real& x, const Real& y)
+{
+  const Real one(1.0f), none(0.0f);
+  const Real h = Larger(1.0f - mean, Real(1e-4f)), squared = h * h;
+  // All in units of h: moments of 1 - T, h^2 S, h (u - m).
+  const Real trace = 0.25f * h * (h - t.Rim), across = 0.5f * h * t.Across;
+  const Real least = 1e-4f * squared;
+  const Real xx = Larger(trace - across - t.X * t.X, least);
+  const Real yy = Larger(trace + across - t.Y * t.Y, least);
+  const Real xy = -0.5f * h * t.Diagonal - t.X * t.Y;
+  const Real determinant = Larger(xx * yy - xy * xy, 1e-7f * squared * squared);
+  const Real perRoot = InverseRoot(determinant), cubed = squared * h;
+  const Real perCubed = 1.0f / cubed; // while the rest is waited for
+  const Real opacity = Smaller(Larger(0.25f * cubed * perRoot, h), one);
+  const Real dx = h * x + t.X, dy = h * y + t.Y;
+  const Real distance = yy * dx * dx + xx * dy * dy - 2.0f * xy * dx * dy;
+  const Real q = distance * perCubed * (opacity * perRoot);
+  const Real inside = Smaller(Larger(0.5f + EllipseSlope * (1.0f - q), none), one);
+  return { opacity, 1.0f - opacity * inside };
+}
+
+/// Of what the ellipse says to be seen beyond the ramp. All of it was measured to be too much:
+/// several shapes are not an ellipse.
+constexpr float BesideEllipse = 0.15f;
+
+/**
+ * T(u) of a ramp and of an ellipse. What either of them hides is hidden.
+ * @param mean of T, [0, 1]
+ * @param weight of the ellipse, [0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real SeenBetween(
+  const Real& mean, const Real& ramp, const Real& ellipse, const Real& weight)
+{
+  const Real further = ellipse - ramp, none(0.0f);
+  return ramp + weight * (Smaller(further, none) + BesideEllipse * mean * Larger(further, none));
 }
 
 /// The sums of a layer that decide how much of it is seen.

@@ -56,9 +56,9 @@ struct GaussianFragments
   Lanes Alpha;
   float Depth; ///< world units along the view direction
   LensPoints U;
-  float Quarter; ///< C / 4, px
-  float Share;   ///< mean share of the lens in the footprint, at most 1
-  Lanes Rim;     ///< mean of 2 |u|^2 - 1
+  float Share;                 ///< l, mean share of the lens in the footprint, at most 1
+  float OfEllipse;             ///< weight of an ellipse of opacity 1 for T
+  Lanes Rim, Across, Diagonal; ///< means over the footprint (LensMoments)
 };
 
 /// Lets the layers leak that end in front of a depth.
@@ -107,23 +107,44 @@ SURFELSPLATTING_INLINE void DimOpenLayers(
   }
 }
 
-/// Limits the second moment of T to that of a disc or a ring, and stores it.
-SURFELSPLATTING_INLINE void StoreRim(FinishedLayers& done, const Lanes& rim, const Lanes& after)
+SURFELSPLATTING_INLINE LensMoments<Lanes> MomentsOf(const FinishedLayers& done)
 {
-  const Lanes most = after * (1.0f - after);
-  Smaller(Larger(rim, 0.0f - most), most).Store(done.ThroughRim);
+  return { Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY), Lanes::Load(done.ThroughRim),
+    Lanes::Load(done.ThroughAcross), Lanes::Load(done.ThroughDiagonal) };
 }
 
-/// A fragment's lens point is a mean. The share 1 - l of its light comes from all over the lens;
-/// what it hides of T there has T's own moments, which are taken from them here.
-SURFELSPLATTING_INLINE void HideResidual(
-  FinishedLayers& done, const GaussianFragments& f, const Lanes& hides, const Lanes& before)
+/// Stores the moments of T: the first no longer than that of a segment, the second no larger than
+/// that of a disc or a ring.
+/// @return whether the first one matters
+SURFELSPLATTING_INLINE bool StoreMoments(
+  FinishedLayers& done, const LensMoments<Lanes>& t, const Lanes& after)
 {
-  const Lanes share = Smaller(hides / Larger(before, 1e-6f), 1.0f);
-  const Lanes keep = 1.0f - (1.0f - f.Share) * share;
-  MultiplyBy(done.ThroughX, keep);
-  MultiplyBy(done.ThroughY, keep);
-  MultiplyBy(done.ThroughRim, keep);
+  // Without a branch, which would be taken half of the time.
+  const Lanes squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
+  (t.X * shorten).Store(done.ThroughX);
+  (t.Y * shorten).Store(done.ThroughY);
+  const Lanes most = after * (1.0f - after), least = 0.0f - most;
+  Smaller(Larger(t.Rim, least), most).Store(done.ThroughRim);
+  Smaller(Larger(t.Across, least), most).Store(done.ThroughAcross);
+  Smaller(Larger(t.Diagonal, least), most).Store(done.ThroughDiagonal);
+  return Any(squared > MinTilt * MinTilt / 16.0f);
+}
+
+/**
+ * Takes what the fragments hide from the moments of T. A fragment's lens point is a mean: the share
+ * 1 - l of its light comes from all over the lens; what that hides of T has T's own moments.
+ * @param hides of T
+ */
+SURFELSPLATTING_INLINE bool HideMoments(FinishedLayers& done, const GaussianFragments& f,
+  const Lanes& hides, const Lanes& before, const Lanes& after)
+{
+  const LensMoments<Lanes> t = MomentsOf(done);
+  const Lanes perBefore = (1.0f - f.Share) / Larger(before, 1e-6f); // known before what is hidden
+  const Lanes keep = 1.0f - Smaller(hides * perBefore, 1.0f);
+  return StoreMoments(done,
+    { keep * t.X - hides * f.U.X, keep * t.Y - hides * f.U.Y, keep * t.Rim - hides * f.Rim,
+      keep * t.Across - hides * f.Across, keep * t.Diagonal - hides * f.Diagonal },
+    after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.
@@ -132,20 +153,13 @@ template <bool OnLens>
 SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const GaussianFragments& f,
   const Lanes& hides, const Lanes& before, bool hasLayers)
 {
-  const LensPoints& u = f.U;
-  const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
   const bool wasTilted = IsTilted(tile, block);
-  if (OnLens || wasTilted)
+  if (!OnLens && !wasTilted)
   {
-    HideResidual(tile.Finished[block], f, hides, before);
+    return;
   }
-  const bool isLong = (OnLens || wasTilted) &&
-    StoreMoment(tile.Finished[block], hides, OnLens ? u : LensPoints{ 0.0f, 0.0f }, after);
-  if (OnLens)
-  {
-    FinishedLayers& done = tile.Finished[block];
-    StoreRim(done, Lanes::Load(done.ThroughRim) - hides * f.Rim, after);
-  }
+  const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
+  const bool isLong = HideMoments(tile.Finished[block], f, hides, before, after);
   const bool becomesTilted = isLong && !wasTilted;
   if (becomesTilted)
   {
@@ -159,35 +173,37 @@ SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const Ga
 
 /// What is seen of T at the lens points of a Gaussian's fragments, in a tilted block.
 SURFELSPLATTING_INLINE Lanes SeenOnLens(
-  const FinishedLayers& done, const Splat& s, const GaussianFragments& f, const Lanes& before)
+  const FinishedLayers& done, const GaussianFragments& f, const Lanes& before)
 {
   constexpr float little = 1.0f / 32.0f;
   if (f.Share < little)
   {
     return LimitSeen(before + LinearPart(done.ThroughX, done.ThroughY, f.U), before);
   }
-  const LensPoints moment{ Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY) };
-  const Lanes squared = moment.X * moment.X + moment.Y * moment.Y;
-  const Lanes per = InverseRoot(Larger(squared, 1e-30f));
-  const Lanes nx = moment.X * per, ny = moment.Y * per, across = nx + s.K * ny;
-  const float square = 4.0f * f.Quarter * f.Quarter;
-  const Lanes share = Smaller(square * (s.A * across * across + s.B * ny * ny), 1.0f);
-  const Lanes rim = (RimGain * f.Share * f.Share) * Lanes::Load(done.ThroughRim) * f.Rim;
-  return LimitSeen(
-    ReconstructRamp(before, squared * per, nx * f.U.X + ny * f.U.Y, share, rim), before);
+  const LensMoments<Lanes> t = MomentsOf(done);
+  const Lanes squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, 1e-30f));
+  const Lanes along = (t.X * f.U.X + t.Y * f.U.Y) * per;
+  const Lanes ramp = ReconstructRamp<Lanes>(before, squared * per, along, f.Share);
+  if (f.OfEllipse < little)
+  {
+    return LimitSeen(ramp, before);
+  }
+  const EllipseOnLens<Lanes> ellipse = ReconstructEllipse(before, t, f.U.X, f.U.Y);
+  return LimitSeen(SeenBetween(before, ramp, ellipse.Seen, f.OfEllipse * ellipse.Opacity), before);
 }
 
-/// What a Gaussian's fragments hide of T.
+/// What a Gaussian's fragments hide of T, within Frechet's bounds (VisibleShare).
 template <bool OnLens>
 SURFELSPLATTING_INLINE Lanes HiddenShare(
-  const PixelTile& tile, int block, const Splat& s, const GaussianFragments& f, const Lanes& before)
+  const PixelTile& tile, int block, const GaussianFragments& f, const Lanes& before)
 {
   if (!OnLens || !IsTilted(tile, block))
   {
     return before * f.Alpha;
   }
-  const Lanes seen = SeenOnLens(tile.Finished[block], s, f, before);
-  return VisibleShare(before, LayerCoverage<Lanes>{ 1.0f, f.Alpha, f.Alpha * seen });
+  const Lanes hides = f.Alpha * SeenOnLens(tile.Finished[block], f, before);
+  const Lanes least = Larger(before + f.Alpha - 1.0f, 0.0f);
+  return Smaller(Larger(hides, least), Smaller(before, f.Alpha));
 }
 
 /**
@@ -226,7 +242,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   FinishedLayers& done = tile.Finished[block];
   const Lanes before = Lanes::Load(done.Transmittance);
   const LaneMask visible = f.Inside & (Lanes::Load(done.OccluderDepth) >= f.Depth);
-  const Lanes hides = Select(visible, HiddenShare<OnLens>(tile, block, s, f, before), 0.0f);
+  const Lanes hides = Select(visible, HiddenShare<OnLens>(tile, block, f, before), 0.0f);
   const Lanes after = Larger(before - hides, 0.0f);
   const Lanes red = hides * s.Red, green = hides * s.Green, blue = hides * s.Blue;
   AddTo(done.Red, red);
@@ -280,8 +296,13 @@ SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int bloc
   const LensPoints u{ ux, s.K * ux + (quarter * s.B) * d.Y };
   const float trace = 2.0f * quarter * quarter * (s.A * (1.0f + s.K * s.K) + s.B);
   const float share = trace < 1.0f ? trace : 1.0f;
+  // What a thin or hardly blurred Gaussian hides has no border on the lens.
+  const float bordered = share * lens.Area;
+  const Lanes xx = u.X * u.X, yy = u.Y * u.Y;
   const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
-    s.Near, u, quarter, share, 2.0f * (u.X * u.X + u.Y * u.Y) - share };
+    s.Near, u, share, bordered * bordered, 2.0f * (xx + yy) - share,
+    xx - yy - quarter * quarter * (s.A * (1.0f - s.K * s.K) - s.B),
+    2.0f * (u.X * u.Y - quarter * quarter * (s.A * s.K)) };
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);
@@ -336,7 +357,7 @@ struct CellCorners
 template <int N>
 struct RunCorners
 {
-  float Through[N], Red[N], Green[N], Blue[N], X[N], Y[N], Rim[N];
+  float Through[N], Red[N], Green[N], Blue[N], X[N], Y[N], Rim[N], Across[N], Diagonal[N];
   float Depth; ///< of the median; the farthest of the cells'
 
   SURFELSPLATTING_INLINE RunCorners(
@@ -357,6 +378,8 @@ struct RunCorners
       this->X[k] = after.ThroughX[l] * per1 - before.ThroughX[l] * per;
       this->Y[k] = after.ThroughY[l] * per1 - before.ThroughY[l] * per;
       this->Rim[k] = after.ThroughRim[l] * per1 - before.ThroughRim[l] * per;
+      this->Across[k] = after.ThroughAcross[l] * per1 - before.ThroughAcross[l] * per;
+      this->Diagonal[k] = after.ThroughDiagonal[l] * per1 - before.ThroughDiagonal[l] * per;
       this->Depth = after.Depth[l] > this->Depth ? after.Depth[l] : this->Depth;
     }
   }
@@ -399,13 +422,13 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   AddTo(done.Red, before * at.Interpolate(run.Red));
   AddTo(done.Green, before * at.Interpolate(run.Green));
   AddTo(done.Blue, before * at.Interpolate(run.Blue));
-  Lanes x = Lanes::Load(done.ThroughX) * through + after * at.Interpolate(run.X);
-  Lanes y = Lanes::Load(done.ThroughY) * through + after * at.Interpolate(run.Y);
-  const Lanes squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
-  StoreRim(done, Lanes::Load(done.ThroughRim) * through + after * at.Interpolate(run.Rim), after);
-  (x * shorten).Store(done.ThroughX);
-  (y * shorten).Store(done.ThroughY);
-  if (Any(squared > MinTilt * MinTilt / 16.0f))
+  const LensMoments<Lanes> t = MomentsOf(done);
+  const LensMoments<Lanes> behind{ t.X * through + after * at.Interpolate(run.X),
+    t.Y * through + after * at.Interpolate(run.Y),
+    t.Rim * through + after * at.Interpolate(run.Rim),
+    t.Across * through + after * at.Interpolate(run.Across),
+    t.Diagonal * through + after * at.Interpolate(run.Diagonal) };
+  if (StoreMoments(done, behind, after))
   {
     tile.Tilted |= std::uint64_t{ 1 } << block;
   }

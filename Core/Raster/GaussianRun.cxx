@@ -24,7 +24,8 @@ int LaneOfPixel(int x, int y)
 /// Sums over the pixels of a cell, weighted with T, since nothing is seen behind a closed pixel.
 struct CellSums
 {
-  float Weight = 0.0f, Through = 0.0f, X = 0.0f, Y = 0.0f, Rim = 0.0f;
+  float Weight = 0.0f, Through = 0.0f, X = 0.0f, Y = 0.0f;
+  float Rim = 0.0f, Across = 0.0f, Diagonal = 0.0f;
 
   float Mean() const { return this->Weight > 0.0f ? this->Through / this->Weight : 0.0f; }
 };
@@ -57,6 +58,8 @@ CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellP
       sums.X += weight * done.ThroughX[l];
       sums.Y += weight * done.ThroughY[l];
       sums.Rim += weight * done.ThroughRim[l];
+      sums.Across += weight * done.ThroughAcross[l];
+      sums.Diagonal += weight * done.ThroughDiagonal[l];
     }
   }
   return sums;
@@ -120,6 +123,8 @@ void GaussianRun::Begin(const PixelTile& tile, int cell, int width, int height, 
       done.ThroughX[l] = scale * sums.X;
       done.ThroughY[l] = scale * sums.Y;
       done.ThroughRim[l] = scale * sums.Rim;
+      done.ThroughAcross[l] = scale * sums.Across;
+      done.ThroughDiagonal[l] = scale * sums.Diagonal;
       open = open || mean > MinTransmittance;
       if (doubts)
       {

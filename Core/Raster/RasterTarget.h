@@ -62,7 +62,8 @@ struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];                      ///< mean of T(u) over the lens
   float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
-  float ThroughRim[PixelsPerBlock]; ///< mean of (2 |u|^2 - 1) T(u), of Gaussians in space
+  /// Of Gaussians in space, means of (2 |u|^2 - 1) T(u), (u_x^2 - u_y^2) T(u), 2 u_x u_y T(u).
+  float ThroughRim[PixelsPerBlock], ThroughAcross[PixelsPerBlock], ThroughDiagonal[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
   float Fragments[PixelsPerBlock];     ///< so far; only with a callback

@@ -4,8 +4,12 @@
  *
  * The weight at the centre of a footprint W is, with the mass kept over every blur,
  *   captures: o sqrt(det W_0) / sqrt(det W), W_0 = M S M' + h the footprint in focus, as published,
- *             or, with KeepsMass, M S M' (Yu, Chen, Huang, Sattler, Geiger 2024)
+ *             or, with KeepsMass, M S M' (Yu, Chen, Huang, Sattler, Geiger 2024);
+ *             of nodes, DilatedArea instead of sqrt(det W_0)
  *   volumes:  M f^2 |p| / z^3 / (2 pi sqrt(det W)), M the mass (GaussianMass.h)
+ *
+ * Where that is an optical depth, the lens keeps the opacity instead (KeepOpacity); of volumes,
+ * half of each.
  */
 #pragma once
 
@@ -34,7 +38,18 @@ SURFELSPLATTING_INLINE void GatherGaussians(
   }
   // Opacities become optical depths while pairs merge.
   const Real depth = 1.0 + index.Merging * (DepthOverOpacity(density) - 1.0);
-  s.Size = density * depth * MeanKernelArea(s.Covariance);
+  s.Area.X = MeanKernelArea(s.Covariance);
+  s.Size = density * depth * s.Area.X;
+}
+
+/// Nodes; Area.X becomes the leaves' mean kernel area.
+template <class Real>
+SURFELSPLATTING_INLINE void GatherGaussianNodes(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
+{
+  GatherNodes(cloud, index, s);
+  const Real scale = s.Size > 0.0 ? s.Area.X / s.Size : Real{};
+  s.Area.X = scale * scale * MeanKernelArea(s.Covariance);
 }
 
 /// Moves Gaussians or nodes towards their parents (CutRange.h); each keeps its mass.
@@ -43,9 +58,10 @@ SURFELSPLATTING_INLINE void MergeGaussians(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   StoredSurfels<Real> parent;
-  GatherNodes(cloud, index.AtParents(), parent);
+  GatherGaussianNodes(cloud, index.AtParents(), parent);
   const Real t = Uniform<Real>(ShareOfChildren(index)), rest = Uniform<Real>(1.0 - index.Merging);
   s.Position = Mixed(parent.Position, s.Position, t);
+  s.Area.X = Mixed(parent.Area.X, s.Area.X, rest);
   const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
   s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
     Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
@@ -60,7 +76,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   const View& view = job.Camera;
   const bool volume = job.Cloud.Kind == CloudKind::Volume;
   StoredSurfels<Real> stored;
-  index.Level > 0 ? GatherNodes(job.Cloud, index, stored)
+  index.Level > 0 ? GatherGaussianNodes(job.Cloud, index, stored)
                   : GatherGaussians(job.Cloud, index, stored);
   if (index.Merging > 0.0)
   {
@@ -72,7 +88,8 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
   s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
   s.Area = stored.Area;
-  s.Patch = Real{};
+  s.Patch = Larger(Smaller(stored.Area.X / MeanKernelArea(stored.Covariance), Uniform<Real>(1.0)),
+    Uniform<Real>(LeastLeafScale));
   s.BackSide = MaskOf<Real>{};
   s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, MaskOf<Real>{} };
   s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
@@ -87,24 +104,42 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   return s;
 }
 
+/// How much of the opacity of a volume's Gaussians the lens keeps; of the rest it keeps the depth.
+/// A ray that passes beside one meets its neighbours, which overlap it: that of a homogeneous
+/// medium keeps the depth, that of a grain the opacity.
+constexpr double KeptByVolumes = 0.5;
+
+/// How much of a Gaussian's weight is an optical depth, and not an opacity.
+template <class Real>
+SURFELSPLATTING_INLINE double Absorbs(const SetupJob& job, const BatchIndices<Real>& index)
+{
+  return job.Cloud.Kind == CloudKind::Volume || index.Level > 0 ? 1.0 : index.Merging;
+}
+
 /// Makes splats that are written those of Gaussians in space (Splat.h, LensFootprint).
+/// @param inFocus weights there
 template <class Real>
 SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndices<Real>& index,
-  const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
+  const SplatBatch<Real>& b, const Real& inFocus, SplatOutput& output)
 {
   const double focal = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-  const bool absorbs = job.Cloud.Kind == CloudKind::Volume || index.Level > 0;
-  std::size_t place = first;
+  const float absorbs = static_cast<float>(Absorbs(job, index));
+  const bool volume = job.Cloud.Kind == CloudKind::Volume;
+  std::size_t place = output.Count - CountLanes<Real>(b.Surfels.Alive);
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
       output.Splats[place].Gradient = InSpace;
-      output.Splats[place].Opacity = absorbs ? 1.0f : static_cast<float>(index.Merging);
+      output.Splats[place].Opacity = absorbs;
       if (output.Footprints)
       {
         const double confusion = focal * LaneAt(b.Blur.Signed, l);
-        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion), 1, 0, 0, 0 };
+        // What a medium hides of the lens has no border there.
+        const float weight = volume ? 0.0f : static_cast<float>(LaneAt(inFocus, l));
+        const float opacity = weight + absorbs * (1.0f - __builtin_expf(-weight) - weight);
+        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion),
+          opacity < 1.0f ? opacity : 1.0f, 0, 0, 0 };
       }
       ++place;
     }
@@ -119,9 +154,9 @@ SURFELSPLATTING_INLINE Real WeighInFocus(const SetupJob& job, const PlacedSurfel
   const View& view = job.Camera;
   if (job.Cloud.Kind == CloudKind::Capture)
   {
-    const Real own = projected.XX * projected.YY - projected.XY * projected.XY;
-    return job.KeepsMass ? s.Deposit * SquareRoot(Larger(own, Real{})) * sharp.InverseRoot
-                         : s.Deposit;
+    const double h = job.KeepsMass ? 0.0 : job.Prefilter;
+    return s.Deposit * sharp.InverseRoot *
+      DilatedArea(projected.XX, projected.YY, projected.XY, s.Patch, h);
   }
   const Real perArea = __builtin_fabs(view.Fx * view.Fy) * (0.5 / Pi) * sharp.InverseRoot;
   return s.Deposit * perArea *
@@ -205,7 +240,9 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
     kernel.HalfHeight += cell > 1.0 ? cell : Real{};
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
-    Real weight = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
+    const Real spread = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
+    const double kept = volume ? KeptByVolumes : Absorbs(job, index);
+    Real weight = spread + kept * (KeepOpacity(inFocus, spread) - spread);
     if (volume)
     {
       weight *= 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{});
@@ -217,9 +254,8 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const MaskOf<Real> representable = IsRepresentable(batch);
     s.Invalid |= s.Alive & Not(representable);
     s.Alive &= representable;
-    const std::size_t first = output.Count;
     Write(job, index, batch, output);
-    MarkGaussians(job, index, batch, first, output);
+    MarkGaussians(job, index, batch, inFocus, output);
   }
   output.Invalid += CountLanes<Real>(s.Invalid);
 }

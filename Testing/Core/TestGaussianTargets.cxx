@@ -78,7 +78,7 @@ double Kernel(double shape, double q, double reach)
 /// A pixel behind the Gaussians so far.
 struct Pixel
 {
-  double Through = 1.0, X = 0.0, Y = 0.0, Rim = 0.0, Red = 0.0;
+  double Through = 1.0, X = 0.0, Y = 0.0, Rim = 0.0, Across = 0.0, Diagonal = 0.0, Red = 0.0;
 };
 
 /// Relative error of the square of InverseRoot (Lanes.h).
@@ -91,6 +91,16 @@ struct Nudge
 
   double Of(double size) const { return this->Draw ? this->Draw->Uniform(-size, size) : 0.0; }
 };
+
+/// Roundings of the moments are what counts: the covariance is a difference.
+EllipseOnLens<double> OfEllipse(const Pixel& p, double x, double y, const Nudge& nudge)
+{
+  const double size = 1e-6;
+  return ReconstructEllipse(p.Through * (1.0 + nudge.Of(size)),
+    LensMoments<double>{ p.X + nudge.Of(size), p.Y + nudge.Of(size), p.Rim + nudge.Of(size),
+      p.Across + nudge.Of(size), p.Diagonal + nudge.Of(size) },
+    x, y);
+}
 
 /// @return squared length of the moments before they are limited
 double AddTo(
@@ -110,13 +120,17 @@ double AddTo(
   double hides = alpha * p.Through;
   if (tilted)
   {
-    const double length = std::hypot(p.X, p.Y), nx = p.X / length, ny = p.Y / length;
-    const double across = nx + s.K * ny;
-    const double share = std::min(1.0, square * (s.A * across * across + s.B * ny * ny));
-    const double seen = mean < 1.0 / 32.0
-      ? p.Through + 4.0 * (p.X * ux + p.Y * uy)
-      : ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), nx * ux + ny * uy, share,
-          RimGain * mean * mean * p.Rim * rim);
+    const double length = std::hypot(p.X, p.Y), along = (p.X * ux + p.Y * uy) / length;
+    double seen = p.Through + 4.0 * (p.X * ux + p.Y * uy);
+    if (mean >= 1.0 / 32.0)
+    {
+      seen = ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), along, mean);
+      const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
+      const double bordered = mean * g.Footprint.Area, weight = bordered * bordered;
+      seen = weight < 1.0 / 32.0
+        ? seen
+        : SeenBetween(p.Through, seen, ellipse.Seen, weight * ellipse.Opacity);
+    }
     hides = VisibleShare(
       p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
   }
@@ -125,11 +139,17 @@ double AddTo(
   p.X *= 1.0 - residual;
   p.Y *= 1.0 - residual;
   p.Rim *= 1.0 - residual;
+  p.Across *= 1.0 - residual;
+  p.Diagonal *= 1.0 - residual;
   p.Through = std::max(0.0, p.Through - hides);
   p.X -= hides * ux;
   p.Y -= hides * uy;
   const double most = p.Through * (1.0 - p.Through);
   p.Rim = std::clamp(p.Rim - hides * rim, -most, most);
+  const double across = ux * ux - uy * uy - 0.25 * square * (s.A * (1.0 - s.K * s.K) - s.B);
+  const double diagonal = 2.0 * (ux * uy - 0.25 * square * s.A * s.K);
+  p.Across = std::clamp(p.Across - hides * across, -most, most);
+  p.Diagonal = std::clamp(p.Diagonal - hides * diagonal, -most, most);
   const double squared = p.X * p.X + p.Y * p.Y;
   const double shorten = std::min(
     1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40) * (1.0 + nudge.Of(RootError)));
@@ -157,6 +177,7 @@ PlacedGaussian RandomGaussian(Random& random, bool onLens)
   g.Y = static_cast<float>(random.Uniform(-10.0, 42.0));
   // C^2 / 4 is no more than the smaller variance.
   const double least = 0.5 / std::sqrt(g.S.A * (1.0 + g.S.K * g.S.K) + g.S.B);
+  g.Footprint.Area = static_cast<float>(random());
   g.Footprint.PerPixel = onLens ? static_cast<float>(random.Uniform(-least, least)) : 0.0f;
   return g;
 }
@@ -304,6 +325,8 @@ void TestInFocus(const RasterTarget& target)
       CHECK_NEAR(done.ThroughX[l], left * was.ThroughX[l], 2e-5); // shortened: RootError
       CHECK_NEAR(done.ThroughY[l], left * was.ThroughY[l], 2e-5);
       CHECK_NEAR(done.ThroughRim[l], left * was.ThroughRim[l], 2e-5);
+      CHECK_NEAR(done.ThroughAcross[l], left * was.ThroughAcross[l], 2e-5);
+      CHECK_NEAR(done.ThroughDiagonal[l], left * was.ThroughDiagonal[l], 2e-5);
     }
   }
   CHECK(longest > 0.05);
@@ -335,7 +358,10 @@ void TestAddRun(const RasterTarget& target)
           f->ThroughX[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
           f->ThroughY[l] = moment * static_cast<float>(random.Uniform(-1.0, 1.0));
           const float limit = f->Transmittance[l] * (1.0f - f->Transmittance[l]);
-          f->ThroughRim[l] = limit * static_cast<float>(random.Uniform(-1.0, 1.0));
+          for (float* second : { f->ThroughRim, f->ThroughAcross, f->ThroughDiagonal })
+          {
+            second[l] = limit * static_cast<float>(random.Uniform(-1.0, 1.0));
+          }
           f->Red[l] = share();
         }
       }
@@ -346,7 +372,11 @@ void TestAddRun(const RasterTarget& target)
     {
       const double x = (k % TileSize + 0.5) / cell, y = (k / TileSize + 0.5) / cell;
       const int i = static_cast<int>(x), j = static_cast<int>(y);
-      double t = 0.0, red = 0.0, mx = 0.0, my = 0.0, rim = 0.0;
+      double t = 0.0, red = 0.0, mx = 0.0, my = 0.0;
+      double second[3] = {};
+      using Field = float(FinishedLayers::*)[PixelsPerBlock];
+      constexpr Field fields[] = { &FinishedLayers::ThroughRim, &FinishedLayers::ThroughAcross,
+        &FinishedLayers::ThroughDiagonal };
       for (int corner = 0; corner < 4; ++corner)
       {
         const int ci = i + corner % 2, cj = j + corner / 2;
@@ -359,7 +389,10 @@ void TestAddRun(const RasterTarget& target)
         red += share * a.Red[l] / t0;
         mx += share * (a.ThroughX[l] / t1 - b.ThroughX[l] / t0);
         my += share * (a.ThroughY[l] / t1 - b.ThroughY[l] / t0);
-        rim += share * (a.ThroughRim[l] / t1 - b.ThroughRim[l] / t0);
+        for (int m = 0; m < 3; ++m)
+        {
+          second[m] += share * ((a.*fields[m])[l] / t1 - (b.*fields[m])[l] / t0);
+        }
       }
       const FinishedLayers &done = tile->Finished[BlockOf(k)], &was = old.Finished[BlockOf(k)];
       const int l = LaneOf(k);
@@ -371,8 +404,11 @@ void TestAddRun(const RasterTarget& target)
       CHECK_NEAR(done.Transmittance[l], after, 1e-6);
       CHECK_NEAR(done.Red[l], was.Red[l] + before * red, 1e-5);
       const double most = after * (1.0 - after) + 1e-7;
-      rim = std::clamp(after * (was.ThroughRim[l] / before + rim), -most, most);
-      CHECK_NEAR(done.ThroughRim[l], rim, 2e-6);
+      for (int m = 0; m < 3; ++m)
+      {
+        const double moment = after * ((was.*fields[m])[l] / before + second[m]);
+        CHECK_NEAR((done.*fields[m])[l], std::clamp(moment, -most, most), 2e-6);
+      }
       // Of no more than 0.22.
       const double tolerance = 2e-6 + (shorten < 1.0 ? 0.22 * RootError : 0.0);
       CHECK_NEAR(done.ThroughX[l], mx * shorten, tolerance);

@@ -493,6 +493,34 @@ TEST_CASE("Optical depth of opacities")
   }
 }
 
+/// The prefilter dilates each leaf: nodes of leaves smaller than a pixel hide what they do.
+TEST_CASE("Leaves smaller than a pixel")
+{
+  constexpr int Across = 256;
+  constexpr double spacing = 0.5, deviation = 0.15, opacity = 0.1, focal = 500.0, z = 20.0;
+  const double pixel = z / focal, variance = deviation * pixel * deviation * pixel;
+  TestCloud cloud;
+  cloud.Kind = CloudKind::Capture;
+  TestGaussian g;
+  g.Covariance = { variance, variance, variance, 0, 0, 0 };
+  g.Density = static_cast<float>(opacity);
+  for (int i = 0; i < Across * Across; ++i)
+  {
+    g.Position = { (i % Across - 0.5 * Across) * spacing * pixel,
+      (i / Across - 0.5 * Across) * spacing * pixel, z };
+    cloud.Add(g);
+  }
+  const TestHierarchy hierarchy(cloud);
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(96, 96, focal);
+  const double area = 2.0 * Pi * (deviation * deviation + SpacePrefilter) / (spacing * spacing);
+  const double alpha = -std::expm1(-area * opacity * DepthOverOpacity<double>(opacity));
+  // 1e-3 of each of 4 layers is beyond the footprints' ends.
+  CheckMiddle(RenderPicture(context, cloud), alpha, 5e-3, 8e-3, "small leaves");
+  // Leaves of a node twice as long as wide are taken for such ones: 2 % more. Nodes ripple.
+  CheckMiddle(RenderPicture(context, { hierarchy.Get() }), alpha, 0.015, 0.025, "their nodes");
+}
+
 /// Nodes have the masses of their Gaussians, and the mean coefficients.
 TEST_CASE("Nodes")
 {
