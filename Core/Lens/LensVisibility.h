@@ -93,6 +93,10 @@ constexpr float MinLensCentroid = 0.02f;
 /// fully covered lens with a second surface in front of half of it is no less covered.
 constexpr float ExcessCentroid = 0.5f;
 
+/// Those of layers that cover little are uncertain as well: the centroid of a segment that covers
+/// less than 0.07 is noise of the level of detail. Such layers are not limited any further.
+constexpr float MaxLensCentroid = 0.9f;
+
 /// LargestCover(c) is at least 1 - CoverLossPerCentroid c.
 constexpr float CoverLossPerCentroid = 1.18f;
 
@@ -109,7 +113,7 @@ SURFELSPLATTING_INLINE Real LargestCoverOfLayer(const Real& weight, const Real& 
   const Real centroid = Larger(moment - ExcessCentroid * excess, Real(0.0f)) /
     Larger(Smaller(weight, Real(1.0f)), Real(1e-30f));
   const Real beyond = (centroid - MinLensCentroid) * (1.0f / (1.0f - MinLensCentroid));
-  return LargestCover(Smaller(Larger(beyond, Real(0.0f)), Real(1.0f)));
+  return LargestCover(Smaller(Larger(beyond, Real(0.0f)), Real(MaxLensCentroid)));
 }
 
 /**
@@ -330,7 +334,7 @@ struct LayerLeak
 {
   Real Share;   ///< of the layer's sums that is composited
   Real Through; ///< T', what then shines through
-  Real Rest;    ///< T' / T: by which the sums that stay are seen less
+  Real Seen;    ///< factor of the sums that stay and are weighted with T
   Real Weight;  ///< factor of the weights that stay
   Real Opacity; ///< factor of the opacities that stay
 };
@@ -360,7 +364,8 @@ SURFELSPLATTING_INLINE Real LeakRoot(const Real& s, const Real& l)
  *   dT / ds = -4 T a / (4 - 3 a):   T' = T h^4,  a' = k a / h,  h^4 - k a h^3 - (1 - a) = 0
  *
  * Of a layer that covers all, k^4 of the light stays. With k = exp(-s), several small gaps do what
- * one large gap does, and splats of hardly any weight within a gap change nothing.
+ * one large gap does, and splats of hardly any weight within a gap change nothing. Where v is one
+ * of Frechet's bounds, the sums that stay are such that they are seen as much as without the leak.
  * @param keep [0, 1)
  */
 template <class Real>
@@ -374,10 +379,10 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real rest = Smaller(h * h * (h * h), Real(1.0f));
   const Real weight = Smaller(keep / Larger(h, Real(1e-30f)), Real(1.0f));
   // Opacities are divided by max(1, Filled) when they are seen.
-  const Real opacity =
-    weight * Larger(weight * layer.Filled, Real(1.0f)) / Larger(layer.Filled, Real(1.0f));
-  return { (1.0f - rest) * through / Larger(layer.Seen, Real(1e-30f)), rest * through, rest, weight,
-    opacity };
+  const Real stay = weight * Larger(weight * layer.Filled, Real(1.0f));
+  const Real perSeen = 1.0f / Larger(layer.Seen, Real(1e-30f));
+  return { (1.0f - rest) * through * perSeen, rest * through, stay * rest * (all * perSeen), weight,
+    stay / Larger(layer.Filled, Real(1.0f)) };
 }
 
 /// The same with keep = 0: the layer ends.

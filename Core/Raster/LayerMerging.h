@@ -294,7 +294,7 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
       Lanes::Load(done.OccluderDepth) * Larger(Lanes::Load(open.Weight), 1e-30f));
   leak.Share = Select(visible, leak.Share, 0.0f);
   leak.Through = Select(visible, leak.Through, before);
-  leak.Rest = Select(visible, leak.Rest, 1.0f);
+  leak.Seen = Select(visible, leak.Seen, leak.Opacity);
   LeakedLayers leaked;
   CompositeColors(tile, block, leak.Share, layer.Seen, settings.LargestColor, leaked);
   (leak.Share * layer.Seen).Store(leaked.Alpha);
@@ -317,7 +317,7 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
     Empty(tile, block, chosen, hasLens);
     return;
   }
-  const Lanes opacity = Select(chosen, leak.Opacity, 1.0f), seen = opacity * leak.Rest;
+  const Lanes opacity = Select(chosen, leak.Opacity, 1.0f), seen = Select(chosen, leak.Seen, 1.0f);
   // Colours of a block that has just become tilted are not weighted with T yet.
   Keep(tile, block,
     { Select(chosen, leak.Weight, 1.0f), opacity, seen,

@@ -19,7 +19,8 @@ double ReferenceLargestCover(double centroid)
   return std::max(0.01, 1.0 - centroid * (1.0 + 0.355 * std::sqrt(area * (1.0 - area))));
 }
 
-/// The layer's centroid without the excess over full coverage, from a dead zone of 0.02 on.
+/// The layer's centroid without the excess over full coverage, from a dead zone of 0.02 on, up to
+/// 0.9.
 double ReferenceLayers::LargestCover() const
 {
   if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
@@ -29,7 +30,7 @@ double ReferenceLayers::LargestCover() const
   const double excess = std::max(0.0, this->Weight - 1.0);
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
   const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
-  return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 1.0));
+  return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 0.9));
 }
 
 double ReferenceLayers::VisibleShare() const
@@ -167,7 +168,8 @@ void ReferenceLayers::Leak(double keep)
     this->Flat = this->HasLeaked = true;
   }
   // T' (1 - a') = T (1 - a), a' = keep a / h, T' = T h^4
-  const double cover = this->Through > 0.0 ? this->VisibleShare() / this->Through : 0.0;
+  const double all = this->VisibleShare();
+  const double cover = this->Through > 0.0 ? all / this->Through : 0.0;
   const double left = std::clamp(1.0 - cover + this->Nudge, 0.0, 1.0);
   const double stays = keep * (1.0 - left);
   double low = 0.0, h = 1.0;
@@ -176,25 +178,27 @@ void ReferenceLayers::Leak(double keep)
     const double middle = 0.5 * (low + h);
     (std::pow(middle, 3.0) * (middle - stays) < left ? low : h) = middle;
   }
-  double rest = left > 0.0 || stays > 0.0 ? std::pow(h, 4.0) : 0.0;
+  const double rest = left > 0.0 || stays > 0.0 ? std::pow(h, 4.0) : 0.0;
   const double after = rest * this->Through;
   const double weight = rest > 0.0 ? std::min(1.0, keep / h) : 0.0;
   const double filled = this->Weight / this->LargestCover();
   const double opacity = weight * std::max(1.0, weight * filled) / std::max(1.0, filled);
+  // What stays is seen as much as v says, which may be one of Frechet's bounds.
+  double seen = this->Seen > 0.0 ? rest * all * std::max(1.0, filled) / this->Seen : rest;
   if (this->DepthSum <= this->Limit * this->Weight)
   {
     this->Composite(this->Seen > 0.0 ? (this->Through - after) / this->Seen : 0.0, after);
   }
   else
   {
-    rest = 1.0;
+    seen = 1.0;
   }
   this->Shrink(weight);
   this->Opacity *= opacity;
   for (double* sum : { &this->Seen, &this->SeenU[0], &this->SeenU[1], &this->SeenColor[0],
          &this->SeenColor[1], &this->SeenColor[2] })
   {
-    *sum *= opacity * rest;
+    *sum *= opacity * seen;
   }
 }
 }
