@@ -46,13 +46,9 @@ struct MeanVisibleArea
 /// Half-width of a uniform distribution with the variance of a coordinate of the disc, 1/4.
 constexpr double UniformLens = 0.86602540378443865;
 
-/**
- * Means over the lens, with u uniform within UniformLens along the slope. Exact where all of the
- * lens sees the same side: area Base, point (X, Y) / (4 Base). Else area and moment are up to 0.009
- * (1 - Base) off.
- */
+/// MeanOverLens where parts of the lens see nothing, or the other side.
 template <class Real>
-SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Real>& v)
+SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverParts(const VisibleAreaOf<Real>& v)
 {
   const Real slope = Larger(1.0 - v.Base, Uniform<Real>(1e-30)), reach = UniformLens * slope;
   const auto part = [&](const Real& base, Real& moment) {
@@ -68,6 +64,25 @@ SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Re
   moment = v.TwoSided ? moment - behind : moment;
   const Real scale = moment / (slope * Larger(area, Uniform<Real>(1e-30)));
   return { area, scale * v.X, scale * v.Y };
+}
+
+/**
+ * Means over the lens, with u uniform within UniformLens along the slope. Exact where all of the
+ * lens sees the same side: area Base, point (X, Y) / (4 Base). Else area and moment are up to 0.009
+ * (1 - Base) off.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Real>& v)
+{
+  const MaskOf<Real> all = v.Base >= UniformLens * (1.0 - v.Base);
+  const Real quarter = 0.25 / v.Base;
+  MeanVisibleArea<Real> mean{ v.Base, quarter * v.X, quarter * v.Y };
+  if (AnyLane<Real>(Not(all)))
+  {
+    const MeanVisibleArea<Real> parts = MeanOverParts(v);
+    mean = { all ? mean.Area : parts.Area, all ? mean.X : parts.X, all ? mean.Y : parts.Y };
+  }
+  return mean;
 }
 
 /// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a

@@ -19,6 +19,25 @@ float DistanceTo(int side, int inTile)
   return side < 0 ? x : side > 0 ? static_cast<float>(TileSize) - x : 0.0f;
 }
 
+/// Weight of the mean at a pixel of a doubtful tile, [0, 1].
+/// @param doubtful the tile's neighbours, [row][column]
+float WeightOfMean(const std::array<std::array<bool, 3>, 3>& doubtful, int x, int y)
+{
+  float nearest = Rise;
+  for (int j = -1; j <= 1; ++j)
+  {
+    const float across = DistanceTo(j, y % TileSize);
+    for (int i = -1; i <= 1; ++i)
+    {
+      if (!doubtful[j + 1][i + 1])
+      {
+        nearest = std::min(nearest, std::max(DistanceTo(i, x % TileSize), across));
+      }
+    }
+  }
+  return nearest / Rise;
+}
+
 /// @param weight of the mean, > 0
 void MixPixel(const Frame& mean, const Frame& picture, std::size_t p, float weight)
 {
@@ -53,17 +72,6 @@ void DoubtfulTiles::Set(const PictureSize& size, const std::vector<float>& doubt
   }
 }
 
-bool DoubtfulTiles::Touch(const PixelBox& box) const
-{
-  if (this->Flags.empty() || SurfelSplatting::IsEmpty(box))
-  {
-    return this->Flags.empty();
-  }
-  bool found = false;
-  ForTiles(box, this->Columns, [&](std::size_t tile) { found = found || this->Has(tile); });
-  return found;
-}
-
 bool DoubtfulTiles::IsEmpty() const
 {
   return !this->Flags.empty() &&
@@ -79,37 +87,19 @@ bool DoubtfulTiles::IsFlagged(int column, int row) const
   return this->Flags[static_cast<std::size_t>(y) * this->Columns + x] != 0;
 }
 
-/// Whether all of a tile's neighbours are doubtful.
-bool DoubtfulTiles::IsSurrounded(int column, int row) const
+DoubtfulTiles::Neighbors DoubtfulTiles::NeighborsOf(std::size_t tile) const
 {
-  bool all = true;
-  for (int j = -1; j <= 1; ++j)
+  const int column = static_cast<int>(tile) % this->Columns;
+  const int row = static_cast<int>(tile) / this->Columns;
+  Neighbors flags;
+  for (int j = 0; j < 3; ++j)
   {
-    for (int i = -1; i <= 1; ++i)
+    for (int i = 0; i < 3; ++i)
     {
-      all = all && this->IsFlagged(column + i, row + j);
+      flags[j][i] = this->IsFlagged(column + i - 1, row + j - 1);
     }
   }
-  return all;
-}
-
-/// Weight of the mean at a pixel of a doubtful tile, [0, 1].
-float DoubtfulTiles::Weight(int x, int y) const
-{
-  const int column = x / TileSize, row = y / TileSize;
-  float nearest = Rise;
-  for (int j = -1; j <= 1; ++j)
-  {
-    for (int i = -1; i <= 1; ++i)
-    {
-      if (!this->IsFlagged(column + i, row + j))
-      {
-        nearest =
-          std::min(nearest, std::max(DistanceTo(i, x % TileSize), DistanceTo(j, y % TileSize)));
-      }
-    }
-  }
-  return nearest / Rise;
+  return flags;
 }
 
 void DoubtfulTiles::Mix(const Frame& mean, const Frame& picture, const Executor& executor) const
@@ -121,10 +111,14 @@ void DoubtfulTiles::Mix(const Frame& mean, const Frame& picture, const Executor&
       {
         continue;
       }
-      const bool isSurrounded = this->IsSurrounded(
-        static_cast<int>(tile) % this->Columns, static_cast<int>(tile) / this->Columns);
+      const Neighbors doubtful = this->NeighborsOf(tile);
+      bool isSurrounded = true;
+      for (const auto& row : doubtful)
+      {
+        isSurrounded = isSurrounded && row[0] && row[1] && row[2];
+      }
       ForPixels(tile, { picture.Width, picture.Height }, [&](int x, int y, std::size_t p) {
-        MixPixel(mean, picture, p, isSurrounded ? 1.0f : this->Weight(x, y));
+        MixPixel(mean, picture, p, isSurrounded ? 1.0f : WeightOfMean(doubtful, x, y));
       });
     }
   });

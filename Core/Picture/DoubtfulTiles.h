@@ -13,9 +13,10 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
-#include "Core/Base/PixelBox.h"
+#include "Core/Base/TileSet.h"
 #include "Core/Raster/Frame.h"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -34,8 +35,11 @@ public:
 
   bool Has(std::size_t tile) const { return this->Flags.empty() || this->Flags[tile] != 0; }
 
-  /// Whether a box of pixels touches any.
-  bool Touch(const PixelBox& box) const;
+  /// They live as long as this does not change.
+  TileSet Tiles(const PictureSize& size) const
+  {
+    return { size, this->Columns, this->Flags.empty() ? nullptr : this->Flags.data() };
+  }
 
   /// Whether there are none.
   bool IsEmpty() const;
@@ -48,9 +52,10 @@ public:
   void Mix(const Frame& mean, const Frame& picture, const Executor& executor) const;
 
 private:
+  using Neighbors = std::array<std::array<bool, 3>, 3>; // [row][column], the tile in the middle
+
   bool IsFlagged(int column, int row) const;
-  bool IsSurrounded(int column, int row) const;
-  float Weight(int x, int y) const;
+  Neighbors NeighborsOf(std::size_t tile) const;
 
   int Columns = 0, Rows = 0;
   std::vector<unsigned char> Flags; ///< [row][column]; empty: all

@@ -20,39 +20,29 @@ void FrameAverage::Start(const Frame& frame, const DoubtfulTiles& where, const E
   this->Scratch.Depth = this->Depth.data();
 }
 
-/// Calls function(first, last) for the pixels of each row of the tiles.
+/// Calls function(first, last) for the pixels of each row of a tile.
 template <typename Function>
-void FrameAverage::ForRows(const Function& function) const
+void FrameAverage::ForRows(std::size_t tile, const Function& function) const
 {
   const PictureSize size{ this->Mean.Width, this->Mean.Height };
   const std::size_t columns = static_cast<std::size_t>(TileCount(size.Width));
-  const std::size_t tiles = columns * TileCount(size.Height);
-  this->Threads->For(tiles, 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t tile = begin; tile < end; ++tile)
-    {
-      if (!this->Where->Has(tile))
-      {
-        continue;
-      }
-      const int left = static_cast<int>(tile % columns) * TileSize;
-      const int bottom = static_cast<int>(tile / columns) * TileSize;
-      const int right = std::min(left + TileSize, size.Width);
-      const int top = std::min(bottom + TileSize, size.Height);
-      for (int y = bottom; y < top; ++y)
-      {
-        const std::size_t row = static_cast<std::size_t>(y) * size.Width;
-        function(row + left, row + right);
-      }
-    }
-  });
+  const int left = static_cast<int>(tile % columns) * TileSize;
+  const int bottom = static_cast<int>(tile / columns) * TileSize;
+  const int right = std::min(left + TileSize, size.Width);
+  const int top = std::min(bottom + TileSize, size.Height);
+  for (int y = bottom; y < top; ++y)
+  {
+    const std::size_t row = static_cast<std::size_t>(y) * size.Width;
+    function(row + left, row + right);
+  }
 }
 
-void FrameAverage::Add()
+void FrameAverage::Add(std::size_t tile)
 {
-  const bool first = this->Count++ == 0;
+  const bool first = this->Count == 0;
   const float* color = this->Color.data();
   const float* depth = this->Depth.data();
-  this->ForRows([&](std::size_t begin, std::size_t end) {
+  this->ForRows(tile, [&](std::size_t begin, std::size_t end) {
     if (first)
     {
       std::copy(color + 4 * begin, color + 4 * end, this->Mean.Color + 4 * begin);
@@ -75,7 +65,7 @@ void FrameAverage::Add()
 void FrameAverage::Finish()
 {
   const float share = 1.0f / static_cast<float>(std::max(1, this->Count));
-  this->ForRows([&](std::size_t begin, std::size_t end) {
+  const auto divide = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       float* rgba = this->Mean.Color + 4 * i;
@@ -86,6 +76,17 @@ void FrameAverage::Finish()
       if (rgba[3] < 0.5f)
       {
         this->Mean.Depth[i] = 0.0f;
+      }
+    }
+  };
+  const std::size_t tiles =
+    static_cast<std::size_t>(TileCount(this->Mean.Width)) * TileCount(this->Mean.Height);
+  this->Threads->For(tiles, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile)
+    {
+      if (this->Where->Has(tile))
+      {
+        this->ForRows(tile, divide);
       }
     }
   });

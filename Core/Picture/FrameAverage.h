@@ -27,21 +27,24 @@ public:
   /// The frame to render the next picture into.
   const Frame& Next() const { return this->Scratch; }
 
-  /// Adds the picture in Next().
-  void Add();
+  /// Adds a tile of the picture in Next(). Several threads may add different tiles.
+  void Add(std::size_t tile);
+
+  /// All tiles of a picture have been added.
+  void EndPicture() { ++this->Count; }
 
   /// Divides the sum by the number of pictures.
   void Finish();
 
 private:
   template <typename Function>
-  void ForRows(const Function& function) const;
+  void ForRows(std::size_t tile, const Function& function) const;
 
   Frame Mean{};
   Frame Scratch{};
   const DoubtfulTiles* Where = nullptr;
   const Executor* Threads = nullptr;
   std::vector<float> Color, Depth; // of the scratch frame
-  int Count = 0;
+  int Count = 0;                   // of complete pictures
 };
 }

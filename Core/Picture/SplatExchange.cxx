@@ -140,8 +140,7 @@ void WriteSplat(const SplatList& list, std::size_t i, const Layout& layout,
   Splat splat = list.Splats[i];
   if (HasGradient(splat))
   {
-    Write(list.Gradients[static_cast<std::size_t>(splat.Gradient)], layout.Gradients, at.Gradients,
-      message);
+    Write(list.GradientOf(splat), layout.Gradients, at.Gradients, message);
     splat.Gradient = static_cast<std::int32_t>(at.Gradients++);
   }
   Write(splat, sizeof(Header), at.Splats, message);

@@ -85,6 +85,7 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   part.SkipHidden = context.SkipHidden && layers;
   part.Camera = cell.Camera;
   part.Optics = cell.Optics;
+  part.Drawn = this->Doubtful.Tiles({ part.Camera.Width, part.Camera.Height });
   this->CellCenter = cell.Center;
   for (Light& light : part.Lights)
   {
@@ -95,6 +96,16 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   }
   this->CellInPicture = part;
   this->CellInPicture.CoarseGrids = false;
+}
+
+/// Makes the splats of this cell from those that all cells share; pinholes share none.
+void Splatter::ShareSplats(const SubAperture& cell)
+{
+  if (this->Cell.HasLens())
+  {
+    this->Central.SetCell(cell.Center, cell.Optics.Radius);
+    this->Cell.Central = this->CellInPicture.Central = &this->Central;
+  }
 }
 
 /// Selects the cut of a cloud into Ranges. Cells of the lens share one: its first cell makes it.
@@ -127,6 +138,10 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
     const CutCamera camera{ this->Whole.Camera, lens, supportRadius, prefilter, lensVariance,
       cell.Optics.Radius / lens.Radius };
     this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, shared));
+    if (cell.Central && cell.Central->Holds(cloud))
+    {
+      cell.Central->Add(shared);
+    }
   }
   SeeFromCell(shared, this->Whole.Camera, lens, this->CellCenter, this->Ranges);
 }
@@ -155,7 +170,7 @@ void Splatter::PlaceRanges(const SurfelCloud& cloud, bool mayWait, const Executo
   std::size_t wide = 0;
   for (const CutRange& range : this->Ranges)
   {
-    if (!this->Doubtful.Touch(range.Box))
+    if (!this->Cell.Drawn.Touch(range.Box))
     {
       continue;
     }
@@ -254,19 +269,22 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
     mean.Depth = this->MeanDepth.data();
   }
   this->Whole = { context.Camera, context.Optics };
+  this->Central.Clear(context);
   this->Average.Start(mean, this->Doubtful, executor);
   RenderTarget cellTarget = target;
   cellTarget.Picture = this->Average.Next();
+  cellTarget.Mean = &this->Average;
   std::size_t done = 0;
   bool goOn = true;
   while (goOn && done < cells.size() && !this->Doubtful.IsEmpty())
   {
     this->SetCell(context, cells[done]);
+    this->ShareSplats(cells[done]);
     this->Cell.Cut.Cells = cells.size();
     this->IsFirstCell = done == 0;
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
-    this->Average.Add();
+    this->Average.EndPicture();
     ++done;
     goOn = done == cells.size() || !afterCell ||
       afterCell(static_cast<double>(done) / static_cast<double>(cells.size()));
@@ -343,8 +361,7 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   }
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =
-    ResolveCoarseLevels(this->List, { context.Camera.Width, context.Camera.Height }, settings,
-      executor, this->Rasters, this->Coarse);
+    ResolveCoarseLevels(this->List, context.Drawn, settings, executor, this->Rasters, this->Coarse);
   this->Stats.CoarseCells = this->List.Tents.Size();
   return settings;
 }
@@ -363,6 +380,7 @@ void Splatter::RenderCell(
   this->Cell.GaussianRuns = this->CellInPicture.GaussianRuns =
     this->Cell.GaussianRuns && this->Cell.CoarseGrids && !target.Sink;
   this->List.Clear(this->Cell.HasLens());
+  this->List.SharedGradients = this->Cell.Central ? &this->Central.AllGradients() : nullptr;
   this->Lazy.Clear(this->Cell);
   if (target.Exchange)
   {
@@ -410,6 +428,10 @@ void Splatter::RasterTiles(
       StopWatch watch;
       this->Tiles[tile].Counts = raster->Render(this->List, this->Bins, tile, frame, lazy);
       this->Tiles[tile].Seconds = 1e-3 * watch.Lap();
+      if (target.Mean)
+      {
+        target.Mean->Add(tile);
+      }
     }
   });
   this->Stats.Pairs = this->Bins.Indices.size();

@@ -14,6 +14,7 @@
 #include "Core/Raster/Frame.h"
 #include "Core/Raster/TileBinning.h"
 #include "Core/Raster/TileRaster.h"
+#include "Core/Splats/CentralSplats.h"
 #include "Core/Splats/LazySplats.h"
 #include "Core/Splats/SplatList.h"
 #include "Core/Splats/SplatMaker.h"
@@ -72,6 +73,9 @@ struct RenderTarget
   /// Receives every layer before it is composited, cell after cell. May be null.
   LayerSink* Sink = nullptr;
 
+  /// Receives the picture tile by tile, if this is one of several. May be null.
+  FrameAverage* Mean = nullptr;
+
   /// Set where several ranks render one picture of all their clouds; null for a picture of this
   /// rank's clouds. Rendering is then collective, with the same context, frame size and occluder
   /// depth on all ranks and without a sink. Rank 0 gets the whole picture.
@@ -106,6 +110,7 @@ private:
   };
 
   void SetCell(const SplatContext& context, const SubAperture& cell);
+  void ShareSplats(const SubAperture& cell);
   void RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
@@ -133,6 +138,7 @@ private:
   SubAperture Whole;          // the lens that is divided
   Vector3 CellCenter{ { 0, 0, 0 } };
   bool IsFirstCell = true;
+  CentralSplats Central; // of all cells
   CutWork Cut;
   std::vector<std::vector<CutRange>> SharedCuts; // [cloud] of all cells
   std::vector<CutRange> Ranges;                  // the cut of one cloud

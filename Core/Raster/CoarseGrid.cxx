@@ -19,7 +19,7 @@ struct Level
 {
   int Number;
   Frame Grid;
-  PictureSize Picture;
+  const TileSet& Drawn;
 };
 
 /// Turns a level's layers into tents of the picture.
@@ -28,7 +28,7 @@ class TentSink : public CellSink
 public:
   explicit TentSink(const Level& level)
     : Cell(static_cast<float>(1 << level.Number))
-    , Picture(level.Picture)
+    , Drawn(level.Drawn)
   {
   }
 
@@ -40,10 +40,11 @@ public:
     t.X = static_cast<float>(x) * this->Cell;
     t.Y = static_cast<float>(y) * this->Cell;
     t.InverseCell = 1.0f / this->Cell;
-    t.Box = { First(t.X - this->Cell, this->Picture.Width),
-      First(t.Y - this->Cell, this->Picture.Height), First(t.X + this->Cell, this->Picture.Width),
-      First(t.Y + this->Cell, this->Picture.Height) };
-    if (!IsEmpty(t.Box))
+    t.Box = { First(t.X - this->Cell, this->Drawn.Picture.Width),
+      First(t.Y - this->Cell, this->Drawn.Picture.Height),
+      First(t.X + this->Cell, this->Drawn.Picture.Width),
+      First(t.Y + this->Cell, this->Drawn.Picture.Height) };
+    if (!IsEmpty(t.Box) && this->Drawn.Touch(t.Box))
     {
       SetRange(tile.Open[block], tile.Coarse[block], lane, t);
       SetColor(tile.Open[block], tile.Lens[block], lane, t);
@@ -103,7 +104,7 @@ private:
   }
 
   float Cell; // px
-  PictureSize Picture;
+  const TileSet& Drawn;
 };
 
 /// Draws the tiles of a level.
@@ -179,7 +180,7 @@ std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list
 }
 }
 
-std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
+std::uint64_t ResolveCoarseLevels(SplatList& list, const TileSet& drawn,
   const RasterSettings& settings, const Executor& executor, Pool<TileRaster>& rasters,
   CoarseWork& work)
 {
@@ -191,12 +192,12 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
     {
       continue;
     }
-    const PictureSize grid{ CoarseSize(size.Width, 1 << level),
-      CoarseSize(size.Height, 1 << level) };
+    const PictureSize grid{ CoarseSize(drawn.Picture.Width, 1 << level),
+      CoarseSize(drawn.Picture.Height, 1 << level) };
     BinSplats(list, level, grid, executor, work.Bins);
     SortBins(list, executor, work.Bins);
     const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
-    DrawLevel(list, { level, frame, size }, settings, executor, rasters, work);
+    DrawLevel(list, { level, frame, drawn }, settings, executor, rasters, work);
     fragments += Append(work, executor, list);
   }
   return fragments;

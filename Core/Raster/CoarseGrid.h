@@ -15,6 +15,7 @@
 #pragma once
 
 #include "Core/Base/CoarseLevels.h"
+#include "Core/Base/TileSet.h"
 #include "Core/Raster/TileBinning.h"
 #include "Core/Raster/TileRaster.h"
 
@@ -40,10 +41,10 @@ struct CoarseWork
 
 /**
  * Draws all coarse levels and appends their layers to the list's tents.
- * @param size of the picture
+ * @param drawn tiles of the picture; tents that touch no others are left out
  * @return number of fragments on the coarse levels
  */
-std::uint64_t ResolveCoarseLevels(SplatList& list, const PictureSize& size,
+std::uint64_t ResolveCoarseLevels(SplatList& list, const TileSet& drawn,
   const RasterSettings& settings, const Executor& executor, Pool<TileRaster>& rasters,
   CoarseWork& work);
 }

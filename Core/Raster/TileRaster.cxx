@@ -399,8 +399,7 @@ void TileRaster::AddSplat(const SplatList& list, std::size_t i)
     this->AddGaussian(list, i);
     return;
   }
-  const SplatGradient* gradient =
-    s.Gradient == NoGradient ? nullptr : &list.Gradients[static_cast<std::size_t>(s.Gradient)];
+  const SplatGradient* gradient = s.Gradient == NoGradient ? nullptr : &list.GradientOf(s);
   this->AddToBatch({ &s, nullptr, gradient, list.FootprintOf(i),
     this->PlaceInTile(list.Boxes[i], s.X, s.Y), this->Settings.LargestColor });
 }

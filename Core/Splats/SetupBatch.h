@@ -244,7 +244,7 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
 {
   const View& view = job.Camera;
   const Real scale = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) *
-    (job.LensRadius * view.Fx * view.Fy) * s.InverseZ * s.InverseZ * s.InverseZ;
+    (job.WeighedRadius * view.Fx * view.Fy) * s.InverseZ * s.InverseZ * s.InverseZ;
   const Real x = scale * s.Area.X, y = scale * s.Area.Y;
   const Real largest = s.Deposit + SquareRoot(x * x + y * y);
   const Real inverse = largest > 0.0 ? 1.0 / largest : Real{};

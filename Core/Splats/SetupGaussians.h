@@ -239,7 +239,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
     kernel.HalfHeight += cell > 1.0 ? cell : Real{};
-    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
+    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
     const Real spread = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     const double kept = volume ? KeptByVolumes : Absorbs(job, index);
     Real weight = spread + kept * (KeepOpacity(inFocus, spread) - spread);

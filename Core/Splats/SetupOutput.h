@@ -15,6 +15,11 @@ struct ScreenPlaces
 {
   Real X, Y;
   IntOf<Real> X0, Y0, X1, Y1;
+
+  SURFELSPLATTING_INLINE PixelBox Box(int l) const
+  {
+    return { LaneAt(this->X0, l), LaneAt(this->Y0, l), LaneAt(this->X1, l), LaneAt(this->Y1, l) };
+  }
 };
 
 /// First pixel whose centre is not left of x, in [0, size]. Clamping before rounding up gives the
@@ -38,31 +43,53 @@ SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
   });
 }
 
-/// @param s Alive becomes false for surfels whose support misses the picture
+/// Sets the bounding box.
+/// @param halfWidth, halfHeight of the support, px or cells
+/// @param alive becomes false for surfels whose support misses the picture
 template <class Real>
-SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
-  const Real& cell, const ResamplingKernelOf<Real>& kernel)
+SURFELSPLATTING_INLINE void BoundOnScreen(const View& view, const Real& cell, const Real& halfWidth,
+  const Real& halfHeight, ScreenPlaces<Real>& place, MaskOf<Real>& alive)
 {
-  const View& view = job.Camera;
-  ScreenPlaces<Real> place;
-  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
-  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
   Real width = Uniform<Real>(view.Width), height = Uniform<Real>(view.Height);
-  Real scale = Uniform<Real>(1.0);
-  const MaskOf<Real> coarse = cell > 1.0;
-  if (AnyLane<Real>(coarse))
+  if (AnyLane<Real>(cell > 1.0))
   {
-    scale = 1.0 / cell;
-    place.X = coarse ? scale * place.X + CoarseOrigin : place.X;
-    place.Y = coarse ? scale * place.Y + CoarseOrigin : place.Y;
     width = GridSize(view.Width, cell);
     height = GridSize(view.Height, cell);
   }
-  place.X0 = FirstPixel<Real>(place.X - scale * kernel.HalfWidth, width);
-  place.Y0 = FirstPixel<Real>(place.Y - scale * kernel.HalfHeight, height);
-  place.X1 = FirstPixel<Real>(place.X + scale * kernel.HalfWidth, width);
-  place.Y1 = FirstPixel<Real>(place.Y + scale * kernel.HalfHeight, height);
-  s.Alive &= ConvertLanes<MaskOf<Real>>((place.X0 < place.X1) & (place.Y0 < place.Y1));
+  place.X0 = FirstPixel<Real>(place.X - halfWidth, width);
+  place.Y0 = FirstPixel<Real>(place.Y - halfHeight, height);
+  place.X1 = FirstPixel<Real>(place.X + halfWidth, width);
+  place.Y1 = FirstPixel<Real>(place.Y + halfHeight, height);
+  alive &= ConvertLanes<MaskOf<Real>>((place.X0 < place.X1) & (place.Y0 < place.Y1));
+}
+
+/// The centre; no box.
+template <class Real>
+SURFELSPLATTING_INLINE ScreenPlaces<Real> CenterOnScreen(
+  const View& view, const PlacedSurfels<Real>& s, const Real& cell)
+{
+  ScreenPlaces<Real> place{};
+  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
+  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
+  const MaskOf<Real> coarse = cell > 1.0;
+  if (AnyLane<Real>(coarse))
+  {
+    const Real scale = 1.0 / cell;
+    place.X = coarse ? scale * place.X + CoarseOrigin : place.X;
+    place.Y = coarse ? scale * place.Y + CoarseOrigin : place.Y;
+  }
+  return place;
+}
+
+/// @param s Alive becomes false for surfels whose support misses the picture
+template <class Real>
+SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
+  const Real& cell, const ResamplingKernelOf<Real>& kernel, const SplatOutput&)
+{
+  ScreenPlaces<Real> place = CenterOnScreen(job.Camera, s, cell);
+  const Real scale = 1.0 / cell;
+  BoundOnScreen<Real>(
+    job.Camera, cell, scale * kernel.HalfWidth, scale * kernel.HalfHeight, place, s.Alive);
   return place;
 }
 
@@ -222,6 +249,23 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
+/// How much of where a splat passes the lens depends on the pixel.
+template <class Real>
+struct LensShare
+{
+  Real Share;   ///< of W that comes from the lens, [0, 1]
+  Real PerCell; ///< LensFootprint::PerPixel
+
+  SURFELSPLATTING_INLINE LensShare(const SetupJob& job, const SplatBatch<Real>& b)
+  {
+    const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
+    const Real confusion = f * b.Blur.Signed;
+    const Real perPixel = 0.25 * confusion * b.Footprints.W.InverseRoot;
+    this->Share = Smaller(confusion * perPixel, Uniform<Real>(1.0));
+    this->PerCell = perPixel * b.Footprints.Cell;
+  }
+};
+
 /// Where a batch's splats pass the lens, in single precision (LensVisibility.h).
 template <class Real>
 struct LensFootprintFields
@@ -230,14 +274,21 @@ struct LensFootprintFields
 
   SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
   {
-    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+    const LensShare<Real> lens(job, b);
+    this->Set(b.Surfels.Visible, lens.Share, lens.PerCell);
+  }
+
+  SURFELSPLATTING_INLINE LensFootprintFields(
+    const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
+  {
+    this->Set(v, share, perCell);
+  }
+
+  SURFELSPLATTING_INLINE void Set(
+    const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
+  {
     const MeanVisibleArea<Real> mean = MeanOverLens(v);
-    const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-    const Real confusion = f * b.Blur.Signed, one = Uniform<Real>(1.0);
-    const Real perPixel = 0.25 * confusion * b.Footprints.W.InverseRoot;
-    // The lens's share of W: that much of u depends on the pixel.
-    const Real share = Smaller(confusion * perPixel, one), rest = 1.0 - share;
-    const Real perCell = perPixel * b.Footprints.Cell;
+    const Real one = Uniform<Real>(1.0), rest = 1.0 - share;
     this->MeanX = Narrow<Real>(rest * mean.X);
     this->MeanY = Narrow<Real>(rest * mean.Y);
     this->PerPixel = Narrow<Real>(perCell);
@@ -285,8 +336,7 @@ SURFELSPLATTING_INLINE void Write(
     {
       Splat& s = output.Splats[output.Count];
       fields.Store(l, s);
-      output.Boxes[output.Count] = { LaneAt(place.X0, l), LaneAt(place.Y0, l), LaneAt(place.X1, l),
-        LaneAt(place.Y1, l) };
+      output.Boxes[output.Count] = place.Box(l);
       output.Nears[output.Count] = s.Near;
       NoteGrid(s, static_cast<int>(LaneAt(b.Footprints.Cell, l)), output);
       output.Blurred += LaneAt(b.Blur.ConfusionX, l) > 0.0 ? 1 : 0;
@@ -301,5 +351,12 @@ SURFELSPLATTING_INLINE void Write(
   {
     WriteFootprints(job, b, first, output);
   }
+}
+
+/// Counts what is not finite.
+template <class Real>
+SURFELSPLATTING_INLINE void EndBatch(const PlacedSurfels<Real>& s, SplatOutput& output)
+{
+  output.Invalid += CountLanes<Real>(s.Invalid);
 }
 }

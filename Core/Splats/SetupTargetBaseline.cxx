@@ -2,5 +2,7 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetBaseline = {
-  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "baseline"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>,
+  SurfelSplatting::MakeCentral<SurfelSplatting::VectorReal>,
+  SurfelSplatting::SeeFromCell<SurfelSplatting::VectorReal>, "baseline"
 };

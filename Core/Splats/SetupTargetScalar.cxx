@@ -2,5 +2,6 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetScalar = {
-  SurfelSplatting::MakeSplats<double>, "scalar"
+  SurfelSplatting::MakeSplats<double>, SurfelSplatting::MakeCentral<double>,
+  SurfelSplatting::SeeFromCell<double>, "scalar"
 };

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include "Core/Base/TileSet.h"
 #include "Core/Hierarchy/HierarchyCut.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/ResamplingKernel.h"
@@ -16,6 +17,8 @@
 
 namespace SurfelSplatting
 {
+class CentralSplats;
+
 struct SplatSettings
 {
   KernelType Kernel = KernelType::PearsonII;
@@ -29,7 +32,10 @@ struct SplatContext
   View Camera;
   Lens Optics;
   ApertureSampling Sampling; ///< how the splatter divides the lens
+  /// Splats that this cell of a divided lens shares with the others. May be null.
+  CentralSplats* Central = nullptr;
   std::vector<Light> Lights; ///< camera space
+  TileSet Drawn;             ///< cells may leave out splats that touch no other tiles
   SplatSettings Settings;
   CutSettings Cut;
   bool SkipHidden = true;   ///< skip surfels behind opaque layers, in tiles that are fully opaque

@@ -43,8 +43,10 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;              ///< copies of Splat::Near, close together for sorting
-  Buffer<SplatGradient> Gradients;  ///< of the splats that have one
+  Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
+  Buffer<SplatGradient> Gradients; ///< of the splats that have one
+  /// Instead of Gradients, those of all cells of the lens (CentralSplats.h), if there are any.
+  const Buffer<SplatGradient>* SharedGradients = nullptr;
   Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture
   Buffer<Tent> Tents;               ///< of coarse grids
@@ -54,6 +56,12 @@ struct SplatList
   /// Empties the list and keeps its memory. @param footprints whether splats will have footprints
   void Clear(bool footprints = false);
   void Resize(std::size_t size);
+  /// @param s has a gradient
+  const SplatGradient& GradientOf(const Splat& s) const
+  {
+    const auto i = static_cast<std::size_t>(s.Gradient);
+    return this->SharedGradients ? (*this->SharedGradients)[i] : this->Gradients[i];
+  }
   void ResizeTents(std::size_t size);
   const LensFootprint* FootprintOf(std::size_t i) const
   {

@@ -205,7 +205,7 @@ TEST_CASE("Tents")
   CoarseWork work;
   RasterSettings settings{ 5.0f, 1.0f };
   settings.LensRadius = 0.1f;
-  ResolveCoarseLevels(list, { 32, 32 }, settings, SerialExecutor(), rasters, work);
+  ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
   const double share[] = { 0.75, 0.25 };
   const auto mean = [&](double a, double b) { return share[0] * a + share[1] * b; };

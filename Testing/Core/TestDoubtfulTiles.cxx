@@ -50,8 +50,10 @@ TEST_CASE("The mean rises within doubtful tiles")
   CHECK_FALSE(tiles.IsEmpty());
   CHECK_FALSE(tiles.Has(0));
   CHECK(tiles.Has(7));
-  CHECK(tiles.Touch({ 20, 20, 40, 40 }));
-  CHECK_FALSE(tiles.Touch({ 0, 0, 32, 96 }));
+  CHECK(tiles.Tiles({ Width, Height }).Touch({ 20, 20, 40, 40 }));
+  CHECK_FALSE(tiles.Tiles({ Width, Height }).Touch({ 0, 0, 32, 96 }));
+  CHECK(tiles.Tiles({ Width, Height }).Touch({ -9, -9, 999, 999 }));
+  CHECK_FALSE(tiles.Tiles({ Width, Height }).Touch({ 999, 0, 1999, 96 }));
   Values whole(1.0f), mean(2.0f);
   for (int y = 0; y < Height; ++y)
   {

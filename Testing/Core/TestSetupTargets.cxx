@@ -4,6 +4,7 @@
  * every lens, kernel, grid and light, levels of a hierarchy, and values that are no
  * numbers.
  */
+#include "Core/Splats/CentralSplats.h"
 #include "Core/Splats/SplatMaker.h"
 #include "TargetUnderTest.h"
 #include "TestScene.h"
@@ -69,11 +70,18 @@ void CheckFields(const Fields& a, const Fields& b, const char* what)
   }
 }
 
-void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
-  const CutRange& run)
+/// The gradient of the i-th splat.
+const SplatGradient& GradientOf(const SplatContext& context, const Output& output, std::size_t i)
 {
-  SplatContext scalar = context;
-  scalar.ScalarSetup = true;
+  return context.Central
+    ? context.Central->AllGradients()[static_cast<std::size_t>(output.Splats[i].Gradient)]
+    : output.Gradients[i];
+}
+
+/// @param scalar the context of the set-up that is compared with
+void CompareWith(const SplatContext& scalar, const SetupTarget& kernel, const SplatContext& context,
+  const SurfelCloud& cloud, const CutRange& run)
+{
   Output expected(run.Count, context.HasLens()), actual(run.Count, context.HasLens());
   SplatMaker maker;
   maker.Set(scalar, cloud);
@@ -97,7 +105,7 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     CHECK(a.Gradient == b.Gradient);
     if (HasGradient(b))
     {
-      CheckFields(actual.Gradients[i], expected.Gradients[i], "gradient");
+      CheckFields(GradientOf(context, actual, i), GradientOf(scalar, expected, i), "gradient");
     }
     a.Gradient = b.Gradient = 0;
     CheckFields(a, b, "splat");
@@ -112,6 +120,40 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
         std::array<float, 7>{ v.MeanX, v.MeanY, v.PerPixel, v.Area, v.AreaX, v.AreaY, v.Back },
         "footprint");
     }
+  }
+}
+
+void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
+  const CutRange& run)
+{
+  SplatContext scalar = context;
+  scalar.ScalarSetup = true;
+  CompareWith(scalar, kernel, context, cloud, run);
+}
+
+/// Two of the cells of a lens, whose splats follow from those of its centre.
+void CompareCells(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
+  const CutRange& run)
+{
+  CentralSplats expected, actual;
+  std::vector<CutRange> runs{ run };
+  for (CentralSplats* central : { &expected, &actual })
+  {
+    central->Clear(context);
+    central->Add(runs);
+  }
+  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 2 }))
+  {
+    SplatContext part = context;
+    part.Camera = cell.Camera;
+    part.Optics = cell.Optics;
+    SplatContext scalar = part;
+    scalar.ScalarSetup = true;
+    expected.SetCell(cell.Center, cell.Optics.Radius);
+    actual.SetCell(cell.Center, cell.Optics.Radius);
+    scalar.Central = &expected;
+    part.Central = &actual;
+    CompareWith(scalar, kernel, part, cloud, runs[0]);
   }
 }
 
@@ -259,11 +301,19 @@ void TestNodes(const SetupTarget& kernel)
       CutRange run{ layout.Begin(level, 0), static_cast<std::uint32_t>(count),
         static_cast<std::uint32_t>(level) };
       Compare(kernel, context, nodes, run);
+      if (context.HasLens())
+      {
+        CompareCells(kernel, context, nodes, run);
+      }
       if (level + 1 < layout.NumberOfLevels())
       {
         run.Merging = 0.05f + 0.1f * static_cast<float>(level % 8);
         run.Parents = layout.Begin(level + 1, 0);
         Compare(kernel, context, nodes, run);
+        if (context.HasLens())
+        {
+          CompareCells(kernel, context, nodes, run);
+        }
       }
     }
   }
