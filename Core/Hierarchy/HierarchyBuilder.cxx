@@ -95,7 +95,8 @@ private:
   {
     const double depth = moments.AreaVector[0], own = KernelAreaOf(moments.Covariance);
     const double leaf = depth > 0.0 ? std::fmin(moments.Area / depth, own) : own;
-    moments.AreaVector = { moments.Area * std::sqrt(leaf / own), 0.0, 0.0 };
+    const double scale = std::fmax(std::sqrt(leaf / own), 1.0 / PackedOne);
+    moments.AreaVector = { moments.Area * scale, 0.0, 0.0 };
     return moments;
   }
 

@@ -235,7 +235,8 @@ struct PlacedSurfels
   Real InverseZ;               ///< 1 with a parallel projection
   Real Deposit;                ///< px^2, as seen from the point of the lens that sees most of it
   VisibleAreaOf<Real> Visible; ///< from the other points, as a share
-  Real Patch;                  ///< area that MinNodeBlur applies to, over the own area
+  Real Patch;                  ///< area that MinNodeBlur applies to, over the own area; of
+                               ///< Gaussians, the leaves' kernel area over the own one
 };
 
 /// Replaces what the lens's centre sees by what each of its points sees.

@@ -42,13 +42,14 @@ SURFELSPLATTING_INLINE void GatherGaussians(
   s.Size = density * depth * s.Area.X;
 }
 
-/// Nodes; Area.X becomes the leaves' mean kernel area.
+/// Nodes; Area.X becomes the leaves' mean kernel area. Nodes without LeafScale, which are of
+/// earlier versions, are as large as their leaves.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherGaussianNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   GatherNodes(cloud, index, s);
-  const Real scale = s.Size > 0.0 ? s.Area.X / s.Size : Real{};
+  const Real scale = s.Area.X > 0.0 ? s.Area.X / s.Size : Uniform<Real>(1.0);
   s.Area.X = scale * scale * MeanKernelArea(s.Covariance);
 }
 
