@@ -510,7 +510,7 @@ TEST_CASE("Leaves smaller than a pixel")
       (i / Across - 0.5 * Across) * spacing * pixel, z };
     cloud.Add(g);
   }
-  const TestHierarchy hierarchy(cloud);
+  TestHierarchy hierarchy(cloud);
   SplatContext context = TestContext();
   context.Camera = PinholeView(96, 96, focal);
   const double area = 2.0 * Pi * (deviation * deviation + SpacePrefilter) / (spacing * spacing);
@@ -519,6 +519,13 @@ TEST_CASE("Leaves smaller than a pixel")
   CheckMiddle(RenderPicture(context, cloud), alpha, 5e-3, 8e-3, "small leaves");
   // Leaves of a node twice as long as wide are taken for such ones: 2 % more. Nodes ripple.
   CheckMiddle(RenderPicture(context, { hierarchy.Get() }), alpha, 0.015, 0.025, "their nodes");
+  for (HierarchyNode& node : hierarchy.Nodes)
+  {
+    node.Normal[0] = 0; // as earlier versions stored them: taken to be as large as their leaves
+  }
+  const float older = RenderPicture(context, { hierarchy.Get() }).At(48, 48, 3);
+  CHECK(older > 0.0f);
+  CHECK(older < 0.75 * alpha);
 }
 
 /// Nodes have the masses of their Gaussians, and the mean coefficients.
