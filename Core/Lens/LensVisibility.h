@@ -183,7 +183,7 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
  * @param mean   of T, [0, 1]
  * @param moment |t1|
  * @param s      component of u along t1
- * @param share  l along t1, [0, 1]
+ * @param share  l, [0, 1]
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real ReconstructRamp(
@@ -265,6 +265,21 @@ SURFELSPLATTING_INLINE EllipseOnLens<Real> ReconstructEllipse(
   const Real q = distance * perCubed * (opacity * perRoot);
   const Real inside = Smaller(Larger(0.5f + EllipseSlope * (1.0f - q), none), one);
   return { opacity, 1.0f - opacity * inside };
+}
+
+/// A weight of less is not worth an ellipse; larger ones rise from 0 there.
+constexpr float LeastEllipse = 1.0f / 32.0f;
+
+/**
+ * Weight of an ellipse of opacity 1. What a thin or hardly blurred Gaussian hides has no border on
+ * the lens.
+ * @param share l, [0, 1] @param opacity o of the Gaussian in focus, [0, 1]
+ */
+SURFELSPLATTING_INLINE float WeightOfEllipse(float share, float opacity)
+{
+  const float bordered = share * opacity;
+  const float weight = (bordered * bordered - LeastEllipse) * (1.0f / (1.0f - LeastEllipse));
+  return weight > 0.0f ? weight : 0.0f;
 }
 
 /// Of what the ellipse says to be seen beyond the ramp. All of it was measured to be too much:

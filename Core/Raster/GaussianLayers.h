@@ -184,7 +184,7 @@ SURFELSPLATTING_INLINE Lanes SeenOnLens(
   const Lanes squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, 1e-30f));
   const Lanes along = (t.X * f.U.X + t.Y * f.U.Y) * per;
   const Lanes ramp = ReconstructRamp<Lanes>(before, squared * per, along, f.Share);
-  if (f.OfEllipse < little)
+  if (f.OfEllipse == 0.0f)
   {
     return LimitSeen(ramp, before);
   }
@@ -296,11 +296,9 @@ SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int bloc
   const LensPoints u{ ux, s.K * ux + (quarter * s.B) * d.Y };
   const float trace = 2.0f * quarter * quarter * (s.A * (1.0f + s.K * s.K) + s.B);
   const float share = trace < 1.0f ? trace : 1.0f;
-  // What a thin or hardly blurred Gaussian hides has no border on the lens.
-  const float bordered = share * lens.Area;
   const Lanes xx = u.X * u.X, yy = u.Y * u.Y;
   const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
-    s.Near, u, share, bordered * bordered, 2.0f * (xx + yy) - share,
+    s.Near, u, share, WeightOfEllipse(share, lens.Area), 2.0f * (xx + yy) - share,
     xx - yy - quarter * quarter * (s.A * (1.0f - s.K * s.K) - s.B),
     2.0f * (u.X * u.Y - quarter * quarter * (s.A * s.K)) };
   if (splat.Settings.HasLayers)

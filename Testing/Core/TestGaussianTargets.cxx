@@ -126,10 +126,9 @@ double AddTo(
     {
       seen = ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), along, mean);
       const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
-      const double bordered = mean * g.Footprint.Area, weight = bordered * bordered;
-      seen = weight < 1.0 / 32.0
-        ? seen
-        : SeenBetween(p.Through, seen, ellipse.Seen, weight * ellipse.Opacity);
+      const double bordered = mean * g.Footprint.Area;
+      const double weight = std::max(0.0, (bordered * bordered - 1.0 / 32.0) / (31.0 / 32.0));
+      seen = SeenBetween(p.Through, seen, ellipse.Seen, weight * ellipse.Opacity);
     }
     hides = VisibleShare(
       p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
