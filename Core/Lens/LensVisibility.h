@@ -178,12 +178,13 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
  * 0.01 to 0.99: mean and moment over the disc are within 0.016 and 0.0065 up to r = 0.9, within
  * 0.024 and 0.018 up to 1.
  *
- * Of a fragment's footprint only the share l is the lens's: its light comes through points about u,
- * over which the ramp is blurred. l^2 of it and the line for the rest was measured to be best.
+ * Of a fragment's footprint only the share l along t1 is the lens's: its light comes through points
+ * about u, over which the ramp is blurred. l^2 of it and the line for the rest was measured to be
+ * best.
  * @param mean   of T, [0, 1]
  * @param moment |t1|
  * @param s      component of u along t1
- * @param share  l, [0, 1]
+ * @param share  l, [0, 1] (ShareOfLens::Along)
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real ReconstructRamp(
@@ -208,7 +209,7 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real rise = straight * steeper * (s - segment) - beyond;
   const Real ramp = Smaller(Larger(0.5f + rise, none), one);
   const Real line = Smaller(Larger(mean + straight * s, none), one);
-  return line + share * share * (ramp - line);
+  return line + share * (1.0f - 0.4f * (1.0f - share)) * (ramp - line);
 }
 
 /// T over the lens: the means of u T and of three polynomials of the second degree times T.
@@ -220,6 +221,76 @@ struct LensMoments
   Real Across;   ///< u_x^2 - u_y^2
   Real Diagonal; ///< 2 u_x u_y
 };
+
+/// The lens's share of a Gaussian's footprint, L = C^2 / 4 W^-1: symmetric, eigenvalues in [0, 1].
+/// The light of a fragment comes through points about its lens point, of covariance (1 - L) / 4.
+struct ShareOfLens
+{
+  float XX, XY, YY;
+
+  /// Mean over the directions, at most 1.
+  SURFELSPLATTING_INLINE float Mean() const
+  {
+    const float mean = 0.5f * (this->XX + this->YY);
+    return mean < 1.0f ? mean : 1.0f;
+  }
+
+  /// (1 - L) t1 @param t of T
+  template <class Real>
+  SURFELSPLATTING_INLINE void Rest(const LensMoments<Real>& t, Real& x, Real& y) const
+  {
+    x = t.X - (this->XX * t.X + this->XY * t.Y);
+    y = t.Y - (this->XY * t.X + this->YY * t.Y);
+  }
+
+  /// Share along t1, [0, 1]. @param perSquared 1 / |t1|^2
+  template <class Real>
+  SURFELSPLATTING_INLINE Real Along(const LensMoments<Real>& t, const Real& perSquared) const
+  {
+    const Real xx = t.X * t.X, xy = t.X * t.Y, yy = t.Y * t.Y;
+    return Smaller((this->XX * xx + 2.0f * this->XY * xy + this->YY * yy) * perSquared, Real(1.0f));
+  }
+
+  /// Of a fragment: the means over its footprint. @param x,y its lens point
+  template <class Real>
+  SURFELSPLATTING_INLINE LensMoments<Real> MomentsAt(const Real& x, const Real& y) const
+  {
+    const Real xx = x * x, yy = y * y;
+    return { x, y, 2.0f * (xx + yy) - this->Mean(), xx - yy - 0.25f * (this->XX - this->YY),
+      2.0f * (x * y) - 0.5f * this->XY };
+  }
+};
+
+/// T(u) is no line where little of it is left: 4 hides / T limits what its slope adds.
+constexpr float LargestSlope = 4.0f;
+
+/**
+ * Moments of T behind a fragment, whose light comes through points u + d, d of covariance
+ * (1 - L) / 4. With T linear about u, T(u + d) = T(u) + 4 t1.d, the fragment hides, of opacity a,
+ *
+ *   of T         a T(u)
+ *   of t1        a (T(u) u + v),   v = (1 - L) t1
+ *   of u u' T    a (T(u) (u u' + (1 - L) / 4) + u v' + v u')
+ *
+ * The second moments beyond those of a linear T fade with the mean share 1 - l of what is hidden.
+ * @param t      before @param at of the fragment (ShareOfLens::MomentsAt)
+ * @param hides  a T(u), within Frechet's bounds
+ * @param slopes a, at most LargestSlope hides / T
+ * @param fades  (1 - l) hides / T, [0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE LensMoments<Real> MomentsBehind(const LensMoments<Real>& t,
+  const ShareOfLens& share, const LensMoments<Real>& at, const Real& hides, const Real& slopes,
+  const Real& fades)
+{
+  Real x, y;
+  share.Rest(t, x, y);
+  const Real keep = 1.0f - fades;
+  return { t.X - hides * at.X - slopes * x, t.Y - hides * at.Y - slopes * y,
+    keep * t.Rim - hides * at.Rim - slopes * (4.0f * (at.X * x + at.Y * y)),
+    keep * t.Across - hides * at.Across - slopes * (2.0f * (at.X * x - at.Y * y)),
+    keep * t.Diagonal - hides * at.Diagonal - slopes * (2.0f * (at.X * y + at.Y * x)) };
+}
 
 /// T beside and behind an ellipse on the lens.
 template <class Real>
@@ -282,21 +353,14 @@ SURFELSPLATTING_INLINE float WeightOfEllipse(float share, float opacity)
   return weight > 0.0f ? weight : 0.0f;
 }
 
-/// Of what the ellipse says to be seen beyond the ramp. All of it was measured to be too much:
-/// several shapes are not an ellipse.
-constexpr float BesideEllipse = 0.15f;
-
 /**
  * T(u) of a ramp and of an ellipse. What either of them hides is hidden.
- * @param mean of T, [0, 1]
  * @param weight of the ellipse, [0, 1]
  */
 template <class Real>
-SURFELSPLATTING_INLINE Real SeenBetween(
-  const Real& mean, const Real& ramp, const Real& ellipse, const Real& weight)
+SURFELSPLATTING_INLINE Real SeenBetween(const Real& ramp, const Real& ellipse, const Real& weight)
 {
-  const Real further = ellipse - ramp, none(0.0f);
-  return ramp + weight * (Smaller(further, none) + BesideEllipse * mean * Larger(further, none));
+  return ramp + weight * Smaller(ellipse - ramp, Real(0.0f));
 }
 
 /// The sums of a layer that decide how much of it is seen.

@@ -54,11 +54,11 @@ struct GaussianFragments
 {
   LaneMask Inside;
   Lanes Alpha;
-  float Depth; ///< world units along the view direction
-  LensPoints U;
-  float Share;                 ///< l, mean share of the lens in the footprint, at most 1
-  float OfEllipse;             ///< weight of an ellipse of opacity 1 for T
-  Lanes Rim, Across, Diagonal; ///< means over the footprint (LensMoments)
+  float Depth;           ///< world units along the view direction
+  LensMoments<Lanes> At; ///< lens points and means over the footprint
+  ShareOfLens Share;     ///< L
+  float MeanShare;       ///< l
+  float OfEllipse;       ///< weight of an ellipse of opacity 1 for T
 };
 
 /// Lets the layers leak that end in front of a depth.
@@ -130,21 +130,15 @@ SURFELSPLATTING_INLINE bool StoreMoments(
   return Any(squared > MinTilt * MinTilt / 16.0f);
 }
 
-/**
- * Takes what the fragments hide from the moments of T. A fragment's lens point is a mean: the share
- * 1 - l of its light comes from all over the lens; what that hides of T has T's own moments.
- * @param hides of T
- */
+/// Takes what the fragments hide from the moments of T. @param hides of T
 SURFELSPLATTING_INLINE bool HideMoments(FinishedLayers& done, const GaussianFragments& f,
   const Lanes& hides, const Lanes& before, const Lanes& after)
 {
-  const LensMoments<Lanes> t = MomentsOf(done);
-  const Lanes perBefore = (1.0f - f.Share) / Larger(before, 1e-6f); // known before what is hidden
-  const Lanes keep = 1.0f - Smaller(hides * perBefore, 1.0f);
-  return StoreMoments(done,
-    { keep * t.X - hides * f.U.X, keep * t.Y - hides * f.U.Y, keep * t.Rim - hides * f.Rim,
-      keep * t.Across - hides * f.Across, keep * t.Diagonal - hides * f.Diagonal },
-    after);
+  const Lanes perBefore = 1.0f / Larger(before, 1e-6f); // known before what is hidden
+  const Lanes fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), 1.0f);
+  const Lanes slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
+  return StoreMoments(
+    done, MomentsBehind(MomentsOf(done), f.Share, f.At, hides, slopes, fades), after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.
@@ -176,20 +170,21 @@ SURFELSPLATTING_INLINE Lanes SeenOnLens(
   const FinishedLayers& done, const GaussianFragments& f, const Lanes& before)
 {
   constexpr float little = 1.0f / 32.0f;
-  if (f.Share < little)
-  {
-    return LimitSeen(before + LinearPart(done.ThroughX, done.ThroughY, f.U), before);
-  }
   const LensMoments<Lanes> t = MomentsOf(done);
+  if (f.MeanShare < little)
+  {
+    return before + 4.0f * (t.X * f.At.X + t.Y * f.At.Y);
+  }
   const Lanes squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, 1e-30f));
-  const Lanes along = (t.X * f.U.X + t.Y * f.U.Y) * per;
-  const Lanes ramp = ReconstructRamp<Lanes>(before, squared * per, along, f.Share);
+  const Lanes along = (t.X * f.At.X + t.Y * f.At.Y) * per;
+  const Lanes share = f.Share.Along<Lanes>(t, per * per);
+  const Lanes ramp = ReconstructRamp<Lanes>(before, squared * per, along, share);
   if (f.OfEllipse == 0.0f)
   {
-    return LimitSeen(ramp, before);
+    return ramp;
   }
-  const EllipseOnLens<Lanes> ellipse = ReconstructEllipse(before, t, f.U.X, f.U.Y);
-  return LimitSeen(SeenBetween(before, ramp, ellipse.Seen, f.OfEllipse * ellipse.Opacity), before);
+  const EllipseOnLens<Lanes> ellipse = ReconstructEllipse(before, t, f.At.X, f.At.Y);
+  return SeenBetween<Lanes>(ramp, ellipse.Seen, f.OfEllipse * ellipse.Opacity);
 }
 
 /// What a Gaussian's fragments hide of T, within Frechet's bounds (VisibleShare).
@@ -228,9 +223,9 @@ SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat
     AddTo(drifts[c], doubt * contrast);
     AddTo(means[c], share * contrast);
   }
-  Smaller(width + f.Share * hides, after).Store(doubted.Width);
-  const Lanes variation =
-    VariationBehind<Lanes>(Lanes::Load(doubted.Variation), before, after, Lanes(1.0f - f.Share));
+  Smaller(width + f.MeanShare * hides, after).Store(doubted.Width);
+  const Lanes variation = VariationBehind<Lanes>(
+    Lanes::Load(doubted.Variation), before, after, Lanes(1.0f - f.MeanShare));
   Smaller(variation, 2.0f * after * (1.0f - after)).Store(doubted.Variation);
 }
 
@@ -293,14 +288,12 @@ SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int bloc
   const LensFootprint& lens = splat.Footprint;
   const float quarter = lens.PerPixel;
   const Lanes ux = (quarter * s.A) * (d.X + s.K * d.Y);
-  const LensPoints u{ ux, s.K * ux + (quarter * s.B) * d.Y };
-  const float trace = 2.0f * quarter * quarter * (s.A * (1.0f + s.K * s.K) + s.B);
-  const float share = trace < 1.0f ? trace : 1.0f;
-  const Lanes xx = u.X * u.X, yy = u.Y * u.Y;
+  const float square = 4.0f * quarter * quarter;
+  const ShareOfLens share{ square * s.A, square * (s.A * s.K), square * (s.A * s.K * s.K + s.B) };
+  const float mean = share.Mean();
   const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
-    s.Near, u, share, WeightOfEllipse(share, lens.Area), 2.0f * (xx + yy) - share,
-    xx - yy - quarter * quarter * (s.A * (1.0f - s.K * s.K) - s.B),
-    2.0f * (u.X * u.Y - quarter * quarter * (s.A * s.K)) };
+    s.Near, share.MomentsAt<Lanes>(ux, s.K * ux + (quarter * s.B) * d.Y), share, mean,
+    WeightOfEllipse(mean, lens.Area) };
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);

@@ -117,6 +117,14 @@ SURFELSPLATTING_INLINE double Absorbs(const SetupJob& job, const BatchIndices<Re
   return job.Cloud.Kind == CloudKind::Volume || index.Level > 0 ? 1.0 : index.Merging;
 }
 
+/// Share of the lens's radius that is left to the cells of a run: the interpolation between them
+/// spreads by d^2 / 6, a disc of radius c by c^2 / 4. @param confusion C, px @param cell d, px
+SURFELSPLATTING_INLINE double RestOfLens(double confusion, double cell)
+{
+  const double rest = confusion * confusion - (cell > 1.0 ? cell * cell / 1.5 : 0.0);
+  return rest > 0.0 ? __builtin_sqrt(rest) / __builtin_fabs(confusion) : 0.0;
+}
+
 /// Makes splats that are written those of Gaussians in space (Splat.h, LensFootprint).
 /// @param inFocus weights there
 template <class Real>
@@ -136,10 +144,11 @@ SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndice
       if (output.Footprints)
       {
         const double confusion = focal * LaneAt(b.Blur.Signed, l);
+        const double inside = RestOfLens(confusion, LaneAt(b.Depths.SlopeY, l));
         // What a medium hides of the lens has no border there.
         const float weight = volume ? 0.0f : static_cast<float>(LaneAt(inFocus, l));
         const float opacity = weight + absorbs * (1.0f - __builtin_expf(-weight) - weight);
-        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion),
+        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion * inside),
           opacity < 1.0f ? opacity : 1.0f, 0, 0, 0 };
       }
       ++place;
@@ -182,7 +191,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
 }
 
 /// Smallest deviation of a footprint in a run's cells.
-constexpr double RunCellsPerDeviation = 0.75;
+constexpr double RunCellsPerDeviation = 1.0;
 
 /// Size of a run's cells (GaussianRun.h), px; 1: none. It depends on the depth alone.
 template <class Real>

@@ -115,7 +115,8 @@ double AddTo(
   const double ux = quarter * s.A * (dx + s.K * dy) + nudge.Of(2e-6);
   const double uy = s.K * ux + quarter * s.B * dy + nudge.Of(2e-6);
   const double square = 4.0 * quarter * quarter;
-  const double mean = std::min(1.0, 0.5 * square * (s.A * (1.0 + s.K * s.K) + s.B));
+  const double xx = square * s.A, xy = xx * s.K, yy = square * (s.A * s.K * s.K + s.B);
+  const double mean = std::min(1.0, 0.5 * (xx + yy));
   const double rim = 2.0 * (ux * ux + uy * uy) - mean;
   double hides = alpha * p.Through;
   if (tilted)
@@ -124,31 +125,34 @@ double AddTo(
     double seen = p.Through + 4.0 * (p.X * ux + p.Y * uy);
     if (mean >= 1.0 / 32.0)
     {
-      seen = ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), along, mean);
+      const double x = p.X / length, y = p.Y / length;
+      const double share = std::min(1.0, xx * x * x + 2.0 * xy * x * y + yy * y * y);
+      seen = ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), along,
+        share * (1.0 + nudge.Of(RootError)));
       const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
       const double bordered = mean * g.Footprint.Area;
       const double weight = std::max(0.0, (bordered * bordered - 1.0 / 32.0) / (31.0 / 32.0));
-      seen = SeenBetween(p.Through, seen, ellipse.Seen, weight * ellipse.Opacity);
+      seen = SeenBetween(seen, ellipse.Seen, weight * ellipse.Opacity);
     }
-    hides = VisibleShare(
-      p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * LimitSeen(seen, p.Through) });
+    hides = VisibleShare(p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * seen });
   }
   p.Red += hides * s.Red;
-  const double residual = (1.0 - mean) * std::min(1.0, hides / std::max(p.Through, 1e-6));
-  p.X *= 1.0 - residual;
-  p.Y *= 1.0 - residual;
-  p.Rim *= 1.0 - residual;
-  p.Across *= 1.0 - residual;
-  p.Diagonal *= 1.0 - residual;
+  const double perBefore = 1.0 / std::max(p.Through, 1e-6);
+  const double keep = 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore);
+  const double slope = std::min(alpha, 4.0 * hides * perBefore);
+  const double vx = slope * ((1.0 - xx) * p.X - xy * p.Y);
+  const double vy = slope * ((1.0 - yy) * p.Y - xy * p.X);
   p.Through = std::max(0.0, p.Through - hides);
-  p.X -= hides * ux;
-  p.Y -= hides * uy;
+  p.X -= hides * ux + vx;
+  p.Y -= hides * uy + vy;
   const double most = p.Through * (1.0 - p.Through);
-  p.Rim = std::clamp(p.Rim - hides * rim, -most, most);
-  const double across = ux * ux - uy * uy - 0.25 * square * (s.A * (1.0 - s.K * s.K) - s.B);
-  const double diagonal = 2.0 * (ux * uy - 0.25 * square * s.A * s.K);
-  p.Across = std::clamp(p.Across - hides * across, -most, most);
-  p.Diagonal = std::clamp(p.Diagonal - hides * diagonal, -most, most);
+  const double across = ux * ux - uy * uy - 0.25 * (xx - yy), diagonal = 2.0 * ux * uy - 0.5 * xy;
+  const auto behind = [&](double moment, double hidden, double tilt) {
+    return std::clamp(keep * moment - hides * hidden - tilt, -most, most);
+  };
+  p.Rim = behind(p.Rim, rim, 4.0 * (ux * vx + uy * vy));
+  p.Across = behind(p.Across, across, 2.0 * (ux * vx - uy * vy));
+  p.Diagonal = behind(p.Diagonal, diagonal, 2.0 * (ux * vy + uy * vx));
   const double squared = p.X * p.X + p.Y * p.Y;
   const double shorten = std::min(
     1.0, LargestMoment(p.Through) / std::sqrt(squared + 1e-40) * (1.0 + nudge.Of(RootError)));
@@ -185,7 +189,7 @@ PlacedGaussian RandomGaussian(Random& random, bool onLens)
 /// beforehand.
 struct ScalarTile
 {
-  static constexpr int Copies = 4;
+  static constexpr int Copies = 6;
   std::vector<std::array<Pixel, Copies + 1>> All;
   std::vector<bool> Undecided;
   bool Tilted[BlocksPerTile] = {};
@@ -219,7 +223,7 @@ struct ScalarTile
     }
   }
 
-  /// Four times the largest of four draws, and the sums' own.
+  /// Four times the largest of six draws, and the sums' own.
   double Bound(int k) const
   {
     double spread = 0.0;
