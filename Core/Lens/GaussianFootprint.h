@@ -102,4 +102,19 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
   blurred.Scale = one;
   return Select<Real>(bell, blurred, sharp);
 }
+
+/**
+ * Ends a capture's Gaussian that the lens has spread where it is about a level of 255 again: its
+ * share g of the mixture is fainter than in focus by r, hence q' = q + 2 ln(g r), by Pade's
+ * approximation of ln, off by 0.1 at 0.2, and not before the bell.
+ * @param fainter r, (0, 1]
+ */
+template <class Real>
+SURFELSPLATTING_INLINE void ShortenReach(KernelProfile<Real>& profile, const Real& fainter)
+{
+  const Real x = Larger(Real{} - profile.Shape, Real{}) * fainter;
+  const Real reach = profile.Reach + 6.0 * (x * x - 1.0) / (x * x + 4.0 * x + 1.0);
+  const Real shorter = Larger(Smaller(reach, profile.Reach), Uniform<Real>(FocusBellReach));
+  profile.Reach = profile.Shape < 0.0 ? shorter : profile.Reach;
+}
 }

@@ -11,6 +11,9 @@ namespace SurfelSplatting
 {
 namespace
 {
+/// Two blocks at a time take twice as many registers, which only AVX-512 has.
+constexpr bool AddsPairs = LanesPerPart == LaneCount;
+
 /// Adds a Gaussian in space.
 template <bool OnLens>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
@@ -24,18 +27,39 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   const SplatCopy copy{ s, gradient, footprint, settings };
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
-  std::uint64_t fragments = 0;
+  const auto pixels = [&](int block) {
+    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
+    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
+    const Lanes u = dx + s.K * dy;
+    return BlockPixels{ dx, dy, s.A * u * u + s.B * dy * dy };
+  };
+  std::uint64_t fragments = 0, covered = 0;
   for (std::uint64_t blocks =
          BlocksOfSplat(s, place, s.DepthX) & ~(settings.SkipHidden ? tile.Opaque : 0);
        blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
-    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
-    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
-    const Lanes u = dx + s.K * dy;
-    const BlockPixels d{ dx, dy, s.A * u * u + s.B * dy * dy };
-    fragments += static_cast<std::uint64_t>(
-      __builtin_popcount(AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks)));
+    const unsigned int inside = (pixels(block).Q < s.DepthX).ToBits();
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(inside));
+    covered |= static_cast<std::uint64_t>(inside != 0 ? 1 : 0) << block;
+  }
+  if (OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts && !callbacks.Leaked)
+  {
+    std::uint64_t tilted = covered & tile.Tilted;
+    while ((tilted & (tilted - 1)) != 0)
+    {
+      const int first = __builtin_ctzll(tilted), second = __builtin_ctzll(tilted & (tilted - 1));
+      tilted &= tilted - 1;
+      tilted &= tilted - 1;
+      covered &= ~(std::uint64_t{ 1 } << first | std::uint64_t{ 1 } << second);
+      const BlockPixels a = pixels(first), b = pixels(second);
+      AddGaussianToPair(tile, first, second, copy, { { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
+    }
+  }
+  for (; covered != 0; covered &= covered - 1)
+  {
+    const int block = __builtin_ctzll(covered);
+    AddGaussianToBlock<OnLens>(tile, block, copy, pixels(block), callbacks);
   }
   return fragments;
 }

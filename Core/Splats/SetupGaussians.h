@@ -235,7 +235,11 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
-    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    if (!volume)
+    {
+      ShortenReach<Real>(profile, Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0)));
+    }
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
