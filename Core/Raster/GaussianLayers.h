@@ -365,30 +365,35 @@ SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const
   CompositeGaussian<OnLens>(tile, block, splat.S, fragments, splat.Settings, callbacks);
 }
 
-/// The same for two blocks that are tilted and have no open layers, doubts or callbacks.
-SURFELSPLATTING_INLINE void AddGaussianToPair(
-  PixelTile& tile, int first, int second, const SplatCopy& splat, const PairPixels& d)
+/// The same for one or two tilted blocks with nothing but finished layers. @param d as above
+template <class Blocks, class Pixels>
+SURFELSPLATTING_INLINE void AddGaussianToFinished(
+  const Blocks& done, const SplatCopy& splat, const Pixels& d)
 {
+  using Real = typename Blocks::Real;
   const Splat& s = splat.S;
-  const GaussianFragments<LanePair> f = MakeFragments<LanePair>(splat, d);
-  const TwoBlocks done{ tile.Finished[first], tile.Finished[second] };
-  const LanePair before = done.Load(&FinishedLayers::Transmittance);
-  const MaskPair visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
-  const LanePair hides = Select(visible, HiddenOnLens(done, f, before), 0.0f);
-  const LanePair after = Larger(before - hides, 0.0f);
+  const GaussianFragments<Real> f = MakeFragments<Real>(splat, d);
+  const Real before = done.Load(&FinishedLayers::Transmittance);
+  const auto visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
+  const Real hides = Select(visible, HiddenOnLens(done, f, before), Real(0.0f));
+  const Real after = Larger(before - hides, Real(0.0f));
   const auto add = [&](FinishedField field, float color) {
     done.Store(field, done.Load(field) + hides * color);
   };
   add(&FinishedLayers::Red, s.Red);
   add(&FinishedLayers::Green, s.Green);
   add(&FinishedLayers::Blue, s.Blue);
-  const MaskPair median = (before > 0.5f) & (after <= 0.5f);
-  done.Store(&FinishedLayers::Depth, Select(median, f.Depth, done.Load(&FinishedLayers::Depth)));
+  const auto median = (before > 0.5f) & (after <= 0.5f);
+  done.Store(
+    &FinishedLayers::Depth, Select(median, Real(f.Depth), done.Load(&FinishedLayers::Depth)));
   done.Store(&FinishedLayers::Transmittance, after);
-  const MaskPair open = after > MinTransmittance;
-  tile.Opaque |= static_cast<std::uint64_t>(Any(open.A) ? 0 : 1) << first;
-  tile.Opaque |= static_cast<std::uint64_t>(Any(open.B) ? 0 : 1) << second;
   HideMoments(done, f, hides, before, after);
+}
+
+SURFELSPLATTING_INLINE void MarkOpaque(PixelTile& tile, int block)
+{
+  const bool open = Any(Lanes::Load(tile.Finished[block].Transmittance) > MinTransmittance);
+  tile.Opaque |= static_cast<std::uint64_t>(open ? 0 : 1) << block;
 }
 
 /// N x N cells about the pixels of a block, and their shares in these.

@@ -33,33 +33,43 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
     const Lanes u = dx + s.K * dy;
     return BlockPixels{ dx, dy, s.A * u * u + s.B * dy * dy };
   };
-  std::uint64_t fragments = 0, covered = 0;
+  const bool pairs = OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts &&
+    !callbacks.Leaked && settings.LensRadius > 0.0f;
+  const std::uint64_t paired = pairs ? tile.Tilted : 0;
+  std::uint64_t fragments = 0, tilted = 0;
   for (std::uint64_t blocks =
          BlocksOfSplat(s, place, s.DepthX) & ~(settings.SkipHidden ? tile.Opaque : 0);
        blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
-    const unsigned int inside = (pixels(block).Q < s.DepthX).ToBits();
+    const BlockPixels d = pixels(block);
+    const unsigned int inside = (d.Q < s.DepthX).ToBits();
     fragments += static_cast<std::uint64_t>(__builtin_popcount(inside));
-    covered |= static_cast<std::uint64_t>(inside != 0 ? 1 : 0) << block;
-  }
-  if (OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts && !callbacks.Leaked)
-  {
-    std::uint64_t tilted = covered & tile.Tilted;
-    while ((tilted & (tilted - 1)) != 0)
+    if ((paired >> block & 1) != 0)
     {
-      const int first = __builtin_ctzll(tilted), second = __builtin_ctzll(tilted & (tilted - 1));
-      tilted &= tilted - 1;
-      tilted &= tilted - 1;
-      covered &= ~(std::uint64_t{ 1 } << first | std::uint64_t{ 1 } << second);
-      const BlockPixels a = pixels(first), b = pixels(second);
-      AddGaussianToPair(tile, first, second, copy, { { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
+      tilted |= static_cast<std::uint64_t>(inside != 0 ? 1 : 0) << block;
+    }
+    else if (inside != 0)
+    {
+      AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks);
     }
   }
-  for (; covered != 0; covered &= covered - 1)
+  for (; (tilted & (tilted - 1)) != 0; tilted &= tilted - 1)
   {
-    const int block = __builtin_ctzll(covered);
-    AddGaussianToBlock<OnLens>(tile, block, copy, pixels(block), callbacks);
+    const int first = __builtin_ctzll(tilted);
+    tilted &= tilted - 1;
+    const int second = __builtin_ctzll(tilted);
+    const BlockPixels a = pixels(first), b = pixels(second);
+    AddGaussianToFinished(TwoBlocks{ tile.Finished[first], tile.Finished[second] }, copy,
+      PairPixels{ { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
+    MarkOpaque(tile, first);
+    MarkOpaque(tile, second);
+  }
+  if (tilted != 0)
+  {
+    const int block = __builtin_ctzll(tilted);
+    AddGaussianToFinished(OneBlock{ tile.Finished[block] }, copy, pixels(block));
+    MarkOpaque(tile, block);
   }
   return fragments;
 }
