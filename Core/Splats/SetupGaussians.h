@@ -236,10 +236,10 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
     KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
-    if (!volume)
-    {
-      ShortenReach<Real>(profile, Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0)));
-    }
+    const Real fainter = Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0));
+    const Real beyond = volume
+      ? 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{})
+      : ShortenReach<Real>(profile, fainter);
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
@@ -247,11 +247,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
     const Real spread = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     const double kept = volume ? KeptByVolumes : Absorbs(job, index);
-    Real weight = spread + kept * (KeepOpacity(inFocus, spread) - spread);
-    if (volume)
-    {
-      weight *= 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{});
-    }
+    const Real weight = beyond * (spread + kept * (KeepOpacity(inFocus, spread) - spread));
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
     const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };
