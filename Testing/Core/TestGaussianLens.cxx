@@ -440,6 +440,42 @@ TEST_CASE("Dense clouds")
   }
 }
 
+/// Leaves that overlap are no finer than leaves at the same places that do not: through the lens
+/// their nodes are as coarse, and in focus there are none.
+TEST_CASE("Nodes of overlapping leaves")
+{
+  constexpr int Across = 64;
+  std::uint64_t nodes[2][2];
+  for (const bool overlap : { false, true })
+  {
+    const double pixel = Depth / Focal, deviation = (overlap ? 1.0 : 0.25) * pixel;
+    const double variance = deviation * deviation;
+    TestCloud sheet;
+    sheet.Kind = CloudKind::Capture;
+    for (int i = 0; i < Across * Across; ++i)
+    {
+      const Vector3 p{ (i % Across - 0.5 * Across) * pixel, (i / Across - 0.5 * Across) * pixel,
+        Depth };
+      sheet.Add(TestGaussian{ p, { variance, variance, 1e-6, 0, 0, 0 }, 0.5f, { { 1, 1, 1, 1 } } });
+    }
+    const TestHierarchy hierarchy(sheet);
+    for (const bool blurred : { false, true })
+    {
+      const SplatContext context = ContextOf(blurred ? 4.0 : 0.0);
+      CutWork work;
+      std::vector<CutRange> runs;
+      nodes[overlap][blurred] = SelectCut(hierarchy.Get(),
+        { context.Camera, context.Optics, 4.0, SpacePrefilter }, {}, SerialExecutor(), work, runs)
+                                  .Nodes;
+    }
+  }
+  std::printf("nodes of the lens: %d, of leaves that overlap %d\n", static_cast<int>(nodes[0][1]),
+    static_cast<int>(nodes[1][1]));
+  CHECK(nodes[1][0] == Across * Across);
+  CHECK(nodes[0][1] < Across * Across / 4);
+  CHECK(nodes[1][1] <= nodes[0][1]);
+}
+
 /// A blurred sheet of many small Gaussians with a border, each of which hides next to nothing of
 /// the lens: its tiles are doubtful, so that seven cells change them. A sharp one has no doubts.
 TEST_CASE("Seven cells of a dense sheet")
