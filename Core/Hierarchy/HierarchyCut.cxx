@@ -16,9 +16,10 @@ namespace
 /// coarsest that loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes,
 /// at any blur.
 constexpr double LensShareOfOne = 0.42;
-/// The same of captures, whose Gaussians overlap: 0.4 dB less at most, and as much more where blur
-/// is wide, since leaves leave gaps there. Of volumes, 0.55 costs thin shells 1.3 dB.
-constexpr double LensShareOfCaptures = 0.55;
+/// The same of captures, whose Gaussians overlap: against all leaves 0.7 dB less at most, and up to
+/// 1.8 dB more where blur is wide, since leaves leave gaps there. With 0.55, close views lose
+/// another 0.5 to 1 dB. Of volumes, 0.55 costs thin shells 1.3 dB.
+constexpr double LensShareOfCaptures = 0.5;
 /// Of captures' nodes, only the variance by the places of the leaves counts where the lens blurs:
 /// leaves that overlap are no finer than their node. Half of the leaves' own counts where the lens
 /// has this many times the variance of the pixel filter; all of it in focus, for their colours.

@@ -116,6 +116,10 @@ SURFELSPLATTING_INLINE Real ShortenReach(KernelProfile<Real>& profile, const Rea
   constexpr double most = 0.024916; // exp(-FocusBellReach / 2)
   const Real one = Uniform<Real>(1.0), gaussian = Larger(Real{} - profile.Shape, Real{});
   const Real x = Larger(gaussian * fainter, Uniform<Real>(1e-3));
+  if (!AnyLane<Real>(x < 1.0))
+  {
+    return one; // in focus
+  }
   const Real q = Smaller(profile.Reach, Uniform<Real>(LargestGaussianReach));
   // exp(-q / 2) for q in [9, 11.09] is off by 0.0008.
   const Real lost = 0.011109 - 0.003455 * (q - LeastGaussianReach);
