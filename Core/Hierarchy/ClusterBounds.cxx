@@ -12,6 +12,17 @@ namespace
 {
 constexpr std::size_t NodeGrain = 64;
 
+/// NodeExtent::Coherence of a node of Gaussians, whose leaves are taken to have its shape.
+float ShareOfPlaces(const SurfelCloud& cloud, const HierarchyNode& node)
+{
+  if (cloud.Kind == CloudKind::Volume)
+  {
+    return 1.0f;
+  }
+  const double scale = node.Normal[0] / PackedOne; // LeafScale
+  return static_cast<float>(1.0 - scale * scale);
+}
+
 NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
 {
   const double variance = cloud.Covariance(i).LargestEigenvalue();
@@ -20,8 +31,9 @@ NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
   {
     const HierarchyNode& node = cloud.Node(i);
     extent.Size = node.Bound;
-    extent.Coherence =
-      cloud.IsInSpace() ? 1.0f : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
+    extent.Coherence = cloud.IsInSpace()
+      ? ShareOfPlaces(cloud, node)
+      : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
   }
   return extent;
 }

@@ -23,9 +23,11 @@ namespace SurfelSplatting
 /// Extent of a node, or the largest of several.
 struct NodeExtent
 {
-  float Sigma;     ///< largest standard deviation of S, world units
-  float Size;      ///< radius of the bounding sphere of the leaves' centres, world units
-  float Coherence; ///< |A| / sum of areas, the smallest of several
+  float Sigma; ///< largest standard deviation of S, world units
+  float Size;  ///< radius of the bounding sphere of the leaves' centres, world units
+  /// |A| / sum of areas, the smallest of several. Of Gaussians in space instead: the share of the
+  /// variance that the places of the leaves make, and not their own extents; 1 if not known.
+  float Coherence;
 };
 
 class ClusterBounds

@@ -16,9 +16,14 @@ namespace
 /// coarsest that loses less than 0.25 dB on ray-traced scenes, from thin tubes to textured planes,
 /// at any blur.
 constexpr double LensShareOfOne = 0.42;
-/// The same of captures, whose Gaussians overlap: 0.4 dB less at most, and as much more where blur
-/// is wide, since leaves leave gaps there. Of volumes, 0.55 costs thin shells 1.3 dB.
-constexpr double LensShareOfCaptures = 0.55;
+/// The same of captures, whose Gaussians overlap: against all leaves 0.7 dB less at most, and up to
+/// 1.8 dB more where blur is wide, since leaves leave gaps there. With 0.55, close views lose
+/// another 0.5 to 1 dB. Of volumes, 0.55 costs thin shells 1.3 dB.
+constexpr double LensShareOfCaptures = 0.5;
+/// Of captures' nodes, only the variance by the places of the leaves counts where the lens blurs:
+/// leaves that overlap are no finer than their node. Half of the leaves' own counts where the lens
+/// has this many times the variance of the pixel filter; all of it in focus, for their colours.
+constexpr double UncountedFrom = 2.0;
 /// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
 /// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
 /// dB or more.
@@ -81,6 +86,13 @@ struct ScreenAxis
 struct PixelInterval
 {
   int Begin, End;
+};
+
+/// How large a node may be.
+struct AllowedExtent
+{
+  double Sigma;    ///< standard deviation, or of the paper's rule the radius, local units
+  double OfLeaves; ///< share of the leaves' own variance that is not counted, [0, 1]
 };
 
 /// Selects the cut of one cloud.
@@ -160,7 +172,7 @@ private:
       statistics.BackLeaves += this->LeavesOf(at);
       return;
     }
-    const double level = this->DetailLevel(at, this->AllowedSize(ball));
+    const double level = this->DetailLevel(at, this->Allow(ball));
     if (level >= at.Level - MaxLevelsBelow || at.Level == this->Table.LowestLevel(at.Tree))
     {
       this->Choose(at, std::fmax(level, 0.0), ball, part);
@@ -176,11 +188,13 @@ private:
   }
 
   /// Size that must be allowed so that the nodes of a level below an entry may be drawn.
-  double NeededSize(const Subtree& at, int level) const
+  double NeededSize(const Subtree& at, int level, double ofLeaves) const
   {
     const NodeExtent& extent = this->ExtentAt(at, level);
     const double size = this->Settings.Rule == CutRule::Paper ? extent.Size : extent.Sigma;
-    return size / CoherenceFactor(extent.Coherence);
+    return this->InSpace
+      ? size * std::sqrt(std::fmax(0.0, 1.0 - ofLeaves * (1.0 - extent.Coherence)))
+      : size / CoherenceFactor(extent.Coherence);
   }
 
   /// The largest extents of the nodes of a level below an entry, or its own.
@@ -192,9 +206,9 @@ private:
 
   /// The coarsest level that is fine enough for a whole subtree, plus the share to which its nodes
   /// merge with their siblings. -1: none of those whose extents are known.
-  double DetailLevel(const Subtree& at, double allowed) const
+  double DetailLevel(const Subtree& at, const AllowedExtent& allowed) const
   {
-    if (!(allowed > 0.0))
+    if (!(allowed.Sigma > 0.0))
     {
       return -1.0;
     }
@@ -203,11 +217,11 @@ private:
       : std::fmin(this->ContinuousLevel(at, allowed), at.Limit);
   }
 
-  double SteppedLevel(const Subtree& at, double allowed) const
+  double SteppedLevel(const Subtree& at, const AllowedExtent& allowed) const
   {
     const int lowest = std::max(1, at.Level - ClusterBounds::LevelsBelow);
     int level = at.Level;
-    while (level >= lowest && allowed < this->NeededSize(at, level))
+    while (level >= lowest && allowed.Sigma < this->NeededSize(at, level, allowed.OfLeaves))
     {
       --level;
     }
@@ -216,20 +230,21 @@ private:
 
   /// A continuous function of the allowed size, also where levels need nearly the same size. Below
   /// the known levels it goes on with half an octave per level.
-  double ContinuousLevel(const Subtree& at, double allowed) const
+  double ContinuousLevel(const Subtree& at, const AllowedExtent& allowed) const
   {
     const int lowest = std::max(0, at.Level - ClusterBounds::LevelsBelow);
-    double needed = lowest > 0 ? this->NeededSize(at, lowest) : 0.0;
-    if (allowed < needed)
+    double needed = lowest > 0 ? this->NeededSize(at, lowest, allowed.OfLeaves) : 0.0;
+    if (allowed.Sigma < needed)
     {
-      return lowest + 2.0 * std::log2(allowed / needed);
+      return lowest + 2.0 * std::log2(allowed.Sigma / needed);
     }
     for (int level = lowest; level < at.Level; ++level)
     {
-      needed = std::fmax(this->NeededSize(at, level + 1), MergingBand * needed);
-      if (allowed < needed)
+      needed = std::fmax(this->NeededSize(at, level + 1, allowed.OfLeaves), MergingBand * needed);
+      if (allowed.Sigma < needed)
       {
-        return level + SmoothStep((MergingBand * allowed / needed - 1.0) / (MergingBand - 1.0));
+        return level +
+          SmoothStep((MergingBand * allowed.Sigma / needed - 1.0) / (MergingBand - 1.0));
       }
     }
     return at.Level;
@@ -362,12 +377,12 @@ private:
     return { place(std::floor(low + c - margin)), place(std::ceil(high + c + margin)) };
   }
 
-  /// Largest size of a node, local units, whose coarseness is nowhere in the ball visible.
-  double AllowedSize(const Ball& ball) const
+  /// Largest extent of a node whose coarseness is nowhere in the ball visible.
+  AllowedExtent Allow(const Ball& ball) const
   {
     if (this->Settings.Rule == CutRule::Leaves || !(this->Settings.Error > 0.0))
     {
-      return -1.0;
+      return { -1.0, 0.0 };
     }
     double confusion = 0.0, pixelsPerUnit = this->FocalLength;
     if (!this->Camera.Parallel)
@@ -375,7 +390,7 @@ private:
       const double near = ball.Near(), far = ball.Far();
       if (!(near > 0.0))
       {
-        return -1.0; // around the lens
+        return { -1.0, 0.0 }; // around the lens
       }
       const double focus = this->Optics.FocalDistance;
       if (!(near <= focus && focus <= far))
@@ -387,11 +402,14 @@ private:
       // Off the axis the projection stretches lengths by 1 / cos.
       pixelsPerUnit *= Norm(ball.Center) / (ball.Center[2] * near);
     }
-    const double h = this->Prefilter;
-    const double blur = this->Settings.Rule == CutRule::Paper
-      ? std::fmax(confusion, std::sqrt(h))
-      : Length(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
-    return this->Settings.Error * blur / (pixelsPerUnit * this->Scale);
+    const double h = this->Prefilter, perPixel = 1.0 / (pixelsPerUnit * this->Scale);
+    if (this->Settings.Rule == CutRule::Paper)
+    {
+      return { this->Settings.Error * std::fmax(confusion, std::sqrt(h)) * perPixel, 0.0 };
+    }
+    const double blur = Length(PixelShare * std::sqrt(h), this->LensShare * 0.5 * confusion);
+    const double variance = 0.25 * confusion * confusion;
+    return { this->Settings.Error * blur * perPixel, variance / (variance + UncountedFrom * h) };
   }
 
   /// Whether nothing below the node can reach the picture, including blur.

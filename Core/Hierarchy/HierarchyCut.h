@@ -14,6 +14,9 @@
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
  *   Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q M', V_I).
  *
+ * Of captures, leaves that overlap are no finer than their node: where the lens blurs, sigma^2 is
+ * without the leaves' own variance (NodeExtent::Coherence).
+ *
  * Nodes whose area vectors cancel (thin or folded surfaces, where the sum no longer tells how much
  * they hide) must be smaller by clamp((|A| / area - 0.5) / 0.4, 0.1, 1).
  */

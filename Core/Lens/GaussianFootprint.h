@@ -102,4 +102,32 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
   blurred.Scale = one;
   return Select<Real>(bell, blurred, sharp);
 }
+
+/**
+ * Ends a capture's Gaussian that the lens has spread where it is about a level of 255 again. Its
+ * share g of the mixture is fainter than in focus by r: q' = q + 2 ln(g r), by Pade's approximation
+ * of ln, off by 0.09 at 0.2, and not before the bell.
+ * @param fainter r, (0, 1]
+ * @return factor of the mass that makes up for what lies between q' and q
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real ShortenReach(KernelProfile<Real>& profile, const Real& fainter)
+{
+  constexpr double most = 0.024916; // exp(-FocusBellReach / 2)
+  const Real one = Uniform<Real>(1.0), gaussian = Larger(Real{} - profile.Shape, Real{});
+  const Real x = Larger(gaussian * fainter, Uniform<Real>(1e-3));
+  if (!AnyLane<Real>(x < 1.0))
+  {
+    return one; // in focus
+  }
+  const Real q = Smaller(profile.Reach, Uniform<Real>(LargestGaussianReach));
+  // exp(-q / 2) for q in [9, 11.09] is off by 0.0008.
+  const Real lost = 0.011109 - 0.003455 * (q - LeastGaussianReach);
+  const Real further = Larger(Smaller(lost / x, Uniform<Real>(most)) - lost, Real{});
+  const Real reach = q + 6.0 * (x * x - 1.0) / (x * x + 4.0 * x + 1.0);
+  const Real shorter = Larger(Smaller(reach, q), Uniform<Real>(FocusBellReach));
+  const MaskOf<Real> mixture = profile.Shape < 0.0;
+  profile.Reach = mixture ? shorter : profile.Reach;
+  return mixture ? one + gaussian * further : one;
+}
 }

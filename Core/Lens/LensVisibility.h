@@ -165,6 +165,16 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
   return Smaller(Larger(seen, LeastSeen * mean), Real(1.0f));
 }
 
+/// Mean of clip(x) over x from y - w to y + w, to [0, 1]. @param w >= 0
+template <class Real>
+SURFELSPLATTING_INLINE Real BlurRamp(const Real& y, const Real& w)
+{
+  const Real half = w + 1e-3f, high = y + half, low = y - half, one(1.0f), none(0.0f);
+  const Real top = Smaller(Larger(high, none), one), bottom = Smaller(Larger(low, none), one);
+  const Real beyond = Larger(high - one, none) - Larger(low - one, none);
+  return (0.5f * (top * top - bottom * bottom) + beyond) / (2.0f * half);
+}
+
 /**
  * T(u) where many fragments have come through the same side of the lens: little is left there, and
  * nearly all elsewhere, which is steeper than the linear reconstruction. A ramp that is clipped to
@@ -179,8 +189,9 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
  * 0.024 and 0.018 up to 1.
  *
  * Of a fragment's footprint only the share l along t1 is the lens's: its light comes through points
- * about u, over which the ramp is blurred. l^2 of it and the line for the rest was measured to be
- * best.
+ * about u, over which the ramp is to be averaged. With the exact spread it is too soft, since
+ * moments make the border of what is hidden softer already; the ramp mixed with the line is too
+ * hard (measured on surfaces, hair and a bone). Between them is BlurRamp with a share of 0.7 l.
  * @param mean   of T, [0, 1]
  * @param moment |t1|
  * @param s      component of u along t1
@@ -209,7 +220,9 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real rise = straight * steeper * (s - segment) - beyond;
   const Real ramp = Smaller(Larger(0.5f + rise, none), one);
   const Real line = Smaller(Larger(mean + straight * s, none), one);
-  return line + share * (1.0f - 0.4f * (1.0f - share)) * (ramp - line);
+  const Real hard = line + share * (1.0f - 0.4f * (1.0f - share)) * (ramp - line);
+  const Real spread = straight * steeper * SquareRoot(0.75f * (1.0f - share));
+  return hard + 0.7f * share * (BlurRamp<Real>(0.5f + rise, spread) - hard);
 }
 
 /// T over the lens: the means of u T and of three polynomials of the second degree times T.

@@ -15,55 +15,114 @@
 #include "Core/Raster/BlockPixels.h"
 #include "Core/Raster/KernelEvaluation.h"
 #include "Core/Raster/LayerMerging.h"
+#include "Core/Simd/LanePair.h"
 
 namespace SurfelSplatting
 {
 namespace
 {
+/// The finished layers of a block, or of two: what blurred fragments do to one is a long chain of
+/// operations.
+using FinishedField = float (FinishedLayers::*)[PixelsPerBlock];
+
+struct OneBlock
+{
+  using Real = Lanes;
+  FinishedLayers& A;
+
+  SURFELSPLATTING_INLINE Real Load(FinishedField f) const { return Lanes::Load(this->A.*f); }
+  SURFELSPLATTING_INLINE void Store(FinishedField f, const Real& x) const { x.Store(this->A.*f); }
+};
+
+struct TwoBlocks
+{
+  using Real = LanePair;
+  FinishedLayers &A, &B;
+
+  SURFELSPLATTING_INLINE Real Load(FinishedField f) const
+  {
+    return { Lanes::Load(this->A.*f), Lanes::Load(this->B.*f) };
+  }
+  SURFELSPLATTING_INLINE void Store(FinishedField f, const Real& x) const
+  {
+    x.A.Store(this->A.*f);
+    x.B.Store(this->B.*f);
+  }
+};
+
 /// The kernel of a Gaussian in space at q < reach, 1 at q = 0.
-SURFELSPLATTING_INLINE Lanes EvaluateInSpace(float shape, const Lanes& q, float reach)
+template <class Real>
+SURFELSPLATTING_INLINE Real EvaluateInSpace(float shape, const Real& q, float reach)
 {
   if (shape >= 0.0f)
   {
     return EvaluateKernel(shape, q, reach);
   }
-  const Lanes gaussian = ExpOfMinus(Smaller(0.5f * q, 80.0f));
+  const Real gaussian = ExpOfMinus(Smaller(0.5f * q, Real(80.0f)));
   if (shape <= -1.0f)
   {
     return gaussian;
   }
-  const Lanes x = Larger(1.0f - q * static_cast<float>(1.0 / FocusBellReach), 0.0f);
-  const Lanes bell = x * (Edge + (1.0f - Edge) * (x * x * x));
+  const Real x = Larger(1.0f - q * static_cast<float>(1.0 / FocusBellReach), Real(0.0f));
+  const Real bell = x * (Edge + (1.0f - Edge) * (x * x * x));
   return (1.0f + shape) * static_cast<float>(FocusBellPeak) * bell - shape * gaussian;
 }
 
 /// Opacity of a footprint (Splat.h). @param depth w k
-SURFELSPLATTING_INLINE Lanes OpacityInSpace(const Lanes& depth, float absorbs)
+template <class Real>
+SURFELSPLATTING_INLINE Real OpacityInSpace(const Real& depth, float absorbs)
 {
-  const Lanes held = Smaller(depth, MaxOpacity);
+  const Real held = Smaller(depth, Real(MaxOpacity));
   if (absorbs <= 0.0f)
   {
     return held;
   }
-  const Lanes absorbed = 1.0f - ExpOfMinus(Smaller(depth, 80.0f));
+  const Real absorbed = 1.0f - ExpOfMinus(Smaller(depth, Real(80.0f)));
   return absorbs >= 1.0f ? absorbed : held + absorbs * (absorbed - held);
 }
 
-/// Fragments of a Gaussian in a block.
+/// Fragments of a Gaussian in a block or in two.
+template <class Real>
 struct GaussianFragments
 {
-  LaneMask Inside;
-  Lanes Alpha;
-  float Depth;           ///< world units along the view direction
-  LensMoments<Lanes> At; ///< lens points and means over the footprint
-  ShareOfLens Share;     ///< L
-  float MeanShare;       ///< l
-  float OfEllipse;       ///< weight of an ellipse of opacity 1 for T
+  decltype(Real() < Real()) Inside;
+  Real Alpha;
+  float Depth;          ///< world units along the view direction
+  LensMoments<Real> At; ///< lens points and means over the footprint
+  ShareOfLens Share;    ///< L
+  float MeanShare;      ///< l
+  float OfEllipse;      ///< weight of an ellipse of opacity 1 for T
 };
 
+/// Pixels of two blocks.
+struct PairPixels
+{
+  LanePair X, Y, Q;
+};
+
+/// Fragments of a Gaussian in space. @param d BlockPixels or PairPixels
+template <class Real, class Pixels>
+SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
+  const SplatCopy& splat, const Pixels& d)
+{
+  const Splat& s = splat.S;
+  const auto inside = d.Q < s.DepthX;
+  const Real depth = s.Weight * EvaluateInSpace<Real>(s.Shape, d.Q, s.DepthX);
+  const LensFootprint& lens = splat.Footprint;
+  const float quarter = lens.PerPixel;
+  const Real x = (quarter * s.A) * (d.X + s.K * d.Y);
+  const float square = 4.0f * quarter * quarter, xy = square * (s.A * s.K);
+  const ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
+  const float mean = share.Mean();
+  return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)), s.Near,
+    share.MomentsAt<Real>(x, s.K * x + (quarter * s.B) * d.Y), share, mean,
+    WeightOfEllipse(mean, lens.Area) };
+}
+
 /// Lets the layers leak that end in front of a depth.
-SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block, const GaussianFragments& f,
-  const RasterSettings& settings, const RasterCallbacks& callbacks)
+SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block,
+  const GaussianFragments<Lanes>& f, const RasterSettings& settings,
+  const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   const Lanes far = Lanes::Load(open.Far);
@@ -107,45 +166,57 @@ SURFELSPLATTING_INLINE void DimOpenLayers(
   }
 }
 
-SURFELSPLATTING_INLINE LensMoments<Lanes> MomentsOf(const FinishedLayers& done)
+template <class Blocks>
+SURFELSPLATTING_INLINE LensMoments<typename Blocks::Real> MomentsOf(const Blocks& done)
 {
-  return { Lanes::Load(done.ThroughX), Lanes::Load(done.ThroughY), Lanes::Load(done.ThroughRim),
-    Lanes::Load(done.ThroughAcross), Lanes::Load(done.ThroughDiagonal) };
+  return { done.Load(&FinishedLayers::ThroughX), done.Load(&FinishedLayers::ThroughY),
+    done.Load(&FinishedLayers::ThroughRim), done.Load(&FinishedLayers::ThroughAcross),
+    done.Load(&FinishedLayers::ThroughDiagonal) };
+}
+
+/// Whether first moments of T matter. @param squared length
+SURFELSPLATTING_INLINE bool AreLong(const Lanes& squared)
+{
+  return Any(squared > MinTilt * MinTilt / 16.0f);
 }
 
 /// Stores the moments of T: the first no longer than that of a segment, the second no larger than
 /// that of a disc or a ring.
-/// @return whether the first one matters
-SURFELSPLATTING_INLINE bool StoreMoments(
-  FinishedLayers& done, const LensMoments<Lanes>& t, const Lanes& after)
+/// @return the squared length of the first one before
+template <class Blocks, class Real = typename Blocks::Real>
+SURFELSPLATTING_INLINE Real StoreMoments(
+  const Blocks& done, const LensMoments<Real>& t, const Real& after)
 {
   // Without a branch, which would be taken half of the time.
-  const Lanes squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
-  (t.X * shorten).Store(done.ThroughX);
-  (t.Y * shorten).Store(done.ThroughY);
-  const Lanes most = after * (1.0f - after), least = 0.0f - most;
-  Smaller(Larger(t.Rim, least), most).Store(done.ThroughRim);
-  Smaller(Larger(t.Across, least), most).Store(done.ThroughAcross);
-  Smaller(Larger(t.Diagonal, least), most).Store(done.ThroughDiagonal);
-  return Any(squared > MinTilt * MinTilt / 16.0f);
+  const Real squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
+  done.Store(&FinishedLayers::ThroughX, t.X * shorten);
+  done.Store(&FinishedLayers::ThroughY, t.Y * shorten);
+  const Real most = after * (1.0f - after), least = 0.0f - most;
+  done.Store(&FinishedLayers::ThroughRim, Smaller(Larger(t.Rim, least), most));
+  done.Store(&FinishedLayers::ThroughAcross, Smaller(Larger(t.Across, least), most));
+  done.Store(&FinishedLayers::ThroughDiagonal, Smaller(Larger(t.Diagonal, least), most));
+  return squared;
 }
 
-/// Takes what the fragments hide from the moments of T. @param hides of T
-SURFELSPLATTING_INLINE bool HideMoments(FinishedLayers& done, const GaussianFragments& f,
-  const Lanes& hides, const Lanes& before, const Lanes& after)
+/// Takes what the fragments hide from the moments of T.
+/// @param hides of T
+/// @return the squared length of the first moment
+template <class Blocks, class Real = typename Blocks::Real>
+SURFELSPLATTING_INLINE Real HideMoments(const Blocks& done, const GaussianFragments<Real>& f,
+  const Real& hides, const Real& before, const Real& after)
 {
-  const Lanes perBefore = 1.0f / Larger(before, 1e-6f); // known before what is hidden
-  const Lanes fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), 1.0f);
-  const Lanes slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
+  const Real perBefore = 1.0f / Larger(before, Real(1e-6f)); // before hides is known
+  const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
+  const Real slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
   return StoreMoments(
-    done, MomentsBehind(MomentsOf(done), f.Share, f.At, hides, slopes, fades), after);
+    done, MomentsBehind<Real>(MomentsOf(done), f.Share, f.At, hides, slopes, fades), after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.
 /// @param hides of T
 template <bool OnLens>
-SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const GaussianFragments& f,
-  const Lanes& hides, const Lanes& before, bool hasLayers)
+SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block,
+  const GaussianFragments<Lanes>& f, const Lanes& hides, const Lanes& before, bool hasLayers)
 {
   const bool wasTilted = IsTilted(tile, block);
   if (!OnLens && !wasTilted)
@@ -153,7 +224,8 @@ SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const Ga
     return;
   }
   const Lanes after = Lanes::Load(tile.Finished[block].Transmittance);
-  const bool isLong = HideMoments(tile.Finished[block], f, hides, before, after);
+  const OneBlock done{ tile.Finished[block] };
+  const bool isLong = AreLong(HideMoments(done, f, hides, before, after));
   const bool becomesTilted = isLong && !wasTilted;
   if (becomesTilted)
   {
@@ -165,39 +237,36 @@ SURFELSPLATTING_INLINE void HideThroughLens(PixelTile& tile, int block, const Ga
   }
 }
 
-/// What is seen of T at the lens points of a Gaussian's fragments, in a tilted block.
-SURFELSPLATTING_INLINE Lanes SeenOnLens(
-  const FinishedLayers& done, const GaussianFragments& f, const Lanes& before)
+/// What is seen of T at the lens points of a Gaussian's fragments, in tilted blocks.
+template <class Blocks, class Real = typename Blocks::Real>
+SURFELSPLATTING_INLINE Real SeenOnLens(
+  const Blocks& done, const GaussianFragments<Real>& f, const Real& before)
 {
   constexpr float little = 1.0f / 32.0f;
-  const LensMoments<Lanes> t = MomentsOf(done);
+  const LensMoments<Real> t = MomentsOf(done);
+  const Real dot = t.X * f.At.X + t.Y * f.At.Y;
   if (f.MeanShare < little)
   {
-    return before + 4.0f * (t.X * f.At.X + t.Y * f.At.Y);
+    return before + 4.0f * dot;
   }
-  const Lanes squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, 1e-30f));
-  const Lanes along = (t.X * f.At.X + t.Y * f.At.Y) * per;
-  const Lanes share = f.Share.Along<Lanes>(t, per * per);
-  const Lanes ramp = ReconstructRamp<Lanes>(before, squared * per, along, share);
+  const Real squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, Real(1e-30f)));
+  const Real perSquared = per * per, share = f.Share.Along(t, perSquared);
+  const Real ramp = ReconstructRamp<Real>(before, squared * per, dot * per, share);
   if (f.OfEllipse == 0.0f)
   {
     return ramp;
   }
-  const EllipseOnLens<Lanes> ellipse = ReconstructEllipse(before, t, f.At.X, f.At.Y);
-  return SeenBetween<Lanes>(ramp, ellipse.Seen, f.OfEllipse * ellipse.Opacity);
+  const EllipseOnLens<Real> ellipse = ReconstructEllipse(before, t, f.At.X, f.At.Y);
+  return SeenBetween<Real>(ramp, ellipse.Seen, f.OfEllipse * ellipse.Opacity);
 }
 
-/// What a Gaussian's fragments hide of T, within Frechet's bounds (VisibleShare).
-template <bool OnLens>
-SURFELSPLATTING_INLINE Lanes HiddenShare(
-  const PixelTile& tile, int block, const GaussianFragments& f, const Lanes& before)
+/// What a Gaussian's fragments hide of T in tilted blocks, within Frechet's bounds (VisibleShare).
+template <class Blocks, class Real = typename Blocks::Real>
+SURFELSPLATTING_INLINE Real HiddenOnLens(
+  const Blocks& done, const GaussianFragments<Real>& f, const Real& before)
 {
-  if (!OnLens || !IsTilted(tile, block))
-  {
-    return before * f.Alpha;
-  }
-  const Lanes hides = f.Alpha * SeenOnLens(tile.Finished[block], f, before);
-  const Lanes least = Larger(before + f.Alpha - 1.0f, 0.0f);
+  const Real hides = f.Alpha * SeenOnLens(done, f, before);
+  const Real least = Larger(before + f.Alpha - 1.0f, Real(0.0f));
   return Smaller(Larger(hides, least), Smaller(before, f.Alpha));
 }
 
@@ -209,7 +278,7 @@ SURFELSPLATTING_INLINE Lanes HiddenShare(
  * @param hides of T
  */
 SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat& s,
-  const GaussianFragments& f, const Lanes& hides, const Lanes& before)
+  const GaussianFragments<Lanes>& f, const Lanes& hides, const Lanes& before)
 {
   const Lanes after = Larger(before - hides, 0.0f), width = Lanes::Load(doubted.Width);
   const Lanes doubt = width * hides / Larger(before, 1e-6f);
@@ -232,12 +301,15 @@ SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat
 /// Composites the fragments of a Gaussian.
 template <bool OnLens>
 SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const Splat& s,
-  const GaussianFragments& f, const RasterSettings& settings, const RasterCallbacks& callbacks)
+  const GaussianFragments<Lanes>& f, const RasterSettings& settings,
+  const RasterCallbacks& callbacks)
 {
   FinishedLayers& done = tile.Finished[block];
   const Lanes before = Lanes::Load(done.Transmittance);
   const LaneMask visible = f.Inside & (Lanes::Load(done.OccluderDepth) >= f.Depth);
-  const Lanes hides = Select(visible, HiddenShare<OnLens>(tile, block, f, before), 0.0f);
+  const bool tilted = OnLens && IsTilted(tile, block);
+  const Lanes hides =
+    Select(visible, tilted ? HiddenOnLens(OneBlock{ done }, f, before) : before * f.Alpha, 0.0f);
   const Lanes after = Larger(before - hides, 0.0f);
   const Lanes red = hides * s.Red, green = hides * s.Green, blue = hides * s.Blue;
   AddTo(done.Red, red);
@@ -272,34 +344,48 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   }
 }
 
-/// Adds a Gaussian in space to a block; returns the lanes that it covers.
+/// Adds a Gaussian in space to a block.
 template <bool OnLens>
-SURFELSPLATTING_INLINE unsigned int AddGaussianToBlock(PixelTile& tile, int block,
-  const SplatCopy& splat, const BlockPixels& d, const RasterCallbacks& callbacks)
+SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const SplatCopy& splat,
+  const BlockPixels& d, const RasterCallbacks& callbacks)
 {
-  const Splat& s = splat.S;
-  const LaneMask inside = d.Q < s.DepthX;
-  const unsigned int bits = inside.ToBits();
-  if (bits == 0)
-  {
-    return 0;
-  }
-  const Lanes depth = s.Weight * EvaluateInSpace(s.Shape, d.Q, s.DepthX);
-  const LensFootprint& lens = splat.Footprint;
-  const float quarter = lens.PerPixel;
-  const Lanes ux = (quarter * s.A) * (d.X + s.K * d.Y);
-  const float square = 4.0f * quarter * quarter;
-  const ShareOfLens share{ square * s.A, square * (s.A * s.K), square * (s.A * s.K * s.K + s.B) };
-  const float mean = share.Mean();
-  const GaussianFragments fragments{ inside, Select(inside, OpacityInSpace(depth, s.Opacity), 0.0f),
-    s.Near, share.MomentsAt<Lanes>(ux, s.K * ux + (quarter * s.B) * d.Y), share, mean,
-    WeightOfEllipse(mean, lens.Area) };
+  const GaussianFragments<Lanes> fragments = MakeFragments<Lanes>(splat, d);
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);
   }
-  CompositeGaussian<OnLens>(tile, block, s, fragments, splat.Settings, callbacks);
-  return bits;
+  CompositeGaussian<OnLens>(tile, block, splat.S, fragments, splat.Settings, callbacks);
+}
+
+/// The same for one or two tilted blocks with nothing but finished layers. @param d as above
+template <class Blocks, class Pixels>
+SURFELSPLATTING_INLINE void AddGaussianToFinished(
+  const Blocks& done, const SplatCopy& splat, const Pixels& d)
+{
+  using Real = typename Blocks::Real;
+  const Splat& s = splat.S;
+  const GaussianFragments<Real> f = MakeFragments<Real>(splat, d);
+  const Real before = done.Load(&FinishedLayers::Transmittance);
+  const auto visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
+  const Real hides = Select(visible, HiddenOnLens(done, f, before), Real(0.0f));
+  const Real after = Larger(before - hides, Real(0.0f));
+  const auto add = [&](FinishedField field, float color) {
+    done.Store(field, done.Load(field) + hides * color);
+  };
+  add(&FinishedLayers::Red, s.Red);
+  add(&FinishedLayers::Green, s.Green);
+  add(&FinishedLayers::Blue, s.Blue);
+  const auto median = (before > 0.5f) & (after <= 0.5f);
+  done.Store(
+    &FinishedLayers::Depth, Select(median, Real(f.Depth), done.Load(&FinishedLayers::Depth)));
+  done.Store(&FinishedLayers::Transmittance, after);
+  HideMoments(done, f, hides, before, after);
+}
+
+SURFELSPLATTING_INLINE void MarkOpaque(PixelTile& tile, int block)
+{
+  const bool open = Any(Lanes::Load(tile.Finished[block].Transmittance) > MinTransmittance);
+  tile.Opaque |= static_cast<std::uint64_t>(open ? 0 : 1) << block;
 }
 
 /// N x N cells about the pixels of a block, and their shares in these.
@@ -413,13 +499,13 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   AddTo(done.Red, before * at.Interpolate(run.Red));
   AddTo(done.Green, before * at.Interpolate(run.Green));
   AddTo(done.Blue, before * at.Interpolate(run.Blue));
-  const LensMoments<Lanes> t = MomentsOf(done);
+  const LensMoments<Lanes> t = MomentsOf(OneBlock{ done });
   const LensMoments<Lanes> behind{ t.X * through + after * at.Interpolate(run.X),
     t.Y * through + after * at.Interpolate(run.Y),
     t.Rim * through + after * at.Interpolate(run.Rim),
     t.Across * through + after * at.Interpolate(run.Across),
     t.Diagonal * through + after * at.Interpolate(run.Diagonal) };
-  if (StoreMoments(done, behind, after))
+  if (AreLong(StoreMoments(OneBlock{ done }, behind, after)))
   {
     tile.Tilted |= std::uint64_t{ 1 } << block;
   }

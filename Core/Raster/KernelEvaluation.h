@@ -16,16 +16,17 @@ constexpr float FirstSmoothShape = static_cast<float>(SmoothShape);
 constexpr float Edge = static_cast<float>(BellEdge);
 
 /// The kernel at q, 1 at q = 0 (ResamplingKernel.h); undefined where q >= support.
-SURFELSPLATTING_INLINE Lanes EvaluateKernel(float shape, const Lanes& q, float support)
+template <class Real>
+SURFELSPLATTING_INLINE Real EvaluateKernel(float shape, const Real& q, float support)
 {
   if (shape < 0.0f)
   {
-    return ExpOfMinus(Smaller(0.5f * q, 80.0f));
+    return ExpOfMinus(Smaller(0.5f * q, Real(80.0f)));
   }
-  const Lanes x = Larger(1.0f - q * (1.0f / support), 0.0f);
+  const Real x = Larger(1.0f - q * (1.0f / support), Real(0.0f));
   if (shape >= FirstSmoothShape)
   {
-    const Lanes u = Smaller(x * (shape - FirstSmoothShape), 1.0f);
+    const Real u = Smaller(x * (shape - FirstSmoothShape), Real(1.0f));
     return u * u * (3.0f - 2.0f * u);
   }
   return x * (x + shape * (Edge + (1.0f - Edge) * (x * x * x) - x));

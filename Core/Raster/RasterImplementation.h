@@ -11,6 +11,9 @@ namespace SurfelSplatting
 {
 namespace
 {
+/// Two blocks at a time take twice as many registers, which only AVX-512 has.
+constexpr bool AddsPairs = LanesPerPart == LaneCount;
+
 /// Adds a Gaussian in space.
 template <bool OnLens>
 std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
@@ -24,18 +27,49 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
   const SplatCopy copy{ s, gradient, footprint, settings };
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
-  std::uint64_t fragments = 0;
+  const auto pixels = [&](int block) {
+    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
+    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
+    const Lanes u = dx + s.K * dy;
+    return BlockPixels{ dx, dy, s.A * u * u + s.B * dy * dy };
+  };
+  const bool pairs = OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts &&
+    !callbacks.Leaked && settings.LensRadius > 0.0f;
+  const std::uint64_t paired = pairs ? tile.Tilted : 0;
+  std::uint64_t fragments = 0, tilted = 0;
   for (std::uint64_t blocks =
          BlocksOfSplat(s, place, s.DepthX) & ~(settings.SkipHidden ? tile.Opaque : 0);
        blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
-    const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
-    const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
-    const Lanes u = dx + s.K * dy;
-    const BlockPixels d{ dx, dy, s.A * u * u + s.B * dy * dy };
-    fragments += static_cast<std::uint64_t>(
-      __builtin_popcount(AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks)));
+    const BlockPixels d = pixels(block);
+    const unsigned int inside = (d.Q < s.DepthX).ToBits();
+    fragments += static_cast<std::uint64_t>(__builtin_popcount(inside));
+    if ((paired >> block & 1) != 0)
+    {
+      tilted |= static_cast<std::uint64_t>(inside != 0 ? 1 : 0) << block;
+    }
+    else if (inside != 0)
+    {
+      AddGaussianToBlock<OnLens>(tile, block, copy, d, callbacks);
+    }
+  }
+  for (; (tilted & (tilted - 1)) != 0; tilted &= tilted - 1)
+  {
+    const int first = __builtin_ctzll(tilted);
+    tilted &= tilted - 1;
+    const int second = __builtin_ctzll(tilted);
+    const BlockPixels a = pixels(first), b = pixels(second);
+    AddGaussianToFinished(TwoBlocks{ tile.Finished[first], tile.Finished[second] }, copy,
+      PairPixels{ { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
+    MarkOpaque(tile, first);
+    MarkOpaque(tile, second);
+  }
+  if (tilted != 0)
+  {
+    const int block = __builtin_ctzll(tilted);
+    AddGaussianToFinished(OneBlock{ tile.Finished[block] }, copy, pixels(block));
+    MarkOpaque(tile, block);
   }
   return fragments;
 }

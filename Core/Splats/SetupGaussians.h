@@ -108,7 +108,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
 /// How much of the opacity of a volume's Gaussians the lens keeps; of the rest it keeps the depth.
 /// A ray that passes beside one meets its neighbours, which overlap it: that of a homogeneous
 /// medium keeps the depth, that of a grain the opacity.
-constexpr double KeptByVolumes = 0.5;
+constexpr double KeptByVolumes = 0.75;
 
 /// How much of a Gaussian's weight is an optical depth, and not an opacity.
 template <class Real>
@@ -191,7 +191,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
 }
 
 /// Smallest deviation of a footprint in a run's cells.
-constexpr double RunCellsPerDeviation = 1.0;
+constexpr double RunCellsPerDeviation = 1.2;
 
 /// Size of a run's cells (GaussianRun.h), px; 1: none. It depends on the depth alone.
 template <class Real>
@@ -244,7 +244,11 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
-    const KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    const Real fainter = Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0));
+    const Real beyond = volume
+      ? 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{})
+      : ShortenReach<Real>(profile, fainter);
     ResamplingKernelOf<Real> kernel = MakeKernel(profile, f.W);
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
@@ -252,11 +256,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
     const Real spread = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     const double kept = volume ? KeptByVolumes : Absorbs(job, index);
-    Real weight = spread + kept * (KeepOpacity(inFocus, spread) - spread);
-    if (volume)
-    {
-      weight *= 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{});
-    }
+    const Real weight = beyond * (spread + kept * (KeepOpacity(inFocus, spread) - spread));
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
     const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };

@@ -92,14 +92,18 @@ struct Nudge
   double Of(double size) const { return this->Draw ? this->Draw->Uniform(-size, size) : 0.0; }
 };
 
-/// Roundings of the moments are what counts: the covariance is a difference.
+/// Roundings of the moments count, since the covariance is a difference, and the root of its
+/// determinant, which decides the opacity and, with EllipseSlope, the border.
 EllipseOnLens<double> OfEllipse(const Pixel& p, double x, double y, const Nudge& nudge)
 {
   const double size = 1e-6;
-  return ReconstructEllipse(p.Through * (1.0 + nudge.Of(size)),
+  EllipseOnLens<double> e = ReconstructEllipse(p.Through * (1.0 + nudge.Of(size)),
     LensMoments<double>{ p.X + nudge.Of(size), p.Y + nudge.Of(size), p.Rim + nudge.Of(size),
       p.Across + nudge.Of(size), p.Diagonal + nudge.Of(size) },
     x, y);
+  e.Opacity = std::min(1.0, e.Opacity * (1.0 + nudge.Of(0.5 * RootError)));
+  e.Seen = std::clamp(1.0 - (1.0 - e.Seen) * (1.0 + nudge.Of(2.0 * RootError)), 0.0, 1.0);
+  return e;
 }
 
 /// @return squared length of the moments before they are limited
@@ -121,7 +125,8 @@ double AddTo(
   double hides = alpha * p.Through;
   if (tilted)
   {
-    const double length = std::hypot(p.X, p.Y), along = (p.X * ux + p.Y * uy) / length;
+    const double length = std::hypot(p.X, p.Y);
+    const double along = (p.X * ux + p.Y * uy) / length * (1.0 + nudge.Of(RootError));
     double seen = p.Through + 4.0 * (p.X * ux + p.Y * uy);
     if (mean >= 1.0 / 32.0)
     {
