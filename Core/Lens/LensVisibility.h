@@ -169,7 +169,9 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
 template <class Real>
 SURFELSPLATTING_INLINE Real BlurRamp(const Real& y, const Real& w)
 {
-  const Real half = w + 1e-3f, high = y + half, low = y - half, one(1.0f), none(0.0f);
+  const Real half = w + 1e-3f, one(1.0f), none(0.0f);
+  const Real middle = Smaller(Larger(y, none - half), one + half); // all beyond is 0 or 1
+  const Real high = middle + half, low = middle - half;
   const Real top = Smaller(Larger(high, none), one), bottom = Smaller(Larger(low, none), one);
   const Real beyond = Larger(high - one, none) - Larger(low - one, none);
   return (0.5f * (top * top - bottom * bottom) + beyond) / (2.0f * half);

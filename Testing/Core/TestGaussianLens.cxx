@@ -215,6 +215,12 @@ TEST_CASE("Blurred ramp")
     }
     CHECK_NEAR(BlurRamp(y, w), mean, 3e-4); // its least width
   }
+  for (const double w : { 0.0, 1.0, 1e9 })
+  {
+    CHECK_NEAR(BlurRamp(-1e12, w), 0.0, 1e-9);
+    CHECK_NEAR(BlurRamp(1e12, w), 1.0, 1e-9);
+    CHECK_NEAR(BlurRamp(0.5, w), 0.5, 1e-6);
+  }
 }
 
 /// The chord that cuts off a segment of this area, as a share of the disc.
