@@ -24,6 +24,14 @@ def resident_bytes():
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
+def growth(memory):
+    """Bytes after SETTLED plots: twice that of the half that grew less. A leak grows all the time,
+    the allocator's own memory by a step now and then."""
+    first, *_, last = memory[SETTLED:]
+    middle = memory[(SETTLED + len(memory)) // 2]
+    return 2 * min(middle - first, last - middle)
+
+
 def open_files():
     return len(os.listdir("/proc/self/fd"))
 
@@ -85,14 +93,14 @@ class TestLeaks(PlotterCase):
         self.assertEqual(self.alive, set())
         self.assertEqual([ref() for ref in plotters if ref() is not None], [])
         self.assertEqual(open_files(), files)
-        self.assertLess(memory[-1] - memory[SETTLED], GROWTH, np.array(memory) / 2**20)
+        self.assertLess(growth(memory), GROWTH, np.array(memory) / 2**20)
 
     def test_plots_by_one_call(self):
         memory = []
         for number in range(PLOTS):
             self.surfels.surfels.plot(scalars="height", coc=number, window_size=(240, 180))
             memory.append(resident_bytes())
-        self.assertLess(memory[-1] - memory[SETTLED], GROWTH, np.array(memory) / 2**20)
+        self.assertLess(growth(memory), GROWTH, np.array(memory) / 2**20)
 
     def test_an_open_window(self):
         """Surfels, sizes and lenses come and go in one window."""
@@ -112,7 +120,7 @@ class TestLeaks(PlotterCase):
             objects.append(gl_objects())
         left = [name for name in self.alive if name.startswith("mapper")]
         self.assertLessEqual(len(left), 1)
-        self.assertLess(memory[-1] - memory[SETTLED], GROWTH, np.array(memory) / 2**20)
+        self.assertLess(growth(memory), GROWTH, np.array(memory) / 2**20)
         self.assertGreater(objects[-1]["Texture"], 3)
         self.assertEqual(objects[-1], objects[SETTLED], objects)
 
@@ -123,7 +131,7 @@ class TestLeaks(PlotterCase):
         for number in range(PLOTS):
             surfelsplatting.render(self.cloud.points, colors=self.cloud["RGB"], lens=number)
             memory.append(resident_bytes())
-        self.assertLess(memory[-1] - memory[SETTLED], GROWTH, np.array(memory) / 2**20)
+        self.assertLess(growth(memory), GROWTH, np.array(memory) / 2**20)
 
     def test_failures(self):
         """What raises an exception leaves nothing either."""
@@ -135,7 +143,7 @@ class TestLeaks(PlotterCase):
                 with self.assertRaises(ValueError):
                     call()
             memory.append(resident_bytes())
-        self.assertLess(memory[-1] - memory[SETTLED], GROWTH, np.array(memory) / 2**20)
+        self.assertLess(growth(memory), GROWTH, np.array(memory) / 2**20)
 
 
 if __name__ == "__main__":
