@@ -21,10 +21,9 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// The finished layers of a block, or of two: what blurred fragments do to one is a long chain of
-/// operations.
 using FinishedField = float (FinishedLayers::*)[PixelsPerBlock];
 
+/// The finished layers of a block.
 struct OneBlock
 {
   using Real = Lanes;
@@ -34,6 +33,7 @@ struct OneBlock
   SURFELSPLATTING_INLINE void Store(FinishedField f, const Real& x) const { x.Store(this->A.*f); }
 };
 
+/// Those of two blocks at a time: what blurred fragments do to one is a long chain of operations.
 struct TwoBlocks
 {
   using Real = LanePair;
