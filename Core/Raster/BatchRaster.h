@@ -119,7 +119,7 @@ struct alignas(64) PreparedItem
 {
   float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
   float Near, Far;
-  float PerShare;               ///< (Far - Near) / FullReach
+  float PerShare;               ///< (Far - Near) times ReachOfPeak / FullReach
   float Weight;                 ///< over FullKnee
   float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
   float Area, AreaX, AreaY;     ///< as in LensFootprint
@@ -157,7 +157,7 @@ SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, Pre
   p.V0 = 0.0f - p.VY * y;
   p.Near = s.Near;
   p.Far = s.Far;
-  p.PerShare = (s.Far - s.Near) * (1.0f / FullReach);
+  p.PerShare = (s.Far - s.Near) * ReachOfPeak(s.Weight, FullReachPeak) * (1.0f / FullReach);
   p.Weight = s.Weight * (1.0f / FullKnee);
   p.DepthX = s.DepthX;
   p.DepthY = s.DepthY;
@@ -193,10 +193,15 @@ struct BatchBlock
 
 /// Lets the layers leak that end in front of an item; a call, since few items need it.
 template <RasterPass Pass>
-__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, const ZRange& range,
+__attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerReach& reach,
   const LaneMask& ended, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  LeakEnded<Pass>(tile, block, range, ended, settings, callbacks);
+  if (Pass == RasterPass::Collect)
+  {
+    CollectLayers(tile, block, ended, callbacks);
+    return;
+  }
+  LeakEnded(tile, block, reach, ended, settings, callbacks);
 }
 
 /// A layer of a coarse grid ends before a splat that begins so many standard deviations behind its
@@ -223,19 +228,26 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
 
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
-/// @param end of the item's z-range; unused by coarse grids
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const ZRange& range, const LaneMask& inside, const Lanes& end)
+  const BatchItem& item, const LayerReach& reach, const LaneMask& inside)
 {
-  const LaneMask ended = inside & FindEnded(open, range.Near);
+  Lanes end = reach.End;
+  LaneMask ended = inside & FindEnded(open, reach.Range.Near);
+  if (Pass != RasterPass::Collect && __builtin_expect(Any(ended), 0))
+  {
+    ended = ended & SeenPixels(at.Tile, at.Block);
+  }
   if (__builtin_expect(Any(ended), 0))
   {
-    const LaneMask passed = ended; // keeps the other one in a register
+    // Copies keep the others in registers.
+    const LaneMask passed = ended;
+    LayerReach moved = reach;
     open.Store(at.Tile, at.Block);
     at.Settings.LargestColor = item.LargestColor;
-    LeakBeforeItem<Pass>(at.Tile, at.Block, range, passed, at.Settings, at.Callbacks);
+    LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
     open.Load(at.Tile, at.Block);
+    end = moved.End;
   }
   if (Pass == RasterPass::Collect)
   {
@@ -401,21 +413,20 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   }
   Lanes slope;
   const Lanes kernel = EvaluateSlope(p, x, at.Settings.Support, slope);
-  Lanes share = kernel, area = p.Weight;
+  Lanes share = kernel;
   LensPoints u{ 0.0f, 0.0f };
   if (OnLens)
   {
     const Lanes front = p.Area + p.AreaY * at.Y + p.AreaX * at.X;
     const Lanes seen = Larger(front, 0.0f - p.Back * front);
     share = kernel * seen;
-    area = seen * p.Weight;
     u = { p.LensX + p.PerPixel * at.X, p.LensY + p.PerPixel * at.Y };
   }
   const Lanes most = Select(inside, share * p.Weight, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
     const Lanes end = Smaller(p.Near + share * p.PerShare, p.Far);
-    PrepareLayers(open, at, *p.Item, { p.Near, p.Far }, inside, end);
+    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, most, end }, inside);
   }
   constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
     : OnLens                                         ? FullThroughLens
@@ -445,19 +456,6 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   return bits;
 }
 
-/// What a tent adds to a layer. It may be as heavy as a layer, so it is added as if in many small
-/// parts, of which each counts the square of what is left up to FullOnCoarseGrid, over the knee and
-/// at most 1. What neighbouring cells add then hardly depends on their order. With a knee of 0.3,
-/// level of detail was seen to change in motion.
-/// @param free what is left at the tent's lens point, >= 0
-SURFELSPLATTING_INLINE Lanes LimitTent(const Lanes& weight, const Lanes& free)
-{
-  constexpr float knee = 0.2f;
-  const Lanes whole = Smaller(weight, Larger(free - knee, 0.0f));
-  const Lanes rest = weight - whole, left = Smaller(free, knee);
-  return whole + left * left * rest / (knee * knee + left * rest);
-}
-
 /// Adds a tent's fragments, seen through the linear reconstruction of T over all of its lens
 /// points; returns the lanes that it covers.
 template <bool OnLens, RasterPass Pass>
@@ -475,9 +473,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  const float perShare = (s.Far - s.Near) * (1.0f / FullReachOfTent);
-  PrepareLayers(
-    open, at, item, { s.Near, s.Far }, inside, Smaller(s.Near + share * perShare, s.Far));
+  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added = LimitTent(weight, Larger(FreeInLayer(open, u, FullOnCoarseGrid), 0.0f));
   const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);

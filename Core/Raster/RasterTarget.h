@@ -80,6 +80,9 @@ struct alignas(64) DoubtedLayers
   /// Doubts about Gaussians in space, signed: colours that vary at random add up to nothing.
   float RedDrift[PixelsPerBlock], GreenDrift[PixelsPerBlock], BlueDrift[PixelsPerBlock];
   float Variation[PixelsPerBlock]; ///< mean of |T(u) - T| over the lens
+  /// Of layers of which a part has leaked: the weight that stays, and the whole layers' share of
+  /// the lens and interval. What stays is seen beside what has leaked, of which there is no doubt.
+  float LeftWeight[PixelsPerBlock], LeftCover[PixelsPerBlock], LeftInterval[PixelsPerBlock];
 };
 
 struct PixelTile

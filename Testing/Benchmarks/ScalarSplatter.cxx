@@ -53,11 +53,13 @@ struct Pixel
   void Add(const Splat& s, double weight, double reach)
   {
     const double range = s.Far - s.Near;
+    double end = s.Near + reach * range;
     if (this->Weight > 0.0 && this->Far < s.Near)
     {
-      this->LeakTo(std::exp((this->Far - s.Near) / std::fmax(range, 1e-30)));
+      const double behind = s.Near - this->Far, share = LeakingShare(weight);
+      this->LeakTo(std::exp(-share * std::fmin(behind / std::fmax(range, 1e-30), 64.0)));
+      end -= (1.0 - share) * behind;
     }
-    const double end = s.Near + reach * range;
     this->Far = this->Weight > 0.0 ? std::fmax(this->Far, end) : end;
     weight *= RoomInLayer(this->Weight, FullInFocus);
     this->Weight += weight;
@@ -77,7 +79,10 @@ void Composite(const std::vector<Splat>& splats, std::vector<Fragment>& fragment
   for (const Fragment& f : fragments)
   {
     const Splat& s = splats[f.Splat];
-    pixel.Add(s, f.Weight, std::fmin(1.0, f.Weight / s.Weight / FullReach));
+    pixel.Add(s, f.Weight,
+      std::fmin(1.0,
+        f.Weight / s.Weight / FullReach *
+          ReachOfPeak(static_cast<float>(s.Weight), FullReachPeak)));
   }
   pixel.LeakTo(0.0);
   for (int c = 0; c < 3; ++c)

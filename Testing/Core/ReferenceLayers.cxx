@@ -43,16 +43,24 @@ double ReferenceLayers::VisibleShare() const
 
 void ReferenceLayers::Prepare(const ReferenceFragment& f)
 {
-  if (this->Weight > 1.0 / 1024.0 && f.Near > this->Far)
+  double end = f.Near + f.Reach * (f.Far - f.Near);
+  if (this->Weight > 1.0 / 1024.0 && f.Near > this->Far && this->Through > 1.0 / 512.0)
   {
+    const double behind = f.Near - this->Far;
+    const double left = std::pow(std::max(0.0, 1.0 - f.Weight / 0.002), 4.0);
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
       this->Lens.Radius * std::abs(z - this->Lens.FocalDistance) / this->Lens.FocalDistance;
     const double band = std::max(blur + f.Far - f.Near, 1e-30);
-    const double gap = (f.Near - this->Far) / band;
-    this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
+    const double gap = (1.0 - left) * std::min(behind / band, 64.0);
+    const bool leaks = gap > 1.0 / 64.0;
+    if (leaks)
+    {
+      this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
+    }
+    end -= this->Weight > 1.0 / 1024.0 ? (leaks ? left * behind : behind) : 0.0;
   }
-  this->Far = std::max(this->Far, f.Near + f.Reach * (f.Far - f.Near));
+  this->Far = std::max(this->Far, end);
 }
 
 /// The moments of a layer that T was the same for, by its mean opacity.

@@ -457,6 +457,11 @@ TEST_CASE("No leakage")
   // Support of the occluder's splats in focus: sqrt(2 c / tau * (h + (d/2)^2)) = 2.6 px at c = 2.5,
   // d = 0.5 px.
   const double reach = std::sqrt(5.0 / 0.7764 * (1.0 + 0.0625));
+  // Fragments of weights w that add up join the opaque layer in front until it has leaked: the sum
+  // of w exp(-4 g w / LeakingWeight) with the gap g in bands. These are 9 px of blur in the world,
+  // 3 * 9 / 100, and a z-range of less than 0.03. Of those too light to leak over 1/64 of a band
+  // there are a hundred at most.
+  const double gap = 2.0 / 0.3, joins = LeakingWeight / gap * (1.0 / 4.0 + 100.0 / 64.0);
   int inside = 0, outside = 0;
   for (int y = 0; y < 64; ++y)
   {
@@ -466,8 +471,8 @@ TEST_CASE("No leakage")
       if (distance < -reach)
       {
         ++inside;
-        CHECK_NEAR(p.Both.At(x, y, 1), 0.0, 2e-7); // 1 - sum * (1 / sum) in float
-        CHECK_NEAR(p.Both.At(x, y, 0), 1.0, 2e-7);
+        CHECK_NEAR(p.Both.At(x, y, 1), 0.0, joins);
+        CHECK_NEAR(p.Both.At(x, y, 0), 1.0, joins);
       }
       if (distance > reach)
       {

@@ -239,6 +239,28 @@ TEST_CASE("Leaks add up")
   }
 }
 
+/// A fragment of hardly any weight leaks over nothing of a gap, a heavy one over all of it, and two
+/// leave nearly what one of their weight leaves.
+TEST_CASE("Share of a gap")
+{
+  const auto left = [](double x) { return 1.0 - LeakingShare(x * LeakingWeight); };
+  CHECK(LeakingShare(0.0) == 0.0);
+  CHECK_NEAR(left(1e-3), 1.0 - 1e-3, 1e-6);
+  CHECK(left(4.0) < 1e-20);
+  CHECK(LeakingShare(1e12) == 1.0);
+  constexpr double step = 0.02;
+  for (int i = 0; i < 300; ++i)
+  {
+    const double x = i * step;
+    CHECK(left(x) <= (i > 0 ? left(x - step) : 1.0));
+    CHECK_NEAR(left(x), std::exp(-x), 0.077); // (1 - x / 4)^4 at x = 2.2
+    for (int k = 0; k <= i; ++k)
+    {
+      CHECK_NEAR(left(x) * left(k * step), left(x + k * step), 0.039); // at x = y = 1.2
+    }
+  }
+}
+
 /// h^4 - s h^3 - l = 0, by bisection.
 TEST_CASE("Root of leaks")
 {
