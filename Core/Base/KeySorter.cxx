@@ -10,22 +10,32 @@ namespace
 {
 constexpr int DepthBit = 32;
 
+/// Keys of one bin are moved to their places, if there are no more of them.
+constexpr std::uint32_t Crowded = 24;
+
+/// A run of keys.
+struct KeyRun
+{
+  std::uint64_t* Begin;
+  std::size_t Size;
+};
+
 /// The first bits of a key's depth, between the nearest and the farthest one: its bin.
 class DepthBins
 {
 public:
   /// @param largest number of bins
-  DepthBins(const std::vector<std::uint64_t>& keys, std::size_t largest)
+  DepthBins(const KeyRun& keys, std::size_t largest)
   {
-    std::uint64_t nearest = keys[0], farthest = keys[0];
-    for (const std::uint64_t key : keys)
+    std::uint64_t nearest = keys.Begin[0], farthest = keys.Begin[0];
+    for (std::size_t i = 1; i < keys.Size; ++i)
     {
-      nearest = std::min(nearest, key);
-      farthest = std::max(farthest, key);
+      nearest = std::min(nearest, keys.Begin[i]);
+      farthest = std::max(farthest, keys.Begin[i]);
     }
     this->First = static_cast<std::uint32_t>(nearest >> DepthBit);
-    const std::uint32_t range = static_cast<std::uint32_t>(farthest >> DepthBit) - this->First;
-    while (range >> this->Shift >= largest)
+    const std::uint32_t length = static_cast<std::uint32_t>(farthest >> DepthBit) - this->First;
+    while (length >> this->Shift >= largest)
     {
       ++this->Shift;
     }
@@ -41,14 +51,66 @@ private:
   int Shift = 0;
 };
 
-/// Sorts keys of which each is at most a few places away from its own.
-void Insert(std::uint64_t* begin, std::uint64_t* end)
+/// Copies keys bin by bin, with about as many bins as keys.
+/// @param to other memory @param ends where each bin ends there
+/// @return number of keys in the fullest bin
+std::uint32_t CopyToBins(const KeyRun& keys, std::uint64_t* to, std::vector<std::uint32_t>& ends)
 {
-  for (std::uint64_t* key = begin + 1; key < end; ++key)
+  constexpr std::size_t fewestBins = 256, mostBins = 4096;
+  std::size_t count = fewestBins;
+  while (count < keys.Size && count < mostBins)
+  {
+    count *= 2;
+  }
+  const DepthBins bins(keys, count);
+  ends.assign(count, 0);
+  for (std::size_t i = 0; i < keys.Size; ++i)
+  {
+    ++ends[bins(keys.Begin[i])];
+  }
+  std::uint32_t sum = 0, largest = 0;
+  for (std::uint32_t& end : ends)
+  {
+    const std::uint32_t size = end;
+    largest = std::max(largest, size);
+    end = sum;
+    sum += size;
+  }
+  for (std::size_t i = 0; i < keys.Size; ++i)
+  {
+    to[ends[bins(keys.Begin[i])]++] = keys.Begin[i];
+  }
+  return largest;
+}
+
+/// Calls a function with the runs of keys in crowded bins.
+template <class Function>
+void ForCrowded(const KeyRun& keys, const std::vector<std::uint32_t>& ends, Function&& function)
+{
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : ends)
+  {
+    if (end - begin > Crowded)
+    {
+      function(KeyRun{ keys.Begin + begin, end - begin });
+    }
+    begin = end;
+  }
+}
+
+void SortByComparison(const KeyRun& keys)
+{
+  std::sort(keys.Begin, keys.Begin + keys.Size);
+}
+
+/// Sorts keys of which each is at most a few places away from its own.
+void Insert(const KeyRun& keys)
+{
+  for (std::uint64_t* key = keys.Begin + 1; key < keys.Begin + keys.Size; ++key)
   {
     const std::uint64_t value = *key;
     std::uint64_t* place = key;
-    for (; place > begin && place[-1] > value; --place)
+    for (; place > keys.Begin && place[-1] > value; --place)
     {
       *place = place[-1];
     }
@@ -57,53 +119,33 @@ void Insert(std::uint64_t* begin, std::uint64_t* end)
 }
 }
 
-/// A bucket sort with about as many bins as keys.
 void KeySorter::Sort(std::vector<std::uint64_t>& keys)
 {
-  constexpr std::size_t few = 32, fewestBins = 256, mostBins = 4096;
-  constexpr std::uint32_t crowded = 24;
+  constexpr std::size_t few = 32, worthBins = 96;
   if (keys.size() < few)
   {
     std::sort(keys.begin(), keys.end());
     return;
   }
-  std::size_t count = fewestBins;
-  while (count < keys.size() && count < mostBins)
-  {
-    count *= 2;
-  }
-  const DepthBins bins(keys, count);
-  this->Ends.assign(count, 0);
-  std::uint32_t* ends = this->Ends.data();
-  for (const std::uint64_t key : keys)
-  {
-    ++ends[bins(key)];
-  }
-  std::uint32_t sum = 0, largest = 0;
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    const std::uint32_t size = ends[i];
-    largest = std::max(largest, size);
-    ends[i] = sum;
-    sum += size;
-  }
   this->Work.resize(keys.size());
-  for (const std::uint64_t key : keys)
-  {
-    this->Work[ends[bins(key)]++] = key;
-  }
+  const std::uint32_t largest =
+    CopyToBins({ keys.data(), keys.size() }, this->Work.data(), this->Ends);
   keys.swap(this->Work);
-  if (largest > crowded)
+  const KeyRun all{ keys.data(), keys.size() };
+  if (largest > Crowded)
   {
-    std::uint32_t begin = 0;
-    for (std::size_t i = 0; i < count; begin = ends[i++])
-    {
-      if (ends[i] - begin > crowded)
+    // Where a few keys are far off, most share few bins.
+    ForCrowded(all, this->Ends, [this](const KeyRun& crowded) {
+      if (crowded.Size < worthBins)
       {
-        std::sort(keys.data() + begin, keys.data() + ends[i]);
+        SortByComparison(crowded);
+        return;
       }
-    }
+      CopyToBins(crowded, this->Work.data(), this->EndsInBin);
+      std::copy_n(this->Work.data(), crowded.Size, crowded.Begin);
+      ForCrowded(crowded, this->EndsInBin, SortByComparison);
+    });
   }
-  Insert(keys.data(), keys.data() + keys.size());
+  Insert(all);
 }
 }

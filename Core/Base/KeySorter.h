@@ -27,7 +27,8 @@ inline float FloatOfBits(std::uint32_t sortable)
   return value;
 }
 
-/// Sorts keys of (SortableBits of a depth) << 32 | index, ascending.
+/// Sorts keys of (SortableBits of a depth) << 32 | index, ascending: by bins of depth with about as
+/// many bins as keys, and crowded bins once more.
 class KeySorter
 {
 public:
@@ -35,6 +36,6 @@ public:
 
 private:
   std::vector<std::uint64_t> Work;
-  std::vector<std::uint32_t> Ends; // of the bins
+  std::vector<std::uint32_t> Ends, EndsInBin; // of the bins, and of those of a crowded one
 };
 }

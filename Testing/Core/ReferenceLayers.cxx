@@ -14,9 +14,13 @@ double ReferenceLargestMoment(double mean)
 
 double ReferenceLargestCover(double centroid)
 {
-  double area = 1.0 - centroid;
-  area = std::max(0.01, 1.0 - centroid * (1.0 + 0.355 * std::sqrt(area * (1.0 - area))));
-  return std::max(0.01, 1.0 - centroid * (1.0 + 0.355 * std::sqrt(area * (1.0 - area))));
+  const double series[] = { -0.86426, 1.0486, -0.94003, -0.03396, 1.0 };
+  double p = 0.0;
+  for (const double a : series)
+  {
+    p = p * centroid + a;
+  }
+  return std::max(0.01, (1.0 - centroid) * p);
 }
 
 /// The layer's centroid without the excess over full coverage, from a dead zone of 0.02 on, up to
