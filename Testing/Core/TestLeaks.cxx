@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * What leaks of the A-buffer's layers where gaps open, against the rule in double and against what
+ * must not depend on it.
+ */
+#include "Core/Raster/TileRaster.h"
+#include "ReferenceLayers.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+#include "WideSplats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+using namespace SurfelSplatting;
+using namespace WideSplats;
+
+namespace
+{
+/// Random streams, with gaps of all sizes, against the rule in double.
+TEST_CASE("Leaking streams")
+{
+  Random random(8);
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i)
+  {
+    const bool onLens = i % 2 == 0;
+    // The focus so far off that the blur is Blur at every depth.
+    ReferenceLayers layers(onLens ? ReferenceLens{ Blur, 1e9 } : ReferenceLens{});
+    std::vector<Wide> splats;
+    float near = 1.0f;
+    for (int k = random.Integer(1, 20); k > 0; --k)
+    {
+      Wide w;
+      near += static_cast<float>(random.Uniform(0.0, 1.0) * random.Integer(0, 2));
+      w.Near = near;
+      w.Far = near + static_cast<float>(random.Uniform(0.05, 0.5));
+      const bool light = random.Integer(0, 1) == 0;
+      w.Weight = static_cast<float>(light ? random.Uniform(0.0, 0.01) : random.Uniform(0.01, 0.6));
+      w.Red = static_cast<float>(random.Uniform(0.0, 1.0));
+      w.Opacity = 0.75f; // of mixed ones, see BruteForceSplatter.h
+      w.PointX = static_cast<float>(random.Uniform(-0.5, 0.5));
+      w.PointY = static_cast<float>(random.Uniform(-0.5, 0.5));
+      splats.push_back(w);
+      ReferenceFragment f;
+      f.Near = w.Near;
+      f.Far = w.Far;
+      f.Weight = w.Weight;
+      f.Reach = std::min(1.0, w.Weight / 0.0015); // the kernel's peak is over all of the tile
+      f.Opacity = w.Opacity;
+      f.Depth = 0.5 * (f.Near + f.Far);
+      f.Color[0] = w.Red;
+      f.OnLens = onLens;
+      f.U[0] = w.PointX;
+      f.U[1] = w.PointY;
+      layers.Add(f);
+    }
+    layers.Finish();
+    const Pixel p = Draw(splats, onLens);
+    const double off =
+      std::max(std::abs(p.Red - layers.Color[0]), std::abs(p.Alpha - (1.0 - layers.Through)));
+    worst = std::max(worst, off);
+    // Rounding, and on the lens MinTilt.
+    CHECK(off < (onLens ? 1.0 / 512.0 : 2e-5));
+  }
+  std::printf("leaking streams: off by %.1e at most\n", worst);
+}
+
+/// A splat of hardly any weight within a gap changes nothing, wherever it is: exp(-gap / band) is
+/// additive where the bands are equal, as through a wide lens.
+TEST_CASE("Path independence")
+{
+  double worst[3] = { 0, 0, 0 }; // centred, off centre, and there too full
+  for (const bool centred : { true, false })
+  {
+    for (const float weight : { 0.3f, 0.9f, 1.0f, 1.2f })
+    {
+      for (const float opacity : { 0.5f, 0.99f, 1.0f })
+      {
+        for (const float gap : { 0.1f, 0.7f, 2.0f, 5.0f })
+        {
+          const float x = centred ? 0.0f : 0.3f;
+          const Wide a{ 1.0f, 1.0f, weight, 1.0f, opacity, x, 0.0f };
+          const Wide b{ 1.0f + gap, 1.0f + gap, 0.8f, 0.25f, 1.0f, -x, 0.1f };
+          const Pixel plain = Draw({ a, b }, true);
+          std::vector<Wide> all{ a };
+          for (int i = 1; i < 4; ++i)
+          {
+            const float z = 1.0f + 0.25f * static_cast<float>(i) * gap;
+            all.push_back({ z, z, 1e-12f, 0.0f, 1.0f, 0.5f, 0.5f });
+          }
+          all.push_back(b);
+          double& largest = worst[centred ? 0 : weight < 1.0f ? 1 : 2];
+          largest = std::max(largest, Difference(plain, Draw(all, true)));
+        }
+      }
+    }
+  }
+  std::printf("splats without weight in gaps change %.1e; off the lens's centre %.1e, %.1e\n",
+    worst[0], worst[1], worst[2]);
+  CHECK(worst[0] < 2e-6);
+  CHECK(worst[1] < 2e-6);
+  CHECK(worst[2] < 2e-6);
+}
+
+/// Nor does one whose z-range is shorter, so that its band is, or one that would bridge the gap: it
+/// leaks over 64 w / LeakingWeight bands at most.
+TEST_CASE("Splats without weight")
+{
+  double worst = 0.0;
+  for (const bool onLens : { false, true })
+  {
+    for (const float weight : { 0.3f, 0.9f, 1.0f, 1.15f })
+    {
+      const Wide front{ 1.0f, 1.5f, 0.4f, 0.5f, 1.0f, 0.7f, 0.0f };
+      const Wide a{ 4.0f, 4.5f, weight, 1.0f, 0.95f, 0.2f, 0.0f };
+      const Wide b{ 5.0f, 6.0f, 0.8f, 0.25f, 1.0f, -0.3f, 0.1f };
+      const Pixel plain = Draw({ front, a, b }, onLens);
+      for (const float near : { 3.5f, 4.75f })
+      {
+        for (const float length : { 0.001f, 5.0f })
+        {
+          const Wide without{ near, near + length, 1e-11f, 0.0f, 1.0f, 0.5f, 0.5f };
+          worst = std::max(worst, Difference(plain, Draw({ front, a, b, without }, onLens)));
+        }
+      }
+    }
+  }
+  std::printf("splats without weight of any length change %.1e\n", worst);
+  CHECK(worst < 2e-6);
+}
+
+/// Behind a light splat its layer has leaked over a share of the gap in the splat's bands, of which
+/// 64 count at most. The next splat finds the rest of the gap, less what the light one reaches.
+TEST_CASE("Light splats in gaps")
+{
+  const Wide a{ 1.0f, 2.0f, 0.5f, 1.0f, 1.0f, 0, 0 };
+  for (const float weight : { 5e-5f, 2e-4f, 1e-3f, 4e-3f })
+  {
+    const double share = 1.0 - std::pow(std::max(0.0, 1.0 - weight / 0.002), 4.0);
+    const double reach = std::min(1.0, weight / 0.0015);
+    for (const float gap : { 0.125f, 0.5f, 2.0f })
+    {
+      for (const float bands : { 1.0f, 8.0f, 64.0f, 1000.0f })
+      {
+        const float end = 2.0f + gap, band = gap / bands;
+        const Wide light{ end, end + band, weight, 0.0f, 1.0f, 0, 0 };
+        const double rest = std::max(0.0, (1.0 - share) * gap - reach * band);
+        const double all = share * std::min(bands, 64.0f) + rest;
+        const auto z = static_cast<float>(2.0 + all);
+        const Pixel p = Draw({ a, light, { end, end + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
+        const Pixel same = Draw({ a, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
+        // What it covers itself, and what one leak over 7 bands or more drops, of two not all.
+        const double dropped = all > 7.0 ? 0.225 * std::exp(-7.0) : 0.0;
+        CHECK_NEAR(p.Alpha, same.Alpha, weight + dropped + 2e-6);
+      }
+    }
+  }
+}
+
+/// Tiny steps in depth move the pixel a little, from overlap through a gap that opens to layers far
+/// apart.
+TEST_CASE("Continuity in the gap")
+{
+  for (const bool onLens : { false, true })
+  {
+    for (const float weight : { 0.3f, 0.9f, 1.15f })
+    {
+      for (const float opacity : { 0.5f, 0.9f })
+      {
+        constexpr int Steps = 3000;
+        double largest = 0.0, across = 0.0;
+        const double step = 12.0 / Steps; // bands
+        Pixel last{};
+        for (int i = -100; i < Steps; ++i)
+        {
+          const auto gap = static_cast<float>(step * i);
+          const Wide a{ 1.0f, 2.0f, weight, 1.0f, opacity, 0.2f, 0.0f };
+          const Wide b{ 2.0f + gap, 3.0f + gap, 0.9f, 0.0f, 1.0f, -0.1f, 0.2f };
+          const Pixel p = Draw({ a, b }, onLens);
+          largest = i > -100 ? std::max(largest, Difference(p, last)) : 0.0;
+          across = std::max(across, std::abs(p.Red - (i > -100 ? last.Red : p.Red)));
+          last = p;
+        }
+        const Wide a{ 1.0f, 2.0f, weight, 1.0f, opacity, 0.2f, 0.0f };
+        const Pixel touching = Draw({ a, { 2.0f, 3.0f, 0.9f, 0.0f, 1.0f, -0.1f, 0.2f } }, onLens);
+        const Pixel apart = Draw({ a, { 2.000001f, 3.0f, 0.9f, 0.0f, 1.0f, -0.1f, 0.2f } }, onLens);
+        // T' / T = (1 - a) / (1 - d a) falls with d by a / (1 - a) at most: 9 at alpha = 0.9.
+        // LargestGap ends what is left of a layer, less than 1/1024 of it.
+        CHECK(largest < 10.0 * step);
+        CHECK(Difference(touching, apart) < 2e-5);
+      }
+    }
+  }
+}
+
+/// The one jump: of an opaque layer nothing stays, and a splat that touches it still joins, as long
+/// as there is room. With a weight of 1 in both, half of the pixel; full layers (ripple's
+/// compensation makes most of them) have none.
+TEST_CASE("Jump behind opaque layers")
+{
+  for (const bool onLens : { false, true })
+  {
+    for (const float weight : { 0.99f, 1.0f, 1.05f, 1.1f, 1.2f, 1.3f })
+    {
+      const Wide a{ 1.0f, 2.0f, weight, 1.0f, 1.0f, 0, 0 };
+      const Pixel touching = Draw({ a, { 2.0f, 3.0f, 1.0f, 0.0f, 1.0f, 0, 0 } }, onLens);
+      const Pixel apart = Draw({ a, { 2.000001f, 3.0f, 1.0f, 0.0f, 1.0f, 0, 0 } }, onLens);
+      const double jump = Difference(touching, apart);
+      std::printf("opaque, weight %.2f%s: %.4f\n", weight, onLens ? ", lens" : "", jump);
+      CHECK(jump <= 0.5 + 1e-6);
+      if (weight < 1.0f)
+      {
+        CHECK(jump < 1e-3); // all of it within 0.01 bands
+      }
+      if (weight >= (onLens ? 1.2f : 1.1f))
+      {
+        CHECK(jump < 1e-6);
+      }
+    }
+  }
+}
+
+/// Nothing else comes: a layer that leaks in many bits gives what it gives at once. Of one that
+/// covers all, exp(-4 gap / band) is open for what is behind a gap.
+TEST_CASE("Opaque and alone")
+{
+  for (const bool onLens : { false, true })
+  {
+    for (const float weight : { 0.3f, 1.0f, 1.2f })
+    {
+      for (const float opacity : { 0.3f, 0.95f, 1.0f })
+      {
+        const Wide a{ 1.0f, 1.5f, weight, 0.75f, opacity, 0, 0 };
+        std::vector<Wide> bits{ a };
+        for (int i = 1; i < 30; ++i)
+        {
+          const float z = 1.5f + 0.11f * static_cast<float>(i);
+          bits.push_back({ z, z + 0.05f, 1e-12f, 0.0f, 1.0f, 0, 0 });
+        }
+        CHECK(Difference(Draw(bits, onLens), Draw({ a }, onLens)) < 2e-6);
+        if (weight >= 1.0f && opacity == 1.0f)
+        {
+          for (const float gap : { 1e-5f, 0.01f, 0.3f, 3.0f, 9.0f })
+          {
+            const Wide behind{ 1.5f + gap, 1.6f + gap, 0.1f, 0.0f, 1.0f, 0, 0 };
+            const Pixel p = Draw({ a, behind }, onLens);
+            const double bands = gap / (0.1 + (onLens ? Blur : 0.0));
+            const double leaked = bands > 1.0 / 64.0 ? bands : 0.0; // nothing leaks over less
+            CHECK(p.Red <= 0.75 + 1e-6);
+            CHECK(p.Red >= 0.75 * (1.0 - std::exp(-4.0 * leaked) * 0.1 / (weight + 0.1)) - 1e-6);
+            CHECK_NEAR(p.Alpha, 1.0, 1e-6);
+          }
+        }
+      }
+    }
+  }
+}
+
+/// The doubt about what is seen of a pixel's layers through the lens
+/// (Core/Picture/DoubtfulTiles.h).
+double DoubtOf(const std::vector<Wide>& splats)
+{
+  SplatList list;
+  TileBins bins;
+  FillList(splats, true, list, bins);
+  Picture picture(Size, Size);
+  TileRaster raster;
+  RasterSettings settings{ 5.0f, 1.0f };
+  settings.LensRadius = 0.1f * Blur;
+  settings.Doubts = true;
+  raster.Set(settings, nullptr, nullptr, false);
+  return raster.Render(list, bins, 0, picture.Get()).Doubt;
+}
+
+/// Two layers that cover half of the lens each may hide one another or lie side by side. Whether
+/// the first one has leaked in parts adds hardly any doubt, and takes none away.
+TEST_CASE("Doubt about layers that leak in parts")
+{
+  const Wide a{ 1.0f, 1.5f, 0.5f, 1.0f, 1.0f, 0, 0 }, b{ 4.0f, 4.5f, 0.5f, 0.0f, 1.0f, 0, 0 };
+  const Wide c{ 8.0f, 8.5f, 1.2f, 1.0f, 1.0f, 0, 0 };
+  const double doubt = DoubtOf({ a, b, c });
+  CHECK_NEAR(doubt, 0.5, 0.03); // the interval is (0, 0.5), the contrast 1
+  for (const int count : { 1, 3, 10 })
+  {
+    std::vector<Wide> parts{ a, b, c };
+    for (int i = 0; i < count; ++i)
+    {
+      const float z = 1.6f + 0.2f * static_cast<float>(i);
+      parts.push_back({ z, z + 0.01f, 1e-4f / static_cast<float>(count), 1.0f, 1.0f, 0, 0 });
+    }
+    CHECK_NEAR(DoubtOf(parts), doubt, 0.2 * doubt); // counted as other layers: 0.3 too much
+  }
+}
+}
