@@ -71,8 +71,23 @@ void Unpack(const std::vector<std::uint8_t>& packed, std::vector<std::uint8_t>& 
   }
 }
 
+/// Drops the padding between the fields, for which the file need not have a byte.
+void DropPadding(FieldCloud& cloud)
+{
+  std::vector<Field>& fields = cloud.Fields;
+  fields.erase(std::remove_if(fields.begin(), fields.end(),
+                 [](const Field& field) { return field.Name == "_"; }),
+    fields.end());
+  cloud.PointStep = 0;
+  for (Field& field : fields)
+  {
+    field.Offset = cloud.PointStep;
+    cloud.PointStep += field.Count * SizeOf(field.Type);
+  }
+}
+
 /// Two sizes, packed and unpacked, then the fields one after the other; padding may be missing.
-void ReadCompressed(std::istream& file, FieldCloud& cloud)
+void ReadCompressed(std::istream& file, const PCDHeader& header, FieldCloud& cloud)
 {
   std::uint32_t sizes[2] = { 0, 0 };
   file.read(reinterpret_cast<char*>(sizes), sizeof(sizes));
@@ -84,18 +99,21 @@ void ReadCompressed(std::istream& file, FieldCloud& cloud)
   }
   Unpack(packed, fields);
   const std::size_t points = std::size_t(cloud.Width) * cloud.Height;
-  const bool isPadded = fields.size() == points * cloud.PointStep;
+  const bool isPadded = fields.size() == points * header.PointStep;
   const std::uint8_t* from = fields.data();
-  for (const Field& field : cloud.Fields)
+  auto kept = cloud.Fields.begin();
+  for (const Field& field : header.Fields)
   {
-    if (field.Name == "_" && !isPadded)
+    const std::size_t bytes = field.Count * SizeOf(field.Type);
+    if (field.Name == "_")
     {
+      from += isPadded ? points * bytes : 0;
       continue;
     }
-    const std::size_t bytes = field.Count * SizeOf(field.Type);
+    std::uint8_t* to = cloud.Data.data() + kept++->Offset;
     for (std::size_t i = 0; i < points; ++i, from += bytes)
     {
-      std::memcpy(cloud.Data.data() + i * cloud.PointStep + field.Offset, from, bytes);
+      std::memcpy(to + i * cloud.PointStep, from, bytes);
     }
   }
 }
@@ -259,18 +277,23 @@ FieldCloud DecodePCD(std::istream& file, const PCDHeader& header)
   cloud.Height = header.Height;
   cloud.Fields = header.Fields;
   cloud.PointStep = header.PointStep;
+  const bool isCompressed = header.Data == "binary_compressed";
+  if (isCompressed)
+  {
+    DropPadding(cloud);
+  }
   cloud.Data.assign(std::size_t(cloud.Width) * cloud.Height * cloud.PointStep, 0);
   if (header.Data == "ascii")
   {
     ReadAscii(file, header.Lines, cloud);
   }
-  else if (header.Data == "binary")
+  else if (isCompressed)
   {
-    ReadBinary(file, cloud);
+    ReadCompressed(file, header, cloud);
   }
   else
   {
-    ReadCompressed(file, cloud);
+    ReadBinary(file, cloud);
   }
   return cloud;
 }

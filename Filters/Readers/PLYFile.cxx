@@ -62,6 +62,12 @@ Bytes MissingPoint(const FieldCloud& cloud)
   return point;
 }
 
+/// The product may overflow.
+bool IsProduct(std::uint64_t product, std::uint64_t a, std::uint64_t b)
+{
+  return a > 0 && product % a == 0 && product / a == b;
+}
+
 /// What the parser finds, in the order of the file. Elements and properties that it is not told to
 /// keep are skipped by it.
 class Contents
@@ -141,7 +147,10 @@ std::function<void(Value)> Contents::AddProperty(
   if (element == "camera" && (name == "viewportx" || name == "viewporty"))
   {
     std::uint64_t& size = name == "viewportx" ? this->Columns : this->Rows;
-    return [&size](Value value) { size = value > 0 ? static_cast<std::uint64_t>(value) : 0; };
+    return [&size](Value value) {
+      const bool isSize = value > 0 && static_cast<double>(value) < 1e9;
+      size = isSize ? static_cast<std::uint64_t>(value) : 0;
+    };
   }
   return {};
 }
@@ -246,11 +255,15 @@ void Contents::ArrangeInGrid()
 
 FieldCloud Contents::TakeCloud()
 {
-  if (!this->Grid.empty() && this->Columns * this->Rows == this->Grid.size())
+  // A cell without a vertex takes a byte of the file, however long a vertex is: a nearly empty grid
+  // of long ones could fill any memory.
+  constexpr std::uint64_t mostCells = 64; // for a vertex
+  if (!this->Grid.empty() && IsProduct(this->Grid.size(), this->Columns, this->Rows) &&
+    this->Grid.size() <= mostCells * this->Count)
   {
     this->ArrangeInGrid();
   }
-  const bool isImage = this->Rows > 1 && this->Columns * this->Rows == this->Count;
+  const bool isImage = this->Rows > 1 && IsProduct(this->Count, this->Columns, this->Rows);
   this->Cloud.Width = static_cast<std::uint32_t>(isImage ? this->Columns : this->Count);
   this->Cloud.Height = static_cast<std::uint32_t>(isImage ? this->Rows : 1);
   return std::move(this->Cloud);

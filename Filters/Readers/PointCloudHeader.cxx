@@ -126,6 +126,7 @@ struct PointSize
 {
   std::uint64_t All = 0;    // bytes of a point
   std::uint64_t Padded = 0; // of these, bytes of fields named "_"
+  std::uint64_t Values = 0; // of a point, padding included
 };
 
 void CheckPCDFields(std::map<std::string, Words>& lines, PCDHeader& header)
@@ -202,6 +203,7 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
     const std::uint64_t bytes = field.Count * SizeOf(field.Type);
     size.All += bytes;
     size.Padded += field.Name == "_" ? bytes : 0;
+    size.Values += field.Count;
   }
   const std::string& data = header.Data;
   const auto dataBytes = fileBytes - static_cast<std::uint64_t>(file.tellg());
@@ -213,7 +215,7 @@ void CheckPCD(std::istream& file, std::uint64_t fileBytes)
   else
   {
     // In ascii a value takes at least a digit and a blank.
-    CheckSize(points, data == "binary" ? size.All : 2 * header.Fields.size() - 1, dataBytes);
+    CheckSize(points, data == "binary" ? size.All : 2 * size.Values - 1, dataBytes);
   }
 }
 }

@@ -172,6 +172,24 @@ class TestReader(ToolCase):
         np.testing.assert_array_equal(self.points(reader), expected)
         self.assertEqual(arrays_of(reader.GetOutput())["echo"].tolist(), [12, 0, 10, 0, 11, 0])
 
+    def test_ply_with_wrong_sizes_of_a_depth_image(self):
+        """Sizes whose product overflows to the number of points, and a grid of hardly a point, whose
+        cells would take any memory."""
+        rows = 2 ** 31 + 1
+        columns = 3 * pow(rows, -1, 2 ** 64) % 2 ** 64
+        cells = [[0]] + [[]] * 3999
+        for columns, rows, grid in ((columns, rows, []), (40, 100, cells)):
+            with open("range.ply", "w") as file:
+                file.write(f"ply\nformat ascii 1.0\nobj_info num_cols {columns}\nobj_info num_rows "
+                           f"{rows}\nelement vertex 3\nproperty float x\nproperty float y\n"
+                           f"property float z\nelement range_grid {len(grid)}\n"
+                           "property list uchar int vertex_indices\nend_header\n")
+                for row in [(i, i, i) for i in range(3)] + [[len(cell), *cell] for cell in grid]:
+                    file.write(" ".join(map(str, row)) + "\n")
+            reader = self.read("range.ply")
+            self.assertEqual(reader.GetDimensions(), (3, 1))
+            self.assertEqual(self.points(reader).tolist(), [[i, i, i] for i in range(3)])
+
     def test_separate_alpha(self):
         """Of any type; of no use where it is full."""
         for kind, full in (("uchar", 255), ("ushort", 65535), ("float", 1.0)):

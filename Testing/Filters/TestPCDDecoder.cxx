@@ -14,6 +14,8 @@
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 using namespace SurfelTesting;
@@ -199,6 +201,28 @@ std::string ErrorOf(const std::string& text)
     return error.what();
   }
   return std::string();
+}
+
+/// What a header promises beyond the file's size takes no memory.
+TEST_CASE_FIXTURE(TemporaryFile, "Fields of many values")
+{
+  std::string head = Head;
+  head.replace(head.find("1 1 1 2"), 7, "1 1 65536 2");
+  CHECK(ErrorOf(head + "1 2 3 4 5 6 7\n1 2 3 4 5 6 7\n").find("promises 2 points") !=
+    std::string::npos);
+  constexpr int count = 100;
+  pcl::PCDWriter().writeBinaryCompressed(Path, MakePaddedCloud(count));
+  const std::vector<std::uint8_t> expected = Read().Data;
+  std::ifstream file(Path, std::ios::binary);
+  std::string text{ std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
+  for (const auto& [line, padding] : { std::pair<std::string, std::string>{ "FIELDS", " _" },
+         { "SIZE", " 8" }, { "TYPE", " F" }, { "COUNT", " 65536" } })
+  {
+    text.insert(text.find('\n', text.find("\n" + line) + 1), padding);
+  }
+  CHECK(ErrorOf(text).empty());
+  CHECK(Read().Fields.size() == 4);
+  CHECK(Read().Data == expected);
 }
 
 TEST_CASE_FIXTURE(TemporaryFile, "Lines of the wrong length")
