@@ -47,6 +47,21 @@ void AddPoints(vtkDataArray* positions, vtkPolyData* output)
   output->SetPoints(points);
 }
 
+/// Also that no array of the points is shorter than they are.
+std::string ProblemOf(const Core::ArrayFile& file, vtkPolyData* output)
+{
+  const auto count = static_cast<std::uint64_t>(output->GetNumberOfPoints());
+  for (const Core::StoredArray& stored : file.Arrays())
+  {
+    if (stored.Role != Core::ArrayRole::FieldData && stored.Tuples != count)
+    {
+      return "its array " + stored.Name + " has " + std::to_string(stored.Tuples) +
+        " values for its " + std::to_string(count) + " points; write it again";
+    }
+  }
+  return Core::HierarchyCache::CheckHierarchy(output);
+}
+
 void AddArray(Core::ArrayRole role, vtkDataArray* array, vtkPolyData* output)
 {
   vtkPointData* data = output->GetPointData();
@@ -126,8 +141,9 @@ int vtkSurfelHierarchyReader::RequestData(
   std::string problem;
   try
   {
-    MapArrays(Open(this->FileName), output);
-    problem = Core::HierarchyCache::CheckHierarchy(output);
+    const std::shared_ptr<const Core::ArrayFile> file = Open(this->FileName);
+    MapArrays(file, output);
+    problem = ProblemOf(*file, output);
   }
   catch (const std::exception& exception)
   {

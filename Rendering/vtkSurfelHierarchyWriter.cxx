@@ -11,6 +11,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 
+#include <cstdint>
 #include <exception>
 #include <new>
 #include <utility>
@@ -109,7 +110,12 @@ bool vtkSurfelHierarchyWriter::WriteFile(vtkPolyData* surfels)
   }
   try
   {
-    SurfelSplatting::WriteHierarchy(surfels, this->FileName, SurfelSplatting::SMPExecutor());
+    const std::uint64_t invalid =
+      SurfelSplatting::WriteHierarchy(surfels, this->FileName, SurfelSplatting::SMPExecutor());
+    if (invalid > 0)
+    {
+      vtkWarningMacro(<< invalid << " surfels left out: their values are not finite.");
+    }
     return true;
   }
   catch (const std::bad_alloc&)

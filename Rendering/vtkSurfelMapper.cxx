@@ -68,13 +68,26 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   {
     return colors;
   }
-  vtkUnsignedCharArray* bytes = this->MapScalars(1.0);
+  vtkUnsignedCharArray* bytes = this->AreNoColors() ? nullptr : this->MapScalars(1.0);
   if (!bytes || bytes->GetNumberOfComponents() != 4 ||
     bytes->GetNumberOfTuples() != input->GetNumberOfPoints())
   {
     return nullptr;
   }
   return linearLight ? static_cast<vtkDataArray*>(this->GetLinearColors(bytes)) : bytes;
+}
+
+/// Whether the scalars are to be colours as they are, but have more components than colours: VTK
+/// 9.1 would crash.
+bool vtkSurfelMapper::AreNoColors()
+{
+  constexpr int mostComponents = 4;
+  int cellFlag = 0;
+  auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(this->GetInput(),
+    this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
+  const bool areDirect = this->ColorMode == VTK_COLOR_MODE_DIRECT_SCALARS ||
+    (this->ColorMode == VTK_COLOR_MODE_DEFAULT && vtkUnsignedCharArray::SafeDownCast(scalars));
+  return scalars && areDirect && scalars->GetNumberOfComponents() > mostComponents;
 }
 
 /// Point scalars of type float or double with 3 or 4 components, as linear RGBA. Null unless the

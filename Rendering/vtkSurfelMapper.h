@@ -133,6 +133,7 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
+  bool AreNoColors();
   vtkFloatArray* GetDirectColors();
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);

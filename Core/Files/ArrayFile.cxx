@@ -146,10 +146,14 @@ void ArrayFile::ReadRecord(const ArrayRecord& record)
     array.Components <= MostComponents && array.Role >= ArrayRole::Points &&
     array.Role <= ArrayRole::FieldData;
   const FileHeader& h = this->Header;
-  if (!isKnown || !IsMultipleOfPage(array.Begin) || array.Begin < h.ArraysBegin ||
+  const std::uint64_t free = this->Directory.empty()
+    ? h.ArraysBegin
+    : this->Directory.back().Begin + this->Directory.back().Bytes();
+  if (!isKnown || !IsMultipleOfPage(array.Begin) || array.Begin < free ||
     array.Begin > h.ChecksumsBegin || array.Tuples > (h.ChecksumsBegin - array.Begin) / tuple)
   {
-    Refuse("its header is damaged: the array '" + array.Name + "' is unknown or not in the file");
+    Refuse("its header is damaged: the array '" + array.Name +
+      "' is unknown, not in the file, or where another one is");
   }
   this->Directory.push_back(array);
 }

@@ -132,9 +132,11 @@ int Contents::AddCopy(vtkDataArray* array, ArrayRole role, const char* name)
   {
     return None;
   }
-  const int number =
-    this->Add(name, role, type, static_cast<std::size_t>(array->GetNumberOfComponents()),
-      static_cast<std::uint64_t>(array->GetNumberOfTuples()));
+  const auto components = static_cast<std::size_t>(array->GetNumberOfComponents());
+  const auto tuples = static_cast<std::uint64_t>(array->GetNumberOfTuples());
+  // Surfels with values that are not finite are no leaves.
+  const int number = this->Add(name, role, type, components,
+    role == ArrayRole::FieldData ? tuples : this->Layout.NumberOfLeaves());
   this->Sources.back() = AsType(array, array->GetDataType());
   return number;
 }
@@ -348,7 +350,7 @@ void Contents::Write(const std::string& path, const Executor& executor) const
 }
 }
 
-void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor)
+std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor)
 {
   std::string problem = "there are no surfels";
   if (input && input->GetNumberOfPoints() > 0)
@@ -376,5 +378,6 @@ void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor&
     order = MakeKdTreeOrder(source.Cloud, executor);
   }
   Contents(input, isHierarchy ? nullptr : &order).Write(path, executor);
+  return order.NumberOfInvalidSurfels;
 }
 }

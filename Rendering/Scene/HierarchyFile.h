@@ -7,6 +7,7 @@
 
 #include "Core/Base/Executor.h"
 
+#include <cstdint>
 #include <string>
 
 class vtkPolyData;
@@ -21,7 +22,8 @@ constexpr int SampleCount = 200000;
  * Writes a file. Of surfels without a hierarchy, makes one, in the file itself: besides the input,
  * which may be mapped, it takes 40 bytes of memory for each surfel.
  * @param input surfels or a hierarchy (Documentation/DataContract.md)
+ * @return number of surfels that were left out since their values are not finite
  * @throw std::runtime_error that says what is wrong with the input or the disk
  */
-void WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor);
+std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor);
 }

@@ -127,6 +127,22 @@ class TestMappedFiles(ToolCase):
         self.assertEqual((info.returncode, info.stderr), (0, ""))
         self.assertIn("4000 hierarchy", info.stdout)
 
+    def test_surfels_that_are_not_finite_are_left_out(self):
+        surfels = ball(3000)
+        vtk_to_numpy(surfels.GetPoints().GetData())[100:150] = np.nan
+        warnings = []
+        writer = vtkSurfelHierarchyWriter()
+        writer.AddObserver("WarningEvent", lambda *_: warnings.append(1))
+        writer.SetFileName("ball.surfels")
+        writer.SetInputData(surfels)
+        self.assertEqual((writer.Write(), len(warnings)), (1, 1))
+        self.assertEqual(read().GetNumberOfPoints(), 2950)
+        filtered = vtkSurfelHierarchy()
+        filtered.AddObserver("WarningEvent", lambda *_: None)
+        filtered.SetInputData(surfels)
+        filtered.Update()
+        self.assert_same_picture(filtered.GetOutput(), read())
+
     def test_arrays(self):
         surfels = hierarchy_of(ball(3000))
         write(surfels)

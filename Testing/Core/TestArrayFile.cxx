@@ -206,6 +206,21 @@ TEST_CASE("Forged headers")
   CHECK(read < 230);
 }
 
+/// VTK's arrays are found by the places of their values: two at one place would be released twice.
+TEST_CASE("Two arrays at one place")
+{
+  const TemporaryPath file;
+  WriteExample(file.Path);
+  std::string content = ReadAll(file.Path);
+  constexpr std::size_t begin = 120; // in a record
+  std::memcpy(&content[64 + 128 + begin], &content[64 + begin], 8);
+  std::memset(&content[44], 0, 4);
+  const std::uint32_t sum = Checksum(content.data(), 64 + 3 * 128);
+  std::memcpy(&content[44], &sum, 4);
+  WriteAll(file.Path, content);
+  CHECK(ProblemOf(file.Path).find("side") != std::string::npos);
+}
+
 /// The arrays of a large file are checked page by page, where they are needed.
 TEST_CASE("Large files")
 {

@@ -21,6 +21,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSphereSource.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <cmath>
 #include <functional>
@@ -70,6 +71,21 @@ struct WallScene
   vtkSmartPointer<vtkActor> Actor;
   vtkSurfelMapper* Mapper = nullptr;
 };
+
+TEST_CASE("Scalars with more components than colours")
+{
+  WallScene scene;
+  vtkNew<vtkUnsignedCharArray> six;
+  six->SetName("six");
+  six->SetNumberOfComponents(6);
+  six->SetNumberOfTuples(scene.Builder.Data->GetNumberOfPoints());
+  six->Fill(100);
+  scene.Builder.Data->GetPointData()->SetScalars(six);
+  scene.Add();
+  scene.Actor->GetProperty()->SetColor(0.25, 0.5, 0.75);
+  scene.Actor->GetProperty()->SetLighting(false);
+  scene.Expect(0.25, 0.5, 0.75, 1.0);
+}
 
 vtkSmartPointer<vtkFloatArray> Constant(const char* name, vtkIdType count, float value)
 {
