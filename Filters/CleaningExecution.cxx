@@ -14,6 +14,7 @@
 #include "vtkPointSet.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
+#include "vtkSMPTools.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
@@ -123,6 +124,11 @@ void CleaningExecution::HandOver(SearchedCloud& searched)
   {
     return; // its points have other neighbours
   }
+  if (std::find(this->Kept.begin(), this->Kept.end(), 0) == this->Kept.end())
+  {
+    searched = std::move(this->Searched);
+    return; // their ids stay
+  }
   std::vector<int> ids;
   ids.reserve(this->Kept.size());
   int next = 0;
@@ -200,10 +206,12 @@ bool CleaningExecution::Clean(
   {
     return false;
   }
-  for (int i = 0; i < cloud.Size(); ++i)
-  {
-    (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;
-  }
+  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;
+    }
+  });
   this->DropStray(stray, sharing);
   std::vector<Float3> shifts;
   if (this->Settings.Smoothing &&

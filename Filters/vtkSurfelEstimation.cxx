@@ -67,6 +67,7 @@ public:
     const bool fitted = progress.Step(0.1) &&
       FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
         this->Graph);
+    ReturnFreeMemory(); // most of all is needed for the votes of the orientation
     const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
@@ -78,15 +79,18 @@ public:
       this->Self->Neighbors->Graph = std::move(this->Graph);
     }
     this->Graph = NeighborGraph();
+    ReturnFreeMemory();
     return finished;
   }
 
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
-    std::vector<char> kept(static_cast<size_t>(input->GetNumberOfPoints()), 0);
-    for (const int id : this->Cloud.InputIds)
+    const auto points = static_cast<size_t>(input->GetNumberOfPoints());
+    const bool areAll = this->Cloud.InputIds.size() == points;
+    std::vector<char> kept(points, areAll ? 1 : 0);
+    for (size_t i = 0; i < this->Cloud.InputIds.size() && !areAll; ++i)
     {
-      kept[static_cast<size_t>(id)] = 1;
+      kept[static_cast<size_t>(this->Cloud.InputIds[i])] = 1;
     }
     PassPointData(input, kept, output);
     this->SortByInput(kept);
@@ -318,11 +322,11 @@ private:
   LocalCloud Cloud;
   std::unique_ptr<NeighborSearch> Tree;
   std::vector<float> Given;
-  std::vector<PlaneFit> Fits;
+  PlaneFits Fits;
   NeighborGraph Graph;
   std::vector<int> Order; // output id -> cloud index
   OrientationResult Result;
-  std::vector<VoronoiCell> Cells;
+  VoronoiCells Cells;
 };
 
 //------------------------------------------------------------------------------

@@ -154,7 +154,7 @@ public:
     }
     if (!ranks && !knowsNeighbors && this->KnowsOrder(input))
     {
-      const std::vector<int> ids = this->InputRanks();
+      const RawVector<int> ids = this->InputRanks();
       this->Cloud.SampleIds.assign(ids.begin(), ids.end());
     }
     this->IsSorted = knowsNeighbors;
@@ -164,7 +164,7 @@ public:
       this->Cloud.SampleIds = region->GlobalIds();
       this->Share(*ranks, *region, sharing);
     }
-    std::vector<double> areas;
+    RawVector<double> areas;
     const WeightSettings settings = this->GetWeightSettings();
     const KernelReader kernels(input, this->IsSorted ? nullptr : this->Cloud.InputIds.data());
     const WeightProblem problem{ this->Cloud, kernels, settings, ranks ? &sharing : nullptr,
@@ -197,10 +197,10 @@ private:
   }
 
   /// The places that the surfels have in the order of the input of the estimation.
-  std::vector<int> InputRanks() const
+  RawVector<int> InputRanks() const
   {
     const std::vector<int>& order = this->Self->Neighbors->Order;
-    std::vector<int> ranks(order.size());
+    RawVector<int> ranks(order.size());
     vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType id, vtkIdType end) {
       for (; id < end; ++id)
       {
@@ -259,11 +259,21 @@ private:
     return settings;
   }
 
-  void WriteAreas(const std::vector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
+  void WriteAreas(const RawVector<double>& areas, vtkPolyData* input, vtkFloatArray* result)
   {
     vtkDataArray* areaVectors = input->GetPointData()->GetArray(Arrays::AreaVector);
-    result->DeepCopy(areaVectors);
     result->SetName(Arrays::AreaVector);
+    result->SetNumberOfComponents(3);
+    result->SetNumberOfTuples(areaVectors->GetNumberOfTuples());
+    const TupleReader<vtkFloatArray, 3> reader(areaVectors);
+    vtkSMPTools::For(0, result->GetNumberOfTuples(), [&](vtkIdType i, vtkIdType end) {
+      for (; i < end; ++i)
+      {
+        double area[3];
+        reader.Read(i, area);
+        Store(Vector3{ area[0], area[1], area[2] }, result->GetPointer(3 * i));
+      }
+    });
     vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
       for (vtkIdType i = begin; i < end; ++i)
       {
@@ -296,7 +306,7 @@ private:
   }
 
   /// @param isOwn whether a surfel is in this process's region and counts; empty: all count
-  void WriteReport(const std::vector<double>& areas, const std::vector<char>& isOwn)
+  void WriteReport(const RawVector<double>& areas, const std::vector<char>& isOwn)
   {
     vtkSurfelNormalization* self = this->Self;
     self->MeanBefore = this->Report.Before.Mean;

@@ -249,9 +249,9 @@ public:
   }
 
 private:
-  static std::vector<float> PositionsOf(const std::vector<float>& values)
+  static RawVector<float> PositionsOf(const std::vector<float>& values)
   {
-    std::vector<float> positions;
+    RawVector<float> positions;
     for (size_t at = 0; at < values.size(); at += Stride)
     {
       positions.insert(positions.end(), &values[at], &values[at] + 3);

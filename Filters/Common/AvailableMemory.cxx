@@ -6,6 +6,10 @@
 #include <limits>
 #include <sstream>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace SurfelGeometry
 {
 namespace
@@ -48,6 +52,13 @@ double GroupMemory()
 double AvailableMemory()
 {
   return std::min(SystemMemory(), GroupMemory());
+}
+
+void ReturnFreeMemory()
+{
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available)

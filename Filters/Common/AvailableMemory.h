@@ -21,6 +21,9 @@ constexpr double BytesPerPointOfBoth = 290.0, BytesPerPointBesidesNeighbors = 14
 /// control group's. Infinity if it is unknown (not on Linux).
 double AvailableMemory();
 
+/// Gives freed memory that the allocator keeps in its heap back to the system, where it can.
+void ReturnFreeMemory();
+
 /// An error message if `points` with `bytesPerPoint` do not fit; empty if they do.
 std::string CheckMemory(vtkIdType points, double bytesPerPoint, double available);
 }

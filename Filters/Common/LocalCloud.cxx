@@ -51,7 +51,7 @@ bool AreSame(const float* positions, int a, int b)
 }
 
 /// Sorts by position within runs of equal keys and keeps the lowest index of each position.
-void RemoveDuplicates(const float* positions, std::vector<KeyedPoint>& keyed)
+void RemoveDuplicates(const float* positions, RawVector<KeyedPoint>& keyed)
 {
   size_t kept = 0;
   for (size_t begin = 0, end = 0; begin < keyed.size(); begin = end)
@@ -81,10 +81,10 @@ void RemoveDuplicates(const float* positions, std::vector<KeyedPoint>& keyed)
 }
 
 /// The points in Morton order, without duplicates.
-std::vector<KeyedPoint> SortByKey(const std::vector<float>& positions)
+RawVector<KeyedPoint> SortByKey(const RawVector<float>& positions)
 {
   const MortonGrid grid(positions);
-  std::vector<KeyedPoint> keyed(positions.size() / 3);
+  RawVector<KeyedPoint> keyed(positions.size() / 3);
   vtkSMPTools::For(0, static_cast<vtkIdType>(keyed.size()), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
@@ -100,7 +100,7 @@ std::vector<KeyedPoint> SortByKey(const std::vector<float>& positions)
 }
 
 /// Ids of the usable points, and their bounds.
-std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upper[3])
+RawVector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upper[3])
 {
   struct Piece
   {
@@ -109,7 +109,7 @@ std::vector<vtkIdType> FindUsable(vtkPoints* points, double lower[3], double upp
   };
   constexpr vtkIdType size = 1 << 16;
   const vtkIdType count = points->GetNumberOfPoints();
-  std::vector<vtkIdType> ids(count); // first each piece's ids at the beginning of its range
+  RawVector<vtkIdType> ids(count); // first each piece's ids at the beginning of its range
   std::vector<Piece> pieces((count + size - 1) / size);
   vtkSMPTools::For(0, static_cast<vtkIdType>(pieces.size()), 1, [&](vtkIdType p, vtkIdType last) {
     for (; p < last; ++p)
@@ -210,14 +210,14 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
 {
   double lower[3] = { 0.0, 0.0, 0.0 };
   double upper[3] = { 0.0, 0.0, 0.0 };
-  const std::vector<vtkIdType> ids = FindUsable(points, lower, upper);
+  const RawVector<vtkIdType> ids = FindUsable(points, lower, upper);
   cloud.NonFinite = points->GetNumberOfPoints() - static_cast<vtkIdType>(ids.size());
   ChooseOrigin(lower, upper, inputOrigin, cloud.Origin);
   const double shift[3] = { inputOrigin[0] - cloud.Origin[0], inputOrigin[1] - cloud.Origin[1],
     inputOrigin[2] - cloud.Origin[2] };
 
   // Duplicates are exact in the positions as stored.
-  std::vector<float> positions(3 * ids.size());
+  RawVector<float> positions(3 * ids.size());
   vtkSMPTools::For(0, static_cast<vtkIdType>(ids.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
     {
@@ -229,7 +229,7 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
       }
     }
   });
-  const std::vector<KeyedPoint> order = SortByKey(positions);
+  const RawVector<KeyedPoint> order = SortByKey(positions);
   cloud.Duplicates = static_cast<vtkIdType>(ids.size() - order.size());
 
   cloud.InputIds.resize(order.size());

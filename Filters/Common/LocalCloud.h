@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
+
 #include "vtkType.h"
 
 #include <cstddef>
@@ -18,8 +20,8 @@ namespace SurfelGeometry
 struct LocalCloud
 {
   double Origin[3] = { 0.0, 0.0, 0.0 }; // world units; float values, unless the input's own
-  std::vector<float> Positions;         // [3n] relative to Origin
-  std::vector<int> InputIds;            // [n]
+  RawVector<float> Positions;           // [3n] relative to Origin
+  RawVector<int> InputIds;              // [n]
   std::vector<vtkIdType> SampleIds;     // [input points] seeds of random samples, the same in every
                                         // part of a cloud; empty: the input's ids
   vtkIdType NonFinite = 0;  // points dropped: a coordinate is NaN, infinite or too large

@@ -43,7 +43,7 @@ std::uint64_t SpreadBits(std::uint64_t x)
 }
 }
 
-MortonGrid::MortonGrid(const std::vector<float>& positions)
+MortonGrid::MortonGrid(const RawVector<float>& positions)
 {
   const auto count = static_cast<vtkIdType>(positions.size() / 3);
   std::vector<Box> boxes(static_cast<std::size_t>((count + PieceSize - 1) / PieceSize));

@@ -4,8 +4,9 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
+
 #include <cstdint>
-#include <vector>
 
 namespace SurfelGeometry
 {
@@ -16,7 +17,7 @@ struct MortonGrid
   double Scale = 0.0; // cells per length
 
   /// The cube about these positions, [3n].
-  explicit MortonGrid(const std::vector<float>& positions);
+  explicit MortonGrid(const RawVector<float>& positions);
 
   /// Positions outside are taken to the nearest cell.
   std::uint64_t Key(const float* position) const;

@@ -243,7 +243,7 @@ void MakeRound(double spacing, PlaneFit& fit)
 class IsolationTest
 {
 public:
-  IsolationTest(const std::vector<PlaneFit>& fits, double factor)
+  IsolationTest(const PlaneFits& fits, double factor)
     : Fits(fits)
     , Factor(factor)
   {
@@ -263,12 +263,12 @@ public:
   }
 
   /// The spacing that an isolated point gets; negative if the point is not isolated.
-  double Spacing(int i, const int* graph, std::vector<float>& reaches) const
+  float Spacing(int i, const int* graph, std::vector<float>& reaches) const
   {
     const PlaneFit& fit = this->Fits[i];
     if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
     {
-      return std::min<double>(fit.Spacing, this->MedianSpacing);
+      return std::min(fit.Spacing, this->MedianSpacing);
     }
     reaches.clear();
     for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
@@ -280,28 +280,28 @@ public:
       fit.Reach <= this->Factor * *std::min_element(reaches.begin(), reaches.end()) ||
       fit.Reach <= this->Factor * Median(reaches))
     {
-      return -1.0;
+      return -1.0f;
     }
     reaches.clear();
     for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
     {
       reaches.push_back(this->Fits[graph[k]].Spacing);
     }
-    return std::min<double>(fit.Spacing, Median(reaches));
+    return std::min(fit.Spacing, Median(reaches));
   }
 
 private:
-  const std::vector<PlaneFit>& Fits;
+  const PlaneFits& Fits;
   double Factor;
-  double MedianReach = 0.0;
-  double MedianSpacing = 0.0;
+  float MedianReach = 0.0f;
+  float MedianSpacing = 0.0f;
 };
 
-void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneFit>& fits)
+void BoundIsolated(double factor, const NeighborGraph& graph, PlaneFits& fits)
 {
   const int count = static_cast<int>(fits.size());
   const IsolationTest test(fits, factor);
-  RawVector<double> spacings(count); // first all tests, then all changes
+  RawVector<float> spacings(count); // first all tests, then all changes
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
@@ -312,7 +312,7 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneF
   vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
-      if (spacings[i] >= 0.0)
+      if (spacings[i] >= 0.0f)
       {
         fits[i].Isolated = true;
         MakeRound(spacings[i], fits[i]);
@@ -322,8 +322,8 @@ void BoundIsolated(double factor, const NeighborGraph& graph, std::vector<PlaneF
 }
 }
 
-bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
-  NeighborGraph& graph)
+bool FitPlanes(
+  const FitInput& input, const StageProgress& progress, PlaneFits& fits, NeighborGraph& graph)
 {
   const LocalCloud& cloud = input.Cloud;
   const FitSettings& settings = input.Settings;
@@ -370,7 +370,7 @@ bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector
 }
 
 bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
-  const StageProgress& progress, std::vector<PlaneFit>& fits)
+  const StageProgress& progress, PlaneFits& fits)
 {
   const LocalCloud& cloud = oriented.Cloud;
   const std::vector<unsigned char>& twoSided = oriented.TwoSided;

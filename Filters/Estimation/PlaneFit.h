@@ -16,6 +16,7 @@
 #pragma once
 
 #include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 
@@ -52,6 +53,8 @@ struct PlaneFit
   bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
 };
 
+using PlaneFits = RawVector<PlaneFit>;
+
 /// Rank of the neighbour whose distance decides whether a point is isolated.
 constexpr int ReachRank = 6;
 
@@ -82,8 +85,8 @@ struct FitInput
 
 /// Fits all points. Returns false if stopped.
 /// @param graph filled; if it has the nearest points already, they are used
-bool FitPlanes(const FitInput& input, const StageProgress& progress, std::vector<PlaneFit>& fits,
-  NeighborGraph& graph);
+bool FitPlanes(
+  const FitInput& input, const StageProgress& progress, PlaneFits& fits, NeighborGraph& graph);
 
 /// A cloud after orientation: it is known which neighbours are on the same sheet.
 struct OrientedCloud
@@ -98,5 +101,5 @@ struct OrientedCloud
 /// are on more than one: on thin plates, and where surfaces cross. Otherwise the points of the
 /// other sheet would count as density. Returns false if stopped.
 bool RefineExtents(const OrientedCloud& oriented, const FitSettings& settings,
-  const StageProgress& progress, std::vector<PlaneFit>& fits);
+  const StageProgress& progress, PlaneFits& fits);
 }

@@ -121,7 +121,7 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(const OrientedCloud& oriented, std::vector<PlaneFit>& fits)
+  CellMeasurer(const OrientedCloud& oriented, PlaneFits& fits)
     : Cloud(oriented.Cloud)
     , Tree(oriented.Tree)
     , Graph(oriented.Graph)
@@ -443,7 +443,7 @@ private:
   const NeighborSearch& Tree;
   const NeighborGraph& Graph;
   const std::vector<unsigned char>& TwoSided;
-  std::vector<PlaneFit>& Fits;
+  PlaneFits& Fits;
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<int> Sparse;
@@ -456,8 +456,8 @@ private:
 };
 }
 
-bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress,
-  std::vector<PlaneFit>& fits, std::vector<VoronoiCell>& cells)
+bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress, PlaneFits& fits,
+  VoronoiCells& cells)
 {
   cells.resize(fits.size());
   return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {

@@ -23,10 +23,12 @@ struct VoronoiCell
   float Area = 0;  // world units squared; 0: no cell, the kernel is made from the fit
 };
 
+using VoronoiCells = RawVector<VoronoiCell>;
+
 /// Measures the cells of all points from their neighbours on the same sheet. Returns false if
 /// stopped.
 /// @param fits of points with a cell: axis and variances become the cell's about its centroid, in
 /// the tangent plane, world units squared
-bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress,
-  std::vector<PlaneFit>& fits, std::vector<VoronoiCell>& cells);
+bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress, PlaneFits& fits,
+  VoronoiCells& cells);
 }

@@ -146,8 +146,8 @@ struct BlockKernels
   }
 
   /// Of stored samples.
-  void Load(const SampleBlock& block, const SampledSurface& surface,
-    const std::vector<double>& areas, double scale)
+  void Load(const SampleBlock& block, const SampledSurface& surface, const RawVector<double>& areas,
+    double scale)
   {
     this->Resize(block.TableSize());
     for (std::size_t k = 0; k < this->Peaks.size(); ++k)
@@ -224,7 +224,7 @@ struct Sampling
 
   /// Calls visit(b, block, kernels) for the stored blocks, in parallel.
   template <typename Visit>
-  void ForBlocks(const std::vector<double>& areas, Visit&& visit) const
+  void ForBlocks(const RawVector<double>& areas, Visit&& visit) const
   {
     const auto count = static_cast<vtkIdType>(this->Surface.Blocks.size());
     vtkSMPTools::For(0, count, 1, [&](vtkIdType b, vtkIdType last) {
@@ -272,7 +272,7 @@ void AddDenominators(
 }
 
 /// @param statistics of the sums with these areas, for each block
-void SumNumerators(const Sampling& samples, const std::vector<double>& areas, FixedSums& sums,
+void SumNumerators(const Sampling& samples, const RawVector<double>& areas, FixedSums& sums,
   std::vector<SumMoments>& statistics)
 {
   sums.Clear();
@@ -282,7 +282,7 @@ void SumNumerators(const Sampling& samples, const std::vector<double>& areas, Fi
   });
 }
 
-SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
+SumMoments Measure(const Sampling& samples, const RawVector<double>& areas)
 {
   std::vector<SumMoments> statistics(samples.Surface.Blocks.size());
   samples.ForBlocks(areas, [&](vtkIdType b, const SampleBlock& block, const BlockKernels& kernels) {
@@ -299,11 +299,11 @@ SumMoments Measure(const Sampling& samples, const std::vector<double>& areas)
 struct StepInput
 {
   const WeightSettings& Settings;
-  const std::vector<float>& InitialAreas;
+  const RawVector<float>& InitialAreas;
   const FixedSums &Denominators, &Numerators;
 };
 
-void Step(const StepInput& input, std::vector<double>& areas)
+void Step(const StepInput& input, RawVector<double>& areas)
 {
   vtkSMPTools::For(0, static_cast<vtkIdType>(areas.size()), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
@@ -384,10 +384,18 @@ bool MakeSamplesAndSums(
   };
   return MakeSamples(problem, progress, addUp, samples.Surface);
 }
+
+void Assign(const RawVector<float>& values, RawVector<double>& to)
+{
+  to.resize(values.size());
+  vtkSMPTools::For(0, static_cast<vtkIdType>(to.size()), [&](vtkIdType begin, vtkIdType end) {
+    std::copy(values.data() + begin, values.data() + end, to.data() + begin);
+  });
+}
 }
 
 bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
-  std::vector<double>& areas, WeightReport& report)
+  RawVector<double>& areas, WeightReport& report)
 {
   const WeightSharing* sharing = problem.Sharing;
   const int iterations = problem.Settings.NumberOfIterations;
@@ -402,7 +410,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   {
     return false;
   }
-  areas.assign(samples.Surface.Areas.begin(), samples.Surface.Areas.end());
+  Assign(samples.Surface.Areas, areas);
   // One or two points have no samples: no place is known to be on a surface.
   double last = std::numeric_limits<double>::infinity();
   bool isMeasured = false; // of the final areas

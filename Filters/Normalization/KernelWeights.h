@@ -14,6 +14,7 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Normalization/WeightProblem.h"
 
@@ -32,7 +33,7 @@ struct WeightReport
   SumStatistics Before, After;
   double SampledArea = 0.0; // world units squared
   vtkIdType NumberOfSamples = 0;
-  std::vector<float> InitialAreas; // [n] world units squared; 0: the surfel has no usable kernel
+  RawVector<float> InitialAreas; // [n] world units squared; 0: the surfel has no usable kernel
 };
 
 /// The kernel of a surfel from its arrays (Documentation/DataContract.md), all but TwoSided.
@@ -40,5 +41,5 @@ WeightedKernel MakeWeightedKernel(const double areaVector[3], const double covar
 
 /// areas: [n] the weighted area, 0 without a usable kernel. Returns false if stopped.
 bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
-  std::vector<double>& areas, WeightReport& report);
+  RawVector<double>& areas, WeightReport& report);
 }

@@ -9,10 +9,13 @@
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 
+#include "vtkSMPThreadLocal.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -532,12 +535,19 @@ bool MakeSamples(const WeightProblem& problem, const StageProgress& progress,
     problem.Graph ? nullptr : new NeighborSearch(cloud.Positions.data(), count));
   const auto blockCount = static_cast<vtkIdType>(surface.Blocks.size());
   const vtkIdType stride = std::max(1, (1 << 18) / size); // blocks between two checks for an abort
+  // Kept from one range of blocks to the next: fresh memory takes time.
+  using Worker = std::pair<Sampler, SampleBlock>;
+  vtkSMPThreadLocal<std::shared_ptr<Worker>> workers;
   for (vtkIdType first = 0; first < blockCount; first += stride)
   {
     const vtkIdType last = std::min(first + stride, blockCount);
     vtkSMPTools::For(first, last, 1, [&](vtkIdType b, vtkIdType end) {
-      Sampler sampler(problem, tree.get());
-      SampleBlock block;
+      std::shared_ptr<Worker>& worker = workers.Local();
+      if (!worker)
+      {
+        worker = std::make_shared<Worker>(Sampler(problem, tree.get()), SampleBlock());
+      }
+      auto& [sampler, block] = *worker;
       for (; b < end; ++b)
       {
         const int from = static_cast<int>(b) * size;

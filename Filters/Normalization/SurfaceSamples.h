@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Normalization/SurfelTable.h"
 #include "Filters/Normalization/WeightProblem.h"
@@ -64,8 +65,8 @@ inline int SampleBlockSize(const WeightSettings& settings)
 struct SampledSurface
 {
   std::vector<SampleBlock> Blocks;
-  std::vector<float> Areas; // [n] world units squared; 0: no usable kernel
-  std::vector<float> Peaks; // [n] 1 / area
+  RawVector<float> Areas; // [n] world units squared; 0: no usable kernel
+  RawVector<float> Peaks; // [n] 1 / area
 };
 
 /// Called with each block, by its index, while the block and its table are in the caches. Several

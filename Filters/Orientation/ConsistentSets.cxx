@@ -3,6 +3,7 @@
 
 #include "Filters/Orientation/ParityUnionFind.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -13,24 +14,24 @@ ConsistentSets CollectSets(int count, ParityUnionFind& signs)
 {
   std::vector<int> numbers(count, -1); // of the roots' sets
   ConsistentSets sets;
-  sets.Flips.resize(count);
   sets.Starts.push_back(0);
   for (int i = 0; i < count; ++i)
   {
-    const auto [root, flip] = signs.Find(i);
+    const int root = signs.Find(i).first;
     if (numbers[root] < 0)
     {
       numbers[root] = sets.Count();
       sets.Starts.push_back(sets.Starts.back() + signs.Size(root));
     }
-    sets.Flips[i] = flip ? 1 : 0;
   }
-  std::vector<int> next(sets.Starts.begin(), sets.Starts.end() - 1);
   sets.Ids.resize(count);
   for (int i = 0; i < count; ++i)
   {
-    sets.Ids[next[numbers[signs.FindReadOnly(i).first]]++] = i;
+    sets.Ids[sets.Starts[numbers[signs.FindReadOnly(i).first]]++] = i;
   }
+  // Each start is the next one's now.
+  std::copy_backward(sets.Starts.begin(), sets.Starts.end() - 1, sets.Starts.end());
+  sets.Starts.front() = 0;
   return sets;
 }
 

@@ -15,7 +15,6 @@ struct ConsistentSets
 {
   std::vector<int> Ids;    // [n] points, one set after another, ascending in each
   std::vector<int> Starts; // [Count() + 1] in Ids
-  std::vector<char> Flips; // [n] 1: the sign of the root of the set is opposite
 
   int Count() const { return static_cast<int>(this->Starts.size()) - 1; }
   int Size(int set) const { return this->Starts[set + 1] - this->Starts[set]; }
@@ -23,6 +22,7 @@ struct ConsistentSets
 };
 
 /// @param count of points
+/// @param signs flattened
 ConsistentSets CollectSets(int count, ParityUnionFind& signs);
 
 /// Share of the votes within a set that contradict its signs; 1 if there are none.

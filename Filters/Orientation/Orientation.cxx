@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/Orientation.h"
 
+#include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
@@ -23,7 +24,7 @@ class Orienter
 {
 public:
   Orienter(const LocalCloud& cloud, const NeighborGraph& graph, const OutsideSettings& settings,
-    std::vector<PlaneFit>& fits)
+    PlaneFits& fits)
     : Cloud(cloud)
     , Graph(graph)
     , Settings(settings)
@@ -39,6 +40,7 @@ public:
   bool Run(const StageProgress& progress, OrientationResult& result)
   {
     JoinSureEdges(this->Graph, this->Edges, this->Signs);
+    ReturnFreeMemory();
     const bool finished = progress.Step(0.3) &&
       this->DecideSets(progress.Part(0.3, 0.5),
         [this](
@@ -59,7 +61,7 @@ private:
   bool DecideSets(const StageProgress& progress, Decide&& decide)
   {
     const ConsistentSets sets = CollectSets(this->Cloud.Size(), this->Signs);
-    const OutsideInput input{ { this->Cloud, this->Fits, sets.Flips },
+    const OutsideInput input{ { this->Cloud, this->Fits, this->Signs.FlatFlips() },
       [this](const Component& set) {
         return ConflictOf(this->Graph, this->Edges, this->Signs, set.Ids, set.Count);
       } };
@@ -131,7 +133,7 @@ private:
   const LocalCloud& Cloud;
   const NeighborGraph& Graph;
   const OutsideSettings& Settings;
-  std::vector<PlaneFit>& Fits;
+  PlaneFits& Fits;
   EdgeVotes Edges;
   ParityUnionFind Signs;
   std::vector<signed char> Sides;     // [n] as in JoinPatches
@@ -140,7 +142,7 @@ private:
 };
 }
 
-void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<PlaneFit>& fits)
+void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, PlaneFits& fits)
 {
   vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
@@ -154,7 +156,7 @@ void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vecto
 }
 
 bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
-  const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
+  const OutsideSettings& settings, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result)
 {
   result.TwoSided.assign(fits.size(), 1);

@@ -30,9 +30,9 @@ struct OrientationResult
 /// are one-sided; the others of their component follow them if the votes agree.
 /// Returns false if stopped.
 bool OrientConsistently(const LocalCloud& cloud, const NeighborGraph& graph,
-  const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
+  const OutsideSettings& settings, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result);
 
 /// Turns every normal towards `viewpoint` (relative to the cloud's origin).
-void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, std::vector<PlaneFit>& fits);
+void FaceViewpoint(const LocalCloud& cloud, const Vector3& viewpoint, PlaneFits& fits);
 }

@@ -5,9 +5,9 @@
 #include "Filters/Orientation/ParityUnionFind.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace SurfelGeometry
 {
@@ -33,7 +33,7 @@ constexpr double LongestEdge = 4.0;
 /// halfway between the points, which is exact on planes and circular arcs of any bend
 /// (Koenig and Gumhold 2009, "Consistent propagation of normal orientations in point clouds").
 /// 0 if the edge must not count. `sure`: whether it may join patches.
-float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, int b, bool& sure)
+float VoteOf(const LocalCloud& cloud, const PlaneFits& fits, int a, int b, bool& sure)
 {
   sure = false;
   const Vector3 d = Load(cloud.Position(b)) - Load(cloud.Position(a));
@@ -62,8 +62,7 @@ float VoteOf(const LocalCloud& cloud, const std::vector<PlaneFit>& fits, int a, 
 }
 
 /// Whether the direction of i's normal is reliable.
-bool IsSure(
-  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph, int i)
+bool IsSure(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph, int i)
 {
   if (fits[i].Flatness <= SureFlatness || fits[i].OnPlate)
   {
@@ -110,28 +109,22 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
   }
 }
 
-/// Slots of a piece's sure edges, from its first one on.
-struct SureEdges
-{
-  std::vector<std::uint32_t> Slots;                       ///< the surest first
-  std::array<std::uint32_t, EdgeVotes::NotSure + 1> Ends; ///< of each class
-};
+/// The class of edges that may not join patches.
+constexpr unsigned char NotSure = SureEdges::NumberOfClasses;
 
-/// Sorts the sure edges of the points from `first` to `last`, the surest first; the order within a
-/// class stays.
-SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
+/// Sorts the sure edges, the surest first; the order within a class stays.
+/// @param classes [GraphDegree * points] of the slots of a piece; 0: the surest
+SureEdges SortByClass(const std::vector<unsigned char>& classes)
 {
   SureEdges sorted;
   sorted.Ends.fill(0);
-  const unsigned char* classes = edges.Classes.data() + GraphDegree * first;
-  const auto count = static_cast<std::uint32_t>(GraphDegree * (last - first));
   // Branch-free: which edges are sure is hard to predict.
-  std::vector<std::uint32_t> sure(count + 1);
+  std::vector<std::uint32_t> sure(classes.size() + 1);
   std::uint32_t found = 0;
-  for (std::uint32_t slot = 0; slot < count; ++slot)
+  for (std::uint32_t slot = 0; slot < classes.size(); ++slot)
   {
     sure[found] = slot;
-    found += classes[slot] != EdgeVotes::NotSure ? 1 : 0;
+    found += classes[slot] != NotSure ? 1 : 0;
   }
   sure.resize(found);
   for (const std::uint32_t slot : sure)
@@ -155,10 +148,10 @@ SureEdges SortByClass(const EdgeVotes& edges, vtkIdType first, vtkIdType last)
 
 /// Sure edges of the points from `first` to `last`, the surest first. Edges that close a loop of
 /// surer ones among these points are left out: they are in no spanning forest of the whole graph.
-SureEdges ThinSureEdges(
-  const NeighborGraph& graph, const EdgeVotes& edges, vtkIdType first, vtkIdType last)
+SureEdges ThinSureEdges(const NeighborGraph& graph, const std::vector<unsigned char>& classes,
+  vtkIdType first, vtkIdType last)
 {
-  SureEdges sure = SortByClass(edges, first, last);
+  SureEdges sure = SortByClass(classes);
   ParityUnionFind signs(static_cast<int>(last - first));
   std::uint32_t kept = 0, slot = 0;
   for (std::uint32_t& end : sure.Ends)
@@ -179,15 +172,22 @@ SureEdges ThinSureEdges(
   sure.Slots.shrink_to_fit();
   return sure;
 }
+
+/// The class of a sure edge.
+unsigned char ClassOf(float vote)
+{
+  const double doubt = (1.0 - std::abs(vote)) / (1.0 - SureVote);
+  return static_cast<unsigned char>(std::clamp(
+    static_cast<int>(doubt * SureEdges::NumberOfClasses), 0, SureEdges::NumberOfClasses - 1));
+}
 }
 
-EdgeVotes CollectVotes(
-  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph)
+EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph)
 {
   const vtkIdType count = cloud.Size();
   EdgeVotes edges;
   edges.Votes.resize(GraphDegree * static_cast<size_t>(count));
-  edges.Classes.resize(edges.Votes.size());
+  edges.Sure.resize(static_cast<size_t>(PieceCount(count)));
   std::vector<unsigned char> areSure(static_cast<size_t>(count));
   vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)
@@ -195,41 +195,36 @@ EdgeVotes CollectVotes(
       areSure[i] = IsSure(cloud, fits, graph, static_cast<int>(i)) ? 1 : 0;
     }
   });
-  vtkSMPTools::For(0, count, 1024, [&](vtkIdType begin, vtkIdType end) {
-    std::fill(
-      edges.Votes.begin() + GraphDegree * begin, edges.Votes.begin() + GraphDegree * end, 0.0f);
-    std::fill(edges.Classes.begin() + GraphDegree * begin,
-      edges.Classes.begin() + GraphDegree * end, EdgeVotes::NotSure);
-    for (vtkIdType i = begin; i < end; ++i)
+  ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
+    float* votes = edges.Votes.data() + GraphDegree * first;
+    std::fill_n(votes, GraphDegree * (last - first), 0.0f);
+    std::vector<unsigned char> classes(static_cast<size_t>(GraphDegree * (last - first)), NotSure);
+    for (vtkIdType i = first; i < last; ++i)
     {
       VisitEdges(graph, static_cast<int>(i), [&](int k, int j) {
         bool sure;
         const float vote = VoteOf(cloud, fits, static_cast<int>(i), j, sure);
-        edges.Votes[GraphDegree * i + k] = vote;
+        const vtkIdType slot = GraphDegree * (i - first) + k;
+        votes[slot] = vote;
         if (sure && areSure[i] && areSure[j])
         {
-          const double doubt = (1.0 - std::abs(vote)) / (1.0 - SureVote);
-          edges.Classes[GraphDegree * i + k] = static_cast<unsigned char>(
-            std::clamp(static_cast<int>(doubt * EdgeVotes::NotSure), 0, EdgeVotes::NotSure - 1));
+          classes[slot] = ClassOf(vote);
         }
       });
     }
+    edges.Sure[p] = ThinSureEdges(graph, classes, first, last);
   });
   return edges;
 }
 
-void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs)
+void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs)
 {
-  const vtkIdType count = edges.Count();
-  std::vector<SureEdges> thinned(PieceCount(count));
-  ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
-    thinned[p] = ThinSureEdges(graph, edges, first, last);
-  });
-  for (int sureness = 0; sureness < EdgeVotes::NotSure; ++sureness)
+  const std::vector<SureEdges> pieces = std::move(edges.Sure);
+  for (int sureness = 0; sureness < SureEdges::NumberOfClasses; ++sureness)
   {
-    for (size_t p = 0; p < thinned.size(); ++p)
+    for (size_t p = 0; p < pieces.size(); ++p)
     {
-      const SureEdges& sure = thinned[p];
+      const SureEdges& sure = pieces[p];
       for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < sure.Ends[sureness]; ++e)
       {
         const size_t slot = GraphDegree * PieceSize * p + sure.Slots[e];

@@ -11,6 +11,8 @@
 #include "vtkSMPTools.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 namespace SurfelGeometry
@@ -24,23 +26,30 @@ struct Edge
   float Vote;
 };
 
+/// The sure edges of a piece of the cloud, which join points to patches, in classes by their votes.
+struct SureEdges
+{
+  static constexpr int NumberOfClasses = 255;
+
+  std::vector<std::uint32_t> Slots; ///< from the piece's first one on; the surest first
+  std::array<std::uint32_t, NumberOfClasses> Ends; ///< of each class
+};
+
 /// The edges of the graph: slot GraphDegree i + k leads from i to its neighbour of rank k.
 struct EdgeVotes
 {
-  static constexpr unsigned char NotSure = 255;
-
-  RawVector<float> Votes;           ///< 0: no edge, or stored at its other end
-  RawVector<unsigned char> Classes; ///< 0: the surest edges; NotSure: may not join patches
+  RawVector<float> Votes;      ///< 0: no edge, or stored at its other end
+  std::vector<SureEdges> Sure; ///< of each piece, without those that close a loop in it
 
   vtkIdType Count() const { return static_cast<vtkIdType>(this->Votes.size() / GraphDegree); }
 };
 
 /// Computes the votes of all edges.
-EdgeVotes CollectVotes(
-  const LocalCloud& cloud, const std::vector<PlaneFit>& fits, const NeighborGraph& graph);
+EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph);
 
-/// Joins sure edges, the surest first: Kruskal's algorithm with the votes in classes.
-void JoinSureEdges(const NeighborGraph& graph, const EdgeVotes& edges, ParityUnionFind& signs);
+/// Joins the sure edges, the surest first, and drops them: Kruskal's algorithm with the votes in
+/// classes.
+void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs);
 
 /// Points per piece of a parallel loop.
 constexpr vtkIdType PieceSize = 1 << 14;

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -16,11 +15,9 @@ class ParityUnionFind
 {
 public:
   explicit ParityUnionFind(int count)
-    : Parents(count)
+    : Parents(count, -1)
     , Flips(count, 0)
-    , Sizes(count, 1)
   {
-    std::iota(this->Parents.begin(), this->Parents.end(), 0);
   }
 
   /// Root of i's set, and whether i's sign differs from the root's. Shortens the path.
@@ -28,13 +25,13 @@ public:
   {
     int root = i;
     bool flip = false;
-    while (this->Parents[root] != root)
+    while (this->Parents[root] >= 0)
     {
       flip ^= this->Flips[root] != 0;
       root = this->Parents[root];
     }
     const bool result = flip;
-    while (this->Parents[i] != root && i != root)
+    while (i != root && this->Parents[i] != root)
     {
       const int next = this->Parents[i];
       const bool own = this->Flips[i] != 0;
@@ -50,12 +47,16 @@ public:
   std::pair<int, bool> FindReadOnly(int i) const
   {
     bool flip = false;
-    for (; this->Parents[i] != i; i = this->Parents[i])
+    for (; this->Parents[i] >= 0; i = this->Parents[i])
     {
       flip ^= this->Flips[i] != 0;
     }
     return { i, flip };
   }
+
+  /// [count] 1: the sign of the root is opposite. Valid until sets are joined, after Flatten(), or
+  /// Find() of all.
+  const std::vector<char>& FlatFlips() const { return this->Flips; }
 
   /// Shortens all paths.
   void Flatten()
@@ -77,24 +78,22 @@ public:
       return false;
     }
     // The larger set keeps its root; if the sizes are equal, the smaller index does.
-    const int sizeA = this->Sizes[rootA];
-    const int sizeB = this->Sizes[rootB];
+    const int sizeA = this->Size(rootA), sizeB = this->Size(rootB);
     if (sizeA < sizeB || (sizeA == sizeB && rootB < rootA))
     {
       std::swap(rootA, rootB);
     }
     this->Parents[rootB] = rootA;
     this->Flips[rootB] = flipA ^ flipB ^ differ;
-    this->Sizes[rootA] = sizeA + sizeB;
+    this->Parents[rootA] = -(sizeA + sizeB);
     return true;
   }
 
   /// Number of members of the set with this root.
-  int Size(int root) const { return this->Sizes[root]; }
+  int Size(int root) const { return -this->Parents[root]; }
 
 private:
-  std::vector<int> Parents;
-  std::vector<char> Flips; // relative to the parent
-  std::vector<int> Sizes;
+  std::vector<int> Parents; // of a root: minus the size of its set
+  std::vector<char> Flips;  // relative to the parent
 };
 }

@@ -13,7 +13,7 @@ struct PatchVotes
 {
   const NeighborGraph& Graph;
   const EdgeVotes& Edges;
-  const std::vector<PlaneFit>& Fits;
+  const PlaneFits& Fits;
 };
 
 /// Joins patches to components of consistent sign. Where the votes contradict each other, as where

@@ -192,7 +192,7 @@ private:
 }
 
 bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
-  const StageProgress& progress, std::vector<PlaneFit>& fits)
+  const StageProgress& progress, PlaneFits& fits)
 {
   return ParallelFor(cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
     for (vtkIdType i = begin; i < end; ++i)

@@ -19,5 +19,5 @@ struct LocalCloud;
 /// Gives points on thin plates the normal of their sheets, outward, and marks them `OnPlate`.
 /// Points whose normals were given stay as they are. Returns false if stopped.
 bool TurnPlatesOutward(const LocalCloud& cloud, const NeighborGraph& graph,
-  const StageProgress& progress, std::vector<PlaneFit>& fits);
+  const StageProgress& progress, PlaneFits& fits);
 }

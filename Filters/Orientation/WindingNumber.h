@@ -22,7 +22,7 @@ struct LocalCloud;
 struct OrientedFits
 {
   const LocalCloud& Cloud;
-  const std::vector<PlaneFit>& Fits;
+  const PlaneFits& Fits;
   const std::vector<char>& Flips; // [n] 1: the normal turned round is consistent with the others
 
   /// Of consistent signs among the members.

@@ -43,7 +43,7 @@ struct WholeCloud
 {
   LocalCloud Cloud;
   NeighborGraph Graph;
-  std::vector<PlaneFit> Fits;
+  PlaneFits Fits;
   std::vector<int> Indices; // [id] in the cloud, or NoPoint
 };
 
@@ -94,7 +94,7 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
 
 /// The points of this rank's region, and the ids of all fetched points, whose signs it asks for.
 Message SharedOrientation::PackRegion(
-  const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const
+  const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits) const
 {
   const std::vector<vtkIdType> globalIds = this->Partition.GlobalIds();
   const auto count = static_cast<size_t>(cloud.Size());
@@ -180,7 +180,7 @@ const double* SharedOrientation::Origin() const
 }
 
 bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& graph,
-  const OutsideSettings& settings, const StageProgress& progress, std::vector<PlaneFit>& fits,
+  const OutsideSettings& settings, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result)
 {
   std::vector<Message> messages = this->Group.ToRoot(this->PackRegion(cloud, graph, fits));

@@ -44,11 +44,11 @@ public:
    * @param settings with the viewpoint relative to Origin()
    */
   bool Orient(const LocalCloud& cloud, const NeighborGraph& graph, const OutsideSettings& settings,
-    const StageProgress& progress, std::vector<PlaneFit>& fits, OrientationResult& result);
+    const StageProgress& progress, PlaneFits& fits, OrientationResult& result);
 
 private:
   SurfelSplatting::Message PackRegion(
-    const LocalCloud& cloud, const NeighborGraph& graph, const std::vector<PlaneFit>& fits) const;
+    const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits) const;
   std::vector<SurfelSplatting::Message> OrientAll(std::vector<SurfelSplatting::Message> messages,
     const OutsideSettings& settings, const StageProgress& progress) const;
 

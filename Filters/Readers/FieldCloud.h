@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "Filters/Common/RawVector.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -48,7 +50,7 @@ struct FieldCloud
   std::uint32_t Width = 0, Height = 0; ///< Height > 1: a depth image, row by row
   std::size_t PointStep = 0;           ///< bytes from one point to the next
   std::vector<Field> Fields;
-  std::vector<std::uint8_t> Data;
+  SurfelGeometry::RawVector<std::uint8_t> Data;
 };
 
 /// Reverses the bytes of every value.

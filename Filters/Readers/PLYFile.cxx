@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/PLYFile.h"
 
+#include "vtkSMPTools.h"
+
 #include <pcl/io/ply/ply_parser.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <fstream>
 #include <functional>
@@ -18,7 +22,7 @@ namespace PointCloud
 namespace
 {
 using Parser = pcl::io::ply::ply_parser;
-using Bytes = std::vector<std::uint8_t>;
+using Bytes = SurfelGeometry::RawVector<std::uint8_t>;
 
 template <typename Value>
 Field::Types TypeOf()
@@ -224,15 +228,24 @@ bool Contents::ReadBlock(const std::string& path)
 {
   Bytes& data = this->Cloud.Data;
   data.resize(this->Count * this->Cloud.PointStep);
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(this->Block);
-  file.read(reinterpret_cast<char*>(data.data()), static_cast<std::streamsize>(data.size()));
+  constexpr vtkIdType piece = 1 << 22; // bytes
+  const auto size = static_cast<vtkIdType>(data.size());
+  std::atomic<bool> isWhole{ true };
+  vtkSMPTools::For(0, (size + piece - 1) / piece, 1, [&](vtkIdType p, vtkIdType end) {
+    std::ifstream file(path, std::ios::binary);
+    const vtkIdType from = p * piece;
+    file.seekg(this->Block + from);
+    if (!file.read(reinterpret_cast<char*>(data.data()) + from, std::min(size, end * piece) - from))
+    {
+      isWhole = false;
+    }
+  });
   const bool isBig = this->Format == pcl::io::ply::binary_big_endian_format;
   if (isBig != (pcl::io::ply::host_byte_order == pcl::io::ply::big_endian_byte_order))
   {
     SwapBytes(this->Cloud);
   }
-  return file.good();
+  return isWhole;
 }
 
 /// Puts the vertices where the grid has them.

@@ -27,6 +27,7 @@ namespace PointCloud
 {
 namespace
 {
+using SurfelGeometry::RawVector;
 using Triple = std::array<const Field*, 3>;
 
 vtkIdType Count(const FieldCloud& cloud)
@@ -148,9 +149,9 @@ vtkSmartPointer<vtkDataArray> DecodeNormals(const FieldCloud& cloud, const Tripl
 }
 
 // PCL packs a colour into four bytes, 0xAARRGGBB, under a float or an integer type.
-std::vector<std::uint32_t> DecodePackedColors(const FieldCloud& cloud, const Field& field)
+RawVector<std::uint32_t> DecodePackedColors(const FieldCloud& cloud, const Field& field)
 {
-  std::vector<std::uint32_t> packed(Count(cloud));
+  RawVector<std::uint32_t> packed(Count(cloud));
   CopyValues<std::uint32_t>(cloud, field, 1, packed.data(), 1);
   return packed;
 }
@@ -184,9 +185,9 @@ std::vector<float> DecodeChannels(const FieldCloud& cloud, const Field* const* f
 }
 
 // Colours that are bytes already.
-std::vector<std::uint32_t> PackBytes(const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
+RawVector<std::uint32_t> PackBytes(const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
 {
-  std::vector<std::uint32_t> packed(Count(cloud));
+  RawVector<std::uint32_t> packed(Count(cloud));
   vtkSMPTools::For(0, Count(cloud), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
@@ -200,7 +201,7 @@ std::vector<std::uint32_t> PackBytes(const FieldCloud& cloud, const Triple& rgb,
 }
 
 // Colours in three fields, which have one scale, and alpha in a fourth if it is not null.
-std::vector<std::uint32_t> DecodeSeparateColors(
+RawVector<std::uint32_t> DecodeSeparateColors(
   const FieldCloud& cloud, const Triple& rgb, const Field* alpha)
 {
   const auto isByte = [](const Field* field) { return !field || field->Type == Field::UINT8; };
@@ -211,7 +212,7 @@ std::vector<std::uint32_t> DecodeSeparateColors(
   const std::vector<float> colors = DecodeChannels(cloud, rgb.data(), 3);
   const std::vector<float> alphas =
     alpha ? DecodeChannels(cloud, &alpha, 1) : std::vector<float>(Count(cloud), 255.f);
-  std::vector<std::uint32_t> packed(Count(cloud));
+  RawVector<std::uint32_t> packed(Count(cloud));
   for (std::size_t i = 0; i < packed.size(); ++i)
   {
     packed[i] = static_cast<std::uint32_t>(alphas[i]) << 24 |
@@ -223,7 +224,7 @@ std::vector<std::uint32_t> DecodeSeparateColors(
 }
 
 vtkSmartPointer<vtkDataArray> UnpackColors(
-  const std::vector<std::uint32_t>& packed, bool mayHaveAlpha)
+  const RawVector<std::uint32_t>& packed, bool mayHaveAlpha)
 {
   const auto alphaIs = [&](std::uint32_t alpha) {
     return std::all_of(
@@ -329,7 +330,9 @@ vtkSmartPointer<vtkCellArray> MakeVertices(int count)
   offsets->InsertNextValue(0);
   offsets->InsertNextValue(count);
   connectivity->SetNumberOfValues(count);
-  std::iota(connectivity->GetPointer(0), connectivity->GetPointer(0) + count, 0);
+  int* ids = connectivity->GetPointer(0);
+  vtkSMPTools::For(0, count,
+    [ids](vtkIdType i, vtkIdType end) { std::iota(ids + i, ids + end, static_cast<int>(i)); });
   auto vertices = vtkSmartPointer<vtkCellArray>::New();
   vertices->SetData(offsets, connectivity);
   return vertices;

@@ -3,7 +3,16 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "SurfelTesting.h"
 
+#include <cstddef>
+#include <fstream>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#ifdef __GLIBC__
+#include <unistd.h>
+#endif
 
 using namespace SurfelTesting;
 
@@ -20,3 +29,29 @@ TEST_CASE("Memory that points need")
   CHECK(said.find("24 GiB are free") != std::string::npos);
   CHECK(said.find("to 64424509 points") != std::string::npos);
 }
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+double ResidentBytes()
+{
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0, resident = 0.0;
+  file >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/// What is freed below a block in use stays the process's until it is given back.
+TEST_CASE("Memory that is given back")
+{
+  constexpr std::size_t size = 1 << 16, count = 1 << 9;
+  std::vector<std::unique_ptr<std::vector<char>>> blocks;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    blocks.push_back(std::make_unique<std::vector<char>>(size, 1));
+  }
+  const std::unique_ptr<std::vector<char>> last = std::move(blocks.back());
+  blocks.clear();
+  const double before = ResidentBytes();
+  SurfelGeometry::ReturnFreeMemory();
+  CHECK(before - ResidentBytes() > 0.75 * size * count);
+}
+#endif

@@ -159,7 +159,7 @@ TEST_CASE_FIXTURE(TemporaryFile, "Types")
   Write(Integers + "255.0 -1 -9223372036854775808\n255 4294967295.0 4611686018427387904\n");
   CompareWithPCL();
   Write(Integers + "255.0 1 18446744073709551615\n255 1 -1\n"); // pcl_io rounds the large one
-  const std::vector<std::uint8_t> points = Read().Data;
+  const auto points = Read().Data;
   CHECK(points[0] == 255);
   CHECK(std::equal(points.begin(), points.begin() + 13, points.begin() + 13));
 }
@@ -174,7 +174,7 @@ TEST_CASE_FIXTURE(TemporaryFile, "Lines")
     CompareWithPCL();
   }
   // pcl_io takes a line of white space for a damaged point.
-  const std::vector<std::uint8_t> expected = Read().Data;
+  const auto expected = Read().Data;
   for (const char* const end : { "\n \t\n", "\r\n\r\n" })
   {
     Write(Head + first + end + second + end);
@@ -212,7 +212,7 @@ TEST_CASE_FIXTURE(TemporaryFile, "Fields of many values")
     std::string::npos);
   constexpr int count = 100;
   pcl::PCDWriter().writeBinaryCompressed(Path, MakePaddedCloud(count));
-  const std::vector<std::uint8_t> expected = Read().Data;
+  const auto expected = Read().Data;
   std::ifstream file(Path, std::ios::binary);
   std::string text{ std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
   for (const auto& [line, padding] : { std::pair<std::string, std::string>{ "FIELDS", " _" },
