@@ -8,6 +8,7 @@
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/ParallelMedian.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/SurfelKernel.h"
@@ -32,6 +33,7 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -106,28 +108,29 @@ public:
     vtkSurfelEstimation* self = this->Self;
     self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
     self->NumberOfDuplicatePoints = this->Cloud.Duplicates;
-    std::vector<float> spacings;
-    spacings.reserve(this->Fits.size());
-    for (size_t i = 0; i < this->Fits.size(); ++i)
-    {
-      if (!this->IsCounted(static_cast<int>(i)))
+    std::atomic<vtkIdType> isolated{ 0 }, degenerate{ 0 }, twoSided{ 0 };
+    const auto count = static_cast<vtkIdType>(this->Fits.size());
+    vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+      vtkIdType sums[3] = { 0, 0, 0 };
+      for (; i < end; ++i)
       {
-        continue;
+        const bool isCounted = this->IsCounted(static_cast<int>(i));
+        sums[0] += isCounted && this->Fits[i].Isolated ? 1 : 0;
+        sums[1] += isCounted && this->Fits[i].Degenerate ? 1 : 0;
+        sums[2] += isCounted ? this->Result.TwoSided[i] : 0;
       }
-      const PlaneFit& fit = this->Fits[i];
-      self->NumberOfIsolatedPoints += fit.Isolated ? 1 : 0;
-      self->NumberOfDegeneratePoints += fit.Degenerate ? 1 : 0;
-      self->NumberOfTwoSidedSurfels += this->Result.TwoSided[i];
-      spacings.push_back(fit.Spacing);
-    }
+      isolated += sums[0];
+      degenerate += sums[1];
+      twoSided += sums[2];
+    });
+    self->NumberOfIsolatedPoints = isolated;
+    self->NumberOfDegeneratePoints = degenerate;
+    self->NumberOfTwoSidedSurfels = twoSided;
     self->NumberOfComponents = this->Result.NumberOfComponents;
     self->NumberOfClosedComponents = this->Result.NumberOfClosedComponents;
-    if (!spacings.empty())
-    {
-      const auto middle = spacings.begin() + spacings.size() / 2;
-      std::nth_element(spacings.begin(), middle, spacings.end());
-      self->MedianSpacing = *middle;
-    }
+    self->MedianSpacing = ParallelMedian(count, [this](vtkIdType i) {
+      return this->IsCounted(static_cast<int>(i)) ? this->Fits[i].Spacing : -1.0f;
+    });
   }
 
 private:

@@ -4,6 +4,7 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/ParallelMedian.h"
 
 #include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>
@@ -247,19 +248,9 @@ public:
     : Fits(fits)
     , Factor(factor)
   {
-    const float PlaneFit::*const fields[] = { &PlaneFit::Reach, &PlaneFit::Spacing };
-    float medians[2];
-    vtkSMPTools::For(0, 2, 1, [&](vtkIdType k, vtkIdType end) {
-      for (; k < end; ++k)
-      {
-        std::vector<float> values(fits.size());
-        std::transform(fits.begin(), fits.end(), values.begin(),
-          [field = fields[k]](const PlaneFit& fit) { return fit.*field; });
-        medians[k] = Median(values);
-      }
-    });
-    this->MedianReach = medians[0];
-    this->MedianSpacing = medians[1];
+    const auto count = static_cast<vtkIdType>(fits.size());
+    this->MedianReach = ParallelMedian(count, [&](vtkIdType i) { return fits[i].Reach; });
+    this->MedianSpacing = ParallelMedian(count, [&](vtkIdType i) { return fits[i].Spacing; });
   }
 
   /// The spacing that an isolated point gets; negative if the point is not isolated.

@@ -2,6 +2,7 @@
 #include "Filters/Orientation/OrientationGraph.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/Multiversion.h"
 #include "Filters/Orientation/ParityUnionFind.h"
 
 #include <algorithm>
@@ -109,6 +110,9 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
   }
 }
 
+/// Edges between a prefetch and its use.
+constexpr std::uint32_t PrefetchDistance = 8;
+
 /// The class of edges that may not join patches.
 constexpr unsigned char NotSure = SureEdges::NumberOfClasses;
 
@@ -173,6 +177,12 @@ SureEdges ThinSureEdges(const NeighborGraph& graph, const std::vector<unsigned c
   return sure;
 }
 
+/// The point that the edge in this slot leads to.
+const int& OtherEnd(const NeighborGraph& graph, size_t slot)
+{
+  return graph.Row(slot / GraphDegree)[slot % GraphDegree];
+}
+
 /// The class of a sure edge.
 unsigned char ClassOf(float vote)
 {
@@ -225,11 +235,20 @@ void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind
     for (size_t p = 0; p < pieces.size(); ++p)
     {
       const SureEdges& sure = pieces[p];
-      for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < sure.Ends[sureness]; ++e)
+      const size_t first = GraphDegree * PieceSize * p;
+      const auto end = sure.Ends[sureness];
+      for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < end; ++e)
       {
-        const size_t slot = GraphDegree * PieceSize * p + sure.Slots[e];
-        const size_t i = slot / GraphDegree;
-        signs.Join(static_cast<int>(i), graph.Row(i)[slot % GraphDegree], edges.Votes[slot] < 0.0f);
+        // The edges of a class are anywhere in the piece.
+        const size_t farther = first + sure.Slots[std::min(e + 2 * PrefetchDistance, end - 1)];
+        SURFEL_PREFETCH(&OtherEnd(graph, farther));
+        SURFEL_PREFETCH(edges.Votes.data() + farther);
+        const size_t next = first + sure.Slots[std::min(e + PrefetchDistance, end - 1)];
+        signs.Prefetch(static_cast<int>(next / GraphDegree));
+        signs.Prefetch(OtherEnd(graph, next));
+        const size_t slot = first + sure.Slots[e];
+        signs.Join(
+          static_cast<int>(slot / GraphDegree), OtherEnd(graph, slot), edges.Votes[slot] < 0.0f);
       }
     }
   }

@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "Filters/Common/Multiversion.h"
+
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -87,6 +89,13 @@ public:
     this->Flips[rootB] = flipA ^ flipB ^ differ;
     this->Parents[rootA] = -(sizeA + sizeB);
     return true;
+  }
+
+  /// Starts loading what Find(i) reads first.
+  void Prefetch(int i) const
+  {
+    SURFEL_PREFETCH(this->Parents.data() + i);
+    SURFEL_PREFETCH(this->Flips.data() + i);
   }
 
   /// Number of members of the set with this root.
