@@ -22,27 +22,6 @@
 
 namespace SurfelGeometry
 {
-namespace
-{
-/// [3n] in the order of the cloud; empty if there are none.
-std::vector<unsigned char> ColorsOf(vtkDataArray* array, const LocalCloud& cloud)
-{
-  std::vector<unsigned char> colors;
-  if (array)
-  {
-    colors.reserve(3 * cloud.InputIds.size());
-    for (const int id : cloud.InputIds)
-    {
-      for (int c = 0; c < 3; ++c)
-      {
-        colors.push_back(static_cast<unsigned char>(array->GetComponent(id, c)));
-      }
-    }
-  }
-  return colors;
-}
-}
-
 vtkDataArray* CleaningExecution::FindColors(vtkPointSet* input)
 {
   vtkPointData* data = input->GetPointData();
@@ -215,7 +194,7 @@ bool CleaningExecution::Clean(
   this->DropStray(stray, sharing);
   std::vector<Float3> shifts;
   if (this->Settings.Smoothing &&
-    !SmoothNoise(problem, ColorsOf(FindColors(input), cloud), progress.Part(0.4, 1.0), shifts))
+    !SmoothNoise(problem, { FindColors(input), cloud }, progress.Part(0.4, 1.0), shifts))
   {
     return false;
   }

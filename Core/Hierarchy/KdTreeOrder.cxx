@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/KdTreeOrder.h"
 
+#include "Core/Base/Buffer.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>
@@ -251,7 +252,7 @@ void Divide(Leaf* leaves, std::size_t count, std::uint64_t limit)
 /// Splits a range of leaves in two; returns the size of the first half.
 /// @param keys scratch memory
 std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor& executor,
-  std::vector<std::uint64_t>& keys)
+  Buffer<std::uint64_t>& keys)
 {
   bool byNormal = false;
   if (count <= MaxFold && count > 2)
@@ -264,7 +265,7 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
   }
   const auto field = byNormal ? &Leaf::Normal : &Leaf::Position;
   const Vector3 direction = PrincipalDirection(Scatter(leaves, count, field, executor));
-  keys.resize(std::max(keys.size(), count));
+  keys.Resize(std::max(keys.Size(), count));
   executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
@@ -273,7 +274,7 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
     }
   });
   const std::size_t left = LeftCount(count);
-  Divide(leaves, count, FindKey(keys.data(), count, left));
+  Divide(leaves, count, FindKey(keys.Data(), count, left));
   return left;
 }
 
@@ -297,7 +298,7 @@ void SplitPair(Leaf* leaves)
   }
 }
 
-void SplitAll(Leaf* leaves, std::size_t count, bool twoSided, std::vector<std::uint64_t>& keys)
+void SplitAll(Leaf* leaves, std::size_t count, bool twoSided, Buffer<std::uint64_t>& keys)
 {
   while (count > 1)
   {
@@ -332,7 +333,7 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
     const SerialExecutor alone;
     const bool together = ranges.size() <= few;
     const auto halve = [&](std::size_t begin, std::size_t end) {
-      std::vector<std::uint64_t> keys;
+      Buffer<std::uint64_t> keys;
       for (std::size_t i = begin; i < end; ++i)
       {
         const Range& r = ranges[i];
@@ -365,7 +366,7 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
     ranges.swap(next);
   }
   executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint64_t> keys;
+    Buffer<std::uint64_t> keys;
     for (std::size_t i = begin; i < end; ++i)
     {
       SplitAll(leaves + ranges[i].Begin, ranges[i].Count, ranges[i].TwoSided, keys);

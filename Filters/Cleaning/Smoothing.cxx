@@ -6,6 +6,8 @@
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
 
+#include "vtkDataArray.h"
+
 #include <pcl/surface/mls.h>
 
 #include <pcl/surface/impl/mls.hpp>
@@ -113,8 +115,7 @@ public:
   }
 
   /// Squared difference of the mean colours above and below the surface over the variance there.
-  double ColorContrast(
-    int i, const Neighbors& neighbors, const std::vector<unsigned char>& colors) const
+  double ColorContrast(int i, const Neighbors& neighbors, const PointColors& colors) const
   {
     Eigen::Vector3d sums[2] = { Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero() };
     double counts[2] = { 0.0, 0.0 }, squares = 0.0;
@@ -125,7 +126,7 @@ public:
       const int side = w > this->Surface.getPolynomialValue(u, v) ? 1 : 0;
       // Fit() has put the point itself first and the first neighbour last.
       const int id = k == 0 ? i : neighbors.Ids[k + 1 == this->Near.size() ? 0 : k];
-      const unsigned char* rgb = colors.data() + 3 * static_cast<size_t>(id);
+      const Vector3 rgb = colors.Get(id);
       const Eigen::Vector3d color(rgb[0], rgb[1], rgb[2]);
       sums[side] += color;
       squares += color.squaredNorm();
@@ -267,7 +268,7 @@ private:
 class Smoother
 {
 public:
-  Smoother(const CleaningProblem& problem, const std::vector<unsigned char>& colors)
+  Smoother(const CleaningProblem& problem, const PointColors& colors)
     : Problem(problem)
     , Cloud(problem.Cloud())
     , Tree(*problem.Searched.Tree)
@@ -344,7 +345,7 @@ private:
       const Residuals residuals = quadric.Measure(SpacingOf(neighbors));
       fit.Deviation = static_cast<float>(residuals.Deviation);
       fit.Kurtosis = static_cast<float>(residuals.Kurtosis);
-      if (!this->Colors.empty())
+      if (this->Colors.Array)
       {
         fit.Contrast = static_cast<float>(quadric.ColorContrast(i, neighbors, this->Colors));
       }
@@ -372,11 +373,22 @@ private:
   const CleaningProblem& Problem;
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
-  const std::vector<unsigned char>& Colors;
+  const PointColors& Colors;
 };
 }
 
-bool SmoothNoise(const CleaningProblem& problem, const std::vector<unsigned char>& colors,
+Vector3 PointColors::Get(int i) const
+{
+  const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
+  Vector3 color{};
+  for (int c = 0; c < 3; ++c)
+  {
+    color[c] = this->Array->GetComponent(id, c);
+  }
+  return color;
+}
+
+bool SmoothNoise(const CleaningProblem& problem, const PointColors& colors,
   const StageProgress& progress, std::vector<Float3>& shifts)
 {
   shifts.clear();

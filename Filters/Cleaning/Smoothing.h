@@ -18,14 +18,26 @@
 
 #include <vector>
 
+class vtkDataArray;
+
 namespace SurfelGeometry
 {
 struct CleaningProblem;
+struct LocalCloud;
+
+/// The colours of a cloud's points, in an array in the order of the input. Few points are asked
+/// for.
+struct PointColors
+{
+  vtkDataArray* Array; // of three components at least; null: unknown
+  const LocalCloud& Cloud;
+
+  Vector3 Get(int i) const;
+};
 
 /// Collective, if several processes clean the cloud.
-/// @param colors [3n] or empty: unknown
 /// @param shifts [n] to the smooth surface, world units; exactly 0 where there is no noise; empty
 /// if there is none at all. Returns false if stopped.
-bool SmoothNoise(const CleaningProblem& problem, const std::vector<unsigned char>& colors,
+bool SmoothNoise(const CleaningProblem& problem, const PointColors& colors,
   const StageProgress& progress, std::vector<Float3>& shifts);
 }
