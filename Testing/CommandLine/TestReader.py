@@ -143,12 +143,17 @@ class TestReader(ToolCase):
     def test_ply_with_a_camera_is_a_depth_image(self):
         """As PCL writes its organized clouds."""
         points = np.arange(36, dtype="<f4")
-        for size, expected in (((4, 3), (4, 3)), ((40, 30), (12, 1))):  # the second is no cloud's
+        nan = float("nan")
+        for kind, size, expected in (
+                ("int", (4, 3), (4, 3)), ("int", (40, 30), (12, 1)),  # the second is no cloud's
+                ("float", (4.0, 3.0), (4, 3)), ("float", (1e30, 3.0), (12, 1)),
+                ("float", (-4.0, -3.0), (12, 1)), ("float", (nan, nan), (12, 1))):
             header = ("ply\nformat binary_little_endian 1.0\nelement vertex 12\nproperty float x\n"
                       "property float y\nproperty float z\nelement camera 1\nproperty float view_px\n"
-                      "property int viewportx\nproperty int viewporty\nend_header\n")
+                      f"property {kind} viewportx\nproperty {kind} viewporty\nend_header\n")
             with open("camera.ply", "wb") as file:
-                file.write(header.encode() + points.tobytes() + struct.pack("<fii", 0, *size))
+                camera = struct.pack("<f" + 2 * kind[0], 0, *size)
+                file.write(header.encode() + points.tobytes() + camera)
             reader = self.read("camera.ply")
             self.assertEqual(reader.GetDimensions(), expected)
             self.assertEqual(self.points(reader).ravel().tolist(), points.tolist())
