@@ -68,7 +68,7 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   {
     return colors;
   }
-  vtkUnsignedCharArray* bytes = this->AreNoColors() ? nullptr : this->MapScalars(1.0);
+  vtkUnsignedCharArray* bytes = this->AreColorsTooLong() ? nullptr : this->MapScalars(1.0);
   if (!bytes || bytes->GetNumberOfComponents() != 4 ||
     bytes->GetNumberOfTuples() != input->GetNumberOfPoints())
   {
@@ -77,17 +77,31 @@ vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)
   return linearLight ? static_cast<vtkDataArray*>(this->GetLinearColors(bytes)) : bytes;
 }
 
-/// Whether the scalars are to be colours as they are, but have more components than colours: VTK
-/// 9.1 would crash.
-bool vtkSurfelMapper::AreNoColors()
+/// Whether the scalars would be colours as they are, but have more components than a colour, with
+/// which VTK 9.1 crashes. Warns once.
+bool vtkSurfelMapper::AreColorsTooLong()
 {
   constexpr int mostComponents = 4;
+  if (!this->ScalarVisibility)
+  {
+    return false;
+  }
   int cellFlag = 0;
   auto* scalars = vtkDataArray::SafeDownCast(vtkAbstractMapper::GetAbstractScalars(this->GetInput(),
     this->ScalarMode, this->ArrayAccessMode, this->ArrayId, this->ArrayName, cellFlag));
   const bool areDirect = this->ColorMode == VTK_COLOR_MODE_DIRECT_SCALARS ||
     (this->ColorMode == VTK_COLOR_MODE_DEFAULT && vtkUnsignedCharArray::SafeDownCast(scalars));
-  return scalars && areDirect && scalars->GetNumberOfComponents() > mostComponents;
+  const int components = scalars && areDirect ? scalars->GetNumberOfComponents() : 0;
+  if (components > mostComponents && !this->HasWarnedOfColors)
+  {
+    this->HasWarnedOfColors = true;
+    vtkWarningMacro("The scalars have "
+      << components
+      << " components, a colour at most 4: the "
+         "surfels take the property's colour. Choose other scalars, or map these: "
+         "SetColorModeToMapScalars().");
+  }
+  return components > mostComponents;
 }
 
 /// Point scalars of type float or double with 3 or 4 components, as linear RGBA. Null unless the
@@ -309,6 +323,7 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
     this->Preview->InterpolateScalarsBeforeMappingOff();
     this->PreviewTime.Modified();
   }
+  this->Preview->SetScalarVisibility(this->ScalarVisibility && !this->AreColorsTooLong());
   // Dots of the mean area, wide enough to close the gaps between neighbours; of Gaussians, which
   // overlap, nearly as wide as their deviation. Their size is in world units, independent of the
   // actor's matrix.

@@ -133,7 +133,7 @@ private:
   vtkSurfelMapper(const vtkSurfelMapper&) = delete;
   void operator=(const vtkSurfelMapper&) = delete;
 
-  bool AreNoColors();
+  bool AreColorsTooLong();
   vtkFloatArray* GetDirectColors();
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
@@ -158,7 +158,7 @@ private:
   vtkSmartPointer<vtkDataArray> LinearColorsSource;
   vtkTimeStamp LinearColorsTime;
   bool Splatted = false;
-  bool HasWarnedOfDots = false;
+  bool HasWarnedOfDots = false, HasWarnedOfColors = false;
   char* PointIdArrayName = nullptr;
   char* CompositeIdArrayName = nullptr;
 };

@@ -26,6 +26,8 @@
 #include <cmath>
 #include <functional>
 
+#include <string>
+
 using namespace RenderingTest;
 
 TEST_SUITE_BEGIN("Colors");
@@ -72,7 +74,7 @@ struct WallScene
   vtkSurfelMapper* Mapper = nullptr;
 };
 
-TEST_CASE("Scalars with more components than colours")
+TEST_CASE_FIXTURE(NoMessages, "Scalars with more components than colours")
 {
   WallScene scene;
   vtkNew<vtkUnsignedCharArray> six;
@@ -85,6 +87,12 @@ TEST_CASE("Scalars with more components than colours")
   scene.Actor->GetProperty()->SetColor(0.25, 0.5, 0.75);
   scene.Actor->GetProperty()->SetLighting(false);
   scene.Expect(0.25, 0.5, 0.75, 1.0);
+  CHECK(TakeMessages().find("The scalars have 6 components") != std::string::npos);
+  scene.Window.Window->Render();
+  CHECK(TakeMessages().empty()); // once
+  scene.Window.Renderer->SetPass(nullptr);
+  scene.Window.Window->Render(); // as dots
+  CHECK(TakeMessages().find("drawn as dots") != std::string::npos);
 }
 
 vtkSmartPointer<vtkFloatArray> Constant(const char* name, vtkIdType count, float value)
