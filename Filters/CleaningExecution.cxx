@@ -7,6 +7,7 @@
 #include "Filters/Cleaning/StrayPoints.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointColors.h"
 
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
@@ -15,25 +16,12 @@
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
 #include "vtkSMPTools.h"
-#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace SurfelGeometry
 {
-vtkDataArray* CleaningExecution::FindColors(vtkPointSet* input)
-{
-  vtkPointData* data = input->GetPointData();
-  vtkDataArray* fetched = data->GetArray(ColorsArray);
-  auto* scalars = vtkUnsignedCharArray::SafeDownCast(data->GetScalars());
-  if (data->HasArray(PartitionedCloud::IdArray))
-  {
-    return fetched;
-  }
-  return scalars && scalars->GetNumberOfComponents() >= 3 ? scalars : nullptr;
-}
-
 vtkSmartPointer<vtkPoints> CleaningExecution::Shifted(
   vtkPointSet* input, const std::vector<Float3>& shifts)
 {
@@ -77,14 +65,20 @@ bool CleaningExecution::Run(vtkPointSet* input)
 void CleaningExecution::MovePoints(vtkPolyData* output) const
 {
   std::vector<Float3> kept;
+  std::vector<int> ids;
   for (size_t i = 0; i < this->Kept.size(); ++i)
   {
     if (this->Kept[i])
     {
       kept.push_back(this->Shifts[i]);
+      ids.push_back(static_cast<int>(i));
     }
   }
   output->SetPoints(Shifted(output, kept));
+  if (!this->Colors.empty())
+  {
+    WriteColors(this->Colors, ids, output);
+  }
   if (this->Settings.GenerateShifts)
   {
     const auto count = static_cast<vtkIdType>(kept.size());
@@ -124,7 +118,7 @@ void CleaningExecution::HandOver(SearchedCloud& searched)
   }
 }
 
-CleaningCounts CleaningExecution::Count() const
+CleaningCounts CleaningExecution::Count(vtkPointSet* input) const
 {
   const auto count = [](const std::vector<char>& flags) {
     return static_cast<vtkIdType>(std::count(flags.begin(), flags.end(), char{ 1 }));
@@ -138,6 +132,14 @@ CleaningCounts CleaningExecution::Count() const
   {
     const bool isMoved = this->Kept[i] && SingleDot(this->Shifts[i], this->Shifts[i]) > 0.0f;
     counts.Moved += isMoved ? 1 : 0;
+  }
+  vtkDataArray* colors = this->Colors.empty() ? nullptr : FindColors(input);
+  for (size_t i = 0; colors && i < this->Kept.size(); ++i)
+  {
+    double before[ColorComponents + 1];
+    colors->GetTuple(static_cast<vtkIdType>(i), before);
+    const auto after = this->Colors.begin() + static_cast<std::ptrdiff_t>(ColorComponents * i);
+    counts.Recolored += this->Kept[i] && !std::equal(before, before + ColorComponents, after);
   }
   return counts;
 }
@@ -192,19 +194,30 @@ bool CleaningExecution::Clean(
     }
   });
   this->DropStray(stray, sharing);
-  std::vector<Float3> shifts;
-  if (this->Settings.Smoothing &&
-    !SmoothNoise(problem, { FindColors(input), cloud }, progress.Part(0.4, 1.0), shifts))
+  SmoothPoints smooth;
+  if (this->Settings.Smoothing && !SmoothNoise(problem, input, progress.Part(0.4, 1.0), smooth))
   {
     return false;
   }
-  this->Shifts.resize(shifts.empty() ? this->Shifts.size() : this->Kept.size());
-  for (size_t i = 0; i < shifts.size(); ++i)
-  {
-    Float3& shift = this->Shifts[cloud.InputIds[i]];
-    shift = Vector3(shift) + Vector3(shifts[i]);
-  }
+  this->Keep(smooth);
   return true;
+}
+
+void CleaningExecution::Keep(const SmoothPoints& smooth)
+{
+  const RawVector<int>& ids = this->Searched.Cloud.InputIds;
+  this->Shifts.resize(smooth.Shifts.empty() ? this->Shifts.size() : this->Kept.size());
+  for (size_t i = 0; i < smooth.Shifts.size(); ++i)
+  {
+    Float3& shift = this->Shifts[ids[i]];
+    shift = Vector3(shift) + Vector3(smooth.Shifts[i]);
+  }
+  this->Colors.resize(smooth.Colors.empty() ? 0 : ColorComponents * this->Kept.size());
+  for (size_t i = 0; i < smooth.Colors.size() / ColorComponents; ++i)
+  {
+    std::copy_n(smooth.Colors.data() + ColorComponents * i, ColorComponents,
+      this->Colors.data() + ColorComponents * static_cast<size_t>(ids[i]));
+  }
 }
 
 void CleaningExecution::DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing)

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/PointColors.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 #include "Filters/Partition/PartitionedSurfels.h"
@@ -15,7 +16,6 @@
 #include <vector>
 
 class vtkAlgorithm;
-class vtkDataArray;
 class vtkPoints;
 class vtkPointSet;
 class vtkPolyData;
@@ -28,6 +28,7 @@ class Ranks;
 namespace SurfelGeometry
 {
 struct CleaningSharing;
+struct SmoothPoints;
 
 /// As vtkPointCloudCleaning has them.
 struct CleaningSettings
@@ -41,7 +42,7 @@ struct CleaningSettings
 
 struct CleaningCounts
 {
-  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Moved = 0;
+  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Moved = 0, Recolored = 0;
 };
 
 /// Which points of the input are kept, which are stray, and where they move.
@@ -61,24 +62,20 @@ public:
   /// The same together with other processes.
   bool RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
 
-  /// Moves the points of the output, which are the input's.
-  void MovePoints(vtkPolyData* output) const;
-
   bool AreMoved() const { return !this->Shifts.empty(); }
+
+  /// If they are: gives the points of the output, which are the input's, their places and colours.
+  void MovePoints(vtkPolyData* output) const;
 
   /// Hands the search over to the estimation of the output, whose points have other ids.
   void HandOver(SearchedCloud& searched);
 
-  CleaningCounts Count() const;
+  CleaningCounts Count(vtkPointSet* input) const;
 
   std::vector<char> Kept, Strayed; // [input points] 1: yes
 
 private:
-  static constexpr int ResultComponents = 4;           // whether it is kept, shift
-  static constexpr const char* ColorsArray = "Colors"; // of points that were fetched
-
-  /// Null if the points have no colours.
-  static vtkDataArray* FindColors(vtkPointSet* input);
+  static constexpr int ResultComponents = 4; // whether it is kept, shift; then the colour, if known
 
   /// The points of `input`, each at its shift, world units.
   static vtkSmartPointer<vtkPoints> Shifted(vtkPointSet* input, const std::vector<Float3>& shifts);
@@ -96,17 +93,23 @@ private:
   /// Collective, if shared. Returns false if stopped.
   bool Clean(vtkPointSet* input, CleaningSharing* sharing, const StageProgress& progress);
 
+  /// @param smooth of the cloud's points
+  void Keep(const SmoothPoints& smooth);
+
   void DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing);
 
   /// Of the points in this process's region.
-  PartitionedCloud::Results Results(const PartitionedCloud& cloud) const;
+  /// @param areColored whether any process has changed colours
+  PartitionedCloud::Results Results(const PartitionedCloud& cloud, bool areColored) const;
 
-  void Take(const PartitionedCloud::Returned& returned);
+  /// @param hasColors whether this process's input has colours
+  void Take(const PartitionedCloud::Returned& returned, bool areColored, bool hasColors);
 
   CleaningSettings Settings;
   vtkAlgorithm* Filter;
   SearchedCloud Searched;
   std::vector<Float3> Shifts; // [input points] or empty, world units
+  CloudColors Colors;         // [3 input points] or empty: as they are
   vtkIdType NonFinite = 0;
 };
 }

@@ -4,6 +4,7 @@
 #include "Core/Base/Ranks.h"
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointColors.h"
 
 #include "vtkDataArray.h"
 #include "vtkPointSet.h"
@@ -34,7 +35,7 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
   vtkDataArray* colors = FindColors(input);
   if (ranks.Any(colors != nullptr))
   {
-    arrays.push_back({ ColorsArray, 3, colors });
+    arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
   }
   const auto region = cloud.Fetch(cloud.HaloWidth(HaloSpacings), arrays);
   CleaningExecution own(this->Settings, this->Filter);
@@ -43,7 +44,8 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
     return false;
   }
   this->NonFinite = cloud.NumberOfNonFinitePoints();
-  this->Take(cloud.Return(own.Results(cloud)));
+  const bool areColored = ranks.Any(!own.Colors.empty());
+  this->Take(cloud.Return(own.Results(cloud, areColored)), areColored, colors != nullptr);
   return true;
 }
 
@@ -75,10 +77,11 @@ bool CleaningExecution::CleanRegion(SurfelSplatting::Ranks& ranks, const Partiti
   return ranks.All(this->Clean(region, &sharing, progress));
 }
 
-PartitionedCloud::Results CleaningExecution::Results(const PartitionedCloud& cloud) const
+PartitionedCloud::Results CleaningExecution::Results(
+  const PartitionedCloud& cloud, bool areColored) const
 {
   PartitionedCloud::Results results;
-  results.Components = ResultComponents;
+  results.Components = ResultComponents + (areColored ? ColorComponents : 0);
   for (size_t i = 0; i < this->Kept.size(); ++i)
   {
     const auto id = static_cast<vtkIdType>(i);
@@ -88,25 +91,40 @@ PartitionedCloud::Results CleaningExecution::Results(const PartitionedCloud& clo
       results.Points.push_back(id);
       results.Values.insert(
         results.Values.end(), { this->Kept[i] ? 1.0f : 0.0f, shift.X, shift.Y, shift.Z });
+      if (areColored)
+      {
+        const auto color = this->Colors.begin() + static_cast<std::ptrdiff_t>(ColorComponents * i);
+        results.Values.insert(results.Values.end(), color, color + ColorComponents);
+      }
     }
   }
   return results;
 }
 
-void CleaningExecution::Take(const PartitionedCloud::Returned& returned)
+void CleaningExecution::Take(
+  const PartitionedCloud::Returned& returned, bool areColored, bool hasColors)
 {
+  const int components = ResultComponents + (areColored ? ColorComponents : 0);
+  this->Colors.resize(areColored && hasColors ? ColorComponents * this->Kept.size() : 0);
+  this->Shifts.resize(this->Colors.empty() ? this->Shifts.size() : this->Kept.size());
   const float* values = returned.Values.data();
-  for (size_t i = 0; i < returned.Has.size(); ++i, values += ResultComponents)
+  for (size_t i = 0; i < returned.Has.size(); ++i, values += components)
   {
-    if (returned.Has[i])
+    if (!returned.Has[i])
     {
-      (values[0] > 0.0f ? this->Kept : this->Strayed)[i] = 1;
-      const Vector3 shift = Load(values + 1);
-      if (Dot(shift, shift) > 0.0)
-      {
-        this->Shifts.resize(this->Kept.size());
-        this->Shifts[i] = Vector3(this->Shifts[i]) + shift;
-      }
+      continue;
+    }
+    (values[0] > 0.0f ? this->Kept : this->Strayed)[i] = 1;
+    const Vector3 shift = Load(values + 1);
+    if (Dot(shift, shift) > 0.0)
+    {
+      this->Shifts.resize(this->Kept.size());
+      this->Shifts[i] = Vector3(this->Shifts[i]) + shift;
+    }
+    for (int c = 0; c < ColorComponents && !this->Colors.empty(); ++c)
+    {
+      this->Colors[ColorComponents * i + c] =
+        static_cast<unsigned char>(values[ResultComponents + c]);
     }
   }
 }

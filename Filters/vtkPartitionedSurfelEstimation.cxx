@@ -5,6 +5,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/PointColors.h"
 #include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/SurfelOutput.h"
@@ -64,6 +65,9 @@ public:
     this->Normals = self->Estimation->GetKeepNormals()
       ? FindNormals(input, self->Estimation->GetNormalsArrayName())
       : nullptr;
+    const bool areSurfels = input->GetPointData()->HasArray(Arrays::Covariance);
+    this->Colors =
+      self->Estimation->GetInterpolateColors() && !areSurfels ? FindColors(input) : nullptr;
   }
 
   /// Returns false if stopped, or after an error, which is in Error.
@@ -72,6 +76,10 @@ public:
     const vtkIdType count = this->Input->GetNumberOfPoints();
     this->Kept.assign(static_cast<size_t>(count), 0);
     this->Surfels = SurfelOutput(count);
+    if (this->Colors)
+    {
+      this->Interpolated = NewColorsLike(this->Colors, count);
+    }
     for (size_t i = 0; i < this->Parts.size(); ++i)
     {
       const double n = static_cast<double>(this->Parts.size());
@@ -92,6 +100,10 @@ public:
       this->Input->GetNumberOfPoints() - this->Self->NumberOfNonFinitePoints - count;
     PassPointData(this->Input, this->Kept, output);
     this->Surfels.Write(this->LocalOrigin, output);
+    if (this->Colors)
+    {
+      ReplaceColors(this->Interpolated, output);
+    }
   }
 
   std::string Error;
@@ -156,6 +168,15 @@ private:
       }
       part->GetPointData()->SetNormals(normals);
     }
+    if (this->Colors)
+    {
+      const auto colors = NewColorsLike(this->Colors, count);
+      for (vtkIdType i = 0; i < count; ++i)
+      {
+        colors->SetTuple(i, ids[i], this->Colors);
+      }
+      part->GetPointData()->SetScalars(colors);
+    }
     return part;
   }
 
@@ -199,6 +220,7 @@ private:
     auto* covariances = vtkFloatArray::SafeDownCast(data->GetArray(Arrays::Covariance));
     auto* areas = vtkFloatArray::SafeDownCast(data->GetArray(Arrays::AreaVector));
     auto* twoSided = vtkUnsignedCharArray::SafeDownCast(data->GetArray(Arrays::TwoSided));
+    vtkDataArray* colors = this->Colors ? FindColors(surfels) : nullptr;
     double origin[3];
     ReadOrigin(surfels, origin);
     vtkIdType uncertain = 0;
@@ -222,6 +244,10 @@ private:
       const float* a = areas->GetPointer(3 * i);
       std::copy_n(a, 3, this->Surfels.AreaVectors->GetPointer(3 * to));
       this->Surfels.TwoSided->SetValue(to, twoSided->GetValue(i));
+      if (colors)
+      {
+        this->Interpolated->SetTuple(to, i, colors);
+      }
       const double area = std::hypot(a[0], a[1], a[2]);
       const double reach = haloWidth + part.Region.DistanceToSide(position);
       uncertain += MayReachBeyond(area, reach) ? 1 : 0;
@@ -232,8 +258,12 @@ private:
   /// Moves the kept surfels to the front, in order. Returns their number.
   vtkIdType CloseGaps()
   {
-    const std::initializer_list<vtkDataArray*> arrays = { this->Surfels.Positions,
-      this->Surfels.Covariances, this->Surfels.AreaVectors, this->Surfels.TwoSided };
+    std::vector<vtkDataArray*> arrays = { this->Surfels.Positions, this->Surfels.Covariances,
+      this->Surfels.AreaVectors, this->Surfels.TwoSided };
+    if (this->Interpolated)
+    {
+      arrays.push_back(this->Interpolated);
+    }
     vtkIdType to = 0;
     for (vtkIdType from = 0; from < static_cast<vtkIdType>(this->Kept.size()); ++from)
     {
@@ -259,13 +289,14 @@ private:
 
   vtkPartitionedSurfelEstimation* Self;
   vtkPointSet* Input;
-  vtkDataArray* Normals;
+  vtkDataArray *Normals, *Colors; ///< null: none; colours stay as they are
   double Origin[3] = { 0.0, 0.0, 0.0 }, LocalOrigin[3] = { 0.0, 0.0, 0.0 };
   std::vector<float> Positions;
   std::vector<CloudPart> Parts;
   double Spacing = 0.0; ///< of the last part
   std::vector<char> Kept;
   SurfelOutput Surfels{ 0 };
+  vtkSmartPointer<vtkUnsignedCharArray> Interpolated; ///< colours
 };
 
 //------------------------------------------------------------------------------

@@ -104,6 +104,7 @@ int vtkPointCloudCleaning::Execute(
   this->NumberOfDuplicatePoints = 0;
   this->NumberOfStrayPoints = 0;
   this->NumberOfMovedPoints = 0;
+  this->NumberOfRecoloredPoints = 0;
   const bool isAlone = !this->Controller || this->Controller->GetNumberOfProcesses() <= 1;
   const double* v = this->Viewpoint;
   CleaningExecution execution(
@@ -132,11 +133,12 @@ int vtkPointCloudCleaning::Execute(
   {
     return 1; // stopped by the user: empty output
   }
-  const CleaningCounts counts = execution.Count();
+  const CleaningCounts counts = execution.Count(input);
   this->NumberOfNonFinitePoints = counts.NonFinite;
   this->NumberOfDuplicatePoints = counts.Duplicate;
   this->NumberOfStrayPoints = counts.Stray;
   this->NumberOfMovedPoints = counts.Moved;
+  this->NumberOfRecoloredPoints = counts.Recolored;
   WritePoints(input, execution.Kept, output);
   if (execution.AreMoved())
   {
@@ -201,7 +203,9 @@ void vtkPointCloudCleaning::WarnOfTroubles()
     { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicates dropped" },
       { this->NumberOfStrayPoints, "stray points removed" },
-      { this->NumberOfMovedPoints, "noisy points moved to a smooth surface" } });
+      { this->NumberOfMovedPoints, "noisy points moved to a smooth surface" },
+      { this->NumberOfRecoloredPoints,
+        "colours of noisy points chosen by a vote of their neighbours" } });
   if (!message.empty())
   {
     vtkWarningMacro(<< message << '.');
@@ -224,4 +228,5 @@ void vtkPointCloudCleaning::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfStrayPoints: " << this->NumberOfStrayPoints << "\n";
   os << indent << "NumberOfMovedPoints: " << this->NumberOfMovedPoints << "\n";
+  os << indent << "NumberOfRecoloredPoints: " << this->NumberOfRecoloredPoints << "\n";
 }

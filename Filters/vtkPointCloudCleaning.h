@@ -18,12 +18,15 @@
  *   least one in ten of some 32768 points that are near each other is in a surface without noise,
  *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have the same
  *   colours.
- *
+ * - Direct colours (the active scalars, or else the first point array, of unsigned char with three
+ *   or four components) of noisy points get into their places by a vote of the neighbours, where
+ *   noise along the surface has mixed them.
  * - Depth images whose 1/z is in whole steps, as those of the first Kinect, become smooth: points
  *   move along their rays by up to one and a half steps. That takes Columns and Viewpoint.
  *
- * What is dropped or moved is counted, and reported in one warning. The result does not depend on
- * the number of threads. Several processes clean one cloud together, as one process would.
+ * What is dropped, moved or coloured anew is counted, and reported in one warning. The result does
+ * not depend on the number of threads. Several processes clean one cloud together, as one process
+ * would.
  *
  * Memory: 70 to 140 bytes per point, the most where points move; 80 more as a part of
  * vtkPointsToSurfels.
@@ -67,7 +70,7 @@ public:
 
   ///@{
   /**
-   * Whether noisy points move to a smooth surface. Default on.
+   * Whether noisy points move to a smooth surface, and their colours into their places. Default on.
    */
   vtkSetMacro(Smoothing, vtkTypeBool);
   vtkGetMacro(Smoothing, vtkTypeBool);
@@ -114,12 +117,13 @@ public:
   /**
    * Counts of the last execution: points that were dropped because a coordinate is NaN, infinite or
    * beyond 1e17, because an earlier point has the same position, and because they are stray; and
-   * points that were moved.
+   * points that were moved, and that got another colour.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
   vtkGetMacro(NumberOfStrayPoints, vtkIdType);
   vtkGetMacro(NumberOfMovedPoints, vtkIdType);
+  vtkGetMacro(NumberOfRecoloredPoints, vtkIdType);
   ///@}
 
   ///@{
@@ -168,6 +172,7 @@ private:
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfStrayPoints = 0;
   vtkIdType NumberOfMovedPoints = 0;
+  vtkIdType NumberOfRecoloredPoints = 0;
 };
 
 #endif

@@ -9,7 +9,9 @@
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/ParallelMedian.h"
+#include "Filters/Common/PointColors.h"
 #include "Filters/Common/SurfelOutput.h"
+#include "Filters/Estimation/ColorInterpolation.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
@@ -74,7 +76,8 @@ public:
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Self->KernelMode != CELL ||
-        MeasureCells(oriented, progress.Part(0.9, 0.98), this->Fits, this->Cells));
+        MeasureCells(oriented, progress.Part(0.9, 0.97), this->Fits, this->Cells)) &&
+      this->ChooseColors(input, oriented, progress.Part(0.97, 0.98));
     this->Tree.reset(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {
@@ -95,8 +98,12 @@ public:
       kept[static_cast<size_t>(this->Cloud.InputIds[i])] = 1;
     }
     PassPointData(input, kept, output);
-    this->SortByInput(kept);
+    this->Order = OrderOfInput(this->Cloud, kept);
     this->WriteSurfels(output);
+    if (!this->Colors.empty())
+    {
+      WriteColors(this->Colors, this->Order, output);
+    }
     if (this->SharesNeighbors())
     {
       this->Self->Neighbors->Order = std::move(this->Order);
@@ -235,6 +242,21 @@ private:
       this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
   }
 
+  /// Surfels as input have interpolating colours already. Returns false if stopped.
+  bool ChooseColors(
+    vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress)
+  {
+    if (!this->Self->InterpolateColors || input->GetPointData()->HasArray(Arrays::Covariance))
+    {
+      return true;
+    }
+    this->Colors = GatherColors(input, this->Cloud);
+    const double blur =
+      this->Self->KernelMode == CELL ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
+    return this->Colors.empty() ||
+      SurfelGeometry::InterpolateColors(oriented, this->Fits, blur, progress, this->Colors);
+  }
+
   /// Kernel of the cloud's point i.
   SurfelKernel KernelOf(int i) const
   {
@@ -247,29 +269,6 @@ private:
   }
 
   bool HasCell(int i) const { return !this->Cells.empty() && this->Cells[i].Area > 0.0f; }
-
-  /// Orders the output like the input.
-  /// @param kept [input points] whether a point is in the cloud
-  void SortByInput(const std::vector<char>& kept)
-  {
-    this->Order.resize(kept.size());
-    vtkSMPTools::For(0, this->Cloud.Size(), [this](vtkIdType i, vtkIdType end) {
-      for (; i < end; ++i)
-      {
-        this->Order[this->Cloud.InputIds[i]] = static_cast<int>(i);
-      }
-    });
-    if (this->Cloud.InputIds.size() < kept.size())
-    {
-      size_t next = 0;
-      for (size_t id = 0; id < kept.size(); ++id)
-      {
-        this->Order[next] = this->Order[id];
-        next += kept[id];
-      }
-      this->Order.resize(next);
-    }
-  }
 
   void WriteSurfels(vtkPolyData* output)
   {
@@ -330,6 +329,7 @@ private:
   std::vector<int> Order; // output id -> cloud index
   OrientationResult Result;
   VoronoiCells Cells;
+  CloudColors Colors; // empty: those of the input stay
 };
 
 //------------------------------------------------------------------------------
@@ -417,6 +417,11 @@ int vtkSurfelEstimation::RequestDistributed(
   if (ranks.Any(normals != nullptr))
   {
     arrays.push_back({ "Normals", 3, normals });
+  }
+  vtkDataArray* colors = this->InterpolateColors ? FindColors(input) : nullptr;
+  if (ranks.Any(colors != nullptr))
+  {
+    arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
   }
   const bool areGiven = ranks.All(!input || input->GetNumberOfPoints() == 0 || normals);
   const bool orients = ranks.IsRoot() && this->OrientationMode == CONSISTENT && !areGiven;
@@ -552,6 +557,7 @@ void vtkSurfelEstimation::CopySettings(vtkSurfelEstimation* other)
   this->SetViewpoint(other->Viewpoint);
   this->SetUseViewpoint(other->UseViewpoint);
   this->SetIsolationFactor(other->IsolationFactor);
+  this->SetInterpolateColors(other->InterpolateColors);
 }
 
 //------------------------------------------------------------------------------
@@ -575,6 +581,7 @@ void vtkSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
      << this->Viewpoint[2] << ")\n";
   os << indent << "UseViewpoint: " << this->UseViewpoint << "\n";
   os << indent << "IsolationFactor: " << this->IsolationFactor << "\n";
+  os << indent << "InterpolateColors: " << this->InterpolateColors << "\n";
   os << indent << "Controller: " << this->Controller.Get() << "\n";
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";

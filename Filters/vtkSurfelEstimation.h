@@ -22,7 +22,8 @@
  *
  * The result does not depend on the number of threads.
  *
- * Memory: about 250 bytes per point at the peak, output included; vtkSurfelNormalization takes less.
+ * Memory: about 250 bytes per point at the peak, output included; vtkSurfelNormalization takes
+ * less.
  *
  * Several processes with a controller, each with a part of a cloud (or nothing), estimate the
  * surfels of one cloud. The points are distributed by location: each process works on a region with
@@ -231,6 +232,20 @@ public:
 
   ///@{
   /**
+   * Whether direct colours (the active scalars, or else the first point array, of unsigned char
+   * with three or four components) are changed so that the splatted surface has the colours of the
+   * points at the points: kernels blur a texture, and c = s + (s - C[s]), where C[s] is the mean of
+   * the neighbours' colours s under the kernels, undoes most of that. Pictures are 0.4 to 1.1 dB
+   * nearer to a ray tracer's. The mean over an area stays. Colours of surfels are not changed
+   * again. Default on.
+   */
+  vtkSetMacro(InterpolateColors, vtkTypeBool);
+  vtkGetMacro(InterpolateColors, vtkTypeBool);
+  vtkBooleanMacro(InterpolateColors, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
    * The processes that have parts of one cloud. Executions are collective calls; all processes need
    * the same settings. Default: the global vtkMultiProcessController, as in VTK's parallel filters.
    * With none, or one of a single process, the filter works on this process's points alone.
@@ -293,6 +308,7 @@ protected:
   double Viewpoint[3] = { 0.0, 0.0, 0.0 };
   vtkTypeBool UseViewpoint = 0;
   double IsolationFactor = 6.0;
+  vtkTypeBool InterpolateColors = 1;
 
 private:
   vtkSurfelEstimation(const vtkSurfelEstimation&) = delete;

@@ -2,6 +2,7 @@
 #include "Filters/Cleaning/Smoothing.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Cleaning/ColorVote.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
@@ -67,6 +68,26 @@ constexpr double LargestShift = 4.0;
 
 constexpr int QuadricTerms = 6;
 
+/// The colours of a cloud's points, few of which are asked for.
+struct SampledColors
+{
+  vtkDataArray* Array; // of three components at least; null: unknown
+  const LocalCloud& Cloud;
+
+  Vector3 Get(int i) const
+  {
+    const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
+    return { this->Array->GetComponent(id, 0), this->Array->GetComponent(id, 1),
+      this->Array->GetComponent(id, 2) };
+  }
+};
+
+Vector3 ColorOf(const CloudColors& colors, int i)
+{
+  const unsigned char* color = colors.data() + ColorComponents * static_cast<size_t>(i);
+  return { 1.0 * color[0], 1.0 * color[1], 1.0 * color[2] };
+}
+
 /// Distances of points to the surface that pcl::MLSResult has fitted, in units of the spacing.
 struct Residuals
 {
@@ -115,7 +136,7 @@ public:
   }
 
   /// Squared difference of the mean colours above and below the surface over the variance there.
-  double ColorContrast(int i, const Neighbors& neighbors, const PointColors& colors) const
+  double ColorContrast(int i, const Neighbors& neighbors, const SampledColors& colors) const
   {
     Eigen::Vector3d sums[2] = { Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero() };
     double counts[2] = { 0.0, 0.0 }, squares = 0.0;
@@ -157,6 +178,24 @@ public:
     return { found.point[0], found.point[1], found.point[2] };
   }
 
+  /// The point and its nearest neighbours, for the vote on its colour.
+  /// @param colorOf gives the colour of a point
+  template <typename Colors>
+  void PutVoters(int i, const Neighbors& neighbors, const Colors& colorOf, ColorVote& vote) const
+  {
+    const double inverse = 1.0 / SpacingOf(neighbors);
+    vote.Begin();
+    for (int k = 0; k <= neighbors.Count() && !vote.IsFull(); ++k)
+    {
+      // Fit() has put the point itself first and the first neighbour last.
+      const size_t place = k == 1 ? this->Near.size() - 1 : static_cast<size_t>(std::max(k - 1, 0));
+      const int id = k == 0 ? i : neighbors.Ids[k - 1];
+      double u, v, w;
+      this->Surface.getMLSCoordinates(this->Near[place].getVector3fMap().cast<double>(), u, v, w);
+      vote.Add(static_cast<float>(inverse * u), static_cast<float>(inverse * v), colorOf(id));
+    }
+  }
+
   bool IsValid() const { return this->Surface.valid && this->Surface.c_vec.allFinite(); }
 
 private:
@@ -172,6 +211,14 @@ struct SampleFit
   float Kurtosis = 0.0f;  // of the residuals; 0: unknown
   float Contrast = -1.0f; // of the colours; -1: unknown
   float Thickness = 0.0f; // smallest variance over the middle one
+  ColorVote::Variogram Colors;
+};
+
+/// What is known of a part of the cloud, in spacings.
+struct PartNoise
+{
+  double Deviation = 0.0;    // of the points from the surface; 0: none
+  float Displacement = 0.0f; // of the colours along the surface
 };
 
 /// The standard deviation of the noise in spacings, 0 for none, by the fits of a part.
@@ -203,11 +250,23 @@ double NoiseOf(const SampleFit* begin, const SampleFit* end)
   return isNoise ? Median(deviations) : 0.0;
 }
 
+PartNoise PartNoiseOf(const SampleFit* begin, const SampleFit* end)
+{
+  ColorVote::Variogram sum;
+  for (const SampleFit* fit = begin; fit < end; ++fit)
+  {
+    sum.Nugget += fit->Colors.Nugget;
+    sum.AtOneSpacing += fit->Colors.AtOneSpacing;
+  }
+  const double deviation = NoiseOf(begin, end);
+  return { deviation, static_cast<float>(deviation) * ColorVote::Displacement(sum) };
+}
+
 /// The noise of each part of a cloud: runs of samples in Morton order.
 class NoiseMap
 {
 public:
-  /// @param values x, y, z, deviation, kurtosis, contrast, thickness of each sample
+  /// @param values x, y, z, and the fit of each sample
   explicit NoiseMap(const std::vector<float>& values)
     : Grid(PositionsOf(values))
   {
@@ -222,20 +281,20 @@ public:
     for (size_t k = 0; k < samples; ++k)
     {
       const float* fit = &values[Stride * order[k].second + 3];
-      fits[k] = { fit[0], fit[1], fit[2], fit[3] };
+      fits[k] = { fit[0], fit[1], fit[2], fit[3], { fit[4], fit[5] } };
     }
     const size_t parts = std::max<size_t>(1, samples / SamplesPerPart);
     for (size_t part = 0; part < parts; ++part)
     {
       const size_t begin = part * samples / parts, end = (part + 1) * samples / parts;
       this->Firsts.push_back(begin < samples ? order[begin].first : 0);
-      this->Noise.push_back(NoiseOf(fits.data() + begin, fits.data() + end));
+      this->Noise.push_back(PartNoiseOf(fits.data() + begin, fits.data() + end));
     }
   }
 
-  static constexpr size_t Stride = 7;
+  static constexpr size_t Stride = 9;
 
-  double At(const Float3& place) const
+  PartNoise At(const Float3& place) const
   {
     const float position[3] = { place.X, place.Y, place.Z };
     const auto next =
@@ -245,8 +304,8 @@ public:
 
   bool IsNoisy() const
   {
-    return std::any_of(
-      this->Noise.begin(), this->Noise.end(), [](double noise) { return noise > 0.0; });
+    return std::any_of(this->Noise.begin(), this->Noise.end(),
+      [](const PartNoise& noise) { return noise.Deviation > 0.0; });
   }
 
 private:
@@ -262,13 +321,13 @@ private:
 
   MortonGrid Grid;
   std::vector<std::uint64_t> Firsts; // key of the first sample of each part
-  std::vector<double> Noise;         // standard deviation in each part, in spacings
+  std::vector<PartNoise> Noise;      // of each part
 };
 
 class Smoother
 {
 public:
-  Smoother(const CleaningProblem& problem, const PointColors& colors)
+  Smoother(const CleaningProblem& problem, const SampledColors& colors)
     : Problem(problem)
     , Cloud(problem.Cloud())
     , Tree(*problem.Searched.Tree)
@@ -294,28 +353,42 @@ public:
     for (size_t k = 0; k < samples.size(); ++k)
     {
       this->Problem.PutPosition(samples[k], values);
-      values.insert(
-        values.end(), { fits[k].Deviation, fits[k].Kurtosis, fits[k].Contrast, fits[k].Thickness });
+      values.insert(values.end(),
+        { fits[k].Deviation, fits[k].Kurtosis, fits[k].Contrast, fits[k].Thickness,
+          fits[k].Colors.Nugget, fits[k].Colors.AtOneSpacing });
     }
     return this->Problem.Gather(running, values);
   }
 
+  /// @param colors of the points, or empty
   /// Returns false if stopped.
-  bool Smooth(const NoiseMap& map, const StageProgress& progress, std::vector<Float3>& shifts) const
+  bool Smooth(const NoiseMap& map, const CloudColors& colors, const StageProgress& progress,
+    SmoothPoints& smooth) const
   {
+    smooth.Shifts.resize(this->Cloud.Size());
+    smooth.Colors = colors;
     return ParallelFor(this->Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
       Neighbors neighbors;
       Quadric quadric;
+      ColorVote vote;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
-        const double noise = this->Problem.IsOwn(i) ? map.At(this->Problem.SharedPosition(i)) : 0.0;
-        if (noise > 0.0)
+        const PartNoise noise =
+          this->Problem.IsOwn(i) ? map.At(this->Problem.SharedPosition(i)) : PartNoise();
+        if (noise.Deviation > 0.0)
         {
-          const int count = static_cast<int>(NeighborsPerNoise * noise);
+          const int count = static_cast<int>(NeighborsPerNoise * noise.Deviation);
           this->Tree.FindNearest(i, std::clamp(count, LeastNeighbors, MostNeighbors), neighbors);
           if (neighbors.Count() >= NearFit)
           {
-            shifts[i] = this->ShiftOf(i, neighbors, quadric);
+            smooth.Shifts[i] = this->ShiftOf(i, neighbors, quadric);
+            if (noise.Displacement > 0.0f && quadric.IsValid())
+            {
+              quadric.PutVoters(
+                i, neighbors, [&](int k) { return ColorOf(colors, k); }, vote);
+              vote.Choose(noise.Displacement,
+                smooth.Colors.data() + ColorComponents * static_cast<size_t>(i));
+            }
           }
         }
       }
@@ -348,6 +421,10 @@ private:
       if (this->Colors.Array)
       {
         fit.Contrast = static_cast<float>(quadric.ColorContrast(i, neighbors, this->Colors));
+        ColorVote vote;
+        quadric.PutVoters(
+          i, neighbors, [this](int k) { return this->Colors.Get(k); }, vote);
+        fit.Colors = vote.Measure();
       }
       this->Tree.FindNearest(i, MostNeighbors, neighbors);
       fit.Thickness = static_cast<float>(quadric.Thickness(this->Cloud, i, neighbors));
@@ -373,30 +450,20 @@ private:
   const CleaningProblem& Problem;
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
-  const PointColors& Colors;
+  const SampledColors& Colors;
 };
 }
 
-Vector3 PointColors::Get(int i) const
+bool SmoothNoise(const CleaningProblem& problem, vtkPointSet* input, const StageProgress& progress,
+  SmoothPoints& smooth)
 {
-  const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
-  Vector3 color{};
-  for (int c = 0; c < 3; ++c)
-  {
-    color[c] = this->Array->GetComponent(id, c);
-  }
-  return color;
-}
-
-bool SmoothNoise(const CleaningProblem& problem, const PointColors& colors,
-  const StageProgress& progress, std::vector<Float3>& shifts)
-{
-  shifts.clear();
+  smooth = SmoothPoints();
   if (problem.Total() <= WideFit)
   {
     return true; // too few to tell noise from shape
   }
-  const Smoother smoother(problem, colors);
+  const SampledColors samples{ FindColors(input), problem.Cloud() };
+  const Smoother smoother(problem, samples);
   std::vector<float> values;
   if (!smoother.Measure(progress.Step(0.0), values))
   {
@@ -407,7 +474,7 @@ bool SmoothNoise(const CleaningProblem& problem, const PointColors& colors,
   {
     return progress.Step(1.0);
   }
-  shifts.resize(problem.Cloud().Size());
-  return smoother.Smooth(map, progress.Part(0.1, 1.0), shifts);
+  return smoother.Smooth(
+    map, GatherColors(input, problem.Cloud()), progress.Part(0.1, 1.0), smooth);
 }
 }

@@ -9,35 +9,32 @@
  * are thin, and where they cross. In noise it fits nowhere. So a part of the cloud is noisy if the
  * fit is bad at nearly all of its points. Two sheets near each other, whose residuals have two
  * values, may be a leaf or two scans of one surface. They become one sheet only if they have the
- * same colours.
+ * same colours. Colours of noisy points get into their places by a vote (ColorVote.h).
  */
 #pragma once
 
+#include "Filters/Common/PointColors.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <vector>
 
-class vtkDataArray;
+class vtkPointSet;
 
 namespace SurfelGeometry
 {
 struct CleaningProblem;
-struct LocalCloud;
 
-/// The colours of a cloud's points, in an array in the order of the input. Few points are asked
-/// for.
-struct PointColors
+/// What is known of the points without noise; empty if there is no noise at all.
+struct SmoothPoints
 {
-  vtkDataArray* Array; // of three components at least; null: unknown
-  const LocalCloud& Cloud;
-
-  Vector3 Get(int i) const;
+  std::vector<Float3> Shifts; // [n] to the smooth surface, world units; exactly 0 without noise
+  CloudColors Colors;         // empty also if the points have none
 };
 
 /// Collective, if several processes clean the cloud.
-/// @param shifts [n] to the smooth surface, world units; exactly 0 where there is no noise; empty
-/// if there is none at all. Returns false if stopped.
-bool SmoothNoise(const CleaningProblem& problem, const PointColors& colors,
-  const StageProgress& progress, std::vector<Float3>& shifts);
+/// @param input has the colours of the cloud's points
+/// Returns false if stopped.
+bool SmoothNoise(const CleaningProblem& problem, vtkPointSet* input, const StageProgress& progress,
+  SmoothPoints& smooth);
 }

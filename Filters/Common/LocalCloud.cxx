@@ -243,4 +243,26 @@ void GatherCloud(vtkPoints* points, const double inputOrigin[3], LocalCloud& clo
     }
   });
 }
+
+std::vector<int> OrderOfInput(const LocalCloud& cloud, const std::vector<char>& kept)
+{
+  std::vector<int> order(kept.size());
+  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      order[cloud.InputIds[i]] = static_cast<int>(i);
+    }
+  });
+  if (cloud.InputIds.size() < kept.size())
+  {
+    size_t next = 0;
+    for (size_t id = 0; id < kept.size(); ++id)
+    {
+      order[next] = order[id];
+      next += kept[id];
+    }
+    order.resize(next);
+  }
+  return order;
+}
 }

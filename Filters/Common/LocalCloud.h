@@ -62,4 +62,8 @@ void PlaceAbout(vtkPoints* points, const double inputOrigin[3], const double ori
 /// The same relative to the origin that GatherCloud chooses. @return the number of NaN points
 vtkIdType PlacePoints(
   vtkPoints* points, const double inputOrigin[3], double origin[3], std::vector<float>& positions);
+
+/// For the kept points of the input, one after another: their index in the cloud.
+/// @param kept [input points] 1: the point is in the cloud
+std::vector<int> OrderOfInput(const LocalCloud& cloud, const std::vector<char>& kept);
 }

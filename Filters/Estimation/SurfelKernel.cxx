@@ -25,6 +25,11 @@ SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blu
   return { fit.AxisU, fit.VarianceU + variance, fit.VarianceV + variance, cell.Area };
 }
 
+double MeanBlur(double blur)
+{
+  return std::sqrt(1.0 / 12.0 + blur * blur);
+}
+
 void BoundAxes(double maximumRatio, SurfelKernel& kernel)
 {
   const double bound = maximumRatio * maximumRatio;

@@ -27,6 +27,9 @@ SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical);
 /// @param fit with the cell's moments
 SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur);
 
+/// Mean standard deviation of such kernels, spacings: a square of the mean area, blurred.
+double MeanBlur(double blur);
+
 /// Bounds the ratio of the standard deviations; their product stays.
 void BoundAxes(double maximumRatio, SurfelKernel& kernel);
 

@@ -3,6 +3,7 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/InputArrays.h"
+#include "Filters/Common/PointColors.h"
 #include "Filters/Common/SurfelOutput.h"
 
 #include "vtkFloatArray.h"
@@ -14,6 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 namespace Arrays = SurfelSplatting::Arrays;
 
@@ -25,7 +28,8 @@ namespace
 /// 20 neighbours are within 2.5, and the normalization looks as far again.
 constexpr double Reach = 6.0;
 
-/// Values that are sent for a surfel: position, covariance, area vector, two-sided.
+/// Values that are sent for a surfel: position, covariance, area vector, two-sided; then its
+/// colour, if any process has colours.
 constexpr int SurfelComponents = 3 + 6 + 3 + 1;
 
 /// Index in the fetched cloud.
@@ -64,7 +68,8 @@ bool IsTooNarrow(const PartitionedCloud& cloud, double haloWidth, vtkPolyData* s
 PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData* surfels)
 {
   PartitionedCloud::Results results;
-  results.Components = SurfelComponents;
+  vtkDataArray* colors = FindColors(surfels);
+  results.Components = SurfelComponents + (colors ? ColorComponents : 0);
   double origin[3];
   ReadOrigin(surfels, origin);
   vtkPointData* data = surfels->GetPointData();
@@ -87,6 +92,11 @@ PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData
       vtkDataArray* array = data->GetArray(name);
       array->GetTuple(i, tuple);
       results.Values.insert(results.Values.end(), tuple, tuple + array->GetNumberOfComponents());
+    }
+    if (colors)
+    {
+      colors->GetTuple(i, tuple);
+      results.Values.insert(results.Values.end(), tuple, tuple + ColorComponents);
     }
   }
   return results;
@@ -120,25 +130,38 @@ vtkSmartPointer<vtkPolyData> WorkOnRegion(SurfelSplatting::Ranks& ranks, Partiti
 vtkIdType WritePartitionedSurfels(
   PartitionedCloud& cloud, vtkPolyData* surfels, vtkPointSet* input, vtkPolyData* output)
 {
-  const PartitionedCloud::Returned returned = cloud.Return(PackSurfels(cloud, surfels));
+  const PartitionedCloud::Results results = PackSurfels(cloud, surfels);
+  const PartitionedCloud::Returned returned = cloud.Return(results);
   PassPointData(input, returned.Has, output);
   const auto count =
     static_cast<vtkIdType>(std::count(returned.Has.begin(), returned.Has.end(), char{ 1 }));
   const SurfelOutput own(count);
+  CloudColors colors;
+  const bool areColored = results.Components > SurfelComponents && FindColors(input);
   vtkIdType to = 0;
   for (size_t i = 0; i < returned.Has.size(); ++i)
   {
     if (returned.Has[i])
     {
-      const float* values = returned.Values.data() + SurfelComponents * i;
+      const float* values = returned.Values.data() + results.Components * i;
       own.Positions->SetTypedTuple(to, values);
       own.Covariances->SetTypedTuple(to, values + 3);
       own.AreaVectors->SetTypedTuple(to, values + 9);
       own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
+      for (int c = 0; areColored && c < ColorComponents; ++c)
+      {
+        colors.push_back(static_cast<unsigned char>(values[SurfelComponents + c]));
+      }
       ++to;
     }
   }
   own.Write(cloud.Origin(), output);
+  if (areColored)
+  {
+    std::vector<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    WriteColors(colors, order, output);
+  }
   return count;
 }
 

@@ -21,6 +21,7 @@
 #include "vtkPolyData.h"
 #include "vtkPolyDataAlgorithm.h"
 #include "vtkSmartPointer.h"
+#include "vtkUnsignedCharArray.h"
 
 #include <array>
 #include <cmath>
@@ -64,6 +65,25 @@ inline void AddNormals(vtkPolyData* data, const std::vector<Vec>& normals)
     array->InsertNextTuple(n.data());
   }
   data->GetPointData()->SetNormals(array);
+}
+
+/// Adds the array Checkers, the active scalars: red 200 and 60 by turns in cubes of this size, and
+/// an opacity that differs from point to point. Points that are not finite are black.
+inline void AddCheckers(vtkPolyData* data, double size)
+{
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("Checkers");
+  colors->SetNumberOfComponents(4);
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+  {
+    Vec p;
+    data->GetPoint(i, p.data());
+    const double sum = std::floor(p[0] / size) + std::floor(p[1] / size) + std::floor(p[2] / size);
+    const double red = !std::isfinite(sum) ? 0.0 : std::fmod(sum, 2.0) == 0.0 ? 200.0 : 60.0;
+    colors->InsertNextTuple4(
+      red, 90.0, 255.0 - red, std::isfinite(sum) ? std::fmod(std::abs(1e3 * p[0]), 255.0) : 0.0);
+  }
+  data->GetPointData()->SetScalars(colors);
 }
 
 /// Surfels read through the data contract.

@@ -29,6 +29,24 @@ void Clean(const std::vector<Vec>& points, const char* what)
   CHECK(said.Errors.empty());
 }
 
+vtkSmartPointer<vtkPolyData> WithShades(
+  const std::vector<Vec>& points, const std::vector<unsigned char>& shades)
+{
+  const auto data = ToPolyData(points, VTK_DOUBLE);
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("RGB");
+  colors->SetNumberOfComponents(3);
+  for (const unsigned char shade : shades)
+  {
+    colors->InsertNextTuple3(shade, shade, shade);
+  }
+  if (!shades.empty())
+  {
+    data->GetPointData()->SetScalars(colors);
+  }
+  return data;
+}
+
 /// A ball on a wall whose density changes by 16, and stray points in a box about them, which are
 /// the last ones.
 struct Scan
@@ -232,6 +250,91 @@ TEST_CASE("Noise")
   }
 }
 
+/// Two halves of a sheet, of one colour each, with noise of one spacing; in all directions it mixes
+/// their colours, along the normals it does not.
+struct NoisyHalves
+{
+  std::vector<Vec> Points;
+  std::vector<unsigned char> Shades;
+  static constexpr double Spacing = 0.02;
+
+  explicit NoisyHalves(bool isAcross)
+  {
+    const Sampled sheet =
+      MakeRectangle({ -1, -1, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, Spacing, 0.5, Random(1));
+    Random random(2);
+    for (Vec p : sheet.Points)
+    {
+      this->Shades.push_back(ShadeAt(p));
+      const Vec noise{ Gaussian(random), Gaussian(random), Gaussian(random) };
+      for (int c = isAcross ? 2 : 0; c < 3; ++c)
+      {
+        p[c] += Spacing * noise[c];
+      }
+      this->Points.push_back(p);
+    }
+  }
+
+  static unsigned char ShadeAt(const Vec& p) { return std::sin(20.0 * p[0]) > 0.0 ? 200 : 40; }
+
+  /// Share of the points whose colour is not that of their place.
+  static double Wrong(vtkPolyData* data)
+  {
+    double wrong = 0.0;
+    for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+    {
+      Vec p;
+      data->GetPoint(i, p.data());
+      wrong += data->GetPointData()->GetScalars()->GetComponent(i, 0) != ShadeAt(p) ? 1.0 : 0.0;
+    }
+    return wrong / static_cast<double>(data->GetNumberOfPoints());
+  }
+
+private:
+  static double Gaussian(Random& random)
+  {
+    double sum = -6.0;
+    for (int k = 0; k < 12; ++k)
+    {
+      sum += random();
+    }
+    return sum;
+  }
+};
+
+TEST_CASE("Colours of noisy points")
+{
+  for (const bool isAcross : { false, true })
+  {
+    const NoisyHalves halves(isAcross);
+    const auto data = WithShades(halves.Points, halves.Shades);
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const Messages said(cleaning);
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    const double before = NoisyHalves::Wrong(data);
+    const double after = NoisyHalves::Wrong(cleaning->GetOutput());
+    CAPTURE(isAcross);
+    CAPTURE(before);
+    CAPTURE(after);
+    REQUIRE(said.Warnings.size() == 1);
+    const auto count = static_cast<double>(data->GetNumberOfPoints());
+    CHECK(cleaning->GetNumberOfMovedPoints() > 0.99 * count);
+    if (isAcross)
+    {
+      CHECK(cleaning->GetNumberOfRecoloredPoints() == 0);
+      continue;
+    }
+    CHECK(before > 0.08);
+    CHECK(after < 0.6 * before);
+    CHECK(cleaning->GetNumberOfRecoloredPoints() > (before - after) * count);
+    CHECK(said.Warnings[0].find("colours of noisy points") != std::string::npos);
+    cleaning->SmoothingOff();
+    cleaning->Update();
+    CHECK(NoisyHalves::Wrong(cleaning->GetOutput()) == before);
+  }
+}
+
 /// A crown whose leaves have a few points each fills space: it is no surface with noise.
 TEST_CASE("Foliage")
 {
@@ -312,24 +415,6 @@ TEST_CASE("Duplicates and NaN")
   CHECK(said.Warnings[0].find("2 duplicates dropped") != std::string::npos);
 }
 
-vtkSmartPointer<vtkPolyData> WithShades(
-  const std::vector<Vec>& points, const std::vector<unsigned char>& shades)
-{
-  const auto data = ToPolyData(points, VTK_DOUBLE);
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetName("RGB");
-  colors->SetNumberOfComponents(3);
-  for (const unsigned char shade : shades)
-  {
-    colors->InsertNextTuple3(shade, shade, shade);
-  }
-  if (!shades.empty())
-  {
-    data->GetPointData()->SetScalars(colors);
-  }
-  return data;
-}
-
 /// @param shades of the points; empty: none
 vtkIdType CompareWithProcesses(
   const std::vector<Vec>& points, const std::vector<unsigned char>& shades = {})
@@ -361,6 +446,7 @@ vtkIdType CompareWithProcesses(
   CHECK(moved[0] + moved[1] + moved[2] == alone->GetNumberOfMovedPoints());
   vtkIdType at = 0;
   double farthest = 0.0;
+  int recolored = 0;
   for (const auto& part : found)
   {
     for (vtkIdType i = 0; i < part->GetNumberOfPoints(); ++i, ++at)
@@ -370,10 +456,17 @@ vtkIdType CompareWithProcesses(
       part->GetPoint(i, a.data());
       alone->GetOutput()->GetPoint(at, b.data());
       farthest = std::max(farthest, Length(Minus(a, b)));
+      vtkDataArray* shade = part->GetPointData()->GetScalars();
+      recolored += shade &&
+          shade->GetComponent(i, 0) !=
+            alone->GetOutput()->GetPointData()->GetScalars()->GetComponent(at, 0)
+        ? 1
+        : 0;
     }
   }
   CHECK(at == alone->GetOutput()->GetNumberOfPoints());
   CHECK(farthest < 1e-6); // shifts are floats
+  CHECK(recolored == 0);
   return alone->GetNumberOfStrayPoints() + alone->GetNumberOfMovedPoints();
 }
 
@@ -381,6 +474,8 @@ TEST_CASE("Several processes")
 {
   CHECK(CompareWithProcesses(Scan(0.02, { 0, 0, 0 }).Points) > 1000);
   CHECK(CompareWithProcesses(NoisySphere(20000, 0.5)) > 19000);
+  const NoisyHalves halves(false);
+  CHECK(CompareWithProcesses(halves.Points, halves.Shades) > 9000);
   CHECK(CompareWithProcesses({}) == 0);
   CHECK(CompareWithProcesses({ { 1, 2, 3 }, { 2, 3, 4 } }) == 0);
   // A leaf, whose sides only their colours tell apart, in processes that have one side each.

@@ -73,6 +73,7 @@ vtkSmartPointer<vtkPolyData> Whole(vtkPolyData* data, int orientation)
 TEST_CASE("Seams")
 {
   const auto data = ToPolyData(MakeScene().Points);
+  AddCheckers(data, 0.2);
   const auto whole = Whole(data, vtkSurfelEstimation::TWO_SIDED);
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
   partitioned->CleanPointsOff();
@@ -100,6 +101,10 @@ TEST_CASE("Seams")
   // Other random samples; the same where the whole cloud is sampled otherwise.
   CHECK(areas.RootMeanSquare <= 0.1);
   CHECK(array(parts, "SurfelTwoSided")->GetRange()[0] == 1.0);
+  const auto isSame = [&](
+                        vtkDataArray* a, vtkDataArray* b) { return Compare(a, b).Largest == 0.0; };
+  CHECK(isSame(array(parts, "Checkers"), array(whole, "Checkers")));
+  CHECK(!isSame(array(parts, "Checkers"), array(data, "Checkers")));
 }
 
 /// One part: as all filters in one do it, sides included; apart from the weights, whose neighbours

@@ -98,7 +98,7 @@ TEST_CASE("Passing")
   field->InsertNextValue(42.0);
   for (vtkIdType i = 0; i < count; ++i)
   {
-    colors->InsertNextTuple4(i % 256, i / 256 % 256, 7, 255);
+    colors->InsertNextTuple4(8, 9, 7, i % 256); // opacities pass, one colour stays
     ids->InsertNextValue(static_cast<int>(i));
     names->InsertNextValue(std::to_string(i));
   }
@@ -123,7 +123,8 @@ TEST_CASE("Passing")
     result->GetPoint(i, p);
     data->GetPoint(from, q);
     wrong += arrays->GetArray("Id")->GetComponent(i, 0) != from || p[0] != q[0] || p[2] != q[2] ||
-        arrays->GetScalars()->GetComponent(i, 0) != from % 256 ||
+        arrays->GetScalars()->GetComponent(i, 3) != from % 256 ||
+        arrays->GetScalars()->GetComponent(i, 0) != 8 ||
         resultNames->GetValue(i) != std::to_string(from)
       ? 1
       : 0;

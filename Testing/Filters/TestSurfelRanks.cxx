@@ -41,6 +41,7 @@ vtkSmartPointer<vtkPolyData> WithNumbers(const std::vector<Vec>& points, int fir
     numbers->InsertNextValue(first + static_cast<int>(i));
   }
   data->GetPointData()->AddArray(numbers);
+  AddCheckers(data, 0.3);
   return data;
 }
 
@@ -108,6 +109,11 @@ void Compare(
     {
       CHECK(part->GetPointData()->GetArray("number")->GetTuple1(i) ==
         expected->GetPointData()->GetArray("number")->GetTuple1(at));
+      for (int c = 0; c < 4; ++c)
+      {
+        REQUIRE(part->GetPointData()->GetScalars()->GetComponent(i, c) ==
+          expected->GetPointData()->GetScalars()->GetComponent(at, c));
+      }
       const double size = one.Area(at);
       position =
         std::max(position, Length(Minus(some.Position(i), one.Position(at))) / std::sqrt(size));

@@ -211,13 +211,13 @@ def point_rows(points):
 
 
 def color_rows(colors, count):
-    """RGB or RGBA of points as bytes (integers from 0 to 255), or as floats."""
+    """RGB or RGBA of points as bytes; floats are from 0 to 1."""
     colors = _rows(colors, count, (3, 4), "colors")
     largest = 1 if colors.dtype.kind == "f" else 255
     if colors.size and not (colors.min() >= 0 and colors.max() <= largest):  # not if NaN, either
         raise ValueError(f"colors are from {colors.min()} to {colors.max()}; integers must be from "
                          "0 to 255, floats from 0 to 1")
-    return colors.astype(np.float32 if largest == 1 else np.uint8)
+    return (np.rint(255 * colors) if largest == 1 else colors).astype(np.uint8)
 
 
 def _as_polydata(points, colors, normals):

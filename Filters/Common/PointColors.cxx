@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Common/PointColors.h"
+
+#include "vtkFloatArray.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkSMPTools.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <algorithm>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// The array as direct colours of `count` points, or null.
+vtkUnsignedCharArray* AsColors(vtkAbstractArray* array, vtkIdType count)
+{
+  auto* colors = vtkUnsignedCharArray::SafeDownCast(array);
+  const int components = colors ? colors->GetNumberOfComponents() : 0;
+  const bool isColor = components == ColorComponents || components == ColorComponents + 1;
+  return isColor && colors->GetNumberOfTuples() == count ? colors : nullptr;
+}
+
+/// The colours of the cloud's points in an array whose values are already 0 to 255.
+template <typename Array>
+CloudColors Gather(Array* array, const LocalCloud& cloud)
+{
+  CloudColors colors(ColorComponents * cloud.InputIds.size());
+  const int components = array->GetNumberOfComponents();
+  vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      const auto* from = array->GetPointer(components * vtkIdType{ cloud.InputIds[i] });
+      for (int c = 0; c < ColorComponents; ++c)
+      {
+        colors[ColorComponents * i + c] = static_cast<unsigned char>(from[c]);
+      }
+    }
+  });
+  return colors;
+}
+}
+
+vtkDataArray* FindColors(vtkPointSet* points)
+{
+  vtkPointData* data = points->GetPointData();
+  const vtkIdType count = points->GetNumberOfPoints();
+  vtkDataArray* found = AsColors(data->GetScalars(), count);
+  for (int i = 0; i < data->GetNumberOfArrays() && !found; ++i)
+  {
+    found =
+      data->GetAbstractArray(i)->GetName() ? AsColors(data->GetAbstractArray(i), count) : nullptr;
+  }
+  return found ? found : data->GetArray(FetchedColorsArray);
+}
+
+CloudColors GatherColors(vtkPointSet* points, const LocalCloud& cloud)
+{
+  vtkDataArray* array = FindColors(points);
+  if (auto* bytes = vtkUnsignedCharArray::SafeDownCast(array))
+  {
+    return Gather(bytes, cloud);
+  }
+  auto* fetched = vtkFloatArray::SafeDownCast(array);
+  return fetched ? Gather(fetched, cloud) : CloudColors();
+}
+
+vtkSmartPointer<vtkUnsignedCharArray> NewColorsLike(vtkDataArray* colors, vtkIdType count)
+{
+  auto copy = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  copy->SetName(colors->GetName());
+  copy->SetNumberOfComponents(colors->GetNumberOfComponents());
+  copy->CopyComponentNames(colors);
+  copy->SetNumberOfTuples(count);
+  return copy;
+}
+
+void ReplaceColors(vtkUnsignedCharArray* colors, vtkPointSet* points)
+{
+  vtkPointData* data = points->GetPointData();
+  if (FindColors(points) == data->GetScalars())
+  {
+    data->SetScalars(colors);
+  }
+  else
+  {
+    data->AddArray(colors); // in place of the one of this name
+  }
+}
+
+void WriteColors(const CloudColors& colors, const std::vector<int>& order, vtkPointSet* points)
+{
+  vtkDataArray* old = FindColors(points);
+  const auto count = static_cast<vtkIdType>(order.size());
+  const auto written = NewColorsLike(old, count);
+  const int components = old->GetNumberOfComponents();
+  if (components > ColorComponents)
+  {
+    written->DeepCopy(old); // its opacities
+  }
+  vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
+    for (; i < end; ++i)
+    {
+      const unsigned char* from = colors.data() + ColorComponents * static_cast<size_t>(order[i]);
+      std::copy_n(from, ColorComponents, written->GetPointer(components * i));
+    }
+  });
+  ReplaceColors(written, points);
+}
+}
