@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/PointColors.h"
 
+#include "Filters/Common/Multiversion.h"
+
 #include "vtkFloatArray.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
@@ -13,6 +15,9 @@ namespace SurfelGeometry
 {
 namespace
 {
+/// So many points ahead, colours start to load: in the other order they are not in the caches.
+constexpr vtkIdType PrefetchDistance = 16;
+
 /// The array as direct colours of `count` points, or null.
 vtkUnsignedCharArray* AsColors(vtkAbstractArray* array, vtkIdType count)
 {
@@ -28,9 +33,12 @@ CloudColors Gather(Array* array, const LocalCloud& cloud)
 {
   CloudColors colors(ColorComponents * cloud.InputIds.size());
   const int components = array->GetNumberOfComponents();
+  const vtkIdType last = cloud.Size() - 1;
   vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
+      const size_t next = static_cast<size_t>(std::min(i + PrefetchDistance, last));
+      SURFEL_PREFETCH(array->GetPointer(components * vtkIdType{ cloud.InputIds[next] }));
       const auto* from = array->GetPointer(components * vtkIdType{ cloud.InputIds[i] });
       for (int c = 0; c < ColorComponents; ++c)
       {
@@ -102,6 +110,8 @@ void WriteColors(const CloudColors& colors, const std::vector<int>& order, vtkPo
   vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
+      const int next = order[static_cast<size_t>(std::min(i + PrefetchDistance, count - 1))];
+      SURFEL_PREFETCH(colors.data() + ColorComponents * static_cast<size_t>(next));
       const unsigned char* from = colors.data() + ColorComponents * static_cast<size_t>(order[i]);
       std::copy_n(from, ColorComponents, written->GetPointer(components * i));
     }

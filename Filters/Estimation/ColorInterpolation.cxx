@@ -24,15 +24,29 @@ constexpr int EndOfNear = 5, BeginOfFar = 12;
 /// With this share of noise nothing is sharpened.
 constexpr float LargestNoise = 0.4f;
 
-/// A straight line through the mean squared differences of colours at two distances, 8 bits
-/// squared.
-struct Variogram
+/// What the neighbours of a point say of its colour, 8 bits.
+struct ColorFit
 {
+  // A straight line through the mean squared differences of colours at two distances:
   float Nugget = 0.0f; // at distance 0; below 0 where colours are smooth
   float AtOneSpacing = 0.0f;
+  float Detail[ColorComponents] = {}; // the colour less the mean under the kernels
 };
 
-using Variograms = RawVector<Variogram>;
+using ColorFits = RawVector<ColorFit>;
+
+/// Sums over pairs of points at about the same distance.
+struct DistanceBin
+{
+  float Differences = 0.0f, Distances = 0.0f, Count = 0.0f;
+
+  void Add(float difference, float distance)
+  {
+    this->Differences += difference;
+    this->Distances += distance;
+    ++this->Count;
+  }
+};
 
 class Interpolator
 {
@@ -46,44 +60,59 @@ public:
   {
   }
 
-  Variogram MeasureNoise(int i) const
+  ColorFit Fit(int i) const
   {
-    float differences[2] = {}, distances[2] = {}, counts[2] = {};
-    const int* row = this->Oriented.Graph.Row(static_cast<size_t>(i));
-    for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
-    {
-      const int bin = k < EndOfNear ? 0 : 1;
-      Vector3 d;
-      if ((bin == 0 || k >= BeginOfFar) && this->IsOfSheet(i, row[k], d))
-      {
-        differences[bin] += this->SquaredDifference(i, row[k]);
-        distances[bin] += static_cast<float>(std::sqrt(Dot(d, d)));
-        ++counts[bin];
-      }
-    }
-    const float spacing = this->Fits[i].Spacing;
-    if (counts[0] == 0.0f || counts[1] == 0.0f || !(spacing > 0.0f))
+    const float spacing = this->Fits[i].Spacing, deviation = this->Blur * spacing;
+    if (!(deviation > 0.0f))
     {
       return {};
     }
-    const float near = distances[0] / counts[0] / spacing, far = distances[1] / counts[1] / spacing;
-    const float difference = differences[0] / counts[0];
-    const float slope =
-      far > near ? (differences[1] / counts[1] - difference) / (far - near) : 0.0f;
-    return { difference - near * slope, difference + (1.0f - near) * slope };
-  }
-
-  void Interpolate(int i, const Variograms& variograms, unsigned char* result) const
-  {
-    const unsigned char* own = this->Color(i);
-    const float sharpness = this->Sharpness(i, variograms);
-    float mean[ColorComponents];
-    this->Mix(i, mean);
+    const float inverse = 1.0f / (deviation * deviation);
+    DistanceBin near, far;
+    float mixed[ColorComponents] = {}, weights = 1.0f;
+    const int* row = this->Oriented.Graph.Row(static_cast<size_t>(i));
+    for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
+    {
+      const Float3 d = this->Difference(i, row[k]);
+      const float squared = SingleDot(d, d);
+      const bool isMixed = inverse * squared < Reach * Reach;
+      const bool isOfBin = k < EndOfNear || k >= BeginOfFar;
+      if ((!isMixed && !isOfBin) || !this->IsOfSheet(i, row[k], d, squared))
+      {
+        continue;
+      }
+      float difference[ColorComponents];
+      const float squaredDifference = this->Subtract(row[k], i, difference);
+      if (isOfBin)
+      {
+        (k < EndOfNear ? near : far).Add(squaredDifference, std::sqrt(squared) / spacing);
+      }
+      if (isMixed)
+      {
+        const float weight = std::exp(-0.5f * inverse * squared);
+        weights += weight;
+        for (int c = 0; c < ColorComponents; ++c)
+        {
+          mixed[c] += weight * difference[c];
+        }
+      }
+    }
+    ColorFit fit = Extrapolate(near, far);
     for (int c = 0; c < ColorComponents; ++c)
     {
-      const auto color = static_cast<float>(own[c]);
-      result[c] = static_cast<unsigned char>(
-        std::clamp(color + sharpness * (color - mean[c]), 0.0f, 255.0f) + 0.5f);
+      fit.Detail[c] = -mixed[c] / weights;
+    }
+    return fit;
+  }
+
+  void Interpolate(int i, const ColorFits& fits, unsigned char* result) const
+  {
+    const float sharpness = this->Sharpness(i, fits);
+    const unsigned char* own = this->Color(i);
+    for (int c = 0; c < ColorComponents; ++c)
+    {
+      const float color = static_cast<float>(own[c]) + sharpness * fits[i].Detail[c];
+      result[c] = static_cast<unsigned char>(std::clamp(color, 0.0f, 255.0f) + 0.5f);
     }
   }
 
@@ -93,70 +122,68 @@ private:
     return this->Colors.data() + ColorComponents * static_cast<size_t>(i);
   }
 
-  /// @param d the vector from i to j
-  bool IsOfSheet(int i, int j, Vector3& d) const
+  /// The vector from i to j.
+  Float3 Difference(int i, int j) const
   {
-    d = Load(this->Oriented.Cloud.Position(j)) - Load(this->Oriented.Cloud.Position(i));
-    const bool isEither = this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j];
-    return AreOfOneSheet(this->Fits[i], this->Fits[j], isEither, d);
+    const float* from = this->Oriented.Cloud.Position(i);
+    const float* to = this->Oriented.Cloud.Position(j);
+    Float3 d;
+    d.X = to[0] - from[0];
+    d.Y = to[1] - from[1];
+    d.Z = to[2] - from[2];
+    return d;
   }
 
-  float SquaredDifference(int i, int j) const
+  /// As AreOfOneSheet, in single precision.
+  bool IsOfSheet(int i, int j, const Float3& d, float squared) const
+  {
+    const bool isEither = this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j];
+    const float cosine = SingleDot(this->Fits[i].Normal, this->Fits[j].Normal);
+    const float climb = SingleDot(this->Fits[i].Normal, d);
+    constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
+    return (isEither ? std::abs(cosine) : cosine) >= static_cast<float>(SheetCosine) &&
+      climb * climb <= mostClimb * squared;
+  }
+
+  /// The difference of two colours. Returns its square.
+  float Subtract(int i, int j, float difference[ColorComponents]) const
   {
     float sum = 0.0f;
     for (int c = 0; c < ColorComponents; ++c)
     {
-      const auto difference = static_cast<float>(this->Color(i)[c] - this->Color(j)[c]);
-      sum += difference * difference;
+      difference[c] = static_cast<float>(this->Color(i)[c] - this->Color(j)[c]);
+      sum += difference[c] * difference[c];
     }
     return sum;
   }
 
-  /// From 1, where colours have no noise, to 0.
-  float Sharpness(int i, const Variograms& variograms) const
+  static ColorFit Extrapolate(const DistanceBin& near, const DistanceBin& far)
   {
-    Variogram sum = variograms[i];
-    const int* row = this->Oriented.Graph.Row(static_cast<size_t>(i));
-    for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
+    ColorFit fit;
+    if (near.Count > 0.0f && far.Count > 0.0f)
     {
-      sum.Nugget += variograms[row[k]].Nugget;
-      sum.AtOneSpacing += variograms[row[k]].AtOneSpacing;
+      const float difference = near.Differences / near.Count, place = near.Distances / near.Count;
+      const float distance = far.Distances / far.Count - place;
+      const float slope =
+        distance > 0.0f ? (far.Differences / far.Count - difference) / distance : 0.0f;
+      fit.Nugget = difference - place * slope;
+      fit.AtOneSpacing = difference + (1.0f - place) * slope;
     }
-    return sum.Nugget > 0.0f ? std::max(0.0f, 1.0f - sum.Nugget / (LargestNoise * sum.AtOneSpacing))
-                             : 1.0f;
+    return fit;
   }
 
-  /// The mean of the colours about point i, as the kernels of its neighbours mix them.
-  void Mix(int i, float mean[ColorComponents]) const
+  /// From 1, where colours have no noise, to 0.
+  float Sharpness(int i, const ColorFits& fits) const
   {
-    const float deviation = this->Blur * this->Fits[i].Spacing;
-    const float inverse = 1.0f / (deviation * deviation);
-    float sum = 1.0f;
-    std::copy_n(this->Color(i), ColorComponents, mean);
+    float nugget = fits[i].Nugget, atOneSpacing = fits[i].AtOneSpacing;
     const int* row = this->Oriented.Graph.Row(static_cast<size_t>(i));
     for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
     {
-      Vector3 d;
-      const bool isOfSheet = this->IsOfSheet(i, row[k], d);
-      const float squared = inverse * static_cast<float>(Dot(d, d));
-      if (!(squared < Reach * Reach))
-      {
-        break;
-      }
-      if (isOfSheet)
-      {
-        const float weight = std::exp(-0.5f * squared);
-        sum += weight;
-        for (int c = 0; c < ColorComponents; ++c)
-        {
-          mean[c] += weight * static_cast<float>(this->Color(row[k])[c]);
-        }
-      }
+      nugget += fits[row[k]].Nugget;
+      atOneSpacing += fits[row[k]].AtOneSpacing;
     }
-    for (int c = 0; c < ColorComponents; ++c)
-    {
-      mean[c] /= sum;
-    }
+    const float noise = nugget > 0.0f ? nugget / std::max(atOneSpacing, nugget) : 0.0f;
+    return std::max(0.0f, 1.0f - noise / LargestNoise);
   }
 
   const OrientedCloud& Oriented;
@@ -171,20 +198,20 @@ bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, dou
 {
   const Interpolator interpolator(oriented, fits, static_cast<float>(blur), colors);
   const vtkIdType count = oriented.Cloud.Size();
-  Variograms variograms(static_cast<size_t>(count));
+  ColorFits colorFits(static_cast<size_t>(count));
   CloudColors result(colors.size());
-  const bool finished = ParallelFor(count, progress.Part(0.0, 0.5),
+  const bool finished = ParallelFor(count, progress.Part(0.0, 0.7),
                           [&](vtkIdType i, vtkIdType end) {
                             for (; i < end; ++i)
                             {
-                              variograms[i] = interpolator.MeasureNoise(static_cast<int>(i));
+                              colorFits[i] = interpolator.Fit(static_cast<int>(i));
                             }
                           }) &&
-    ParallelFor(count, progress.Part(0.5, 1.0), [&](vtkIdType i, vtkIdType end) {
+    ParallelFor(count, progress.Part(0.7, 1.0), [&](vtkIdType i, vtkIdType end) {
       for (; i < end; ++i)
       {
         interpolator.Interpolate(
-          static_cast<int>(i), variograms, result.data() + ColorComponents * i);
+          static_cast<int>(i), colorFits, result.data() + ColorComponents * i);
       }
     });
   colors = std::move(result);
