@@ -351,6 +351,7 @@ TEST_CASE("CopySettings")
   from->SetViewpoint(1.0, 2.0, 3.0);
   from->SetUseViewpoint(1);
   from->SetIsolationFactor(7.0);
+  from->InterpolateColorsOff();
   const char* const first = "NeighborhoodMode";
   CHECK(SettingsOf(from.Get(), first, "Controller") != SettingsOf(to.Get(), first, "Controller"));
   to->CopySettings(from);

@@ -19,7 +19,7 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
-        self._cleaned = {"duplicate": 0, "stray": 0, "moved": 0}
+        self._cleaned = {"duplicate": 0, "stray": 0, "moved": 0, "recolored": 0}
 
     @contextmanager
     def stage(self, name):
@@ -31,7 +31,8 @@ class RunStatistics:
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
         self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
                          "stray": cleaning.GetNumberOfStrayPoints(),
-                         "moved": cleaning.GetNumberOfMovedPoints()}
+                         "moved": cleaning.GetNumberOfMovedPoints(),
+                         "recolored": cleaning.GetNumberOfRecoloredPoints()}
 
     def note_estimation(self, estimation):
         self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
