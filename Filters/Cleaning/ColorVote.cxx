@@ -8,8 +8,8 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// The weights' standard deviation over that of the places, and the weight of the point itself: with
-/// 1 and 1, noise of one spacing costs a bunny 0.2 dB more, with 2 and 1 as much.
+/// The weights' standard deviation over that of the places, and the weight of the point itself:
+/// with 1 and 1, noise of one spacing costs a bunny 0.2 dB more, with 2 and 1 as much.
 constexpr float Reach = 1.5f, OwnWeight = 3.0f;
 
 /// Distances at which the variogram is measured, spacings.
@@ -36,9 +36,9 @@ float ColorVote::SquaredDistance(int i, int k) const
   return u * u + v * v;
 }
 
-ColorVote::Variogram ColorVote::Measure() const
+ColorVariogram ColorVote::Measure() const
 {
-  float differences[2] = {}, distances[2] = {}, counts[2] = {};
+  DistanceBin near, far;
   for (int i = 0; i < this->Count; ++i)
   {
     for (int k = i + 1; k < this->Count; ++k)
@@ -50,26 +50,15 @@ ColorVote::Variogram ColorVote::Measure() const
       }
       const float r = this->Red[i] - this->Red[k], g = this->Green[i] - this->Green[k];
       const float b = this->Blue[i] - this->Blue[k];
-      const int bin = distance > NearDistance ? 1 : 0;
-      differences[bin] += r * r + g * g + b * b;
-      distances[bin] += distance;
-      ++counts[bin];
+      (distance > NearDistance ? far : near).Add(r * r + g * g + b * b, distance);
     }
   }
-  if (counts[0] == 0.0f || counts[1] == 0.0f)
-  {
-    return {};
-  }
-  const float near = differences[0] / counts[0], place = distances[0] / counts[0];
-  const float slope = (differences[1] / counts[1] - near) / (distances[1] / counts[1] - place);
-  return { near - place * slope, near + (1.0f - place) * slope };
+  return ColorVariogram(near, far);
 }
 
-float ColorVote::Displacement(const Variogram& sum)
+float ColorVote::Displacement(const ColorVariogram& sum)
 {
-  const float share =
-    sum.Nugget > 0.0f ? sum.Nugget / std::max(sum.AtOneSpacing, sum.Nugget) : 0.0f;
-  return std::clamp((share - LeastNoise) / (FullNoise - LeastNoise), 0.0f, 1.0f);
+  return std::clamp((sum.ShareOfNoise() - LeastNoise) / (FullNoise - LeastNoise), 0.0f, 1.0f);
 }
 
 void ColorVote::Choose(float displacement, unsigned char* result) const

@@ -7,11 +7,11 @@
  * 1990). Edges stay sharp.
  *
  * Scanners have noise along their rays, which keeps colours in place. Whether they are is told by
- * the variogram (Matheron 1963, "Principles of geostatistics"): the mean squared difference of two
- * colours grows from zero with their distance, unless colours are out of place or noisy themselves.
+ * their variogram.
  */
 #pragma once
 
+#include "Filters/Common/ColorVariogram.h"
 #include "Filters/Common/VectorMath.h"
 
 namespace SurfelGeometry
@@ -31,19 +31,12 @@ public:
 
   bool IsFull() const { return this->Count == Capacity; }
 
-  /// A straight line through the mean squared differences of colours at two distances, 8 bits
-  /// squared.
-  struct Variogram
-  {
-    float Nugget = 0.0f; // at distance 0; below 0 where colours are smooth
-    float AtOneSpacing = 0.0f;
-  };
-
-  Variogram Measure() const;
+  /// Of all pairs of the points.
+  ColorVariogram Measure() const;
 
   /// How far colours are from their places, over the noise: 0 to 1.
   /// @param sum of the variograms of a part of the cloud
-  static float Displacement(const Variogram& sum);
+  static float Displacement(const ColorVariogram& sum);
 
   /// The vector median.
   /// @param displacement standard deviation of the places, spacings, above 0

@@ -211,7 +211,7 @@ struct SampleFit
   float Kurtosis = 0.0f;  // of the residuals; 0: unknown
   float Contrast = -1.0f; // of the colours; -1: unknown
   float Thickness = 0.0f; // smallest variance over the middle one
-  ColorVote::Variogram Colors;
+  ColorVariogram Colors;
 };
 
 /// What is known of a part of the cloud, in spacings.
@@ -252,11 +252,10 @@ double NoiseOf(const SampleFit* begin, const SampleFit* end)
 
 PartNoise PartNoiseOf(const SampleFit* begin, const SampleFit* end)
 {
-  ColorVote::Variogram sum;
+  ColorVariogram sum;
   for (const SampleFit* fit = begin; fit < end; ++fit)
   {
-    sum.Nugget += fit->Colors.Nugget;
-    sum.AtOneSpacing += fit->Colors.AtOneSpacing;
+    sum.Add(fit->Colors);
   }
   const double deviation = NoiseOf(begin, end);
   return { deviation, static_cast<float>(deviation) * ColorVote::Displacement(sum) };
@@ -281,7 +280,9 @@ public:
     for (size_t k = 0; k < samples; ++k)
     {
       const float* fit = &values[Stride * order[k].second + 3];
-      fits[k] = { fit[0], fit[1], fit[2], fit[3], { fit[4], fit[5] } };
+      fits[k] = { fit[0], fit[1], fit[2], fit[3], {} };
+      fits[k].Colors.Nugget = fit[4];
+      fits[k].Colors.AtOneSpacing = fit[5];
     }
     const size_t parts = std::max<size_t>(1, samples / SamplesPerPart);
     for (size_t part = 0; part < parts; ++part)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Estimation/ColorInterpolation.h"
 
+#include "Filters/Common/ColorVariogram.h"
 #include "Filters/Common/LocalCloud.h"
 
 #include <algorithm>
@@ -24,29 +25,14 @@ constexpr int EndOfNear = 5, BeginOfFar = 12;
 /// With this share of noise nothing is sharpened.
 constexpr float LargestNoise = 0.4f;
 
-/// What the neighbours of a point say of its colour, 8 bits.
+/// What the neighbours of a point say of its colour.
 struct ColorFit
 {
-  // A straight line through the mean squared differences of colours at two distances:
-  float Nugget = 0.0f; // at distance 0; below 0 where colours are smooth
-  float AtOneSpacing = 0.0f;
-  float Detail[ColorComponents] = {}; // the colour less the mean under the kernels
+  ColorVariogram Variogram;
+  float Detail[ColorComponents] = {}; // the colour less the mean under the kernels, 8 bits
 };
 
 using ColorFits = RawVector<ColorFit>;
-
-/// Sums over pairs of points at about the same distance.
-struct DistanceBin
-{
-  float Differences = 0.0f, Distances = 0.0f, Count = 0.0f;
-
-  void Add(float difference, float distance)
-  {
-    this->Differences += difference;
-    this->Distances += distance;
-    ++this->Count;
-  }
-};
 
 class Interpolator
 {
@@ -97,7 +83,7 @@ public:
         }
       }
     }
-    ColorFit fit = Extrapolate(near, far);
+    ColorFit fit{ ColorVariogram(near, far) };
     for (int c = 0; c < ColorComponents; ++c)
     {
       fit.Detail[c] = -mixed[c] / weights;
@@ -157,33 +143,16 @@ private:
     return sum;
   }
 
-  static ColorFit Extrapolate(const DistanceBin& near, const DistanceBin& far)
-  {
-    ColorFit fit;
-    if (near.Count > 0.0f && far.Count > 0.0f)
-    {
-      const float difference = near.Differences / near.Count, place = near.Distances / near.Count;
-      const float distance = far.Distances / far.Count - place;
-      const float slope =
-        distance > 0.0f ? (far.Differences / far.Count - difference) / distance : 0.0f;
-      fit.Nugget = difference - place * slope;
-      fit.AtOneSpacing = difference + (1.0f - place) * slope;
-    }
-    return fit;
-  }
-
   /// From 1, where colours have no noise, to 0.
   float Sharpness(int i, const ColorFits& fits) const
   {
-    float nugget = fits[i].Nugget, atOneSpacing = fits[i].AtOneSpacing;
+    ColorVariogram sum = fits[i].Variogram;
     const int* row = this->Oriented.Graph.Row(static_cast<size_t>(i));
     for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
     {
-      nugget += fits[row[k]].Nugget;
-      atOneSpacing += fits[row[k]].AtOneSpacing;
+      sum.Add(fits[row[k]].Variogram);
     }
-    const float noise = nugget > 0.0f ? nugget / std::max(atOneSpacing, nugget) : 0.0f;
-    return std::max(0.0f, 1.0f - noise / LargestNoise);
+    return std::max(0.0f, 1.0f - sum.ShareOfNoise() / LargestNoise);
   }
 
   const OrientedCloud& Oriented;
