@@ -46,7 +46,7 @@ const char* const IdArray = "PartitionedPointId";
 
 /// Memory besides the input in bytes: for each point of the cloud (local position and output), and
 /// for each point of the part that is processed (its copy and the filters' memory).
-constexpr double BytesPerCloudPoint = 12.0 + 57.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
+constexpr double BytesPerCloudPoint = 12.0 + 61.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
 }
 
 /// One execution. Surfels are stored at the index of their input point; then gaps are closed.
@@ -65,9 +65,8 @@ public:
     this->Normals = self->Estimation->GetKeepNormals()
       ? FindNormals(input, self->Estimation->GetNormalsArrayName())
       : nullptr;
-    const bool areSurfels = input->GetPointData()->HasArray(Arrays::Covariance);
     this->Colors =
-      self->Estimation->GetInterpolateColors() && !areSurfels ? FindColors(input) : nullptr;
+      self->Estimation->GetInterpolateColors() ? FindColorsToInterpolate(input) : nullptr;
   }
 
   /// Returns false if stopped, or after an error, which is in Error.

@@ -242,11 +242,11 @@ private:
       this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
   }
 
-  /// Surfels as input have interpolating colours already. Returns false if stopped.
+  /// Returns false if stopped.
   bool ChooseColors(
     vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress)
   {
-    if (!this->Self->InterpolateColors || input->GetPointData()->HasArray(Arrays::Covariance))
+    if (!this->Self->InterpolateColors || !FindColorsToInterpolate(input))
     {
       return true;
     }
@@ -418,7 +418,7 @@ int vtkSurfelEstimation::RequestDistributed(
   {
     arrays.push_back({ "Normals", 3, normals });
   }
-  vtkDataArray* colors = this->InterpolateColors ? FindColors(input) : nullptr;
+  vtkDataArray* colors = this->InterpolateColors ? FindColorsToInterpolate(input) : nullptr;
   if (ranks.Any(colors != nullptr))
   {
     arrays.push_back({ FetchedColorsArray, ColorComponents, colors });

@@ -10,7 +10,7 @@ namespace
 {
 /// The weights' standard deviation over that of the places, and the weight of the point itself:
 /// with 1 and 1, noise of one spacing costs a bunny 0.2 dB more, with 2 and 1 as much.
-constexpr float Reach = 1.5f, OwnWeight = 3.0f;
+constexpr float VoteReach = 1.5f, OwnWeight = 3.0f;
 
 /// Distances at which the variogram is measured, spacings.
 constexpr float NearDistance = 1.0f, FarDistances[] = { 1.5f, 2.5f };
@@ -63,7 +63,7 @@ float ColorVote::Displacement(const ColorVariogram& sum)
 
 void ColorVote::Choose(float displacement, unsigned char* result) const
 {
-  const float deviation = Reach * displacement, scale = -0.5f / (deviation * deviation);
+  const float deviation = VoteReach * displacement, scale = -0.5f / (deviation * deviation);
   float weights[Capacity], costs[Capacity] = {};
   for (int k = 0; k < this->Count; ++k)
   {

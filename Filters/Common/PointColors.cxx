@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/PointColors.h"
 
+#include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/Multiversion.h"
 
 #include "vtkFloatArray.h"
@@ -16,7 +17,7 @@ namespace SurfelGeometry
 namespace
 {
 /// So many points ahead, colours start to load: in the other order they are not in the caches.
-constexpr vtkIdType PrefetchDistance = 16;
+constexpr vtkIdType ColorsAhead = 16;
 
 /// The array as direct colours of `count` points, or null.
 vtkUnsignedCharArray* AsColors(vtkAbstractArray* array, vtkIdType count)
@@ -37,7 +38,7 @@ CloudColors Gather(Array* array, const LocalCloud& cloud)
   vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
-      const size_t next = static_cast<size_t>(std::min(i + PrefetchDistance, last));
+      const size_t next = static_cast<size_t>(std::min(i + ColorsAhead, last));
       SURFEL_PREFETCH(array->GetPointer(components * vtkIdType{ cloud.InputIds[next] }));
       const auto* from = array->GetPointer(components * vtkIdType{ cloud.InputIds[i] });
       for (int c = 0; c < ColorComponents; ++c)
@@ -61,6 +62,12 @@ vtkDataArray* FindColors(vtkPointSet* points)
       data->GetAbstractArray(i)->GetName() ? AsColors(data->GetAbstractArray(i), count) : nullptr;
   }
   return found ? found : data->GetArray(FetchedColorsArray);
+}
+
+vtkDataArray* FindColorsToInterpolate(vtkPointSet* points)
+{
+  const bool areSurfels = points->GetPointData()->HasArray(SurfelSplatting::Arrays::Covariance);
+  return areSurfels ? nullptr : FindColors(points);
 }
 
 CloudColors GatherColors(vtkPointSet* points, const LocalCloud& cloud)
@@ -110,7 +117,7 @@ void WriteColors(const CloudColors& colors, const std::vector<int>& order, vtkPo
   vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {
-      const int next = order[static_cast<size_t>(std::min(i + PrefetchDistance, count - 1))];
+      const int next = order[static_cast<size_t>(std::min(i + ColorsAhead, count - 1))];
       SURFEL_PREFETCH(colors.data() + ColorComponents * static_cast<size_t>(next));
       const unsigned char* from = colors.data() + ColorComponents * static_cast<size_t>(order[i]);
       std::copy_n(from, ColorComponents, written->GetPointer(components * i));

@@ -30,6 +30,9 @@ constexpr const char* FetchedColorsArray = "FetchedColors";
 /// with three or four components; of fetched points, their array. Null if there is none.
 vtkDataArray* FindColors(vtkPointSet* points);
 
+/// The same, but null for surfels: their colours interpolate already (ColorInterpolation.h).
+vtkDataArray* FindColorsToInterpolate(vtkPointSet* points);
+
 /// The colours of a cloud's points; empty if there are none.
 CloudColors GatherColors(vtkPointSet* points, const LocalCloud& cloud);
 

@@ -17,7 +17,7 @@ namespace
 constexpr float Widening = 1.12f;
 
 /// Points farther away than this many standard deviations have weights below 0.01.
-constexpr float Reach = 3.0f;
+constexpr float MixReach = 3.0f;
 
 /// Ranks of neighbours at about one spacing and at about two: those before and those from here.
 constexpr int EndOfNear = 5, BeginOfFar = 12;
@@ -61,7 +61,7 @@ public:
     {
       const Float3 d = this->Difference(i, row[k]);
       const float squared = SingleDot(d, d);
-      const bool isMixed = inverse * squared < Reach * Reach;
+      const bool isMixed = inverse * squared < MixReach * MixReach;
       const bool isOfBin = k < EndOfNear || k >= BeginOfFar;
       if ((!isMixed && !isOfBin) || !this->IsOfSheet(i, row[k], d, squared))
       {

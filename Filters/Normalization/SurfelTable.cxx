@@ -11,7 +11,7 @@ namespace SurfelGeometry
 namespace
 {
 /// Kernels are in the order of the input, which may be any: so many are being loaded at a time.
-constexpr std::size_t PrefetchDistance = 16;
+constexpr std::size_t SurfelsAhead = 16;
 }
 
 void SurfelTable::Begin(int first, int last)
@@ -34,15 +34,15 @@ void SurfelTable::Load()
   const auto farthest = static_cast<float>(2.0002 * this->Problem.Settings.Support);
   const auto offset = static_cast<float>(this->Problem.Settings.NormalOffset);
   this->Entries.resize(count);
-  for (std::size_t number = 0; number < std::min(count, PrefetchDistance); ++number)
+  for (std::size_t number = 0; number < std::min(count, SurfelsAhead); ++number)
   {
     this->Problem.Kernels.Prefetch(idOf(number));
   }
   for (std::size_t number = 0; number < count; ++number)
   {
-    if (number + PrefetchDistance < count)
+    if (number + SurfelsAhead < count)
     {
-      this->Problem.Kernels.Prefetch(idOf(number + PrefetchDistance));
+      this->Problem.Kernels.Prefetch(idOf(number + SurfelsAhead));
     }
     const int id = idOf(number);
     Entry& entry = this->Entries[number];

@@ -111,7 +111,7 @@ void VisitEdges(const NeighborGraph& graph, int i, Visit&& visit)
 }
 
 /// Edges between a prefetch and its use.
-constexpr std::uint32_t PrefetchDistance = 8;
+constexpr std::uint32_t EdgesAhead = 8;
 
 /// The class of edges that may not join patches.
 constexpr unsigned char NotSure = SureEdges::NumberOfClasses;
@@ -240,10 +240,10 @@ void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind
       for (auto e = sureness > 0 ? sure.Ends[sureness - 1] : 0; e < end; ++e)
       {
         // The edges of a class are anywhere in the piece.
-        const size_t farther = first + sure.Slots[std::min(e + 2 * PrefetchDistance, end - 1)];
+        const size_t farther = first + sure.Slots[std::min(e + 2 * EdgesAhead, end - 1)];
         SURFEL_PREFETCH(&OtherEnd(graph, farther));
         SURFEL_PREFETCH(edges.Votes.data() + farther);
-        const size_t next = first + sure.Slots[std::min(e + PrefetchDistance, end - 1)];
+        const size_t next = first + sure.Slots[std::min(e + EdgesAhead, end - 1)];
         signs.Prefetch(static_cast<int>(next / GraphDegree));
         signs.Prefetch(OtherEnd(graph, next));
         const size_t slot = first + sure.Slots[e];
