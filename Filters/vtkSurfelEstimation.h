@@ -5,8 +5,9 @@
  *
  * Turns the points of any vtkPointSet into surfels as Documentation/DataContract.md defines
  * them: positions relative to a local origin, the arrays SurfelCovariance, SurfelAreaVector and
- * SurfelTwoSided, and every point array of the input. Cells of the input are ignored; the output
- * has one poly-vertex, so that any mapper can draw its points.
+ * SurfelTwoSided, and every point array of the input, with direct colours as InterpolateColors
+ * says. Cells of the input are ignored; the output has one poly-vertex, so that any mapper can draw
+ * its points.
  *
  * Steps:
  * 1. Points that are not finite and exact duplicates are dropped.
@@ -235,7 +236,7 @@ public:
    * Whether direct colours (the active scalars, or else the first point array, of unsigned char
    * with three or four components) are changed so that the splatted surface has the colours of the
    * points at the points: kernels blur a texture, and c = s + (s - C[s]), where C[s] is the mean of
-   * the neighbours' colours s under the kernels, undoes most of that. Pictures are 0.4 to 1.1 dB
+   * the neighbours' colours s under the kernels, undoes most of that. Pictures are 0.1 to 1.2 dB
    * nearer to a ray tracer's. The mean over an area stays. Colours of surfels are not changed
    * again. Default on.
    */

@@ -63,7 +63,7 @@ public:
       const float squared = SingleDot(d, d);
       const bool isMixed = inverse * squared < MixReach * MixReach;
       const bool isOfBin = k < EndOfNear || k >= BeginOfFar;
-      if ((!isMixed && !isOfBin) || !this->IsOfSheet(i, row[k], d, squared))
+      if ((!isMixed && !isOfBin) || !this->IsOfSheet(i, row[k], d))
       {
         continue;
       }
@@ -120,15 +120,10 @@ private:
     return d;
   }
 
-  /// As AreOfOneSheet, in single precision.
-  bool IsOfSheet(int i, int j, const Float3& d, float squared) const
+  bool IsOfSheet(int i, int j, const Float3& d) const
   {
     const bool isEither = this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j];
-    const float cosine = SingleDot(this->Fits[i].Normal, this->Fits[j].Normal);
-    const float climb = SingleDot(this->Fits[i].Normal, d);
-    constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
-    return (isEither ? std::abs(cosine) : cosine) >= static_cast<float>(SheetCosine) &&
-      climb * climb <= mostClimb * squared;
+    return AreOfOneSheet(this->Fits[i], this->Fits[j], isEither, d);
   }
 
   /// The difference of two colours. Returns its square.

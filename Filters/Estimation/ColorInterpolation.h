@@ -8,7 +8,7 @@
  * colours s_i of the points, C(p_i) = s_i, solve a linear system. This is the first step of van
  * Cittert's iteration towards them (van Cittert 1931; as a filter before a reconstruction: Unser
  * 2000, "Sampling - 50 years after Shannon", sec. III), c = s + (s - C[s]), with the weights a_j
- * K_j(p_i) of the neighbours of one sheet as a Gaussian of their distances. Further steps gain 0.1
+ * K_j(p_i) of the neighbours of one sheet as a Gaussian of their distances. Further steps gain 0.2
  * dB. What it passes of a frequency is k (2 - k), where the kernels pass k <= 1: never more than
  * the points have, so it does not amplify their noise. The mean over an area stays, so that nodes,
  * and distant views, have the same colours.
