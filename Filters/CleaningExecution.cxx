@@ -3,6 +3,7 @@
 
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/DepthSteps.h"
+#include "Filters/Cleaning/ScanRegistration.h"
 #include "Filters/Cleaning/Smoothing.h"
 #include "Filters/Cleaning/StrayPoints.h"
 #include "Filters/Common/InputArrays.h"
@@ -131,7 +132,8 @@ CleaningCounts CleaningExecution::Count(vtkPointSet* input) const
   for (size_t i = 0; i < this->Shifts.size(); ++i)
   {
     const bool isMoved = this->Kept[i] && SingleDot(this->Shifts[i], this->Shifts[i]) > 0.0f;
-    counts.Moved += isMoved ? 1 : 0;
+    const bool isJoined = static_cast<vtkIdType>(i) >= this->Second;
+    (isJoined ? counts.Joined : counts.Moved) += isMoved ? 1 : 0;
   }
   vtkDataArray* colors = this->Colors.empty() ? nullptr : FindColors(input);
   for (size_t i = 0; colors && i < this->Kept.size(); ++i)
@@ -193,13 +195,61 @@ bool CleaningExecution::Clean(
       (stray[i] ? this->Strayed : this->Kept)[cloud.InputIds[i]] = 1;
     }
   });
-  this->DropStray(stray, sharing);
+  this->Drop(stray, sharing);
+  if (!this->Settings.Smoothing)
+  {
+    return true;
+  }
   SmoothPoints smooth;
-  if (this->Settings.Smoothing && !SmoothNoise(problem, input, progress.Part(0.4, 1.0), smooth))
+  if (!this->JoinScans(problem, input, sharing, progress.Part(0.4, 0.5)) ||
+    !SmoothNoise(problem, input, progress.Part(0.5, 1.0), smooth))
   {
     return false;
   }
   this->Keep(smooth);
+  return true;
+}
+
+bool CleaningExecution::JoinScans(const CleaningProblem& problem, vtkPointSet* input,
+  CleaningSharing* sharing, const StageProgress& progress)
+{
+  std::optional<ScanMotion> motion;
+  if (this->Settings.Columns > 0)
+  {
+    return true; // a depth image is one scan
+  }
+  if (!FindSecondScan(problem, input, progress.Part(0.0, 0.8), motion))
+  {
+    return false;
+  }
+  if (!motion)
+  {
+    return true;
+  }
+  this->Second = motion->First;
+  LocalCloud& cloud = this->Searched.Cloud;
+  this->Shifts.resize(this->Kept.size());
+  for (int i = 0; i < cloud.Size(); ++i)
+  {
+    if (cloud.SampleId(i) >= motion->First)
+    {
+      const Float3 shift = motion->ShiftOf(problem.SharedPosition(i));
+      this->Shifts[cloud.InputIds[i]] = shift;
+      Store(Load(cloud.Position(i)) + shift, &cloud.Positions[3 * static_cast<size_t>(i)]);
+    }
+  }
+  this->Searched.Graph = NeighborGraph();
+  this->Searched.Index();
+  std::vector<unsigned char> twins;
+  if (!problem.All(FindTwins(problem, motion->First, progress.Part(0.8, 1.0), twins)))
+  {
+    return false;
+  }
+  for (int i = 0; i < cloud.Size(); ++i)
+  {
+    this->Kept[cloud.InputIds[i]] &= twins[i] ? 0 : 1;
+  }
+  this->Drop(twins, sharing);
   return true;
 }
 
@@ -220,20 +270,20 @@ void CleaningExecution::Keep(const SmoothPoints& smooth)
   }
 }
 
-void CleaningExecution::DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing)
+void CleaningExecution::Drop(const std::vector<unsigned char>& dropped, CleaningSharing* sharing)
 {
-  if (std::find(stray.begin(), stray.end(), 1) == stray.end())
+  if (std::find(dropped.begin(), dropped.end(), 1) == dropped.end())
   {
     return;
   }
-  this->Searched.Drop(stray);
+  this->Searched.Drop(dropped);
   if (sharing)
   {
     size_t kept = 0;
-    for (size_t i = 0; i < stray.size(); ++i)
+    for (size_t i = 0; i < dropped.size(); ++i)
     {
       sharing->IsOwn[kept] = sharing->IsOwn[i];
-      kept += stray[i] ? 0 : 1;
+      kept += dropped[i] ? 0 : 1;
     }
   }
 }

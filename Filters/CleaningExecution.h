@@ -27,6 +27,7 @@ class Ranks;
 
 namespace SurfelGeometry
 {
+struct CleaningProblem;
 struct CleaningSharing;
 struct SmoothPoints;
 
@@ -42,7 +43,7 @@ struct CleaningSettings
 
 struct CleaningCounts
 {
-  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Moved = 0, Recolored = 0;
+  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Joined = 0, Moved = 0, Recolored = 0;
 };
 
 /// Which points of the input are kept, which are stray, and where they move.
@@ -96,7 +97,13 @@ private:
   /// @param smooth of the cloud's points
   void Keep(const SmoothPoints& smooth);
 
-  void DropStray(const std::vector<unsigned char>& stray, CleaningSharing* sharing);
+  /// Removes points of the cloud, not of the input.
+  void Drop(const std::vector<unsigned char>& dropped, CleaningSharing* sharing);
+
+  /// Moves the second of two scans to the first one. Collective, if shared. Returns false if
+  /// stopped.
+  bool JoinScans(const CleaningProblem& problem, vtkPointSet* input, CleaningSharing* sharing,
+    const StageProgress& progress);
 
   /// Of the points in this process's region.
   /// @param areColored whether any process has changed colours
@@ -111,5 +118,6 @@ private:
   std::vector<Float3> Shifts; // [input points] or empty, world units
   CloudColors Colors;         // [3 input points] or empty: as they are
   vtkIdType NonFinite = 0;
+  vtkIdType Second = VTK_ID_MAX; // first id of a second scan that has moved
 };
 }

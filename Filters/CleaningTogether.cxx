@@ -44,6 +44,7 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
     return false;
   }
   this->NonFinite = cloud.NumberOfNonFinitePoints();
+  this->Second = own.Second == VTK_ID_MAX ? own.Second : own.Second - cloud.FirstId();
   const bool areColored = ranks.Any(!own.Colors.empty());
   this->Take(cloud.Return(own.Results(cloud, areColored)), areColored, colors != nullptr);
   return true;

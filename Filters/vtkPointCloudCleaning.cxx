@@ -100,11 +100,7 @@ int vtkPointCloudCleaning::RequestData(vtkInformation* vtkNotUsed(request),
 int vtkPointCloudCleaning::Execute(
   vtkPointSet* input, vtkPolyData* output, vtkPolyData* strayPoints)
 {
-  this->NumberOfNonFinitePoints = 0;
-  this->NumberOfDuplicatePoints = 0;
-  this->NumberOfStrayPoints = 0;
-  this->NumberOfMovedPoints = 0;
-  this->NumberOfRecoloredPoints = 0;
+  this->Take(CleaningCounts());
   const bool isAlone = !this->Controller || this->Controller->GetNumberOfProcesses() <= 1;
   const double* v = this->Viewpoint;
   CleaningExecution execution(
@@ -133,12 +129,7 @@ int vtkPointCloudCleaning::Execute(
   {
     return 1; // stopped by the user: empty output
   }
-  const CleaningCounts counts = execution.Count(input);
-  this->NumberOfNonFinitePoints = counts.NonFinite;
-  this->NumberOfDuplicatePoints = counts.Duplicate;
-  this->NumberOfStrayPoints = counts.Stray;
-  this->NumberOfMovedPoints = counts.Moved;
-  this->NumberOfRecoloredPoints = counts.Recolored;
+  this->Take(execution.Count(input));
   WritePoints(input, execution.Kept, output);
   if (execution.AreMoved())
   {
@@ -155,6 +146,17 @@ int vtkPointCloudCleaning::Execute(
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkPointCloudCleaning::Take(const CleaningCounts& counts)
+{
+  this->NumberOfNonFinitePoints = counts.NonFinite;
+  this->NumberOfDuplicatePoints = counts.Duplicate;
+  this->NumberOfStrayPoints = counts.Stray;
+  this->NumberOfJoinedPoints = counts.Joined;
+  this->NumberOfMovedPoints = counts.Moved;
+  this->NumberOfRecoloredPoints = counts.Recolored;
 }
 
 //------------------------------------------------------------------------------
@@ -203,6 +205,7 @@ void vtkPointCloudCleaning::WarnOfTroubles()
     { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicates dropped" },
       { this->NumberOfStrayPoints, "stray points removed" },
+      { this->NumberOfJoinedPoints, "points of a second scan moved to the first" },
       { this->NumberOfMovedPoints, "noisy points moved to a smooth surface" },
       { this->NumberOfRecoloredPoints,
         "colours of noisy points chosen by a vote of their neighbours" } });
@@ -227,6 +230,7 @@ void vtkPointCloudCleaning::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfStrayPoints: " << this->NumberOfStrayPoints << "\n";
+  os << indent << "NumberOfJoinedPoints: " << this->NumberOfJoinedPoints << "\n";
   os << indent << "NumberOfMovedPoints: " << this->NumberOfMovedPoints << "\n";
   os << indent << "NumberOfRecoloredPoints: " << this->NumberOfRecoloredPoints << "\n";
 }

@@ -16,8 +16,11 @@
  * - Noisy points move to the surface that PCL's moving least squares find (a quadric through 32 to
  *   160 neighbours, by the noise). Points of surfaces without noise are not moved at all: where at
  *   least one in ten of some 32768 points that are near each other is in a surface without noise,
- *   none of them moves. Two sheets, of a leaf or of two scans, become one if they have the same
- *   colours.
+ *   none of them moves. Two sheets become one if they have the same colours.
+ * - A second scan, appended to the first one and a few spacings beside it, moves rigidly to it:
+ *   along the normals, and along surfaces as far as their colours tell. It stays where it may be
+ *   the other side of things: where colours differ, or some direction is unknown. Its points that
+ *   then are at the place of a point of the first one are dropped as duplicates.
  * - Direct colours (the active scalars, or else the first point array, of unsigned char with three
  *   or four components) of noisy points get into their places by a vote of the neighbours, where
  *   noise along the surface has mixed them.
@@ -45,6 +48,7 @@ class vtkPointSet;
 
 namespace SurfelGeometry
 {
+struct CleaningCounts;
 struct SearchedCloud;
 }
 namespace SurfelSplatting
@@ -116,12 +120,14 @@ public:
   ///@{
   /**
    * Counts of the last execution: points that were dropped because a coordinate is NaN, infinite or
-   * beyond 1e17, because an earlier point has the same position, and because they are stray; and
-   * points that were moved, and that got another colour.
+   * beyond 1e17, because an earlier point is at the same place, and because they are stray; and
+   * points of a second scan that were moved to the first, other points that were moved, and points
+   * that got another colour.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
   vtkGetMacro(NumberOfStrayPoints, vtkIdType);
+  vtkGetMacro(NumberOfJoinedPoints, vtkIdType);
   vtkGetMacro(NumberOfMovedPoints, vtkIdType);
   vtkGetMacro(NumberOfRecoloredPoints, vtkIdType);
   ///@}
@@ -163,6 +169,7 @@ private:
   friend class vtkPartitionedSurfelEstimation;
   friend class vtkPointsToSurfels;
   bool CheckInputs(SurfelSplatting::Ranks& ranks, vtkPointSet* input);
+  void Take(const SurfelGeometry::CleaningCounts& counts);
 #endif
 
   vtkSmartPointer<vtkMultiProcessController> Controller;
@@ -171,6 +178,7 @@ private:
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfStrayPoints = 0;
+  vtkIdType NumberOfJoinedPoints = 0;
   vtkIdType NumberOfMovedPoints = 0;
   vtkIdType NumberOfRecoloredPoints = 0;
 };

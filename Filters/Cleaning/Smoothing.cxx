@@ -3,18 +3,11 @@
 
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/ColorVote.h"
-#include "Filters/Cleaning/PointSpread.h"
+#include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
 
-#include "vtkDataArray.h"
-
-#include <pcl/surface/mls.h>
-
-#include <pcl/surface/impl/mls.hpp>
-
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -33,10 +26,6 @@ constexpr int SamplesPerPart = 256;
 constexpr int NearFit = 16;
 constexpr int WideFit = 64;
 
-/// Residuals below this part of the spacing are not noise; a surface with a radius of two spacings
-/// has 0.04.
-constexpr double CleanResidual = 0.06;
-
 /// A part with this share of points whose fit is clean has no noise.
 constexpr double CleanShare = 0.1;
 
@@ -49,14 +38,6 @@ constexpr double LeastKurtosis = 1.8;
 /// has 0.3, uniform points in a ball have 0.85, and fewer leaves in a ball less.
 constexpr double LargestThickness = 0.5;
 
-/// Two sheets have the same colours if the squared difference of their means is below this part of
-/// the variance in a sheet: of two samples of 32 from one distribution it is a sixteenth, and more
-/// where a pattern is shifted a little.
-constexpr double SameColors = 0.5;
-
-/// Variance of colours of 8 bits by noise alone.
-constexpr double ColorNoise = 64.0;
-
 /// Neighbours of the smoothing for noise of one spacing: more gain nothing, as fewer do for less
 /// noise.
 constexpr double NeighborsPerNoise = 100.0;
@@ -66,143 +47,28 @@ constexpr int MostNeighbors = 160;
 /// Points farther from the surface than this many standard deviations of the noise are not moved.
 constexpr double LargestShift = 4.0;
 
-constexpr int QuadricTerms = 6;
-
-/// The colours of a cloud's points, few of which are asked for.
-struct SampledColors
-{
-  vtkDataArray* Array; // of three components at least; null: unknown
-  const LocalCloud& Cloud;
-
-  Vector3 Get(int i) const
-  {
-    const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
-    return { this->Array->GetComponent(id, 0), this->Array->GetComponent(id, 1),
-      this->Array->GetComponent(id, 2) };
-  }
-};
-
 Vector3 ColorOf(const CloudColors& colors, int i)
 {
   const unsigned char* color = colors.data() + ColorComponents * static_cast<size_t>(i);
   return { 1.0 * color[0], 1.0 * color[1], 1.0 * color[2] };
 }
 
-/// Distances of points to the surface that pcl::MLSResult has fitted, in units of the spacing.
-struct Residuals
+/// Puts the point and its nearest neighbours to the vote on its colour.
+/// @param colorOf gives the colour of a point
+template <typename Colors>
+void PutVoters(const LocalQuadric& quadric, int i, const Neighbors& neighbors,
+  const Colors& colorOf, ColorVote& vote)
 {
-  double Deviation = 0.0;
-  double Kurtosis = 0.0;
-};
-
-/// An area per point of radius^2 pi / count, as on a surface.
-double SpacingOf(const Neighbors& neighbors)
-{
-  return std::sqrt(Pi * neighbors.SquaredDistances.back() / neighbors.Count());
+  const double inverse = 1.0 / SpacingOf(neighbors);
+  vote.Begin();
+  for (int k = 0; k <= neighbors.Count() && !vote.IsFull(); ++k)
+  {
+    double u, v;
+    quadric.Project(k, u, v);
+    vote.Add(static_cast<float>(inverse * u), static_cast<float>(inverse * v),
+      colorOf(k == 0 ? i : neighbors.Ids[k - 1]));
+  }
 }
-
-/// The neighbourhood of one point, for PCL: point 0 is the point itself.
-class Quadric
-{
-public:
-  void Fit(const LocalCloud& cloud, int i, const Neighbors& neighbors)
-  {
-    LoadNear(cloud, i, neighbors, this->Near);
-    this->Near.push_back(pcl::PointXYZ(0.0f, 0.0f, 0.0f));
-    std::swap(this->Near.front(), this->Near.back());
-    while (this->Indices.size() < this->Near.size())
-    {
-      this->Indices.push_back(static_cast<pcl::index_t>(this->Indices.size()));
-    }
-    this->Indices.resize(this->Near.size());
-    const double reach = std::sqrt(neighbors.SquaredDistances.back());
-    this->Surface.computeMLSSurface(this->Near, 0, this->Indices, reach, 2);
-  }
-
-  Residuals Measure(double spacing) const
-  {
-    double squares = 0.0, fourths = 0.0;
-    for (const pcl::PointXYZ& p : this->Near)
-    {
-      double u, v, w;
-      this->Surface.getMLSCoordinates(p.getVector3fMap().cast<double>(), u, v, w);
-      const double distance = (w - this->Surface.getPolynomialValue(u, v)) / spacing;
-      squares += distance * distance;
-      fourths += std::pow(distance, 4);
-    }
-    const double count = static_cast<double>(this->Near.size());
-    return { std::sqrt(squares / std::max(1.0, count - QuadricTerms)),
-      squares > 0.0 ? count * fourths / (squares * squares) : 0.0 };
-  }
-
-  /// Squared difference of the mean colours above and below the surface over the variance there.
-  double ColorContrast(int i, const Neighbors& neighbors, const SampledColors& colors) const
-  {
-    Eigen::Vector3d sums[2] = { Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero() };
-    double counts[2] = { 0.0, 0.0 }, squares = 0.0;
-    for (size_t k = 0; k < this->Near.size(); ++k)
-    {
-      double u, v, w;
-      this->Surface.getMLSCoordinates(this->Near[k].getVector3fMap().cast<double>(), u, v, w);
-      const int side = w > this->Surface.getPolynomialValue(u, v) ? 1 : 0;
-      // Fit() has put the point itself first and the first neighbour last.
-      const int id = k == 0 ? i : neighbors.Ids[k + 1 == this->Near.size() ? 0 : k];
-      const Vector3 rgb = colors.Get(id);
-      const Eigen::Vector3d color(rgb[0], rgb[1], rgb[2]);
-      sums[side] += color;
-      squares += color.squaredNorm();
-      ++counts[side];
-    }
-    if (counts[0] < 1.0 || counts[1] < 1.0)
-    {
-      return 0.0;
-    }
-    const double within =
-      squares - sums[0].squaredNorm() / counts[0] - sums[1].squaredNorm() / counts[1];
-    const double variance = std::max(0.0, within) / (counts[0] + counts[1]) + ColorNoise;
-    return (sums[0] / counts[0] - sums[1] / counts[1]).squaredNorm() / variance;
-  }
-
-  /// Of the neighbours, whatever was fitted: their smallest variance over the middle one.
-  double Thickness(const LocalCloud& cloud, int i, const Neighbors& neighbors)
-  {
-    LoadNear(cloud, i, neighbors, this->Near);
-    const Eigen::Vector3d variances = SpreadOf(this->Near).Variances;
-    return variances[1] > 0.0 ? variances[0] / variances[1] : 0.0;
-  }
-
-  /// From the point to the surface, along the normal of the plane below it.
-  Vector3 Shift() const
-  {
-    const auto found = this->Surface.projectQueryPoint(pcl::MLSResult::SIMPLE, QuadricTerms);
-    return { found.point[0], found.point[1], found.point[2] };
-  }
-
-  /// The point and its nearest neighbours, for the vote on its colour.
-  /// @param colorOf gives the colour of a point
-  template <typename Colors>
-  void PutVoters(int i, const Neighbors& neighbors, const Colors& colorOf, ColorVote& vote) const
-  {
-    const double inverse = 1.0 / SpacingOf(neighbors);
-    vote.Begin();
-    for (int k = 0; k <= neighbors.Count() && !vote.IsFull(); ++k)
-    {
-      // Fit() has put the point itself first and the first neighbour last.
-      const size_t place = k == 1 ? this->Near.size() - 1 : static_cast<size_t>(std::max(k - 1, 0));
-      const int id = k == 0 ? i : neighbors.Ids[k - 1];
-      double u, v, w;
-      this->Surface.getMLSCoordinates(this->Near[place].getVector3fMap().cast<double>(), u, v, w);
-      vote.Add(static_cast<float>(inverse * u), static_cast<float>(inverse * v), colorOf(id));
-    }
-  }
-
-  bool IsValid() const { return this->Surface.valid && this->Surface.c_vec.allFinite(); }
-
-private:
-  NearCloud Near;
-  pcl::Indices Indices;
-  pcl::MLSResult Surface;
-};
 
 /// What the fits at a sample say.
 struct SampleFit
@@ -345,7 +211,7 @@ public:
     std::vector<SampleFit> fits(samples.size());
     vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
       Neighbors neighbors;
-      Quadric quadric;
+      LocalQuadric quadric;
       for (; k < end; ++k)
       {
         fits[k] = this->FitAt(samples[k], neighbors, quadric);
@@ -370,7 +236,7 @@ public:
     smooth.Colors = colors;
     return ParallelFor(this->Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
       Neighbors neighbors;
-      Quadric quadric;
+      LocalQuadric quadric;
       ColorVote vote;
       for (int i = static_cast<int>(begin); i < end; ++i)
       {
@@ -385,8 +251,8 @@ public:
             smooth.Shifts[i] = this->ShiftOf(i, neighbors, quadric);
             if (noise.Displacement > 0.0f && quadric.IsValid())
             {
-              quadric.PutVoters(
-                i, neighbors, [&](int k) { return ColorOf(colors, k); }, vote);
+              PutVoters(
+                quadric, i, neighbors, [&](int k) { return ColorOf(colors, k); }, vote);
               vote.Choose(noise.Displacement,
                 smooth.Colors.data() + ColorComponents * static_cast<size_t>(i));
             }
@@ -397,7 +263,7 @@ public:
   }
 
 private:
-  SampleFit FitAt(int i, Neighbors& neighbors, Quadric& quadric) const
+  SampleFit FitAt(int i, Neighbors& neighbors, LocalQuadric& quadric) const
   {
     SampleFit fit;
     this->Tree.FindNearest(i, NearFit, neighbors);
@@ -423,8 +289,8 @@ private:
       {
         fit.Contrast = static_cast<float>(quadric.ColorContrast(i, neighbors, this->Colors));
         ColorVote vote;
-        quadric.PutVoters(
-          i, neighbors, [this](int k) { return this->Colors.Get(k); }, vote);
+        PutVoters(
+          quadric, i, neighbors, [this](int k) { return this->Colors.Get(k); }, vote);
         fit.Colors = vote.Measure();
       }
       this->Tree.FindNearest(i, MostNeighbors, neighbors);
@@ -433,7 +299,7 @@ private:
     return fit;
   }
 
-  Vector3 ShiftOf(int i, const Neighbors& neighbors, Quadric& quadric) const
+  Vector3 ShiftOf(int i, const Neighbors& neighbors, LocalQuadric& quadric) const
   {
     quadric.Fit(this->Cloud, i, neighbors);
     if (!quadric.IsValid())

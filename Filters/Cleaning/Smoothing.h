@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Noisy surfaces are smoothed by PCL's moving least squares (pcl::MLSResult; Alexa et al. 2003,
- * "Computing and rendering point set surfaces"), whose code is in PCL's headers: no library of PCL
- * with another VTK comes along.
+ * Noisy surfaces are smoothed by PCL's moving least squares (LocalQuadric.h).
  *
  * Smoothing rounds edges and moves points of thin things, so it must not touch surfaces without
  * noise. On these a quadric through the nearest points fits exactly, except at edges, where things

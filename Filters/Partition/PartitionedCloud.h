@@ -59,6 +59,9 @@ public:
   /// Ids of the fetched points in one process with the points of all ranks, rank after rank.
   std::vector<vtkIdType> GlobalIds() const;
 
+  /// The id of this rank's first point there.
+  vtkIdType FirstId() const { return this->FirstIds[static_cast<std::size_t>(this->Group.Rank())]; }
+
   /// Whether a fetched point is in this rank's region, not in its halo.
   bool IsInRegion(vtkIdType i) const { return this->Region().Contains(this->Position(i)); }
   const CloudRegion& Region() const

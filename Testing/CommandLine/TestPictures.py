@@ -239,7 +239,7 @@ class TestPictures(ToolCase):
                 return self.read_rgba("out.exr"), json.load(file)
 
         clean, stats = run("ball.ply")
-        self.assertEqual(stats["cleaned"], {"duplicate": 0, "stray": 0, "moved": 0, "recolored": 0})
+        self.assertEqual(set(stats["cleaned"].values()), {0})
         np.testing.assert_array_equal(clean, run("ball.ply", "--cleaning", "off")[0])
         dusty, stats = run("dusty.ply")
         self.assertGreater(stats["cleaned"]["stray"], 180)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stray points are removed, whatever the density; noise is smoothed; clean clouds stay as they are.
-#include "SurfelTesting.h"
-#include "ThreadController.h"
+#include "CleaningTesting.h"
 
 #include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
@@ -27,24 +26,6 @@ void Clean(const std::vector<Vec>& points, const char* what)
   CHECK(cleaning->GetOutput()->GetPoints() == data->GetPoints());
   CHECK(said.Warnings.empty());
   CHECK(said.Errors.empty());
-}
-
-vtkSmartPointer<vtkPolyData> WithShades(
-  const std::vector<Vec>& points, const std::vector<unsigned char>& shades)
-{
-  const auto data = ToPolyData(points, VTK_DOUBLE);
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetName("RGB");
-  colors->SetNumberOfComponents(3);
-  for (const unsigned char shade : shades)
-  {
-    colors->InsertNextTuple3(shade, shade, shade);
-  }
-  if (!shades.empty())
-  {
-    data->GetPointData()->SetScalars(colors);
-  }
-  return data;
 }
 
 /// A ball on a wall whose density changes by 16, and stray points in a box about them, which are
@@ -413,61 +394,6 @@ TEST_CASE("Duplicates and NaN")
   CHECK(cleaning->GetOutput()->GetNumberOfPoints() == 500);
   REQUIRE(said.Warnings.size() == 1);
   CHECK(said.Warnings[0].find("2 duplicates dropped") != std::string::npos);
-}
-
-/// @param shades of the points; empty: none
-vtkIdType CompareWithProcesses(
-  const std::vector<Vec>& points, const std::vector<unsigned char>& shades = {})
-{
-  const size_t half = points.size() / 2, coloured = shades.size() / 2;
-  const std::vector<Vec> parts[3] = { { points.begin(), points.begin() + half },
-    { points.begin() + half, points.end() }, {} };
-  const std::vector<unsigned char> partShades[3] = { { shades.begin(), shades.begin() + coloured },
-    { shades.begin() + coloured, shades.end() }, {} }; // the third process has nothing
-  vtkNew<vtkPointCloudCleaning> alone;
-  const Messages quiet(alone);
-  alone->SetController(nullptr);
-  alone->SetInputData(WithShades(points, shades));
-  alone->Update();
-  vtkSmartPointer<vtkPolyData> found[3];
-  vtkIdType stray[3], moved[3];
-  ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
-    const int rank = controller->GetLocalProcessId();
-    vtkNew<vtkPointCloudCleaning> cleaning;
-    const Messages quietToo(cleaning);
-    cleaning->SetController(controller);
-    cleaning->SetInputData(WithShades(parts[rank], partShades[rank]));
-    cleaning->Update();
-    found[rank] = cleaning->GetOutput();
-    stray[rank] = cleaning->GetNumberOfStrayPoints();
-    moved[rank] = cleaning->GetNumberOfMovedPoints();
-  });
-  CHECK(stray[0] + stray[1] + stray[2] == alone->GetNumberOfStrayPoints());
-  CHECK(moved[0] + moved[1] + moved[2] == alone->GetNumberOfMovedPoints());
-  vtkIdType at = 0;
-  double farthest = 0.0;
-  int recolored = 0;
-  for (const auto& part : found)
-  {
-    for (vtkIdType i = 0; i < part->GetNumberOfPoints(); ++i, ++at)
-    {
-      REQUIRE(at < alone->GetOutput()->GetNumberOfPoints());
-      Vec a, b;
-      part->GetPoint(i, a.data());
-      alone->GetOutput()->GetPoint(at, b.data());
-      farthest = std::max(farthest, Length(Minus(a, b)));
-      vtkDataArray* shade = part->GetPointData()->GetScalars();
-      recolored += shade &&
-          shade->GetComponent(i, 0) !=
-            alone->GetOutput()->GetPointData()->GetScalars()->GetComponent(at, 0)
-        ? 1
-        : 0;
-    }
-  }
-  CHECK(at == alone->GetOutput()->GetNumberOfPoints());
-  CHECK(farthest < 1e-6); // shifts are floats
-  CHECK(recolored == 0);
-  return alone->GetNumberOfStrayPoints() + alone->GetNumberOfMovedPoints();
 }
 
 TEST_CASE("Several processes")

@@ -76,10 +76,13 @@ def _clean(cloud, session):
         cleaned.GetFieldData().AddArray(bounds)
     shift = cleaned.GetPointData().GetArray("CleaningShift")
     moved = np.linalg.norm(vtk_to_numpy(shift), axis=1) if shift else np.zeros(0)
+    joined = cleaning.GetNumberOfJoinedPoints()  # the last ones
+    moved = moved[:len(moved) - joined]
     moved = moved[moved > 0]
     found = {"not_finite": cleaning.GetNumberOfNonFinitePoints(),
              "duplicate": cleaning.GetNumberOfDuplicatePoints(),
              "stray": cleaning.GetNumberOfStrayPoints(),
+             "joined": joined,
              "noisy": cleaning.GetNumberOfMovedPoints(),
              "noise": float(np.sqrt(np.mean(moved ** 2))) if len(moved) else 0.0}
     return Cloud(cleaned, cloud.viewpoint), found
@@ -148,7 +151,7 @@ def _suggestions(report, cloud):
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:
         points, cleaned = report["points"], report["points_found"]
-        if not cleaned["stray"] and cleaned["noisy"] < NOISY * points:
+        if not cleaned["stray"] and cleaned["noisy"] + cleaned["joined"] < NOISY * points:
             found.append(("--cleaning off", "saves time: the points are clean"))
         elif cleaned["noise"] > report["spacing"] and not cloud.columns:
             found.append(("--neighbors 40", "the noise is larger than the spacing"))
@@ -223,6 +226,8 @@ def _found_lines(report):
         noise = (f"{found['noisy']} points ({100 * share:.2g} %) are off a smooth surface, by "
                  f"{found['noise']:.3g} (rms), {found['noise'] / report['spacing']:.2g} spacings")
     yield "noise", noise
+    if found["joined"]:
+        yield "second scan", f"the last {found['joined']} points, which move to the scan before"
     yield "left out", (f"{found['stray']} stray points, {found['duplicate']} duplicates, "
                        f"{found['not_finite']} without finite coordinates")
 

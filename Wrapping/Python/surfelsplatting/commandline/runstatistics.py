@@ -19,7 +19,7 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
-        self._cleaned = {"duplicate": 0, "stray": 0, "moved": 0, "recolored": 0}
+        self._cleaned = {"duplicate": 0, "stray": 0, "joined": 0, "moved": 0, "recolored": 0}
 
     @contextmanager
     def stage(self, name):
@@ -31,6 +31,7 @@ class RunStatistics:
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
         self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
                          "stray": cleaning.GetNumberOfStrayPoints(),
+                         "joined": cleaning.GetNumberOfJoinedPoints(),
                          "moved": cleaning.GetNumberOfMovedPoints(),
                          "recolored": cleaning.GetNumberOfRecoloredPoints()}
 

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Cleaning/LocalQuadric.h"
+
+#include "vtkDataArray.h"
+
+#include <pcl/surface/impl/mls.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelGeometry
+{
+namespace
+{
+/// Variance of colours of 8 bits by noise alone.
+constexpr double ColorNoise = 64.0;
+
+constexpr int QuadricTerms = 6;
+}
+
+Vector3 SampledColors::Get(int i) const
+{
+  const vtkIdType id = this->Cloud.InputIds[static_cast<size_t>(i)];
+  return { this->Array->GetComponent(id, 0), this->Array->GetComponent(id, 1),
+    this->Array->GetComponent(id, 2) };
+}
+
+double SpacingOf(const Neighbors& neighbors)
+{
+  return std::sqrt(Pi * neighbors.SquaredDistances.back() / neighbors.Count());
+}
+
+void LocalQuadric::Load(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+{
+  LoadNear(cloud, i, neighbors, this->Near);
+  this->Near.insert(this->Near.begin(), pcl::PointXYZ(0.0f, 0.0f, 0.0f));
+}
+
+void LocalQuadric::FitTo(size_t first, const Neighbors& neighbors)
+{
+  this->Indices.resize(this->Near.size() - first);
+  for (size_t k = 0; k < this->Indices.size(); ++k)
+  {
+    this->Indices[k] = static_cast<pcl::index_t>(k + first);
+  }
+  const double reach = std::sqrt(neighbors.SquaredDistances.back());
+  this->Surface.computeMLSSurface(this->Near, 0, this->Indices, reach, 2);
+}
+
+void LocalQuadric::Fit(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+{
+  this->Load(cloud, i, neighbors);
+  this->FitTo(0, neighbors);
+}
+
+void LocalQuadric::FitOthers(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+{
+  this->Load(cloud, i, neighbors);
+  this->FitTo(1, neighbors);
+}
+
+Residuals LocalQuadric::Measure(double spacing) const
+{
+  double squares = 0.0, fourths = 0.0;
+  for (const pcl::PointXYZ& p : this->Near)
+  {
+    double u, v, w;
+    this->Surface.getMLSCoordinates(p.getVector3fMap().cast<double>(), u, v, w);
+    const double distance = (w - this->Surface.getPolynomialValue(u, v)) / spacing;
+    squares += distance * distance;
+    fourths += std::pow(distance, 4);
+  }
+  const double count = static_cast<double>(this->Near.size());
+  return { std::sqrt(squares / std::max(1.0, count - QuadricTerms)),
+    squares > 0.0 ? count * fourths / (squares * squares) : 0.0 };
+}
+
+Vector3 LocalQuadric::Shift() const
+{
+  const auto found = this->Surface.projectQueryPoint(pcl::MLSResult::SIMPLE, QuadricTerms);
+  return { found.point[0], found.point[1], found.point[2] };
+}
+
+SurfaceFoot LocalQuadric::FootOf(const Vector3& place) const
+{
+  const pcl::MLSResult& s = this->Surface;
+  double u, v, w;
+  s.getMLSCoordinates(Eigen::Vector3d(place[0], place[1], place[2]), u, v, w);
+  const auto at = s.getPolynomialPartialDerivative(u, v);
+  const Eigen::Vector3d normal = s.plane_normal - at.z_u * s.u_axis - at.z_v * s.v_axis;
+  const double length = normal.norm();
+  return { { normal[0] / length, normal[1] / length, normal[2] / length }, (w - at.z) / length };
+}
+
+LocalShade LocalQuadric::ShadeAt(
+  const Vector3& place, const std::vector<float>& shades, double width) const
+{
+  const pcl::MLSResult& s = this->Surface;
+  double atU, atV, w;
+  s.getMLSCoordinates(Eigen::Vector3d(place[0], place[1], place[2]), atU, atV, w);
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < shades.size(); ++k)
+  {
+    double u, v;
+    this->Project(static_cast<int>(k) + 1, u, v);
+    const Eigen::Vector3d row(1.0, (u - atU) / width, (v - atV) / width);
+    const double weight = std::exp(-0.5 * row.tail<2>().squaredNorm());
+    normals += weight * row * row.transpose();
+    right += weight * shades[k] * row;
+  }
+  normals.diagonal() += Eigen::Vector3d::Constant(1e-9 * normals.trace() + 1e-30);
+  const Eigen::Vector3d line = normals.ldlt().solve(right);
+  const Eigen::Vector3d gradient = (line[1] * s.u_axis + line[2] * s.v_axis) / width;
+  return { line[0], { gradient[0], gradient[1], gradient[2] } };
+}
+
+void LocalQuadric::FindSides(std::vector<char>& sides) const
+{
+  sides.resize(this->Near.size());
+  for (size_t k = 0; k < sides.size(); ++k)
+  {
+    double u, v, w;
+    this->Surface.getMLSCoordinates(this->Near[k].getVector3fMap().cast<double>(), u, v, w);
+    sides[k] = w > this->Surface.getPolynomialValue(u, v) ? 1 : 0;
+  }
+}
+
+double LocalQuadric::ColorContrast(
+  int i, const Neighbors& neighbors, const SampledColors& colors) const
+{
+  std::vector<char> sides;
+  this->FindSides(sides);
+  Eigen::Vector3d sums[2] = { Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero() };
+  double counts[2] = { 0.0, 0.0 }, squares = 0.0;
+  for (size_t k = 0; k < sides.size(); ++k)
+  {
+    const Vector3 rgb = colors.Get(k == 0 ? i : neighbors.Ids[k - 1]);
+    const Eigen::Vector3d color(rgb[0], rgb[1], rgb[2]);
+    sums[static_cast<size_t>(sides[k])] += color;
+    squares += color.squaredNorm();
+    ++counts[static_cast<size_t>(sides[k])];
+  }
+  if (counts[0] < 1.0 || counts[1] < 1.0)
+  {
+    return 0.0;
+  }
+  const double within =
+    squares - sums[0].squaredNorm() / counts[0] - sums[1].squaredNorm() / counts[1];
+  const double variance = std::max(0.0, within) / (counts[0] + counts[1]) + ColorNoise;
+  return (sums[0] / counts[0] - sums[1] / counts[1]).squaredNorm() / variance;
+}
+
+double LocalQuadric::Thickness(const LocalCloud& cloud, int i, const Neighbors& neighbors)
+{
+  LoadNear(cloud, i, neighbors, this->Near);
+  const Eigen::Vector3d variances = SpreadOf(this->Near).Variances;
+  return variances[1] > 0.0 ? variances[0] / variances[1] : 0.0;
+}
+
+void LocalQuadric::Project(int k, double& u, double& v) const
+{
+  double w;
+  this->Surface.getMLSCoordinates(
+    this->Near[static_cast<size_t>(k)].getVector3fMap().cast<double>(), u, v, w);
+}
+}
