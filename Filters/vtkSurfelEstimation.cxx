@@ -75,9 +75,7 @@ public:
     const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
-      (this->Self->KernelMode != CELL ||
-        MeasureCells(oriented, progress.Part(0.9, 0.97), this->Fits, this->Cells)) &&
-      this->ChooseColors(input, oriented, progress.Part(0.97, 0.98));
+      this->MakeKernels(input, oriented, progress.Part(0.9, 0.98));
     this->Tree.reset(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {
@@ -243,18 +241,23 @@ private:
   }
 
   /// Returns false if stopped.
-  bool ChooseColors(
-    vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress)
+  bool MakeKernels(vtkPointSet* input, const OrientedCloud& oriented, const StageProgress& progress)
   {
-    if (!this->Self->InterpolateColors || !FindColorsToInterpolate(input))
+    const bool isCell = this->Self->KernelMode == CELL;
+    KernelSteering steering;
+    if (this->Self->InterpolateColors && FindColorsToInterpolate(input))
     {
-      return true;
+      this->Colors = GatherColors(input, this->Cloud);
+      const double blur = isCell ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
+      if (!SurfelGeometry::InterpolateColors(
+            oriented, this->Fits, blur, progress.Part(0.0, 0.3), this->Colors, steering))
+      {
+        return false;
+      }
     }
-    this->Colors = GatherColors(input, this->Cloud);
-    const double blur =
-      this->Self->KernelMode == CELL ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
-    return this->Colors.empty() ||
-      SurfelGeometry::InterpolateColors(oriented, this->Fits, blur, progress, this->Colors);
+    return !isCell ||
+      MeasureCells(
+        oriented, steering, this->Self->CellBlur, progress.Part(0.3, 1.0), this->Fits, this->Cells);
   }
 
   /// Kernel of the cloud's point i.
@@ -262,7 +265,7 @@ private:
   {
     const PlaneFit& fit = this->Fits[i];
     SurfelKernel kernel = this->HasCell(i)
-      ? CellKernel(fit, this->Cells[i], this->Self->CellBlur)
+      ? CellKernel(fit, this->Cells[i])
       : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
     BoundAxes(this->Self->MaximumAxisRatio, kernel);
     return kernel;

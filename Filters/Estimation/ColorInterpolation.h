@@ -12,19 +12,24 @@
  * dB. What it passes of a frequency is k (2 - k), where the kernels pass k <= 1: never more than
  * the points have, so it does not amplify their noise. The mean over an area stays, so that nodes,
  * and distant views, have the same colours.
+ *
+ * The Gaussian stays round where kernels are steered: with the metric of the steering, pictures
+ * were 0.1 to 0.2 dB farther from the truth.
  */
 #pragma once
 
 #include "Filters/Common/PointColors.h"
+#include "Filters/Estimation/KernelSteering.h"
 #include "Filters/Estimation/PlaneFit.h"
 
 namespace SurfelGeometry
 {
 /**
- * @param blur   mean standard deviation of the kernels, spacings
- * @param colors of the points; the result is bounded to 0 to 255
+ * @param blur     mean standard deviation of the kernels, spacings
+ * @param colors   of the points; the result is bounded to 0 to 255
+ * @param steering becomes [n]: the same neighbours give both
  * @return false if stopped
  */
 bool InterpolateColors(const OrientedCloud& oriented, const PlaneFits& fits, double blur,
-  const StageProgress& progress, CloudColors& colors);
+  const StageProgress& progress, CloudColors& colors, KernelSteering& steering);
 }

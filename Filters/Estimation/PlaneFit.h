@@ -43,7 +43,7 @@ struct PlaneFit
   Float3 Normal;          // unit; of arbitrary sign until it is oriented
   Float3 AxisU;           // unit, tangential: direction of the larger variance
   float VarianceU = 0.0f; // of the neighbours along AxisU, scaled so that sqrt(VarianceU VarianceV)
-  float VarianceV = 0.0f; // = Spacing^2; or of the cell (VoronoiCell.h)
+  float VarianceV = 0.0f; // = Spacing^2; or of the kernel (VoronoiCell.h)
   float Spacing = 0.0f;   // square root of the area per point
   float Reach = 0.0f;     // distance to the neighbour of rank ReachRank
   float Flatness = 0.0f;  // variance along the normal over the smaller tangential one; 0 = plane

@@ -19,10 +19,9 @@ SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical)
   return { fit.AxisU, scale * scale * area * ratio, scale * scale * area / ratio, area };
 }
 
-SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur)
+SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell)
 {
-  const double sigma = blur * fit.Spacing, variance = sigma * sigma;
-  return { fit.AxisU, fit.VarianceU + variance, fit.VarianceV + variance, cell.Area };
+  return { fit.AxisU, fit.VarianceU, fit.VarianceV, cell.Area };
 }
 
 double MeanBlur(double blur)

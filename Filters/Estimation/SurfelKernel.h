@@ -23,9 +23,9 @@ struct SurfelKernel
 /// sqrt(VarianceU VarianceV) = (scale spacing)^2.
 SurfelKernel SpacingKernel(const PlaneFit& fit, double scale, bool elliptical);
 
-/// The kernel from the indicator function of a cell, blurred by a Gaussian of this many spacings.
-/// @param fit with the cell's moments
-SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell, double blur);
+/// The kernel from the indicator function of a cell, blurred.
+/// @param fit with the kernel's moments (VoronoiCell.h)
+SurfelKernel CellKernel(const PlaneFit& fit, const VoronoiCell& cell);
 
 /// Mean standard deviation of such kernels, spacings: a square of the mean area, blurred.
 double MeanBlur(double blur);

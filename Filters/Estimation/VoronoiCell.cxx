@@ -6,6 +6,8 @@
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Estimation/CellPolygon.h"
+#include "Filters/Estimation/NearSheet.h"
+#include "Filters/Estimation/SteeredPlane.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,56 +52,48 @@ constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.57;
 constexpr int BorderSteps = 12;
 
-/// Neighbours of a point in its tangent plane, nearest first. Lengths in spacings of the point.
+/// Neighbours of a point on its sheet, nearest first.
 struct FlatSheet
 {
   int Count;
-  float X[SheetCapacity], Y[SheetCapacity];
-  float Areas[SheetCapacity];
+  FlatNeighbor At[SheetCapacity];
+  float Areas[SheetCapacity]; // spacings squared
 
-  void Add(float x, float y, float area)
+  void Add(const FlatNeighbor& neighbor, float area)
   {
-    this->X[this->Count] = x;
-    this->Y[this->Count] = y;
+    this->At[this->Count] = neighbor;
     this->Areas[this->Count] = area;
     ++this->Count;
   }
 };
 
-/// The nearest neighbours of a point as a structure of arrays for SIMD loops. Lengths in spacings
-/// of the point; differences to it are exact in float where neighbours are near each other.
-struct NearSheet
+/// Bisectors of the nearest neighbours; for SIMD loops.
+struct NearBisectors
 {
-  static constexpr int Capacity = (CellNeighbors + 7) / 8 * 8;
-
-  alignas(32) float DX[Capacity] = {}, DY[Capacity] = {}, DZ[Capacity] = {};
-  alignas(32) float NX[Capacity] = {}, NY[Capacity] = {}, NZ[Capacity] = {};
-  alignas(32) int EitherTwoSided[Capacity] = {};
-  alignas(32) float Spacings[Capacity] = {};
-  alignas(32) float X[Capacity], Y[Capacity]; // see FlatSheet
-  alignas(32) int IsOfSheet[Capacity];
+  alignas(32) float SX[NearSheet::Capacity] = {}, SY[NearSheet::Capacity] = {},
+                    SZ[NearSheet::Capacity] = {}; // steering
+  alignas(32) float CutX[NearSheet::Capacity], CutY[NearSheet::Capacity];
+  alignas(32) float Offsets[NearSheet::Capacity];   // see FlatNeighbor
+  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: of another sheet
 };
 
-/// Maps the neighbours to the tangent plane, as CellMeasurer::AddToSheet does.
-SURFEL_MULTIVERSION void Flatten(
-  const Float3& normal, const Float3& u, const Float3& v, NearSheet& s)
+SURFEL_MULTIVERSION void FindBisectors(
+  const NearSheet& near, const SteeredPlane& plane, NearBisectors& s)
 {
-  constexpr auto leastCosine = static_cast<float>(SheetCosine);
-  constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
+  const Float3 u = plane.U, v = plane.V;
   for (int k = 0; k < NearSheet::Capacity; ++k)
   {
-    const float dx = s.DX[k], dy = s.DY[k], dz = s.DZ[k];
-    const float cosine = normal.X * s.NX[k] + normal.Y * s.NY[k] + normal.Z * s.NZ[k];
-    const float climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
-    const float squared = dx * dx + dy * dy + dz * dz;
-    const float x = u.X * dx + u.Y * dy + u.Z * dz;
-    const float y = v.X * dx + v.Y * dy + v.Z * dz;
-    const float flat = x * x + y * y;
-    const float scale = std::sqrt(squared / (flat > 0.0f ? flat : 1.0f));
-    s.X[k] = scale * x;
-    s.Y[k] = scale * y;
-    const float agreement = s.EitherTwoSided[k] != 0 ? std::abs(cosine) : cosine;
-    s.IsOfSheet[k] = (agreement >= leastCosine) & (climb * climb <= mostClimb * squared) ? 1 : 0;
+    const float sx = u.X * s.SX[k] + u.Y * s.SY[k] + u.Z * s.SZ[k];
+    const float sy = v.X * s.SX[k] + v.Y * s.SY[k] + v.Z * s.SZ[k];
+    const float squared = s.SX[k] * s.SX[k] + s.SY[k] * s.SY[k] + s.SZ[k] * s.SZ[k];
+    const FlatNeighbor at = PlaceInMetric(plane, near.X[k], near.Y[k], sx, sy, squared);
+    const float length = at.CutX * at.CutX + at.CutY * at.CutY, offset = at.Offset();
+    s.CutX[k] = at.CutX;
+    s.CutY[k] = at.CutY;
+    s.Offsets[k] = offset;
+    // What is not of the sheet is at (0, 0).
+    s.Distances[k] =
+      offset > 0.0f ? offset * offset / length : std::numeric_limits<float>::infinity();
   }
 }
 
@@ -109,11 +103,11 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
   cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
   {
-    const float x = sheet.X[k], y = sheet.Y[k];
-    const float squared = x * x + y * y;
-    if (squared < 4.0f * cell.SquaredRadius() && squared > 0.0f)
+    const FlatNeighbor& at = sheet.At[k];
+    const float offset = at.Offset(), length = at.CutX * at.CutX + at.CutY * at.CutY;
+    if (offset > 0.0f && offset * offset < cell.SquaredRadius() * length)
     {
-      cell.Cut(x, y, 0.5f * squared);
+      cell.Cut(at.CutX, at.CutY, offset);
     }
   }
 }
@@ -121,11 +115,14 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
 class CellMeasurer
 {
 public:
-  CellMeasurer(const OrientedCloud& oriented, PlaneFits& fits)
-    : Cloud(oriented.Cloud)
+  CellMeasurer(
+    const OrientedCloud& oriented, const KernelSteering& steering, double blur, PlaneFits& fits)
+    : Oriented(oriented)
+    , Cloud(oriented.Cloud)
     , Tree(oriented.Tree)
     , Graph(oriented.Graph)
-    , TwoSided(oriented.TwoSided)
+    , Steering(steering)
+    , Blur(blur)
     , Fits(fits)
   {
   }
@@ -133,17 +130,26 @@ public:
   VoronoiCell Measure(int i)
   {
     VoronoiCell cell;
-    if (this->CutByNearest(i) && this->MeasureCell(i, CellReach, cell))
+    if (!this->CutByNearest(i))
     {
-      this->MeasureAgain(i, cell);
+      return cell;
+    }
+    if (this->IsOpen(CellReach))
+    {
+      this->MeasureOpen(i, cell);
+    }
+    else
+    {
+      this->MeasureCell(i, cell);
     }
     return cell;
   }
 
 private:
-  /// Measures an open cell again, with what bounds it beyond the nearest neighbours: in a random
-  /// sampling, beyond a gap; where the density changes at once, the first of the sparse points.
-  void MeasureAgain(int i, VoronoiCell& cell)
+  /// Measures a cell that the nearest neighbours leave open, with what bounds it beyond these: in a
+  /// random sampling, beyond a gap; where the density changes at once, the first of the sparse
+  /// points.
+  void MeasureOpen(int i, VoronoiCell& cell)
   {
     this->Tree.FindNearest(i, SheetCapacity, this->Found);
     this->Sheet.Count = 0;
@@ -197,7 +203,7 @@ private:
       return;
     }
     const Vector3 point = Load(this->Cloud.Position(i));
-    const Vector3 outward = x * this->U + y * this->V;
+    const Vector3 outward = Normalized(this->Plane.At(x, y), this->Plane.U);
     this->Sheet.Count = std::min(this->Sheet.Count, CellNeighbors);
     double sparsest = this->Fits[i].Spacing;
     for (const double distance : Lookouts)
@@ -234,46 +240,54 @@ private:
   bool CutAndMeasure(int i, double reach, VoronoiCell& cell)
   {
     CutCell(this->Sheet, reach, this->Cell);
-    return this->MeasureCell(i, reach, cell);
-  }
-
-  /// @return whether the cell is open
-  bool MeasureCell(int i, double reach, VoronoiCell& cell)
-  {
     // A cell that its neighbours bound is inside the surface, whatever the angles between them.
     const bool open = this->IsOpen(reach);
     if (open && this->HaveGap())
     {
       this->CutAtBorder(reach);
     }
+    this->MeasureCell(i, cell);
+    return open;
+  }
+
+  void MeasureCell(int i, VoronoiCell& cell)
+  {
     double area, first[2], second[3];
     this->Cell.Moments(area, first, second);
     if (!(area > 0.0))
     {
       cell = VoronoiCell();
-      return open;
+      return;
     }
     const double mx = first[0] / area, my = first[1] / area;
-    const double xx = second[0] / area - mx * mx;
-    const double yy = second[1] / area - my * my;
-    const double xy = second[2] / area - mx * my;
+    const double blur = this->Blur * this->Blur;
+    this->SetKernel(i, second[0] / area - mx * mx + blur, second[2] / area - mx * my,
+      second[1] / area - my * my + blur);
+    const double spacing = this->Fits[i].Spacing;
+    cell.Area = static_cast<float>(spacing * spacing * area);
+    cell.Centroid = spacing * this->Plane.At(mx, my);
+  }
+
+  /// Makes the kernel from its covariance in the round metric, spacings squared.
+  void SetKernel(int i, double rxx, double rxy, double ryy)
+  {
+    const double a = this->Plane.Outward.XX, b = this->Plane.Outward.XY, c = this->Plane.Outward.YY;
+    const double xx = a * a * rxx + 2.0 * a * b * rxy + b * b * ryy;
+    const double xy = a * b * rxx + (a * c + b * b) * rxy + b * c * ryy;
+    const double yy = b * b * rxx + 2.0 * b * c * rxy + c * c * ryy;
     const double half = 0.5 * std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     double cosine, sine;
     PrincipalAxis(xx, yy, xy, cosine, sine);
     PlaneFit& fit = this->Fits[i];
-    const double spacing = fit.Spacing, square = spacing * spacing;
-    const Vector3 u = this->U, v = this->V;
-    cell.Area = static_cast<float>(square * area);
-    cell.Centroid = (spacing * mx) * u + (spacing * my) * v;
-    fit.AxisU = cosine * u + sine * v; // which measuring other cells does not read
+    const double square = static_cast<double>(fit.Spacing) * fit.Spacing;
+    // Measuring other cells reads none of these.
+    fit.AxisU = cosine * this->Plane.U + sine * this->Plane.V;
     fit.VarianceU = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) + half));
     fit.VarianceV = static_cast<float>(square * std::max(0.0, 0.5 * (xx + yy) - half));
-    return open;
   }
 
-  /// Maps the nearest neighbours on the same sheet to the tangent plane and cuts the cell by them:
-  /// as far as they reach, or all of them if they leave the cell open. Returns false if the point
-  /// has no cell.
+  /// Cuts the cell by the nearest neighbours on the same sheet. Returns false if the point has no
+  /// cell.
   bool CutByNearest(int i)
   {
     const PlaneFit& fit = this->Fits[i];
@@ -281,7 +295,6 @@ private:
     {
       return false;
     }
-    TangentFrame(fit.Normal, this->U, this->V);
     const int* ids = this->Graph.Row(static_cast<std::size_t>(i));
     if (!this->Graph.AreNearest)
     {
@@ -291,23 +304,18 @@ private:
     }
     const int count = static_cast<int>(std::find(ids, ids + CellNeighbors, -1) - ids);
     this->LoadNear(i, ids, count);
-    Flatten(fit.Normal, this->U, this->V, this->Near);
-    this->Sheet.Count = 0;
     this->Cell.Reset(CellReach);
-    constexpr auto open = static_cast<float>(CellReach * CellReach);
     float radius = std::numeric_limits<float>::infinity(); // squared; of the cell so far
-    bool reaches = true;
-    for (int k = 0; k < count && (reaches || radius >= open); ++k)
+    int cuts = 0;
+    for (int k = 0; k < count; ++k)
     {
-      if (this->Near.IsOfSheet[k])
+      const NearBisectors& near = this->Bisectors;
+      if (near.Distances[k] < radius)
       {
-        const float x = this->Near.X[k], y = this->Near.Y[k], spacing = this->Near.Spacings[k];
-        const float squared = x * x + y * y;
-        reaches = squared < 4.0f * radius;
-        const bool isCut = reaches && squared > 0.0f && this->Cell.Cut(x, y, 0.5f * squared);
-        this->Sheet.Add(x, y, spacing * spacing);
+        const bool isCut = this->Cell.Cut(near.CutX[k], near.CutY[k], near.Offsets[k]);
+        ++cuts;
         // The first ones always reach; to find that out would take longer.
-        if (isCut && this->Sheet.Count >= SureCuts)
+        if (isCut && cuts >= SureCuts)
         {
           radius = this->Cell.SquaredRadius();
         }
@@ -316,26 +324,26 @@ private:
     return true;
   }
 
-  /// Loads the nearest neighbours of point i.
+  /// @param d from point i to point j
+  bool AreOfSheet(int i, int j, const Vector3& d) const
+  {
+    const std::vector<unsigned char>& twoSided = this->Oriented.TwoSided;
+    return AreOfOneSheet(this->Fits[i], this->Fits[j], twoSided[i] || twoSided[j], d);
+  }
+
+  /// Loads the nearest neighbours of point i into its plane.
   void LoadNear(int i, const int* ids, int count)
   {
-    const float* p = this->Cloud.Position(i);
-    const float inverse = 1.0f / this->Fits[i].Spacing;
-    NearSheet& near = this->Near;
-    for (int k = 0; k < count; ++k)
+    this->Near.Load(this->Oriented, this->Fits, i, ids, count);
+    this->Plane = SteeredPlane(this->Near.U, this->Near.V, this->SteeringOf(i));
+    for (int k = 0; k < count && !this->Steering.empty(); ++k)
     {
-      const int j = ids[k];
-      const float* q = this->Cloud.Position(j);
-      const PlaneFit& fit = this->Fits[j];
-      near.DX[k] = inverse * (q[0] - p[0]);
-      near.DY[k] = inverse * (q[1] - p[1]);
-      near.DZ[k] = inverse * (q[2] - p[2]);
-      near.NX[k] = fit.Normal.X;
-      near.NY[k] = fit.Normal.Y;
-      near.NZ[k] = fit.Normal.Z;
-      near.EitherTwoSided[k] = this->TwoSided[i] | this->TwoSided[j];
-      near.Spacings[k] = inverse * fit.Spacing;
+      const Float3& steering = this->Steering[static_cast<std::size_t>(ids[k])];
+      this->Bisectors.SX[k] = steering.X;
+      this->Bisectors.SY[k] = steering.Y;
+      this->Bisectors.SZ[k] = steering.Z;
     }
+    FindBisectors(this->Near, this->Plane, this->Bisectors);
   }
 
   bool IsOpen(double reach) const
@@ -343,10 +351,9 @@ private:
     return this->Cell.SquaredRadius() >= static_cast<float>(reach * reach);
   }
 
-  /// @param d from point i to point j
-  bool AreOfSheet(int i, int j, const Vector3& d) const
+  Float3 SteeringOf(int i) const
   {
-    return AreOfOneSheet(this->Fits[i], this->Fits[j], this->TwoSided[i] || this->TwoSided[j], d);
+    return this->Steering.empty() ? Float3() : this->Steering[static_cast<std::size_t>(i)];
   }
 
   /// Adds point j, if it is on the same sheet, at its distance in space: the surface is unrolled,
@@ -365,12 +372,15 @@ private:
       return false;
     }
     const double inverse = 1.0 / this->Fits[i].Spacing;
-    const double x = Dot(d, this->U), y = Dot(d, this->V);
+    const double x = Dot(d, this->Plane.U), y = Dot(d, this->Plane.V);
     const double flat = x * x + y * y;
     const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
-    const double spacing = inverse * this->Fits[j].Spacing;
-    sheet.Add(static_cast<float>(scale * x), static_cast<float>(scale * y),
-      static_cast<float>(spacing * spacing));
+    const Float3 steering = this->SteeringOf(j);
+    const auto spacing = static_cast<float>(inverse * this->Fits[j].Spacing);
+    sheet.Add(PlaceInMetric(this->Plane, static_cast<float>(scale * x),
+                static_cast<float>(scale * y), static_cast<float>(Dot(steering, this->Plane.U)),
+                static_cast<float>(Dot(steering, this->Plane.V)), SingleDot(steering, steering)),
+      spacing * spacing);
     return true;
   }
 
@@ -381,9 +391,9 @@ private:
     this->Around.Clear();
     for (int k = 0; k < sheet.Count; ++k)
     {
-      if (sheet.X[k] != 0.0f || sheet.Y[k] != 0.0f)
+      if (sheet.At[k].X != 0.0f || sheet.At[k].Y != 0.0f)
       {
-        this->Around.Add(sheet.X[k], sheet.Y[k]);
+        this->Around.Add(sheet.At[k].X, sheet.At[k].Y);
       }
     }
     return this->Around.HaveGap();
@@ -396,8 +406,8 @@ private:
     x = y = 0.0;
     for (int k = 0; k < this->Sheet.Count; ++k)
     {
-      x -= this->Sheet.X[k];
-      y -= this->Sheet.Y[k];
+      x -= this->Sheet.At[k].X;
+      y -= this->Sheet.At[k].Y;
     }
     const double length = std::sqrt(x * x + y * y);
     x /= length;
@@ -433,35 +443,38 @@ private:
     double sum = std::exp(-0.5 * (x * x + y * y) / variance);
     for (int k = 0; k < sheet.Count; ++k)
     {
-      const double dx = sheet.X[k] - x, dy = sheet.Y[k] - y;
+      const double dx = sheet.At[k].X - x, dy = sheet.At[k].Y - y;
       sum += sheet.Areas[k] * std::exp(-0.5 * (dx * dx + dy * dy) / variance);
     }
     return sum / (2.0 * Pi * variance);
   }
 
+  const OrientedCloud& Oriented;
   const LocalCloud& Cloud;
   const NeighborSearch& Tree;
   const NeighborGraph& Graph;
-  const std::vector<unsigned char>& TwoSided;
+  const KernelSteering& Steering;
+  const double Blur; // spacings
   PlaneFits& Fits;
   Neighbors Found;
   pcl::Indices Seen;
   std::vector<int> Sparse;
   std::vector<float> SeenDistances;
-  Vector3 U, V;
+  SteeredPlane Plane;
   NearSheet Near;
+  NearBisectors Bisectors;
   FlatSheet Sheet;
   Directions Around;
   CellPolygon Cell;
 };
 }
 
-bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress, PlaneFits& fits,
-  VoronoiCells& cells)
+bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
+  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells)
 {
   cells.resize(fits.size());
   return ParallelFor(oriented.Cloud.Size(), progress, [&](vtkIdType begin, vtkIdType end) {
-    CellMeasurer measurer(oriented, fits);
+    CellMeasurer measurer(oriented, steering, blur, fits);
     for (vtkIdType i = begin; i < end; ++i)
     {
       cells[i] = measurer.Measure(static_cast<int>(i));

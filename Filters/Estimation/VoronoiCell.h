@@ -7,16 +7,18 @@
  * has the moments of the blurred indicator up to the second. So kernels made from cells sum to
  * nearly one before any normalization. They also close the gaps of a random sampling, where round
  * kernels of an average spacing leave holes.
+ *
+ * The metric may be steered (KernelSteering.h): cells and blur are then long along the edges of a
+ * texture, and tile as well.
  */
 #pragma once
 
+#include "Filters/Estimation/KernelSteering.h"
 #include "Filters/Estimation/PlaneFit.h"
-
-#include <vector>
 
 namespace SurfelGeometry
 {
-/// Area and place of a cell. Its second moments take the place of those in the fit.
+/// Area and place of a cell. The kernel's moments take the place of the extents in the fit.
 struct VoronoiCell
 {
   Float3 Centroid; // minus the point, world units
@@ -27,8 +29,10 @@ using VoronoiCells = RawVector<VoronoiCell>;
 
 /// Measures the cells of all points from their neighbours on the same sheet. Returns false if
 /// stopped.
-/// @param fits of points with a cell: axis and variances become the cell's about its centroid, in
-/// the tangent plane, world units squared
-bool MeasureCells(const OrientedCloud& oriented, const StageProgress& progress, PlaneFits& fits,
-  VoronoiCells& cells);
+/// @param steering [n], or empty: none
+/// @param blur of the cells: standard deviation, spacings
+/// @param fits of points with a cell: axis and variances become those of the blurred cell about
+/// its centroid, in the tangent plane, world units squared
+bool MeasureCells(const OrientedCloud& oriented, const KernelSteering& steering, double blur,
+  const StageProgress& progress, PlaneFits& fits, VoronoiCells& cells);
 }

@@ -37,13 +37,15 @@ double SplattedRed(const Surfels& surfels, vtkDataArray* colors, const Vec& x)
   return sum / weights;
 }
 
-vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data, bool interpolates)
+vtkSmartPointer<vtkPolyData> Process(
+  vtkPolyData* data, bool interpolates, int kernels = vtkSurfelEstimation::CELL)
 {
   vtkNew<vtkPointsToSurfels> filter;
   const Messages quiet(filter);
   filter->CleanPointsOff();
   filter->BuildHierarchyOff();
   filter->GetEstimation()->SetInterpolateColors(interpolates);
+  filter->GetEstimation()->SetKernelMode(kernels);
   filter->SetInputData(data);
   filter->Update();
   return filter->GetOutput();
@@ -84,13 +86,15 @@ TEST_CASE("Edges")
 {
   const auto data = ToPolyData(MakeSheet());
   AddCheckers(data, 0.25); // of 200 and 60: there is room for overshoots
-  const auto plain = Process(data, false), sharp = Process(data, true);
+  constexpr int round = vtkSurfelEstimation::CIRCULAR; // not steered
+  const auto plain = Process(data, false, round), sharp = Process(data, true, round);
   const double before = ErrorAtPoints(data, plain), after = ErrorAtPoints(data, sharp);
   CAPTURE(before);
   CAPTURE(after);
   CHECK(before > 4.0);
-  // Van Cittert's first step squares what is lost: here some 0.3, apart from the rest of a checker.
-  CHECK(after < 0.6 * before);
+  // Van Cittert's first step squares what is lost: here some 0.5, apart from the rest of a checker
+  // and from what kernels of one size lose where points are random.
+  CHECK(after < 0.75 * before);
   CHECK(Near(MeanRed(sharp), MeanRed(data), 0.3));
   vtkDataArray* opacities = sharp->GetPointData()->GetScalars();
   for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)

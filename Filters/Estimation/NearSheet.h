@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * The nearest neighbours of a point on its sheet of surface, in its tangent plane, as a structure
+ * of arrays for SIMD loops. Lengths in spacings of the point.
+ */
+#pragma once
+
+#include "Filters/Common/NeighborGraph.h"
+#include "Filters/Common/VectorMath.h"
+#include "Filters/Estimation/PlaneFit.h"
+
+namespace SurfelGeometry
+{
+struct NearSheet
+{
+  static constexpr int Lanes = 8;
+  static constexpr int Capacity = (KeptNeighbors + Lanes - 1) / Lanes * Lanes;
+
+  Vector3 U, V; // of the tangent plane, unit
+  /// Places at their distances in space: the surface is unrolled, so that far points of a thin tube
+  /// do not come too near. Zero for what is not of the sheet.
+  alignas(32) float X[Capacity], Y[Capacity];
+  alignas(32) float OfSheet[Capacity]; // 1 or 0
+
+  /// Loads neighbours of point i, whose spacing is not 0.
+  /// @param ids [count] at most Capacity
+  void Load(const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids, int count);
+};
+
+/// Sum over all lanes of an array.
+inline float LaneSum(const float* a)
+{
+  float sums[NearSheet::Lanes];
+  for (int k = 0; k < NearSheet::Lanes; ++k)
+  {
+    sums[k] = a[k];
+    for (int j = NearSheet::Lanes + k; j < NearSheet::Capacity; j += NearSheet::Lanes)
+    {
+      sums[k] += a[j];
+    }
+  }
+  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+}
+
+/// Sum of the products of two arrays.
+inline float LaneDot(const float* a, const float* b)
+{
+  alignas(32) float products[NearSheet::Capacity];
+  for (int k = 0; k < NearSheet::Capacity; ++k)
+  {
+    products[k] = a[k] * b[k];
+  }
+  return LaneSum(products);
+}
+}
