@@ -320,37 +320,44 @@ struct Range
   bool TwoSided;
 };
 
-/// Halves the largest ranges until there are enough for all threads. All threads work together on
-/// the first ones.
+/// Halves the ranges until there are enough for all threads. All threads work together on one that
+/// has most of the leaves: the root, and its left child, which may be several times as large as the
+/// right one.
 void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
+  std::size_t all = 0;
+  for (const Range& r : ranges)
+  {
+    all += r.Count;
+  }
+  const auto hasMost = [all](const Range& r) { return r.Count > all / 2; };
   bool halved = true;
   while (halved && ranges.size() < enough)
   {
     std::vector<std::size_t> left(ranges.size(), 0);
-    constexpr std::size_t few = 2; // both trees' roots
-    const SerialExecutor alone;
-    const bool together = ranges.size() <= few;
-    const auto halve = [&](std::size_t begin, std::size_t end) {
+    const auto halve = [&](std::size_t i, const Executor& threads, Buffer<std::uint64_t>& keys) {
+      const Range& r = ranges[i];
+      left[i] =
+        r.Count > Grain ? Split(leaves + r.Begin, r.Count, r.TwoSided, threads, keys) : r.Count;
+    };
+    const auto largest = static_cast<std::size_t>(
+      std::find_if(ranges.begin(), ranges.end(), hasMost) - ranges.begin());
+    if (largest < ranges.size())
+    {
+      Buffer<std::uint64_t> keys;
+      halve(largest, executor, keys);
+    }
+    executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
       Buffer<std::uint64_t> keys;
       for (std::size_t i = begin; i < end; ++i)
       {
-        const Range& r = ranges[i];
-        left[i] = r.Count > Grain
-          ? Split(leaves + r.Begin, r.Count, r.TwoSided,
-              together ? executor : static_cast<const Executor&>(alone), keys)
-          : r.Count;
+        if (i != largest)
+        {
+          halve(i, SerialExecutor(), keys);
+        }
       }
-    };
-    if (together)
-    {
-      halve(0, ranges.size());
-    }
-    else
-    {
-      executor.For(ranges.size(), 1, halve);
-    }
+    });
     std::vector<Range> next;
     halved = false;
     for (std::size_t i = 0; i < ranges.size(); ++i)

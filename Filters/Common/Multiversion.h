@@ -15,7 +15,7 @@
 /// when the loader decides.
 #if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
   !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define SURFEL_MULTIVERSION __attribute__((target_clones("arch=x86-64-v3", "default")))
+#define SURFEL_MULTIVERSION __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define SURFEL_MULTIVERSION
 #endif

@@ -71,21 +71,23 @@ inline Vector3 Normalized(const Vector3& a, const Vector3& fallback)
 
 /// Direction (cosine, sine), cosine >= 0, of the larger principal axis of [[xx, xy], [xy, yy]]. Its
 /// angle is half that of (xx - yy, 2 xy), but is not computed.
-inline void PrincipalAxis(double xx, double yy, double xy, double& cosine, double& sine)
+template <typename Scalar>
+void PrincipalAxis(Scalar xx, Scalar yy, Scalar xy, Scalar& cosine, Scalar& sine)
 {
-  const double x = xx - yy, y = 2.0 * xy;
-  const double length = std::sqrt(x * x + y * y);
-  cosine = 1.0;
-  sine = 0.0;
-  if (length > 0.0 && x >= 0.0)
+  constexpr auto one = Scalar(1), half = Scalar(0.5);
+  const Scalar x = xx - yy, y = xy + xy;
+  const Scalar length = std::sqrt(x * x + y * y);
+  cosine = one;
+  sine = Scalar(0);
+  if (length > Scalar(0) && x >= Scalar(0))
   {
-    cosine = std::sqrt(0.5 * (1.0 + x / length));
-    sine = 0.5 * y / (length * cosine);
+    cosine = std::sqrt(half * (one + x / length));
+    sine = half * y / (length * cosine);
   }
-  else if (length > 0.0)
+  else if (length > Scalar(0))
   {
-    sine = std::copysign(std::sqrt(0.5 * (1.0 - x / length)), y);
-    cosine = 0.5 * std::max(0.0, y / (length * sine));
+    sine = std::copysign(std::sqrt(half * (one - x / length)), y);
+    cosine = half * std::max(Scalar(0), y / (length * sine));
   }
 }
 

@@ -42,7 +42,7 @@ DistanceBin Bin(const NearSheet& sheet, const SheetColors& colors, int begin, in
   {
     if (sheet.OfSheet[k] != 0.0f)
     {
-      bin.Add(colors.Squares[k], std::hypot(sheet.X[k], sheet.Y[k]));
+      bin.Add(colors.Squares[k], std::sqrt(sheet.X[k] * sheet.X[k] + sheet.Y[k] * sheet.Y[k]));
     }
   }
   return bin;

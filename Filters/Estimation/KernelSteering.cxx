@@ -77,9 +77,9 @@ Float3 SteeringFrom(const ColorMoments& moments, const Vector3& u, const Vector3
   const float half = std::sqrt(difference * difference + t.XY * t.XY);
   const float noise = LeastGradient * LeastGradient + VarianceShare * ColorVariance(moments);
   const float ratio = (mean + half + noise) / (std::max(0.0f, mean - half) + noise);
-  const double square = std::min(std::sqrt(ratio), MostStretch * MostStretch); // r^2
-  const double length = std::sqrt(square - 1.0 / square);
-  double cosine, sine; // of the gradient; the edge is across
+  const float square = std::min(std::sqrt(ratio), MostStretch * MostStretch); // r^2
+  const float length = std::sqrt(square - 1.0f / square);
+  float cosine, sine; // of the gradient; the edge is across
   PrincipalAxis(t.XX, t.YY, t.XY, cosine, sine);
   return (-length * sine) * u + (length * cosine) * v;
 }

@@ -63,16 +63,30 @@ private:
   pcl::PointCloud<pcl::PointXYZ> Points; // relative to point i, the first one
 };
 
-/// Principal variances of a neighbourhood, ascending, and their directions, of length 1.
+/// Principal variances of a neighbourhood, ascending, and the direction of the first, of length 1.
 struct Principal
 {
   Eigen::Vector3d Variances;
-  Eigen::Matrix3d Directions; // columns
+  Eigen::Vector3d Normal;
 
   explicit Principal(const Eigen::Matrix3d& covariance)
   {
-    pcl::eigen33(covariance, this->Directions, this->Variances);
+    pcl::eigen33(covariance, this->Variances);
+    if (this->Variances[1] - this->Variances[0] > ClearGap * this->Variances[2])
+    {
+      pcl::computeCorrespondingEigenVector(covariance, this->Variances[0], this->Normal);
+    }
+    else
+    {
+      Eigen::Matrix3d directions; // columns
+      pcl::eigen33(covariance, directions, this->Variances);
+      this->Normal = directions.col(0);
+    }
   }
+
+private:
+  /// Of the variances, in the largest. With less, only all directions together are exact.
+  static constexpr double ClearGap = 0.05;
 };
 
 Vector3 ToVector(const Eigen::Vector3d& a)
@@ -180,7 +194,7 @@ private:
     const Eigen::Vector3d values = principal.Variances.cwiseMax(0.0);
     fit.Flatness = values[1] > 0.0 ? static_cast<float>(values[0] / values[1]) : 1.0f;
     fit.Degenerate = !(values[1] > CollinearRatio * values[2]);
-    fit.Normal = Normalized(ToVector(principal.Directions.col(0)), { 0.0, 0.0, 1.0 });
+    fit.Normal = Normalized(ToVector(principal.Normal), { 0.0, 0.0, 1.0 });
     if (given)
     {
       const Vector3 normal = Load(given);
