@@ -238,7 +238,7 @@ public:
    * points at the points: kernels blur a texture, and c = s + (s - C[s]), where C[s] is the mean of
    * the neighbours' colours s under the kernels, undoes most of that. The mean over an area stays.
    * Kernels of CELL are also steered: up to 1.8 times as long along the edges of a texture, and
-   * narrower across them by as much. Pictures are 0.1 to 2.6 dB nearer to a ray tracer's. Surfels
+   * narrower across them by as much. Pictures are up to 3.1 dB nearer to a ray tracer's. Surfels
    * as input keep their colours, and get round kernels. Default on.
    */
   vtkSetMacro(InterpolateColors, vtkTypeBool);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Compiles functions twice, with and without AVX2; the loader picks the one for the processor. And
- * what else depends on compiler and processor.
+ * Compiles functions several times: with AVX-512, with AVX2, and without. The loader picks the one
+ * for the processor. And what else depends on compiler and processor.
  */
 #pragma once
 

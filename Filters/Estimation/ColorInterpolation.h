@@ -14,7 +14,7 @@
  * and distant views, have the same colours.
  *
  * The Gaussian stays round where kernels are steered: with the metric of the steering, pictures
- * were 0.1 to 0.2 dB farther from the truth.
+ * were up to 0.2 dB farther from the truth.
  */
 #pragma once
 

@@ -31,9 +31,9 @@ struct SymmetricMap
 /// The tangent plane of a point, and its own metric.
 struct SteeredPlane
 {
-  Vector3 U, V;         // unit, orthogonal
-  SymmetricMap Into;    // the metric's square root: from the plane to where the metric is round
-  SymmetricMap Outward; // and back
+  Vector3 U, V;      // unit, orthogonal
+  SymmetricMap Into; // the metric's square root: from the plane to where the metric is round
+  SymmetricMap Back; // and back to the plane
 
   SteeredPlane() = default;
   SteeredPlane(const Vector3& u, const Vector3& v, const Float3& steering)
@@ -44,15 +44,15 @@ struct SteeredPlane
     const auto x = static_cast<float>(Dot(s, this->U)), y = static_cast<float>(Dot(s, this->V));
     const float r = std::sqrt(SquaredStretch(x * x + y * y)), share = 1.0f / (r + 1.0f / r);
     this->Into = { r - share * x * x, -share * x * y, r - share * y * y };
-    this->Outward = { 1.0f / r + share * x * x, share * x * y, 1.0f / r + share * y * y };
+    this->Back = { 1.0f / r + share * x * x, share * x * y, 1.0f / r + share * y * y };
   }
 
   /// The tangential vector that belongs to a place in the round metric.
   Vector3 At(double x, double y) const
   {
     const auto a = static_cast<float>(x), b = static_cast<float>(y);
-    return static_cast<double>(this->Outward.X(a, b)) * this->U +
-      static_cast<double>(this->Outward.Y(a, b)) * this->V;
+    return static_cast<double>(this->Back.X(a, b)) * this->U +
+      static_cast<double>(this->Back.Y(a, b)) * this->V;
   }
 };
 
@@ -78,8 +78,8 @@ inline FlatNeighbor PlaceInMetric(
   FlatNeighbor to;
   to.X = plane.Into.X(x, y);
   to.Y = plane.Into.Y(x, y);
-  to.CutX = 0.5f * (to.X + plane.Outward.X(mx, my));
-  to.CutY = 0.5f * (to.Y + plane.Outward.Y(mx, my));
+  to.CutX = 0.5f * (to.X + plane.Back.X(mx, my));
+  to.CutY = 0.5f * (to.Y + plane.Back.Y(mx, my));
   return to;
 }
 }

@@ -271,7 +271,7 @@ private:
   /// Makes the kernel from its covariance in the round metric, spacings squared.
   void SetKernel(int i, double rxx, double rxy, double ryy)
   {
-    const double a = this->Plane.Outward.XX, b = this->Plane.Outward.XY, c = this->Plane.Outward.YY;
+    const double a = this->Plane.Back.XX, b = this->Plane.Back.XY, c = this->Plane.Back.YY;
     const double xx = a * a * rxx + 2.0 * a * b * rxy + b * b * ryy;
     const double xy = a * b * rxx + (a * c + b * b) * rxy + b * c * ryy;
     const double yy = b * b * rxx + 2.0 * b * c * rxy + c * c * ryy;
