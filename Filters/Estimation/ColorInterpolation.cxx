@@ -75,7 +75,7 @@ public:
     SheetColors colors;
     sheet.Load(this->Oriented, this->Fits, i, ids, count);
     colors.Load(this->Colors, sheet, i, ids, count);
-    steering = SteeringFrom(SumColors(sheet, colors), sheet.U, sheet.V);
+    steering = SteeringFrom(SumColors(sheet, colors), this->Fits[i].Flatness, sheet.U, sheet.V);
     MeanColor(sheet, colors, this->Blur, fit.Detail);
     for (float& detail : fit.Detail)
     {

@@ -18,6 +18,10 @@ constexpr float LeastGradient = 14.0f;
 /// 0.127 without steering, 0.15 with 0.1, 0.17 with 0.06.
 constexpr float VarianceShare = 0.1f;
 
+/// Share of the gradient, over the flatness, that counts as noise. Without it the demo's toadstools
+/// showed their caps through small warts; the scenes with a truth gain or lose 0.04 dB at most.
+constexpr float CreaseShare = 20.0f;
+
 /// Bounds r where neighbours are nearly on a line, so that their gradient may be any.
 constexpr float MostStretch = 1.8f;
 
@@ -70,12 +74,13 @@ float ColorVariance(const ColorMoments& m)
 }
 }
 
-Float3 SteeringFrom(const ColorMoments& moments, const Vector3& u, const Vector3& v)
+Float3 SteeringFrom(const ColorMoments& moments, float flatness, const Vector3& u, const Vector3& v)
 {
   const StructureTensor t = FitGradient(moments);
   const float mean = 0.5f * (t.XX + t.YY), difference = 0.5f * (t.XX - t.YY);
   const float half = std::sqrt(difference * difference + t.XY * t.XY);
-  const float noise = LeastGradient * LeastGradient + VarianceShare * ColorVariance(moments);
+  const float noise = LeastGradient * LeastGradient + VarianceShare * ColorVariance(moments) +
+    CreaseShare * flatness * (mean + half);
   const float ratio = (mean + half + noise) / (std::max(0.0f, mean - half) + noise);
   const float square = std::min(std::sqrt(ratio), MostStretch * MostStretch); // r^2
   const float length = std::sqrt(square - 1.0f / square);

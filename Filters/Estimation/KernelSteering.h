@@ -13,7 +13,10 @@
  * r^4 = (l2 + n) / (l1 + n), where l2 >= l1 are the eigenvalues of the structure tensor: of g g',
  * with the gradient g of a plane fitted to the colours, summed over red, green and blue. So the
  * colour changes as much across a kernel as along it, unless that may be noise or a texture too
- * fine for the points: n = LeastGradient^2 + VarianceShare times the variance of the colours.
+ * fine for the points: n = LeastGradient^2 + VarianceShare times the variance of the colours. At a
+ * crease of two things of different colours, the edge is not one of a texture, and a long kernel of
+ * one thing would show through the other: n also has CreaseShare times the flatness of the plane
+ * fit times l2.
  */
 #pragma once
 
@@ -37,6 +40,8 @@ inline float SquaredStretch(float squaredLength)
 }
 
 /// The steering of a point.
-/// @param u, v of the tangent plane, unit: x and y of the moments
-Float3 SteeringFrom(const ColorMoments& moments, const Vector3& u, const Vector3& v);
+/// @param flatness of its plane fit: 0 = plane
+/// @param u, v     of the tangent plane, unit: x and y of the moments
+Float3 SteeringFrom(
+  const ColorMoments& moments, float flatness, const Vector3& u, const Vector3& v);
 }

@@ -131,6 +131,25 @@ TEST_CASE("Edge")
   }
 }
 
+/// A fold between two colours is no edge of a texture: a long kernel of one side would show through
+/// the other.
+TEST_CASE("Fold")
+{
+  const auto color = [](const Vec& p) { return p[0] < 0.5 ? 60.0 : 200.0; };
+  const auto isNear = [](const Vec& p) { return std::abs(p[0] - 0.5) < Spacing; };
+  const auto flat = MakeSheet(0.5, color), folded = MakeSheet(0.5, color);
+  for (vtkIdType i = 0; i < folded->GetNumberOfPoints(); ++i)
+  {
+    Vec p;
+    folded->GetPoint(i, p.data());
+    p[2] = -1.2 * std::max(0.0, p[0] - 0.5); // 50 degrees
+    folded->GetPoints()->SetPoint(i, p.data());
+  }
+  const MeanKernel edge(Process(flat, true), 0.0, isNear);
+  const MeanKernel fold(Process(folded, true), 0.0, isNear);
+  CHECK(fold.Along < 0.8 * edge.Along); // 0.74; 1.15 if the fold counts like an edge
+}
+
 /// Where the metric changes, at the corners of checkers, there are no holes and no heaps.
 TEST_CASE("Sum")
 {
