@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPointsToSurfels.h"
 
-#include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/ScanSensor.h"
 #include "Filters/Common/StageProgress.h"
+#include "Filters/Common/SurfelOutput.h"
 #include "Filters/Common/WorkerListener.h"
 #include "Filters/SensorSettings.h"
 #include "Parallel/ControllerRanks.h"
@@ -15,6 +15,7 @@
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
+#include "vtkCommand.h"
 #include "vtkDataArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -36,7 +37,6 @@
 #include <vector>
 
 using namespace SurfelGeometry;
-namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkPointsToSurfels);
 
@@ -49,11 +49,13 @@ public:
   {
     self->Cleaning->Searched = self->Estimation->Searched = &this->Searched;
     self->Estimation->Neighbors = self->Normalization->Neighbors = &this->Neighbors;
+    self->Hierarchy->Neighbors = &this->Neighbors;
   }
   ~Execution()
   {
     this->Self->Cleaning->Searched = this->Self->Estimation->Searched = nullptr;
     this->Self->Estimation->Neighbors = this->Self->Normalization->Neighbors = nullptr;
+    this->Self->Hierarchy->Neighbors = nullptr;
   }
   Execution(const Execution&) = delete;
   void operator=(const Execution&) = delete;
@@ -90,11 +92,11 @@ private:
   {
     surfels->Initialize(); // frees the areas before the normalization
     this->Neighbors.Graph = NeighborGraph();
-    this->SortByInput(weighted);
     if (this->Self->BuildHierarchy)
     {
       return this->Work(this->Self->Hierarchy.Get(), 0.85, 1.0, weighted, output);
     }
+    this->SortByInput(weighted);
     output->ShallowCopy(weighted);
     return true;
   }
@@ -102,8 +104,7 @@ private:
   /// Puts the surfels, which are in the order of the cloud so far, into that of the input.
   void SortByInput(vtkPolyData* surfels)
   {
-    const std::vector<int> order = std::move(this->Neighbors.Order);
-    this->Neighbors = SurfelNeighbors();
+    const std::vector<int>& order = this->Neighbors.Order;
     if (order.empty())
     {
       return; // no surfels; or several processes, which keep the order
@@ -111,7 +112,7 @@ private:
     vtkNew<vtkPoints> points;
     points->SetData(Sorted(surfels->GetPoints()->GetData(), order));
     surfels->SetPoints(points);
-    for (const char* name : { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided })
+    for (const char* name : SurfelOutput::Names)
     {
       vtkPointData* data = surfels->GetPointData();
       data->AddArray(Sorted(data->GetArray(name), order));
@@ -154,7 +155,9 @@ private:
 #if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
     filter->SetAbortOutput(false); // what CheckAbort() has kept of it
 #endif
+    filter->InvokeEvent(vtkCommand::StartEvent);
     const bool succeeded = filter->Execute(input, output) != 0;
+    filter->InvokeEvent(vtkCommand::EndEvent);
     this->Warnings += listener.Warning;
     this->Error = succeeded ? std::string() : listener.Error;
     return succeeded && !listener.Stopped;

@@ -5,8 +5,9 @@
  *
  * Runs vtkPointCloudCleaning, vtkSurfelEstimation, vtkSurfelNormalization and vtkSurfelHierarchy,
  * one after another, with the settings of the filters that GetCleaning(), GetEstimation() and
- * GetNormalization() return; their counts are those of the last execution. The input is any
- * vtkPointSet, the output that of vtkSurfelHierarchy.
+ * GetNormalization() return; their counts are those of the last execution, and they tell by
+ * StartEvent and EndEvent when their work begins and ends. The input is any vtkPointSet, the output
+ * that of vtkSurfelHierarchy.
  *
  * Cleaning, estimation and normalization share the search for neighbours and the order of the
  * points, as long as cleaning has moved none of them, all look for the nearest ones, and for 20 at

@@ -7,6 +7,7 @@
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/PointAttributes.h"
 #include "Filters/Common/PointCells.h"
 #include "Filters/Common/ProgressExecutor.h"
@@ -36,6 +37,9 @@ using SurfelSplatting::KdTreeOrder;
 
 namespace
 {
+/// Surfels that a thread copies at a time.
+constexpr std::size_t Grain = 16384;
+
 /// Bytes of a surfel with a colour; bytes per surfel that a hierarchy and its first frame add,
 /// mainly a node and its colour; and bytes per surfel while the filter works.
 constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
@@ -143,11 +147,32 @@ private:
   {
     this->FindShift(surfels, order);
     this->PlaceLeaves(surfels, order, executor, output);
-    SurfelGeometry::PassLeafAttributes(this->Input, order, executor, output);
+    SurfelGeometry::PassLeafAttributes(
+      this->Input, order.Surfels, this->FindPoints(order.Surfels, executor), executor, output);
     // VTK's own mappers and filters need a cell to see the surfels.
     output->SetVerts(SurfelGeometry::MakePointCell(output->GetNumberOfPoints()));
     this->AddFieldData(output);
     return !executor.Stopped();
+  }
+
+  /// The tuples of the arrays that are in the order of the input, not of the surfels.
+  SurfelGeometry::TupleOrder FindPoints(
+    const SurfelGeometry::TupleOrder& surfels, const SurfelSplatting::Executor& executor) const
+  {
+    const SurfelGeometry::SurfelNeighbors* known = this->Self->Neighbors;
+    if (!known || known->Order.empty())
+    {
+      return surfels;
+    }
+    const SurfelGeometry::RawVector<int> ranks = known->InputRanks();
+    SurfelGeometry::TupleOrder points(surfels.size());
+    executor.For(surfels.size(), Grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        points[i] = static_cast<std::uint32_t>(ranks[surfels[i]]);
+      }
+    });
+    return points;
   }
 
   /// Float positions need a local origin if the cloud is far from its own.
@@ -181,13 +206,12 @@ private:
   void PlaceLeaves(const SurfelSplatting::SurfelCloud& surfels, const KdTreeOrder& order,
     const SurfelSplatting::Executor& executor, vtkPolyData* output)
   {
-    constexpr std::size_t grain = 16384;
     vtkNew<vtkPoints> points;
     points->SetDataTypeToFloat();
     points->SetNumberOfPoints(static_cast<vtkIdType>(order.Surfels.size()));
     output->SetPoints(points);
     float* positions = vtkFloatArray::SafeDownCast(points->GetData())->GetPointer(0);
-    executor.For(order.Surfels.size(), grain, [&](std::size_t begin, std::size_t end) {
+    executor.For(order.Surfels.size(), Grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
       {
         const SurfelSplatting::Vector3 p = surfels.Position(order.Surfels[i]);

@@ -33,6 +33,10 @@
 #include <string> // for CheckInput
 
 class vtkPointSet;
+namespace SurfelGeometry
+{
+struct SurfelNeighbors;
+}
 
 class VTKSURFELFILTERS_EXPORT vtkSurfelHierarchy : public vtkPolyDataAlgorithm
 {
@@ -81,6 +85,7 @@ private:
   static std::string CheckInput(vtkPolyData* input);
   int Execute(vtkPolyData* input, vtkPolyData* output);
 #ifndef __VTK_WRAP__
+  const SurfelGeometry::SurfelNeighbors* Neighbors = nullptr; ///< with the order of the input
   friend class vtkPointsToSurfels;
 #endif
 

@@ -154,7 +154,7 @@ public:
     }
     if (!ranks && !knowsNeighbors && this->KnowsOrder(input))
     {
-      const RawVector<int> ids = this->InputRanks();
+      const RawVector<int> ids = this->Self->Neighbors->InputRanks();
       this->Cloud.SampleIds.assign(ids.begin(), ids.end());
     }
     this->IsSorted = knowsNeighbors;
@@ -196,24 +196,10 @@ private:
     return known && known->Order.size() == static_cast<std::size_t>(input->GetNumberOfPoints());
   }
 
-  /// The places that the surfels have in the order of the input of the estimation.
-  RawVector<int> InputRanks() const
-  {
-    const std::vector<int>& order = this->Self->Neighbors->Order;
-    RawVector<int> ranks(order.size());
-    vtkSMPTools::For(0, static_cast<vtkIdType>(order.size()), [&](vtkIdType id, vtkIdType end) {
-      for (; id < end; ++id)
-      {
-        ranks[order[id]] = static_cast<int>(id);
-      }
-    });
-    return ranks;
-  }
-
   /// Orders the cloud like the estimation's, without sorting again.
   void TakeOrder(vtkPoints* points)
   {
-    this->Cloud.InputIds = this->InputRanks();
+    this->Cloud.InputIds = this->Self->Neighbors->InputRanks();
     const auto count = static_cast<vtkIdType>(this->Cloud.InputIds.size());
     this->Cloud.Positions.resize(3 * this->Cloud.InputIds.size());
     vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {

@@ -53,6 +53,12 @@ struct Symmetric3
 
   double Trace() const { return XX + YY + ZZ; }
 
+  /// Of Frobenius: the sum of the squared eigenvalues.
+  double SquaredNorm() const
+  {
+    return XX * XX + YY * YY + ZZ * ZZ + 2.0 * (XY * XY + YZ * YZ + XZ * XZ);
+  }
+
   /// Largest eigenvalue of a positive semi-definite S (Smith 1961).
   double LargestEigenvalue() const
   {

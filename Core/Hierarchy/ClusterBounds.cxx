@@ -23,26 +23,35 @@ float ShareOfPlaces(const SurfelCloud& cloud, const HierarchyNode& node)
   return static_cast<float>(1.0 - scale * scale);
 }
 
-NodeExtent ExtentOf(const SurfelCloud& cloud, std::size_t i)
-{
-  const double variance = cloud.Covariance(i).LargestEigenvalue();
-  NodeExtent extent{ static_cast<float>(std::sqrt(std::fmax(0.0, variance))), 0.0f, 1.0f };
-  if (cloud.IsNode(i))
-  {
-    const HierarchyNode& node = cloud.Node(i);
-    extent.Size = node.Bound;
-    extent.Coherence = cloud.IsInSpace()
-      ? ShareOfPlaces(cloud, node)
-      : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
-  }
-  return extent;
-}
+constexpr NodeExtent NoExtent{ 0.0f, 0.0f, 1.0f };
 
 void Include(const NodeExtent& extent, NodeExtent& largest)
 {
   largest.Sigma = std::max(largest.Sigma, extent.Sigma);
   largest.Size = std::max(largest.Size, extent.Size);
   largest.Coherence = std::min(largest.Coherence, extent.Coherence);
+}
+
+/// Includes a node or a leaf.
+void Include(const SurfelCloud& cloud, std::size_t i, NodeExtent& largest)
+{
+  const Symmetric3 s = cloud.Covariance(i);
+  const double variance = static_cast<double>(largest.Sigma) * largest.Sigma;
+  // No eigenvalue is above the Frobenius norm: most are known not to be the largest.
+  if (s.SquaredNorm() > (1.0 - 1e-6) * variance * variance)
+  {
+    const double sigma = std::sqrt(std::fmax(0.0, s.LargestEigenvalue()));
+    largest.Sigma = std::max(largest.Sigma, static_cast<float>(sigma));
+  }
+  if (cloud.IsNode(i))
+  {
+    const HierarchyNode& node = cloud.Node(i);
+    const float coherence = cloud.IsInSpace()
+      ? ShareOfPlaces(cloud, node)
+      : static_cast<float>(Coherence(AreaVectorOf(node), node.Area));
+    largest.Size = std::max(largest.Size, node.Bound);
+    largest.Coherence = std::min(largest.Coherence, coherence);
+  }
 }
 }
 
@@ -98,7 +107,8 @@ void ClusterBounds::Filler::FillNode(int tree, int level, std::size_t j) const
   node.Cone = cloud.IsNode(i)                ? static_cast<float>(ConeOf(cloud.Node(i)))
     : cloud.IsTwoSided(i) || !(length > 0.0) ? -1.0f
                                              : 1.0f;
-  node.Extent = ExtentOf(cloud, i);
+  node.Extent = NoExtent;
+  Include(cloud, i, node.Extent);
   node.LeafSigma = 0.0f;
 }
 
@@ -108,7 +118,7 @@ void ClusterBounds::Filler::FillCluster(int tree, std::size_t j) const
   const int lowest = this->Bounds.LowestLevels[tree];
   const std::size_t entry = this->Bounds.Begins[lowest][tree] + j;
   NodeExtent* below = this->Extents + LevelsBelow * entry;
-  std::fill_n(below, LevelsBelow, NodeExtent{ 0.0f, 0.0f, 1.0f });
+  std::fill_n(below, LevelsBelow, NoExtent);
   for (int level = lowest - 1; level >= 0; --level)
   {
     const std::size_t first = j << (lowest - level);
@@ -116,7 +126,7 @@ void ClusterBounds::Filler::FillCluster(int tree, std::size_t j) const
       std::min<std::size_t>((j + 1) << (lowest - level), layout.Count(level, tree));
     for (std::size_t i = first; i < last; ++i)
     {
-      Include(ExtentOf(this->Cloud, layout.Begin(level, tree) + i), below[lowest - 1 - level]);
+      Include(this->Cloud, layout.Begin(level, tree) + i, below[lowest - 1 - level]);
     }
   }
   Node& node = this->Nodes[entry];
@@ -129,7 +139,7 @@ void ClusterBounds::Filler::FillAbove(int tree, int level, std::size_t j) const
   const auto& begins = this->Bounds.Begins;
   const std::size_t entry = begins[level][tree] + j;
   NodeExtent* below = this->Extents + LevelsBelow * entry;
-  std::fill_n(below, LevelsBelow, NodeExtent{ 0.0f, 0.0f, 1.0f });
+  std::fill_n(below, LevelsBelow, NoExtent);
   const std::size_t last =
     std::min<std::size_t>(2 * j + 2, this->Bounds.Tree.Count(level - 1, tree));
   for (std::size_t i = 2 * j; i < last; ++i)

@@ -103,16 +103,22 @@ private:
   /// Radius of a sphere about a node that contains the spheres of nodes, or the leaves, below.
   double Radius(std::size_t node, std::size_t first, std::size_t last) const
   {
-    double radius = 0.0;
+    double radius = 0.0, squared = 0.0; // squared: of the leaves
     const Vector3 p = this->Tree.Position(node);
     for (std::size_t i = first; i < last; ++i)
     {
       const Vector3 c = this->Tree.Position(i);
-      const double distance = Norm({ c[0] - p[0], c[1] - p[1], c[2] - p[2] });
-      const double further = this->Tree.IsNode(i) ? this->Tree.Node(i).Bound : 0.0;
-      radius = std::max(radius, distance + further);
+      const Vector3 d{ c[0] - p[0], c[1] - p[1], c[2] - p[2] };
+      if (this->Tree.IsNode(i))
+      {
+        radius = std::max(radius, Norm(d) + this->Tree.Node(i).Bound);
+      }
+      else
+      {
+        squared = std::max(squared, Dot(d, d));
+      }
     }
-    return radius;
+    return std::max(radius, std::sqrt(squared));
   }
 
   /// Cosine of the cone about a node's area vector that contains the cones of nodes, or the normals

@@ -2,6 +2,8 @@
 #include "Core/Hierarchy/KdTreeOrder.h"
 
 #include "Core/Base/Buffer.h"
+#include "Core/Base/KeySelection.h"
+#include "Core/Base/Pieces.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>
@@ -15,6 +17,9 @@ namespace SurfelSplatting
 namespace
 {
 constexpr std::size_t Grain = 4096;
+
+/// All threads together split a range of more leaves.
+constexpr std::size_t Many = 64 * Grain;
 
 /// Nodes of at most MaxFold leaves are split by normals if their coherence is below FoldCoherence.
 /// Both were measured on ray-traced scenes.
@@ -77,72 +82,64 @@ Vector3 PrincipalDirection(const Symmetric3& s)
 
 using Field = float (Leaf::*)[3];
 
-Vector3 Sum(const Leaf* leaves, std::size_t count, Field field)
+/// Sums of three floats of some leaves, relative to a place, and of their products.
+struct Moments
 {
-  Vector3 sum{ 0, 0, 0 };
-  for (std::size_t i = 0; i < count; ++i)
+  Vector3 First{ 0, 0, 0 };
+  Symmetric3 Second{};
+
+  Moments() = default;
+  Moments(const Leaf* leaves, std::size_t count, Field field, const float* place)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      const float* x = leaves[i].*field;
+      const Vector3 d{ static_cast<double>(x[0]) - place[0], static_cast<double>(x[1]) - place[1],
+        static_cast<double>(x[2]) - place[2] };
+      this->AddFirst(d);
+      AddOuterProduct(this->Second, d, 1.0);
+    }
+  }
+
+  void Add(const Moments& other)
+  {
+    this->AddFirst(other.First);
+    this->Second = Mix(this->Second, 1.0, other.Second, 1.0);
+  }
+
+private:
+  void AddFirst(const Vector3& d)
   {
     for (int c = 0; c < 3; ++c)
     {
-      sum[c] += (leaves[i].*field)[c];
+      this->First[c] += d[c];
     }
   }
-  return sum;
-}
+};
 
-Symmetric3 SumOfSquares(const Leaf* leaves, std::size_t count, Field field, const Vector3& mean)
-{
-  Symmetric3 s{};
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    const float* x = leaves[i].*field;
-    AddOuterProduct(s, { x[0] - mean[0], x[1] - mean[1], x[2] - mean[2] }, 1.0);
-  }
-  return s;
-}
-
-/// Sums function(leaves, count) over pieces of a range; the same at any number of threads.
-template <typename Value, typename Function, typename Add>
-Value SumOfPieces(const Leaf* leaves, std::size_t count, const Executor& executor,
-  const Function& function, const Add& add)
-{
-  if (count <= Grain)
-  {
-    return function(leaves, count);
-  }
-  std::vector<Value> pieces((count + Grain - 1) / Grain);
-  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-    {
-      pieces[i] = function(leaves + i * Grain, std::min(Grain, count - i * Grain));
-    }
-  });
-  Value sum = pieces[0];
-  for (std::size_t i = 1; i < pieces.size(); ++i)
-  {
-    sum = add(sum, pieces[i]);
-  }
-  return sum;
-}
-
-/// Covariance of three floats of the leaves, times their number.
+/// Covariance of three floats of the leaves, times their number. One of them is near enough to the
+/// mean for one pass in double.
 Symmetric3 Scatter(const Leaf* leaves, std::size_t count, Field field, const Executor& executor)
 {
-  Vector3 mean = SumOfPieces<Vector3>(
-    leaves, count, executor,
-    [field](const Leaf* piece, std::size_t size) { return Sum(piece, size, field); },
-    [](const Vector3& x, const Vector3& y) {
-      return Vector3{ x[0] + y[0], x[1] + y[1], x[2] + y[2] };
-    });
-  for (double& x : mean)
+  const float* place = leaves[0].*field;
+  Moments sum;
+  if (count <= Grain)
   {
-    x /= static_cast<double>(count);
+    sum = Moments(leaves, count, field, place);
   }
-  return SumOfPieces<Symmetric3>(
-    leaves, count, executor,
-    [field, &mean](
-      const Leaf* piece, std::size_t size) { return SumOfSquares(piece, size, field, mean); },
-    [](const Symmetric3& x, const Symmetric3& y) { return Mix(x, 1.0, y, 1.0); });
+  else
+  {
+    std::vector<Moments> pieces(CountPieces(count, Grain));
+    ForPieces(count, Grain, executor, [&](std::size_t i, std::size_t first, std::size_t size) {
+      pieces[i] = Moments(leaves + first, size, field, place);
+    });
+    for (const Moments& piece : pieces)
+    {
+      sum.Add(piece);
+    }
+  }
+  AddOuterProduct(sum.Second, sum.First, -1.0 / static_cast<double>(count));
+  return sum.Second;
 }
 
 bool IsFolded(const Leaf* leaves, std::size_t count)
@@ -192,52 +189,9 @@ std::size_t LeftCount(std::size_t count)
   return left;
 }
 
-/// The median of nine keys between the first and the last one.
-std::uint64_t MedianOfNine(const std::uint64_t* keys, std::size_t count)
-{
-  std::uint64_t some[9];
-  for (std::size_t i = 0; i < 9; ++i)
-  {
-    some[i] = keys[i * (count - 1) / 8];
-  }
-  std::nth_element(some, some + 4, some + 9);
-  return some[4];
-}
-
-/// The key of this rank among distinct ones, whose order changes. Quickselect; no branch depends on
-/// single keys, of which half would be predicted wrongly.
-std::uint64_t FindKey(std::uint64_t* keys, std::size_t count, std::size_t rank)
-{
-  constexpr std::size_t few = 32;
-  constexpr int mostRounds = 64; // for keys with which the medians are far off
-  for (int round = 0; round < mostRounds && count > few; ++round)
-  {
-    const std::uint64_t pivot = MedianOfNine(keys, count);
-    std::size_t below = 0;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-      const std::uint64_t key = keys[i];
-      keys[i] = keys[below];
-      keys[below] = key;
-      below += key < pivot ? 1 : 0;
-    }
-    if (rank < below)
-    {
-      count = below;
-    }
-    else
-    {
-      keys += below;
-      count -= below;
-      rank -= below;
-    }
-  }
-  std::nth_element(keys, keys + rank, keys + count);
-  return keys[rank];
-}
-
-/// Moves the leaves with keys below the limit to the beginning, without branches as well.
-void Divide(Leaf* leaves, std::size_t count, std::uint64_t limit)
+/// Moves the leaves with keys below the limit to the beginning, without branches as well; returns
+/// their number.
+std::size_t Divide(Leaf* leaves, std::size_t count, std::uint64_t limit)
 {
   std::size_t below = 0;
   for (std::size_t i = 0; i < count; ++i)
@@ -247,6 +201,69 @@ void Divide(Leaf* leaves, std::size_t count, std::uint64_t limit)
     leaves[below] = leaf;
     below += leaf.Key < limit ? 1 : 0;
   }
+  return below;
+}
+
+/// Leaves on the wrong side, one run after another.
+class Misplaced
+{
+public:
+  void Add(std::size_t begin, std::size_t end)
+  {
+    if (begin < end)
+    {
+      this->Runs.push_back({ begin, this->Count });
+      this->Count += end - begin;
+    }
+  }
+  std::size_t Size() const { return this->Count; }
+
+  /// Calls visit(index of the leaf) for some of them.
+  template <typename Visit>
+  void For(std::size_t first, std::size_t last, const Visit& visit) const
+  {
+    auto run = std::upper_bound(this->Runs.begin(), this->Runs.end(), first,
+                 [](std::size_t number, const Run& r) { return number < r.First; }) -
+      1;
+    for (std::size_t i = first; i < last; ++i)
+    {
+      const auto next = run + 1;
+      run = next < this->Runs.end() && i >= next->First ? next : run;
+      visit(i, run->Begin + (i - run->First));
+    }
+  }
+
+private:
+  struct Run
+  {
+    std::size_t Begin, First; // its first leaf, and how many are in the runs before
+  };
+  std::vector<Run> Runs;
+  std::size_t Count = 0;
+};
+
+/// The same of many leaves, by all threads: `left` have keys below the limit.
+void DivideTogether(
+  Leaf* leaves, std::size_t count, std::uint64_t limit, std::size_t left, const Executor& executor)
+{
+  std::vector<std::size_t> below(CountPieces(count, Grain));
+  ForPieces(count, Grain, executor, [&](std::size_t p, std::size_t first, std::size_t size) {
+    below[p] = Divide(leaves + first, size, limit);
+  });
+  Misplaced high, low;
+  for (std::size_t p = 0; p < below.size(); ++p)
+  {
+    const std::size_t first = p * Grain, last = std::min(count, first + Grain);
+    high.Add(first + below[p], std::min(last, left));
+    low.Add(std::max(first, left), first + below[p]);
+  }
+  executor.For(high.Size(), Grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> places;
+    places.reserve(end - begin);
+    low.For(begin, end, [&](std::size_t, std::size_t leaf) { places.push_back(leaf); });
+    high.For(begin, end,
+      [&](std::size_t i, std::size_t leaf) { std::swap(leaves[leaf], leaves[places[i - begin]]); });
+  });
 }
 
 /// Splits a range of leaves in two; returns the size of the first half.
@@ -274,7 +291,15 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
     }
   });
   const std::size_t left = LeftCount(count);
-  Divide(leaves, count, FindKey(keys.Data(), count, left));
+  const std::uint64_t limit = FindKey(keys.Data(), count, left, executor);
+  if (count > Many)
+  {
+    DivideTogether(leaves, count, limit, left, executor);
+  }
+  else
+  {
+    Divide(leaves, count, limit);
+  }
   return left;
 }
 
@@ -320,18 +345,10 @@ struct Range
   bool TwoSided;
 };
 
-/// Halves the ranges until there are enough for all threads. All threads work together on one that
-/// has most of the leaves: the root, and its left child, which may be several times as large as the
-/// right one.
+/// Halves the ranges until there are enough for all threads.
 void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& executor)
 {
   constexpr std::size_t enough = 64;
-  std::size_t all = 0;
-  for (const Range& r : ranges)
-  {
-    all += r.Count;
-  }
-  const auto hasMost = [all](const Range& r) { return r.Count > all / 2; };
   bool halved = true;
   while (halved && ranges.size() < enough)
   {
@@ -341,18 +358,21 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
       left[i] =
         r.Count > Grain ? Split(leaves + r.Begin, r.Count, r.TwoSided, threads, keys) : r.Count;
     };
-    const auto largest = static_cast<std::size_t>(
-      std::find_if(ranges.begin(), ranges.end(), hasMost) - ranges.begin());
-    if (largest < ranges.size())
     {
       Buffer<std::uint64_t> keys;
-      halve(largest, executor, keys);
+      for (std::size_t i = 0; i < ranges.size(); ++i)
+      {
+        if (ranges[i].Count > Many)
+        {
+          halve(i, executor, keys);
+        }
+      }
     }
     executor.For(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
       Buffer<std::uint64_t> keys;
       for (std::size_t i = begin; i < end; ++i)
       {
-        if (i != largest)
+        if (ranges[i].Count <= Many)
         {
           halve(i, SerialExecutor(), keys);
         }
@@ -397,6 +417,7 @@ namespace
 struct SortedPiece
 {
   std::vector<std::uint32_t> Sides[HierarchyLayout::NumberOfTrees];
+  std::size_t Begins[HierarchyLayout::NumberOfTrees]; // of the sides among the leaves
   std::uint64_t Invalid = 0;
 };
 
@@ -421,45 +442,70 @@ std::vector<SortedPiece> SortBySide(const SurfelCloud& cloud, const Executor& ex
   });
   return pieces;
 }
+
+/// Of the first surfel, or the origin without one.
+Vector3 FirstPosition(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces)
+{
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    for (const SortedPiece& piece : pieces)
+    {
+      if (!piece.Sides[tree].empty())
+      {
+        return cloud.Position(piece.Sides[tree].front());
+      }
+    }
+  }
+  return { 0, 0, 0 };
+}
+
+/// Relative to a surfel, so that float positions keep their digits.
+void FillLeaves(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces,
+  const Executor& executor, Leaf* leaves)
+{
+  const Vector3 origin = FirstPosition(cloud, pieces);
+  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece)
+    {
+      for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+      {
+        Leaf* leaf = leaves + pieces[piece].Begins[tree];
+        for (const std::uint32_t surfel : pieces[piece].Sides[tree])
+        {
+          const Vector3 p = cloud.Position(surfel);
+          Store(Vector3{ p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] }, leaf->Position);
+          Store(cloud.AreaVector(surfel), leaf->Normal);
+          leaf->Key = surfel;
+          ++leaf;
+        }
+      }
+    }
+  });
+}
 }
 
 KdTreeOrder MakeKdTreeOrder(const SurfelCloud& cloud, const Executor& executor)
 {
   KdTreeOrder order;
-  std::size_t counts[HierarchyLayout::NumberOfTrees] = { 0, 0 };
+  std::vector<SortedPiece> pieces = SortBySide(cloud, executor);
+  std::size_t count = 0, oneSided = 0;
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
   {
-    const std::vector<SortedPiece> pieces = SortBySide(cloud, executor);
-    order.Surfels.reserve(cloud.NumberOfSurfels);
-    for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+    oneSided = count; // those before the two-sided ones
+    for (SortedPiece& piece : pieces)
     {
-      for (const SortedPiece& piece : pieces)
-      {
-        const std::vector<std::uint32_t>& side = piece.Sides[tree];
-        order.Surfels.insert(order.Surfels.end(), side.begin(), side.end());
-        counts[tree] += side.size();
-        order.NumberOfInvalidSurfels += tree == 0 ? piece.Invalid : 0;
-      }
+      piece.Begins[tree] = count;
+      count += piece.Sides[tree].size();
+      order.NumberOfInvalidSurfels += tree == 0 ? piece.Invalid : 0;
     }
   }
-  order.Layout = HierarchyLayout(counts[0], counts[1]);
-  const std::size_t oneSided = counts[0];
-
-  // Relative to a surfel, so that float positions keep their digits.
-  const std::size_t count = order.Surfels.size();
+  order.Layout = HierarchyLayout(oneSided, count - oneSided);
   const std::unique_ptr<Leaf[]> leaves(new Leaf[count]); // the threads that fill it touch it first
-  const Vector3 origin = count == 0 ? Vector3{ 0, 0, 0 } : cloud.Position(order.Surfels[0]);
-  executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-    {
-      const std::uint32_t surfel = order.Surfels[i];
-      const Vector3 p = cloud.Position(surfel);
-      Store(Vector3{ p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] }, leaves[i].Position);
-      Store(cloud.AreaVector(surfel), leaves[i].Normal);
-      leaves[i].Key = surfel;
-    }
-  });
+  FillLeaves(cloud, pieces, executor, leaves.get());
+  pieces.clear();
   SplitInParallel(
     leaves.get(), { { 0, oneSided, false }, { oneSided, count - oneSided, true } }, executor);
+  order.Surfels.resize(count);
   executor.For(count, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {

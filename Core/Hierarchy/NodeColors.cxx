@@ -91,14 +91,6 @@ private:
 };
 }
 
-std::vector<NodeColor> MakeNodeColors(
-  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
-{
-  std::vector<NodeColor> colors(layout.NumberOfNodes() - layout.NumberOfLeaves());
-  FillNodeColors(tree, layout, executor, colors.data());
-  return colors;
-}
-
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   const Executor& executor, NodeColor* colors)
 {

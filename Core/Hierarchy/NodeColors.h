@@ -20,16 +20,10 @@
 #include "Core/Surfels/HierarchyNode.h"
 #include "Core/Surfels/SurfelCloud.h"
 
-#include <vector>
-
 namespace SurfelSplatting
 {
 /// Computes the colours of all nodes above the leaves.
-/// @param tree leaves and nodes; the colours and opacities of the leaves are read
-std::vector<NodeColor> MakeNodeColors(
-  const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor);
-
-/// The same into the caller's memory.
+/// @param tree   leaves and nodes; the colours and opacities of the leaves are read
 /// @param colors [layout.NumberOfNodes() - layout.NumberOfLeaves()]
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   const Executor& executor, NodeColor* colors);

@@ -20,18 +20,24 @@ float ToFloat(double x)
   return static_cast<float>(Clamp(x, -largest, largest));
 }
 
-std::int16_t Pack(double x, double unit)
+/// What a number is multiplied by for Pack().
+double ScaleOf(float unit)
 {
-  const double share = unit > 0.0 ? Clamp(x / unit, -1.0, 1.0) : 0.0;
+  return unit > 0.0f ? PackedOne / unit : 0.0;
+}
+
+std::int16_t Pack(double x, double scale)
+{
   // The floor, by a conversion of a positive number: floor() may be a call.
   constexpr double offset = PackedOne + 1.0;
   return static_cast<std::int16_t>(
-    static_cast<int>(share * PackedOne + (0.5 + offset)) - static_cast<int>(offset));
+    static_cast<int>(Clamp(x * scale, -PackedOne, PackedOne) + (0.5 + offset)) -
+    static_cast<int>(offset));
 }
 
 std::uint16_t PackShare(double x)
 {
-  return static_cast<std::uint16_t>(Pack(Clamp(x, 0.0, 1.0), 1.0));
+  return static_cast<std::uint16_t>(Pack(Clamp(x, 0.0, 1.0), PackedOne));
 }
 
 double Unpack(int x, double unit)
@@ -71,15 +77,17 @@ HierarchyNode PackNode(const NodeMoments& moments, bool twoSided)
   double factor[6];
   Factorize(moments.Covariance, factor);
   node.Deviation = ToFloat(LargestMagnitude(factor, 6));
+  const double perDeviation = ScaleOf(node.Deviation);
   for (int i = 0; i < 6; ++i)
   {
-    node.Factor[i] = Pack(factor[i], node.Deviation);
+    node.Factor[i] = Pack(factor[i], perDeviation);
   }
   node.Area = ToFloat(moments.Area);
+  const double perArea = ScaleOf(node.Area);
   for (int i = 0; i < 3; ++i)
   {
     node.Position[i] = ToFloat(moments.Position[i]);
-    node.Normal[i] = Pack(moments.AreaVector[i], node.Area);
+    node.Normal[i] = Pack(moments.AreaVector[i], perArea);
   }
   node.Opacity = PackShare(moments.Opacity);
   node.TwoSided = twoSided ? 1 : 0;
@@ -129,12 +137,13 @@ NodeColor PackColor(const ColorMoments& moments)
   NodeColor packed{};
   packed.ColorUnit = ToFloat(LargestMagnitude(moments.Color, 3));
   packed.MomentUnit = ToFloat(LargestMagnitude(moments.First[0], 9));
+  const double perColor = ScaleOf(packed.ColorUnit), perMoment = ScaleOf(packed.MomentUnit);
   for (int c = 0; c < 3; ++c)
   {
-    packed.Color[c] = Pack(moments.Color[c], packed.ColorUnit);
+    packed.Color[c] = Pack(moments.Color[c], perColor);
     for (int x = 0; x < 3; ++x)
     {
-      packed.Moment[c][x] = Pack(moments.First[c][x], packed.MomentUnit);
+      packed.Moment[c][x] = Pack(moments.First[c][x], perMoment);
     }
   }
   packed.Opacity = PackShare(moments.Opacity);

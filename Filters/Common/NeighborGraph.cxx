@@ -180,4 +180,16 @@ void SearchedCloud::Drop(const std::vector<unsigned char>& dropped)
     }
   });
 }
+
+RawVector<int> SurfelNeighbors::InputRanks() const
+{
+  RawVector<int> ranks(this->Order.size());
+  vtkSMPTools::For(0, static_cast<vtkIdType>(ranks.size()), [&](vtkIdType id, vtkIdType end) {
+    for (; id < end; ++id)
+    {
+      ranks[this->Order[id]] = static_cast<int>(id);
+    }
+  });
+  return ranks;
+}
 }

@@ -65,11 +65,15 @@ struct SearchedCloud
   void Drop(const std::vector<unsigned char>& dropped);
 };
 
-/// What the estimation knows about its surfels. Their arrays are then in the order of the cloud, in
-/// which the normalization reads them, and are put into that of the input at the end.
+/// What the estimation knows about its surfels. Their arrays (SurfelOutput) are then in the order
+/// of the cloud, in which the filters behind it read them, and are put into that of the input at
+/// the end.
 struct SurfelNeighbors
 {
   NeighborGraph Graph;    // empty: unknown
   std::vector<int> Order; // [n] index in the cloud of each surfel in the order of the input
+
+  /// [n] the places that the surfels have in the order of the input.
+  RawVector<int> InputRanks() const;
 };
 }

@@ -1,48 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/PointAttributes.h"
 
+#include "Filters/Common/SurfelOutput.h"
+
 #include "vtkAbstractArray.h"
 #include "vtkDataArray.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
 #include "vtkSmartPointer.h"
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 
 namespace SurfelGeometry
 {
 namespace
 {
 using SurfelSplatting::Executor;
-using SurfelSplatting::KdTreeOrder;
 
 constexpr std::size_t Grain = 16384;
 
 /// Copies the tuples of an array that is one block of memory.
 void CopyTuples(
-  vtkDataArray* source, const KdTreeOrder& order, const Executor& executor, vtkDataArray* array)
+  vtkDataArray* source, const TupleOrder& order, const Executor& executor, vtkDataArray* array)
 {
   const std::size_t size =
     static_cast<std::size_t>(source->GetNumberOfComponents()) * source->GetDataTypeSize();
   const auto* from = static_cast<const unsigned char*>(source->GetVoidPointer(0));
   auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
-  executor.For(order.Surfels.size(), Grain, [&](std::size_t begin, std::size_t end) {
+  executor.For(order.size(), Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      std::memcpy(to + size * i, from + size * order.Surfels[i], size);
+      std::memcpy(to + size * i, from + size * order[i], size);
     }
   });
 }
 
+bool IsOfSurfels(const char* name)
+{
+  return name &&
+    std::any_of(std::begin(SurfelOutput::Names), std::end(SurfelOutput::Names),
+      [name](const char* other) { return std::strcmp(name, other) == 0; });
+}
+
 /// A new array with the source's tuples in the order of the leaves.
 vtkSmartPointer<vtkAbstractArray> Reorder(
-  vtkAbstractArray* source, const KdTreeOrder& order, const Executor& executor)
+  vtkAbstractArray* source, const TupleOrder& order, const Executor& executor)
 {
   vtkSmartPointer<vtkAbstractArray> array;
   array.TakeReference(source->NewInstance());
   array->SetName(source->GetName());
   array->SetNumberOfComponents(source->GetNumberOfComponents());
-  array->SetNumberOfTuples(static_cast<vtkIdType>(order.Surfels.size()));
+  array->SetNumberOfTuples(static_cast<vtkIdType>(order.size()));
   array->CopyComponentNames(source);
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(source);
   // One thread only for bits, which share bytes, and for strings.
@@ -51,16 +61,16 @@ vtkSmartPointer<vtkAbstractArray> Reorder(
     CopyTuples(numbers, order, executor, vtkDataArray::SafeDownCast(array));
     return array;
   }
-  for (std::size_t i = 0; i < order.Surfels.size(); ++i)
+  for (std::size_t i = 0; i < order.size(); ++i)
   {
-    array->SetTuple(static_cast<vtkIdType>(i), order.Surfels[i], source);
+    array->SetTuple(static_cast<vtkIdType>(i), order[i], source);
   }
   return array;
 }
 }
 
-void PassLeafAttributes(
-  vtkPolyData* input, const KdTreeOrder& order, const Executor& executor, vtkPolyData* output)
+void PassLeafAttributes(vtkPolyData* input, const TupleOrder& surfels, const TupleOrder& points,
+  const Executor& executor, vtkPolyData* output)
 {
   vtkPointData *from = input->GetPointData(), *to = output->GetPointData();
   for (int i = 0; i < from->GetNumberOfArrays(); ++i)
@@ -70,6 +80,7 @@ void PassLeafAttributes(
     {
       continue; // not one tuple per point
     }
+    const TupleOrder& order = IsOfSurfels(source->GetName()) ? surfels : points;
     const int index = to->AddArray(Reorder(source, order, executor));
     const int attribute = from->IsArrayAnAttribute(i);
     if (attribute >= 0)

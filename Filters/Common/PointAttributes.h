@@ -5,13 +5,20 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
-#include "Core/Hierarchy/KdTreeOrder.h"
+
+#include <cstdint>
+#include <vector>
 
 class vtkPolyData;
 
 namespace SurfelGeometry
 {
+/// Where tuples are from.
+using TupleOrder = std::vector<std::uint32_t>;
+
 /// Passes all point arrays in the order of the leaves; active attributes stay active.
-void PassLeafAttributes(vtkPolyData* input, const SurfelSplatting::KdTreeOrder& order,
+/// @param surfels [leaves] tuples of the arrays of a SurfelOutput
+/// @param points  [leaves] tuples of the others
+void PassLeafAttributes(vtkPolyData* input, const TupleOrder& surfels, const TupleOrder& points,
   const SurfelSplatting::Executor& executor, vtkPolyData* output);
 }

@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "Core/Surfels/SurfelArrays.h"
+
 #include "vtkSmartPointer.h"
 #include "vtkType.h"
 
@@ -19,6 +21,10 @@ namespace SurfelGeometry
 /// Arrays to fill, as Documentation/DataContract.md defines them.
 struct SurfelOutput
 {
+  /// The point arrays.
+  static constexpr const char* Names[] = { SurfelSplatting::Arrays::Covariance,
+    SurfelSplatting::Arrays::AreaVector, SurfelSplatting::Arrays::TwoSided };
+
   explicit SurfelOutput(vtkIdType count);
 
   /// Adds the surfels to `output`: points, their cell, the point arrays and the origin.

@@ -385,6 +385,35 @@ bool MakeSamplesAndSums(
   return MakeSamples(problem, progress, addUp, samples.Surface);
 }
 
+/// From this step on, most iterations end before they need their numerators.
+constexpr int OftenLast = 2;
+
+/// The statistics of the sums with the areas so far. The numerators of the first step were made
+/// with the samples.
+SumMoments BeginStep(
+  int step, const Sampling& samples, const RawVector<double>& areas, WeightSums& sums)
+{
+  if (step >= OftenLast)
+  {
+    return Measure(samples, areas);
+  }
+  if (step > 0)
+  {
+    SumNumerators(samples, areas, sums.Numerators, sums.Statistics);
+  }
+  return Total(sums.Statistics);
+}
+
+void EndStep(const WeightSettings& settings, int step, const Sampling& samples, WeightSums& sums,
+  RawVector<double>& areas)
+{
+  if (step >= OftenLast)
+  {
+    SumNumerators(samples, areas, sums.Numerators, sums.Statistics);
+  }
+  Step({ settings, samples.Surface.Areas, sums.Denominators, sums.Numerators }, areas);
+}
+
 void Assign(const RawVector<float>& values, RawVector<double>& to)
 {
   to.resize(values.size());
@@ -416,11 +445,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
   bool isMeasured = false; // of the final areas
   for (int step = 0; step < iterations; ++step)
   {
-    if (step > 0) // the first one is made with the samples
-    {
-      SumNumerators(samples, areas, sums.Numerators, sums.Statistics);
-    }
-    moments = Total(sums.Statistics);
+    moments = BeginStep(step, samples, areas, sums);
     if (!share(running, moments))
     {
       return false;
@@ -434,7 +459,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
       break;
     }
     last = now.StandardDeviation;
-    Step({ problem.Settings, samples.Surface.Areas, sums.Denominators, sums.Numerators }, areas);
+    EndStep(problem.Settings, step, samples, sums, areas);
     running = progress.Step(0.5 + 0.5 * (step + 1) / iterations);
     if (!running && !sharing)
     {

@@ -34,8 +34,8 @@ struct SampleBlock
   std::vector<int> Others;            // surfels of other blocks, see SurfelTable
   std::vector<std::uint16_t> Owned;   // [surfels] number of samples
   std::vector<std::uint16_t> Samples; // one surfel's after another's
-  std::vector<std::uint16_t> Numbers; // [entries] of the surfel in the table
-  std::vector<std::uint16_t> Kernels; // [entries] K at the sample over K's peak, times Peak
+  RawVector<std::uint16_t> Numbers;   // [entries] of the surfel in the table
+  RawVector<std::uint16_t> Kernels;   // [entries] K at the sample over K's peak, times Peak
 
   static int Entries(std::uint16_t sample) { return sample & ((1 << KindShift) - 1); }
   static int Kind(std::uint16_t sample) { return sample >> KindShift; }

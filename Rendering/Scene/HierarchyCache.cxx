@@ -185,7 +185,7 @@ const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* 
   if (source && colors == input->GetPointData()->GetAbstractArray(source) &&
     colors->GetMTime() <= stored->GetMTime())
   {
-    this->Colors.clear();
+    this->Colors.Clear();
     this->ColorState = State();
     return ValuesOf<NodeColor>(stored);
   }
@@ -193,11 +193,13 @@ const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* 
   if (!(this->HasColors && this->ColorState == colorState))
   {
     this->CheckFile(executor);
-    this->Colors = MakeNodeColors(cloud, layout, executor);
+    this->Colors.Clear();
+    this->Colors.Resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
+    FillNodeColors(cloud, layout, executor, this->Colors.Data());
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
   }
-  return this->Colors.data();
+  return this->Colors.Data();
 }
 
 void HierarchyCache::UpdateHarmonics(

@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include "Core/Base/Buffer.h"
 #include "Core/Base/Executor.h"
 #include "Core/Files/ArrayFile.h"
 #include "Core/Hierarchy/ClusterBounds.h"
@@ -81,7 +82,7 @@ private:
 
   State InputState, ColorState, HarmonicsState;
   ClusterBounds Bounds;
-  std::vector<NodeColor> Colors;
+  Buffer<NodeColor> Colors;
   std::vector<float> LeafCovariances;
   std::vector<PackedHarmonics> Harmonics;
   bool HasColors = false;

@@ -3,6 +3,7 @@
  * The hierarchy: every node's values against sums over its leaves, coverage from all sides at every
  * level, degenerate clouds, and the same at any number of threads.
  */
+#include "Core/Base/KeySelection.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
@@ -39,6 +40,36 @@ TEST_CASE("Layout")
   {
     CHECK(HierarchyLayout(n, 0).NumberOfNodes() < 2 * n + 40);
     CHECK(HierarchyLayout(n, 0).Count(HierarchyLayout(n, 0).RootLevel(0), 0) == 1);
+  }
+}
+
+/// Against a sort: keys in any order, sorted ones, large ones that fall, and ones of which those at
+/// the places of the sample are the smallest, so that it misleads.
+TEST_CASE("Selection")
+{
+  Random random(7);
+  for (const std::size_t count : { 1, 2, 33, 4096, 4097, 100000 })
+  {
+    for (int kind = 0; kind < 4; ++kind)
+    {
+      std::vector<std::uint64_t> keys(count);
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        const auto any = static_cast<std::uint64_t>(random.Uniform(0.0, 4e9)) << 32;
+        keys[i] = kind == 0 ? any | i : kind == 2 ? ~std::uint64_t{ 0 } - i : 1024 + i;
+      }
+      for (std::size_t k = 0; kind == 3 && k < 1024; ++k)
+      {
+        keys[k * (count - 1) / 1023] = k;
+      }
+      std::vector<std::uint64_t> sorted = keys;
+      std::sort(sorted.begin(), sorted.end());
+      for (const std::size_t rank : { std::size_t{ 0 }, count / 3, count / 2, count - 1 })
+      {
+        std::vector<std::uint64_t> some = keys;
+        CHECK(FindKey(some.data(), count, rank, SerialExecutor()) == sorted[rank]);
+      }
+    }
   }
 }
 

@@ -132,7 +132,8 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   this->Nodes.resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
   FillNodes(this->Get(), layout, executor, this->Nodes.data());
   this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
-  this->Colors = MakeNodeColors(this->Get(), layout, executor);
+  this->Colors.resize(this->Nodes.size());
+  FillNodeColors(this->Get(), layout, executor, this->Colors.data());
   this->Table = ClusterBounds(this->Get(), layout, executor);
   if (cloud.NumberOfHarmonics > 0)
   {

@@ -10,6 +10,7 @@
 #include "vtkSurfelNormalization.h"
 
 #include "vtkDoubleArray.h"
+#include "vtkIdTypeArray.h"
 #include "vtkSMPTools.h"
 
 #include <algorithm>
@@ -114,6 +115,41 @@ TEST_CASE("Surfels of the single filters")
   CHECK(differing <= 0.01 * a.Count());
   CHECK_NEAR(a.TotalArea() / b.TotalArea(), 1.0, 1e-4);
   CHECK_NEAR(filter->GetNormalization()->GetTotalAreaAfter() / a.TotalArea(), 1.0, 1e-5);
+}
+
+/// The hierarchy reads the surfels in another order than the arrays of their points.
+TEST_CASE("Arrays of points in a hierarchy")
+{
+  const auto data = MakeScene();
+  const auto numbers = vtkSmartPointer<vtkIdTypeArray>::New();
+  numbers->SetName("Number");
+  numbers->SetNumberOfTuples(data->GetNumberOfPoints());
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+  {
+    numbers->SetValue(i, i);
+  }
+  data->GetPointData()->AddArray(numbers);
+  vtkNew<vtkPointsToSurfels> filter;
+  const auto tree = ByOneFilter(data, filter);
+  filter->BuildHierarchyOff();
+  const auto surfels = ByOneFilter(data, filter);
+  CHECK(tree->GetNumberOfPoints() == data->GetNumberOfPoints());
+  for (const char* name : { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided" })
+  {
+    vtkDataArray *leaves = tree->GetPointData()->GetArray(name),
+                 *wanted = surfels->GetPointData()->GetArray(name);
+    vtkIdType differing = 0;
+    for (vtkIdType i = 0; i < leaves->GetNumberOfTuples(); ++i)
+    {
+      const auto number =
+        static_cast<vtkIdType>(tree->GetPointData()->GetArray("Number")->GetTuple1(i));
+      for (int c = 0; c < leaves->GetNumberOfComponents(); ++c)
+      {
+        differing += leaves->GetComponent(i, c) != wanted->GetComponent(number, c) ? 1 : 0;
+      }
+    }
+    CHECK(differing == 0);
+  }
 }
 
 /// Where neighbours cannot be shared, nothing differs.

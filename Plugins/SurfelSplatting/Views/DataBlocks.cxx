@@ -239,7 +239,6 @@ vtkSmartPointer<vtkPolyData> Estimate(vtkPolyData* points, vtkMultiProcessContro
   }
   vtkNew<vtkPVPointsToSurfels> filters;
   filters->SetController(controller);
-  filters->BuildHierarchyOff(); // MakeSurfels builds it
   filters->SetInputData(points);
   filters->Update();
   return filters->GetOutput();
@@ -284,7 +283,7 @@ vtkSmartPointer<vtkPolyData> MakeSurfels(
   vtkSmartPointer<vtkPolyData> surfels = Join(pieces);
   if (mustEstimate)
   {
-    surfels = Estimate(surfels, controller);
+    return Estimate(surfels, controller);
   }
   vtkNew<vtkSurfelHierarchy> hierarchy;
   hierarchy->SetInputData(surfels);

@@ -3,7 +3,7 @@
 
 import os
 from dataclasses import dataclass, field
-from typing import Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -27,11 +27,13 @@ class Cloud:
     is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
     is_gaussians: bool = field(init=False)
-    has_normals: bool = field(init=False)
+    normals: List[str] = field(init=False)  # names of arrays
 
     def __post_init__(self):
         points = self.data.GetPointData()
-        self.has_normals = points.GetNormals() is not None or points.HasArray("Normals")
+        active = points.GetNormals()
+        names = {"Normals", active.GetName() if active is not None else "Normals"}
+        self.normals = [name for name in names if name and points.HasArray(name)]
         self.is_volume = bool(self.data.IsA("vtkImageData"))
         self.is_surfels = not self.is_volume and all(
             points.HasArray(name) for name in SURFEL_ARRAYS)

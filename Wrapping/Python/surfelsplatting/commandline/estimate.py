@@ -65,7 +65,7 @@ def _estimate(arguments):
     session.progress = _Lines()
     cloud = session.drawn_as_points(
         read_cloud(arguments.cloud, session.messages, session.progress))
-    surfels = session.surfels(cloud)
+    surfels = session.surfels(cloud, with_hierarchy=True)
     return session.drawable(surfels, all_arrays=True)
 
 

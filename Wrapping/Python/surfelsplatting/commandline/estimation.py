@@ -16,7 +16,7 @@ def _set_filters(filters, cloud, arguments):
     if arguments.sides == "two":
         filters.GetEstimation().SetOrientationModeToTwoSided()
     elif arguments.sides == "given":
-        if not cloud.has_normals:
+        if not cloud.normals:
             raise UserProblem(f"{arguments.cloud} has no normals, so --sides given cannot tell "
                               "which side is outside; use --sides auto or --sides two")
         filters.GetEstimation().SetOrientationModeToAsGiven()
@@ -28,13 +28,15 @@ def _update(algorithm, stage, path, messages, progress, run):
     messages.check(f"{path}: ")
 
 
-def _whole_cloud(cloud, arguments, *reporters):
+def _whole_cloud(cloud, arguments, with_hierarchy, *reporters):
     """-> vtkPolyData"""
     filters = vtkPointsToSurfels()
     _set_filters(filters, cloud, arguments)
-    filters.BuildHierarchyOff()
-    _update(filters, "surfels", arguments.cloud, *reporters)
+    filters.SetBuildHierarchy(with_hierarchy)
     run = reporters[-1]
+    filters.GetHierarchy().AddObserver("StartEvent",
+                                       lambda _caller, _event: run.begin("hierarchy"))
+    _update(filters, "surfels", arguments.cloud, *reporters)
     run.note_cleaning(filters.GetCleaning())
     run.note_estimation(filters.GetEstimation())
     return filters.GetOutput()
@@ -61,13 +63,18 @@ def check_memory(cloud, arguments):
             raise UserProblem(f"{arguments.cloud}: {problem}")
 
 
-def make_surfels(cloud, arguments, messages, progress, run):
-    """-> vtkPolyData with the arrays of the data contract: surfels, or the cloud's Gaussians."""
+def make_surfels(cloud, arguments, with_hierarchy, *reporters):
+    """-> vtkPolyData with the arrays of the data contract: surfels, or the cloud's Gaussians.
+
+    with_hierarchy: whether those of a whole cloud come with their hierarchy, which takes less time
+    than after them
+    """
     if cloud.is_drawable:
         return cloud.data
-    in_parts = cloud.data.GetNumberOfPoints() > arguments.points_per_part
-    make = _cloud_in_parts if in_parts else _whole_cloud
-    surfels = make(cloud, arguments, messages, progress, run)
+    if cloud.data.GetNumberOfPoints() > arguments.points_per_part:
+        surfels = _cloud_in_parts(cloud, arguments, *reporters)
+    else:
+        surfels = _whole_cloud(cloud, arguments, with_hierarchy, *reporters)
     if surfels.GetNumberOfPoints() == 0:
         raise UserProblem(f"{arguments.cloud}: none of its {cloud.data.GetNumberOfPoints()} points "
                           "gives a surfel; are the coordinates finite, up to 1e17 and not all the "
@@ -75,16 +82,16 @@ def make_surfels(cloud, arguments, messages, progress, run):
     return surfels
 
 
-def without_unused_arrays(surfels, kept=None):
+def without_unused_arrays(data, *kept):
     """Drops point arrays that the picture does not need; the hierarchy would sort them all.
 
-    kept: name of one that it does need.
+    kept: names of some that it does need.
     """
-    lean = surfels.NewInstance()
-    lean.ShallowCopy(surfels)
+    lean = data.NewInstance()
+    lean.ShallowCopy(data)
     points = lean.GetPointData()
     scalars = points.GetScalars()
-    drawn = {kept} | ({scalars.GetName()} if scalars is not None else set())
+    drawn = {*kept} | ({scalars.GetName()} if scalars is not None else set())
     for name in [points.GetArrayName(i) for i in range(points.GetNumberOfArrays())]:
         if name not in drawn and not name.startswith(("Surfel", "Gaussian")):
             points.RemoveArray(name)

@@ -164,7 +164,7 @@ def _make_renderer(drawn, view, arguments):
 def _make_pictures(asked, frames, arguments, session):
     with session.progress_shown():
         cloud = session.read()
-        surfels = session.surfels(cloud)
+        surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
         renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)

@@ -98,14 +98,15 @@ def render(arguments):
         cloud = session.read()
         _check_hierarchy(cloud, arguments)
         points = cloud.data.GetNumberOfPoints()
-        surfels = session.surfels(cloud)
+        all_arrays = arguments.hierarchy is not None
+        surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         view = complete_view(view, cloud, surfels)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
             session.say(f"{count} {what}; {extent_of(surfels)}")
-        drawn = session.drawable(surfels, all_arrays=arguments.hierarchy is not None)
+        drawn = session.drawable(surfels, all_arrays)
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, view, session)

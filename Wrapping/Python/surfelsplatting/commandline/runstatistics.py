@@ -13,6 +13,7 @@ class RunStatistics:
     def __init__(self, threads):
         self._threads = threads
         self._milliseconds = {}
+        self._stage, self._began = None, 0.0
         self._frames = []  # one {stage: ms} for each frame
         self._counts = {"splats": 0, "fragments": 0}
         self._detail = {}
@@ -23,9 +24,16 @@ class RunStatistics:
 
     @contextmanager
     def stage(self, name):
-        began = time.perf_counter()
+        self.begin(name)
         yield
-        self._milliseconds[name] = 1000 * (time.perf_counter() - began)
+        self.begin(None)
+
+    def begin(self, stage):
+        """Ends the stage before; None: nothing is measured."""
+        now = time.perf_counter()
+        if self._stage:
+            self._milliseconds[self._stage] = 1000 * (now - self._began)
+        self._stage, self._began = stage, now
 
     def note_cleaning(self, cleaning):
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()

@@ -4,6 +4,7 @@
 import os
 import sys
 from contextlib import contextmanager
+from dataclasses import replace
 
 from ..backend import vtk
 from ..clouds.reading import read_cloud
@@ -13,6 +14,7 @@ from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
 from .interrupts import Interrupts
+from .memory import reuse_memory
 from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
@@ -30,6 +32,7 @@ class Session:
         self._is_silent = is_silent
         self.messages = VtkMessages(arguments.verbose)
         self.interrupts = Interrupts()
+        reuse_memory()
         self.progress = Progress(self.interrupts)
         smp_tools = vtk("vtkCommonCore").vtkSMPTools
         if arguments.threads:
@@ -89,10 +92,19 @@ class Session:
         """-> Cloud of points"""
         return self.drawn_as_points(self.load())
 
-    def surfels(self, cloud):
-        """-> vtkPolyData with the arrays of the data contract"""
+    def surfels(self, cloud, with_hierarchy=False, all_arrays=True):
+        """-> vtkPolyData with the arrays of the data contract
+
+        with_hierarchy: whether a hierarchy may come along; not with --no-lod
+        all_arrays: False: only those that a picture needs, if a hierarchy comes along
+        """
         check_memory(cloud, self.arguments)
-        surfels = make_surfels(cloud, self.arguments, self.messages, self.progress, self.run)
+        with_hierarchy = with_hierarchy and not self.arguments.no_lod
+        if with_hierarchy and not all_arrays and not cloud.is_drawable:
+            cloud = replace(cloud, data=without_unused_arrays(
+                cloud.data, self.arguments.scalars, *cloud.normals))
+        surfels = make_surfels(
+            cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
         keep_sensor(cloud, surfels)
         return surfels
 
