@@ -424,19 +424,16 @@ struct SortedPiece
 std::vector<SortedPiece> SortBySide(const SurfelCloud& cloud, const Executor& executor)
 {
   constexpr std::size_t size = 65536;
-  std::vector<SortedPiece> pieces((cloud.NumberOfSurfels + size - 1) / size);
-  executor.For(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t piece = begin; piece < end; ++piece)
+  const std::size_t count = cloud.NumberOfSurfels;
+  std::vector<SortedPiece> pieces(CountPieces(count, size));
+  ForPieces(count, size, executor, [&](std::size_t p, std::size_t first, std::size_t number) {
+    for (std::size_t i = first; i < first + number; ++i)
     {
-      const std::size_t last = std::min(cloud.NumberOfSurfels, (piece + 1) * size);
-      for (std::size_t i = piece * size; i < last; ++i)
+      const bool finite = IsFinite(cloud, i);
+      pieces[p].Invalid += finite ? 0 : 1;
+      if (finite)
       {
-        const bool finite = IsFinite(cloud, i);
-        pieces[piece].Invalid += finite ? 0 : 1;
-        if (finite)
-        {
-          pieces[piece].Sides[cloud.IsTwoSided(i) ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
-        }
+        pieces[p].Sides[cloud.IsTwoSided(i) ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
       }
     }
   });

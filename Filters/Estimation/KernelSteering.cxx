@@ -79,9 +79,10 @@ Float3 SteeringFrom(const ColorMoments& moments, float flatness, const Vector3& 
   const StructureTensor t = FitGradient(moments);
   const float mean = 0.5f * (t.XX + t.YY), difference = 0.5f * (t.XX - t.YY);
   const float half = std::sqrt(difference * difference + t.XY * t.XY);
+  const float largest = mean + half; // eigenvalue, l2
   const float noise = LeastGradient * LeastGradient + VarianceShare * ColorVariance(moments) +
-    CreaseShare * flatness * (mean + half);
-  const float ratio = (mean + half + noise) / (std::max(0.0f, mean - half) + noise);
+    CreaseShare * flatness * largest;
+  const float ratio = (largest + noise) / (std::max(0.0f, mean - half) + noise);
   const float square = std::min(std::sqrt(ratio), MostStretch * MostStretch); // r^2
   const float length = std::sqrt(square - 1.0f / square);
   float cosine, sine; // of the gradient; the edge is across

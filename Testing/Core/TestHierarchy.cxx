@@ -4,6 +4,8 @@
  * level, degenerate clouds, and the same at any number of threads.
  */
 #include "Core/Base/KeySelection.h"
+#include "Core/Base/ThreadExecutor.h"
+#include "Core/Hierarchy/KdTreeOrder.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
 #include "TestScene.h"
@@ -71,6 +73,39 @@ TEST_CASE("Selection")
       }
     }
   }
+}
+
+/// So many that all threads divide the first ranges: surfels on a line are in its order.
+TEST_CASE("Many on a line")
+{
+  constexpr std::size_t count = 700000;
+  Random random(8);
+  std::vector<float> positions(3 * count, 0.0f), covariances(6 * count, 1e-6f),
+    areas(3 * count, 0.0f);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    positions[3 * i] = static_cast<float>(random.Uniform(-1.0, 1.0));
+    areas[3 * i + 2] = 1e-6f;
+  }
+  SurfelCloud cloud;
+  cloud.NumberOfSurfels = count;
+  cloud.PositionsFloat = positions.data();
+  cloud.Covariances = covariances.data();
+  cloud.AreaVectors = areas.data();
+  const KdTreeOrder order = MakeKdTreeOrder(cloud, SerialExecutor());
+  CHECK(MakeKdTreeOrder(cloud, ThreadExecutor(3)).Surfels == order.Surfels);
+  CHECK(order.Surfels.size() == count);
+  std::vector<char> seen(count, 0);
+  std::size_t falls = 0;
+  for (std::size_t i = 0; i < order.Surfels.size(); ++i)
+  {
+    seen[order.Surfels[i]] = 1;
+    falls += i > 0 && positions[3 * order.Surfels[i]] + 1e-6f < positions[3 * order.Surfels[i - 1]]
+      ? 1
+      : 0; // 1e-6: the leaves are relative to the first one
+  }
+  CHECK(falls == 0);
+  CHECK(std::count(seen.begin(), seen.end(), char{ 1 }) == static_cast<std::ptrdiff_t>(count));
 }
 
 /// A bumpy ball, one-sided, and a two-sided sheet whose normals point either way.
