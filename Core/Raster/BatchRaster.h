@@ -240,9 +240,9 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
   }
   if (__builtin_expect(Any(ended), 0))
   {
-    // Copies keep the others in registers.
+    // Copies, field by field, keep the others in registers.
     const LaneMask passed = ended;
-    LayerReach moved = reach;
+    LayerReach moved{ reach.Range, reach.Weight, reach.End };
     open.Store(at.Tile, at.Block);
     at.Settings.LargestColor = item.LargestColor;
     LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
@@ -519,21 +519,6 @@ SURFELSPLATTING_INLINE std::uint64_t AddItemsToBlock(
   }
   open.Store(at.Tile, at.Block);
   return fragments;
-}
-
-/// Exchanges bit k of word i for bit i of word k.
-SURFELSPLATTING_INLINE void Transpose(std::uint64_t (&words)[64])
-{
-  std::uint64_t mask = 0xffffffffu;
-  for (unsigned int step = 32; step != 0; step /= 2, mask ^= mask << step)
-  {
-    for (unsigned int i = 0; i < 64; i = ((i | step) + 1) & ~step)
-    {
-      const std::uint64_t change = (words[i] >> step ^ words[i + step]) & mask;
-      words[i] ^= change << step;
-      words[i + step] ^= change;
-    }
-  }
 }
 
 template <bool OnLens, RasterPass Pass>

@@ -81,5 +81,32 @@ SURFELSPLATTING_INLINE std::uint64_t BlocksOfSplat(
   return place.Span.X1 - place.Span.X0 > FewPixels ? blocks & BlocksInSupport(s, place, support)
                                                    : blocks;
 }
+
+/// A step of Transpose: exchanges blocks of Step x Step bits beside the diagonal.
+template <unsigned int Step>
+SURFELSPLATTING_INLINE void TransposeBlocks(std::uint64_t (&words)[64])
+{
+  constexpr std::uint64_t mask = ~std::uint64_t{ 0 } / ((std::uint64_t{ 1 } << Step) + 1);
+  for (unsigned int first = 0; first < 64; first += 2 * Step)
+  {
+    for (unsigned int i = first; i < first + Step; ++i)
+    {
+      const std::uint64_t change = (words[i] >> Step ^ words[i + Step]) & mask;
+      words[i] ^= change << Step;
+      words[i + Step] ^= change;
+    }
+  }
+}
+
+/// Exchanges bit k of word i for bit i of word k. Constant steps, so that compilers vectorize them.
+SURFELSPLATTING_INLINE void Transpose(std::uint64_t (&words)[64])
+{
+  TransposeBlocks<32>(words);
+  TransposeBlocks<16>(words);
+  TransposeBlocks<8>(words);
+  TransposeBlocks<4>(words);
+  TransposeBlocks<2>(words);
+  TransposeBlocks<1>(words);
+}
 }
 }

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "Core/Lens/Lens.h"
-#include "Core/Simd/RealLanes.h"
+#include "Core/Simd/Rows.h"
 #include "Core/Splats/SetupTarget.h"
 
 namespace SurfelSplatting
@@ -63,6 +63,24 @@ SURFELSPLATTING_INLINE Real Gather(const float* field, const BatchIndices<Real>&
   return GatherFloats<Real>([&](int l) { return field[stride * index[l]]; });
 }
 
+/// Reads vectors from an array [n][3].
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> GatherVectors(
+  const float* vectors, const BatchIndices<Real>& index)
+{
+  const auto c = LoadColumns<Real, 12>(0, [&](int l) { return vectors + 3 * index[l]; });
+  return { c.Float(0), c.Float(1), c.Float(2) };
+}
+
+/// Reads matrices of six floats. @param row function(lane): the lane's matrix
+template <class Real, class Function>
+SURFELSPLATTING_INLINE Symmetric3Of<Real> GatherCovariances(Function&& row)
+{
+  const auto a = LoadColumns<Real>(0, row);
+  const auto b = LoadColumns<Real, 8>(16, row);
+  return { a.Float(0), a.Float(1), a.Float(2), a.Float(3), b.Float(0), b.Float(1) };
+}
+
 /// Surfels or nodes as they are stored.
 template <class Real>
 struct StoredSurfels
@@ -80,8 +98,7 @@ SURFELSPLATTING_INLINE Vector3Of<Real> GatherPosition(
 {
   if (cloud.PositionsFloat)
   {
-    const float* p = cloud.PositionsFloat;
-    return { Gather(p, index, 3), Gather(p + 1, index, 3), Gather(p + 2, index, 3) };
+    return GatherVectors(cloud.PositionsFloat, index);
   }
   const double* p = cloud.PositionsDouble;
   constexpr int count = LaneTypes<Real>::Count;
@@ -95,10 +112,8 @@ SURFELSPLATTING_INLINE void GatherSurfels(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   s.Position = GatherPosition(cloud, index);
-  const float *a = cloud.AreaVectors, *c = cloud.Covariances;
-  s.Area = { Gather(a, index, 3), Gather(a + 1, index, 3), Gather(a + 2, index, 3) };
-  s.Covariance = { Gather(c, index, 6), Gather(c + 1, index, 6), Gather(c + 2, index, 6),
-    Gather(c + 3, index, 6), Gather(c + 4, index, 6), Gather(c + 5, index, 6) };
+  s.Area = GatherVectors(cloud.AreaVectors, index);
+  s.Covariance = GatherCovariances<Real>([&](int l) { return cloud.Covariances + 6 * index[l]; });
   const unsigned char* twoSided = cloud.TwoSided;
   s.TwoSided =
     twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
@@ -110,28 +125,22 @@ template <class Real>
 SURFELSPLATTING_INLINE void GatherNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
-  const HierarchyNode* nodes[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    nodes[l] = cloud.Nodes + (index[l] - cloud.NumberOfSurfels);
-  }
-  Real position[3], normal[3], x[6]; // x: the rows of L in S = L L'
-  s.Size = GatherFloats<Real>([&](int l) { return nodes[l]->Area; });
+  static_assert(offsetof(HierarchyNode, Factor) == 16 && offsetof(HierarchyNode, Normal) == 28 &&
+      offsetof(HierarchyNode, Area) == 36 && offsetof(HierarchyNode, TwoSided) == 46,
+    "three parts of a row");
+  const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
+  const auto a = LoadColumns<Real>(0, row), b = LoadColumns<Real>(16, row),
+             c = LoadColumns<Real>(32, row);
+  s.Position = { a.Float(0), a.Float(1), a.Float(2) };
+  s.Size = c.Float(1);
   s.Patch = Uniform<Real>(1.0);
-  const Real areaUnit = s.Size / PackedOne;
-  for (int i = 0; i < 3; ++i)
-  {
-    position[i] = GatherFloats<Real>([&](int l) { return nodes[l]->Position[i]; });
-    normal[i] = areaUnit * GatherInts<Real>([&](int l) { return nodes[l]->Normal[i]; });
-  }
-  s.Position = { position[0], position[1], position[2] };
-  s.Area = { normal[0], normal[1], normal[2] };
-  s.TwoSided = GatherMask<Real>([&](int l) { return nodes[l]->TwoSided; });
-  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->Deviation; }) / PackedOne;
-  for (int i = 0; i < 6; ++i)
-  {
-    x[i] = unit * GatherInts<Real>([&](int l) { return nodes[l]->Factor[i]; });
-  }
+  const Real areaUnit = s.Size * (1.0 / PackedOne);
+  s.Area = { areaUnit * b.LowShort(3), areaUnit * b.HighShort(3), areaUnit * c.LowShort(0) };
+  s.TwoSided = c.HighShort(3) != 0.0;
+  const Real unit = a.Float(3) * (1.0 / PackedOne);
+  // The rows of L in S = L L'.
+  const Real x[6] = { unit * b.LowShort(0), unit * b.HighShort(0), unit * b.LowShort(1),
+    unit * b.HighShort(1), unit * b.LowShort(2), unit * b.HighShort(2) };
   s.Covariance.XX = x[0] * x[0];
   s.Covariance.YY = x[1] * x[1] + x[2] * x[2];
   s.Covariance.ZZ = x[3] * x[3] + x[4] * x[4] + x[5] * x[5];
@@ -191,13 +200,10 @@ SURFELSPLATTING_INLINE MaskOf<Real> AreFinite(const StoredSurfels<Real>& stored)
 {
   const Vector3Of<Real>&p = stored.Position, &a = stored.Area;
   const Symmetric3Of<Real>& s = stored.Covariance;
-  Real zero = 0.0 * (p.X + p.Y + p.Z) + 0.0 * (a.X + a.Y + a.Z);
-  const Real covariance[6] = { s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
-  for (int i = 0; i < 6; ++i)
-  {
-    zero += 0.0 * covariance[i];
-  }
-  return zero == 0.0;
+  // Short chains of additions, since all else waits for them.
+  const Real sum =
+    ((p.X + p.Y) + (p.Z + a.X)) + ((a.Y + a.Z) + (s.XX + s.YY)) + ((s.ZZ + s.XY) + (s.YZ + s.XZ));
+  return 0.0 * sum == 0.0;
 }
 
 /// L S L'.

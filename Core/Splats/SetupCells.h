@@ -17,6 +17,11 @@ SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, Pla
   return CenterOnScreen(job.Camera, s, cell);
 }
 
+template <class Real>
+SURFELSPLATTING_INLINE void PrepareToWrite(const CentralOutput&)
+{
+}
+
 /// Writes the fields of all lanes.
 template <class Real>
 SURFELSPLATTING_INLINE void WriteFields(
@@ -153,20 +158,23 @@ SURFELSPLATTING_INLINE void SeeBatch(const SetupJob& job, const CellOfLens& at,
   const FloatOf<Real> x = Narrow<Real>(place.X), y = Narrow<Real>(place.Y);
   const FloatOf<Real> w = Narrow<Real>(weight);
   const IntOf<Real> sizes = ConvertLanes<IntOf<Real>>(kind);
+  const RowParts<Real> boxes = place.Boxes();
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     const int size = LaneAt(sizes, l);
     output.Invalid += size < 0 && static_cast<std::size_t>(l) < count ? 1 : 0;
-    if (LaneAt(alive, l) && job.Drawn.Touch(ReachOf(place.Box(l), size)))
+    PixelBox box;
+    boxes.Store(l, &box);
+    if (LaneAt(alive, l) && job.Drawn.Touch(ReachOf(box, size)))
     {
       const std::size_t n = output.Count;
       Splat& s = output.Splats[n] = central.Splats[first + l];
       s.X = LaneAt(x, l);
       s.Y = LaneAt(y, l);
       s.Weight = LaneAt(w, l);
-      output.Boxes[n] = place.Box(l);
+      output.Boxes[n] = box;
       output.Nears[n] = *central.At(CentralOutput::Near, first + l);
-      output.Footprints[n] = lens.At(l);
+      lens.Store(l, output.Footprints[n]);
       NoteGrid(s, size, output);
       output.Blurred += LaneAt(shiftX, l) != 0.0 ? 1 : 0;
       ++output.Count;

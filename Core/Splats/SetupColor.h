@@ -42,17 +42,20 @@ template <class Real>
 SURFELSPLATTING_INLINE void GatherColors(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
 {
-  for (int i = 0; i < 4; ++i)
+  if (cloud.ColorsUChar)
   {
-    if (cloud.ColorsUChar)
+    const auto c = LoadColumns<Real, 4>(0, [&](int l) { return cloud.ColorsUChar + 4 * index[l]; });
+    for (int i = 0; i < 4; ++i)
     {
-      color[i] = FillLanes<Real>(
-        LaneTypes<Real>::Count, [&](int l) { return cloud.ColorsUChar[4 * index[l] + i] / 255.0; });
+      color[i] = c.Byte(0, i) * (1.0 / 255.0);
     }
-    else if (cloud.ColorsFloat)
+  }
+  else if (cloud.ColorsFloat)
+  {
+    const auto c = LoadColumns<Real>(0, [&](int l) { return cloud.ColorsFloat + 4 * index[l]; });
+    for (int i = 0; i < 4; ++i)
     {
-      color[i] = FillLanes<Real>(LaneTypes<Real>::Count,
-        [&](int l) { return static_cast<double>(cloud.ColorsFloat[4 * index[l] + i]); });
+      color[i] = c.Float(i);
     }
   }
   if (cloud.Opacities)
@@ -74,17 +77,15 @@ SURFELSPLATTING_INLINE void GatherNodeColors(
       GatherInts<Real>([&](int l) { return nodes[index[l] - first].Opacity; }) * (1.0 / PackedOne);
     return;
   }
-  const NodeColor* nodes[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    nodes[l] = cloud.NodeColors + (index[l] - first);
-  }
-  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->ColorUnit; }) / PackedOne;
-  for (int c = 0; c < 3; ++c)
-  {
-    color[c] = unit * GatherInts<Real>([&](int l) { return nodes[l]->Color[c]; });
-  }
-  color[3] = GatherInts<Real>([&](int l) { return nodes[l]->Opacity; }) * (1.0 / PackedOne);
+  static_assert(offsetof(NodeColor, Color) == 8 && offsetof(NodeColor, Opacity) == 14 &&
+      offsetof(NodeColor, Moment) == 16 && sizeof(NodeColor) == 36,
+    "parts of a row");
+  const auto c = LoadColumns<Real>(0, [&](int l) { return cloud.NodeColors + (index[l] - first); });
+  const Real unit = c.Float(0) * (1.0 / PackedOne);
+  color[0] = unit * c.LowShort(2);
+  color[1] = unit * c.HighShort(2);
+  color[2] = unit * c.LowShort(3);
+  color[3] = c.HighUnsigned(3) * (1.0 / PackedOne);
 }
 
 /// First moments of the colours of nodes, local units; 0 for surfels.
@@ -92,18 +93,13 @@ template <class Real>
 SURFELSPLATTING_INLINE void GatherNodeMoments(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Vector3Of<Real> (&moments)[3])
 {
-  const NodeColor* nodes[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    nodes[l] = cloud.NodeColors + (index[l] - cloud.NumberOfSurfels);
-  }
-  const Real unit = GatherFloats<Real>([&](int l) { return nodes[l]->MomentUnit; }) / PackedOne;
-  for (int c = 0; c < 3; ++c)
-  {
-    moments[c] = { unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][0]; }),
-      unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][1]; }),
-      unit * GatherInts<Real>([&](int l) { return nodes[l]->Moment[c][2]; }) };
-  }
+  const auto row = [&](int l) { return cloud.NodeColors + (index[l] - cloud.NumberOfSurfels); };
+  const auto m = LoadColumns<Real>(16, row);
+  const auto last = LoadColumns<Real, 4>(32, row);
+  const Real unit = LoadColumns<Real, 4>(4, row).Float(0) * (1.0 / PackedOne);
+  moments[0] = { unit * m.LowShort(0), unit * m.HighShort(0), unit * m.LowShort(1) };
+  moments[1] = { unit * m.HighShort(1), unit * m.LowShort(2), unit * m.HighShort(2) };
+  moments[2] = { unit * m.LowShort(3), unit * m.HighShort(3), unit * last.LowShort(0) };
 }
 
 /// First moments of the colours of nodes or of pairs that merge, local units.

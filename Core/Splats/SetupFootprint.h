@@ -73,11 +73,8 @@ template <class Real>
 SURFELSPLATTING_INLINE Symmetric3Of<Real> GatherLeafCovariances(
   const SurfelCloud& cloud, const BatchIndices<Real>& index)
 {
-  const auto field = [&](int i) {
-    return GatherFloats<Real>(
-      [&](int l) { return cloud.LeafCovariances[6 * (index[l] - cloud.NumberOfSurfels) + i]; });
-  };
-  return { field(0), field(1), field(2), field(3), field(4), field(5) };
+  return GatherCovariances<Real>(
+    [&](int l) { return cloud.LeafCovariances + 6 * (index[l] - cloud.NumberOfSurfels); });
 }
 
 /// W of a node as in the paper: M V_r M' + h I + V_diff, V_diff = Circumellipse(M V_q M', V_I).

@@ -26,9 +26,7 @@ SURFELSPLATTING_INLINE void GatherGaussians(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   s.Position = GatherPosition(cloud, index);
-  const float* c = cloud.Covariances;
-  s.Covariance = { Gather(c, index, 6), Gather(c + 1, index, 6), Gather(c + 2, index, 6),
-    Gather(c + 3, index, 6), Gather(c + 4, index, 6), Gather(c + 5, index, 6) };
+  s.Covariance = GatherCovariances<Real>([&](int l) { return cloud.Covariances + 6 * index[l]; });
   s.Area = { Real{}, Real{}, Real{} };
   const Real density = Gather(cloud.Densities, index, 1);
   if (cloud.Kind == CloudKind::Volume)

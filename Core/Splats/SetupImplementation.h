@@ -78,6 +78,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
   PlacedSurfels<Real> s = Place(job, index);
   if (AnyLane<Real>(s.Alive))
   {
+    PrepareToWrite<Real>(output);
     const LensBlur<Real> blur = Blur(job, index, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel =

@@ -16,11 +16,12 @@ struct ScreenPlaces
   Real X, Y;
   IntOf<Real> X0, Y0, X1, Y1;
 
-  SURFELSPLATTING_INLINE PixelBox Box(int l) const
+  SURFELSPLATTING_INLINE RowParts<Real> Boxes() const
   {
-    return { LaneAt(this->X0, l), LaneAt(this->Y0, l), LaneAt(this->X1, l), LaneAt(this->Y1, l) };
+    return { this->X0, this->Y0, this->X1, this->Y1 };
   }
 };
+static_assert(sizeof(PixelBox) == sizeof(RowPart), "X0, Y0, X1, Y1");
 
 /// First pixel whose centre is not left of x, in [0, size]. Clamping before rounding up gives the
 /// same result, since the size is a whole number.
@@ -165,50 +166,69 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
 template <class Real>
 struct SplatFields
 {
-  FloatOf<Real> X, Y, A, K, B, Weight, Near, Far, DepthX, DepthY;
-  FloatOf<Real> Red, Green, Blue, Opacity, Shape;
+  RowParts<Real> Parts[4];
 
   SURFELSPLATTING_INLINE explicit SplatFields(const SplatBatch<Real>& b)
+    : Parts{ Footprint(b), Range(b), DepthAndRed(b), Rest(b) }
   {
-    const Real& cell = b.Footprints.Cell;
-    const Real squared = cell * cell;
-    this->X = Narrow<Real>(b.Places.X);
-    this->Y = Narrow<Real>(b.Places.Y);
-    this->A = Narrow<Real>(b.Kernel.A * squared);
-    this->K = Narrow<Real>(b.Kernel.K);
-    this->B = Narrow<Real>(b.Kernel.B * squared);
-    this->Weight = Narrow<Real>(b.Weight);
-    this->Near = Narrow<Real>(b.Depths.Near);
-    this->Far = Narrow<Real>(b.Depths.Far);
-    this->DepthX = Narrow<Real>(b.Depths.SlopeX * cell);
-    this->DepthY = Narrow<Real>(b.Depths.SlopeY * cell);
-    this->Red = Narrow<Real>(b.Colors.Red);
-    this->Green = Narrow<Real>(b.Colors.Green);
-    this->Blue = Narrow<Real>(b.Colors.Blue);
-    this->Opacity = Narrow<Real>(b.Colors.Opacity);
-    this->Shape = Narrow<Real>(b.Kernel.Shape);
   }
 
   SURFELSPLATTING_INLINE void Store(int l, Splat& s) const
   {
-    s.X = LaneAt(this->X, l);
-    s.Y = LaneAt(this->Y, l);
-    s.A = LaneAt(this->A, l);
-    s.K = LaneAt(this->K, l);
-    s.B = LaneAt(this->B, l);
-    s.Weight = LaneAt(this->Weight, l);
-    s.Near = LaneAt(this->Near, l);
-    s.Far = LaneAt(this->Far, l);
-    s.Gradient = NoGradient;
-    s.DepthX = LaneAt(this->DepthX, l);
-    s.DepthY = LaneAt(this->DepthY, l);
-    s.Red = LaneAt(this->Red, l);
-    s.Green = LaneAt(this->Green, l);
-    s.Blue = LaneAt(this->Blue, l);
-    s.Opacity = LaneAt(this->Opacity, l);
-    s.Shape = LaneAt(this->Shape, l);
+    char* row = reinterpret_cast<char*>(&s);
+    for (std::size_t i = 0; i < 4; ++i)
+    {
+      this->Parts[i].Store(l, row + i * sizeof(RowPart));
+    }
+  }
+
+private:
+  static_assert(
+    offsetof(Splat, B) == 16 && offsetof(Splat, Gradient) == 32 && offsetof(Splat, Green) == 48,
+    "the parts");
+
+  SURFELSPLATTING_INLINE static RowParts<Real> Footprint(const SplatBatch<Real>& b)
+  {
+    const Real& cell = b.Footprints.Cell;
+    return { Narrow<Real>(b.Places.X), Narrow<Real>(b.Places.Y),
+      Narrow<Real>(b.Kernel.A * cell * cell), Narrow<Real>(b.Kernel.K) };
+  }
+  SURFELSPLATTING_INLINE static RowParts<Real> Range(const SplatBatch<Real>& b)
+  {
+    const Real& cell = b.Footprints.Cell;
+    return { Narrow<Real>(b.Kernel.B * cell * cell), Narrow<Real>(b.Weight),
+      Narrow<Real>(b.Depths.Near), Narrow<Real>(b.Depths.Far) };
+  }
+  SURFELSPLATTING_INLINE static RowParts<Real> DepthAndRed(const SplatBatch<Real>& b)
+  {
+    const Real& cell = b.Footprints.Cell;
+    return { IntOf<Real>{} + NoGradient, Narrow<Real>(b.Depths.SlopeX * cell),
+      Narrow<Real>(b.Depths.SlopeY * cell), Narrow<Real>(b.Colors.Red) };
+  }
+  SURFELSPLATTING_INLINE static RowParts<Real> Rest(const SplatBatch<Real>& b)
+  {
+    return { Narrow<Real>(b.Colors.Green), Narrow<Real>(b.Colors.Blue),
+      Narrow<Real>(b.Colors.Opacity), Narrow<Real>(b.Kernel.Shape) };
   }
 };
+
+/// Fetches the memory of a batch's splats while they are made: it is not in the caches, and the
+/// stores would wait.
+template <class Real>
+SURFELSPLATTING_INLINE void PrepareToWrite(const SplatOutput& output)
+{
+  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+  {
+    __builtin_prefetch(&output.Splats[output.Count + l], 1);
+  }
+  if (output.Footprints)
+  {
+    for (int l = 0; l < LaneTypes<Real>::Count; l += 2)
+    {
+      __builtin_prefetch(&output.Footprints[output.Count + l], 1);
+    }
+  }
+}
 
 /// Records the grid of the splat written last.
 SURFELSPLATTING_INLINE void NoteGrid(const Splat& s, int cell, SplatOutput& output)
@@ -270,7 +290,7 @@ struct LensShare
 template <class Real>
 struct LensFootprintFields
 {
-  FloatOf<Real> MeanX, MeanY, PerPixel, Area, AreaX, AreaY, Back;
+  RowParts<Real> Parts[2];
 
   SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
   {
@@ -284,25 +304,25 @@ struct LensFootprintFields
     this->Set(v, share, perCell);
   }
 
+  SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
+  {
+    char* row = reinterpret_cast<char*>(&to);
+    this->Parts[0].Store(l, row);
+    this->Parts[1].Store(l, row + sizeof(RowPart));
+  }
+
+private:
   SURFELSPLATTING_INLINE void Set(
     const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
   {
+    static_assert(offsetof(LensFootprint, AreaX) == sizeof(RowPart), "the parts");
     const MeanVisibleArea<Real> mean = MeanOverLens(v);
     const Real one = Uniform<Real>(1.0), rest = 1.0 - share;
-    this->MeanX = Narrow<Real>(rest * mean.X);
-    this->MeanY = Narrow<Real>(rest * mean.Y);
-    this->PerPixel = Narrow<Real>(perCell);
-    this->Area = Narrow<Real>(share * v.Base + rest * mean.Area);
-    this->AreaX = Narrow<Real>(perCell * v.X);
-    this->AreaY = Narrow<Real>(perCell * v.Y);
-    this->Back = Narrow<Real>(v.TwoSided ? one : Real{});
-  }
-
-  SURFELSPLATTING_INLINE LensFootprint At(int l) const
-  {
-    return { LaneAt(this->MeanX, l), LaneAt(this->MeanY, l), LaneAt(this->PerPixel, l),
-      LaneAt(this->Area, l), LaneAt(this->AreaX, l), LaneAt(this->AreaY, l),
-      LaneAt(this->Back, l) };
+    const Real area = share * v.Base + rest * mean.Area;
+    this->Parts[0] = { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y),
+      Narrow<Real>(perCell), Narrow<Real>(area) };
+    this->Parts[1] = { Narrow<Real>(perCell * v.X), Narrow<Real>(perCell * v.Y),
+      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} };
   }
 };
 
@@ -316,7 +336,7 @@ SURFELSPLATTING_INLINE void WriteFootprints(
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
-      output.Footprints[first++] = fields.At(l);
+      fields.Store(l, output.Footprints[first++]);
     }
   }
 }
@@ -327,7 +347,7 @@ SURFELSPLATTING_INLINE void Write(
   const SetupJob& job, const BatchIndices<Real>& index, SplatBatch<Real>& b, SplatOutput& output)
 {
   const SplatFields<Real> fields(b);
-  const ScreenPlaces<Real>& place = b.Places;
+  const RowParts<Real> boxes = b.Places.Boxes();
   const MaskOf<Real>& alive = b.Surfels.Alive;
   const std::size_t first = output.Count;
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
@@ -336,7 +356,7 @@ SURFELSPLATTING_INLINE void Write(
     {
       Splat& s = output.Splats[output.Count];
       fields.Store(l, s);
-      output.Boxes[output.Count] = place.Box(l);
+      boxes.Store(l, &output.Boxes[output.Count]);
       output.Nears[output.Count] = s.Near;
       NoteGrid(s, static_cast<int>(LaneAt(b.Footprints.Cell, l)), output);
       output.Blurred += LaneAt(b.Blur.ConfusionX, l) > 0.0 ? 1 : 0;
