@@ -11,7 +11,13 @@ namespace SurfelSplatting
 /// Finer levels would cost more for their tents (Tent.h) than they save.
 constexpr int LowestCoarseLevel = 1;
 constexpr int HighestCoarseLevel = 6;
+/// A splat's smallest standard deviation is at least so many cells of its grid. With 1.15 on all
+/// levels, a lion has a third more seams, and seven cells lose up to 0.4 dB. (Cells of 3, 6, 12,
+/// ... px besides make frames no faster, and where two grids meet, a floor's textures lose 0.4 dB.)
 constexpr double CoarseCellsPerDeviation = 1.5;
+/// The same of the lowest level: against 1.5, frames take 4 % less, and nothing is lost (up to 0.16
+/// dB are gained at 12 px of blur).
+constexpr double LowestCellsPerDeviation = 1.15;
 
 /// Cell size, px, of the coarsest level that can represent a splat whose smallest variance is
 /// smallestVariance (px^2). 1: the picture itself.
@@ -21,7 +27,9 @@ SURFELSPLATTING_INLINE Real CoarseCell(const Real& smallestVariance)
   Real cell = Uniform<Real>(1.0);
   for (int level = LowestCoarseLevel; level <= HighestCoarseLevel; ++level)
   {
-    const double deviation = CoarseCellsPerDeviation * (1 << level);
+    const double perDeviation =
+      level == LowestCoarseLevel ? LowestCellsPerDeviation : CoarseCellsPerDeviation;
+    const double deviation = perDeviation * (1 << level);
     cell = smallestVariance >= deviation * deviation ? Uniform<Real>(1 << level) : cell;
   }
   return cell;

@@ -4,11 +4,12 @@
  * their area.
  *
  * A splat whose smallest standard deviation is at least 1.5 cells of a grid with cells of d = 2^l
- * px loses nothing by being sampled there and interpolated bilinearly, once the interpolation's own
- * variance, d^2/6, has been taken out of W (ResamplingKernel.h, FootprintOf::Without). Each level
- * is an A-buffer of low resolution, drawn by the same tiles. Its closed layers, with their z-ranges
- * and un-normalised sums, go into the depth-sorted stream of the picture as tents of 2d by 2d px
- * (Tent.h). There they join what else lies at their depth, by the one rule of ABuffer.h.
+ * px (1.15 of 2 px) loses nothing by being sampled there and interpolated bilinearly, once the
+ * interpolation's own variance, d^2/6, has been taken out of W (ResamplingKernel.h,
+ * FootprintOf::Without). Each level is an A-buffer of low resolution, drawn by the same tiles. Its
+ * closed layers, with their z-ranges and un-normalised sums, go into the depth-sorted stream of the
+ * picture as tents of 2d by 2d px (Tent.h). There they join what else lies at their depth, by the
+ * one rule of ABuffer.h.
  *
  *   cell (i, j) of a level is centred at (i d, j d) px, so that every pixel has four neighbours
  */

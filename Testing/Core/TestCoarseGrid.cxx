@@ -27,8 +27,8 @@ TEST_CASE("Levels")
 {
   CHECK(CoarseCell(0.0) == 1);
   CHECK(CoarseCell(1.0) == 1);
-  CHECK(CoarseCell(8.9) == 1); // 1.5 cells of 2 px are 3 px
-  CHECK(CoarseCell(9.0) == 2);
+  CHECK(CoarseCell(5.2) == 1); // 1.15 cells of 2 px are 2.3 px
+  CHECK(CoarseCell(5.3) == 2);
   CHECK(CoarseCell(35.9) == 2);
   CHECK(CoarseCell(36.0) == 4);
   CHECK(CoarseCell(143.9) == 4);
