@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Arrays of structures for vector code: a row of bytes for each lane becomes columns of 32 bits,
- * with one row per lane, and back. Sixteen bytes of all rows are transposed at a time, which takes
- * a third of the instructions of reading field by field.
+ * with one row per lane, and back. Sixteen bytes of all rows are transposed at a time. Reading
+ * field by field would take a load and an insertion for each.
  */
 #pragma once
 

@@ -17,6 +17,7 @@ SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, Pla
   return CenterOnScreen(job.Camera, s, cell);
 }
 
+/// Nothing: these are written once for all cells.
 template <class Real>
 SURFELSPLATTING_INLINE void PrepareToWrite(const CentralOutput&)
 {
