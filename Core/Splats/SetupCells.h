@@ -133,8 +133,8 @@ SURFELSPLATTING_INLINE void SeeBatch(const SetupJob& job, const CellOfLens& at,
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     __builtin_prefetch(&central.Splats[first + l]);
-    __builtin_prefetch(&output.Splats[output.Count + l], 1);
   }
+  PrepareToWrite<Real>(output);
   const Real kind = read(CentralOutput::Cell), one = Uniform<Real>(1.0);
   MaskOf<Real> alive = kind >= 1.0;
   if (count < LaneTypes<Real>::Count)

@@ -183,9 +183,10 @@ struct SplatFields
   }
 
 private:
-  static_assert(
-    offsetof(Splat, B) == 16 && offsetof(Splat, Gradient) == 32 && offsetof(Splat, Green) == 48,
-    "the parts");
+  static_assert(offsetof(Splat, K) == 12 && offsetof(Splat, B) == 16 &&
+      offsetof(Splat, Far) == 28 && offsetof(Splat, Gradient) == 32 && offsetof(Splat, Red) == 44 &&
+      offsetof(Splat, Green) == 48 && offsetof(Splat, Shape) == 60,
+    "first and last columns of the parts");
 
   SURFELSPLATTING_INLINE static RowParts<Real> Footprint(const SplatBatch<Real>& b)
   {
@@ -315,7 +316,9 @@ private:
   SURFELSPLATTING_INLINE void Set(
     const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
   {
-    static_assert(offsetof(LensFootprint, AreaX) == sizeof(RowPart), "the parts");
+    static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
+        offsetof(LensFootprint, Back) == 24,
+      "first and last columns of the parts");
     const MeanVisibleArea<Real> mean = MeanOverLens(v);
     const Real one = Uniform<Real>(1.0), rest = 1.0 - share;
     const Real area = share * v.Base + rest * mean.Area;
