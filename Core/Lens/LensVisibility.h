@@ -132,16 +132,24 @@ SURFELSPLATTING_INLINE Real ShrinkMoment(const Real& weight, const Real& moment,
 }
 
 /// A fragment adds nothing where its layer is full: one that arrives at coverage f through its lens
-/// point counts (full - f) / FullKnee, within [0, 1]. Weights of one surface ripple about 1: more
-/// through a lens than in focus, and more on coarse grids, whose cells are averaged afterwards.
-constexpr float FullInFocus = 1.1f, FullThroughLens = 1.2f, FullOnCoarseGrid = 1.3f;
-constexpr float FullKnee = 0.1f;
+/// point counts (1 + r - f) / r, within [0, 1]. Weights of one surface ripple about 1 by r, more
+/// through a lens than in focus.
+constexpr float RippleInFocus = 0.1f, RippleThroughLens = 0.25f;
+
+/// The same for tents, whose layers were limited on their grid, and are averaged over neighbours:
+/// they count (FullOfTents - f) / RippleOfTents.
+constexpr float FullOfTents = 1.3f, RippleOfTents = 0.2f;
+
+/// A layer's coverage at a lens point is f0 + FillSlope 4 f1.u. With the whole slope, half a lens
+/// that is covered has 1.35 at its rim instead of 1, and what arrives there last would be dropped.
+constexpr float FillSlope = 0.6f;
 
 /// @param fill coverage of the layer at the fragment's lens point
+/// @param ripple RippleInFocus or RippleThroughLens
 template <class Real>
-SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float full)
+SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float ripple)
 {
-  return Smaller(Larger((full - fill) * (1.0f / FullKnee), Real(0.0f)), Real(1.0f));
+  return Smaller(Larger((1.0f + ripple - fill) / ripple, Real(0.0f)), Real(1.0f));
 }
 
 /// Where a kernel is less than this share of its peak, the splat's z-range is shorter.

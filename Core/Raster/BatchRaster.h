@@ -114,13 +114,24 @@ enum class ItemKernel : std::int32_t
   Tent
 };
 
+template <bool OnLens>
+constexpr float Ripple = OnLens ? RippleThroughLens : RippleInFocus;
+
+/// The room in a layer (FindRoom) is measured in this unit, which saves a product.
+template <bool OnLens>
+constexpr float UnitOfRoom = OnLens ? FillSlope : 1.0f;
+
+/// The room with which a fragment counts wholly.
+template <bool OnLens>
+constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
+
 /// An item of a batch as the blocks need it, as functions of the place (x, y) in the tile, px.
 struct alignas(64) PreparedItem
 {
   float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
   float Near, Far;
   float PerShare;               ///< (Far - Near) times ReachOfPeak / FullReach
-  float Weight;                 ///< over FullKnee
+  float Weight;                 ///< over RoomToFill
   float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
   float Area, AreaX, AreaY;     ///< as in LensFootprint
   float Back;
@@ -158,7 +169,7 @@ SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, Pre
   p.Near = s.Near;
   p.Far = s.Far;
   p.PerShare = (s.Far - s.Near) * ReachOfPeak(s.Weight, FullReachPeak) * (1.0f / FullReach);
-  p.Weight = s.Weight * (1.0f / FullKnee);
+  p.Weight = s.Weight * (1.0f / RoomToFill<OnLens>);
   p.DepthX = s.DepthX;
   p.DepthY = s.DepthY;
   p.Depth = 0.5f * (s.Near + s.Far) - (s.DepthX * x + s.DepthY * y);
@@ -228,9 +239,10 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
 
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
+/// @param perWeight what the weights in its reach are to be multiplied by
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const LayerReach& reach, const LaneMask& inside)
+  const BatchItem& item, const LayerReach& reach, float perWeight, const LaneMask& inside)
 {
   Lanes end = reach.End;
   LaneMask ended = inside & FindEnded(open, reach.Range.Near);
@@ -242,7 +254,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
   {
     // Copies, field by field, keep the others in registers.
     const LaneMask passed = ended;
-    LayerReach moved{ reach.Range, reach.Weight, reach.End };
+    LayerReach moved{ reach.Range, perWeight * reach.Weight, reach.End };
     open.Store(at.Tile, at.Block);
     at.Settings.LargestColor = item.LargestColor;
     LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
@@ -291,18 +303,19 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const 
   return visible;
 }
 
-/// What is left up to `full` of a layer where fragments arrive, [0, FullKnee].
+/// What is left up to `full` of a layer where fragments arrive, over UnitOfRoom.
 /// @param u 2 u, where they pass the lens; unused without OnLens
 template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE Lanes FreeInLayer(
+SURFELSPLATTING_INLINE Lanes FindRoom(
   const BlockLayers<OnLens, Pass>& open, const LensPoints& u, float full)
 {
-  Lanes free = full - open.Weight;
+  constexpr float perUnit = 1.0f / UnitOfRoom<OnLens>;
+  Lanes room = perUnit * full - perUnit * open.Weight;
   if (OnLens)
   {
-    free = free - open.FillX * u.X - open.FillY * u.Y;
+    room = room - open.FillX * u.X - open.FillY * u.Y;
   }
-  return free;
+  return room;
 }
 
 /// Colours of a block's fragments, or these times their weights.
@@ -426,13 +439,10 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   if (Pass != RasterPass::Nearest)
   {
     const Lanes end = Smaller(p.Near + share * p.PerShare, p.Far);
-    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, most, end }, inside);
+    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, most, end }, RoomToFill<OnLens>, inside);
   }
-  constexpr float full = Pass == RasterPass::Collect ? FullOnCoarseGrid
-    : OnLens                                         ? FullThroughLens
-                                                     : FullInFocus;
-  const Lanes free = Smaller(Larger(FreeInLayer(open, u, full), 0.0f), FullKnee);
-  const Lanes weight = most * free;
+  const Lanes room = FindRoom(open, u, 1.0f + Ripple<OnLens>);
+  const Lanes weight = most * Smaller(Larger(room, 0.0f), RoomToFill<OnLens>);
   const Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
   const Lanes visible = AddCoverage(open, at, weight, p.Opacity, depth, u);
   WeightedColors c{ p.Red, p.Green, p.Blue };
@@ -473,9 +483,10 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), inside);
+  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), 1.0f, inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
-  const Lanes added = LimitTent(weight, Larger(FreeInLayer(open, u, FullOnCoarseGrid), 0.0f));
+  const Lanes added =
+    LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));
   const Lanes visible = AddCoverage(open, at, added, s.Opacity, s.Depth, u);
   WeightedColors c{ visible * s.Red, visible * s.Green, visible * s.Blue };
   if (OnLens && open.Tilted)

@@ -430,7 +430,7 @@ SURFELSPLATTING_INLINE LaneMask SeenPixels(const PixelTile& tile, int block)
 struct LayerReach
 {
   ZRange Range;
-  Lanes Weight; ///< of its fragments over FullKnee, 0 outside
+  Lanes Weight; ///< of its fragments, 0 outside
   Lanes End;    ///< of its z-range there
 };
 
@@ -441,7 +441,7 @@ SURFELSPLATTING_INLINE void LeakEnded(PixelTile& tile, int block, LayerReach& re
 {
   const float perBand = 1.0f / LeakBand(reach.Range, settings);
   const Lanes behind = Larger(reach.Range.Near - Lanes::Load(tile.Open[block].Far), 0.0f);
-  const Lanes share = LeakingShare(reach.Weight * FullKnee);
+  const Lanes share = LeakingShare(reach.Weight);
   const Lanes gap = Smaller(share * Smaller(behind * perBand, WidestGap), LargestGap);
   if (!Any(ended & (gap < LargestGap)))
   {
@@ -460,13 +460,12 @@ SURFELSPLATTING_INLINE void LeakEnded(PixelTile& tile, int block, LayerReach& re
 }
 
 /// What a tent adds to a layer. It may be as heavy as a layer, so it is added as if in many small
-/// parts, of which each counts the square of what is left up to FullOnCoarseGrid, over the knee and
-/// at most 1. What neighbouring cells add then hardly depends on their order. With a knee of 0.3,
-/// level of detail was seen to change in motion.
-/// @param free what is left at the tent's lens point, >= 0
+/// parts, of which each counts the square of the room. What neighbouring cells add then hardly
+/// depends on their order.
+/// @param free what is left up to FullOfTents at the tent's lens point, >= 0
 SURFELSPLATTING_INLINE Lanes LimitTent(const Lanes& weight, const Lanes& free)
 {
-  constexpr float knee = 0.2f;
+  constexpr float knee = RippleOfTents;
   const Lanes whole = Smaller(weight, Larger(free - knee, 0.0f));
   const Lanes rest = weight - whole, left = Smaller(free, knee);
   return whole + left * left * rest / (knee * knee + left * rest);
@@ -478,8 +477,7 @@ SURFELSPLATTING_INLINE LayerReach ReachOfTent(
 {
   const float perShare =
     (s.Far - s.Near) * ReachOfPeak(s.Weight, FullReachPeakOfTent) * (1.0f / FullReachOfTent);
-  return { { s.Near, s.Far }, weight * (1.0f / FullKnee),
-    Smaller(s.Near + share * perShare, s.Far) };
+  return { { s.Near, s.Far }, weight, Smaller(s.Near + share * perShare, s.Far) };
 }
 }
 }

@@ -61,7 +61,7 @@ struct Pixel
       end -= (1.0 - share) * behind;
     }
     this->Far = this->Weight > 0.0 ? std::fmax(this->Far, end) : end;
-    weight *= RoomInLayer(this->Weight, FullInFocus);
+    weight *= RoomInLayer(this->Weight, RippleInFocus);
     this->Weight += weight;
     this->Opacity += weight * s.Opacity;
     this->Color[0] += weight * s.Opacity * s.Red;

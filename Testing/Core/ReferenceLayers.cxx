@@ -96,10 +96,10 @@ double AddInParts(double weight, double fill)
 void ReferenceLayers::Append(const ReferenceFragment& f)
 {
   const double fill =
-    this->Weight + 4.0 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
-  const double full = f.OnLens ? 1.2 : 1.1;
-  const double weight =
-    f.IsTent ? AddInParts(f.Weight, fill) : f.Weight * std::clamp((full - fill) / 0.1, 0.0, 1.0);
+    this->Weight + 2.4 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
+  const double full = f.OnLens ? 1.25 : 1.1;
+  const double weight = f.IsTent ? AddInParts(f.Weight, fill)
+                                 : f.Weight * std::clamp((full - fill) / (full - 1.0), 0.0, 1.0);
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
   const double linear = this->Through + tilt[0] * f.U[0] + tilt[1] * f.U[1];

@@ -301,9 +301,10 @@ TEST_CASE("Merging")
   const double coarse = LargestStep(hierarchy.Get(), 50), fine = LargestStep(hierarchy.Get(), 1600);
   std::printf(
     "merging: pixels change by %.2f and %.2f levels at most\n", 255.0 * coarse, 255.0 * fine);
-  // A jump of 0.84 levels is left however fine the steps are, since layers are full at 1.2 through
-  // the lens (with 1.3: 0.18).
-  CHECK(fine < coarse / 5.0);
+  // A jump of 1.1 levels is left however fine the steps are: through the lens, fragments count less
+  // where their layer has more than 1 already, so that their order matters. (Less from 1.1 on: 0.84
+  // levels, but what lies behind shows more.)
+  CHECK(fine < coarse / 4.0);
 }
 
 /// Two children that have merged are their parent: same footprint, depth and colour, and its weight
