@@ -295,7 +295,7 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const 
     const FinishedLayers& done = at.Tile.Finished[at.Block];
     const Lanes through = Lanes::Load(done.Transmittance);
     const Lanes slope = Lanes::Load(done.ThroughX) * u.X + Lanes::Load(done.ThroughY) * u.Y;
-    visible *= LimitSeen(through + 2.0f * slope, through);
+    visible *= LimitSeen(through + (2.0f * SeenSlope) * slope, through);
     open.Seen += visible;
     open.SeenX += visible * u.X;
     open.SeenY += visible * u.Y;
@@ -492,7 +492,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   if (OnLens && open.Tilted)
   {
     const FinishedLayers& done = at.Tile.Finished[at.Block];
-    const Lanes opaque = (4.0f * s.Opacity) * added;
+    const Lanes opaque = (4.0f * SeenSlopeOfTents * s.Opacity) * added;
     const Lanes x = opaque * Lanes::Load(done.ThroughX), y = opaque * Lanes::Load(done.ThroughY);
     c.Red += x * s.RedX + y * s.RedY;
     c.Green += x * s.GreenX + y * s.GreenY;

@@ -33,7 +33,7 @@ constexpr float LeastGap = 1.0f / 64.0f;
 /// those of such layers.
 constexpr float LeastLeakingWeight = 1.0f / 1024.0f;
 
-/// A block whose first moments of T change what is seen by less than this has none.
+/// A block where 4 |t1| of T is less than this has no moments.
 constexpr float MinTilt = 1.0f / 512.0f;
 
 /// Adds lanes to sixteen floats.
@@ -63,12 +63,6 @@ struct LensPoints
 {
   Lanes X, Y;
 };
-
-/// The linear part of a function on the lens, 4 f1.u.
-SURFELSPLATTING_INLINE Lanes LinearPart(const float* x, const float* y, const LensPoints& u)
-{
-  return 4.0f * (Lanes::Load(x) * u.X + Lanes::Load(y) * u.Y);
-}
 
 SURFELSPLATTING_INLINE bool IsTilted(const PixelTile& tile, int block)
 {

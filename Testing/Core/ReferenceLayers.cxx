@@ -102,7 +102,7 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
                                  : f.Weight * std::clamp((full - fill) / (full - 1.0), 0.0, 1.0);
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
-  const double linear = this->Through + tilt[0] * f.U[0] + tilt[1] * f.U[1];
+  const double linear = this->Through + 1.25 * (tilt[0] * f.U[0] + tilt[1] * f.U[1]);
   const double seen =
     f.OnLens ? std::min(1.0, std::max(0.02 * this->Through, linear)) : this->Through;
   const double opaque = weight * f.Opacity;
@@ -114,12 +114,13 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   for (int k = 0; k < 3; ++k)
   {
     this->SeenColor[k] +=
-      opaque * (seen * f.Color[k] + tilt[0] * f.ColorU[k][0] + tilt[1] * f.ColorU[k][1]);
+      opaque * (seen * f.Color[k] + 1.125 * (tilt[0] * f.ColorU[k][0] + tilt[1] * f.ColorU[k][1]));
   }
   for (int k = 0; k < 2 && f.OnLens; ++k)
   {
     this->Fill[k] += weight * f.U[k];
-    this->SeenU[k] += opaque * (seen * f.U[k] + tilt[0] * f.UU[0][k] + tilt[1] * f.UU[1][k]);
+    this->SeenU[k] +=
+      opaque * (seen * f.U[k] + 1.125 * (tilt[0] * f.UU[0][k] + tilt[1] * f.UU[1][k]));
   }
 }
 

@@ -357,6 +357,40 @@ TEST_CASE("Room at the rim")
   CHECK(RoomInLayer(0.5 - slope, RippleThroughLens) == 1.0);
 }
 
+/// Half of the lens is hidden: the clipped line is nearer to T with SeenSlope than without, and
+/// keeps more of its moment, 2 / (3 pi).
+TEST_CASE("Seen beside an edge")
+{
+  constexpr int Steps = 400;
+  const double moment = 2.0 / (3.0 * 3.14159265358979);
+  double error[2] = {}, kept[2] = {};
+  int count = 0;
+  for (int j = 0; j < Steps; ++j)
+  {
+    for (int i = 0; i < Steps; ++i)
+    {
+      const double x = 2.0 * (i + 0.5) / Steps - 1.0, y = 2.0 * (j + 0.5) / Steps - 1.0;
+      if (x * x + y * y > 1.0)
+      {
+        continue;
+      }
+      ++count;
+      const double exact = x > 0.0 ? 1.0 : 0.0, line = 4.0 * moment * x;
+      for (const int steep : { 0, 1 })
+      {
+        const double seen = LimitSeen(0.5 + (steep ? SeenSlope : 1.0) * line, 0.5);
+        error[steep] += (seen - exact) * (seen - exact);
+        kept[steep] += seen * x;
+      }
+    }
+  }
+  std::printf("clipped line: moment %.3f and %.3f of T's\n", kept[0] / (count * moment),
+    kept[1] / (count * moment));
+  CHECK(kept[0] / (count * moment) < 0.85);
+  CHECK_NEAR(kept[1] / (count * moment), 1.0, 0.12);
+  CHECK(error[1] < 0.85 * error[0]);
+}
+
 /// A surfel far off at the point of the lens, by fragments over one half of it or all of it.
 /// @param side -1, 1: through the half at negative or positive x; 0: all
 void AddOccluder(ReferenceLayers& layers, double z, int side, double color)

@@ -399,8 +399,9 @@ void TestTentBehind(const RasterTarget& target)
   const FinishedLayers& done = tile->Finished[block];
   CHECK_NEAR(done.Red[0], layers.Color[0], 1e-6);
   CHECK_NEAR(done.Transmittance[0], layers.Through, 1e-6);
-  CHECK_NEAR(done.ThroughX[0], layers.ThroughU[0], 1e-6);
-  CHECK_NEAR(done.ThroughY[0], layers.ThroughU[1], 1e-6);
+  // The root in ShortenToLargest is off by up to 2^-14 of the moment, which is less than 0.08.
+  CHECK_NEAR(done.ThroughX[0], layers.ThroughU[0], 5e-6);
+  CHECK_NEAR(done.ThroughY[0], layers.ThroughU[1], 5e-6);
   CHECK(layers.Color[0] > 1.2 * 0.5 * 0.5 * 0.9 * 0.8); // more than if layers were independent
 }
 
