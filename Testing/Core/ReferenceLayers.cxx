@@ -23,8 +23,8 @@ double ReferenceLargestCover(double centroid)
   return std::max(0.01, (1.0 - centroid) * p);
 }
 
-/// The layer's centroid without the excess over full coverage, from a dead zone of 0.02 on, up to
-/// 0.9.
+/// That of the layer's centroid without the excess over full coverage; less of it near the centre,
+/// up to 0.9.
 double ReferenceLayers::LargestCover() const
 {
   if (this->Lens.Radius == 0.0 || this->Weight == 0.0)
@@ -34,7 +34,8 @@ double ReferenceLayers::LargestCover() const
   const double excess = std::max(0.0, this->Weight - 1.0);
   const double moment = std::hypot(this->Fill[0], this->Fill[1]);
   const double centroid = std::max(0.0, moment - 0.5 * excess) / std::min(1.0, this->Weight);
-  return ReferenceLargestCover(std::clamp((centroid - 0.02) / 0.98, 0.0, 0.9));
+  return ReferenceLargestCover(
+    std::min(std::pow(centroid, 3) / (centroid * centroid + 0.0016), 0.9));
 }
 
 double ReferenceLayers::VisibleShare() const
