@@ -82,9 +82,9 @@ SURFELSPLATTING_INLINE Real LargestCover(const Real& c)
   return Larger((1.0f - c) * p, Real(0.01f));
 }
 
-/// Centroids c of a layer's fragments that are this close to the centre are noise of the sampling
-/// by half; c^3 / (c^2 + CentroidNoise^2) of them counts. (A dead zone of 0.02, subtracted from
-/// all: a lion has 0.3 dB less.)
+/// A layer's centroid has about this much noise, of the sampling: of a centroid c, c^3 / (c^2 +
+/// CentroidNoise^2) counts. Units of the lens's radius. (With 0.02 subtracted from all of them a
+/// lion has 0.3 dB less.)
 constexpr float CentroidNoise = 0.04f;
 
 /// The excess of a layer's weights over full coverage is assumed this far off the lens's centre: a
@@ -194,11 +194,10 @@ SURFELSPLATTING_INLINE Real LeakingShare(const Real& weight)
   return 1.0f - squared * squared;
 }
 
-/// T at a lens point is t0 + SeenSlope 4 t1.u, clipped. Clipping takes a part of the moment away,
-/// which a steeper line gives back: the sharp border of what hides a lens is steep where it is. The
-/// covariances of tents see the other slope: they are means over much of the lens, where less is
-/// clipped. (1 for both: bars at 12 px have 0.8 dB less, a bunny at 36 px 0.7; 1.5 for both: a veil
-/// 1.5 dB less.)
+/// T at a lens point is t0 + SeenSlope 4 t1.u, clipped to [0, 1]. Clipping takes a part of the
+/// moment away, and a steeper line gives some of it back. Covariances of tents are means over much
+/// of the lens, where less is clipped, so that theirs is less steep. (With 1 for both, bars at 12
+/// px have 0.8 dB less, and a bunny at 36 px 0.7; with 1.5 for both, a veil has 1.5 dB less.)
 constexpr float SeenSlope = 1.25f, SeenSlopeOfTents = 1.125f;
 
 /// What is seen at a lens point is at least this share of what is seen on average: something of a

@@ -114,6 +114,7 @@ enum class ItemKernel : std::int32_t
   Tent
 };
 
+/// By how much the weights of one surface ripple about 1.
 template <bool OnLens>
 constexpr float Ripple = OnLens ? RippleThroughLens : RippleInFocus;
 
@@ -239,10 +240,9 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
 
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
-/// @param perWeight what the weights in its reach are to be multiplied by
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const LayerReach& reach, float perWeight, const LaneMask& inside)
+  const BatchItem& item, const LayerReach& reach, const LaneMask& inside)
 {
   Lanes end = reach.End;
   LaneMask ended = inside & FindEnded(open, reach.Range.Near);
@@ -254,7 +254,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
   {
     // Copies, field by field, keep the others in registers.
     const LaneMask passed = ended;
-    LayerReach moved{ reach.Range, perWeight * reach.Weight, reach.End };
+    LayerReach moved{ reach.Range, reach.Weight, reach.End };
     open.Store(at.Tile, at.Block);
     at.Settings.LargestColor = item.LargestColor;
     LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
@@ -439,7 +439,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   if (Pass != RasterPass::Nearest)
   {
     const Lanes end = Smaller(p.Near + share * p.PerShare, p.Far);
-    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, most, end }, RoomToFill<OnLens>, inside);
+    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, RoomToFill<OnLens> * most, end }, inside);
   }
   const Lanes room = FindRoom(open, u, 1.0f + Ripple<OnLens>);
   const Lanes weight = most * Smaller(Larger(room, 0.0f), RoomToFill<OnLens>);
@@ -483,7 +483,7 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), 1.0f, inside);
+  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added =
     LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));

@@ -302,8 +302,8 @@ TEST_CASE("Merging")
   std::printf(
     "merging: pixels change by %.2f and %.2f levels at most\n", 255.0 * coarse, 255.0 * fine);
   // A jump of 1.1 levels is left however fine the steps are: through the lens, fragments count less
-  // where their layer has more than 1 already, so that their order matters. (Less from 1.1 on: 0.84
-  // levels, but what lies behind shows more.)
+  // where their layer has more than 1 already, so that their order matters. (When they counted less
+  // from 1.1 on, it was 0.84 levels, and pictures were farther from their pinholes.)
   CHECK(fine < coarse / 3.0);
   CHECK(fine < 1.25 / 255.0);
 }
