@@ -43,6 +43,32 @@ struct MeanVisibleArea
   Real Area, X, Y;
 };
 
+/// What is seen of a node, and its change per change of what is seen of its mean normal.
+template <class Real>
+struct FacingArea
+{
+  Real Area, Slope;
+};
+
+/**
+ * Mean of max(0, x), or of |x| if two-sided, over x from area - spread to area + spread: what is
+ * seen of leaves whose normals spread. Beyond that it is `area`, negative where all turn away.
+ * @param area   seen of the sum of the leaves' area vectors, signed
+ * @param spread >= 0
+ */
+template <class Real>
+SURFELSPLATTING_INLINE FacingArea<Real> MeanFacingArea(
+  const Real& area, const Real& spread, const MaskOf<Real>& twoSided)
+{
+  const Real inverse = 1.0 / Larger(spread, Uniform<Real>(1e-200));
+  const Real high = area + spread;
+  const MaskOf<Real> parts = (high > 0.0) & (area < spread);
+  const Real one = 0.25 * high * high * inverse, slope = 0.5 * high * inverse;
+  const Real both = 0.5 * (area * area * inverse + spread);
+  return { parts ? (twoSided ? both : one) : area,
+    parts ? (twoSided ? area * inverse : slope) : Uniform<Real>(1.0) };
+}
+
 /// Half-width of a uniform distribution with the variance of a coordinate of the disc, 1/4.
 constexpr double UniformLens = 0.86602540378443865;
 

@@ -7,6 +7,7 @@
 
 #include "Core/Lens/Lens.h"
 #include "Core/Simd/Rows.h"
+#include "Core/Splats/SetupConstants.h"
 #include "Core/Splats/SetupTarget.h"
 
 namespace SurfelSplatting
@@ -187,6 +188,7 @@ SURFELSPLATTING_INLINE void MergePairs(
   const Real own = turned ? -t : t, given = (1.0 - t) * share;
   s.Area = { own * s.Area.X + given * parent.Area.X, own * s.Area.Y + given * parent.Area.Y,
     own * s.Area.Z + given * parent.Area.Z };
+  s.Size = size;
   s.Patch = rest * s.Patch + (share > 0.0 ? (1.0 - rest) / share : one);
   s.Position = Mixed(parent.Position, s.Position, t);
   const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
@@ -239,6 +241,7 @@ struct PlacedSurfels
   Vector3Of<Real> P, Area;
   Symmetric3Of<Real> Covariance;
   Real InverseZ;               ///< 1 with a parallel projection
+  Real Facing;                 ///< change of Deposit per change of the area seen, [0, 1]
   Real Deposit;                ///< px^2, as seen from the point of the lens that sees most of it
   VisibleAreaOf<Real> Visible; ///< from the other points, as a share
   Real Patch;                  ///< area that MinNodeBlur applies to, over the own area; of
@@ -251,7 +254,7 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
 {
   const View& view = job.Camera;
   const Real scale = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) *
-    (job.WeighedRadius * view.Fx * view.Fy) * s.InverseZ * s.InverseZ * s.InverseZ;
+    (job.WeighedRadius * view.Fx * view.Fy) * s.Facing * s.InverseZ * s.InverseZ * s.InverseZ;
   const Real x = scale * s.Area.X, y = scale * s.Area.Y;
   const Real largest = s.Deposit + SquareRoot(x * x + y * y);
   const Real inverse = largest > 0.0 ? 1.0 / largest : Real{};
@@ -259,6 +262,28 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
   s.Visible.X = x * inverse;
   s.Visible.Y = y * inverse;
   s.Deposit = largest;
+}
+
+/// Replaces what is seen of a node's area vector, the sum of its leaves', by the mean over their
+/// normals: near silhouettes those that turn away do not hide the others. Their variance about the
+/// mean normal is 1 - |A|^2 / size^2. Where the lens blurs the silhouette more than they do, it
+/// decides alone (MeanOverLens).
+template <class Real>
+SURFELSPLATTING_INLINE void SeeFacingLeaves(
+  const SetupJob& job, const StoredSurfels<Real>& stored, PlacedSurfels<Real>& s)
+{
+  const View& view = job.Camera;
+  const Real sum = Dot(stored.Area, stored.Area), all = stored.Size * stored.Size;
+  const Real variance = Larger(all - sum, Real{}) / Larger(sum, Uniform<Real>(1e-200));
+  const Real distance = view.Parallel ? Uniform<Real>(1.0) : Dot(s.P, s.P);
+  const double radius = job.WeighsLens ? job.WeighedRadius : 0.0;
+  const Real lens = radius * radius * (s.Area.X * s.Area.X + s.Area.Y * s.Area.Y);
+  const Real squared = NormalSpread * variance * distance * Dot(s.Area, s.Area) - lens;
+  const Real scale = view.Fx * view.Fy * s.InverseZ * s.InverseZ * s.InverseZ;
+  const Real spread = Magnitude(scale) * SquareRoot(Larger(squared, Real{}));
+  const FacingArea<Real> facing = MeanFacingArea(s.Deposit, spread, stored.TwoSided);
+  s.Deposit = facing.Area;
+  s.Facing = facing.Slope;
 }
 
 template <class Real>
@@ -284,6 +309,11 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.BackSide = (s.Deposit < 0.0) & stored.TwoSided;
   s.Deposit = s.BackSide ? -s.Deposit : s.Deposit;
   s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, stored.TwoSided };
+  s.Facing = Uniform<Real>(1.0);
+  if (index.HasNodes())
+  {
+    SeeFacingLeaves(job, stored, s);
+  }
   if (job.WeighsLens)
   {
     SeeFromLens(job, s);

@@ -22,6 +22,11 @@ constexpr double DepthExtentIsotropic = 0.5;
 /// scenes.
 constexpr double RippleLoss = 0.2;
 
+/// The normals of a node's leaves are taken as spread evenly along the line of sight, over +- the
+/// root of this many times their variance, the mean of two cases: a node of a sphere has half of
+/// the variance along any direction, 3 / 2; one of a tube, where its silhouette is, all of it, 3.
+constexpr double NormalSpread = 2.25;
+
 /// Nodes are blurred by at least this share of their spacing (the square root of their area), as
 /// the kernels of the leaves are: then neighbouring nodes sum to one. A cut selected by the default
 /// error is blurred more than this anyway; a coarser cut, for interaction, would have holes.

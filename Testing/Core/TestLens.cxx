@@ -141,6 +141,42 @@ TEST_CASE("Visible area over the lens")
   CHECK(std::isfinite(hidden.X));
 }
 
+/// What is seen of leaves whose normals spread, against the sum over 20,000 of them.
+TEST_CASE("Facing leaves")
+{
+  Random random(4);
+  constexpr int count = 20000;
+  for (int i = 0; i < 200; ++i)
+  {
+    const double spread = random.Uniform(0.0, 2.0), area = random.Uniform(-1.2, 1.2) * spread;
+    const bool twoSided = random.Integer(0, 1) == 0;
+    const auto mean = [&](double middle) {
+      double sum = 0.0;
+      for (int k = 0; k < count; ++k)
+      {
+        const double x = middle + spread * ((2.0 * k + 1.0) / count - 1.0);
+        sum += (twoSided ? std::abs(x) : std::max(0.0, x)) / count;
+      }
+      return sum;
+    };
+    const FacingArea<double> facing = MeanFacingArea<double>(area, spread, twoSided);
+    if (std::abs(area) < spread)
+    {
+      const double step = 1e-3 * spread;
+      CHECK_NEAR(facing.Area, mean(area), 1e-6);
+      CHECK_NEAR(facing.Slope, (mean(area + step) - mean(area - step)) / (2.0 * step), 2e-3);
+    }
+    else
+    {
+      CHECK(facing.Area == area);
+      CHECK(facing.Slope == 1.0);
+    }
+  }
+  const FacingArea<double> flat = MeanFacingArea<double>(0.5, 0.0, false);
+  CHECK(flat.Area == 0.5);
+  CHECK(MeanFacingArea<double>(0.0, 0.0, true).Area == 0.0);
+}
+
 /// Share of a disc of radius c convolved with a Gaussian that lies beyond an edge at distance x.
 double DiscEdge(double x, double c, double variance)
 {
