@@ -273,14 +273,19 @@ SURFELSPLATTING_INLINE void SeeFacingLeaves(
   const SetupJob& job, const StoredSurfels<Real>& stored, PlacedSurfels<Real>& s)
 {
   const View& view = job.Camera;
-  const Real sum = Dot(stored.Area, stored.Area), all = stored.Size * stored.Size;
-  const Real variance = Larger(all - sum, Real{}) / Larger(sum, Uniform<Real>(1e-200));
+  const Real sum = Dot(stored.Area, stored.Area), rest = stored.Size * stored.Size - sum;
   const Real distance = view.Parallel ? Uniform<Real>(1.0) : Dot(s.P, s.P);
   const double radius = job.WeighsLens ? job.WeighedRadius : 0.0;
   const Real lens = radius * radius * (s.Area.X * s.Area.X + s.Area.Y * s.Area.Y);
-  const Real squared = NormalSpread * variance * distance * Dot(s.Area, s.Area) - lens;
   const Real scale = view.Fx * view.Fy * s.InverseZ * s.InverseZ * s.InverseZ;
-  const Real spread = Magnitude(scale) * SquareRoot(Larger(squared, Real{}));
+  // The squared spread times `sum`.
+  const Real squared =
+    scale * scale * (NormalSpread * distance * Dot(s.Area, s.Area) * rest - lens * sum);
+  if (!AnyLane<Real>(s.Deposit * s.Deposit * sum < squared))
+  {
+    return; // as most nodes, which are not near a silhouette
+  }
+  const Real spread = SquareRoot(Larger(squared, Real{}) / Larger(sum, Uniform<Real>(1e-200)));
   const FacingArea<Real> facing = MeanFacingArea(s.Deposit, spread, stored.TwoSided);
   s.Deposit = facing.Area;
   s.Facing = facing.Slope;
