@@ -53,8 +53,8 @@ struct FacingArea
 /**
  * Mean of max(0, x), or of |x| if two-sided, over x from area - spread to area + spread: what is
  * seen of leaves whose normals spread. Beyond that it is `area`, negative where all turn away.
- * @param area   seen of the sum of the leaves' area vectors, signed
- * @param spread >= 0
+ * @param area   px^2, seen of the sum of the leaves' area vectors, signed
+ * @param spread px^2, >= 0
  */
 template <class Real>
 SURFELSPLATTING_INLINE FacingArea<Real> MeanFacingArea(

@@ -266,8 +266,8 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
 
 /// Replaces what is seen of a node's area vector, the sum of its leaves', by the mean over their
 /// normals: near silhouettes those that turn away do not hide the others. Their variance about the
-/// mean normal is 1 - |A|^2 / size^2. Where the lens blurs the silhouette more than they do, it
-/// decides alone (MeanOverLens).
+/// mean normal is 1 - |A|^2 / size^2. The slope over the lens is subtracted: a lens that sees more
+/// of a change than the normals make decides alone (MeanOverLens).
 template <class Real>
 SURFELSPLATTING_INLINE void SeeFacingLeaves(
   const SetupJob& job, const StoredSurfels<Real>& stored, PlacedSurfels<Real>& s)
@@ -283,7 +283,7 @@ SURFELSPLATTING_INLINE void SeeFacingLeaves(
     scale * scale * (NormalSpread * distance * Dot(s.Area, s.Area) * rest - lens * sum);
   if (!AnyLane<Real>(s.Deposit * s.Deposit * sum < squared))
   {
-    return; // as most nodes, which are not near a silhouette
+    return; // no silhouette near, as for most nodes
   }
   const Real spread = SquareRoot(Larger(squared, Real{}) / Larger(sum, Uniform<Real>(1e-200)));
   const FacingArea<Real> facing = MeanFacingArea(s.Deposit, spread, stored.TwoSided);

@@ -441,8 +441,8 @@ double CoveredArea(SplatContext context, const SurfelCloud& cloud, CutRule rule)
   return sum;
 }
 
-/// Nodes of a tube cover what their leaves do, though leaves that turn away are among them. (Of the
-/// sums of the area vectors alone, 27 % are lost where the lens blurs most.)
+/// Nodes of a tube cover what their leaves do, though leaves that turn away are among them. (With
+/// the sums of the area vectors alone, they lose 27 % where the lens blurs most.)
 TEST_CASE("Nodes of tubes")
 {
   struct Case
