@@ -156,26 +156,13 @@ SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float ripple)
   return Smaller(Larger((1.0f + ripple - fill) / ripple, Real(0.0f)), Real(1.0f));
 }
 
-/// Where a kernel is less than this share of its peak, the splat's z-range is shorter.
-constexpr float FullReach = 0.05f;
-
-/// The same for tents: one of the four over a pixel has at least this share.
-constexpr float FullReachOfTent = 0.25f;
-
-/// Splats of a smaller peak make their layers longer by less, in proportion to it: the light ones
-/// come and go with level of detail. With 0.06, a lion flickers less in motion, but a plane sampled
-/// many times a pixel, seen edge-on, loses 1 % of its coverage.
-constexpr float FullReachPeak = 0.03f;
+/// A fragment of this weight makes its layer as long as the splat's z-range. One of less takes the
+/// layer's end closer to the splat's by its share of it: two halves do what the whole does, so that
+/// nodes of the level of detail and their children make layers of the same length.
+constexpr float WeightOfReach = 0.004f;
 
 /// The same for tents, whose z-ranges are long.
-constexpr float FullReachPeakOfTent = 0.08f;
-
-/// The share of its z-range by which an item makes its layer longer, over the share of its peak.
-/// @param peak weight, >= 0 @param full FullReachPeak or FullReachPeakOfTent
-SURFELSPLATTING_INLINE float ReachOfPeak(float peak, float full)
-{
-  return peak < full ? peak / full : 1.0f;
-}
+constexpr float WeightOfReachOfTent = 0.06f;
 
 /// A fragment of this weight makes its layer leak over 1 - 1 / e of the gap in front of it.
 constexpr float LeakingWeight = 0.0005f;
@@ -192,6 +179,24 @@ SURFELSPLATTING_INLINE Real LeakingShare(const Real& weight)
   const Real root = Larger(1.0f - weight * (0.25f / LeakingWeight), Real(0.0f));
   const Real squared = root * root;
   return 1.0f - squared * squared;
+}
+
+/// Layers of less weight do not leak: they join the next one. Otherwise up to half of all leaks
+/// would be theirs, and the tails of kernels that begin a surface would hide a part of it.
+constexpr float LeastLeakingWeight = 1.0f / 256.0f;
+
+/// For layers of this weight all of a gap counts. A single threshold would flicker: bars in an
+/// orbit have 1 level instead of 0.5 then.
+constexpr float FullyLeakingWeight = 1.0f / 64.0f;
+
+/// The share of the gap behind a layer that counts. Over the rest it joins what follows.
+/// @param weight sum w
+template <class Real>
+SURFELSPLATTING_INLINE Real GapOfLayer(const Real& weight)
+{
+  constexpr float perWeight = 1.0f / (FullyLeakingWeight - LeastLeakingWeight);
+  return Smaller(
+    Larger(perWeight * weight - perWeight * LeastLeakingWeight, Real(0.0f)), Real(1.0f));
 }
 
 /// T at a lens point is t0 + SeenSlope 4 t1.u, clipped to [0, 1]. Clipping takes a part of the

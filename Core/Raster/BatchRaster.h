@@ -130,11 +130,10 @@ constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
 struct alignas(64) PreparedItem
 {
   float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
-  float Near, Far;
-  float PerShare;               ///< (Far - Near) times ReachOfPeak / FullReach
+  ZRange Range;
   float Weight;                 ///< over RoomToFill
   float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
-  float Area, AreaX, AreaY;     ///< as in LensFootprint
+  float Area, AreaX, AreaY;     ///< as in LensFootprint, times Weight
   float Back;
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
@@ -167,9 +166,7 @@ SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, Pre
   p.UY = p.UX * s.K;
   p.U0 = 0.0f - p.UX * (x + s.K * y);
   p.V0 = 0.0f - p.VY * y;
-  p.Near = s.Near;
-  p.Far = s.Far;
-  p.PerShare = (s.Far - s.Near) * ReachOfPeak(s.Weight, FullReachPeak) * (1.0f / FullReach);
+  p.Range = { s.Near, s.Far };
   p.Weight = s.Weight * (1.0f / RoomToFill<OnLens>);
   p.DepthX = s.DepthX;
   p.DepthY = s.DepthY;
@@ -186,9 +183,9 @@ SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, Pre
     p.PerPixel = 2.0f * lens.PerPixel;
     p.LensX = 2.0f * lens.MeanX - p.PerPixel * x;
     p.LensY = 2.0f * lens.MeanY - p.PerPixel * y;
-    p.AreaX = lens.AreaX;
-    p.AreaY = lens.AreaY;
-    p.Area = lens.Area - (lens.AreaX * x + lens.AreaY * y);
+    p.AreaX = p.Weight * lens.AreaX;
+    p.AreaY = p.Weight * lens.AreaY;
+    p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);
     p.Back = lens.Back;
   }
 }
@@ -219,17 +216,17 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerR
 /// A layer of a coarse grid ends before a splat that begins so many standard deviations behind its
 /// mean depth and half of its splats' mean range. The surface of a blurred disc ends at two; with
 /// 2.5, a blurred floor near its horizon is off by a quarter more.
-constexpr float LayerDeviations = 2.75f;
+constexpr float LayerDeviations = 2.25f;
 
-/// The open layers that end in front of an item which begins at a depth. Those of a coarse grid end
-/// behind most of their weight, not behind the farthest splat: one of hardly any weight cannot join
-/// two surfaces.
+/// The open layers that may end in front of an item which begins at a depth; some of them have
+/// hardly any weight. Those of a coarse grid end behind most of their weight, not behind the
+/// farthest splat: one of hardly any weight cannot join two surfaces.
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open, float near)
 {
   if (Pass != RasterPass::Collect)
   {
-    return (open.Weight > LeastLeakingWeight) & (open.Far < near);
+    return open.Far < near;
   }
   // Depths times weights; 0 for empty layers.
   const Lanes behind = open.Weight * near - open.Depth - open.HalfRange;
@@ -238,34 +235,44 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
   return (behind > 0.0f) & (behind * behind > (LayerDeviations * LayerDeviations) * variance);
 }
 
+/// Weights of an item's fragments before their layers limit them.
+struct FragmentWeights
+{
+  Lanes Weight;   ///< over Unit, 0 outside
+  float Unit;     ///< such as RoomToFill
+  float PerReach; ///< Unit / WeightOfReach, or that of tents
+};
+
 /// Prepares the open layers for an item: those that end in front of it leak, and z-ranges become
 /// longer.
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
-  const BatchItem& item, const LayerReach& reach, const LaneMask& inside)
+  const BatchItem& item, const ZRange& range, const FragmentWeights& weights,
+  const LaneMask& inside)
 {
-  Lanes end = reach.End;
-  LaneMask ended = inside & FindEnded(open, reach.Range.Near);
+  Lanes begin = Larger(open.Far, range.Near);
+  LaneMask ended = inside & FindEnded(open, range.Near);
   if (Pass != RasterPass::Collect && __builtin_expect(Any(ended), 0))
   {
-    ended = ended & SeenPixels(at.Tile, at.Block);
+    ended = ended & (open.Weight > LeastLeakingWeight) & SeenPixels(at.Tile, at.Block);
   }
   if (__builtin_expect(Any(ended), 0))
   {
     // Copies, field by field, keep the others in registers.
     const LaneMask passed = ended;
-    LayerReach moved{ reach.Range, reach.Weight, reach.End };
+    LayerReach moved{ { range.Near, range.Far }, weights.Unit * weights.Weight, begin };
     open.Store(at.Tile, at.Block);
     at.Settings.LargestColor = item.LargestColor;
     LeakBeforeItem<Pass>(at.Tile, at.Block, moved, passed, at.Settings, at.Callbacks);
     open.Load(at.Tile, at.Block);
-    end = moved.End;
+    begin = moved.Begin;
   }
   if (Pass == RasterPass::Collect)
   {
     return;
   }
-  open.Far = Select(inside, Larger(open.Far, end), open.Far);
+  const Lanes longer = begin + (weights.Weight * weights.PerReach) * (range.Far - begin);
+  open.Far = Select(inside, Larger(Smaller(longer, range.Far), begin), open.Far);
   if (__builtin_expect(at.Callbacks.Leaked != nullptr, 0))
   {
     AddTo(at.Tile.Finished[at.Block].Fragments, Select(inside, 1.0f, 0.0f));
@@ -283,8 +290,8 @@ SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const 
 {
   open.Weight += weight;
   open.Depth += weight * depth;
-  open.Opacity += weight * opacity;
   Lanes visible = weight * opacity;
+  open.Opacity += visible;
   if (OnLens)
   {
     open.FillX += weight * u.X;
@@ -426,20 +433,19 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   }
   Lanes slope;
   const Lanes kernel = EvaluateSlope(p, x, at.Settings.Support, slope);
-  Lanes share = kernel;
+  Lanes peak = p.Weight;
   LensPoints u{ 0.0f, 0.0f };
   if (OnLens)
   {
     const Lanes front = p.Area + p.AreaY * at.Y + p.AreaX * at.X;
-    const Lanes seen = Larger(front, 0.0f - p.Back * front);
-    share = kernel * seen;
+    peak = Larger(front, 0.0f - p.Back * front);
     u = { p.LensX + p.PerPixel * at.X, p.LensY + p.PerPixel * at.Y };
   }
-  const Lanes most = Select(inside, share * p.Weight, 0.0f); // lanes outside may hold anything
+  const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
   {
-    const Lanes end = Smaller(p.Near + share * p.PerShare, p.Far);
-    PrepareLayers(open, at, *p.Item, { { p.Near, p.Far }, RoomToFill<OnLens> * most, end }, inside);
+    PrepareLayers(open, at, *p.Item, p.Range,
+      { most, RoomToFill<OnLens>, RoomToFill<OnLens> / WeightOfReach }, inside);
   }
   const Lanes room = FindRoom(open, u, 1.0f + Ripple<OnLens>);
   const Lanes weight = most * Smaller(Larger(room, 0.0f), RoomToFill<OnLens>);
@@ -455,11 +461,11 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   open.Blue += visible * c.Blue;
   if (Pass == RasterPass::Collect)
   {
-    open.Near = Select(inside, Smaller(open.Near, p.Near), open.Near);
+    open.Near = Select(inside, Smaller(open.Near, p.Range.Near), open.Near);
     // Layers that are empty have no near depth yet.
     const Lanes z = Select(inside, depth - open.Near, 0.0f);
     open.SquaredDepth += weight * z * z;
-    open.HalfRange += weight * (0.5f * (p.Far - p.Near));
+    open.HalfRange += weight * (0.5f * (p.Range.Far - p.Range.Near));
     AddMoments(at.Tile.Coarse[at.Block], visible,
       { visible * c.Red, visible * c.Green, visible * c.Blue }, u);
   }
@@ -483,7 +489,8 @@ SURFELSPLATTING_INLINE unsigned int AddTentToBlock(
   {
     return 0;
   }
-  PrepareLayers(open, at, item, ReachOfTent(s, share, weight), inside);
+  PrepareLayers(
+    open, at, item, { s.Near, s.Far }, { weight, 1.0f, 1.0f / WeightOfReachOfTent }, inside);
   const LensPoints u{ 2.0f * s.PointX, 2.0f * s.PointY };
   const Lanes added =
     LimitTent(weight, UnitOfRoom<OnLens> * Larger(FindRoom(open, u, FullOfTents), 0.0f));

@@ -125,14 +125,14 @@ SURFELSPLATTING_INLINE void LeakBefore(PixelTile& tile, int block,
   const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
-  const Lanes far = Lanes::Load(open.Far);
-  const LaneMask ended =
-    f.Inside & (Lanes::Load(open.Weight) > LeastLeakingWeight) & (far < f.Depth);
+  const Lanes far = Lanes::Load(open.Far), weight = Lanes::Load(open.Weight);
+  const LaneMask ended = f.Inside & (weight > LeastLeakingWeight) & (far < f.Depth);
   if (!Any(ended))
   {
     return;
   }
-  const Lanes gap = Larger(f.Depth - far, 0.0f) * (1.0f / LeakBand({ f.Depth, f.Depth }, settings));
+  const Lanes behind = Larger(f.Depth - far, 0.0f) * GapOfLayer(weight);
+  const Lanes gap = behind * (1.0f / LeakBand({ f.Depth, f.Depth }, settings));
   const Lanes keep = Select(gap < LargestGap, ExpOfMinus(Smaller(gap, LargestGap)), 0.0f);
   LeakLayers<false>(tile, block, ended, keep, settings, callbacks);
   Select(ended, f.Depth, far).Store(open.Far);

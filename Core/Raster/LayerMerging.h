@@ -29,10 +29,6 @@ constexpr float WidestGap = 64.0f;
 /// Layers do not leak over gaps of fewer bands, which stay open: every leak takes time.
 constexpr float LeastGap = 1.0f / 64.0f;
 
-/// A layer of less weight does not leak: it joins the next one. Up to half of all leaks would be
-/// those of such layers.
-constexpr float LeastLeakingWeight = 1.0f / 1024.0f;
-
 /// A block where 4 |t1| of T is less than this has no moments.
 constexpr float MinTilt = 1.0f / 512.0f;
 
@@ -225,6 +221,7 @@ SURFELSPLATTING_INLINE void Empty(PixelTile& tile, int block, const LaneMask& ch
   {
     Put(sum, chosen, 0.0f);
   }
+  Put(open.Far, chosen, NoFar);
   if (hasLens)
   {
     Put(lens.FillX, chosen, 0.0f);
@@ -377,7 +374,7 @@ SURFELSPLATTING_INLINE void EndLayers(
   {
     LeakLayers<true>(tile, block, AllLanes(), 0.0f, settings, callbacks);
   }
-  Put(open.Far, AllLanes(), -Infinity);
+  Put(open.Far, AllLanes(), NoFar);
 }
 
 /// Hands the layers of the chosen pixels of a coarse grid over and empties them.
@@ -425,16 +422,17 @@ struct LayerReach
 {
   ZRange Range;
   Lanes Weight; ///< of its fragments, 0 outside
-  Lanes End;    ///< of its z-range there
+  Lanes Begin;  ///< of what it adds to their z-ranges
 };
 
 /// Lets the chosen layers leak, which end in front of an item. They stay open over the rest of the
-/// gaps, by which the item's ends move to the front.
+/// gaps.
 SURFELSPLATTING_INLINE void LeakEnded(PixelTile& tile, int block, LayerReach& reach,
   const LaneMask& ended, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
   const float perBand = 1.0f / LeakBand(reach.Range, settings);
-  const Lanes behind = Larger(reach.Range.Near - Lanes::Load(tile.Open[block].Far), 0.0f);
+  const Lanes behind = Larger(reach.Range.Near - Lanes::Load(tile.Open[block].Far), 0.0f) *
+    GapOfLayer(Lanes::Load(tile.Open[block].Weight));
   const Lanes share = LeakingShare(reach.Weight);
   const Lanes gap = Smaller(share * Smaller(behind * perBand, WidestGap), LargestGap);
   if (!Any(ended & (gap < LargestGap)))
@@ -450,7 +448,7 @@ SURFELSPLATTING_INLINE void LeakEnded(PixelTile& tile, int block, LayerReach& re
   }
   const LaneMask open = ended & (Lanes::Load(tile.Open[block].Weight) > LeastLeakingWeight);
   const Lanes rest = Select(leaks, behind - share * behind, behind);
-  reach.End = Select(open, reach.End - rest, reach.End);
+  reach.Begin = Select(open, reach.Range.Near - rest, reach.Begin);
 }
 
 /// What a tent adds to a layer. It may be as heavy as a layer, so it is added as if in many small
@@ -463,15 +461,6 @@ SURFELSPLATTING_INLINE Lanes LimitTent(const Lanes& weight, const Lanes& free)
   const Lanes whole = Smaller(weight, Larger(free - knee, 0.0f));
   const Lanes rest = weight - whole, left = Smaller(free, knee);
   return whole + left * left * rest / (knee * knee + left * rest);
-}
-
-/// What a tent does to the ends of layers. @param share of its peak @param weight of its fragments
-SURFELSPLATTING_INLINE LayerReach ReachOfTent(
-  const Tent& s, const Lanes& share, const Lanes& weight)
-{
-  const float perShare =
-    (s.Far - s.Near) * ReachOfPeak(s.Weight, FullReachPeakOfTent) * (1.0f / FullReachOfTent);
-  return { { s.Near, s.Far }, weight, Smaller(s.Near + share * perShare, s.Far) };
 }
 }
 }

@@ -26,6 +26,9 @@ constexpr int PixelsPerBlock = BlockSize * BlockSize;
 constexpr int BlocksPerRow = TileSize / BlockSize;
 constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
+/// OpenLayers::Far of no layer: nothing is in front of it or behind it.
+constexpr float NoFar = __builtin_nanf("");
+
 /// The open layers of a block's pixels. Most splats touch nothing else. Colours are sums of w o c,
 /// or, in tilted blocks, of w o T(u) c.
 struct alignas(64) OpenLayers

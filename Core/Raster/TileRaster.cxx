@@ -335,7 +335,7 @@ void TileRaster::Clear()
   this->Settings.HasLayers = false;
   for (int i = 0; i < BlocksPerTile; ++i)
   {
-    std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, -Infinity);
+    std::fill_n(this->Tile.Open[i].Far, PixelsPerBlock, NoFar);
     std::fill_n(this->Tile.Lens[i].FillX, PixelsPerBlock, 0.0f);
     std::fill_n(this->Tile.Lens[i].FillY, PixelsPerBlock, 0.0f);
     std::fill_n(this->Tile.Finished[i].Transmittance, PixelsPerBlock, 1.0f);

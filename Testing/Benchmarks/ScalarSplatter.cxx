@@ -49,18 +49,19 @@ struct Pixel
     this->Opacity *= leak.Opacity;
   }
 
-  /// @param reach share of the z-range that counts
-  void Add(const Splat& s, double weight, double reach)
+  void Add(const Splat& s, double weight)
   {
     const double range = s.Far - s.Near;
-    double end = s.Near + reach * range;
-    if (this->Weight > 0.0 && this->Far < s.Near)
+    double begin = this->Weight > 0.0 ? std::fmax(this->Far, s.Near) : s.Near;
+    if (this->Weight > LeastLeakingWeight && this->Far < s.Near)
     {
-      const double behind = s.Near - this->Far, share = LeakingShare(weight);
+      const double behind = GapOfLayer(this->Weight) * (s.Near - this->Far);
+      const double share = LeakingShare(weight);
       this->LeakTo(std::exp(-share * std::fmin(behind / std::fmax(range, 1e-30), 64.0)));
-      end -= (1.0 - share) * behind;
+      begin -= (1.0 - share) * behind;
     }
-    this->Far = this->Weight > 0.0 ? std::fmax(this->Far, end) : end;
+    const double reach = std::fmin(1.0, weight / WeightOfReach);
+    this->Far = begin + reach * std::fmax(0.0, s.Far - begin);
     weight *= RoomInLayer(this->Weight, RippleInFocus);
     this->Weight += weight;
     this->Opacity += weight * s.Opacity;
@@ -79,10 +80,7 @@ void Composite(const std::vector<Splat>& splats, std::vector<Fragment>& fragment
   for (const Fragment& f : fragments)
   {
     const Splat& s = splats[f.Splat];
-    pixel.Add(s, f.Weight,
-      std::fmin(1.0,
-        f.Weight / s.Weight / FullReach *
-          ReachOfPeak(static_cast<float>(s.Weight), FullReachPeak)));
+    pixel.Add(s, f.Weight);
   }
   pixel.LeakTo(0.0);
   for (int c = 0; c < 3; ++c)

@@ -408,7 +408,6 @@ Fragment MakeFragment(
       (std::abs(s.AreaX) + std::abs(s.AreaY)) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
   f.Error += onLens ? areaError / std::max(seen, 1e-3) : 0.0;
   v.Weight = s.Weight * kernel * seen;
-  v.Reach = std::min(1.0, kernel * seen / 0.05 * std::min(1.0, s.Weight / 0.03));
   v.Opacity = s.Opacity;
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
@@ -460,7 +459,6 @@ std::vector<Fragment> Perturb(const std::vector<Fragment>& fragments, Random& ra
     ReferenceFragment& v = f.Values;
     const double moved = 1.0 + random.Uniform(-f.Error, f.Error);
     v.Weight *= moved;
-    v.Reach *= v.Reach < 1.0 ? moved : 1.0;
     v.Depth += random.Uniform(-f.DepthError, f.DepthError);
     v.Near *= 1.0 + random.Uniform(-Epsilon, Epsilon);
     v.Far *= 1.0 + random.Uniform(-Epsilon, Epsilon);

@@ -48,10 +48,11 @@ double ReferenceLayers::VisibleShare() const
 
 void ReferenceLayers::Prepare(const ReferenceFragment& f)
 {
-  double end = f.Near + f.Reach * (f.Far - f.Near);
-  if (this->Weight > 1.0 / 1024.0 && f.Near > this->Far && this->Through > 1.0 / 512.0)
+  double begin = std::max(this->Far, f.Near);
+  if (this->Weight > 1.0 / 256.0 && f.Near > this->Far && this->Through > 1.0 / 512.0)
   {
-    const double behind = f.Near - this->Far;
+    const double heavy = std::min(1.0, (this->Weight - 1.0 / 256.0) / (3.0 / 256.0));
+    const double behind = heavy * (f.Near - this->Far);
     const double left = std::pow(std::max(0.0, 1.0 - f.Weight / 0.002), 4.0);
     const double z = 0.5 * (f.Near + f.Far);
     const double blur =
@@ -63,9 +64,10 @@ void ReferenceLayers::Prepare(const ReferenceFragment& f)
     {
       this->Leak(gap < LargestGap ? std::exp(-gap) : 0.0);
     }
-    end -= this->Weight > 1.0 / 1024.0 ? (leaks ? left * behind : behind) : 0.0;
+    begin -= this->Weight > 1.0 / 256.0 ? (leaks ? left * behind : behind) : 0.0;
   }
-  this->Far = std::max(this->Far, end);
+  const double reach = std::min(1.0, f.Weight / (f.IsTent ? 0.06 : 0.004));
+  this->Far = begin + reach * std::max(0.0, f.Far - begin);
 }
 
 /// The moments of a layer that T was the same for, by its mean opacity.

@@ -22,7 +22,6 @@ struct ReferenceLens
 struct ReferenceFragment
 {
   double Near = 0, Far = 0; ///< z-range of its splat
-  double Reach = 1;         ///< share of it that makes its layer longer
   double Weight = 0, Opacity = 1, Depth = 0;
   double Color[3] = { 0, 0, 0 };
   double U[2] = { 0, 0 }; ///< point of the lens

@@ -60,7 +60,6 @@ struct ScalarPixel
       ReferenceFragment& moved = this->Next[i];
       const double change = 1.0 + random.Uniform(-f.Error, f.Error);
       moved.Weight *= change;
-      moved.Reach *= moved.Reach < 1.0 ? change : 1.0;
       moved.Color[0] += random.Uniform(-f.ColorError, f.ColorError);
       for (double& u : moved.U)
       {

@@ -317,7 +317,7 @@ TEST_CASE("Grid sum")
         CHECK((degrees > 0.0 || sink.Count[y * 20 + x] == 1));
         CHECK((!IsPearson(context) || sink.Largest[y * 20 + x] > 0.999 * sink.Covered[y * 20 + x]));
         CHECK(cut.Count[y * 20 + x] >= 1);
-        CHECK((IsPearson(context) || cut.Count[y * 20 + x] == 1));
+        CHECK(cut.Largest[y * 20 + x] > 0.99 * cut.Covered[y * 20 + x]);
         CHECK_NEAR(
           2.0 * sink.Covered[y * 20 + x] / compensation, 1.0, ripple + ends + leaks + 2e-5);
       }
@@ -438,8 +438,8 @@ TEST_CASE("Blurred occluder")
       const double alpha = p.Occluder.At(x, y, 3);
       partial += alpha > 0.05 && alpha < 0.95 ? 1 : 0;
       CHECK_NEAR(p.Background.At(x, y, 3), 1.0, 1e-6); // the wall covers, or nothing is tested
-      // A layer of less than LeastLeakingWeight joins the background's, of weight 1.04 at most.
-      const double off = alpha < 1.0 / 1024.0 ? 0.05 * alpha + 2e-7 : 2e-7;
+      // Light layers (GapOfLayer) join the background's, of weight 1.04 at most.
+      const double off = alpha < 1.0 / 64.0 ? 0.05 * alpha + 2e-7 : 2e-7;
       CHECK_NEAR(p.Both.At(x, y, 0), alpha, off); // two roundings; so below
       CHECK_NEAR(p.Both.At(x, y, 1), (1.0 - alpha) * p.Background.At(x, y, 1), off);
     }

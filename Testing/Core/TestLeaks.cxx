@@ -47,7 +47,6 @@ TEST_CASE("Leaking streams")
       f.Near = w.Near;
       f.Far = w.Far;
       f.Weight = w.Weight;
-      f.Reach = std::min(1.0, w.Weight / 0.0015); // the kernel's peak is over all of the tile
       f.Opacity = w.Opacity;
       f.Depth = 0.5 * (f.Near + f.Far);
       f.Color[0] = w.Red;
@@ -139,22 +138,63 @@ TEST_CASE("Light splats in gaps")
   for (const float weight : { 5e-5f, 2e-4f, 1e-3f, 4e-3f })
   {
     const double share = 1.0 - std::pow(std::max(0.0, 1.0 - weight / 0.002), 4.0);
-    const double reach = std::min(1.0, weight / 0.0015);
+    const double reach = std::min(1.0, weight / 0.004);
     for (const float gap : { 0.125f, 0.5f, 2.0f })
     {
       for (const float bands : { 1.0f, 8.0f, 64.0f, 1000.0f })
       {
         const float end = 2.0f + gap, band = gap / bands;
         const Wide light{ end, end + band, weight, 0.0f, 1.0f, 0, 0 };
-        const double rest = std::max(0.0, (1.0 - share) * gap - reach * band);
-        const double all = share * std::min(bands, 64.0f) + rest;
+        const double rest = (1.0 - share) * gap - reach * (band + (1.0 - share) * gap);
+        const double all = share * std::min(bands, 64.0f) + std::max(0.0, rest);
         const auto z = static_cast<float>(2.0 + all);
         const Pixel p = Draw({ a, light, { end, end + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
         const Pixel same = Draw({ a, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
-        // What it covers itself, and what one leak over 7 bands or more drops, of two not all.
-        const double dropped = all > 7.0 ? 0.225 * std::exp(-7.0) : 0.0;
+        // What it covers itself, and what is too light to leak on its own (GapOfLayer).
+        const double stays = std::exp(-share * std::min(bands, 64.0f));
+        const double dropped = 0.5 * stays < FullyLeakingWeight ? 0.225 * stays : 0.0;
         CHECK_NEAR(p.Alpha, same.Alpha, weight + dropped + 2e-6);
       }
+    }
+  }
+}
+
+/// Two halves of a splat take its layer nearly as far as the whole one: what begins behind them
+/// finds the same gap.
+TEST_CASE("Halves of a splat")
+{
+  for (const float weight : { 2e-4f, 5e-4f, 1e-3f })
+  {
+    const Wide a{ 1.0f, 2.0f, 0.5f, 1.0f, 1.0f, 0, 0 };
+    const Wide whole{ 1.5f, 4.0f, weight, 1.0f, 1.0f, 0, 0 };
+    Wide half = whole;
+    half.Weight *= 0.5f;
+    const Wide behind{ 4.0f, 5.0f, 0.45f, 0.0f, 1.0f, 0, 0 };
+    const Pixel two = Draw({ a, half, half, behind }, false);
+    // The end moves by 1 - (1 - x / 2)^2 instead of x, x = w / WeightOfReach, of 2 world units.
+    const double x = weight / WeightOfReach,
+                 later = 2.0 * (x - (1.0 - (1.0 - 0.5 * x) * (1.0 - 0.5 * x)));
+    const auto z = static_cast<float>(4.0 + later);
+    const Pixel same = Draw({ a, whole, { z, z + 1.0f, 0.45f, 0.0f, 1.0f, 0, 0 } }, false);
+    CHECK_NEAR(two.Alpha, same.Alpha, 1e-5);
+  }
+}
+
+/// As a layer becomes heavier, no more than its weight is added: it joins what follows at first,
+/// and leaks then.
+TEST_CASE("Light layers")
+{
+  for (const bool onLens : { false, true })
+  {
+    Pixel last = Draw({ { 4.0f, 5.0f, 0.5f, 0.0f, 1.0f, 0, 0 } }, onLens);
+    constexpr float step = 1.0f / 8192.0f;
+    for (int i = 1; i < 256; ++i)
+    {
+      const Wide light{ 1.0f, 2.0f, step * static_cast<float>(i), 1.0f, 1.0f, 0, 0 };
+      const Pixel p = Draw({ light, { 4.0f, 5.0f, 0.5f, 0.0f, 1.0f, 0, 0 } }, onLens);
+      CHECK(std::abs(p.Alpha - last.Alpha) < 1.5f * step);
+      CHECK(std::abs(p.Red - last.Red) < 1.5f * step);
+      last = p;
     }
   }
 }

@@ -239,6 +239,16 @@ TEST_CASE("Leaks add up")
   }
 }
 
+/// Nothing of a gap counts for the lightest layers, all of it for heavy ones, and it does not jump.
+TEST_CASE("Gap of a layer")
+{
+  CHECK(GapOfLayer(0.0) == 0.0);
+  CHECK(GapOfLayer<double>(LeastLeakingWeight) == 0.0);
+  CHECK_NEAR(GapOfLayer(0.5 * (LeastLeakingWeight + FullyLeakingWeight)), 0.5, 1e-6);
+  CHECK_NEAR(GapOfLayer<double>(FullyLeakingWeight), 1.0, 1e-6);
+  CHECK(GapOfLayer(1e12) == 1.0);
+}
+
 /// A fragment of hardly any weight leaks over nothing of a gap, a heavy one over all of it, and two
 /// leave nearly what one of their weight leaves.
 TEST_CASE("Share of a gap")
