@@ -216,7 +216,7 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerR
 /// A layer of a coarse grid ends before a splat that begins so many standard deviations behind its
 /// mean depth and half of its splats' mean range. The surface of a blurred disc ends at two; with
 /// 2.5, a blurred floor near its horizon is off by a quarter more.
-constexpr float LayerDeviations = 2.25f;
+constexpr float LayerDeviations = 2.75f;
 
 /// The open layers that may end in front of an item which begins at a depth; some of them have
 /// hardly any weight. Those of a coarse grid end behind most of their weight, not behind the

@@ -46,7 +46,7 @@ std::vector<CellLayer> LayersInOrder(std::vector<Wide> splats, bool& close)
       const double mean = last.Depth / last.Weight;
       const double deviation =
         std::sqrt(std::max(last.SquaredDepth / last.Weight - mean * mean, 0.0));
-      const double gap = w.Near - mean - last.HalfRange / last.Weight - 2.25 * deviation;
+      const double gap = w.Near - mean - last.HalfRange / last.Weight - 2.75 * deviation;
       close |= std::abs(gap) < 1e-4 && deviation > 1e-6;
       begins = gap > 1e-9;
     }
