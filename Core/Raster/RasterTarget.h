@@ -26,7 +26,7 @@ constexpr int PixelsPerBlock = BlockSize * BlockSize;
 constexpr int BlocksPerRow = TileSize / BlockSize;
 constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
-/// OpenLayers::Far of no layer: nothing is in front of it or behind it.
+/// OpenLayers::Far where there is no layer. Every comparison with NaN is false: nothing ends there.
 constexpr float NoFar = __builtin_nanf("");
 
 /// The open layers of a block's pixels. Most splats touch nothing else. Colours are sums of w o c,
