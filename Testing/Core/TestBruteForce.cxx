@@ -244,7 +244,7 @@ void CompareScene(const Scene& scene)
   // The bounds of single pixels are worst cases; in fact rounding must stay below a thousandth of
   // an 8-bit step, and pixels that it may decide must be rare.
   CHECK(rms <= (shortCut > 0.0 ? 0.05 * shortCut : 2e-7));
-  // Near the end of a kernel, its rounding counts 20 times in the z-range (FullReach): of Gaussians
+  // Rounding of a kernel counts 1 / WeightOfReach times in the length of its layer: of Gaussians
   // 2.2e-6 was measured, of kernels that end in zero 5e-6.
   const bool zero = scene.Context.Settings.Kernel == KernelType::PearsonII;
   CHECK(worst.Color <= shortCut + (zero ? 0.002 : 0.001) / 255.0);
