@@ -303,7 +303,7 @@ TEST_CASE("Grid sum")
     // 1e-8. Rounding: as in the test Mass, with 3 * 52 px. The kernel for a lens ends in focus as
     // well, whatever the cut-off, and ripples by up to 0.04 (measured).
     const double ends = IsPearson(context) ? 0.04 : 0.0;
-    // Where a kernel is near 0, a splat's z-range is short and its layer may leak before the next
+    // Where a kernel is near 0, a splat's layer stays short and may leak before the next
     // one comes: of kernels that end in zero 4e-4 of the weight, and nothing of the usual Gaussian.
     // One that has not been cut off leaks in up to 52 parts, which hide up to 0.0011 of another.
     const double leaks = IsPearson(context) || degrees == 0.0 ? 0.0 : 0.0012;
