@@ -157,9 +157,9 @@ SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float ripple)
 }
 
 /// A fragment of this weight (share of a pixel) makes its layer as long as the splat's z-range. One
-/// of less takes the layer's end closer to the splat's by its share of it: two halves do nearly what
-/// the whole does, so that nodes of the level of detail and their children make layers of nearly
-/// the same length. (Ours; Documentation/Method.md has what other weights do.)
+/// of less takes the layer's end closer to the splat's by its share of it: two halves do nearly
+/// what the whole does, so that nodes of the level of detail and their children make layers of
+/// nearly the same length. (Ours; Documentation/Method.md has what other weights do.)
 constexpr float WeightOfReach = 0.004f;
 
 /// The same for tents, whose z-ranges are long.
