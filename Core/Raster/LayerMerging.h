@@ -392,6 +392,7 @@ SURFELSPLATTING_INLINE void CollectLayers(
   {
     Put(sum, chosen, 0.0f);
   }
+  Put(open.Far, chosen, NoFar);
   Put(c.Near, chosen, Infinity);
 }
 

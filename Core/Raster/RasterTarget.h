@@ -33,7 +33,7 @@ constexpr float NoFar = __builtin_nanf("");
 /// or, in tilted blocks, of w o T(u) c.
 struct alignas(64) OpenLayers
 {
-  float Far[PixelsPerBlock]; ///< of their z-ranges; unused on coarse grids
+  float Far[PixelsPerBlock]; ///< of their z-ranges
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
   float Depth[PixelsPerBlock]; ///< sum w z

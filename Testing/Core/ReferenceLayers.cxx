@@ -101,8 +101,11 @@ void ReferenceLayers::Append(const ReferenceFragment& f)
   const double fill =
     this->Weight + 2.4 * (this->Fill[0] * f.U[0] + this->Fill[1] * f.U[1]) * (f.OnLens ? 1 : 0);
   const double full = f.OnLens ? 1.25 : 1.1;
+  const double room = std::max(0.0, full - fill);
+  const double limited = f.Weight * std::min(1.0, room / (full - 1.0));
   const double weight = f.IsTent ? AddInParts(f.Weight, fill)
-                                 : f.Weight * std::clamp((full - fill) / (full - 1.0), 0.0, 1.0);
+    : f.OnLens                   ? std::min(limited, room)
+                                 : limited;
   const double tilt[] = { this->Flat ? 0.0 : 4.0 * this->ThroughU[0],
     this->Flat ? 0.0 : 4.0 * this->ThroughU[1] };
   const double linear = this->Through + 1.25 * (tilt[0] * f.U[0] + tilt[1] * f.U[1]);

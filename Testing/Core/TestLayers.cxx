@@ -21,7 +21,7 @@ namespace
 struct CellLayer
 {
   float Near, Weight, Red, Depth; ///< the last three are sums
-  double HalfRange = 0.0, SquaredDepth = 0.0;
+  double HalfRange = 0.0, Far = 0.0;
 };
 
 bool Same(const CellLayer& a, const CellLayer& b)
@@ -29,38 +29,35 @@ bool Same(const CellLayer& a, const CellLayer& b)
   return a.Near == b.Near && a.Weight == b.Weight && a.Red == b.Red && a.Depth == b.Depth;
 }
 
-/// The layers of splats that come by near depth, in double.
-/// @param close whether rounding may decide where a layer ends
-std::vector<CellLayer> LayersInOrder(std::vector<Wide> splats, bool& close)
+/// The layers of splats that come by near depth, in double: they end behind a gap, or two lengths
+/// behind their mean end.
+std::vector<CellLayer> LayersInOrder(std::vector<Wide> splats)
 {
   std::stable_sort(
     splats.begin(), splats.end(), [](const Wide& a, const Wide& b) { return a.Near < b.Near; });
   std::vector<CellLayer> layers;
-  close = false;
   for (const Wide& w : splats)
   {
     bool begins = layers.empty();
     if (!begins)
     {
       const CellLayer& last = layers.back();
-      const double mean = last.Depth / last.Weight;
-      const double deviation =
-        std::sqrt(std::max(last.SquaredDepth / last.Weight - mean * mean, 0.0));
-      const double gap = w.Near - mean - last.HalfRange / last.Weight - 2.75 * deviation;
-      close |= std::abs(gap) < 1e-4 && deviation > 1e-6;
-      begins = gap > 1e-9;
+      const double end = (last.Depth + last.HalfRange) / last.Weight;
+      const double step = w.Near > last.Far ? 0.0 : 2.0 * (end - last.Near);
+      begins = w.Near - end > step + 1e-9;
     }
     if (begins)
     {
-      layers.push_back({ w.Near, 0.0f, 0.0f, 0.0f });
+      layers.push_back({ w.Near, 0.0f, 0.0f, 0.0f, 0.0, w.Near });
     }
     CellLayer& open = layers.back();
+    const double begin = std::max<double>(open.Far, w.Near);
+    open.Far = begin + std::min(1.0, w.Weight / 0.003) * std::max(0.0, w.Far - begin);
     const float z = 0.5f * (w.Near + w.Far);
     open.Weight += w.Weight;
     open.Red += w.Weight * w.Red;
     open.Depth += w.Weight * z;
     open.HalfRange += w.Weight * 0.5 * (w.Far - w.Near);
-    open.SquaredDepth += static_cast<double>(w.Weight) * z * z;
   }
   return layers;
 }
@@ -94,8 +91,7 @@ public:
 /// The stream with one open layer per pixel, on z-ranges of few bits: ends that touch exactly,
 /// equal ranges, ranges within ranges. Weights sum to less than what has room, and float sums are
 /// exact.
-/// @return whether it was compared
-bool TestStream(Random& random)
+void TestStream(Random& random)
 {
   std::vector<Wide> splats;
   const int count = random.Integer(0, 30);
@@ -109,29 +105,21 @@ bool TestStream(Random& random)
     w.Red = 0.5f;
     splats.push_back(w);
   }
-  bool close = false;
-  const std::vector<CellLayer> expected = LayersInOrder(splats, close);
-  if (close)
-  {
-    return false;
-  }
+  const std::vector<CellLayer> expected = LayersInOrder(splats);
   for (const std::vector<CellLayer>& pixel : RecordingCells(splats).Layers)
   {
     CHECK(pixel.size() == expected.size());
     CHECK(std::equal(pixel.begin(), pixel.end(), expected.begin(), expected.end(), Same));
   }
-  return true;
 }
 
 TEST_CASE("Streams of splats")
 {
   Random random(7);
-  int compared = 0;
   for (int i = 0; i < 300; ++i)
   {
-    compared += TestStream(random) ? 1 : 0;
+    TestStream(random);
   }
-  CHECK(compared > 250);
 }
 
 /// A splat of hardly any weight does not join two surfaces of a cell, however long it is.
@@ -204,10 +192,11 @@ TEST_CASE("Full layers")
     Wide nearly = first;
     nearly.Weight = full - 0.1f * ripple; // a tenth of it counts
     const Pixel p = Draw({ nearly, more }, onLens);
-    CHECK_NEAR(p.Red, nearly.Weight / (nearly.Weight + 0.1), 1e-5);
-    nearly.Weight = 0.99f; // all of it
+    const double least = onLens ? 0.1 * ripple : 0.1; // through a lens, no more than the room
+    CHECK_NEAR(p.Red, nearly.Weight / (nearly.Weight + least), 1e-5);
+    nearly.Weight = 0.99f; // all of it, if there is room
     const Pixel q = Draw({ nearly, more }, onLens);
-    CHECK_NEAR(q.Red, nearly.Weight / (nearly.Weight + 1.0), 1e-6);
+    CHECK_NEAR(q.Red, nearly.Weight / (nearly.Weight + (onLens ? full - 0.99 : 1.0)), 1e-6);
   }
 }
 
