@@ -315,6 +315,16 @@ SURFELSPLATTING_INLINE Lanes FindRoom(
   return room;
 }
 
+/// What fragments add to their layers: through a lens no more than there is room for.
+/// @param most weights over RoomToFill @param room over UnitOfRoom
+template <bool OnLens>
+SURFELSPLATTING_INLINE Lanes LimitWeight(const Lanes& most, const Lanes& room)
+{
+  const Lanes left = Larger(room, 0.0f);
+  const Lanes weight = most * Smaller(left, RoomToFill<OnLens>);
+  return OnLens ? Smaller(weight, UnitOfRoom<OnLens> * left) : weight;
+}
+
 /// Colours of a block's fragments, or these times their weights.
 struct WeightedColors
 {
@@ -439,13 +449,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
         RoomToFill<OnLens> / (Pass == RasterPass::Collect ? WeightOfReachInCell : WeightOfReach) },
       inside);
   }
-  const Lanes room = FindRoom(open, u, 1.0f + Ripple<OnLens>);
-  const Lanes left = Larger(room, 0.0f);
-  Lanes weight = most * Smaller(left, RoomToFill<OnLens>);
-  if (OnLens)
-  {
-    weight = Smaller(weight, UnitOfRoom<OnLens> * left);
-  }
+  const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
   const Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
   const Lanes visible = AddCoverage(open, at, weight, p.Opacity, depth, u);
   WeightedColors c{ p.Red, p.Green, p.Blue };
