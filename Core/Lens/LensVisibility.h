@@ -165,7 +165,7 @@ SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float ripple)
 constexpr float WeightOfReach = 0.004f;
 
 /// The same for splats in the cells of coarse grids, which are lighter. With 0.002 a bunny at 36 px
-/// flips by 8 levels in a dolly instead of 4, and with 0.001 light things, such as blades of grass,
+/// flips by 8 levels in a dolly instead of 5, and with 0.001 light things, such as blades of grass,
 /// join a meadow's horizon to what is behind it. With 0.004 a floor of small surfels without level
 /// of detail comes apart: 3 dB less.
 constexpr float WeightOfReachInCell = 0.003f;

@@ -101,7 +101,7 @@ void TestStream(Random& random)
     w.Near = static_cast<float>(random.Integer(-40, 40));
     w.Far = w.Near + static_cast<float>(random.Integer(0, 6) * random.Integer(0, 1));
     // exp(-0) is 1 in the raster too: weights are exact.
-    w.Weight = static_cast<float>(random.Integer(1, 8)) / 256.0f;
+    w.Weight = static_cast<float>(random.Integer(1, 16)) / 512.0f;
     w.Red = 0.5f;
     splats.push_back(w);
   }
