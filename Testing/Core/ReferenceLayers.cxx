@@ -158,6 +158,7 @@ void ReferenceLayers::Composite(double share, double after)
   }
   this->Tilted = this->Tilted || length > 0.0;
   ++this->Leaks;
+  this->FaintLeaks += after < 1.0 / 512.0 ? 1 : 0;
 }
 
 /// The layer's centroid stays, and with it LargestCover.

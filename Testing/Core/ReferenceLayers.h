@@ -77,6 +77,7 @@ public:
   double MedianMargin = 0.5; ///< how near the light behind a layer comes to 1/2
   ReferenceLeak Last{};
   int Leaks = 0;       ///< times that something joined the finished layers
+  int FaintLeaks = 0;  ///< those of them behind which less than 1/512 of the light was left
   bool Tilted = false; ///< whether T has depended on u
 
   // The open layer.

@@ -107,9 +107,9 @@ struct ScalarPixel
       largest = std::max({ largest, std::abs(layers.Color[0] - this->Layers.Color[0]),
         std::abs(layers.Through - this->Layers.Through) });
     }
-    // Where nothing is left of the light, rounding leaves half a unit of it, and half a unit of the
-    // room that the last weight was limited to, divided by LeastLeft.
-    const double left = this->Layers.Through < 1.0 / 512.0 ? 2.0 * 512.0 * Epsilon : 0.0;
+    // Each time that nothing is left of the light, rounding leaves half a unit of it, divided by
+    // LeastLeft.
+    const double left = 512.0 * Epsilon * this->Layers.FaintLeaks;
     return 4.0 * largest + 2.0 * Epsilon * (this->Terms + 8.0 * this->Layers.Leaks) + left;
   }
 };
