@@ -219,6 +219,7 @@ private:
     auto* covariances = vtkFloatArray::SafeDownCast(data->GetArray(Arrays::Covariance));
     auto* areas = vtkFloatArray::SafeDownCast(data->GetArray(Arrays::AreaVector));
     auto* twoSided = vtkUnsignedCharArray::SafeDownCast(data->GetArray(Arrays::TwoSided));
+    auto* overlaps = vtkUnsignedCharArray::SafeDownCast(data->GetArray(Arrays::Overlap));
     vtkDataArray* colors = this->Colors ? FindColors(surfels) : nullptr;
     double origin[3];
     ReadOrigin(surfels, origin);
@@ -243,6 +244,7 @@ private:
       const float* a = areas->GetPointer(3 * i);
       std::copy_n(a, 3, this->Surfels.AreaVectors->GetPointer(3 * to));
       this->Surfels.TwoSided->SetValue(to, twoSided->GetValue(i));
+      this->Surfels.Overlaps->SetValue(to, overlaps->GetValue(i));
       if (colors)
       {
         this->Interpolated->SetTuple(to, i, colors);
@@ -258,7 +260,7 @@ private:
   vtkIdType CloseGaps()
   {
     std::vector<vtkDataArray*> arrays = { this->Surfels.Positions, this->Surfels.Covariances,
-      this->Surfels.AreaVectors, this->Surfels.TwoSided };
+      this->Surfels.AreaVectors, this->Surfels.TwoSided, this->Surfels.Overlaps };
     if (this->Interpolated)
     {
       arrays.push_back(this->Interpolated);

@@ -66,6 +66,7 @@ struct CloudArrays
       this->Cloud.AreaVectors = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::AreaVector));
       this->Cloud.TwoSided =
         this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::TwoSided));
+      this->Cloud.Overlaps = this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::Overlap));
       this->Cloud.Opacities = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Opacity));
     }
     if (vtkPoints* points = data->GetPoints())

@@ -137,9 +137,10 @@ public:
   }
 
   /// Returns false if stopped.
+  /// @param result gets the arrays
   /// @param ranks  the ranks that weight one cloud together, or null
   /// @param region with ranks: the cloud whose region and halo the input is
-  bool Run(vtkPolyData* input, vtkFloatArray* result, SurfelSplatting::Ranks* ranks = nullptr,
+  bool Run(vtkPolyData* input, vtkPolyData* result, SurfelSplatting::Ranks* ranks = nullptr,
     const PartitionedCloud* region = nullptr)
   {
     const bool knowsNeighbors = !ranks && this->KnowsNeighbors(input);
@@ -173,7 +174,11 @@ public:
     {
       return false;
     }
-    this->WriteAreas(areas, input, result);
+    vtkNew<vtkFloatArray> areaVectors;
+    this->WriteAreas(areas, input, areaVectors);
+    result->ShallowCopy(input);
+    result->GetPointData()->AddArray(areaVectors);
+    result->GetPointData()->AddArray(this->MakeOverlaps(input->GetNumberOfPoints()));
     this->WriteReport(areas, sharing.IsOwn);
     return true;
   }
@@ -291,6 +296,20 @@ private:
     }
   }
 
+  vtkSmartPointer<vtkUnsignedCharArray> MakeOverlaps(vtkIdType count) const
+  {
+    auto overlaps = MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, count);
+    overlaps->FillValue(0);
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+      for (vtkIdType i = begin; i < end; ++i)
+      {
+        const float overlap = this->Report.Overlaps[static_cast<std::size_t>(i)];
+        overlaps->SetValue(this->IdOf(i), static_cast<unsigned char>(255.0f * overlap + 0.5f));
+      }
+    });
+    return overlaps;
+  }
+
   /// @param isOwn whether a surfel is in this process's region and counts; empty: all count
   void WriteReport(const RawVector<double>& areas, const std::vector<char>& isOwn)
   {
@@ -370,14 +389,11 @@ int vtkSurfelNormalization::Execute(vtkPolyData* input, vtkPolyData* output)
   {
     return 0;
   }
-  vtkNew<vtkFloatArray> areaVectors;
   Execution execution(this);
-  if (!execution.Run(input, areaVectors))
+  if (!execution.Run(input, output))
   {
     return 1; // stopped by the user: empty output
   }
-  output->ShallowCopy(input);
-  output->GetPointData()->AddArray(areaVectors);
   this->WarnOfTroubles();
   this->UpdateProgress(1.0);
   return 1;
@@ -409,15 +425,10 @@ int vtkSurfelNormalization::RequestDistributed(
     arrays.push_back({ Arrays::TwoSided, 1, twoSided });
   }
   const auto weight = [&](vtkPolyData* region) -> vtkSmartPointer<vtkPolyData> {
-    vtkNew<vtkFloatArray> areaVectors;
     Execution execution(this);
     this->ResetReport();
-    if (!execution.Run(region, areaVectors, &ranks, &cloud))
-    {
-      return nullptr;
-    }
-    region->GetPointData()->AddArray(areaVectors);
-    return region;
+    auto weighted = vtkSmartPointer<vtkPolyData>::New();
+    return execution.Run(region, weighted, &ranks, &cloud) ? weighted : nullptr;
   };
   const vtkSmartPointer<vtkPolyData> surfels = WorkOnRegion(ranks, cloud, arrays, 0.0, weight);
   if (!surfels)

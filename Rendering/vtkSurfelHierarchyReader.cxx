@@ -90,7 +90,8 @@ void AddArray(Core::ArrayRole role, vtkDataArray* array, vtkPolyData* output)
 bool IsReadAtRandom(const Core::StoredArray& stored)
 {
   for (const char* name : { Core::Arrays::Nodes, Core::Arrays::NodeColors, Core::Arrays::Covariance,
-         Core::Arrays::AreaVector, Core::Arrays::TwoSided, Core::Arrays::Opacity })
+         Core::Arrays::AreaVector, Core::Arrays::TwoSided, Core::Arrays::Overlap,
+         Core::Arrays::Opacity })
   {
     if (stored.Name == name)
     {

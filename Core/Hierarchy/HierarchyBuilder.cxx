@@ -52,6 +52,7 @@ public:
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
+    m.Overlap = this->Tree.OverlapOf(i);
     return m;
   }
 

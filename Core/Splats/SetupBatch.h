@@ -89,8 +89,9 @@ struct StoredSurfels
   Vector3Of<Real> Position, Area;
   Symmetric3Of<Real> Covariance;
   MaskOf<Real> TwoSided;
-  Real Size;  ///< sum of the leaves' areas, world units squared; of nodes
-  Real Patch; ///< area that MinNodeBlur applies to, over the own area; 0 for surfels
+  Real Size;    ///< sum of the leaves' areas, world units squared; of nodes
+  Real Patch;   ///< area that MinNodeBlur applies to, over the own area; 0 for surfels
+  Real Overlap; ///< SurfelCloud::OverlapOf
 };
 
 template <class Real>
@@ -119,6 +120,9 @@ SURFELSPLATTING_INLINE void GatherSurfels(
   s.TwoSided =
     twoSided ? GatherMask<Real>([&](int l) { return twoSided[index[l]]; }) : MaskOf<Real>{};
   s.Patch = Real{};
+  const unsigned char* overlaps = cloud.Overlaps;
+  s.Overlap =
+    overlaps ? (1.0 / 255.0) * GatherInts<Real>([&](int l) { return overlaps[index[l]]; }) : Real{};
 }
 
 /// Unpacks nodes (NodePacking.h).
@@ -127,7 +131,7 @@ SURFELSPLATTING_INLINE void GatherNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   static_assert(offsetof(HierarchyNode, Factor) == 16 && offsetof(HierarchyNode, Normal) == 28 &&
-      offsetof(HierarchyNode, Area) == 36 && offsetof(HierarchyNode, TwoSided) == 46,
+      offsetof(HierarchyNode, Area) == 36 && offsetof(HierarchyNode, Sides) == 46,
     "three parts of a row");
   const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
   const auto a = LoadColumns<Real>(0, row), b = LoadColumns<Real>(16, row),
@@ -137,7 +141,10 @@ SURFELSPLATTING_INLINE void GatherNodes(
   s.Patch = Uniform<Real>(1.0);
   const Real areaUnit = s.Size * (1.0 / PackedOne);
   s.Area = { areaUnit * b.LowShort(3), areaUnit * b.HighShort(3), areaUnit * c.LowShort(0) };
-  s.TwoSided = c.HighShort(3) != 0.0;
+  const Real sides = 0.5 * c.HighShort(3);
+  const Real overlap = WidenInt<Real>(ConvertLanes<IntOf<Real>>(sides));
+  s.TwoSided = sides != overlap;
+  s.Overlap = (1.0 / PackedOverlap) * overlap;
   const Real unit = a.Float(3) * (1.0 / PackedOne);
   // The rows of L in S = L L'.
   const Real x[6] = { unit * b.LowShort(0), unit * b.HighShort(0), unit * b.LowShort(1),
@@ -190,6 +197,7 @@ SURFELSPLATTING_INLINE void MergePairs(
     own * s.Area.Z + given * parent.Area.Z };
   s.Size = size;
   s.Patch = rest * s.Patch + (share > 0.0 ? (1.0 - rest) / share : one);
+  s.Overlap = Mixed(parent.Overlap, s.Overlap, rest);
   s.Position = Mixed(parent.Position, s.Position, t);
   const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
   s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
@@ -246,6 +254,7 @@ struct PlacedSurfels
   VisibleAreaOf<Real> Visible; ///< from the other points, as a share
   Real Patch;                  ///< area that MinNodeBlur applies to, over the own area; of
                                ///< Gaussians, the leaves' kernel area over the own one
+  Real Overlap;                ///< SurfelCloud::OverlapOf
 };
 
 /// Replaces what the lens's centre sees by what each of its points sees.
@@ -326,6 +335,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Alive &= s.Deposit > 0.0;
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
   s.Patch = stored.Patch;
+  s.Overlap = stored.Overlap;
   if (!view.Parallel)
   {
     // If the kernel's support reaches the lens plane, the affine footprint does not approximate its

@@ -47,6 +47,22 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
   return b;
 }
 
+/// The share of a surfel's weight that is left out, because surfels of other sheets cover the same:
+/// their overlap times l^2, l the lens's share of a leaf's footprint. In focus the layers of the
+/// sheets are apart, and the nearest one hides the others. (Ours; Documentation/Method.md. With l
+/// instead of l^2 seven cells lose 0.8 dB on a lion with foliage.)
+template <class Real>
+SURFELSPLATTING_INLINE Real CoveredShare(const SetupJob& job, const BatchIndices<Real>& index,
+  const PlacedSurfels<Real>& s, const LensBlur<Real>& blur)
+{
+  const double leaves = static_cast<double>(std::size_t{ 1 } << index.Level);
+  const double perArea = VariancePerArea / leaves * __builtin_fabs(job.Camera.Fx * job.Camera.Fy);
+  const Real lens = job.DefocusFactor * blur.ConfusionX * blur.ConfusionY;
+  const Real own = perArea * s.InverseZ * s.InverseZ * Norm(s.Area) + job.Prefilter;
+  const Real share = lens / Larger(lens + own, Uniform<Real>(1e-30));
+  return s.Overlap * share * share;
+}
+
 /**
  * Variance matrix of the smallest ellipse around two ellipses with the same centre (Krivanek and
  * Zara 2003, DC-TR-2003). Both are diagonal in the axes of the generalised eigenproblem A x = l B

@@ -84,6 +84,10 @@ SURFELSPLATTING_INLINE void MakeBatch(
     const ResamplingKernelOf<Real> kernel =
       MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
+    if (AnyLane<Real>(s.Overlap > 0.0))
+    {
+      s.Deposit *= 1.0 - CoveredShare(job, index, s, blur);
+    }
     const Real weight = Weigh(job, s, f.Smooth, kernel.Peak);
     if (AnyLane<Real>(s.Alive))
     {

@@ -16,6 +16,7 @@ struct NodeMoments
   Vector3 Position{ 0, 0, 0 };   ///< sum a_i p_i / sum a_i
   Symmetric3 Covariance{};       ///< of the mixture: mean of S_i plus that of the positions
   double Opacity = 1.0;          ///< mean, weighted by a_i
+  double Overlap = 0.0;          ///< the same of SurfelCloud::OverlapOf
 };
 
 inline Symmetric3 Mix(const Symmetric3& a, double wa, const Symmetric3& b, double wb)
@@ -56,6 +57,7 @@ inline NodeMoments Join(const NodeMoments& a, const NodeMoments& b, bool twoSide
   node.Covariance = Mix(a.Covariance, wa, b.Covariance, wb);
   AddOuterProduct(node.Covariance, d, wa * wb);
   node.Opacity = wa * a.Opacity + wb * b.Opacity;
+  node.Overlap = wa * a.Overlap + wb * b.Overlap;
   return node;
 }
 

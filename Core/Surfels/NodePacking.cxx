@@ -90,7 +90,9 @@ HierarchyNode PackNode(const NodeMoments& moments, bool twoSided)
     node.Normal[i] = Pack(moments.AreaVector[i], perArea);
   }
   node.Opacity = PackShare(moments.Opacity);
-  node.TwoSided = twoSided ? 1 : 0;
+  const auto overlap =
+    static_cast<unsigned int>(std::lround(Clamp(moments.Overlap, 0.0, 1.0) * PackedOverlap));
+  node.Sides = static_cast<std::uint16_t>(overlap << 1 | (twoSided ? 1u : 0u));
   return node;
 }
 
@@ -114,6 +116,16 @@ Symmetric3 CovarianceOf(const HierarchyNode& node)
   }
   return { l[0] * l[0], l[1] * l[1] + l[2] * l[2], l[3] * l[3] + l[4] * l[4] + l[5] * l[5],
     l[0] * l[1], l[1] * l[3] + l[2] * l[4], l[0] * l[3] };
+}
+
+bool IsTwoSided(const HierarchyNode& node)
+{
+  return (node.Sides & 1) != 0;
+}
+
+double OverlapOf(const HierarchyNode& node)
+{
+  return static_cast<double>(node.Sides >> 1) / PackedOverlap;
 }
 
 Vector3 AreaVectorOf(const HierarchyNode& node)

@@ -23,6 +23,8 @@ Symmetric3 CovarianceOf(const HierarchyNode& node);
 Vector3 AreaVectorOf(const HierarchyNode& node);
 double OpacityOf(const HierarchyNode& node);
 double ConeOf(const HierarchyNode& node); ///< its cosine
+bool IsTwoSided(const HierarchyNode& node);
+double OverlapOf(const HierarchyNode& node);
 
 /// A node's colour, unpacked.
 struct ColorMoments

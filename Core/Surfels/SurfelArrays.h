@@ -13,6 +13,7 @@ constexpr const char* Origin = "SurfelOrigin";         // field data, double[3],
 constexpr const char* Covariance = "SurfelCovariance"; // float[6], XX YY ZZ XY YZ XZ
 constexpr const char* AreaVector = "SurfelAreaVector"; // float[3], outward, world units squared
 constexpr const char* TwoSided = "SurfelTwoSided";     // unsigned char[1], 0 or 1
+constexpr const char* Overlap = "SurfelOverlap";       // unsigned char[1], unit 1 / 255
 constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 
 // Of Gaussians in space (Documentation/Volumes.md); the first marks such a cloud:

@@ -49,6 +49,7 @@ struct SurfelCloud
   const float* AreaVectors = nullptr;      ///< [n][3]
   const unsigned char* TwoSided = nullptr; ///< [n], null: all one-sided
   const float* Opacities = nullptr;        ///< [n] in [0, 1], null: 1
+  const unsigned char* Overlaps = nullptr; ///< [n] unit 1 / 255, null: 0 (OverlapOf)
 
   CloudKind Kind = CloudKind::Surfels;
   const float* Densities = nullptr;           ///< [n] of Gaussians in space; see CloudKind
@@ -137,7 +138,17 @@ struct SurfelCloud
   bool IsTwoSided(std::size_t i) const
   {
     return this->IsInSpace() ||
-      (this->IsNode(i) ? this->Node(i).TwoSided != 0 : this->TwoSided && this->TwoSided[i]);
+      (this->IsNode(i) ? SurfelSplatting::IsTwoSided(this->Node(i))
+                       : this->TwoSided && this->TwoSided[i]);
+  }
+
+  /// Share of a surfel that surfels of other sheets, close in front or behind, cover as well, [0,
+  /// 1]. Where the lens blurs them into one layer, it must not count twice (SetupFootprint.h).
+  double OverlapOf(std::size_t i) const
+  {
+    return !this->Overlaps ? 0.0
+      : this->IsNode(i)    ? SurfelSplatting::OverlapOf(this->Node(i))
+                           : this->Overlaps[i] / 255.0;
   }
 
   /// Opacity of the surfel itself, without that of its colour and of the cloud.

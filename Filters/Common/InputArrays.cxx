@@ -58,7 +58,7 @@ std::string CheckSurfels(vtkPolyData* input)
     int Components;
     bool Needed;
   } arrays[] = { { Arrays::AreaVector, 3, true }, { Arrays::Covariance, 6, true },
-    { Arrays::TwoSided, 1, false }, { Arrays::Opacity, 1, false } };
+    { Arrays::TwoSided, 1, false }, { Arrays::Overlap, 1, false }, { Arrays::Opacity, 1, false } };
   for (const auto& array : arrays)
   {
     if (!array.Needed && !input->GetPointData()->GetArray(array.Name))

@@ -27,7 +27,9 @@ SurfelOutput::SurfelOutput(vtkIdType count)
   , Covariances(MakeArray<vtkFloatArray>(Arrays::Covariance, 6, count))
   , AreaVectors(MakeArray<vtkFloatArray>(Arrays::AreaVector, 3, count))
   , TwoSided(MakeArray<vtkUnsignedCharArray>(Arrays::TwoSided, 1, count))
+  , Overlaps(MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, count))
 {
+  this->Overlaps->FillValue(0);
 }
 
 void SurfelOutput::Write(const double origin[3], vtkPolyData* output) const
@@ -39,6 +41,7 @@ void SurfelOutput::Write(const double origin[3], vtkPolyData* output) const
   output->GetPointData()->AddArray(this->Covariances);
   output->GetPointData()->AddArray(this->AreaVectors);
   output->GetPointData()->AddArray(this->TwoSided);
+  output->GetPointData()->AddArray(this->Overlaps);
   auto array = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
   array->SetTuple(0, origin);
   output->GetFieldData()->AddArray(array);

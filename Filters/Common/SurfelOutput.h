@@ -23,7 +23,8 @@ struct SurfelOutput
 {
   /// The point arrays.
   static constexpr const char* Names[] = { SurfelSplatting::Arrays::Covariance,
-    SurfelSplatting::Arrays::AreaVector, SurfelSplatting::Arrays::TwoSided };
+    SurfelSplatting::Arrays::AreaVector, SurfelSplatting::Arrays::TwoSided,
+    SurfelSplatting::Arrays::Overlap };
 
   explicit SurfelOutput(vtkIdType count);
 
@@ -32,6 +33,7 @@ struct SurfelOutput
 
   vtkSmartPointer<vtkFloatArray> Positions, Covariances, AreaVectors;
   vtkSmartPointer<vtkUnsignedCharArray> TwoSided;
+  vtkSmartPointer<vtkUnsignedCharArray> Overlaps; ///< 0 until the surfels are normalized
 };
 
 /// Passes the point data of those input points that are kept, and the field data.

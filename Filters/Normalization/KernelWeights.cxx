@@ -213,7 +213,7 @@ struct Sampling
 
   explicit Sampling(const WeightSettings& settings)
     : Share(SampleShare(settings))
-    , Scale(1.0 / (SampleBlock::Peak * (1.0 - std::exp(-settings.Support))))
+    , Scale(1.0 / (KernelPeak * (1.0 - std::exp(-settings.Support))))
   {
   }
 
@@ -476,6 +476,7 @@ bool SolveWeights(const WeightProblem& problem, const StageProgress& progress,
     report.After = Statistics(moments, report);
     report.Before = iterations == 0 ? report.After : report.Before;
   }
+  report.Overlaps = std::move(samples.Surface.Overlaps);
   report.InitialAreas = std::move(samples.Surface.Areas);
   return progress.Step(1.0);
 }

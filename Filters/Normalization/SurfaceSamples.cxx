@@ -34,28 +34,10 @@ constexpr float Everything = 1e30f;
 
 constexpr double GoldenAngle = 2.39996322972865332;
 
-/// exp(-q) is computed as exp(-q / 8)^8 for q up to 8, the largest support.
-constexpr float LargestExponent = 8.0f;
-
 /// Whether two surfels can be on the same sheet of surface.
 bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
 {
   return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > 0.0f);
-}
-
-/// exp(-8 r) for r from 0 to 1, within 1e-6: a Chebyshev interpolant of exp(-r) of degree 6.
-inline float ExpOfEighth(float r)
-{
-  float e = 0.000849007875f;
-  e = e * r - 0.00765432511f;
-  e = e * r + 0.0412233177f;
-  e = e * r - 0.166515167f;
-  e = e * r + 0.499975091f;
-  e = e * r - 0.999998454f;
-  e = e * r + 0.999999984f;
-  e *= e;
-  e *= e;
-  return e * e;
 }
 
 /// Places of the owner and its neighbours on the same sheet, relative to the owner, in units of its
@@ -79,63 +61,6 @@ struct Sheet
     this->Y[k] = at.Y;
     this->Z[k] = at.Z;
     this->Squared[k] = squared;
-  }
-};
-
-/// Those kernels of a sheet that may reach a sample of the owner, as a structure of arrays for SIMD
-/// loops. Beyond Count the arrays are padded to full vectors with kernels that reach nothing.
-struct SheetKernels
-{
-  static constexpr int Lanes = 16;
-  static constexpr int Capacity = Sheet::Capacity + Lanes;
-
-  int Count;
-  std::uint16_t Numbers[Capacity]; // in the table
-  alignas(64) float X[Capacity];
-  alignas(64) float Y[Capacity];
-  alignas(64) float Z[Capacity];
-  alignas(64) float B1X[Capacity];
-  alignas(64) float B1Y[Capacity];
-  alignas(64) float B1Z[Capacity];
-  alignas(64) float B2X[Capacity];
-  alignas(64) float B2Y[Capacity];
-  alignas(64) float B2Z[Capacity];
-  alignas(64) float NX[Capacity];
-  alignas(64) float NY[Capacity];
-  alignas(64) float NZ[Capacity];
-  alignas(64) float Climb[Capacity];
-
-  /// @param at in units of `spacing`, which is in world units
-  void Add(std::uint16_t number, const Float3& at, const WeightedKernel& kernel, float spacing,
-    float climb)
-  {
-    const int k = this->Count++;
-    this->Numbers[k] = number;
-    this->X[k] = at.X;
-    this->Y[k] = at.Y;
-    this->Z[k] = at.Z;
-    this->B1X[k] = spacing * kernel.B1.X;
-    this->B1Y[k] = spacing * kernel.B1.Y;
-    this->B1Z[k] = spacing * kernel.B1.Z;
-    this->B2X[k] = spacing * kernel.B2.X;
-    this->B2Y[k] = spacing * kernel.B2.Y;
-    this->B2Z[k] = spacing * kernel.B2.Z;
-    this->NX[k] = kernel.Normal.X;
-    this->NY[k] = kernel.Normal.Y;
-    this->NZ[k] = kernel.Normal.Z;
-    this->Climb[k] = climb * kernel.Sigma / spacing;
-  }
-
-  /// Pads to full vectors; call after the last Add.
-  void Pad()
-  {
-    for (int k = this->Count; k % Lanes != 0; ++k)
-    {
-      this->X[k] = this->Y[k] = this->Z[k] = 0.0f;
-      this->B1X[k] = this->B1Y[k] = this->B1Z[k] = 0.0f;
-      this->B2X[k] = this->B2Y[k] = this->B2Z[k] = 0.0f;
-      this->NX[k] = this->NY[k] = this->NZ[k] = this->Climb[k] = 0.0f;
-    }
   }
 };
 
@@ -224,28 +149,21 @@ SURFEL_MULTIVERSION void FindNearer(const Sheet& s, float squaredReach, SamplePo
   }
 }
 
-/// The kernels at a sample, as SampleBlock has them; 0 of those whose exponent |B y|^2 / 2
-/// is beyond the support, and of those whose plane is too far off.
-SURFEL_MULTIVERSION void FindKernels(
-  const SheetKernels& s, const Float3& at, float support, int* __restrict kernels)
+/// A mean of numbers; 0 of none.
+class Mean
 {
-  for (int first = 0; first < s.Count; first += SheetKernels::Lanes)
+public:
+  void Add(float x)
   {
-    for (int lane = 0; lane < SheetKernels::Lanes; ++lane)
-    {
-      const int k = first + lane;
-      const float x = at.X - s.X[k], y = at.Y - s.Y[k], z = at.Z - s.Z[k];
-      const float b1 = s.B1X[k] * x + s.B1Y[k] * y + s.B1Z[k] * z;
-      const float b2 = s.B2X[k] * x + s.B2Y[k] * y + s.B2Z[k] * z;
-      const float climb = s.NX[k] * x + s.NY[k] * y + s.NZ[k] * z;
-      const float q = 0.5f * (b1 * b1 + b2 * b2);
-      const float bounded = q < LargestExponent ? q : LargestExponent;
-      const float kernel = ExpOfEighth(bounded * (1.0f / LargestExponent));
-      const bool reaches = (q < support) & (climb * climb < s.Climb[k] * s.Climb[k]);
-      kernels[k] = reaches ? static_cast<int>(SampleBlock::Peak * kernel + 0.5f) : 0;
-    }
+    this->Sum += x;
+    ++this->Count;
   }
-}
+  float Get() const { return this->Count > 0 ? this->Sum / static_cast<float>(this->Count) : 0.0f; }
+
+private:
+  float Sum = 0.0f;
+  int Count = 0;
+};
 
 /// Makes the samples of one surfel after another.
 class Sampler
@@ -274,10 +192,12 @@ public:
       surface.Areas[i] = kernel.Usable ? kernel.Area : 0.0f;
       surface.Peaks[i] = kernel.Usable ? kernel.Peak : 0.0f;
       const std::size_t samples = block.Samples.size();
+      this->Overlap = Mean();
       if (kernel.Usable)
       {
         this->Sample(i, i - first, block);
       }
+      surface.Overlaps[i] = this->Overlap.Get();
       block.Owned.push_back(static_cast<std::uint16_t>(block.Samples.size() - samples));
     }
     block.Others = this->Table.Others();
@@ -340,6 +260,10 @@ private:
     const bool isInside = !border || this->Coverage(at) >= EdgeCoverage;
     const bool isOwn = !sharing || sharing->IsOwn[static_cast<std::size_t>(owner)];
     const int kind = !isInside ? 0 : isOwn ? CountedSample : HaloSample;
+    if (isInside)
+    {
+      this->Overlap.Add(this->OverlapAt(at));
+    }
     const int entries = this->AddEntries(at, block);
     block.Samples.push_back(static_cast<std::uint16_t>(entries | kind << SampleBlock::KindShift));
   }
@@ -384,15 +308,13 @@ private:
     const Float3& p = this->Table[number].Position;
     const auto spacing = static_cast<float>(this->Spacing);
     const float inverse = 1.0f / spacing;
-    const auto offset = static_cast<float>(this->Settings.NormalOffset);
-    const auto radius = static_cast<float>(this->Settings.SampleRadius);
-    this->Near.Count = this->Kernels.Count = 0;
+    this->Near.Count = this->Kernels.Count = this->Others.Count = 0;
     this->Around.Clear();
     this->Near.Add(static_cast<std::uint16_t>(own), Float3(), 0.0f);
-    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, offset);
+    this->Kernels.Add(static_cast<std::uint16_t>(own), Float3(), kernel, spacing, this->OwnSheet());
     for (std::size_t k = this->RowEnds[number]; k < this->RowEnds[number + 1]; ++k)
     {
-      const auto& [other, q, reachOfOther] = this->Table[this->Row[k]];
+      const auto& [other, q, reach] = this->Table[this->Row[k]];
       if (!other.Usable || !AreCompatible(kernel, other))
       {
         continue;
@@ -403,11 +325,7 @@ private:
       at.Z = inverse * (q.Z - p.Z);
       const float squared = SingleDot(at, at);
       this->Near.Add(this->Row[k], at, squared);
-      const float reach = radius + inverse * reachOfOther;
-      if (squared < reach * reach)
-      {
-        this->Kernels.Add(this->Row[k], at, other, spacing, offset);
-      }
+      this->AddKernels(kernel, { this->Row[k], at, squared, reach });
       if (this->Around.MayHaveGap())
       {
         const float x = SingleDot(at, u), y = SingleDot(at, v);
@@ -419,6 +337,7 @@ private:
       }
     }
     this->Kernels.Pad();
+    this->Others.Pad();
     this->Known = Everything;
     const bool gap = this->Around.HaveGap();
     if (gap && kernel.Area > StepOfAreas * this->MedianArea())
@@ -457,6 +376,62 @@ private:
     return sum / (2.0 * Pi * variance * this->Spacing * this->Spacing);
   }
 
+  ClimbRange OwnSheet() const { return { 0.0f, static_cast<float>(this->Settings.NormalOffset) }; }
+
+  struct Neighbor
+  {
+    std::uint16_t Number; // in the table
+    Float3 At;            // in spacings
+    float Squared;        // distance, in spacings
+    float Reach;          // of its kernel on its own sheet, world units
+  };
+
+  /// Adds what of a neighbour's kernel may reach the owner's samples, as of the owner's sheet and
+  /// as of another one. On smooth surfaces no sample is so far off the planes of kernels.
+  void AddKernels(const WeightedKernel& owner, const Neighbor& neighbor)
+  {
+    const WeightedKernel& other = this->Table[neighbor.Number].Kernel;
+    const auto spacing = static_cast<float>(this->Spacing);
+    const auto radius = static_cast<float>(this->Settings.SampleRadius);
+    const float reach = radius + neighbor.Reach / spacing;
+    if (neighbor.Squared < reach * reach)
+    {
+      this->Kernels.Add(neighbor.Number, neighbor.At, other, spacing, this->OwnSheet());
+    }
+    const float offset = this->OwnSheet().Last;
+    const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
+    const float cosine = SingleDot(owner.Normal, other.Normal);
+    const float sine = std::sqrt(std::max(1.0f - cosine * cosine, 0.0f));
+    const float climb = std::abs(SingleDot(neighbor.At, other.Normal)) + radius * sine;
+    if (climb * spacing > offset * other.Sigma)
+    {
+      const float more = other.Sigma * other.Sigma * (farthest * farthest - offset * offset);
+      const float far = radius + std::sqrt(neighbor.Reach * neighbor.Reach + more) / spacing;
+      if (neighbor.Squared < far * far)
+      {
+        this->Others.Add(neighbor.Number, neighbor.At, other, spacing, { offset, farthest });
+      }
+    }
+  }
+
+  /// Share of the cover at a sample that is of other sheets. Its own sheet covers it once.
+  float OverlapAt(const Float3& at)
+  {
+    if (this->Others.Count == 0)
+    {
+      return 0.0f;
+    }
+    FindKernels(this->Others, at, static_cast<float>(this->Settings.Support), this->Values);
+    float sum = 0.0f;
+    for (int k = 0; k < this->Others.Count; ++k)
+    {
+      const WeightedKernel& kernel = this->Table[this->Others.Numbers[k]].Kernel;
+      sum += static_cast<float>(this->Values[k]) * (kernel.Area * kernel.Peak);
+    }
+    sum *= 1.0f / KernelPeak;
+    return sum / (1.0f + sum);
+  }
+
   /// @return the number of kernels that reach the sample
   int AddEntries(const Float3& at, SampleBlock& block)
   {
@@ -493,6 +468,8 @@ private:
   Sheet Near;
   SamplePositions At{};
   SheetKernels Kernels;
+  SheetKernels Others; // of other sheets
+  Mean Overlap;        // of the owner's samples
   alignas(64) int Values[SheetKernels::Capacity];
   std::size_t Entries = 0; // of the block
   Neighbors Found;
@@ -523,6 +500,7 @@ void BeginSamples(const WeightProblem& problem, SampledSurface& surface)
   const auto size = static_cast<std::size_t>(SampleBlockSize(problem.Settings));
   surface.Areas.resize(count);
   surface.Peaks.resize(count);
+  surface.Overlaps.resize(count);
   surface.Blocks.resize((count + size - 1) / size);
 }
 

@@ -6,6 +6,7 @@
 
 #include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
+#include "Filters/Normalization/SheetKernels.h"
 #include "Filters/Normalization/SurfelTable.h"
 #include "Filters/Normalization/WeightProblem.h"
 
@@ -23,9 +24,6 @@ constexpr std::uint16_t CountedSample = 1, HaloSample = 2;
 /// them.
 struct SampleBlock
 {
-  /// A kernel's peak in Kernels.
-  static constexpr float Peak = 65535.0f;
-
   /// A sample is the number of its entries, and its kind above these bits: CountedSample,
   /// HaloSample, or 0 beyond the border.
   static constexpr int KindShift = 12;
@@ -35,7 +33,7 @@ struct SampleBlock
   std::vector<std::uint16_t> Owned;   // [surfels] number of samples
   std::vector<std::uint16_t> Samples; // one surfel's after another's
   RawVector<std::uint16_t> Numbers;   // [entries] of the surfel in the table
-  RawVector<std::uint16_t> Kernels;   // [entries] K at the sample over K's peak, times Peak
+  RawVector<std::uint16_t> Kernels;   // [entries] K at the sample over K's peak, times KernelPeak
 
   static int Entries(std::uint16_t sample) { return sample & ((1 << KindShift) - 1); }
   static int Kind(std::uint16_t sample) { return sample >> KindShift; }
@@ -65,8 +63,9 @@ inline int SampleBlockSize(const WeightSettings& settings)
 struct SampledSurface
 {
   std::vector<SampleBlock> Blocks;
-  RawVector<float> Areas; // [n] world units squared; 0: no usable kernel
-  RawVector<float> Peaks; // [n] 1 / area
+  RawVector<float> Areas;    // [n] world units squared; 0: no usable kernel
+  RawVector<float> Peaks;    // [n] 1 / area
+  RawVector<float> Overlaps; // [n] share of the cell that other sheets cover as well
 };
 
 /// Called with each block, by its index, while the block and its table are in the caches. Several

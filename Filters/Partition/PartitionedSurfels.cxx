@@ -30,7 +30,7 @@ constexpr double Reach = 6.0;
 
 /// Values that are sent for a surfel: position, covariance, area vector, two-sided; then its
 /// colour, if any process has colours.
-constexpr int SurfelComponents = 3 + 6 + 3 + 1;
+constexpr int SurfelComponents = 3 + 6 + 3 + 1 + 1;
 
 /// Index in the fetched cloud.
 vtkIdType RegionPointId(vtkPolyData* surfels, vtkIdType i)
@@ -87,7 +87,8 @@ PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData
     {
       results.Values.push_back(static_cast<float>(tuple[c] + (origin[c] - cloud.Origin()[c])));
     }
-    for (const char* name : { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided })
+    for (const char* name :
+      { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided, Arrays::Overlap })
     {
       vtkDataArray* array = data->GetArray(name);
       array->GetTuple(i, tuple);
@@ -148,6 +149,7 @@ vtkIdType WritePartitionedSurfels(
       own.Covariances->SetTypedTuple(to, values + 3);
       own.AreaVectors->SetTypedTuple(to, values + 9);
       own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
+      own.Overlaps->SetValue(to, static_cast<unsigned char>(values[13]));
       for (int c = 0; areColored && c < ColorComponents; ++c)
       {
         colors.push_back(static_cast<unsigned char>(values[SurfelComponents + c]));
@@ -168,7 +170,7 @@ vtkIdType WritePartitionedSurfels(
 void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPolyData* output)
 {
   PartitionedCloud::Results results;
-  results.Components = 3;
+  results.Components = 4;
   for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
   {
     const vtkIdType point = RegionPointId(surfels, i);
@@ -178,6 +180,8 @@ void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPol
       double a[3];
       surfels->GetPointData()->GetArray(Arrays::AreaVector)->GetTuple(i, a);
       results.Values.insert(results.Values.end(), a, a + 3);
+      surfels->GetPointData()->GetArray(Arrays::Overlap)->GetTuple(i, a);
+      results.Values.push_back(static_cast<float>(a[0]));
     }
   }
   const PartitionedCloud::Returned returned = cloud.Return(results);
@@ -189,13 +193,19 @@ void WritePartitionedAreas(PartitionedCloud& cloud, vtkPolyData* surfels, vtkPol
   vtkNew<vtkFloatArray> areas;
   areas->DeepCopy(own);
   areas->SetName(Arrays::AreaVector);
+  const auto overlaps =
+    MakeArray<vtkUnsignedCharArray>(Arrays::Overlap, 1, areas->GetNumberOfTuples());
+  overlaps->FillValue(0);
   for (size_t i = 0; i < returned.Has.size(); ++i)
   {
     if (returned.Has[i])
     {
-      areas->SetTypedTuple(static_cast<vtkIdType>(i), returned.Values.data() + 3 * i);
+      const float* values = returned.Values.data() + 4 * i;
+      areas->SetTypedTuple(static_cast<vtkIdType>(i), values);
+      overlaps->SetValue(static_cast<vtkIdType>(i), static_cast<unsigned char>(values[3]));
     }
   }
   output->GetPointData()->AddArray(areas);
+  output->GetPointData()->AddArray(overlaps);
 }
 }

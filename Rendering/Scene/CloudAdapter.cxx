@@ -134,6 +134,10 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
   {
     cloud.TwoSided = Pointer<vtkUnsignedCharArray>(twoSided, source);
   }
+  if (vtkDataArray* overlap = data->GetArray(Arrays::Overlap))
+  {
+    cloud.Overlaps = Pointer<vtkUnsignedCharArray>(overlap, source);
+  }
   if (vtkDataArray* opacity = data->GetArray(Arrays::Opacity))
   {
     cloud.Opacities = Pointer<vtkFloatArray>(opacity, source);
@@ -183,6 +187,7 @@ std::string CheckSurfels(vtkPolyData* surfels)
   for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
          CheckArray(surfels, Arrays::AreaVector, 3, true),
          CheckArray(surfels, Arrays::TwoSided, 1, false),
+         CheckArray(surfels, Arrays::Overlap, 1, false),
          CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
   {
     if (!problem.empty())

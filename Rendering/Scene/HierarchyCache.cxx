@@ -93,13 +93,14 @@ vtkDataArray* HierarchyCache::FindComputed(
     return nullptr;
   }
   vtkPointData* data = input->GetPointData();
-  for (vtkAbstractArray* source : { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
-         data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
-         data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Opacity),
-         data->GetAbstractArray(Arrays::GaussianCovariance),
-         data->GetAbstractArray(Arrays::GaussianOpacity),
-         data->GetAbstractArray(Arrays::GaussianExtinction),
-         input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
+  for (vtkAbstractArray* source :
+    { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
+      data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
+      data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Overlap),
+      data->GetAbstractArray(Arrays::Opacity), data->GetAbstractArray(Arrays::GaussianCovariance),
+      data->GetAbstractArray(Arrays::GaussianOpacity),
+      data->GetAbstractArray(Arrays::GaussianExtinction),
+      input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
   {
     if (source && source->GetMTime() > array->GetMTime())
     {

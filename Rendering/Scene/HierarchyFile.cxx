@@ -102,9 +102,9 @@ private:
   HierarchyLayout Layout;
   std::vector<StoredArray> Stored;
   std::vector<vtkSmartPointer<vtkDataArray>> Sources; ///< null: not a copy
-  int Positions = None, Covariances = None, AreaVectors = None, TwoSided = None, Opacities = None,
-      Leaves = None, Nodes = None, Colors = None, NodeColors = None, Clusters = None,
-      Extents = None, Samples = None, Bounds = None;
+  int Positions = None, Covariances = None, AreaVectors = None, TwoSided = None, Overlaps = None,
+      Opacities = None, Leaves = None, Nodes = None, Colors = None, NodeColors = None,
+      Clusters = None, Extents = None, Samples = None, Bounds = None;
   std::uint64_t SampleStep = 1;
 };
 
@@ -156,6 +156,7 @@ void Contents::AddPointArrays()
   } ofSurfels[] = { { Arrays::Covariance, VTK_FLOAT, this->Covariances },
     { Arrays::AreaVector, VTK_FLOAT, this->AreaVectors },
     { Arrays::TwoSided, VTK_UNSIGNED_CHAR, this->TwoSided },
+    { Arrays::Overlap, VTK_UNSIGNED_CHAR, this->Overlaps },
     { Arrays::Opacity, VTK_FLOAT, this->Opacities } };
   for (int i = 0; i < data->GetNumberOfArrays(); ++i)
   {
@@ -296,6 +297,7 @@ SurfelCloud Contents::CloudIn(ArrayFileWriter& file) const
   cloud.Covariances = floats(this->Covariances);
   cloud.AreaVectors = floats(this->AreaVectors);
   cloud.TwoSided = bytes(this->TwoSided);
+  cloud.Overlaps = bytes(this->Overlaps);
   cloud.Opacities = floats(this->Opacities);
   cloud.ColorsUChar = bytes(this->Colors);
   cloud.Nodes = file.Data<HierarchyNode>(this->Nodes);

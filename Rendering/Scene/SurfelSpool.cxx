@@ -123,7 +123,7 @@ vtkSmartPointer<vtkDataArray> SurfelSpool::Values(vtkPolyData* piece, const Colu
     return ShiftedPoints(piece, this->First, column.Type);
   }
   vtkDataArray* array = piece->GetPointData()->GetArray(column.Name.c_str());
-  if (!array && column.Name == Arrays::TwoSided)
+  if (!array && (column.Name == Arrays::TwoSided || column.Name == Arrays::Overlap))
   {
     vtkSmartPointer<vtkDataArray> zeros;
     zeros.TakeReference(vtkDataArray::CreateDataArray(column.Type));

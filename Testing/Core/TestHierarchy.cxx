@@ -448,7 +448,7 @@ TEST_CASE("Packing")
       CHECK_NEAR(AreaVectorOf(node)[c], m.AreaVector[c], Packed * m.Area);
     }
     CHECK_NEAR(OpacityOf(node), m.Opacity, Packed);
-    CHECK((node.TwoSided != 0) == twoSided);
+    CHECK(IsTwoSided(node) == twoSided);
   }
   HierarchyNode node{};
   for (double cosine : { -1.0, -0.3, 0.0, 0.99999, 1.0 })
