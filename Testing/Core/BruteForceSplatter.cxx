@@ -302,7 +302,7 @@ bool MakeReferenceSplat(
   Jacobian(view, p, rows);
   const double center = std::abs(
     Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) - Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
-  const double deposit = weighs ? view.Fx * view.Fy / (p[2] * p[2] * p[2]) * lens.Largest : center;
+  double deposit = weighs ? view.Fx * view.Fy / (p[2] * p[2] * p[2]) * lens.Largest : center;
 
   const double confusion = view.Parallel
     ? 0.0
@@ -329,6 +329,12 @@ bool MakeReferenceSplat(
   splat.Kernel =
     pearson ? ChooseReferenceKernel(ReferencePearsonExponent(w, cx * cy)) : ReferenceKernel{};
   std::copy(&w[0][0], &w[0][0] + 4, &splat.W[0][0]);
+  const double spacing =
+    view.Fx * view.Fy * Norm(s.Area) * (view.Parallel ? 1.0 : 1.0 / (p[2] * p[2]));
+  const double blurred = std::sqrt(lensX * lensY);
+  const double share =
+    blurred > 0.0 ? blurred / (blurred + h + spacing * (1.0 / 12.0 + 0.0784)) : 0.0;
+  deposit *= 1.0 - share * share * (cloud.Overlaps ? cloud.Overlaps[i] / 255.0 : 0.0);
   SetKernel(deposit * ReferenceRippleCompensation(smooth, cosine), det, c, splat);
   splat.X = view.Fx * p[0] / (view.Parallel ? 1.0 : p[2]) + view.Cx;
   splat.Y = view.Fy * p[1] / (view.Parallel ? 1.0 : p[2]) + view.Cy;

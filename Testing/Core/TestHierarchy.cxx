@@ -127,6 +127,7 @@ TestCloud BallAndSheet(int count, Random& random)
     s.Color = { { static_cast<float>(random.Uniform(0, 1)),
       static_cast<float>(0.5 + 0.5 * s.Normal[1]), 0.3f, 1.0f } };
     s.Opacity = static_cast<float>(random.Uniform(0.3, 1.0));
+    s.Overlap = random.Integer(0, 255);
     cloud.Add(s);
     s.TwoSided = true;
     s.Position = { random.Uniform(-2, 2), random.Uniform(-2, 2), 2.0 };
@@ -138,7 +139,7 @@ TestCloud BallAndSheet(int count, Random& random)
 
 struct LeafSums
 {
-  double Area = 0, Opacity = 0, Mass = 0;
+  double Area = 0, Opacity = 0, Overlap = 0, Mass = 0;
   Vector3 AreaVector{ 0, 0, 0 }, Position{ 0, 0, 0 };
   double Color[3] = { 0, 0, 0 };
 };
@@ -155,6 +156,7 @@ LeafSums SumLeaves(const SurfelCloud& tree, std::size_t first, std::size_t last,
     const std::array<double, 4> color = tree.Color(i);
     sums.Area += a;
     sums.Opacity += a * tree.OwnOpacity(i);
+    sums.Overlap += a * tree.OverlapOf(i);
     sums.Mass += a * color[3];
     for (int c = 0; c < 3; ++c)
     {
@@ -239,6 +241,7 @@ void CheckNode(const TestHierarchy& h, int level, int tree, std::size_t j)
   CHECK(cloud.IsTwoSided(node) == twoSided);
   CHECK_NEAR(cloud.Node(node).Area, sums.Area, 1e-7 * sums.Area);
   CHECK_NEAR(cloud.OwnOpacity(node), sums.Opacity / sums.Area, Packed);
+  CHECK_NEAR(cloud.OverlapOf(node), sums.Overlap / sums.Area, 2.0 * Packed);
   const Vector3 p = cloud.Position(node), a = cloud.AreaVector(node);
   const double sign = Dot(a, sums.AreaVector) < 0.0 ? -1.0 : 1.0;
   const std::array<double, 4> color = cloud.Color(node);
@@ -438,6 +441,7 @@ TEST_CASE("Packing")
       x *= m.Area * random.Uniform(0, 1);
     }
     m.Opacity = random.Uniform(0, 1);
+    m.Overlap = random.Uniform(0, 1);
     const bool twoSided = random.Integer(0, 1) != 0;
     const HierarchyNode node = PackNode(m, twoSided);
     const Symmetric3 s = CovarianceOf(node);
@@ -448,6 +452,7 @@ TEST_CASE("Packing")
       CHECK_NEAR(AreaVectorOf(node)[c], m.AreaVector[c], Packed * m.Area);
     }
     CHECK_NEAR(OpacityOf(node), m.Opacity, Packed);
+    CHECK_NEAR(OverlapOf(node), m.Overlap, 2.0 * Packed);
     CHECK(IsTwoSided(node) == twoSided);
   }
   HierarchyNode node{};

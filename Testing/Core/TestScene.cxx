@@ -53,6 +53,7 @@ void TestCloud::Add(const TestSurfel& s)
   this->Colors.insert(this->Colors.end(), s.Color.begin(), s.Color.end());
   this->Opacities.push_back(s.Opacity);
   this->TwoSided.push_back(s.TwoSided ? 1 : 0);
+  this->Overlaps.push_back(static_cast<unsigned char>(s.Overlap));
 }
 
 Symmetric3 RandomCovariance(const Vector3& sigma, Random& random)
@@ -79,6 +80,7 @@ void TestCloud::Add(const TestGaussian& g)
   this->Colors.insert(this->Colors.end(), g.Color.begin(), g.Color.end());
   this->Opacities.push_back(1.0f);
   this->TwoSided.push_back(1);
+  this->Overlaps.push_back(0);
   this->Densities.push_back(g.Density);
 }
 
@@ -94,6 +96,7 @@ SurfelCloud TestCloud::Get() const
   cloud.Opacities = this->Opacities.data();
   cloud.ColorsFloat = this->Colors.data();
   cloud.TwoSided = this->TwoSided.data();
+  cloud.Overlaps = this->Overlaps.data();
   cloud.Opacity = this->Opacity;
   cloud.LocalToWorld = this->LocalToWorld;
   cloud.Surface = this->Surface;
@@ -122,6 +125,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
     append(surfels.Opacities, 1, this->Opacities);
     append(surfels.ColorsFloat, 4, this->LeafColors);
     this->TwoSided.push_back(surfels.TwoSided[i]);
+    this->Overlaps.push_back(surfels.Overlaps[i]);
     if (surfels.IsInSpace())
     {
       append(surfels.Densities, 1, this->Densities);
@@ -150,6 +154,7 @@ SurfelCloud TestHierarchy::Get() const
   cloud.Covariances = this->Covariances.data();
   cloud.AreaVectors = this->AreaVectors.data();
   cloud.TwoSided = this->TwoSided.data();
+  cloud.Overlaps = this->Overlaps.data();
   cloud.Opacities = this->Opacities.data();
   cloud.ColorsFloat = this->LeafColors.data();
   cloud.Nodes = this->Nodes.data();

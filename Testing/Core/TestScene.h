@@ -29,6 +29,7 @@ struct TestSurfel
   std::array<float, 4> Color{ { 1, 1, 1, 1 } };
   float Opacity = 1.0f;
   bool TwoSided = false;
+  int Overlap = 0; ///< 0 to 255
 };
 
 /// A Gaussian in space.
@@ -56,7 +57,7 @@ public:
 
   std::vector<double> Positions;
   std::vector<float> Covariances, AreaVectors, Opacities, Colors;
-  std::vector<unsigned char> TwoSided;
+  std::vector<unsigned char> TwoSided, Overlaps;
 
   /// Of Gaussians in space.
   CloudKind Kind = CloudKind::Surfels;
@@ -83,7 +84,7 @@ public:
 
   KdTreeOrder Order;
   std::vector<float> Positions, Covariances, AreaVectors, Opacities, LeafColors; ///< of the leaves
-  std::vector<unsigned char> TwoSided;
+  std::vector<unsigned char> TwoSided, Overlaps;
   std::vector<float> Densities;
   std::vector<PackedHarmonics> Harmonics; ///< of leaves and nodes
   std::vector<HierarchyNode> Nodes;

@@ -162,6 +162,43 @@ TEST_CASE("Points of the lens")
   CHECK(seen > 100);
 }
 
+/// What other sheets cover as well is left out where the lens blurs them together, by the same
+/// share of a node as of its leaves; in focus nothing is.
+TEST_CASE("Overlap")
+{
+  const double depths[] = { 2.0, 2.1, 2.5, 6.0 };
+  for (const double z : depths)
+  {
+    TestCloud cloud;
+    for (int i = 0; i < 4; ++i)
+    {
+      TestSurfel surfel = SquareSurfel({ 0.01 * (i % 2), 0.01 * (i / 2), z }, 0.01);
+      surfel.Overlap = 102;
+      cloud.Add(surfel);
+    }
+    TestHierarchy hierarchy(cloud);
+    const SplatContext context = Context(); // in focus at 2
+    SurfelCloud alone = hierarchy.Get();
+    alone.Overlaps = nullptr;
+    const double blur = std::pow(0.5 * 300.0 * 0.1 * (1.0 / 2.0 - 1.0 / z), 2);
+    const double own = (1.0 / 12.0 + 0.28 * 0.28) * std::pow(0.01 * 300.0 / z, 2);
+    const double share = blur / (blur + own + context.Settings.Prefilter);
+    const OneSplat leaf(context, hierarchy.Get(), 0, 0), whole(context, alone, 0, 0);
+    CHECK_NEAR(leaf.S.Weight / whole.S.Weight, 1.0 - 0.4 * share * share, 1e-6);
+    if (z == 2.0)
+    {
+      CHECK(leaf.S.Weight == whole.S.Weight);
+    }
+    const OneSplat node(context, hierarchy.Get(), 6, 2);
+    for (HierarchyNode& n : hierarchy.Nodes)
+    {
+      n.Sides &= 1;
+    }
+    const OneSplat wholeNode(context, alone, 6, 2);
+    CHECK_NEAR(node.S.Weight / wholeNode.S.Weight, 1.0 - 0.4 * share * share, 1e-4);
+  }
+}
+
 /// W^-1 M H' for the node's covariance and the colour's first moment H.
 TEST_CASE("Gradients of nodes")
 {

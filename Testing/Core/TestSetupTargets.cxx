@@ -177,6 +177,7 @@ TestCloud MakeCloud(int surfels, Random& random)
     }
     s.Opacity = static_cast<float>(random.Uniform(0, 1));
     s.TwoSided = random.Integer(0, 1) == 1;
+    s.Overlap = std::max(random.Integer(-255, 255), 0);
     cloud.Add(s);
     if (random.Integer(0, 40) == 0)
     {
@@ -261,6 +262,7 @@ void TestSurfels(const SetupTarget& kernel)
     Compare(kernel, context, c, { 3, 57, 0 });
     c.ColorsFloat = nullptr;
     c.TwoSided = nullptr;
+    c.Overlaps = nullptr;
     c.Opacities = nullptr;
     c.Surface.Color = { 0.3, 0.6, 0.9 };
     c.Surface.SpecularPower = 1.0;
@@ -284,6 +286,7 @@ void TestNodes(const SetupTarget& kernel)
     s.Position = { s.Normal[0], s.Normal[1], s.Normal[2] + 3.0 };
     s.SigmaU = s.SigmaV = 0.03;
     s.Area = 12.566 / 4000;
+    s.Overlap = random.Integer(0, 255);
     for (float& c : s.Color)
     {
       c = static_cast<float>(random.Uniform(0, 1));

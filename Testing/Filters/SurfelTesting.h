@@ -95,14 +95,15 @@ public:
     , AreaVectors(data->GetPointData()->GetArray(SurfelSplatting::Arrays::AreaVector))
     , Covariances(data->GetPointData()->GetArray(SurfelSplatting::Arrays::Covariance))
     , TwoSided(data->GetPointData()->GetArray(SurfelSplatting::Arrays::TwoSided))
+    , Overlaps(data->GetPointData()->GetArray(SurfelSplatting::Arrays::Overlap))
     , Origin(data->GetFieldData()->GetArray(SurfelSplatting::Arrays::Origin))
   {
   }
 
   bool HasArrays() const
   {
-    return this->AreaVectors && this->Covariances && this->TwoSided && this->Origin &&
-      this->AreaVectors->GetDataType() == VTK_FLOAT &&
+    return this->AreaVectors && this->Covariances && this->TwoSided && this->Overlaps &&
+      this->Origin && this->AreaVectors->GetDataType() == VTK_FLOAT &&
       this->Covariances->GetDataType() == VTK_FLOAT &&
       this->Covariances->GetNumberOfComponents() == 6 &&
       this->TwoSided->GetDataType() == VTK_UNSIGNED_CHAR &&
@@ -135,6 +136,7 @@ public:
     return s;
   }
   bool IsTwoSided(vtkIdType i) const { return this->TwoSided->GetComponent(i, 0) != 0.0; }
+  double Overlap(vtkIdType i) const { return this->Overlaps->GetComponent(i, 0) / 255.0; }
   double TotalArea() const
   {
     double sum = 0.0;
@@ -218,6 +220,7 @@ private:
   vtkDataArray* AreaVectors;
   vtkDataArray* Covariances;
   vtkDataArray* TwoSided;
+  vtkDataArray* Overlaps;
   vtkDataArray* Origin;
 };
 

@@ -134,7 +134,8 @@ TEST_CASE("Arrays of points in a hierarchy")
   filter->BuildHierarchyOff();
   const auto surfels = ByOneFilter(data, filter);
   CHECK(tree->GetNumberOfPoints() == data->GetNumberOfPoints());
-  for (const char* name : { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided" })
+  for (const char* name :
+    { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided", "SurfelOverlap" })
   {
     vtkDataArray *leaves = tree->GetPointData()->GetArray(name),
                  *wanted = surfels->GetPointData()->GetArray(name);

@@ -232,13 +232,59 @@ TEST_CASE("Tiny surfels")
   }
 }
 
+/// The mean overlap of the surfels farther than `margin` from the border of the unit square.
+double MeanOverlap(vtkPolyData* surfels, double margin)
+{
+  vtkDataArray* overlaps = surfels->GetPointData()->GetArray("SurfelOverlap");
+  double sum = 0.0;
+  int count = 0;
+  for (vtkIdType i = 0; i < surfels->GetNumberOfPoints(); ++i)
+  {
+    const Vec p = Surfels(surfels).Position(i);
+    const bool isInside = std::min(p[0], p[1]) > margin && std::max(p[0], p[1]) < 1.0 - margin;
+    sum += isInside ? overlaps->GetTuple1(i) / 255.0 : 0.0;
+    count += isInside ? 1 : 0;
+  }
+  return sum / count;
+}
+
+/// Two sheets that face the same way, a few kernels apart, cover one another by half; those that
+/// are far from one another or face away do not, and no smooth sheet covers itself.
+TEST_CASE("Overlap")
+{
+  const struct
+  {
+    double Distance, Overlap;
+    bool FacesAway;
+  } cases[] = { { 0.012, 0.5, false }, { 0.03, 0.0, false }, { 0.012, 0.0, true } };
+  for (const auto& test : cases)
+  {
+    const Vec u{ 1, 0, 0 }, v{ 0, 1, 0 };
+    Sampled sheets = MakeRectangle({ 0, 0, 0 }, u, 1, v, 1, 0.01, 1.0, Random(40));
+    sheets.Append(MakeRectangle({ 0, 0, -test.Distance }, test.FacesAway ? v : u, 1,
+      test.FacesAway ? u : v, 1, 0.01, 1.0, Random(41)));
+    auto data = ToPolyData(sheets.Points);
+    AddNormals(data, sheets.Normals);
+    Pipeline pipeline(sheets);
+    pipeline.Estimation->SetInputData(data);
+    CHECK_NEAR(pipeline.Run().TotalArea(), 2.0, 0.05); // in focus each covers what it covers
+    CHECK_NEAR(MeanOverlap(pipeline.Normalization->GetOutput(), 0.05), test.Overlap,
+      test.Overlap > 0.0 ? 0.05 : 0.002);
+  }
+  Pipeline sphere(MakeSphere(1.0, 20000, Random(42)));
+  sphere.Run();
+  vtkPolyData* surfels = sphere.Normalization->GetOutput();
+  CHECK(surfels->GetPointData()->GetArray("SurfelOverlap")->GetRange()[1] == 0.0);
+}
+
 TEST_CASE("Short arrays")
 {
   Pipeline pipeline(MakeSphere(1.0, 500, Random(17)));
   pipeline.Estimation->Update();
   vtkNew<vtkSurfelNormalization> filter;
   Messages messages(filter);
-  for (const char* name : { "SurfelAreaVector", "SurfelCovariance", "SurfelTwoSided" })
+  for (const char* name :
+    { "SurfelAreaVector", "SurfelCovariance", "SurfelTwoSided", "SurfelOverlap" })
   {
     vtkNew<vtkPolyData> surfels;
     surfels->DeepCopy(pipeline.Estimation->GetOutput());

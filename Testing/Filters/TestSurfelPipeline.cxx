@@ -52,7 +52,8 @@ bool SameBytes(vtkDataArray* a, vtkDataArray* b)
 bool SameSurfels(vtkPolyData* a, vtkPolyData* b)
 {
   bool same = SameBytes(a->GetPoints()->GetData(), b->GetPoints()->GetData());
-  for (const char* name : { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided" })
+  for (const char* name :
+    { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided", "SurfelOverlap" })
   {
     same = same && SameBytes(a->GetPointData()->GetArray(name), b->GetPointData()->GetArray(name));
   }

@@ -100,7 +100,7 @@ void Compare(
 
   const Surfels one(expected);
   vtkIdType at = 0;
-  double position = 0.0, area = 0.0, covariance = 0.0;
+  double position = 0.0, area = 0.0, covariance = 0.0, overlap = 0.0;
   int sides = 0;
   for (const auto& part : found)
   {
@@ -129,11 +129,13 @@ void Compare(
           std::max(covariance, std::abs(some.Covariance(i)[c] - one.Covariance(at)[c]) / size);
       }
       sides += some.IsTwoSided(i) != one.IsTwoSided(at) ? 1 : 0;
+      overlap = std::max(overlap, std::abs(some.Overlap(i) - one.Overlap(at)));
     }
   }
   CHECK(at == one.Count());
   CHECK(position <= 1e-4);
   CHECK(area <= 1e-3);
+  CHECK(overlap <= 1.001 / 255.0);
   CHECK(covariance <= 1e-4);
   CHECK(sides == 0);
 }
