@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Scanned foliage: sheets of points close to one another that cover one another. In focus the nearest
+one hides the others; blurred together they must not count twice (SurfelOverlap)."""
+
+import unittest
+
+import numpy as np
+
+from clouds import color_array, points_of, surfels_of, view_camera
+from scenes import DEFAULT, Drawing, Way, multisampling
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+VIEW = {"position": (0, 0, 8), "focalPoint": (0, 0, 0), "viewUp": (0, 1, 0), "viewAngle": 20,
+        "focalDistance": 4.0}
+SIZE, BLUR = 256, 24
+
+
+def foliage(leaves=60, points=400, noise=1.0):
+    """Small discs in a ball, with noise of so many spacings across each."""
+    rng = np.random.default_rng(7)
+    centres = rng.normal(size=(leaves, 3))
+    centres *= (rng.uniform(size=leaves) ** (1 / 3) / np.linalg.norm(centres, axis=1))[:, None]
+    frames = np.linalg.qr(rng.normal(size=(leaves, 3, 3)))[0]
+    radius, angle = np.sqrt(rng.uniform(size=(2, leaves, points)))[0], rng.uniform(
+        0, 2 * np.pi, (leaves, points))
+    spacing = 0.15 * np.sqrt(np.pi / points)
+    discs = np.stack([0.15 * radius * np.cos(angle), 0.15 * radius * np.sin(angle),
+                      noise * spacing * rng.normal(size=(leaves, points))], axis=-1)
+    cloud = vtkPolyData()
+    cloud.SetPoints(points_of((centres[:, None] + discs @ frames).reshape(-1, 3)))
+    cloud.GetPointData().SetScalars(color_array(np.full((leaves * points, 3), (0.4, 0.7, 0.2))))
+    return cloud
+
+
+def without_overlap(surfels):
+    plain = vtkPolyData()
+    plain.ShallowCopy(surfels)
+    plain.GetPointData().RemoveArray("SurfelOverlap")
+    return plain
+
+
+def errors(surfels):
+    """PSNR of one picture and of seven cells against pinholes, and the light over theirs."""
+    drawing = Drawing("foliage", surfels, view_camera(VIEW), lit=False)
+    reference = drawing.frame(multisampling(200), SIZE, BLUR).picture
+    pictures = [drawing.frame(way, SIZE, BLUR).picture for way in (DEFAULT, Way(cells=7))]
+    decibels = [-10 * np.log10(np.mean((picture - reference) ** 2)) for picture in pictures]
+    return (*decibels, pictures[0].sum() / reference.sum())
+
+
+class TestFoliage(unittest.TestCase):
+    def test_blurred_together(self):
+        surfels = surfels_of(foliage())
+        one, seven, light = errors(surfels)
+        plain_one, plain_seven, plain_light = errors(without_overlap(surfels))
+        print(f"one picture {plain_one:.2f} -> {one:.2f} dB, seven cells {plain_seven:.2f} -> "
+              f"{seven:.2f}, light over that of pinholes {plain_light:.3f} -> {light:.3f}")
+        self.assertGreater(one, plain_one + 3.5)
+        self.assertGreater(seven, plain_seven + 1.5)
+        self.assertLess(abs(light - 1), 0.03)
+
+
+if __name__ == "__main__":
+    unittest.main()
