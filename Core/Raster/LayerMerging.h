@@ -377,6 +377,10 @@ SURFELSPLATTING_INLINE void EndLayers(
   Put(open.Far, AllLanes(), NoFar);
 }
 
+/// Lighter layers of a coarse grid are left out: a tenth to a fifth of all, such as tails of kernels
+/// between two surfaces. From 1/4096 on, seven cells lose 0.3 dB on a bunny at 36 px.
+constexpr float LeastWeightOfTent = 1.0f / 8192.0f;
+
 /// Hands the layers of the chosen pixels of a coarse grid over and empties them.
 SURFELSPLATTING_INLINE void CollectLayers(
   PixelTile& tile, int block, const LaneMask& chosen, const RasterCallbacks& callbacks)
@@ -384,7 +388,11 @@ SURFELSPLATTING_INLINE void CollectLayers(
   OpenLayers& open = tile.Open[block];
   LensLayers& lens = tile.Lens[block];
   CoarseLayers& c = tile.Coarse[block];
-  callbacks.Closed(callbacks.User, tile, block, chosen.ToBits());
+  const LaneMask count = chosen & (Lanes::Load(open.Weight) > LeastWeightOfTent);
+  if (Any(count))
+  {
+    callbacks.Closed(callbacks.User, tile, block, count.ToBits());
+  }
   float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue,
     lens.FillX, lens.FillY, c.RedX, c.RedY, c.GreenX, c.GreenY, c.BlueX, c.BlueY, c.XX, c.XY, c.YY,
     c.HalfRange, c.SquaredDepth };
