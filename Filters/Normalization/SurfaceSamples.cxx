@@ -40,6 +40,24 @@ bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
   return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > 0.0f);
 }
 
+/// A kernel as it covers what lies behind or in front of it along a direction: it is evaluated
+/// where the line through a sample meets its plane. At a crease the kernels of the other side do
+/// not count then. One that is seen edge-on covers nothing.
+WeightedKernel SeenAlong(const Float3& direction, const WeightedKernel& kernel)
+{
+  const Float3& n = kernel.Normal;
+  const float inverse = 1.0f / SingleDot(direction, n);
+  WeightedKernel seen = kernel;
+  for (Float3* row : { &seen.B1, &seen.B2 })
+  {
+    const float along = SingleDot(direction, *row) * inverse;
+    row->X -= along * n.X;
+    row->Y -= along * n.Y;
+    row->Z -= along * n.Z;
+  }
+  return seen;
+}
+
 /// Places of the owner and its neighbours on the same sheet, relative to the owner, in units of its
 /// spacing.
 struct Sheet
@@ -325,7 +343,7 @@ private:
       at.Z = inverse * (q.Z - p.Z);
       const float squared = SingleDot(at, at);
       this->Near.Add(this->Row[k], at, squared);
-      this->AddKernels(kernel, { this->Row[k], at, squared, reach });
+      this->AddKernels(kernel, { this->Row[k], at, squared, inverse * reach });
       if (this->Around.MayHaveGap())
       {
         const float x = SingleDot(at, u), y = SingleDot(at, v);
@@ -378,39 +396,42 @@ private:
 
   ClimbRange OwnSheet() const { return { 0.0f, static_cast<float>(this->Settings.NormalOffset) }; }
 
+  /// In units of the owner's spacing.
   struct Neighbor
   {
     std::uint16_t Number; // in the table
-    Float3 At;            // in spacings
-    float Squared;        // distance, in spacings
-    float Reach;          // of its kernel on its own sheet, world units
+    Float3 At;
+    float Squared; // distance
+    float Reach;   // of its kernel on its own sheet
   };
 
   /// Adds what of a neighbour's kernel may reach the owner's samples, as of the owner's sheet and
-  /// as of another one. On smooth surfaces no sample is so far off the planes of kernels.
+  /// as of another one.
   void AddKernels(const WeightedKernel& owner, const Neighbor& neighbor)
   {
     const WeightedKernel& other = this->Table[neighbor.Number].Kernel;
     const auto spacing = static_cast<float>(this->Spacing);
     const auto radius = static_cast<float>(this->Settings.SampleRadius);
-    const float reach = radius + neighbor.Reach / spacing;
+    const float reach = radius + neighbor.Reach;
     if (neighbor.Squared < reach * reach)
     {
       this->Kernels.Add(neighbor.Number, neighbor.At, other, spacing, this->OwnSheet());
     }
+    // On smooth surfaces no sample is so far off the planes of kernels.
+    const float cosine = SingleDot(owner.Normal, other.Normal), sigma = other.Sigma / spacing;
     const float offset = this->OwnSheet().Last;
-    const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
-    const float cosine = SingleDot(owner.Normal, other.Normal);
-    const float sine = std::sqrt(std::max(1.0f - cosine * cosine, 0.0f));
-    const float climb = std::abs(SingleDot(neighbor.At, other.Normal)) + radius * sine;
-    if (climb * spacing > offset * other.Sigma)
+    const float flat = offset * sigma - std::abs(SingleDot(neighbor.At, other.Normal));
+    if (flat > 0.0f && radius * radius * (1.0f - cosine * cosine) < flat * flat)
     {
-      const float more = other.Sigma * other.Sigma * (farthest * farthest - offset * offset);
-      const float far = radius + std::sqrt(neighbor.Reach * neighbor.Reach + more) / spacing;
-      if (neighbor.Squared < far * far)
-      {
-        this->Others.Add(neighbor.Number, neighbor.At, other, spacing, { offset, farthest });
-      }
+      return;
+    }
+    const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
+    const float more = sigma * sigma * (farthest * farthest - offset * offset);
+    const float far = radius + std::sqrt(neighbor.Reach * neighbor.Reach + more);
+    if (neighbor.Squared < far * far)
+    {
+      this->Others.Add(neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing,
+        { offset, farthest });
     }
   }
 

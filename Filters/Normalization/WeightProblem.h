@@ -39,7 +39,7 @@ struct WeightSettings
   double Support = 4.0;      // kernels end where the exponent |B y|^2 / 2 reaches this
   double SampleRadius = 1.2; // of the disc of samples, in spacings
   double NormalOffset = 2.0; // a kernel covers points up to this many sigma off its plane
-  double OtherSheets = 2.0;  // kernels up to this many NormalOffsets off are of other sheets
+  double OtherSheets = 3.0;  // kernels up to this many NormalOffsets off are of other sheets
   double MinimumFactor = 0.25;
   double MaximumFactor = 4.0;
 };

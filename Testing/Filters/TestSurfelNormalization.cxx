@@ -271,6 +271,16 @@ TEST_CASE("Overlap")
     CHECK_NEAR(MeanOverlap(pipeline.Normalization->GetOutput(), 0.05), test.Overlap,
       test.Overlap > 0.0 ? 0.05 : 0.002);
   }
+  // A roof whose sides face 60 degrees apart: at its ridge they do not cover one another.
+  Sampled roof = MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 1.0, Random(43));
+  roof.Append(
+    MakeRectangle({ 0, 0, 0 }, { 0, -0.5, -0.866 }, 0.2, { 1, 0, 0 }, 1, 0.01, 1.0, Random(44)));
+  auto points = ToPolyData(roof.Points);
+  AddNormals(points, roof.Normals);
+  Pipeline ridge(roof);
+  ridge.Estimation->SetInputData(points);
+  ridge.Run();
+  CHECK(MeanOverlap(ridge.Normalization->GetOutput(), -1.0) <= 0.001);
   Pipeline sphere(MakeSphere(1.0, 20000, Random(42)));
   sphere.Run();
   vtkPolyData* surfels = sphere.Normalization->GetOutput();
