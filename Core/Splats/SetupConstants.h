@@ -32,9 +32,8 @@ constexpr double NormalSpread = 2.25;
 /// error is blurred more than this anyway; a coarser cut, for interaction, would have holes.
 constexpr double MinNodeBlur = 0.28;
 
-/// Variance of a surfel's kernel over its area: that of a square and of the kernels' common blur of
-/// 0.28 spacings.
-constexpr double VariancePerArea = 1.0 / 12.0 + 0.28 * 0.28;
+/// Variance of a surfel's kernel over its area: that of a square and of the kernels' common blur.
+constexpr double VariancePerArea = 1.0 / 12.0 + MinNodeBlur * MinNodeBlur;
 
 /// A z-buffer uses the plane of a surfel unless the surfel is seen nearly edge-on. Minimum of det /
 /// (var_x var_y) of its covariance on the screen.
