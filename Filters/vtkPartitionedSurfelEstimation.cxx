@@ -46,7 +46,7 @@ const char* const IdArray = "PartitionedPointId";
 
 /// Memory besides the input in bytes: for each point of the cloud (local position and output), and
 /// for each point of the part that is processed (its copy and the filters' memory).
-constexpr double BytesPerCloudPoint = 12.0 + 61.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
+constexpr double BytesPerCloudPoint = 12.0 + 62.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
 }
 
 /// One execution. Surfels are stored at the index of their input point; then gaps are closed.

@@ -4,10 +4,10 @@
  * @brief   surfels from points: normals, sides, spacing and reconstruction kernels
  *
  * Turns the points of any vtkPointSet into surfels as Documentation/DataContract.md defines
- * them: positions relative to a local origin, the arrays SurfelCovariance, SurfelAreaVector and
- * SurfelTwoSided, and every point array of the input, with direct colours as InterpolateColors
- * says. Cells of the input are ignored; the output has one poly-vertex, so that any mapper can draw
- * its points.
+ * them: positions relative to a local origin, the arrays SurfelCovariance, SurfelAreaVector,
+ * SurfelTwoSided and SurfelOverlap (0 until the surfels are normalized), and every point array of
+ * the input, with direct colours as InterpolateColors says. Cells of the input are ignored; the
+ * output has one poly-vertex, so that any mapper can draw its points.
  *
  * Steps:
  * 1. Points that are not finite and exact duplicates are dropped.
@@ -124,11 +124,12 @@ public:
    * - CIRCULAR: round, with the standard deviation KernelScale times the spacing.
    * - ELLIPTICAL: of the same area, stretched like the distribution of the neighbours.
    * - CELL (default): area, centroid and covariance of the point's Voronoi cell on the surface,
-   *   blurred by CellBlur, and long along edges of the colours (InterpolateColors). The surfel sits at the cell's centroid, a fraction of the spacing
-   *   from the point, in its tangent plane. Cells tile the surface, so these kernels sum to one
-   *   where the others leave holes and heaps. On random samplings the standard deviation of their
-   *   sum is 0.10 before normalization; that of round kernels is 0.30 before and 0.18 after. Sharp
-   *   pictures were 1.4 to 1.7 dB nearer to a ray tracer's.
+   *   blurred by CellBlur, and long along edges of the colours (InterpolateColors). The surfel sits
+   * at the cell's centroid, a fraction of the spacing from the point, in its tangent plane. Cells
+   * tile the surface, so these kernels sum to one where the others leave holes and heaps. On random
+   * samplings the standard deviation of their sum is 0.10 before normalization; that of round
+   * kernels is 0.30 before and 0.18 after. Sharp pictures were 1.4 to 1.7 dB nearer to a ray
+   * tracer's.
    */
   vtkSetClampMacro(KernelMode, int, CIRCULAR, CELL);
   vtkGetMacro(KernelMode, int);

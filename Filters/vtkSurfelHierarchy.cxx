@@ -42,7 +42,7 @@ constexpr std::size_t Grain = 16384;
 
 /// Bytes of a surfel with a colour; bytes per surfel that a hierarchy and its first frame add,
 /// mainly a node and its colour; and bytes per surfel while the filter works.
-constexpr double BytesPerSurfel = 60.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
+constexpr double BytesPerSurfel = 61.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
 
 /// The surfel arrays of a dataset as the core's SurfelCloud; copies if they have another type.
 struct CloudArrays

@@ -4,17 +4,17 @@
  * @brief   weights surfels so that their kernels sum to one over the surface
  *
  * Scales each SurfelAreaVector by a weight (Documentation/DataContract.md), and adds SurfelOverlap;
- * nothing else of the surfels changes. The weights of Zwicker et al. 2001 and Ren, Pfister and Zwicker 2002 make the
- * sum one at the points. A point sits on the peak of its own kernel, so such weights lose mass.
- * Here the sum is one over the surface: at up to SamplesPerPoint samples around each point, those
- * for which the point is the nearest, by NumberOfIterations Richardson-Lucy steps. The sum of the
- * areas is then the area of the surface.
+ * nothing else of the surfels changes. The weights of Zwicker et al. 2001 and Ren, Pfister and
+ * Zwicker 2002 make the sum one at the points. A point sits on the peak of its own kernel, so such
+ * weights lose mass. Here the sum is one over the surface: at up to SamplesPerPoint samples around
+ * each point, those for which the point is the nearest, by NumberOfIterations Richardson-Lucy
+ * steps. The sum of the areas is then the area of the surface.
  *
  * Kernels of another sheet do not count: those whose plane is too far away (NormalOffset), those
  * that face the other way, and pairs of which only one surfel is two-sided. Where the plane is not
- * farther than three times NormalOffset, sheets such as leaves and the layers of a noisy scan overlap: in
- * focus the nearest hides the others, but a lens blurs them together, and their sum would be too
- * large. SurfelOverlap is the share of the sum that is not of the surfel's own sheet.
+ * farther than three times NormalOffset, sheets such as leaves and the layers of a noisy scan
+ * overlap: in focus the nearest hides the others, but a lens blurs them together, and their sum
+ * would be too large. SurfelOverlap is the share of the sum that is not of the surfel's own sheet.
  *
  * The result does not depend on the number of threads, nor on a renderer's cut-off. Several
  * processes with a controller weight the surfels of one cloud together, as in vtkSurfelEstimation;

@@ -46,7 +46,7 @@ public:
   /**
    * Adds surfels to a cloud that is too large for the memory: the next Write() makes one hierarchy
    * of all pieces since the last one, in the file itself, instead of writing the input. Until then
-   * they are in files beside it, 53 bytes for each surfel with a colour. The file name must be set
+   * they are in files beside it, 54 bytes for each surfel with a colour. The file name must be set
    * before. Each piece needs the point arrays that the first one has; their origins (field array
    * SurfelOrigin) may differ. Returns whether it has succeeded; after an error all pieces are
    * dropped.

@@ -203,7 +203,7 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerR
 {
   if (Pass == RasterPass::Collect)
   {
-    CollectLayers(tile, block, ended, callbacks);
+    CollectLayers(tile, block, ended, LeastTent, callbacks);
     reach.Begin = Select(ended, reach.Range.Near, reach.Begin);
     return;
   }

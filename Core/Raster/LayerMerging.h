@@ -377,21 +377,25 @@ SURFELSPLATTING_INLINE void EndLayers(
   Put(open.Far, AllLanes(), NoFar);
 }
 
-/// Lighter layers of a coarse grid are left out: a tenth to a fifth of all, such as tails of kernels
-/// between two surfaces. From 1/4096 on, seven cells lose 0.3 dB on a bunny at 36 px.
-constexpr float LeastWeightOfTent = 1.0f / 8192.0f;
+/// Layers of a coarse grid whose weight and colours are less, such as tails of kernels between two
+/// surfaces, are left out in front of others: a tenth to a fifth of all. From 1/4096 on, seven
+/// cells lose 0.3 dB on a bunny at 36 px.
+constexpr float LeastTent = 1.0f / 8192.0f;
 
 /// Hands the layers of the chosen pixels of a coarse grid over and empties them.
+/// @param least of weight and colours; those of less are only emptied
 SURFELSPLATTING_INLINE void CollectLayers(
-  PixelTile& tile, int block, const LaneMask& chosen, const RasterCallbacks& callbacks)
+  PixelTile& tile, int block, const LaneMask& chosen, float least, const RasterCallbacks& callbacks)
 {
   OpenLayers& open = tile.Open[block];
   LensLayers& lens = tile.Lens[block];
   CoarseLayers& c = tile.Coarse[block];
-  const LaneMask count = chosen & (Lanes::Load(open.Weight) > LeastWeightOfTent);
-  if (Any(count))
+  const Lanes color =
+    Larger(Larger(Lanes::Load(open.Red), Lanes::Load(open.Green)), Lanes::Load(open.Blue));
+  const LaneMask kept = chosen & (Larger(Lanes::Load(open.Weight), color) > least);
+  if (Any(kept))
   {
-    callbacks.Closed(callbacks.User, tile, block, count.ToBits());
+    callbacks.Closed(callbacks.User, tile, block, kept.ToBits());
   }
   float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue,
     lens.FillX, lens.FillY, c.RedX, c.RedY, c.GreenX, c.GreenY, c.BlueX, c.BlueY, c.XX, c.XY, c.YY,

@@ -108,7 +108,7 @@ void CloseAll(PixelTile& tile, const RasterSettings& settings, const RasterCallb
   {
     if (settings.Pass == RasterPass::Collect)
     {
-      CollectLayers(tile, i, AllLanes(), callbacks);
+      CollectLayers(tile, i, AllLanes(), 0.0f, callbacks);
     }
     else
     {

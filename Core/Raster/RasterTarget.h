@@ -33,7 +33,7 @@ constexpr float NoFar = __builtin_nanf("");
 /// or, in tilted blocks, of w o T(u) c.
 struct alignas(64) OpenLayers
 {
-  float Far[PixelsPerBlock]; ///< of their z-ranges
+  float Far[PixelsPerBlock];                             ///< of their z-ranges
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
   float Depth[PixelsPerBlock]; ///< sum w z
@@ -127,7 +127,8 @@ struct RasterCallbacks
   /// For layers of which a part joins the finished ones, all of it in the end.
   void (*Leaked)(
     void* user, const PixelTile& tile, int block, unsigned int lanes, const LeakedLayers& leaked);
-  /// For layers of a coarse grid that are about to be emptied. Required by RasterPass::Collect.
+  /// For layers of a coarse grid that are about to be emptied, unless they are too light to be
+  /// seen. Required by RasterPass::Collect.
   void (*Closed)(void* user, const PixelTile& tile, int block, unsigned int lanes);
 };
 

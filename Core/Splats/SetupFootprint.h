@@ -48,9 +48,10 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
 }
 
 /// The share of a surfel's weight that is left out, because surfels of other sheets cover the same:
-/// their overlap times l^2, l the lens's share of a leaf's footprint. In focus the layers of the
-/// sheets are apart, and the nearest one hides the others. (Ours; Documentation/Method.md. With l
-/// instead of l^2 seven cells lose 0.8 dB on a lion with foliage.)
+/// their overlap times l^2, l the lens's share of the footprint of a leaf, of area |A| / 2^level of
+/// a node. In focus the layers of the sheets are apart, and the nearest one hides the others.
+/// (Ours; Documentation/Method.md. With l instead of l^2 seven cells lose 0.8 dB on a lion with
+/// foliage.)
 template <class Real>
 SURFELSPLATTING_INLINE Real CoveredShare(const SetupJob& job, const BatchIndices<Real>& index,
   const PlacedSurfels<Real>& s, const LensBlur<Real>& blur)

@@ -191,6 +191,7 @@ void SplatMaker::ForMemory(
   forElements(c.AreaVectors, 3 * begin, 3 * count);
   forElements(c.Densities, begin, count);
   forElements(c.TwoSided, begin, count);
+  forElements(c.Overlaps, begin, count);
   forElements(c.Opacities, begin, count);
   forElements(c.ColorsUChar, 4 * begin, 4 * count);
 }

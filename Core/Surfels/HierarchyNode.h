@@ -16,7 +16,7 @@ namespace SurfelSplatting
 /// The packed value of one unit: x is stored as round(x / unit * PackedOne).
 constexpr double PackedOne = 32767.0;
 
-/// The packed value of an overlap of 1 (SurfelCloud::OverlapOf).
+/// The packed value of a mean overlap of 1 (SurfelCloud::OverlapOf).
 constexpr int PackedOverlap = 16383;
 
 /// The mixture of the surfels below (NodeMoments.h) and their bounds.
@@ -31,7 +31,7 @@ struct HierarchyNode
   float Area;             ///< sum of the leaves' areas, world units squared
   float Bound;            ///< radius of a sphere about p that contains the leaves' centres
   std::int16_t Cone;      ///< cosine of a cone about A that contains the leaves' normals, unit 1
-  std::uint16_t Sides;    ///< bit 0: two-sided; the others: the mean overlap, unit PackedOverlap
+  std::uint16_t Sides;    ///< bit 0: two-sided; the others: the overlap times PackedOverlap
 };
 static_assert(sizeof(HierarchyNode) == 48, "as Documentation/DataContract.md says");
 

@@ -16,7 +16,7 @@ struct NodeMoments
   Vector3 Position{ 0, 0, 0 };   ///< sum a_i p_i / sum a_i
   Symmetric3 Covariance{};       ///< of the mixture: mean of S_i plus that of the positions
   double Opacity = 1.0;          ///< mean, weighted by a_i
-  double Overlap = 0.0;          ///< the same of SurfelCloud::OverlapOf
+  double Overlap = 0.0;          ///< mean SurfelCloud::OverlapOf, weighted by a_i
 };
 
 inline Symmetric3 Mix(const Symmetric3& a, double wa, const Symmetric3& b, double wb)

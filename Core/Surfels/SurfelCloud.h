@@ -142,8 +142,9 @@ struct SurfelCloud
                        : this->TwoSided && this->TwoSided[i]);
   }
 
-  /// Share of a surfel that surfels of other sheets, close in front or behind, cover as well, [0,
-  /// 1]. Where the lens blurs them into one layer, it must not count twice (SetupFootprint.h).
+  /// o = s / (1 + s), s the sum of the kernels that other sheets, close in front or behind, have at
+  /// the surfel: 1/2 for two sheets. This share of its weight is left out where the lens blurs them
+  /// into one layer (SetupFootprint.h).
   double OverlapOf(std::size_t i) const
   {
     return !this->Overlaps ? 0.0

@@ -34,7 +34,7 @@ struct WeightReport
   double SampledArea = 0.0; // world units squared
   vtkIdType NumberOfSamples = 0;
   RawVector<float> InitialAreas; // [n] world units squared; 0: the surfel has no usable kernel
-  RawVector<float> Overlaps;     // [n] share that other sheets cover as well, [0, 1)
+  RawVector<float> Overlaps;     // [n] SurfelCloud::OverlapOf, [0, 1]
 };
 
 /// The kernel of a surfel from its arrays (Documentation/DataContract.md), all but TwoSided.

@@ -20,8 +20,9 @@ struct ClimbRange
   float First, Last;
 };
 
-/// Those kernels of a sheet that may reach a sample of the owner, as a structure of arrays for SIMD
-/// loops. Beyond Count the arrays are padded to full vectors with kernels that reach nothing.
+/// Those kernels of one or several sheets that may reach a sample of the owner, as a structure of
+/// arrays for SIMD loops. Beyond Count the arrays are padded to full vectors with kernels that
+/// reach nothing.
 struct SheetKernels
 {
   static constexpr int Lanes = 16;

@@ -215,7 +215,7 @@ public:
       {
         this->Sample(i, i - first, block);
       }
-      surface.Overlaps[i] = this->Overlap.Get();
+      surface.Overlaps[i] = static_cast<float>(this->Overlap.Get());
       block.Owned.push_back(static_cast<std::uint16_t>(block.Samples.size() - samples));
     }
     block.Others = this->Table.Others();
@@ -426,31 +426,25 @@ private:
       return;
     }
     const float farthest = static_cast<float>(this->Settings.OtherSheets) * offset;
-    const float more = sigma * sigma * (farthest * farthest - offset * offset);
-    const float far = radius + std::sqrt(neighbor.Reach * neighbor.Reach + more);
-    if (neighbor.Squared < far * far)
-    {
-      this->Others.Add(neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing,
-        { offset, farthest });
-    }
+    this->Others.Add(
+      neighbor.Number, neighbor.At, SeenAlong(owner.Normal, other), spacing, { offset, farthest });
   }
 
   /// Share of the cover at a sample that is of other sheets. Its own sheet covers it once.
-  float OverlapAt(const Float3& at)
+  double OverlapAt(const Float3& at)
   {
     if (this->Others.Count == 0)
     {
-      return 0.0f;
+      return 0.0;
     }
     FindKernels(this->Others, at, static_cast<float>(this->Settings.Support), this->Values);
-    float sum = 0.0f;
+    double sum = 0.0;
     for (int k = 0; k < this->Others.Count; ++k)
     {
       const WeightedKernel& kernel = this->Table[this->Others.Numbers[k]].Kernel;
-      sum += static_cast<float>(this->Values[k]) * (kernel.Area * kernel.Peak);
+      sum += this->Values[k] * (static_cast<double>(kernel.Area) * kernel.Peak);
     }
-    sum *= 1.0f / KernelPeak;
-    return sum / (1.0f + sum);
+    return 1.0 - 1.0 / (1.0 + sum / KernelPeak);
   }
 
   /// @return the number of kernels that reach the sample

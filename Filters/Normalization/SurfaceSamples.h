@@ -65,7 +65,7 @@ struct SampledSurface
   std::vector<SampleBlock> Blocks;
   RawVector<float> Areas;    // [n] world units squared; 0: no usable kernel
   RawVector<float> Peaks;    // [n] 1 / area
-  RawVector<float> Overlaps; // [n] share of the cell that other sheets cover as well
+  RawVector<float> Overlaps; // [n] SurfelCloud::OverlapOf, [0, 1]
 };
 
 /// Called with each block, by its index, while the block and its table are in the caches. Several

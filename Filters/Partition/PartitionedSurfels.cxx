@@ -30,7 +30,7 @@ constexpr double Reach = 6.0;
 
 /// Values that are sent for a surfel: position, covariance, area vector, two-sided; then its
 /// colour, if any process has colours.
-constexpr int SurfelComponents = 3 + 6 + 3 + 1 + 1;
+constexpr int SurfelComponents = 3 + 6 + 3 + 1;
 
 /// Index in the fetched cloud.
 vtkIdType RegionPointId(vtkPolyData* surfels, vtkIdType i)
@@ -87,8 +87,7 @@ PartitionedCloud::Results PackSurfels(const PartitionedCloud& cloud, vtkPolyData
     {
       results.Values.push_back(static_cast<float>(tuple[c] + (origin[c] - cloud.Origin()[c])));
     }
-    for (const char* name :
-      { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided, Arrays::Overlap })
+    for (const char* name : { Arrays::Covariance, Arrays::AreaVector, Arrays::TwoSided })
     {
       vtkDataArray* array = data->GetArray(name);
       array->GetTuple(i, tuple);
@@ -149,7 +148,6 @@ vtkIdType WritePartitionedSurfels(
       own.Covariances->SetTypedTuple(to, values + 3);
       own.AreaVectors->SetTypedTuple(to, values + 9);
       own.TwoSided->SetValue(to, values[12] != 0.0f ? 1 : 0);
-      own.Overlaps->SetValue(to, static_cast<unsigned char>(values[13]));
       for (int c = 0; areColored && c < ColorComponents; ++c)
       {
         colors.push_back(static_cast<unsigned char>(values[SurfelComponents + c]));

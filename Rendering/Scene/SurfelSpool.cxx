@@ -98,6 +98,7 @@ void SurfelSpool::Start(vtkPolyData* piece)
   const int type = piece->GetPoints()->GetDataType();
   this->AddColumn(Points, type == VTK_DOUBLE ? VTK_DOUBLE : VTK_FLOAT, 3);
   this->AddColumn(Arrays::TwoSided, VTK_UNSIGNED_CHAR, 1);
+  this->AddColumn(Arrays::Overlap, VTK_UNSIGNED_CHAR, 1);
   this->AddColumn(Arrays::Covariance, VTK_FLOAT, 6);
   this->AddColumn(Arrays::AreaVector, VTK_FLOAT, 3);
   vtkPointData* data = piece->GetPointData();

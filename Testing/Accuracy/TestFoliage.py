@@ -16,13 +16,13 @@ SIZE, BLUR = 256, 24
 
 
 def foliage(leaves=60, points=400, noise=1.0):
-    """Small discs in a ball, with noise of so many spacings across each."""
+    """Small discs in a ball, with noise of `noise` spacings along their normals."""
     rng = np.random.default_rng(7)
     centres = rng.normal(size=(leaves, 3))
     centres *= (rng.uniform(size=leaves) ** (1 / 3) / np.linalg.norm(centres, axis=1))[:, None]
     frames = np.linalg.qr(rng.normal(size=(leaves, 3, 3)))[0]
-    radius, angle = np.sqrt(rng.uniform(size=(2, leaves, points)))[0], rng.uniform(
-        0, 2 * np.pi, (leaves, points))
+    radius = np.sqrt(rng.uniform(size=(leaves, points)))
+    angle = rng.uniform(0, 2 * np.pi, (leaves, points))
     spacing = 0.15 * np.sqrt(np.pi / points)
     discs = np.stack([0.15 * radius * np.cos(angle), 0.15 * radius * np.sin(angle),
                       noise * spacing * rng.normal(size=(leaves, points))], axis=-1)

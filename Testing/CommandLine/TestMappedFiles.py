@@ -46,6 +46,7 @@ def ball(count, seed=1, origin=None, offset=0.0):
     data.AddArray(to_vtk("SurfelCovariance", covariances.astype(np.float32)))
     data.AddArray(to_vtk("SurfelAreaVector", (area * normals).astype(np.float32)))
     data.AddArray(to_vtk("SurfelTwoSided", (x > 0).astype(np.uint8)))
+    data.AddArray(to_vtk("SurfelOverlap", rnd.integers(0, 256, count).astype(np.uint8)))
     data.AddArray(to_vtk("height", z))
     data.SetScalars(to_vtk("RGB", (127 + 100 * np.sin(9 * normals)).astype(np.uint8)))
     if origin is not None:

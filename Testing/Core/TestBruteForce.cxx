@@ -52,6 +52,7 @@ TestSurfel RandomSurfel(Random& random, double nearest, double farthest)
   }
   s.Color[3] = 1.0f;
   s.TwoSided = random.Integer(0, 1) == 1;
+  // No more random numbers: the scenes stay as they are.
   s.Overlap = opacity < 1.0 ? static_cast<int>(255.0 * opacity) : 0;
   return s;
 }

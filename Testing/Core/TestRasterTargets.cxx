@@ -467,6 +467,23 @@ void TestCollect(const RasterTarget& target)
   CHECK(tile->Finished[0].Transmittance[0] == 1.0f); // nothing was composited
   CHECK(tile->Finished[0].Red[0] == 0.0f);
   CHECK(tile->Open[0].Weight[0] == 0.0f);
+
+  // In front of others, layers that nobody would see are left out. A highlight would be seen.
+  Cells light;
+  const RasterCallbacks toLight{ &light, nullptr, &Cells::Closed };
+  const float colors[] = { 0.75f, 100.0f, 0.75f };
+  for (int i = 0; i < 3; ++i)
+  {
+    s.Near = static_cast<float>(1 + 3 * i);
+    s.Far = s.Near + 0.5f;
+    s.Weight = 1e-5f;
+    s.Red = colors[i];
+    AddSplat(
+      target, *tile, { s, nullptr, &footprint }, { { 0, 0, 4, 4 }, 2, 2 }, settings, toLight);
+    CHECK(light.Count == (i == 2 ? 1 : 0));
+  }
+  target.CloseAll(*tile, settings, toLight);
+  CHECK(light.Count == 2); // nothing is behind the last one
 }
 
 /// Values that no set-up should send and that must not reach memory outside of the tile.

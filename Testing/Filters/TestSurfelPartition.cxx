@@ -166,10 +166,12 @@ TEST_CASE("Single part")
   partitioned->SetInputData(data);
   partitioned->Update();
   CHECK(partitioned->GetNumberOfParts() == 1);
-  for (const char* name : { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided" })
+  for (const char* name :
+    { "SurfelCovariance", "SurfelAreaVector", "SurfelTwoSided", "SurfelOverlap" })
   {
     vtkDataArray* a = partitioned->GetOutput()->GetPointData()->GetArray(name);
-    const bool isWeighted = std::strcmp(name, "SurfelAreaVector") == 0;
+    const bool isWeighted =
+      std::strcmp(name, "SurfelAreaVector") == 0 || std::strcmp(name, "SurfelOverlap") == 0;
     vtkDataArray* b = (isWeighted ? whole : single.Get())->GetPointData()->GetArray(name);
     CHECK(a->GetNumberOfTuples() == b->GetNumberOfTuples());
     CHECK(std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0),

@@ -64,7 +64,15 @@ bool SameSurfels(vtkPolyData* a, vtkPolyData* b)
 
 TEST_CASE("Threads")
 {
-  const auto data = ToPolyData(MakeScene().Points);
+  Sampled scene = MakeScene();
+  Random random(9);
+  Sampled rough = MakeRectangle({ 0, 0, 5 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.02, 1.0, random);
+  for (Vec& p : rough.Points)
+  {
+    p[2] += random.Uniform(0.0, 0.06); // sheets that overlap
+  }
+  scene.Append(rough);
+  const auto data = ToPolyData(scene.Points);
   vtkSmartPointer<vtkPolyData> results[3];
   const int threads[3] = { 1, 2, 8 };
   // Plain threads where VTK has them: TBB gives no more than there are cores.
@@ -77,6 +85,7 @@ TEST_CASE("Threads")
   }
   vtkSMPTools::Initialize(0);
   vtkSMPTools::SetBackend(backend.c_str());
+  CHECK(results[0]->GetPointData()->GetArray("SurfelOverlap")->GetRange()[1] > 50.0);
   CHECK(SameSurfels(results[0], results[1]));
   CHECK(SameSurfels(results[0], results[2]));
 }

@@ -160,6 +160,21 @@ TEST_CASE("Same surfels")
   });
 }
 
+/// Sheets that overlap, in several processes.
+TEST_CASE("Overlapping sheets")
+{
+  const Vec u{ 1, 0, 0 }, v{ 0, 1, 0 };
+  Sampled sheets = MakeRectangle({ 0, 0, 0 }, u, 1, v, 1, 0.02, 1.0, Random(9));
+  sheets.Append(MakeRectangle({ 0, 0, -0.024 }, u, 1, v, 1, 0.02, 1.0, Random(10)));
+  const Change change = [](vtkSurfelEstimation* estimation) {
+    estimation->SetOrientationModeToTwoSided();
+  };
+  const auto one = Estimate(ToPolyData(sheets.Points), nullptr, change);
+  CHECK(one->GetPointData()->GetArray("SurfelOverlap")->GetRange()[1] > 100.0);
+  Compare(
+    sheets.Points, 2, [](const Vec& p, int) { return p[0] < 0.5 ? 0 : 1; }, change);
+}
+
 /// All filters in one, in several processes: the surfels of the single filters.
 TEST_CASE("Points to surfels")
 {
