@@ -11,6 +11,7 @@
 #include "TargetUnderTest.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
+#include "TileUnderTest.h"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +26,6 @@ using namespace SurfelSplatting;
 namespace
 {
 constexpr RasterSettings Settings{ Support, 1e30f };
-constexpr RasterCallbacks Nobody{ nullptr, nullptr, nullptr };
 
 /// A lens in focus at depth 2.5; no layer is ever clamped to the largest colour.
 constexpr ReferenceLens WithLens{ 0.4, 2.5 };
@@ -35,38 +35,6 @@ RasterSettings LensSettings()
   settings.LensRadius = static_cast<float>(WithLens.Radius);
   settings.BlurPerDepth = static_cast<float>(WithLens.Radius / WithLens.FocalDistance);
   return settings;
-}
-
-/// Adds one splat.
-std::uint64_t AddSplat(const RasterTarget& target, PixelTile& tile, const SplatData& splat,
-  const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks)
-{
-  const BatchItem item{ &splat.Body, nullptr, splat.Gradient, splat.Footprint, place,
-    settings.LargestColor };
-  return target.AddBatch(tile, &item, 1, settings, callbacks);
-}
-
-/// Adds one tent.
-std::uint64_t AddTent(const RasterTarget& target, PixelTile& tile, const Tent& tent,
-  const TilePlace& place, const RasterSettings& settings)
-{
-  const BatchItem item{ nullptr, &tent, nullptr, nullptr, place, settings.LargestColor };
-  return target.AddBatch(tile, &item, 1, settings, Nobody);
-}
-
-std::unique_ptr<PixelTile> EmptyTile()
-{
-  auto tile = std::make_unique<PixelTile>();
-  *tile = PixelTile{};
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  for (int i = 0; i < BlocksPerTile; ++i)
-  {
-    std::fill_n(tile->Open[i].Far, PixelsPerBlock, NoFar);
-    std::fill_n(tile->Coarse[i].Near, PixelsPerBlock, infinity);
-    std::fill_n(tile->Finished[i].OccluderDepth, PixelsPerBlock, infinity);
-    std::fill_n(tile->Finished[i].Transmittance, PixelsPerBlock, 1.0f);
-  }
-  return tile;
 }
 
 /// Sums what layers add to each pixel.
