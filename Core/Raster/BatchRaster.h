@@ -26,7 +26,7 @@ struct BlockLayers
   Lanes Far, Weight, Opacity, Red, Green, Blue, Depth;
   Lanes FillX, FillY;                  // OnLens only
   Lanes Seen, SeenX, SeenY;            // if tilted
-  Lanes Near, HalfRange, SquaredDepth; // of coarse grids
+  Lanes Near, HalfRange, SquaredDepth, CubedDepth, FourthDepth; // of coarse grids
   bool Tilted;
 
   SURFELSPLATTING_INLINE void Load(const PixelTile& tile, int block)
@@ -39,10 +39,13 @@ struct BlockLayers
       this->Near = Lanes::Load(coarse.Near);
       this->HalfRange = Lanes::Load(coarse.HalfRange);
       this->SquaredDepth = Lanes::Load(coarse.SquaredDepth);
+      this->CubedDepth = Lanes::Load(coarse.CubedDepth);
+      this->FourthDepth = Lanes::Load(coarse.FourthDepth);
     }
     else
     {
-      this->Near = this->HalfRange = this->SquaredDepth = 0.0f; // unused
+      this->Near = this->HalfRange = 0.0f; // unused
+      this->SquaredDepth = this->CubedDepth = this->FourthDepth = 0.0f;
     }
     this->Far = Lanes::Load(open.Far);
     this->Weight = Lanes::Load(open.Weight);
@@ -79,6 +82,8 @@ struct BlockLayers
       this->Near.Store(coarse.Near);
       this->HalfRange.Store(coarse.HalfRange);
       this->SquaredDepth.Store(coarse.SquaredDepth);
+      this->CubedDepth.Store(coarse.CubedDepth);
+      this->FourthDepth.Store(coarse.FourthDepth);
     }
     this->Far.Store(open.Far);
     this->Weight.Store(open.Weight);
@@ -210,11 +215,6 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerR
   LeakEnded(tile, block, reach, ended, settings, callbacks);
 }
 
-/// So many lengths behind a layer of a coarse grid there is another surface, even if something
-/// light reaches from one to the other. A length is that from the layer's nearest splat to the mean
-/// end of its splats. With 1.5, a floor that recedes has 0.4 dB less.
-constexpr float LargestStep = 2.0f;
-
 /// The open layers that may end in front of an item which begins at a depth; some of them have
 /// hardly any weight. Those of a coarse grid end only if the item begins behind their mean end:
 /// with tents of all the tails that begin surfaces, a lion at 91 px would take 1.6 times as long.
@@ -225,9 +225,8 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
   {
     return open.Far < near;
   }
-  const Lanes end = open.Depth + open.HalfRange; // times weights, as all depths here
-  const Lanes length = end - open.Weight * open.Near;
-  return open.Weight * near - end > Select(open.Far < near, 0.0f, LargestStep * length);
+  // Times weights, as all depths here.
+  return (open.Far < near) & (open.Weight * near > open.Depth + open.HalfRange);
 }
 
 /// Weights of an item's fragments before their layers limit them.
@@ -466,7 +465,10 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     open.Near = Select(inside, Smaller(open.Near, p.Range.Near), open.Near);
     // Layers that are empty have no near depth yet.
     const Lanes z = Select(inside, depth - open.Near, 0.0f);
-    open.SquaredDepth += weight * z * z;
+    const Lanes squared = weight * z * z, cubed = squared * z;
+    open.SquaredDepth += squared;
+    open.CubedDepth += cubed;
+    open.FourthDepth += cubed * z;
     open.HalfRange += weight * (0.5f * (p.Range.Far - p.Range.Near));
     AddMoments(at.Tile.Coarse[at.Block], visible,
       { visible * c.Red, visible * c.Green, visible * c.Blue }, u);

@@ -2,6 +2,7 @@
 #include "Core/Raster/CoarseGrid.h"
 
 #include "Core/Base/Executor.h"
+#include "Core/Raster/TwoSurfaces.h"
 #include "Core/Splats/SplatList.h"
 
 #include <algorithm>
@@ -44,31 +45,43 @@ public:
       First(t.Y - this->Cell, this->Drawn.Picture.Height),
       First(t.X + this->Cell, this->Drawn.Picture.Width),
       First(t.Y + this->Cell, this->Drawn.Picture.Height) };
-    if (!IsEmpty(t.Box) && this->Drawn.Touch(t.Box))
+    if (IsEmpty(t.Box) || !this->Drawn.Touch(t.Box))
     {
-      SetRange(tile.Open[block], tile.Coarse[block], lane, t);
-      SetColor(tile.Open[block], tile.Lens[block], lane, t);
-      SetCovariances(tile.Open[block], tile.Coarse[block], lane, t);
-      this->Tents->push_back(t);
+      return;
     }
+    const OpenLayers& open = tile.Open[block];
+    const LayerDepths depths = DepthsOf(open, tile.Coarse[block], lane);
+    t.Weight = depths.Weight;
+    SetColor(open, tile.Lens[block], lane, t);
+    SetCovariances(open, tile.Coarse[block], lane, t);
+    const LayerPart whole = WholeLayer(depths);
+    LayerPart parts[2];
+    if (!SplitLayer(depths, whole, parts))
+    {
+      this->Add(t, whole);
+      return;
+    }
+    // Each has the mean colour and lens point of both. With their own, from covariances with depth,
+    // frames take 1 to 9 % longer, and no scene gains as much as 0.05 dB.
+    this->Add(t, parts[0]);
+    this->Add(t, parts[1]);
   }
 
 private:
-  /// The z-range of most of a layer: splats of hardly any weight cannot make it longer.
-  static void SetRange(const OpenLayers& open, const CoarseLayers& coarse, int l, Tent& t)
+  void Add(Tent& t, const LayerPart& part)
   {
-    t.Weight = open.Weight[l];
-    const float inverse = 1.0f / t.Weight;
-    t.Depth = open.Depth[l] * inverse;
-    const float mean = t.Depth - coarse.Near[l];
-    const float variance = std::max(coarse.SquaredDepth[l] * inverse - mean * mean, 0.0f);
-    // The half length of an even range would be sqrt(3) deviations; longer ranges merge surfaces of
-    // scans. The mean is a quotient of float sums.
-    constexpr float perDeviation = 1.4f, rounding = 5e-7f;
-    const float half =
-      coarse.HalfRange[l] * inverse + perDeviation * std::sqrt(variance) + rounding * t.Depth;
-    t.Near = t.Depth - half;
-    t.Far = t.Depth + half;
+    t.Weight = part.Weight;
+    t.Depth = part.Depth;
+    t.Near = part.Near;
+    t.Far = part.Far;
+    this->Tents->push_back(t);
+  }
+
+  static LayerDepths DepthsOf(const OpenLayers& open, const CoarseLayers& c, int l)
+  {
+    const float weight = open.Weight[l];
+    return { weight, open.Depth[l] / weight, c.Near[l], c.SquaredDepth[l], c.CubedDepth[l],
+      c.FourthDepth[l], c.HalfRange[l] / weight };
   }
 
   static void SetColor(const OpenLayers& open, const LensLayers& lens, int l, Tent& t)

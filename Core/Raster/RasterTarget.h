@@ -58,6 +58,7 @@ struct alignas(64) CoarseLayers
   float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock]; ///< sum w o u u'
   float HalfRange[PixelsPerBlock];    ///< sum w (far - near) / 2 of the splats
   float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
+  float CubedDepth[PixelsPerBlock], FourthDepth[PixelsPerBlock]; ///< of the third, fourth power
 };
 
 /// The finished part of a block's pixels: the fields of the frame and what belongs to them.

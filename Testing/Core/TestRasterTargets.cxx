@@ -378,7 +378,7 @@ struct Cells
 {
   int Count = 0;
   double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, SquaredDepth = 0,
-         Near = 0;
+         CubedDepth = 0, FourthDepth = 0, Near = 0;
 
   static void Closed(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
@@ -394,6 +394,8 @@ struct Cells
       cells->XX += c.XX[0];
       cells->HalfRange += c.HalfRange[0];
       cells->SquaredDepth += c.SquaredDepth[0];
+      cells->CubedDepth += c.CubedDepth[0];
+      cells->FourthDepth += c.FourthDepth[0];
       cells->Near += c.Near[0];
     }
   }
@@ -432,6 +434,8 @@ void TestCollect(const RasterTarget& target)
   CHECK_NEAR(cells.Near, 1.0 + 4.0, 0.0);
   // Depths 1.25, 1.75 behind 1, and 4.25 behind 4.
   CHECK_NEAR(cells.SquaredDepth, 0.25 * (0.0625 + 0.5625 + 0.0625), 1e-6);
+  CHECK_NEAR(cells.CubedDepth, 0.25 * (0.015625 + 0.421875 + 0.015625), 1e-6);
+  CHECK_NEAR(cells.FourthDepth, 0.25 * (0.00390625 + 0.31640625 + 0.00390625), 1e-6);
   CHECK(tile->Finished[0].Transmittance[0] == 1.0f); // nothing was composited
   CHECK(tile->Finished[0].Red[0] == 0.0f);
   CHECK(tile->Open[0].Weight[0] == 0.0f);

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Two surfaces in one layer of a coarse grid. (Ours; Documentation/Method.md derives it.)
+ *
+ * A cell's layer ends at a gap in depth. A few splats of hardly any weight between two surfaces
+ * bridge the gap: the cell has one layer then, and its neighbour, or the next frame, has two.
+ * Pictures would jump there, since surfaces of one layer add up, and those of two hide one another.
+ * So a layer whose depths are those of two surfaces is drawn as two.
+ *
+ * The depths have the first four moments of two normal distributions with the same standard
+ * deviation. Let V, s and k be the layer's variance, skewness and kurtosis, and r the share of V
+ * that is due to the distance between the two. Normal distributions have only two cumulants, and
+ * for two points k = 1 + s^2, so that
+ *
+ *   k - 1 - s^2 = 2 (1 - r^2) + s^2 (1 / r - 1)
+ *
+ * The two means have the variance r V and the skewness s / r^(3/2), which give their distance and
+ * their weights.
+ */
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace SurfelSplatting
+{
+/// Depths of the splats of a layer along the view direction, world units.
+struct LayerDepths
+{
+  float Weight;                 ///< sum w, > 0
+  float Mean;                   ///< of the depths
+  float Near;                   ///< of the z-ranges
+  float Squared, Cubed, Fourth; ///< sum w (z - Near)^2, ^3, ^4
+  float HalfRange;              ///< mean of (far - near) / 2 of the splats, > 0
+};
+
+/// A layer, or one of its two surfaces.
+struct LayerPart
+{
+  float Weight;    ///< sum w
+  float Depth;     ///< mean
+  float Near, Far; ///< z-range of most of it
+};
+
+/// Deviations in half a z-range. An even range would have sqrt(3); longer ranges merge surfaces of
+/// scans.
+constexpr float RangePerDeviation = 1.4f;
+
+/// Error of the mean depth, a quotient of float sums, over the depth.
+constexpr float DepthRounding = 5e-7f;
+
+/// A layer is not split if this error is a larger share of its deviation.
+constexpr float LargestDepthError = 0.005f;
+
+/// Up to the first r a layer is one surface (an even range, such as a floor's, has 0.775), from the
+/// second on two.
+constexpr float LeastApart = 0.8f, FullyApart = 0.9f;
+
+/// The same of the lighter one's share of the weight: tails of kernels are light, and with 0.05 a
+/// bunny at 36 px without level of detail loses 0.2 dB.
+constexpr float LeastPart = 0.1f, FullPart = 0.2f;
+
+/// From this weight of the lighter one on, all of the gap counts.
+constexpr float WeightOfGap = 0.03f;
+
+/// The layer as one surface. Splats of hardly any weight do not make its z-range longer.
+inline LayerPart WholeLayer(const LayerDepths& layer)
+{
+  const float mean = layer.Mean - layer.Near;
+  const float variance = std::max(layer.Squared / layer.Weight - mean * mean, 0.0f);
+  const float half =
+    layer.HalfRange + RangePerDeviation * std::sqrt(variance) + DepthRounding * layer.Mean;
+  return { layer.Weight, layer.Mean, layer.Mean - half, layer.Mean + half };
+}
+
+/// Two normal distributions with the layer's first four moments.
+struct TwoNormals
+{
+  float Apart;       ///< r
+  float FrontWeight; ///< share of the weight
+  float Front, Back; ///< their means, from the layer's
+  float Deviation;   ///< of each
+};
+
+/// @return false unless r > LeastApart, and the z-ranges of the splats may leave a gap
+inline bool FitTwoNormals(const LayerDepths& layer, TwoNormals& fit)
+{
+  const double inverse = 1.0 / layer.Weight, mean = layer.Mean - layer.Near;
+  const double second = layer.Squared * inverse, variance = second - mean * mean;
+  const double error = DepthRounding / LargestDepthError * layer.Mean;
+  constexpr float smallest = 1e-30f; // of sums of floats that have all their digits
+  if (!(variance > error * error) || !(layer.Fourth > smallest))
+  {
+    return false;
+  }
+  const double third = layer.Cubed * inverse, fourth = layer.Fourth * inverse;
+  const double central3 = third - mean * (3.0 * second - 2.0 * mean * mean);
+  const double central4 = fourth - mean * (4.0 * third - mean * (6.0 * second - 3.0 * mean * mean));
+  // Both sides of the equation, times the cube of the variance.
+  const double cube = variance * variance * variance, squared = central3 * central3;
+  const double range = 2.0 * layer.HalfRange * variance;
+  if (!(4.0 * cube + squared > range * range))
+  {
+    return false; // with r = 1 they would be no farther apart than the z-ranges are long
+  }
+  const double left = central4 * variance - cube - squared;
+  constexpr double least = LeastApart;
+  if (!(left < 2.0 * (1.0 - least * least) * cube + (1.0 / least - 1.0) * squared))
+  {
+    return false;
+  }
+  const double perCube = 1.0 / cube, s2 = squared * perCube, known = left * perCube;
+  double r = 1.0; // Newton's method: two steps are off by 0.001 at most
+  for (int i = 0; i < 2; ++i)
+  {
+    const double perShare = 1.0 / r;
+    const double right = 2.0 * (1.0 - r * r) + s2 * (perShare - 1.0);
+    const double step = (right - known) / (4.0 * r + s2 * perShare * perShare);
+    r = std::min(std::max(r + step, least), 1.0);
+  }
+  const double deviation = std::sqrt(variance * r);
+  const double half = 0.5 * central3 / (deviation * deviation * deviation);
+  const double root = std::sqrt(1.0 + half * half);
+  fit = { static_cast<float>(r), static_cast<float>(0.5 * (1.0 + half / root)),
+    static_cast<float>(deviation * (half - root)), static_cast<float>(deviation * (half + root)),
+    static_cast<float>(std::sqrt(variance * (1.0 - r))) };
+  return true;
+}
+
+/// How far x is on its way from low to high, at most 1.
+inline float ShareOfWay(float x, float low, float high)
+{
+  return std::min((x - low) / (high - low), 1.0f);
+}
+
+/**
+ * Splits a layer where there is a gap between its two surfaces. The gap that is left between the
+ * z-ranges of the parts changes continuously with the moments, from 0 on.
+ * @param whole WholeLayer
+ * @param parts the front one first; their weights and mean depths are together the layer's
+ * @return whether there are two; otherwise the parts are unchanged
+ */
+inline bool SplitLayer(const LayerDepths& layer, const LayerPart& whole, LayerPart (&parts)[2])
+{
+  TwoNormals fit;
+  if (!FitTwoNormals(layer, fit))
+  {
+    return false;
+  }
+  const float lighter = std::min(fit.FrontWeight, 1.0f - fit.FrontWeight);
+  const float half = layer.HalfRange + RangePerDeviation * fit.Deviation;
+  const float gap = fit.Back - fit.Front - 2.0f * half;
+  if (!(gap > 0.0f) || lighter <= LeastPart)
+  {
+    return false;
+  }
+  const float counts = ShareOfWay(fit.Apart, LeastApart, FullyApart) *
+    ShareOfWay(lighter, LeastPart, FullPart) *
+    std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
+  const float bridge = 0.5f * (1.0f - counts) * gap;
+  const float front = layer.Mean + fit.Front, back = layer.Mean + fit.Back;
+  parts[0] = { layer.Weight * fit.FrontWeight, front,
+    whole.Near + counts * (front - half - whole.Near), front + half + bridge };
+  parts[1] = { layer.Weight - parts[0].Weight, back, back - half - bridge,
+    whole.Far + counts * (back + half - whole.Far) };
+  return true;
+}
+}

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Layers of coarse grids that hold two surfaces: which two, and which layers are one; and that
+ * pictures hardly change when something light comes between two blurred surfaces.
+ */
+#include "Core/Raster/TwoSurfaces.h"
+#include "TestScene.h"
+#include "Testing/Shared/Check.h"
+
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+using namespace SurfelSplatting;
+
+namespace
+{
+struct Sample
+{
+  double Weight, Depth;
+};
+
+constexpr double Half = 0.01;
+
+LayerDepths DepthsOf(const std::vector<Sample>& samples, double half = Half)
+{
+  double near = samples.front().Depth, weight = 0.0, mean = 0.0;
+  for (const Sample& s : samples)
+  {
+    near = std::min(near, s.Depth - half);
+    weight += s.Weight;
+    mean += s.Weight * s.Depth;
+  }
+  double powers[3] = {};
+  for (const Sample& s : samples)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      powers[k] += s.Weight * std::pow(s.Depth - near, 2 + k);
+    }
+  }
+  return { static_cast<float>(weight), static_cast<float>(mean / weight), static_cast<float>(near),
+    static_cast<float>(powers[0]), static_cast<float>(powers[1]), static_cast<float>(powers[2]),
+    static_cast<float>(half) };
+}
+
+/// A normal distribution, cut off at four deviations.
+void AddNormal(std::vector<Sample>& samples, double weight, double depth, double deviation)
+{
+  constexpr int count = 400;
+  double sum = 0.0;
+  const auto kernel = [](int i) { return std::exp(-0.5 * std::pow(8.0 * i / count - 4.0, 2)); };
+  for (int i = 0; i <= count; ++i)
+  {
+    sum += kernel(i);
+  }
+  for (int i = 0; i <= count; ++i)
+  {
+    samples.push_back({ weight * kernel(i) / sum, depth + deviation * (8.0 * i / count - 4.0) });
+  }
+}
+
+bool Splits(const LayerDepths& layer, LayerPart (&parts)[2])
+{
+  return SplitLayer(layer, WholeLayer(layer), parts);
+}
+
+bool Splits(const std::vector<Sample>& samples)
+{
+  LayerPart parts[2] = {};
+  return Splits(DepthsOf(samples), parts);
+}
+
+TEST_CASE("Two points")
+{
+  for (const double front : { 0.25, 0.5, 0.7 })
+  {
+    LayerPart parts[2] = {};
+    const LayerDepths layer = DepthsOf({ { 0.8 * front, 2.0 }, { 0.8 * (1.0 - front), 3.0 } });
+    CHECK(Splits(layer, parts));
+    CHECK_NEAR(parts[0].Weight, 0.8 * front, 1e-4);
+    CHECK_NEAR(parts[1].Weight, 0.8 * (1.0 - front), 1e-4);
+    CHECK_NEAR(parts[0].Depth, 2.0, 1e-3);
+    CHECK_NEAR(parts[1].Depth, 3.0, 1e-3);
+    CHECK_NEAR(parts[0].Near, 2.0 - Half, 3e-3);
+    CHECK_NEAR(parts[0].Far, 2.0 + Half, 3e-3);
+    CHECK_NEAR(parts[1].Near, 3.0 - Half, 3e-3);
+    CHECK_NEAR(parts[1].Far, 3.0 + Half, 3e-3);
+  }
+}
+
+TEST_CASE("Two normal distributions")
+{
+  for (const double front : { 0.3, 0.5, 0.65 })
+  {
+    for (const double deviation : { 0.05, 0.1, 0.15 })
+    {
+      std::vector<Sample> samples;
+      AddNormal(samples, front, 5.0, deviation);
+      AddNormal(samples, 1.0 - front, 6.0, deviation);
+      const LayerDepths layer = DepthsOf(samples);
+      TwoNormals fit{};
+      CHECK(FitTwoNormals(layer, fit));
+      const double between = front * (1.0 - front);
+      CHECK_NEAR(fit.Apart, between / (between + deviation * deviation), 2e-3);
+      CHECK_NEAR(fit.FrontWeight, front, 5e-3);
+      CHECK_NEAR(layer.Mean + fit.Front, 5.0, 5e-3);
+      CHECK_NEAR(layer.Mean + fit.Back, 6.0, 5e-3);
+      CHECK_NEAR(fit.Deviation, deviation, 5e-3);
+    }
+  }
+}
+
+/// Newton's steps, against bisection.
+TEST_CASE("Share of the variance")
+{
+  Random random(3);
+  for (int i = 0; i < 2000; ++i)
+  {
+    const double front = random.Uniform(0.1, 0.9), apart = random.Uniform(0.81, 0.999);
+    const double between = std::sqrt(front * (1.0 - front));
+    std::vector<Sample> samples;
+    AddNormal(samples, front, 4.0, between * std::sqrt(1.0 / apart - 1.0));
+    AddNormal(samples, 1.0 - front, 5.0, between * std::sqrt(1.0 / apart - 1.0));
+    TwoNormals fit{};
+    CHECK(FitTwoNormals(DepthsOf(samples), fit));
+    CHECK_NEAR(fit.Apart, apart, 5e-3);
+  }
+}
+
+TEST_CASE("One surface")
+{
+  std::vector<Sample> even, one, falling;
+  for (int i = 0; i < 1000; ++i)
+  {
+    even.push_back({ 1e-3, 5.0 + 1e-3 * i });
+    falling.push_back({ 1e-6 * (1000 - i), 5.0 + 1e-3 * i });
+  }
+  AddNormal(one, 1.0, 5.0, 0.2);
+  CHECK(!Splits(even));
+  CHECK(!Splits(falling));
+  CHECK(!Splits(one));
+  CHECK(!Splits({ { 1.0, 5.0 } }));
+  // Two whose z-ranges touch.
+  CHECK(!Splits({ { 0.5, 5.0 }, { 0.5, 5.0 + 1.99 * Half } }));
+  CHECK(Splits({ { 0.5, 5.0 }, { 0.5, 5.0 + 2.1 * Half } }));
+  // A surface and a tail.
+  CHECK(!Splits({ { 0.95, 5.0 }, { 0.05, 6.0 } }));
+  CHECK(!Splits({ { 0.05, 5.0 }, { 0.95, 6.0 } }));
+}
+
+/// Parts are together the layer, and end where it ends while the gap does not count.
+TEST_CASE("Parts and whole")
+{
+  Random random(4);
+  int count = 0;
+  for (int i = 0; i < 20000; ++i)
+  {
+    std::vector<Sample> samples;
+    for (int k = random.Integer(2, 6); k > 0; --k)
+    {
+      samples.push_back({ random.Uniform(1e-4, 0.5), random.Uniform(3.0, 4.0) });
+    }
+    const LayerDepths layer = DepthsOf(samples, random.Uniform(1e-3, 0.2));
+    const LayerPart whole = WholeLayer(layer);
+    LayerPart p[2] = {};
+    if (!SplitLayer(layer, whole, p))
+    {
+      continue;
+    }
+    ++count;
+    CHECK(std::min(p[0].Weight, p[1].Weight) > 0.0f);
+    CHECK_NEAR(p[0].Weight + p[1].Weight, layer.Weight, 1e-6);
+    CHECK_NEAR(p[0].Weight * p[0].Depth + p[1].Weight * p[1].Depth, layer.Weight * layer.Mean,
+      1e-5 * layer.Weight * layer.Mean);
+    CHECK(p[0].Near < p[0].Far);
+    CHECK(p[0].Far <= p[1].Near + 1e-6f);
+    CHECK(p[1].Near < p[1].Far);
+  }
+  std::printf("%d of 20000 layers of a few splats are two\n", count);
+  CHECK(count > 2000);
+}
+
+/// The gap opens continuously: with the distance of the two, with the lighter one's weight, and with
+/// what is between them.
+TEST_CASE("Continuity")
+{
+  const auto gapOf = [](const std::vector<Sample>& samples) {
+    LayerPart p[2] = {};
+    return Splits(DepthsOf(samples), p) ? p[1].Near - p[0].Far : 0.0f;
+  };
+  float last[3] = {}, largest[3] = {};
+  constexpr int steps = 4000;
+  for (int i = 1; i <= steps; ++i)
+  {
+    const double t = static_cast<double>(i) / steps;
+    std::vector<Sample> bridged;
+    AddNormal(bridged, 0.4, 5.0, 0.02);
+    AddNormal(bridged, 0.4, 5.5, 0.02);
+    AddNormal(bridged, 0.4 * (1.0 - t), 5.25, 0.1);
+    const float gaps[] = { gapOf({ { 0.3, 5.0 }, { 0.4, 5.0 + 0.5 * t } }),
+      gapOf({ { 0.5, 5.0 }, { 0.5 * t, 5.5 } }), gapOf(bridged) };
+    for (int k = 0; k < 3; ++k)
+    {
+      largest[k] = i > 1 ? std::max(largest[k], std::abs(gaps[k] - last[k])) : 0.0f;
+      last[k] = gaps[k];
+    }
+  }
+  std::printf("largest steps of the gap: %.5f %.5f %.5f\n", largest[0], largest[1], largest[2]);
+  for (int k = 0; k < 3; ++k)
+  {
+    CHECK(last[k] > 0.3f);
+    CHECK(largest[k] < 0.005f);
+  }
+}
+
+TEST_CASE("Numbers")
+{
+  const auto scaled = [](double scale, double away) {
+    LayerPart p[2] = {};
+    const bool splits =
+      Splits(DepthsOf({ { 0.3, scale * away }, { 0.5, scale * (away + 1.0) } }, scale * Half), p);
+    for (int k = 0; splits && k < 2; ++k)
+    {
+      CHECK(std::isfinite(p[k].Near));
+      CHECK(std::isfinite(p[k].Far));
+      CHECK(p[k].Weight > 0.0f);
+    }
+    return splits;
+  };
+  for (const double scale : { 1e-6, 1.0, 1e6 })
+  {
+    CHECK(scaled(scale, 2.0));
+  }
+  for (const double scale : { 1e-30, 1e-20, 1e-12, 1e-9, 1e9, 1e12, 1e20, 1e30 })
+  {
+    scaled(scale, 2.0);
+  }
+  // So far away that the distance of the two is rounding.
+  CHECK(scaled(1.0, 1e3));
+  CHECK(!scaled(1.0, 1e5));
+}
+
+/// Two blurred walls with holes, one behind the other, and, with a bridge, steep surfels of hardly
+/// any weight between them.
+Picture Walls(bool bridge)
+{
+  SplatContext context;
+  context.Camera = PinholeView(128, 96, 120.0);
+  context.Optics = { 0.5, 1.0 };
+  TestCloud cloud;
+  for (const double z : { 2.0, 2.4 })
+  {
+    const double side = 0.02 * z;
+    for (int j = -60; j < 60; ++j)
+    {
+      for (int i = -75; i < 75; ++i)
+      {
+        cloud.Add(SquareSurfel({ (i + 0.5) * side, (j + 0.5) * side, z }, side, 0.35));
+      }
+    }
+  }
+  for (int k = 0; bridge && k < 8; ++k)
+  {
+    const double z = 2.0 + 0.05 * k, side = 0.04 * z;
+    for (int j = -30; j < 30; ++j)
+    {
+      for (int i = -37; i < 37; ++i)
+      {
+        TestSurfel s = SquareSurfel({ (i + 0.5) * side, (j + 0.5) * side, z }, side, 0.01);
+        s.Normal = { 0.96, 0.0, -0.28 };
+        s.SigmaU = s.SigmaV = 0.04;
+        cloud.Add(s);
+      }
+    }
+  }
+  return RenderPicture(context, cloud);
+}
+
+TEST_CASE("Bridge")
+{
+  const Picture with = Walls(true), without = Walls(false);
+  std::printf("walls: alpha %.3f, with a bridge %.3f\n", without.At(64, 48, 3), with.At(64, 48, 3));
+  CHECK(std::abs(with.At(64, 48, 3) - without.At(64, 48, 3)) < 0.04); // one layer: 0.083
+}
+}
