@@ -215,6 +215,11 @@ __attribute__((noinline)) void LeakBeforeItem(PixelTile& tile, int block, LayerR
   LeakEnded(tile, block, reach, ended, settings, callbacks);
 }
 
+/// So many lengths behind a layer of a coarse grid there is another surface, even if something
+/// light reaches from one to the other. A length is that from the layer's nearest splat to the mean
+/// end of its splats. With 1.5, a floor that recedes has 0.4 dB less.
+constexpr float LargestStep = 2.0f;
+
 /// The open layers that may end in front of an item which begins at a depth; some of them have
 /// hardly any weight. Those of a coarse grid end only if the item begins behind their mean end:
 /// with tents of all the tails that begin surfaces, a lion at 91 px would take 1.6 times as long.
@@ -225,8 +230,9 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
   {
     return open.Far < near;
   }
-  // Times weights, as all depths here.
-  return (open.Far < near) & (open.Weight * near > open.Depth + open.HalfRange);
+  const Lanes end = open.Depth + open.HalfRange; // times weights, as all depths here
+  const Lanes length = end - open.Weight * open.Near;
+  return open.Weight * near - end > Select(open.Far < near, 0.0f, LargestStep * length);
 }
 
 /// Weights of an item's fragments before their layers limit them.
@@ -331,10 +337,15 @@ struct WeightedColors
   Lanes Red, Green, Blue;
 };
 
-/// Adds what a coarse grid's cell needs besides (Tent.h).
+/// Adds what a coarse grid's cell needs besides (Tent.h, TwoSurfaces.h).
+/// @param depth behind the layer's near end
 SURFELSPLATTING_INLINE void AddMoments(
-  CoarseLayers& coarse, const Lanes& opaque, const WeightedColors& c, const LensPoints& twice)
+  CoarseLayers& coarse, const Lanes& opaque, const WeightedColors& c, const Lanes& depth,
+  const LensPoints& twice)
 {
+  AddTo(coarse.RedDepth, c.Red * depth);
+  AddTo(coarse.GreenDepth, c.Green * depth);
+  AddTo(coarse.BlueDepth, c.Blue * depth);
   const LensPoints u{ 0.5f * twice.X, 0.5f * twice.Y };
   AddTo(coarse.RedX, c.Red * u.X);
   AddTo(coarse.RedY, c.Red * u.Y);
@@ -471,7 +482,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     open.FourthDepth += cubed * z;
     open.HalfRange += weight * (0.5f * (p.Range.Far - p.Range.Near));
     AddMoments(at.Tile.Coarse[at.Block], visible,
-      { visible * c.Red, visible * c.Green, visible * c.Blue }, u);
+      { visible * c.Red, visible * c.Green, visible * c.Blue }, z, u);
   }
   return bits;
 }

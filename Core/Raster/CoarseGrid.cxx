@@ -61,10 +61,11 @@ public:
       this->Add(t, whole);
       return;
     }
-    // Each has the mean colour and lens point of both. With their own, from covariances with depth,
-    // frames take 1 to 9 % longer, and no scene gains as much as 0.05 dB.
+    // Both have the layer's lens point: own ones take 1 % of a frame and gain nothing.
+    Tent back = t;
+    SplitColors(open, tile.Coarse[block], lane, depths, parts, t, back);
     this->Add(t, parts[0]);
-    this->Add(t, parts[1]);
+    this->Add(back, parts[1]);
   }
 
 private:
@@ -93,6 +94,22 @@ private:
     t.Blue = open.Blue[l] * inverse;
     t.PointX = lens.FillX[l] / t.Weight;
     t.PointY = lens.FillY[l] / t.Weight;
+  }
+
+  /// @param front,back have the layer's colours
+  static void SplitColors(const OpenLayers& open, const CoarseLayers& c, int l,
+    const LayerDepths& depths, const LayerPart (&parts)[2], Tent& front, Tent& back)
+  {
+    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
+    const auto split = [&](float sum, float Tent::*color) {
+      const float mean = front.*color;
+      const float covariance = sum * inverse - mean * (depths.Mean - depths.Near);
+      front.*color = FrontColor(mean, covariance, depths, parts[0]);
+      back.*color = BackColor(mean, front.*color, parts);
+    };
+    split(c.RedDepth[l], &Tent::Red);
+    split(c.GreenDepth[l], &Tent::Green);
+    split(c.BlueDepth[l], &Tent::Blue);
   }
 
   static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)

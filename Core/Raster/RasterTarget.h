@@ -59,6 +59,8 @@ struct alignas(64) CoarseLayers
   float HalfRange[PixelsPerBlock];    ///< sum w (far - near) / 2 of the splats
   float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
   float CubedDepth[PixelsPerBlock], FourthDepth[PixelsPerBlock]; ///< of the third, fourth power
+  float RedDepth[PixelsPerBlock], GreenDepth[PixelsPerBlock],
+    BlueDepth[PixelsPerBlock]; ///< sum w o c (z - Near)
 };
 
 /// The finished part of a block's pixels: the fields of the frame and what belongs to them.

@@ -63,13 +63,18 @@ constexpr float LeastPart = 0.1f, FullPart = 0.2f;
 /// From this weight of the lighter one on, all of the gap counts.
 constexpr float WeightOfGap = 0.03f;
 
+/// Variance of the depths.
+inline float VarianceOf(const LayerDepths& layer)
+{
+  const float mean = layer.Mean - layer.Near;
+  return std::max(layer.Squared / layer.Weight - mean * mean, 0.0f);
+}
+
 /// The layer as one surface. Splats of hardly any weight do not make its z-range longer.
 inline LayerPart WholeLayer(const LayerDepths& layer)
 {
-  const float mean = layer.Mean - layer.Near;
-  const float variance = std::max(layer.Squared / layer.Weight - mean * mean, 0.0f);
-  const float half =
-    layer.HalfRange + RangePerDeviation * std::sqrt(variance) + DepthRounding * layer.Mean;
+  const float half = layer.HalfRange + RangePerDeviation * std::sqrt(VarianceOf(layer)) +
+    DepthRounding * layer.Mean;
   return { layer.Weight, layer.Mean, layer.Mean - half, layer.Mean + half };
 }
 
@@ -164,5 +169,24 @@ inline bool SplitLayer(const LayerDepths& layer, const LayerPart& whole, LayerPa
   parts[1] = { layer.Weight - parts[0].Weight, back, back - half - bridge,
     whole.Far + counts * (back + half - whole.Far) };
   return true;
+}
+
+/**
+ * The front part's colour, from the regression of colours on depth. Neither part's is negative.
+ * @param color      mean over the layer, >= 0
+ * @param covariance of colours and depths
+ */
+inline float FrontColor(
+  float color, float covariance, const LayerDepths& layer, const LayerPart& front)
+{
+  const float shift = covariance * (front.Depth - layer.Mean) / VarianceOf(layer);
+  return std::min(std::max(color + shift, 0.0f), color * layer.Weight / front.Weight);
+}
+
+/// The back part's colour: together the parts have the layer's.
+inline float BackColor(float color, float frontColor, const LayerPart (&parts)[2])
+{
+  const float rest = color * (parts[0].Weight + parts[1].Weight) - frontColor * parts[0].Weight;
+  return std::max(rest / parts[1].Weight, 0.0f);
 }
 }

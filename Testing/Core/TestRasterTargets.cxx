@@ -378,7 +378,7 @@ struct Cells
 {
   int Count = 0;
   double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, SquaredDepth = 0,
-         CubedDepth = 0, FourthDepth = 0, Near = 0;
+         CubedDepth = 0, FourthDepth = 0, RedDepth = 0, Near = 0;
 
   static void Closed(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
@@ -396,6 +396,7 @@ struct Cells
       cells->SquaredDepth += c.SquaredDepth[0];
       cells->CubedDepth += c.CubedDepth[0];
       cells->FourthDepth += c.FourthDepth[0];
+      cells->RedDepth += c.RedDepth[0];
       cells->Near += c.Near[0];
     }
   }
@@ -436,6 +437,7 @@ void TestCollect(const RasterTarget& target)
   CHECK_NEAR(cells.SquaredDepth, 0.25 * (0.0625 + 0.5625 + 0.0625), 1e-6);
   CHECK_NEAR(cells.CubedDepth, 0.25 * (0.015625 + 0.421875 + 0.015625), 1e-6);
   CHECK_NEAR(cells.FourthDepth, 0.25 * (0.00390625 + 0.31640625 + 0.00390625), 1e-6);
+  CHECK_NEAR(cells.RedDepth, 0.25 * 0.5 * 0.75 * (0.25 + 0.75 + 0.25), 1e-6);
   CHECK(tile->Finished[0].Transmittance[0] == 1.0f); // nothing was composited
   CHECK(tile->Finished[0].Red[0] == 0.0f);
   CHECK(tile->Open[0].Weight[0] == 0.0f);

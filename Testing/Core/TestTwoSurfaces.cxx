@@ -111,6 +111,36 @@ TEST_CASE("Two normal distributions")
   }
 }
 
+/// Colours by depth: exact for two points, never negative, together those of the layer.
+TEST_CASE("Colours")
+{
+  const double weights[] = { 0.3, 0.5 }, depths[] = { 2.0, 3.0 };
+  const LayerDepths layer = DepthsOf({ { weights[0], depths[0] }, { weights[1], depths[1] } });
+  LayerPart parts[2] = {};
+  CHECK(Splits(layer, parts));
+  for (const double front : { 0.0, 0.2, 0.9 })
+  {
+    for (const double back : { 0.0, 0.5, 1.5 })
+    {
+      const double mean = (weights[0] * front + weights[1] * back) / 0.8;
+      const double product =
+        (weights[0] * front * depths[0] + weights[1] * back * depths[1]) / 0.8;
+      const float covariance = static_cast<float>(product - mean * layer.Mean);
+      const float color = static_cast<float>(mean);
+      const float c = FrontColor(color, covariance, layer, parts[0]);
+      CHECK_NEAR(c, front, 2e-3);
+      CHECK_NEAR(BackColor(color, c, parts), back, 2e-3);
+    }
+  }
+  for (const float covariance : { -9.0f, -0.1f, 0.0f, 0.2f, 9.0f })
+  {
+    const float c = FrontColor(0.7f, covariance, layer, parts[0]), b = BackColor(0.7f, c, parts);
+    CHECK(c >= 0.0f);
+    CHECK(b >= 0.0f);
+    CHECK_NEAR(c * parts[0].Weight + b * parts[1].Weight, 0.7 * 0.8, 1e-5);
+  }
+}
+
 /// Newton's steps, against bisection.
 TEST_CASE("Share of the variance")
 {
