@@ -62,8 +62,7 @@ public:
       return;
     }
     // Both have the layer's lens point: own ones take 1 % of a frame and gain nothing.
-    Tent back = t;
-    SplitColors(open, tile.Coarse[block], lane, depths, parts, t, back);
+    Tent back = SplitColors(open, tile.Coarse[block], lane, depths, parts, t);
     this->Add(t, parts[0]);
     this->Add(back, parts[1]);
   }
@@ -96,20 +95,23 @@ private:
     t.PointY = lens.FillY[l] / t.Weight;
   }
 
-  /// @param front,back have the layer's colours
-  static void SplitColors(const OpenLayers& open, const CoarseLayers& c, int l,
-    const LayerDepths& depths, const LayerPart (&parts)[2], Tent& front, Tent& back)
+  /// @param t in: has the layer's colours; out: the front part's
+  /// @return the same tent with the back part's
+  static Tent SplitColors(const OpenLayers& open, const CoarseLayers& c, int l,
+    const LayerDepths& depths, const LayerPart (&parts)[2], Tent& t)
   {
+    Tent back = t;
     const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
     const auto split = [&](float sum, float Tent::*color) {
-      const float mean = front.*color;
+      const float mean = t.*color;
       const float covariance = sum * inverse - mean * (depths.Mean - depths.Near);
-      front.*color = FrontColor(mean, covariance, depths, parts[0]);
-      back.*color = BackColor(mean, front.*color, parts);
+      t.*color = FrontColor(mean, covariance, depths, parts[0]);
+      back.*color = BackColor(mean, t.*color, parts);
     };
     split(c.RedDepth[l], &Tent::Red);
     split(c.GreenDepth[l], &Tent::Green);
     split(c.BlueDepth[l], &Tent::Blue);
+    return back;
   }
 
   static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)

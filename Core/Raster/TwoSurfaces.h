@@ -73,8 +73,8 @@ inline float VarianceOf(const LayerDepths& layer)
 /// The layer as one surface. Splats of hardly any weight do not make its z-range longer.
 inline LayerPart WholeLayer(const LayerDepths& layer)
 {
-  const float half = layer.HalfRange + RangePerDeviation * std::sqrt(VarianceOf(layer)) +
-    DepthRounding * layer.Mean;
+  const float half =
+    layer.HalfRange + RangePerDeviation * std::sqrt(VarianceOf(layer)) + DepthRounding * layer.Mean;
   return { layer.Weight, layer.Mean, layer.Mean - half, layer.Mean + half };
 }
 
@@ -160,8 +160,7 @@ inline bool SplitLayer(const LayerDepths& layer, const LayerPart& whole, LayerPa
     return false;
   }
   const float counts = ShareOfWay(fit.Apart, LeastApart, FullyApart) *
-    ShareOfWay(lighter, LeastPart, FullPart) *
-    std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
+    ShareOfWay(lighter, LeastPart, FullPart) * std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
   const float bridge = 0.5f * (1.0f - counts) * gap;
   const float front = layer.Mean + fit.Front, back = layer.Mean + fit.Back;
   parts[0] = { layer.Weight * fit.FrontWeight, front,

@@ -123,8 +123,7 @@ TEST_CASE("Colours")
     for (const double back : { 0.0, 0.5, 1.5 })
     {
       const double mean = (weights[0] * front + weights[1] * back) / 0.8;
-      const double product =
-        (weights[0] * front * depths[0] + weights[1] * back * depths[1]) / 0.8;
+      const double product = (weights[0] * front * depths[0] + weights[1] * back * depths[1]) / 0.8;
       const float covariance = static_cast<float>(product - mean * layer.Mean);
       const float color = static_cast<float>(mean);
       const float c = FrontColor(color, covariance, layer, parts[0]);
@@ -211,8 +210,8 @@ TEST_CASE("Parts and whole")
   CHECK(count > 2000);
 }
 
-/// The gap opens continuously: with the distance of the two, with the lighter one's weight, and with
-/// what is between them.
+/// The gap opens continuously: with the distance of the two, with the lighter one's weight, and
+/// with what is between them.
 TEST_CASE("Continuity")
 {
   const auto gapOf = [](const std::vector<Sample>& samples) {

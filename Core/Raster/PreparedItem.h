@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Items of a batch, splats or tents, as the blocks of a tile need them.
+ *
+ * Included by the translation units of the raster's targets (RasterTarget.h), whose own this code
+ * is.
+ */
+#pragma once
+
+#include "Core/Raster/LayerMerging.h"
+
+namespace SurfelSplatting
+{
+namespace
+{
+enum class ItemKernel : std::int32_t
+{
+  Smooth, ///< SmoothProfile
+  Focus,  ///< BellProfile in focus
+  Bell,   ///< BellProfile
+  Gaussian,
+  Tent
+};
+
+/// By how much the weights of one surface ripple about 1.
+template <bool OnLens>
+constexpr float Ripple = OnLens ? RippleThroughLens : RippleInFocus;
+
+/// The room in a layer (FindRoom) is measured in this unit, which saves a product.
+template <bool OnLens>
+constexpr float UnitOfRoom = OnLens ? FillSlope : 1.0f;
+
+/// The room with which a fragment counts wholly.
+template <bool OnLens>
+constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
+
+/// An item of a batch as the blocks need it, as functions of the place (x, y) in the tile, px.
+struct alignas(64) PreparedItem
+{
+  float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
+  ZRange Range;
+  float Weight;                 ///< over RoomToFill
+  float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
+  float Area, AreaX, AreaY;     ///< as in LensFootprint, times Weight
+  float Back;
+  float Depth, DepthX, DepthY;
+  float Red, Green, Blue, Opacity;
+  float Shape; ///< of the kernel; SmoothProfile: its steepness
+  ItemKernel Kernel;
+  const BatchItem* Item;
+};
+
+SURFELSPLATTING_INLINE ItemKernel KernelOf(float shape)
+{
+  return shape < 0.0f           ? ItemKernel::Gaussian
+    : shape >= FirstSmoothShape ? ItemKernel::Smooth
+    : shape == 1.0f             ? ItemKernel::Focus
+                                : ItemKernel::Bell;
+}
+
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, PreparedItem& p)
+{
+  p.Item = &item;
+  if (Pass == RasterPass::Layers && item.Cell)
+  {
+    p.Kernel = ItemKernel::Tent;
+    return;
+  }
+  const Splat& s = *item.Body;
+  const float x = item.Place.X, y = item.Place.Y;
+  p.UX = __builtin_sqrtf(s.A * perSupport);
+  p.VY = __builtin_sqrtf(s.B * perSupport);
+  p.UY = p.UX * s.K;
+  p.U0 = 0.0f - p.UX * (x + s.K * y);
+  p.V0 = 0.0f - p.VY * y;
+  p.Range = { s.Near, s.Far };
+  p.Weight = s.Weight * (1.0f / RoomToFill<OnLens>);
+  p.DepthX = s.DepthX;
+  p.DepthY = s.DepthY;
+  p.Depth = 0.5f * (s.Near + s.Far) - (s.DepthX * x + s.DepthY * y);
+  p.Red = s.Red;
+  p.Green = s.Green;
+  p.Blue = s.Blue;
+  p.Opacity = s.Opacity;
+  p.Kernel = KernelOf(s.Shape);
+  p.Shape = p.Kernel == ItemKernel::Smooth ? s.Shape - FirstSmoothShape : s.Shape;
+  if (OnLens)
+  {
+    const LensFootprint& lens = *item.Footprint;
+    p.PerPixel = 2.0f * lens.PerPixel;
+    p.LensX = 2.0f * lens.MeanX - p.PerPixel * x;
+    p.LensY = 2.0f * lens.MeanY - p.PerPixel * y;
+    p.AreaX = p.Weight * lens.AreaX;
+    p.AreaY = p.Weight * lens.AreaY;
+    p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);
+    p.Back = lens.Back;
+  }
+}
+}
+}
