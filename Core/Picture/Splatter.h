@@ -33,7 +33,7 @@ struct FrameStatistics
   std::uint64_t InvalidSurfels = 0; ///< with non-finite values, not drawn
   std::uint64_t Splats = 0;         ///< on the screen
   std::uint64_t BlurredSplats = 0;  ///< of these, blurred by the lens
-  std::uint64_t CoarseCells = 0;    ///< layers of coarse-grid cells that went into the picture
+  std::uint64_t CoarseCells = 0;    ///< layers of coarse-grid cells, or their surfaces, drawn
   std::uint64_t Pairs = 0;          ///< pairs of splat and tile
   std::uint64_t Fragments = 0;
   std::uint64_t HiddenSurfels = 0;  ///< nodes and surfels skipped behind opaque tiles

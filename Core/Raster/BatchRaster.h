@@ -258,6 +258,7 @@ struct WeightedColors
 SURFELSPLATTING_INLINE void AddMoments(CoarseLayers& coarse, const Lanes& opaque,
   const WeightedColors& c, const Lanes& depth, const LensPoints& twice)
 {
+  AddTo(coarse.OpacityDepth, opaque * depth);
   AddTo(coarse.RedDepth, c.Red * depth);
   AddTo(coarse.GreenDepth, c.Green * depth);
   AddTo(coarse.BlueDepth, c.Blue * depth);
@@ -391,7 +392,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
     open.Near = Select(inside, Smaller(open.Near, p.Range.Near), open.Near);
     // Layers that are empty have no near depth yet.
     const Lanes z = Select(inside, depth - open.Near, 0.0f);
-    const Lanes squared = weight * z * z, cubed = squared * z;
+    const Lanes first = weight * z, squared = first * z, cubed = squared * z;
+    AddTo(at.Tile.Coarse[at.Block].FirstDepth, first);
     open.SquaredDepth += squared;
     open.CubedDepth += cubed;
     open.FourthDepth += cubed * z;

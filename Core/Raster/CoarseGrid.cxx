@@ -55,14 +55,16 @@ public:
     SetColor(open, tile.Lens[block], lane, t);
     SetCovariances(open, tile.Coarse[block], lane, t);
     const LayerPart whole = WholeLayer(depths);
+    TwoNormals surfaces;
     LayerPart parts[2];
-    if (!SplitLayer(depths, whole, parts))
+    if (!SplitLayer(depths, whole, surfaces, parts))
     {
       this->Add(t, whole);
       return;
     }
     // Both have the layer's lens point: own ones take 1 % of a frame and gain nothing.
-    Tent back = SplitColors(open, tile.Coarse[block], lane, depths, parts, t);
+    Tent back = t;
+    SplitColors({ open, tile.Coarse[block], lane }, depths, surfaces, t, back);
     this->Add(t, parts[0]);
     this->Add(back, parts[1]);
   }
@@ -80,7 +82,7 @@ private:
   static LayerDepths DepthsOf(const OpenLayers& open, const CoarseLayers& c, int l)
   {
     const float weight = open.Weight[l];
-    return { weight, open.Depth[l] / weight, c.Near[l], c.SquaredDepth[l], c.CubedDepth[l],
+    return { weight, open.Depth[l] / weight, c.FirstDepth[l], c.SquaredDepth[l], c.CubedDepth[l],
       c.FourthDepth[l], c.HalfRange[l] / weight };
   }
 
@@ -95,23 +97,39 @@ private:
     t.PointY = lens.FillY[l] / t.Weight;
   }
 
-  /// @param t in: has the layer's colours; out: the front part's
-  /// @return the same tent with the back part's
-  static Tent SplitColors(const OpenLayers& open, const CoarseLayers& c, int l,
-    const LayerDepths& depths, const LayerPart (&parts)[2], Tent& t)
+  /// A layer of a cell.
+  struct CellLayer
   {
-    Tent back = t;
-    const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
-    const auto split = [&](float sum, float Tent::*color) {
-      const float mean = t.*color;
-      const float covariance = sum * inverse - mean * (depths.Mean - depths.Near);
-      t.*color = FrontColor(mean, covariance, depths, parts[0]);
-      back.*color = BackColor(mean, t.*color, parts);
+    const OpenLayers& Open;
+    const CoarseLayers& Coarse;
+    int Lane;
+  };
+
+  /// @param front,back have the layer's colours and opacity
+  static void SplitColors(const CellLayer& layer, const LayerDepths& depths,
+    const TwoNormals& surfaces, Tent& front, Tent& back)
+  {
+    const int l = layer.Lane;
+    const float inverse = 1.0f / depths.Weight, mean = depths.First * inverse;
+    const auto split = [&](const float* sums, const float* products) {
+      const float value = sums[l] * inverse;
+      return SplitMean(value, products[l] * inverse - value * mean, surfaces);
     };
-    split(c.RedDepth[l], &Tent::Red);
-    split(c.GreenDepth[l], &Tent::Green);
-    split(c.BlueDepth[l], &Tent::Blue);
-    return back;
+    const OpenLayers& open = layer.Open;
+    const CoarseLayers& c = layer.Coarse;
+    const PartMeans opacity = split(open.Opacity, c.OpacityDepth);
+    const float perFront = opacity.Front > 0.0f ? 1.0f / opacity.Front : 0.0f;
+    const float perBack = opacity.Back > 0.0f ? 1.0f / opacity.Back : 0.0f;
+    front.Opacity = std::min(opacity.Front, 1.0f);
+    back.Opacity = std::min(opacity.Back, 1.0f);
+    const auto color = [&](const float* sums, const float* products, float Tent::*to) {
+      const PartMeans both = split(sums, products); // premultiplied
+      front.*to = both.Front * perFront;
+      back.*to = both.Back * perBack;
+    };
+    color(open.Red, c.RedDepth, &Tent::Red);
+    color(open.Green, c.GreenDepth, &Tent::Green);
+    color(open.Blue, c.BlueDepth, &Tent::Blue);
   }
 
   static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)

@@ -29,6 +29,18 @@ constexpr float WidestGap = 64.0f;
 /// Layers do not leak over gaps of fewer bands, which stay open: every leak takes time.
 constexpr float LeastGap = 1.0f / 64.0f;
 
+/// By how much the weights of one surface ripple about 1.
+template <bool OnLens>
+constexpr float Ripple = OnLens ? RippleThroughLens : RippleInFocus;
+
+/// The room in a layer (FindRoom) is measured in this unit, which saves a product.
+template <bool OnLens>
+constexpr float UnitOfRoom = OnLens ? FillSlope : 1.0f;
+
+/// The room with which a fragment counts wholly.
+template <bool OnLens>
+constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
+
 /// A block where 4 |t1| of T is less than this has no moments.
 constexpr float MinTilt = 1.0f / 512.0f;
 
@@ -399,8 +411,8 @@ SURFELSPLATTING_INLINE void CollectLayers(
   }
   float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue,
     lens.FillX, lens.FillY, c.RedX, c.RedY, c.GreenX, c.GreenY, c.BlueX, c.BlueY, c.XX, c.XY, c.YY,
-    c.HalfRange, c.SquaredDepth, c.CubedDepth, c.FourthDepth, c.RedDepth, c.GreenDepth,
-    c.BlueDepth };
+    c.HalfRange, c.FirstDepth, c.SquaredDepth, c.CubedDepth, c.FourthDepth, c.OpacityDepth,
+    c.RedDepth, c.GreenDepth, c.BlueDepth };
   for (float* sum : sums)
   {
     Put(sum, chosen, 0.0f);

@@ -22,18 +22,6 @@ enum class ItemKernel : std::int32_t
   Tent
 };
 
-/// By how much the weights of one surface ripple about 1.
-template <bool OnLens>
-constexpr float Ripple = OnLens ? RippleThroughLens : RippleInFocus;
-
-/// The room in a layer (FindRoom) is measured in this unit, which saves a product.
-template <bool OnLens>
-constexpr float UnitOfRoom = OnLens ? FillSlope : 1.0f;
-
-/// The room with which a fragment counts wholly.
-template <bool OnLens>
-constexpr float RoomToFill = Ripple<OnLens> / UnitOfRoom<OnLens>;
-
 /// An item of a batch as the blocks need it, as functions of the place (x, y) in the tile, px.
 struct alignas(64) PreparedItem
 {

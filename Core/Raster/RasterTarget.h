@@ -57,8 +57,11 @@ struct alignas(64) CoarseLayers
   float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
   float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock]; ///< sum w o u u'
   float HalfRange[PixelsPerBlock];    ///< sum w (far - near) / 2 of the splats
+  float FirstDepth[PixelsPerBlock];   ///< sum w (z - Near)
   float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
-  float CubedDepth[PixelsPerBlock], FourthDepth[PixelsPerBlock]; ///< of the third, fourth power
+  float CubedDepth[PixelsPerBlock];   ///< sum w (z - Near)^3
+  float FourthDepth[PixelsPerBlock];  ///< sum w (z - Near)^4
+  float OpacityDepth[PixelsPerBlock]; ///< sum w o (z - Near)
   float RedDepth[PixelsPerBlock], GreenDepth[PixelsPerBlock],
     BlueDepth[PixelsPerBlock]; ///< sum w o c (z - Near)
 };

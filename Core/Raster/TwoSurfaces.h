@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Two surfaces in one layer of a coarse grid. (Ours; Documentation/Method.md derives it.)
+ * Two surfaces in one layer of a coarse grid. (Its use is ours; Documentation/Method.md.)
  *
  * A cell's layer ends at a gap in depth. A few splats of hardly any weight between two surfaces
  * bridge the gap: the cell has one layer then, and its neighbour, or the next frame, has two.
  * Pictures would jump there, since surfaces of one layer add up, and those of two hide one another.
  * So a layer whose depths are those of two surfaces is drawn as two.
  *
- * The depths have the first four moments of two normal distributions with the same standard
- * deviation. Let V, s and k be the layer's variance, skewness and kurtosis, and r the share of V
- * that is due to the distance between the two. Normal distributions have only two cumulants, and
- * for two points k = 1 + s^2, so that
+ * The depths are taken for a mixture of two normal distributions of one standard deviation, fitted
+ * by the method of moments (Pearson 1894). Let V, s and k be the layer's variance, skewness and
+ * kurtosis, and r the share of V that is due to the distance between the two. Normal distributions
+ * have no cumulants above the second, and for two points k = 1 + s^2, so that
  *
  *   k - 1 - s^2 = 2 (1 - r^2) + s^2 (1 / r - 1)
  *
@@ -27,11 +27,11 @@ namespace SurfelSplatting
 /// Depths of the splats of a layer along the view direction, world units.
 struct LayerDepths
 {
-  float Weight;                 ///< sum w, > 0
-  float Mean;                   ///< of the depths
-  float Near;                   ///< of the z-ranges
-  float Squared, Cubed, Fourth; ///< sum w (z - Near)^2, ^3, ^4
-  float HalfRange;              ///< mean of (far - near) / 2 of the splats, > 0
+  float Weight; ///< sum w, > 0
+  float Mean;   ///< of the depths
+  /// Sums of w (z - n), w (z - n)^2, ..., n the near end of the splats' z-ranges.
+  float First, Squared, Cubed, Fourth;
+  float HalfRange; ///< mean of (far - near) / 2 of the splats, > 0
 };
 
 /// A layer, or one of its two surfaces.
@@ -46,14 +46,23 @@ struct LayerPart
 /// scans.
 constexpr float RangePerDeviation = 1.4f;
 
-/// Error of the mean depth, a quotient of float sums, over the depth.
+/// Error of a depth, a float, over the depth.
 constexpr float DepthRounding = 5e-7f;
 
-/// A layer is not split if this error is a larger share of its deviation.
-constexpr float LargestDepthError = 0.005f;
+/// A layer is one surface if its deviation is shorter than so many errors of its depth.
+constexpr double LeastErrors = 200.0;
 
-/// Up to the first r a layer is one surface (an even range, such as a floor's, has 0.775), from the
-/// second on two.
+/// So is one whose mean is more than so many deviations behind its near end: its sums of float have
+/// lost the digits of the fourth moment.
+constexpr double MostDeviations = 8.0;
+
+/// So is one whose fourth powers of depth have lost digits to underflow: shorter than some 3e-8
+/// world units. (Of more than 4e9 units they are infinite, and it is one as well.)
+constexpr float SmallestFourthPower = 1e-30f;
+
+/// Up to the first r a layer is one surface, from the second on two. An even range, such as a
+/// floor's, has 0.775. (A floor and the wall that it meets may have 0.89; TestCoarseGrid.cxx looks
+/// at such a corner.)
 constexpr float LeastApart = 0.8f, FullyApart = 0.9f;
 
 /// The same of the lighter one's share of the weight: tails of kernels are light, and with 0.05 a
@@ -63,10 +72,14 @@ constexpr float LeastPart = 0.1f, FullPart = 0.2f;
 /// From this weight of the lighter one on, all of the gap counts.
 constexpr float WeightOfGap = 0.03f;
 
+/// Layers of more weight than the first have lost some of what did not fit (LimitWeight), most of
+/// it of the farther surface. From the second on they are one.
+constexpr float LargestWhole = 1.0f, LargestSplit = 1.25f;
+
 /// Variance of the depths.
 inline float VarianceOf(const LayerDepths& layer)
 {
-  const float mean = layer.Mean - layer.Near;
+  const float mean = layer.First / layer.Weight;
   return std::max(layer.Squared / layer.Weight - mean * mean, 0.0f);
 }
 
@@ -78,7 +91,7 @@ inline LayerPart WholeLayer(const LayerDepths& layer)
   return { layer.Weight, layer.Mean, layer.Mean - half, layer.Mean + half };
 }
 
-/// Two normal distributions with the layer's first four moments.
+/// The mixture with the layer's first four moments.
 struct TwoNormals
 {
   float Apart;       ///< r
@@ -90,11 +103,10 @@ struct TwoNormals
 /// @return false unless r > LeastApart, and the z-ranges of the splats may leave a gap
 inline bool FitTwoNormals(const LayerDepths& layer, TwoNormals& fit)
 {
-  const double inverse = 1.0 / layer.Weight, mean = layer.Mean - layer.Near;
+  const double inverse = 1.0 / layer.Weight, mean = layer.First * inverse;
   const double second = layer.Squared * inverse, variance = second - mean * mean;
-  const double error = DepthRounding / LargestDepthError * layer.Mean;
-  constexpr float smallest = 1e-30f; // of sums of floats that have all their digits
-  if (!(variance > error * error) || !(layer.Fourth > smallest))
+  const double shortest = std::max(LeastErrors * DepthRounding * layer.Mean, mean / MostDeviations);
+  if (!(variance > shortest * shortest) || !(layer.Fourth > SmallestFourthPower))
   {
     return false;
   }
@@ -138,54 +150,72 @@ inline float ShareOfWay(float x, float low, float high)
   return std::min((x - low) / (high - low), 1.0f);
 }
 
+/// Share of the gap between the two surfaces that counts, > 0 if the layer is split.
+inline float GapThatCounts(const LayerDepths& layer, const TwoNormals& fit)
+{
+  const float lighter = std::min(fit.FrontWeight, 1.0f - fit.FrontWeight);
+  if (!(lighter > LeastPart) || !(layer.Weight < LargestSplit))
+  {
+    return 0.0f;
+  }
+  return ShareOfWay(fit.Apart, LeastApart, FullyApart) * ShareOfWay(lighter, LeastPart, FullPart) *
+    ShareOfWay(layer.Weight, LargestSplit, LargestWhole) *
+    std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
+}
+
 /**
  * Splits a layer where there is a gap between its two surfaces. The gap that is left between the
- * z-ranges of the parts changes continuously with the moments, from 0 on.
+ * z-ranges of the parts changes continuously with the moments, from 0 on. As long as little of it
+ * counts, the parts' z-ranges are together that of the whole, which may begin behind the front
+ * part's mean depth if this part is light.
  * @param whole WholeLayer
  * @param parts the front one first; their weights and mean depths are together the layer's
  * @return whether there are two; otherwise the parts are unchanged
  */
-inline bool SplitLayer(const LayerDepths& layer, const LayerPart& whole, LayerPart (&parts)[2])
+inline bool SplitLayer(
+  const LayerDepths& layer, const LayerPart& whole, TwoNormals& fit, LayerPart (&parts)[2])
 {
-  TwoNormals fit;
   if (!FitTwoNormals(layer, fit))
   {
     return false;
   }
-  const float lighter = std::min(fit.FrontWeight, 1.0f - fit.FrontWeight);
   const float half = layer.HalfRange + RangePerDeviation * fit.Deviation;
-  const float gap = fit.Back - fit.Front - 2.0f * half;
-  if (!(gap > 0.0f) || lighter <= LeastPart)
+  const float gap = fit.Back - fit.Front - 2.0f * half, counts = GapThatCounts(layer, fit);
+  if (!(gap > 0.0f) || !(counts > 0.0f))
   {
     return false;
   }
-  const float counts = ShareOfWay(fit.Apart, LeastApart, FullyApart) *
-    ShareOfWay(lighter, LeastPart, FullPart) * std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
   const float bridge = 0.5f * (1.0f - counts) * gap;
   const float front = layer.Mean + fit.Front, back = layer.Mean + fit.Back;
   parts[0] = { layer.Weight * fit.FrontWeight, front,
     whole.Near + counts * (front - half - whole.Near), front + half + bridge };
-  parts[1] = { layer.Weight - parts[0].Weight, back, back - half - bridge,
+  parts[1] = { layer.Weight * (1.0f - fit.FrontWeight), back, back - half - bridge,
     whole.Far + counts * (back + half - whole.Far) };
   return true;
 }
 
-/**
- * The front part's colour, from the regression of colours on depth. Neither part's is negative.
- * @param color      mean over the layer, >= 0
- * @param covariance of colours and depths
- */
-inline float FrontColor(
-  float color, float covariance, const LayerDepths& layer, const LayerPart& front)
+/// Means of something, such as a colour, over the two surfaces.
+struct PartMeans
 {
-  const float shift = covariance * (front.Depth - layer.Mean) / VarianceOf(layer);
-  return std::min(std::max(color + shift, 0.0f), color * layer.Weight / front.Weight);
-}
+  float Front, Back;
+};
 
-/// The back part's colour: together the parts have the layer's.
-inline float BackColor(float color, float frontColor, const LayerPart (&parts)[2])
+/**
+ * By the covariance with depth, that of the two means if each surface has one value. Neither is
+ * negative, and together they are the layer's.
+ * @param mean       over the layer; both have it if it is not positive
+ * @param covariance with depth
+ */
+inline PartMeans SplitMean(float mean, float covariance, const TwoNormals& fit)
 {
-  const float rest = color * (parts[0].Weight + parts[1].Weight) - frontColor * parts[0].Weight;
-  return std::max(rest / parts[1].Weight, 0.0f);
+  if (!(mean > 0.0f))
+  {
+    return { mean, mean };
+  }
+  const float front = fit.FrontWeight, back = 1.0f - front;
+  // The variance of the two means is -Front Back.
+  const float shifted = mean - covariance / fit.Back;
+  const float inFront = std::min(std::max(shifted, 0.0f), mean / front);
+  return { inFront, std::max((mean - front * inFront) / back, 0.0f) };
 }
 }

@@ -126,6 +126,41 @@ void TestTiltedPlane(KernelType kernel)
   CHECK(largest < 0.03);
 }
 
+/// A blurred floor and the wall that it meets are one surface: no light from behind comes through
+/// the corner.
+TEST_CASE("Corner")
+{
+  for (const double height : { 0.4, 0.15 })
+  {
+    SplatContext context;
+    context.Camera = PinholeView(192, 192, 250.0);
+    context.Optics = { 0.5, 0.8 };
+    TestCloud cloud;
+    constexpr double d = 0.02;
+    for (int j = 0; j < 150; ++j)
+    {
+      for (int i = -120; i < 120; ++i)
+      {
+        TestSurfel floor = SquareSurfel({ (i + 0.5) * d, -height, (j + 0.5) * d }, d, 0.9);
+        floor.Normal = { 0, 1, 0 };
+        cloud.Add(floor);
+        cloud.Add(SquareSurfel({ (i + 0.5) * d, (j + 0.5) * d - height, 3.0 }, d, 0.9));
+      }
+    }
+    const Picture fine = Render(context, cloud, false), coarse = Render(context, cloud, true);
+    double lost = 0.0;
+    for (int y = 40; y < 152; ++y)
+    {
+      for (int x = 40; x < 152; ++x)
+      {
+        lost = std::max<double>(lost, fine.At(x, y, 3) - coarse.At(x, y, 3));
+      }
+    }
+    std::printf("corner: %.4f of coverage lost at most\n", lost);
+    CHECK(lost < 0.04); // 0.023 and 0.033 measured, with each layer drawn as one as well
+  }
+}
+
 /// A textured cloud with things at several depths: close to full resolution, and far fewer
 /// fragments.
 TEST_CASE("Textured scene")
@@ -248,6 +283,40 @@ TEST_CASE("Tents")
     CHECK_NEAR(t.Far, 2.625 + 0.5 + 1.4 * 0.125 * std::sqrt(3.0), 1e-4);
   }
   CHECK(first == 17 * 17);
+}
+
+/// Two surfaces that light splats bridge are two tents, with the opacities and colours of each.
+TEST_CASE("Tents of two surfaces")
+{
+  SplatList list;
+  list.Clear(true);
+  const float weights[] = { 0.4f, 0.35f }, opacities[] = { 0.9f, 0.4f }, nears[] = { 2.0f, 4.6f };
+  const float colors[2][3] = { { 0.9f, 0.1f, 0.5f }, { 0.2f, 0.6f, 0.3f } };
+  const LensFootprint point = WholeLens(0.2f, -0.1f, 0.0f);
+  AddWide(list, weights[0], opacities[0], colors[0], nears[0], point);
+  for (const float bridge : { 2.9f, 3.8f })
+  {
+    AddWide(list, 0.004f, opacities[0], colors[0], bridge, point);
+  }
+  AddWide(list, weights[1], opacities[1], colors[1], nears[1], point);
+  Pool<TileRaster> rasters;
+  CoarseWork work;
+  RasterSettings settings{ 5.0f, 1.0f };
+  settings.LensRadius = 0.1f;
+  ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
+  CHECK(list.Tents.Size() == 2 * 17 * 17);
+  for (std::size_t i = 0; i < list.Tents.Size(); ++i)
+  {
+    const Tent& t = list.Tents[i];
+    const int k = t.Depth < 4.0f ? 0 : 1;
+    CHECK_NEAR(t.Weight, weights[k], 0.02);
+    CHECK_NEAR(t.Depth, nears[k] + 0.5f, 0.06);
+    CHECK_NEAR(t.Opacity, opacities[k], 0.03);
+    CHECK_NEAR(t.Red, colors[k][0], 0.03);
+    CHECK_NEAR(t.Green, colors[k][1], 0.03);
+    CHECK_NEAR(t.Blue, colors[k][2], 0.03);
+    CHECK((k == 0 ? t.Far - 4.0f : 4.0f - t.Near) < 0.0f);
+  }
 }
 
 /// A pinhole has no wide splats here and is left alone, bit for bit.

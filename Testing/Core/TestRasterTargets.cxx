@@ -377,8 +377,9 @@ void TestTentBehind(const RasterTarget& target)
 struct Cells
 {
   int Count = 0;
-  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, SquaredDepth = 0,
-         CubedDepth = 0, FourthDepth = 0, RedDepth = 0, Near = 0;
+  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, FirstDepth = 0,
+         SquaredDepth = 0, CubedDepth = 0, FourthDepth = 0, OpacityDepth = 0, RedDepth = 0,
+         Near = 0;
 
   static void Closed(void* self, const PixelTile& tile, int block, unsigned int lanes)
   {
@@ -393,9 +394,11 @@ struct Cells
       cells->RedX += c.RedX[0];
       cells->XX += c.XX[0];
       cells->HalfRange += c.HalfRange[0];
+      cells->FirstDepth += c.FirstDepth[0];
       cells->SquaredDepth += c.SquaredDepth[0];
       cells->CubedDepth += c.CubedDepth[0];
       cells->FourthDepth += c.FourthDepth[0];
+      cells->OpacityDepth += c.OpacityDepth[0];
       cells->RedDepth += c.RedDepth[0];
       cells->Near += c.Near[0];
     }
@@ -434,9 +437,11 @@ void TestCollect(const RasterTarget& target)
   CHECK_NEAR(cells.HalfRange, 0.75 * 0.25, 1e-7);
   CHECK_NEAR(cells.Near, 1.0 + 4.0, 0.0);
   // Depths 1.25, 1.75 behind 1, and 4.25 behind 4.
+  CHECK_NEAR(cells.FirstDepth, 0.25 * (0.25 + 0.75 + 0.25), 1e-6);
   CHECK_NEAR(cells.SquaredDepth, 0.25 * (0.0625 + 0.5625 + 0.0625), 1e-6);
   CHECK_NEAR(cells.CubedDepth, 0.25 * (0.015625 + 0.421875 + 0.015625), 1e-6);
   CHECK_NEAR(cells.FourthDepth, 0.25 * (0.00390625 + 0.31640625 + 0.00390625), 1e-6);
+  CHECK_NEAR(cells.OpacityDepth, 0.25 * 0.5 * (0.25 + 0.75 + 0.25), 1e-6);
   CHECK_NEAR(cells.RedDepth, 0.25 * 0.5 * 0.75 * (0.25 + 0.75 + 0.25), 1e-6);
   CHECK(tile->Finished[0].Transmittance[0] == 1.0f); // nothing was composited
   CHECK(tile->Finished[0].Red[0] == 0.0f);
