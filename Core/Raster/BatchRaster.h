@@ -146,9 +146,9 @@ SURFELSPLATTING_INLINE LaneMask FindEnded(const BlockLayers<OnLens, Pass>& open,
   {
     return open.Far < near;
   }
-  const Lanes end = open.Depth + open.HalfRange; // times weights, as all depths here
-  const Lanes length = end - open.Weight * open.Near;
-  return open.Weight * near - end > Select(open.Far < near, 0.0f, LargestStep * length);
+  const Lanes length = open.Depth + open.HalfRange; // times weights, from the near end on
+  return open.Weight * (near - open.Near) - length >
+    Select(open.Far < near, 0.0f, LargestStep * length);
 }
 
 /// Weights of an item's fragments before their layers limit them.
@@ -194,7 +194,7 @@ SURFELSPLATTING_INLINE void PrepareLayers(BlockLayers<OnLens, Pass>& open, const
 /// Adds fragments to the sums of the open layers, but for their colours; returns the weight of
 /// these.
 /// @param weight coverage, 0 outside of the support
-/// @param depth  world units along the view direction
+/// @param depth  world units along the view direction; in cells from the layer's near end on
 /// @param u      2 u, where they pass the lens; unused without OnLens
 template <bool OnLens, RasterPass Pass>
 SURFELSPLATTING_INLINE Lanes AddCoverage(BlockLayers<OnLens, Pass>& open, const BatchBlock& at,
@@ -377,7 +377,13 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
       inside);
   }
   const Lanes weight = LimitWeight<OnLens>(most, FindRoom(open, u, 1.0f + Ripple<OnLens>));
-  const Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
+  Lanes depth = p.Depth + p.DepthY * at.Y + p.DepthX * at.X;
+  if (Pass == RasterPass::Collect)
+  {
+    open.Near = Select(inside, Smaller(open.Near, p.Range.Near), open.Near);
+    // Layers that are empty have no near depth yet.
+    depth = Select(inside, depth - open.Near, 0.0f);
+  }
   const Lanes visible = AddCoverage(open, at, weight, p.Opacity, depth, u);
   WeightedColors c{ p.Red, p.Green, p.Blue };
   if (p.Item->Gradient)
@@ -389,17 +395,13 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   open.Blue += visible * c.Blue;
   if (Pass == RasterPass::Collect)
   {
-    open.Near = Select(inside, Smaller(open.Near, p.Range.Near), open.Near);
-    // Layers that are empty have no near depth yet.
-    const Lanes z = Select(inside, depth - open.Near, 0.0f);
-    const Lanes first = weight * z, squared = first * z, cubed = squared * z;
-    AddTo(at.Tile.Coarse[at.Block].FirstDepth, first);
+    const Lanes squared = weight * depth * depth, cubed = squared * depth;
     open.SquaredDepth += squared;
     open.CubedDepth += cubed;
-    open.FourthDepth += cubed * z;
+    open.FourthDepth += cubed * depth;
     open.HalfRange += weight * (0.5f * (p.Range.Far - p.Range.Near));
     AddMoments(at.Tile.Coarse[at.Block], visible,
-      { visible * c.Red, visible * c.Green, visible * c.Blue }, z, u);
+      { visible * c.Red, visible * c.Green, visible * c.Blue }, depth, u);
   }
   return bits;
 }

@@ -81,8 +81,8 @@ private:
 
   static LayerDepths DepthsOf(const OpenLayers& open, const CoarseLayers& c, int l)
   {
-    const float weight = open.Weight[l];
-    return { weight, open.Depth[l] / weight, c.FirstDepth[l], c.SquaredDepth[l], c.CubedDepth[l],
+    const float weight = open.Weight[l], first = open.Depth[l];
+    return { weight, c.Near[l] + first / weight, first, c.SquaredDepth[l], c.CubedDepth[l],
       c.FourthDepth[l], c.HalfRange[l] / weight };
   }
 

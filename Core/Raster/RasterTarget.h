@@ -36,7 +36,7 @@ struct alignas(64) OpenLayers
   float Far[PixelsPerBlock];                             ///< of their z-ranges
   float Weight[PixelsPerBlock], Opacity[PixelsPerBlock]; ///< sum w, sum w o
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
-  float Depth[PixelsPerBlock]; ///< sum w z
+  float Depth[PixelsPerBlock]; ///< sum w z; of coarse grids sum w (z - CoarseLayers::Near)
 };
 
 /// First moments over the lens of the open layers (LensVisibility.h).
@@ -57,7 +57,6 @@ struct alignas(64) CoarseLayers
   float BlueX[PixelsPerBlock], BlueY[PixelsPerBlock];
   float XX[PixelsPerBlock], XY[PixelsPerBlock], YY[PixelsPerBlock]; ///< sum w o u u'
   float HalfRange[PixelsPerBlock];    ///< sum w (far - near) / 2 of the splats
-  float FirstDepth[PixelsPerBlock];   ///< sum w (z - Near)
   float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
   float CubedDepth[PixelsPerBlock];   ///< sum w (z - Near)^3
   float FourthDepth[PixelsPerBlock];  ///< sum w (z - Near)^4

@@ -20,7 +20,7 @@ namespace
 /// A layer of a coarse grid.
 struct CellLayer
 {
-  float Near, Weight, Red, Depth; ///< the last three are sums
+  float Near, Weight, Red, Depth; ///< the last three are sums, depths from Near on
   double HalfRange = 0.0, Far = 0.0;
 };
 
@@ -42,7 +42,7 @@ std::vector<CellLayer> LayersInOrder(std::vector<Wide> splats)
     if (!begins)
     {
       const CellLayer& last = layers.back();
-      const double end = (last.Depth + last.HalfRange) / last.Weight;
+      const double end = last.Near + (last.Depth + last.HalfRange) / last.Weight;
       const double step = w.Near > last.Far ? 0.0 : 2.0 * (end - last.Near);
       begins = w.Near - end > step + 1e-9;
     }
@@ -56,7 +56,7 @@ std::vector<CellLayer> LayersInOrder(std::vector<Wide> splats)
     const float z = 0.5f * (w.Near + w.Far);
     open.Weight += w.Weight;
     open.Red += w.Weight * w.Red;
-    open.Depth += w.Weight * z;
+    open.Depth += w.Weight * (z - open.Near);
     open.HalfRange += w.Weight * 0.5 * (w.Far - w.Near);
   }
   return layers;

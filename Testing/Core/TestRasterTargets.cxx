@@ -377,7 +377,7 @@ void TestTentBehind(const RasterTarget& target)
 struct Cells
 {
   int Count = 0;
-  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, FirstDepth = 0,
+  double Weight = 0, Red = 0, FillX = 0, RedX = 0, XX = 0, HalfRange = 0, Depth = 0,
          SquaredDepth = 0, CubedDepth = 0, FourthDepth = 0, OpacityDepth = 0, RedDepth = 0,
          Near = 0;
 
@@ -394,7 +394,7 @@ struct Cells
       cells->RedX += c.RedX[0];
       cells->XX += c.XX[0];
       cells->HalfRange += c.HalfRange[0];
-      cells->FirstDepth += c.FirstDepth[0];
+      cells->Depth += tile.Open[0].Depth[0];
       cells->SquaredDepth += c.SquaredDepth[0];
       cells->CubedDepth += c.CubedDepth[0];
       cells->FourthDepth += c.FourthDepth[0];
@@ -437,7 +437,7 @@ void TestCollect(const RasterTarget& target)
   CHECK_NEAR(cells.HalfRange, 0.75 * 0.25, 1e-7);
   CHECK_NEAR(cells.Near, 1.0 + 4.0, 0.0);
   // Depths 1.25, 1.75 behind 1, and 4.25 behind 4.
-  CHECK_NEAR(cells.FirstDepth, 0.25 * (0.25 + 0.75 + 0.25), 1e-6);
+  CHECK_NEAR(cells.Depth, 0.25 * (0.25 + 0.75 + 0.25), 1e-6);
   CHECK_NEAR(cells.SquaredDepth, 0.25 * (0.0625 + 0.5625 + 0.0625), 1e-6);
   CHECK_NEAR(cells.CubedDepth, 0.25 * (0.015625 + 0.421875 + 0.015625), 1e-6);
   CHECK_NEAR(cells.FourthDepth, 0.25 * (0.00390625 + 0.31640625 + 0.00390625), 1e-6);
