@@ -253,6 +253,19 @@ struct WeightedColors
   Lanes Red, Green, Blue;
 };
 
+/// Adds the moments of a cell's depths (TwoSurfaces.h).
+/// @param depth from the layer's near end on @param half half the length of the z-range
+template <bool OnLens, RasterPass Pass>
+SURFELSPLATTING_INLINE void AddDepthMoments(
+  BlockLayers<OnLens, Pass>& open, const Lanes& weight, const Lanes& depth, float half)
+{
+  const Lanes squared = weight * depth * depth, cubed = squared * depth;
+  open.SquaredDepth += squared;
+  open.CubedDepth += cubed;
+  open.FourthDepth += cubed * depth;
+  open.HalfRange += weight * half;
+}
+
 /// Adds what a coarse grid's cell needs besides (Tent.h, TwoSurfaces.h).
 /// @param depth behind the layer's near end
 SURFELSPLATTING_INLINE void AddMoments(CoarseLayers& coarse, const Lanes& opaque,
@@ -395,11 +408,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   open.Blue += visible * c.Blue;
   if (Pass == RasterPass::Collect)
   {
-    const Lanes squared = weight * depth * depth, cubed = squared * depth;
-    open.SquaredDepth += squared;
-    open.CubedDepth += cubed;
-    open.FourthDepth += cubed * depth;
-    open.HalfRange += weight * (0.5f * (p.Range.Far - p.Range.Near));
+    AddDepthMoments(open, weight, depth, 0.5f * (p.Range.Far - p.Range.Near));
     AddMoments(at.Tile.Coarse[at.Block], visible,
       { visible * c.Red, visible * c.Green, visible * c.Blue }, depth, u);
   }
