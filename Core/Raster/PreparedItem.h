@@ -7,6 +7,7 @@
  */
 #pragma once
 
+#include "Core/Raster/KernelEvaluation.h"
 #include "Core/Raster/LayerMerging.h"
 
 namespace SurfelSplatting
