@@ -62,7 +62,7 @@ public:
       this->Add(t, whole);
       return;
     }
-    // Both have the layer's lens point: own ones take 1 % of a frame and gain nothing.
+    // Both have the layer's lens point: own ones take 1 % of a frame and gain no dB.
     Tent back = t;
     SplitColors({ open, tile.Coarse[block], lane }, depths, surfaces, t, back);
     this->Add(t, parts[0]);

@@ -222,6 +222,16 @@ void AddWide(SplatList& list, float weight, float opacity, const float (&color)[
   list.Footprints[i] = footprint;
 }
 
+/// Turns the layers of the splats into tents of 32 x 32 px.
+void ResolveTents(SplatList& list)
+{
+  Pool<TileRaster> rasters;
+  CoarseWork work;
+  RasterSettings settings{ 5.0f, 1.0f };
+  settings.LensRadius = 0.1f;
+  ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
+}
+
 /// Means and covariances of a cell's splats, weighted with coverage and opacity; the z-range of
 /// most of them.
 TEST_CASE("Tents")
@@ -236,11 +246,7 @@ TEST_CASE("Tents")
     AddWide(list, weights[i], opacities, colors[i], nears[i], points[i]);
   }
   AddWide(list, 0.2f, 1.0f, colors[0], 9.0f, points[0]); // a layer of its own
-  Pool<TileRaster> rasters;
-  CoarseWork work;
-  RasterSettings settings{ 5.0f, 1.0f };
-  settings.LensRadius = 0.1f;
-  ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
+  ResolveTents(list);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
   const double share[] = { 0.75, 0.25 };
   const auto mean = [&](double a, double b) { return share[0] * a + share[1] * b; };
@@ -299,11 +305,7 @@ TEST_CASE("Tents of two surfaces")
     AddWide(list, 0.004f, opacities[0], colors[0], bridge, point);
   }
   AddWide(list, weights[1], opacities[1], colors[1], nears[1], point);
-  Pool<TileRaster> rasters;
-  CoarseWork work;
-  RasterSettings settings{ 5.0f, 1.0f };
-  settings.LensRadius = 0.1f;
-  ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
+  ResolveTents(list);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
   for (std::size_t i = 0; i < list.Tents.Size(); ++i)
   {

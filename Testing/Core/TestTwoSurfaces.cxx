@@ -60,6 +60,16 @@ void AddNormal(std::vector<Sample>& samples, double weight, double depth, double
   }
 }
 
+std::vector<Sample> FewSamples(Random& random, double leastWeight)
+{
+  std::vector<Sample> samples;
+  for (int k = random.Integer(2, 6); k > 0; --k)
+  {
+    samples.push_back({ random.Uniform(leastWeight, 0.5), random.Uniform(3.0, 4.0) });
+  }
+  return samples;
+}
+
 bool Splits(const LayerDepths& layer, LayerPart (&parts)[2])
 {
   TwoNormals fit{};
@@ -157,11 +167,7 @@ TEST_CASE("Share of the variance")
   int count = 0;
   for (int i = 0; i < 20000; ++i)
   {
-    std::vector<Sample> samples;
-    for (int k = random.Integer(2, 5); k > 0; --k)
-    {
-      samples.push_back({ random.Uniform(0.05, 0.5), random.Uniform(3.0, 4.0) });
-    }
+    const std::vector<Sample> samples = FewSamples(random, 0.05);
     TwoNormals fit{};
     if (!FitTwoNormals(DepthsOf(samples), fit))
     {
@@ -226,11 +232,7 @@ TEST_CASE("Parts and whole")
   int count = 0;
   for (int i = 0; i < 20000; ++i)
   {
-    std::vector<Sample> samples;
-    for (int k = random.Integer(2, 6); k > 0; --k)
-    {
-      samples.push_back({ random.Uniform(1e-4, 0.5), random.Uniform(3.0, 4.0) });
-    }
+    const std::vector<Sample> samples = FewSamples(random, 1e-4);
     const LayerDepths layer = DepthsOf(samples, random.Uniform(1e-3, 0.2));
     const LayerPart whole = WholeLayer(layer);
     LayerPart p[2] = {};
