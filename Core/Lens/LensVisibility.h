@@ -225,66 +225,72 @@ SURFELSPLATTING_INLINE Real LimitSeen(const Real& seen, const Real& mean)
   return Smaller(Larger(seen, LeastSeen * mean), Real(1.0f));
 }
 
-/// Mean of clip(x) over x from y - w to y + w, to [0, 1]. @param w >= 0
+/// What of T is reconstructed about a lens point u.
 template <class Real>
-SURFELSPLATTING_INLINE Real BlurRamp(const Real& y, const Real& w)
+struct RampMoments
 {
-  const Real half = w + 1e-3f, one(1.0f), none(0.0f);
-  const Real middle = Smaller(Larger(y, none - half), one + half); // all beyond is 0 or 1
-  const Real high = middle + half, low = middle - half;
-  const Real top = Smaller(Larger(high, none), one), bottom = Smaller(Larger(low, none), one);
-  const Real beyond = Larger(high - one, none) - Larger(low - one, none);
-  return (0.5f * (top * top - bottom * bottom) + beyond) / (2.0f * half);
+  Real Squared; ///< |t1|^2
+  Real AtPoint; ///< t1.u
+  Real Spread;  ///< t1' (1 - L) t1
+};
+
+/// Steepness c of the sigmoid: T of a ramp leaves [0, 1], where it is clipped. With 1.1, too little
+/// is hidden, so that surfaces take more fragments to become opaque.
+constexpr float RampPeak = 1.2f;
+
+/// Weight of the ramp beside the linear reconstruction: T hardly varies over the lens for a
+/// fragment whose light comes through most of it. @param share l, [0, 1]
+SURFELSPLATTING_INLINE float WeightOfRamp(float share)
+{
+  constexpr float from = 0.25f, to = 0.4f;
+  const float weight = (share - from) * (1.0f / (to - from));
+  return weight < 0.0f ? 0.0f : weight > 1.0f ? 1.0f : weight;
+}
+
+/// What the blur of a fragment's footprint adds to the width of the ramp. @param share l, [0, 1]
+SURFELSPLATTING_INLINE float BlurOfRamp(float share)
+{
+  const float rest = 1.0f - share;
+  return 0.6f * (1.0f - rest * rest);
 }
 
 /**
  * T(u) where many fragments have come through the same side of the lens: little is left there, and
- * nearly all elsewhere, which is steeper than the linear reconstruction. A ramp that is clipped to
- * [0, 1] has the same mean and moment:
+ * nearly all elsewhere, which is steeper than the linear reconstruction. A sigmoid has the same
+ * mean and moment, from hardly any slope to the border of a segment of the disc:
  *
- *   T = clip(1/2 + b (s - s_b)),  s = u.t1 / |t1|
+ *   T = 1/2 + c/2 N / sqrt(N^2 + D^2), clipped to [0, 1],  y = 2 mean - 1,  P = 1 / (c^2 - y^2)
+ *   N = y P^1/2 (1 + r^2 g(P)) + b t1.u,  b = 8 c^2 P^3/2
+ *   D^2 = (1 - r^2) (1 + r^2 d(P)),  r = |t1| / LargestMoment
  *
- * Where nothing is clipped, b = 4 |t1| and 1/2 - b s_b = mean, up to the r = |t1| / LargestMoment
- * at which 4 |t1| is the rarer of mean and 1 - mean. From there to r = 1, where the ramp is the
- * border of a segment of the disc, at s_0(mean), b grows as 1 / sqrt(1 - r). Fitted for means from
- * 0.01 to 0.99: mean and moment over the disc are within 0.016 and 0.0065 up to r = 0.9, within
- * 0.024 and 0.018 up to 1.
+ * With r = 0, it has the mean and the slope 4 t1. g and d are polynomials, fitted to the mean and
+ * moment over the disc for means from 0.003 to 0.997 and r to 0.99: off by at most 0.0056 and
+ * 0.004.
  *
- * Of a fragment's footprint only the share l along t1 is the lens's: its light comes through points
- * about u, over which the ramp is to be averaged. With the exact spread it is too soft, since
- * moments make the border of what is hidden softer already; the ramp mixed with the line is too
- * hard (measured on surfaces, hair and a bone). Between them is BlurRamp with a share of 0.7 l.
- * @param mean   of T, [0, 1]
- * @param moment |t1|
- * @param s      component of u along t1
- * @param share  l, [0, 1] (ShareOfLens::Along)
+ * Of a fragment's footprint only the share L is the lens's: its light comes through points about u
+ * of covariance (1 - L) / 4, over which T is to be averaged. k b^2 t1' (1 - L) t1 is added to D^2.
+ * k = pi / 8 would be right for a step; but moments make borders of what is hidden softer already
+ * where L is small, and harder where it is large. k = BlurOfRamp is between (measured on surfaces
+ * and hair).
+ * @param mean of T, [0, 1]
+ * @param blur k
  */
 template <class Real>
 SURFELSPLATTING_INLINE Real ReconstructRamp(
-  const Real& mean, const Real& moment, const Real& s, const Real& share)
+  const Real& mean, const RampMoments<Real>& t, float blur)
 {
   const Real one(1.0f), none(0.0f);
-  const Real p = Larger(mean * (1.0f - mean), Real(1e-9f)), perRoot = InverseRoot(p);
-  const Real inverse = perRoot * perRoot;
-  const Real toLargest = inverse + 0.355f * perRoot; // 1 / LargestMoment(mean)
-  const Real r = moment * toLargest;
-  const Real rarer = Larger(Smaller(mean, 1.0f - mean), Real(1e-9f));
-  const Real unclipped = 0.25f * rarer * toLargest; // r where clipping begins
-  const Real perClipped = InverseRoot(1.0f - unclipped), beyondIt = (r - unclipped) * perClipped;
-  const Real clipped = Smaller(Larger(beyondIt * perClipped, none), Real(0.9999f));
-  const Real steeper =
-    one + 0.19f * (1.0f - rarer) * inverse * clipped * clipped * InverseRoot(1.0f - clipped);
-  const Real straight = 4.0f * moment, lack = 0.5f - mean;
-  const Real segment = lack * (1.5708f + 1.72f * lack * lack); // s_0
-  const Real bends = Smaller(6.1f * rarer - 0.2f, Real(0.55f)) + clipped;
-  const Real beyond = Larger(one - clipped * bends, none) * // b (s_b - s_0)
-    (lack - Smaller(straight, rarer) * segment);
-  const Real rise = straight * steeper * (s - segment) - beyond;
-  const Real ramp = Smaller(Larger(0.5f + rise, none), one);
-  const Real line = Smaller(Larger(mean + straight * s, none), one);
-  const Real hard = line + share * (1.0f - 0.4f * (1.0f - share)) * (ramp - line);
-  const Real spread = straight * steeper * SquareRoot(0.75f * (1.0f - share));
-  return hard + 0.7f * share * (BlurRamp<Real>(0.5f + rise, spread) - hard);
+  const Real p = Larger(mean * (1.0f - mean), Real(1e-6f)), perRoot = InverseRoot(p);
+  const Real toLargest = perRoot * perRoot + 0.355f * perRoot;      // 1 / LargestMoment(mean)
+  const Real r = Smaller(t.Squared * (toLargest * toLargest), one); // squared
+  const Real y = 2.0f * mean - 1.0f, perWidth = InverseRoot(RampPeak * RampPeak - y * y);
+  const Real w = perWidth * perWidth, slope = (8.0f * RampPeak * RampPeak) * (w * perWidth);
+  const Real shift = 0.575f + w * (-0.210f - 0.209f * w);
+  const Real steep = Larger(one + r * (0.102f + w * (0.792f - 0.560f * w)), Real(0.02f));
+  const Real place = y * perWidth * (one + r * shift) + slope * t.AtPoint;
+  const Real width = (one - r) * steep + (blur * t.Spread) * (slope * slope) + 1e-6f; // squared
+  const Real rise = place * InverseRoot(place * place + width);
+  return Smaller(Larger(0.5f + (0.5f * RampPeak) * rise, none), one);
 }
 
 /// T over the lens: the means of u T and of three polynomials of the second degree times T.
@@ -316,14 +322,6 @@ struct ShareOfLens
   {
     x = t.X - (this->XX * t.X + this->XY * t.Y);
     y = t.Y - (this->XY * t.X + this->YY * t.Y);
-  }
-
-  /// Share along t1, [0, 1]. @param perSquared 1 / |t1|^2
-  template <class Real>
-  SURFELSPLATTING_INLINE Real Along(const LensMoments<Real>& t, const Real& perSquared) const
-  {
-    const Real xx = t.X * t.X, xy = t.X * t.Y, yy = t.Y * t.Y;
-    return Smaller((this->XX * xx + 2.0f * this->XY * xy + this->YY * yy) * perSquared, Real(1.0f));
   }
 
   /// Of a fragment: the means over its footprint. @param x,y its lens point
@@ -414,7 +412,7 @@ SURFELSPLATTING_INLINE EllipseOnLens<Real> ReconstructEllipse(
 }
 
 /// A weight of less is not worth an ellipse; larger ones rise from 0 there.
-constexpr float LeastEllipse = 1.0f / 32.0f;
+constexpr float LeastEllipse = 0.1f;
 
 /**
  * Weight of an ellipse of opacity 1. What a thin or hardly blurred Gaussian hides has no border on

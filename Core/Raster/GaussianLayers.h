@@ -91,6 +91,7 @@ struct GaussianFragments
   LensMoments<Real> At; ///< lens points and means over the footprint
   ShareOfLens Share;    ///< L
   float MeanShare;      ///< l
+  float OfRamp;         ///< weight of the ramp for T; the rest is linear
   float OfEllipse;      ///< weight of an ellipse of opacity 1 for T
 };
 
@@ -115,7 +116,7 @@ SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
   const ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
   const float mean = share.Mean();
   return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)), s.Near,
-    share.MomentsAt<Real>(x, s.K * x + (quarter * s.B) * d.Y), share, mean,
+    share.MomentsAt<Real>(x, s.K * x + (quarter * s.B) * d.Y), share, mean, WeightOfRamp(mean),
     WeightOfEllipse(mean, lens.Area) };
 }
 
@@ -180,25 +181,34 @@ SURFELSPLATTING_INLINE bool AreLong(const Lanes& squared)
   return Any(squared > MinTilt * MinTilt / 16.0f);
 }
 
-/// Stores the moments of T: the first no longer than that of a segment, the second no larger than
-/// that of a disc or a ring.
+/// Stores the first moments of T, no longer than those of a segment.
+/// @return their squared length before
+template <class Blocks, class Real = typename Blocks::Real>
+SURFELSPLATTING_INLINE Real StoreFirstMoments(
+  const Blocks& done, const Real& x, const Real& y, const Real& after)
+{
+  // Without a branch, which would be taken half of the time.
+  const Real squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
+  done.Store(&FinishedLayers::ThroughX, x * shorten);
+  done.Store(&FinishedLayers::ThroughY, y * shorten);
+  return squared;
+}
+
+/// Stores all moments of T, the second no larger than those of a disc or a ring.
 /// @return the squared length of the first one before
 template <class Blocks, class Real = typename Blocks::Real>
 SURFELSPLATTING_INLINE Real StoreMoments(
   const Blocks& done, const LensMoments<Real>& t, const Real& after)
 {
-  // Without a branch, which would be taken half of the time.
-  const Real squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
-  done.Store(&FinishedLayers::ThroughX, t.X * shorten);
-  done.Store(&FinishedLayers::ThroughY, t.Y * shorten);
   const Real most = after * (1.0f - after), least = 0.0f - most;
   done.Store(&FinishedLayers::ThroughRim, Smaller(Larger(t.Rim, least), most));
   done.Store(&FinishedLayers::ThroughAcross, Smaller(Larger(t.Across, least), most));
   done.Store(&FinishedLayers::ThroughDiagonal, Smaller(Larger(t.Diagonal, least), most));
-  return squared;
+  return StoreFirstMoments(done, t.X, t.Y, after);
 }
 
-/// Takes what the fragments hide from the moments of T.
+/// Takes what the fragments hide from the moments of T. Fragments without a border on the lens hide
+/// the same share of the second ones as of T.
 /// @param hides of T
 /// @return the squared length of the first moment
 template <class Blocks, class Real = typename Blocks::Real>
@@ -206,10 +216,21 @@ SURFELSPLATTING_INLINE Real HideMoments(const Blocks& done, const GaussianFragme
   const Real& hides, const Real& before, const Real& after)
 {
   const Real perBefore = 1.0f / Larger(before, Real(1e-6f)); // before hides is known
-  const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
   const Real slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
-  return StoreMoments(
-    done, MomentsBehind<Real>(MomentsOf(done), f.Share, f.At, hides, slopes, fades), after);
+  const LensMoments<Real> t = MomentsOf(done);
+  if (f.OfEllipse > 0.0f)
+  {
+    const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
+    return StoreMoments(done, MomentsBehind<Real>(t, f.Share, f.At, hides, slopes, fades), after);
+  }
+  const Real keep = after * perBefore;
+  done.Store(&FinishedLayers::ThroughRim, keep * t.Rim);
+  done.Store(&FinishedLayers::ThroughAcross, keep * t.Across);
+  done.Store(&FinishedLayers::ThroughDiagonal, keep * t.Diagonal);
+  Real x, y;
+  f.Share.Rest(t, x, y);
+  return StoreFirstMoments(
+    done, t.X - hides * f.At.X - slopes * x, t.Y - hides * f.At.Y - slopes * y, after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.
@@ -242,16 +263,18 @@ template <class Blocks, class Real = typename Blocks::Real>
 SURFELSPLATTING_INLINE Real SeenOnLens(
   const Blocks& done, const GaussianFragments<Real>& f, const Real& before)
 {
-  constexpr float little = 1.0f / 32.0f;
   const LensMoments<Real> t = MomentsOf(done);
   const Real dot = t.X * f.At.X + t.Y * f.At.Y;
-  if (f.MeanShare < little)
+  const Real line = before + 4.0f * dot;
+  if (f.OfRamp == 0.0f)
   {
-    return before + 4.0f * dot;
+    return line;
   }
-  const Real squared = t.X * t.X + t.Y * t.Y, per = InverseRoot(Larger(squared, Real(1e-30f)));
-  const Real perSquared = per * per, share = f.Share.Along(t, perSquared);
-  const Real ramp = ReconstructRamp<Real>(before, squared * per, dot * per, share);
+  Real x, y;
+  f.Share.Rest(t, x, y);
+  const RampMoments<Real> moments{ t.X * t.X + t.Y * t.Y, dot, t.X * x + t.Y * y };
+  const Real ramp =
+    line + f.OfRamp * (ReconstructRamp<Real>(before, moments, BlurOfRamp(f.MeanShare)) - line);
   if (f.OfEllipse == 0.0f)
   {
     return ramp;

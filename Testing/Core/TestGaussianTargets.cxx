@@ -122,28 +122,28 @@ double AddTo(
   const double xx = square * s.A, xy = xx * s.K, yy = square * (s.A * s.K * s.K + s.B);
   const double mean = std::min(1.0, 0.5 * (xx + yy));
   const double rim = 2.0 * (ux * ux + uy * uy) - mean;
+  const double ofEllipse = WeightOfEllipse(static_cast<float>(mean), g.Footprint.Area);
   double hides = alpha * p.Through;
   if (tilted)
   {
-    const double length = std::hypot(p.X, p.Y);
-    const double along = (p.X * ux + p.Y * uy) / length * (1.0 + nudge.Of(RootError));
-    double seen = p.Through + 4.0 * (p.X * ux + p.Y * uy);
-    if (mean >= 1.0 / 32.0)
-    {
-      const double x = p.X / length, y = p.Y / length;
-      const double share = std::min(1.0, xx * x * x + 2.0 * xy * x * y + yy * y * y);
-      seen = ReconstructRamp(p.Through, length * (1.0 + nudge.Of(RootError)), along,
-        share * (1.0 + nudge.Of(RootError)));
-      const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
-      const double bordered = mean * g.Footprint.Area;
-      const double weight = std::max(0.0, (bordered * bordered - 1.0 / 32.0) / (31.0 / 32.0));
-      seen = SeenBetween(seen, ellipse.Seen, weight * ellipse.Opacity);
-    }
+    const double dot = (p.X * ux + p.Y * uy) * (1.0 + nudge.Of(1.5 * RootError));
+    const double line = p.Through + 4.0 * (p.X * ux + p.Y * uy);
+    const double spread = p.X * ((1.0 - xx) * p.X - xy * p.Y) + p.Y * ((1.0 - yy) * p.Y - xy * p.X);
+    const double squared = (p.X * p.X + p.Y * p.Y) * (1.0 + nudge.Of(2.0 * RootError));
+    const double ofRamp = WeightOfRamp(static_cast<float>(mean));
+    const double sharp = ReconstructRamp<double>(
+      p.Through, { squared, dot, spread }, BlurOfRamp(static_cast<float>(mean)));
+    const double ramp = std::clamp(0.5 + (sharp - 0.5) * (1.0 + nudge.Of(RootError)), 0.0, 1.0);
+    const EllipseOnLens<double> ellipse = OfEllipse(p, ux, uy, nudge);
+    double seen = line + ofRamp * (ramp - line);
+    seen = SeenBetween(seen, ellipse.Seen, ofEllipse * ellipse.Opacity);
     hides = VisibleShare(p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * seen });
   }
   p.Red += hides * s.Red;
   const double perBefore = 1.0 / std::max(p.Through, 1e-6);
-  const double keep = 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore);
+  const bool bordered = ofEllipse > 0.0;
+  const double keep = bordered ? 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore)
+                               : (p.Through - hides) * perBefore;
   const double slope = std::min(alpha, 4.0 * hides * perBefore);
   const double vx = slope * ((1.0 - xx) * p.X - xy * p.Y);
   const double vy = slope * ((1.0 - yy) * p.Y - xy * p.X);
@@ -153,7 +153,8 @@ double AddTo(
   const double most = p.Through * (1.0 - p.Through);
   const double across = ux * ux - uy * uy - 0.25 * (xx - yy), diagonal = 2.0 * ux * uy - 0.5 * xy;
   const auto behind = [&](double moment, double hidden, double tilt) {
-    return std::clamp(keep * moment - hides * hidden - tilt, -most, most);
+    return bordered ? std::clamp(keep * moment - hides * hidden - tilt, -most, most)
+                    : keep * moment;
   };
   p.Rim = behind(p.Rim, rim, 4.0 * (ux * vx + uy * vy));
   p.Across = behind(p.Across, across, 2.0 * (ux * vx - uy * vy));
