@@ -53,6 +53,7 @@ struct ShadingMaterial
 {
   bool Lit = false;
   bool HasSurfelColors = false; ///< these are then the ambient colour too
+  bool HalfVector = false;      ///< Blinn's highlight instead of Phong's, as VTK has it for volumes
   double Ambient = 0.0, Diffuse = 1.0, Specular = 0.0, SpecularPower = 1.0;
   double AmbientColor[3] = { 1, 1, 1 }, SpecularColor[3] = { 1, 1, 1 };
 };
@@ -128,9 +129,24 @@ SURFELSPLATTING_INLINE Real Incidence(
   return distance > 0.0 ? strength : Real{};
 }
 
+/// Base of the highlight's power: the cosine between normal and half vector, l + v (Blinn 1977), or
+/// between mirror direction, r = 2 (n.l) n - l, and viewer (Phong 1975).
+template <class Real>
+SURFELSPLATTING_INLINE Real Reflected(const ShadingMaterial& material,
+  const Vector3Of<Real>& normal, const Vector3Of<Real>& toLight, const Vector3Of<Real>& toViewer)
+{
+  const Real cosine = Dot(normal, toLight), facing = Dot(normal, toViewer);
+  if (!material.HalfVector)
+  {
+    return 2.0 * cosine * facing - Dot(toLight, toViewer);
+  }
+  const Real length = SquareRoot(Larger(2.0 + 2.0 * Dot(toLight, toViewer), Real{}));
+  return length > 0.0 ? (cosine + facing) / length : Real{};
+}
+
 /**
  * Light that a surfel reflects towards the lens, linear RGB. Like VTK, the highlight is (n.l)^p for
- * a lone headlight, and otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
+ * a lone headlight, and otherwise Reflected^p.
  * @param position camera space
  * @param normal   camera space, unit length, of the visible side
  * @param toViewer camera space, unit length
@@ -151,9 +167,8 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
     Real highlight = {};
     if (material.Specular > 0.0)
     {
-      const Real reflected = light.LoneHeadlight
-        ? cosine
-        : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
+      const Real reflected =
+        light.LoneHeadlight ? cosine : Reflected(material, normal, toLight, toViewer);
       highlight =
         reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
     }
@@ -170,6 +185,36 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
     const double ambient = own ? 0.0 : material.Ambient * material.AmbientColor[c];
     shaded.Base[c] = ambient + material.Specular * material.SpecularColor[c] * specular[c];
     shaded.Share[c] = (own ? material.Ambient : 0.0) + material.Diffuse * diffuse[c];
+  }
+  return shaded;
+}
+
+/**
+ * Light that a Gaussian reflects whose parts have normals of this mean. Like VTK's ray caster with
+ * two-sided lighting, the side that faces the viewer is lit, and a normal of 0 reflects ambient
+ * light only. Diffuse light is linear in the normal: that of the mean is the mean. A highlight is
+ * that of the mean's direction times its length.
+ * @param mean camera space, length 0 to 1: how much the normals agree
+ * The others: as of Shade.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Vector3Of<Real>& position,
+  const Vector3Of<Real>& mean, const Vector3Of<Real>& toViewer)
+{
+  const Real length = Norm(mean);
+  const Real inverse = length > 0.0 ? 1.0 / length : Real{};
+  const Real scale = Dot(mean, toViewer) < 0.0 ? Real{} - inverse : inverse;
+  const Vector3Of<Real> normal{ scale * mean.X, scale * mean.Y, scale * mean.Z };
+  ShadedColor<Real> shaded = Shade(material, lights, numberOfLights, position, normal, toViewer);
+  const Real agreement = length > 1.0 ? Uniform<Real>(1.0) : length; // NaN stays
+  for (int c = 0; c < 3; ++c)
+  {
+    const double ambient =
+      material.HasSurfelColors ? 0.0 : material.Ambient * material.AmbientColor[c];
+    const double share = material.HasSurfelColors ? material.Ambient : 0.0;
+    shaded.Base[c] = ambient + agreement * (shaded.Base[c] - ambient);
+    shaded.Share[c] = share + agreement * (shaded.Share[c] - share);
   }
   return shaded;
 }
