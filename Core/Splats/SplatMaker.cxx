@@ -97,7 +97,6 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
     return;
   }
   j.Surface = ToShading(material, this->Job.Cloud.ColorsUChar || this->Job.Cloud.ColorsFloat);
-  j.Surface.HalfVector = j.Cloud.IsInSpace();
   for (const Light& light : lights)
   {
     this->Lights.push_back(ToShading(light));

@@ -53,7 +53,6 @@ struct ShadingMaterial
 {
   bool Lit = false;
   bool HasSurfelColors = false; ///< these are then the ambient colour too
-  bool HalfVector = false;      ///< Blinn's highlight instead of Phong's, as VTK has it for volumes
   double Ambient = 0.0, Diffuse = 1.0, Specular = 0.0, SpecularPower = 1.0;
   double AmbientColor[3] = { 1, 1, 1 }, SpecularColor[3] = { 1, 1, 1 };
 };
@@ -129,53 +128,38 @@ SURFELSPLATTING_INLINE Real Incidence(
   return distance > 0.0 ? strength : Real{};
 }
 
-/// Base of the highlight's power: the cosine between normal and half vector, l + v (Blinn 1977), or
-/// between mirror direction, r = 2 (n.l) n - l, and viewer (Phong 1975).
+/// What light falls on and leaves from.
 template <class Real>
-SURFELSPLATTING_INLINE Real Reflected(const ShadingMaterial& material,
-  const Vector3Of<Real>& normal, const Vector3Of<Real>& toLight, const Vector3Of<Real>& toViewer)
+struct Facet
 {
-  const Real cosine = Dot(normal, toLight), facing = Dot(normal, toViewer);
-  if (!material.HalfVector)
-  {
-    return 2.0 * cosine * facing - Dot(toLight, toViewer);
-  }
-  const Real length = SquareRoot(Larger(2.0 + 2.0 * Dot(toLight, toViewer), Real{}));
-  return length > 0.0 ? (cosine + facing) / length : Real{};
-}
+  Vector3Of<Real> Position; ///< camera space
+  Vector3Of<Real> Normal;   ///< camera space, unit length, of the visible side
+  Vector3Of<Real> ToViewer; ///< camera space, unit length
+};
 
 /**
- * Light that a surfel reflects towards the lens, linear RGB. Like VTK, the highlight is (n.l)^p for
- * a lone headlight, and otherwise Reflected^p.
- * @param position camera space
- * @param normal   camera space, unit length, of the visible side
- * @param toViewer camera space, unit length
+ * Light that a facet reflects towards the lens, linear RGB: ambient, Lambert and highlights.
+ * @param highlight function(light, direction to the light, cosine of the normal with it): the share
+ *                  of Material::Specular
  */
-template <class Real>
-SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Vector3Of<Real>& position,
-  const Vector3Of<Real>& normal, const Vector3Of<Real>& toViewer)
+template <class Real, class Highlight>
+SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet,
+  const Highlight& highlight)
 {
   Real diffuse[3] = {}, specular[3] = {};
   for (std::size_t i = 0; i < numberOfLights; ++i)
   {
     const ShadingLight& light = lights[i];
     Vector3Of<Real> toLight;
-    Real strength = Incidence(light, position, toLight);
-    const Real cosine = Dot(normal, toLight);
+    Real strength = Incidence(light, facet.Position, toLight);
+    const Real cosine = Dot(facet.Normal, toLight);
     strength = ((strength > 0.0) & (cosine > 0.0)) ? strength : Real{};
-    Real highlight = {};
-    if (material.Specular > 0.0)
-    {
-      const Real reflected =
-        light.LoneHeadlight ? cosine : Reflected(material, normal, toLight, toViewer);
-      highlight =
-        reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
-    }
+    const Real shine = material.Specular > 0.0 ? highlight(light, toLight, cosine) : Real{};
     for (int c = 0; c < 3; ++c)
     {
       diffuse[c] += strength > 0.0 ? strength * cosine * light.Color[c] : Real{};
-      specular[c] += strength > 0.0 ? strength * highlight * light.Color[c] : Real{};
+      specular[c] += strength > 0.0 ? strength * shine * light.Color[c] : Real{};
     }
   }
   const bool own = material.HasSurfelColors;
@@ -189,32 +173,67 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
   return shaded;
 }
 
+/// Light that a surfel reflects. Like VTK, the highlight is (n.l)^p for a lone headlight, and
+/// otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet)
+{
+  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
+                           const Real& cosine) {
+    const Vector3Of<Real>&n = facet.Normal, v = facet.ToViewer;
+    const Real reflected =
+      light.LoneHeadlight ? cosine : 2.0 * cosine * Dot(n, v) - Dot(toLight, v);
+    return reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
+  };
+  return Reflect(material, lights, numberOfLights, facet, highlight);
+}
+
+/// Cosine between a facet's normal and the half vector, l + v (Blinn 1977); 0 without any.
+template <class Real>
+SURFELSPLATTING_INLINE Real HalfVectorCosine(
+  const Facet<Real>& facet, const Vector3Of<Real>& toLight, const Real& cosine)
+{
+  const Vector3Of<Real>& v = facet.ToViewer;
+  const Real length = SquareRoot(Larger(2.0 + 2.0 * Dot(toLight, v), Real{}));
+  return length > 0.0 ? (cosine + Dot(facet.Normal, v)) / length : Real{};
+}
+
 /**
  * Light that a Gaussian reflects whose parts have normals of this mean. Like VTK's ray caster with
- * two-sided lighting, the side that faces the viewer is lit, and a normal of 0 reflects ambient
- * light only. Diffuse light is linear in the normal: that of the mean is the mean. A highlight is
- * that of the mean's direction times its length.
- * @param mean camera space, length 0 to 1: how much the normals agree
- * The others: as of Shade.
+ * two-sided lighting, the side that faces the viewer is lit, a normal of 0 reflects ambient light
+ * only, and the highlight is (n.h)^p, h the half vector, or (n.l)^p for a lone headlight.
+ *
+ * Diffuse light is linear in the normal: that of the mean is the mean. The normals that shorten the
+ * mean to the length a widen the highlight: its power becomes p' = a p / (a + p (1 - a)), and its
+ * peak (1 + p') / (1 + p), so that it keeps its light (Toksvig, Mipmapping Normal Maps, 2005).
+ *
+ * @param mean  the facet's normal, length 0 to 1: how much the normals agree
  */
 template <class Real>
 SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Vector3Of<Real>& position,
-  const Vector3Of<Real>& mean, const Vector3Of<Real>& toViewer)
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& mean)
 {
-  const Real length = Norm(mean);
+  const Vector3Of<Real>& n = mean.Normal;
+  const Real length = Norm(n);
   const Real inverse = length > 0.0 ? 1.0 / length : Real{};
-  const Real scale = Dot(mean, toViewer) < 0.0 ? Real{} - inverse : inverse;
-  const Vector3Of<Real> normal{ scale * mean.X, scale * mean.Y, scale * mean.Z };
-  ShadedColor<Real> shaded = Shade(material, lights, numberOfLights, position, normal, toViewer);
+  const Real scale = Dot(n, mean.ToViewer) < 0.0 ? Real{} - inverse : inverse;
+  const Facet<Real> facet{ mean.Position, { scale * n.X, scale * n.Y, scale * n.Z },
+    mean.ToViewer };
   const Real agreement = length > 1.0 ? Uniform<Real>(1.0) : length; // NaN stays
+  const double power = material.SpecularPower;
+  const Real spread = agreement + power * (1.0 - agreement); // > 0, as power is
+  const Real wider = power * agreement / spread, peak = (1.0 + wider) / (1.0 + power);
+  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
+                           const Real& cosine) {
+    const Real reflected = light.LoneHeadlight ? cosine : HalfVectorCosine(facet, toLight, cosine);
+    return reflected > 0.0 ? peak * Powers(Larger(reflected, Real{}), wider) : Real{};
+  };
+  ShadedColor<Real> shaded = Reflect(material, lights, numberOfLights, facet, highlight);
   for (int c = 0; c < 3; ++c)
   {
-    const double ambient =
-      material.HasSurfelColors ? 0.0 : material.Ambient * material.AmbientColor[c];
-    const double share = material.HasSurfelColors ? material.Ambient : 0.0;
-    shaded.Base[c] = ambient + agreement * (shaded.Base[c] - ambient);
-    shaded.Share[c] = share + agreement * (shaded.Share[c] - share);
+    const double ambient = material.HasSurfelColors ? material.Ambient : 0.0;
+    shaded.Share[c] = ambient + agreement * (shaded.Share[c] - ambient);
   }
   return shaded;
 }
