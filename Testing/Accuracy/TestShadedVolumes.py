@@ -76,6 +76,10 @@ def shaded(data, prop, light):
     return renderer
 
 
+def over_black(pixels):
+    return np.dstack([pixels[..., :3], np.ones(pixels.shape[:2])])
+
+
 class TestShadedVolumes(unittest.TestCase):
     def test_focus(self):
         """Measured: layers 35.5 and 32.6 dB, 34.2 and 31.9 with highlights; bone 40.5 and 39.7, 39.8
@@ -87,37 +91,35 @@ class TestShadedVolumes(unittest.TestCase):
                 data = splat(image, prop)
                 for kind, limit in zip(("head", "side"), least):
                     with self.subTest(scene.__name__, specular=specular, light=kind):
-                        expected = cast_rays(image, prop, camera, SIZE, [make_light(kind)])
-                        expected = np.dstack([expected, np.ones((SIZE, SIZE))])
+                        expected = over_black(
+                            cast_rays(image, prop, camera, SIZE, [make_light(kind)]))
                         found = picture(shaded(data, prop, make_light(kind)), camera, SIZE)
-                        found[..., 3] = 1  # over black
-                        self.assertGreater(psnr(found, expected), limit)
+                        self.assertGreater(psnr(over_black(found), expected), limit)
             # Whether they are lit is seen.
             unlit, actor = show(data)
             actor.GetProperty().LightingOff()
-            flat = picture(unlit, camera, SIZE)
-            flat[..., 3] = 1
-            self.assertLess(psnr(flat, expected), 22)
+            self.assertLess(psnr(over_black(picture(unlit, camera, SIZE)), expected), 22)
 
     def test_lens(self):
-        """Against 64 pinholes, blurred by 36 px. Measured with a hierarchy: layers 46.5 and 45.6 dB,
-        bone 46.4 and 43.6; without: 46.8 and 46.2, 48.9 and 46.9."""
+        """Over black against 64 pinholes, blurred by 36 px. Measured with a hierarchy: layers 46.5 and
+        45.6 dB, bone 46.4 and 43.6; without: 46.8 and 46.2, 48.9 and 46.9."""
         for scene, limits in ((layers, (45.3, 44.4)), (bone, (45.2, 42.5))):
             image, prop, camera = scene(0.4)
             data = splat(image, prop)
             tree = with_hierarchy(data)
             for kind, limit in zip(("head", "side"), limits):
                 with self.subTest(scene.__name__, light=kind):
-                    renderer = shaded(data, prop, make_light(kind))
-                    expected = picture(renderer, camera, SIZE // 2, 36, 64, detail=False)
-                    nodes = picture(shaded(tree, prop, make_light(kind)), camera, SIZE // 2, 36)
-                    self.assertGreater(psnr(nodes, expected), limit)
-                    leaves = picture(renderer, camera, SIZE // 2, 36, detail=False)
-                    self.assertGreater(psnr(leaves, expected), limit)
+                    leaves, nodes = (shaded(d, prop, make_light(kind)) for d in (data, tree))
+
+                    def draw(renderer, *lens):
+                        detail = renderer is nodes
+                        return over_black(picture(renderer, camera, SIZE // 2, *lens, detail=detail))
+
+                    expected = draw(leaves, 36, 64)
+                    self.assertGreater(psnr(draw(nodes, 36), expected), limit)
+                    self.assertGreater(psnr(draw(leaves, 36), expected), limit)
                     # In focus hardly any nodes are drawn.
-                    leaves = picture(renderer, camera, SIZE // 2, detail=False)
-                    nodes = picture(shaded(tree, prop, make_light(kind)), camera, SIZE // 2)
-                    self.assertGreater(psnr(nodes, leaves), 60)
+                    self.assertGreater(psnr(draw(nodes), draw(leaves)), 60)
 
     def test_without_normals(self):
         """Clouds without the array, and unlit ones, do not depend on lights and material."""

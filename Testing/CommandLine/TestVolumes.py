@@ -159,7 +159,7 @@ class TestVolumes(ToolCase):
     def test_shade(self):
         """A ball is brightest where it faces the lamp at the camera: its material is that of
         vtkVolumeProperty. Hierarchies in files keep it, and nothing else is lit."""
-        write("ball.vti", make_image(ball(25)))
+        write("ball.vti", make_image(ball(61)))
         look = ("--opacity", "0.45:0,0.5:0.95", "--colormap", "gray", "--range", -1, 0.5)
         self.draw("ball.vti", *look)
         plain = self.read_rgba("out.exr")
