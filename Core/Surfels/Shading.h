@@ -208,7 +208,7 @@ SURFELSPLATTING_INLINE Real HalfVectorCosine(
  * mean to the length a widen the highlight: its power becomes p' = a p / (a + p (1 - a)), and its
  * peak (1 + p') / (1 + p), so that it keeps its light (Toksvig, Mipmapping Normal Maps, 2005).
  *
- * @param mean  the facet's normal, length 0 to 1: how much the normals agree
+ * @param mean its normal has the length 0 to 1: how much the normals agree
  */
 template <class Real>
 SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& material,
@@ -222,7 +222,8 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& 
     mean.ToViewer };
   const Real agreement = length > 1.0 ? Uniform<Real>(1.0) : length; // NaN stays
   const double power = material.SpecularPower;
-  const Real spread = agreement + power * (1.0 - agreement); // > 0, as power is
+  // 0 for the power 0 and the normal 0, which has no highlight.
+  const Real spread = agreement + power * (1.0 - agreement);
   const Real wider = power * agreement / spread, peak = (1.0 + wider) / (1.0 + power);
   const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
                            const Real& cosine) {
