@@ -59,6 +59,9 @@ struct CloudArrays
         extinction ? SurfelSplatting::CloudKind::Volume : SurfelSplatting::CloudKind::Capture;
       this->Cloud.Covariances = this->Pointer<vtkFloatArray>(gaussians);
       this->Cloud.Densities = this->Pointer<vtkFloatArray>(extinction ? extinction : opacity);
+      this->Cloud.Normals = extinction
+        ? this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::GaussianNormal))
+        : nullptr;
     }
     else
     {

@@ -12,9 +12,10 @@
  * property's opacity, the colour's alpha and the array SurfelOpacity. Lighting is evaluated once
  * per surfel; vtkProperty::LightingOff() shows the colours unlit.
  *
- * Gaussians in space (GaussianCovariance: the output of vtkGaussianSplatReader) are drawn as well,
- * with or without a hierarchy. They have no sides and no lighting. Scalars give their colours;
- * without scalars, or with ScalarVisibilityOff(), the array GaussianHarmonics does.
+ * Gaussians in space (GaussianCovariance: the output of vtkGaussianSplatReader and
+ * vtkVolumeSplatting) are drawn as well, with or without a hierarchy. They have no sides, and only
+ * volumes with GaussianNormal are lit. Scalars give their colours; without scalars, or with
+ * ScalarVisibilityOff(), the array GaussianHarmonics does.
  *
  * vtkSurfelSplattingPass (in a window) and vtkSurfelImageRenderer (without one) splat the surfels.
  * In a renderer without the pass, the mapper draws each surfel as an opaque dot of about the right

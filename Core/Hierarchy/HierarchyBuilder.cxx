@@ -47,8 +47,9 @@ public:
   {
     NodeMoments m;
     m.Area = this->Tree.Area(i);
-    m.AreaVector =
-      this->IsCapture() ? Vector3{ this->DepthOf(i), 0.0, 0.0 } : this->Tree.AreaVector(i);
+    m.AreaVector = this->IsCapture() ? Vector3{ this->DepthOf(i), 0.0, 0.0 }
+      : this->Tree.Normals           ? this->WeightedNormal(i, m.Area)
+                                     : this->Tree.AreaVector(i);
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
@@ -84,6 +85,12 @@ private:
   double DepthOf(std::size_t i) const
   {
     return this->Tree.Area(i) / KernelAreaOf(this->Tree.Covariance(i));
+  }
+
+  Vector3 WeightedNormal(std::size_t i, double weight) const
+  {
+    const float* n = this->Tree.Normals + 3 * i;
+    return { weight * n[0], weight * n[1], weight * n[2] };
   }
 
   static double KernelAreaOf(const Symmetric3& s)

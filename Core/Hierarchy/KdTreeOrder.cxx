@@ -401,12 +401,18 @@ void SplitInParallel(Leaf* leaves, std::vector<Range> ranges, const Executor& ex
   });
 }
 
+bool HasFiniteNormal(const SurfelCloud& cloud, std::size_t i)
+{
+  const float* n = cloud.Normals ? cloud.Normals + 3 * i : nullptr;
+  return !n || std::isfinite(n[0] + n[1] + n[2]);
+}
+
 bool IsFinite(const SurfelCloud& cloud, std::size_t i)
 {
   const Vector3 p = cloud.Position(i), a = cloud.AreaVector(i);
   const Symmetric3 s = cloud.Covariance(i);
   return std::isfinite(p[0] + p[1] + p[2]) && std::isfinite(a[0] + a[1] + a[2]) &&
-    (!cloud.IsInSpace() || std::isfinite(cloud.Densities[i])) &&
+    (!cloud.IsInSpace() || std::isfinite(cloud.Densities[i])) && HasFiniteNormal(cloud, i) &&
     std::isfinite(s.XX + s.YY + s.ZZ) && std::isfinite(s.XY + s.YZ + s.XZ);
 }
 }

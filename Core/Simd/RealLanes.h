@@ -175,6 +175,13 @@ SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
     LaneTypes<Real>::Count, [&](int l) { return __builtin_pow(LaneAt(base, l), exponent); });
 }
 
+template <class Real>
+SURFELSPLATTING_INLINE Real Powers(const Real& base, const Real& exponent)
+{
+  return FillLanes<Real>(LaneTypes<Real>::Count,
+    [&](int l) { return __builtin_pow(LaneAt(base, l), LaneAt(exponent, l)); });
+}
+
 /// False for NaN and infinity.
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> IsFinite(const Real& a)

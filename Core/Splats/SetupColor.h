@@ -17,6 +17,19 @@ struct SurfelColors
 };
 
 template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> DirectionToViewer(
+  const SetupJob& job, const PlacedSurfels<Real>& s)
+{
+  Vector3Of<Real> toViewer{ Real{}, Real{}, Uniform<Real>(-1.0) };
+  if (!job.Camera.Parallel)
+  {
+    const Real inverse = -1.0 / Norm(s.P);
+    toViewer = { s.P.X * inverse, s.P.Y * inverse, s.P.Z * inverse };
+  }
+  return toViewer;
+}
+
+template <class Real>
 SURFELSPLATTING_INLINE ShadedColor<Real> ShadeSurfels(
   const SetupJob& job, const PlacedSurfels<Real>& s)
 {
@@ -27,13 +40,46 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeSurfels(
   }
   const Real sign = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) / Norm(s.Area);
   const Vector3Of<Real> normal{ s.Area.X * sign, s.Area.Y * sign, s.Area.Z * sign };
-  Vector3Of<Real> toViewer{ Real{}, Real{}, Uniform<Real>(-1.0) };
-  if (!job.Camera.Parallel)
+  return Shade(job.Surface, job.Lights, job.NumberOfLights,
+    Facet<Real>{ s.P, normal, DirectionToViewer(job, s) });
+}
+
+/// Mean normals of a volume's Gaussians or nodes, local, length 0 to 1.
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> GatherMeanNormals(
+  const SurfelCloud& cloud, const BatchIndices<Real>& index)
+{
+  if (index.Level == 0)
   {
-    const Real inverse = -1.0 / Norm(s.P);
-    toViewer = { s.P.X * inverse, s.P.Y * inverse, s.P.Z * inverse };
+    return GatherVectors(cloud.Normals, index);
   }
-  return Shade(job.Surface, job.Lights, job.NumberOfLights, s.P, normal, toViewer);
+  const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
+  const auto b = LoadColumns<Real>(16, row), c = LoadColumns<Real>(32, row); // as GatherNodes
+  constexpr double unit = 1.0 / PackedOne;
+  return { unit * b.LowShort(3), unit * b.HighShort(3), unit * c.LowShort(0) };
+}
+
+/// Shades a volume's Gaussians, nodes or pairs that merge. Normals are covectors; a transform does
+/// not change how much they agree.
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> ShadeGaussians(
+  const SetupJob& job, const BatchIndices<Real>& index, const PlacedSurfels<Real>& s)
+{
+  Vector3Of<Real> mean = GatherMeanNormals(job.Cloud, index);
+  if (index.Merging > 0.0)
+  {
+    // Both signs look alike; the parent may have the other one.
+    const Vector3Of<Real> parent = GatherMeanNormals(job.Cloud, index.AtParents());
+    const Real t = Uniform<Real>(ShareOfChildren(index));
+    const Real own = Dot(mean, parent) < 0.0 ? -t : t, given = 1.0 - t;
+    mean = { own * mean.X + given * parent.X, own * mean.Y + given * parent.Y,
+      own * mean.Z + given * parent.Z };
+  }
+  const Vector3Of<Real> n = Multiply(job.AreaToCamera, mean);
+  const Real length = Norm(n);
+  const Real scale = length > 0.0 ? Norm(mean) / length : length; // NaN stays
+  return ShadeMeanNormal(job.Surface, job.Lights, job.NumberOfLights,
+    Facet<Real>{ s.P, { scale * n.X, scale * n.Y, scale * n.Z }, DirectionToViewer(job, s) });
 }
 
 /// Reads the colours and opacities of surfels, without the cloud's opacity. If the cloud has none,
@@ -240,7 +286,8 @@ SURFELSPLATTING_INLINE SurfelColors<Real> Color(
     PaintNormals(job, s, c);
   }
   SurfelColors<Real> colors;
-  const ShadedColor<Real>& shaded = colors.Shaded = ShadeSurfels(job, s);
+  const ShadedColor<Real>& shaded = colors.Shaded =
+    job.Surface.Lit && job.Cloud.Normals ? ShadeGaussians(job, index, s) : ShadeSurfels(job, s);
   constexpr double largest = MaxSplatColor;
   colors.Red = ClampColor(shaded.Base[0] + shaded.Share[0] * c[0], largest);
   colors.Green = ClampColor(shaded.Base[1] + shaded.Share[1] * c[1], largest);

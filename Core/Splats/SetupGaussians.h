@@ -41,14 +41,15 @@ SURFELSPLATTING_INLINE void GatherGaussians(
 }
 
 /// Nodes; Area.X becomes the leaves' mean kernel area. Nodes without LeafScale, which are of
-/// earlier versions, are as large as their leaves.
+/// earlier versions or of volumes, are as large as their leaves.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherGaussianNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
   GatherNodes(cloud, index, s);
-  const Real scale = s.Area.X > 0.0 ? s.Area.X / s.Size : Uniform<Real>(1.0);
-  s.Area.X = scale * scale * MeanKernelArea(s.Covariance);
+  const Real known = cloud.Kind == CloudKind::Capture ? s.Area.X : Real{}; // else of normals
+  const Real scale = known > 0.0 ? known / s.Size : Uniform<Real>(1.0);
+  s.Area = { scale * scale * MeanKernelArea(s.Covariance), Real{}, Real{} };
 }
 
 /// Moves Gaussians or nodes towards their parents (CutRange.h); each keeps its mass.

@@ -92,7 +92,7 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   {
     j.Color[c] = material.Color[c];
   }
-  if (!material.Lit || j.Colors != Paint::Own || this->Job.Cloud.IsInSpace())
+  if (!material.Lit || j.Colors != Paint::Own || (j.Cloud.IsInSpace() && !j.Cloud.Normals))
   {
     return;
   }
@@ -149,6 +149,7 @@ void SplatMaker::Prefetch(const CutRange& run) const
   PrefetchElements(c.Covariances, 6 * sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.AreaVectors, 3 * sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.Densities, sizeof(float), run.Begin, run.Count);
+  PrefetchElements(c.Normals, 3 * sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.Opacities, sizeof(float), run.Begin, run.Count);
   PrefetchElements(c.ColorsUChar, 4, run.Begin, run.Count);
 }
@@ -190,6 +191,7 @@ void SplatMaker::ForMemory(
   forElements(c.Covariances, 6 * begin, 6 * count);
   forElements(c.AreaVectors, 3 * begin, 3 * count);
   forElements(c.Densities, begin, count);
+  forElements(c.Normals, 3 * begin, 3 * count);
   forElements(c.TwoSided, begin, count);
   forElements(c.Overlaps, begin, count);
   forElements(c.Opacities, begin, count);

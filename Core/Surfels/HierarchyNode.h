@@ -26,7 +26,8 @@ struct HierarchyNode
   float Deviation;        ///< unit of Factor, world units
   std::int16_t Factor[6]; ///< S = L L', the rows of L: L00, L10, L11, L20, L21, L22
   std::int16_t Normal[3]; ///< area vector A in units of Area; its length is the coherence.
-                          ///< Of captures' Gaussians, the first is LeafScale (GaussianMass.h)
+                          ///< Of captures' Gaussians, the first is LeafScale (GaussianMass.h), of
+                          ///< those of volumes the mean of SurfelCloud::Normals
   std::uint16_t Opacity;  ///< mean over the area, unit 1
   float Area;             ///< sum of the leaves' areas, world units squared
   float Bound;            ///< radius of a sphere about p that contains the leaves' centres

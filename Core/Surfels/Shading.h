@@ -128,39 +128,38 @@ SURFELSPLATTING_INLINE Real Incidence(
   return distance > 0.0 ? strength : Real{};
 }
 
-/**
- * Light that a surfel reflects towards the lens, linear RGB. Like VTK, the highlight is (n.l)^p for
- * a lone headlight, and otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
- * @param position camera space
- * @param normal   camera space, unit length, of the visible side
- * @param toViewer camera space, unit length
- */
+/// What light falls on and leaves from.
 template <class Real>
-SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Vector3Of<Real>& position,
-  const Vector3Of<Real>& normal, const Vector3Of<Real>& toViewer)
+struct Facet
+{
+  Vector3Of<Real> Position; ///< camera space
+  Vector3Of<Real> Normal;   ///< camera space, unit length, of the visible side
+  Vector3Of<Real> ToViewer; ///< camera space, unit length
+};
+
+/**
+ * Light that a facet reflects towards the lens, linear RGB: ambient, Lambert and highlights.
+ * @param highlight function(light, direction to the light, cosine of the normal with it): the share
+ *                  of Material::Specular
+ */
+template <class Real, class Highlight>
+SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet,
+  const Highlight& highlight)
 {
   Real diffuse[3] = {}, specular[3] = {};
   for (std::size_t i = 0; i < numberOfLights; ++i)
   {
     const ShadingLight& light = lights[i];
     Vector3Of<Real> toLight;
-    Real strength = Incidence(light, position, toLight);
-    const Real cosine = Dot(normal, toLight);
+    Real strength = Incidence(light, facet.Position, toLight);
+    const Real cosine = Dot(facet.Normal, toLight);
     strength = ((strength > 0.0) & (cosine > 0.0)) ? strength : Real{};
-    Real highlight = {};
-    if (material.Specular > 0.0)
-    {
-      const Real reflected = light.LoneHeadlight
-        ? cosine
-        : 2.0 * cosine * Dot(normal, toViewer) - Dot(toLight, toViewer);
-      highlight =
-        reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
-    }
+    const Real shine = material.Specular > 0.0 ? highlight(light, toLight, cosine) : Real{};
     for (int c = 0; c < 3; ++c)
     {
       diffuse[c] += strength > 0.0 ? strength * cosine * light.Color[c] : Real{};
-      specular[c] += strength > 0.0 ? strength * highlight * light.Color[c] : Real{};
+      specular[c] += strength > 0.0 ? strength * shine * light.Color[c] : Real{};
     }
   }
   const bool own = material.HasSurfelColors;
@@ -170,6 +169,72 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
     const double ambient = own ? 0.0 : material.Ambient * material.AmbientColor[c];
     shaded.Base[c] = ambient + material.Specular * material.SpecularColor[c] * specular[c];
     shaded.Share[c] = (own ? material.Ambient : 0.0) + material.Diffuse * diffuse[c];
+  }
+  return shaded;
+}
+
+/// Light that a surfel reflects. Like VTK, the highlight is (n.l)^p for a lone headlight, and
+/// otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet)
+{
+  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
+                           const Real& cosine) {
+    const Vector3Of<Real>&n = facet.Normal, v = facet.ToViewer;
+    const Real reflected =
+      light.LoneHeadlight ? cosine : 2.0 * cosine * Dot(n, v) - Dot(toLight, v);
+    return reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
+  };
+  return Reflect(material, lights, numberOfLights, facet, highlight);
+}
+
+/// Cosine between a facet's normal and the half vector, l + v (Blinn 1977); 0 without any.
+template <class Real>
+SURFELSPLATTING_INLINE Real HalfVectorCosine(
+  const Facet<Real>& facet, const Vector3Of<Real>& toLight, const Real& cosine)
+{
+  const Vector3Of<Real>& v = facet.ToViewer;
+  const Real length = SquareRoot(Larger(2.0 + 2.0 * Dot(toLight, v), Real{}));
+  return length > 0.0 ? (cosine + Dot(facet.Normal, v)) / length : Real{};
+}
+
+/**
+ * Light that a Gaussian reflects whose parts have normals of this mean. Like VTK's ray caster with
+ * two-sided lighting, the side that faces the viewer is lit, a normal of 0 reflects ambient light
+ * only, and the highlight is (n.h)^p, h the half vector, or (n.l)^p for a lone headlight.
+ *
+ * Diffuse light is linear in the normal: that of the mean is the mean. The normals that shorten the
+ * mean to the length a widen the highlight: its power becomes p' = a p / (a + p (1 - a)), and its
+ * peak (1 + p') / (1 + p), so that it keeps its light (Toksvig, Mipmapping Normal Maps, 2005).
+ *
+ * @param mean its normal has the length 0 to 1: how much the normals agree
+ */
+template <class Real>
+SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& material,
+  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& mean)
+{
+  const Vector3Of<Real>& n = mean.Normal;
+  const Real length = Norm(n);
+  const Real inverse = length > 0.0 ? 1.0 / length : Real{};
+  const Real scale = Dot(n, mean.ToViewer) < 0.0 ? Real{} - inverse : inverse;
+  const Facet<Real> facet{ mean.Position, { scale * n.X, scale * n.Y, scale * n.Z },
+    mean.ToViewer };
+  const Real agreement = length > 1.0 ? Uniform<Real>(1.0) : length; // NaN stays
+  const double power = material.SpecularPower;
+  // 0 for the power 0 and the normal 0, which has no highlight.
+  const Real spread = agreement + power * (1.0 - agreement);
+  const Real wider = power * agreement / spread, peak = (1.0 + wider) / (1.0 + power);
+  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
+                           const Real& cosine) {
+    const Real reflected = light.LoneHeadlight ? cosine : HalfVectorCosine(facet, toLight, cosine);
+    return reflected > 0.0 ? peak * Powers(Larger(reflected, Real{}), wider) : Real{};
+  };
+  ShadedColor<Real> shaded = Reflect(material, lights, numberOfLights, facet, highlight);
+  for (int c = 0; c < 3; ++c)
+  {
+    const double ambient = material.HasSurfelColors ? material.Ambient : 0.0;
+    shaded.Share[c] = ambient + agreement * (shaded.Share[c] - ambient);
   }
   return shaded;
 }

@@ -20,7 +20,8 @@ constexpr const char* Opacity = "SurfelOpacity";       // float[1], 0..1
 constexpr const char* GaussianCovariance = "GaussianCovariance"; // float[6], XX YY ZZ XY YZ XZ
 constexpr const char* GaussianOpacity = "GaussianOpacity"; // float[1], 0..1, at the centre; or
 constexpr const char* GaussianExtinction = "GaussianExtinction"; // float[1], per world unit, there
-constexpr const char* GaussianHarmonics = "GaussianHarmonics";   // float[3 K]: K coefficients of
+constexpr const char* GaussianNormal = "GaussianNormal";       // float[3], mean normal, length 0..1
+constexpr const char* GaussianHarmonics = "GaussianHarmonics"; // float[3 K]: K coefficients of
                                                                // red, green, blue; K = 1, 4, 9, 16
 
 // In a picture:

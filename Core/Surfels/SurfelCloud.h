@@ -19,8 +19,8 @@ namespace SurfelSplatting
 class ClusterBounds;
 class MemoryGuard;
 
-/// What the cloud consists of. Gaussians in space (GaussianMass.h) have no area vectors, are not
-/// lit, and are seen from all sides.
+/// What the cloud consists of. Gaussians in space (GaussianMass.h) have no area vectors and are
+/// seen from all sides. Only volumes with Normals are lit.
 enum class CloudKind
 {
   Surfels,
@@ -52,7 +52,8 @@ struct SurfelCloud
   const unsigned char* Overlaps = nullptr; ///< [n] unit 1 / 255, null: 0 (OverlapOf)
 
   CloudKind Kind = CloudKind::Surfels;
-  const float* Densities = nullptr;           ///< [n] of Gaussians in space; see CloudKind
+  const float* Densities = nullptr; ///< [n] of Gaussians in space; see CloudKind
+  const float* Normals = nullptr;   ///< [n][3] of volumes, lengths 0..1 (ShadeMeanNormal), or null
   const PackedHarmonics* Harmonics = nullptr; ///< [n + nodes] of Gaussians, or null: Color
   int NumberOfHarmonics = 0;                  ///< 1, 4, 9 or 16
 

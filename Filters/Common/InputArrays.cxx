@@ -38,6 +38,12 @@ std::string CheckGaussians(vtkPolyData* input)
     return std::string("Gaussians need a number for every point in one of the point arrays ") +
       Arrays::GaussianOpacity + " and " + Arrays::GaussianExtinction + ".";
   }
+  if (input->GetPointData()->HasArray(Arrays::GaussianNormal) &&
+    !HasArray(input, Arrays::GaussianNormal, 3))
+  {
+    return std::string("The point array ") + Arrays::GaussianNormal +
+      " has not three components for every point: see the data contract in the documentation.";
+  }
   return std::string();
 }
 }

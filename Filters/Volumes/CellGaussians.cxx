@@ -27,7 +27,7 @@ struct Part
   double Length;
 };
 
-/// Scalars of a cell: s = sum of c_abc x^a y^b z^c, a, b, c = 0 or 1.
+/// Values in a cell: s = sum of c_abc x^a y^b z^c, a, b, c = 0 or 1.
 struct Trilinear
 {
   explicit Trilinear(const std::array<double, 8>& corners)
@@ -67,6 +67,7 @@ struct PartSums
   Medium Mean;                 // of extinction and emission
   double First[3] = {};        // of extinction times place
   double Second[6] = {};       // XX YY ZZ XY YZ XZ
+  double Third = 0.0;          // XYZ
   double Light[4] = {};        // of opacity, and of opacity times colour
   double LightSquared[4] = {}; // of their squares
 };
@@ -93,6 +94,7 @@ void AddSample(const double place[3], const Medium& medium, double length, PartS
     sums.Second[k] += s * place[k] * place[k];
     sums.Second[3 + k] += s * place[k == 2 ? 0 : k] * place[k == 2 ? 2 : k + 1];
   }
+  sums.Third += s * place[0] * place[1] * place[2];
 }
 
 /// Classifies the samples of a part. Each stands for a cube of the part: its scalars are taken as
@@ -156,13 +158,52 @@ CellGaussian MakeGaussian(const PartSums& sums, const Part& part)
     c[3] * (c[3] * c[2] - c[4] * c[5]) + c[5] * (c[3] * c[4] - c[1] * c[5]);
   gaussian.Extinction =
     total / count * area * part.Length / std::sqrt(8.0 * Pi * Pi * Pi * determinant);
+  std::fill_n(gaussian.Normal, 3, 0.0);
   return gaussian;
 }
 
-void AppendPart(const Trilinear& scalars, const Part& part, const TransferTable& table,
+/// Replaces the normals of the corners by the coefficients of x^a y^b z^c.
+std::array<Trilinear, 3> InterpolateNormals(const std::array<std::array<double, 3>, 8>& corners)
+{
+  std::array<double, 8> components[3];
+  for (int i = 0; i < 8; ++i)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      components[k][i] = corners[i][k];
+    }
+  }
+  return { Trilinear(components[0]), Trilinear(components[1]), Trilinear(components[2]) };
+}
+
+void SetNormal(
+  const std::array<Trilinear, 3>& normals, const PartSums& sums, CellGaussian& gaussian)
+{
+  const double *x = sums.First, *xx = sums.Second;
+  const double moments[8] = { sums.Mean.Extinction, x[0], x[1], xx[3], x[2], xx[5], xx[4],
+    sums.Third };
+  for (int k = 0; k < 3; ++k)
+  {
+    double sum = 0.0;
+    for (int i = 0; i < 8; ++i)
+    {
+      sum += normals[k].C[i] * moments[i];
+    }
+    gaussian.Normal[k] = sum / sums.Mean.Extinction;
+  }
+}
+
+/// What is interpolated in a cell.
+struct Fields
+{
+  Trilinear Scalars;
+  const std::array<Trilinear, 3>* Normals; // or null
+};
+
+void AppendPart(const Fields& fields, const Part& part, const TransferTable& table,
   const CellSettings& settings, std::vector<CellGaussian>& gaussians)
 {
-  const PartSums sums = SumSamples(scalars, part, table, settings.Size);
+  const PartSums sums = SumSamples(fields.Scalars, part, table, settings.Size);
   if (settings.Subdivision > 0 && IsSteep(sums))
   {
     const CellSettings below{ settings.Subdivision - 1, settings.Size };
@@ -173,7 +214,7 @@ void AppendPart(const Trilinear& scalars, const Part& part, const TransferTable&
                            part.Corner[1] + (i & 2 ? half : 0.0),
                            part.Corner[2] + (i & 4 ? half : 0.0) },
         half };
-      AppendPart(scalars, eighth, table, below, gaussians);
+      AppendPart(fields, eighth, table, below, gaussians);
     }
     return;
   }
@@ -181,17 +222,30 @@ void AppendPart(const Trilinear& scalars, const Part& part, const TransferTable&
   if (sums.Mean.Extinction / count * settings.Size * part.Length > LeastOpticalDepth)
   {
     gaussians.push_back(MakeGaussian(sums, part));
+    if (fields.Normals)
+    {
+      SetNormal(*fields.Normals, sums, gaussians.back());
+    }
   }
 }
 }
 
-void AppendCellGaussians(const std::array<double, 8>& corners, const TransferTable& table,
+void AppendCellGaussians(const CellCorners& corners, const TransferTable& table,
   const CellSettings& settings, std::vector<CellGaussian>& gaussians)
 {
-  const auto [low, high] = std::minmax_element(corners.begin(), corners.end());
-  if (!table.IsEmpty(*low, *high))
+  const Part whole{ { 0.0, 0.0, 0.0 }, 1.0 };
+  if (corners.Normals)
   {
-    AppendPart(Trilinear(corners), Part{ { 0.0, 0.0, 0.0 }, 1.0 }, table, settings, gaussians);
+    const std::array<Trilinear, 3> normals = InterpolateNormals(*corners.Normals);
+    AppendPart({ Trilinear(corners.Scalars), &normals }, whole, table, settings, gaussians);
+    return;
   }
+  AppendPart({ Trilinear(corners.Scalars), nullptr }, whole, table, settings, gaussians);
+}
+
+bool IsEmptyCell(const std::array<double, 8>& scalars, const TransferTable& table)
+{
+  const auto [low, high] = std::minmax_element(scalars.begin(), scalars.end());
+  return table.IsEmpty(*low, *high);
 }
 }

@@ -18,6 +18,15 @@ struct CellGaussian
   double Covariance[6]; // XX YY ZZ XY YZ XZ
   double Extinction;    // at the centre, per world unit
   double Color[3];      // 0..1
+  double Normal[3];     // mean, world coordinates, length 0..1; 0 without normals of the corners
+};
+
+/// x fastest.
+struct CellCorners
+{
+  std::array<double, 8> Scalars; // finite
+  /// Unit normals in world coordinates, or 0; null: the Gaussians have none.
+  const std::array<std::array<double, 3>, 8>* Normals = nullptr;
 };
 
 struct CellSettings
@@ -39,8 +48,14 @@ struct CellSettings
  * A part is split into eight where one Gaussian cannot stand for it: where opacity or emitted light
  * over the length of the part deviate from their means by more than SplitDeviation.
  *
- * @param corners scalars of the corners, x fastest, finite
+ * Normals are interpolated between the corners, as VTK's ray caster does with what they reflect.
+ * That of a Gaussian is their mean, weighted by the extinction: with normals n = sum of
+ * n_abc x^a y^b z^c, a, b, c = 0 or 1, it follows from the moments of the extinction s,
+ * sum of n_abc (sum of s x^a y^b z^c) / (sum of s).
  */
-void AppendCellGaussians(const std::array<double, 8>& corners, const TransferTable& table,
+void AppendCellGaussians(const CellCorners& corners, const TransferTable& table,
   const CellSettings& settings, std::vector<CellGaussian>& gaussians);
+
+/// Whether a cell with these scalars absorbs nothing.
+bool IsEmptyCell(const std::array<double, 8>& scalars, const TransferTable& table);
 }

@@ -25,17 +25,32 @@ struct Gaussian
   unsigned char Color[3];
 };
 
+/// Gaussians of a part of an input.
+struct GaussianPart
+{
+  std::vector<Gaussian> Gaussians;
+  std::vector<float> Normals; // [n][3] of them, mean, length 0..1; or empty
+};
+
 /// 0..1 to 0..255.
 unsigned char ColorByte(double value);
 
 class GaussianCollection
 {
 public:
-  /// Calls fill(part, gaussians) for the parts 0 to count - 1 in parallel. Their order in the
+  /// @param hasNormals whether all Gaussians have normals
+  explicit GaussianCollection(bool hasNormals)
+    : HasNormals(hasNormals)
+  {
+  }
+
+  bool NeedsNormals() const { return this->HasNormals; }
+
+  /// Calls fill(i, part) for the parts 0 to count - 1 in parallel. Their order in the
   /// output is that of the parts, whatever the threads. Returns false if stopped by the user, or if
   /// the memory does not suffice: then Error() says so.
   bool Collect(vtkIdType count, const SurfelGeometry::StageProgress& progress,
-    const std::function<void(vtkIdType, std::vector<Gaussian>&)>& fill);
+    const std::function<void(vtkIdType, GaussianPart&)>& fill);
 
   /// Empty unless Collect() ended for want of memory: what is wrong and what to do.
   const std::string& Error() const { return this->Problem; }
@@ -44,7 +59,8 @@ public:
   void Write(const double origin[3], vtkPolyData* output);
 
 private:
-  std::vector<std::vector<Gaussian>> Parts;
+  bool HasNormals;
+  std::vector<GaussianPart> Parts;
   std::string Problem;
 };
 }

@@ -2,6 +2,7 @@
 #include "Filters/Volumes/ImageGaussians.h"
 
 #include "Filters/Volumes/CellGaussians.h"
+#include "Filters/Volumes/GradientNormals.h"
 
 #include "vtkArrayDispatch.h"
 #include "vtkDataArrayRange.h"
@@ -62,52 +63,93 @@ struct CopyScalars
   }
 };
 
+/// The slices z - 1 to z + 2 of points; the first and the last are empty where not needed.
+using Slices = std::array<std::vector<double>, 4>;
+
 /// The cells of an image, slice by slice.
 class ImageCells
 {
 public:
-  ImageCells(
-    vtkImageData* image, vtkDataArray* scalars, const TransferTable& table, int subdivision)
+  ImageCells(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+    int subdivision, bool needsNormals)
     : Scalars(scalars)
     , PointGhosts(image->GetPointGhostArray())
     , CellGhosts(image->GetCellGhostArray())
     , Table(table)
     , World(image)
+    , Normals(this->World.A)
     , Settings{ subdivision, std::cbrt(this->World.Volume()) }
+    , NeedsNormals(needsNormals)
   {
     image->GetDimensions(this->Size);
   }
 
   /// Appends the Gaussians of the cells between the slices z and z + 1.
-  void Append(vtkIdType z, std::vector<Gaussian>& gaussians) const
+  void Append(vtkIdType z, GaussianPart& part) const
   {
     const vtkIdType nx = this->Size[0], ny = this->Size[1];
-    const std::vector<double> slices[2] = { this->ReadSlice(z), this->ReadSlice(z + 1) };
+    const Slices slices = this->ReadSlices(z);
     std::vector<CellGaussian> found;
+    std::array<std::array<double, 3>, 8> normals;
+    CellCorners corners;
+    corners.Normals = this->NeedsNormals ? &normals : nullptr;
     for (vtkIdType y = 0; y < ny - 1; ++y)
     {
       for (vtkIdType x = 0; x < nx - 1; ++x)
       {
-        std::array<double, 8> corners;
         for (int i = 0; i < 8; ++i)
         {
-          corners[i] = slices[i >> 2][(y + (i >> 1 & 1)) * nx + x + (i & 1)];
+          corners.Scalars[i] = slices[1 + (i >> 2)][(y + (i >> 1 & 1)) * nx + x + (i & 1)];
         }
-        if (!this->IsUsable(corners, x, y, z))
+        if (!this->IsUsable(corners.Scalars, x, y, z) || IsEmptyCell(corners.Scalars, this->Table))
         {
           continue;
+        }
+        for (int i = 0; this->NeedsNormals && i < 8; ++i)
+        {
+          normals[i] = this->FindNormal(slices.data() + (i >> 2), x + (i & 1), y + (i >> 1 & 1));
         }
         found.clear();
         AppendCellGaussians(corners, this->Table, this->Settings, found);
         for (const CellGaussian& gaussian : found)
         {
-          gaussians.push_back(this->ToWorld(gaussian, x, y, z));
+          part.Gaussians.push_back(this->ToWorld(gaussian, x, y, z));
+          part.Normals.insert(
+            part.Normals.end(), gaussian.Normal, gaussian.Normal + (this->NeedsNormals ? 3 : 0));
         }
       }
     }
   }
 
 private:
+  Slices ReadSlices(vtkIdType z) const
+  {
+    Slices slices;
+    for (int i = 0; i < 4; ++i)
+    {
+      const vtkIdType slice = z - 1 + i;
+      const bool isNeighbor = i == 0 || i == 3;
+      if (!isNeighbor || (this->NeedsNormals && slice >= 0 && slice < this->Size[2]))
+      {
+        slices[i] = this->ReadSlice(slice);
+      }
+    }
+    return slices;
+  }
+
+  /// Normal of a point of the second of three slices.
+  std::array<double, 3> FindNormal(
+    const std::vector<double>* slices, vtkIdType x, vtkIdType y) const
+  {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const vtkIdType nx = this->Size[0], i = y * nx + x;
+    const std::vector<double>& s = slices[1];
+    return this->Normals({ Difference(x > 0 ? s[i - 1] : none, s[i], x < nx - 1 ? s[i + 1] : none),
+      Difference(y > 0 ? s[i - nx] : none, s[i], y < this->Size[1] - 1 ? s[i + nx] : none),
+      Difference(
+        slices[0].empty() ? none : slices[0][i], s[i], slices[2].empty() ? none : slices[2][i]) });
+  }
+
   /// Scalars of a slice of points; NaN at hidden points.
   std::vector<double> ReadSlice(vtkIdType z) const
   {
@@ -173,7 +215,9 @@ private:
   vtkUnsignedCharArray *PointGhosts, *CellGhosts;
   const TransferTable& Table;
   Axes World;
+  GradientNormals Normals;
   CellSettings Settings;
+  bool NeedsNormals;
   int Size[3];
 };
 }
@@ -213,9 +257,9 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
 bool CollectImage(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
   int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection)
 {
-  const ImageCells cells(image, scalars, table, subdivision);
+  const ImageCells cells(image, scalars, table, subdivision, collection.NeedsNormals());
   return collection.Collect(image->GetDimensions()[2] - 1, progress,
-    [&cells](vtkIdType z, std::vector<Gaussian>& gaussians) { cells.Append(z, gaussians); });
+    [&cells](vtkIdType z, GaussianPart& part) { cells.Append(z, part); });
 }
 
 void FindCenter(vtkImageData* image, double center[3])

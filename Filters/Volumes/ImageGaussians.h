@@ -22,6 +22,8 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars);
  * hidden point, hidden cells and duplicates of another process's cells are empty.
  * Positions are relative to the centre of the image.
  *
+ * Normals are 0 where the gradient is 0. Points that are not usable count as beyond the image.
+ *
  * @param scalars point data of the image; the first component counts
  * @param subdivision how often a cell may be split into eight
  * @return whether it was not stopped, see GaussianCollection::Collect

@@ -96,7 +96,7 @@ bool CollectParticles(const Particles& particles, const TransferTable& table,
   const vtkIdType count = particles.Points->GetNumberOfPoints();
   std::atomic<vtkIdType> dropped{ 0 };
   const bool done = collection.Collect(
-    (count + Block - 1) / Block, progress, [&](vtkIdType block, std::vector<Gaussian>& gaussians) {
+    (count + Block - 1) / Block, progress, [&](vtkIdType block, GaussianPart& part) {
       const vtkIdType end = std::min(count, (block + 1) * Block);
       for (vtkIdType id = block * Block; id < end; ++id)
       {
@@ -107,7 +107,7 @@ bool CollectParticles(const Particles& particles, const TransferTable& table,
         }
         else if (!IsTransparent(gaussian))
         {
-          gaussians.push_back(gaussian);
+          part.Gaussians.push_back(gaussian);
         }
       }
     });

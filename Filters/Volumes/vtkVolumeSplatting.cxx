@@ -17,6 +17,7 @@
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
 #include "vtkPolyData.h"
+#include "vtkProperty.h"
 #include "vtkVolumeProperty.h"
 
 #include <algorithm>
@@ -54,6 +55,16 @@ void vtkVolumeSplatting::SetVolumeProperty(vtkVolumeProperty* property)
 vtkVolumeProperty* vtkVolumeSplatting::GetVolumeProperty()
 {
   return this->VolumeProperty;
+}
+
+//------------------------------------------------------------------------------
+void vtkVolumeSplatting::CopyMaterial(vtkVolumeProperty* volumeProperty, vtkProperty* property)
+{
+  property->SetAmbient(volumeProperty->GetAmbient());
+  property->SetDiffuse(volumeProperty->GetDiffuse());
+  property->SetSpecular(volumeProperty->GetSpecular());
+  property->SetSpecularPower(volumeProperty->GetSpecularPower());
+  property->SetSpecularColor(1.0, 1.0, 1.0);
 }
 
 //------------------------------------------------------------------------------
@@ -95,10 +106,6 @@ bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
                             "vtkImageExtractComponents.");
     return false;
   }
-  if (property->GetShade(0))
-  {
-    vtkWarningMacro("Gaussians are not shaded: ShadeOn() of the property has no effect.");
-  }
   if (property->HasGradientOpacity(0))
   {
     vtkWarningMacro("The gradient opacity of the property has no effect.");
@@ -114,7 +121,7 @@ int vtkVolumeSplatting::RequestData(
   vtkImageData* image = vtkImageData::GetData(inputVector[0], 0);
   vtkPointSet* points = vtkPointSet::GetData(inputVector[0], 0);
   vtkDataArray* scalars = this->GetInputArrayToProcess(0, inputVector);
-  GaussianCollection none;
+  GaussianCollection none(false);
   const double zero[3] = { 0.0, 0.0, 0.0 };
   if (points && points->GetNumberOfPoints() == 0)
   {
@@ -153,7 +160,7 @@ int vtkVolumeSplatting::RequestData(
 int vtkVolumeSplatting::SplatImage(
   vtkImageData* image, vtkDataArray* scalars, const TransferTable& table, vtkPolyData* output)
 {
-  GaussianCollection collection;
+  GaussianCollection collection(this->VolumeProperty->GetShade(0) != 0);
   const StageProgress progress(this, 0.0, 0.95);
   const bool done = CollectImage(image, scalars, table, this->Subdivision, progress, collection);
   double origin[3];
@@ -172,7 +179,11 @@ int vtkVolumeSplatting::SplatParticles(
     FindFiniteCenter(particles.Points, origin);
   }
   SurfelGeometry::ReadOrigin(particles.Points, inputOrigin);
-  GaussianCollection collection;
+  if (this->VolumeProperty->GetShade(0))
+  {
+    vtkWarningMacro("Particles are not shaded: ShadeOn() of the property has no effect on them.");
+  }
+  GaussianCollection collection(false);
   vtkIdType unusable = 0;
   const StageProgress progress(this, 0.0, 0.95);
   const bool done = CollectParticles(particles, table, origin, progress, collection, unusable);

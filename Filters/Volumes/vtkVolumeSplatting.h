@@ -21,8 +21,13 @@
  * Particles: a Gaussian whose standard deviation is the radius, and whose extinction at the centre
  * is that of the scalar.
  *
- * Shading and gradient opacity are not supported (a warning), nor are dependent components (an
- * error).
+ * With ShadeOn() of the property, volumes get GaussianNormal: unit normals of the points, opposite
+ * to the gradient of the scalar by central differences, interpolated, and their mean over the
+ * Gaussian. vtkSurfelMapper shades such Gaussians by the property of the actor, see CopyMaterial().
+ * The lights are those of the scene, the side that faces the camera is lit, and highlights use the
+ * half vector, as with VTK's volume mappers. Particles are not shaded (a warning).
+ *
+ * Gradient opacity is not supported (a warning), nor are dependent components (an error).
  *
  * The result does not depend on the number of threads.
  *
@@ -37,6 +42,7 @@
 
 class vtkDataArray;
 class vtkImageData;
+class vtkProperty;
 class vtkVolumeProperty;
 
 namespace SurfelVolumes
@@ -61,6 +67,13 @@ public:
   void SetVolumeProperty(vtkVolumeProperty* property);
   vtkVolumeProperty* GetVolumeProperty();
   ///@}
+
+  /**
+   * Copies ambient, diffuse, specular and specular power of a volume's property to that of the
+   * actor that shows its Gaussians. Highlights become white, since they have the colour of the
+   * light.
+   */
+  static void CopyMaterial(vtkVolumeProperty* volumeProperty, vtkProperty* property);
 
   ///@{
   /**

@@ -126,6 +126,8 @@ void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
     cloud.Covariances = Pointer<vtkFloatArray>(gaussians, source);
     cloud.Densities = Pointer<vtkFloatArray>(
       extinction ? extinction : data->GetArray(Arrays::GaussianOpacity), source);
+    vtkDataArray* normals = extinction ? data->GetArray(Arrays::GaussianNormal) : nullptr;
+    cloud.Normals = normals ? Pointer<vtkFloatArray>(normals, source) : nullptr;
     return;
   }
   cloud.Covariances = Pointer<vtkFloatArray>(data->GetArray(Arrays::Covariance), source);
@@ -167,6 +169,7 @@ std::string CheckGaussians(vtkPolyData* gaussians)
   for (const std::string& problem :
     { CheckArray(gaussians, Arrays::GaussianCovariance, 6, true),
       CheckArray(gaussians, density, 1, true),
+      CheckArray(gaussians, Arrays::GaussianNormal, 3, false),
       CheckArray(gaussians, Arrays::GaussianHarmonics, components, false), CheckOrigin(gaussians) })
   {
     if (!problem.empty())

@@ -100,6 +100,7 @@ vtkDataArray* HierarchyCache::FindComputed(
       data->GetAbstractArray(Arrays::Opacity), data->GetAbstractArray(Arrays::GaussianCovariance),
       data->GetAbstractArray(Arrays::GaussianOpacity),
       data->GetAbstractArray(Arrays::GaussianExtinction),
+      data->GetAbstractArray(Arrays::GaussianNormal),
       input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
   {
     if (source && source->GetMTime() > array->GetMTime())

@@ -50,12 +50,20 @@ def make_camera(position, angle):
     return camera
 
 
-def picture(data, camera, size, blur=0, pinholes=1, detail=True, keep_mass=False):
-    """[size, size, 4], row 0 at the bottom. blur: of what is infinitely far, px"""
+def show(data, lights=()):
+    """-> a renderer, and the actor in it. lights: vtkLight; none: a headlight"""
     renderer, mapper, actor = vtkSurfelImageRenderer(), vtkSurfelMapper(), vtkActor()
     mapper.SetInputData(data)
     actor.SetMapper(mapper)
     renderer.AddActor(actor)
+    for light in lights:
+        renderer.AddLight(light)
+    return renderer, actor
+
+
+def picture(data, camera, size, blur=0, pinholes=1, detail=True, keep_mass=False):
+    """[size, size, 4], row 0 at the bottom. blur: of what is infinitely far, px. data: or a renderer"""
+    renderer = data if data.IsA("vtkSurfelImageRenderer") else show(data)[0]
     renderer.SetCamera(camera)
     renderer.SetSize(size, size)
     splatter = renderer.GetSplatter()
@@ -68,8 +76,7 @@ def picture(data, camera, size, blur=0, pinholes=1, detail=True, keep_mass=False
     splatter.SetLensCells(pinholes)
     splatter.SetLensPinholes(pinholes > 1)
     splatter.SetKeepCaptureMass(keep_mass)
-    if not detail:
-        splatter.SetLODModeToOff()
+    splatter.SetLODMode(splatter.LOD_MOMENTS if detail else splatter.LOD_OFF)
     renderer.Update()
     return vtk_to_numpy(renderer.GetOutput().GetPointData().GetScalars()).reshape(size, size, 4)
 

@@ -13,6 +13,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+from vtkmodules.vtkRenderingCore import vtkVolumeProperty
 
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.clouds.volumes import coarsened, volume_of
@@ -154,6 +155,33 @@ class TestVolumes(ToolCase):
             points = np.array(automatic_opacity(np.array([low, low, high]), (low, high), 30))
             self.assertTrue(np.isfinite(points).all())
             self.assertTrue((points[:, 1] >= 0).all() and (points[:, 1] < 1).all())
+
+    def test_shade(self):
+        """A ball is brightest where it faces the lamp at the camera: its material is that of
+        vtkVolumeProperty. Hierarchies in files keep it, and nothing else is lit."""
+        write("ball.vti", make_image(ball(61)))
+        look = ("--opacity", "0.45:0,0.5:0.95", "--colormap", "gray", "--range", -1, 0.5)
+        self.draw("ball.vti", *look)
+        plain = self.read_rgba("out.exr")
+        self.draw("ball.vti", *look, "--shade", "--hierarchy", "ball.vtp")
+        shaded = self.read_rgba("out.exr")
+        np.testing.assert_array_equal(shaded[..., 3], plain[..., 3])
+        seen = plain[..., 3] > 0.9
+        brightness = shaded[seen][:, 0] / plain[seen][:, 0]
+        material = vtkVolumeProperty()
+        most = material.GetAmbient() + material.GetDiffuse() + material.GetSpecular()
+        self.assertAlmostEqual(shaded[24, 32, 0] / plain[24, 32, 0], most, delta=0.03)
+        self.assertLess(brightness.max(), most + 0.01)
+        self.assertLess(brightness.min(), 0.6)
+        self.assertGreater(brightness.min(), material.GetAmbient())
+        self.draw("ball.vtp")
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), shaded)
+        self.assertIn("--shade has no effect with --unlit",
+                      self.tool("render", "ball.vti", *look, "--shade", "--unlit", *SMALL, "-o",
+                                "out.exr"))
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), plain)
+        self.assertIn("--shade has no effect on ball.vtp, which is no volume",
+                      self.tool("render", "ball.vtp", "--shade", *SMALL, "-o", "out.exr"))
 
     def test_which_array(self):
         image = vtkImageData()

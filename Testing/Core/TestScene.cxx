@@ -82,6 +82,7 @@ void TestCloud::Add(const TestGaussian& g)
   this->TwoSided.push_back(1);
   this->Overlaps.push_back(0);
   this->Densities.push_back(g.Density);
+  this->Normals.insert(this->Normals.end(), g.Normal.begin(), g.Normal.end());
 }
 
 SurfelCloud TestCloud::Get() const
@@ -90,6 +91,7 @@ SurfelCloud TestCloud::Get() const
   cloud.NumberOfSurfels = this->TwoSided.size();
   cloud.Kind = this->Kind;
   cloud.Densities = cloud.IsInSpace() ? this->Densities.data() : nullptr;
+  cloud.Normals = this->HasNormals ? this->Normals.data() : nullptr;
   cloud.PositionsDouble = this->Positions.data();
   cloud.Covariances = this->Covariances.data();
   cloud.AreaVectors = this->AreaVectors.data();
@@ -107,6 +109,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
   : LocalToWorld(cloud.LocalToWorld)
   , Surface(cloud.Surface)
   , Kind(cloud.Kind)
+  , HasNormals(cloud.HasNormals)
   , NumberOfHarmonics(cloud.NumberOfHarmonics)
 {
   const SurfelCloud surfels = cloud.Get();
@@ -129,6 +132,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
     if (surfels.IsInSpace())
     {
       append(surfels.Densities, 1, this->Densities);
+      append(cloud.Normals.data(), 3, this->Normals);
       append(
         cloud.Harmonics.data(), 3 * static_cast<std::size_t>(cloud.NumberOfHarmonics), harmonics);
     }
@@ -161,6 +165,7 @@ SurfelCloud TestHierarchy::Get() const
   cloud.NodeColors = this->Colors.data();
   cloud.Kind = this->Kind;
   cloud.Densities = this->Kind == CloudKind::Surfels ? nullptr : this->Densities.data();
+  cloud.Normals = this->HasNormals ? this->Normals.data() : nullptr;
   cloud.Harmonics = this->Harmonics.empty() ? nullptr : this->Harmonics.data();
   cloud.NumberOfHarmonics = this->NumberOfHarmonics;
   cloud.LeafCovariances = this->LeafCovariances.data();
@@ -235,8 +240,8 @@ std::array<double, 3> Shade(const Material& material, const std::vector<Light>& 
     plain.push_back(ToShading(light));
   }
   const auto lane = [](const Vector3& v) { return Vector3Of<double>{ v[0], v[1], v[2] }; };
-  const ShadedColor<double> shaded = Shade<double>(
-    surface, plain.data(), plain.size(), lane(position), lane(normal), lane(toViewer));
+  const ShadedColor<double> shaded = Shade(surface, plain.data(), plain.size(),
+    Facet<double>{ lane(position), lane(normal), lane(toViewer) });
   std::array<double, 3> result;
   for (int c = 0; c < 3; ++c)
   {

@@ -39,6 +39,7 @@ struct TestGaussian
   Symmetric3 Covariance{ 1e-4, 1e-4, 1e-4, 0, 0, 0 };
   float Density = 1.0f; ///< opacity or extinction (CloudKind)
   std::array<float, 4> Color{ { 1, 1, 1, 1 } };
+  Vector3 Normal{ 0, 0, 0 }; ///< mean, length 0 to 1; counts with TestCloud::HasNormals
 };
 
 /// R diag(sigma^2) R' with the rows of R from a random rotation.
@@ -61,7 +62,8 @@ public:
 
   /// Of Gaussians in space.
   CloudKind Kind = CloudKind::Surfels;
-  std::vector<float> Densities;
+  std::vector<float> Densities, Normals;
+  bool HasNormals = false;
   std::vector<float> Harmonics; ///< [n][NumberOfHarmonics][3], or empty
   int NumberOfHarmonics = 0;
 
@@ -85,7 +87,7 @@ public:
   KdTreeOrder Order;
   std::vector<float> Positions, Covariances, AreaVectors, Opacities, LeafColors; ///< of the leaves
   std::vector<unsigned char> TwoSided, Overlaps;
-  std::vector<float> Densities;
+  std::vector<float> Densities, Normals;
   std::vector<PackedHarmonics> Harmonics; ///< of leaves and nodes
   std::vector<HierarchyNode> Nodes;
   std::vector<float> LeafCovariances;
@@ -96,6 +98,7 @@ private:
   Affine3 LocalToWorld;
   Material Surface;
   CloudKind Kind;
+  bool HasNormals;
   int NumberOfHarmonics;
 };
 

@@ -323,11 +323,15 @@ void TestNodes(const SetupTarget& kernel)
 }
 
 /// Gaussians in space of all ranks, their nodes and merging pairs, with harmonics.
-void TestGaussians(const SetupTarget& kernel, CloudKind kind)
+void TestGaussians(const SetupTarget& kernel, CloudKind kind, bool isShaded)
 {
   Random random(13);
   TestCloud cloud;
   cloud.Kind = kind;
+  cloud.HasNormals = cloud.Surface.Lit = isShaded;
+  cloud.Surface.Ambient = 0.2;
+  cloud.Surface.Specular = 0.3;
+  cloud.Surface.SpecularPower = 12.0;
   cloud.NumberOfHarmonics = 9;
   for (int i = 0; i < 603; ++i)
   {
@@ -339,6 +343,8 @@ void TestGaussians(const SetupTarget& kernel, CloudKind kind)
     g.Density =
       static_cast<float>(random.Uniform(-0.1, 1.2) / (kind == CloudKind::Volume ? sigma : 1.0));
     g.Color = { { 0.1f, 0.5f, 0.9f, static_cast<float>(random()) } };
+    g.Normal = random.Direction();
+    g.Normal[0] *= 0.5 * i / 603;
     cloud.Add(g);
     for (int k = 0; k < 27; ++k)
     {
@@ -350,7 +356,7 @@ void TestGaussians(const SetupTarget& kernel, CloudKind kind)
   const SurfelCloud tree = hierarchy.Get();
   const HierarchyLayout& layout = hierarchy.Order.Layout;
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  cloud.Densities[5] = cloud.Covariances[100] = cloud.Colors[801] = nan;
+  cloud.Densities[5] = cloud.Covariances[100] = cloud.Colors[801] = cloud.Normals[77] = nan;
   for (SplatContext context : Contexts())
   {
     context.GaussianRuns = context.Settings.KeepCaptureMass = context.CoarseGrids;
@@ -384,7 +390,8 @@ TEST_CASE("Setup targets")
   {
     TestSurfels(*target);
     TestNodes(*target);
-    TestGaussians(*target, CloudKind::Capture);
-    TestGaussians(*target, CloudKind::Volume);
+    TestGaussians(*target, CloudKind::Capture, false);
+    TestGaussians(*target, CloudKind::Volume, false);
+    TestGaussians(*target, CloudKind::Volume, true);
   }
 }

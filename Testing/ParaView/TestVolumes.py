@@ -46,6 +46,15 @@ class Volumes(PluginCase):
         self.assertGreater(np.abs(first - second).mean(), 10)
         self.assertEqual((green[..., 0].max(), green[..., 1].max() > 200), (0, True))
 
+    def test_shade(self):
+        """Light changes the colours of a shell; without it they are as before."""
+        self.opacity.Points = SHELL
+        plain = self.picture("Surfel Splats")
+        self.display.SurfelShade = 1
+        self.assertGreater(np.abs(screenshot(self.view) - plain).mean(), 2)
+        self.display.SurfelShade = 0
+        np.testing.assert_array_equal(screenshot(self.view), plain)
+
     def test_without_scalars(self):
         """In one colour the image is the surface of its points, which is opaque."""
         self.opacity.Points = SOFT

@@ -63,7 +63,8 @@ VolumeColors::VolumeColors(vtkInformation* array, vtkMapper* mapper)
   }
 }
 
-vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(vtkInformation* input, const VolumeColors& colors)
+vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(
+  vtkInformation* input, const VolumeColors& colors, bool shade)
 {
   vtkImageData* image = vtkImageData::GetData(input);
   if (!image || !colors.Functions)
@@ -81,6 +82,7 @@ vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(vtkInformation* input, const Vo
   property->SetColor(colors.Functions);
   property->SetScalarOpacity(colors.Functions->GetScalarOpacityFunction());
   property->SetScalarOpacityUnitDistance(UnitDistance(input, image));
+  property->SetShade(shade);
   vtkNew<vtkVolumeSplatting> splatting;
   splatting->SetInputData(image);
   splatting->SetInputArrayToProcess(

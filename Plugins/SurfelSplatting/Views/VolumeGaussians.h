@@ -40,8 +40,10 @@ struct VolumeColors
  * diagonal over the cubic root of the number of its cells.
  *
  * @param input with a piece of an image, and its whole extent
+ * @param shade whether the Gaussians get normals, so that they are lit
  */
-vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(vtkInformation* input, const VolumeColors& colors);
+vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(
+  vtkInformation* input, const VolumeColors& colors, bool shade);
 
 /// Whether a cloud was made of a volume: its colours are its own, whatever it is coloured by.
 bool IsOfVolume(vtkPolyData* cloud);

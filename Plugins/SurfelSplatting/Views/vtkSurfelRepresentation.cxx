@@ -145,6 +145,7 @@ struct vtkSurfelRepresentation::Internals
   vtkWeakPointer<vtkPVRenderView> View;
   bool IsPartitioned = false;                        // the input is a partitioned data set
   std::unique_ptr<SurfelViews::VolumeColors> Colors; // those of the volume that is shown
+  bool Shade = false;
 };
 
 vtkStandardNewMacro(vtkSurfelRepresentation);
@@ -326,7 +327,8 @@ void vtkSurfelRepresentation::ShowVolume(vtkInformationVector* input)
   if (input->GetNumberOfInformationObjects() == 1 && vtkImageData::GetData(input))
   {
     this->Internal->Colors.reset(new SurfelViews::VolumeColors(colors));
-    gaussians = SurfelViews::MakeVolumeGaussians(input->GetInformationObject(0), colors);
+    gaussians = SurfelViews::MakeVolumeGaussians(
+      input->GetInformationObject(0), colors, this->Internal->Shade);
   }
   if (gaussians)
   {
@@ -427,10 +429,20 @@ void vtkSurfelRepresentation::SetColorByLevel(int byLevel)
   this->Internal->Pass->GetSplatter()->SetColorByLevel(byLevel);
 }
 
+void vtkSurfelRepresentation::SetShade(bool shade)
+{
+  if (this->Internal->Shade != shade)
+  {
+    this->Internal->Shade = shade;
+    this->MarkModified();
+  }
+}
+
 void vtkSurfelRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FocusMode: " << this->Internal->Focus.Mode << "\n";
+  os << indent << "Shade: " << this->Internal->Shade << "\n";
   os << indent << "Clouds: " << this->Internal->Clouds.size() << "\n";
   os << indent << "Pass:\n";
   this->Internal->Pass->PrintSelf(os, indent.GetNextIndent());

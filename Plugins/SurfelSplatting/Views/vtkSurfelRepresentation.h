@@ -10,7 +10,8 @@
  * composite data is a cloud with its own visibility, colour and opacity.
  *
  * An image along three axes that is coloured by a scalar of its points is drawn as a volume, with
- * the colours and opacities of the colour map, see vtkVolumeSplatting.
+ * the colours and opacities of the colour map, see vtkVolumeSplatting. With Shade it is lit, by the
+ * material of the representation.
  *
  * If several processes render, each has a piece of the points. Surfels near the border of a piece
  * are estimated with the points of its neighbours, and all surfels end up in one picture.
@@ -72,6 +73,11 @@ public:
   void SetLODError(double error);
   void SetColorByLevel(int byLevel);
   ///@}
+
+  /**
+   * Whether volumes are lit as if their scalars had surfaces. Default false.
+   */
+  void SetShade(bool shade);
 
 protected:
   vtkSurfelRepresentation();

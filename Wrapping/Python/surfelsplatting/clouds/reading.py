@@ -179,7 +179,8 @@ def _name_arrays(data):
 # Documentation/DataContract.md
 _COMPONENTS = {"SurfelCovariance": (6,), "SurfelAreaVector": (3,), "SurfelTwoSided": (1,),
                "SurfelOverlap": (1,), "GaussianCovariance": (6,), "GaussianOpacity": (1,),
-               "GaussianExtinction": (1,), "GaussianHarmonics": (3, 12, 27, 48)}
+               "GaussianExtinction": (1,), "GaussianNormal": (3,),
+               "GaussianHarmonics": (3, 12, 27, 48)}
 
 
 def _check_arrays(data, path):

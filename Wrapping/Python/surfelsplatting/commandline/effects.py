@@ -27,6 +27,7 @@ def without_effect(arguments, view):
         (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
         (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
         (("--lod",), not arguments.no_lod, "with --no-lod"),
+        (("--shade",), not arguments.unlit, "with --unlit"),
     )
     for options, has_effect, reason in rules:
         if not has_effect:
@@ -63,7 +64,7 @@ def _of_kind(cloud, arguments):
     """Options for volumes and captures only, and for scalars."""
     texts = []
     if not cloud.is_volume:
-        texts += _texts(arguments, ("--opacity", "--unit-distance"),
+        texts += _texts(arguments, ("--opacity", "--unit-distance", "--shade"),
                         f"on {arguments.cloud}, which is no volume")
         if not getattr(arguments, "scalars", None):
             texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")

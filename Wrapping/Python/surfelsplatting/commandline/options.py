@@ -123,6 +123,9 @@ def _add_gaussian_options(parser):
     volume.add_argument("--unit-distance", type=positive, metavar="U",
                         help="length over which the opacities are, world units: smaller is denser "
                              "(default: about the diagonal of a cell, as in ParaView)")
+    volume.add_argument("--shade", action="store_true",
+                        help="light it as if the scalars had surfaces, across which they change "
+                             "fastest (default: as bright from all sides)")
     capture = parser.add_argument_group("captures")
     capture.add_argument("--capture-filter", choices=("classic", "antialiased"), default="classic",
                          help="what is smaller than a pixel grows, as in the published method with "

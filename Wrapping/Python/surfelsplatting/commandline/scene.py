@@ -5,6 +5,7 @@ from ..backend import vtk
 from ..colormaps import color_by
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
+from ..vtkSurfelVolumes import vtkVolumeSplatting
 
 LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
 BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
@@ -33,6 +34,9 @@ def make_actor(surfels, arguments):
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
     actor.GetProperty().SetLighting(not arguments.unlit)
+    if surfels.GetPointData().HasArray("GaussianNormal"):  # of a volume, by --shade
+        vtkVolumeSplatting.CopyMaterial(
+            vtk("vtkRenderingCore").vtkVolumeProperty(), actor.GetProperty())
     return actor
 
 

@@ -99,8 +99,10 @@ def splat_volume(cloud, session):
     splatting = vtkVolumeSplatting()
     splatting.SetInputData(volume)
     splatting.SetSubdivision(subdivision)
-    splatting.SetVolumeProperty(make_property(found.opacities, arguments.colormap or "viridis",
-                                              found.colors_between, found.unit_distance))
+    prop = make_property(found.opacities, arguments.colormap or "viridis", found.colors_between,
+                         found.unit_distance)
+    prop.SetShade(arguments.shade)
+    splatting.SetVolumeProperty(prop)
     with session.run.stage("volume"):
         session.progress.update(splatting, "volume")
     session.messages.check(f"{arguments.cloud}: ")

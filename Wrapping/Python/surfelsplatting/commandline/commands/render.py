@@ -36,8 +36,8 @@ examples:
                         makes the same picture, larger
   surfelsplat render hills.las -o hills.png --scalars z --elevation 20
                         coloured by height, from above
-  surfelsplat render head.vti -o head.png --opacity 300:0,600:0.1
-                        a volume, of which scalars from 300 upwards are seen
+  surfelsplat render head.vti -o head.png --opacity 300:0,600:0.1 --shade
+                        a volume, of which scalars from 300 upwards are seen, lit
   surfelsplat render scene.ply -o deep.exr --blur 12 --lens-cells 7 --deep
                         all layers, for compositing
 """
