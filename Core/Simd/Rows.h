@@ -49,6 +49,17 @@ struct Columns
   {
     return WidenInt<Real>((this->C[i] >> (8 * k)) & 0xff);
   }
+  SURFELSPLATTING_INLINE Real SignedByte(int i, int k) const
+  {
+    if constexpr (LaneTypes<Real>::Count == 1)
+    {
+      return static_cast<std::int8_t>(this->C[i] >> (8 * k));
+    }
+    else
+    {
+      return WidenInt<Real>((this->C[i] << (24 - 8 * k)) >> 24);
+    }
+  }
 };
 
 /// Sixteen bytes of a row.

@@ -4,8 +4,11 @@
  */
 #pragma once
 
+#include "Core/Simd/Rows.h"
 #include "Core/Splats/SetupBatch.h"
 #include "Core/Splats/SetupConstants.h"
+
+#include <cstddef>
 
 namespace SurfelSplatting
 {
@@ -223,23 +226,21 @@ template <class Real>
 SURFELSPLATTING_INLINE void GatherHarmonics(const SetupJob& job, const BatchIndices<Real>& index,
   const PlacedSurfels<Real>& s, Real (&color)[4])
 {
-  const PackedHarmonics* packed[LaneTypes<Real>::Count];
-  for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-  {
-    packed[l] = job.Cloud.Harmonics + index[l];
-  }
+  const auto row = [&](int l) { return job.Cloud.Harmonics + index[l]; };
   const Vector3Of<Real> ahead{ Real{}, Real{}, Uniform<Real>(1.0) };
   const Vector3Of<Real> d = Multiply(job.CameraToLocal, job.Camera.Parallel ? ahead : s.P);
   const Real inverse = 1.0 / Larger(Norm(d), Uniform<Real>(1e-300));
   Real basis[MaxHarmonics];
   const int count = job.Cloud.NumberOfHarmonics;
   EvaluateHarmonics<Real>({ d.X * inverse, d.Y * inverse, d.Z * inverse }, count, basis);
-  const Real unit = GatherFloats<Real>([&](int l) { return packed[l]->Unit; });
+  static_assert(offsetof(PackedHarmonics, Unit) == 12 && offsetof(PackedHarmonics, Rest) == 16,
+    "a part of a row, and one for each channel");
+  const Columns<Real> floats = LoadColumns<Real>(0, row);
   for (int c = 0; c < 3; ++c)
   {
+    const Columns<Real> rest = LoadColumns<Real>(16 + 16 * c, row);
     color[c] = ColorOfHarmonics(basis, count, [&](int k) {
-      return k == 0 ? GatherFloats<Real>([&](int l) { return packed[l]->Constant[c]; })
-                    : unit * GatherInts<Real>([&](int l) { return packed[l]->Rest[c][k]; });
+      return k == 0 ? floats.Float(c) : floats.Float(3) * rest.SignedByte(k / 4, k % 4);
     });
   }
 }
