@@ -14,6 +14,7 @@
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkObjectFactory.h"
+#include "vtkPiecewiseFunction.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
 #include "vtkPolyData.h"
@@ -25,6 +26,26 @@
 
 using namespace SurfelVolumes;
 using SurfelGeometry::StageProgress;
+
+namespace
+{
+/// Whether a gradient opacity is other than 1. VTK's mappers make one of 1 where there is none.
+bool DependsOnGradient(vtkVolumeProperty* property)
+{
+  if (!property->HasGradientOpacity(0))
+  {
+    return false;
+  }
+  vtkPiecewiseFunction* opacity = property->GetGradientOpacity(0);
+  double node[4]; // place, value, midpoint, sharpness
+  bool depends = false;
+  for (int i = 0; i < opacity->GetSize(); ++i)
+  {
+    depends = depends || (opacity->GetNodeValue(i, node) == 1 && node[1] != 1.0);
+  }
+  return depends;
+}
+}
 
 vtkStandardNewMacro(vtkVolumeSplatting);
 
@@ -60,6 +81,11 @@ vtkVolumeProperty* vtkVolumeSplatting::GetVolumeProperty()
 //------------------------------------------------------------------------------
 void vtkVolumeSplatting::CopyMaterial(vtkVolumeProperty* volumeProperty, vtkProperty* property)
 {
+  if (!volumeProperty || !property)
+  {
+    vtkGenericWarningMacro("CopyMaterial needs two properties, and one is missing.");
+    return;
+  }
   property->SetAmbient(volumeProperty->GetAmbient());
   property->SetDiffuse(volumeProperty->GetDiffuse());
   property->SetSpecular(volumeProperty->GetSpecular());
@@ -106,7 +132,7 @@ bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
                             "vtkImageExtractComponents.");
     return false;
   }
-  if (property->HasGradientOpacity(0))
+  if (DependsOnGradient(property))
   {
     vtkWarningMacro("The gradient opacity of the property has no effect.");
   }
