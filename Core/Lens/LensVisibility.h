@@ -288,7 +288,9 @@ SURFELSPLATTING_INLINE Real ReconstructRamp(
   const Real shift = 0.575f + w * (-0.210f - 0.209f * w);
   const Real steep = Larger(one + r * (0.102f + w * (0.792f - 0.560f * w)), Real(0.02f));
   const Real place = y * perWidth * (one + r * shift) + slope * t.AtPoint;
-  const Real width = (one - r) * steep + (blur * t.Spread) * (slope * slope) + 1e-6f; // squared
+  // L exceeds 1 where pixels are not square.
+  const Real spread = Larger(t.Spread, none);
+  const Real width = (one - r) * steep + (blur * spread) * (slope * slope) + 1e-6f; // squared
   const Real rise = place * InverseRoot(place * place + width);
   return Smaller(Larger(0.5f + (0.5f * RampPeak) * rise, none), one);
 }
@@ -424,6 +426,13 @@ SURFELSPLATTING_INLINE float WeightOfEllipse(float share, float opacity)
   const float bordered = share * opacity;
   const float weight = (bordered * bordered - LeastEllipse) * (1.0f / (1.0f - LeastEllipse));
   return weight > 0.0f ? weight : 0.0f;
+}
+
+/// How much of what a Gaussian hides of the second moments has a border on the lens. It rises from
+/// 0 as well: what follows reads them. @param weight of an ellipse of opacity 1, [0, 1]
+SURFELSPLATTING_INLINE float SharpnessOfBorder(float weight)
+{
+  return weight < 0.25f ? 4.0f * weight : 1.0f;
 }
 
 /**

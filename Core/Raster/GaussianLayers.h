@@ -181,34 +181,26 @@ SURFELSPLATTING_INLINE bool AreLong(const Lanes& squared)
   return Any(squared > MinTilt * MinTilt / 16.0f);
 }
 
-/// Stores the first moments of T, no longer than those of a segment.
-/// @return their squared length before
-template <class Blocks, class Real = typename Blocks::Real>
-SURFELSPLATTING_INLINE Real StoreFirstMoments(
-  const Blocks& done, const Real& x, const Real& y, const Real& after)
-{
-  // Without a branch, which would be taken half of the time.
-  const Real squared = x * x + y * y, shorten = ShortenToLargest(after, squared);
-  done.Store(&FinishedLayers::ThroughX, x * shorten);
-  done.Store(&FinishedLayers::ThroughY, y * shorten);
-  return squared;
-}
-
-/// Stores all moments of T, the second no larger than those of a disc or a ring.
+/// Stores the moments of T: the first no longer than that of a segment, the second no larger than
+/// that of a disc or a ring.
 /// @return the squared length of the first one before
 template <class Blocks, class Real = typename Blocks::Real>
 SURFELSPLATTING_INLINE Real StoreMoments(
   const Blocks& done, const LensMoments<Real>& t, const Real& after)
 {
+  // Without a branch, which would be taken half of the time.
+  const Real squared = t.X * t.X + t.Y * t.Y, shorten = ShortenToLargest(after, squared);
+  done.Store(&FinishedLayers::ThroughX, t.X * shorten);
+  done.Store(&FinishedLayers::ThroughY, t.Y * shorten);
   const Real most = after * (1.0f - after), least = 0.0f - most;
   done.Store(&FinishedLayers::ThroughRim, Smaller(Larger(t.Rim, least), most));
   done.Store(&FinishedLayers::ThroughAcross, Smaller(Larger(t.Across, least), most));
   done.Store(&FinishedLayers::ThroughDiagonal, Smaller(Larger(t.Diagonal, least), most));
-  return StoreFirstMoments(done, t.X, t.Y, after);
+  return squared;
 }
 
-/// Takes what the fragments hide from the moments of T. Fragments without a border on the lens hide
-/// the same share of the second ones as of T.
+/// Takes what the fragments hide from the moments of T. Those without a border on the lens hide the
+/// same share of the second moments as of T.
 /// @param hides of T
 /// @return the squared length of the first moment
 template <class Blocks, class Real = typename Blocks::Real>
@@ -218,19 +210,21 @@ SURFELSPLATTING_INLINE Real HideMoments(const Blocks& done, const GaussianFragme
   const Real perBefore = 1.0f / Larger(before, Real(1e-6f)); // before hides is known
   const Real slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
   const LensMoments<Real> t = MomentsOf(done);
-  if (f.OfEllipse > 0.0f)
-  {
-    const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
-    return StoreMoments(done, MomentsBehind<Real>(t, f.Share, f.At, hides, slopes, fades), after);
-  }
-  const Real keep = after * perBefore;
-  done.Store(&FinishedLayers::ThroughRim, keep * t.Rim);
-  done.Store(&FinishedLayers::ThroughAcross, keep * t.Across);
-  done.Store(&FinishedLayers::ThroughDiagonal, keep * t.Diagonal);
   Real x, y;
   f.Share.Rest(t, x, y);
-  return StoreFirstMoments(
-    done, t.X - hides * f.At.X - slopes * x, t.Y - hides * f.At.Y - slopes * y, after);
+  const Real kept = after * perBefore;
+  LensMoments<Real> behind{ t.X - hides * f.At.X - slopes * x, t.Y - hides * f.At.Y - slopes * y,
+    kept * t.Rim, kept * t.Across, kept * t.Diagonal };
+  if (f.OfEllipse > 0.0f)
+  {
+    const float border = SharpnessOfBorder(f.OfEllipse);
+    const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
+    const LensMoments<Real> sharp = MomentsBehind<Real>(t, f.Share, f.At, hides, slopes, fades);
+    behind.Rim = behind.Rim + border * (sharp.Rim - behind.Rim);
+    behind.Across = behind.Across + border * (sharp.Across - behind.Across);
+    behind.Diagonal = behind.Diagonal + border * (sharp.Diagonal - behind.Diagonal);
+  }
+  return StoreMoments(done, behind, after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.

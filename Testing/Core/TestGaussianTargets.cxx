@@ -141,9 +141,9 @@ double AddTo(
   }
   p.Red += hides * s.Red;
   const double perBefore = 1.0 / std::max(p.Through, 1e-6);
-  const bool bordered = ofEllipse > 0.0;
-  const double keep = bordered ? 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore)
-                               : (p.Through - hides) * perBefore;
+  const double keep = 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore);
+  const double kept = std::max(0.0, p.Through - hides) * perBefore;
+  const double border = SharpnessOfBorder(static_cast<float>(ofEllipse));
   const double slope = std::min(alpha, 4.0 * hides * perBefore);
   const double vx = slope * ((1.0 - xx) * p.X - xy * p.Y);
   const double vy = slope * ((1.0 - yy) * p.Y - xy * p.X);
@@ -153,8 +153,8 @@ double AddTo(
   const double most = p.Through * (1.0 - p.Through);
   const double across = ux * ux - uy * uy - 0.25 * (xx - yy), diagonal = 2.0 * ux * uy - 0.5 * xy;
   const auto behind = [&](double moment, double hidden, double tilt) {
-    return bordered ? std::clamp(keep * moment - hides * hidden - tilt, -most, most)
-                    : keep * moment;
+    const double sharp = keep * moment - hides * hidden - tilt;
+    return std::clamp(kept * moment + border * (sharp - kept * moment), -most, most);
   };
   p.Rim = behind(p.Rim, rim, 4.0 * (ux * vx + uy * vy));
   p.Across = behind(p.Across, across, 2.0 * (ux * vx - uy * vy));
