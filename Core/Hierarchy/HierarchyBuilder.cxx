@@ -89,8 +89,10 @@ private:
 
   Vector3 WeightedNormal(std::size_t i, double weight) const
   {
-    const float* n = this->Tree.Normals + 3 * i;
-    return { weight * n[0], weight * n[1], weight * n[2] };
+    const float* from = this->Tree.Normals + 3 * i;
+    const Vector3 n{ from[0], from[1], from[2] };
+    const double scale = weight / std::max(1.0, Norm(n)); // a length of more counts as 1
+    return { scale * n[0], scale * n[1], scale * n[2] };
   }
 
   static double KernelAreaOf(const Symmetric3& s)

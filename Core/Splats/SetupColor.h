@@ -54,7 +54,9 @@ SURFELSPLATTING_INLINE Vector3Of<Real> GatherMeanNormals(
 {
   if (index.Level == 0)
   {
-    return GatherVectors(cloud.Normals, index);
+    const Vector3Of<Real> n = GatherVectors(cloud.Normals, index);
+    const Real length = Norm(n), shorten = length > 1.0 ? 1.0 / length : Uniform<Real>(1.0);
+    return { shorten * n.X, shorten * n.Y, shorten * n.Z }; // NaN stays
   }
   const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
   const auto b = LoadColumns<Real>(16, row), c = LoadColumns<Real>(32, row); // as GatherNodes

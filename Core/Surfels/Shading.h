@@ -222,9 +222,11 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& 
     mean.ToViewer };
   const Real agreement = length > 1.0 ? Uniform<Real>(1.0) : length; // NaN stays
   const double power = material.SpecularPower;
-  // 0 for the power 0 and the normal 0, which has no highlight.
+  // 0 for the power 0 and the normal 0, which has no highlight; short normals have hardly any.
   const Real spread = agreement + power * (1.0 - agreement);
-  const Real wider = power * agreement / spread, peak = (1.0 + wider) / (1.0 + power);
+  const Real wider = power * agreement / spread,
+             fade = Smaller(4.0 * agreement, Uniform<Real>(1.0));
+  const Real peak = fade * (1.0 + wider) / (1.0 + power);
   const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
                            const Real& cosine) {
     const Real reflected = light.LoneHeadlight ? cosine : HalfVectorCosine(facet, toLight, cosine);

@@ -17,6 +17,8 @@ from surfelsplatting.problems import UserProblem
 from surfelsplatting.views import paths
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.focus import distance_in_focus
+from TestFormats import pcd_columns
+from TestReader import write_pcd
 from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
 
 Z = (0.0, 0.0, 1.0)
@@ -165,6 +167,24 @@ class TestFilm(FilmCase):
         # A ball stays where it is and as large as it is, and fills the picture's height.
         self.assertLess(np.ptp(covered), 0.02)
         self.assertGreater(min(covered), 0.35)
+
+    def test_backs(self):
+        """A depth image is seen from its front; of other open scans a film says when they are not."""
+        x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1, 1, 80), np.linspace(-0.75, 0.75, 60)))
+        points = np.stack([x, y, 2 - 0.3 * np.cos(2 * x) * np.cos(2 * y)], axis=1).astype("f4")
+        colors = np.full((len(x), 3), 200, np.uint8)
+        write_pcd("depth.pcd", pcd_columns(points, colors), "binary", 80, 60)
+        for words in (("-o", "default"), ("-o", "turn", "--turn", "40")):
+            result = self.run_tool("film", "depth.pcd", *SMALL, "--frames", "3", *words)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+        for name, picture in self.contents("turn").items():
+            if name.endswith(".png"):
+                self.assertEqual(picture, self.contents("default")[name])
+        points, colors = sphere()
+        points, colors = points[points[:, 0] > 0], colors[points[:, 0] > 0]
+        write_ply("half.ply", points, colors, normals=points)
+        result = self.run_tool("film", "half.ply", *SMALL, "--frames", "4", "-o", "half")
+        self.assertIn("turns its back to the camera in a frame and is not drawn", result.stderr)
 
     def test_a_view_of_the_user_is_the_first_frame(self):
         camera = ["--position", "0", "-6", "1", "--focal-point", "0", "0", "0",

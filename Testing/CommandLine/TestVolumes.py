@@ -97,6 +97,22 @@ class TestVolumes(ToolCase):
             self.assertEqual(self.tool("info", *words), "")
         return text.getvalue()
 
+    def test_raw_data_cut_short(self):
+        """VTK fills up what is missing, with no word or one of its own."""
+        values = ball().ravel()
+        detached = META.replace("LOCAL", "ball.raw"), NRRD.replace("raw\n", "raw\ndata file: ball.raw\n")
+        for path, header in (("a.mha", META), ("b.nrrd", NRRD), ("c.mhd", detached[0]),
+                             ("d.nhdr", detached[1]), ("e.nrrd", NRRD.replace("\n", "\r\n"))):
+            with self.subTest(path):
+                write_raw(path, header, values[:0 if "ball.raw" in header else None])
+                write_raw("ball.raw", "", values)
+                self.draw(path)
+                data = "ball.raw" if "ball.raw" in header else path
+                with open(data, "r+b") as file:
+                    file.truncate(os.path.getsize(data) - 100)
+                said = self.run_tool("render", path, "-o", "out.png").stderr
+                self.assertIn(f"{path} promises 8788 bytes of scalars, but {data} has 8688", said)
+
     def test_picture_without_options(self):
         """Whatever the file: the ball in the middle, and its surroundings transparent."""
         image = make_image(ball())

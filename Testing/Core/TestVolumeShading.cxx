@@ -51,11 +51,12 @@ double ShadeOne(
   return shaded.Base[0] + shaded.Share[0];
 }
 
-/// Toksvig's highlight of the cosine c.
+/// Toksvig's highlight of the cosine c; short normals have hardly any.
 double Highlight(double c, double power, double length)
 {
   const double wider = length * power / (length + power * (1.0 - length));
-  return (1.0 + wider) / (1.0 + power) * std::pow(std::max(0.0, c), wider);
+  const double fade = std::min(1.0, 4.0 * length);
+  return fade * (1.0 + wider) / (1.0 + power) * std::pow(std::max(0.0, c), wider);
 }
 
 /// vtkEncodedGradientShader: Lambert and (n.h)^p, of the side that faces the viewer.

@@ -434,7 +434,10 @@ void vtkSurfelRepresentation::SetShade(bool shade)
   if (this->Internal->Shade != shade)
   {
     this->Internal->Shade = shade;
-    this->MarkModified();
+    if (this->Internal->Colors) // else no volume is shown, and surfels would be estimated anew
+    {
+      this->MarkModified();
+    }
   }
 }
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..backend import vtk
 from .probing import check_survives
+from .rawvolumes import check_raw_size
 from .volumes import is_volume
 
 COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
@@ -19,6 +20,7 @@ _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".mha": ("vtkIOImage", "vtkMetaImageReader"),
             ".nrrd": ("vtkIOImage", "vtkNrrdReader"),
             ".nhdr": ("vtkIOImage", "vtkNrrdReader")}
+_RAW = (".mhd", ".mha", ".nrrd", ".nhdr")
 
 
 def _grid_points(grid):
@@ -119,5 +121,8 @@ def read_dataset(path, messages, progress):
     reader = _make_reader(path)  # loads its module before there is a child
     check_survives(path, try_out)
     progress.update(reader, "reading")
-    messages.check(f"{path} is not a readable {os.path.splitext(path)[1]} file: ")
+    extension = os.path.splitext(path)[1]
+    if extension.lower() in _RAW:  # first: it says what is missing
+        check_raw_size(path, reader.GetOutput().GetPointData().GetScalars())
+    messages.check(f"{path} is not a readable {extension} file: ")
     return _volume_or_points(reader.GetOutput())

@@ -18,6 +18,7 @@ from .effects import without_effect
 from .frames import Frames
 from .movie import find_ffmpeg, write_movie
 from .outputs import check_distinct, check_output
+from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer
 from .session import Session
 
@@ -87,7 +88,9 @@ def _pull(view, renderer, arguments):
 
 def _turn(asked, view, cloud, surfels, arguments):
     """-> the views of a turntable"""
-    degrees = 360.0 if arguments.turn is None else arguments.turn
+    # A depth image looks like nothing from behind.
+    default = 40.0 if cloud.columns else 360.0
+    degrees = default if arguments.turn is None else arguments.turn
     axis = axis_of(asked, cloud, surfels)
     if asked.position or asked.focal_point:
         return turntable(view, view.focal_point, axis, arguments.frames, degrees)
@@ -170,6 +173,7 @@ def _make_pictures(asked, frames, arguments, session):
         views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud
         session.say(f"first frame: {views[0]}")
+        warn_of_backs(drawn, views, session)
         _draw(renderer, views, frames, frames.missing(), session)
 
 

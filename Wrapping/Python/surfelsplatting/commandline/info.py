@@ -145,8 +145,6 @@ def _suggestions(report, cloud):
     if scalars and not has_colors:
         name = "intensity" if "intensity" in scalars else scalars[0]
         found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
-    if cloud.columns:
-        found.append(("--turn 40", "in a film: a depth image looks like nothing from behind"))
     if report.get("open") and not cloud.columns:
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:

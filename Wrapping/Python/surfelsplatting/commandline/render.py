@@ -14,6 +14,7 @@ from .session import Session
 
 NO_BLUR = 0.5  # px, radius of a blur that cannot be seen
 MOST_AWAY = 0.6  # share of a surface
+MOST_ASKED = 24  # views of a film
 
 
 def _check_outputs(arguments):
@@ -65,12 +66,14 @@ def _focus(renderer, view, session):
     return settle_focus(view, renderer, update, depths), depths
 
 
-def _warn_of_backs(surfels, view, session):
-    """An open scan looks torn from behind."""
-    share = share_facing_away(surfels, view)
+def warn_of_backs(surfels, views, session):
+    """An open scan looks torn from behind. views: of a picture or a film"""
+    few = views[::max(1, len(views) // MOST_ASKED)]
+    share = max(share_facing_away(surfels, view) for view in few)
     if share > MOST_AWAY:
-        session.warn([f"{100 * share:.0f} % of the surface turns its back to the camera and is not "
-                      "drawn; --sides two shows it"])
+        where = " in a frame" if len(views) > 1 else ""
+        session.warn([f"{100 * share:.0f} % of the surface turns its back to the camera{where} and is "
+                      "not drawn; --sides two shows it"])
 
 
 def _say_what_is_seen(depths, view, session):
@@ -111,7 +114,7 @@ def render(arguments):
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, view, session)
         session.say(str(view))
-        _warn_of_backs(drawn, view, session)
+        warn_of_backs(drawn, [view], session)
         _render_frames(renderer, arguments.repeat, session)
     _say_what_is_seen(depths_of(renderer) if depths is None else depths, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)

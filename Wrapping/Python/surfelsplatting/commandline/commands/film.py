@@ -26,7 +26,7 @@ EXAMPLES = """\
 examples:
   surfelsplat film lion.ply -o lion.mp4
   surfelsplat film lion.ply -o lion.mp4 --focus-pull --size 1280 720
-  surfelsplat film kinect.pcd -o frames --turn 40 --circle-of-confusion 12
+  surfelsplat film kinect.pcd -o frames --circle-of-confusion 12
   surfelsplat film hall.e57 -o hall.mp4 --through door.json window.json --frames 300
 """
 
@@ -44,7 +44,8 @@ _distance = checked(number, lambda value: value > 0, "is not above 0")
 
 
 def _add_motion_options(parser):
-    group = parser.add_argument_group("motion", "Without any of these: --turn 360.")
+    group = parser.add_argument_group("motion", "Without any of these: --turn 360, or --turn 40 around "
+                                      "a depth image, which looks like nothing from behind.")
     motion = group.add_mutually_exclusive_group()
     motion.add_argument("--turn", type=between(-36000, 36000), metavar="DEGREES",
                         help="the camera goes around the cloud, counterclockwise seen from above; "

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How many bytes of raw data lie beside the headers of volumes. VTK's readers fill up what a file
+cut short lacks, and only print that, if at all."""
+
+import os
+
+from ..problems import UserProblem
+
+LONGEST_HEADER = 1 << 16  # bytes
+
+
+def _fields(lines, separator):
+    """{key in small letters: value} of header lines"""
+    pairs = (line.partition(separator) for line in lines if not line.startswith("#"))
+    return {key.strip().lower(): value.strip() for key, _, value in pairs}
+
+
+def _of_meta_image(start):
+    """-> (name of the data's file or "" for this one, bytes of the header), or None: not raw"""
+    at = start.find(b"ElementDataFile")
+    end = start.find(b"\n", at)
+    if at < 0:
+        return None
+    text = start[:end if end >= 0 else len(start)].decode("latin-1")
+    fields = _fields(text.splitlines(), "=")
+    name = fields["elementdatafile"]
+    if (fields.get("compresseddata", "false").lower() == "true" or "headersize" in fields
+            or name == "LIST" or "%" in name or len(name.split()) != 1):
+        return None
+    return ("", end + 1) if name == "LOCAL" else (name, 0)
+
+
+def _of_nrrd(start):
+    """The same."""
+    line = b"\r\n" if b"\r\n" in start[:16] else b"\n"
+    header, empty, _ = start.partition(2 * line)
+    fields = _fields(header.decode("latin-1").splitlines(), ":")
+    name = fields.get("data file", fields.get("datafile", ""))
+    if (fields.get("encoding", "").lower() != "raw" or "byte skip" in fields or "line skip" in fields
+            or name.split()[:1] == ["LIST"] or "%" in name):
+        return None
+    return (name, 0) if name else ("", len(header) + len(empty))
+
+
+def check_raw_size(path, array):
+    """UserProblem if a volume's raw file has fewer bytes than the array that was read from it."""
+    with open(path, "rb") as file:
+        start = file.read(LONGEST_HEADER)
+    found = (_of_nrrd if start.startswith(b"NRRD") else _of_meta_image)(start)
+    if found is None or array is None:
+        return
+    name, header = found
+    data = os.path.join(os.path.dirname(path), name) if name else path
+    promised = array.GetDataSize() * array.GetDataTypeSize()
+    if os.path.isfile(data) and os.path.getsize(data) - header < promised:
+        raise UserProblem(f"{path} promises {promised} bytes of scalars, but {data} has "
+                          f"{max(0, os.path.getsize(data) - header)}: it was cut short")
