@@ -31,6 +31,11 @@ constexpr double FillsSpace = 0.05;
 constexpr double SparseFactor = 6.0;
 constexpr double FoliageFactor = 2.4;
 
+/// Points are near each other, and far from the others, if the distance of a neighbour is this many
+/// times that of the one before; of at least this many.
+constexpr double ApartFactor = 1.7;
+constexpr size_t LeastApart = 3;
+
 /// A point is stray if its mean distance is this many times the median of its neighbours'. At ends
 /// of wires and at corners it is up to 2, with the scatter of random samples up to 2.8.
 constexpr double LocalFactor = 3.0;
@@ -119,11 +124,28 @@ double MeanDistance(const Neighbors& neighbors)
   return neighbors.Count() > 0 ? sum / neighbors.Count() : 0.0;
 }
 
+/// Whether a point and some of its neighbours are near each other, and far from the others: these
+/// make their set look flat, whatever it is. On surfaces the distances of neighbours grow as the
+/// root of their rank, on wires in proportion to it.
+/// @param neighbors the nearest first
+bool AreApart(const Neighbors& neighbors)
+{
+  const auto& squared = neighbors.SquaredDistances;
+  for (size_t k = LeastApart; k < squared.size(); ++k)
+  {
+    if (squared[k] > ApartFactor * ApartFactor * squared[k - 1])
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
 bool IsFlat(const SearchedCloud& searched, int i, Neighbors& neighbors, NearCloud& near)
 {
   searched.Find(i, StrayNeighbors, neighbors);
   LoadNear(searched.Cloud, i, neighbors, near);
-  return !FillsSpaceAround(SpreadOf(near));
+  return !AreApart(neighbors) && !FillsSpaceAround(SpreadOf(near));
 }
 
 /// Chance makes single sets of stray points flat, but not those of most neighbours too.

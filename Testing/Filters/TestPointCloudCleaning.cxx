@@ -140,6 +140,31 @@ TEST_CASE("Stray points")
   }
 }
 
+/// Nine points that are near each other, but sparse, and far from the rest: with seven points of
+/// the rest their sets look flat. A sparse patch of as many points as a set has, and more, stays.
+TEST_CASE("A few points far off")
+{
+  const Sampled wall =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 2, { 0, 1, 0 }, 2, 0.01, 0.4, Random(3));
+  for (const bool patch : { false, true })
+  {
+    std::vector<Vec> points = wall.Points;
+    Random random(6);
+    for (int i = 0; i < (patch ? 36 : 9); ++i)
+    {
+      const double x = random(), y = random(), z = random();
+      points.push_back(patch ? Vec{ 0.7 + 0.1 * (i % 6), 0.7 + 0.1 * (i / 6), 1.0 }
+                             : Vec{ 0.9 + 0.3 * x, 0.9 + 0.3 * y, 1.0 + 0.3 * z });
+    }
+    vtkNew<vtkPointCloudCleaning> cleaning;
+    const auto data = ToPolyData(points);
+    cleaning->SetInputData(data);
+    cleaning->Update();
+    CAPTURE(patch);
+    CHECK(cleaning->GetNumberOfStrayPoints() == (patch ? 0 : 9));
+  }
+}
+
 /// A scan whose spacing grows with the distance: near ground with most of the points, and far
 /// ground with foliage on it, whose points fill space.
 TEST_CASE("Far foliage")
