@@ -251,15 +251,23 @@ void MakeRound(double spacing, PlaneFit& fit)
   fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
 }
 
+/// A point is alone only if its nearest neighbour is at this share of its reach at least: what is
+/// beside a surface has all neighbours at about the same distance.
+constexpr float AloneShare = 0.6f;
+
 /// Finds isolated points, which would become giant discs: their reach exceeds `factor` times the
 /// median reach of their neighbours, or factor^2 times that of the whole cloud (a group of
-/// outliers, whose reaches are all large). They get the median spacing of their neighbours, or of
-/// the cloud.
+/// outliers, whose reaches are all large), or they are alone beside a surface: their nearest
+/// neighbour is `factor` times as far as those of their neighbours. They get the median spacing of
+/// their neighbours, or of the cloud.
 class IsolationTest
 {
 public:
-  IsolationTest(const PlaneFits& fits, double factor)
-    : Fits(fits)
+  IsolationTest(
+    const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits, double factor)
+    : Cloud(cloud)
+    , Graph(graph)
+    , Fits(fits)
     , Factor(factor)
   {
     const auto count = static_cast<vtkIdType>(fits.size());
@@ -268,50 +276,87 @@ public:
   }
 
   /// The spacing that an isolated point gets; negative if the point is not isolated.
-  float Spacing(int i, const int* graph, std::vector<float>& reaches) const
+  float Spacing(int i, std::vector<float>& scratch) const
   {
     const PlaneFit& fit = this->Fits[i];
     if (fit.Reach > this->Factor * this->Factor * this->MedianReach)
     {
       return std::min(fit.Spacing, this->MedianSpacing);
     }
-    reaches.clear();
-    for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
-    {
-      reaches.push_back(this->Fits[graph[k]].Reach);
-    }
-    // Most reaches are below that of the smallest, and the median is not needed.
-    if (reaches.empty() ||
-      fit.Reach <= this->Factor * *std::min_element(reaches.begin(), reaches.end()) ||
-      fit.Reach <= this->Factor * Median(reaches))
+    if (!this->IsFar(i, scratch) && !this->IsAlone(i, scratch))
     {
       return -1.0f;
     }
-    reaches.clear();
-    for (int k = 0; k < ReachRank && graph[k] >= 0; ++k)
-    {
-      reaches.push_back(this->Fits[graph[k]].Spacing);
-    }
-    return std::min(fit.Spacing, Median(reaches));
+    this->Collect(i, scratch, [this](int j) { return this->Fits[j].Spacing; });
+    return std::min(fit.Spacing, Median(scratch));
   }
 
 private:
+  /// Of the nearest neighbours.
+  template <class Function>
+  void Collect(int i, std::vector<float>& values, const Function& function) const
+  {
+    values.clear();
+    const int* ids = this->Graph.Row(i);
+    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
+    {
+      values.push_back(function(ids[k]));
+    }
+  }
+
+  bool IsFar(int i, std::vector<float>& reaches) const
+  {
+    const float reach = this->Fits[i].Reach;
+    this->Collect(i, reaches, [this](int j) { return this->Fits[j].Reach; });
+    // Most reaches are below that of the smallest, and the median is not needed.
+    return !reaches.empty() &&
+      reach > this->Factor * *std::min_element(reaches.begin(), reaches.end()) &&
+      reach > this->Factor * Median(reaches);
+  }
+
+  bool IsAlone(int i, std::vector<float>& distances) const
+  {
+    const float nearest = this->NearestDistance(i);
+    if (!this->Graph.AreNearest || !(nearest > AloneShare * this->Fits[i].Reach))
+    {
+      return false;
+    }
+    this->Collect(i, distances, [this](int j) { return this->NearestDistance(j); });
+    return nearest > this->Factor * Median(distances);
+  }
+
+  /// 0 without a neighbour.
+  float NearestDistance(int i) const
+  {
+    const int j = this->Graph.Row(i)[0];
+    if (j < 0)
+    {
+      return 0.0f;
+    }
+    const float *p = this->Cloud.Position(i), *q = this->Cloud.Position(j);
+    const float x = q[0] - p[0], y = q[1] - p[1], z = q[2] - p[2];
+    return std::sqrt(x * x + y * y + z * z);
+  }
+
+  const LocalCloud& Cloud;
+  const NeighborGraph& Graph;
   const PlaneFits& Fits;
   double Factor;
   float MedianReach = 0.0f;
   float MedianSpacing = 0.0f;
 };
 
-void BoundIsolated(double factor, const NeighborGraph& graph, PlaneFits& fits)
+void BoundIsolated(
+  double factor, const LocalCloud& cloud, const NeighborGraph& graph, PlaneFits& fits)
 {
   const int count = static_cast<int>(fits.size());
-  const IsolationTest test(fits, factor);
+  const IsolationTest test(cloud, graph, fits, factor);
   RawVector<float> spacings(count); // first all tests, then all changes
   vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
     std::vector<float> scratch;
     for (vtkIdType i = begin; i < end; ++i)
     {
-      spacings[i] = test.Spacing(static_cast<int>(i), graph.Row(i), scratch);
+      spacings[i] = test.Spacing(static_cast<int>(i), scratch);
     }
   });
   vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
@@ -360,7 +405,7 @@ bool FitPlanes(
   {
     return false;
   }
-  BoundIsolated(settings.IsolationFactor, graph, fits);
+  BoundIsolated(settings.IsolationFactor, cloud, graph, fits);
   vtkSMPTools::For(0, cloud.Size(), [&](vtkIdType i, vtkIdType end) {
     for (; i < end; ++i)
     {

@@ -122,6 +122,33 @@ TEST_CASE("Isolated")
   CHECK(run.Estimation->GetNumberOfTwoSidedSurfels() == 5);
 }
 
+/// Seven spacings off a surface, all neighbours are about as far: without a bound such points become
+/// discs of several spacings. A denser surface beside a sparse one isolates none.
+TEST_CASE("Isolated beside a surface")
+{
+  const double spacing = std::sqrt(4.0 * Pi / 20000);
+  std::vector<Vec> points = MakeSphere(1.0, 20000, Random(2)).Points;
+  for (const Vec& direction : { Vec{ 1, 0, 0 }, Vec{ 0, 0.6, 0.8 }, Vec{ 0, 0, -1 } })
+  {
+    const double far = 1.0 + 7.0 * spacing;
+    points.push_back({ far * direction[0], far * direction[1], far * direction[2] });
+  }
+  Run run(points);
+  CHECK(run.Estimation->GetNumberOfIsolatedPoints() == 3);
+  for (vtkIdType i = 20000; i < 20003; ++i)
+  {
+    CHECK(run.Result().Area(i) <= 2.0 * spacing * spacing);
+  }
+  const Sampled dense =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.01, 0.4, Random(3));
+  const Sampled sparse =
+    MakeRectangle({ 1, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.05, 0.4, Random(4));
+  std::vector<Vec> wall = dense.Points;
+  wall.insert(wall.end(), sparse.Points.begin(), sparse.Points.end());
+  Run beside(wall);
+  CHECK(beside.Estimation->GetNumberOfIsolatedPoints() == 0);
+}
+
 TEST_CASE("Collinear")
 {
   std::vector<Vec> points;
