@@ -225,9 +225,9 @@ public:
   /**
    * A point is isolated if the distance to its sixth neighbour exceeds IsolationFactor times the
    * median of that distance among its neighbours, or IsolationFactor squared times the median of
-   * the whole cloud, or if its nearest neighbour is IsolationFactor times as far as those of its
-   * neighbours are, and all are about as far. It gets the median spacing of its neighbours, and is
-   * two-sided in CONSISTENT.
+   * the whole cloud, or if it is off the planes of its neighbours, all of which are about as far,
+   * half of IsolationFactor times the median of their distances. It gets the median spacing of its
+   * neighbours, and is two-sided in CONSISTENT.
    * Default 6, range 2 to 1000.
    */
   vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);

@@ -251,15 +251,16 @@ void MakeRound(double spacing, PlaneFit& fit)
   fit.VarianceU = fit.VarianceV = fit.Spacing * fit.Spacing;
 }
 
-/// A point is alone only if its nearest neighbour is at this share of its reach at least: what is
-/// beside a surface has all neighbours at about the same distance.
-constexpr float AloneShare = 0.6f;
+/// A point is alone only if its nearest neighbour is at this share of its reach at least, since
+/// what is beside a surface has all neighbours at about the same distance; and at so many times the
+/// median reach of its neighbours, over `factor`.
+constexpr double AloneShare = 0.6, AlonePerFactor = 0.5;
 
 /// Finds isolated points, which would become giant discs: their reach exceeds `factor` times the
 /// median reach of their neighbours, or factor^2 times that of the whole cloud (a group of
 /// outliers, whose reaches are all large), or they are alone beside a surface: their nearest
-/// neighbour is `factor` times as far as those of their neighbours. They get the median spacing of
-/// their neighbours, or of the cloud.
+/// neighbour is factor / 2 times as far as their neighbours reach, off the planes of most. They get
+/// the median spacing of their neighbours, or of the cloud.
 class IsolationTest
 {
 public:
@@ -314,28 +315,42 @@ private:
       reach > this->Factor * Median(reaches);
   }
 
-  bool IsAlone(int i, std::vector<float>& distances) const
+  bool IsAlone(int i, std::vector<float>& reaches) const
   {
-    const float nearest = this->NearestDistance(i);
-    if (!this->Graph.AreNearest || !(nearest > AloneShare * this->Fits[i].Reach))
+    const int* ids = this->Graph.Row(i);
+    const float reach = this->Fits[i].Reach;
+    if (!this->Graph.AreNearest || ids[0] < 0)
     {
       return false;
     }
-    this->Collect(i, distances, [this](int j) { return this->NearestDistance(j); });
-    return nearest > this->Factor * Median(distances);
+    const double nearest = Norm(this->Way(ids[0], i));
+    if (!(nearest > AloneShare * reach))
+    {
+      return false;
+    }
+    this->Collect(i, reaches, [this](int j) { return this->Fits[j].Reach; });
+    return nearest > AlonePerFactor * this->Factor * Median(reaches) && this->IsOffPlanes(i);
   }
 
-  /// 0 without a neighbour.
-  float NearestDistance(int i) const
+  /// Whether a point is off the planes of most neighbours: where a sparse part of a surface meets a
+  /// dense one, it is not.
+  bool IsOffPlanes(int i) const
   {
-    const int j = this->Graph.Row(i)[0];
-    if (j < 0)
+    const int* ids = this->Graph.Row(i);
+    int off = 0;
+    for (int k = 0; k < ReachRank && ids[k] >= 0; ++k)
     {
-      return 0.0f;
+      const Vector3 way = this->Way(ids[k], i);
+      off += 2.0 * std::abs(Dot(this->Fits[ids[k]].Normal, way)) > Norm(way) ? 1 : -1;
     }
-    const float *p = this->Cloud.Position(i), *q = this->Cloud.Position(j);
-    const float x = q[0] - p[0], y = q[1] - p[1], z = q[2] - p[2];
-    return std::sqrt(x * x + y * y + z * z);
+    return off > 0;
+  }
+
+  Vector3 Way(int from, int to) const
+  {
+    const float *p = this->Cloud.Position(from), *q = this->Cloud.Position(to);
+    return { static_cast<double>(q[0]) - p[0], static_cast<double>(q[1]) - p[1],
+      static_cast<double>(q[2]) - p[2] };
   }
 
   const LocalCloud& Cloud;
