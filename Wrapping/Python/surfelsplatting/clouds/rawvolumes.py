@@ -23,7 +23,7 @@ def _of_meta_image(start):
         return None
     text = start[:end if end >= 0 else len(start)].decode("latin-1")
     fields = _fields(text.splitlines(), "=")
-    name = fields["elementdatafile"]
+    name = fields.get("elementdatafile", "")
     if (fields.get("compresseddata", "false").lower() == "true" or "headersize" in fields
             or name == "LIST" or "%" in name or len(name.split()) != 1):
         return None
