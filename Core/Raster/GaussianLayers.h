@@ -199,8 +199,7 @@ SURFELSPLATTING_INLINE Real StoreMoments(
   return squared;
 }
 
-/// Takes what the fragments hide from the moments of T. Those without a border on the lens hide the
-/// same share of the second moments as of T.
+/// Takes what the fragments hide from the moments of T.
 /// @param hides of T
 /// @return the squared length of the first moment
 template <class Blocks, class Real = typename Blocks::Real>
@@ -208,23 +207,11 @@ SURFELSPLATTING_INLINE Real HideMoments(const Blocks& done, const GaussianFragme
   const Real& hides, const Real& before, const Real& after)
 {
   const Real perBefore = 1.0f / Larger(before, Real(1e-6f)); // before hides is known
-  const Real slopes = Smaller(hides * (LargestSlope * perBefore), f.Alpha);
-  const LensMoments<Real> t = MomentsOf(done);
-  Real x, y;
-  f.Share.Rest(t, x, y);
-  const Real kept = after * perBefore;
-  LensMoments<Real> behind{ t.X - hides * f.At.X - slopes * x, t.Y - hides * f.At.Y - slopes * y,
-    kept * t.Rim, kept * t.Across, kept * t.Diagonal };
-  if (f.OfEllipse > 0.0f)
-  {
-    const float border = SharpnessOfBorder(f.OfEllipse);
-    const Real fades = Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f));
-    const LensMoments<Real> sharp = MomentsBehind<Real>(t, f.Share, f.At, hides, slopes, fades);
-    behind.Rim = behind.Rim + border * (sharp.Rim - behind.Rim);
-    behind.Across = behind.Across + border * (sharp.Across - behind.Across);
-    behind.Diagonal = behind.Diagonal + border * (sharp.Diagonal - behind.Diagonal);
-  }
-  return StoreMoments(done, behind, after);
+  const HiddenPart<Real> part{ hides, Smaller(hides * (LargestSlope * perBefore), f.Alpha),
+    Smaller(hides * ((1.0f - f.MeanShare) * perBefore), Real(1.0f)), after * perBefore };
+  return StoreMoments(done,
+    MomentsBehind<Real>(MomentsOf(done), f.Share, f.At, part, SharpnessOfBorder(f.OfEllipse)),
+    after);
 }
 
 /// Takes what the fragments hide from the moments of T and from the open layers.

@@ -164,6 +164,14 @@ SURFELSPLATTING_INLINE Real InverseRoot(const Real& a)
   return 1.0 / SquareRoot(a);
 }
 
+/// base^exponent, lane by lane.
+template <class Real>
+SURFELSPLATTING_INLINE Real Powers(const Real& base, const Real& exponent)
+{
+  return FillLanes<Real>(LaneTypes<Real>::Count,
+    [&](int l) { return __builtin_pow(LaneAt(base, l), LaneAt(exponent, l)); });
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
 {
@@ -171,15 +179,7 @@ SURFELSPLATTING_INLINE Real Power(const Real& base, double exponent)
   {
     return base;
   }
-  return FillLanes<Real>(
-    LaneTypes<Real>::Count, [&](int l) { return __builtin_pow(LaneAt(base, l), exponent); });
-}
-
-template <class Real>
-SURFELSPLATTING_INLINE Real Powers(const Real& base, const Real& exponent)
-{
-  return FillLanes<Real>(LaneTypes<Real>::Count,
-    [&](int l) { return __builtin_pow(LaneAt(base, l), LaneAt(exponent, l)); });
+  return Powers(base, Uniform<Real>(exponent));
 }
 
 /// False for NaN and infinity.

@@ -125,13 +125,22 @@ SURFELSPLATTING_INLINE void GatherSurfels(
     overlaps ? (1.0 / 255.0) * GatherInts<Real>([&](int l) { return overlaps[index[l]]; }) : Real{};
 }
 
+/// HierarchyNode::Normal of rows, of which b and c are the parts from bytes 16 and 32 on; unit
+/// 1 / PackedOne.
+template <class Real>
+SURFELSPLATTING_INLINE Vector3Of<Real> PackedNormals(const Columns<Real>& b, const Columns<Real>& c)
+{
+  static_assert(offsetof(HierarchyNode, Normal) == 28, "from the end of one part into the other");
+  return { b.LowShort(3), b.HighShort(3), c.LowShort(0) };
+}
+
 /// Unpacks nodes (NodePacking.h).
 template <class Real>
 SURFELSPLATTING_INLINE void GatherNodes(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, StoredSurfels<Real>& s)
 {
-  static_assert(offsetof(HierarchyNode, Factor) == 16 && offsetof(HierarchyNode, Normal) == 28 &&
-      offsetof(HierarchyNode, Area) == 36 && offsetof(HierarchyNode, Sides) == 46,
+  static_assert(offsetof(HierarchyNode, Factor) == 16 && offsetof(HierarchyNode, Area) == 36 &&
+      offsetof(HierarchyNode, Sides) == 46,
     "three parts of a row");
   const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
   const auto a = LoadColumns<Real>(0, row), b = LoadColumns<Real>(16, row),
@@ -140,7 +149,8 @@ SURFELSPLATTING_INLINE void GatherNodes(
   s.Size = c.Float(1);
   s.Patch = Uniform<Real>(1.0);
   const Real areaUnit = s.Size * (1.0 / PackedOne);
-  s.Area = { areaUnit * b.LowShort(3), areaUnit * b.HighShort(3), areaUnit * c.LowShort(0) };
+  const Vector3Of<Real> n = PackedNormals(b, c);
+  s.Area = { areaUnit * n.X, areaUnit * n.Y, areaUnit * n.Z };
   const Real sides = 0.5 * c.HighShort(3);
   const Real overlap = WidenInt<Real>(ConvertLanes<IntOf<Real>>(sides));
   s.TwoSided = sides != overlap;

@@ -59,9 +59,9 @@ SURFELSPLATTING_INLINE Vector3Of<Real> GatherMeanNormals(
     return { shorten * n.X, shorten * n.Y, shorten * n.Z }; // NaN stays
   }
   const auto row = [&](int l) { return cloud.Nodes + (index[l] - cloud.NumberOfSurfels); };
-  const auto b = LoadColumns<Real>(16, row), c = LoadColumns<Real>(32, row); // as GatherNodes
+  const Vector3Of<Real> n = PackedNormals(LoadColumns<Real>(16, row), LoadColumns<Real>(32, row));
   constexpr double unit = 1.0 / PackedOne;
-  return { unit * b.LowShort(3), unit * b.HighShort(3), unit * c.LowShort(0) };
+  return { unit * n.X, unit * n.Y, unit * n.Z };
 }
 
 /// Shades a volume's Gaussians, nodes or pairs that merge. Normals are covectors; a transform does

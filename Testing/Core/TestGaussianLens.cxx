@@ -379,8 +379,8 @@ TEST_CASE("Moments behind a fragment")
     {
       continue;
     }
-    const LensMoments<double> behind =
-      MomentsBehind(t, share, share.MomentsAt(x, y), alpha * line(x, y), alpha, 0.0);
+    const LensMoments<double> behind = MomentsBehind<double>(
+      t, share, share.MomentsAt(x, y), { alpha * line(x, y), alpha, 0.0, 0.5 }, 1.0f);
     CHECK_NEAR(behind.X, t.X - hidden.X, 1e-6);
     CHECK_NEAR(behind.Y, t.Y - hidden.Y, 1e-6);
     CHECK_NEAR(behind.Rim, -hidden.Rim, 1e-6);

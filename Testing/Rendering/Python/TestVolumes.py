@@ -5,25 +5,12 @@ import unittest
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
-from vtkmodules.vtkRenderingCore import vtkCamera, vtkColorTransferFunction, vtkVolumeProperty
+from vtkmodules.vtkRenderingCore import vtkCamera
 
-from surfelsplatting import vtkVolumeSplatting
-
-from volumepictures import View, Volume, gaussian_picture, psnr, volume_picture
-
-
-def make_property(opacities, colors, unit_distance):
-    opacity, color, prop = vtkPiecewiseFunction(), vtkColorTransferFunction(), vtkVolumeProperty()
-    for point in opacities:
-        opacity.AddPoint(*point)
-    for point in colors:
-        color.AddRGBPoint(*point)
-    prop.SetScalarOpacity(opacity)
-    prop.SetColor(color)
-    prop.SetScalarOpacityUnitDistance(unit_distance)
-    return prop
+from volumepictures import (
+    View, Volume, gaussian_picture, make_property, psnr, splat, volume_picture)
 
 
 def make_camera(distance):
@@ -34,15 +21,6 @@ def make_camera(distance):
     camera.SetViewAngle(30)
     camera.SetFocalDisk(0)
     return camera
-
-
-def splat(image, prop, subdivision=1):
-    splatting = vtkVolumeSplatting()
-    splatting.SetInputData(image)
-    splatting.SetVolumeProperty(prop)
-    splatting.SetSubdivision(subdivision)
-    splatting.Update()
-    return splatting.GetOutput()
 
 
 class TestVolumes(unittest.TestCase):

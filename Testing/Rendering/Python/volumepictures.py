@@ -1,11 +1,38 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Independent pictures of volumes and of Gaussians in space, in numpy, to compare with.
+"""Independent pictures of volumes and of Gaussians in space, in numpy, to compare with, and how
+volumes become Gaussians.
 
 A picture is an array [size, size, 4] of red, green, blue, premultiplied, and alpha; row 0 is at the
 bottom. Cameras are those of vtkCamera in perspective, square.
 """
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
+from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolumeProperty
+
+from surfelsplatting import vtkVolumeSplatting
+
+
+def make_property(opacities, colors, unit_distance=1):
+    """opacities: [(scalar, opacity)]. colors: [(scalar, red, green, blue)]"""
+    opacity, color, prop = vtkPiecewiseFunction(), vtkColorTransferFunction(), vtkVolumeProperty()
+    for point in opacities:
+        opacity.AddPoint(*point)
+    for point in colors:
+        color.AddRGBPoint(*point)
+    prop.SetScalarOpacity(opacity)
+    prop.SetColor(color)
+    prop.SetScalarOpacityUnitDistance(unit_distance)
+    return prop
+
+
+def splat(image, prop, subdivision=1):
+    splatting = vtkVolumeSplatting()
+    splatting.SetInputData(image)
+    splatting.SetVolumeProperty(prop)
+    splatting.SetSubdivision(subdivision)
+    splatting.Update()
+    return splatting.GetOutput()
 
 
 class View:

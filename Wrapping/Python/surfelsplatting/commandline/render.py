@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat render: cloud -> surfels -> picture."""
 
+import math
+
 from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, settle_focus,
@@ -68,8 +70,7 @@ def _focus(renderer, view, session):
 
 def warn_of_backs(surfels, views, session):
     """An open scan looks torn from behind. views: of a picture or a film"""
-    few = views[::max(1, len(views) // MOST_ASKED)]
-    share = max(share_facing_away(surfels, view) for view in few)
+    share = share_facing_away(surfels, views[::math.ceil(len(views) / MOST_ASKED)])
     if share > MOST_AWAY:
         where = " in a frame" if len(views) > 1 else ""
         session.warn([f"{100 * share:.0f} % of the surface turns its back to the camera{where} and is "

@@ -176,12 +176,16 @@ def is_open(samples):
     return bool(total > 0 and np.linalg.norm(one_sided.sum(axis=0)) > OPEN * total)
 
 
-def share_facing_away(surfels, view):
-    """Share of an open surface that turns its back to the camera, [0, 1]; 0 of a closed one, whose
-    back is hidden."""
+def share_facing_away(surfels, views):
+    """The largest share of an open surface that turns its back to the camera of a view, [0, 1]; 0 of
+    a closed one, whose back is hidden."""
     samples = Samples(surfels, FEW_SAMPLES)
     if not is_open(samples):
         return 0.0
+    return max(_share_facing_away(samples, view) for view in views)
+
+
+def _share_facing_away(samples, view):
     rays = samples.points - np.asarray(view.position)
     rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
     facing = np.einsum("ij,ij->i", samples.areas, rays)
