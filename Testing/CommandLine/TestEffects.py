@@ -52,6 +52,7 @@ ON_GAUSSIANS = tuple(
     for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
 ON_GAUSSIANS += (("--linear-light", "", "on ball.vtp, whose colours are harmonics"),
                  ("--linear-light", "--scalars x", None),
+                 ("--lit", "", "on ball.vtp, whose colours are harmonics"),
                  ("--capture-filter classic", "", None),
                  ("--opacity 0:0.5", "", "on ball.vtp, which is no volume"))
 ON_A_VOLUME = tuple(
@@ -59,6 +60,8 @@ ON_A_VOLUME = tuple(
     for option in ("--cleaning off", "--sides two", "--neighbors 20", "--points-per-part 2000"))
 ON_A_VOLUME += (("--opacity 0:0.5", "--unit-distance 2 --range 0 1 --colormap gray", None),
                 ("--scalars x", "", None),
+                ("--lit", "", "without --shade"),
+                ("--lit", "--shade", None),
                 ("--capture-filter antialiased", "", "on ball.vtp, which is no capture"))
 
 

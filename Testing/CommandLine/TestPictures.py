@@ -97,6 +97,23 @@ class TestPictures(ToolCase):
         rim = (unlit[..., 3] > 0.9) & (np.hypot(rows - 23.5, columns - 31.5) > 13)
         self.assertLess(lit[rim, 0].sum(), 0.9 * unlit[rim, 0].sum())
 
+    def test_photographs_are_not_lit_again(self):
+        points, labels = sphere(6000)
+        noise = np.random.default_rng(3).integers(0, 9, (6000, 3))
+        write_ply("photograph.ply", points, labels + noise)
+        for cloud, same, other in (("photograph.ply", "--unlit", "--lit"),
+                                   ("ball.ply", "--lit", "--unlit")):
+            default = self.picture(*CAMERA, *SMALL, cloud=cloud)
+            np.testing.assert_array_equal(default, self.picture(*CAMERA, *SMALL, same, cloud=cloud))
+            changed = self.picture(*CAMERA, *SMALL, other, cloud=cloud)
+            self.assertGreater(np.abs(default - changed).max(), 0.1)
+        # A colour map is no photograph.
+        scalars = [*CAMERA, *SMALL, "--scalars", "z"]
+        np.testing.assert_array_equal(self.picture(*scalars, cloud="photograph.ply"),
+                                      self.picture(*scalars, "--lit", cloud="photograph.ply"))
+        said = self.tool("render", "ball.ply", "--lit", "--unlit", "-o", "out.exr")
+        self.assertIn("not allowed with", said)
+
     def test_lens_options(self):
         sharp = self.picture(*CAMERA, *SMALL)
         lens = ["--focal-disk", "1.8", "--focal-distance", "9"]

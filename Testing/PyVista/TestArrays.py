@@ -67,6 +67,15 @@ class TestRender(unittest.TestCase):
         of_bytes = self.picture(colors=self.stripes)
         self.assertLessEqual(np.abs(floats - of_bytes).max(), 1)
 
+    def test_photographs_are_not_lit_again(self):
+        photographs = np.abs(self.points)  # 20000 colors
+        np.testing.assert_array_equal(self.picture(colors=photographs),
+                                      self.picture(colors=photographs, lighting=False))
+        np.testing.assert_array_equal(self.picture(colors=self.stripes),
+                                      self.picture(colors=self.stripes, lighting=True))
+        lit = self.picture(colors=photographs, lighting=True).astype(int)
+        self.assertGreater(np.abs(lit - self.picture(colors=photographs)).max(), 20)
+
     def test_lens(self):
         sharp = self.picture(colors=self.stripes)
         near = self.picture(colors=self.stripes, lens=Lens(coc=60, focus=(0, 0, 1)))

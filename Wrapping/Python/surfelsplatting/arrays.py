@@ -16,6 +16,7 @@ from .clouds.reading import Cloud
 from .views.framing import complete_view
 from .problems import UserProblem
 from .lens import Lens, focus_on_point
+from .lighting import needs_light
 from .surfels import finite_triple, make_surfels, update
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
@@ -69,7 +70,7 @@ class Camera:
 def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: ArrayLike | None = None,
            camera: Camera | Sequence[Sequence[float]] | None = None,
            lens: Lens | float | None = None, size: tuple[int, int] = (800, 600),
-           background: Sequence[float] | None = BACKDROP, lighting: bool = True,
+           background: Sequence[float] | None = BACKDROP, lighting: bool | None = None,
            **estimation: Any) -> NDArray[np.uint8]:
     """Render points as a picture with depth of field.
 
@@ -101,8 +102,9 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     background : sequence[float], optional
         RGB from 0 to 1. With ``None`` the picture gets an alpha channel and has no background.
 
-    lighting : bool, default: True
-        Whether a light at the camera shades the points.
+    lighting : bool, optional
+        Whether a light at the camera shades the points. By default it shades all but those with
+        more than 256 different colors: these are photographs, which have light in them already.
 
     **estimation
         ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become
@@ -244,7 +246,7 @@ def _make_renderer(surfels, view, has_colors, lighting):
     actor = core.vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
-    actor.GetProperty().SetLighting(bool(lighting))
+    actor.GetProperty().SetLighting(needs_light(surfels) if lighting is None else bool(lighting))
     camera = core.vtkCamera()
     camera.SetPosition(view.position)
     camera.SetFocalPoint(view.focal_point)

@@ -50,6 +50,8 @@ def _of_gaussians(cloud, arguments):
         texts += _texts(arguments, ["--linear-light"],
                         f"on {arguments.cloud}, whose colours are harmonics; they are made to be "
                         "mixed as they are stored")
+        texts += _texts(arguments, ["--lit"],
+                        f"on {arguments.cloud}, whose colours are harmonics; they hold its light")
     return texts + _of_normals(arguments)
 
 
@@ -68,6 +70,8 @@ def _of_kind(cloud, arguments):
                         f"on {arguments.cloud}, which is no volume")
         if not getattr(arguments, "scalars", None):
             texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")
+    elif not getattr(arguments, "shade", None):
+        texts += _texts(arguments, ("--lit",), "without --shade")
     if not cloud.data.GetPointData().HasArray("GaussianOpacity"):
         texts += _texts(arguments, ("--capture-filter",),
                         f"on {arguments.cloud}, which is no capture of 3D Gaussian splatting")

@@ -88,8 +88,11 @@ def _add_color_options(parser):
     look.add_argument("--background", nargs=3, type=between(0, 1), metavar=("R", "G", "B"),
                       help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
                            "0.16 0.17 0.19, or black with --unlit)")
-    look.add_argument("--unlit", action="store_true",
-                      help="show the colours without lighting (default: a light at the camera)")
+    light = look.add_mutually_exclusive_group()
+    light.add_argument("--lit", action="store_true",
+                       help="put a light at the camera (default: for all but photographed colours, "
+                            "of which a cloud has more than 256: they have light in them already)")
+    light.add_argument("--unlit", action="store_true", help="show the colours as they are")
     look.add_argument("--linear-light", action="store_true",
                       help="convert colours from sRGB to linear light before they are mixed; "
                            "OUT.exr is linear light, OUT.png is sRGB (default: colours are mixed "

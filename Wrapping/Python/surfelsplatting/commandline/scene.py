@@ -3,6 +3,7 @@
 
 from ..backend import vtk
 from ..colormaps import color_by
+from ..lighting import needs_light
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from ..vtkSurfelVolumes import vtkVolumeSplatting
@@ -23,6 +24,12 @@ def _has_colors(surfels):
             and scalars.GetNumberOfComponents() in (3, 4))
 
 
+def _is_lit(surfels, arguments):
+    if arguments.lit or arguments.unlit:
+        return arguments.lit
+    return bool(arguments.scalars) or needs_light(surfels)
+
+
 def make_actor(surfels, arguments):
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)
@@ -33,7 +40,7 @@ def make_actor(surfels, arguments):
     actor = vtk("vtkRenderingCore").vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
-    actor.GetProperty().SetLighting(not arguments.unlit)
+    actor.GetProperty().SetLighting(_is_lit(surfels, arguments))
     if surfels.GetPointData().HasArray("GaussianNormal"):  # of a volume, by --shade
         vtkVolumeSplatting.CopyMaterial(
             vtk("vtkRenderingCore").vtkVolumeProperty(), actor.GetProperty())
