@@ -61,6 +61,20 @@ public:
     const std::uint64_t leaves = this->Leaves[tree];
     return (leaves >> level) + ((leaves & ((std::uint64_t{ 1 } << level) - 1)) != 0 ? 1 : 0);
   }
+  struct Range
+  {
+    std::uint64_t Begin, Count;
+  };
+  /// The ancestors, `levels` higher, of consecutive nodes of a level and a tree. There are such
+  /// levels.
+  Range Above(int level, const Range& nodes, int levels) const
+  {
+    const int tree = nodes.Begin < this->Begin(level, TwoSided) ? OneSided : TwoSided;
+    const std::uint64_t first = nodes.Begin - this->Begin(level, tree);
+    const std::uint64_t begin = first >> levels;
+    const std::uint64_t last = (first + nodes.Count - 1) >> levels;
+    return { this->Begin(level + levels, tree) + begin, last - begin + 1 };
+  }
   /// Level of a tree's root; -1 for an empty tree.
   int RootLevel(int tree) const
   {

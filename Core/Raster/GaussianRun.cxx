@@ -172,6 +172,23 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
     this->State, { s, nullptr, &lens }, inCells, own, { nullptr, nullptr, nullptr });
 }
 
+float GaussianRun::LargestThrough() const
+{
+  const int cells = TileSize / this->Cell + 1, blocks = (cells + BlockSize - 1) / BlockSize;
+  float largest = 0.0f;
+  for (int b = 0; b < blocks * blocks; ++b)
+  {
+    const int block = b / blocks * BlocksPerRow + b % blocks;
+    const float* now = this->State.Finished[block].Transmittance;
+    const float* before = this->Start.Before[block].Transmittance;
+    for (int l = 0; l < PixelsPerBlock; ++l)
+    {
+      largest = std::max(largest, before[l] > 0.0f ? now[l] / before[l] : 0.0f);
+    }
+  }
+  return largest;
+}
+
 void GaussianRun::End(const RasterTarget& target, PixelTile& tile)
 {
   target.AddRun(tile, this->State, this->Start, this->Cell, this->Doubts);

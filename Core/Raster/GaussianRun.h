@@ -46,6 +46,9 @@ public:
   /// Whether nothing behind it is seen.
   bool IsOpaque() const { return ~this->State.Opaque == 0; }
 
+  /// Largest part of what is in front of it that it lets through.
+  float LargestThrough() const;
+
   /// Composites the run into the tile.
   void End(const RasterTarget& target, PixelTile& tile);
 

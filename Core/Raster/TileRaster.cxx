@@ -155,16 +155,18 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   lazy.Announce(run, end);
+  const bool coarser = lazy.CoarserBelow() > 0.0f && this->LargestThrough() < lazy.CoarserBelow();
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
     this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
     if (run + 2 < end)
     {
-      lazy.Prefetch(run[2]);
+      lazy.Prefetch(lazy.Choose(run[2], coarser));
     }
-    const SplatList::Part& part = lazy.Get(*run);
-    const PixelBox& all = lazy.Box(*run++);
+    const LazySplats::Wanted wanted = lazy.Choose(*run++, coarser);
+    const SplatList::Part& part = lazy.Get(wanted);
+    const PixelBox& all = lazy.Box(wanted);
     if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
     {
       continue;
@@ -284,6 +286,18 @@ bool TileRaster::BecomesOpaque(float near)
     this->EndRun();
   }
   return this->IsOpaque(near);
+}
+
+/// Largest transmittance of the tile's pixels, as far as it is known: open layers let all through.
+float TileRaster::LargestThrough() const
+{
+  float largest = 0.0f;
+  for (const FinishedLayers& done : this->Tile.Finished)
+  {
+    largest =
+      std::max(largest, *std::max_element(done.Transmittance, done.Transmittance + PixelsPerBlock));
+  }
+  return this->Run.IsOpen() ? largest * this->Run.LargestThrough() : largest;
 }
 
 /// The background that shines through the last layers may have any colour.

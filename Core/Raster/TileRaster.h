@@ -64,6 +64,7 @@ private:
   unsigned int BehindProps(int block, float near) const;
   bool IsOpaque(float near) const;
   bool BecomesOpaque(float near);
+  float LargestThrough() const;
   float LargestDoubt() const;
   void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();

@@ -7,6 +7,9 @@
  * begin in front of the next run are complete and can be drawn. Once all of a tile is opaque, the
  * rest of its runs is skipped, and a run that no tile needs is never set up. A run is set up once,
  * by the first tile that needs it; its splats do not depend on which tile this is.
+ *
+ * Little shines through a capture in front of its far side, but not nothing. A tile that lets less
+ * than CoarserBelow() through can ask for a run's ancestors instead, an eighth as many.
  */
 #pragma once
 
@@ -37,6 +40,9 @@ public:
 
   bool IsEmpty() const { return this->Runs.empty(); }
 
+  /// The transmittance below which coarser runs are good enough; 0: there are none.
+  float CoarserBelow() const { return this->LargestThrough; }
+
   /// Runs that can reach a tile, by ascending near depth.
   const std::uint32_t* Begin(std::size_t tile) const
   {
@@ -49,17 +55,29 @@ public:
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
   float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
 
+  /// A run's nodes, or their ancestors.
+  struct Wanted
+  {
+    std::uint32_t Run;
+    bool Coarser;
+  };
+  /// Coarser, if there are such nodes.
+  Wanted Choose(std::uint32_t run, bool coarser) const
+  {
+    return { run, coarser && this->Runs[run].HasCoarser };
+  }
+
   /// Prefetches the surfels of a run that will be needed soon, or what sorts its splats.
-  void Prefetch(std::uint32_t run) const;
+  void Prefetch(const Wanted& wanted) const;
 
   /// Lets surfels that are in a file be read in the background: those of the next runs of a tile.
   void Announce(const std::uint32_t* run, const std::uint32_t* end) const;
 
   /// A run's splats, as indices into Splats(). Makes them if necessary. Any thread may call it.
-  const SplatList::Part& Get(std::uint32_t run);
+  const SplatList::Part& Get(const Wanted& wanted);
 
   /// Contains the boxes of a run's splats; after Get.
-  const PixelBox& Box(std::uint32_t run) const { return this->Runs[run].Box; }
+  const PixelBox& Box(const Wanted& wanted) const { return this->At(wanted).Box; }
 
   const SplatList& Splats() const { return this->List; }
 
@@ -74,31 +92,49 @@ public:
   Counts Count() const;
 
 private:
-  enum State : unsigned char
+  enum Progress : unsigned char
   {
     NotStarted,
     InProgress,
     Ready
   };
 
-  struct Run
+  /// What is made of a run.
+  struct Made
   {
-    const SplatMaker* Maker;
-    CutRange Chosen;
     SplatList::Part Part{};
     PixelBox Box{ 0, 0, 0, 0 }; ///< of the part's splats
     float Seconds = 0;
   };
 
+  struct Run
+  {
+    const SplatMaker* Maker;
+    CutRange Chosen;
+    bool HasCoarser;
+    Made Own{};
+  };
+
   void SortRuns();
-  void Make(Run& run);
+  CutRange Range(const Wanted& wanted) const;
+  const Made& At(const Wanted& wanted) const
+  {
+    return wanted.Coarser ? this->Coarser[wanted.Run] : this->Runs[wanted.Run].Own;
+  }
+  std::atomic<unsigned char>& State(const Wanted& wanted) const
+  {
+    return this->States[wanted.Run + (wanted.Coarser ? this->Runs.size() : 0)];
+  }
+  void Make(const Wanted& wanted, Made& made);
   PixelBox Union(const SplatList::Part& part) const;
 
   SplatContext Context;
   std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
   bool HasGuards = false;                          // some clouds are in files
   std::size_t NumberOfClouds = 0;
+  float LargestThrough = 0.0f;
   std::vector<Run> Runs;
+  std::vector<Made> Coarser;        // of each run, if some clouds have coarser ones
   std::vector<std::uint64_t> Order; // near depth above, index of the run below
   KeySorter Sorter;
   std::unique_ptr<std::atomic<unsigned char>[]> States;

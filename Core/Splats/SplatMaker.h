@@ -52,6 +52,8 @@ public:
     this->Make(run, 0, run.Count, output);
   }
 
+  const SurfelCloud& Cloud() const { return this->Job.Cloud; }
+
 private:
   void PrefetchNodes(std::size_t begin, std::size_t count) const;
   /// Calls function(begin, bytes) for the memory that surfels [skip, skip + count) of a run need.

@@ -186,6 +186,58 @@ TEST_CASE("Hidden ones")
   }
 }
 
+/// Overlapping Gaussians that face the camera, some px apart, grey or of many colours.
+TestCloud MakeSheet(double z, float opacity, bool isGrey)
+{
+  constexpr int side = 120;
+  const double step = 1.5 * z / side, sigma = 0.8 * step;
+  Random random(6);
+  TestCloud cloud;
+  cloud.Kind = CloudKind::Capture;
+  for (int i = 0; i < side * side; ++i)
+  {
+    TestGaussian g;
+    g.Position = { (i % side + 0.5) * step - 0.75 * z, (i / side + 0.5) * step - 0.75 * z, z };
+    g.Covariance = { sigma * sigma, sigma * sigma, 1e-6, 0, 0, 0 };
+    g.Density = opacity;
+    const float color = isGrey ? 0.2f : static_cast<float>(random());
+    g.Color = { color, color, color, 1.0f };
+    cloud.Add(g);
+  }
+  return cloud;
+}
+
+/// What little shines through a curtain is drawn coarsely, and looks the same.
+TEST_CASE("Behind a curtain")
+{
+  const TestHierarchy curtain(MakeSheet(1.5, 0.72f, true)), wall(MakeSheet(3.0, 0.9f, false));
+  for (const double radius : { 0.0, 0.01 })
+  {
+    SplatContext context = ContextOf(radius);
+    const auto render = [&](bool skip) {
+      context.SkipHidden = skip;
+      Splatter splatter;
+      Picture picture(Width, Height);
+      splatter.Render(context, { curtain.Get(), wall.Get() }, SerialExecutor(), picture.Get());
+      return std::pair(std::move(picture), splatter.Statistics().Splats);
+    };
+    const auto [all, allSplats] = render(false);
+    const auto [some, fewer] = render(true);
+    const double difference = LargestDifference(all, some);
+    std::printf("curtain: %.0f splats instead of %.0f, pixels off by %.5f at most\n", 1.0 * fewer,
+      1.0 * allSplats, difference);
+    CHECK(fewer < 0.6 * allSplats);
+    CHECK(difference > 1.0 / 512.0);
+    CHECK(difference < 0.04); // of what shines through
+    CHECK(MeanSquareDifference(all, some) < 0.8 / 255.0 * 0.8 / 255.0);
+    context.Cut.Error = 0.1; // asks for more than the curtain hides
+    CHECK(LargestDifference(render(false).first, render(true).first) <= 1.0 / 512.0);
+    context.Cut = CutSettings();
+    context.Cut.Rule = CutRule::Leaves;
+    CHECK(LargestDifference(render(false).first, render(true).first) <= 1.0 / 512.0);
+  }
+}
+
 /// Cells of the lens come closer to the pinholes.
 TEST_CASE("Cells of the lens")
 {

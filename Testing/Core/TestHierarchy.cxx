@@ -28,6 +28,15 @@ TEST_CASE("Layout")
   CHECK(HierarchyLayout(1, 0).NumberOfLevels() == 1);
   CHECK(HierarchyLayout(0, 3).NumberOfNodes() == 3 + 2 + 1);
   const HierarchyLayout layout(5, 2);
+  // Leaves 1 to 4 of the first tree lie below its nodes 0 to 2 of level 1; both of the second one
+  // below its only node.
+  CHECK(layout.Above(0, { 1, 4 }, 1).Begin == layout.Begin(1, HierarchyLayout::OneSided));
+  CHECK(layout.Above(0, { 1, 4 }, 1).Count == 3);
+  CHECK(layout.Above(0, { 1, 4 }, 0).Begin == 1);
+  CHECK(layout.Above(0, { 5, 2 }, 1).Begin == layout.Begin(1, HierarchyLayout::TwoSided));
+  CHECK(layout.Above(0, { 5, 2 }, 2).Count == 1);
+  CHECK(layout.Above(1, { layout.Begin(1, HierarchyLayout::OneSided) + 2, 1 }, 1).Begin ==
+    layout.Begin(2, HierarchyLayout::OneSided) + 1);
   CHECK(layout.NumberOfLevels() == 4);
   CHECK(layout.NumberOfLeaves() == 7);
   CHECK(layout.Count(1, 0) == 3);
