@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/HierarchyBuilder.h"
 
+#include "Core/Hierarchy/CaptureOverlap.h"
 #include "Core/Hierarchy/NodeRecursion.h"
 #include "Core/Surfels/NodeMoments.h"
 #include "Core/Surfels/NodePacking.h"
@@ -53,7 +54,8 @@ public:
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
-    m.Overlap = this->Tree.OverlapOf(i);
+    m.Overlap =
+      this->IsCapture() ? OverlapOfLeaf(this->Tree, this->Layout, i) : this->Tree.OverlapOf(i);
     return m;
   }
 
@@ -200,6 +202,10 @@ void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const E
   HierarchyNode* nodes)
 {
   ForNodesUpwards(layout, executor, NodeFiller(leaves, layout, nodes));
+  if (leaves.Kind == CloudKind::Capture)
+  {
+    KeepSurfaces(layout, executor, nodes);
+  }
 }
 
 std::vector<float> MakeLeafCovariances(

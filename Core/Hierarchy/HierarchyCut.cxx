@@ -12,14 +12,10 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Largest standard deviation of a node at an error of 1, as a share of the lens blur's. Against all
-/// surfels it loses less than 0.25 dB on ray-traced scenes up to 12 px of blur, from thin tubes to
-/// textured planes, and up to 1.1 dB at 36 px.
+/// Largest standard deviation of a node at an error of 1, as a share of the lens blur's. Against
+/// all surfels it loses less than 0.25 dB on ray-traced scenes up to 12 px of blur, from thin tubes
+/// to textured planes, and up to 1.1 dB at 36 px.
 constexpr double LensShareOfOne = 0.42;
-/// The same of captures, whose Gaussians overlap: against all leaves 0.7 dB less at most, and up to
-/// 1.8 dB more where blur is wide, since leaves leave gaps there. With 0.55, close views lose
-/// another 0.5 to 1 dB. Of volumes, 0.55 costs thin shells 1.3 dB.
-constexpr double LensShareOfCaptures = 0.5;
 /// Of captures' nodes, only the variance by the places of the leaves counts where the lens blurs:
 /// leaves that overlap are no finer than their node. Half of the leaves' own counts where the lens
 /// has this many times the variance of the pixel filter; all of it in focus, for their colours.
@@ -113,8 +109,7 @@ public:
     , Settings(settings)
     // A node is off by the cube of its size over the blur of a cell, which is that of the lens over
     // sqrt(K). The errors of K cells are averaged: K^(1/6).
-    , LensShare((cloud.Kind == CloudKind::Capture ? LensShareOfCaptures : LensShareOfOne) *
-        std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
+    , LensShare(LensShareOfOne * std::pow(static_cast<double>(settings.Cells), 1.0 / 6.0))
     , LocalToCamera(Affine3::Compose(Camera.WorldToCamera, cloud.LocalToWorld))
     , AreaToCamera(LocalToCamera.AreaMatrix())
     , FocalLength(std::fmax(std::abs(Camera.Fx), std::abs(Camera.Fy)))

@@ -154,7 +154,7 @@ SURFELSPLATTING_INLINE void GatherNodes(
   const Real sides = 0.5 * c.HighShort(3);
   const Real overlap = WidenInt<Real>(ConvertLanes<IntOf<Real>>(sides));
   s.TwoSided = sides != overlap;
-  s.Overlap = cloud.Overlaps ? (1.0 / PackedOverlap) * overlap : Real{};
+  s.Overlap = (1.0 / PackedOverlap) * overlap;
   const Real unit = a.Float(3) * (1.0 / PackedOne);
   // The rows of L in S = L L'.
   const Real x[6] = { unit * b.LowShort(0), unit * b.HighShort(0), unit * b.LowShort(1),

@@ -9,7 +9,8 @@
  *   volumes:  M f^2 |p| / z^3 / (2 pi sqrt(det W)), M the mass (GaussianMass.h)
  *
  * Where that is an optical depth, the lens keeps the opacity instead (KeepOpacity); of volumes,
- * half of each.
+ * half of each. Of nodes of captures, it leaves out what their Gaussians cover of one another
+ * (CaptureOverlap.h).
  */
 #pragma once
 
@@ -28,6 +29,7 @@ SURFELSPLATTING_INLINE void GatherGaussians(
   s.Position = GatherPosition(cloud, index);
   s.Covariance = GatherCovariances<Real>([&](int l) { return cloud.Covariances + 6 * index[l]; });
   s.Area = { Real{}, Real{}, Real{} };
+  s.Overlap = Real{};
   const Real density = Gather(cloud.Densities, index, 1);
   if (cloud.Kind == CloudKind::Volume)
   {
@@ -62,6 +64,7 @@ SURFELSPLATTING_INLINE void MergeGaussians(
   const Real t = Uniform<Real>(ShareOfChildren(index)), rest = Uniform<Real>(1.0 - index.Merging);
   s.Position = Mixed(parent.Position, s.Position, t);
   s.Area.X = Mixed(parent.Area.X, s.Area.X, rest);
+  s.Overlap = Mixed(parent.Overlap, s.Overlap, rest);
   const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
   s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
     Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
@@ -91,6 +94,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   s.Patch = Larger(Smaller(stored.Area.X / MeanKernelArea(stored.Covariance), Uniform<Real>(1.0)),
     Uniform<Real>(LeastLeafScale));
   s.BackSide = MaskOf<Real>{};
+  s.Overlap = stored.Overlap;
   s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, MaskOf<Real>{} };
   s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
   s.Covariance = ToCamera(job.Linear, stored.Covariance);
@@ -253,9 +257,11 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
     kernel.HalfHeight += cell > 1.0 ? cell : Real{};
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
-    const Real spread = inFocus * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
+    // Without what its Gaussians cover of one another, by the lens's share of the footprint.
+    const Real depth = inFocus * (1.0 - s.Overlap * (1.0 - fainter));
+    const Real spread = depth * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     const double kept = volume ? KeptByVolumes : Absorbs(job, index);
-    const Real weight = beyond * (spread + kept * (KeepOpacity(inFocus, spread) - spread));
+    const Real weight = beyond * (spread + kept * (KeepOpacity(depth, spread) - spread));
     s.Invalid |= s.Alive & (weight != weight);
     s.Alive &= weight >= MinSplatWeight;
     const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };

@@ -32,7 +32,8 @@ struct HierarchyNode
   float Area;             ///< sum of the leaves' areas, world units squared
   float Bound;            ///< radius of a sphere about p that contains the leaves' centres
   std::int16_t Cone;      ///< cosine of a cone about A that contains the leaves' normals, unit 1
-  std::uint16_t Sides;    ///< bit 0: two-sided; the others: the overlap times PackedOverlap
+  std::uint16_t Sides;    ///< bit 0: two-sided; the others: the overlap (SurfelCloud::OverlapOf)
+                          ///< times PackedOverlap
 };
 static_assert(sizeof(HierarchyNode) == 48, "as Documentation/DataContract.md says");
 

@@ -90,9 +90,8 @@ HierarchyNode PackNode(const NodeMoments& moments, bool twoSided)
     node.Normal[i] = Pack(moments.AreaVector[i], perArea);
   }
   node.Opacity = PackShare(moments.Opacity);
-  const auto overlap =
-    static_cast<unsigned int>(std::lround(Clamp(moments.Overlap, 0.0, 1.0) * PackedOverlap));
-  node.Sides = static_cast<std::uint16_t>(overlap << 1 | (twoSided ? 1u : 0u));
+  node.Sides = twoSided ? 1 : 0;
+  SetOverlap(moments.Overlap, node);
   return node;
 }
 
@@ -126,6 +125,13 @@ bool IsTwoSided(const HierarchyNode& node)
 double OverlapOf(const HierarchyNode& node)
 {
   return static_cast<double>(node.Sides >> 1) / PackedOverlap;
+}
+
+void SetOverlap(double overlap, HierarchyNode& node)
+{
+  const auto packed =
+    static_cast<unsigned int>(std::lround(Clamp(overlap, 0.0, 1.0) * PackedOverlap));
+  node.Sides = static_cast<std::uint16_t>(packed << 1 | (node.Sides & 1u));
 }
 
 Vector3 AreaVectorOf(const HierarchyNode& node)

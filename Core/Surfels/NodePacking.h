@@ -25,6 +25,8 @@ double OpacityOf(const HierarchyNode& node);
 double ConeOf(const HierarchyNode& node); ///< its cosine
 bool IsTwoSided(const HierarchyNode& node);
 double OverlapOf(const HierarchyNode& node);
+/// @param overlap [0, 1]
+void SetOverlap(double overlap, HierarchyNode& node);
 
 /// A node's colour, unpacked.
 struct ColorMoments

@@ -145,12 +145,12 @@ struct SurfelCloud
 
   /// o = s / (1 + s), s the sum of the kernels that other sheets, close in front or behind, have at
   /// the surfel: 1/2 for two sheets. This share of its weight is left out where the lens blurs them
-  /// into one layer (SetupFootprint.h).
+  /// into one layer (SetupFootprint.h). Of captures' nodes, see CaptureOverlap.h.
   double OverlapOf(std::size_t i) const
   {
-    return !this->Overlaps ? 0.0
-      : this->IsNode(i)    ? SurfelSplatting::OverlapOf(this->Node(i))
-                           : this->Overlaps[i] / 255.0;
+    return this->IsNode(i) ? SurfelSplatting::OverlapOf(this->Node(i))
+      : this->Overlaps     ? this->Overlaps[i] / 255.0
+                           : 0.0;
   }
 
   /// Opacity of the surfel itself, without that of its colour and of the cloud.
