@@ -63,15 +63,22 @@ class TestCameras(ToolCase):
         return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))
 
     def test_spellings(self):
-        """Sizes as one word, choices in capitals; files may have such names."""
-        for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"]):
+        """Numbers as one word, choices in capitals; files may have such names."""
+        for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"],
+                     ["--size", "320,200"], ["--size=320 200"], ["--size", "320 × 200"]):
             arguments = parse_arguments(["render", "640x480", *size, "--view", "Top", "--up", "-Z",
                                          "-o", "5x5.png"])
             self.assertEqual(arguments.size, [320, 200])
             self.assertEqual((arguments.view, arguments.up), ("top", "-z"))
             self.assertEqual((arguments.cloud, arguments.output), ("640x480", "5x5.png"))
-        with self.assertRaisesRegex(UserProblem, "--size"):
-            parse_arguments(["render", "scan.ply", "--size", "320xx200", "-o", "a.png"])
+        view = self.asked("--focus-pixel", "140,100", "--position", "-1.5,+2,-3e-1",
+                          "--focal-point=0, .5, 1.")
+        self.assertEqual((view.wishes.focus_pixel, view.position, view.focal_point),
+                         ((140, 100), (-1.5, 2, -0.3), (0, 0.5, 1)))
+        for wrong in (["--size", "320xx200"], ["--size", "320,200,1"], ["--size", "320,2.5"],
+                      ["--focus-pixel", "140"]):
+            with self.assertRaisesRegex(UserProblem, wrong[0]):
+                parse_arguments(["render", "scan.ply", *wrong, "-o", "a.png"])
 
     def test_file_of_views(self):
         self.write({"points": 3, "views": [VIEW, dict(VIEW, name="two", viewAngle=40)]})
