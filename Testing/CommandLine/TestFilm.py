@@ -240,14 +240,23 @@ class TestFilm(FilmCase):
         self.assertEqual(said, f"surfelsplat: interrupted; {len(done)} of 100 pictures are in out; "
                                "the same command with --resume makes the others\n")
 
-    def test_resumes_only_the_same_film(self):
+    def test_another_film_is_kept(self):
+        """With --resume and without it; the same film may be made once more."""
         self.film("--frames", "2", "-o", "out")
-        self.refuse("another film: circle_of_confusion differs", "--frames", "2", "-o", "out",
-                    "--circle-of-confusion", "9", "--resume")
-        self.refuse("frames differs", "--frames", "3", "-o", "out", "--resume")
+        made = self.contents("out")
+        for resume in ([], ["--resume"]):
+            self.refuse("out holds another film: circle_of_confusion differs; remove it, or give "
+                        "another OUT", "--frames", "2", "-o", "out", "--circle-of-confusion", "9",
+                        *resume)
+            self.refuse("frames differs", "--frames", "3", "-o", "out", *resume)
+            self.assertEqual(self.contents("out"), made)
+            self.film("--frames", "2", "-o", "out", *resume)
+            self.assertEqual(self.contents("out"), made)
         os.utime("ball.ply", (1, 1))
         self.refuse("files differs", "--frames", "2", "-o", "out", "--resume")
-        self.film("--frames", "1", "-o", "out")  # a new film takes the place of the old one
+        for name in ("0000.png", "0001.png"):
+            os.remove(f"out/{name}")
+        self.film("--frames", "1", "-o", "out")  # nothing is lost
         self.assertEqual(sorted(os.listdir("out")), ["0000.png", "film.json"])
 
     def test_folders(self):
