@@ -177,6 +177,13 @@ class TestFilm(FilmCase):
         for words in (("-o", "default"), ("-o", "turn", "--turn", "40")):
             result = self.run_tool("film", "depth.pcd", *SMALL, "--frames", "3", *words)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.render("depth.pcd", *SMALL, "-o", "one.png", "--hierarchy", "depth.surfels")
+        result = self.run_tool("film", "depth.surfels", *SMALL, "--frames", "3", "-o", "kept")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        np.testing.assert_array_equal(self.read_png("kept/0001.png"),
+                                      self.read_png("default/0001.png"))
+        # The first frame is what the sensor saw.
+        np.testing.assert_array_equal(self.read_png("default/0000.png"), self.read_png("one.png"))
         for name, picture in self.contents("turn").items():
             if name.endswith(".png"):
                 self.assertEqual(picture, self.contents("default")[name])

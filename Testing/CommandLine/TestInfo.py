@@ -42,7 +42,8 @@ class TestInfo(ToolCase):
         self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
         text = self.text("ball.ply")
         self.assertIn("3003 points", text)
-        self.assertIn("1 stray points, 1 duplicates, 1 without finite coordinates", text)
+        self.assertIn("1 stray points, 1 duplicates (at the place of another point), 1 without finite "
+                      "coordinates", text)
         self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
 
     def test_noise(self):

@@ -11,8 +11,9 @@ from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import turn
 from ..views.focus import ends_of, settle_focus, sharp_depths
-from ..views.framing import axis_of, complete_view
+from ..views.framing import axis_of, complete_view, is_from_sensor
 from ..views.paths import check_views, focus_pull, through, turntable
+from ..views.sensor import sensor_of
 from ..views.vtkcamera import make_camera, set_lens
 from .effects import without_effect
 from .frames import Frames
@@ -89,10 +90,11 @@ def _pull(view, renderer, arguments):
 def _turn(asked, view, cloud, surfels, arguments):
     """-> the views of a turntable"""
     # A depth image looks like nothing from behind.
-    default = 40.0 if cloud.columns else 360.0
+    sensor = sensor_of(cloud, surfels)
+    default = 40.0 if sensor or cloud.columns else 360.0
     degrees = default if arguments.turn is None else arguments.turn
     axis = axis_of(asked, cloud, surfels)
-    if asked.position or asked.focal_point:
+    if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
         return turntable(view, view.focal_point, axis, arguments.frames, degrees)
     # complete_view has focused on what is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)

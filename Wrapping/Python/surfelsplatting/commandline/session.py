@@ -9,7 +9,7 @@ from dataclasses import replace
 from ..backend import vtk
 from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
-from ..views.framing import keep_sensor
+from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
