@@ -76,6 +76,14 @@ class TestInfo(ToolCase):
         report = self.report("depth.pcd")
         self.assertEqual((report["sensor"], report["depth_image"]), ([0, 0, 0], [80, 60]))
         self.assertIn("a depth image of 80 x 60 pixels", self.text("depth.pcd"))
+        # What is up is what it is for a picture, not what the wall's shape would say.
+        self.assertRegex(self.text("depth.pcd"), r"\nup +0 -1 0\n")
+        self.render("depth.pcd", *SMALL, "-o", "out.png", "--save-camera", "view.json",
+                    "--hierarchy", "depth.surfels")
+        with open("view.json") as file:
+            up = json.load(file)["viewUp"]
+        for cloud in ("depth.pcd", "depth.surfels"):
+            np.testing.assert_allclose(self.report(cloud)["up"], up, atol=1e-12)
 
     def test_surfels_and_hierarchy(self):
         write_ply("ball.ply", *sphere(1000))

@@ -10,7 +10,8 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
-from ..views.framing import Samples, is_open, up_axis
+from ..views.cameras import View
+from ..views.framing import Samples, axis_of, is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
 from .volume import classify
@@ -88,12 +89,15 @@ def _clean(cloud, session):
     return Cloud(cleaned, cloud.viewpoint), found
 
 
-def _surface(cloud, session):
-    """What the surfels say: spacing, up, the part that is visible from both sides."""
-    surfels = session.surfels(cloud)
+def _surface(cleaned, cloud, session):
+    """What the surfels say: spacing, up, the part that is visible from both sides.
+
+    cleaned: the Cloud without stray points. cloud: the same as it is in the file.
+    """
+    surfels = session.surfels(cleaned)
     samples = Samples(surfels)
     return {"bounds_without_stray": _bounds(samples.points), "spacing": samples.spacing,
-            "up": [float(x) for x in up_axis(samples)],
+            "up": [float(x) for x in axis_of(View(), cloud, surfels)],
             "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
 
 
@@ -177,9 +181,9 @@ def _report(cloud, session):
         report.update(_gaussians(cloud))
     elif kind == "points":
         cleaned, report["points_found"] = _clean(cloud, session)
-        report.update(_surface(cleaned, session))
+        report.update(_surface(cleaned, cloud, session))
     else:
-        report.update(_surface(cloud, session))
+        report.update(_surface(cloud, cloud, session))
     report["suggestions"] = _suggestions(report, cloud)
     return report
 
@@ -274,7 +278,7 @@ def _lines(report):
     if "size" in report:
         yield from _gaussian_lines(report)
     if "up" in report:
-        yield "up", " ".join(f"{x:g}" for x in report["up"])
+        yield "up", " ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
