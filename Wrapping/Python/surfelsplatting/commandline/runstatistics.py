@@ -20,7 +20,8 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
-        self._cleaned = {"duplicate": 0, "stray": 0, "joined": 0, "moved": 0, "recolored": 0}
+        self._cleaned = dict.fromkeys(
+            ("duplicate", "stray", "twin", "joined", "moved", "recolored", "thick"), 0)
 
     @contextmanager
     def stage(self, name):
@@ -39,9 +40,11 @@ class RunStatistics:
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
         self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
                          "stray": cleaning.GetNumberOfStrayPoints(),
+                         "twin": cleaning.GetNumberOfTwinPoints(),
                          "joined": cleaning.GetNumberOfJoinedPoints(),
                          "moved": cleaning.GetNumberOfMovedPoints(),
-                         "recolored": cleaning.GetNumberOfRecoloredPoints()}
+                         "recolored": cleaning.GetNumberOfRecoloredPoints(),
+                         "thick": cleaning.GetNumberOfThickPoints()}
 
     def note_estimation(self, estimation):
         self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
