@@ -171,6 +171,7 @@ def _make_pictures(asked, frames, arguments, session):
         cloud = session.read()
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
+        session.hint_at_keeping("surfelsplat render ")
         renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud

@@ -75,6 +75,11 @@ class RunStatistics:
         return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
                 for name in names}
 
+    def seconds_to_hierarchy(self):
+        """From points to the hierarchy; 0 if the file held surfels already."""
+        stages = ("surfels", "hierarchy") if "surfels" in self._milliseconds else ()
+        return sum(self._milliseconds.get(stage, 0.0) for stage in stages) / 1000
+
     def is_empty(self):
         return self._counts["splats"] == 0
 

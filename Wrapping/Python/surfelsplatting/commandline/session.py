@@ -19,6 +19,8 @@ from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
+LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
+
 
 class Session:
     """One run of a command: its messages, progress and statistics.
@@ -56,6 +58,16 @@ class Session:
         self.progress.clear()
         for text in texts:
             print("surfelsplat: warning: " + text, file=sys.stderr)
+
+    def hint_at_keeping(self, command=""):
+        """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
+        options = self.arguments
+        seconds = self.run.seconds_to_hierarchy()
+        is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
+        if seconds > LONG and not is_kept and not options.no_lod:
+            name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
+            self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
+                      f"and {name} is drawn at once")
 
     @contextmanager
     def progress_shown(self):
