@@ -200,6 +200,26 @@ class TestFilm(FilmCase):
         self.render("ball.ply", *SMALL, *camera, "-o", "one.png")
         np.testing.assert_array_equal(self.read_png("out/0000.png"), self.read_png("one.png"))
 
+    def test_turn_stays_in_focus(self):
+        """An egg with stripes, whose tip comes nearer than its side: the middle is always sharp, also
+        with a camera of the user's, unless the user says what is."""
+        points, _ = sphere(20000)
+        stripes = np.where(np.sin(16 * points[:, 2:]) > 0, 255, 0) * np.ones((1, 3))
+        write_ply("ball.ply", points * [2.5, 1, 1], stripes.astype(np.uint8))
+        placed = ["--position", "0,-8,0", "--view-up", "0,0,1"]
+
+        def contrasts(*words):
+            self.film(*words, "--frames", "4", "--size", "160x120", "--unlit", "-o", "out")
+            found = [self.read_png(f"out/{k:04}.png")[50:70, 70:90].std() for k in range(4)]
+            shutil.rmtree("out")
+            return np.array(found)
+
+        for words in ([], placed):
+            shares = contrasts(*words, "--circle-of-confusion", "40") / contrasts(*words)
+            self.assertGreater(shares.min(), 0.9, words)
+        fixed = contrasts(*placed, "--circle-of-confusion", "40", "--focal-distance", "7")
+        self.assertGreater(fixed[0], 3 * fixed[1])
+
     def test_focus_pull(self):
         self.film("--focus-pull", "--frames", "3", "-o", "out")  # with a lens of its own
         self.film("--focus-pull", "1", "9", "--focal-disk", "0.4", "--frames", "3", "-o", "two")

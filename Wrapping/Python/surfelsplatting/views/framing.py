@@ -20,6 +20,7 @@ FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
+FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
 LOWEST = 0.05  # the part of the height in which the ground is looked for
 GROUND = 0.03  # part of the area above which level area there is a ground
@@ -269,7 +270,7 @@ def surface_in_the_middle(samples, position, focal_point, view):
     window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
     facing = samples.two_sided | (samples.areas @ forward < 0)
     in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
-    return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
+    return float(np.percentile(in_the_middle, FRONT)) if len(in_the_middle) else 0.0
 
 
 def _aim(view, sensor, samples):
