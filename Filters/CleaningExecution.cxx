@@ -127,8 +127,10 @@ CleaningCounts CleaningExecution::Count(vtkPointSet* input) const
   CleaningCounts counts;
   counts.NonFinite = this->NonFinite;
   counts.Stray = count(this->Strayed);
-  counts.Duplicate =
-    static_cast<vtkIdType>(this->Kept.size()) - this->NonFinite - count(this->Kept) - counts.Stray;
+  counts.Twin = count(this->Twins);
+  counts.Thick = this->Thick;
+  counts.Duplicate = static_cast<vtkIdType>(this->Kept.size()) - this->NonFinite -
+    count(this->Kept) - counts.Stray - counts.Twin;
   for (size_t i = 0; i < this->Shifts.size(); ++i)
   {
     const bool isMoved = this->Kept[i] && SingleDot(this->Shifts[i], this->Shifts[i]) > 0.0f;
@@ -150,6 +152,7 @@ void CleaningExecution::Begin(vtkPointSet* input)
 {
   this->Kept.assign(input->GetNumberOfPoints(), 0);
   this->Strayed.assign(input->GetNumberOfPoints(), 0);
+  this->Twins.assign(input->GetNumberOfPoints(), 0);
 }
 
 void CleaningExecution::Gather(vtkPointSet* input)
@@ -248,6 +251,7 @@ bool CleaningExecution::JoinScans(const CleaningProblem& problem, vtkPointSet* i
   for (int i = 0; i < cloud.Size(); ++i)
   {
     this->Kept[cloud.InputIds[i]] &= twins[i] ? 0 : 1;
+    this->Twins[cloud.InputIds[i]] = twins[i] ? 1 : 0;
   }
   this->Drop(twins, sharing);
   return true;
@@ -256,6 +260,7 @@ bool CleaningExecution::JoinScans(const CleaningProblem& problem, vtkPointSet* i
 void CleaningExecution::Keep(const SmoothPoints& smooth)
 {
   const RawVector<int>& ids = this->Searched.Cloud.InputIds;
+  this->Thick = smooth.Thick;
   this->Shifts.resize(smooth.Shifts.empty() ? this->Shifts.size() : this->Kept.size());
   for (size_t i = 0; i < smooth.Shifts.size(); ++i)
   {

@@ -43,7 +43,8 @@ struct CleaningSettings
 
 struct CleaningCounts
 {
-  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Joined = 0, Moved = 0, Recolored = 0;
+  vtkIdType NonFinite = 0, Duplicate = 0, Stray = 0, Twin = 0, Joined = 0, Moved = 0, Recolored = 0,
+            Thick = 0;
 };
 
 /// Which points of the input are kept, which are stray, and where they move.
@@ -73,10 +74,10 @@ public:
 
   CleaningCounts Count(vtkPointSet* input) const;
 
-  std::vector<char> Kept, Strayed; // [input points] 1: yes
+  std::vector<char> Kept, Strayed, Twins; // [input points] 1: yes
 
 private:
-  static constexpr int ResultComponents = 4; // whether it is kept, shift; then the colour, if known
+  static constexpr int ResultComponents = 4; // what becomes of it, shift; then the colour, if known
 
   /// The points of `input`, each at its shift, world units.
   static vtkSmartPointer<vtkPoints> Shifted(vtkPointSet* input, const std::vector<Float3>& shifts);
@@ -117,7 +118,7 @@ private:
   SearchedCloud Searched;
   std::vector<Float3> Shifts; // [input points] or empty, world units
   CloudColors Colors;         // [3 input points] or empty: as they are
-  vtkIdType NonFinite = 0;
+  vtkIdType NonFinite = 0, Thick = 0;
   vtkIdType Second = VTK_ID_MAX; // first id of a second scan that has moved
 };
 }

@@ -15,6 +15,12 @@
 
 namespace SurfelGeometry
 {
+namespace
+{
+/// What becomes of a point, as a value of the results.
+constexpr float IsKept = 1.0f, IsStray = 0.0f, IsTwin = -1.0f;
+}
+
 bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* input)
 {
   this->Begin(input);
@@ -44,6 +50,7 @@ bool CleaningExecution::RunTogether(SurfelSplatting::Ranks& ranks, vtkPointSet* 
     return false;
   }
   this->NonFinite = cloud.NumberOfNonFinitePoints();
+  this->Thick = own.Thick;
   this->Second = own.Second == VTK_ID_MAX ? own.Second : own.Second - cloud.FirstId();
   const bool areColored = ranks.Any(!own.Colors.empty());
   this->Take(cloud.Return(own.Results(cloud, areColored)), areColored, colors != nullptr);
@@ -86,12 +93,12 @@ PartitionedCloud::Results CleaningExecution::Results(
   for (size_t i = 0; i < this->Kept.size(); ++i)
   {
     const auto id = static_cast<vtkIdType>(i);
-    if ((this->Kept[i] || this->Strayed[i]) && cloud.IsInRegion(id))
+    if ((this->Kept[i] || this->Strayed[i] || this->Twins[i]) && cloud.IsInRegion(id))
     {
       const Float3 shift = this->Shifts.empty() ? Float3() : this->Shifts[i];
+      const float fate = this->Kept[i] ? IsKept : this->Strayed[i] ? IsStray : IsTwin;
       results.Points.push_back(id);
-      results.Values.insert(
-        results.Values.end(), { this->Kept[i] ? 1.0f : 0.0f, shift.X, shift.Y, shift.Z });
+      results.Values.insert(results.Values.end(), { fate, shift.X, shift.Y, shift.Z });
       if (areColored)
       {
         const auto color = this->Colors.begin() + static_cast<std::ptrdiff_t>(ColorComponents * i);
@@ -115,7 +122,10 @@ void CleaningExecution::Take(
     {
       continue;
     }
-    (values[0] > 0.0f ? this->Kept : this->Strayed)[i] = 1;
+    auto& same = values[0] == IsKept ? this->Kept
+      : values[0] == IsStray         ? this->Strayed
+                                     : this->Twins;
+    same[i] = 1;
     const Vector3 shift = Load(values + 1);
     if (Dot(shift, shift) > 0.0)
     {

@@ -154,9 +154,11 @@ void vtkPointCloudCleaning::Take(const CleaningCounts& counts)
   this->NumberOfNonFinitePoints = counts.NonFinite;
   this->NumberOfDuplicatePoints = counts.Duplicate;
   this->NumberOfStrayPoints = counts.Stray;
+  this->NumberOfTwinPoints = counts.Twin;
   this->NumberOfJoinedPoints = counts.Joined;
   this->NumberOfMovedPoints = counts.Moved;
   this->NumberOfRecoloredPoints = counts.Recolored;
+  this->NumberOfThickPoints = counts.Thick;
 }
 
 //------------------------------------------------------------------------------
@@ -205,6 +207,7 @@ void vtkPointCloudCleaning::WarnOfTroubles()
     { { this->NumberOfNonFinitePoints, "points with NaN or infinite coordinates dropped" },
       { this->NumberOfDuplicatePoints, "duplicates dropped" },
       { this->NumberOfStrayPoints, "stray points removed" },
+      { this->NumberOfTwinPoints, "points of a second scan dropped where the first has points" },
       { this->NumberOfJoinedPoints, "points of a second scan moved to the first" },
       { this->NumberOfMovedPoints, "noisy points moved to a smooth surface" },
       { this->NumberOfRecoloredPoints,
@@ -230,7 +233,9 @@ void vtkPointCloudCleaning::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfStrayPoints: " << this->NumberOfStrayPoints << "\n";
+  os << indent << "NumberOfTwinPoints: " << this->NumberOfTwinPoints << "\n";
   os << indent << "NumberOfJoinedPoints: " << this->NumberOfJoinedPoints << "\n";
   os << indent << "NumberOfMovedPoints: " << this->NumberOfMovedPoints << "\n";
   os << indent << "NumberOfRecoloredPoints: " << this->NumberOfRecoloredPoints << "\n";
+  os << indent << "NumberOfThickPoints: " << this->NumberOfThickPoints << "\n";
 }

@@ -120,16 +120,20 @@ public:
   ///@{
   /**
    * Counts of the last execution: points that were dropped because a coordinate is NaN, infinite or
-   * beyond 1e17, because an earlier point is at the same place, and because they are stray; and
-   * points of a second scan that were moved to the first, other points that were moved, and points
-   * that got another colour.
+   * beyond 1e17, because an earlier point is at the same place, because they are stray, and because
+   * a second scan has them where the first one has points, once it has moved there; then other
+   * points of the second scan, which were moved, other points that were moved, points that got
+   * another colour, and points that were left because they are no surface, where they fill space:
+   * foliage, or noise of more than two spacings.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);
   vtkGetMacro(NumberOfStrayPoints, vtkIdType);
+  vtkGetMacro(NumberOfTwinPoints, vtkIdType);
   vtkGetMacro(NumberOfJoinedPoints, vtkIdType);
   vtkGetMacro(NumberOfMovedPoints, vtkIdType);
   vtkGetMacro(NumberOfRecoloredPoints, vtkIdType);
+  vtkGetMacro(NumberOfThickPoints, vtkIdType);
   ///@}
 
   ///@{
@@ -178,9 +182,11 @@ private:
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;
   vtkIdType NumberOfStrayPoints = 0;
+  vtkIdType NumberOfTwinPoints = 0;
   vtkIdType NumberOfJoinedPoints = 0;
   vtkIdType NumberOfMovedPoints = 0;
   vtkIdType NumberOfRecoloredPoints = 0;
+  vtkIdType NumberOfThickPoints = 0;
 };
 
 #endif

@@ -8,6 +8,7 @@
 #include "Filters/Common/MortonGrid.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -85,10 +86,11 @@ struct PartNoise
 {
   double Deviation = 0.0;    // of the points from the surface; 0: none
   float Displacement = 0.0f; // of the colours along the surface
+  bool IsThick = false;      // the points fill space, so that their deviation is not known
 };
 
-/// The standard deviation of the noise in spacings, 0 for none, by the fits of a part.
-double NoiseOf(const SampleFit* begin, const SampleFit* end)
+/// The noise of a part by its fits; without what its colours tell.
+PartNoise NoiseOf(const SampleFit* begin, const SampleFit* end)
 {
   std::vector<float> deviations, kurtoses, contrasts, thicknesses;
   int clean = 0;
@@ -106,14 +108,16 @@ double NoiseOf(const SampleFit* begin, const SampleFit* end)
       contrasts.push_back(fit->Contrast);
     }
   }
-  if (clean >= CleanShare * static_cast<double>(end - begin) || kurtoses.empty() ||
-    Median(thicknesses) > LargestThickness)
+  PartNoise noise;
+  if (clean >= CleanShare * static_cast<double>(end - begin) || kurtoses.empty())
   {
-    return 0.0;
+    return noise;
   }
+  noise.IsThick = Median(thicknesses) > LargestThickness;
   const bool isNoise =
     Median(kurtoses) > LeastKurtosis || (!contrasts.empty() && Median(contrasts) < SameColors);
-  return isNoise ? Median(deviations) : 0.0;
+  noise.Deviation = isNoise && !noise.IsThick ? Median(deviations) : 0.0;
+  return noise;
 }
 
 PartNoise PartNoiseOf(const SampleFit* begin, const SampleFit* end)
@@ -123,8 +127,9 @@ PartNoise PartNoiseOf(const SampleFit* begin, const SampleFit* end)
   {
     sum.Add(fit->Colors);
   }
-  const double deviation = NoiseOf(begin, end);
-  return { deviation, static_cast<float>(deviation) * ColorVote::Displacement(sum) };
+  PartNoise noise = NoiseOf(begin, end);
+  noise.Displacement = static_cast<float>(noise.Deviation) * ColorVote::Displacement(sum);
+  return noise;
 }
 
 /// The noise of each part of a cloud: runs of samples in Morton order.
@@ -173,6 +178,12 @@ public:
   {
     return std::any_of(this->Noise.begin(), this->Noise.end(),
       [](const PartNoise& noise) { return noise.Deviation > 0.0; });
+  }
+
+  bool IsThick() const
+  {
+    return std::any_of(
+      this->Noise.begin(), this->Noise.end(), [](const PartNoise& noise) { return noise.IsThick; });
   }
 
 private:
@@ -225,6 +236,21 @@ public:
           fits[k].Colors.Nugget, fits[k].Colors.AtOneSpacing });
     }
     return this->Problem.Gather(running, values);
+  }
+
+  /// Own points of the parts that fill space.
+  vtkIdType CountThick(const NoiseMap& map) const
+  {
+    std::atomic<vtkIdType> count{ 0 };
+    vtkSMPTools::For(0, this->Cloud.Size(), [&](vtkIdType begin, vtkIdType end) {
+      vtkIdType thick = 0;
+      for (int i = static_cast<int>(begin); i < end; ++i)
+      {
+        thick += this->Problem.IsOwn(i) && map.At(this->Problem.SharedPosition(i)).IsThick ? 1 : 0;
+      }
+      count += thick;
+    });
+    return count;
   }
 
   /// @param colors of the points, or empty
@@ -337,6 +363,7 @@ bool SmoothNoise(const CleaningProblem& problem, vtkPointSet* input, const Stage
     return false;
   }
   const NoiseMap map(values);
+  smooth.Thick = map.IsThick() ? smoother.CountThick(map) : 0;
   if (!map.IsNoisy())
   {
     return progress.Step(1.0);

@@ -28,6 +28,7 @@ struct SmoothPoints
 {
   std::vector<Float3> Shifts; // [n] to the smooth surface, world units; exactly 0 without noise
   CloudColors Colors;         // empty also if the points have none
+  vtkIdType Thick = 0; // own points of parts that are no surface: they fill space, and are left
 };
 
 /// Collective, if several processes clean the cloud.

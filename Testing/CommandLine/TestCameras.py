@@ -15,7 +15,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
-from surfelsplatting.views.framing import Samples, complete_view, keep_sensor, up_axis
+from surfelsplatting.views.framing import Samples, complete_view, up_axis
+from surfelsplatting.views.sensor import keep_sensor
 from surfelsplatting.views.vtkcamera import make_camera
 from toolcase import ToolCase, sphere
 
@@ -63,15 +64,22 @@ class TestCameras(ToolCase):
         return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))
 
     def test_spellings(self):
-        """Sizes as one word, choices in capitals; files may have such names."""
-        for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"]):
+        """Numbers as one word, choices in capitals; files may have such names."""
+        for size in (["--size", "320x200"], ["--size=320X200"], ["--size", "320", "200"],
+                     ["--size", "320,200"], ["--size=320 200"], ["--size", "320 × 200"]):
             arguments = parse_arguments(["render", "640x480", *size, "--view", "Top", "--up", "-Z",
                                          "-o", "5x5.png"])
             self.assertEqual(arguments.size, [320, 200])
             self.assertEqual((arguments.view, arguments.up), ("top", "-z"))
             self.assertEqual((arguments.cloud, arguments.output), ("640x480", "5x5.png"))
-        with self.assertRaisesRegex(UserProblem, "--size"):
-            parse_arguments(["render", "scan.ply", "--size", "320xx200", "-o", "a.png"])
+        view = self.asked("--focus-pixel", "140,100", "--position", "-1.5,+2,-3e-1",
+                          "--focal-point=0, .5, 1.")
+        self.assertEqual((view.wishes.focus_pixel, view.position, view.focal_point),
+                         ((140, 100), (-1.5, 2, -0.3), (0, 0.5, 1)))
+        for wrong in (["--size", "320xx200"], ["--size", "320,200,1"], ["--size", "320,2.5"],
+                      ["--focus-pixel", "140"]):
+            with self.assertRaisesRegex(UserProblem, wrong[0]):
+                parse_arguments(["render", "scan.ply", *wrong, "-o", "a.png"])
 
     def test_file_of_views(self):
         self.write({"points": 3, "views": [VIEW, dict(VIEW, name="two", viewAngle=40)]})
@@ -100,7 +108,6 @@ class TestCameras(ToolCase):
         view = self.asked()
         self.assertEqual((view.focal_disk, view.circle_of_confusion), (0, None))
         self.assertEqual(view.size, (800, 600))
-
 
     def test_another_side_leaves_the_lens_of_a_file(self):
         self.write(dict(VIEW, focusPoint=[0.1, 0.2, 0.3]))
@@ -307,7 +314,7 @@ class TestFraming(unittest.TestCase):
         self.assertEqual(view.focal_point, (1, 2, 3))
         view = self.view_of(self.points, self.normals, View(view_up=(1, 0, 0)))
         self.assertEqual(view.view_up, (1, 0, 0))
-        complete = View((1, 2, 3), (0, 0, 0), (0, 1, 0))
+        complete = View((1, 2, 3), (0, 0, 0), (0, 1, 0), 30.0)
         self.assertIs(self.view_of(self.points, self.normals, complete), complete)
 
     def test_sides(self):
@@ -334,26 +341,90 @@ class TestFraming(unittest.TestCase):
             screen = np.abs(on_screen(view, self.points)[0]).max()
             self.assertTrue(0.85 < screen < 1, wishes)
 
-    def test_sensor_is_kept(self):
-        """The surfels of a depth image have no rows, but what keep_sensor wrote."""
-        x, y = np.meshgrid(np.arange(40), np.arange(30))
-        rays = np.stack([(x - 20) / 40, (y - 15) / 40, np.ones_like(x)], axis=-1).reshape(-1, 3)
-        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-        points = 4 * rays @ turn.T + (1, 2, 3)
-        surfels = surfels_of(points, -points)
-        cloud = SimpleNamespace(data=surfels, viewpoint=(1.0, 2.0, 3.0), columns=40)
-        view = complete_view(View(), cloud, surfels)
-        np.testing.assert_allclose(view.view_up, -turn[:, 1], atol=0.1)
-        self.assertNotEqual(complete_view(View(), self.cloud, surfels), view)
-        keep_sensor(cloud, surfels)
-        self.assertEqual(complete_view(View(), self.cloud, surfels), view)
-        surfels.GetFieldData().GetArray("ScanSensorUp").Fill(math.nan)
-        self.assertNotEqual(complete_view(View(), self.cloud, surfels), view)
-
     def test_single_surfel(self):
         view = self.view_of(np.array([[1.0, 2, 3]]), np.array([[0, 0, 1.0]]))
         self.assertTrue(np.isfinite(view.position).all())
         self.assertGreater(np.linalg.norm(np.subtract(view.position, view.focal_point)), 0)
+
+
+class TestSensors(unittest.TestCase):
+    """A wall seen by a camera of 40 x 30 pixels whose axis goes through the image's middle; half of
+    the image is empty, so that the mean of the rays is another direction."""
+
+    PLACE = np.array([1.0, 2.0, 3.0])
+    TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    TURN *= np.linalg.det(TURN)
+
+    def cloud_of(self, rays, depth=4.0, columns=40):
+        points = (depth * rays) @ self.TURN.T + self.PLACE
+        points[:len(points) // 3] = np.nan
+        points[np.arange(len(points)) % columns > 0.6 * columns] = np.nan
+        surfels = surfels_of(points, self.PLACE - points)
+        return SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=columns), surfels
+
+    def setUp(self):
+        x, y = np.meshgrid((np.arange(40) - 19.5) / 40, (np.arange(30) - 14.5) / 40)
+        self.rays = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
+        self.cloud, self.surfels = self.cloud_of(self.rays)
+
+    def view_of(self, view=View()):
+        return complete_view(view, self.cloud, self.surfels)
+
+    def angle(self, tangent):
+        return math.degrees(2 * math.atan(tangent))
+
+    def test_place_axis_and_angle(self):
+        view = self.view_of()
+        self.assertEqual(view.position, tuple(self.PLACE))
+        np.testing.assert_allclose(np.subtract(view.focal_point, self.PLACE), 4 * self.TURN[:, 2],
+                                   atol=1e-5)
+        np.testing.assert_allclose(view.view_up, -self.TURN[:, 1], atol=1e-5)
+        self.assertAlmostEqual(view.view_angle, self.angle(0.375), delta=1e-4)
+        self.assertAlmostEqual(view.focal_distance, 4, delta=1e-5)
+        for size, tangent in (((400, 400), 0.5), ((900, 300), 0.375), ((300, 900), 1.5)):
+            self.assertAlmostEqual(self.view_of(View(size=size)).view_angle, self.angle(tangent),
+                                   delta=1e-4)
+
+    def test_what_is_given_stays(self):
+        self.assertEqual(self.view_of(View(view_angle=20.0)).view_angle, 20)
+        zoomed = self.view_of(View(wishes=Wishes(zoom=2)))
+        self.assertAlmostEqual(zoomed.view_angle, self.angle(0.1875), delta=1e-4)
+        target = tuple(self.PLACE + 3 * self.TURN[:, 2] + 0.5 * self.TURN[:, 0])
+        aimed = self.view_of(View(focal_point=target))
+        self.assertEqual((aimed.position, aimed.focal_point), (tuple(self.PLACE), target))
+        turned = self.view_of(View(wishes=Wishes(azimuth=90)))
+        np.testing.assert_allclose(np.subtract(turned.focal_point, turned.position),
+                                   -4 * self.TURN[:, 0], atol=1e-4)
+        self.assertEqual(turned.focal_point, self.view_of().focal_point)
+        left = self.view_of(View(wishes=Wishes("left")))
+        self.assertGreater(math.dist(left.position, self.PLACE), 1)
+        self.assertEqual(left.view_angle, 30)
+
+    def test_surfels_keep_it(self):
+        """The surfels of a depth image have no rows, but what keep_sensor wrote."""
+        view, alone = self.view_of(), SimpleNamespace(viewpoint=None, columns=0)
+        self.assertNotEqual(complete_view(View(), alone, self.surfels), view)
+        keep_sensor(self.cloud, self.surfels)
+        self.assertEqual(complete_view(View(), alone, self.surfels), view)
+        for name in ("ScanSensorUp", "ScanSensorPlace"):
+            keep_sensor(self.cloud, self.surfels)
+            self.surfels.GetFieldData().GetArray(name).Fill(math.nan)
+            self.assertNotEqual(complete_view(View(), alone, self.surfels).position, view.position)
+
+    def test_scanner_that_turns(self):
+        """No picture shows what it saw; the view shows all from outside, upright."""
+        around, up = np.meshgrid(np.radians(np.arange(0, 360, 9.0)), np.radians(np.arange(60, -60, -4.0)))
+        rays = np.stack([np.cos(up) * np.sin(around), -np.sin(up), np.cos(up) * np.cos(around)],
+                        axis=-1).reshape(-1, 3)
+        self.cloud, self.surfels = self.cloud_of(rays)
+        view = self.view_of()
+        self.assertGreater(math.dist(view.position, self.PLACE), 4)
+        self.assertEqual(view.view_angle, 30)
+
+    def test_one_row(self):
+        """Nothing tells what is up."""
+        self.cloud, self.surfels = self.cloud_of(self.rays[-80:])
+        self.assertTrue(np.isfinite(self.view_of().position).all())
 
 
 if __name__ == "__main__":

@@ -177,6 +177,13 @@ class TestFilm(FilmCase):
         for words in (("-o", "default"), ("-o", "turn", "--turn", "40")):
             result = self.run_tool("film", "depth.pcd", *SMALL, "--frames", "3", *words)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.render("depth.pcd", *SMALL, "-o", "one.png", "--hierarchy", "depth.surfels")
+        result = self.run_tool("film", "depth.surfels", *SMALL, "--frames", "3", "-o", "kept")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        np.testing.assert_array_equal(self.read_png("kept/0001.png"),
+                                      self.read_png("default/0001.png"))
+        # The first frame is what the sensor saw.
+        np.testing.assert_array_equal(self.read_png("default/0000.png"), self.read_png("one.png"))
         for name, picture in self.contents("turn").items():
             if name.endswith(".png"):
                 self.assertEqual(picture, self.contents("default")[name])
@@ -192,6 +199,26 @@ class TestFilm(FilmCase):
         self.film("--frames", "2", "-o", "out", *camera)
         self.render("ball.ply", *SMALL, *camera, "-o", "one.png")
         np.testing.assert_array_equal(self.read_png("out/0000.png"), self.read_png("one.png"))
+
+    def test_turn_stays_in_focus(self):
+        """An egg with stripes, whose tip comes nearer than its side: the middle is always sharp, also
+        with a camera of the user's, unless the user says what is."""
+        points, _ = sphere(20000)
+        stripes = np.where(np.sin(16 * points[:, 2:]) > 0, 255, 0) * np.ones((1, 3))
+        write_ply("ball.ply", points * [2.5, 1, 1], stripes.astype(np.uint8))
+        placed = ["--position", "0,-8,0", "--view-up", "0,0,1"]
+
+        def contrasts(*words):
+            self.film(*words, "--frames", "4", "--size", "160x120", "--unlit", "-o", "out")
+            found = [self.read_png(f"out/{k:04}.png")[50:70, 70:90].std() for k in range(4)]
+            shutil.rmtree("out")
+            return np.array(found)
+
+        for words in ([], placed):
+            shares = contrasts(*words, "--circle-of-confusion", "40") / contrasts(*words)
+            self.assertGreater(shares.min(), 0.9, words)
+        fixed = contrasts(*placed, "--circle-of-confusion", "40", "--focal-distance", "7")
+        self.assertGreater(fixed[0], 3 * fixed[1])
 
     def test_focus_pull(self):
         self.film("--focus-pull", "--frames", "3", "-o", "out")  # with a lens of its own
@@ -240,14 +267,23 @@ class TestFilm(FilmCase):
         self.assertEqual(said, f"surfelsplat: interrupted; {len(done)} of 100 pictures are in out; "
                                "the same command with --resume makes the others\n")
 
-    def test_resumes_only_the_same_film(self):
+    def test_another_film_is_kept(self):
+        """With --resume and without it; the same film may be made once more."""
         self.film("--frames", "2", "-o", "out")
-        self.refuse("another film: circle_of_confusion differs", "--frames", "2", "-o", "out",
-                    "--circle-of-confusion", "9", "--resume")
-        self.refuse("frames differs", "--frames", "3", "-o", "out", "--resume")
+        made = self.contents("out")
+        for resume in ([], ["--resume"]):
+            self.refuse("out holds another film: circle_of_confusion differs; remove it, or give "
+                        "another OUT", "--frames", "2", "-o", "out", "--circle-of-confusion", "9",
+                        *resume)
+            self.refuse("frames differs", "--frames", "3", "-o", "out", *resume)
+            self.assertEqual(self.contents("out"), made)
+            self.film("--frames", "2", "-o", "out", *resume)
+            self.assertEqual(self.contents("out"), made)
         os.utime("ball.ply", (1, 1))
         self.refuse("files differs", "--frames", "2", "-o", "out", "--resume")
-        self.film("--frames", "1", "-o", "out")  # a new film takes the place of the old one
+        for name in ("0000.png", "0001.png"):
+            os.remove(f"out/{name}")
+        self.film("--frames", "1", "-o", "out")  # nothing is lost
         self.assertEqual(sorted(os.listdir("out")), ["0000.png", "film.json"])
 
     def test_folders(self):

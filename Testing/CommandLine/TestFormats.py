@@ -126,12 +126,25 @@ class TestFormats(ToolCase):
         colors[:, 0] = np.where(v.ravel() < 0, 255, 0)  # red above
         colors[:, 2] = np.where(u.ravel() > 0, 255, 0)  # blue on the right
         write_pcd("depth.pcd", pcd_columns(points, colors), "binary", columns, rows)
-        self.render("depth.pcd", "--unlit", *SMALL, "-o", "out.exr", "--surfels", "surfels.vtp")
+        frame = ("--unlit", "--size", "80x60")
+        self.render("depth.pcd", *frame, "-o", "out.exr", "--surfels", "surfels.vtp", "--hierarchy",
+                    "depth.surfels", "--save-camera", "view.json")
+        # Pixel by pixel what the sensor saw, apart from the borders between colours and of the image.
+        seen = np.full((rows, columns), True)
+        for border in (0, 29, 30, 59):
+            seen[border] = False
+        for border in (0, 39, 40, 79):
+            seen[:, border] = False
         picture = self.read_rgba("out.exr")
-        self.assertGreater(picture[18, 32, 0], 0.8)
-        self.assertLess(picture[30, 32, 0], 0.2)
-        self.assertGreater(picture[24, 40, 2], 0.8)
-        self.assertLess(picture[24, 24, 2], 0.2)
+        np.testing.assert_array_equal(np.round(picture[seen][:, :3]),
+                                      colors.reshape(rows, columns, 3)[seen] / 255)
+        for cloud in ("surfels.vtp", "depth.surfels"):
+            self.render(cloud, *frame, "-o", "again.exr", "--save-camera", "again.json")
+            with open("view.json") as one, open("again.json") as two:
+                self.assertEqual(one.read(), two.read(), cloud)
+        said = self.run_tool("render", "depth.surfels", *frame, "-v", "-o", "again.exr").stderr
+        self.assertIn("the camera is at the sensor of the depth image\n", said)
+        self.assertIn("camera at 0 0 0 looking at 0 0 1.9", said)
         surfels = self.read_vtp("surfels.vtp")
         arrays = arrays_of(surfels)
         points = vtk_to_numpy(surfels.GetPoints().GetData())

@@ -42,16 +42,45 @@ class TestInfo(ToolCase):
         self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
         text = self.text("ball.ply")
         self.assertIn("3003 points", text)
-        self.assertIn("1 stray points, 1 duplicates, 1 without finite coordinates", text)
+        self.assertIn("1 stray points, 1 duplicates (at the place of another point), 1 without finite "
+                      "coordinates", text)
         self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
 
     def test_noise(self):
+        """Of some spacings, along the normals and in all directions; only without it is a scan clean."""
         points, _ = sphere(20000)
         random = np.random.default_rng(5)
-        write_ply("noisy.ply", points * (1 + 0.01 * random.normal(size=(20000, 1))))
-        found = self.report("noisy.ply")["points_found"]
-        self.assertGreater(found["noisy"], 15000)
-        self.assertAlmostEqual(found["noise"], 0.01, delta=0.003)
+        for spacings in (0, 0.3, 1, 4):
+            deviation = spacings * np.sqrt(4 * np.pi / 20000)
+            for noise in (points * random.normal(size=(20000, 1)), random.normal(size=(20000, 3))):
+                write_ply("noisy.ply", points + deviation * noise)
+                report = self.report("noisy.ply")
+                found = report["points_found"]
+                what = "noisy" if spacings < 2 else "thick"
+                self.assertGreaterEqual(found[what], 0.98 * 20000 * (spacings > 0), spacings)
+                self.assertEqual(found["noisy"] + found["thick"] > 0, spacings > 0)
+                if 0 < spacings < 2:
+                    self.assertAlmostEqual(found["noise"], deviation, delta=0.2 * deviation)
+                options = [suggestion["options"] for suggestion in report["suggestions"]]
+                self.assertEqual("--cleaning off" in options, spacings == 0)
+        self.assertRegex(self.text("noisy.ply"), r"noise +\d+ points \((99\S+|100) %\) fill space: ")
+
+    def test_two_scans(self):
+        """One beside the other, and a scan that is there twice."""
+        points, _ = sphere(20000)
+        scans = np.concatenate([points, points + [0.02, 0.03, 0.04]])
+        write_ply("two.ply", scans)
+        found = self.report("two.ply")["points_found"]
+        self.assertEqual(found["duplicate"], 0)
+        self.assertEqual(found["twin"] + found["joined"], 20000)
+        self.assertGreater(found["twin"], 19900)
+        text = self.text("two.ply")
+        self.assertIn("\nscans    two: the last 20000 points are a second scan", text)
+        self.assertIn("0 duplicates", text)
+        write_ply("twice.ply", np.concatenate([points, points]))
+        found = self.report("twice.ply")["points_found"]
+        self.assertEqual((found["duplicate"], found["twin"], found["joined"]), (20000, 0, 0))
+        self.assertIn("20000 duplicates (at the place of another point)", self.text("twice.ply"))
 
     def test_scalars_and_suggestions(self):
         points, _ = sphere(2000)
@@ -75,6 +104,14 @@ class TestInfo(ToolCase):
         report = self.report("depth.pcd")
         self.assertEqual((report["sensor"], report["depth_image"]), ([0, 0, 0], [80, 60]))
         self.assertIn("a depth image of 80 x 60 pixels", self.text("depth.pcd"))
+        # What is up is what it is for a picture, not what the wall's shape would say.
+        self.assertRegex(self.text("depth.pcd"), r"\nup +0 -1 0\n")
+        self.render("depth.pcd", *SMALL, "-o", "out.png", "--save-camera", "view.json",
+                    "--hierarchy", "depth.surfels")
+        with open("view.json") as file:
+            up = json.load(file)["viewUp"]
+        for cloud in ("depth.pcd", "depth.surfels"):
+            np.testing.assert_allclose(self.report(cloud)["up"], up, atol=1e-12)
 
     def test_surfels_and_hierarchy(self):
         write_ply("ball.ply", *sphere(1000))

@@ -95,13 +95,37 @@ class TestProgress(ToolCase):
         self.assertRegex(result.stderr, r"(?m)^surfelsplat: surfels \d+ % after")
         self.assertNotIn("\r", result.stderr)
 
+    def test_hint_at_keeping(self):
+        """Of surfels that took long, where nothing keeps them and something can."""
+        write_ply("ball.ply", *sphere())
+        self.render("ball.ply", *SMALL, "-o", "out.png", "--hierarchy", "ball.surfels")
+        for patience, words, says in (
+                (0, "render ball.ply -o out.png", "s; --hierarchy ball.surfels keeps them, and "
+                 "ball.surfels is drawn at once"),
+                (0, "film ball.ply -o out --frames 1", "s; surfelsplat render --hierarchy "
+                 "ball.surfels keeps them, and ball.surfels is drawn at once"),
+                (100, "render ball.ply -o out.png", None),
+                (0, "render ball.ply -o out.png --hierarchy h.surfels", None),
+                (0, "render ball.ply -o out.png --surfels s.vtp", None),
+                (0, "render ball.ply -o out.png --no-lod", None),
+                (0, "render ball.surfels -o out.png", None)):
+            script = ("import sys; from surfelsplatting.commandline import main, session; "
+                      f"session.LONG = {patience}; sys.exit(main(sys.argv[1:]))")
+            result = subprocess.run([sys.executable, "-c", script, *words.split(), *SMALL],
+                                    capture_output=True, text=True, check=True)
+            if says:
+                self.assertRegex(result.stderr, r"\Asurfelsplat: ball.ply: to make surfels took \d "
+                                 + says + r"\n\Z")
+            else:
+                self.assertEqual(result.stderr, "", words)
+
     def test_tool_on_a_terminal(self):
         points, colors = sphere(500_000)  # some times the bar's patience, with one thread
         write_ply("ball.ply", points, colors)
         ours, theirs = pty.openpty()
         self.addCleanup(os.close, ours)
-        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "--threads", "1",
-                               "-o", "out.png"], stderr=theirs) as process:
+        with subprocess.Popen([TOOL, "render", "ball.ply", *SMALL, "--threads", "1", "--hierarchy",
+                               "ball.surfels", "-o", "out.png"], stderr=theirs) as process:
             os.close(theirs)
             shown = b""
             try:

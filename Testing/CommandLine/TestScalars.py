@@ -11,6 +11,13 @@ from toolcase import CAMERA, SMALL, ToolCase, sphere
 
 FRAME = [*CAMERA, *SMALL, "--unlit"]
 
+# Colours 38, 128 and 203 of 256, as matplotlib has them.
+PUBLISHED = {
+    "viridis": "463480 21918c 77d153", "plasma": "5601a4 cc4778 fca537",
+    "inferno": "2b0b57 bc3754 fca309", "magma": "251255 b73779 fe9d6c",
+    "cividis": "243c6e 7d7c78 c7b767", "turbo": "477bf2 a4fc3c f15d13",
+    "coolwarm": "6a8bef dddcdc ee8669"}
+
 
 class TestScalars(ToolCase):
     def setUp(self):
@@ -32,9 +39,14 @@ class TestScalars(ToolCase):
             for index, word in ((0, text.split()[0]), (255, text.split()[-1])):
                 self.assertEqual("".join(f"{int(c):02x}" for c in colors[index]), word)
         np.testing.assert_allclose(colors_of("gray")[100], 100 / 255)
-        # Its lightness grows: that is what it is for.
-        lightness = colors_of("viridis") @ (0.2126, 0.7152, 0.0722)
-        self.assertTrue((np.diff(lightness) > 0).all())
+        for name, words in PUBLISHED.items():
+            for index, word in zip((38, 128, 203), words.split()):
+                np.testing.assert_allclose(255 * colors_of(name)[index], list(bytes.fromhex(word)),
+                                           atol=7, err_msg=name)
+        # Their lightness grows: that is what they are for.
+        for name in ("viridis", "plasma", "inferno", "magma", "cividis", "gray"):
+            lightness = colors_of(name) @ (0.2126, 0.7152, 0.0722)
+            self.assertTrue((np.diff(lightness) > 0).all(), name)
         first, last = lookup_table("gray", 3, 1), lookup_table("gray", 1, 3)
         self.assertEqual(first.GetTableValue(0), (1, 1, 1, 1))
         self.assertEqual(first.GetRange(), last.GetRange())

@@ -51,7 +51,7 @@ inline vtkIdType CompareWithProcesses(
   alone->SetInputData(WithShades(points, shades));
   alone->Update();
   vtkSmartPointer<vtkPolyData> found[3];
-  vtkIdType stray[3], moved[3], joined[3];
+  vtkIdType stray[3], moved[3], joined[3], twins[3], thick[3], duplicates[3];
   ThreadController::Run(3, [&](vtkMultiProcessController* controller) {
     const int rank = controller->GetLocalProcessId();
     vtkNew<vtkPointCloudCleaning> cleaning;
@@ -63,10 +63,16 @@ inline vtkIdType CompareWithProcesses(
     stray[rank] = cleaning->GetNumberOfStrayPoints();
     moved[rank] = cleaning->GetNumberOfMovedPoints();
     joined[rank] = cleaning->GetNumberOfJoinedPoints();
+    twins[rank] = cleaning->GetNumberOfTwinPoints();
+    thick[rank] = cleaning->GetNumberOfThickPoints();
+    duplicates[rank] = cleaning->GetNumberOfDuplicatePoints();
   });
   CHECK(stray[0] + stray[1] + stray[2] == alone->GetNumberOfStrayPoints());
   CHECK(moved[0] + moved[1] + moved[2] == alone->GetNumberOfMovedPoints());
   CHECK(joined[0] + joined[1] + joined[2] == alone->GetNumberOfJoinedPoints());
+  CHECK(twins[0] + twins[1] + twins[2] == alone->GetNumberOfTwinPoints());
+  CHECK(thick[0] + thick[1] + thick[2] == alone->GetNumberOfThickPoints());
+  CHECK(duplicates[0] + duplicates[1] + duplicates[2] == alone->GetNumberOfDuplicatePoints());
   vtkIdType at = 0;
   double farthest = 0.0;
   int recolored = 0;
@@ -91,6 +97,6 @@ inline vtkIdType CompareWithProcesses(
   CHECK(farthest < 1e-6); // shifts are floats
   CHECK(recolored == 0);
   return alone->GetNumberOfStrayPoints() + alone->GetNumberOfMovedPoints() +
-    alone->GetNumberOfJoinedPoints();
+    alone->GetNumberOfJoinedPoints() + alone->GetNumberOfThickPoints();
 }
 }

@@ -23,6 +23,7 @@ void Clean(const std::vector<Vec>& points, const char* what)
   cleaning->Update();
   CHECK(cleaning->GetNumberOfStrayPoints() == 0);
   CHECK(cleaning->GetNumberOfMovedPoints() == 0);
+  CHECK(cleaning->GetNumberOfThickPoints() == 0);
   CHECK(cleaning->GetOutput()->GetPoints() == data->GetPoints());
   CHECK(said.Warnings.empty());
   CHECK(said.Errors.empty());
@@ -231,6 +232,7 @@ TEST_CASE("Noise")
       CAPTURE(shift);
       vtkPolyData* smooth = cleaning->GetOutput();
       CHECK(cleaning->GetNumberOfMovedPoints() > 0.99 * count);
+      CHECK(cleaning->GetNumberOfThickPoints() == 0);
       REQUIRE(said.Warnings.size() == 1);
       CHECK(said.Warnings[0].find("noisy points moved") != std::string::npos);
       REQUIRE(smooth->GetNumberOfPoints() == count - cleaning->GetNumberOfStrayPoints());
@@ -254,6 +256,21 @@ TEST_CASE("Noise")
       CHECK(smooth->GetPoints() == data->GetPoints());
     }
   }
+}
+
+TEST_CASE("Too much noise")
+{
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(NoisySphere(5000, 4.0));
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  const vtkIdType kept = cleaning->GetOutput()->GetNumberOfPoints();
+  CHECK(kept > 4900);
+  CHECK(cleaning->GetNumberOfMovedPoints() == 0);
+  CHECK(cleaning->GetNumberOfThickPoints() == kept);
+  cleaning->SmoothingOff();
+  cleaning->Update();
+  CHECK(cleaning->GetNumberOfThickPoints() == 0); // nobody has looked
 }
 
 /// Two halves of a sheet, of one colour each, with noise of one spacing; in all directions it mixes
@@ -365,6 +382,7 @@ TEST_CASE("Foliage")
   cleaning->Update();
   CHECK(cleaning->GetNumberOfMovedPoints() == 0);
   CHECK(cleaning->GetNumberOfStrayPoints() <= 0.01 * points.size());
+  CHECK(cleaning->GetNumberOfThickPoints() == cleaning->GetOutput()->GetNumberOfPoints());
 }
 
 TEST_CASE("Two sheets")
@@ -425,6 +443,7 @@ TEST_CASE("Several processes")
 {
   CHECK(CompareWithProcesses(Scan(0.02, { 0, 0, 0 }).Points) > 1000);
   CHECK(CompareWithProcesses(NoisySphere(20000, 0.5)) > 19000);
+  CHECK(CompareWithProcesses(NoisySphere(5000, 4.0)) > 4900);
   const NoisyHalves halves(false);
   CHECK(CompareWithProcesses(halves.Points, halves.Shades) > 9000);
   CHECK(CompareWithProcesses({}) == 0);

@@ -130,12 +130,14 @@ TEST_CASE("Two scans")
     if (!c.IsJoined)
     {
       CHECK(cleaning->GetNumberOfJoinedPoints() == 0);
+      CHECK(cleaning->GetNumberOfTwinPoints() == 0);
       continue;
     }
     REQUIRE(said.Warnings.size() == 1);
     CHECK(said.Warnings[0].find("points of a second scan moved to the first") != std::string::npos);
-    const vtkIdType found =
-      cleaning->GetNumberOfJoinedPoints() + cleaning->GetNumberOfDuplicatePoints();
+    const vtkIdType found = cleaning->GetNumberOfJoinedPoints() + cleaning->GetNumberOfTwinPoints();
+    CHECK(cleaning->GetNumberOfTwinPoints() > 0);
+    CHECK(cleaning->GetNumberOfDuplicatePoints() == 0);
     CHECK(Near(1.0 * found, second, 0.002 * second));
     CHECK(cleaning->GetNumberOfJoinedPoints() > 0.5 * second);
     CHECK(cleaning->GetNumberOfMovedPoints() == 0);

@@ -104,6 +104,9 @@ class TestAccessor(PlotterCase):
         self.assertEqual(picture.shape, (180, 240, 3))
         np.testing.assert_array_equal(picture[90, 60] > 100, [True, False, False])
         np.testing.assert_array_equal(picture[90, 180] > 100, [False, False, True])
+        np.testing.assert_array_equal(picture[2, 2] > 100, [True, False, False])
+        place = cloud.surfels.plot(return_cpos=True, off_screen=True)[0]
+        np.testing.assert_array_equal(place, [0, 0, 0])
 
     def test_estimate(self):
         surfels = self.cloud.surfels.estimate()

@@ -8,11 +8,30 @@ import numpy as np
 from .backend import vtk
 from .problems import UserProblem
 
-# Each colour map by colours at equal steps, between which it is linear.
+# Each colour map by colours at equal steps, between which it is linear: each 15th of its 256 colours,
+# of cividis each 5th; at most 7 of 255 off.
 COLORMAPS = {
-    # Smith, van der Walt, Firing 2015; each 15th of its 256 colours (CC0), at most 5 of 255 off
-    "viridis": "440154 481769 472a7a 433d84 3d4e8a 355e8d 2e6d8e 297b8e 23898e 1f978b 21a585 2eb37c "
-               "46c06f 65cb5e 89d548 b0dd2f d8e219 fde725",
+    # Smith, van der Walt, Firing 2015 (CC0)
+    "viridis": "440154 481769 472a7a 433d84 3d4e8a 355e8d 2e6d8e 297b8e 23898e 1f978b 21a585 "
+              "2eb37c 46c06f 65cb5e 89d548 b0dd2f d8e219 fde725",
+    "plasma": "0d0887 2f0596 4903a0 6100a7 7801a8 8e0ca4 a21d9a b42e8d c43e7f d24f71 de6164 "
+              "e97257 f3854b f99a3e fdaf31 fdc627 f8df25 f0f921",
+    "inferno": "000004 0a0722 1e0c45 380962 510e6c 69166e 801f6c 982766 b0315b c63d4d d94d3d "
+              "e9612b f47918 fa9407 fcb014 f8cd37 f2ea69 fcffa4",
+    "magma": "000004 090720 1a1042 311165 4a1079 621980 792282 912b81 aa337d c23b75 d9466b "
+              "ec5860 f7725c fc8e64 feaa74 fec68a fde2a3 fcfdbf",
+    # Nunez, Anderton, Renslow 2018: for all kinds of colour vision
+    "cividis": "00224e 002656 002a5f 002d68 003070 083370 163770 203a6f 273e6e 2e416d 34456c "
+              "3a486c 3f4c6c 444f6c 49536c 4e566c 535a6d 575d6d 5c616e 60646f 656870 696b71 "
+              "6d6f72 727274 767676 7a7a78 7e7d78 838179 888578 8d8878 928c78 969077 9b9476 "
+              "a09875 a59c74 aaa073 afa471 b5a86f baac6d bfb06b c4b468 c9b965 cfbd62 d4c15f "
+              "dac65b dfca57 e5cf52 ead34c f0d846 f6dd3f fce236 fee838",
+    # Mikhailov 2019, Google (Apache 2.0): a rainbow without bands
+    "turbo": "30123b 3f3e9c 4666dd 458cfd 2fb2f4 1ad4d0 22ebaa 52fa7a 8bff4b b7f735 dbe236 "
+              "f5c53a fea130 f9751d e84b0c ce2d04 a91601 7a0403",
+    # Moreland 2009: for scalars with a middle
+    "coolwarm": "3b4cc0 4c66d6 5f7fe8 7396f5 88abfd 9dbdff b1cbfc c4d5f3 d5dbe5 e4d9d2 f0cdbb "
+              "f6bea4 f7aa8c f39475 e97a5f dc5d4a ca3b37 b40426",
     "gray": "000000 ffffff",
 }
 SIZE = 256
@@ -32,8 +51,7 @@ def _of_matplotlib(name):
         raise UserProblem(f"the colour map {name!r} needs matplotlib: pip install matplotlib; "
                           f"without it there are {', '.join(COLORMAPS)}") from None
     if name not in colormaps:
-        raise UserProblem(f"matplotlib has no colour map {name!r}; try viridis, magma, cividis, "
-                          "turbo, coolwarm or gray")
+        raise UserProblem(f"matplotlib has no colour map {name!r}; try {', '.join(COLORMAPS)}")
     return colormaps[name](np.linspace(0, 1, SIZE))[:, :3]
 
 

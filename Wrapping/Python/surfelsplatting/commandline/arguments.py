@@ -9,6 +9,12 @@ from ..problems import UserProblem
 
 LARGEST_LENS_PARTS = 65536  # vtkSurfelSplatter's
 
+# Options with several numbers, which may be one word.
+NUMBERS = {"--size": 2, "--focus-pixel": 2, "--range": 2, "--focus-pull": 2, "--position": 3,
+           "--focal-point": 3, "--focus-point": 3, "--view-up": 3, "--background": 3}
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
+TUPLE = re.compile(rf"{NUMBER.pattern}(?:(?:\s*[,x×]\s*|\s+){NUMBER.pattern})+", re.IGNORECASE)
+
 
 class Parser(argparse.ArgumentParser):
     def __init__(self, *args, **kwargs):
@@ -28,15 +34,16 @@ class Parser(argparse.ArgumentParser):
         raise UserProblem(f"{message} ({self.prog} --help lists the options)")
 
 
-def split_sizes(words):
-    """Words with sizes such as 1920x1080 as two words; a file may have such a name."""
+def split_numbers(words):
+    """Words such as 1920x1080 or 0,0.5,2 after one of NUMBERS as so many words; a file may have such a
+    name."""
     for i, word in enumerate(words):
-        option, equals, size = word.partition("=")
-        if not equals and i and words[i - 1] == "--size":
-            size = word
-        sides = re.fullmatch(r"(\d+)[x×](\d+)", size, re.IGNORECASE)
-        if sides and (option == "--size" or not equals):
-            yield from [option, *sides.groups()] if equals else sides.groups()
+        option, equals, text = word.partition("=")
+        if not equals and i and words[i - 1] in NUMBERS:
+            option, text = words[i - 1], word
+        numbers = NUMBER.findall(text) if TUPLE.fullmatch(text) else []
+        if numbers and len(numbers) == NUMBERS.get(option):
+            yield from [option, *numbers] if equals else numbers
         else:
             yield word
 

@@ -9,10 +9,11 @@ from dataclasses import replace
 from ..problems import UserProblem
 from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
-from ..views.filming import turn
+from ..views.filming import focused_in_the_middle, whole_turn
 from ..views.focus import ends_of, settle_focus, sharp_depths
-from ..views.framing import axis_of, complete_view
+from ..views.framing import axis_of, complete_view, is_from_sensor
 from ..views.paths import check_views, focus_pull, through, turntable
+from ..views.sensor import sensor_of
 from ..views.vtkcamera import make_camera, set_lens
 from .effects import without_effect
 from .frames import Frames
@@ -86,17 +87,27 @@ def _pull(view, renderer, arguments):
     return focus_pull(view, near, far, arguments.frames)
 
 
-def _turn(asked, view, cloud, surfels, arguments):
-    """-> the views of a turntable"""
+def _turntable(asked, view, cloud, surfels, arguments):
+    """-> a function that gives the views of so many frames"""
     # A depth image looks like nothing from behind.
-    default = 40.0 if cloud.columns else 360.0
+    sensor = sensor_of(cloud, surfels)
+    default = 40.0 if sensor or cloud.columns else 360.0
     degrees = default if arguments.turn is None else arguments.turn
     axis = axis_of(asked, cloud, surfels)
-    if asked.position or asked.focal_point:
-        return turntable(view, view.focal_point, axis, arguments.frames, degrees)
-    # complete_view has focused on what is seen from the first place only.
+    # What complete_view has focused on is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)
-    return turn(view, axis, surfels, arguments.frames, degrees)
+    if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
+        return lambda frames: turntable(view, view.focal_point, axis, frames, degrees)
+    return whole_turn(view, axis, surfels, degrees)
+
+
+def _turn(asked, turn, renderer, arguments):
+    """-> the views of a turn, with the asked focus or that on the surface in the middle"""
+    has_focus = (asked.focal_distance or asked.focus_point or asked.wishes.focus_pixel
+                 or asked.focal_point)
+    if has_focus or not asked.has_lens:
+        return _settled(turn(arguments.frames), renderer)
+    return _settled(focused_in_the_middle(turn, arguments.frames, renderer), renderer)
 
 
 def _settled(views, renderer):
@@ -116,7 +127,8 @@ def _views(asked, cloud, surfels, renderer, arguments):
     elif arguments.focus_pull is not None:
         views = _pull(complete[0], renderer, arguments)
     else:
-        views = _settled(_turn(asked[0], complete[0], cloud, surfels, arguments), renderer)
+        turn = _turntable(asked[0], complete[0], cloud, surfels, arguments)
+        views = _turn(asked[0], turn, renderer, arguments)
     check_views(views)
     return views
 
@@ -169,6 +181,7 @@ def _make_pictures(asked, frames, arguments, session):
         cloud = session.read()
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
+        session.hint_at_keeping("surfelsplat render ")
         renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         del cloud, surfels  # frees the memory of a large cloud

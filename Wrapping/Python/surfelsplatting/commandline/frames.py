@@ -70,27 +70,31 @@ class Frames:
             raise UserProblem(f"{self.folder} holds other files than those of a film; give a new "
                               "folder")
 
+    def _pictures(self, ending=".png"):
+        """Paths of the pictures in the folder, whatever they show."""
+        return glob.glob(os.path.join(glob.escape(self.folder), "[0-9]*" + ending))
+
     def _check_record(self, record):
-        """Raises UserProblem if the folder's pictures show something else."""
+        """Raises UserProblem if the folder has pictures that show something else."""
         found = self._record()
-        if found is None:
-            return  # there are none
+        if found is None or not self._pictures():
+            return
         record = json.loads(json.dumps(record))  # tuples are lists there
         different = sorted(key for key in {*found, *record} if found.get(key) != record.get(key))
         if different:
             raise UserProblem(f"{self.folder} holds another film: {', '.join(different)} differs; "
-                              "give the same input and options as before, or leave --resume out")
+                              "remove it, or give another OUT; --resume continues it with the same "
+                              "input and options as before")
 
     def begin(self, record, resume):
-        """Makes the folder, without pictures unless they are resumed.
+        """Makes the folder, without pictures unless they are resumed. Never removes those of another
+        film.
 
         record: what the pictures will show.
         """
-        if resume:
-            self._check_record(record)
+        self._check_record(record)
         os.makedirs(self.folder, exist_ok=True)
-        old = "*.part.png" if resume else "*.png"
-        for path in glob.glob(os.path.join(glob.escape(self.folder), "[0-9]" + old)):
+        for path in self._pictures(".part.png" if resume else ".png"):
             os.remove(path)
         write_json(record, os.path.join(self.folder, RECORD))
 

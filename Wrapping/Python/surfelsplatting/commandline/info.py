@@ -10,7 +10,8 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
-from ..views.framing import Samples, is_open, up_axis
+from ..views.cameras import View
+from ..views.framing import Samples, axis_of, is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
 from .volume import classify
@@ -82,18 +83,23 @@ def _clean(cloud, session):
     found = {"not_finite": cleaning.GetNumberOfNonFinitePoints(),
              "duplicate": cleaning.GetNumberOfDuplicatePoints(),
              "stray": cleaning.GetNumberOfStrayPoints(),
+             "twin": cleaning.GetNumberOfTwinPoints(),
              "joined": joined,
+             "thick": cleaning.GetNumberOfThickPoints(),
              "noisy": cleaning.GetNumberOfMovedPoints(),
              "noise": float(np.sqrt(np.mean(moved ** 2))) if len(moved) else 0.0}
     return Cloud(cleaned, cloud.viewpoint), found
 
 
-def _surface(cloud, session):
-    """What the surfels say: spacing, up, the part that is visible from both sides."""
-    surfels = session.surfels(cloud)
+def _surface(cleaned, cloud, session):
+    """What the surfels say: spacing, up, the part that is visible from both sides.
+
+    cleaned: the Cloud without stray points. cloud: the same as it is in the file.
+    """
+    surfels = session.surfels(cleaned)
     samples = Samples(surfels)
     return {"bounds_without_stray": _bounds(samples.points), "spacing": samples.spacing,
-            "up": [float(x) for x in up_axis(samples)],
+            "up": [float(x) for x in axis_of(View(), cloud, surfels)],
             "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
 
 
@@ -149,7 +155,8 @@ def _suggestions(report, cloud):
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:
         points, cleaned = report["points"], report["points_found"]
-        if not cleaned["stray"] and cleaned["noisy"] + cleaned["joined"] < NOISY * points:
+        changed = sum(cleaned[what] for what in ("noisy", "thick", "joined", "twin"))
+        if not cleaned["stray"] and changed < NOISY * points:
             found.append(("--cleaning off", "saves time: the points are clean"))
         elif cleaned["noise"] > report["spacing"] and not cloud.columns:
             found.append(("--neighbors 40", "the noise is larger than the spacing"))
@@ -177,9 +184,9 @@ def _report(cloud, session):
         report.update(_gaussians(cloud))
     elif kind == "points":
         cleaned, report["points_found"] = _clean(cloud, session)
-        report.update(_surface(cleaned, session))
+        report.update(_surface(cleaned, cloud, session))
     else:
-        report.update(_surface(cloud, session))
+        report.update(_surface(cloud, cloud, session))
     report["suggestions"] = _suggestions(report, cloud)
     return report
 
@@ -218,16 +225,22 @@ def _field_text(field):
 
 def _found_lines(report):
     found = report["points_found"]
-    share = found["noisy"] / report["points"]
-    noise = "none that can be seen"
+    points = report["points"]
     if found["noisy"]:
-        noise = (f"{found['noisy']} points ({100 * share:.2g} %) are off a smooth surface, by "
-                 f"{found['noise']:.3g} (rms), {found['noise'] / report['spacing']:.2g} spacings")
-    yield "noise", noise
-    if found["joined"]:
-        yield "second scan", f"the last {found['joined']} points, which move to the scan before"
-    yield "left out", (f"{found['stray']} stray points, {found['duplicate']} duplicates, "
-                       f"{found['not_finite']} without finite coordinates")
+        yield "noise", (f"{found['noisy']} points ({100 * found['noisy'] / points:.3g} %) are off a "
+                        f"smooth surface, by {found['noise']:.3g} (rms), "
+                        f"{found['noise'] / report['spacing']:.2g} spacings")
+    if found["thick"]:
+        yield "noise", (f"{found['thick']} points ({100 * found['thick'] / points:.3g} %) fill space: "
+                        "foliage, or noise of more than two spacings, too much to smooth")
+    if not (found["noisy"] or found["thick"]):
+        yield "noise", "none that can be seen"
+    if found["joined"] or found["twin"]:
+        yield "scans", (f"two: the last {found['joined'] + found['twin']} points are a second scan, "
+                        f"which moves to the first; {found['twin']} of them fall on points of the "
+                        "first and are left out")
+    yield "left out", (f"{found['stray']} stray points, {found['duplicate']} duplicates (at the place "
+                       f"of another point), {found['not_finite']} without finite coordinates")
 
 
 def _gaussian_lines(report):
@@ -274,7 +287,7 @@ def _lines(report):
     if "size" in report:
         yield from _gaussian_lines(report)
     if "up" in report:
-        yield "up", " ".join(f"{x:g}" for x in report["up"])
+        yield "up", " ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"

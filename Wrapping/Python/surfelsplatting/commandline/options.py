@@ -80,8 +80,9 @@ def _add_color_options(parser):
                       help="colour by this column or array, such as intensity, or by a coordinate: "
                            "x, y or z; of a volume, show this array")
     look.add_argument("--colormap", metavar="NAME",
-                      help="for --scalars and volumes: viridis, gray, or one of matplotlib if that "
-                           "is installed (default: viridis)")
+                      help="for --scalars and volumes: viridis, plasma, inferno, magma, cividis, "
+                           "turbo, coolwarm, gray, or one of matplotlib if that is installed "
+                           "(default: viridis)")
     look.add_argument("--range", nargs=2, type=number, metavar=("A", "B"),
                       help="the scalars with the first and the last colour (default: the smallest "
                            "and the largest)")

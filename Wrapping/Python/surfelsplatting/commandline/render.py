@@ -7,7 +7,8 @@ from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, settle_focus,
                            sharp_depths)
-from ..views.framing import complete_view, extent_of, share_facing_away
+from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
+from ..views.sensor import sensor_of
 from .effects import without_effect
 from .outputs import (HIERARCHIES, PICTURES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
@@ -37,6 +38,14 @@ def _check_hierarchy(cloud, arguments):
     if path and cloud.is_gaussians and not path.lower().endswith(".vtp"):
         raise UserProblem(f"{path}: such files hold surfels, but {arguments.cloud} holds Gaussians "
                           "in space; give --hierarchy an OUT.vtp")
+
+
+def _place(view, cloud, surfels, session):
+    """-> the complete view"""
+    wishes = view.wishes
+    if is_from_sensor(view, sensor_of(cloud, surfels)) and not wishes.azimuth and not wishes.elevation:
+        session.say("the camera is at the sensor of the depth image")
+    return complete_view(view, cloud, surfels)
 
 
 def _render_frames(renderer, count, session):
@@ -104,13 +113,14 @@ def render(arguments):
         points = cloud.data.GetNumberOfPoints()
         all_arrays = arguments.hierarchy is not None
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
-        view = complete_view(view, cloud, surfels)
+        view = _place(view, cloud, surfels, session)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
             session.say(f"{count} {what}; {extent_of(surfels)}")
         drawn = session.drawable(surfels, all_arrays)
+        session.hint_at_keeping()
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, view, session)

@@ -20,7 +20,8 @@ class RunStatistics:
         self._skipped = {}
         self._lens = {}
         self._invalid = {"points": 0, "surfels": 0}
-        self._cleaned = {"duplicate": 0, "stray": 0, "joined": 0, "moved": 0, "recolored": 0}
+        self._cleaned = dict.fromkeys(
+            ("duplicate", "stray", "twin", "joined", "moved", "recolored", "thick"), 0)
 
     @contextmanager
     def stage(self, name):
@@ -39,9 +40,11 @@ class RunStatistics:
         self._invalid["points"] = cleaning.GetNumberOfNonFinitePoints()
         self._cleaned = {"duplicate": cleaning.GetNumberOfDuplicatePoints(),
                          "stray": cleaning.GetNumberOfStrayPoints(),
+                         "twin": cleaning.GetNumberOfTwinPoints(),
                          "joined": cleaning.GetNumberOfJoinedPoints(),
                          "moved": cleaning.GetNumberOfMovedPoints(),
-                         "recolored": cleaning.GetNumberOfRecoloredPoints()}
+                         "recolored": cleaning.GetNumberOfRecoloredPoints(),
+                         "thick": cleaning.GetNumberOfThickPoints()}
 
     def note_estimation(self, estimation):
         self._invalid["points"] += estimation.GetNumberOfNonFinitePoints()
@@ -71,6 +74,11 @@ class RunStatistics:
         names = {name: None for frame in frames for name in frame}
         return {name: statistics.median(frame.get(name, 0.0) for frame in frames)
                 for name in names}
+
+    def seconds_to_hierarchy(self):
+        """From points to the hierarchy; 0 if the file held surfels already."""
+        stages = ("surfels", "hierarchy") if "surfels" in self._milliseconds else ()
+        return sum(self._milliseconds.get(stage, 0.0) for stage in stages) / 1000
 
     def is_empty(self):
         return self._counts["splats"] == 0

@@ -9,7 +9,7 @@ from dataclasses import replace
 from ..backend import vtk
 from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
-from ..views.framing import keep_sensor
+from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
 from .estimation import check_memory, make_hierarchy, make_surfels, without_unused_arrays
@@ -18,6 +18,8 @@ from .memory import reuse_memory
 from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
+
+LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
 class Session:
@@ -56,6 +58,16 @@ class Session:
         self.progress.clear()
         for text in texts:
             print("surfelsplat: warning: " + text, file=sys.stderr)
+
+    def hint_at_keeping(self, command=""):
+        """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
+        options = self.arguments
+        seconds = self.run.seconds_to_hierarchy()
+        is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
+        if seconds > LONG and not is_kept and not options.no_lod:
+            name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
+            self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
+                      f"and {name} is drawn at once")
 
     @contextmanager
     def progress_shown(self):

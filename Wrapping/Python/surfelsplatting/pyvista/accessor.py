@@ -174,7 +174,7 @@ class SurfelAccessor:
                 pl.set_background(background)
             actor = pl.surfels.add(self._dataset, **kwargs)
             if cpos is None:
-                pl.camera_position = self._whole_view(actor.mapper.dataset, pl)
+                self._show_all(actor.mapper.dataset, pl)
             else:
                 pl.camera_position = cpos
             if coc is not None:
@@ -185,11 +185,12 @@ class SurfelAccessor:
             pl.close()
             raise
 
-    def _whole_view(self, surfels, plotter):
-        """Position, focal point and view-up: from the sensor of a depth image, or from above."""
-        view = View(view_angle=plotter.camera.view_angle, size=tuple(plotter.window_size))
-        view = complete_view(view, Cloud(self._dataset, *scan(self._dataset)), surfels)
-        return [view.position, view.focal_point, view.view_up]
+    def _show_all(self, surfels, plotter):
+        """Places the camera: at the sensor of a depth image, or above the whole cloud."""
+        view = complete_view(View(size=tuple(plotter.window_size)),
+                             Cloud(self._dataset, *scan(self._dataset)), surfels)
+        plotter.camera_position = [view.position, view.focal_point, view.view_up]
+        plotter.camera.view_angle = view.view_angle
 
 
 def _surface_in_the_middle(camera, surfels):

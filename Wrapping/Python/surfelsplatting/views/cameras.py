@@ -48,7 +48,7 @@ class View:
     position: Optional[Vector] = None
     focal_point: Optional[Vector] = None
     view_up: Optional[Vector] = None
-    view_angle: float = DEFAULT_ANGLE  # vertical, degrees
+    view_angle: Optional[float] = None  # vertical, degrees
     size: Tuple[int, int] = DEFAULT_SIZE
     focal_disk: float = 0.0  # lens diameter, world units; 0 = pinhole
     focal_distance: float = 0.0  # along the view direction; 0 = to the focal point
@@ -189,7 +189,7 @@ def _view_of(path, text, values):
         focal_point=view.vector("focalPoint"),
         view_up=view.vector("viewUp"),
         view_angle=view.number("viewAngle", DEFAULT_ANGLE, lambda a: 0 < a < 180,
-                               "between 0 and 180 degrees"),
+                               "between 0 and 180 degrees") if "viewAngle" in values else None,
         size=view.size(),
         focal_disk=view.number("focalDisk", 0.0, lambda d: d >= 0, "a number from 0 on"),
         focal_distance=view.number("focalDistance", 0.0, lambda d: d >= 0, "a number from 0 on"),
@@ -288,7 +288,7 @@ def _check_range(view):
         if value > LARGEST:
             raise UserProblem(f"the camera's {name} is {value:g}; the largest usable one is "
                               f"{LARGEST:g}")
-    if not SMALLEST_ANGLE <= view.view_angle <= 180 - SMALLEST_ANGLE:
+    if not SMALLEST_ANGLE <= (view.view_angle or DEFAULT_ANGLE) <= 180 - SMALLEST_ANGLE:
         raise UserProblem(f"the camera's view angle is {view.view_angle:g} degrees; it must be "
                           f"between {SMALLEST_ANGLE} and {180 - SMALLEST_ANGLE}")
     if view.view_up is not None and 0 < max(map(abs, view.view_up)) < 1e-100:

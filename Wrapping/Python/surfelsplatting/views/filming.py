@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from .framing import Samples, fit, surface_in_the_middle
+from .focus import sharp_depths
+from .framing import FRONT, MIDDLE, Samples, fit
 from .paths import turntable
 from .turning import unit
+from .vtkcamera import make_camera
 
 RINGS, RING_POINTS = 64, 64
 BULK = 98  # percent of the samples, by their distance from the axis, that a turn shows all the time
-FRONTS = 32  # places of the camera from which the front of the surface is looked for
-HARMONICS = 2  # of the motion of the focus during a turn
+PLACES = 32  # of the camera, from which the surface in the middle is looked for
+SMALL = 120  # px, height of the pictures that show it
+HARMONICS = 4  # of the motion of the focus during a turn
 
 
 def _middle(samples):
@@ -43,27 +46,53 @@ def _swept(samples, pivot, axis):
     return swept
 
 
-def _smooth_fronts(samples, views, frames):
-    """The distances of the surface in the middle of the picture, without the higher harmonics of
-    their motion, so that the focus does not jump at edges."""
-    fronts = np.array([surface_in_the_middle(samples, np.asarray(v.position),
-                                             np.asarray(v.focal_point), v) for v in views])
-    if not fronts.any():
-        return np.zeros(frames)
-    fronts[fronts == 0] = np.median(fronts[fronts > 0])
-    waves = np.fft.rfft(fronts)[:HARMONICS + 1] / len(fronts)
-    times = 2 * np.pi * np.arange(frames) / frames
+def _front(depths):
+    """Distance to the front of the surface in the middle of a picture; 0 where it is empty."""
+    rows, columns = np.ogrid[:depths.shape[0], :depths.shape[1]]
+    off_axis = np.hypot(rows - (depths.shape[0] - 1) / 2, columns - (depths.shape[1] - 1) / 2)
+    seen = depths[(off_axis < MIDDLE * depths.shape[0] / 2) & (depths > 0)]
+    return float(np.percentile(seen, FRONT)) if len(seen) else 0.0
+
+
+def _fronts(views, renderer):
+    """-> [n] of small pictures of the views"""
+    size = renderer.GetSize()
+    renderer.SetSize(max(1, round(SMALL * size[0] / size[1])), SMALL)
+    fronts = []
+    for view in views:
+        renderer.SetCamera(make_camera(view))
+        fronts.append(_front(sharp_depths(renderer)))
+    renderer.SetSize(*size)
+    return np.array(fronts)
+
+
+def _smooth(values, count):
+    """A loop without its higher harmonics, in so many steps; within the range of the values."""
+    waves = np.fft.rfft(values)[:HARMONICS + 1] / len(values)
+    times = 2 * np.pi * np.arange(count) / count
     smooth = waves[0].real + sum(2 * (wave * np.exp(1j * times * (order + 1))).real
                                  for order, wave in enumerate(waves[1:]))
-    return np.clip(smooth, fronts.min(), fronts.max())
+    return np.clip(smooth, values.min(), values.max())
 
 
-def turn(view, axis, surfels, frames, degrees):
-    """-> the views of a turntable around a cloud, from the side of a view.
+def focused_in_the_middle(turn, frames, renderer):
+    """-> the views of a turn, focused on the front of the surface in the middle of each picture, but
+    without the quick part of its motion, so that the focus does not jump at edges.
 
-    The camera is where it sees the bulk of the cloud all the way around, and focused on the surface
-    in the middle, unless the view has another focus.
+    turn: gives the views of so many frames. renderer: has the scene and the size of the pictures.
     """
+    views, fronts = turn(frames), _fronts(turn(PLACES), renderer)
+    if not fronts.any():
+        return views
+    fronts[fronts == 0] = np.median(fronts[fronts > 0])
+    # Blur is linear in the reciprocal of the distance.
+    return [replace(view, focal_distance=float(1 / near))
+            for view, near in zip(views, _smooth(1 / fronts, frames))]
+
+
+def whole_turn(view, axis, surfels, degrees):
+    """-> a turntable around a cloud, from the side of a view: a function that gives the views of so
+    many frames. The camera is where it sees the bulk of the cloud all the way around."""
     samples = Samples(surfels)
     pivot = _middle(samples)
     direction = unit(np.asarray(view.position) - np.asarray(view.focal_point))
@@ -71,8 +100,4 @@ def turn(view, axis, surfels, frames, degrees):
                                 np.asarray(view.view_up), view)
     view = replace(view, position=tuple(map(float, position)),
                    focal_point=tuple(map(float, focal_point)))
-    views = turntable(view, pivot, axis, frames, degrees)
-    if view.focal_distance or view.focus_point or view.wishes.focus_pixel:
-        return views
-    fronts = _smooth_fronts(samples, turntable(view, pivot, axis, FRONTS, degrees), frames)
-    return [replace(v, focal_distance=float(distance)) for v, distance in zip(views, fronts)]
+    return lambda frames: turntable(view, pivot, axis, frames, degrees)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..backend import vtk
-from .cameras import Wishes, are_parallel, check_view, focal_length_of_angle
+from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from ..problems import UserProblem
+from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
@@ -19,8 +20,8 @@ FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
+FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
-SENSOR_ARRAYS = ("ScanSensorDirection", "ScanSensorUp")  # see DataContract.md
 LOWEST = 0.05  # the part of the height in which the ground is looked for
 GROUND = 0.03  # part of the area above which level area there is a ground
 LEVEL = 0.95  # cosine of the slope up to which area is level
@@ -252,49 +253,6 @@ def fit(samples, direction, up, view):
     return focal_point + distance * direction, focal_point
 
 
-def _directions_of_rows(cloud):
-    """-> for a depth image: the direction to the sensor, and up in the image."""
-    points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
-    rays = points - np.asarray(cloud.viewpoint)
-    rows = np.arange(len(rays)) // cloud.columns
-    keep = np.isfinite(rays).all(axis=1) & (np.linalg.norm(rays, axis=1) > 0)
-    rays, rows = rays[keep], rows[keep]
-    rays /= np.linalg.norm(rays, axis=1)[:, None]
-    forward = unit(rays.mean(axis=0))
-    down = (rows - rows.mean()) @ rays
-    return -forward, unit(-(down - (down @ forward) * forward))
-
-
-def _unit_vector(array):
-    """-> [3], or None if the array is missing or damaged"""
-    if not array or array.GetNumberOfValues() != 3 or array.GetDataTypeAsString() != "double":
-        return None
-    values = _doubles(array).ravel()
-    return values if abs(np.linalg.norm(values) - 1) < 1e-6 else None
-
-
-def sensor_directions(cloud, surfels):
-    """-> the direction to the sensor of a depth image, and up in the image; or None.
-
-    The surfels of a depth image are not in rows; keep_sensor has written these for them.
-    """
-    if cloud.viewpoint and cloud.columns:
-        return _directions_of_rows(cloud)
-    directions = [_unit_vector(surfels.GetFieldData().GetArray(name)) for name in SENSOR_ARRAYS]
-    if any(direction is None for direction in directions) or are_parallel(*directions, 0.1):
-        return None
-    return tuple(directions)
-
-
-def keep_sensor(cloud, surfels):
-    """Writes into the surfels of a depth image from where its sensor has seen it."""
-    if cloud.viewpoint and cloud.columns:
-        for name, direction in zip(SENSOR_ARRAYS, _directions_of_rows(cloud)):
-            array = vtk("util.numpy_support").numpy_to_vtk(direction.reshape(1, 3), deep=True)
-            array.SetName(name)
-            surfels.GetFieldData().AddArray(array)
-
-
 def _other_than(up, direction):
     """Up, or another axis if up is nearly the view direction."""
     if not are_parallel(up, direction, sine=0.1):
@@ -312,16 +270,16 @@ def surface_in_the_middle(samples, position, focal_point, view):
     window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
     facing = samples.two_sided | (samples.areas @ forward < 0)
     in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
-    return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
+    return float(np.percentile(in_the_middle, FRONT)) if len(in_the_middle) else 0.0
 
 
 def _aim(view, sensor, samples):
     """-> the direction to the camera, what is up in the picture, and the axis of azimuth; without
     turns."""
     up = unit(np.asarray(view.view_up)) if view.view_up else None
-    if sensor and not (view.view_up and are_parallel(up, sensor[0], 0.1)):
-        direction, own_up = sensor
-        up = own_up if up is None else up
+    if sensor and not (view.view_up and are_parallel(up, sensor.direction, 0.1)):
+        direction = sensor.direction
+        up = sensor.up if up is None else up
         front = unit(direction - (direction @ up) * up)
     else:
         up = up_axis(samples) if up is None else up
@@ -371,23 +329,51 @@ def axis_of(view, cloud, surfels):
     """What is up in the world, about which the camera goes around."""
     if view.view_up:
         return unit(np.asarray(view.view_up))
-    return _aim(view, sensor_directions(cloud, surfels), Samples(surfels))[2]
+    return _aim(view, sensor_of(cloud, surfels), Samples(surfels))[2]
+
+
+def is_from_sensor(view, sensor):
+    """Whether a view that is not complete begins at the place of a Sensor."""
+    if not sensor or sensor.spread is None or view.position or view.wishes.side:
+        return False
+    arm = np.subtract(sensor.place, view.focal_point) if view.focal_point else sensor.direction
+    return bool(np.any(arm)) and not are_parallel(view.view_up or sensor.up, arm, 0.1)
+
+
+def _from_sensor(view, sensor, samples):
+    """The view from the place of the sensor, at the surface in its middle."""
+    placed = sensor.placed(view)
+    if view.focal_point:
+        return placed
+    distance = (surface_in_the_middle(samples, sensor.place, np.asarray(placed.focal_point), placed)
+                or np.median(np.linalg.norm(samples.points - sensor.place, axis=1)))
+    point = sensor.place - distance * sensor.direction
+    return replace(placed, focal_point=tuple(map(float, point)))
+
+
+def _focused(view, position, focal_point, samples):
+    """The view with the surface in its middle in focus, unless another focus is given."""
+    if view.focal_distance or view.focus_point or view.wishes.focus_pixel:
+        return view
+    distance = surface_in_the_middle(samples, position, focal_point, view)
+    return replace(view, focal_distance=distance)
 
 
 def complete_view(view, cloud, surfels):
     """The view; everything that was not given is derived from the cloud."""
-    wishes = view.wishes
     is_placed = view.position and view.focal_point and view.view_up
-    if is_placed and wishes == Wishes():
-        return view
-    focused = (view.focal_distance or view.focus_point or wishes.focus_pixel or view.focal_point)
+    if is_placed and view.wishes == Wishes():
+        return view if view.view_angle else replace(view, view_angle=DEFAULT_ANGLE)
+    has_focal_point = view.focal_point is not None
+    sensor = None if is_placed else sensor_of(cloud, surfels)
     samples = None if is_placed else Samples(surfels)
-    aim = (None, None, np.asarray(view.view_up)) if is_placed else _aim(
-        view, sensor_directions(cloud, surfels), samples)
+    if is_from_sensor(view, sensor):
+        view, is_placed = _from_sensor(view, sensor, samples), True
+    view = replace(view, view_angle=view.view_angle or DEFAULT_ANGLE)
+    aim = (None, None, np.asarray(view.view_up)) if is_placed else _aim(view, sensor, samples)
     position, focal_point, up = _placed(view, aim, samples)
-    if not focused:
-        distance = surface_in_the_middle(samples, position, focal_point, view)
-        view = replace(view, focal_distance=distance)
+    if not has_focal_point:
+        view = _focused(view, position, focal_point, samples)
     completed = _zoomed(replace(view, position=tuple(map(float, position)),
                                    focal_point=tuple(map(float, focal_point)),
                                    view_up=tuple(map(float, up))))

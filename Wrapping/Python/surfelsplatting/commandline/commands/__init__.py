@@ -8,7 +8,7 @@ options that cannot be combined) and run. They import VTK only when they run.
 import difflib
 
 from ...version import __version__
-from ..arguments import Parser, split_sizes
+from ..arguments import Parser, split_numbers
 from ..completion import complete
 from . import film, info, render, view, web
 
@@ -33,7 +33,7 @@ def parse_arguments(words):
     for command in COMMANDS:
         command.add_parser(commands)
     complete(parser)
-    words = list(split_sizes(words))
+    words = list(split_numbers(words))
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         _refuse(unknown, commands.choices[arguments.command])

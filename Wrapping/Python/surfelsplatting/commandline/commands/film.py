@@ -14,8 +14,9 @@ Makes a film of a point cloud: the camera goes around it, the focus moves throug
 goes from view to view.
 
 OUT.mp4 needs ffmpeg. Any other OUT is a folder, which gets the pictures 0000.png, 0001.png and so
-on. Ctrl-C keeps the pictures that are done; the same command with --resume then makes the others.
-The pictures of OUT.mp4 are in the folder OUT.frames until the film is complete.
+on, and which must not hold those of another film. Ctrl-C keeps the pictures that are done; the same
+command with --resume then makes the others. The pictures of OUT.mp4 are in the folder OUT.frames
+until the film is complete.
 
 CLOUD, camera, lens and look are as in surfelsplat render. Around a cloud the camera stays at a
 distance from which most of it is seen all the time, unless --camera, --position or --focal-point
