@@ -113,6 +113,23 @@ class TestVolumes(ToolCase):
                 said = self.run_tool("render", path, "-o", "out.png").stderr
                 self.assertIn(f"{path} promises 8788 bytes of scalars, but {data} has 8688", said)
 
+    def test_damaged_headers(self):
+        """One line of ours, and nothing from the library, whose words are in it."""
+        values = ball().ravel()
+        zipped = META.replace("ElementData", "CompressedData = True\nElementData")
+        for header, says in ((META.replace("13 13 13", "13 x 13"), "ElementType required"),
+                             (META.replace("NDims = 3\n", ""), "DimSize defined prior"),
+                             (META.replace("LOCAL", "none.raw"), "Cannot open data file"),
+                             (META.replace("LOCAL", "LIST\na.raw\nb.raw"), "cannot open slice"),
+                             (META.replace("MET_FLOAT", "MET_NONE"), "Unknown data type"),
+                             ("hello\n", "NDims required"), (zipped, "Uncompress failed")):
+            write_raw("a.mha", header, values)
+            result = self.run_tool("render", "a.mha", "-o", "out.png")
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn("a.mha is", result.stderr)
+            self.assertIn(says, result.stderr)
+            self.assertEqual(result.stdout, "")
+
     def test_picture_without_options(self):
         """Whatever the file: the ball in the middle, and its surroundings transparent."""
         image = make_image(ball())

@@ -2,15 +2,16 @@
 """Reads the points of VTK's own files, .vtp, .vtu, .vti and .vtk, and volumes."""
 
 import os
+from contextlib import nullcontext
 
 import numpy as np
 
 from ..backend import vtk
-from .probing import check_survives
+from .colors import COLOR_NAMES, color_bytes, is_colors
+from .probing import check_survives, silent_libraries
 from .rawvolumes import check_raw_size
 from .volumes import is_volume
-
-COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
+from ..problems import UserProblem
 
 _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
@@ -111,6 +112,17 @@ def _volume_or_points(data):
     return cloud
 
 
+def _check_said(path, said):
+    """UserProblem if the library of raw volumes printed something other than warnings, for which VTK
+    has no word, or fewer words."""
+    lines = [line.strip() for line in said.splitlines() if "warning" not in line.lower()]
+    lines = [line for line in lines if line]
+    if lines:
+        # The first ones tell the cause, those that begin with a class who passed it on.
+        text = next((line for line in lines if not line.startswith("Meta")), lines[0])
+        raise UserProblem(f"{path} is damaged: {text}")
+
+
 def read_dataset(path, messages, progress):
     """-> vtkPolyData, or vtkImageData of a volume"""
     def try_out():
@@ -119,10 +131,12 @@ def read_dataset(path, messages, progress):
         _volume_or_points(reader.GetOutput())
 
     reader = _make_reader(path)  # loads its module before there is a child
-    check_survives(path, try_out)
-    progress.update(reader, "reading")
+    said = check_survives(path, try_out)
+    with silent_libraries() if said else nullcontext():
+        progress.update(reader, "reading")
     extension = os.path.splitext(path)[1]
     if extension.lower() in _RAW:  # first: it says what is missing
         check_raw_size(path, reader.GetOutput().GetPointData().GetScalars())
+        _check_said(path, said)
     messages.check(f"{path} is not a readable {extension} file: ")
     return _volume_or_points(reader.GetOutput())
