@@ -500,6 +500,7 @@ void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
   channels.Coverage = this->Channels & CHANNEL_COVERAGE;
   channels.Fragments = this->Channels & CHANNEL_FRAGMENTS;
   channels.Level = this->Channels & CHANNEL_LEVEL;
+  channels.MedianDepth = this->Channels & CHANNEL_MEDIAN_DEPTH;
   SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds, scene.OccluderDepth,
     this->Internal->ChannelCore, this->Internal->Output);
 }

@@ -50,5 +50,8 @@ public:
   /// Called after a tile's layers for each pixel that is covered, with the number of splats and
   /// cells of coarse grids.
   virtual void ReceiveFragments(int /* x */, int /* y */, float /* count */) {}
+
+  /// Called after all that a tile's pixels add.
+  virtual void EndTile(const PixelBox& /* tile */) {}
 };
 }

@@ -57,16 +57,20 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   const Frame& frame, LazySplats* lazy)
 {
   this->Place(tile, bins, frame);
+  const PixelBox box{ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+    std::min(this->OriginY + TileSize, this->Height) };
   if (this->Sink)
   {
-    this->Sink->BeginTile(
-      { this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
-        std::min(this->OriginY + TileSize, this->Height) });
+    this->Sink->BeginTile(box);
   }
   const RasterPass pass = this->Settings.Pass;
   const Counts counts = pass == RasterPass::Layers || pass == RasterPass::Collect
     ? this->RenderLayers(list, bins, tile, lazy)
     : this->RenderNearest(list, bins, tile);
+  if (this->Sink)
+  {
+    this->Sink->EndTile(box);
+  }
   if (frame.Color)
   {
     this->Store(frame);

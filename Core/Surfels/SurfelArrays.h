@@ -38,6 +38,7 @@ constexpr const char* CircleOfConfusion = "CircleOfConfusion"; // float[1], px, 
 constexpr const char* Coverage = "Coverage";                   // float[1], 0..1
 constexpr const char* Fragments = "Fragments";                 // float[1]
 constexpr const char* Level = "Level";                         // float[1], of the hierarchy
+constexpr const char* MedianDepth = "MedianDepth";             // float[1], at half of alpha
 
 // In a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves

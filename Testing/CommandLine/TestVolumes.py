@@ -216,6 +216,32 @@ class TestVolumes(ToolCase):
         self.assertIn("--shade has no effect on ball.vtp, which is no volume",
                       self.tool("render", "ball.vtp", "--shade", *SMALL, "-o", "out.exr"))
 
+    def test_focus(self):
+        """Where half of what is seen has been gathered, however translucent it is."""
+        fog = np.zeros((9, 9, 41))
+        fog[...] = 1
+        write("fog.vti", make_image(fog))
+        camera = ("--position", -100, 4, 4, "--focal-point", 20, 4, 4, "--view-up", 0, 0, 1,
+                  "--view-angle", 3)
+        for depth in (0.3, 4.0):
+            # T falls as exp(-depth x / 40): half of 1 - T(40) at this x.
+            half = -40 / depth * np.log(1 - (1 - np.exp(-depth)) / 2)
+            look = ("--opacity", f"0:0,1:{1 - np.exp(-depth / 40)}", "--unit-distance", 1)
+            self.assertEqual(self.tool("render", "fog.vti", *camera, *look, *SMALL, "--focus-pixel", 32,
+                                       24, "--blur", 3, "--save-camera", "a.json", "-o", "out.png"), "")
+            with open("a.json", encoding="utf-8") as file:
+                view = json.load(file)
+            self.assertAlmostEqual(view["focusPoint"][0], half, delta=1.5)
+            self.assertGreater(view["circleOfConfusion"], 3)
+            self.assertEqual(self.tool("render", "fog.vti", *look, "--view", "left", *SMALL, "--blur", 3,
+                                       "--save-camera", "a.json", "-o", "out.png"), "")
+            with open("a.json", encoding="utf-8") as file:
+                view = json.load(file)
+            self.assertAlmostEqual(view["position"][0] + view["focalDistance"], half, delta=2)
+        said = self.tool("render", "fog.vti", *camera, *SMALL, "--opacity", "0:0,1:3e-4", "--blur", 3,
+                         "--focus-pixel", 32, 24, "-o", "out.png")
+        self.assertIn("the camera sees nothing", said)
+
     def test_which_array(self):
         image = vtkImageData()
         image.SetDimensions(3, 4, 5)

@@ -2,6 +2,7 @@
 // Deep pictures: cells of the lens joined by hand, and scenes whose samples are tidy and give the
 // picture when they are composited.
 #include "Core/Picture/DeepImage.h"
+#include "Core/Picture/MedianDepths.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
@@ -94,6 +95,32 @@ TEST_CASE("Leaking bits")
     CHECK_NEAR(depth, 0.1 * 1.5 + 0.6 * 3.0 + 0.1 * 4.0, 1e-4);
   }
   CHECK(pixels == 2);
+}
+
+/// In the layer at which half of alpha is reached, in each pixel and tile of its own.
+TEST_CASE("Median depths")
+{
+  float depths[2 * 40] = { 7.0f, 7.0f };
+  MedianDepths medians(40, 2, depths);
+  for (const PixelBox& tile : { PixelBox{ 0, 0, 32, 2 }, PixelBox{ 32, 0, 40, 2 } })
+  {
+    medians.BeginTile(tile);
+    for (int i = 0; i < 4; ++i)
+    {
+      const float depth = 1.0f + i;
+      medians.Receive(tile.X0 + 1, 0, SeenThrough(1.0f, 0.01f, 1.0f, depth));
+      medians.Receive(tile.X0 + 2, 1, SeenThrough(1.0f, i == 2 ? 0.6f : 0.1f, 1.0f, 2 * depth));
+    }
+    medians.Receive(tile.X0 + 3, 1, SeenThrough(1.0f, 1.0f, 1.0f, 5.0f));
+    medians.EndTile(tile);
+  }
+  for (const int x : { 0, 32 })
+  {
+    CHECK(depths[x] == 0.0f);
+    CHECK(depths[x + 1] == 3.0f); // as much alpha is in front of it as from it on
+    CHECK(depths[40 + x + 2] == 6.0f);
+    CHECK(depths[40 + x + 3] == 5.0f);
+  }
 }
 
 /// Equal depths are one sample; what adds nothing is left out.

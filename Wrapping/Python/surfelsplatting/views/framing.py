@@ -297,12 +297,16 @@ def _half_way(samples, position, forward, width):
 
 def surface_in_the_middle(samples, position, focal_point, view):
     """Distance along the view direction to the front of the surface in the middle of the picture,
-    on which a photographer would focus."""
+    on which a photographer would focus; of a volume, to where half of what is seen there has been
+    gathered."""
     forward = unit(focal_point - position)
+    tangent = MIDDLE * math.tan(math.radians(view.view_angle) / 2)
+    if samples.is_volume:
+        return _half_way(samples, position, forward, 2 * tangent)
     local = samples.points - position
     depth = local @ forward
     off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
-    window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
+    window = tangent * depth
     facing = samples.two_sided | (samples.areas @ forward < 0)
     in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
     return float(np.percentile(in_the_middle, 20)) if len(in_the_middle) else 0.0
