@@ -18,10 +18,12 @@ from vtkmodules.vtkRenderingCore import vtkVolumeProperty
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.clouds.volumes import coarsened, volume_of
 from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.outputs import write_surfels
 from surfelsplatting.commandline.scan import Scan
 from surfelsplatting.commandline.volume import classify
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.transfer import DEPTH, QUIET, automatic_opacity
+from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import SMALL, ToolCase, arrays_of, wait_for
 
 
@@ -213,8 +215,26 @@ class TestVolumes(ToolCase):
                       self.tool("render", "ball.vti", *look, "--shade", "--unlit", *SMALL, "-o",
                                 "out.exr"))
         np.testing.assert_array_equal(self.read_rgba("out.exr"), plain)
+        # The file has the normals.
+        self.assertEqual(self.tool("render", "ball.vti", *look, "--shade", "--unlit", *SMALL,
+                                   "--hierarchy", "ball.vtp", "-o", "out.exr"), "")
+        self.draw("ball.vtp")
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), shaded)
         self.assertIn("--shade has no effect on ball.vtp, which is no volume",
                       self.tool("render", "ball.vtp", "--shade", *SMALL, "-o", "out.exr"))
+
+    def test_normals_that_came_later(self):
+        """Nodes without the normals of their leaves would be dark."""
+        write("ball.vti", make_image(ball(31)))
+        for options, is_refused in (((), True), (("--shade",), False)):
+            self.draw("ball.vti", *options, "--hierarchy", "ball.vtp")
+            surfels = self.read_vtp("ball.vtp")
+            add(surfels.GetPointData(), "GaussianNormal",
+                np.tile(np.float32([0, 0, 1]), (surfels.GetNumberOfPoints(), 1)))
+            write_surfels(surfels, "changed.vtp", VtkMessages())
+            said = self.tool("render", "changed.vtp", *SMALL, "-o", "out.exr")
+            self.assertEqual("GaussianNormal was added later" in said, is_refused, said)
+            self.assertEqual(self.code, 2 if is_refused else 0)
 
     def test_focus(self):
         """Where half of what is seen has been gathered, however translucent it is."""

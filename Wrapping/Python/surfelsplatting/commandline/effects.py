@@ -23,11 +23,12 @@ def _of_lens(arguments, view):
 def without_effect(arguments, view):
     """-> texts about options that change nothing, whatever the cloud. view: the asked one."""
     texts = _of_lens(arguments, view)
+    keeps_normals = any(getattr(arguments, name, None) for name in ("hierarchy", "surfels"))
     rules = (
         (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
         (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
         (("--lod",), not arguments.no_lod, "with --no-lod"),
-        (("--shade",), not arguments.unlit, "with --unlit"),
+        (("--shade",), not arguments.unlit or keeps_normals, "with --unlit"),
     )
     for options, has_effect, reason in rules:
         if not has_effect:
