@@ -185,7 +185,7 @@ class TestVolumes(ToolCase):
     def test_automatic_opacity_of_odd_scalars(self):
         (scalar, opacity), = automatic_opacity(np.full(10, 7.0), (7.0, 7.0), 30)
         self.assertEqual(scalar, 7)
-        self.assertAlmostEqual(-30 * np.log1p(-opacity), DEPTH, delta=1e-9)
+        self.assertAlmostEqual(-30 * np.log1p(-opacity), DEPTH, delta=0.002)  # three digits
         for low, high in ((-1e308, 1e308), (0.0, 5e-324), (1e9, 1e9 + 1e-6)):
             points = np.array(automatic_opacity(np.array([low, low, high]), (low, high), 30))
             self.assertTrue(np.isfinite(points).all())
@@ -235,6 +235,83 @@ class TestVolumes(ToolCase):
             said = self.tool("render", "changed.vtp", *SMALL, "-o", "out.exr")
             self.assertEqual("GaussianNormal was added later" in said, is_refused, said)
             self.assertEqual(self.code, 2 if is_refused else 0)
+
+    def test_round_opacities(self):
+        """They are to be read and typed."""
+        wavelet = 40 + 130.7 * ball(31).ravel()
+        for values in (wavelet, wavelet * 1e-9, wavelet + 5e6, -wavelet):
+            image = make_image(values.reshape(31, 31, 31).astype("f8"))
+            for options in ((), ("--shade",)):
+                found = classified(image, *options)
+                self.assertNotIn("e-1", found.opacity_text)
+                for (scalar, opacity), text in zip(found.opacities, found.opacity_text.split(",")):
+                    self.assertEqual(text.split(":")[1], f"{opacity:.3g}")
+                    self.assertEqual(float(text.split(":")[0]), scalar)
+                    self.assertLess(len(text), 18)
+                self.assertTrue(any(opacity == 0 for _, opacity in found.opacities))
+
+    def test_colours_of_the_image(self):
+        """Three components and an opacity, three alone, and as fractions by name."""
+        n = 21
+        axis = np.linspace(-1, 1, n)
+        z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+        inside = x * x + y * y + z * z < 0.6
+        colors = np.stack([np.full(x.shape, 220), np.where(x > 0, 200, 20), np.full(x.shape, 30)],
+                          axis=-1)
+        rgba = np.concatenate([colors, np.where(inside, 180, 0)[..., None]], axis=-1)
+        black = np.where(inside[..., None], colors, 0)
+        header = NRRD.replace("float", "unsigned char").replace("dimension: 3", "dimension: 4")
+        with open("rgba.nrrd", "wb") as file:
+            file.write(header.replace("13", f"{n}").replace("sizes:", "sizes: 4").encode()
+                       + rgba.astype(np.uint8).tobytes())
+        for path, name, values in (("rgba.vti", "ImageScalars", rgba.astype(np.uint8)),
+                                   ("rgb.vti", "ImageScalars", black.astype(np.uint8)),
+                                   ("real.vti", "RGBA", rgba / 255)):
+            image = vtkImageData()
+            image.SetDimensions(n, n, n)
+            add(image.GetPointData(), name, values.reshape(n**3, -1))
+            image.GetPointData().SetActiveScalars(name)
+            write(path, image)
+        for path in ("rgba.vti", "rgba.nrrd", "rgb.vti", "real.vti"):
+            with self.subTest(path):
+                self.draw(path, "--view", "front", "--opacity", "70:0,75:0.9")
+                picture = self.read_rgba("out.exr")
+                for column, color in ((24, (220, 20, 30)), (40, (220, 200, 30))):
+                    seen = picture[24, column]
+                    self.assertGreater(seen[3], 0.98)
+                    # Those of rgb.vti go over into black.
+                    np.testing.assert_allclose(seen[:3] / seen[:3].max(),
+                                               np.array(color) / max(color), atol=0.06)
+                    self.assertGreater(seen[0], 0.6)
+                self.assertEqual(picture[2, 2, 3], 0)
+                self.draw(path, "--view", "front")  # without options it is seen, too
+                self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.5)
+        said = self.tool("render", "rgba.vti", *SMALL, "--colormap", "gray", "-o", "out.png")
+        self.assertIn("--colormap has no effect on rgba.vti, which has colours", said)
+        # What is coarser keeps its colours.
+        with unittest.mock.patch("surfelsplatting.commandline.volume.MOST_GAUSSIANS", 500):
+            self.tool("render", "rgba.vti", "--view", "front", *SMALL, "-o", "out.exr")
+        red, green, blue, alpha = self.read_rgba("out.exr")[24, 40]
+        np.testing.assert_allclose(np.array([red, green, blue]) / alpha,
+                                   np.array([220, 200, 30]) / 255, atol=0.06)
+
+    def test_opacities_of_colours(self):
+        """Without opacity the luminance tells the background; an opacity of 0 is the background
+        however rare it is, and one of 0 everywhere shows nothing."""
+        values = np.full((5, 5, 5, 4), 200, np.uint8)
+        values[0, 0, 0, 3] = 0
+        image = make_image(np.zeros((5, 5, 5)))
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values.reshape(-1, 4)))
+        found = classified(image)
+        self.assertEqual((found.limits, found.opacities[0]), ((0, 200), (0, 0)))
+        self.assertGreater(found.opacities[-1][1], 0.1)
+        values[..., 3] = 0
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values.reshape(-1, 4)))
+        self.assertIn("all of it is transparent: the fourth component of 'c' is from 0 to 0",
+                      self.tool("render", write("a.vti", image), "-o", "out.png"))
+        values[:2] = 0, 250, 0, 0
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values[..., :3].reshape(-1, 3)))
+        self.assertEqual(classified(image).limits, (round(250 * 0.59), 200))
 
     def test_focus(self):
         """Where half of what is seen has been gathered, however translucent it is."""

@@ -60,34 +60,14 @@ def _as_polydata(data):
     return cloud
 
 
-def _is_colors(array):
-    return (array is not None and array.GetDataTypeAsString() == "unsigned char"
-            and array.GetNumberOfComponents() in (3, 4))
-
-
-def _color_bytes(array):
-    """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
-    if array is None or array.GetNumberOfComponents() not in (3, 4) or _is_colors(array):
-        return array if _is_colors(array) else None
-    support = vtk("util.numpy_support")
-    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
-    if not len(values) or values.min() < 0 or values.max() > 65535:
-        return None
-    is_real = array.GetDataTypeAsString() in ("float", "double")
-    scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
-    colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)
-    colors.SetName("RGBA" if array.GetNumberOfComponents() == 4 else "RGB")
-    return colors
-
-
 def _use_colors(cloud):
     """Colours that other programs write by name become the scalars."""
     data = cloud.GetPointData()
-    if _is_colors(data.GetScalars()):
+    if is_colors(data.GetScalars()):
         return
     for number in range(data.GetNumberOfArrays()):
         if (data.GetArrayName(number) or "").lower() in COLOR_NAMES:
-            colors = _color_bytes(data.GetArray(number))
+            colors = color_bytes(data.GetArray(number))
             if colors is not None:
                 data.SetScalars(colors)
                 return

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Options that have no effect beside the others, or for a cloud."""
 
+from ..clouds.volumes import color_components
+
 
 def _texts(arguments, options, reason):
     """One warning for those of the options that are on the command line."""
@@ -69,6 +71,8 @@ def _of_kind(cloud, arguments):
                         f"on {arguments.cloud}, which is no volume")
         if not getattr(arguments, "scalars", None):
             texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")
+    elif color_components(cloud.data, arguments.scalars or arguments.volume_scalars):
+        texts += _texts(arguments, ("--colormap",), f"on {arguments.cloud}, which has colours")
     if not cloud.data.GetPointData().HasArray("GaussianOpacity"):
         texts += _texts(arguments, ("--capture-filter",),
                         f"on {arguments.cloud}, which is no capture of 3D Gaussian splatting")
