@@ -22,7 +22,8 @@ from surfelsplatting.commandline.outputs import write_surfels
 from surfelsplatting.commandline.scan import Scan
 from surfelsplatting.commandline.volume import classify
 from surfelsplatting.problems import UserProblem
-from surfelsplatting.transfer import DEPTH, QUIET, automatic_opacity
+from surfelsplatting.transfer import (DEPTH, MOST_OPACITY, QUIET, automatic_opacity,
+                                      surface_look)
 from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import SMALL, ToolCase, arrays_of, wait_for
 
@@ -235,6 +236,42 @@ class TestVolumes(ToolCase):
             said = self.tool("render", "changed.vtp", *SMALL, "-o", "out.exr")
             self.assertEqual("GaussianNormal was added later" in said, is_refused, said)
             self.assertEqual(self.code, 2 if is_refused else 0)
+
+    def test_shade_is_well_lit(self):
+        """What the lamp at the camera faces is as bright as without light, or brighter: things whose
+        scalars hardly change inside, with noise, and translucent ones. A shade that is chosen by
+        --opacity stays as it is."""
+        rng = np.random.default_rng(1)
+        solid = np.clip(3 * ball(41), 0, 1)
+        for values in (ball(41), 1000 * solid - 1000 + rng.normal(0, 10, solid.shape), 1 - solid,
+                       np.hypot(*np.indices((41, 41, 41))[:2] - 20.0)):
+            write("ball.vti", make_image(values))
+            view = ("--view", "front", "--colormap", "gray")
+            self.draw("ball.vti", *view, "--unlit")
+            dim = self.read_rgba("out.exr")[24, 32]
+            self.draw("ball.vti", *view, "--shade")
+            lit = self.read_rgba("out.exr")
+            self.assertGreater(lit[24, 32, 3], 0.95)
+            self.assertGreater(lit[24, 32, 0], max(0.45, 0.95 * dim[0]))
+            seen = lit[..., 3] > 0.9
+            self.assertGreater(np.median(lit[seen][:, 0]), 0.3)
+
+    def test_surfaces_for_shade(self):
+        """From the background's end to the border, whichever side the things are on."""
+        random = np.random.default_rng(1)
+        air, bone = random.normal(-1000, 10, 5000), random.normal(1000, 10, 2000)
+        for sign in (1, -1):
+            values = sign * np.concatenate([air, bone])
+            limits = values.min(), values.max()
+            points, colors = surface_look(values, limits)
+            (begin, nothing), (end, most) = points[::sign]
+            self.assertEqual((nothing, most), (0, MOST_OPACITY))
+            self.assertAlmostEqual(sign * begin, -1000 + QUIET * 2080, delta=2080 / 64)
+            self.assertAlmostEqual(sign * end, 0, delta=2080 / 64)
+            # The background has the colour in the middle.
+            self.assertAlmostEqual(sign * np.mean(colors), -1000, delta=2080 / 64)
+            self.assertAlmostEqual(sign * colors[1], 1000, delta=50)
+        self.assertEqual(surface_look(np.full(9, 7.0), (7.0, 7.0)), ([(7, MOST_OPACITY)], (7, 7)))
 
     def test_round_opacities(self):
         """They are to be read and typed."""

@@ -57,6 +57,17 @@ class _Histogram:
     def scalar(self, place):
         return (1 - place) * self.low + place * self.high
 
+    def border(self):
+        """The place between two classes that differ most (Otsu 1979); 1/2 if there is one bin."""
+        shares, moments = (np.cumsum(c / self.counts.sum())[:-1]
+                           for c in (self.counts, self.counts * self.centers))
+        apart = shares * (1 - shares)
+        mean = self.centers @ self.counts / self.counts.sum()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            variances = np.where(apart > 1e-12, (mean * shares - moments) ** 2 / apart, 0.0)
+        best = np.flatnonzero(variances >= variances.max() * (1 - 1e-9))
+        return (float(best[0] + best[-1]) / 2 + 1) / BINS  # the middle of a gap
+
 
 def automatic_opacity(values, limits, edge, background=None):
     """[(scalar, opacity)]: the background is transparent, and the opacity grows with the distance
@@ -82,6 +93,29 @@ def automatic_opacity(values, limits, edge, background=None):
     most = _solve(found.counts, distance(found.centers), edge)
     return _round([(found.scalar(place), most * distance(place)) for place in knots],
                   2 * found.half)
+
+
+def surface_look(values, limits, background=None):
+    """-> [(scalar, opacity)] with which light falls on surfaces, and the scalars with the first and
+    the last colour; parameters as of automatic_opacity.
+
+    Inside of things, where scalars hardly change, normals point anywhere, and what is lit there is
+    dark. So that all light is gathered before, the opacity grows from the background's end to
+    MOST_OPACITY at the border between background and things. The background has the colour in the
+    middle, so that what is seen has the brighter ones.
+    """
+    found = _Histogram(values, limits, background)
+    if found.half == 0:
+        return _round([(found.low, MOST_OPACITY if background is None else 0.0)], 0), limits
+    border, background = found.border(), found.background
+    side = 1 if border > background else -1
+    begin = background + side * QUIET
+    end = background + side * max(2 * QUIET, abs(border - background))
+    points = sorted((found.scalar(place), opacity)
+                    for place, opacity in ((begin, 0.0), (end, MOST_OPACITY)))
+    farthest = (side + 1) / 2
+    colors = found.scalar(2 * background - farthest), found.scalar(farthest)
+    return _round(points, 2 * found.half), tuple(map(float, colors))
 
 
 def _color_function(colormap, limits):

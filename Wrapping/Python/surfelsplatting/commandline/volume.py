@@ -10,7 +10,7 @@ from ..clouds.reading import Cloud
 from ..clouds.volumes import (coarsened, color_components, has_choice, samples_of, scalar_names,
                               volume_of)
 from ..problems import UserProblem
-from ..transfer import DIGITS, automatic_opacity, make_property
+from ..transfer import DIGITS, automatic_opacity, make_property, surface_look
 from ..vtkSurfelVolumes import vtkVolumeSplatting
 
 # The most cells along an edge for which cells are split so often: of 21 cells, layers need two
@@ -84,6 +84,9 @@ def classify(cloud, arguments):
     unit = _unit_distance(volume)
     if arguments.opacity:
         opacities = arguments.opacity
+    elif arguments.shade:
+        opacities, bright = surface_look(samples, colors, transparent)
+        colors = tuple(arguments.range or bright)
     else:
         edge = _cells(volume) * math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
         opacities = automatic_opacity(samples, colors, edge / unit, transparent)
