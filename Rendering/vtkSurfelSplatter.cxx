@@ -455,7 +455,7 @@ bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& vi
   }
   else if (this->DeepSamples)
   {
-    scene.Deep.Begin(view.Size[0], view.Size[1]);
+    scene.Deep.Begin(view.Size[0], view.Size[1], my.Context.Sampling.Count == 1);
     target.Sink = &scene.Deep;
   }
   const bool isComplete =

@@ -385,8 +385,8 @@ public:
    * "WorldToCamera" (16 doubles, row by row) and "CameraLens" (focal length in pixels; diameter of
    * the lens and distance in focus in world units). With DeepSamples it also has the point array
    * "SampleCount" (unsigned int) and the field data array "DeepSamples" (float; premultiplied R, G,
-   * B, then A and depth of each sample), pixel after pixel, nearest first: the input of
-   * vtkDeepEXRWriter.
+   * B, then A and depth of each sample; with volumes also the depth where it ends), pixel after
+   * pixel, nearest first: the input of vtkDeepEXRWriter.
    */
   vtkImageData* GetOutput();
 

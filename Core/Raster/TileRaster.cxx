@@ -525,7 +525,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, 
     {
       raster->Sink->Receive(x, y,
         { leaked.Red[l], leaked.Green[l], leaked.Blue[l], leaked.Alpha[l], leaked.Depth[l],
-          leaked.Coverage[l] });
+          leaked.Coverage[l], leaked.Spread[l] });
     }
   });
 }

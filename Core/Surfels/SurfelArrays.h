@@ -26,7 +26,8 @@ constexpr const char* GaussianHarmonics = "GaussianHarmonics"; // float[3 K]: K 
 
 // In a picture:
 constexpr const char* SampleCount = "SampleCount";     // point data, unsigned int[1]: deep samples
-constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth
+constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth, or
+                                                       // float[6]: and where the sample ends
 constexpr const char* WorldToCamera = "WorldToCamera"; // field data, double[16], row by row
 constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal length in px, lens
                                                  // diameter and distance in focus in world units
