@@ -455,7 +455,7 @@ bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& vi
   }
   else if (this->DeepSamples)
   {
-    scene.Deep.Begin(view.Size[0], view.Size[1]);
+    scene.Deep.Begin(view.Size[0], view.Size[1], my.Context.Sampling.Count == 1);
     target.Sink = &scene.Deep;
   }
   const bool isComplete =
@@ -500,6 +500,7 @@ void vtkSurfelSplatter::AddChannels(const SceneClouds& scene)
   channels.Coverage = this->Channels & CHANNEL_COVERAGE;
   channels.Fragments = this->Channels & CHANNEL_FRAGMENTS;
   channels.Level = this->Channels & CHANNEL_LEVEL;
+  channels.MedianDepth = this->Channels & CHANNEL_MEDIAN_DEPTH;
   SurfelSplatting::AddChannels(channels, this->Internal->Context, scene.Clouds, scene.OccluderDepth,
     this->Internal->ChannelCore, this->Internal->Output);
 }

@@ -299,17 +299,19 @@ public:
     CHANNEL_CIRCLE_OF_CONFUSION = 2, ///< radius at "Depth", px; negative in front of the focus
     CHANNEL_COVERAGE = 4,            ///< share covered by surfels, regardless of opacity, [0, 1]
     CHANNEL_FRAGMENTS = 8,           ///< number of fragments, hidden ones too, in all lens cells
-    CHANNEL_LEVEL = 16, ///< mean level in the hierarchy of the visible nodes: 0 for surfels,
-                        ///< 1 for nodes of 2, ...; -1 where nothing is seen
-    ALL_CHANNELS = 31
+    CHANNEL_LEVEL = 16,        ///< mean level in the hierarchy of the visible nodes: 0 for surfels,
+                               ///< 1 for nodes of 2, ...; -1 where nothing is seen
+    CHANNEL_MEDIAN_DEPTH = 32, ///< of what the whole lens sees, the depth at which half of alpha is
+                               ///< reached, however small that is; 0 where nothing is seen
+    ALL_CHANNELS = 63
   };
 
   ///@{
   /**
    * Further float point arrays of GetOutput(), a sum of PixelChannels: "Normal",
-   * "CircleOfConfusion", "Coverage", "Fragments" and "Level". Normals, coverage and fragments
-   * together take the time of one more frame, levels of another one. Default 0: none. Range [0,
-   * ALL_CHANNELS].
+   * "CircleOfConfusion", "Coverage", "Fragments", "Level" and "MedianDepth". Normals, coverage
+   * and fragments together take the time of one more frame, levels and median depths of one more
+   * each. Default 0: none. Range [0, ALL_CHANNELS].
    */
   vtkSetClampMacro(Channels, int, 0, ALL_CHANNELS);
   vtkGetMacro(Channels, int);
@@ -383,8 +385,8 @@ public:
    * "WorldToCamera" (16 doubles, row by row) and "CameraLens" (focal length in pixels; diameter of
    * the lens and distance in focus in world units). With DeepSamples it also has the point array
    * "SampleCount" (unsigned int) and the field data array "DeepSamples" (float; premultiplied R, G,
-   * B, then A and depth of each sample), pixel after pixel, nearest first: the input of
-   * vtkDeepEXRWriter.
+   * B, then A and depth of each sample; with volumes also the depth where it ends), pixel after
+   * pixel, nearest first: the input of vtkDeepEXRWriter.
    */
   vtkImageData* GetOutput();
 

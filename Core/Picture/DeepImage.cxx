@@ -4,6 +4,8 @@
 #include "Core/Raster/RasterTarget.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace SurfelSplatting
 {
@@ -18,27 +20,30 @@ void AppendTidy(
   double before = 1.0;
   for (const DeepSample* s = begin; s != end && before >= DeepImage::MinTransmittance;)
   {
-    DeepSample sum{ 0.0f, 0.0f, 0.0f, 0.0f, s->Depth };
+    DeepSample sum{ 0.0f, 0.0f, 0.0f, 0.0f, s->Depth, s->Depth };
     for (; s != end && s->Depth == sum.Depth; ++s)
     {
       sum.Red += s->Red;
       sum.Green += s->Green;
       sum.Blue += s->Blue;
       sum.Alpha += s->Alpha;
+      sum.Back = std::max(sum.Back, s->Back);
     }
     const auto scale = static_cast<float>(share / before);
     const float alpha = std::min(1.0f, scale * sum.Alpha);
     if (alpha > 0.0f)
     {
-      samples.push_back({ scale * sum.Red, scale * sum.Green, scale * sum.Blue, alpha, sum.Depth });
+      samples.push_back(
+        { scale * sum.Red, scale * sum.Green, scale * sum.Blue, alpha, sum.Depth, sum.Back });
       before *= 1.0 - static_cast<double>(alpha);
     }
   }
 }
 }
 
-void DeepImage::Begin(int width, int height)
+void DeepImage::Begin(int width, int height, bool hasExtents)
 {
+  this->HasExtents = hasExtents;
   this->Columns = width;
   this->Rows = height;
   this->TilesX = (width + TileSize - 1) / TileSize;
@@ -65,24 +70,82 @@ std::size_t DeepImage::TileOf(int x, int y) const
   return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
 }
 
-void DeepImage::Receive(int x, int y, const VisibleLayer& layer)
+/// Whether a layer becomes a part of the sample in front of it.
+bool DeepImage::Joins(const VisibleLayer& layer, const Part& part)
 {
+  if (layer.Spread > 0.0f || part.Spread > 0.0f)
+  {
+    // Of a surface the spread is 0.
+    const float spread = std::min(layer.Spread, part.Spread);
+    const bool isFaint = layer.Alpha + part.Visible.Alpha <= MostAlpha;
+    const float reach = (isFaint ? ReachOfSample : ReachOfGaussian) * spread;
+    return spread > 0.0f && layer.Depth - part.Visible.Depth <= reach;
+  }
+  return std::min(layer.Alpha, part.Visible.Alpha) < MinAlpha;
+}
+
+void DeepImage::Receive(int x, int y, const VisibleLayer& received)
+{
+  VisibleLayer layer = received;
+  layer.Spread = this->HasExtents ? layer.Spread : 0.0f;
   Parts& parts = this->Tiles[this->TileOf(x, y)];
   std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Columns + x];
-  if (last > 0 && std::min(layer.Alpha, parts[last - 1].Visible.Alpha) < MinAlpha)
+  if (last > 0 && Joins(layer, parts[last - 1]))
   {
-    DeepSample& s = parts[last - 1].Visible;
+    Part& part = parts[last - 1];
+    DeepSample& s = part.Visible;
     const float share = layer.Alpha / (s.Alpha + layer.Alpha);
     s.Red += layer.Red;
     s.Green += layer.Green;
     s.Blue += layer.Blue;
     s.Alpha += layer.Alpha;
+    if (part.Spread > 0.0f)
+    {
+      part.Spread = std::min(part.Spread, layer.Spread);
+      s.Back = std::max(s.Back, layer.Depth);
+      return;
+    }
     s.Depth += share * (layer.Depth - s.Depth);
+    s.Back = s.Depth;
     return;
   }
   const auto pixel = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
-  parts.push_back({ pixel, { layer.Red, layer.Green, layer.Blue, layer.Alpha, layer.Depth } });
+  parts.push_back({ pixel, layer.Spread,
+    { layer.Red, layer.Green, layer.Blue, layer.Alpha, layer.Depth, layer.Depth } });
   last = static_cast<std::uint32_t>(parts.size());
+}
+
+/// Gives the samples of media in a pixel, which are sorted by the depths of their first Gaussians,
+/// the extents of what these stand for: a cell that is homogeneous has the length of two
+/// deviations. Where they overlap, they end midway; surfaces stay where they are.
+void DeepImage::ExtendMedia(Part* begin, Part* end)
+{
+  for (Part* b = begin; b != end; ++b)
+  {
+    b->Visible.Depth -= b->Spread;
+    b->Visible.Back += b->Spread;
+    if (b == begin)
+    {
+      continue;
+    }
+    DeepSample &front = b[-1].Visible, &back = b->Visible;
+    if (front.Back < back.Depth || (b[-1].Spread <= 0.0f && b->Spread <= 0.0f))
+    {
+      continue;
+    }
+    if (b->Spread <= 0.0f)
+    {
+      front.Back = std::max(front.Depth, back.Depth);
+      continue;
+    }
+    const float border = b[-1].Spread > 0.0f
+      ? 0.5f * (front.Back - b[-1].Spread + back.Depth + b->Spread)
+      : front.Depth;
+    front.Back = std::max(front.Depth, border);
+    // Behind it, since samples of one depth would become one.
+    back.Depth = std::nextafter(front.Back, std::numeric_limits<float>::infinity());
+    back.Back = std::max(back.Back, back.Depth);
+  }
 }
 
 /// Makes the samples of a tile, row by row of its pixels, and writes the number of each pixel's
@@ -99,9 +162,15 @@ void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
   for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end)
   {
     pixel.clear();
-    for (end = begin; end < parts.size() && parts[end].Pixel == parts[begin].Pixel; ++end)
+    end = begin;
+    while (end < parts.size() && parts[end].Pixel == parts[begin].Pixel)
     {
-      pixel.push_back(parts[end].Visible);
+      ++end;
+    }
+    ExtendMedia(parts.data() + begin, parts.data() + end);
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      pixel.push_back(parts[i].Visible);
     }
     const std::size_t before = samples.size();
     AppendTidy(

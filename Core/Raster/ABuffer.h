@@ -30,6 +30,7 @@ struct VisibleLayer
   float Alpha;            ///< by which the transmittance falls
   float Depth;            ///< mean of the layer, world units along the view direction
   float Coverage;         ///< share of the layers behind that it covers, regardless of opacity
+  float Spread = 0.0f;    ///< deviation in depth of a volume's Gaussian, world units; 0 of others
 };
 
 /// Receives what every pixel's layers add to the picture, front to back, except those behind
@@ -50,5 +51,8 @@ public:
   /// Called after a tile's layers for each pixel that is covered, with the number of splats and
   /// cells of coarse grids.
   virtual void ReceiveFragments(int /* x */, int /* y */, float /* count */) {}
+
+  /// Called after all that a tile's pixels add.
+  virtual void EndTile(const PixelBox& /* tile */) {}
 };
 }

@@ -339,6 +339,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
     hides.Store(leaked.Alpha);
     Lanes(f.Depth).Store(leaked.Depth);
     f.Alpha.Store(leaked.Coverage);
+    Lanes(s.Far - s.Near).Store(leaked.Spread);
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
     AddTo(done.Fragments, Select(f.Inside, 1.0f, 0.0f));
   }

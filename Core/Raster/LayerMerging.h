@@ -359,6 +359,7 @@ void LeakLayers(PixelTile& tile, int block, const LaneMask& chosen, const Lanes&
     const Lanes alpha = leak.Share * layer.Seen;
     const Lanes seen = Larger(before * layer.Opacity, 1e-30f);
     Smaller(alpha * Lanes::Load(open.Weight) / seen, 1.0f).Store(leaked.Coverage);
+    Lanes(0.0f).Store(leaked.Spread);
     callbacks.Leaked(callbacks.User, tile, block, visible.ToBits(), leaked);
   }
   const bool tilts = hasLens && LeakThroughLens(tile, block, leak, layer.Seen);

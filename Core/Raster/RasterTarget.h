@@ -123,6 +123,7 @@ struct alignas(64) LeakedLayers
   /// With a callback:
   float Depth[PixelsPerBlock];    ///< mean, world units along the view direction
   float Coverage[PixelsPerBlock]; ///< share of what is behind that they cover, whatever the opacity
+  float Spread[PixelsPerBlock];   ///< VisibleLayer::Spread
 };
 
 /// Functions that are called with the lanes (bit l: pixel l) of a block. Null ones are not called.

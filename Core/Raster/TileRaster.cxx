@@ -57,16 +57,20 @@ TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bin
   const Frame& frame, LazySplats* lazy)
 {
   this->Place(tile, bins, frame);
+  const PixelBox box{ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
+    std::min(this->OriginY + TileSize, this->Height) };
   if (this->Sink)
   {
-    this->Sink->BeginTile(
-      { this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
-        std::min(this->OriginY + TileSize, this->Height) });
+    this->Sink->BeginTile(box);
   }
   const RasterPass pass = this->Settings.Pass;
   const Counts counts = pass == RasterPass::Layers || pass == RasterPass::Collect
     ? this->RenderLayers(list, bins, tile, lazy)
     : this->RenderNearest(list, bins, tile);
+  if (this->Sink)
+  {
+    this->Sink->EndTile(box);
+  }
   if (frame.Color)
   {
     this->Store(frame);
@@ -535,7 +539,7 @@ void TileRaster::SendToSink(void* self, const PixelTile& /* tile */, int block, 
     {
       raster->Sink->Receive(x, y,
         { leaked.Red[l], leaked.Green[l], leaked.Blue[l], leaked.Alpha[l], leaked.Depth[l],
-          leaked.Coverage[l] });
+          leaked.Coverage[l], leaked.Spread[l] });
     }
   });
 }

@@ -144,6 +144,11 @@ SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndice
     {
       output.Splats[place].Gradient = InSpace;
       output.Splats[place].Opacity = absorbs;
+      if (volume)
+      {
+        const double deviation = __builtin_sqrt(LaneAt(b.Surfels.Covariance.ZZ, l));
+        output.Splats[place].Far += static_cast<float>(deviation);
+      }
       if (output.Footprints)
       {
         const double confusion = focal * LaneAt(b.Blur.Signed, l);

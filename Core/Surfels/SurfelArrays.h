@@ -26,7 +26,8 @@ constexpr const char* GaussianHarmonics = "GaussianHarmonics"; // float[3 K]: K 
 
 // In a picture:
 constexpr const char* SampleCount = "SampleCount";     // point data, unsigned int[1]: deep samples
-constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth
+constexpr const char* DeepSamples = "DeepSamples";     // field data, float[5]: R G B A depth, or
+                                                       // float[6]: and where the sample ends
 constexpr const char* WorldToCamera = "WorldToCamera"; // field data, double[16], row by row
 constexpr const char* CameraLens = "CameraLens"; // field data, double[3]: focal length in px, lens
                                                  // diameter and distance in focus in world units
@@ -38,6 +39,7 @@ constexpr const char* CircleOfConfusion = "CircleOfConfusion"; // float[1], px, 
 constexpr const char* Coverage = "Coverage";                   // float[1], 0..1
 constexpr const char* Fragments = "Fragments";                 // float[1]
 constexpr const char* Level = "Level";                         // float[1], of the hierarchy
+constexpr const char* MedianDepth = "MedianDepth";             // float[1], at half of alpha
 
 // In a hierarchy:
 constexpr const char* Leaves = "SurfelLeaves"; // field data, id[2]: one-sided, two-sided leaves

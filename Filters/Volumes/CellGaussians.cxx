@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace SurfelVolumes
 {
@@ -58,7 +59,22 @@ struct Trilinear
     return a + b * y + (d + e * y) * z;
   }
 
+  double At(const double place[3]) const
+  {
+    double slope;
+    return (*this)(place[0], place[1], place[2], slope);
+  }
+
   std::array<double, 8> C;
+};
+
+using TrilinearVector = std::array<Trilinear, 3>;
+
+/// What is interpolated in a cell.
+struct Fields
+{
+  Trilinear Scalars;
+  std::optional<TrilinearVector> Colors, Normals;
 };
 
 /// Sums over the samples of a part.
@@ -99,8 +115,7 @@ void AddSample(const double place[3], const Medium& medium, double length, PartS
 
 /// Classifies the samples of a part. Each stands for a cube of the part: its scalars are taken as
 /// evenly distributed with the variance that the slope gives them, |grad|^2 length^2 / 12.
-PartSums SumSamples(
-  const Trilinear& scalars, const Part& part, const TransferTable& table, double size)
+PartSums SumSamples(const Fields& fields, const Part& part, const TransferTable& table, double size)
 {
   PartSums sums;
   const double step = part.Length / Samples;
@@ -113,8 +128,13 @@ PartSums SumSamples(
       place[k] = part.Corner[k] + (index[k] + 0.5) * step;
     }
     double slope;
-    const double scalar = scalars(place[0], place[1], place[2], slope);
-    AddSample(place, table.Mean(scalar, 0.5 * slope * step), size * part.Length, sums);
+    const double scalar = fields.Scalars(place[0], place[1], place[2], slope);
+    Medium medium = table.Mean(scalar, 0.5 * slope * step);
+    for (int k = 0; fields.Colors && k < 3; ++k)
+    {
+      medium.Emission[k] = medium.Extinction * (*fields.Colors)[k].At(place);
+    }
+    AddSample(place, medium, size * part.Length, sums);
   }
   return sums;
 }
@@ -162,22 +182,26 @@ CellGaussian MakeGaussian(const PartSums& sums, const Part& part)
   return gaussian;
 }
 
-/// Replaces the normals of the corners by the coefficients of x^a y^b z^c.
-std::array<Trilinear, 3> InterpolateNormals(const std::array<std::array<double, 3>, 8>& corners)
+/// Replaces vectors at the corners by the coefficients of x^a y^b z^c.
+std::optional<TrilinearVector> Interpolate(const std::array<std::array<double, 3>, 8>* corners)
 {
+  if (!corners)
+  {
+    return std::nullopt;
+  }
   std::array<double, 8> components[3];
   for (int i = 0; i < 8; ++i)
   {
     for (int k = 0; k < 3; ++k)
     {
-      components[k][i] = corners[i][k];
+      components[k][i] = (*corners)[i][k];
     }
   }
-  return { Trilinear(components[0]), Trilinear(components[1]), Trilinear(components[2]) };
+  return TrilinearVector{ Trilinear(components[0]), Trilinear(components[1]),
+    Trilinear(components[2]) };
 }
 
-void SetNormal(
-  const std::array<Trilinear, 3>& normals, const PartSums& sums, CellGaussian& gaussian)
+void SetNormal(const TrilinearVector& normals, const PartSums& sums, CellGaussian& gaussian)
 {
   const double *x = sums.First, *xx = sums.Second;
   const double moments[8] = { sums.Mean.Extinction, x[0], x[1], xx[3], x[2], xx[5], xx[4],
@@ -193,17 +217,10 @@ void SetNormal(
   }
 }
 
-/// What is interpolated in a cell.
-struct Fields
-{
-  Trilinear Scalars;
-  const std::array<Trilinear, 3>* Normals; // or null
-};
-
 void AppendPart(const Fields& fields, const Part& part, const TransferTable& table,
   const CellSettings& settings, std::vector<CellGaussian>& gaussians)
 {
-  const PartSums sums = SumSamples(fields.Scalars, part, table, settings.Size);
+  const PartSums sums = SumSamples(fields, part, table, settings.Size);
   if (settings.Subdivision > 0 && IsSteep(sums))
   {
     const CellSettings below{ settings.Subdivision - 1, settings.Size };
@@ -234,13 +251,9 @@ void AppendCellGaussians(const CellCorners& corners, const TransferTable& table,
   const CellSettings& settings, std::vector<CellGaussian>& gaussians)
 {
   const Part whole{ { 0.0, 0.0, 0.0 }, 1.0 };
-  if (corners.Normals)
-  {
-    const std::array<Trilinear, 3> normals = InterpolateNormals(*corners.Normals);
-    AppendPart({ Trilinear(corners.Scalars), &normals }, whole, table, settings, gaussians);
-    return;
-  }
-  AppendPart({ Trilinear(corners.Scalars), nullptr }, whole, table, settings, gaussians);
+  const Fields fields{ Trilinear(corners.Scalars), Interpolate(corners.Colors),
+    Interpolate(corners.Normals) };
+  AppendPart(fields, whole, table, settings, gaussians);
 }
 
 bool IsEmptyCell(const std::array<double, 8>& scalars, const TransferTable& table)

@@ -48,17 +48,17 @@ struct Axes
   double A[3][3];
 };
 
-/// Copies the first component of consecutive tuples.
+/// Copies a component of consecutive tuples.
 struct CopyScalars
 {
   template <typename Array>
-  void operator()(Array* array, vtkIdType begin, std::vector<double>& values) const
+  void operator()(Array* array, vtkIdType begin, int component, std::vector<double>& values) const
   {
     const auto count = static_cast<vtkIdType>(values.size());
     const auto tuples = vtk::DataArrayTupleRange(array, begin, begin + count);
     for (vtkIdType i = 0; i < count; ++i)
     {
-      values[i] = static_cast<double>(tuples[i][0]);
+      values[i] = static_cast<double>(tuples[i][component]);
     }
   }
 };
@@ -66,11 +66,21 @@ struct CopyScalars
 /// The slices z - 1 to z + 2 of points; the first and the last are empty where not needed.
 using Slices = std::array<std::vector<double>, 4>;
 
+/// Red, green and blue of the slices z and z + 1; empty where the table gives the colours.
+using ColorSlices = std::array<std::array<std::vector<double>, 3>, 2>;
+
+/// The number that stands for the brightest red, green or blue.
+double LargestColor(vtkDataArray* colors)
+{
+  const int type = colors->GetDataType();
+  return type == VTK_UNSIGNED_CHAR ? 255.0 : type == VTK_UNSIGNED_SHORT ? 65535.0 : 1.0;
+}
+
 /// The cells of an image, slice by slice.
 class ImageCells
 {
 public:
-  ImageCells(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+  ImageCells(vtkImageData* image, const ImageScalars& scalars, const TransferTable& table,
     int subdivision, bool needsNormals)
     : Scalars(scalars)
     , PointGhosts(image->GetPointGhostArray())
@@ -89,9 +99,11 @@ public:
   {
     const vtkIdType nx = this->Size[0], ny = this->Size[1];
     const Slices slices = this->ReadSlices(z);
+    const ColorSlices colorSlices = this->ReadColors(z);
     std::vector<CellGaussian> found;
-    std::array<std::array<double, 3>, 8> normals;
+    std::array<std::array<double, 3>, 8> normals, colors;
     CellCorners corners;
+    corners.Colors = this->Scalars.AreDependent ? &colors : nullptr;
     corners.Normals = this->NeedsNormals ? &normals : nullptr;
     for (vtkIdType y = 0; y < ny - 1; ++y)
     {
@@ -108,6 +120,13 @@ public:
         for (int i = 0; this->NeedsNormals && i < 8; ++i)
         {
           normals[i] = this->FindNormal(slices.data() + (i >> 2), x + (i & 1), y + (i >> 1 & 1));
+        }
+        for (int i = 0; this->Scalars.AreDependent && i < 8; ++i)
+        {
+          for (int k = 0; k < 3; ++k)
+          {
+            colors[i][k] = colorSlices[i >> 2][k][(y + (i >> 1 & 1)) * nx + x + (i & 1)];
+          }
         }
         found.clear();
         AppendCellGaussians(corners, this->Table, this->Settings, found);
@@ -137,6 +156,24 @@ private:
     return slices;
   }
 
+  ColorSlices ReadColors(vtkIdType z) const
+  {
+    ColorSlices slices;
+    const double scale = 1.0 / LargestColor(this->Scalars.Array);
+    for (int i = 0; this->Scalars.AreDependent && i < 2; ++i)
+    {
+      for (int k = 0; k < 3; ++k)
+      {
+        slices[i][k] = this->ReadComponent(z + i, k);
+        for (double& value : slices[i][k])
+        {
+          value = value > 0.0 ? std::min(1.0, scale * value) : 0.0; // NaN becomes 0
+        }
+      }
+    }
+    return slices;
+  }
+
   /// Normal of a point of the second of three slices.
   std::array<double, 3> FindNormal(
     const std::vector<double>* slices, vtkIdType x, vtkIdType y) const
@@ -150,15 +187,23 @@ private:
         slices[0].empty() ? none : slices[0][i], s[i], slices[2].empty() ? none : slices[2][i]) });
   }
 
-  /// Scalars of a slice of points; NaN at hidden points.
-  std::vector<double> ReadSlice(vtkIdType z) const
+  std::vector<double> ReadComponent(vtkIdType z, int component) const
   {
     const vtkIdType count = vtkIdType{ this->Size[0] } * this->Size[1];
     std::vector<double> values(count);
-    if (!vtkArrayDispatch::Dispatch::Execute(this->Scalars, CopyScalars(), z * count, values))
+    vtkDataArray* array = this->Scalars.Array;
+    if (!vtkArrayDispatch::Dispatch::Execute(array, CopyScalars(), z * count, component, values))
     {
-      CopyScalars()(this->Scalars, z * count, values);
+      CopyScalars()(array, z * count, component, values);
     }
+    return values;
+  }
+
+  /// Scalars of a slice of points that are classified; NaN at hidden points.
+  std::vector<double> ReadSlice(vtkIdType z) const
+  {
+    std::vector<double> values = this->ReadComponent(z, ClassifiedComponent(this->Scalars));
+    const auto count = static_cast<vtkIdType>(values.size());
     for (vtkIdType i = 0; this->PointGhosts && i < count; ++i)
     {
       if (this->PointGhosts->GetValue(z * count + i) & vtkDataSetAttributes::HIDDENPOINT)
@@ -211,7 +256,7 @@ private:
     return gaussian;
   }
 
-  vtkDataArray* Scalars;
+  ImageScalars Scalars;
   vtkUnsignedCharArray *PointGhosts, *CellGhosts;
   const TransferTable& Table;
   Axes World;
@@ -220,6 +265,11 @@ private:
   bool NeedsNormals;
   int Size[3];
 };
+}
+
+int ClassifiedComponent(const ImageScalars& scalars)
+{
+  return scalars.AreDependent ? 3 : 0;
 }
 
 std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
@@ -254,7 +304,7 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
   return std::string();
 }
 
-bool CollectImage(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+bool CollectImage(vtkImageData* image, const ImageScalars& scalars, const TransferTable& table,
   int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection)
 {
   const ImageCells cells(image, scalars, table, subdivision, collection.NeedsNormals());

@@ -14,6 +14,17 @@ class vtkImageData;
 
 namespace SurfelVolumes
 {
+/// Scalars at the points of an image. The first component is classified; of dependent ones the
+/// fourth is, and the first three are the colour: 0 to 255, to 65535, or to 1 by the type.
+struct ImageScalars
+{
+  vtkDataArray* Array;
+  bool AreDependent;
+};
+
+/// The number of the component that the transfer functions classify.
+int ClassifiedComponent(const ImageScalars& scalars);
+
 /// Empty if the image is a volume with these scalars, else what is wrong and what to do.
 std::string CheckImage(vtkImageData* image, vtkDataArray* scalars);
 
@@ -24,11 +35,11 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars);
  *
  * Normals are 0 where the gradient is 0. Points that are not usable count as beyond the image.
  *
- * @param scalars point data of the image; the first component counts
+ * @param scalars point data of the image
  * @param subdivision how often a cell may be split into eight
  * @return whether it was not stopped, see GaussianCollection::Collect
  */
-bool CollectImage(vtkImageData* image, vtkDataArray* scalars, const TransferTable& table,
+bool CollectImage(vtkImageData* image, const ImageScalars& scalars, const TransferTable& table,
   int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection);
 
 /// The centre of the image, world units.

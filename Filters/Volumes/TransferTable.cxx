@@ -67,7 +67,9 @@ TransferTable::TransferTable(
         before.Emission[k] + half * (last.Emission[k] + medium.Emission[k]);
     }
     last = medium;
+    this->First = i == 0 ? medium : this->First;
   }
+  this->Last = last;
 }
 
 void TransferTable::LimitToFunctions(vtkVolumeProperty* property, double range[2])
@@ -107,19 +109,27 @@ Medium TransferTable::Integral(double position) const
 
 Medium TransferTable::Mean(double scalar, double reach) const
 {
-  const double center = this->Position(scalar);
-  const double half = std::max(0.5, reach * this->StepsPerScalar);
-  const double from = std::max(0.0, center - half);
-  const double to = std::min(double{ Steps }, center + half);
-  const Medium a = this->Integral(from), b = this->Integral(to);
-  const double scale = 1.0 / (to - from);
-  Medium mean;
-  mean.Extinction = scale * (b.Extinction - a.Extinction);
+  // In steps of the table; its ends stand for what lies beyond.
+  const double center =
+    std::clamp((scalar - this->Low) * this->StepsPerScalar, -LargestScalar, LargestScalar);
+  const double half = std::clamp(reach * this->StepsPerScalar, 0.5, LargestScalar);
+  const double width = 2.0 * half;
+  const double below = std::clamp(half - center, 0.0, width);
+  const double above = std::clamp(center + half - Steps, 0.0, width);
+  const Medium a = this->Integral(std::clamp(center - half, 0.0, double{ Steps }));
+  const Medium b = this->Integral(std::clamp(center + half, 0.0, double{ Steps }));
+  const auto mean = [&](double first, double last, double inside) {
+    return (below / width) * first + (above / width) * last + inside / width;
+  };
+  Medium result;
+  result.Extinction =
+    mean(this->First.Extinction, this->Last.Extinction, b.Extinction - a.Extinction);
   for (int k = 0; k < 3; ++k)
   {
-    mean.Emission[k] = scale * (b.Emission[k] - a.Emission[k]);
+    result.Emission[k] =
+      mean(this->First.Emission[k], this->Last.Emission[k], b.Emission[k] - a.Emission[k]);
   }
-  return mean;
+  return result;
 }
 
 bool TransferTable::IsEmpty(double low, double high) const

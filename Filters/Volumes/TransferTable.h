@@ -60,5 +60,6 @@ private:
 
   double Low, StepsPerScalar;
   std::vector<Medium> Integrals; // from the table's begin to each step, in steps
+  Medium First, Last;            // at the ends of the table
 };
 }

@@ -109,7 +109,7 @@ int vtkVolumeSplatting::FillInputPortInformation(int, vtkInformation* info)
 }
 
 //------------------------------------------------------------------------------
-bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
+bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars, bool areOfImage)
 {
   vtkVolumeProperty* property = this->VolumeProperty;
   if (!property)
@@ -125,11 +125,12 @@ bool vtkVolumeSplatting::CheckProperty(vtkDataArray* scalars)
       << unit << ": set one from 1e-30 to 1e30 with SetScalarOpacityUnitDistance().");
     return false;
   }
-  if (!property->GetIndependentComponents() && scalars->GetNumberOfComponents() > 1)
+  const int components = scalars->GetNumberOfComponents();
+  if (!property->GetIndependentComponents() && components > 1 && !(areOfImage && components == 4))
   {
-    vtkErrorMacro("The " << scalars->GetNumberOfComponents()
-                         << " components of the scalars are dependent: extract one with "
-                            "vtkImageExtractComponents.");
+    vtkErrorMacro("The " << components
+                         << " components of the scalars are dependent, and only four of an image "
+                            "can be: extract one with vtkImageExtractComponents.");
     return false;
   }
   if (DependsOnGradient(property))
@@ -164,12 +165,14 @@ int vtkVolumeSplatting::RequestData(
     vtkErrorMacro(<< problem);
     return 0;
   }
-  double range[2];
-  scalars->GetFiniteRange(range, 0);
-  if (!this->CheckProperty(scalars))
+  if (!this->CheckProperty(scalars, image != nullptr))
   {
     return 0;
   }
+  const ImageScalars given{ scalars,
+    !this->VolumeProperty->GetIndependentComponents() && scalars->GetNumberOfComponents() == 4 };
+  double range[2];
+  scalars->GetFiniteRange(range, ClassifiedComponent(given));
   if (!(range[0] <= range[1]))
   {
     vtkWarningMacro("None of the scalars is finite: no Gaussians were made.");
@@ -178,13 +181,13 @@ int vtkVolumeSplatting::RequestData(
   TransferTable::LimitToFunctions(this->VolumeProperty, range);
   const TransferTable table(
     this->VolumeProperty, range, this->VolumeProperty->GetScalarOpacityUnitDistance(0));
-  return image ? this->SplatImage(image, scalars, table, output)
+  return image ? this->SplatImage(image, given, table, output)
                : this->SplatParticles(particles, table, output);
 }
 
 //------------------------------------------------------------------------------
 int vtkVolumeSplatting::SplatImage(
-  vtkImageData* image, vtkDataArray* scalars, const TransferTable& table, vtkPolyData* output)
+  vtkImageData* image, const ImageScalars& scalars, const TransferTable& table, vtkPolyData* output)
 {
   GaussianCollection collection(this->VolumeProperty->GetShade(0) != 0);
   const StageProgress progress(this, 0.0, 0.95);

@@ -9,7 +9,10 @@
  * empty space has no Gaussians. Time and memory are in proportion to what is not empty.
  *
  * Extinction is s = -ln(1 - o) / ScalarOpacityUnitDistance. Opacities o above 1 - 2^-16 count as
- * that. The first component of the scalars counts.
+ * that. The first component of the scalars counts. With IndependentComponentsOff() of the property,
+ * four components of an image are a colour and a scalar, as for VTK's volume mappers: the first
+ * three are red, green and blue, from 0 to 255 as unsigned char, to 65535 as unsigned short, else
+ * to 1, and the opacity function and the gradient are those of the fourth.
  *
  * Volumes: each cell becomes one Gaussian with the mass, the place, the shape and the colour of the
  * extinction in it, or eight, where the classified scalars change much within it (Subdivision).
@@ -27,7 +30,8 @@
  * The lights are those of the scene, the side that faces the camera is lit, and highlights use the
  * half vector, as with VTK's volume mappers. Particles are not shaded (a warning).
  *
- * Gradient opacity is not supported (a warning), nor are dependent components (an error).
+ * Gradient opacity is not supported (a warning), nor are dependent components of particles, or
+ * other than four (an error).
  *
  * The result does not depend on the number of threads.
  *
@@ -49,6 +53,7 @@ namespace SurfelVolumes
 {
 class GaussianCollection;
 class TransferTable;
+struct ImageScalars;
 struct Particles;
 }
 
@@ -117,9 +122,9 @@ private:
   vtkVolumeSplatting(const vtkVolumeSplatting&) = delete;
   void operator=(const vtkVolumeSplatting&) = delete;
 
-  bool CheckProperty(vtkDataArray* scalars);
+  bool CheckProperty(vtkDataArray* scalars, bool areOfImage);
 #ifndef __VTK_WRAP__
-  int SplatImage(vtkImageData* image, vtkDataArray* scalars,
+  int SplatImage(vtkImageData* image, const SurfelVolumes::ImageScalars& scalars,
     const SurfelVolumes::TransferTable& table, vtkPolyData* output);
   int SplatParticles(const SurfelVolumes::Particles& particles,
     const SurfelVolumes::TransferTable& table, vtkPolyData* output);

@@ -9,9 +9,11 @@
 
 namespace SurfelSplatting
 {
-/// The channels of a deep file, in the order of the components of the array DeepSamples.
-constexpr int NumberOfDeepChannels = 5;
-constexpr std::array<const char*, NumberOfDeepChannels> DeepChannels{ "R", "G", "B", "A", "Z" };
+/// The channels of a deep file, in the order of the components of the array DeepSamples. The last
+/// one is missing where no sample has an extent.
+constexpr int LeastDeepChannels = 5, MostDeepChannels = 6;
+constexpr std::array<const char*, MostDeepChannels> DeepChannels{ "R", "G", "B", "A", "Z",
+  "ZBack" };
 
 struct NamedChannel
 {

@@ -127,11 +127,14 @@ public:
     : Header(input.GetHeader())
     , File(input.Rewind())
     , Counts(input.Width())
+    , Channels(input.GetHeader().channels().findChannel(DeepChannels[LeastDeepChannels])
+          ? MostDeepChannels
+          : LeastDeepChannels)
   {
     Imf::DeepFrameBuffer frame;
     frame.insertSampleCountSlice(
       Imf::Slice(Imf::UINT, BaseOf(this->Counts.data(), this->Header), sizeof(unsigned int), 0));
-    for (int c = 0; c < NumberOfDeepChannels; ++c)
+    for (int c = 0; c < this->Channels; ++c)
     {
       const char* name = DeepChannels[c];
       if (!this->Header.channels().findChannel(name))
@@ -142,10 +145,12 @@ public:
       this->Slices[c].resize(this->Counts.size());
       frame.insert(name,
         Imf::DeepSlice(Imf::FLOAT, BaseOf(this->Slices[c].data(), this->Header), sizeof(float*), 0,
-          NumberOfDeepChannels * sizeof(float)));
+          this->Channels * sizeof(float)));
     }
     this->File.setFrameBuffer(frame);
   }
+
+  int NumberOfChannels() const { return this->Channels; }
 
   /// Reads the numbers of samples of a row. Row 0 is the bottom row.
   const std::vector<unsigned int>& ReadCounts(int row)
@@ -161,11 +166,11 @@ public:
     for (std::size_t x = 0; x < this->Counts.size(); ++x)
     {
       this->Counts[x] = counts[x];
-      for (int c = 0; c < NumberOfDeepChannels; ++c)
+      for (int c = 0; c < this->Channels; ++c)
       {
         this->Slices[c][x] = to + c;
       }
-      to += static_cast<std::size_t>(NumberOfDeepChannels) * counts[x];
+      to += static_cast<std::size_t>(this->Channels) * counts[x];
     }
     const int y = this->Header.dataWindow().max.y - row;
     this->File.readPixels(y, y);
@@ -175,23 +180,36 @@ private:
   const Imf::Header& Header;
   Imf::DeepScanLineInputFile File;
   std::vector<unsigned int> Counts;
-  std::array<std::vector<float*>, NumberOfDeepChannels> Slices;
+  const int Channels;
+  std::array<std::vector<float*>, MostDeepChannels> Slices;
 };
 
-using Sample = std::array<float, NumberOfDeepChannels>;
-
-/// Nearest first; samples without a depth last.
-bool IsNearer(const Sample& a, const Sample& b)
+/// Where T becomes one half in a sample: at its depth, or within its extent, in which the logarithm
+/// of T falls evenly. @param before T in front of it
+template <std::size_t Channels>
+float MedianIn(const std::array<float, Channels>& sample, float before)
 {
-  return a[4] < b[4] || (std::isnan(b[4]) && !std::isnan(a[4]));
+  const float extent = sample[Channels - 1] - sample[4];
+  if (!(extent > 0.0f))
+  {
+    return sample[4];
+  }
+  const float share = std::log(0.5f / before) / std::log1p(-sample[3]); // 0 for opaque ones
+  return sample[4] + std::min(1.0f, std::max(0.0f, share)) * extent;
 }
 
 /// Sorts the samples of a pixel and composites them to a colour and a depth.
-void Flatten(Sample* samples, unsigned int count, float* color, float* depth)
+template <std::size_t Channels>
+void Flatten(std::array<float, Channels>* samples, unsigned int count, float* color, float* depth)
 {
-  if (!std::is_sorted(samples, samples + count, IsNearer))
+  using Sample = std::array<float, Channels>;
+  // Nearest first; samples without a depth last.
+  const auto isNearer = [](const Sample& a, const Sample& b) {
+    return a[4] < b[4] || (std::isnan(b[4]) && !std::isnan(a[4]));
+  };
+  if (!std::is_sorted(samples, samples + count, isNearer))
   {
-    std::stable_sort(samples, samples + count, IsNearer);
+    std::stable_sort(samples, samples + count, isNearer);
   }
   std::fill_n(color, 4, 0.0f);
   *depth = 0.0f;
@@ -206,8 +224,35 @@ void Flatten(Sample* samples, unsigned int count, float* color, float* depth)
     through *= 1.0f - (*s)[3];
     if (before > 0.5f && through <= 0.5f)
     {
-      *depth = (*s)[4];
+      *depth = MedianIn(*s, before);
     }
+  }
+}
+
+/// What the samples of a deep file become.
+struct DeepArrays
+{
+  vtkUnsignedIntArray* Counts; // read already
+  vtkFloatArray *Samples, *Color, *Depth;
+};
+
+template <std::size_t Channels>
+void ReadDeepRows(
+  DeepRowReader& rows, EXRInput& input, const DeepArrays& arrays, const EXRProgress& progress)
+{
+  const int width = input.Width(), height = input.Height();
+  auto* next = reinterpret_cast<std::array<float, Channels>*>(arrays.Samples->GetPointer(0));
+  for (int row = 0; row < height; ++row)
+  {
+    vtkIdType pixel = static_cast<vtkIdType>(row) * width;
+    const unsigned int* count = arrays.Counts->GetPointer(pixel);
+    rows.ReadSamples(row, count, reinterpret_cast<float*>(next));
+    for (const vtkIdType end = pixel + width; pixel < end; ++pixel, next += *count++)
+    {
+      Flatten<Channels>(
+        next, *count, arrays.Color->GetPointer(4 * pixel), arrays.Depth->GetPointer(pixel));
+    }
+    progress(0.3 + 0.7 * row / height);
   }
 }
 }
@@ -286,19 +331,11 @@ void ReadDeepPixels(EXRInput& input, vtkImageData* image, const EXRProgress& pro
     static_cast<double>(total) * input.BytesPerPixel(), std::to_string(total) + " samples");
 
   auto color = NewArray("Color", 4, pixels), depth = NewArray("Depth", 1, pixels);
-  auto values = NewArray(Arrays::DeepSamples, NumberOfDeepChannels, total);
-  auto* next = reinterpret_cast<Sample*>(values->GetPointer(0));
-  for (int row = 0; row < height; ++row)
-  {
-    vtkIdType pixel = static_cast<vtkIdType>(row) * width;
-    const unsigned int* count = counts->GetPointer(pixel);
-    rows.ReadSamples(row, count, reinterpret_cast<float*>(next));
-    for (const vtkIdType end = pixel + width; pixel < end; ++pixel, next += *count++)
-    {
-      Flatten(next, *count, color->GetPointer(4 * pixel), depth->GetPointer(pixel));
-    }
-    progress(0.3 + 0.7 * row / height);
-  }
+  auto values = NewArray(Arrays::DeepSamples, rows.NumberOfChannels(), total);
+  const DeepArrays arrays{ counts, values, color, depth };
+  const bool haveExtents = rows.NumberOfChannels() == MostDeepChannels;
+  haveExtents ? ReadDeepRows<MostDeepChannels>(rows, input, arrays, progress)
+              : ReadDeepRows<LeastDeepChannels>(rows, input, arrays, progress);
   image->GetPointData()->SetScalars(color);
   image->GetPointData()->AddArray(depth);
   image->GetPointData()->AddArray(counts);

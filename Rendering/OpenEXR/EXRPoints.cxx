@@ -77,18 +77,21 @@ void AddDeepPoints(vtkImageData* image, const Unprojection& camera, vtkPolyData*
   depth->SetName("Depth");
   depth->Resize(samples->GetNumberOfTuples());
   output->GetPoints()->Resize(samples->GetNumberOfTuples());
+  const vtkIdType components = samples->GetNumberOfComponents();
   vtkIdType sample = 0;
   for (vtkIdType pixel = 0; pixel < counts->GetNumberOfTuples(); ++pixel)
   {
     const vtkIdType end = sample + static_cast<vtkIdType>(counts->GetComponent(pixel, 0));
     for (; sample < end; ++sample)
     {
-      const float* values = samples->GetPointer(5 * sample);
-      if (std::isfinite(values[4]))
+      const float* values = samples->GetPointer(components * sample);
+      const float back = values[components - 1]; // or the same as Z
+      const float middle = std::isfinite(back) ? 0.5f * (values[4] + back) : values[4];
+      if (std::isfinite(middle))
       {
-        output->GetPoints()->InsertNextPoint(camera.Place(pixel, values[4]).data());
+        output->GetPoints()->InsertNextPoint(camera.Place(pixel, middle).data());
         color->InsertNextTypedTuple(values);
-        depth->InsertNextValue(values[4]);
+        depth->InsertNextValue(middle);
       }
     }
   }

@@ -30,7 +30,8 @@ namespace Arrays = SurfelSplatting::Arrays;
 namespace
 {
 using SurfelSplatting::DeepChannels;
-using SurfelSplatting::NumberOfDeepChannels;
+using SurfelSplatting::LeastDeepChannels;
+using SurfelSplatting::MostDeepChannels;
 
 /// The samples of an image, row by row.
 class DeepSampleRows
@@ -44,11 +45,11 @@ public:
     , Samples(vtkFloatArray::SafeDownCast(image->GetFieldData()->GetArray(Arrays::DeepSamples)))
   {
     if (!this->Counts || this->Counts->GetNumberOfComponents() != 1 || !this->Samples ||
-      this->Samples->GetNumberOfComponents() != NumberOfDeepChannels)
+      this->NumberOfChannels() < LeastDeepChannels || this->NumberOfChannels() > MostDeepChannels)
     {
       throw std::runtime_error(
         "the picture has no deep samples (point array SampleCount, field data array DeepSamples of "
-        "5 floats): switch them on with GetSplatter()->DeepSamplesOn().");
+        "5 or 6 floats): switch them on with GetSplatter()->DeepSamplesOn().");
     }
     this->Firsts.push_back(0);
     for (vtkIdType pixel = 0; pixel < this->Counts->GetNumberOfTuples(); ++pixel)
@@ -64,18 +65,20 @@ public:
   }
 
   vtkIdType NumberOfSamples() const { return this->Firsts.back(); }
+  int NumberOfChannels() const { return this->Samples->GetNumberOfComponents(); }
 
   /// Points the slices of a row to its samples.
   void Get(int row, std::vector<unsigned int>& counts,
-    std::array<std::vector<float*>, NumberOfDeepChannels>& slices) const
+    std::array<std::vector<float*>, MostDeepChannels>& slices) const
   {
+    const int channels = this->NumberOfChannels();
     for (int x = 0; x < this->Width; ++x)
     {
       const vtkIdType pixel = static_cast<vtkIdType>(row) * this->Width + x;
       counts[x] = static_cast<unsigned int>(this->Firsts[pixel + 1] - this->Firsts[pixel]);
-      for (int c = 0; c < NumberOfDeepChannels; ++c)
+      for (int c = 0; c < channels; ++c)
       {
-        slices[c][x] = this->Samples->GetPointer(NumberOfDeepChannels * this->Firsts[pixel]) + c;
+        slices[c][x] = this->Samples->GetPointer(channels * this->Firsts[pixel]) + c;
       }
     }
   }
@@ -88,15 +91,15 @@ private:
   std::vector<vtkIdType> Firsts; // [pixels + 1]
 };
 
-Imf::Header MakeHeader(vtkImageData* image, bool declareTidy)
+Imf::Header MakeHeader(vtkImageData* image, int numberOfChannels, bool declareTidy)
 {
   const int* size = image->GetDimensions();
   Imf::Header header(size[0], size[1]);
   header.setType(Imf::DEEPSCANLINE);
   header.compression() = Imf::ZIPS_COMPRESSION;
-  for (const char* channel : DeepChannels)
+  for (int c = 0; c < numberOfChannels; ++c)
   {
-    header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+    header.channels().insert(DeepChannels[c], Imf::Channel(Imf::FLOAT));
   }
   if (declareTidy)
   {
@@ -120,19 +123,21 @@ void vtkDeepEXRWriter::WriteStream(
   this->NumberOfSamples = 0;
   const DeepSampleRows rows(image);
   Imf::StdOFStream stream(file, path.c_str());
-  Imf::DeepScanLineOutputFile output(stream, MakeHeader(image, this->DeepImageState != 0));
+  const int channels = rows.NumberOfChannels();
+  Imf::DeepScanLineOutputFile output(
+    stream, MakeHeader(image, channels, this->DeepImageState != 0));
   // One row at a time: all rows use the same memory.
   std::vector<unsigned int> counts(rows.Width);
-  std::array<std::vector<float*>, NumberOfDeepChannels> slices;
+  std::array<std::vector<float*>, MostDeepChannels> slices;
   Imf::DeepFrameBuffer frame;
   frame.insertSampleCountSlice(
     Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned int), 0));
-  for (int c = 0; c < NumberOfDeepChannels; ++c)
+  for (int c = 0; c < channels; ++c)
   {
     slices[c].resize(rows.Width);
     frame.insert(DeepChannels[c],
       Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(slices[c].data()), sizeof(float*), 0,
-        NumberOfDeepChannels * sizeof(float)));
+        channels * sizeof(float)));
   }
   output.setFrameBuffer(frame);
   for (int row = rows.Height - 1; row >= 0; --row)

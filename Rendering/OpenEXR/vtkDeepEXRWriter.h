@@ -6,13 +6,14 @@
  * This writer takes one 2D image with the deep samples of a vtkSurfelSplatter (DeepSamplesOn()):
  * the point array "SampleCount" (unsigned int; number of samples of each pixel) and the field data
  * array "DeepSamples" (float[5]; pixel after pixel from the bottom row up, nearest first:
- * premultiplied linear R, G, B, then A in (0, 1], then the depth).
+ * premultiplied linear R, G, B, then A in (0, 1], then the depth; or float[6]: then the depth where
+ * the sample ends).
  *
  * The file has deep scan lines, ZIPS compressed, top row first, with the channels R, G, B, A and Z,
- * 32-bit float. Z is the distance along the camera's view direction (not along the pixel's ray) in
- * world units. Samples are points, without ZBack, and tidy: sorted, no two at one depth. Composited
- * front to back they give the picture without background, exactly so with any number of lens cells
- * (DeepImage.h).
+ * 32-bit float, and ZBack for float[6]. Z is the distance along the camera's view direction (not
+ * along the pixel's ray) in world units. Samples of a vtkSurfelSplatter are tidy: sorted, no two at
+ * one depth, none within another. Composited front to back they give the picture without
+ * background, exactly so with any number of lens cells (DeepImage.h).
  * @code
  * renderer.GetSplatter().DeepSamplesOn()
  * writer = vtkDeepEXRWriter()

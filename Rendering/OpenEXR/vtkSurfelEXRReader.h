@@ -12,19 +12,19 @@
  * | Z                           | "Depth", float                                                  |
  * | NAME.X NAME.Y NAME.Z        | NAME, float[3]                                                  |
  * | any other                   | a float array of the channel's name                             |
- * | R G B A Z of a deep file    | point array "SampleCount", field data array "DeepSamples";      |
+ * | R G B A Z (ZBack) of a deep | point array "SampleCount", field data array "DeepSamples",      |
+ * | file                        | float[5] or float[6];                                           |
  * |                             | "Color" and "Depth" composited from the samples                 |
  *
  * N becomes "Normal", CoC "CircleOfConfusion", coverage "Coverage", fragments "Fragments" and level
  * "Level". Half and integer channels become floats; colours stay premultiplied. Samples that are
- * not sorted by depth are sorted. Other channels of deep files are ignored, so that their samples
- * have no extent in depth. The field data "WorldToCamera", "CameraLens" and "ScreenWindow"
+ * not sorted by depth are sorted. Other channels of deep files are ignored. The field data "WorldToCamera", "CameraLens" and "ScreenWindow"
  * (Documentation/DataContract.md) are set if the header has them.
  *
  * Output 1 is a vtkPolyData with one vertex per sample; in flat pictures, per pixel with a Depth
  * above 0. Points are of type double. If the header has a camera and a screen window, they are in
  * world coordinates, and Z is taken as the distance along the view direction. Otherwise they are
- * (x + 0.5, y + 0.5, Z), with x and y in pixels. Points have the arrays "Color", premultiplied as
+ * (x + 0.5, y + 0.5, Z), with x and y in pixels. Of a sample with an extent it is the middle. Points have the arrays "Color", premultiplied as
  * in the file, and "Depth"; those of flat pictures have all arrays of their pixels. Samples with
  * non-finite depths make no points.
  *

@@ -16,6 +16,8 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkVariant.h>
 
+#include <algorithm>
+
 namespace SurfelSplatting
 {
 namespace
@@ -113,6 +115,23 @@ vtkDataArray* HierarchyCache::FindComputed(
 
 namespace
 {
+/// Whether the leaves of a volume have normals and none of the nodes above has: nodes have those of
+/// the leaves that they were made of.
+bool LackNormals(const SurfelCloud& cloud, std::size_t numberOfNodes)
+{
+  if (!cloud.Normals || numberOfNodes == 0)
+  {
+    return false;
+  }
+  const auto isNonzero = [](auto x) { return x != 0; };
+  const bool haveNormals =
+    std::any_of(cloud.Nodes, cloud.Nodes + numberOfNodes, [&](const HierarchyNode& node) {
+      return std::any_of(node.Normal, node.Normal + 3, isNonzero);
+    });
+  return !haveNormals &&
+    std::any_of(cloud.Normals, cloud.Normals + 3 * cloud.NumberOfSurfels, isNonzero);
+}
+
 template <typename Value>
 const Value* ValuesOf(vtkDataArray* array)
 {
@@ -134,6 +153,12 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
+    if (LackNormals(cloud, layout.NumberOfNodes() - layout.NumberOfLeaves()))
+    {
+      return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
+                         "point array ") +
+        Arrays::GaussianNormal + " was added later. Put vtkSurfelHierarchy after it.";
+    }
     const std::size_t entries = ClusterBounds::NumberOfEntries(layout);
     vtkDataArray* clusters =
       FindComputed(input, Arrays::Clusters, sizeof(ClusterBounds::Node), entries);

@@ -13,6 +13,7 @@
 #include <vtkPointData.h>
 #include <vtkUnsignedIntArray.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -40,15 +41,16 @@ void AddDeepSamples(const DeepImage& deep, vtkImageData* output)
   }
   output->GetPointData()->AddArray(counts);
   const auto& samples = deep.Samples();
+  const bool haveExtents = std::any_of(
+    samples.begin(), samples.end(), [](const DeepSample& s) { return s.Back > s.Depth; });
+  const int components = haveExtents ? 6 : 5;
   vtkSmartPointer<vtkFloatArray> values =
-    NewPixelArray(Arrays::DeepSamples, 5, static_cast<vtkIdType>(samples.size()));
+    NewPixelArray(Arrays::DeepSamples, components, static_cast<vtkIdType>(samples.size()));
   float* to = values->GetPointer(0);
   for (const DeepSample& s : samples)
   {
-    for (const float value : { s.Red, s.Green, s.Blue, s.Alpha, s.Depth })
-    {
-      *to++ = value;
-    }
+    const float numbers[] = { s.Red, s.Green, s.Blue, s.Alpha, s.Depth, s.Back };
+    to = std::copy_n(numbers, components, to);
   }
   output->GetFieldData()->AddArray(values);
 }

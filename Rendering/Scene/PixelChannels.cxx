@@ -2,6 +2,7 @@
 #include "Rendering/Scene/PixelChannels.h"
 
 #include "Core/Picture/LayerTally.h"
+#include "Core/Picture/MedianDepths.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/PictureArrays.h"
 #include "Rendering/Scene/SMPExecutor.h"
@@ -142,6 +143,14 @@ void AddChannels(const PixelChannels& channels, const SplatContext& context,
       const float alpha = mean[4 * p + 3];
       level[p] = alpha > 0.0f ? static_cast<float>(MaxPaintedLevel) * mean[4 * p] / alpha : -1.0f;
     });
+  }
+  if (channels.MedianDepth)
+  {
+    MedianDepths depths(
+      context.Camera.Width, context.Camera.Height, AddArray(picture, Arrays::MedianDepth, 1));
+    SplatContext whole = context;
+    whole.Sampling = ApertureSampling();
+    PaintScene(context.Colors, whole, clouds, occluderDepth, splatter, &depths);
   }
 }
 }

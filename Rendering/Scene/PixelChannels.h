@@ -21,11 +21,12 @@ struct PixelChannels
   bool Coverage = false;
   bool Fragments = false;
   bool Level = false;
+  bool MedianDepth = false;
 };
 
 /**
  * Adds the chosen arrays. Normals, coverage and fragments together take one further frame of the
- * same scene, levels another one.
+ * same scene, levels and median depths another one each.
  * @param occluderDepth as in RenderTarget
  * @param picture       has "Color" and "Depth"
  */

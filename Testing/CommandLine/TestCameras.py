@@ -12,11 +12,14 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from surfelsplatting.clouds.polydata import named_array, polydata_of
+from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
-from surfelsplatting.views.framing import Samples, complete_view, up_axis
+from surfelsplatting.views.framing import Samples, complete_view
 from surfelsplatting.views.sensor import keep_sensor
+from surfelsplatting.views.up import up_axis
 from surfelsplatting.views.vtkcamera import make_camera
 from toolcase import ToolCase, sphere
 
@@ -39,6 +42,19 @@ def surfels_of(points, normals, origin=None, two_sided=False):
         array.SetName("SurfelOrigin")
         surfels.GetFieldData().AddArray(array)
     return surfels
+
+
+TO_Y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # turns z to y; its transpose z to -y
+
+
+def capture_of(points, faint=False):
+    """Round Gaussians, opaque or faint."""
+    covariance = np.tile([1e-4, 1e-4, 1e-4, 0, 0, 0], (len(points), 1))
+    opacity = np.where(faint, 0.2, 0.95) * np.ones(len(points))
+    capture = polydata_of(points, {})
+    for name, values in (("GaussianCovariance", covariance), ("GaussianOpacity", opacity)):
+        capture.GetPointData().AddArray(named_array(name, values, np.float32))
+    return capture
 
 
 def on_screen(view, points):
@@ -283,6 +299,25 @@ class TestFraming(unittest.TestCase):
         np.testing.assert_array_equal(
             up_axis(Samples(surfels_of(bowl[:, [0, 2, 1]], bowl[:, [0, 2, 1]]))), [0, 1, 0])
 
+    def test_what_is_up_in_captures(self):
+        """The same, through the centres of opaque Gaussians; without a sign it is -y."""
+        rng = np.random.default_rng(1)
+        x, y = rng.uniform(-2, 2, (2, 4000))
+        ball = sphere(6000)[0]
+        scene = np.vstack([ball, np.column_stack([x, y, np.full(4000, -1.0)])])
+        bowl = ball[ball[:, 2] > -0.6]
+        floaters = rng.uniform(-2, 2, (300, 3))
+        for points in (scene, bowl):
+            for matrix, up in ((np.eye(3), (0, 0, 1)), (TO_Y, (0, 1, 0)), (TO_Y.T, (0, -1, 0)),
+                               (TO_Y @ TO_Y, (0, 0, -1))):
+                places = np.vstack([points @ matrix.T, floaters])
+                faint = np.arange(len(places)) >= len(points)
+                self.assertEqual(tuple(up_axis(Samples(capture_of(places, faint)))), up)
+        for points in (ball, rng.normal(size=(2000, 3)), np.zeros((3, 3))):
+            self.assertEqual(tuple(up_axis(Samples(capture_of(points)))), (0, -1, 0))
+        # The camera of COLMAP looks along z.
+        self.assertLess(complete_view(View(), Cloud(capture_of(ball)), capture_of(ball)).position[2], -1)
+
     def test_shell_is_seen_from_its_outside(self):
         shell = sphere(8000)[0]
         for axis, sign in ((2, -1), (0, 1), (0, -1)):
@@ -319,7 +354,7 @@ class TestFraming(unittest.TestCase):
 
     def test_sides(self):
         for up, front in (((0, 0, 1.0), (0, -1.0, 0)), ((0, 1.0, 0), (0, 0, 1.0)),
-                          ((0, -1.0, 0), (0, 0, 1.0))):
+                          ((0, -1.0, 0), (0, 0, -1.0))):
             right = np.cross(up, front)
             for side, direction in (("front", front), ("back", np.negative(front)),
                                     ("right", right), ("left", -right), ("top", up),

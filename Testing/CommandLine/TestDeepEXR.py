@@ -8,11 +8,17 @@ import subprocess
 import unittest
 
 import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
-from deepfiles import check_tidy, deep_image, flatten
-from surfelsplatting import vtkDeepEXRWriter
-from toolcase import CAMERA, SMALL, ToolCase, sphere, write_ply
+from deepfiles import check_tidy, deep_image, flatten, through
+from surfelsplatting import (vtkDeepEXRWriter, vtkPointsToSurfels, vtkSurfelImageRenderer,
+                             vtkSurfelMapper, vtkVolumeSplatting)
+from surfelsplatting.clouds.polydata import polydata_of
+from surfelsplatting.transfer import make_property
+from TestVolumes import ball, make_image, write
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
 
 FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpEXR's
 
@@ -56,6 +62,73 @@ class TestDeepEXR(ToolCase):
             np.testing.assert_allclose(flatten(counts, samples), flat, atol=1.0 / 255.0)
             # The mask is 4 from the camera, the sphere's front 5.
             self.assertLess(abs(samples["Z"].min() - 4.0), 0.05)
+
+    def test_volumes_have_samples_with_an_extent(self):
+        """They give the flat picture, what is put into the fog is as dim as it should be at each depth,
+        and there are few of them."""
+        write("fog.vti", make_image(np.ones((13, 13, 41))))
+        depth = 3.0  # optical, of the whole fog
+        view = ("--position", -100, 6, 6, "--focal-point", 20, 6, 6, "--view-up", 0, 0, 1,
+                "--view-angle", 5)
+        look = ("--opacity", f"0:0,1:{1 - np.exp(-depth / 40)}", "--unit-distance", 1)
+        for lens in ((), ("--circle-of-confusion", 9)):
+            words = ("fog.vti", *view, *look, *SMALL, *lens)
+            self.render(*words, "-o", "flat.exr")
+            self.render(*words, "--deep", "-o", "deep.exr")
+            header, counts, samples = self.read_deep("deep.exr")
+            self.assertEqual(header[2], [f"{c}:{FLOAT}" for c in ("A", "B", "G", "R", "Z", "ZBack")])
+            check_tidy(self, counts, samples)
+            np.testing.assert_allclose(flatten(counts, samples), self.read_rgba("flat.exr"),
+                                       atol=1 / 1000)
+            first = counts.ravel()[:24 * 64 + 32].sum()
+            pixel = {name: values[first:first + counts[24, 32]] for name, values in samples.items()}
+            at = np.linspace(102, 138, 50)
+            np.testing.assert_allclose(through(pixel, at), np.exp(-depth * (at - 100) / 40), atol=0.02)
+            self.assertLess(counts[24, 32], 25)
+        reader = self.exr_reader("deep.exr")
+        reader.Update()
+        picture = arrays_of(reader.GetOutput())
+        self.assertAlmostEqual(picture["Depth"].reshape(48, 64)[23, 32],
+                               100 + 40 / depth * np.log(2), delta=1)
+        np.testing.assert_allclose(picture["Color"].reshape(48, 64, 4)[::-1],
+                                   self.read_rgba("flat.exr"), atol=1 / 1000)
+        writer = self.writer(reader.GetOutput(), "again.exr")
+        writer.Write()
+        for name, values in self.read_deep("again.exr")[2].items():
+            np.testing.assert_array_equal(values, samples[name])
+        # Cells of the lens would overlap.
+        self.render(*words, "--lens-cells", 3, "--deep", "-o", "deep.exr")
+        self.assertEqual(self.read_deep("deep.exr")[0][2], [f"{c}:{FLOAT}" for c in "ABGRZ"])
+
+    def test_surfaces_in_volumes(self):
+        """Samples with and without extent, of which none lies within another."""
+        splatting, surfels = vtkVolumeSplatting(), vtkPointsToSurfels()
+        splatting.SetInputData(make_image(ball(25)))
+        splatting.SetVolumeProperty(make_property([(0, 0), (1, 0.3)], "gray", (0, 1), 1))
+        surfels.SetInputData(polydata_of(7 * sphere(6000)[0] + 12, {}))
+        renderer = vtkSurfelImageRenderer()
+        for source in (splatting, surfels):
+            source.Update()
+            mapper, actor = vtkSurfelMapper(), vtkActor()
+            mapper.SetInputData(source.GetOutput())
+            actor.SetMapper(mapper)
+            actor.GetProperty().SetOpacity(0.5)
+            renderer.AddActor(actor)
+        camera = vtkCamera()
+        camera.SetPosition(12, 12, 90)
+        camera.SetFocalPoint(12, 12, 12)
+        renderer.SetCamera(camera)
+        renderer.SetSize(48, 48)
+        renderer.GetSplatter().DeepSamplesOn()
+        renderer.Update()
+        picture = renderer.GetOutput()
+        counts = arrays_of(picture)["SampleCount"].reshape(48, 48)
+        values = vtk_to_numpy(picture.GetFieldData().GetArray("DeepSamples"))
+        samples = dict(zip(("R", "G", "B", "A", "Z", "ZBack"), values.T))
+        check_tidy(self, counts, samples)
+        self.assertTrue(0.05 < np.mean(samples["ZBack"] > samples["Z"]) < 0.95)
+        np.testing.assert_allclose(flatten(counts, samples),
+                                   arrays_of(picture)["Color"].reshape(48, 48, 4), atol=1 / 255)
 
     def test_debians_tools_read_it(self):
         tool = shutil.which("exrheader")

@@ -160,7 +160,7 @@ class TestDeep(ReaderCase):
         samples["ZBack"] = samples["Z"] + np.float32(1)
         pixel = np.repeat(np.arange(30), counts.ravel())
         order = np.lexsort([samples["Z"], pixel])
-        ordered = {c: samples[c][order].astype("f4") for c in "RGBAZ"}
+        ordered = {c: samples[c][order].astype("f4") for c in (*"RGBAZ", "ZBack")}
         for corner, direction in (((0, 0), 0), ((-9, 70), 1)):
             deep_file("deep.exr", counts, samples, corner, direction)
             reader = self.read("deep.exr")
@@ -172,7 +172,10 @@ class TestDeep(ReaderCase):
             self.assertTrue(0 < solid.sum() < solid.size)
             back = field(reader.GetOutput(), "DeepSamples")
             self.assertEqual(sorted(map(tuple, back)),
-                             sorted(zip(*(ordered[c].tolist() for c in "RGBAZ"))))
+                             sorted(zip(*(values.tolist() for values in ordered.values()))))
+            # Their points are in the middle.
+            depths = arrays_of(reader.GetOutputDataObject(1))["Depth"]
+            np.testing.assert_allclose(np.sort(depths), np.sort(ordered["Z"] + 0.5), atol=1e-6)
 
     def test_nothing_to_see(self):
         self.exr_writer(vtkDeepEXRWriter, deep_image(np.zeros((3, 4)), np.zeros((0, 5)))).Write()

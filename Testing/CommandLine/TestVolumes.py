@@ -18,10 +18,13 @@ from vtkmodules.vtkRenderingCore import vtkVolumeProperty
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.clouds.volumes import coarsened, volume_of
 from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.outputs import write_surfels
 from surfelsplatting.commandline.scan import Scan
 from surfelsplatting.commandline.volume import classify
 from surfelsplatting.problems import UserProblem
-from surfelsplatting.transfer import DEPTH, QUIET, automatic_opacity
+from surfelsplatting.transfer import (DEPTH, MOST_OPACITY, QUIET, automatic_opacity,
+                                      surface_look)
+from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import SMALL, ToolCase, arrays_of, wait_for
 
 
@@ -113,6 +116,23 @@ class TestVolumes(ToolCase):
                 said = self.run_tool("render", path, "-o", "out.png").stderr
                 self.assertIn(f"{path} promises 8788 bytes of scalars, but {data} has 8688", said)
 
+    def test_damaged_headers(self):
+        """One line of ours, and nothing from the library, whose words are in it."""
+        values = ball().ravel()
+        zipped = META.replace("ElementData", "CompressedData = True\nElementData")
+        for header, says in ((META.replace("13 13 13", "13 x 13"), "ElementType required"),
+                             (META.replace("NDims = 3\n", ""), "DimSize defined prior"),
+                             (META.replace("LOCAL", "none.raw"), "Cannot open data file"),
+                             (META.replace("LOCAL", "LIST\na.raw\nb.raw"), "cannot open slice"),
+                             (META.replace("MET_FLOAT", "MET_NONE"), "Unknown data type"),
+                             ("hello\n", "NDims required"), (zipped, "Uncompress failed")):
+            write_raw("a.mha", header, values)
+            result = self.run_tool("render", "a.mha", "-o", "out.png")
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn("a.mha is", result.stderr)
+            self.assertIn(says, result.stderr)
+            self.assertEqual(result.stdout, "")
+
     def test_picture_without_options(self):
         """Whatever the file: the ball in the middle, and its surroundings transparent."""
         image = make_image(ball())
@@ -166,7 +186,7 @@ class TestVolumes(ToolCase):
     def test_automatic_opacity_of_odd_scalars(self):
         (scalar, opacity), = automatic_opacity(np.full(10, 7.0), (7.0, 7.0), 30)
         self.assertEqual(scalar, 7)
-        self.assertAlmostEqual(-30 * np.log1p(-opacity), DEPTH, delta=1e-9)
+        self.assertAlmostEqual(-30 * np.log1p(-opacity), DEPTH, delta=0.002)  # three digits
         for low, high in ((-1e308, 1e308), (0.0, 5e-324), (1e9, 1e9 + 1e-6)):
             points = np.array(automatic_opacity(np.array([low, low, high]), (low, high), 30))
             self.assertTrue(np.isfinite(points).all())
@@ -196,8 +216,165 @@ class TestVolumes(ToolCase):
                       self.tool("render", "ball.vti", *look, "--shade", "--unlit", *SMALL, "-o",
                                 "out.exr"))
         np.testing.assert_array_equal(self.read_rgba("out.exr"), plain)
+        # The file has the normals.
+        self.assertEqual(self.tool("render", "ball.vti", *look, "--shade", "--unlit", *SMALL,
+                                   "--hierarchy", "ball.vtp", "-o", "out.exr"), "")
+        self.draw("ball.vtp")
+        np.testing.assert_array_equal(self.read_rgba("out.exr"), shaded)
         self.assertIn("--shade has no effect on ball.vtp, which is no volume",
                       self.tool("render", "ball.vtp", "--shade", *SMALL, "-o", "out.exr"))
+
+    def test_normals_that_came_later(self):
+        """Nodes without the normals of their leaves would be dark."""
+        write("ball.vti", make_image(ball(31)))
+        for options, is_refused in (((), True), (("--shade",), False)):
+            self.draw("ball.vti", *options, "--hierarchy", "ball.vtp")
+            surfels = self.read_vtp("ball.vtp")
+            add(surfels.GetPointData(), "GaussianNormal",
+                np.tile(np.float32([0, 0, 1]), (surfels.GetNumberOfPoints(), 1)))
+            write_surfels(surfels, "changed.vtp", VtkMessages())
+            said = self.tool("render", "changed.vtp", *SMALL, "-o", "out.exr")
+            self.assertEqual("GaussianNormal was added later" in said, is_refused, said)
+            self.assertEqual(self.code, 2 if is_refused else 0)
+
+    def test_shade_is_well_lit(self):
+        """What the lamp at the camera faces is as bright as without light, or brighter: things whose
+        scalars hardly change inside, with noise, and translucent ones. A shade that is chosen by
+        --opacity stays as it is."""
+        rng = np.random.default_rng(1)
+        solid = np.clip(3 * ball(41), 0, 1)
+        for values in (ball(41), 1000 * solid - 1000 + rng.normal(0, 10, solid.shape), 1 - solid,
+                       np.hypot(*np.indices((41, 41, 41))[:2] - 20.0)):
+            write("ball.vti", make_image(values))
+            view = ("--view", "front", "--colormap", "gray")
+            self.draw("ball.vti", *view, "--unlit")
+            dim = self.read_rgba("out.exr")[24, 32]
+            self.draw("ball.vti", *view, "--shade")
+            lit = self.read_rgba("out.exr")
+            self.assertGreater(lit[24, 32, 3], 0.95)
+            self.assertGreater(lit[24, 32, 0], max(0.45, 0.95 * dim[0]))
+            seen = lit[..., 3] > 0.9
+            self.assertGreater(np.median(lit[seen][:, 0]), 0.3)
+
+    def test_surfaces_for_shade(self):
+        """From the background's end to the border, whichever side the things are on."""
+        random = np.random.default_rng(1)
+        air, bone = random.normal(-1000, 10, 5000), random.normal(1000, 10, 2000)
+        for sign in (1, -1):
+            values = sign * np.concatenate([air, bone])
+            limits = values.min(), values.max()
+            points, colors = surface_look(values, limits)
+            (begin, nothing), (end, most) = points[::sign]
+            self.assertEqual((nothing, most), (0, MOST_OPACITY))
+            self.assertAlmostEqual(sign * begin, -1000 + QUIET * 2080, delta=2080 / 64)
+            self.assertAlmostEqual(sign * end, 0, delta=2080 / 64)
+            # The background has the colour in the middle.
+            self.assertAlmostEqual(sign * np.mean(colors), -1000, delta=2080 / 64)
+            self.assertAlmostEqual(sign * colors[1], 1000, delta=50)
+        self.assertEqual(surface_look(np.full(9, 7.0), (7.0, 7.0)), ([(7, MOST_OPACITY)], (7, 7)))
+
+    def test_round_opacities(self):
+        """They are to be read and typed."""
+        wavelet = 40 + 130.7 * ball(31).ravel()
+        for values in (wavelet, wavelet * 1e-9, wavelet + 5e6, -wavelet):
+            image = make_image(values.reshape(31, 31, 31).astype("f8"))
+            for options in ((), ("--shade",)):
+                found = classified(image, *options)
+                self.assertNotIn("e-1", found.opacity_text)
+                for (scalar, opacity), text in zip(found.opacities, found.opacity_text.split(",")):
+                    self.assertEqual(text.split(":")[1], f"{opacity:.3g}")
+                    self.assertEqual(float(text.split(":")[0]), scalar)
+                    self.assertLess(len(text), 18)
+                self.assertTrue(any(opacity == 0 for _, opacity in found.opacities))
+
+    def test_colours_of_the_image(self):
+        """Three components and an opacity, three alone, and as fractions by name."""
+        n = 21
+        axis = np.linspace(-1, 1, n)
+        z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+        inside = x * x + y * y + z * z < 0.6
+        colors = np.stack([np.full(x.shape, 220), np.where(x > 0, 200, 20), np.full(x.shape, 30)],
+                          axis=-1)
+        rgba = np.concatenate([colors, np.where(inside, 180, 0)[..., None]], axis=-1)
+        black = np.where(inside[..., None], colors, 0)
+        header = NRRD.replace("float", "unsigned char").replace("dimension: 3", "dimension: 4")
+        with open("rgba.nrrd", "wb") as file:
+            file.write(header.replace("13", f"{n}").replace("sizes:", "sizes: 4").encode()
+                       + rgba.astype(np.uint8).tobytes())
+        for path, name, values in (("rgba.vti", "ImageScalars", rgba.astype(np.uint8)),
+                                   ("rgb.vti", "ImageScalars", black.astype(np.uint8)),
+                                   ("real.vti", "RGBA", rgba / 255)):
+            image = vtkImageData()
+            image.SetDimensions(n, n, n)
+            add(image.GetPointData(), name, values.reshape(n**3, -1))
+            image.GetPointData().SetActiveScalars(name)
+            write(path, image)
+        for path in ("rgba.vti", "rgba.nrrd", "rgb.vti", "real.vti"):
+            with self.subTest(path):
+                self.draw(path, "--view", "front", "--opacity", "70:0,75:0.9")
+                picture = self.read_rgba("out.exr")
+                for column, color in ((24, (220, 20, 30)), (40, (220, 200, 30))):
+                    seen = picture[24, column]
+                    self.assertGreater(seen[3], 0.98)
+                    # Those of rgb.vti go over into black.
+                    np.testing.assert_allclose(seen[:3] / seen[:3].max(),
+                                               np.array(color) / max(color), atol=0.06)
+                    self.assertGreater(seen[0], 0.6)
+                self.assertEqual(picture[2, 2, 3], 0)
+                self.draw(path, "--view", "front")  # without options it is seen, too
+                self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.5)
+        said = self.tool("render", "rgba.vti", *SMALL, "--colormap", "gray", "-o", "out.png")
+        self.assertIn("--colormap has no effect on rgba.vti, which has colours", said)
+        # What is coarser keeps its colours.
+        with unittest.mock.patch("surfelsplatting.commandline.volume.MOST_GAUSSIANS", 500):
+            self.tool("render", "rgba.vti", "--view", "front", *SMALL, "-o", "out.exr")
+        red, green, blue, alpha = self.read_rgba("out.exr")[24, 40]
+        np.testing.assert_allclose(np.array([red, green, blue]) / alpha,
+                                   np.array([220, 200, 30]) / 255, atol=0.06)
+
+    def test_opacities_of_colours(self):
+        """Without opacity the luminance tells the background; an opacity of 0 is the background
+        however rare it is, and one of 0 everywhere shows nothing."""
+        values = np.full((5, 5, 5, 4), 200, np.uint8)
+        values[0, 0, 0, 3] = 0
+        image = make_image(np.zeros((5, 5, 5)))
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values.reshape(-1, 4)))
+        found = classified(image)
+        self.assertEqual((found.limits, found.opacities[0]), ((0, 200), (0, 0)))
+        self.assertGreater(found.opacities[-1][1], 0.1)
+        values[..., 3] = 0
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values.reshape(-1, 4)))
+        self.assertIn("all of it is transparent: the fourth component of 'c' is from 0 to 0",
+                      self.tool("render", write("a.vti", image), "-o", "out.png"))
+        values[:2] = 0, 250, 0, 0
+        image.GetPointData().SetScalars(add(image.GetPointData(), "c", values[..., :3].reshape(-1, 3)))
+        self.assertEqual(classified(image).limits, (round(250 * 0.59), 200))
+
+    def test_focus(self):
+        """Where half of what is seen has been gathered, however translucent it is."""
+        fog = np.zeros((9, 9, 41))
+        fog[...] = 1
+        write("fog.vti", make_image(fog))
+        camera = ("--position", -100, 4, 4, "--focal-point", 20, 4, 4, "--view-up", 0, 0, 1,
+                  "--view-angle", 3)
+        for depth in (0.3, 4.0):
+            # T falls as exp(-depth x / 40): half of 1 - T(40) at this x.
+            half = -40 / depth * np.log(1 - (1 - np.exp(-depth)) / 2)
+            look = ("--opacity", f"0:0,1:{1 - np.exp(-depth / 40)}", "--unit-distance", 1)
+            self.assertEqual(self.tool("render", "fog.vti", *camera, *look, *SMALL, "--focus-pixel", 32,
+                                       24, "--blur", 3, "--save-camera", "a.json", "-o", "out.png"), "")
+            with open("a.json", encoding="utf-8") as file:
+                view = json.load(file)
+            self.assertAlmostEqual(view["focusPoint"][0], half, delta=1.5)
+            self.assertGreater(view["circleOfConfusion"], 3)
+            self.assertEqual(self.tool("render", "fog.vti", *look, "--view", "left", *SMALL, "--blur", 3,
+                                       "--save-camera", "a.json", "-o", "out.png"), "")
+            with open("a.json", encoding="utf-8") as file:
+                view = json.load(file)
+            self.assertAlmostEqual(view["position"][0] + view["focalDistance"], half, delta=2)
+        said = self.tool("render", "fog.vti", *camera, *SMALL, "--opacity", "0:0,1:3e-4", "--blur", 3,
+                         "--focus-pixel", 32, 24, "-o", "out.png")
+        self.assertIn("the camera sees nothing", said)
 
     def test_which_array(self):
         image = vtkImageData()

@@ -59,8 +59,16 @@ def flatten(counts, samples):
     return flat.reshape(*counts.shape, 4)
 
 
+def through(samples, depths):
+    """What of the light passes the samples {channel: [n]} of a pixel up to these depths. In a sample
+    with an extent its logarithm falls evenly."""
+    extent = np.maximum(samples["ZBack"] - samples["Z"], 1e-12)
+    share = np.clip((np.asarray(depths)[:, None] - samples["Z"]) / extent, 0, 1)
+    return np.prod((1.0 - samples["A"].astype(float)) ** share, axis=1)
+
+
 def check_tidy(test, counts, samples):
-    """Sorted, no two at one depth, alpha in (0, 1], finite."""
+    """Sorted, no two at one depth, none in the extent of another, alpha in (0, 1], finite."""
     test.assertTrue(all(np.isfinite(values).all() for values in samples.values()))
     test.assertGreater(samples["A"].min(), 0.0)
     test.assertLessEqual(samples["A"].max(), 1.0)
@@ -68,3 +76,7 @@ def check_tidy(test, counts, samples):
     steps = np.diff(samples["Z"])[np.diff(pixel) == 0]
     test.assertGreater(len(steps), 0)
     test.assertGreater(steps.min(), 0.0)
+    if "ZBack" in samples:
+        gaps = (samples["Z"][1:] - samples["ZBack"][:-1])[np.diff(pixel) == 0]
+        test.assertGreaterEqual(gaps.min(), 0.0)
+        test.assertGreaterEqual((samples["ZBack"] - samples["Z"]).min(), 0.0)

@@ -2,6 +2,7 @@
 // Deep pictures: cells of the lens joined by hand, and scenes whose samples are tidy and give the
 // picture when they are composited.
 #include "Core/Picture/DeepImage.h"
+#include "Core/Picture/MedianDepths.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
@@ -94,6 +95,73 @@ TEST_CASE("Leaking bits")
     CHECK_NEAR(depth, 0.1 * 1.5 + 0.6 * 3.0 + 0.1 * 4.0, 1e-4);
   }
   CHECK(pixels == 2);
+}
+
+/// Gaussians of a volume join as far as they reach, and farther where they are faint; surfaces stay
+/// apart, and end what they lie in.
+TEST_CASE("Media")
+{
+  DeepImage deep;
+  deep.Begin(1, 1, true);
+  deep.BeginCell();
+  deep.BeginTile({ 0, 0, 1, 1 });
+  const auto add = [&](float alpha, float depth, float spread) {
+    VisibleLayer layer = SeenThrough(1.0f, alpha, 2.0f, depth);
+    layer.Spread = spread;
+    deep.Receive(0, 0, layer);
+  };
+  add(0.1f, 1.0f, 0.5f);
+  add(0.1f, 2.0f, 0.5f); // two deviations behind the first
+  add(0.1f, 3.0f, 0.6f);
+  add(0.1f, 3.1f, 0.5f);
+  add(0.1f, 3.2f, 0.0f);
+  add(0.0001f, 3.6f, 0.5f);
+  add(0.1f, 3.4f, 0.0f); // of a surface that leaks later
+  add(0.1f, 4.1f, 0.1f);
+  add(0.03f, 5.0f, 0.5f);
+  add(0.03f, 8.9f, 0.5f); // almost eight
+  add(0.03f, 8.95f, 0.5f);
+  deep.Finish(SerialExecutor());
+  const DeepSample* s = deep.Samples().data();
+  const float begins[] = { 0.5f, 2.5f, 3.2f, 3.4f, 3.4f, 3.85f, 4.5f, 8.925f };
+  const float ends[] = { 2.5f, 3.2f, 3.2f, 3.4f, 3.85f, 4.2f, 8.925f, 9.45f };
+  REQUIRE(deep.Samples().size() == 8);
+  double through = 1.0;
+  for (int i = 0; i < 8; ++i)
+  {
+    CHECK_NEAR(s[i].Depth, begins[i], 2e-6);
+    CHECK_NEAR(s[i].Back, ends[i], 2e-6);
+    CHECK((i == 0 || s[i].Depth >= s[i - 1].Back));
+    through *= 1.0 - s[i].Alpha;
+  }
+  CHECK_NEAR(s[0].Alpha, 0.2, 1e-6);
+  CHECK_NEAR(through, 1.0 - 0.7901, 1e-6);
+}
+
+/// In the layer at which half of alpha is reached, in each pixel and tile of its own.
+TEST_CASE("Median depths")
+{
+  float depths[2 * 40] = { 7.0f, 7.0f };
+  MedianDepths medians(40, 2, depths);
+  for (const PixelBox& tile : { PixelBox{ 0, 0, 32, 2 }, PixelBox{ 32, 0, 40, 2 } })
+  {
+    medians.BeginTile(tile);
+    for (int i = 0; i < 4; ++i)
+    {
+      const float depth = 1.0f + i;
+      medians.Receive(tile.X0 + 1, 0, SeenThrough(1.0f, 0.01f, 1.0f, depth));
+      medians.Receive(tile.X0 + 2, 1, SeenThrough(1.0f, i == 2 ? 0.6f : 0.1f, 1.0f, 2 * depth));
+    }
+    medians.Receive(tile.X0 + 3, 1, SeenThrough(1.0f, 1.0f, 1.0f, 5.0f));
+    medians.EndTile(tile);
+  }
+  for (const int x : { 0, 32 })
+  {
+    CHECK(depths[x] == 0.0f);
+    CHECK(depths[x + 1] == 3.0f); // as much alpha is in front of it as from it on
+    CHECK(depths[40 + x + 2] == 6.0f);
+    CHECK(depths[40 + x + 3] == 5.0f);
+  }
 }
 
 /// Equal depths are one sample; what adds nothing is left out.

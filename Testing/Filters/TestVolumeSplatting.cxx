@@ -227,6 +227,58 @@ TEST_CASE("Unusable input is an error that says what to do")
   CHECK(Contains(Run(image, property).Error(), "dependent"));
 }
 
+TEST_CASE("Of four dependent components three are the colour and one is classified")
+{
+  // Red from 0 to 200 along x, green 100, blue 0; the scalar is 40 at first and 240 from y = 3 on.
+  const auto image = MakeImage(9, 7, 3, [](int, int, int) { return 0.0; });
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  for (int i = 0; i < 9 * 7 * 3; ++i)
+  {
+    colors->InsertNextTuple4(25 * (i % 9), 100, 0, i / 9 % 7 < 3 ? 40 : 240);
+  }
+  image->GetPointData()->SetScalars(colors);
+  const auto property = MakeProperty({ { 139, 0.0 }, { 141, 0.5 } }, 1.0);
+  property->IndependentComponentsOff();
+  Run run(image, property, 0);
+  const Gaussians gaussians = run.Result();
+  // One row of cells lies across the step at y = 2.5, 3 rows behind it.
+  REQUIRE(gaussians.Count() == 8 * 4 * 2);
+  for (vtkIdType i = 0; i < gaussians.Count(); ++i)
+  {
+    const Vec place = gaussians.Position(i), color = gaussians.Color(i);
+    CHECK(place[1] > 2.5);
+    CHECK_NEAR(color[0], 25 * place[0], 0.5 + 1e-4);
+    CHECK(color[1] == 100);
+    CHECK(color[2] == 0);
+  }
+  CHECK_NEAR(gaussians.TotalMass(), Extinction(0.5, 1.0) * 8 * 3.5 * 2, 0.5);
+
+  vtkNew<vtkFloatArray> fractions; // the same colours as fractions of 1
+  fractions->SetNumberOfComponents(4);
+  for (int i = 0; i < 9 * 7 * 3; ++i)
+  {
+    const double* c = colors->GetTuple4(i);
+    fractions->InsertNextTuple4(c[0] / 255, c[1] / 255, NaN, c[3]);
+  }
+  image->GetPointData()->SetScalars(fractions);
+  Run other(image, property, 0);
+  const Gaussians same = other.Result();
+  REQUIRE(same.Count() == gaussians.Count());
+  for (vtkIdType i = 0; i < same.Count(); ++i)
+  {
+    CHECK(Length(Minus(same.Color(i), gaussians.Color(i))) <= 1.0); // rounding
+  }
+
+  property->IndependentComponentsOn(); // the first component, and its colours
+  Run first(image, MakeProperty({ { 0.0, 0.5 } }, 1.0));
+  CHECK(first.Result().Color(0)[1] == 0);
+  property->IndependentComponentsOff();
+  Run particles(ToPolyData({ { 0, 0, 0 } }), property);
+  vtkPolyData::SafeDownCast(particles.Filter->GetInput())->GetPointData()->SetScalars(colors);
+  CHECK(!particles.Error().empty());
+}
+
 TEST_CASE("What has no effect is said, and what changes is done anew")
 {
   const auto property = MakeProperty({ { 0.0, 0.5 } }, 1.0);

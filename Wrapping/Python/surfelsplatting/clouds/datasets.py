@@ -2,15 +2,16 @@
 """Reads the points of VTK's own files, .vtp, .vtu, .vti and .vtk, and volumes."""
 
 import os
+from contextlib import nullcontext
 
 import numpy as np
 
 from ..backend import vtk
-from .probing import check_survives
+from .colors import COLOR_NAMES, color_bytes, is_colors
+from .probing import check_survives, silent_libraries
 from .rawvolumes import check_raw_size
 from .volumes import is_volume
-
-COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
+from ..problems import UserProblem
 
 _READERS = {".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
             ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
@@ -59,34 +60,14 @@ def _as_polydata(data):
     return cloud
 
 
-def _is_colors(array):
-    return (array is not None and array.GetDataTypeAsString() == "unsigned char"
-            and array.GetNumberOfComponents() in (3, 4))
-
-
-def _color_bytes(array):
-    """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
-    if array is None or array.GetNumberOfComponents() not in (3, 4) or _is_colors(array):
-        return array if _is_colors(array) else None
-    support = vtk("util.numpy_support")
-    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
-    if not len(values) or values.min() < 0 or values.max() > 65535:
-        return None
-    is_real = array.GetDataTypeAsString() in ("float", "double")
-    scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
-    colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)
-    colors.SetName("RGBA" if array.GetNumberOfComponents() == 4 else "RGB")
-    return colors
-
-
 def _use_colors(cloud):
     """Colours that other programs write by name become the scalars."""
     data = cloud.GetPointData()
-    if _is_colors(data.GetScalars()):
+    if is_colors(data.GetScalars()):
         return
     for number in range(data.GetNumberOfArrays()):
         if (data.GetArrayName(number) or "").lower() in COLOR_NAMES:
-            colors = _color_bytes(data.GetArray(number))
+            colors = color_bytes(data.GetArray(number))
             if colors is not None:
                 data.SetScalars(colors)
                 return
@@ -111,6 +92,17 @@ def _volume_or_points(data):
     return cloud
 
 
+def _check_said(path, said):
+    """UserProblem if the library of raw volumes printed something other than warnings, for which VTK
+    has no word, or fewer words."""
+    lines = [line.strip() for line in said.splitlines() if "warning" not in line.lower()]
+    lines = [line for line in lines if line]
+    if lines:
+        # The first ones tell the cause, those that begin with a class who passed it on.
+        text = next((line for line in lines if not line.startswith("Meta")), lines[0])
+        raise UserProblem(f"{path} is damaged: {text}")
+
+
 def read_dataset(path, messages, progress):
     """-> vtkPolyData, or vtkImageData of a volume"""
     def try_out():
@@ -119,10 +111,12 @@ def read_dataset(path, messages, progress):
         _volume_or_points(reader.GetOutput())
 
     reader = _make_reader(path)  # loads its module before there is a child
-    check_survives(path, try_out)
-    progress.update(reader, "reading")
+    said = check_survives(path, try_out)
+    with silent_libraries() if said else nullcontext():
+        progress.update(reader, "reading")
     extension = os.path.splitext(path)[1]
     if extension.lower() in _RAW:  # first: it says what is missing
         check_raw_size(path, reader.GetOutput().GetPointData().GetScalars())
+        _check_said(path, said)
     messages.check(f"{path} is not a readable {extension} file: ")
     return _volume_or_points(reader.GetOutput())

@@ -5,16 +5,20 @@ Some damaged files end a library's reader, and with it the process: in VTK a wro
 by a segmentation fault, a wrong size by an exception that nobody catches.
 """
 
+import ctypes
 import os
 import resource
 import signal
 import sys
+import tempfile
+from contextlib import contextmanager
 
 from ..backend import vtk
 from ..problems import UserProblem
 
 SECONDS = 60  # and as many again for each SPEED bytes
 SPEED = 50_000_000
+PRINTED = (1, 2)  # file descriptors of what is printed
 
 
 def _limit(path):
@@ -28,19 +32,53 @@ def _limit(path):
     signal.alarm(seconds)
 
 
-def check_survives(path, read):
-    """Raises UserProblem if read() would end the process: a child process, which has all that this
-    one has, calls it first."""
+def _flush():
+    """Python's streams, and those of C, which C++ uses."""
+    sys.stdout.flush()
     sys.stderr.flush()
+    ctypes.CDLL(None).fflush(None)
+
+
+@contextmanager
+def silent_libraries():
+    """Nothing is printed, by libraries neither."""
+    kept = {stream: os.dup(stream) for stream in PRINTED}
+    _flush()
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        for stream in PRINTED:
+            os.dup2(nowhere.fileno(), stream)
+    try:
+        yield
+    finally:
+        _flush()
+        for stream, copy in kept.items():
+            os.dup2(copy, stream)
+            os.close(copy)
+
+
+def check_survives(path, read):
+    """-> what libraries print. Raises UserProblem if read() would end the process: a child
+    process, which has all that this one has, calls it first."""
+    with tempfile.TemporaryFile() as said:
+        _read_in_child(path, read, said.fileno())
+        said.seek(0)
+        return said.read().decode(errors="replace")
+
+
+def _read_in_child(path, read, printed):
+    """printed: file descriptor for what the child prints"""
+    _flush()
     child = os.fork()
     if child == 0:
         try:
             signal.signal(signal.SIGINT, signal.SIG_DFL)
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+            for stream in PRINTED:
+                os.dup2(printed, stream)
             vtk("vtkCommonCore").vtkSMPTools.SetBackend("Sequential")  # it has no threads
             _limit(path)
             read()
         finally:
+            _flush()
             os._exit(0)  # other failures are reported by the parent
     try:
         _, status = os.waitpid(child, 0)

@@ -6,12 +6,14 @@ import math
 import numpy as np
 
 from ..backend import vtk
+from .colors import COLOR_NAMES, color_bytes, is_colors
 from .polydata import named_array
 from ..problems import UserProblem
 
 GHOSTS = "vtkGhostType"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits, as in vtkDataSetAttributes
 MOST_SAMPLES = 4_000_000  # values that stand for all
+LUMINANCE = (0.30, 0.59, 0.11)  # of red, green and blue, as in vtkImageLuminance
 
 
 def is_volume(data):
@@ -87,25 +89,55 @@ def _add_ghosts(image, volume, at_cells):
                 data.AddArray(ghosts)
 
 
+def _chosen(image, name):
+    """-> the array with this name, or the best one, and whether it is at cells; None without any"""
+    found = _candidates(image)
+    return found.get(next(iter(found), None) if name is None else name)
+
+
+def color_components(image, name=None):
+    """How many components the chosen array has if it is colours, 3 or 4; else 0."""
+    array, _ = _chosen(image, name) or (None, False)
+    is_named = array is not None and array.GetName().lower() in COLOR_NAMES
+    if not is_colors(array) and not (is_named and color_bytes(array)):
+        return 0
+    return array.GetNumberOfComponents()
+
+
+def _colors_and_scalar(array):
+    """-> [n, 4] bytes: red, green, blue, and the opacity, or where there is none the luminance"""
+    values = _to_numpy(color_bytes(array))
+    if values.shape[1] == 4:
+        return values
+    luminance = np.round(values @ np.array(LUMINANCE)).astype(np.uint8)
+    return np.column_stack([values, luminance])
+
+
+def _magnitudes(array):
+    with np.errstate(over="ignore"):  # infinite ones are not finite, as they should be
+        return np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
+
+
 def volume_of(image, name=None):
-    """-> vtkImageData with one scalar at each point; of several components, their magnitude. Values
-    of cells are at their centres. UserProblem if there is no such array, or none at all."""
+    """-> vtkImageData with one scalar at each point; of several components, their magnitude. Colours
+    have four: their own three, and the scalar. Values of cells are at their centres. UserProblem if
+    there is no such array, or none at all."""
     found = _candidates(image)
     if not found:
         raise UserProblem("the volume has no scalars, so there is nothing to see")
     if name is not None and name not in found:
         raise UserProblem(f"there are no scalars {name!r}; there are {', '.join(found)}")
-    array, at_cells = found[name if name is not None else next(iter(found))]
+    array, at_cells = _chosen(image, name)
     if at_cells:
         volume = _centers_of_cells(image)
     else:
         volume = vtk("vtkCommonDataModel").vtkImageData()
         volume.CopyStructure(image)
     _add_ghosts(image, volume, at_cells)
-    if array.GetNumberOfComponents() > 1:
-        with np.errstate(over="ignore"):  # infinite magnitudes are not finite, as they should be
-            length = np.linalg.norm(_to_numpy(array).astype(np.float64), axis=1)
-        array = named_array(array.GetName(), length)
+    if color_components(image, name):
+        array = named_array(array.GetName(), _colors_and_scalar(array))
+    elif array.GetNumberOfComponents() > 1:
+        array = named_array(array.GetName(), _magnitudes(array))
     volume.GetPointData().SetScalars(array)
     return volume
 
@@ -133,6 +165,8 @@ def samples_of(volume):
     """-> finite values that are not hidden, up to MOST_SAMPLES of them, and their smallest and
     largest; (0, 0) if there are none"""
     values = _to_numpy(volume.GetPointData().GetScalars())
+    if values.ndim > 1:
+        values = values[:, 3]
     shown = _is_shown(volume)
     if shown is not None:
         values = values[shown]
@@ -155,21 +189,31 @@ def _sums(values, factor):
     return values
 
 
-def coarsened(volume, factor):
-    """-> vtkImageData whose scalars are the means over blocks of factor^3 of those that are finite
-    and not hidden, NaN where there are none."""
-    scalars = volume.GetPointData().GetScalars()
-    shape = volume.GetDimensions()[::-1]
-    values, shown = _to_numpy(scalars).reshape(shape), _is_shown(volume)
+def _block_means(values, shown, factor):
+    """[z, y, x] means over blocks of factor^3; NaN where all is hidden. values: [z, y, x]"""
     means = []
-    for begin in range(0, shape[0], factor):  # some slices at a time need little memory
+    for begin in range(0, len(values), factor):  # some slices at a time need little memory
         slab = values[begin:begin + factor].astype(np.float64)
         usable = np.isfinite(slab)
         if shown is not None:
-            usable &= shown.reshape(shape)[begin:begin + factor]
+            usable &= shown[begin:begin + factor]
         slab[~usable] = 0
         with np.errstate(invalid="ignore"):
             means.append(_sums(slab, factor) / _sums(usable.astype(np.int32), factor))
+    return np.concatenate(means)
+
+
+def coarsened(volume, factor):
+    """-> vtkImageData whose scalars are the means over blocks of factor^3 of those that are finite
+    and not hidden, NaN where there are none; of colours, fractions of 1."""
+    scalars = volume.GetPointData().GetScalars()
+    shape = volume.GetDimensions()[::-1]
+    values, shown = _to_numpy(scalars).reshape(*shape, -1), _is_shown(volume)
+    shown = None if shown is None else shown.reshape(shape)
+    means = np.stack([_block_means(values[..., i], shown, factor) for i in range(values.shape[-1])],
+                     axis=-1)
+    if means.shape[-1] > 1:
+        means[..., :3] /= 255
     result = vtk("vtkCommonDataModel").vtkImageData()
     result.CopyStructure(volume)
     result.SetExtent([end for count in volume.GetDimensions()
@@ -180,5 +224,5 @@ def coarsened(volume, factor):
         *(begin + middle for begin in volume.GetExtent()[::2]), first)
     result.SetOrigin(first)
     result.SetSpacing([factor * length for length in volume.GetSpacing()])
-    result.GetPointData().SetScalars(named_array(scalars.GetName(), np.concatenate(means).ravel()))
+    result.GetPointData().SetScalars(named_array(scalars.GetName(), means.reshape(-1, means.shape[-1])))
     return result

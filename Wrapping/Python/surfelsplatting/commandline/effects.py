@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Options that have no effect beside the others, or for a cloud."""
 
+from ..clouds.volumes import color_components
+
 
 def _texts(arguments, options, reason):
     """One warning for those of the options that are on the command line."""
@@ -23,11 +25,12 @@ def _of_lens(arguments, view):
 def without_effect(arguments, view):
     """-> texts about options that change nothing, whatever the cloud. view: the asked one."""
     texts = _of_lens(arguments, view)
+    keeps_normals = any(getattr(arguments, name, None) for name in ("hierarchy", "surfels"))
     rules = (
         (("--cutoff",), arguments.kernel == "gaussian", "without --kernel gaussian"),
         (("--repeat",), getattr(arguments, "stats", None), "without --stats, which tells the times"),
         (("--lod",), not arguments.no_lod, "with --no-lod"),
-        (("--shade",), not arguments.unlit, "with --unlit"),
+        (("--shade",), not arguments.unlit or keeps_normals, "with --unlit"),
     )
     for options, has_effect, reason in rules:
         if not has_effect:
@@ -70,8 +73,11 @@ def _of_kind(cloud, arguments):
                         f"on {arguments.cloud}, which is no volume")
         if not getattr(arguments, "scalars", None):
             texts += _texts(arguments, ("--colormap", "--range"), "without --scalars")
-    elif not getattr(arguments, "shade", None):
-        texts += _texts(arguments, ("--lit",), "without --shade")
+    else:
+        if not getattr(arguments, "shade", None):
+            texts += _texts(arguments, ("--lit",), "without --shade")
+        if color_components(cloud.data, arguments.scalars or arguments.volume_scalars):
+            texts += _texts(arguments, ("--colormap",), f"on {arguments.cloud}, which has colours")
     if not cloud.data.GetPointData().HasArray("GaussianOpacity"):
         texts += _texts(arguments, ("--capture-filter",),
                         f"on {arguments.cloud}, which is no capture of 3D Gaussian splatting")

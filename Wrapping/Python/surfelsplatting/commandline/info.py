@@ -11,7 +11,8 @@ from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
-from ..views.framing import Samples, axis_of, is_open
+from ..views.framing import Samples, axis_of
+from ..views.up import is_open, up_axis
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
 from .volume import classify
@@ -110,7 +111,8 @@ def _gaussians(cloud):
     finite = samples.covariances[np.isfinite(samples.covariances).all(axis=1)]
     variances = np.linalg.eigvalsh(finite[:, (0, 3, 5, 3, 1, 4, 5, 4, 2)].reshape(-1, 3, 3))
     size = np.sqrt(np.median(np.maximum(variances[:, 2], 0.0))) if len(finite) else 0.0
-    found = {"bounds_without_stray": _bounds(samples.points), "size": float(size)}
+    found = {"bounds_without_stray": _bounds(samples.points), "size": float(size),
+             "up": [float(x) for x in up_axis(samples)]}
     harmonics, opacity = data.GetArray("GaussianHarmonics"), data.GetArray("GaussianOpacity")
     if harmonics:
         found["harmonics_degree"] = math.isqrt(harmonics.GetNumberOfComponents() // 3) - 1

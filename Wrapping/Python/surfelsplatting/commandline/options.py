@@ -119,7 +119,8 @@ def _opacities(text):
 
 def _add_gaussian_options(parser):
     volume = parser.add_argument_group(
-        "volumes", "--scalars chooses the array, --colormap and --range its colours.")
+        "volumes", "--scalars chooses the array, --colormap and --range its colours, unless the "
+        "array is colours: then the last of four components is the scalar, or else the luminance.")
     volume.add_argument("--opacity", type=_opacities, metavar="V:O,...",
                         help="the opacities O, 0 to 1, of scalars V, linear between them and "
                              "constant beyond (default: the most frequent scalar is transparent, "
@@ -129,7 +130,8 @@ def _add_gaussian_options(parser):
                              "(default: about the diagonal of a cell, as in ParaView)")
     volume.add_argument("--shade", action="store_true",
                         help="light it as if the scalars had surfaces, across which they change "
-                             "fastest (default: as bright from all sides)")
+                             "fastest, with opacities and colours that show them unless --opacity "
+                             "and --range are given (default: as bright from all sides)")
     capture = parser.add_argument_group("captures")
     capture.add_argument("--capture-filter", choices=("classic", "antialiased"), default="classic",
                          help="what is smaller than a pixel grows, as in the published method with "

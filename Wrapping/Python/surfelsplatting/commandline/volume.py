@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..clouds.reading import Cloud
-from ..clouds.volumes import coarsened, has_choice, samples_of, scalar_names, volume_of
+from ..clouds.volumes import (coarsened, color_components, has_choice, samples_of, scalar_names,
+                              volume_of)
 from ..problems import UserProblem
-from ..transfer import automatic_opacity, make_property
+from ..transfer import DIGITS, automatic_opacity, make_property, surface_look
 from ..vtkSurfelVolumes import vtkVolumeSplatting
 
 # The most cells along an edge for which cells are split so often: of 21 cells, layers need two
@@ -23,18 +24,38 @@ class Classified:
     """A volume, and how the options say that it looks."""
     volume: object  # vtkImageData with scalars
     scalars: str  # name
-    samples: object  # [n] of the scalars
+    colors: int  # components of the scalars if they are colours, 3 or 4; else 0
+    samples: object  # [n] of the scalars; of colours the opacities, or without these the luminances
     limits: tuple  # the smallest and the largest scalar
     opacities: list  # [(scalar, opacity)]
     colors_between: tuple  # the scalars with the first and the last colour
     unit_distance: float  # over which the opacities are, world units
 
     @property
+    def meaning(self):
+        """What the opacities are of."""
+        return {0: "", 3: "the luminance of ", 4: "the fourth component of "}[self.colors] + (
+            repr(self.scalars))
+
+    @property
+    def option_text(self):
+        """The options that make the same of it."""
+        text = f"--opacity {self.opacity_text} --unit-distance {self.unit_distance:.6g}"
+        if self.colors or self.colors_between == self.limits:
+            return text
+        return text + " --range " + " ".join(map(self._text, self.colors_between))
+
+    @property
     def opacity_text(self):
-        """The opacities as --opacity has them, in digits that tell the scalars apart."""
+        """The opacities as --opacity has them."""
+        return ",".join(f"{self._text(scalar)}:{opacity:.{DIGITS}g}"
+                        for scalar, opacity in self.opacities)
+
+    def _text(self, scalar):
+        """In digits that tell the scalars apart."""
         largest, span = max(map(abs, self.limits)), self.limits[1] - self.limits[0]
-        digits = 4 + max(0, round(math.log10(largest / span))) if span > 0 else 17
-        return ",".join(f"{scalar:.{digits}g}:{opacity:.3g}" for scalar, opacity in self.opacities)
+        digits = 1 + DIGITS + max(0, round(math.log10(largest / span))) if span > 0 else 17
+        return f"{scalar:.{digits}g}"
 
 
 def _cells(volume):
@@ -52,14 +73,24 @@ def classify(cloud, arguments):
     volume = volume_of(cloud.data, arguments.volume_scalars)
     name = volume.GetPointData().GetScalars().GetName()
     samples, limits = samples_of(volume)
+    components = color_components(cloud.data, arguments.volume_scalars)
     if not len(samples):
         raise UserProblem(f"{arguments.cloud}: no scalar of {name!r} is finite and not hidden, so "
                           "there is nothing to see")
+    transparent = 0.0 if components == 4 else None
+    if transparent is not None:
+        limits = transparent, limits[1]
     colors = tuple(arguments.range or limits)
     unit = _unit_distance(volume)
-    edge = _cells(volume) * math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
-    opacities = arguments.opacity or automatic_opacity(samples, colors, edge / unit)
-    return Classified(volume, name, samples, limits, opacities, colors,
+    if arguments.opacity:
+        opacities = arguments.opacity
+    elif arguments.shade:
+        opacities, bright = surface_look(samples, colors, transparent)
+        colors = tuple(arguments.range or bright)
+    else:
+        edge = _cells(volume) * math.prod(abs(s) ** (1 / 3) for s in volume.GetSpacing())
+        opacities = automatic_opacity(samples, colors, edge / unit, transparent)
+    return Classified(volume, name, components, samples, limits, opacities, colors,
                       arguments.unit_distance or unit)
 
 
@@ -99,17 +130,17 @@ def splat_volume(cloud, session):
     splatting = vtkVolumeSplatting()
     splatting.SetInputData(volume)
     splatting.SetSubdivision(subdivision)
-    prop = make_property(found.opacities, arguments.colormap or "viridis", found.colors_between,
-                         found.unit_distance)
+    colormap = None if found.colors else arguments.colormap or "viridis"
+    prop = make_property(found.opacities, colormap, found.colors_between, found.unit_distance)
     prop.SetShade(arguments.shade)
     splatting.SetVolumeProperty(prop)
     with session.run.stage("volume"):
         session.progress.update(splatting, "volume")
     session.messages.check(f"{arguments.cloud}: ")
-    session.say("{!r} from {:.6g} to {:.6g}, drawn with --opacity {} --unit-distance {:.6g}".format(
-        found.scalars, *found.limits, found.opacity_text, found.unit_distance))
+    session.say("{} from {:.6g} to {:.6g}, drawn with {}".format(
+        found.meaning, *found.limits, found.option_text))
     if splatting.GetOutput().GetNumberOfPoints() == 0:
         raise UserProblem(
-            "{}: all of it is transparent: {!r} is from {:.6g} to {:.6g}, and the opacity is {}".format(
-                arguments.cloud, found.scalars, *found.limits, found.opacity_text))
+            "{}: all of it is transparent: {} is from {:.6g} to {:.6g}, and the opacity is {}".format(
+                arguments.cloud, found.meaning, *found.limits, found.opacity_text))
     return Cloud(splatting.GetOutput(), how=cloud.how)

@@ -12,22 +12,26 @@ from .cameras import LARGEST_BLUR, Wishes, dot, subtract
 from .turning import unit
 from .vtkcamera import make_camera, set_lens
 
+LEAST_SEEN = 0.02  # alpha of a volume that is seen
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
 
 @contextmanager
-def _one_sharp_picture(splatter):
-    """Without the lens; through it a pixel sees a mixture."""
+def _one_sharp_picture(renderer, channels=0):
+    """Without the lens, through which a pixel sees a mixture, and without background."""
+    splatter, opacity = renderer.GetSplatter(), renderer.GetBackgroundAlpha()
     settings = ("LensMode", "LensCells", "LensPinholes", "DeepSamples", "Channels")
     kept = {name: getattr(splatter, "Get" + name)() for name in settings}
     splatter.SetLensModeToPinhole()
     splatter.SetLensCells(1)
     splatter.LensPinholesOff()
     splatter.DeepSamplesOff()
-    splatter.SetChannels(0)
+    splatter.SetChannels(channels)
+    renderer.SetBackgroundAlpha(0.0)
     try:
         yield
     finally:
+        renderer.SetBackgroundAlpha(opacity)
         for name, value in kept.items():
             getattr(splatter, "Set" + name)(value)
 
@@ -36,18 +40,37 @@ def _update(renderer):
     renderer.Update()
 
 
+def _plane_of(renderer, name):
+    """[height, width] of the picture, top row first; the last component"""
+    values = vtk("util.numpy_support").vtk_to_numpy(
+        renderer.GetOutput().GetPointData().GetArray(name))
+    width, height = renderer.GetSize()
+    return values.reshape(height, width, -1)[::-1, :, -1]
+
+
 def depths_of(renderer):
     """[height, width], top row first: distance along the view direction, 0 where nothing is seen."""
-    depth = renderer.GetOutput().GetPointData().GetArray("Depth")
-    width, height = renderer.GetSize()
-    return vtk("util.numpy_support").vtk_to_numpy(depth).reshape(height, width)[::-1]
+    return _plane_of(renderer, "Depth")
+
+
+def _shows_volume(renderer):
+    actors = renderer.GetActors()
+    inputs = (actors.GetItemAsObject(i).GetMapper().GetInput()
+              for i in range(actors.GetNumberOfItems()))
+    return any(data and data.GetPointData().HasArray("GaussianExtinction") for data in inputs)
 
 
 def sharp_depths(renderer, update=_update):
-    """The same without the lens."""
-    with _one_sharp_picture(renderer.GetSplatter()):
+    """The same without the lens. Of a volume, which may be translucent everywhere, the distance at
+    which half of what a pixel sees has been gathered."""
+    if not _shows_volume(renderer):
+        with _one_sharp_picture(renderer):
+            update(renderer)
+            return np.array(depths_of(renderer))
+    with _one_sharp_picture(renderer, renderer.GetSplatter().CHANNEL_MEDIAN_DEPTH):
         update(renderer)
-        return np.array(depths_of(renderer))
+        return np.where(_plane_of(renderer, "Color") < LEAST_SEEN, 0.0,
+                        _plane_of(renderer, "MedianDepth"))
 
 
 def _point(camera, size, pixel, depth):

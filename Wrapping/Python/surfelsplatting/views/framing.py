@@ -11,6 +11,7 @@ from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_leng
 from ..problems import UserProblem
 from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
+from .up import is_open, up_axis
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
@@ -21,15 +22,13 @@ MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
-FLAT = 0.35  # thickness over width below which a cloud is a terrain
-LOWEST = 0.05  # the part of the height in which the ground is looked for
-GROUND = 0.03  # part of the area above which level area there is a ground
-LEVEL = 0.95  # cosine of the slope up to which area is level
-OPEN = 0.05  # net area over area above which a surface has an open side
+CELLS = 4  # into which the middle is divided along each side
 
 
 class Samples:
-    """Some surfels, about `most`, without stray ones: centres in the world and area vectors."""
+    """Some surfels, about `most`, without stray ones: centres in the world and area vectors; of
+    volumes also the integrals over space of the extinction for which each stands, of captures the
+    opacities."""
 
     def __init__(self, surfels, most=SAMPLES):
         points, areas, two_sided, covariances = (_stored_samples(surfels)
@@ -41,10 +40,15 @@ class Samples:
             self.has_origin = bool(_doubles(origin).any())
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
+        self.is_capture = not self.is_volume and covariances is not None and bool(
+            surfels.GetPointData().HasArray("GaussianOpacity"))
         if self.is_volume:
             keep &= _all_finite(keep)
-        elif surfels.GetPointData().HasArray("GaussianCovariance"):
+            self.masses = _masses(surfels, covariances, most)[keep]
+        elif self.is_capture:
             keep &= _within_fences(points, keep)
+            opacities = surfels.GetPointData().GetArray("GaussianOpacity")
+            self.opacities = _doubles(opacities, _some_of(surfels, most))[keep]
         else:
             keep &= _near_the_bulk(points, keep)
         self.points, self.areas = points[keep], areas[keep]
@@ -71,11 +75,25 @@ class Samples:
         return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
 
 
+def _some_of(surfels, most):
+    count = surfels.GetNumberOfPoints()
+    return slice(0, count, max(1, count // most))
+
+
+def _masses(surfels, covariances, most):
+    """[n] of the Gaussians of a volume"""
+    some = _some_of(surfels, most)
+    xx, yy, zz, xy, yz, xz = covariances.T
+    squares = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    extinctions = _doubles(surfels.GetPointData().GetArray("GaussianExtinction"), some)
+    masses = extinctions * np.sqrt((2 * math.pi) ** 3 * np.maximum(squares, 0))
+    return some.step * np.nan_to_num(masses, nan=0.0, posinf=0.0)
+
+
 def _every_so_many(surfels, most):
     """-> points, area vectors, whether they are two-sided, covariances or None"""
     data = surfels.GetPointData()
-    count = surfels.GetNumberOfPoints()
-    some = slice(0, count, max(1, count // most))
+    some = _some_of(surfels, most)
     points = _doubles(surfels.GetPoints().GetData(), some)
     if data.HasArray("GaussianCovariance"):  # no surface, so that no direction is outside
         return (points, np.zeros_like(points), np.ones(len(points), bool),
@@ -141,42 +159,6 @@ def _typical_radius(covariances):
     return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
 
 
-def _up_of_ground(samples):
-    """Whichever of y and z has more level area at its lower end, which faces up. Of two walls on
-    opposite sides without known outsides, one looks like a ground; so the upper end counts against
-    it, but less: rooms have ceilings."""
-    area = np.linalg.norm(samples.areas, axis=1)
-    best, most = None, GROUND * area.sum()
-    for axis in (1, 2):
-        along = samples.areas[:, axis]
-        level = np.where(samples.two_sided, np.abs(along), along) > LEVEL * area
-        height = samples.points[:, axis]
-        low = height < samples.low[axis] + LOWEST * samples.extent[axis]
-        high = height > samples.high[axis] - LOWEST * samples.extent[axis]
-        ground = area[level & low].sum() - 0.5 * area[level & high].sum()
-        if ground > most:
-            best, most = np.eye(3)[axis], ground
-    return best
-
-
-def _up_of_openings(samples):
-    """Objects are rarely scanned from below, so the sum of the area vectors points up."""
-    one_sided = samples.areas[~samples.two_sided]
-    total = np.linalg.norm(one_sided, axis=1).sum()
-    net = one_sided.sum(axis=0)
-    axis = int(np.argmax(np.abs(net)))
-    if total == 0 or net[axis] < OPEN * total or axis == 0:
-        return None
-    return np.eye(3)[axis]
-
-
-def is_open(samples):
-    """Whether the surface has an open side, through which its back would be seen."""
-    one_sided = samples.areas[~samples.two_sided]
-    total = np.linalg.norm(one_sided, axis=1).sum()
-    return bool(total > 0 and np.linalg.norm(one_sided.sum(axis=0)) > OPEN * total)
-
-
 def share_facing_away(surfels, views):
     """The largest share of an open surface that turns its back to the camera of a view, [0, 1]; 0 of
     a closed one, whose back is hidden."""
@@ -192,21 +174,6 @@ def _share_facing_away(samples, view):
     facing = np.einsum("ij,ij->i", samples.areas, rays)
     away = np.where(samples.two_sided, 0.0, np.maximum(facing, 0.0)).sum()
     return float(away / max(np.abs(facing).sum(), 1e-300))
-
-
-def up_axis(samples):
-    """z in coordinates of a country, and of a volume, whose slices are stacked along it; a terrain's
-    normal; up from a ground; away from an open bottom; otherwise y, as is usual for models."""
-    if samples.has_origin or samples.is_volume:
-        return np.array([0.0, 0.0, 1.0])
-    thin = int(np.argmin(samples.extent))
-    if thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min():
-        return np.eye(3)[thin]
-    for guess in (_up_of_ground, _up_of_openings):
-        up = guess(samples)
-        if up is not None:
-            return up
-    return np.array([0.0, 1.0, 0.0])
 
 
 def _directions(up):
@@ -260,14 +227,44 @@ def _other_than(up, direction):
     return np.eye(3)[int(np.argmin(np.abs(direction)))]
 
 
+def _half_way(samples, position, forward, width):
+    """The depth at which half of what is seen of a volume has been gathered; 0 without anything. Of
+    what lies in one cell of the picture's middle is taken that it covers the cell evenly.
+
+    width: tangent, of the middle
+    """
+    local = samples.points - position
+    right = unit(np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))]))
+    depth = local @ forward
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = local @ np.stack([right, np.cross(right, forward)], axis=1) / depth[:, None]
+    cells = CELLS * (places / width + 0.5)
+    inside = (depth > 0) & (cells >= 0).all(axis=1) & (cells < CELLS).all(axis=1)
+    if not inside.any():
+        return 0.0
+    depth, cells = depth[inside], cells[inside].astype(int) @ (1, CELLS)
+    thickness = samples.masses[inside] / (width / CELLS * depth) ** 2
+    order = np.argsort(depth, kind="stable")
+    seen = np.zeros(len(depth))
+    for cell in range(CELLS**2):
+        there = order[cells[order] == cell]
+        seen[there] = np.diff(-np.expm1(-np.cumsum(thickness[there])), prepend=0.0)
+    gathered = np.cumsum(seen[order])
+    return float(depth[order][np.searchsorted(gathered, gathered[-1] / 2)])
+
+
 def surface_in_the_middle(samples, position, focal_point, view):
     """Distance along the view direction to the front of the surface in the middle of the picture,
-    on which a photographer would focus."""
+    on which a photographer would focus; of a volume, to where half of what is seen there has been
+    gathered."""
     forward = unit(focal_point - position)
+    tangent = MIDDLE * math.tan(math.radians(view.view_angle) / 2)
+    if samples.is_volume:
+        return _half_way(samples, position, forward, 2 * tangent)
     local = samples.points - position
     depth = local @ forward
     off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
-    window = MIDDLE * math.tan(math.radians(view.view_angle) / 2) * depth
+    window = tangent * depth
     facing = samples.two_sided | (samples.areas @ forward < 0)
     in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
     return float(np.percentile(in_the_middle, FRONT)) if len(in_the_middle) else 0.0

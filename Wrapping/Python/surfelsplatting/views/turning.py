@@ -22,8 +22,11 @@ def rotated(vector, axis, angle):
 
 
 def front_of(up):
-    """The direction to a camera in front: -y if z is up, as in maps and CAD; else z, as in models."""
-    front = np.array([0.0, -1.0, 0.0]) if abs(up[2]) > 0.7 else np.array([0.0, 0.0, 1.0])
+    """The direction to a camera in front: -y if z is up, as in maps and CAD; -z if -y is, since the
+    cameras of COLMAP, whose y is down, look along z; else z, as in models."""
+    front = np.array([0.0, 0.0, -1.0 if up[1] < -0.7 else 1.0])
+    if abs(up[2]) > 0.7:
+        front = np.array([0.0, -1.0, 0.0])
     return unit(front - (front @ up) * up)
 
 

@@ -29,7 +29,7 @@ def add_parser(commands):
     # The cleaning is done apart from the rest, to see what it does.
     info.set_defaults(check=lambda arguments: None, run=run, cleaning="off", sides="auto",
                       neighbors=None, no_lod=True, scalars=None, volume_scalars=None, range=None,
-                      opacity=None, unit_distance=None)
+                      opacity=None, unit_distance=None, shade=False)
 
 
 def run(arguments):

@@ -62,7 +62,8 @@ def add_parser(commands):
     render.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.png or OUT.exr")
     render.add_argument("--deep", action="store_true",
                         help="write the layers to OUT.exr: deep scan lines with R, G, B, A and Z "
-                             "of each sample, nearest first, without background")
+                             "of each sample, of volumes also ZBack, nearest first, without "
+                             "background")
     render.add_argument("--channels", type=_channels, metavar="NAME,...",
                         help="also write these channels to OUT.exr: normal (N.X, N.Y, N.Z, world "
                              "axes), coc (CoC, px, negative in front of the focus), coverage, "

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Picture/MedianDepths.h"
+
+#include "Core/Raster/RasterTarget.h"
+
+#include <algorithm>
+
+namespace SurfelSplatting
+{
+MedianDepths::MedianDepths(int width, int height, float* depths)
+  : Width(width)
+  , TilesX((width + TileSize - 1) / TileSize)
+  , Depths(depths)
+  , Tiles(static_cast<std::size_t>(TilesX) * ((height + TileSize - 1) / TileSize))
+  , Last(static_cast<std::size_t>(width) * height)
+{
+  std::fill_n(depths, this->Last.size(), 0.0f);
+}
+
+std::size_t MedianDepths::TileOf(int x, int y) const
+{
+  return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
+}
+
+void MedianDepths::Receive(int x, int y, const VisibleLayer& layer)
+{
+  Layers& layers = this->Tiles[this->TileOf(x, y)];
+  std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Width + x];
+  layers.push_back({ layer.Alpha, layer.Depth, last });
+  last = static_cast<std::uint32_t>(layers.size());
+}
+
+void MedianDepths::EndTile(const PixelBox& tile)
+{
+  Layers& layers = this->Tiles[this->TileOf(tile.X0, tile.Y0)];
+  for (int y = tile.Y0; y < tile.Y1; ++y)
+  {
+    for (int x = tile.X0; x < tile.X1; ++x)
+    {
+      const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+      float alpha = 0.0f;
+      for (std::uint32_t i = this->Last[p]; i > 0; i = layers[i - 1].Before)
+      {
+        alpha += layers[i - 1].Alpha;
+      }
+      float behind = 0.0f; // alpha from the layer to the farthest one
+      for (std::uint32_t i = this->Last[p]; i > 0 && 2.0f * behind < alpha;)
+      {
+        const Layer& layer = layers[i - 1];
+        behind += layer.Alpha;
+        this->Depths[p] = layer.Depth;
+        i = layer.Before;
+      }
+    }
+  }
+  Layers().swap(layers);
+}
+}

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which arrays are colours."""
+
+import numpy as np
+
+from ..backend import vtk
+
+COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
+
+
+def is_colors(array):
+    return (array is not None and array.GetDataTypeAsString() == "unsigned char"
+            and array.GetNumberOfComponents() in (3, 4))
+
+
+def color_bytes(array):
+    """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
+    if array is None or array.GetNumberOfComponents() not in (3, 4) or is_colors(array):
+        return array if is_colors(array) else None
+    support = vtk("util.numpy_support")
+    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
+    if not len(values) or values.min() < 0 or values.max() > 65535:
+        return None
+    is_real = array.GetDataTypeAsString() in ("float", "double")
+    scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
+    colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)
+    colors.SetName("RGBA" if array.GetNumberOfComponents() == 4 else "RGB")
+    return colors
