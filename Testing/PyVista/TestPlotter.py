@@ -49,6 +49,17 @@ class TestAdd(PlotterCase):
         active.set_active_scalars("RGB")
         np.testing.assert_array_equal(self.drawn(active, lighting=False), picture)
 
+    def test_photographs_are_not_lit_again(self):
+        noisy = self.surfels.copy()
+        noise = np.random.default_rng(2).integers(0, 9, (noisy.n_points, 3))
+        noisy["RGB"] = (noisy["RGB"] + noise).astype(np.uint8)
+        np.testing.assert_array_equal(self.drawn(noisy, "RGB"),
+                                      self.drawn(noisy, "RGB", lighting=False))
+        lit = self.drawn(noisy, "RGB", lighting=True).astype(int)
+        self.assertGreater(np.abs(lit - self.drawn(noisy, "RGB")).max(), 50)
+        np.testing.assert_array_equal(self.drawn(self.surfels, "RGB"),
+                                      self.drawn(self.surfels, "RGB", lighting=True))
+
     def test_one_color(self):
         picture = self.drawn(self.surfels, color="lime", lighting=False, opacity=0.5)
         np.testing.assert_allclose(picture[90, 120], (0, 128, 0), atol=3)

@@ -14,6 +14,7 @@ import pyvista as pv
 
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
+from ..lighting import are_photographs
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .mapper import SurfelMapper
@@ -163,7 +164,9 @@ class SurfelComponent:
 
         **kwargs
             Further arguments of :meth:`pyvista.Plotter.add_mesh`, such as ``cmap``, ``clim``,
-            ``opacity``, ``lighting``, ``specular`` and ``name``.
+            ``opacity``, ``lighting``, ``specular`` and ``name``. Photographs, which are RGB of
+            more than 256 different colors, have no ``lighting`` unless you ask for it: they have
+            light in them already.
 
         Returns
         -------
@@ -195,6 +198,8 @@ class SurfelComponent:
         surfels, name = _surfels_and_scalars(_as_dataset(cloud), scalars)
         if rgb is None and color is None and kwargs.get("cmap") is None:
             rgb = _are_colors(surfels, name)
+        if rgb and _are_colors(surfels, name) and are_photographs(surfels.point_data[name]):
+            kwargs.setdefault("lighting", False)
         if color is not None and "GaussianHarmonics" in surfels.point_data:
             surfels = surfels.copy(deep=False)
             del surfels.point_data["GaussianHarmonics"]  # they would win over the color
