@@ -310,6 +310,64 @@ SURFELSPLATTING_INLINE void SeeFacingLeaves(
   s.Facing = facing.Slope;
 }
 
+/// Bounds on the screen of an ellipsoid's image along x or y, px.
+template <class Real>
+struct ImageBounds
+{
+  Real Low, High;
+};
+
+/**
+ * Bounds of the image of the ellipsoid d' S^-1 d <= k^2 in front of the lens: a plane x = t z
+ * through the lens's centre touches it where (x - t z)^2 = k^2 (S_xx - 2 t S_xz + t^2 S_zz).
+ * @param x,z of its centre, in camera space @param a z^2 - k^2 S_zz, > 0 @param focal,center px
+ */
+template <class Real>
+SURFELSPLATTING_INLINE ImageBounds<Real> BoundImage(const Real& x, const Real& z, const Real& a,
+  const Real& xx, const Real& xz, double focal, double center)
+{
+  const Real b = x * z - xz, root = SquareRoot(Larger(b * b - a * (x * x - xx), Real{}));
+  const Real scale = focal / a, first = center + scale * (b - root),
+             last = center + scale * (b + root);
+  return { Smaller(first, last), Larger(first, last) };
+}
+
+/**
+ * Whether kernels may be seen. If one's support reaches the lens plane, the affine footprint does
+ * not approximate its image: a surfel beside the lens would cover the whole screen. If it nearly
+ * does, the footprint reaches farther towards the middle than the image; what has an image beside
+ * the picture is left out.
+ * @param reach k^2, of the support
+ */
+template <class Real>
+SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
+  const SetupJob& job, const PlacedSurfels<Real>& s, double reach)
+{
+  constexpr double near = 16.0; // supports of a quarter of their depth
+  const Symmetric3Of<Real>& c = s.Covariance;
+  const Real a = s.P.Z * s.P.Z - reach * c.ZZ;
+  const MaskOf<Real> inFront = a >= 0.0, isNear = near * reach * c.ZZ > s.P.Z * s.P.Z;
+  if (!AnyLane<Real>(s.Alive & inFront & isNear))
+  {
+    return inFront;
+  }
+  const View& view = job.Camera;
+  const Real positive = Larger(a, Uniform<Real>(1e-300));
+  const ImageBounds<Real> x =
+    BoundImage<Real>(s.P.X, s.P.Z, positive, reach * c.XX, reach * c.XZ, view.Fx, view.Cx);
+  const ImageBounds<Real> y =
+    BoundImage<Real>(s.P.Y, s.P.Z, positive, reach * c.YY, reach * c.YZ, view.Fy, view.Cy);
+  // The lens's disc and the pixel filter spread it.
+  const Real blur =
+    Larger(job.InverseFocalDistance - s.InverseZ, s.InverseZ - job.InverseFocalDistance);
+  const double perBlur = 1.5 * job.WeighedRadius;
+  const Real marginX = 4.0 + (perBlur * __builtin_fabs(view.Fx)) * blur;
+  const Real marginY = 4.0 + (perBlur * __builtin_fabs(view.Fy)) * blur;
+  const MaskOf<Real> isInside = (x.Low < view.Width + marginX) & (x.High > Real{} - marginX) &
+    (y.Low < view.Height + marginY) & (y.High > Real{} - marginY);
+  return inFront & (isInside | Not(isNear));
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   const SetupJob& job, const BatchIndices<Real>& index)
@@ -348,10 +406,9 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Overlap = stored.Overlap;
   if (!view.Parallel)
   {
-    // If the kernel's support reaches the lens plane, the affine footprint does not approximate its
-    // image: a surfel beside the lens would cover the whole screen.
-    const double reach = job.Gaussian.Support() / job.Gaussian.Tau;
-    s.Alive &= s.P.Z * s.P.Z >= reach * s.Covariance.ZZ;
+    const bool gaussian = job.Kernel == KernelType::Gaussian;
+    s.Alive &= MayBeSeen(job, s,
+      gaussian ? job.Gaussian.Support() / job.Gaussian.Tau : MaxKernelReach * MaxKernelReach);
   }
   return s;
 }

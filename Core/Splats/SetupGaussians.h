@@ -102,8 +102,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far) & (s.Deposit > 0.0);
   if (!view.Parallel)
   {
-    // As of surfels: a support that reaches the lens plane would cover the whole screen.
-    s.Alive &= s.P.Z * s.P.Z >= LeastGaussianReach * s.Covariance.ZZ;
+    s.Alive &= MayBeSeen(job, s, LeastGaussianReach);
   }
   return s;
 }

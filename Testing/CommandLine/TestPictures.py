@@ -98,10 +98,12 @@ class TestPictures(ToolCase):
         self.assertLess(lit[rim, 0].sum(), 0.9 * unlit[rim, 0].sum())
 
     def test_photographs_are_not_lit_again(self):
-        points, labels = sphere(6000)
-        noise = np.random.default_rng(3).integers(0, 9, (6000, 3))
-        write_ply("photograph.ply", points, labels + noise)
+        points, labels = sphere(6000)  # of four colours, which surfels mix at the borders
+        random = np.random.default_rng(3)
+        write_ply("photograph.ply", points, labels + random.integers(0, 9, (6000, 3)))
+        write_ply("grey.ply", points, np.repeat(random.integers(60, 200, (6000, 1)), 3, axis=1))
         for cloud, same, other in (("photograph.ply", "--unlit", "--lit"),
+                                   ("grey.ply", "--unlit", "--lit"),
                                    ("ball.ply", "--lit", "--unlit")):
             default = self.picture(*CAMERA, *SMALL, cloud=cloud)
             np.testing.assert_array_equal(default, self.picture(*CAMERA, *SMALL, same, cloud=cloud))

@@ -521,6 +521,47 @@ void TestLinearTexture(double confusion, double coverage)
   }
 }
 
+/// A wall beside the camera, from behind it to 4 units in front, is seen at the left only, although
+/// supports next to the plane of the lens nearly reach it.
+TEST_CASE("Wall beside the camera")
+{
+  Random random(4);
+  TestCloud surfels, gaussians;
+  gaussians.Kind = CloudKind::Capture;
+  for (int i = 0; i < 200000; ++i)
+  {
+    TestSurfel s =
+      SquareSurfel({ -0.6, random.Uniform(-1.0, 1.0), random.Uniform(-0.2, 4.0) }, 0.01);
+    s.Normal = { 1, 0, 0 };
+    surfels.Add(s);
+    TestGaussian g;
+    g.Position = { s.Position[0], s.Position[1], s.Position[2] };
+    g.Covariance = { 1e-6, 2.5e-5, 2.5e-5, 0, 0, 0 };
+    g.Density = 0.8f;
+    gaussians.Add(g);
+  }
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(96, 96, 100.0);
+  for (const TestCloud& cloud : { surfels, gaussians })
+  {
+    const Picture picture = RenderPicture(context, cloud);
+    double left = 1.0, right = 0.0;
+    for (int y = 40; y < 56; ++y) // at z = 3: x = 48 - 60 / 3 px
+    {
+      left = std::min<double>(left, picture.At(10, y, 3));
+    }
+    for (int y = 0; y < 96; ++y)
+    {
+      for (int x = 40; x < 96; ++x) // it ends at z = 4, x = 33
+      {
+        right = std::max<double>(right, picture.At(x, y, 3));
+      }
+    }
+    CHECK(left > 0.9);
+    CHECK(right == 0.0);
+  }
+}
+
 TEST_CASE("Linear texture")
 {
   for (const double confusion : { 0.0, 3.0, 8.0 })

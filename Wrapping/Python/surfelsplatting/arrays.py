@@ -104,7 +104,7 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
 
     lighting : bool, optional
         Whether a light at the camera shades the points. By default it shades all but those with
-        more than 256 different colors: these are photographs, which have light in them already.
+        colors as varied as those of photographs, which have light in them already.
 
     **estimation
         ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become

@@ -5,14 +5,19 @@ import numpy as np
 
 from .backend import vtk
 
-MOST_LABELS = 256  # different colours of labels, grey values or a colour map; photographs have more
+# Half of a cloud with labels or a colour map has so few colours, or grey levels; the borders
+# between them, where surfels mix them, have others. Half of a photograph has thousands.
+MOST_COLORS, MOST_GREYS = 256, 32
 SAMPLES = 100_000
 
 
 def are_photographs(colors):
     """Whether colours, n x 3 or n x 4 bytes, are as varied as those of photographs."""
     sampled = colors[::-(-len(colors) // SAMPLES) or 1, :3].astype(np.uint32)
-    return len(np.unique(sampled @ np.array([65536, 256, 1], np.uint32))) > MOST_LABELS
+    counts = np.unique(sampled @ np.array([65536, 256, 1], np.uint32), return_counts=True)[1]
+    is_grey = (sampled == sampled[:, :1]).all()
+    most_frequent = np.sort(counts)[::-1][:MOST_GREYS if is_grey else MOST_COLORS]
+    return bool(most_frequent.sum() < 0.5 * len(sampled))
 
 
 def needs_light(surfels):

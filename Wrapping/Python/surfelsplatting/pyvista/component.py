@@ -164,9 +164,8 @@ class SurfelComponent:
 
         **kwargs
             Further arguments of :meth:`pyvista.Plotter.add_mesh`, such as ``cmap``, ``clim``,
-            ``opacity``, ``lighting``, ``specular`` and ``name``. Photographs, which are RGB of
-            more than 256 different colors, have no ``lighting`` unless you ask for it: they have
-            light in them already.
+            ``opacity``, ``lighting``, ``specular`` and ``name``. RGB as varied as that of
+            photographs has no ``lighting`` unless you ask for it: it has light in it already.
 
         Returns
         -------
