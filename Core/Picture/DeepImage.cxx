@@ -122,6 +122,7 @@ void DeepImage::ExtendMedia(Part* begin, Part* end)
 {
   for (Part* b = begin; b != end; ++b)
   {
+    const float first = b->Visible.Depth;
     b->Visible.Depth -= b->Spread;
     b->Visible.Back += b->Spread;
     if (b == begin)
@@ -141,9 +142,10 @@ void DeepImage::ExtendMedia(Part* begin, Part* end)
     const float border = b[-1].Spread > 0.0f
       ? 0.5f * (front.Back - b[-1].Spread + back.Depth + b->Spread)
       : front.Depth;
-    front.Back = std::max(front.Depth, border);
-    // Behind it, since samples of one depth would become one.
-    back.Depth = std::nextafter(front.Back, std::numeric_limits<float>::infinity());
+    front.Back = std::min(std::max(front.Depth, border), first);
+    // Behind it, since samples of one depth would become one, but not behind its first Gaussian.
+    back.Depth =
+      std::min(first, std::nextafter(front.Back, std::numeric_limits<float>::infinity()));
     back.Back = std::max(back.Back, back.Depth);
   }
 }

@@ -59,7 +59,9 @@ void LazySplats::Add(const SurfelCloud& cloud, const CutRanges& runs)
   }
   for (const CutRange* run = runs.Begin; run != runs.End; ++run)
   {
-    this->Runs.push_back({ &maker, *run, run->Level < levels });
+    // Ancestors of fewer nodes would be those of other runs as well.
+    const bool hasCoarser = run->Level < levels && run->Count >= 1u << LevelsAbove;
+    this->Runs.push_back({ &maker, *run, hasCoarser });
   }
 }
 

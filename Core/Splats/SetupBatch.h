@@ -317,18 +317,26 @@ struct ImageBounds
   Real Low, High;
 };
 
+/// Along x or y: of the centre, and k^2 S_xx and k^2 S_xz.
+template <class Real>
+struct EllipsoidAlong
+{
+  Real X, XX, XZ;
+};
+
 /**
  * Bounds of the image of the ellipsoid d' S^-1 d <= k^2 in front of the lens: a plane x = t z
  * through the lens's centre touches it where (x - t z)^2 = k^2 (S_xx - 2 t S_xz + t^2 S_zz).
- * @param x,z of its centre, in camera space @param a z^2 - k^2 S_zz, > 0 @param focal,center px
+ * @param z of its centre @param a z^2 - k^2 S_zz, > 0 @param focal,center px
  */
 template <class Real>
-SURFELSPLATTING_INLINE ImageBounds<Real> BoundImage(const Real& x, const Real& z, const Real& a,
-  const Real& xx, const Real& xz, double focal, double center)
+SURFELSPLATTING_INLINE ImageBounds<Real> BoundImage(
+  const EllipsoidAlong<Real>& e, const Real& z, const Real& a, double focal, double center)
 {
-  const Real b = x * z - xz, root = SquareRoot(Larger(b * b - a * (x * x - xx), Real{}));
-  const Real scale = focal / a, first = center + scale * (b - root),
-             last = center + scale * (b + root);
+  const Real b = e.X * z - e.XZ;
+  const Real root = SquareRoot(Larger(b * b - a * (e.X * e.X - e.XX), Real{}));
+  const Real scale = focal / a;
+  const Real first = center + scale * (b - root), last = center + scale * (b + root);
   return { Smaller(first, last), Larger(first, last) };
 }
 
@@ -354,9 +362,9 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
   const View& view = job.Camera;
   const Real positive = Larger(a, Uniform<Real>(1e-300));
   const ImageBounds<Real> x =
-    BoundImage<Real>(s.P.X, s.P.Z, positive, reach * c.XX, reach * c.XZ, view.Fx, view.Cx);
+    BoundImage<Real>({ s.P.X, reach * c.XX, reach * c.XZ }, s.P.Z, positive, view.Fx, view.Cx);
   const ImageBounds<Real> y =
-    BoundImage<Real>(s.P.Y, s.P.Z, positive, reach * c.YY, reach * c.YZ, view.Fy, view.Cy);
+    BoundImage<Real>({ s.P.Y, reach * c.YY, reach * c.YZ }, s.P.Z, positive, view.Fy, view.Cy);
   // The lens's disc and the pixel filter spread it.
   const Real blur =
     Larger(job.InverseFocalDistance - s.InverseZ, s.InverseZ - job.InverseFocalDistance);

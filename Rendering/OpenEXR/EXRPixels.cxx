@@ -190,7 +190,7 @@ template <std::size_t Channels>
 float MedianIn(const std::array<float, Channels>& sample, float before)
 {
   const float extent = sample[Channels - 1] - sample[4];
-  if (!(extent > 0.0f))
+  if (!(extent > 0.0f) || !std::isfinite(extent))
   {
     return sample[4];
   }

@@ -132,6 +132,20 @@ class TestInfo(ToolCase):
                                (("--view", "top"), False)):
             result = self.run_tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
             self.assertEqual("turns its back to the camera" in result.stderr, warns, options)
+        self.render("half.ply", *SMALL, "-o", "out.png", "--hierarchy", "half.surfels")
+        self.assertNotIn("--sides", self.text("half.surfels"))
+        result = self.run_tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
+        self.assertIn("surfels that are made with --sides two show it", result.stderr)
+
+    def test_inside_a_closed_surface(self):
+        """One sees the backs of all of it; from outside half of it is hidden."""
+        points, colors = sphere()
+        write_ply("ball.ply", points, colors)
+        for position, warns in ((("0", "0", "0.5"), True), (("0", "0", "1.2"), False),
+                                (("3", "0", "4"), False)):
+            result = self.run_tool("render", "ball.ply", *SMALL, "--position", *position,
+                                   "--focal-point", "0", "0", "-1", "-o", "out.png")
+            self.assertEqual("turns its back to the camera" in result.stderr, warns, position)
 
     def test_broken_pipe(self):
         points, colors = sphere(500)

@@ -133,6 +133,26 @@ class TestVolumes(ToolCase):
             self.assertIn(says, result.stderr)
             self.assertEqual(result.stdout, "")
 
+    def test_numbers_as_text(self):
+        """The last one may end the file."""
+        text = " ".join(f"{value:.9g}" for value in ball().ravel())
+        for end in ("", "\n"):
+            with open("a.mha", "w") as file:
+                file.write(META.replace("ElementData", "BinaryData = False\nElementData", 1) + text + end)
+            self.draw("a.mha")
+
+    def test_coarse_colours_at_a_border(self):
+        """What is transparent does not make them darker."""
+        image = vtkImageData()
+        image.SetDimensions(4, 2, 2)
+        colors = np.tile(np.uint8([200, 100, 40, 255]), (16, 1))
+        colors[1::4] = 0
+        add(image.GetPointData(), "RGBA", colors)
+        image.GetPointData().SetActiveScalars("RGBA")
+        coarse = arrays_of(coarsened(volume_of(image), 2))["RGBA"]
+        np.testing.assert_allclose(coarse[:, :3], np.tile([[200, 100, 40]], (2, 1)) / 255, atol=1e-6)
+        np.testing.assert_allclose(coarse[:, 3], [127.5, 255])
+
     def test_picture_without_options(self):
         """Whatever the file: the ball in the middle, and its surroundings transparent."""
         image = make_image(ball())
@@ -325,6 +345,9 @@ class TestVolumes(ToolCase):
                 self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.5)
         said = self.tool("render", "rgba.vti", *SMALL, "--colormap", "gray", "-o", "out.png")
         self.assertIn("--colormap has no effect on rgba.vti, which has colours", said)
+        said = self.tool("render", "rgba.vti", *SMALL, "--range", 0, 9, "--opacity", "0:0,9:1", "-o",
+                         "out.png")
+        self.assertIn("--range has no effect on rgba.vti, which has colours", said)
         # What is coarser keeps its colours.
         with unittest.mock.patch("surfelsplatting.commandline.volume.MOST_GAUSSIANS", 500):
             self.tool("render", "rgba.vti", "--view", "front", *SMALL, "-o", "out.exr")

@@ -138,6 +138,26 @@ TEST_CASE("Media")
   CHECK_NEAR(through, 1.0 - 0.7901, 1e-6);
 }
 
+/// A Gaussian of a volume at the depth of a surface is not moved behind the next one there.
+TEST_CASE("Media at the depth of surfaces")
+{
+  DeepImage deep;
+  deep.Begin(1, 1, true);
+  deep.BeginCell();
+  deep.BeginTile({ 0, 0, 1, 1 });
+  for (const float spread : { 0.0f, 0.5f, 0.0f })
+  {
+    VisibleLayer layer = SeenThrough(1.0f, 0.2f, 2.0f, 3.4f);
+    layer.Spread = spread;
+    deep.Receive(0, 0, layer);
+  }
+  deep.Finish(SerialExecutor());
+  for (std::size_t i = 1; i < deep.Samples().size(); ++i)
+  {
+    CHECK(deep.Samples()[i].Depth >= deep.Samples()[i - 1].Back);
+  }
+}
+
 /// In the layer at which half of alpha is reached, in each pixel and tile of its own.
 TEST_CASE("Median depths")
 {

@@ -13,14 +13,22 @@ def is_colors(array):
             and array.GetNumberOfComponents() in (3, 4))
 
 
+def may_be_colors(array):
+    """Whether three or four components are colours with 8 or 16 bits or fractions."""
+    if array.GetNumberOfComponents() not in (3, 4) or not array.GetNumberOfTuples():
+        return False
+    ends = [array.GetFiniteRange(i) for i in range(array.GetNumberOfComponents())]
+    return min(low for low, _ in ends) >= 0 and max(high for _, high in ends) <= 65535
+
+
 def color_bytes(array):
     """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
-    if array is None or array.GetNumberOfComponents() not in (3, 4) or is_colors(array):
+    if array is None or is_colors(array):
         return array if is_colors(array) else None
     support = vtk("util.numpy_support")
-    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
-    if not len(values) or values.min() < 0 or values.max() > 65535:
+    if not may_be_colors(array):
         return None
+    values = np.nan_to_num(support.vtk_to_numpy(array), posinf=0, neginf=0).astype(float)
     is_real = array.GetDataTypeAsString() in ("float", "double")
     scale = 255 if is_real and values.max() <= 1 else 1 if values.max() <= 255 else 1 / 257
     colors = support.numpy_to_vtk(np.round(values * scale).astype(np.uint8), deep=True)

@@ -25,6 +25,7 @@ def _of_meta_image(start):
     fields = _fields(text.splitlines(), "=")
     name = fields.get("elementdatafile", "")
     if (fields.get("compresseddata", "false").lower() == "true" or "headersize" in fields
+            or fields.get("binarydata", "true").lower() == "false"
             or name == "LIST" or "%" in name or len(name.split()) != 1):
         return None
     return ("", end + 1) if name == "LOCAL" else (name, 0)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from ..backend import vtk
-from .colors import COLOR_NAMES, color_bytes, is_colors
+from .colors import COLOR_NAMES, color_bytes, is_colors, may_be_colors
 from .polydata import named_array
 from ..problems import UserProblem
 
@@ -99,7 +99,7 @@ def color_components(image, name=None):
     """How many components the chosen array has if it is colours, 3 or 4; else 0."""
     array, _ = _chosen(image, name) or (None, False)
     is_named = array is not None and array.GetName().lower() in COLOR_NAMES
-    if not is_colors(array) and not (is_named and color_bytes(array)):
+    if not is_colors(array) and not (is_named and may_be_colors(array)):
         return 0
     return array.GetNumberOfComponents()
 
@@ -203,6 +203,16 @@ def _block_means(values, shown, factor):
     return np.concatenate(means)
 
 
+def _mean_colors(values, shown, factor):
+    """The same of colours and a scalar, by which they are weighted, where there is any: what is
+    transparent may have any colour."""
+    scalar = _block_means(values[..., 3], shown, factor)
+    weights = values[..., 3] + 1e-6
+    total = _block_means(weights, shown, factor)
+    colors = [_block_means(values[..., i] * weights, shown, factor) / total / 255 for i in range(3)]
+    return np.stack([*colors, scalar], axis=-1)
+
+
 def coarsened(volume, factor):
     """-> vtkImageData whose scalars are the means over blocks of factor^3 of those that are finite
     and not hidden, NaN where there are none; of colours, fractions of 1."""
@@ -210,10 +220,10 @@ def coarsened(volume, factor):
     shape = volume.GetDimensions()[::-1]
     values, shown = _to_numpy(scalars).reshape(*shape, -1), _is_shown(volume)
     shown = None if shown is None else shown.reshape(shape)
-    means = np.stack([_block_means(values[..., i], shown, factor) for i in range(values.shape[-1])],
-                     axis=-1)
-    if means.shape[-1] > 1:
-        means[..., :3] /= 255
+    if values.shape[-1] == 1:
+        means = _block_means(values[..., 0], shown, factor)[..., None]
+    else:
+        means = _mean_colors(values, shown, factor)
     result = vtk("vtkCommonDataModel").vtkImageData()
     result.CopyStructure(volume)
     result.SetExtent([end for count in volume.GetDimensions()

@@ -77,7 +77,8 @@ def _of_kind(cloud, arguments):
         if not getattr(arguments, "shade", None):
             texts += _texts(arguments, ("--lit",), "without --shade")
         if color_components(cloud.data, arguments.scalars or arguments.volume_scalars):
-            texts += _texts(arguments, ("--colormap",), f"on {arguments.cloud}, which has colours")
+            options = ("--colormap", "--range") if arguments.opacity else ("--colormap",)
+            texts += _texts(arguments, options, f"on {arguments.cloud}, which has colours")
     if not cloud.data.GetPointData().HasArray("GaussianOpacity"):
         texts += _texts(arguments, ("--capture-filter",),
                         f"on {arguments.cloud}, which is no capture of 3D Gaussian splatting")

@@ -184,9 +184,10 @@ def _make_pictures(asked, frames, arguments, session):
         session.hint_at_keeping("surfelsplat render ")
         renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
+        are_made = not cloud.is_drawable
         del cloud, surfels  # frees the memory of a large cloud
         session.say(f"first frame: {views[0]}")
-        warn_of_backs(drawn, views, session)
+        warn_of_backs(drawn, views, are_made, session)
         _draw(renderer, views, frames, frames.missing(), session)
 
 

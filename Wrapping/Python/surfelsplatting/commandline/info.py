@@ -153,7 +153,7 @@ def _suggestions(report, cloud):
     if scalars and not has_colors:
         name = "intensity" if "intensity" in scalars else scalars[0]
         found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
-    if report.get("open") and not cloud.columns:
+    if report.get("open") and not cloud.columns and not cloud.is_surfels:
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:
         points, cleaned = report["points"], report["points_found"]
@@ -270,7 +270,8 @@ def _lines(report):
         yield from _volume_lines(report)
         return
     size = _size(report["bytes"])
-    yield "file", f"{report['file']}, {size}, {report['points']} {report['holds']}"
+    what = "surfels with a hierarchy" if report["holds"] == "hierarchy" else report["holds"]
+    yield "file", f"{report['file']}, {size}, {report['points']} {what}"
     spacing = report["size" if "size" in report else "spacing"]
     yield "bounds", _bounds_text(report["bounds"], spacing)
     if _differ(report, spacing):

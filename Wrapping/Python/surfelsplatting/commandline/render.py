@@ -77,13 +77,15 @@ def _focus(renderer, view, session):
     return settle_focus(view, renderer, update, depths), depths
 
 
-def warn_of_backs(surfels, views, session):
-    """An open scan looks torn from behind. views: of a picture or a film"""
+def warn_of_backs(surfels, views, are_made, session):
+    """An open scan looks torn from behind. views: of a picture or a film. are_made: of points now"""
     share = share_facing_away(surfels, views[::math.ceil(len(views) / MOST_ASKED)])
     if share > MOST_AWAY:
         where = " in a frame" if len(views) > 1 else ""
+        advice = ("--sides two shows it" if are_made else
+                  "surfels that are made with --sides two show it")
         session.warn([f"{100 * share:.0f} % of the surface turns its back to the camera{where} and is "
-                      "not drawn; --sides two shows it"])
+                      f"not drawn; {advice}"])
 
 
 def _say_what_is_seen(depths, view, session):
@@ -115,6 +117,7 @@ def render(arguments):
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
         view = _place(view, cloud, surfels, session)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
+        are_made = not cloud.is_drawable
         del cloud  # frees the memory of a large cloud
         count = surfels.GetNumberOfPoints()
         if arguments.verbose:
@@ -125,7 +128,7 @@ def render(arguments):
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, view, session)
         session.say(str(view))
-        warn_of_backs(drawn, [view], session)
+        warn_of_backs(drawn, [view], are_made, session)
         _render_frames(renderer, arguments.repeat, session)
     _say_what_is_seen(depths_of(renderer) if depths is None else depths, view, session)
     _write_outputs(renderer, surfels, drawn, arguments, session)

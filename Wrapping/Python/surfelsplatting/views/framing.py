@@ -160,17 +160,18 @@ def _typical_radius(covariances):
 
 
 def share_facing_away(surfels, views):
-    """The largest share of an open surface that turns its back to the camera of a view, [0, 1]; 0 of
-    a closed one, whose back is hidden."""
+    """The largest share of a surface that turns its back to the camera of a view, [0, 1]. Of a closed
+    one it is that of the angles: half from outside, where the other half hides it, all inside."""
     samples = Samples(surfels, FEW_SAMPLES)
-    if not is_open(samples):
-        return 0.0
-    return max(_share_facing_away(samples, view) for view in views)
+    return max(_share_facing_away(samples, view, not is_open(samples)) for view in views)
 
 
-def _share_facing_away(samples, view):
+def _share_facing_away(samples, view, by_angle):
     rays = samples.points - np.asarray(view.position)
-    rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
+    distance = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
+    rays /= distance[:, None]
+    if by_angle:
+        rays /= np.maximum(distance, 0.1 * np.median(distance))[:, None] ** 2
     facing = np.einsum("ij,ij->i", samples.areas, rays)
     away = np.where(samples.two_sided, 0.0, np.maximum(facing, 0.0)).sum()
     return float(away / max(np.abs(facing).sum(), 1e-300))

@@ -107,7 +107,10 @@ def _sensor_of_rows(cloud):
     else:
         direction, up = -camera[:, 2], -camera[:, 1]
     direction = _rounded(direction)
-    up = _rounded(up - (up @ direction) * direction)
+    up = up - (up @ direction) * direction
+    if np.linalg.norm(up) < ROUNDING * len(rays):  # all of it is in one row
+        up = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    up = _rounded(up)
     if not np.allclose(np.linalg.norm([direction, up], axis=1), 1):
         return None
     spread = None if camera is None else _spread(camera, -direction, up)
@@ -127,11 +130,13 @@ def _kept_sensor(surfels):
     """-> Sensor that keep_sensor wrote, or None"""
     place, direction, up, spread = (_values_of(surfels, name, count)
                                     for name, count in zip(ARRAYS, (3, 3, 3, 2)))
-    if place is None or direction is None or up is None:
+    if direction is None or up is None:
         return None
     axes = np.array([direction, up])
     if not np.allclose(axes @ axes.T, np.eye(2), atol=1e-6):
         return None
+    if place is None:  # as of hierarchies that were written before it was kept
+        return Sensor(np.zeros(3), direction, up)
     if spread is not None and not 0 < spread.min() <= spread.max() < LARGEST_SPREAD:
         spread = None
     return Sensor(place, direction, up, spread)
