@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 using namespace SurfelTesting;
 
@@ -86,6 +87,41 @@ TEST_CASE("Stairs become a floor")
   }
   CHECK(aside < 1e-5);
   CHECK(wall < 1e-6); // flat, and the floor behind its edge is another surface
+}
+
+/// A floor near the camera, on which a row is a step and a half from the next one, and noise of
+/// half a step: neighbours may be four steps apart, but they are of one surface.
+TEST_CASE("Steep floors are not torn apart")
+{
+  Random random(3);
+  std::vector<Vec> points;
+  const auto disparity = [](int y) { return 0.3 + 1.5 * Step * y; };
+  for (int i = 0; i < Columns * Rows; ++i)
+  {
+    const double noise = 0.5 * (random() + random() + random() + random() - 2.0) * std::sqrt(3.0);
+    const double z = 1.0 / (Step * std::round(disparity(i / Columns) / Step + noise));
+    points.push_back({ Sensor[0] + (i % Columns - 160) * z / Focal,
+      Sensor[1] + (i / Columns - 120) * z / Focal, Sensor[2] + z });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  cleaning->SetInputData(ToPolyData(points));
+  cleaning->SetColumns(Columns);
+  cleaning->SetViewpoint(Sensor.data());
+  cleaning->Update();
+  vtkPoints* smooth = cleaning->GetOutput()->GetPoints();
+  REQUIRE(smooth->GetNumberOfPoints() == Columns * Rows);
+  const auto disparityOf = [&](int i) { return 1.0 / (smooth->GetPoint(i)[2] - Sensor[2]); };
+  double widest = 0.0, squared = 0.0;
+  for (int i = 0; i < Columns * (Rows - 1); ++i)
+  {
+    const double gap = (disparityOf(i + Columns) - disparityOf(i)) / Step;
+    widest = std::max(widest, std::abs(gap - 1.5));
+    squared += std::pow((disparityOf(i) - disparity(i / Columns)) / Step, 2) / (Columns * Rows);
+  }
+  std::printf("steep floor: gaps off by %.2f steps at most, rms of 1/z %.2f steps\n", widest,
+    std::sqrt(squared));
+  CHECK(widest < 3.0);              // 4.5 with single neighbours
+  CHECK(std::sqrt(squared) < 0.25); // 0.50
 }
 
 TEST_CASE("Other depths stay")
