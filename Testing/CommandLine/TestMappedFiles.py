@@ -126,7 +126,7 @@ class TestMappedFiles(ToolCase):
                 self.assertEqual(statistics["detail"]["prepared"], 0)
         info = self.run_tool("info", "ball.surfels")
         self.assertEqual((info.returncode, info.stderr), (0, ""))
-        self.assertIn("4000 hierarchy", info.stdout)
+        self.assertIn("4000 surfels with a hierarchy", info.stdout)
 
     def test_surfels_that_are_not_finite_are_left_out(self):
         surfels = ball(3000)

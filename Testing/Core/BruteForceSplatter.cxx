@@ -269,6 +269,39 @@ void SetLens(const LensView& lens, double perPixel, double share, ReferenceSplat
   splat.AreaY = perPixel * lens.Slope[1] / lens.Largest;
 }
 
+/// Whether the outline of a support q <= k^2 that nearly reaches the lens plane is in the picture.
+/// The outline's dual conic is C = p p' - k^2 S; it is bounded by C_a2 / C_22 +- the root of (C_a2
+/// / C_22)^2 - C_aa / C_22 along an axis a.
+bool IsOutlineInside(const SplatContext& context, const CameraSurfel& s, double reach)
+{
+  const View& view = context.Camera;
+  const Vector3& p = s.Position;
+  const auto conic = [&](int i, int k) { return p[i] * p[k] - reach * s.Covariance[i][k]; };
+  if (conic(2, 2) < 0.0)
+  {
+    return false; // it reaches the plane
+  }
+  if (16.0 * reach * s.Covariance[2][2] <= p[2] * p[2])
+  {
+    return true;
+  }
+  const double blur = std::abs(1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
+  const double focal[] = { view.Fx, view.Fy }, center[] = { view.Cx, view.Cy };
+  const int size[] = { view.Width, view.Height };
+  for (int axis = 0; axis < 2; ++axis)
+  {
+    const double middle = conic(axis, 2) / conic(2, 2);
+    const double half = std::sqrt(std::max(0.0, middle * middle - conic(axis, axis) / conic(2, 2)));
+    const double margin = 4.0 + 1.5 * context.Optics.Radius * std::abs(focal[axis]) * blur;
+    const double at = center[axis] + focal[axis] * middle, around = std::abs(focal[axis]) * half;
+    if (!(at - around < size[axis] + margin && at + around > -margin))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// False where the surfel is not seen.
 bool MakeReferenceSplat(
   const SplatContext& context, const SurfelCloud& cloud, std::size_t i, ReferenceSplat& splat)
@@ -280,10 +313,11 @@ bool MakeReferenceSplat(
   {
     return false;
   }
-  // A kernel whose support, q = 2c / tau, reaches the lens plane is not drawn.
+  // A kernel whose support, q = 2c / tau or 8, reaches the lens plane is not drawn.
   const double c0 = context.Settings.Cutoff;
   const double tau0 = 1.0 - c0 * std::exp(-c0) / (1.0 - std::exp(-c0));
-  if (!view.Parallel && p[2] < std::sqrt(2.0 * c0 / tau0 * s.Covariance[2][2]))
+  const bool isGaussian = context.Settings.Kernel == KernelType::Gaussian;
+  if (!view.Parallel && !IsOutlineInside(context, s, isGaussian ? 2.0 * c0 / tau0 : 8.0))
   {
     return false;
   }

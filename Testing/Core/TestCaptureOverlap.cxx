@@ -216,4 +216,30 @@ TEST_CASE("Foliage through the lens")
     CHECK(error.RootMeanSquare < left * old.RootMeanSquare);
   }
 }
+
+/// Alphas change steadily while pairs of nodes merge, although the shares of parents are others.
+TEST_CASE("No jump between levels")
+{
+  const TestHierarchy foliage(MakeFoliage());
+  SplatContext context;
+  context.Camera = PinholeView(128, 128, 300.0);
+  context.Optics = { 0.1, 1.5 };
+  double before = 0.0, largest = 0.0, least = 1.0, most = 0.0;
+  for (double error = 0.7; error < 1.4; error *= 1.004)
+  {
+    context.Cut.Error = error;
+    const Picture picture = RenderPicture(context, { foliage.Get() });
+    double alpha = 0.0;
+    for (std::size_t i = 3; i < picture.Color.size(); i += 4)
+    {
+      alpha += picture.Color[i] / (128.0 * 128.0);
+    }
+    largest = before > 0.0 ? std::fmax(largest, std::abs(alpha - before)) : 0.0;
+    before = alpha;
+    least = std::fmin(least, alpha);
+    most = std::fmax(most, alpha);
+  }
+  std::printf("mean alpha from %.4f to %.4f, in steps of %.5f at most\n", least, most, largest);
+  CHECK(largest < 0.1 * (most - least));
+}
 }
