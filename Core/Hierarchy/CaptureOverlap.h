@@ -27,9 +27,10 @@
 
 namespace SurfelSplatting
 {
-/// o of the patch of a leaf of a capture, [0, 1). @param leaves without nodes
-double OverlapOfLeaf(const SurfelCloud& leaves, const HierarchyLayout& layout, std::size_t i);
+/// o of a patch of leaves [begin, end), [0, 1); 0 of fewer than three.
+double OverlapOfPatch(const SurfelCloud& leaves, std::size_t begin, std::size_t end);
 
-/// Turns the means of o that the nodes have into their shares.
-void KeepSurfaces(const HierarchyLayout& layout, const Executor& executor, HierarchyNode* nodes);
+/// Gives nodes, which have all else, their shares. @param leaves of a capture
+void FillOverlaps(const SurfelCloud& leaves, const HierarchyLayout& layout,
+  const Executor& executor, HierarchyNode* nodes);
 }

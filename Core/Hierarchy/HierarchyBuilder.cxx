@@ -54,8 +54,7 @@ public:
     m.Position = this->Tree.Position(i);
     m.Covariance = this->Tree.Covariance(i);
     m.Opacity = this->Tree.OwnOpacity(i);
-    m.Overlap =
-      this->IsCapture() ? OverlapOfLeaf(this->Tree, this->Layout, i) : this->Tree.OverlapOf(i);
+    m.Overlap = this->Tree.OverlapOf(i);
     return m;
   }
 
@@ -204,7 +203,7 @@ void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const E
   ForNodesUpwards(layout, executor, NodeFiller(leaves, layout, nodes));
   if (leaves.Kind == CloudKind::Capture)
   {
-    KeepSurfaces(layout, executor, nodes);
+    FillOverlaps(leaves, layout, executor, nodes);
   }
 }
 

@@ -157,6 +157,7 @@ void LazySplats::Prefetch(const Wanted& wanted) const
   constexpr std::size_t boxesPerLine = 64 / sizeof(PixelBox);
   const SplatList::Part& part = this->At(wanted).Part;
   __builtin_prefetch(&this->List.Nears[part.Begin]);
+  // Not the part's count, which another thread may be writing. Ancestors fit into a line.
   const std::size_t count = wanted.Coarser ? 1 : this->Runs[wanted.Run].Chosen.Count;
   for (std::size_t i = 0; i < count; i += boxesPerLine)
   {

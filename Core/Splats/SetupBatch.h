@@ -365,7 +365,8 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
     BoundImage<Real>({ s.P.X, reach * c.XX, reach * c.XZ }, s.P.Z, positive, view.Fx, view.Cx);
   const ImageBounds<Real> y =
     BoundImage<Real>({ s.P.Y, reach * c.YY, reach * c.YZ }, s.P.Z, positive, view.Fy, view.Cy);
-  // The lens's disc and the pixel filter spread it.
+  // The lens's disc, whose kernel ends at 1.42 radii (MaxKernelReach / 2), and the pixel filter
+  // spread it.
   const Real blur =
     Larger(job.InverseFocalDistance - s.InverseZ, s.InverseZ - job.InverseFocalDistance);
   const double perBlur = 1.5 * job.WeighedRadius;

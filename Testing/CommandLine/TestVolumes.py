@@ -140,6 +140,11 @@ class TestVolumes(ToolCase):
             with open("a.mha", "w") as file:
                 file.write(META.replace("ElementData", "BinaryData = False\nElementData", 1) + text + end)
             self.draw("a.mha")
+        with open("a.mha", "w") as file:
+            file.write(META.replace("ElementData", "BinaryData = False\nElementData", 1)
+                       + text.rsplit(maxsplit=10)[0])
+        said = self.tool("render", "a.mha", "-o", "out.png")
+        self.assertIn("a.mha promises 2197 scalars, but a.mha has 2187: it was cut short", said)
 
     def test_coarse_colours_at_a_border(self):
         """What is transparent does not make them darker."""

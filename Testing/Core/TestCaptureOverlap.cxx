@@ -114,13 +114,11 @@ TEST_CASE("Patches of a wall")
   {
     const TestHierarchy wall(MakeWall(times));
     const SurfelCloud cloud = wall.Get();
-    SurfelCloud leaves = cloud;
-    leaves.Nodes = nullptr;
     double kept = 0.0;
-    const std::uint64_t count = wall.Order.Layout.NumberOfLeaves();
-    for (std::uint64_t i = 0; i < count; ++i)
+    const std::uint64_t patches = wall.Order.Layout.NumberOfLeaves() / 4;
+    for (std::uint64_t j = 0; j < patches; ++j)
     {
-      kept += (1.0 - OverlapOfLeaf(leaves, wall.Order.Layout, i)) / static_cast<double>(count);
+      kept += (1.0 - OverlapOfPatch(cloud, 4 * j, 4 * j + 4)) / static_cast<double>(patches);
     }
     const double depth = times * DepthOverOpacity(1.0 * Opacity);
     const double expected = (1.0 - std::exp(-depth)) / depth;
@@ -150,15 +148,17 @@ TEST_CASE("Gaussians at one place, none, and few")
     cloud.Add(g);
   }
   const TestHierarchy hierarchy(cloud);
-  SurfelCloud leaves = hierarchy.Get();
-  leaves.Nodes = nullptr;
-  for (std::uint64_t i = 0; i < 9; ++i)
+  const SurfelCloud leaves = hierarchy.Get();
+  for (std::uint64_t begin = 0; begin < 9; ++begin)
   {
-    const double overlap = OverlapOfLeaf(leaves, hierarchy.Order.Layout, i);
-    CHECK(overlap >= 0.0);
-    CHECK(overlap < 1.0);
+    for (std::uint64_t end = begin; end <= std::min<std::uint64_t>(9, begin + 4); ++end)
+    {
+      const double overlap = OverlapOfPatch(leaves, begin, end);
+      CHECK(overlap >= 0.0);
+      CHECK(overlap < 1.0);
+      CHECK((end - begin > 2 || overlap == 0.0));
+    }
   }
-  CHECK(OverlapOfLeaf(leaves, hierarchy.Order.Layout, 8) == 0.0);
 }
 
 /// How far alphas in the middle are from those of pinholes.

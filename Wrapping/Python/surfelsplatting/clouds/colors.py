@@ -24,7 +24,7 @@ def may_be_colors(array):
 def color_bytes(array):
     """-> vtkUnsignedCharArray of colours with 8 or 16 bits or fractions, or None"""
     if array is None or is_colors(array):
-        return array if is_colors(array) else None
+        return array
     support = vtk("util.numpy_support")
     if not may_be_colors(array):
         return None

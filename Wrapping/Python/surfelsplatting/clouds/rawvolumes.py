@@ -16,7 +16,8 @@ def _fields(lines, separator):
 
 
 def _of_meta_image(start):
-    """-> (name of the data's file or "" for this one, bytes of the header), or None: not raw"""
+    """-> (name of the data's file or "" for this one, bytes of the header, whether the data are numbers
+    as text), or None: neither raw nor text"""
     at = start.find(b"ElementDataFile")
     end = start.find(b"\n", at)
     if at < 0:
@@ -25,10 +26,10 @@ def _of_meta_image(start):
     fields = _fields(text.splitlines(), "=")
     name = fields.get("elementdatafile", "")
     if (fields.get("compresseddata", "false").lower() == "true" or "headersize" in fields
-            or fields.get("binarydata", "true").lower() == "false"
             or name == "LIST" or "%" in name or len(name.split()) != 1):
         return None
-    return ("", end + 1) if name == "LOCAL" else (name, 0)
+    is_text = fields.get("binarydata", "true").lower() == "false"
+    return ("", end + 1, is_text) if name == "LOCAL" else (name, 0, is_text)
 
 
 def _of_nrrd(start):
@@ -40,19 +41,28 @@ def _of_nrrd(start):
     if (fields.get("encoding", "").lower() != "raw" or "byte skip" in fields or "line skip" in fields
             or name.split()[:1] == ["LIST"] or "%" in name):
         return None
-    return (name, 0) if name else ("", len(header) + len(empty))
+    return (name, 0, False) if name else ("", len(header) + len(empty), False)
 
 
 def check_raw_size(path, array):
-    """UserProblem if a volume's raw file has fewer bytes than the array that was read from it."""
+    """UserProblem if a volume's file has fewer bytes, or numbers as text, than the array that was read
+    from it."""
     with open(path, "rb") as file:
         start = file.read(LONGEST_HEADER)
     found = (_of_nrrd if start.startswith(b"NRRD") else _of_meta_image)(start)
     if found is None or array is None:
         return
-    name, header = found
+    name, header, is_text = found
     data = os.path.join(os.path.dirname(path), name) if name else path
-    promised = array.GetDataSize() * array.GetDataTypeSize()
-    if os.path.isfile(data) and os.path.getsize(data) - header < promised:
-        raise UserProblem(f"{path} promises {promised} bytes of scalars, but {data} has "
-                          f"{max(0, os.path.getsize(data) - header)}: it was cut short")
+    if not os.path.isfile(data):
+        return
+    if is_text:
+        with open(data, "rb") as file:
+            file.seek(header)
+            there, promised, what = len(file.read().split()), array.GetDataSize(), "scalars"
+    else:
+        there, what = max(0, os.path.getsize(data) - header), "bytes of scalars"
+        promised = array.GetDataSize() * array.GetDataTypeSize()
+    if there < promised:
+        raise UserProblem(f"{path} promises {promised} {what}, but {data} has {there}: it was cut "
+                          "short")
