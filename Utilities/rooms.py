@@ -23,7 +23,8 @@ INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 STANDARD = re.compile(r"[a-z_]+")
 # What else a room of the core needs: the processor, the operating system.
 CORE_NEEDS = {"Core/Simd": {"immintrin.h"},
-              "Core/Files": {"fcntl.h", "sys/mman.h", "sys/stat.h", "unistd.h"}}
+              "Core/Files": {"fcntl.h", "sys/mman.h", "sys/stat.h", "unistd.h"},
+              "Core/Base": {"sys/mman.h"}}
 
 
 class Include(NamedTuple):

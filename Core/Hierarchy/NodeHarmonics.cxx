@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Hierarchy/NodeHarmonics.h"
 
+#include "Core/Hierarchy/NodeColors.h"
 #include "Core/Hierarchy/NodeRecursion.h"
 
 #include <algorithm>
@@ -11,6 +12,7 @@ namespace SurfelSplatting
 namespace
 {
 constexpr int MaxCoefficients = 3 * MaxHarmonics;
+constexpr std::size_t Grain = 4096; ///< leaves that a thread takes together
 
 struct WeightedHarmonics
 {
@@ -90,10 +92,9 @@ private:
 std::vector<PackedHarmonics> PackHarmonics(const SurfelCloud& tree, const HierarchyLayout& layout,
   const float* coefficients, int count, const Executor& executor)
 {
-  constexpr std::size_t grain = 4096;
   const std::size_t leaves = tree.NumberOfSurfels;
   std::vector<PackedHarmonics> packed(tree.Nodes ? layout.NumberOfNodes() : leaves);
-  executor.For(leaves, grain, [&](std::size_t begin, std::size_t end) {
+  executor.For(leaves, Grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       packed[i] = Pack(coefficients + 3 * count * i, count);
@@ -105,5 +106,29 @@ std::vector<PackedHarmonics> PackHarmonics(const SurfelCloud& tree, const Hierar
       layout, executor, HarmonicsFiller(tree, layout, coefficients, count, packed.data()));
   }
   return packed;
+}
+
+void FillHarmonicColors(const SurfelCloud& tree, const HierarchyLayout& layout,
+  const PackedHarmonics* packed, const Executor& executor, NodeColor* colors)
+{
+  const Vector3Of<double> anywhere{ 0.0, 0.0, 1.0 };
+  double basis[MaxHarmonics];
+  EvaluateHarmonics<double>(anywhere, 1, basis);
+  std::vector<float> constant(4 * tree.NumberOfSurfels);
+  executor.For(tree.NumberOfSurfels, Grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      for (int c = 0; c < 3; ++c)
+      {
+        const float* coefficients = packed[i].Constant;
+        constant[4 * i + c] = static_cast<float>(ColorOfHarmonics(
+          basis, 1, [&](int /* k */) { return static_cast<double>(coefficients[c]); }));
+      }
+      constant[4 * i + 3] = 1.0f;
+    }
+  });
+  SurfelCloud colored = tree;
+  colored.ColorsFloat = constant.data();
+  FillNodeColors(colored, layout, executor, colors);
 }
 }

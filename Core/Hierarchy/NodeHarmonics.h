@@ -2,11 +2,13 @@
 /**
  * Spherical harmonics of a capture's Gaussians and of the nodes above them, packed for drawing: a
  * node has the means of the coefficients, weighted with the masses (GaussianMass.h) and opacities.
+ * How the colours change within nodes is told by the constant harmonics.
  */
 #pragma once
 
 #include "Core/Base/Executor.h"
 #include "Core/Hierarchy/HierarchyLayout.h"
+#include "Core/Surfels/HierarchyNode.h"
 #include "Core/Surfels/PackedHarmonics.h"
 #include "Core/Surfels/SurfelCloud.h"
 
@@ -22,4 +24,12 @@ namespace SurfelSplatting
  */
 std::vector<PackedHarmonics> PackHarmonics(const SurfelCloud& tree, const HierarchyLayout& layout,
   const float* coefficients, int count, const Executor& executor);
+
+/// Computes the colours of all nodes above the leaves (NodeColors.h) from the constant harmonics of
+/// the leaves.
+/// @param tree   leaves and nodes, without colours of their own
+/// @param packed of the leaves
+/// @param colors [layout.NumberOfNodes() - layout.NumberOfLeaves()]
+void FillHarmonicColors(const SurfelCloud& tree, const HierarchyLayout& layout,
+  const PackedHarmonics* packed, const Executor& executor, NodeColor* colors);
 }

@@ -32,16 +32,37 @@ namespace SurfelSplatting
 /// (dx, dy), and its share of the splat's weight, x = Area + AreaX dx + AreaY dy where x is
 /// positive, -Back x elsewhere. The offset (dx, dy) from the centre is in px, or in cells of a
 /// coarse grid.
-///
-/// Of Gaussians in space, which may be needles, the regression is that of each direction, u = C / 4
-/// W^-1 d: PerPixel is C / 4 in px, Area the opacity at the centre in focus, 0 of volumes, and all
-/// else 0.
 struct alignas(32) LensFootprint
 {
   float MeanX, MeanY, PerPixel;
   float Area, AreaX, AreaY;
-  float Back; ///< 1: two-sided, 0: seen from one side
+  float Back;   ///< 1: two-sided, 0: seen from one side
+  float Unused; ///< all bytes of a SpaceFootprint are copied
 };
+
+/// What a Gaussian in space has instead, in the same place. They may be needles, so that the
+/// regression is that of each direction, u = C / 4 W^-1 d.
+struct alignas(32) SpaceFootprint
+{
+  float Quarter;                                  ///< C / 4, px
+  float Opacity;                                  ///< at the centre in focus; 0 of volumes
+  float RedX, GreenX, BlueX, RedY, GreenY, BlueY; ///< how the colour changes, per px
+};
+static_assert(sizeof(SpaceFootprint) == sizeof(LensFootprint), "one in the place of the other");
+
+SURFELSPLATTING_INLINE SpaceFootprint SpaceFootprintOf(const LensFootprint& stored)
+{
+  SpaceFootprint footprint;
+  __builtin_memcpy(&footprint, &stored, sizeof(footprint));
+  return footprint;
+}
+
+SURFELSPLATTING_INLINE LensFootprint StoredOf(const SpaceFootprint& footprint)
+{
+  LensFootprint stored;
+  __builtin_memcpy(&stored, &footprint, sizeof(stored));
+  return stored;
+}
 
 /**
  * Largest first moment of a function with values in [0, 1] and this mean: that of a segment of the

@@ -22,12 +22,11 @@ struct BlockPixels
   Lanes Q;    // squared radius in the kernel's own unit
 };
 
-/// Data that a splat is drawn from: the copies that AddBlocks makes.
+/// Data that a Gaussian in space is drawn from: the copies that AddBlocks makes.
 struct SplatCopy
 {
   const Splat& S;
-  const SplatGradient& Gradient; // these two where the template's flags say so
-  const LensFootprint& Footprint;
+  const SpaceFootprint& Footprint; // with a lens
   const RasterSettings& Settings;
 };
 }

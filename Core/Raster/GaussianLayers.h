@@ -87,6 +87,7 @@ struct GaussianFragments
 {
   decltype(Real() < Real()) Inside;
   Real Alpha;
+  Real Red, Green, Blue;
   float Depth;          ///< world units along the view direction
   LensMoments<Real> At; ///< lens points and means over the footprint
   ShareOfLens Share;    ///< L
@@ -101,23 +102,33 @@ struct PairPixels
   LanePair X, Y, Q;
 };
 
+/// A colour at a fragment, at least 0. @param x,y its change per px
+template <bool OnLens, class Real, class Pixels>
+SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const Pixels& d)
+{
+  return OnLens ? Larger(color + x * d.X + y * d.Y, Real(0.0f)) : Real(color);
+}
+
 /// Fragments of a Gaussian in space. @param d BlockPixels or PairPixels
-template <class Real, class Pixels>
+template <bool OnLens, class Real, class Pixels>
 SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
   const SplatCopy& splat, const Pixels& d)
 {
   const Splat& s = splat.S;
   const auto inside = d.Q < s.DepthX;
   const Real depth = s.Weight * EvaluateInSpace<Real>(s.Shape, d.Q, s.DepthX);
-  const LensFootprint& lens = splat.Footprint;
-  const float quarter = lens.PerPixel;
+  const SpaceFootprint& lens = splat.Footprint;
+  const float quarter = lens.Quarter;
   const Real x = (quarter * s.A) * (d.X + s.K * d.Y);
   const float square = 4.0f * quarter * quarter, xy = square * (s.A * s.K);
   const ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
   const float mean = share.Mean();
-  return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)), s.Near,
+  return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)),
+    ColorInSpace<OnLens, Real>(s.Red, lens.RedX, lens.RedY, d),
+    ColorInSpace<OnLens, Real>(s.Green, lens.GreenX, lens.GreenY, d),
+    ColorInSpace<OnLens, Real>(s.Blue, lens.BlueX, lens.BlueY, d), s.Near,
     share.MomentsAt<Real>(x, s.K * x + (quarter * s.B) * d.Y), share, mean, WeightOfRamp(mean),
-    WeightOfEllipse(mean, lens.Area) };
+    WeightOfEllipse(mean, lens.Opacity) };
 }
 
 /// Lets the layers leak that end in front of a depth.
@@ -281,18 +292,18 @@ SURFELSPLATTING_INLINE Real HiddenOnLens(
  * mean of what is in front.
  * @param hides of T
  */
-SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted, const Splat& s,
+SURFELSPLATTING_INLINE void AddGaussianDoubt(DoubtedLayers& doubted,
   const GaussianFragments<Lanes>& f, const Lanes& hides, const Lanes& before)
 {
   const Lanes after = Larger(before - hides, 0.0f), width = Lanes::Load(doubted.Width);
   const Lanes doubt = width * hides / Larger(before, 1e-6f);
   const Lanes share = hides / Larger(1.0f - after, 1e-6f);
-  const float colors[] = { s.Red, s.Green, s.Blue };
+  const Lanes* const colors[] = { &f.Red, &f.Green, &f.Blue };
   float* means[] = { doubted.Red, doubted.Green, doubted.Blue };
   float* drifts[] = { doubted.RedDrift, doubted.GreenDrift, doubted.BlueDrift };
   for (int c = 0; c < 3; ++c)
   {
-    const Lanes contrast = colors[c] - Lanes::Load(means[c]);
+    const Lanes contrast = *colors[c] - Lanes::Load(means[c]);
     AddTo(drifts[c], doubt * contrast);
     AddTo(means[c], share * contrast);
   }
@@ -315,7 +326,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   const Lanes hides =
     Select(visible, tilted ? HiddenOnLens(OneBlock{ done }, f, before) : before * f.Alpha, 0.0f);
   const Lanes after = Larger(before - hides, 0.0f);
-  const Lanes red = hides * s.Red, green = hides * s.Green, blue = hides * s.Blue;
+  const Lanes red = hides * f.Red, green = hides * f.Green, blue = hides * f.Blue;
   AddTo(done.Red, red);
   AddTo(done.Green, green);
   AddTo(done.Blue, blue);
@@ -328,7 +339,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   }
   if (settings.Doubts)
   {
-    AddGaussianDoubt(tile.Doubted[block], s, f, hides, before);
+    AddGaussianDoubt(tile.Doubted[block], f, hides, before);
   }
   if (callbacks.Leaked)
   {
@@ -354,7 +365,7 @@ template <bool OnLens>
 SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const SplatCopy& splat,
   const BlockPixels& d, const RasterCallbacks& callbacks)
 {
-  const GaussianFragments<Lanes> fragments = MakeFragments<Lanes>(splat, d);
+  const GaussianFragments<Lanes> fragments = MakeFragments<OnLens, Lanes>(splat, d);
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);
@@ -368,18 +379,19 @@ SURFELSPLATTING_INLINE void AddGaussianToFinished(
   const Blocks& done, const SplatCopy& splat, const Pixels& d)
 {
   using Real = typename Blocks::Real;
-  const Splat& s = splat.S;
-  const GaussianFragments<Real> f = MakeFragments<Real>(splat, d);
+  const GaussianFragments<Real> f = MakeFragments<true, Real>(splat, d);
   const Real before = done.Load(&FinishedLayers::Transmittance);
   const auto visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
   const Real hides = Select(visible, HiddenOnLens(done, f, before), Real(0.0f));
   const Real after = Larger(before - hides, Real(0.0f));
-  const auto add = [&](FinishedField field, float color) {
-    done.Store(field, done.Load(field) + hides * color);
+  const Splat& s = splat.S;
+  const SpaceFootprint& lens = splat.Footprint;
+  const auto add = [&](FinishedField field, float color, float x, float y) {
+    done.Store(field, done.Load(field) + hides * ColorInSpace<true, Real>(color, x, y, d));
   };
-  add(&FinishedLayers::Red, s.Red);
-  add(&FinishedLayers::Green, s.Green);
-  add(&FinishedLayers::Blue, s.Blue);
+  add(&FinishedLayers::Red, s.Red, lens.RedX, lens.RedY);
+  add(&FinishedLayers::Green, s.Green, lens.GreenX, lens.GreenY);
+  add(&FinishedLayers::Blue, s.Blue, lens.BlueX, lens.BlueY);
   const auto median = (before > 0.5f) & (after <= 0.5f);
   done.Store(
     &FinishedLayers::Depth, Select(median, Real(f.Depth), done.Load(&FinishedLayers::Depth)));

@@ -160,8 +160,14 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
   Splat s = splat.Body;
   s.A *= cell * cell;
   s.B *= cell * cell;
-  LensFootprint lens = *splat.Footprint;
-  lens.PerPixel *= perCell;
+  SpaceFootprint lens = SpaceFootprintOf(*splat.Footprint);
+  lens.Quarter *= perCell;
+  for (float* slope :
+    { &lens.RedX, &lens.GreenX, &lens.BlueX, &lens.RedY, &lens.GreenY, &lens.BlueY })
+  {
+    *slope *= cell;
+  }
+  const LensFootprint footprint = StoredOf(lens);
   const PixelBox& pixels = place.Span;
   const PixelBox span{ this->FirstCell(pixels.X0), this->FirstCell(pixels.Y0),
     this->EndCell(pixels.X1, this->Width), this->EndCell(pixels.Y1, this->Height) };
@@ -169,7 +175,7 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
   RasterSettings own = settings;
   own.HasLayers = false;
   return target.AddGaussian(
-    this->State, { s, nullptr, &lens }, inCells, own, { nullptr, nullptr, nullptr });
+    this->State, { s, nullptr, &footprint }, inCells, own, { nullptr, nullptr, nullptr });
 }
 
 float GaussianRun::LargestThrough() const

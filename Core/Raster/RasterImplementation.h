@@ -21,10 +21,9 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
 {
   // Copies, because the compiler must assume that writes to the tile can change the originals.
   const Splat s = splat.Body;
-  const SplatGradient gradient{};
-  const LensFootprint footprint = OnLens ? *splat.Footprint : LensFootprint{};
+  const SpaceFootprint footprint = OnLens ? SpaceFootprintOf(*splat.Footprint) : SpaceFootprint{};
   const RasterSettings settings = shared;
-  const SplatCopy copy{ s, gradient, footprint, settings };
+  const SplatCopy copy{ s, footprint, settings };
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
   const Lanes rampY = Lanes::Load(RampY) + (0.5f - place.Y);
   const auto pixels = [&](int block) {

@@ -115,13 +115,14 @@ SURFELSPLATTING_INLINE void GatherColors(
   }
 }
 
-/// Reads the colours and opacities of nodes above the leaves.
+/// Reads the colours and opacities of nodes above the leaves; only the opacities of those that have
+/// harmonics.
 template <class Real>
 SURFELSPLATTING_INLINE void GatherNodeColors(
   const SurfelCloud& cloud, const BatchIndices<Real>& index, Real (&color)[4])
 {
   const std::size_t first = cloud.NumberOfSurfels;
-  if (!cloud.NodeColors)
+  if (!cloud.NodeColors || cloud.Harmonics)
   {
     const HierarchyNode* nodes = cloud.Nodes;
     color[3] =

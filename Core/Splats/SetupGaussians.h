@@ -17,6 +17,7 @@
 #include "Core/Base/Tiles.h"
 #include "Core/Lens/GaussianFootprint.h"
 #include "Core/Splats/SetupConstants.h"
+#include "Core/Splats/SetupNodeColors.h"
 #include "Core/Splats/SetupOutput.h"
 #include "Core/Surfels/GaussianMass.h"
 
@@ -119,46 +120,97 @@ SURFELSPLATTING_INLINE double Absorbs(const SetupJob& job, const BatchIndices<Re
   return job.Cloud.Kind == CloudKind::Volume || index.Level > 0 ? 1.0 : index.Merging;
 }
 
-/// Share of the lens's radius that is left to the cells of a run: the interpolation between them
-/// spreads by d^2 / 6, a disc of radius c by c^2 / 4. @param confusion C, px @param cell d, px
-SURFELSPLATTING_INLINE double RestOfLens(double confusion, double cell)
+/// C / 4 in px. In the cells of a run the lens is smaller: the interpolation between them spreads
+/// by d^2 / 6, a disc of radius C by C^2 / 4.
+template <class Real>
+SURFELSPLATTING_INLINE Real QuarterOfConfusion(const SetupJob& job, const SplatBatch<Real>& b)
 {
-  const double rest = confusion * confusion - (cell > 1.0 ? cell * cell / 1.5 : 0.0);
-  return rest > 0.0 ? __builtin_sqrt(rest) / __builtin_fabs(confusion) : 0.0;
+  const Real confusion =
+    __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy)) * b.Blur.Signed;
+  const Real& cell = b.Depths.SlopeY;
+  const Real spread = cell > 1.0 ? cell * cell * (1.0 / 1.5) : Real{};
+  const Real quarter = 0.25 * SquareRoot(Larger(confusion * confusion - spread, Real{}));
+  return confusion < 0.0 ? -quarter : quarter;
 }
 
-/// Makes splats that are written those of Gaussians in space (Splat.h, LensFootprint).
+/// Opacities at the centres in focus. What a medium hides of the lens has no border there.
+template <class Real>
+SURFELSPLATTING_INLINE Real OpacityOfCenter(
+  const SetupJob& job, const BatchIndices<Real>& index, const Real& inFocus)
+{
+  if (job.Cloud.Kind == CloudKind::Volume)
+  {
+    return Real{};
+  }
+  const double absorbs = Absorbs(job, index);
+  const Real absorbed = absorbs > 0.0
+    ? FillLanes<Real>(LaneTypes<Real>::Count,
+        [&](int l) { return 1.0 - __builtin_expf(-static_cast<float>(LaneAt(inFocus, l))); })
+    : Real{};
+  return Smaller(inFocus + absorbs * (absorbed - inFocus), Uniform<Real>(1.0));
+}
+
+/// SpaceFootprints of a batch, in single precision.
+template <class Real>
+struct SpaceFootprintFields
+{
+  RowParts<Real> Parts[2];
+
+  SURFELSPLATTING_INLINE SpaceFootprintFields(
+    const Real& quarter, const Real& opacity, const ColorSlopes<Real>& slopes)
+    : Parts{ { Narrow<Real>(quarter), Narrow<Real>(opacity), Narrow<Real>(slopes.X[0]),
+               Narrow<Real>(slopes.X[1]) },
+      { Narrow<Real>(slopes.X[2]), Narrow<Real>(slopes.Y[0]), Narrow<Real>(slopes.Y[1]),
+        Narrow<Real>(slopes.Y[2]) } }
+  {
+    static_assert(offsetof(SpaceFootprint, GreenX) == 12 && offsetof(SpaceFootprint, BlueX) == 16 &&
+        offsetof(SpaceFootprint, BlueY) == 28,
+      "first and last columns of the parts");
+  }
+
+  SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
+  {
+    char* row = reinterpret_cast<char*>(&to);
+    this->Parts[0].Store(l, row);
+    this->Parts[1].Store(l, row + sizeof(RowPart));
+  }
+};
+
+/// Makes splats that are written those of Gaussians in space (Splat.h, SpaceFootprint).
 /// @param inFocus weights there
 template <class Real>
 SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndices<Real>& index,
-  const SplatBatch<Real>& b, const Real& inFocus, SplatOutput& output)
+  const SplatBatch<Real>& b, const Real& inFocus, const ColorSlopes<Real>& slopes,
+  SplatOutput& output)
 {
-  const double focal = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
   const float absorbs = static_cast<float>(Absorbs(job, index));
-  const bool volume = job.Cloud.Kind == CloudKind::Volume;
-  std::size_t place = output.Count - CountLanes<Real>(b.Surfels.Alive);
+  const std::size_t first = output.Count - CountLanes<Real>(b.Surfels.Alive);
+  std::size_t place = first;
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(b.Surfels.Alive, l))
     {
       output.Splats[place].Gradient = InSpace;
       output.Splats[place].Opacity = absorbs;
-      if (volume)
+      if (job.Cloud.Kind == CloudKind::Volume)
       {
         const double deviation = __builtin_sqrt(LaneAt(b.Surfels.Covariance.ZZ, l));
         output.Splats[place].Far += static_cast<float>(deviation);
       }
-      if (output.Footprints)
-      {
-        const double confusion = focal * LaneAt(b.Blur.Signed, l);
-        const double inside = RestOfLens(confusion, LaneAt(b.Depths.SlopeY, l));
-        // What a medium hides of the lens has no border there.
-        const float weight = volume ? 0.0f : static_cast<float>(LaneAt(inFocus, l));
-        const float opacity = weight + absorbs * (1.0f - __builtin_expf(-weight) - weight);
-        output.Footprints[place] = { 0, 0, static_cast<float>(0.25 * confusion * inside),
-          opacity < 1.0f ? opacity : 1.0f, 0, 0, 0 };
-      }
       ++place;
+    }
+  }
+  if (output.Footprints)
+  {
+    const SpaceFootprintFields<Real> fields(
+      QuarterOfConfusion(job, b), OpacityOfCenter(job, index, inFocus), slopes);
+    place = first;
+    for (int l = 0; l < LaneTypes<Real>::Count; ++l)
+    {
+      if (LaneAt(b.Surfels.Alive, l))
+      {
+        fields.Store(l, output.Footprints[place++]);
+      }
     }
   }
 }
@@ -248,8 +300,10 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     ScreenFootprints<Real> f = ProjectGaussians(job, s, blur, sharp);
     const Real cell = RunCell(job, blur);
     UseCells(cell, f);
-    const SurfelColors<Real> colors = Color(job, index, s);
+    SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
+    const ColorSlopes<Real> slopes =
+      FinishNodeColors(job, index, { s, f, inFocus }, output.Footprints != nullptr, colors);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
     KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
     const Real fainter = Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0));
@@ -274,7 +328,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     s.Invalid |= s.Alive & Not(representable);
     s.Alive &= representable;
     Write(job, index, batch, output);
-    MarkGaussians(job, index, batch, inFocus, output);
+    MarkGaussians(job, index, batch, inFocus, slopes, output);
   }
   output.Invalid += CountLanes<Real>(s.Invalid);
 }

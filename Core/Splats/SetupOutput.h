@@ -370,7 +370,7 @@ SURFELSPLATTING_INLINE void Write(
   {
     WriteGradients(job, index, b, first, output);
   }
-  if (output.Footprints)
+  if (output.Footprints && !job.Cloud.IsInSpace())
   {
     WriteFootprints(job, b, first, output);
   }

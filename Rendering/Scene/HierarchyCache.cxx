@@ -245,8 +245,15 @@ void HierarchyCache::UpdateHarmonics(
     const HierarchyLayout layout = cloud.Nodes ? LayoutOf(input) : HierarchyLayout();
     this->Harmonics =
       PackHarmonics(cloud, layout, floats->GetPointer(0), cloud.NumberOfHarmonics, executor);
+    this->HarmonicColors.Resize(cloud.Nodes ? layout.NumberOfNodes() - layout.NumberOfLeaves() : 0);
+    if (cloud.Nodes)
+    {
+      FillHarmonicColors(
+        cloud, layout, this->Harmonics.data(), executor, this->HarmonicColors.Data());
+    }
     this->HarmonicsState = state;
   }
   cloud.Harmonics = this->Harmonics.data();
+  cloud.NodeColors = cloud.Nodes ? this->HarmonicColors.Data() : nullptr;
 }
 }

@@ -85,6 +85,7 @@ private:
   Buffer<NodeColor> Colors;
   std::vector<float> LeafCovariances;
   std::vector<PackedHarmonics> Harmonics;
+  Buffer<NodeColor> HarmonicColors;
   bool HasColors = false;
   std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null
   vtkMTimeType StoredTime = 0;           ///< of the bounds in the file

@@ -218,7 +218,7 @@ std::vector<PlacedSplat> RandomSplats(Random& random, int count)
       static_cast<float>(random.Uniform(-0.5, 1.0)),
       static_cast<float>(random.Uniform(-0.5, 0.5) / major),
       static_cast<float>(random.Uniform(-0.5, 0.5) / major),
-      static_cast<float>(random.Integer(0, 1)) };
+      static_cast<float>(random.Integer(0, 1)), 0.0f };
     const double xx = major * major + minor * minor - yy;
     p.Span = random.Integer(0, 3) == 0
       ? PixelBox{ 0, 0, TileSize, TileSize }

@@ -53,7 +53,7 @@ std::unique_ptr<PixelTile> EmptyTile()
 struct PlacedGaussian
 {
   Splat S{};
-  LensFootprint Footprint = WholeLens(0.0f, 0.0f, 0.0f);
+  SpaceFootprint Footprint{};
   float X = 0.0f, Y = 0.0f;
 };
 
@@ -115,14 +115,14 @@ double AddTo(
   const double w = s.Weight * Kernel(s.Shape, q, s.DepthX) * (1.0 + nudge.Of(2e-6));
   const double alpha =
     (1.0 - s.Opacity) * std::min<double>(w, MaxOpacity) - s.Opacity * std::expm1(-w);
-  const double quarter = g.Footprint.PerPixel;
+  const double quarter = g.Footprint.Quarter;
   const double ux = quarter * s.A * (dx + s.K * dy) + nudge.Of(2e-6);
   const double uy = s.K * ux + quarter * s.B * dy + nudge.Of(2e-6);
   const double square = 4.0 * quarter * quarter;
   const double xx = square * s.A, xy = xx * s.K, yy = square * (s.A * s.K * s.K + s.B);
   const double mean = std::min(1.0, 0.5 * (xx + yy));
   const double rim = 2.0 * (ux * ux + uy * uy) - mean;
-  const double ofEllipse = WeightOfEllipse(static_cast<float>(mean), g.Footprint.Area);
+  const double ofEllipse = WeightOfEllipse(static_cast<float>(mean), g.Footprint.Opacity);
   double hides = alpha * p.Through;
   if (tilted)
   {
@@ -139,7 +139,8 @@ double AddTo(
     seen = SeenBetween(seen, ellipse.Seen, ofEllipse * ellipse.Opacity);
     hides = VisibleShare(p.Through, LayerCoverage<double>{ 1.0, alpha, alpha * seen });
   }
-  p.Red += hides * s.Red;
+  const double red = s.Red + g.Footprint.RedX * dx + g.Footprint.RedY * dy + nudge.Of(1e-6);
+  p.Red += hides * std::max(0.0, red);
   const double perBefore = 1.0 / std::max(p.Through, 1e-6);
   const double keep = 1.0 - std::min(1.0, (1.0 - mean) * hides * perBefore);
   const double kept = std::max(0.0, p.Through - hides) * perBefore;
@@ -186,8 +187,10 @@ PlacedGaussian RandomGaussian(Random& random, bool onLens)
   g.Y = static_cast<float>(random.Uniform(-10.0, 42.0));
   // C^2 / 4 is no more than the smaller variance.
   const double least = 0.5 / std::sqrt(g.S.A * (1.0 + g.S.K * g.S.K) + g.S.B);
-  g.Footprint.Area = static_cast<float>(random());
-  g.Footprint.PerPixel = onLens ? static_cast<float>(random.Uniform(-least, least)) : 0.0f;
+  g.Footprint.Opacity = static_cast<float>(random());
+  g.Footprint.RedX = onLens ? static_cast<float>(random.Uniform(-0.02, 0.02)) : 0.0f;
+  g.Footprint.RedY = onLens ? static_cast<float>(random.Uniform(-0.02, 0.02)) : 0.0f;
+  g.Footprint.Quarter = onLens ? static_cast<float>(random.Uniform(-least, least)) : 0.0f;
   return g;
 }
 
@@ -285,7 +288,8 @@ void TestAddGaussian(const RasterTarget& target, bool onLens)
     {
       PlacedGaussian g = RandomGaussian(random, onLens);
       g.S.Near = g.S.Far = 1.0f + static_cast<float>(i);
-      target.AddGaussian(*tile, { g.S, nullptr, onLens ? &g.Footprint : nullptr },
+      const LensFootprint stored = StoredOf(g.Footprint);
+      target.AddGaussian(*tile, { g.S, nullptr, onLens ? &stored : nullptr },
         { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
       scalar.Add(g, onLens, roundings);
     }
@@ -306,7 +310,8 @@ void TestInFocus(const RasterTarget& target)
   settings.LensRadius = 0.1f;
   const auto tile = EmptyTile();
   const auto add = [&](PlacedGaussian g) {
-    target.AddGaussian(*tile, { g.S, nullptr, &g.Footprint },
+    const LensFootprint stored = StoredOf(g.Footprint);
+    target.AddGaussian(*tile, { g.S, nullptr, &stored },
       { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
   };
   for (int i = 0; i < 8; ++i)
@@ -320,7 +325,7 @@ void TestInFocus(const RasterTarget& target)
   sharp.S.Weight = 0.5f;
   sharp.S.Near = sharp.S.Far = 2.0f;
   sharp.X = sharp.Y = 16.0f;
-  sharp.Footprint.PerPixel = 0.0f;
+  sharp.Footprint.Quarter = 0.0f;
   add(sharp);
   double longest = 0.0, most = 0.0;
   for (int b = 0; b < BlocksPerTile; ++b)

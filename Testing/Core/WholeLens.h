@@ -9,6 +9,6 @@ namespace SurfelSplatting
 /// @param perPixel of the lens point
 inline LensFootprint WholeLens(float meanX, float meanY, float perPixel)
 {
-  return { meanX, meanY, perPixel, 1.0f, 0.0f, 0.0f, 0.0f };
+  return { meanX, meanY, perPixel, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 }
 }
