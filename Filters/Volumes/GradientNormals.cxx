@@ -3,8 +3,11 @@
 
 #include "Filters/Volumes/TransferTable.h"
 
+#include "vtkPiecewiseFunction.h"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace SurfelVolumes
 {
@@ -16,6 +19,47 @@ double Difference(double low, double scalar, double high)
     return 0.5 * (high - low);
   }
   return hasHigh ? high - scalar : hasLow ? scalar - low : 0.0;
+}
+
+double FaceDifference(double inner, double scalar, double outside)
+{
+  const double least = 0.5 * (outside - scalar);
+  const double central = std::abs(inner) <= LargestScalar ? 0.5 * (outside - inner) : 0.0;
+  return std::abs(central) > std::abs(least) ? central : least;
+}
+
+OutsideScalar::OutsideScalar(vtkPiecewiseFunction* opacity)
+  : Low(std::numeric_limits<double>::quiet_NaN())
+  , High(this->Low)
+{
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const int count = opacity && opacity->GetClamping() ? opacity->GetSize() : 0;
+  int ranges = 0;
+  bool wasTransparent = false;
+  double low = 0.0, high = 0.0;
+  for (int i = 0; i < count; ++i)
+  {
+    double node[4]; // place, value, midpoint, sharpness
+    opacity->GetNodeValue(i, node);
+    const bool isTransparent = !(node[1] > 0.0);
+    if (isTransparent && !wasTransparent)
+    {
+      ++ranges;
+      low = i == 0 ? -infinity : node[0];
+    }
+    high = !isTransparent ? high : i == count - 1 ? infinity : node[0];
+    wasTransparent = isTransparent;
+  }
+  if (ranges == 1)
+  {
+    this->Low = low;
+    this->High = high;
+  }
+}
+
+double OutsideScalar::operator()(double scalar) const
+{
+  return std::isnan(this->Low) ? this->Low : std::clamp(scalar, this->Low, this->High);
 }
 
 GradientNormals::GradientNormals(const double (&axes)[3][3])

@@ -76,12 +76,21 @@ double LargestColor(vtkDataArray* colors)
   return type == VTK_UNSIGNED_CHAR ? 255.0 : type == VTK_UNSIGNED_SHORT ? 65535.0 : 1.0;
 }
 
+/// A corner of a cell: the cell's place, and which of the two points along each axis.
+struct CellCorner
+{
+  std::array<vtkIdType, 3> Cell;
+  std::array<int, 3> Side; // 0 or 1
+
+  vtkIdType operator[](int axis) const { return this->Cell[axis] + this->Side[axis]; }
+};
+
 /// The cells of an image, slice by slice.
 class ImageCells
 {
 public:
-  ImageCells(vtkImageData* image, const ImageScalars& scalars, const TransferTable& table,
-    int subdivision, bool needsNormals)
+  ImageCells(
+    vtkImageData* image, const ImageScalars& scalars, const TransferTable& table, int subdivision)
     : Scalars(scalars)
     , PointGhosts(image->GetPointGhostArray())
     , CellGhosts(image->GetCellGhostArray())
@@ -89,7 +98,7 @@ public:
     , World(image)
     , Normals(this->World.A)
     , Settings{ subdivision, std::cbrt(this->World.Volume()) }
-    , NeedsNormals(needsNormals)
+    , NeedsNormals(scalars.Normals != nullptr)
   {
     image->GetDimensions(this->Size);
   }
@@ -99,6 +108,8 @@ public:
   {
     const vtkIdType nx = this->Size[0], ny = this->Size[1];
     const Slices slices = this->ReadSlices(z);
+    const Slices others = this->HasOtherNormals() ? this->ReadSlicesOfNormals(z) : Slices();
+    const Slices& ofNormals = this->HasOtherNormals() ? others : slices;
     const ColorSlices colorSlices = this->ReadColors(z);
     std::vector<CellGaussian> found;
     std::array<std::array<double, 3>, 8> normals, colors;
@@ -119,7 +130,7 @@ public:
         }
         for (int i = 0; this->NeedsNormals && i < 8; ++i)
         {
-          normals[i] = this->FindNormal(slices.data() + (i >> 2), x + (i & 1), y + (i >> 1 & 1));
+          normals[i] = this->FindNormal(ofNormals, { { x, y, z }, { i & 1, i >> 1 & 1, i >> 2 } });
         }
         for (int i = 0; this->Scalars.AreDependent && i < 8; ++i)
         {
@@ -141,17 +152,31 @@ public:
   }
 
 private:
+  bool HasOtherNormals() const
+  {
+    return this->NeedsNormals && this->Scalars.Normals->Array != this->Scalars.Array;
+  }
+
+  /// Scalars that are classified, with neighbours where normals need them.
   Slices ReadSlices(vtkIdType z) const
+  {
+    const bool hasNeighbors = this->NeedsNormals && !this->HasOtherNormals();
+    Slices slices;
+    for (int i = hasNeighbors ? 0 : 1; i < (hasNeighbors ? 4 : 3); ++i)
+    {
+      slices[i] =
+        this->ReadSlice(z - 1 + i, this->Scalars.Array, ClassifiedComponent(this->Scalars));
+    }
+    return slices;
+  }
+
+  /// What normals come from, where these are not the scalars that are classified.
+  Slices ReadSlicesOfNormals(vtkIdType z) const
   {
     Slices slices;
     for (int i = 0; i < 4; ++i)
     {
-      const vtkIdType slice = z - 1 + i;
-      const bool isNeighbor = i == 0 || i == 3;
-      if (!isNeighbor || (this->NeedsNormals && slice >= 0 && slice < this->Size[2]))
-      {
-        slices[i] = this->ReadSlice(slice);
-      }
+      slices[i] = this->ReadSlice(z - 1 + i, this->Scalars.Normals->Array, 0);
     }
     return slices;
   }
@@ -164,7 +189,7 @@ private:
     {
       for (int k = 0; k < 3; ++k)
       {
-        slices[i][k] = this->ReadComponent(z + i, k);
+        slices[i][k] = this->ReadComponent(z + i, this->Scalars.Array, k);
         for (double& value : slices[i][k])
         {
           value = value > 0.0 ? std::min(1.0, scale * value) : 0.0; // NaN becomes 0
@@ -174,24 +199,56 @@ private:
     return slices;
   }
 
-  /// Normal of a point of the second of three slices.
-  std::array<double, 3> FindNormal(
-    const std::vector<double>* slices, vtkIdType x, vtkIdType y) const
+  /// Normal of a corner as its cell has it.
+  std::array<double, 3> FindNormal(const Slices& slices, const CellCorner& corner) const
   {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    const vtkIdType nx = this->Size[0], i = y * nx + x;
-    const std::vector<double>& s = slices[1];
-    return this->Normals({ Difference(x > 0 ? s[i - 1] : none, s[i], x < nx - 1 ? s[i + 1] : none),
-      Difference(y > 0 ? s[i - nx] : none, s[i], y < this->Size[1] - 1 ? s[i + nx] : none),
-      Difference(
-        slices[0].empty() ? none : slices[0][i], s[i], slices[2].empty() ? none : slices[2][i]) });
+    std::array<double, 3> derivatives;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      derivatives[axis] = this->FindDerivative(slices, corner, axis);
+    }
+    return this->Normals(derivatives);
   }
 
-  std::vector<double> ReadComponent(vtkIdType z, int component) const
+  double FindDerivative(const Slices& slices, const CellCorner& corner, int axis) const
+  {
+    const double scalar = this->ScalarAt(slices, corner, axis, 0);
+    if (!(std::abs(scalar) <= LargestScalar))
+    {
+      return 0.0; // the scalars that are classified are finite
+    }
+    const double low = this->ScalarAt(slices, corner, axis, -1);
+    const double high = this->ScalarAt(slices, corner, axis, 1);
+    const double outside = this->Scalars.Normals->Outside(scalar);
+    const auto& ends = this->Scalars.Normals->AreEnds;
+    const bool isFirst = ends[2 * axis] && corner.Cell[axis] == 0;
+    const bool isLast = ends[2 * axis + 1] && corner.Cell[axis] == this->Size[axis] - 2;
+    if (!(isFirst || isLast) || std::isnan(outside))
+    {
+      return Difference(low, scalar, high);
+    }
+    // Where a single cell lies between two faces, each corner is at its own.
+    const bool isLow = isFirst && !(isLast && corner.Side[axis] == 1);
+    return isLow ? -FaceDifference(high, scalar, outside) : FaceDifference(low, scalar, outside);
+  }
+
+  /// The scalar at a corner, or of a neighbour along an axis; NaN beyond the image.
+  double ScalarAt(const Slices& slices, const CellCorner& corner, int axis, int step) const
+  {
+    std::array<vtkIdType, 3> place{ corner[0], corner[1], corner[2] };
+    place[axis] += step;
+    if (place[axis] < 0 || place[axis] >= this->Size[axis])
+    {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+    const vtkIdType slice = place[2] - corner.Cell[2] + 1;
+    return slices[slice][place[1] * this->Size[0] + place[0]];
+  }
+
+  std::vector<double> ReadComponent(vtkIdType z, vtkDataArray* array, int component) const
   {
     const vtkIdType count = vtkIdType{ this->Size[0] } * this->Size[1];
     std::vector<double> values(count);
-    vtkDataArray* array = this->Scalars.Array;
     if (!vtkArrayDispatch::Dispatch::Execute(array, CopyScalars(), z * count, component, values))
     {
       CopyScalars()(array, z * count, component, values);
@@ -199,10 +256,14 @@ private:
     return values;
   }
 
-  /// Scalars of a slice of points that are classified; NaN at hidden points.
-  std::vector<double> ReadSlice(vtkIdType z) const
+  /// Scalars of a slice of points; NaN at hidden points, none beyond the image.
+  std::vector<double> ReadSlice(vtkIdType z, vtkDataArray* array, int component) const
   {
-    std::vector<double> values = this->ReadComponent(z, ClassifiedComponent(this->Scalars));
+    if (z < 0 || z >= this->Size[2])
+    {
+      return {};
+    }
+    std::vector<double> values = this->ReadComponent(z, array, component);
     const auto count = static_cast<vtkIdType>(values.size());
     for (vtkIdType i = 0; this->PointGhosts && i < count; ++i)
     {
@@ -307,7 +368,7 @@ std::string CheckImage(vtkImageData* image, vtkDataArray* scalars)
 bool CollectImage(vtkImageData* image, const ImageScalars& scalars, const TransferTable& table,
   int subdivision, const SurfelGeometry::StageProgress& progress, GaussianCollection& collection)
 {
-  const ImageCells cells(image, scalars, table, subdivision, collection.NeedsNormals());
+  const ImageCells cells(image, scalars, table, subdivision);
   return collection.Collect(image->GetDimensions()[2] - 1, progress,
     [&cells](vtkIdType z, GaussianPart& part) { cells.Append(z, part); });
 }

@@ -19,9 +19,12 @@
 #include "vtkPointSet.h"
 #include "vtkPolyData.h"
 #include "vtkProperty.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
 #include "vtkVolumeProperty.h"
 
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <string>
 
 using namespace SurfelVolumes;
@@ -45,6 +48,22 @@ bool DependsOnGradient(vtkVolumeProperty* property)
   }
   return depends;
 }
+
+/// Which faces of an image are those of the whole image, of which it may be a piece.
+std::array<bool, 6> FindEnds(vtkInformation* input, vtkImageData* image)
+{
+  int extent[6];
+  image->GetExtent(extent);
+  int whole[6];
+  std::copy_n(extent, 6, whole);
+  if (input->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
+  {
+    input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), whole);
+  }
+  std::array<bool, 6> areEnds;
+  std::transform(extent, extent + 6, whole, areEnds.begin(), std::equal_to<int>());
+  return areEnds;
+}
 }
 
 vtkStandardNewMacro(vtkVolumeSplatting);
@@ -60,6 +79,7 @@ vtkVolumeSplatting::vtkVolumeSplatting()
 vtkVolumeSplatting::~vtkVolumeSplatting()
 {
   this->SetRadiusArrayName(nullptr);
+  this->SetGradientArrayName(nullptr);
 }
 
 //------------------------------------------------------------------------------
@@ -181,17 +201,32 @@ int vtkVolumeSplatting::RequestData(
   TransferTable::LimitToFunctions(this->VolumeProperty, range);
   const TransferTable table(
     this->VolumeProperty, range, this->VolumeProperty->GetScalarOpacityUnitDistance(0));
-  return image ? this->SplatImage(image, given, table, output)
+  return image ? this->SplatImage(inputVector[0]->GetInformationObject(0), given, table, output)
                : this->SplatParticles(particles, table, output);
 }
 
 //------------------------------------------------------------------------------
-int vtkVolumeSplatting::SplatImage(
-  vtkImageData* image, const ImageScalars& scalars, const TransferTable& table, vtkPolyData* output)
+int vtkVolumeSplatting::SplatImage(vtkInformation* input, const ImageScalars& scalars,
+  const TransferTable& table, vtkPolyData* output)
 {
-  GaussianCollection collection(this->VolumeProperty->GetShade(0) != 0);
+  vtkImageData* image = vtkImageData::GetData(input);
+  const bool isShaded = this->VolumeProperty->GetShade(0) != 0;
+  vtkDataArray* gradients = this->GradientArrayName
+    ? image->GetPointData()->GetArray(this->GradientArrayName)
+    : scalars.Array;
+  if (!gradients && isShaded)
+  {
+    vtkErrorMacro("The points have no array '" << this->GradientArrayName
+                                               << "': choose one with SetGradientArrayName().");
+    return 0;
+  }
+  const NormalSource normals{ gradients, OutsideScalar(this->VolumeProperty->GetScalarOpacity(0)),
+    FindEnds(input, image) };
+  ImageScalars sources = scalars;
+  sources.Normals = isShaded ? &normals : nullptr;
+  GaussianCollection collection(isShaded);
   const StageProgress progress(this, 0.0, 0.95);
-  const bool done = CollectImage(image, scalars, table, this->Subdivision, progress, collection);
+  const bool done = CollectImage(image, sources, table, this->Subdivision, progress, collection);
   double origin[3];
   FindCenter(image, origin);
   return this->Finish(done, collection, origin, output);
@@ -253,6 +288,9 @@ void vtkVolumeSplatting::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "VolumeProperty: " << this->VolumeProperty.GetPointer() << "\n";
   os << indent << "Subdivision: " << this->Subdivision << "\n";
+  os << indent
+     << "GradientArrayName: " << (this->GradientArrayName ? this->GradientArrayName : "(none)")
+     << "\n";
   os << indent << "RadiusArrayName: " << (this->RadiusArrayName ? this->RadiusArrayName : "(none)")
      << "\n";
   os << indent << "Radius: " << this->Radius << "\n";

@@ -26,9 +26,12 @@
  *
  * With ShadeOn() of the property, volumes get GaussianNormal: unit normals of the points, opposite
  * to the gradient of the scalar by central differences, interpolated, and their mean over the
- * Gaussian. vtkSurfelMapper shades such Gaussians by the property of the actor, see CopyMaterial().
- * The lights are those of the scene, the side that faces the camera is lit, and highlights use the
- * half vector, as with VTK's volume mappers. Particles are not shaded (a warning).
+ * Gaussian. At the faces of the whole image (the pipeline's whole extent) the outside counts as
+ * what is transparent, where the opacity function has one transparent range: the cut through an
+ * object has the normal of the face. GradientArrayName takes the gradient of another array.
+ * vtkSurfelMapper shades such Gaussians by the property of the actor, see CopyMaterial(). The
+ * lights are those of the scene, the side that faces the camera is lit, and highlights use the half
+ * vector, as with VTK's volume mappers. Particles are not shaded (a warning).
  *
  * Gradient opacity is not supported (a warning), nor are dependent components of particles, or
  * other than four (an error).
@@ -92,6 +95,16 @@ public:
 
   ///@{
   /**
+   * Name of the point array of a volume whose gradient gives the normals; of its components the
+   * first counts. Default: none, which takes the scalars. Masks, whose gradients are those of a
+   * staircase, are lit smoothly with their scalars smoothed by vtkImageGaussianSmooth here.
+   */
+  vtkSetStringMacro(GradientArrayName);
+  vtkGetStringMacro(GradientArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Name of the point array with the radii of particles, world units, and the radius of all of them
    * if there is no name. Defaults: none and 0, which is an error for particles; range 0 to
    * infinity.
@@ -115,6 +128,7 @@ protected:
   int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
 
   int Subdivision = 1;
+  char* GradientArrayName = nullptr;
   char* RadiusArrayName = nullptr;
   double Radius = 0.0;
 
@@ -124,7 +138,7 @@ private:
 
   bool CheckProperty(vtkDataArray* scalars, bool areOfImage);
 #ifndef __VTK_WRAP__
-  int SplatImage(vtkImageData* image, const SurfelVolumes::ImageScalars& scalars,
+  int SplatImage(vtkInformation* input, const SurfelVolumes::ImageScalars& scalars,
     const SurfelVolumes::TransferTable& table, vtkPolyData* output);
   int SplatParticles(const SurfelVolumes::Particles& particles,
     const SurfelVolumes::TransferTable& table, vtkPolyData* output);

@@ -6,6 +6,8 @@ direction of the whole camera for all pixels, and clamps and rounds each sample.
 import unittest
 
 import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkImagingCore import vtkExtractVOI, vtkImageConstantPad
 from vtkmodules.vtkRenderingCore import vtkLight
 
 from raycaster import cast_rays, phantom, wavelet
@@ -80,6 +82,28 @@ class TestShadedVolumes(unittest.TestCase):
             unlit, actor = show(data)
             actor.GetProperty().LightingOff()
             self.assertLess(psnr(over_black(picture(unlit, camera, SIZE)), expected), 22)
+
+    def test_cut(self):
+        """The head cut below the eyes, with noise, from below, against VTK's ray caster with air
+        around it. Measured: 33.8 and 34.4 dB; 24.4 and 28.3 by differences inside of the image."""
+        image, prop, _ = bone(0)
+        cut = vtkExtractVOI()
+        cut.SetInputData(image)
+        cut.SetVOI(0, 127, 0, 127, 52, 127)
+        cut.Update()
+        values = vtk_to_numpy(cut.GetOutput().GetPointData().GetScalars())
+        noise = np.random.default_rng(1).normal(0, 60, len(values))
+        values[:] = np.where(values > 0, np.maximum(values + noise, 0), 0)
+        air = vtkImageConstantPad()
+        air.SetInputConnection(cut.GetOutputPort())
+        air.SetOutputWholeExtent(0, 127, 0, 127, 50, 127)
+        air.Update()
+        camera = make_camera((1.5, -2.6, -3.2), 30)
+        for kind in ("head", "side"):
+            expected = cast_rays(air.GetOutput(), prop, camera, SIZE, [make_light(kind)])
+            found = picture(shaded(splat(cut.GetOutput(), prop), prop, make_light(kind)), camera, SIZE)
+            with self.subTest(light=kind):
+                self.assertGreater(psnr(over_black(found), over_black(expected)), 32.8)
 
     def test_lens(self):
         """Over black against 64 pinholes, blurred by 36 px, a light from the side. Measured with a

@@ -16,7 +16,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 from vtkmodules.vtkRenderingCore import vtkVolumeProperty
 
 from surfelsplatting.clouds.reading import Cloud
-from surfelsplatting.clouds.volumes import coarsened, volume_of
+from surfelsplatting.clouds.volumes import add_smoothed, are_labels, coarsened, volume_of
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.commandline.outputs import write_surfels
 from surfelsplatting.commandline.scan import Scan
@@ -280,6 +280,61 @@ class TestVolumes(ToolCase):
             self.assertGreater(lit[24, 32, 0], max(0.45, 0.95 * dim[0]))
             seen = lit[..., 3] > 0.9
             self.assertGreater(np.median(lit[seen][:, 0]), 0.3)
+
+    def test_shade_of_a_cut(self):
+        """What the volume's box cuts is as bright as a face, though it is the same inside but for
+        noise."""
+        rng = np.random.default_rng(1)
+        solid = 1000 * np.clip(3 * ball(41), 0, 1) - 1000
+        write("cut.vti", make_image((solid + rng.normal(0, 10, solid.shape))[:, 20:]))
+        self.draw("cut.vti", "--view", "front", "--colormap", "gray", "--range", -2000, 0, "--shade")
+        face = self.read_rgba("out.exr")[20:29, 28:37, 0]
+        self.assertGreater(face.min(), 0.9)
+        self.assertLess(np.ptp(face), 0.06)  # 0.19 to 0.43 by differences inside
+
+    def test_shade_of_masks(self):
+        """Steps of voxels are not lit, and the opacity is that of the data."""
+        mask = (ball(61) > 0.1).astype(np.uint8)
+        look = ("--view", "front", "--colormap", "gray", "--range", -1, 1, "--opacity", "0.1:0,0.5:0.99",
+                *SMALL, "-o", "out.exr")
+        write("soft.vti", make_image(np.clip(10 * (ball(61) - 0.05), 0, 1)))
+        write("mask.vti", make_image(mask))
+        pictures = {}
+        for name, shade in (("soft", True), ("mask", True), ("mask", False)):
+            said = self.tool("render", name + ".vti", *look, *(["--shade"] if shade else ["--unlit"]))
+            self.assertEqual("the light takes them smoothed" in said, name == "mask" and shade, said)
+            pictures[name, shade] = self.read_rgba("out.exr")
+        lit, plain, soft = (pictures[key] for key in (("mask", True), ("mask", False), ("soft", True)))
+        np.testing.assert_array_equal(lit[..., 3], plain[..., 3])
+        seen = (plain[..., 3] > 0.99) & (soft[..., 3] > 0.99)
+        light = lit[seen][:, 0] / plain[seen][:, 0]
+        expected = soft[seen][:, 0] / soft[24, 32, 0]
+        self.assertLess(np.std(light - expected * light.max()), 0.025)  # 0.058 with steps
+
+    def test_labels(self):
+        """Few values, all of them known."""
+        random = np.random.default_rng(1)
+        self.assertTrue(are_labels(random.integers(0, 16, 20000)))
+        self.assertFalse(are_labels(random.integers(0, 17, 20000)))
+        self.assertFalse(are_labels(np.append(np.zeros(15000), np.arange(30))))
+        values = np.zeros((5, 5, 5))
+        values[:, :, 2:] = 7
+        image = make_image(values)
+        name = add_smoothed(image)
+        smoothed = arrays_of(image)[name].reshape(values.shape)
+        self.assertEqual(name, "density smoothed")
+        self.assertTrue((np.diff(smoothed) > 0.5).all())
+        np.testing.assert_allclose(smoothed, np.broadcast_to(smoothed[0, 0], values.shape), rtol=1e-5)
+        colors = make_image(values)
+        four = np.zeros((125, 4), np.uint8)
+        four[:, 3] = values.ravel()
+        colors.GetPointData().SetScalars(add(colors.GetPointData(), "rgba", four))
+        name = add_smoothed(colors)
+        np.testing.assert_array_equal(arrays_of(colors)[name], smoothed.ravel())
+        add(image.GetPointData(), "vtkGhostType", np.zeros(125, np.uint8))
+        self.assertIsNone(add_smoothed(image))
+        values[0, 0, 0] = np.nan
+        self.assertIsNone(add_smoothed(make_image(values)))
 
     def test_surfaces_for_shade(self):
         """From the background's end to the border, whichever side the things are on."""

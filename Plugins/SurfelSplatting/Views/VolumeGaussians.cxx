@@ -15,10 +15,12 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkTrivialProducer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkVolumeProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace SurfelViews
@@ -27,15 +29,21 @@ namespace
 {
 constexpr const char* Mark = "SurfelVolume"; // field array of clouds of volumes
 
-/// Of the whole image, so that all processes have the same.
-double UnitDistance(vtkInformation* input, vtkImageData* image)
+/// Of the image of which this process may have a piece.
+std::array<int, 6> WholeExtent(vtkInformation* input, vtkImageData* image)
 {
-  int extent[6];
-  image->GetExtent(extent);
+  std::array<int, 6> extent;
+  image->GetExtent(extent.data());
   if (input->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
   {
-    input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
+    input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent.data());
   }
+  return extent;
+}
+
+/// Of the whole image, so that all processes have the same.
+double UnitDistance(vtkImageData* image, const std::array<int, 6>& extent)
+{
   double square = 0.0, cells = 1.0;
   for (int k = 0; k < 3; ++k)
   {
@@ -78,13 +86,17 @@ vtkSmartPointer<vtkPolyData> MakeVolumeGaussians(
   {
     return nullptr;
   }
+  const std::array<int, 6> whole = WholeExtent(input, image);
   vtkNew<vtkVolumeProperty> property;
   property->SetColor(colors.Functions);
   property->SetScalarOpacity(colors.Functions->GetScalarOpacityFunction());
-  property->SetScalarOpacityUnitDistance(UnitDistance(input, image));
+  property->SetScalarOpacityUnitDistance(UnitDistance(image, whole));
   property->SetShade(shade);
+  vtkNew<vtkTrivialProducer> producer; // says which faces of a piece are those of the whole
+  producer->SetOutput(image);
+  producer->SetWholeExtent(whole[0], whole[1], whole[2], whole[3], whole[4], whole[5]);
   vtkNew<vtkVolumeSplatting> splatting;
-  splatting->SetInputData(image);
+  splatting->SetInputConnection(producer->GetOutputPort());
   splatting->SetInputArrayToProcess(
     0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, colors.Array.c_str());
   splatting->SetVolumeProperty(property);

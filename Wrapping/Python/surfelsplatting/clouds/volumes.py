@@ -13,6 +13,9 @@ from ..problems import UserProblem
 GHOSTS = "vtkGhostType"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits, as in vtkDataSetAttributes
 MOST_SAMPLES = 4_000_000  # values that stand for all
+MOST_LABELS = 16  # values of a mask or a segmentation
+SMOOTHING = 1.5  # voxels: then the normals of a ball of voxels are wrong by 1.4 degrees instead of 10
+MOST_SMOOTHED = 1 << 26  # points: 0.3 GB, a few times
 LUMINANCE = (0.30, 0.59, 0.11)  # of red, green and blue, as in vtkImageLuminance
 
 
@@ -180,6 +183,34 @@ def samples_of(volume):
     while step > 1 and math.gcd(step, row * plane) > 1:  # samples of all columns and rows
         step += 1
     return values[::step].astype(np.float64), limits
+
+
+def are_labels(samples):
+    """Whether scalars are so few that their differences are those of a staircase."""
+    return all(len(np.unique(some)) <= MOST_LABELS for some in (samples[:10000], samples))
+
+
+def add_smoothed(volume):
+    """Adds the scalars that are classified, smoothed by SMOOTHING voxels. -> the array's name; None
+    if there is something among them that is no number or hidden, or if there are too many"""
+    scalars = volume.GetPointData().GetScalars()
+    component = scalars.GetNumberOfComponents() - 1
+    values = _to_numpy(scalars).reshape(-1, component + 1)[:, component]
+    if (len(values) > MOST_SMOOTHED or _is_shown(volume) is not None
+            or not np.isfinite(values).all()):
+        return None
+    image = vtk("vtkCommonDataModel").vtkImageData()
+    image.CopyStructure(volume)
+    image.GetPointData().SetScalars(named_array("values", values.astype(np.float32)))
+    smoothing = vtk("vtkImagingGeneral").vtkImageGaussianSmooth()
+    smoothing.SetInputData(image)
+    smoothing.SetStandardDeviation(SMOOTHING)
+    smoothing.SetRadiusFactor(3)
+    smoothing.Update()
+    smoothed = smoothing.GetOutput().GetPointData().GetScalars()
+    smoothed.SetName(f"{scalars.GetName()} smoothed")
+    volume.GetPointData().AddArray(smoothed)
+    return smoothed.GetName()
 
 
 def _sums(values, factor):

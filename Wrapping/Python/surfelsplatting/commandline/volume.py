@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..clouds.reading import Cloud
-from ..clouds.volumes import (coarsened, color_components, has_choice, samples_of, scalar_names,
-                              volume_of)
+from ..clouds.volumes import (add_smoothed, are_labels, coarsened, color_components, has_choice,
+                              samples_of, scalar_names, volume_of)
 from ..problems import UserProblem
 from ..transfer import DIGITS, automatic_opacity, make_property, surface_look
 from ..vtkSurfelVolumes import vtkVolumeSplatting
@@ -115,6 +115,16 @@ def _resolved(found):
     return found.volume, 1, times
 
 
+def _smooth_normals(splatting, volume, session):
+    """Light that falls on a mask shows the steps of its voxels, so that normals come from smoothed
+    scalars. The opacity keeps the data: thin parts and narrow gaps would be lost."""
+    name = add_smoothed(volume)
+    if name:
+        splatting.SetGradientArrayName(name)
+        session.note("has few different scalars, as masks have: the light takes them smoothed, so that "
+                     "steps of voxels are not lit")
+
+
 def splat_volume(cloud, session):
     """-> Cloud of the Gaussians of a cloud that is a volume."""
     arguments = session.arguments
@@ -134,6 +144,8 @@ def splat_volume(cloud, session):
     prop = make_property(found.opacities, colormap, found.colors_between, found.unit_distance)
     prop.SetShade(arguments.shade)
     splatting.SetVolumeProperty(prop)
+    if arguments.shade and are_labels(found.samples):
+        _smooth_normals(splatting, volume, session)
     with session.run.stage("volume"):
         session.progress.update(splatting, "volume")
     session.messages.check(f"{arguments.cloud}: ")
