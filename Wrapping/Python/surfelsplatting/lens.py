@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .surfels import finite_triple
+from .surfels import finite_triple, number_in
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,10 @@ class Lens:
             raise ValueError(f"the lens has both a coc ({self.coc!r}) and a diameter "
                              f"({self.diameter!r}); give one of them")
         for name, size, largest in (("coc", self.coc, 1e6), ("diameter", self.diameter, 1e17)):
-            if size is not None and not 0 <= size <= largest:
-                raise ValueError(f"the lens's {name} is {size!r}; it must be a number from 0 to "
-                                 f"{largest:g}")
-        if not 1 <= self.cells <= 65536 or self.cells != int(self.cells):
-            raise ValueError(f"the lens has {self.cells!r} cells; it must be a whole number from 1 "
-                             "to 65536")
+            if size is not None:
+                number_in(size, 0, largest, f"the lens's {name}")
+        if number_in(self.cells, 1, 65536, "the lens's number of cells") != int(self.cells):
+            raise ValueError(f"the lens has {self.cells!r} cells; it must be a whole number")
         object.__setattr__(self, "focus", _checked_focus(self.focus))
 
     @property

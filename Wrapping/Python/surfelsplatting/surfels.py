@@ -42,6 +42,16 @@ def finite_triple(values, what):
     return triple
 
 
+def number_in(value, smallest, largest, what):
+    """The number if it is between these, or ValueError."""
+    try:
+        if smallest <= value <= largest:
+            return value
+    except (TypeError, ValueError):  # no number, or several
+        pass
+    raise ValueError(f"{what} is {value!r}; it must be a number from {smallest:g} to {largest:g}")
+
+
 def one_of(value, choices, what):
     if value not in choices:
         raise ValueError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
@@ -131,9 +141,7 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
         viewpoint = finite_triple(viewpoint, "viewpoint")
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
-        if not 4 <= neighbors <= 256:
-            raise ValueError(f"neighbors is {neighbors!r}; it must be from 4 to 256")
-        filters.SetNumberOfNeighbors(int(neighbors))
+        filters.SetNumberOfNeighbors(int(number_in(neighbors, 4, 256, "neighbors")))
     update(filters, "estimation of surfels")
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
