@@ -157,6 +157,26 @@ class TestRender(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "rendering: .*camera"):
             write_png(vtkSurfelImageRenderer(), "never.png")
 
+    def test_few_points(self):
+        """One, two, and many on a line are seen, also in numpy's numbers for a lens."""
+        line = np.outer(np.linspace(0, 1, 50), (1.0, 2.0, 3.0))
+        for points in (line[:1], line[:2], line, line * (0, 1, 0)):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                picture = render(points, size=(64, 48), lens=np.float32(2))
+            self.assertGreater(np.ptp(picture), 30)
+
+    def test_hidden_things_are_not_in_focus(self):
+        """A sparse panel before a dense wall, from where the wall is hidden."""
+        rng = np.random.default_rng(1)
+        panel, wall = (np.column_stack([*rng.uniform(-1, 1, (2, count)), np.full(count, z)])
+                       for count, z in ((4000, 1.0), (60_000, -1.0)))
+        points = np.vstack([panel, wall])
+        options = {"size": (64, 48), "camera": Camera(position=(0, 0, 9), view_up=(0, 1, 0))}
+        default, panel = (render(points, lens=Lens(coc=20, focus=focus), **options)
+                          for focus in (None, (0, 0, 1)))
+        self.assertLess(np.abs(default.astype(int) - panel).max(), 3)
+
     def test_errors_say_what_to_do(self):
         points = sphere(2000)
         cases = [

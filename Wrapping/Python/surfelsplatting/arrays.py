@@ -16,6 +16,7 @@ import numpy as np
 from .backend import vtk
 from .views.cameras import View, check_view
 from .clouds.reading import Cloud
+from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .problems import UserProblem
 from .lens import Lens, focus_on_point
@@ -154,7 +155,10 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
         view = complete_view(asked, Cloud(cloud), surfels)
     except UserProblem as problem:
         raise ValueError(str(problem)) from None
-    renderer = _make_renderer(surfels, view, colors is not None, lighting)
+    renderer = renderer_of(surfels, view, colors is not None, lighting)
+    if lens.focus is None and (lens.coc or lens.diameter):
+        view = focused_on_front(asked, view, renderer, lambda _: update(renderer, "rendering"))
+        renderer.GetCamera().SetFocalDistance(view.focal_distance)
     if background is not None:
         renderer.SetBackground([number_in(value, 0, 1, f"background {background!r}: a value")
                                 for value in finite_triple(background, "background")])
@@ -258,7 +262,8 @@ def _as_polydata(points, colors, normals):
     return cloud
 
 
-def _make_renderer(surfels, view, has_colors, lighting):
+def renderer_of(surfels, view, has_colors, lighting):
+    """A vtkSurfelImageRenderer of surfels without a lens, seen in a complete view."""
     core = vtk("vtkRenderingCore")
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)

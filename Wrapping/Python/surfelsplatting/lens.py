@@ -26,7 +26,7 @@ class Lens:
     focus : sequence[float], optional
         A point ``(x, y, z)`` of the world, or a pixel ``(x, y)`` of the picture, counted from its
         lower left corner, whose surface comes into focus. Without it, the focal point of the
-        camera is in focus.
+        camera is in focus, or where no camera was given, the surface in the middle.
 
     cells : int, default: 1
         Number of parts that the lens is divided into, whose pictures are averaged. 7 is more

@@ -10,7 +10,7 @@ from ..problems import UserProblem
 from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import focused_in_the_middle, whole_turn
-from ..views.focus import ends_of, settle_focus, sharp_depths
+from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
 from ..views.framing import axis_of, complete_view, is_from_sensor
 from ..views.paths import check_views, focus_pull, through, turntable
 from ..views.sensor import sensor_of
@@ -103,9 +103,7 @@ def _turntable(asked, view, cloud, surfels, arguments):
 
 def _turn(asked, turn, renderer, arguments):
     """-> the views of a turn, with the asked focus or that on the surface in the middle"""
-    has_focus = (asked.focal_distance or asked.focus_point or asked.wishes.focus_pixel
-                 or asked.focal_point)
-    if has_focus or not asked.has_lens:
+    if has_focus(asked) or not asked.has_lens:
         return _settled(turn(arguments.frames), renderer)
     return _settled(focused_in_the_middle(turn, arguments.frames, renderer), renderer)
 
@@ -123,7 +121,8 @@ def _views(asked, cloud, surfels, renderer, arguments):
     complete = [complete_view(view, cloud, surfels) for view in asked]
     renderer.SetSize(*complete[0].size)
     if arguments.through:
-        views = through([settle_focus(view, renderer) for view in complete], arguments.frames)
+        focused = [focused_on_front(*views, renderer) for views in zip(asked, complete)]
+        views = through([settle_focus(view, renderer) for view in focused], arguments.frames)
     elif arguments.focus_pull is not None:
         views = _pull(complete[0], renderer, arguments)
     else:

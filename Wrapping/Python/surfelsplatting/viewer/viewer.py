@@ -11,7 +11,8 @@ import numpy as np
 from ..colormaps import scalar_names
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
-from ..views.focus import blur_at, distance_in_focus, point_at_pixel, settle_focus
+from ..views.focus import (blur_at, distance_in_focus, focused_on_front, point_at_pixel,
+                           settle_focus)
 from ..views.framing import complete_view
 from ..views.vtkcamera import make_camera, set_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer
@@ -86,7 +87,7 @@ class Viewer:
 
     def _first_view(self, size):
         view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels)
-        view = settle_focus(view, self.renderer)
+        view = settle_focus(focused_on_front(self._asked, view, self.renderer), self.renderer)
         self._home = _with_point_in_focus(_in_pixels(view))
         return self._home
 
