@@ -21,7 +21,7 @@ from .movie import find_ffmpeg, write_movie
 from .outputs import check_distinct, check_output
 from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer
-from .session import Session
+from .session import RENDER, Session
 
 PULL_BLUR = 0.025  # of a pull's own lens: radius of the largest blur at its begin, picture heights
 
@@ -180,7 +180,7 @@ def _make_pictures(asked, frames, arguments, session):
         cloud = session.read()
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
-        session.hint_at_keeping("surfelsplat render ")
+        session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
         renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         are_made = not cloud.is_drawable

@@ -125,7 +125,7 @@ def render(arguments):
         if arguments.verbose:
             session.say(f"{count} {what}; {extent_of(surfels)}")
         drawn = session.drawable(surfels, all_arrays)
-        session.hint_at_keeping()
+        session.hint_at_keeping(session.run.seconds_to_hierarchy())
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
         view, depths = _focus(renderer, asked, view, session)

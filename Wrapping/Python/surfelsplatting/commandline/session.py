@@ -19,6 +19,7 @@ from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
+RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
@@ -59,10 +60,9 @@ class Session:
         for text in texts:
             print("surfelsplat: warning: " + text, file=sys.stderr)
 
-    def hint_at_keeping(self, command=""):
+    def hint_at_keeping(self, seconds, command=""):
         """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
         options = self.arguments
-        seconds = self.run.seconds_to_hierarchy()
         is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
         if seconds > LONG and not is_kept and not options.no_lod:
             name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
