@@ -11,7 +11,7 @@ from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import focused_in_the_middle, whole_turn
 from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
-from ..views.framing import axis_of, complete_view, is_from_sensor
+from ..views.framing import complete_view, is_from_sensor, up_in
 from ..views.paths import check_views, focus_pull, through, turntable
 from ..views.sensor import sensor_of
 from ..views.vtkcamera import make_camera, set_lens
@@ -93,7 +93,7 @@ def _turntable(asked, view, cloud, surfels, arguments):
     sensor = sensor_of(cloud, surfels)
     default = 40.0 if sensor or cloud.columns else 360.0
     degrees = default if arguments.turn is None else arguments.turn
-    axis = axis_of(asked, cloud, surfels)
+    axis = up_in(asked, cloud, surfels).axis
     # What complete_view has focused on is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)
     if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
@@ -181,7 +181,8 @@ def _make_pictures(asked, frames, arguments, session):
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
         session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
-        renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
+        first = complete_view(asked[0], cloud, surfels, session.hint_at_up)
+        renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         are_made = not cloud.is_drawable
         del cloud, surfels  # frees the memory of a large cloud

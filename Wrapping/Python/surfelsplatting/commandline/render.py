@@ -42,10 +42,9 @@ def _check_hierarchy(cloud, arguments):
 
 def _place(view, cloud, surfels, session):
     """-> the complete view"""
-    wishes = view.wishes
-    if is_from_sensor(view, sensor_of(cloud, surfels)) and not wishes.azimuth and not wishes.elevation:
+    if is_from_sensor(view, sensor_of(cloud, surfels)):
         session.say("the camera is at the sensor of the depth image")
-    return complete_view(view, cloud, surfels)
+    return complete_view(view, cloud, surfels, session.hint_at_up)
 
 
 def _render_frames(renderer, count, session):

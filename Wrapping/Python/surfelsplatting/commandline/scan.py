@@ -19,8 +19,9 @@ ESTIMATE = __package__ + ".estimate"
 class Look:
     """How the options say that a scan looks, and how its pictures are written: for a Viewer."""
 
-    def __init__(self, arguments, messages):
-        self._arguments, self._messages = arguments, messages
+    def __init__(self, arguments, session):
+        self._arguments, self._messages = arguments, session.messages
+        self.hint_at_up = session.hint_at_up
         self.path, self.scalars = arguments.cloud, arguments.scalars
         self.background = backdrop_of(arguments)
 
@@ -49,7 +50,7 @@ class Scan:
             cloud = session.read()
         self._arguments, self._session = arguments, session
         self._is_complete = is_hierarchy(cloud.data) or (cloud.is_drawable and arguments.no_lod)
-        self.viewer = Viewer(cloud, asked, Look(arguments, session.messages), session.messages)
+        self.viewer = Viewer(cloud, asked, Look(arguments, session), session.messages)
         self.say = session.say
 
     def start_estimation(self):

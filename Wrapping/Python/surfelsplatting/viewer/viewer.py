@@ -46,7 +46,7 @@ class Viewer:
     """A scan, and how it is looked at.
 
     cloud: Cloud. view: View, what the options ask for. messages: a VtkMessages.
-    look: has path, scalars, background, and make_actor, set_splatter and write; see
+    look: has path, scalars, background, and make_actor, set_splatter, write and hint_at_up; see
     commandline/scan.py.
     """
 
@@ -86,7 +86,8 @@ class Viewer:
         self.renderer.AddActor(self.actor)
 
     def _first_view(self, size):
-        view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels)
+        hint = None if self.is_preview else self.look.hint_at_up
+        view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels, hint)
         view = settle_focus(focused_on_front(self._asked, view, self.renderer), self.renderer)
         self._home = _with_point_in_focus(_in_pixels(view))
         return self._home
