@@ -73,6 +73,7 @@ class SurfelAccessor:
         Cells are ignored. The surfels have the point data of the points that they are made from,
         in another order. Normals of the data set are kept. The Gaussians of a capture stay what
         they are and get their level of detail; the other parameters have no effect on them.
+        Surfels whose points are moved or selected afterwards are made anew when they are drawn.
 
         Parameters
         ----------
@@ -122,9 +123,12 @@ class SurfelAccessor:
             kind = type(self._dataset).__name__
             raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
                             "of a surface, for example those of dataset.contour()")
-        return pv.wrap(make_surfels(
+        surfels = pv.wrap(make_surfels(
             self._dataset, cleaning=cleaning, sides=sides, viewpoint=viewpoint, neighbors=neighbors,
             hierarchy=hierarchy))
+        if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
+            surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
+        return surfels
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
