@@ -208,6 +208,16 @@ class TestChangedSurfels(PlotterCase):
             after = self.picture_of(self.surfels.translate((50, 0, 0)))
         self.assertLess(np.abs(after.astype(int) - before).mean(), 1)
 
+    def test_large_coordinates(self):
+        """Surfels made anew are where they were."""
+        offset = np.array([691608.0, 5334780.0, 512.0])
+        surfels = self.cloud.translate(offset).surfels.estimate()
+        with self.assertWarnsRegex(UserWarning, "made anew"):
+            half = surfels.clip("x").surfels.estimate()
+        for part in (surfels, half):
+            places = np.asarray(part.points) + part.field_data["SurfelOrigin"]
+            self.assertLess(np.abs(places.mean(axis=0) - offset).max(), 0.6)
+
     def test_saved(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "surfels.vtp")

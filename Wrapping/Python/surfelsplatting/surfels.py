@@ -54,6 +54,13 @@ def _without_surfels(data):
     """The points without what was found out about them before they were moved or selected."""
     points = data.NewInstance()
     points.ShallowCopy(data)
+    origin = data.GetFieldData().GetArray("SurfelOrigin")
+    if origin and any(origin.GetTuple(0)):  # of coordinates that are too large for floats
+        places = vtk("vtkCommonCore").vtkPoints()
+        to_numpy, to_vtk = (getattr(vtk("util.numpy_support"), name)
+                            for name in ("vtk_to_numpy", "numpy_to_vtk"))
+        places.SetData(to_vtk(to_numpy(data.GetPoints().GetData()) + origin.GetTuple(0), deep=True))
+        points.SetPoints(places)
     for arrays in (points.GetPointData(), points.GetFieldData()):
         for name in [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]:
             if name and name.startswith("Surfel"):
