@@ -295,7 +295,7 @@ def _lines(report):
         yield from _gaussian_lines(report)
     if "up" in report:
         yield "up", (" ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
-                     + ("" if report["up_is_clear"] else ", a guess; --up says what is"))
+                     + ("" if report["up_is_clear"] else ", a guess; --up turns it"))
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
