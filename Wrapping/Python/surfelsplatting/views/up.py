@@ -194,10 +194,6 @@ def find_up(samples):
     return Up(ups[0], is_thin and thin == 2 or _is_alike_from(samples, OF_SCANS))
 
 
-def up_axis(samples):
-    return find_up(samples).axis
-
-
 def floor_normal(samples, up):
     """The normal of a depth image's floor, or the direction that is up in the image if there is none:
     sensors look down at things. Walls are too steep, and ceilings face down."""
