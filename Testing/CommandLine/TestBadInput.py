@@ -209,7 +209,10 @@ class TestBadInput(ToolCase):
         self.refuse_options("--repeat", "none", says=["--repeat"])
         self.refuse_options("--nonsense", says=["--nonsense"])
         self.refuse(says=["COMMAND"])
-        self.refuse("paint", says=["paint"])
+        self.refuse("paint", says=["'paint' is no command; give one of view, web, render"])
+        self.refuse("rendr", "ok.ply", says=["did you mean render?"])
+        self.refuse("ok.ply", says=["first, for example surfelsplat view ok.ply"])
+        self.refuse_options("--background", "white", says=["expected 3 arguments: R G B"])
         self.refuse("render", says=["CLOUD"])
         self.refuse("render", "ok.ply", says=["--output"])
 

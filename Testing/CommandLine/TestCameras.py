@@ -3,7 +3,9 @@
 
 import json
 import math
+import os
 import unittest
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -19,9 +21,10 @@ from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
 from surfelsplatting.views.framing import Samples, complete_view
 from surfelsplatting.views.sensor import keep_sensor
-from surfelsplatting.views.up import up_axis
+from surfelsplatting.surfels import make_surfels
+from surfelsplatting.views.up import find_up, floor_normal
 from surfelsplatting.views.vtkcamera import make_camera
-from toolcase import ToolCase, sphere
+from toolcase import ToolCase, sphere, write_ply
 
 VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
         "viewAngle": 25.0, "size": [320, 200], "focalDisk": 0.5, "focalDistance": 4}
@@ -55,6 +58,15 @@ def capture_of(points, faint=False):
     for name, values in (("GaussianCovariance", covariance), ("GaussianOpacity", opacity)):
         capture.GetPointData().AddArray(named_array(name, values, np.float32))
     return capture
+
+
+def scene(noise=0.0):
+    """[n, 3]: a ball on the ground, z is up"""
+    rng = np.random.default_rng(2)
+    ball = 0.6 * sphere(5000)[0] + [0.3, 0, 0.6]
+    ground = np.column_stack([*rng.uniform(-2, 2, (2, 10_000)), np.zeros(10_000)])
+    points = np.vstack([ball, ground])
+    return points + noise * rng.normal(size=points.shape)
 
 
 def on_screen(view, points):
@@ -220,6 +232,26 @@ class TestTurns(unittest.TestCase):
         self.assertAlmostEqual(self.turned(f_number=2, zoom=3).focal_disk, 3 * 0.016485, places=5)
 
 
+class TestHint(ToolCase):
+    def test_what_is_up_is_said_where_it_is_a_guess(self):
+        write_ply("ball.ply", *sphere())
+        write_ply("egg.ply", sphere()[0] * (1, 1, 1.5))
+        write_ply("scene.ply", scene())
+        write_ply("turned.ply", scene() * (1, -1, -1))
+        for words, says in (("egg.ply", "y was taken, and --up z, -y or -z turns it"),
+                            ("egg.ply --up y", ""), ("egg.ply --view-up 0 1 0", ""),
+                            ("ball.ply", ""),
+                            ("scene.ply", ""), ("scene.ply --azimuth 30", ""),
+                            ("turned.ply", "-z was taken, and --up y, z or -y turns it")):
+            for command in ("render", "film --frames 1"):
+                said = self.tool(*command.split(), *words.split(), "--size", "40x30", "-o",
+                                 f"{len(os.listdir())}.png" if command == "render" else
+                                 f"{len(os.listdir())}")
+                self.assertEqual(self.code, 0, said)
+                self.assertIn(says, said)
+                self.assertEqual("is not clear" in said, bool(says), words)
+
+
 class TestFraming(unittest.TestCase):
     def setUp(self):
         self.cloud = SimpleNamespace(viewpoint=None, columns=0)
@@ -285,19 +317,65 @@ class TestFraming(unittest.TestCase):
         for two_sided in (False, True):
             for order, up in (([0, 1, 2], [0, 0, 1]), ([0, 2, 1], [0, 1, 0])):
                 surfels = surfels_of(points[:, order], normals[:, order], two_sided=two_sided)
-                np.testing.assert_array_equal(up_axis(Samples(surfels)), up)
+                np.testing.assert_array_equal(find_up(Samples(surfels)).axis, up)
         walls = np.column_stack([x, np.sign(rng.uniform(-1, 1, 3000)) * 2, y + 1])
         street = np.vstack([table, walls])
         normals = np.vstack([np.tile([0, 0, 1.0], (3000, 1)), np.tile([0, 1.0, 0], (3000, 1))])
         np.testing.assert_array_equal(
-            up_axis(Samples(surfels_of(street, normals, two_sided=True))), [0, 0, 1])
+            find_up(Samples(surfels_of(street, normals, two_sided=True))).axis, [0, 0, 1])
 
     def test_open_bottom_tells_what_is_up(self):
         bowl = sphere(5000)[0]
         bowl = bowl[bowl[:, 2] > -0.6]
-        np.testing.assert_array_equal(up_axis(Samples(surfels_of(bowl, bowl))), [0, 0, 1])
-        np.testing.assert_array_equal(
-            up_axis(Samples(surfels_of(bowl[:, [0, 2, 1]], bowl[:, [0, 2, 1]]))), [0, 1, 0])
+        self.check_up(surfels_of(bowl, bowl), (0, 0, 1), True)
+        self.check_up(surfels_of(bowl[:, [0, 2, 1]], bowl[:, [0, 2, 1]]), (0, 1, 0), True)
+        self.check_up(surfels_of(bowl * (1, 1, -1), bowl * (1, 1, -1)), (0, 0, -1), False)
+
+    def check_up(self, surfels, axis, is_clear):
+        up = find_up(Samples(surfels))
+        self.assertEqual((tuple(up.axis), up.is_clear), (axis, is_clear))
+
+    def test_upside_down(self):
+        """The ground is above, as in the axes of many cameras. That is unusual, thus a guess."""
+        for points, sides in ((scene(), "auto"), (scene(), "two"), (scene(0.06), "two")):
+            for matrix, axis, is_clear in ((np.eye(3), (0, 0, 1), True), (TO_Y, (0, 1, 0), True),
+                                           (TO_Y.T, (0, -1, 0), False),
+                                           (TO_Y @ TO_Y, (0, 0, -1), False)):
+                with self.subTest(f"{len(points)} {sides} {axis}"):
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("ignore")
+                        surfels = make_surfels(polydata_of(points @ matrix.T, {}), sides=sides)
+                    self.check_up(surfels, axis, is_clear)
+
+    def test_ground_may_be_a_wall(self):
+        """It is behind a ball that floats before it."""
+        points = scene()
+        points[:5000, 2] += 1.5
+        self.check_up(make_surfels(polydata_of(points, {})), (0, 0, 1), False)
+
+    def test_nothing_tells_what_is_up(self):
+        ball = sphere(5000)[0]
+        self.check_up(surfels_of(ball, ball), (0, 1, 0), True)  # it does not matter
+        self.check_up(surfels_of(ball * (1, 1, 2), ball), (0, 1, 0), False)
+        sides = [(axis, sign) for axis in range(3) for sign in (-1, 1)]
+        faces = np.random.default_rng(1).uniform(-1, 1, (6, 500, 3))
+        normals = np.zeros((6, 500, 3))
+        for face, normal, (axis, sign) in zip(faces, normals, sides):
+            face[:, axis] = normal[:, axis] = sign
+        box = faces.reshape(-1, 3) * (2, 2, 1.5)
+        self.check_up(surfels_of(box, normals.reshape(-1, 3)), (0, 1, 0), False)
+
+    def test_base_tells_what_is_up(self):
+        """A closed thing stands on what is flat."""
+        ball = sphere(8000)[0]
+        ball = ball[ball[:, 2] > -0.6]
+        x, y = np.random.default_rng(1).uniform(-0.7, 0.7, (2, 1250))
+        base = np.column_stack([x, y, np.full(1250, -0.6)])
+        points = np.vstack([ball, base])
+        normals = np.vstack([ball, np.tile([0, 0, -1.0], (1250, 1))])
+        self.check_up(surfels_of(points, normals), (0, 0, 1), True)
+        self.check_up(surfels_of(points @ TO_Y.T, normals @ TO_Y.T), (0, 1, 0), True)
+        self.check_up(surfels_of(points * (1, 1, -1), normals * (1, 1, -1)), (0, 0, 1), False)
 
     def test_what_is_up_in_captures(self):
         """The same, through the centres of opaque Gaussians; without a sign it is -y."""
@@ -312,9 +390,9 @@ class TestFraming(unittest.TestCase):
                                (TO_Y @ TO_Y, (0, 0, -1))):
                 places = np.vstack([points @ matrix.T, floaters])
                 faint = np.arange(len(places)) >= len(points)
-                self.assertEqual(tuple(up_axis(Samples(capture_of(places, faint)))), up)
+                self.assertEqual(tuple(find_up(Samples(capture_of(places, faint))).axis), up)
         for points in (ball, rng.normal(size=(2000, 3)), np.zeros((3, 3))):
-            self.assertEqual(tuple(up_axis(Samples(capture_of(points)))), (0, -1, 0))
+            self.assertEqual(tuple(find_up(Samples(capture_of(points))).axis), (0, -1, 0))
         # The camera of COLMAP looks along z.
         self.assertLess(complete_view(View(), Cloud(capture_of(ball)), capture_of(ball)).position[2], -1)
 
@@ -427,13 +505,42 @@ class TestSensors(unittest.TestCase):
         target = tuple(self.PLACE + 3 * self.TURN[:, 2] + 0.5 * self.TURN[:, 0])
         aimed = self.view_of(View(focal_point=target))
         self.assertEqual((aimed.position, aimed.focal_point), (tuple(self.PLACE), target))
-        turned = self.view_of(View(wishes=Wishes(azimuth=90)))
-        np.testing.assert_allclose(np.subtract(turned.focal_point, turned.position),
-                                   -4 * self.TURN[:, 0], atol=1e-4)
-        self.assertEqual(turned.focal_point, self.view_of().focal_point)
+        turned = self.view_of(View(focal_point=target, wishes=Wishes(azimuth=90)))
+        self.assertEqual(turned.focal_point, target)
+        self.assertAlmostEqual(math.dist(turned.position, target), math.dist(self.PLACE, target))
         left = self.view_of(View(wishes=Wishes("left")))
         self.assertGreater(math.dist(left.position, self.PLACE), 1)
         self.assertEqual(left.view_angle, 30)
+
+    def test_from_aside_all_is_shown(self):
+        points = np.array([self.cloud.data.GetPoint(i)
+                           for i in range(self.cloud.data.GetNumberOfPoints())])
+        points = points[np.isfinite(points).all(axis=1)]
+        for wishes in (Wishes(azimuth=60), Wishes(azimuth=-30, elevation=20), Wishes(elevation=40)):
+            view = self.view_of(View(wishes=wishes))
+            reach = np.abs(on_screen(view, points)[0]).max()
+            self.assertTrue(0.85 < reach < 1, (wishes, reach))
+
+    def test_floor_is_level(self):
+        """A sensor that looks down by 35 degrees sees a floor, and a wall that is nearly as large."""
+        down = math.radians(35)
+        normal = np.array([0, -math.cos(down), -math.sin(down)])  # y is down in the image
+        front = np.array([0, math.sin(down), -math.cos(down)])
+        with np.errstate(divide="ignore"):
+            depths = np.stack([-1.5 / (self.rays @ normal), -2.5 / (self.rays @ front)])
+        depths[depths < 0] = np.inf
+        depth = depths.min(axis=0)
+        points = (depth[:, None] * self.rays) @ self.TURN.T + self.PLACE
+        normals = np.where((depths[0] < depths[1])[:, None], normal, front)
+        surfels = surfels_of(points, depth[:, None] ** 2 * normals @ self.TURN.T)
+        self.cloud = SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=40)
+        self.surfels = surfels
+        np.testing.assert_allclose(self.view_of().view_up, -self.TURN[:, 1], atol=1e-5)
+        for wishes in (Wishes("left"), Wishes(azimuth=50)):
+            np.testing.assert_allclose(self.view_of(View(wishes=wishes)).view_up,
+                                       self.TURN @ normal, atol=1e-5)
+        wall = Samples(surfels_of(self.rays, -self.rays))
+        np.testing.assert_array_equal(floor_normal(wall, np.array([0, -1.0, 0])), [0, -1, 0])
 
     def test_surfels_keep_it(self):
         """The surfels of a depth image have no rows, but what keep_sensor wrote."""

@@ -41,9 +41,11 @@ class TestPictures(ToolCase):
 
     def test_hierarchy_files(self):
         write_ply("ball.ply", furry_ball(500))
-        first = self.picture("ball.ply", "--blur", "5", "--hierarchy", "h.vtp", "--surfels", "g.vtp")
+        first = self.picture("ball.ply", "--up", "-y", "--blur", "5", "--hierarchy", "h.vtp",
+                             "--surfels", "g.vtp")
         for path in ("h.vtp", "g.vtp"):
-            np.testing.assert_array_equal(self.picture(path, "--blur", "5"), first, path)
+            np.testing.assert_array_equal(self.picture(path, "--up", "-y", "--blur", "5"), first,
+                                          path)
         self.assertIn("h.surfels: such files hold surfels, but ball.ply holds Gaussians",
                       self.tool("render", "ball.ply", "-o", "o.png", "--hierarchy", "h.surfels"))
         self.assertEqual((self.code, os.path.exists("h.surfels"), os.path.exists("o.png")),

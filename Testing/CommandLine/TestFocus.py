@@ -111,6 +111,20 @@ class TestPointAtPixel(ToolCase):
         show(self.renderer, VIEW)
 
 
+class TestDefault(ToolCase):
+    def test_what_is_hidden_does_not_count(self):
+        """A sparse panel before a dense wall: in focus is what is seen."""
+        rng = np.random.default_rng(1)
+        panel, wall = (np.column_stack([*rng.uniform(-1, 1, (2, count)), np.full(count, z)])
+                       for count, z in ((4000, 1.0), (60_000, -1.0)))
+        write_ply("panel.ply", np.vstack([panel, wall]))
+        for command in ("render panel.ply -o out.png", "render panel.ply --blur 5 -o out.exr"):
+            said = self.tool(*command.split(), *SMALL, "--position", 0, 0, 9, "--view-up", 0, 1, 0,
+                             "--save-camera", "out.json")
+            self.assertEqual(self.code, 0, said)
+            self.assertAlmostEqual(read_view("out.json").focal_distance, 8, delta=0.1)
+
+
 class TestCameraFile(ToolCase):
     def test_file_gives_the_same_view(self):
         for changes in ({}, {"circle_of_confusion": 12.3, "focus_point": (1 / 3, 2e-7, -5e6)},

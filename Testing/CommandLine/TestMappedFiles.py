@@ -259,7 +259,7 @@ class TestMappedFiles(ToolCase):
         self.assertEqual(len(errors), 1)
         self.assertIn("its array SurfelNodes is not what was written", errors[0])
         result = self.run_tool("render", "damaged.surfels", "-o", "out.png")
-        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("SurfelNodes", result.stderr)
         self.assertFalse(os.path.exists("out.png"))
         reader = vtkSurfelHierarchyReader()
@@ -296,7 +296,7 @@ class TestMappedFiles(ToolCase):
             file.write(content[:len(content) // 2])
         self.assertIn("not whole", self.refused("half.surfels"))
         result = self.run_tool("render", "half.surfels", "-o", "out.png")
-        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.returncode, 2, result.stderr)
         self.assertRegex(result.stderr, "^surfelsplat: .*half.surfels.*not whole")
 
     def refused_to_write(self, surfels, path):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The progress: a bar on a terminal, gone when done; lines in a log."""
 
+import contextlib
+import io
 import os
 import pty
 import signal
@@ -10,8 +12,10 @@ import time
 import unittest
 from unittest import mock
 
-from surfelsplatting.commandline import progress
-from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+from surfelsplatting.commandline import progress, session
+from surfelsplatting.commandline.commands import parse_arguments
+from surfelsplatting.commandline.scan import Scan
+from toolcase import SMALL, TOOL, ToolCase, sphere, wait_for, write_ply
 
 
 class Terminal:
@@ -118,6 +122,18 @@ class TestProgress(ToolCase):
                                  + says + r"\n\Z")
             else:
                 self.assertEqual(result.stderr, "", words)
+
+    def test_hint_of_windows_and_pages(self):
+        write_ply("ball.ply", *sphere())
+        for command in ("view", "web"):
+            for patience in (0, 100):
+                said = io.StringIO()
+                with mock.patch.object(session, "LONG", patience), contextlib.redirect_stderr(said):
+                    estimation = Scan(parse_arguments([command, "ball.ply"])).start_estimation()
+                    self.addCleanup(estimation.close)
+                    wait_for(estimation.poll, "the estimation")
+                self.assertEqual("surfelsplat render --hierarchy ball.surfels keeps them"
+                                 in said.getvalue(), patience == 0)
 
     def test_tool_on_a_terminal(self):
         points, colors = sphere(500_000)  # some times the bar's patience, with one thread

@@ -184,5 +184,46 @@ class TestAccessor(PlotterCase):
         self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
 
 
+class TestChangedSurfels(PlotterCase):
+    """Surfels that other filters moved or selected: what was estimated does not hold any more."""
+
+    def picture_of(self, surfels):
+        return surfels.surfels.plot(window_size=(160, 120), screenshot=True, return_img=True)
+
+    def test_selected(self):
+        """Each point has a cell, which filters of cells need."""
+        self.surfels["number"] = np.arange(self.surfels.n_points)
+        half = self.surfels.threshold(self.surfels.n_points // 2, scalars="number")
+        self.assertAlmostEqual(half.n_points, self.surfels.n_points / 2, delta=2)
+        for part in (half, self.surfels.clip("x")):
+            self.assertFalse(part.surfels.are_estimated)
+            with self.assertWarnsRegex(UserWarning, "made anew"):
+                surfels = part.surfels.estimate()
+            self.assertTrue(surfels.surfels.are_estimated)
+            self.assertEqual(surfels.n_points, part.n_points)
+
+    def test_moved(self):
+        before = self.picture_of(self.surfels)
+        with self.assertWarnsRegex(UserWarning, "made anew"):
+            after = self.picture_of(self.surfels.translate((50, 0, 0)))
+        self.assertLess(np.abs(after.astype(int) - before).mean(), 1)
+
+    def test_large_coordinates(self):
+        """Surfels made anew are where they were."""
+        offset = np.array([691608.0, 5334780.0, 512.0])
+        surfels = self.cloud.translate(offset).surfels.estimate()
+        with self.assertWarnsRegex(UserWarning, "made anew"):
+            half = surfels.clip("x").surfels.estimate()
+        for part in (surfels, half):
+            places = np.asarray(part.points) + part.field_data["SurfelOrigin"]
+            self.assertLess(np.abs(places.mean(axis=0) - offset).max(), 0.6)
+
+    def test_saved(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "surfels.vtp")
+            self.surfels.save(path)
+            self.assertTrue(pv.read(path).surfels.are_estimated)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -157,6 +157,26 @@ class TestRender(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "rendering: .*camera"):
             write_png(vtkSurfelImageRenderer(), "never.png")
 
+    def test_few_points(self):
+        """One, two, and many on a line are seen, also in numpy's numbers for a lens."""
+        line = np.outer(np.linspace(0, 1, 50), (1.0, 2.0, 3.0))
+        for points in (line[:1], line[:2], line, line * (0, 1, 0)):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                picture = render(points, size=(64, 48), lens=np.float32(2))
+            self.assertGreater(np.ptp(picture), 10)
+
+    def test_hidden_things_are_not_in_focus(self):
+        """A sparse panel before a dense wall, from where the wall is hidden."""
+        rng = np.random.default_rng(1)
+        panel, wall = (np.column_stack([*rng.uniform(-1, 1, (2, count)), np.full(count, z)])
+                       for count, z in ((4000, 1.0), (60_000, -1.0)))
+        points = np.vstack([panel, wall])
+        options = {"size": (64, 48), "camera": Camera(position=(0, 0, 9), view_up=(0, 1, 0))}
+        default, panel = (render(points, lens=Lens(coc=20, focus=focus), **options)
+                          for focus in (None, (0, 0, 1)))
+        self.assertLess(np.abs(default.astype(int) - panel).max(), 3)
+
     def test_errors_say_what_to_do(self):
         points = sphere(2000)
         cases = [
@@ -187,7 +207,7 @@ class TestRender(unittest.TestCase):
             (ValueError, "coc is nan", lambda: render(points, lens=NAN)),
             (ValueError, "both a coc .3. and a diameter .1.",
              lambda: render(points, lens=Lens(coc=3, diameter=1))),
-            (ValueError, "lens has 0 cells", lambda: render(points, lens=Lens(coc=3, cells=0))),
+            (ValueError, "number of cells is 0", lambda: render(points, lens=Lens(coc=3, cells=0))),
             (ValueError, r"focus is \(1, 2, 3, 4\)",
              lambda: render(points, lens=Lens(coc=3, focus=(1, 2, 3, 4)))),
             (TypeError, "lens is 'wide'", lambda: render(points, lens="wide")),
@@ -196,9 +216,20 @@ class TestRender(unittest.TestCase):
              lambda: render(points, sides="given")),
             (ValueError, "cleaning is 'much'; it must be one of 'off', 'outliers', 'full'",
              lambda: render(points, cleaning="much")),
-            (ValueError, "neighbors is 2; it must be from 4 to 256",
+            (ValueError, "size is 300; it must be width and height", lambda: render(points, size=300)),
+            (ValueError, "size is .*'b'", lambda: render(points, size=("a", "b"))),
+            (ValueError, "size is .nan", lambda: render(points, size=(NAN, 3))),
+            (ValueError, "neighbors is 2; it must be a number from 4 to 256",
              lambda: render(points, neighbors=2)),
+            (ValueError, "neighbors is 'x'", lambda: render(points, neighbors="x")),
+            (ValueError, "coc is '5'", lambda: Lens(coc="5")),
+            (ValueError, "view_angle is '30'", lambda: Camera(view_angle="30")),
+            (TypeError, "render has no argument 'color'; did you mean 'colors'",
+             lambda: render(points, color="red")),
+            (TypeError, "points are 'scan.ply'; give an array", lambda: render("scan.ply")),
             (ValueError, "background is", lambda: render(points, background=(1, 0))),
+            (ValueError, "255.0; it must be a number from 0 to 1",
+             lambda: render(points, background=(255, 255, 255))),
             (ValueError, "viewpoint is", lambda: render(points, viewpoint=(1, 0))),
         ]
         for kind, text, call in cases:

@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +16,12 @@ import numpy as np
 from .backend import vtk
 from .views.cameras import View, check_view
 from .clouds.reading import Cloud
+from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .problems import UserProblem
 from .lens import Lens, focus_on_point
 from .lighting import needs_light
-from .surfels import finite_triple, make_surfels, update
+from .surfels import finite_triple, make_surfels, number_in, update
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 if TYPE_CHECKING:
@@ -62,7 +66,7 @@ class Camera:
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, finite_triple(value, f"the camera's {name}"))
-        if not 0 < self.view_angle < 180:
+        if number_in(self.view_angle, 0, 180, "the camera's view_angle") in (0, 180):
             raise ValueError(f"the camera's view_angle is {self.view_angle!r}; it must be between "
                              "0 and 180 degrees")
 
@@ -141,38 +145,56 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     (200, 300, 3)
 
     """
+    _check_names(estimation)
     lens = _as_lens(lens)
-    view = _as_view(camera, _checked_size(size))
+    asked = _as_view(camera, checked_size(size, "size"))
     cloud = _as_polydata(points, colors, normals)
     surfels = make_surfels(cloud, **estimation)
     try:
-        check_view(view)
-        view = complete_view(view, Cloud(cloud), surfels)
+        check_view(asked)
+        view = complete_view(asked, Cloud(cloud), surfels)
     except UserProblem as problem:
         raise ValueError(str(problem)) from None
-    renderer = _make_renderer(surfels, view, colors is not None, lighting)
+    renderer = renderer_of(surfels, view, colors is not None, lighting)
+    if lens.focus is None and (lens.coc or lens.diameter):
+        view = focused_on_front(asked, view, renderer, lambda _: update(renderer, "rendering"))
+        renderer.GetCamera().SetFocalDistance(view.focal_distance)
     if background is not None:
-        renderer.SetBackground(finite_triple(background, "background"))
+        renderer.SetBackground([number_in(value, 0, 1, f"background {background!r}: a value")
+                                for value in finite_triple(background, "background")])
         renderer.SetBackgroundAlpha(1.0)
     _set_lens(renderer, lens)
     update(renderer, "rendering")
     return _as_array(renderer.GetOutput(), background is None)
 
 
+def _check_names(estimation):
+    known = [*render.__kwdefaults__, *make_surfels.__kwdefaults__]
+    for name in estimation:
+        if name not in known:
+            near = get_close_matches(name, known, 1)
+            raise TypeError(f"render has no argument {name!r}; "
+                            + (f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"))
+
+
 def _as_lens(lens):
     if lens is None or isinstance(lens, Lens):
         return lens or Lens()
-    if isinstance(lens, (int, float)):
+    if isinstance(lens, Real):
         return Lens(coc=lens)
     raise TypeError(f"lens is {lens!r}; it must be a surfelsplatting.Lens, or a radius in pixels")
 
 
-def _checked_size(size):
-    if (len(size) != 2 or not all(value == int(value) and 1 <= value <= LARGEST_SIDE
-                                  for value in size)):
-        raise ValueError(f"size is {size!r}; it must be width and height in pixels, from 1 to "
-                         f"{LARGEST_SIDE}")
-    return tuple(int(value) for value in size)
+def checked_size(size, what):
+    """Width and height, or ValueError."""
+    try:
+        width, height = whole = tuple(int(value) for value in size)
+        if tuple(size) == whole and 1 <= min(whole) and max(whole) <= LARGEST_SIDE:
+            return width, height
+    except (TypeError, ValueError, OverflowError):  # no numbers, or not two of them
+        pass
+    raise ValueError(f"{what} is {size!r}; it must be width and height in pixels, from 1 to "
+                     f"{LARGEST_SIDE}, for example (800, 600)")
 
 
 def _as_view(camera, size):
@@ -208,6 +230,9 @@ def _to_vtk(array, name):
 
 def point_rows(points):
     """Coordinates of points as floats; doubles unless they are floats already."""
+    if isinstance(points, (str, os.PathLike)):
+        raise TypeError(f"points are {points!r}; give an array of shape (n, 3), for example "
+                        "pyvista.read(file).points")
     points = _rows(points, None, (3,), "points")
     return points if points.dtype == np.float32 else points.astype(np.float64)
 
@@ -237,7 +262,8 @@ def _as_polydata(points, colors, normals):
     return cloud
 
 
-def _make_renderer(surfels, view, has_colors, lighting):
+def renderer_of(surfels, view, has_colors, lighting):
+    """A vtkSurfelImageRenderer of surfels without a lens, seen in a complete view."""
     core = vtk("vtkRenderingCore")
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .surfels import finite_triple
+from .surfels import finite_triple, number_in
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Lens:
     focus : sequence[float], optional
         A point ``(x, y, z)`` of the world, or a pixel ``(x, y)`` of the picture, counted from its
         lower left corner, whose surface comes into focus. Without it, the focal point of the
-        camera is in focus.
+        camera is in focus, or where no camera was given, the surface in the middle.
 
     cells : int, default: 1
         Number of parts that the lens is divided into, whose pictures are averaged. 7 is more
@@ -51,12 +51,10 @@ class Lens:
             raise ValueError(f"the lens has both a coc ({self.coc!r}) and a diameter "
                              f"({self.diameter!r}); give one of them")
         for name, size, largest in (("coc", self.coc, 1e6), ("diameter", self.diameter, 1e17)):
-            if size is not None and not 0 <= size <= largest:
-                raise ValueError(f"the lens's {name} is {size!r}; it must be a number from 0 to "
-                                 f"{largest:g}")
-        if not 1 <= self.cells <= 65536 or self.cells != int(self.cells):
-            raise ValueError(f"the lens has {self.cells!r} cells; it must be a whole number from 1 "
-                             "to 65536")
+            if size is not None:
+                number_in(size, 0, largest, f"the lens's {name}")
+        if number_in(self.cells, 1, 65536, "the lens's number of cells") != int(self.cells):
+            raise ValueError(f"the lens has {self.cells!r} cells; it must be a whole number")
         object.__setattr__(self, "focus", _checked_focus(self.focus))
 
     @property

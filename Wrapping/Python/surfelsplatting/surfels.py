@@ -9,6 +9,7 @@ from .vtkmessages import plain_text
 from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
+PLACES = "SurfelPlaces"  # field array
 CLEANING = ("off", "outliers", "full")
 SIDES = ("auto", "two", "given")
 
@@ -19,11 +20,52 @@ def holds_gaussians(data):
 
 
 def is_surfels(data):
-    """Whether a vtkDataSet holds surfels, or Gaussians in space with their hierarchy."""
+    """Whether a vtkDataSet holds surfels, or Gaussians in space with their hierarchy, of its points as
+    they are."""
+    if not _are_current(data):
+        return False
     points = data.GetPointData()
     if holds_gaussians(data):
         return bool(data.GetFieldData().HasArray("SurfelLeaves"))
     return all(points.HasArray(name) for name in SURFEL_ARRAYS)
+
+
+def _places(data):
+    """What changes when points are moved or selected: their number and bounds."""
+    return data.GetNumberOfPoints(), *data.GetBounds()
+
+
+def _note_places(surfels):
+    array = vtk("vtkCommonCore").vtkDoubleArray()
+    array.SetName(PLACES)
+    array.SetNumberOfComponents(7)
+    array.InsertNextTuple(_places(surfels))
+    surfels.GetFieldData().AddArray(array)
+    return surfels
+
+
+def _are_current(data):
+    """Whether the points are where _note_places saw them, if it did."""
+    array = data.GetFieldData().GetArray(PLACES)
+    return not array or array.GetTuple(0) == _places(data)
+
+
+def _without_surfels(data):
+    """The points without what was found out about them before they were moved or selected."""
+    points = data.NewInstance()
+    points.ShallowCopy(data)
+    origin = data.GetFieldData().GetArray("SurfelOrigin")
+    if origin and any(origin.GetTuple(0)):  # of coordinates that are too large for floats
+        places = vtk("vtkCommonCore").vtkPoints()
+        to_numpy, to_vtk = (getattr(vtk("util.numpy_support"), name)
+                            for name in ("vtk_to_numpy", "numpy_to_vtk"))
+        places.SetData(to_vtk(to_numpy(data.GetPoints().GetData()) + origin.GetTuple(0), deep=True))
+        points.SetPoints(places)
+    for arrays in (points.GetPointData(), points.GetFieldData()):
+        for name in [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]:
+            if name and name.startswith("Surfel"):
+                arrays.RemoveArray(name)
+    return points
 
 
 def has_normals(data):
@@ -40,6 +82,16 @@ def finite_triple(values, what):
     if len(triple) != 3 or not all(map(math.isfinite, triple)):
         raise ValueError(f"{what} is {values!r}; it must be three finite numbers")
     return triple
+
+
+def number_in(value, smallest, largest, what):
+    """The number if it is between these, or ValueError."""
+    try:
+        if smallest <= value <= largest:
+            return value
+    except (TypeError, ValueError):  # no number, or several
+        pass
+    raise ValueError(f"{what} is {value!r}; it must be a number from {smallest:g} to {largest:g}")
 
 
 def one_of(value, choices, what):
@@ -107,7 +159,7 @@ def _with_hierarchy(gaussians):
     filters = vtkSurfelHierarchy()
     filters.SetInputData(gaussians)
     update(filters, "level of detail of Gaussians")
-    return filters.GetOutput()
+    return _note_places(filters.GetOutput())
 
 
 def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neighbors=None,
@@ -120,6 +172,10 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     count = points.GetNumberOfPoints()
     if count == 0:
         raise ValueError("the dataset has no points (0); surfels need the points of a surface")
+    if not _are_current(points):
+        warnings.warn("the points were moved or selected since they became surfels, which are made "
+                      "anew", stacklevel=3)
+        points = _without_surfels(points)
     if holds_gaussians(points):
         return _with_hierarchy(points) if hierarchy and not is_surfels(points) else points
     filters = vtkPointsToSurfels()
@@ -131,12 +187,10 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
         viewpoint = finite_triple(viewpoint, "viewpoint")
     _set_sides(filters.GetEstimation(), points, sides, viewpoint)
     if neighbors is not None:
-        if not 4 <= neighbors <= 256:
-            raise ValueError(f"neighbors is {neighbors!r}; it must be from 4 to 256")
-        filters.SetNumberOfNeighbors(int(neighbors))
+        filters.SetNumberOfNeighbors(int(number_in(neighbors, 4, 256, "neighbors")))
     update(filters, "estimation of surfels")
     surfels = filters.GetOutput()
     if surfels.GetNumberOfPoints() == 0:
         raise ValueError(f"none of the {count} points gives a surfel; are the coordinates finite and "
                          "not all the same?")
-    return surfels
+    return _note_places(surfels)

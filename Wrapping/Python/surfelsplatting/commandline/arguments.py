@@ -30,6 +30,14 @@ class Parser(argparse.ArgumentParser):
         value = super()._get_value(action, text)
         return value.lower() if action.option_strings and action.choices else value
 
+    def _match_argument(self, action, pattern):
+        try:
+            return super()._match_argument(action, pattern)
+        except argparse.ArgumentError as problem:  # says how many, but not of what
+            if isinstance(action.metavar, tuple):
+                problem.message += f": {' '.join(action.metavar)}"
+            raise
+
     def error(self, message):
         raise UserProblem(f"{message} ({self.prog} --help lists the options)")
 

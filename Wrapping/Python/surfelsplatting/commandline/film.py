@@ -10,8 +10,8 @@ from ..problems import UserProblem
 from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import focused_in_the_middle, whole_turn
-from ..views.focus import ends_of, settle_focus, sharp_depths
-from ..views.framing import axis_of, complete_view, is_from_sensor
+from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
+from ..views.framing import complete_view, is_from_sensor, up_in
 from ..views.paths import check_views, focus_pull, through, turntable
 from ..views.sensor import sensor_of
 from ..views.vtkcamera import make_camera, set_lens
@@ -21,7 +21,7 @@ from .movie import find_ffmpeg, write_movie
 from .outputs import check_distinct, check_output
 from .render import warn_of_backs
 from .scene import backdrop_of, make_renderer
-from .session import Session
+from .session import RENDER, Session
 
 PULL_BLUR = 0.025  # of a pull's own lens: radius of the largest blur at its begin, picture heights
 
@@ -93,7 +93,7 @@ def _turntable(asked, view, cloud, surfels, arguments):
     sensor = sensor_of(cloud, surfels)
     default = 40.0 if sensor or cloud.columns else 360.0
     degrees = default if arguments.turn is None else arguments.turn
-    axis = axis_of(asked, cloud, surfels)
+    axis = up_in(asked, cloud, surfels).axis
     # What complete_view has focused on is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)
     if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
@@ -103,9 +103,7 @@ def _turntable(asked, view, cloud, surfels, arguments):
 
 def _turn(asked, turn, renderer, arguments):
     """-> the views of a turn, with the asked focus or that on the surface in the middle"""
-    has_focus = (asked.focal_distance or asked.focus_point or asked.wishes.focus_pixel
-                 or asked.focal_point)
-    if has_focus or not asked.has_lens:
+    if has_focus(asked) or not asked.has_lens:
         return _settled(turn(arguments.frames), renderer)
     return _settled(focused_in_the_middle(turn, arguments.frames, renderer), renderer)
 
@@ -123,7 +121,8 @@ def _views(asked, cloud, surfels, renderer, arguments):
     complete = [complete_view(view, cloud, surfels) for view in asked]
     renderer.SetSize(*complete[0].size)
     if arguments.through:
-        views = through([settle_focus(view, renderer) for view in complete], arguments.frames)
+        focused = [focused_on_front(*views, renderer) for views in zip(asked, complete)]
+        views = through([settle_focus(view, renderer) for view in focused], arguments.frames)
     elif arguments.focus_pull is not None:
         views = _pull(complete[0], renderer, arguments)
     else:
@@ -181,8 +180,9 @@ def _make_pictures(asked, frames, arguments, session):
         cloud = session.read()
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
-        session.hint_at_keeping("surfelsplat render ")
-        renderer = _make_renderer(drawn, complete_view(asked[0], cloud, surfels), arguments)
+        session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
+        first = complete_view(asked[0], cloud, surfels, session.hint_at_up)
+        renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         are_made = not cloud.is_drawable
         del cloud, surfels  # frees the memory of a large cloud

@@ -11,8 +11,8 @@ from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
-from ..views.framing import Samples, axis_of
-from ..views.up import is_open, up_axis
+from ..views.framing import Samples, up_in
+from ..views.up import find_up, is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
 from .volume import classify
@@ -92,6 +92,10 @@ def _clean(cloud, session):
     return Cloud(cleaned, cloud.viewpoint), found
 
 
+def _up(up):
+    return {"up": [float(x) for x in up.axis], "up_is_clear": bool(up.is_clear)}
+
+
 def _surface(cleaned, cloud, session):
     """What the surfels say: spacing, up, the part that is visible from both sides.
 
@@ -100,7 +104,7 @@ def _surface(cleaned, cloud, session):
     surfels = session.surfels(cleaned)
     samples = Samples(surfels)
     return {"bounds_without_stray": _bounds(samples.points), "spacing": samples.spacing,
-            "up": [float(x) for x in axis_of(View(), cloud, surfels)],
+            **_up(up_in(View(), cloud, surfels)),
             "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
 
 
@@ -112,7 +116,7 @@ def _gaussians(cloud):
     variances = np.linalg.eigvalsh(finite[:, (0, 3, 5, 3, 1, 4, 5, 4, 2)].reshape(-1, 3, 3))
     size = np.sqrt(np.median(np.maximum(variances[:, 2], 0.0))) if len(finite) else 0.0
     found = {"bounds_without_stray": _bounds(samples.points), "size": float(size),
-             "up": [float(x) for x in up_axis(samples)]}
+             **_up(find_up(samples))}
     harmonics, opacity = data.GetArray("GaussianHarmonics"), data.GetArray("GaussianOpacity")
     if harmonics:
         found["harmonics_degree"] = math.isqrt(harmonics.GetNumberOfComponents() // 3) - 1
@@ -290,7 +294,8 @@ def _lines(report):
     if "size" in report:
         yield from _gaussian_lines(report)
     if "up" in report:
-        yield "up", " ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
+        yield "up", (" ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
+                     + ("" if report["up_is_clear"] else ", a guess; --up turns it"))
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"

@@ -5,8 +5,8 @@ import math
 
 from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
-from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, settle_focus,
-                           sharp_depths)
+from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
+                           settle_focus, sharp_depths)
 from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
 from ..views.sensor import sensor_of
 from .effects import without_effect
@@ -42,10 +42,9 @@ def _check_hierarchy(cloud, arguments):
 
 def _place(view, cloud, surfels, session):
     """-> the complete view"""
-    wishes = view.wishes
-    if is_from_sensor(view, sensor_of(cloud, surfels)) and not wishes.azimuth and not wishes.elevation:
+    if is_from_sensor(view, sensor_of(cloud, surfels)):
         session.say("the camera is at the sensor of the depth image")
-    return complete_view(view, cloud, surfels)
+    return complete_view(view, cloud, surfels, session.hint_at_up)
 
 
 def _render_frames(renderer, count, session):
@@ -67,12 +66,14 @@ def _write_outputs(renderer, surfels, drawn, arguments, session):
             write_hierarchy(drawn, arguments.hierarchy, session.messages)
 
 
-def _focus(renderer, view, session):
+def _focus(renderer, asked, view, session):
     """-> the view with what is in focus, and the depths of the picture without the lens, or None
     where nobody asks for them."""
     def update(algorithm):
         session.progress.update(algorithm, "focusing")
+        session.messages.check()
 
+    view = focused_on_front(asked, view, renderer, update)
     depths = sharp_depths(renderer, update) if session.arguments.verbose else None
     return settle_focus(view, renderer, update, depths), depths
 
@@ -105,17 +106,17 @@ def _say_what_is_seen(depths, view, session):
 
 
 def render(arguments):
-    view = asked_view(arguments)
+    asked = asked_view(arguments)
     _check_outputs(arguments)
     session = Session(arguments)
-    session.warn(without_effect(arguments, view))
+    session.warn(without_effect(arguments, asked))
     with session.progress_shown():
         cloud = session.read()
         _check_hierarchy(cloud, arguments)
         points = cloud.data.GetNumberOfPoints()
         all_arrays = arguments.hierarchy is not None
         surfels = session.surfels(cloud, not arguments.surfels, all_arrays)
-        view = _place(view, cloud, surfels, session)
+        view = _place(asked, cloud, surfels, session)
         what = "Gaussians" if cloud.is_gaussians else "surfels"
         are_made = not cloud.is_drawable
         del cloud  # frees the memory of a large cloud
@@ -123,10 +124,10 @@ def render(arguments):
         if arguments.verbose:
             session.say(f"{count} {what}; {extent_of(surfels)}")
         drawn = session.drawable(surfels, all_arrays)
-        session.hint_at_keeping()
+        session.hint_at_keeping(session.run.seconds_to_hierarchy())
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
-        view, depths = _focus(renderer, view, session)
+        view, depths = _focus(renderer, asked, view, session)
         session.say(str(view))
         warn_of_backs(drawn, [view], are_made, session)
         _render_frames(renderer, arguments.repeat, session)

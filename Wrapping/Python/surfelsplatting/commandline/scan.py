@@ -10,7 +10,7 @@ from ..views.cameras import asked_view
 from .effects import without_effect
 from .outputs import write_picture, write_view
 from .scene import backdrop_of, make_actor, set_splatter
-from .session import Session
+from .session import RENDER, Session
 
 SIZE = (1280, 800)
 ESTIMATE = __package__ + ".estimate"
@@ -19,8 +19,9 @@ ESTIMATE = __package__ + ".estimate"
 class Look:
     """How the options say that a scan looks, and how its pictures are written: for a Viewer."""
 
-    def __init__(self, arguments, messages):
-        self._arguments, self._messages = arguments, messages
+    def __init__(self, arguments, session):
+        self._arguments, self._messages = arguments, session.messages
+        self.hint_at_up = session.hint_at_up
         self.path, self.scalars = arguments.cloud, arguments.scalars
         self.background = backdrop_of(arguments)
 
@@ -47,11 +48,13 @@ class Scan:
         session.warn(without_effect(arguments, asked))
         with session.progress_shown():
             cloud = session.read()
-        self._arguments = arguments
+        self._arguments, self._session = arguments, session
         self._is_complete = is_hierarchy(cloud.data) or (cloud.is_drawable and arguments.no_lod)
-        self.viewer = Viewer(cloud, asked, Look(arguments, session.messages), session.messages)
+        self.viewer = Viewer(cloud, asked, Look(arguments, session), session.messages)
         self.say = session.say
 
     def start_estimation(self):
         """-> Estimation, or None if the file holds all"""
-        return None if self._is_complete else Estimation(ESTIMATE, self._arguments)
+        return None if self._is_complete else Estimation(
+            ESTIMATE, self._arguments,
+            lambda seconds: self._session.hint_at_keeping(seconds, RENDER))

@@ -9,6 +9,7 @@ from dataclasses import replace
 from ..backend import vtk
 from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
+from ..views.cameras import AXES
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
@@ -19,6 +20,7 @@ from .progress import Progress
 from .runstatistics import RunStatistics
 from .volume import splat_volume, take_scalars
 
+RENDER = "surfelsplat render "  # has --hierarchy, which other commands lack
 LONG = 5.0  # s to make surfels, from which on it is worth a hint that they can be kept
 
 
@@ -59,15 +61,21 @@ class Session:
         for text in texts:
             print("surfelsplat: warning: " + text, file=sys.stderr)
 
-    def hint_at_keeping(self, command=""):
+    def hint_at_keeping(self, seconds, command=""):
         """Says how surfels are kept that took long, if they are not. command: that has --hierarchy."""
         options = self.arguments
-        seconds = self.run.seconds_to_hierarchy()
         is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
         if seconds > LONG and not is_kept and not options.no_lod:
             name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
             self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
                       f"and {name} is drawn at once")
+
+    def hint_at_up(self, up):
+        """Says which axis was taken for up as a guess."""
+        [name] = (word for word, axis in AXES.items() if axis == tuple(up))
+        first, second, third = (word for word in ("y", "z", "-y", "-z") if word != name)
+        self.note(f"what is up is not clear; {name} was taken, and --up {first}, {second} or {third} "
+                  "turns it")
 
     @contextmanager
     def progress_shown(self):

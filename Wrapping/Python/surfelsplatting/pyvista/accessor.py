@@ -10,9 +10,11 @@ import numpy as np
 import pyvista as pv
 
 from ..backend import vtk
+from ..arrays import checked_size, renderer_of
 from ..views.cameras import View
 from ..clouds.reading import Cloud
-from ..views.framing import Samples, complete_view, surface_in_the_middle
+from ..views.focus import fronts_of
+from ..views.framing import complete_view
 from ..surfels import is_surfels, make_surfels, scan
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
@@ -71,6 +73,7 @@ class SurfelAccessor:
         Cells are ignored. The surfels have the point data of the points that they are made from,
         in another order. Normals of the data set are kept. The Gaussians of a capture stay what
         they are and get their level of detail; the other parameters have no effect on them.
+        Surfels whose points are moved or selected afterwards are made anew when they are drawn.
 
         Parameters
         ----------
@@ -120,9 +123,12 @@ class SurfelAccessor:
             kind = type(self._dataset).__name__
             raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
                             "of a surface, for example those of dataset.contour()")
-        return pv.wrap(make_surfels(
+        surfels = pv.wrap(make_surfels(
             self._dataset, cleaning=cleaning, sides=sides, viewpoint=viewpoint, neighbors=neighbors,
             hierarchy=hierarchy))
+        if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
+            surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
+        return surfels
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
@@ -168,6 +174,8 @@ class SurfelAccessor:
                 raise ValueError(f"cpos is {cpos!r}; it must be finite")
         plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
+        if plotter_options.get("window_size") is not None:
+            checked_size(plotter_options["window_size"], "window_size")
         pl = pv.Plotter(**plotter_options)
         try:
             if background is not None:
@@ -178,7 +186,7 @@ class SurfelAccessor:
             else:
                 pl.camera_position = cpos
             if coc is not None:
-                middle = _surface_in_the_middle(pl.camera, actor.mapper.dataset)
+                middle = _surface_in_the_middle(pl, actor.mapper.dataset)
                 pl.surfels.lens(coc=coc, focus=middle if focus is None else focus)
             return pl.show(**show_options)
         except BaseException:
@@ -193,9 +201,10 @@ class SurfelAccessor:
         plotter.camera.view_angle = view.view_angle
 
 
-def _surface_in_the_middle(camera, surfels):
+def _surface_in_the_middle(plotter, surfels):
     """The point of the line of sight in which a photographer would focus; None without any."""
-    view = View(view_angle=camera.view_angle)
-    position, focal_point = np.array(camera.position), np.array(camera.focal_point)
-    distance = surface_in_the_middle(Samples(surfels), position, focal_point, view)
-    return position + distance * np.array(camera.GetDirectionOfProjection()) if distance else None
+    camera = plotter.camera
+    view = View(camera.position, camera.focal_point, camera.up, camera.view_angle,
+                tuple(plotter.window_size))
+    [front] = fronts_of([view], renderer_of(surfels, view, False, False))
+    return np.add(camera.position, front * np.array(camera.direction)) if front else None

@@ -11,6 +11,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 
 from ..backend import vtk
 from ..problems import UserProblem
@@ -26,8 +27,10 @@ def file_of(descriptor):
 class Estimation:
     """The other process, as seen by the window."""
 
-    def __init__(self, module, arguments):
-        """module: name of the one to run. arguments: those of the command line."""
+    def __init__(self, module, arguments, ends):
+        """module: name of the one to run. arguments: those of the command line. ends: is called with
+        the seconds that the surfels took."""
+        self._ends, self._began = ends, time.monotonic()
         self._stage, self._fraction = "reading", 0.0
         self._memory = os.memfd_create("surfels")
         self._rest = b""
@@ -53,6 +56,7 @@ class Estimation:
                               f"{self._process.returncode}; is there enough memory?")
         surfels = _read(file_of(self._memory))
         self.close()
+        self._ends(time.monotonic() - self._began)
         return surfels
 
     def _read_lines(self):

@@ -11,7 +11,8 @@ import numpy as np
 from ..colormaps import scalar_names
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
-from ..views.focus import blur_at, distance_in_focus, point_at_pixel, settle_focus
+from ..views.focus import (blur_at, distance_in_focus, focused_on_front, point_at_pixel,
+                           settle_focus)
 from ..views.framing import complete_view
 from ..views.vtkcamera import make_camera, set_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer
@@ -45,7 +46,7 @@ class Viewer:
     """A scan, and how it is looked at.
 
     cloud: Cloud. view: View, what the options ask for. messages: a VtkMessages.
-    look: has path, scalars, background, and make_actor, set_splatter and write; see
+    look: has path, scalars, background, and make_actor, set_splatter, write and hint_at_up; see
     commandline/scan.py.
     """
 
@@ -85,8 +86,9 @@ class Viewer:
         self.renderer.AddActor(self.actor)
 
     def _first_view(self, size):
-        view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels)
-        view = settle_focus(view, self.renderer)
+        hint = None if self.is_preview else self.look.hint_at_up
+        view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels, hint)
+        view = settle_focus(focused_on_front(self._asked, view, self.renderer), self.renderer)
         self._home = _with_point_in_focus(_in_pixels(view))
         return self._home
 

@@ -6,16 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from .focus import sharp_depths
-from .framing import FRONT, MIDDLE, Samples, fit
+from .focus import fronts_of
+from .framing import Samples, fit
 from .paths import turntable
 from .turning import unit
-from .vtkcamera import make_camera
 
 RINGS, RING_POINTS = 64, 64
 BULK = 98  # percent of the samples, by their distance from the axis, that a turn shows all the time
 PLACES = 32  # of the camera, from which the surface in the middle is looked for
-SMALL = 120  # px, height of the pictures that show it
 HARMONICS = 4  # of the motion of the focus during a turn
 
 
@@ -46,26 +44,6 @@ def _swept(samples, pivot, axis):
     return swept
 
 
-def _front(depths):
-    """Distance to the front of the surface in the middle of a picture; 0 where it is empty."""
-    rows, columns = np.ogrid[:depths.shape[0], :depths.shape[1]]
-    off_axis = np.hypot(rows - (depths.shape[0] - 1) / 2, columns - (depths.shape[1] - 1) / 2)
-    seen = depths[(off_axis < MIDDLE * depths.shape[0] / 2) & (depths > 0)]
-    return float(np.percentile(seen, FRONT)) if len(seen) else 0.0
-
-
-def _fronts(views, renderer):
-    """-> [n] of small pictures of the views"""
-    size = renderer.GetSize()
-    renderer.SetSize(max(1, round(SMALL * size[0] / size[1])), SMALL)
-    fronts = []
-    for view in views:
-        renderer.SetCamera(make_camera(view))
-        fronts.append(_front(sharp_depths(renderer)))
-    renderer.SetSize(*size)
-    return np.array(fronts)
-
-
 def _smooth(values, count):
     """A loop without its higher harmonics, in so many steps; within the range of the values."""
     waves = np.fft.rfft(values)[:HARMONICS + 1] / len(values)
@@ -81,7 +59,7 @@ def focused_in_the_middle(turn, frames, renderer):
 
     turn: gives the views of so many frames. renderer: has the scene and the size of the pictures.
     """
-    views, fronts = turn(frames), _fronts(turn(PLACES), renderer)
+    views, fronts = turn(frames), fronts_of(turn(PLACES), renderer)
     if not fronts.any():
         return views
     fronts[fronts == 0] = np.median(fronts[fronts > 0])

@@ -9,9 +9,11 @@ import numpy as np
 from ..backend import vtk
 from ..problems import UserProblem
 from .cameras import LARGEST_BLUR, Wishes, dot, subtract
+from .framing import FRONT, MIDDLE
 from .turning import unit
 from .vtkcamera import make_camera, set_lens
 
+SMALL = 120  # px, height of a picture that shows what is in the middle
 LEAST_SEEN = 0.02  # alpha of a volume that is seen
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
@@ -124,6 +126,43 @@ def point_at_pixel(renderer, pixel, update=_update):
     """
     _check_pixel(pixel, renderer.GetSize())
     return _point_in(sharp_depths(renderer, update), renderer.GetCamera(), pixel)
+
+
+def _front(depths):
+    """Distance to the front of the surface in the middle of a picture; 0 where it is empty."""
+    rows, columns = np.ogrid[:depths.shape[0], :depths.shape[1]]
+    off_axis = np.hypot(rows - (depths.shape[0] - 1) / 2, columns - (depths.shape[1] - 1) / 2)
+    seen = depths[(off_axis < MIDDLE * depths.shape[0] / 2) & (depths > 0)]
+    return float(np.percentile(seen, FRONT)) if len(seen) else 0.0
+
+
+def fronts_of(views, renderer, update=_update):
+    """-> [n] distances to the front of the surface in the middle of each view, on which a photographer
+    would focus; 0 where nothing is seen. Of small pictures, so that what is hidden does not count."""
+    size, camera = renderer.GetSize(), renderer.GetCamera()
+    fronts = []
+    for view in views:
+        renderer.SetSize(max(1, round(SMALL * view.size[0] / view.size[1])), SMALL)
+        renderer.SetCamera(make_camera(view))
+        fronts.append(_front(sharp_depths(renderer, update)))
+    renderer.SetSize(*size)
+    renderer.SetCamera(camera)
+    return np.array(fronts)
+
+
+def has_focus(asked):
+    """Whether a view that is not complete says what is in focus."""
+    return bool(asked.focal_distance or asked.focus_point or asked.focal_point
+                or asked.wishes.focus_pixel)
+
+
+def focused_on_front(asked, view, renderer, update=_update):
+    """The complete view, in focus at the front of the surface in its middle unless another focus was
+    asked for. Of a volume complete_view has found what is in focus."""
+    if has_focus(asked) or _shows_volume(renderer):
+        return view
+    [front] = fronts_of([view], renderer, update)
+    return replace(view, focal_distance=front or view.focal_distance)
 
 
 def distance_in_focus(view):

@@ -11,7 +11,7 @@ from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_leng
 from ..problems import UserProblem
 from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
-from .up import is_open, up_axis
+from .up import Up, find_up, floor_normal, is_open
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
@@ -271,16 +271,20 @@ def surface_in_the_middle(samples, position, focal_point, view):
     return float(np.percentile(in_the_middle, FRONT)) if len(in_the_middle) else 0.0
 
 
-def _aim(view, sensor, samples):
+def _up(view, sensor, samples):
+    """-> Up in the world, about which the camera goes around"""
+    if view.view_up:
+        return Up(unit(np.asarray(view.view_up)), True)
+    return Up(floor_normal(samples, sensor.up), True) if sensor else find_up(samples)
+
+
+def _aim(view, sensor, samples, up):
     """-> the direction to the camera, what is up in the picture, and the axis of azimuth; without
     turns."""
-    up = unit(np.asarray(view.view_up)) if view.view_up else None
-    if sensor and not (view.view_up and are_parallel(up, sensor.direction, 0.1)):
+    if sensor and not are_parallel(up, sensor.direction, 0.1):
         direction = sensor.direction
-        up = sensor.up if up is None else up
         front = unit(direction - (direction @ up) * up)
     else:
-        up = up_axis(samples) if up is None else up
         front = front_of(up)
         direction = None if view.wishes.side else _three_quarter_direction(samples, up)
     picture_up = up
@@ -323,16 +327,18 @@ def _zoomed(view):
                    wishes=Wishes(blur=view.wishes.blur, focus_pixel=view.wishes.focus_pixel))
 
 
-def axis_of(view, cloud, surfels):
-    """What is up in the world, about which the camera goes around."""
-    if view.view_up:
-        return unit(np.asarray(view.view_up))
-    return _aim(view, sensor_of(cloud, surfels), Samples(surfels))[2]
+def up_in(view, cloud, surfels):
+    """-> Up in the world"""
+    return _up(view, sensor_of(cloud, surfels), Samples(surfels))
 
 
 def is_from_sensor(view, sensor):
-    """Whether a view that is not complete begins at the place of a Sensor."""
-    if not sensor or sensor.spread is None or view.position or view.wishes.side:
+    """Whether a view that is not complete begins at the place of a Sensor. From aside other parts are
+    near, and the whole cloud is shown, unless a focal point says what."""
+    wishes = view.wishes
+    if not sensor or sensor.spread is None or view.position or wishes.side:
+        return False
+    if (wishes.azimuth or wishes.elevation) and not view.focal_point:
         return False
     arm = np.subtract(sensor.place, view.focal_point) if view.focal_point else sensor.direction
     return bool(np.any(arm)) and not are_parallel(view.view_up or sensor.up, arm, 0.1)
@@ -357,8 +363,11 @@ def _focused(view, position, focal_point, samples):
     return replace(view, focal_distance=distance)
 
 
-def complete_view(view, cloud, surfels):
-    """The view; everything that was not given is derived from the cloud."""
+def complete_view(view, cloud, surfels, hint_at_up=None):
+    """The view; everything that was not given is derived from the cloud.
+
+    hint_at_up: is called with the axis that was taken for up if that is a guess
+    """
     is_placed = view.position and view.focal_point and view.view_up
     if is_placed and view.wishes == Wishes():
         return view if view.view_angle else replace(view, view_angle=DEFAULT_ANGLE)
@@ -368,7 +377,13 @@ def complete_view(view, cloud, surfels):
     if is_from_sensor(view, sensor):
         view, is_placed = _from_sensor(view, sensor, samples), True
     view = replace(view, view_angle=view.view_angle or DEFAULT_ANGLE)
-    aim = (None, None, np.asarray(view.view_up)) if is_placed else _aim(view, sensor, samples)
+    if is_placed:
+        aim = None, None, np.asarray(view.view_up)
+    else:
+        up = _up(view, sensor, samples)
+        if hint_at_up and not up.is_clear:
+            hint_at_up(up.axis)
+        aim = _aim(view, sensor, samples, up.axis)
     position, focal_point, up = _placed(view, aim, samples)
     if not has_focal_point:
         view = _focused(view, position, focal_point, samples)

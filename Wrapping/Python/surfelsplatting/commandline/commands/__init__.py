@@ -6,6 +6,7 @@ options that cannot be combined) and run. They import VTK only when they run.
 """
 
 import difflib
+import os
 
 from ...version import __version__
 from ..arguments import Parser, split_numbers
@@ -23,6 +24,19 @@ def _refuse(unknown, command):
     command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
 
+def _check_command(word, parser, names):
+    """A file or a wrong word in place of the command."""
+    if word.startswith("-") or word in names:
+        return
+    similar = difflib.get_close_matches(word, names, 1)
+    hint = f"give one of {', '.join(names)}"
+    if os.path.exists(word):
+        hint += f" first, for example surfelsplat view {word}"
+    elif similar:
+        hint = f"did you mean {similar[0]}?"
+    parser.error(f"{word!r} is no command; {hint}")
+
+
 def parse_arguments(words):
     """-> the arguments, with run(arguments); or UserProblem."""
     parser = Parser(prog="surfelsplat", description="Depth-of-field splatting of point clouds.",
@@ -34,6 +48,8 @@ def parse_arguments(words):
         command.add_parser(commands)
     complete(parser)
     words = list(split_numbers(words))
+    if words:
+        _check_command(words[0], parser, list(commands.choices))
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         _refuse(unknown, commands.choices[arguments.command])
