@@ -13,6 +13,7 @@
 #include "Filters/Common/SurfelOutput.h"
 #include "Filters/Estimation/ColorInterpolation.h"
 #include "Filters/Estimation/PlaneFit.h"
+#include "Filters/Estimation/PointPlanes.h"
 #include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
@@ -75,7 +76,8 @@ public:
     const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
-      this->MakeKernels(input, oriented, progress.Part(0.9, 0.98));
+      (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.91), this->Fits)) &&
+      this->MakeKernels(input, oriented, progress.Part(0.91, 0.98));
     this->Tree.reset(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {

@@ -168,6 +168,8 @@ public:
   /**
    * Whether normals of the input (its active normals, or a point array "Normals") are kept.
    * Their signs are then the orientation too, unless OrientationMode is VIEWPOINT or TWO_SIDED.
+   * Where the points around have another slope, and not by chance, kernels and area vectors follow
+   * the points, so that no gaps open between surfels; the array of the normals stays as it is.
    * Points whose normal is zero or not finite get an estimated one. Default on.
    */
   vtkSetMacro(KeepNormals, vtkTypeBool);

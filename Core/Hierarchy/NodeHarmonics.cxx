@@ -12,7 +12,7 @@ namespace SurfelSplatting
 namespace
 {
 constexpr int MaxCoefficients = 3 * MaxHarmonics;
-constexpr std::size_t Grain = 4096; ///< leaves that a thread takes together
+constexpr std::size_t LeavesPerTask = 4096;
 
 struct WeightedHarmonics
 {
@@ -94,7 +94,7 @@ std::vector<PackedHarmonics> PackHarmonics(const SurfelCloud& tree, const Hierar
 {
   const std::size_t leaves = tree.NumberOfSurfels;
   std::vector<PackedHarmonics> packed(tree.Nodes ? layout.NumberOfNodes() : leaves);
-  executor.For(leaves, Grain, [&](std::size_t begin, std::size_t end) {
+  executor.For(leaves, LeavesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       packed[i] = Pack(coefficients + 3 * count * i, count);
@@ -115,7 +115,7 @@ void FillHarmonicColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   double basis[MaxHarmonics];
   EvaluateHarmonics<double>(anywhere, 1, basis);
   std::vector<float> constant(4 * tree.NumberOfSurfels);
-  executor.For(tree.NumberOfSurfels, Grain, [&](std::size_t begin, std::size_t end) {
+  executor.For(tree.NumberOfSurfels, LeavesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
       for (int c = 0; c < 3; ++c)
