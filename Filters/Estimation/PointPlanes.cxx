@@ -20,7 +20,7 @@ constexpr double FewestPoints = 6.0;
 
 /// Points that are nearer to a line than this, determinant over squared trace of their covariance,
 /// have no tilt.
-constexpr double LeastSpread = 0.01;
+constexpr double LeastSpreadOfTilt = 0.01;
 
 /// A slope counts as chance up to so many times its variance: of random ones exp(-3), 5 %, turn
 /// normals at all. With 1 instead, those of leaves turn more, and there are more seams.
@@ -64,7 +64,7 @@ Tilt FitTilt(const ClimbMoments& m)
   const double xy = m.XY - inverse * m.X * m.Y;
   const double yy = m.YY - inverse * m.Y * m.Y;
   const double determinant = xx * yy - xy * xy;
-  if (m.Count < FewestPoints || !(determinant > LeastSpread * (xx + yy) * (xx + yy)))
+  if (m.Count < FewestPoints || !(determinant > LeastSpreadOfTilt * (xx + yy) * (xx + yy)))
   {
     return {};
   }
