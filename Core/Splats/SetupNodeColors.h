@@ -90,17 +90,13 @@ struct ColorSlopes
   SURFELSPLATTING_INLINE void Set(
     const ScreenFootprints<Real>& f, const NodeColorMoments<Real>& moments)
   {
-    const FootprintOf<Real>& w = f.W;
-    const Real inverse = w.InverseRoot * w.InverseRoot;
+    const Real inverse = f.W.InverseRoot * f.W.InverseRoot;
     for (int c = 0; c < 3; ++c)
     {
-      const Vector3Of<Real>& h = moments.H[c];
-      const Real hx = f.Jacobian.XX * h.X + f.Jacobian.XZ * h.Z;
-      const Real hy = f.Jacobian.YY * h.Y + f.Jacobian.YZ * h.Z;
-      const Real x = inverse * (w.YY * hx - w.XY * hy), y = inverse * (w.XX * hy - w.XY * hx);
-      const MaskOf<Real> isFinite = Within(x, MaxSplatColor) & Within(y, MaxSplatColor);
-      this->X[c] = isFinite ? x : Real{};
-      this->Y[c] = isFinite ? y : Real{};
+      const ColorSlope<Real> slope(f, moments.H[c], inverse);
+      const MaskOf<Real> isFinite = Within(slope.X, MaxSplatColor) & Within(slope.Y, MaxSplatColor);
+      this->X[c] = isFinite ? slope.X : Real{};
+      this->Y[c] = isFinite ? slope.Y : Real{};
     }
   }
 };

@@ -134,6 +134,25 @@ SURFELSPLATTING_INLINE MaskOf<Real> IsRepresentable(const SplatBatch<Real>& b)
     IsFinite(b.Colors.Opacity);
 }
 
+/// How a colour changes over a footprint.
+template <class Real>
+struct ColorSlope
+{
+  Real MomentX, MomentY; ///< M h, px
+  Real X, Y;             ///< W^-1 M h, per px
+
+  /// @param moment h, first moment of the colour in camera space
+  /// @param inverseDeterminant 1 / det W, times a factor of X and Y if wanted
+  SURFELSPLATTING_INLINE ColorSlope(
+    const ScreenFootprints<Real>& f, const Vector3Of<Real>& moment, const Real& inverseDeterminant)
+    : MomentX(f.Jacobian.XX * moment.X + f.Jacobian.XZ * moment.Z)
+    , MomentY(f.Jacobian.YY * moment.Y + f.Jacobian.YZ * moment.Z)
+    , X(inverseDeterminant * (f.W.YY * this->MomentX - f.W.XY * this->MomentY))
+    , Y(inverseDeterminant * (f.W.XX * this->MomentY - f.W.XY * this->MomentX))
+  {
+  }
+};
+
 /// First moment of the colour on the screen, W^-1 M H', in the units of the raster: px or cells.
 /// Removes lanes whose gradient is too large, or too small to be seen, from Tilted.
 template <class Real>
@@ -148,12 +167,9 @@ SURFELSPLATTING_INLINE void MakeGradients(const SetupJob& job, const BatchIndice
   Real variance{}; // of the splat's colour, where it is largest of the three
   for (int c = 0; c < 3; ++c)
   {
-    const Vector3Of<Real> moment = Multiply(job.Linear, moments[c]);
-    const Real hx = f.Jacobian.XX * moment.X + f.Jacobian.XZ * moment.Z;
-    const Real hy = f.Jacobian.YY * moment.Y + f.Jacobian.YZ * moment.Z;
     const Real& share = b.Colors.Shaded.Share[c];
-    const Real x = share * scale * (w.YY * hx - w.XY * hy);
-    const Real y = share * scale * (w.XX * hy - w.XY * hx);
+    const ColorSlope<Real> slope(f, Multiply(job.Linear, moments[c]), share * scale);
+    const Real &hx = slope.MomentX, &hy = slope.MomentY, &x = slope.X, &y = slope.Y;
     f.Tilted &= Within(x, MaxSplatColor) & Within(y, MaxSplatColor);
     variance = Larger(variance, share * b.Kernel.Tilt * (x * hx + y * hy));
     gradient[c] = Narrow<Real>(x * f.Cell);

@@ -17,7 +17,7 @@ from surfelsplatting import (vtkDeepEXRWriter, vtkPointsToSurfels, vtkSurfelImag
                              vtkSurfelMapper, vtkVolumeSplatting)
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.transfer import make_property
-from TestVolumes import ball, make_image, write
+from volumefiles import ball, make_image, write
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
 
 FLOAT, ZIPS, NO_STATE, TIDY = 2, 2, -1, 3  # OpenEXR's numbers; -1 is DumpEXR's
