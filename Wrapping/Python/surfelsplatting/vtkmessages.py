@@ -3,6 +3,7 @@
 
 import re
 import sys
+import weakref
 
 from .backend import vtk
 from .problems import UserProblem
@@ -22,8 +23,27 @@ def plain_text(message):
     return _PREFIX.sub("", message).strip()
 
 
+_collectors = weakref.WeakSet()
+_windows = []  # those that are observed. Python must not collect them: VTK would go on calling
+               # what is left of the observers' functions.
+
+
+def _observe(window):
+    def observe(event, method):
+        def call(_caller, _event, text):
+            for collector in list(_collectors):
+                method(collector, plain_text(text))
+
+        call.CallDataType = vtk("vtkCommonCore").VTK_STRING
+        window.AddObserver(event, call)
+
+    observe("ErrorEvent", VtkMessages.add_error)
+    observe("WarningEvent", VtkMessages.add_warning)
+    _windows.append(window)
+
+
 class VtkMessages:
-    """Collects VTK's messages from its construction on.
+    """Collects VTK's messages as long as it lives.
 
     check() raises the first error as a UserProblem. Warnings are printed if verbose.
     """
@@ -33,24 +53,21 @@ class VtkMessages:
         self.verbose = verbose
         core = vtk("vtkCommonCore")
         core.vtkLogger.SetStderrVerbosity(core.vtkLogger.VERBOSITY_OFF)
-        self._window = core.vtkOutputWindow.GetInstance()
-        self._window.SetDisplayModeToNever()
-        self._observe("ErrorEvent", self._on_error)
-        self._observe("WarningEvent", self._on_warning)
+        window = core.vtkOutputWindow.GetInstance()
+        window.SetDisplayModeToNever()
+        if window not in _windows:
+            _observe(window)
+        _collectors.add(self)
 
-    def _observe(self, event, method):
-        def call(_caller, _event, text):
-            method(plain_text(text))
-
-        call.CallDataType = vtk("vtkCommonCore").VTK_STRING
-        self._window.AddObserver(event, call)
-
-    def _on_error(self, text):
+    def add_error(self, text):
         self.errors.append(text)
 
-    def _on_warning(self, text):
+    def add_warning(self, text):
         if self.verbose:
             print("surfelsplat: warning: " + " ".join(text.split()), file=sys.stderr)
+
+    def forget(self):
+        self.errors.clear()
 
     def check(self, prefix=""):
         if self.errors:

@@ -11,6 +11,7 @@ import resource
 import signal
 import sys
 import tempfile
+import warnings
 from contextlib import contextmanager
 
 from ..backend import vtk
@@ -65,17 +66,26 @@ def check_survives(path, read):
         return said.read().decode(errors="replace")
 
 
+def _fork():
+    """-> 0 in the child. Python >= 3.12 warns where other threads run, as VTK's do between two
+    parallel loops: the child might wait for a lock that one of them held. Those of VTK hold none
+    then, and a child that waits for others ends after _limit's seconds."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
+        return os.fork()
+
+
 def _read_in_child(path, read, printed):
     """printed: file descriptor for what the child prints"""
     _flush()
-    child = os.fork()
+    child = _fork()
     if child == 0:
         try:
+            _limit(path)
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             for stream in PRINTED:
                 os.dup2(printed, stream)
             vtk("vtkCommonCore").vtkSMPTools.SetBackend("Sequential")  # it has no threads
-            _limit(path)
             read()
         finally:
             _flush()

@@ -45,17 +45,17 @@ def _of_nrrd(start):
 
 
 def check_raw_size(path, array):
-    """UserProblem if a volume's file has fewer bytes, or numbers as text, than the array that was read
-    from it."""
+    """-> whether the data are numbers as text. UserProblem if a volume's file has fewer bytes, or
+    numbers as text, than the array that was read from it."""
     with open(path, "rb") as file:
         start = file.read(LONGEST_HEADER)
     found = (_of_nrrd if start.startswith(b"NRRD") else _of_meta_image)(start)
     if found is None or array is None:
-        return
+        return False
     name, header, is_text = found
     data = os.path.join(os.path.dirname(path), name) if name else path
     if not os.path.isfile(data):
-        return
+        return False
     if is_text:
         with open(data, "rb") as file:
             file.seek(header)
@@ -66,3 +66,4 @@ def check_raw_size(path, array):
     if there < promised:
         raise UserProblem(f"{path} promises {promised} {what}, but {data} has {there}: it was cut "
                           "short")
+    return is_text
