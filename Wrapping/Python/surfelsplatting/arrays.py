@@ -107,7 +107,7 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
         RGB from 0 to 1. With ``None`` the picture gets an alpha channel and has no background.
 
     lighting : bool, optional
-        Whether lights shade the points, the brightest one from above. By default they shade all
+        Whether lights shade the points, the brightest one from the upper left. By default they shade all
         but colors as varied as those of photographs, which have light in them already.
 
     **estimation

@@ -11,13 +11,14 @@ MOST_COLORS, MOST_GREYS = 256, 32
 SAMPLES = 100_000
 
 
-# Intensity, elevation and azimuth as seen from the camera, degrees: vtkLightKit's key, fill and
-# head light, all white. A lone light at the camera leaves floors and ceilings of rooms black.
-_LIGHTS = ((0.75, 50, 10), (0.25, -75, 0), (0.25, 0, 0))
+# Intensity, elevation and azimuth as seen from the camera, degrees. A lone light at the camera leaves
+# floors and ceilings of rooms black. So there are the key, fill and head light of vtkLightKit, all
+# white, but the key light falls from the upper left, as on maps: from above, plains have no relief.
+_LIGHTS = ((0.75, 35, -40), (0.25, -75, 0), (0.25, 0, 0))
 
 
 def set_lights(renderer, actor):
-    """Lights the surfels of an actor from above, in a vtkSurfelImageRenderer or vtkRenderer. Shaded
+    """Lights the surfels of an actor from the upper left, in a vtkSurfelImageRenderer or vtkRenderer. Shaded
     volumes keep the renderer's own light at the camera, which is that of VTK's ray casters."""
     renderer.RemoveAllLights()
     if actor.GetMapper().GetInput().GetPointData().HasArray("GaussianNormal"):

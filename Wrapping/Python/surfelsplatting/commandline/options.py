@@ -91,8 +91,8 @@ def _add_color_options(parser):
                            "0.16 0.17 0.19, or black with --unlit)")
     light = look.add_mutually_exclusive_group()
     light.add_argument("--lit", action="store_true",
-                       help="light it, most from above (default: all but colours as varied as those of "
-                            "photographs, which have light in them already)")
+                       help="light it, most from the upper left (default: all but colours as varied as "
+                            "those of photographs, which have light in them already)")
     light.add_argument("--unlit", action="store_true", help="show the colours as they are")
     look.add_argument("--linear-light", action="store_true",
                       help="convert colours from sRGB to linear light before they are mixed; "
