@@ -6,6 +6,7 @@
 #include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Orientation/Rooms.h"
 #include "Filters/Orientation/SignPropagation.h"
 
 #include "vtkSMPTools.h"
@@ -51,6 +52,10 @@ public:
         [this, &result](const OutsideInput& input, const Component& component) {
           this->TakeComponent(input, component, result);
         });
+    if (finished)
+    {
+      this->TurnRooms(result);
+    }
     result.NumberOfComponents = this->NumberOfSets;
     return finished;
   }
@@ -128,6 +133,24 @@ private:
         }
       }
     });
+  }
+
+  /// Turns the normals of rooms inward. All are outward before.
+  void TurnRooms(const OrientationResult& result)
+  {
+    const ConsistentSets sets = CollectSets(this->Cloud.Size(), this->Signs);
+    for (int c = 0; c < sets.Count(); ++c)
+    {
+      const Component component{ sets.Begin(c), sets.Size(c) };
+      if (IsRoom(this->Cloud, this->Fits, result.TwoSided, component))
+      {
+        for (int m = 0; m < component.Count; ++m)
+        {
+          Float3& normal = this->Fits[component.Ids[m]].Normal;
+          normal = -1.0 * Vector3(normal);
+        }
+      }
+    }
   }
 
   const LocalCloud& Cloud;

@@ -10,6 +10,7 @@
  * 4. The sums of the votes between patches join them to components (SignPropagation.h).
  * 5. The outside of the other components is decided. A component with a known outside is one-sided,
  *    any other is two-sided.
+ * 6. Rooms, which were scanned from inside, are turned inward (Rooms.h).
  */
 #pragma once
 

@@ -3,70 +3,25 @@
 
 import json
 import math
-import os
 import unittest
-import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from surfelsplatting.clouds.polydata import named_array, polydata_of
-from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
 from surfelsplatting.views.framing import Samples, complete_view
 from surfelsplatting.views.sensor import keep_sensor
-from surfelsplatting.surfels import make_surfels
-from surfelsplatting.views.up import find_up, floor_normal
+from surfelsplatting.views.up import floor_normal
 from surfelsplatting.views.vtkcamera import make_camera
-from toolcase import ToolCase, sphere, write_ply
+from toolcase import ToolCase, sphere
+from viewclouds import surfels_of
 
 VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
         "viewAngle": 25.0, "size": [320, 200], "focalDisk": 0.5, "focalDistance": 4}
-
-
-def surfels_of(points, normals, origin=None, two_sided=False):
-    surfels = vtkPolyData()
-    vertices = vtkPoints()
-    vertices.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
-    surfels.SetPoints(vertices)
-    for name, values, kind in (("SurfelAreaVector", normals, np.float32),
-                               ("SurfelTwoSided", np.full(len(points), two_sided), np.uint8)):
-        array = numpy_to_vtk(np.ascontiguousarray(values, kind), deep=True)
-        array.SetName(name)
-        surfels.GetPointData().AddArray(array)
-    if origin is not None:
-        array = numpy_to_vtk(np.array([origin], np.float64), deep=True)
-        array.SetName("SurfelOrigin")
-        surfels.GetFieldData().AddArray(array)
-    return surfels
-
-
-TO_Y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # turns z to y; its transpose z to -y
-
-
-def capture_of(points, faint=False):
-    """Round Gaussians, opaque or faint."""
-    covariance = np.tile([1e-4, 1e-4, 1e-4, 0, 0, 0], (len(points), 1))
-    opacity = np.where(faint, 0.2, 0.95) * np.ones(len(points))
-    capture = polydata_of(points, {})
-    for name, values in (("GaussianCovariance", covariance), ("GaussianOpacity", opacity)):
-        capture.GetPointData().AddArray(named_array(name, values, np.float32))
-    return capture
-
-
-def scene(noise=0.0):
-    """[n, 3]: a ball on the ground, z is up"""
-    rng = np.random.default_rng(2)
-    ball = 0.6 * sphere(5000)[0] + [0.3, 0, 0.6]
-    ground = np.column_stack([*rng.uniform(-2, 2, (2, 10_000)), np.zeros(10_000)])
-    points = np.vstack([ball, ground])
-    return points + noise * rng.normal(size=points.shape)
 
 
 def on_screen(view, points):
@@ -232,26 +187,6 @@ class TestTurns(unittest.TestCase):
         self.assertAlmostEqual(self.turned(f_number=2, zoom=3).focal_disk, 3 * 0.016485, places=5)
 
 
-class TestHint(ToolCase):
-    def test_what_is_up_is_said_where_it_is_a_guess(self):
-        write_ply("ball.ply", *sphere())
-        write_ply("egg.ply", sphere()[0] * (1, 1, 1.5))
-        write_ply("scene.ply", scene())
-        write_ply("turned.ply", scene() * (1, -1, -1))
-        for words, says in (("egg.ply", "y was taken, and --up z, -y or -z turns it"),
-                            ("egg.ply --up y", ""), ("egg.ply --view-up 0 1 0", ""),
-                            ("ball.ply", ""),
-                            ("scene.ply", ""), ("scene.ply --azimuth 30", ""),
-                            ("turned.ply", "-z was taken, and --up y, z or -y turns it")):
-            for command in ("render", "film --frames 1"):
-                said = self.tool(*command.split(), *words.split(), "--size", "40x30", "-o",
-                                 f"{len(os.listdir())}.png" if command == "render" else
-                                 f"{len(os.listdir())}")
-                self.assertEqual(self.code, 0, said)
-                self.assertIn(says, said)
-                self.assertEqual("is not clear" in said, bool(says), words)
-
-
 class TestFraming(unittest.TestCase):
     def setUp(self):
         self.cloud = SimpleNamespace(viewpoint=None, columns=0)
@@ -294,107 +229,6 @@ class TestFraming(unittest.TestCase):
         far = self.view_of(self.points, self.normals, upright, origin=origin)
         np.testing.assert_allclose(np.subtract(far.position, origin), near.position, atol=1e-6)
         self.assertEqual(self.view_of(self.points, self.normals, origin=origin).view_up, (0, 0, 1))
-
-    def test_terrain_lies_flat(self):
-        x, y = np.random.default_rng(1).uniform(-50, 50, (2, 4000))
-        ground = np.column_stack([x, y, np.sin(x / 7)])
-        up = np.tile([0, 0, 1.0], (4000, 1))
-        for two_sided in (False, True):
-            view = self.view_of(ground, up, two_sided=two_sided)
-            self.assertEqual(view.view_up, (0, 0, 1))
-            self.assertGreater(view.position[2], 5)
-        sideways = self.view_of(ground[:, [0, 2, 1]], up[:, [0, 2, 1]])
-        self.assertEqual(sideways.view_up, (0, 1, 0))
-
-    def test_ground_tells_what_is_up(self):
-        """A ball on a table, whose outside is known or not; a street between two walls."""
-        rng = np.random.default_rng(1)
-        x, y = rng.uniform(-2, 2, (2, 3000))
-        ball, _ = sphere(5000)
-        table = np.column_stack([x, y, np.full(3000, -1.0)])
-        points = np.vstack([ball, table])
-        normals = np.vstack([ball, np.tile([0, 0, 1.0], (3000, 1))])
-        for two_sided in (False, True):
-            for order, up in (([0, 1, 2], [0, 0, 1]), ([0, 2, 1], [0, 1, 0])):
-                surfels = surfels_of(points[:, order], normals[:, order], two_sided=two_sided)
-                np.testing.assert_array_equal(find_up(Samples(surfels)).axis, up)
-        walls = np.column_stack([x, np.sign(rng.uniform(-1, 1, 3000)) * 2, y + 1])
-        street = np.vstack([table, walls])
-        normals = np.vstack([np.tile([0, 0, 1.0], (3000, 1)), np.tile([0, 1.0, 0], (3000, 1))])
-        np.testing.assert_array_equal(
-            find_up(Samples(surfels_of(street, normals, two_sided=True))).axis, [0, 0, 1])
-
-    def test_open_bottom_tells_what_is_up(self):
-        bowl = sphere(5000)[0]
-        bowl = bowl[bowl[:, 2] > -0.6]
-        self.check_up(surfels_of(bowl, bowl), (0, 0, 1), True)
-        self.check_up(surfels_of(bowl[:, [0, 2, 1]], bowl[:, [0, 2, 1]]), (0, 1, 0), True)
-        self.check_up(surfels_of(bowl * (1, 1, -1), bowl * (1, 1, -1)), (0, 0, -1), False)
-
-    def check_up(self, surfels, axis, is_clear):
-        up = find_up(Samples(surfels))
-        self.assertEqual((tuple(up.axis), up.is_clear), (axis, is_clear))
-
-    def test_upside_down(self):
-        """The ground is above, as in the axes of many cameras. That is unusual, thus a guess."""
-        for points, sides in ((scene(), "auto"), (scene(), "two"), (scene(0.06), "two")):
-            for matrix, axis, is_clear in ((np.eye(3), (0, 0, 1), True), (TO_Y, (0, 1, 0), True),
-                                           (TO_Y.T, (0, -1, 0), False),
-                                           (TO_Y @ TO_Y, (0, 0, -1), False)):
-                with self.subTest(f"{len(points)} {sides} {axis}"):
-                    with warnings.catch_warnings():
-                        warnings.simplefilter("ignore")
-                        surfels = make_surfels(polydata_of(points @ matrix.T, {}), sides=sides)
-                    self.check_up(surfels, axis, is_clear)
-
-    def test_ground_may_be_a_wall(self):
-        """It is behind a ball that floats before it."""
-        points = scene()
-        points[:5000, 2] += 1.5
-        self.check_up(make_surfels(polydata_of(points, {})), (0, 0, 1), False)
-
-    def test_nothing_tells_what_is_up(self):
-        ball = sphere(5000)[0]
-        self.check_up(surfels_of(ball, ball), (0, 1, 0), True)  # it does not matter
-        self.check_up(surfels_of(ball * (1, 1, 2), ball), (0, 1, 0), False)
-        sides = [(axis, sign) for axis in range(3) for sign in (-1, 1)]
-        faces = np.random.default_rng(1).uniform(-1, 1, (6, 500, 3))
-        normals = np.zeros((6, 500, 3))
-        for face, normal, (axis, sign) in zip(faces, normals, sides):
-            face[:, axis] = normal[:, axis] = sign
-        box = faces.reshape(-1, 3) * (2, 2, 1.5)
-        self.check_up(surfels_of(box, normals.reshape(-1, 3)), (0, 1, 0), False)
-
-    def test_base_tells_what_is_up(self):
-        """A closed thing stands on what is flat."""
-        ball = sphere(8000)[0]
-        ball = ball[ball[:, 2] > -0.6]
-        x, y = np.random.default_rng(1).uniform(-0.7, 0.7, (2, 1250))
-        base = np.column_stack([x, y, np.full(1250, -0.6)])
-        points = np.vstack([ball, base])
-        normals = np.vstack([ball, np.tile([0, 0, -1.0], (1250, 1))])
-        self.check_up(surfels_of(points, normals), (0, 0, 1), True)
-        self.check_up(surfels_of(points @ TO_Y.T, normals @ TO_Y.T), (0, 1, 0), True)
-        self.check_up(surfels_of(points * (1, 1, -1), normals * (1, 1, -1)), (0, 0, 1), False)
-
-    def test_what_is_up_in_captures(self):
-        """The same, through the centres of opaque Gaussians; without a sign it is -y."""
-        rng = np.random.default_rng(1)
-        x, y = rng.uniform(-2, 2, (2, 4000))
-        ball = sphere(6000)[0]
-        scene = np.vstack([ball, np.column_stack([x, y, np.full(4000, -1.0)])])
-        bowl = ball[ball[:, 2] > -0.6]
-        floaters = rng.uniform(-2, 2, (300, 3))
-        for points in (scene, bowl):
-            for matrix, up in ((np.eye(3), (0, 0, 1)), (TO_Y, (0, 1, 0)), (TO_Y.T, (0, -1, 0)),
-                               (TO_Y @ TO_Y, (0, 0, -1))):
-                places = np.vstack([points @ matrix.T, floaters])
-                faint = np.arange(len(places)) >= len(points)
-                self.assertEqual(tuple(find_up(Samples(capture_of(places, faint))).axis), up)
-        for points in (ball, rng.normal(size=(2000, 3)), np.zeros((3, 3))):
-            self.assertEqual(tuple(find_up(Samples(capture_of(points))).axis), (0, -1, 0))
-        # The camera of COLMAP looks along z.
-        self.assertLess(complete_view(View(), Cloud(capture_of(ball)), capture_of(ball)).position[2], -1)
 
     def test_shell_is_seen_from_its_outside(self):
         shell = sphere(8000)[0]

@@ -65,6 +65,75 @@ TEST_CASE("Closed")
   }
 }
 
+/// A box of 5 x 4 x 2.5 without what a cupboard hides, which stands in the corner at 0, and its
+/// sides; its normals point to where the air is.
+Sampled MakeRoom(double scale, double cupboard)
+{
+  constexpr double pitch = 0.05;
+  Sampled room;
+  const auto isHidden = [&](const Vec& p) {
+    return p[0] < cupboard && p[1] < cupboard && p[2] < cupboard;
+  };
+  const auto add = [&](const Vec& corner, const Vec& u, double a, const Vec& v, double b) {
+    const Sampled side = MakeRectangle(corner, u, a, v, b, pitch, 1.0, Random(11));
+    for (size_t i = 0; i < side.Points.size(); ++i)
+    {
+      if (!isHidden(side.Points[i]))
+      {
+        const Vec& p = side.Points[i];
+        room.Add({ scale * p[0], scale * p[1], scale * p[2] }, side.Normals[i]);
+      }
+    }
+  };
+  const Vec x{ 1, 0, 0 }, y{ 0, 1, 0 }, z{ 0, 0, 1 };
+  const double c = cupboard;
+  add({ 0, 0, 0 }, x, 5, y, 4);
+  add({ 0, 0, 2.5 }, y, 4, x, 5);
+  add({ 0, 0, 0 }, y, 4, z, 2.5);
+  add({ 5, 0, 0 }, z, 2.5, y, 4);
+  add({ 0, 0, 0 }, z, 2.5, x, 5);
+  add({ 0, 4, 0 }, x, 5, z, 2.5);
+  if (c > 0.0)
+  {
+    add({ 0, 0, c }, x, c, y, c);
+    add({ c, 0, 0 }, y, c, z, c);
+    add({ 0, c, 0 }, z, c, x, c);
+  }
+  return room;
+}
+
+/// A room is seen from inside: if something is in it, or if its cupboard is below and it is as high
+/// as a room. Others are boxes.
+TEST_CASE("Rooms")
+{
+  const auto facing = [](const Sampled& room, const Sampled& content) -> std::string {
+    Sampled all = room;
+    all.Append(content);
+    vtkNew<vtkSurfelEstimation> estimation;
+    Estimate(all, estimation);
+    const Surfels surfels(estimation->GetOutput());
+    const size_t walls = room.Points.size();
+    if (!content.Points.empty())
+    {
+      CHECK(CountSides(surfels, all, walls, all.Points.size()).Right > 0.97);
+    }
+    const Sides sides = CountSides(surfels, all, 0, walls);
+    return sides.Right > 0.97 ? "in" : (sides.Wrong > 0.97 ? "out" : "unclear");
+  };
+  const Sampled nothing;
+  Sampled ball = MakeSphere(0.4, 2000, Random(12));
+  ball.Shift({ 2.5, 2, 1 });
+  Sampled beside = MakeSphere(0.4, 2000, Random(12));
+  beside.Shift({ 6, 2, 1 });
+  CHECK(facing(MakeRoom(1.0, 0.0), nothing) == "out");
+  CHECK(facing(MakeRoom(1.0, 1.5), nothing) == "in");
+  CHECK(facing(MakeRoom(0.1, 1.5), nothing) == "out");
+  CHECK(facing(MakeRoom(1.0, 0.0), ball) == "in");
+  CHECK(facing(MakeRoom(1.0, 0.0), beside) == "out");
+  // Of a sphere in a sphere nothing is level. MakeSphere's normals are outward, and stay.
+  CHECK(facing(MakeSphere(2.0, 20000, Random(13)), MakeSphere(0.4, 2000, Random(12))) == "in");
+}
+
 /// A sphere with a hole at its bottom is closed; half a sphere is not.
 TEST_CASE("Holes")
 {

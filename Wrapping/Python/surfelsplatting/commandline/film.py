@@ -181,7 +181,7 @@ def _make_pictures(asked, frames, arguments, session):
         surfels = session.surfels(cloud, with_hierarchy=True, all_arrays=False)
         drawn = session.drawable(surfels)
         session.hint_at_keeping(session.run.seconds_to_hierarchy(), RENDER)
-        first = complete_view(asked[0], cloud, surfels, session.hint_at_up)
+        first = complete_view(asked[0], cloud, surfels, session.note)
         renderer = _make_renderer(drawn, first, arguments)
         views = _views(asked, cloud, surfels, renderer, arguments)
         are_made = not cloud.is_drawable

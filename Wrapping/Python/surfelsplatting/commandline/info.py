@@ -12,6 +12,7 @@ from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
 from ..views.framing import Samples, up_in
+from ..views.rooms import is_room, may_be_room, options_inside
 from ..views.up import find_up, is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning
 from .session import Session
@@ -103,8 +104,11 @@ def _surface(cleaned, cloud, session):
     """
     surfels = session.surfels(cleaned)
     samples = Samples(surfels)
+    up = up_in(View(), cloud, surfels)
+    room = "yes" if is_room(samples) else "maybe" if may_be_room(samples) else "no"
+    inside = {} if room == "no" else {"inside": options_inside(samples, up.axis)}
     return {"bounds_without_stray": _bounds(samples.points), "spacing": samples.spacing,
-            **_up(up_in(View(), cloud, surfels)),
+            **_up(up), "room": room, **inside,
             "two_sided": float(np.mean(samples.two_sided)), "open": is_open(samples)}
 
 
@@ -157,6 +161,9 @@ def _suggestions(report, cloud):
     if scalars and not has_colors:
         name = "intensity" if "intensity" in scalars else scalars[0]
         found.append((f"--scalars '{name}'", "there are no colours, but there are values"))
+    if "inside" in report:
+        found.append((report["inside"], "looks into the room" if report["room"] == "yes" else
+                      "looks into it, if it is a room"))
     if report.get("open") and not cloud.columns and not cloud.is_surfels:
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if "points_found" in report:
@@ -296,6 +303,8 @@ def _lines(report):
     if "up" in report:
         yield "up", (" ".join(f"{round(x, 3) + 0.0:g}" for x in report["up"])  # no -0
                      + ("" if report["up_is_clear"] else ", a guess; --up turns it"))
+    if report.get("room") == "yes":
+        yield "room", "seen from inside: a wall that turns its back to the camera is not drawn"
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"

@@ -44,7 +44,7 @@ def _place(view, cloud, surfels, session):
     """-> the complete view"""
     if is_from_sensor(view, sensor_of(cloud, surfels)):
         session.say("the camera is at the sensor of the depth image")
-    return complete_view(view, cloud, surfels, session.hint_at_up)
+    return complete_view(view, cloud, surfels, session.note)
 
 
 def _render_frames(renderer, count, session):

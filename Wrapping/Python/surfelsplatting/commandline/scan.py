@@ -21,7 +21,7 @@ class Look:
 
     def __init__(self, arguments, session):
         self._arguments, self._messages = arguments, session.messages
-        self.hint_at_up = session.hint_at_up
+        self.hint = session.note
         self.path, self.scalars = arguments.cloud, arguments.scalars
         self.background = backdrop_of(arguments)
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 from ..backend import vtk
 from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
-from ..views.cameras import AXES
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
@@ -69,13 +68,6 @@ class Session:
             name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
             self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
                       f"and {name} is drawn at once")
-
-    def hint_at_up(self, up):
-        """Says which axis was taken for up as a guess."""
-        [name] = (word for word, axis in AXES.items() if axis == tuple(up))
-        first, second, third = (word for word in ("y", "z", "-y", "-z") if word != name)
-        self.note(f"what is up is not clear; {name} was taken, and --up {first}, {second} or {third} "
-                  "turns it")
 
     @contextmanager
     def progress_shown(self):

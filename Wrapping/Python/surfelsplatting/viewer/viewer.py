@@ -47,7 +47,7 @@ class Viewer:
     """A scan, and how it is looked at.
 
     cloud: Cloud. view: View, what the options ask for. messages: a VtkMessages.
-    look: has path, scalars, background, and make_actor, set_splatter, write and hint_at_up; see
+    look: has path, scalars, background, and make_actor, set_splatter, write and hint; see
     commandline/scan.py.
     """
 
@@ -88,7 +88,7 @@ class Viewer:
         set_lights(self.renderer, self.actor)
 
     def _first_view(self, size):
-        hint = None if self.is_preview else self.look.hint_at_up
+        hint = None if self.is_preview else self.look.hint
         view = complete_view(replace(self._asked, size=size), self._cloud, self._surfels, hint)
         view = settle_focus(focused_on_front(self._asked, view, self.renderer), self.renderer)
         self._home = _with_point_in_focus(_in_pixels(view))

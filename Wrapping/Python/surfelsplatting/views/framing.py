@@ -9,6 +9,7 @@ import numpy as np
 from ..backend import vtk
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from ..problems import UserProblem
+from .rooms import may_be_room, name_of, options_inside
 from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
 from .up import Up, find_up, floor_normal, is_open
@@ -19,7 +20,10 @@ LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in flo
 SAMPLES = 200_000
 FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
-AZIMUTH, ELEVATION = math.radians(30), math.radians(22)
+AZIMUTH, ELEVATION, HIGH = math.radians(30), math.radians(22), math.radians(50)
+HIDDEN = 0.8  # part of what is seen from HIGH, below which walls hide what matters
+RASTER = 128  # cells along a side, of a picture that tells what is seen
+SEEN_SAMPLES = 50_000
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
 FRONT = 20  # percent of what is in the middle that is nearer than what a photographer focuses on
 CELLS = 4  # into which the middle is divided along each side
@@ -180,8 +184,11 @@ def _share_facing_away(samples, view, by_angle):
 def _directions(up):
     """Directions to the camera: the usual side first, then in steps of 45 degrees around."""
     for turn in range(8):
-        level = rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4)
-        yield math.cos(ELEVATION) * level + math.sin(ELEVATION) * up
+        yield _raised(rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4), up, ELEVATION)
+
+
+def _raised(level, up, elevation):
+    return math.cos(elevation) * level + math.sin(elevation) * up
 
 
 def _three_quarter_direction(samples, up):
@@ -193,7 +200,35 @@ def _three_quarter_direction(samples, up):
     directions = list(_directions(up))
     shown = [facing(direction) for direction in directions]
     best = int(np.argmax(shown))
-    return directions[best] if shown[best] > 1.5 * shown[0] else directions[0]
+    return _over_walls(samples, directions[best if shown[best] > 1.5 * shown[0] else 0], up)
+
+
+def _seen_area(samples, direction, up):
+    """The area that nothing hides from this direction"""
+    step = max(1, len(samples.points) // SEEN_SAMPLES)
+    points, areas = samples.points[::step], samples.areas[::step]
+    facing = samples.two_sided[::step] | (areas @ direction > 0)
+    points, areas = points[facing], areas[facing]
+    if not len(points):
+        return 0.0
+    right = unit(np.cross(up, direction))
+    places = points @ np.stack([right, np.cross(direction, right)], axis=1)
+    places -= places.min(axis=0)
+    width = max(places.max(), 1e-300) / RASTER
+    cells = (places / width).astype(int) @ (1, RASTER + 1)
+    height, area = points @ direction, np.linalg.norm(areas, axis=1)
+    across = np.maximum(np.abs(areas @ direction), np.maximum(0.05 * area, 1e-300))
+    within = width * area / across  # one cell, of a slope
+    highest = np.full((RASTER + 1) ** 2, -np.inf)
+    np.maximum.at(highest, cells, height)
+    return float(area[height > highest[cells] - 2 * within].sum())
+
+
+def _over_walls(samples, direction, up):
+    """The direction, or one from higher up where walls hide much, as of rooms without a ceiling."""
+    high = _raised(unit(direction - (direction @ up) * up), up, HIGH)
+    seen = _seen_area(samples, direction, up)
+    return direction if seen >= HIDDEN * _seen_area(samples, high, up) else high
 
 
 def fit(samples, direction, up, view):
@@ -327,6 +362,18 @@ def _zoomed(view):
                    wishes=Wishes(blur=view.wishes.blur, focus_pixel=view.wishes.focus_pixel))
 
 
+def _doubt(view, samples, up):
+    """-> a line about what was taken for up, or for the outside, and what else it may be; or None"""
+    is_told = view.view_up or view.position or view.wishes.side
+    if not is_told and may_be_room(samples):
+        return f"it may be a room; {options_inside(samples, up.axis)} looks into it"
+    if up.is_clear or up.is_usual:
+        return None
+    first, second, third = (word for word in ("y", "z", "-y", "-z") if word != name_of(up.axis))
+    return (f"what is up is not clear; {name_of(up.axis)} was taken, and --up {first}, {second} or "
+            f"{third} turns it")
+
+
 def up_in(view, cloud, surfels):
     """-> Up in the world"""
     return _up(view, sensor_of(cloud, surfels), Samples(surfels))
@@ -363,10 +410,10 @@ def _focused(view, position, focal_point, samples):
     return replace(view, focal_distance=distance)
 
 
-def complete_view(view, cloud, surfels, hint_at_up=None):
+def complete_view(view, cloud, surfels, hint=None):
     """The view; everything that was not given is derived from the cloud.
 
-    hint_at_up: is called with the axis that was taken for up if that is a guess
+    hint: is called with a line about what is a guess, and which options tell it
     """
     is_placed = view.position and view.focal_point and view.view_up
     if is_placed and view.wishes == Wishes():
@@ -381,8 +428,9 @@ def complete_view(view, cloud, surfels, hint_at_up=None):
         aim = None, None, np.asarray(view.view_up)
     else:
         up = _up(view, sensor, samples)
-        if hint_at_up and not up.is_clear:
-            hint_at_up(up.axis)
+        doubt = hint and _doubt(view, samples, up)
+        if doubt:
+            hint(doubt)
         aim = _aim(view, sensor, samples, up.axis)
     position, focal_point, up = _placed(view, aim, samples)
     if not has_focal_point:

@@ -10,6 +10,7 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
+from .rooms import height_axis, is_room, may_be_room, profile_of
 from .turning import unit
 
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
@@ -19,9 +20,11 @@ GROUND = 0.03  # part of the area above which level area there is a ground
 GAP = 1e-4  # part of the area below which a slice is empty
 BASE = 0.08  # the same of closed things, at both ends; of balls it is 0.05
 SLAB = 0.15  # the same of any area, where noise hides what is level
+FREE = 0.25  # as much at the top as at the bottom, up to which nothing is above a ground
 CLEAR = 2.0  # times as much evidence as any other direction has
 AGAINST_USAGE = 3.0  # times as much of a ground at the top as at the bottom
 LEVEL = 0.95  # cosine of the slope up to which area is level
+FEW = 0.1  # two-sided parts of a closed surface
 OPEN = 0.05  # net area over area above which a surface has an open side
 OPAQUE = 0.5  # opacity of a capture's Gaussians that are taken for a surface
 ENOUGH = 50_000  # samples, of which what is up is told within a quarter of a second
@@ -31,6 +34,10 @@ PERCENTS = range(5, 100, 5)  # of the heights
 ALIKE = 0.05  # of the extent, by which heights differ of things that look alike
 FLOOR = 0.15  # part of the area above which there is a floor
 TRIED = 500  # normals that may be a floor's
+STEEP = 0.3  # cosine of the slope below which what is on a flat thing is steep
+RELIEF = 0.01, 0.3  # part of a facade's area that is steep
+ALONG_AXES, ALONG_EACH = 0.7, 0.1  # parts of that area
+NOTABLE = 0.02  # part of the area before or behind a wall
 
 X, Y, Z = np.eye(3)
 OF_SCANS, OF_CAPTURES = (Y, Z, 0 - Y, 0 - Z), (0 - Y, Y, Z, 0 - Z)  # what may be up, usual first
@@ -39,6 +46,7 @@ OF_SCANS, OF_CAPTURES = (Y, Z, 0 - Y, 0 - Z), (0 - Y, Y, Z, 0 - Z)  # what may b
 class Up(NamedTuple):
     axis: np.ndarray
     is_clear: bool  # else it is a guess
+    is_usual: bool = False  # a guess that is right for most things of this kind
 
 
 def _is_usual(index, ups):
@@ -83,6 +91,8 @@ def _most(ends, ups, least):
     best = int(np.argmax(scores))
     if scores[best] <= least:
         return None
+    if ends[best][1] < FREE * ends[best][0]:  # walls are on opposite sides, and grounds are not
+        scores = [min(score, low - high) for score, (low, high) in zip(scores, ends)]
     others = max([0.0, *scores[:best], *scores[best + 1:]])
     return Up(ups[best], _is_usual(best, ups) and scores[best] > CLEAR * others)
 
@@ -138,9 +148,51 @@ def _of_base(samples, ups):
     return Up(usual[best], base[best] > CLEAR * (most[best] - base[best]))
 
 
+def _is_facade(samples, thin):
+    """Whether a flat thing is a wall: the sides of its windows, and their sills and lintels, face
+    along the other axes. Slopes of a terrain face everywhere; where rooms have no ceiling, most is
+    steep."""
+    area = np.linalg.norm(samples.areas, axis=1)
+    cosines = np.abs(samples.areas) / np.maximum(area, 1e-300)[:, None]
+    steep = cosines[:, thin] < STEEP
+    relief = area[steep].sum()
+    along = [area[steep & (cosines[:, axis] > LEVEL)].sum() for axis in {0, 1, 2} - {thin}]
+    return bool(RELIEF[0] * area.sum() <= relief <= RELIEF[1] * area.sum()
+                and sum(along) >= ALONG_AXES * relief and min(along) >= ALONG_EACH * relief)
+
+
+def _has_two_sides(samples, thin):
+    """Whether something is before most of a flat thing and something is behind it. Things stand on
+    grounds, and few lie below."""
+    area = np.linalg.norm(samples.areas, axis=1)
+    slices = _thick_slices(samples, np.eye(3)[thin], area)
+    most = int(np.argmax(slices))
+    before, behind = slices[:max(0, most - THICK)], slices[most + THICK + 1:]
+    return min(before.sum(), behind.sum()) > THICK * NOTABLE
+
+
+def _of_facade(samples, thin):
+    """A wall stands: along z, as in most scans, unless it is thin along z."""
+    if thin is None or not _is_facade(samples, thin):
+        return None
+    has_two_sides = _has_two_sides(samples, thin)
+    if thin == 2:
+        return Up(Y, False) if has_two_sides else None
+    return Up(Z, has_two_sides)
+
+
 def is_open(samples):
     """Whether the surface has an open side, through which its back would be seen."""
     return bool(np.linalg.norm(_opening(samples)) > OPEN)
+
+
+def _is_model(samples):
+    """Whether a surface is closed, and may stand on its lower end along y as well as on that along z.
+    Scans of places are open, and models of things have y up."""
+    if samples.is_capture or samples.two_sided.mean() > FEW or is_open(samples):
+        return False
+    along_y, along_z = (profile_of(samples, axis) for axis in (1, 2))
+    return max(along_z.floor, along_z.ceiling) <= max(BASE, along_y.floor, along_y.ceiling)
 
 
 def _some_of(samples):
@@ -173,25 +225,48 @@ def _is_alike_from(samples, ups):
     return bool(np.ptp(heights, axis=0).max() <= ALIKE * samples.extent[1:].max())
 
 
+def _thin_axis(samples):
+    thin = int(np.argmin(samples.extent))
+    return thin if samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min() else None
+
+
+def _of_kind(samples, thin):
+    """-> Up of rooms and of walls, or None"""
+    if is_room(samples) or may_be_room(samples):
+        axis, is_clear = height_axis(samples)
+        return Up(np.eye(3)[axis], is_clear)
+    return _of_facade(samples, thin)
+
+
+def _of_surface(samples, ups):
+    """-> what the surface says, or None"""
+    surface = _surface_of(samples) if samples.is_capture else _some_of(samples)
+    if surface is None:
+        return None
+    found = (rule(surface, ups) for rule in (_of_ground, _of_openings, _of_base, _of_slab))
+    return next((up for up in found if up), None)
+
+
 def find_up(samples):
-    """-> Up: z in coordinates of a country, and of a volume, whose slices are stacked along it; a
-    terrain's normal; up from a ground; away from an open bottom or a flat base; otherwise y, as is
-    usual for models, or of a capture -y, as for the cameras of COLMAP, with which most are trained."""
+    """-> Up: z in coordinates of a country, and of a volume, whose slices are stacked along it; along
+    the walls of rooms and facades; a terrain's normal; up from a ground; away from an open bottom or
+    a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
+    with which most are trained."""
     if samples.has_origin or samples.is_volume:
         return Up(Z, True)
+    thin = _thin_axis(samples)
+    up = None if samples.is_capture else _of_kind(samples, thin)
+    if up:
+        return up
     ups = OF_CAPTURES if samples.is_capture else OF_SCANS
-    thin = int(np.argmin(samples.extent))
-    is_thin = thin != 0 and samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min()
-    if is_thin:
+    if thin:
         ups = [up for up in ups if up[thin]]
-    surface = _surface_of(samples) if samples.is_capture else _some_of(samples)
-    if surface is not None:
-        for rule in (_of_ground, _of_openings, _of_base, _of_slab):
-            up = rule(surface, ups)
-            if up:
-                return up
+    up = _of_surface(samples, ups)
+    if not up and thin == 0 and not samples.is_capture:
+        return Up(Z, False)  # a wall
     # What is thin along y may be a wall.
-    return Up(ups[0], is_thin and thin == 2 or _is_alike_from(samples, OF_SCANS))
+    up = up or Up(ups[0], thin == 2 or _is_alike_from(samples, OF_SCANS))
+    return up._replace(is_usual=bool(up.axis[1] > 0 and _is_model(samples)))
 
 
 def floor_normal(samples, up):

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rooms, which are scanned from inside: where their walls face inward, and where nothing tells."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .cameras import AXES
+
+BULK = (0.5, 99.5)  # percent of the heights
+END = 0.05  # part of the height, at both ends, in which floor and ceiling are
+WALL, LEVEL = 0.3, 0.95  # cosine of the slope
+CLOSED = 0.15  # net area over area below which a surface is closed
+ONE_SIDED = 0.7  # least part of a room's area
+LEAST = 0.06  # part of the area of a floor, and of a ceiling
+UPRIGHT = 0.8  # least part of the area that is level or a wall
+TOPS, CLEAR = 0.01, 2.0  # least part of the area, and how many times as much as along another axis
+FLAT = 0.7  # height over width below which it is no width
+HEIGHTS = 1.8, 12.0  # of rooms, in metres or feet
+FEW = 4000  # points, of which the place inside is found
+ROOMY = 0.8  # part of the largest space around a place that is enough
+STEPS = 9  # places tried along each axis
+EYES = 0.6  # of the height
+WIDE = 75  # degrees, the view angle of a picture from inside
+
+
+class Profile(NamedTuple):
+    """Parts of the area of a surface along one axis."""
+
+    floor: float  # level, at the lower end
+    ceiling: float
+    tops: float  # level, between the ends, and facing up, less what faces down
+    upright: float  # walls and all that is level
+
+    @property
+    def has_floor_and_ceiling(self):
+        return min(self.floor, self.ceiling) >= LEAST and self.upright >= UPRIGHT
+
+
+def profile_of(samples, axis):
+    heights = samples.points[:, axis]
+    area = np.linalg.norm(samples.areas, axis=1)
+    low, high = np.percentile(heights, BULK)
+    share = (heights - low) / max(high - low, 1e-300)
+    cosine = samples.areas[:, axis] / np.maximum(area, 1e-300)
+    total = max(area.sum(), 1e-300)
+
+    def part(where):
+        return float(area[where].sum() / total)
+
+    level = np.abs(cosine) >= LEVEL
+    between = level & (share > END) & (share < 1 - END) & ~samples.two_sided
+    return Profile(part(level & (share <= END)), part(level & (share >= 1 - END)),
+                   part(between & (cosine > 0)) - part(between & (cosine < 0)),
+                   part(level | (np.abs(cosine) <= WALL)))
+
+
+def _facing(samples):
+    """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
+    areas = samples.areas[~samples.two_sided]
+    total = np.linalg.norm(areas, axis=1).sum()
+    if (not total or total < ONE_SIDED * np.linalg.norm(samples.areas, axis=1).sum()
+            or np.linalg.norm(areas.sum(axis=0)) > CLOSED * total):
+        return 0
+    points = samples.points[~samples.two_sided]
+    return int(np.sign(np.einsum("ij,ij", areas, points - points.mean(axis=0))))
+
+
+def is_room(samples):
+    """Whether what is seen is the inside of a closed surface."""
+    return _facing(samples) < 0 and any(profile_of(samples, axis).has_floor_and_ceiling
+                                        for axis in (1, 2))
+
+
+def may_be_room(samples):
+    """Whether what faces outward, or has two sides, has the shape of an empty room, and its size in
+    metres or feet: it ends in planes on two axes, or on all if it may be open, at a room's height."""
+    axes = [axis for axis in range(3) if profile_of(samples, axis).has_floor_and_ceiling]
+    facing = _facing(samples)
+    return bool(len(axes) >= (2 if facing > 0 else 3) and facing >= 0
+                and any(HEIGHTS[0] <= samples.extent[axis] <= HEIGHTS[1] for axis in axes if axis))
+
+
+def height_axis(samples):
+    """-> 1 or 2, and whether that is clear: furniture has more tops than bottoms, and most rooms are
+    wider than high. Else z, as in most scans."""
+    if is_room(samples):
+        y, z = (profile_of(samples, axis).tops for axis in (1, 2))
+        if max(y, z) > TOPS and max(y, z) > CLEAR * min(y, z):
+            return (1 if y > z else 2), True
+    x, y, z = samples.extent
+    return (1 if y < FLAT * min(x, z) else 2), bool(min(y, z) < FLAT * min(x, max(y, z)))
+
+
+def name_of(axis):
+    """The word for one of cameras.AXES, or None"""
+    return next((word for word, vector in AXES.items() if vector == tuple(axis)), None)
+
+
+def options_inside(samples, up):
+    """-> options for a view into what is a room, or may be one: from where there is much space, as far
+    as possible from the middle, at which it looks."""
+    place = " ".join(f"{x:.10g}" for x in np.round(_place_inside(samples, up), 2))
+    options = [f"--position {place} --view-angle {WIDE}"]
+    if not is_room(samples) and samples.two_sided.mean() < 0.5:
+        options.insert(0, "--sides two")
+    if not is_room(samples) and name_of(up):
+        options.insert(0, f"--up {name_of(up)}")
+    return " ".join(options)
+
+
+def _place_inside(samples, up):
+    points = samples.points[::max(1, len(samples.points) // FEW)]
+    low, high = np.percentile(points, BULK, axis=0)
+    steps = [low[i] + (high[i] - low[i]) * (np.arange(STEPS) + 0.5) / STEPS for i in range(3)]
+    axis = int(np.argmax(np.abs(up)))
+    eyes = EYES if up[axis] > 0 else 1 - EYES
+    steps[axis] = low[axis:axis + 1] + eyes * (high - low)[axis]
+    places = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    spaces = np.array([_space_around(points - place) for place in places])
+    wide = places[spaces >= ROOMY * spaces.max()]
+    return wide[int(np.argmax(np.linalg.norm(wide - samples.center, axis=1)))]
+
+
+def _space_around(rays):
+    """-> the distance to the nearest point; 0 unless there are points in all eight octants"""
+    octants = np.bincount((rays > 0) @ (1, 2, 4), minlength=8)
+    return np.linalg.norm(rays, axis=1).min() if octants.min() > 0 else 0.0
