@@ -373,6 +373,11 @@ void vtkSurfelSplatter::MakeClouds(
       vtkErrorMacro(<< problem);
       continue;
     }
+    const std::string warning = cache.TakeWarning();
+    if (!warning.empty())
+    {
+      vtkWarningMacro(<< warning);
+    }
     scene.Clouds.push_back(scene.Sources[i].Cloud);
   }
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
