@@ -4,6 +4,8 @@
 import math
 import warnings
 
+import numpy as np
+
 from .backend import vtk
 from .vtkmessages import plain_text
 from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
@@ -50,17 +52,29 @@ def _are_current(data):
     return not array or array.GetTuple(0) == _places(data)
 
 
+def in_the_world(surfels):
+    """The surfels with points in the world, in double, where they are relative to an origin of their
+    own: other filters find them in place then. The mapper finds out how the nodes of a hierarchy, which
+    stay where they are, lie to the points."""
+    origin = surfels.GetFieldData().GetArray("SurfelOrigin")
+    if not origin or not any(origin.GetTuple(0)):
+        return surfels
+    numpy_support = vtk("util.numpy_support")
+    local = numpy_support.vtk_to_numpy(surfels.GetPoints().GetData())
+    points = vtk("vtkCommonCore").vtkPoints()
+    points.SetData(numpy_support.numpy_to_vtk(local + np.array(origin.GetTuple(0)), deep=True))
+    moved = surfels.NewInstance()
+    moved.ShallowCopy(surfels)
+    moved.SetPoints(points)
+    moved.GetFieldData().RemoveArray("SurfelOrigin")
+    return _note_places(moved)
+
+
 def _without_surfels(data):
     """The points without what was found out about them before they were moved or selected."""
+    data = in_the_world(data)
     points = data.NewInstance()
     points.ShallowCopy(data)
-    origin = data.GetFieldData().GetArray("SurfelOrigin")
-    if origin and any(origin.GetTuple(0)):  # of coordinates that are too large for floats
-        places = vtk("vtkCommonCore").vtkPoints()
-        to_numpy, to_vtk = (getattr(vtk("util.numpy_support"), name)
-                            for name in ("vtk_to_numpy", "numpy_to_vtk"))
-        places.SetData(to_vtk(to_numpy(data.GetPoints().GetData()) + origin.GetTuple(0), deep=True))
-        points.SetPoints(places)
     for arrays in (points.GetPointData(), points.GetFieldData()):
         for name in [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]:
             if name and name.startswith("Surfel"):

@@ -15,6 +15,7 @@ import pyvista as pv
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
+from ..surfels import in_the_world
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .mapper import SurfelMapper
@@ -380,7 +381,9 @@ def _surfels_and_scalars(cloud, scalars):
                              "points; give one row for each point")
         cloud = cloud.copy(deep=False)
         cloud.point_data[name] = values
-    return cloud if cloud.surfels.are_estimated else cloud.surfels.estimate(), name
+    if not cloud.surfels.are_estimated:
+        return cloud.surfels.estimate(), name
+    return pv.wrap(in_the_world(cloud)), name  # picking finds files of surfels in place, too
 
 
 def _are_colors(surfels, name):

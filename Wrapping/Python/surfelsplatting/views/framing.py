@@ -15,6 +15,7 @@ from .up import Up, find_up, floor_normal, is_open
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
+FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 200_000
 FEW_SAMPLES = 20_000  # enough for a share within one percent
@@ -34,10 +35,8 @@ class Samples:
         points, areas, two_sided, covariances = (_stored_samples(surfels)
                                                  or _every_so_many(surfels, most))
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
-        self.has_origin = False  # that is far from the cloud, as in coordinates of a country
         if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
             points += _doubles(origin).ravel()
-            self.has_origin = bool(_doubles(origin).any())
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
         self.is_capture = not self.is_volume and covariances is not None and bool(
@@ -57,6 +56,8 @@ class Samples:
         self.two_sided = two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
         largest = max(np.abs(self.low).max(), np.abs(self.high).max())
+        # As in coordinates of a country, and as the filters decide.
+        self.is_far = bool(largest > FAR * np.linalg.norm(self.extent))
         if largest > LARGEST_CLOUD:
             raise UserProblem(f"the cloud reaches to coordinates of {largest:g}, and a view of it "
                               f"can be found up to {LARGEST_CLOUD:g} only; scale it down")

@@ -177,7 +177,7 @@ def find_up(samples):
     """-> Up: z in coordinates of a country, and of a volume, whose slices are stacked along it; a
     terrain's normal; up from a ground; away from an open bottom or a flat base; otherwise y, as is
     usual for models, or of a capture -y, as for the cameras of COLMAP, with which most are trained."""
-    if samples.has_origin or samples.is_volume:
+    if samples.is_far or samples.is_volume:
         return Up(Z, True)
     ups = OF_CAPTURES if samples.is_capture else OF_SCANS
     thin = int(np.argmin(samples.extent))
