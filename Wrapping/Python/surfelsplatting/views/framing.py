@@ -357,15 +357,17 @@ def _from_sensor(view, sensor, samples):
 
 
 def _focused(view, position, focal_point, samples):
-    """The view with the surface in its middle in focus, unless another focus is given."""
-    if view.focal_distance or view.focus_point or view.wishes.focus_pixel:
+    """The view of a volume with what is seen in its middle in focus, unless another focus is given. Of
+    surfaces, focused_on_front in focus.py finds it from a picture."""
+    if view.focal_distance or view.focus_point or view.wishes.focus_pixel or not samples.is_volume:
         return view
     distance = surface_in_the_middle(samples, position, focal_point, view)
     return replace(view, focal_distance=distance)
 
 
 def complete_view(view, cloud, surfels, hint_at_up=None):
-    """The view; everything that was not given is derived from the cloud.
+    """The view; everything that was not given is derived from the cloud, but for the focus on a
+    surface: focused_on_front in focus.py.
 
     hint_at_up: is called with the axis that was taken for up if that is a guess
     """
