@@ -218,9 +218,7 @@ class TestLargeCoordinates(PlotterCase):
     def test_clip(self):
         half = self.far_surfels.clip("x", origin=self.OFFSET)
         self.assertAlmostEqual(half.n_points / self.far.n_points, 0.5, delta=0.05)
-        with self.assertWarnsRegex(UserWarning, "made anew"):
-            surfels = half.surfels.estimate()
-        np.testing.assert_allclose(surfels.center, half.center, atol=0.05)
+        np.testing.assert_allclose(half.surfels.estimate().center, half.center, atol=0.05)
 
     def picked(self, surfels, offset):
         pl = self.plotter()
@@ -249,22 +247,42 @@ class TestLargeCoordinates(PlotterCase):
 
 
 class TestChangedSurfels(PlotterCase):
-    """Surfels that other filters moved or selected: what was estimated does not hold any more."""
+    """Surfels that other filters moved or selected: what was estimated holds for some of them only."""
 
     def picture_of(self, surfels):
         return surfels.surfels.plot(window_size=(160, 120), screenshot=True, return_img=True)
 
     def test_selected(self):
-        """Each point has a cell, which filters of cells need."""
+        """Each point has a cell, which filters of cells need. Surfels that are selected stay as they
+        are, with a hierarchy of their own."""
         self.surfels["number"] = np.arange(self.surfels.n_points)
         half = self.surfels.threshold(self.surfels.n_points // 2, scalars="number")
         self.assertAlmostEqual(half.n_points, self.surfels.n_points / 2, delta=2)
         for part in (half, self.surfels.clip("x")):
             self.assertFalse(part.surfels.are_estimated)
-            with self.assertWarnsRegex(UserWarning, "made anew"):
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
                 surfels = part.surfels.estimate()
             self.assertTrue(surfels.surfels.are_estimated)
-            self.assertEqual(surfels.n_points, part.n_points)
+            self.assertEqual(surfels.field_data["SurfelLeaves"].sum(), part.n_points)
+            before, after = (np.sort(cloud["SurfelAreaVector"], axis=0) for cloud in (part, surfels))
+            np.testing.assert_array_equal(before, after)
+        again = surfels.clip("y").surfels.estimate()
+        self.assertAlmostEqual(again.n_points / surfels.n_points, 0.5, delta=0.1)
+
+    def test_selected_and_turned(self):
+        """What was selected, or is little, does not tell whether it was turned."""
+        for change in (lambda data: data.rotate_z(30), lambda data: data.rotate_z(90)):
+            with self.assertWarnsRegex(UserWarning, "made anew") as caught:
+                turned = change(self.surfels.clip("y")).surfels.estimate()
+            self.assertEqual(caught.filename, __file__)
+            areas = turned["SurfelAreaVector"]
+            normals = areas / np.linalg.norm(areas, axis=1)[:, None]
+            cosines = np.einsum("ij,ij->i", normals, turned.points)
+            self.assertGreater(np.abs(cosines).mean(), 0.98)
+        few = self.surfels.extract_points(np.arange(20) * 400)
+        with self.assertWarnsRegex(UserWarning, "made anew"):
+            few.surfels.estimate()
 
     def test_moved(self):
         before = self.picture_of(self.surfels)

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-import warnings
 import weakref
 
 import numpy as np
@@ -15,6 +14,7 @@ import pyvista as pv
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
+from ..problems import warn_user
 from ..surfels import in_the_world
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
@@ -338,8 +338,8 @@ class SurfelComponent:
 def _set_pass(renderer, render_pass):
     current = renderer.GetPass()
     if current is not None and current is not render_pass:
-        warnings.warn(f"surfels replace the {current.GetClassName()} of this subplot, since they need "
-                      "a render pass of their own", stacklevel=3)
+        warn_user(f"surfels replace the {current.GetClassName()} of this subplot, since they need a "
+                  "render pass of their own")
     if current is not render_pass:
         renderer.SetPass(render_pass)
 
