@@ -12,6 +12,7 @@
 #include "Filters/Common/PointAttributes.h"
 #include "Filters/Common/PointCells.h"
 #include "Filters/Common/ProgressExecutor.h"
+#include "Filters/Common/SurfelOutput.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkDoubleArray.h"
