@@ -373,8 +373,7 @@ void vtkSurfelSplatter::MakeClouds(
       vtkErrorMacro(<< problem);
       continue;
     }
-    const std::string warning = cache.TakeWarning();
-    if (!warning.empty())
+    if (const std::string warning = cache.TakeWarning(); !warning.empty())
     {
       vtkWarningMacro(<< warning);
     }

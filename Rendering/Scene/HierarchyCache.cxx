@@ -185,9 +185,9 @@ std::string HierarchyCache::Examine(
   if (this->Placement.Kind == LeafPlacement::Other)
   {
     this->Warning =
-      "The points of the hierarchy were moved, and not all in the same way, but their "
-      "kernels were not: the surfels are drawn as they were oriented, without level of "
-      "detail. Put vtkPointsToSurfels after the filters that move points.";
+      "The points of the hierarchy were moved, and not all in the same way, but their kernels were "
+      "not: the surfels are drawn as they were oriented, without level of detail. Put "
+      "vtkPointsToSurfels after filters that move points.";
     return std::string();
   }
   this->UseSettled(cloud);
@@ -254,8 +254,7 @@ void HierarchyCache::NoteSelection(vtkPolyData* input)
   this->Warning = "The input was a hierarchy of " +
     std::to_string(LayoutOf(input).NumberOfLeaves()) + " surfels and has " +
     std::to_string(input->GetNumberOfPoints()) +
-    " points: they are drawn without level of detail. Put vtkSurfelHierarchy after the filters "
-    "that "
+    " points: they are drawn without level of detail. Put vtkSurfelHierarchy after filters that "
     "select points.";
 }
 

@@ -229,7 +229,7 @@ TEST_CASE_FIXTURE(NoMessages, "Selected points")
   LensPicture truth, some, again;
   vtkSmartPointer<vtkImageData> expected = truth.Of(plain);
   CHECK(Compare(expected, some.Of(mask->GetOutput())).Max < 1e-6);
-  CHECK(TakeMessages().find("Put vtkSurfelHierarchy after") != std::string::npos);
+  CHECK(TakeMessages().find("Put vtkSurfelHierarchy after filters") != std::string::npos);
   some.Renderer->Modified();
   some.Renderer->Update();
   CHECK(TakeMessages().empty());
@@ -253,7 +253,7 @@ TEST_CASE_FIXTURE(NoMessages, "Warped points")
   plain->GetFieldData()->Initialize();
   LensPicture truth, picture;
   CHECK(Compare(truth.Of(plain), picture.Of(warped)).Max < 1e-6);
-  CHECK(TakeMessages().find("Put vtkPointsToSurfels after") != std::string::npos);
+  CHECK(TakeMessages().find("Put vtkPointsToSurfels after filters") != std::string::npos);
   WithNodes(warped);
   CHECK(TakeMessages().find("turned, scaled or warped") != std::string::npos);
 }
