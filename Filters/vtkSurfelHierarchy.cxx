@@ -3,6 +3,7 @@
 
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
+#include "Core/Hierarchy/LeafPlacement.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
@@ -11,6 +12,7 @@
 #include "Filters/Common/PointAttributes.h"
 #include "Filters/Common/PointCells.h"
 #include "Filters/Common/ProgressExecutor.h"
+#include "Filters/Common/SurfelOutput.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkDoubleArray.h"
@@ -25,6 +27,7 @@
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
 #include "vtkUnsignedCharArray.h"
+#include "vtkVariant.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,6 +110,41 @@ private:
 
   std::vector<vtkSmartPointer<vtkDataArray>> Kept;
 };
+
+/// Returns an empty string, or what is wrong with surfels that were a hierarchy before. If points
+/// were selected, nothing is known.
+std::string CheckMoves(vtkPolyData* input)
+{
+  vtkDataArray* leaves = input->GetFieldData()->GetArray(Arrays::Leaves);
+  auto* nodes =
+    vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
+  const double points = static_cast<double>(input->GetNumberOfPoints());
+  if (!leaves || leaves->GetNumberOfValues() != HierarchyLayout::NumberOfTrees || !nodes ||
+    nodes->GetNumberOfComponents() != sizeof(SurfelSplatting::HierarchyNode))
+  {
+    return std::string();
+  }
+  const double first = leaves->GetVariantValue(0).ToDouble();
+  if (!(first >= 0.0 && first + leaves->GetVariantValue(1).ToDouble() == points && first <= points))
+  {
+    return std::string();
+  }
+  const HierarchyLayout layout(
+    static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(points - first));
+  if (static_cast<std::uint64_t>(nodes->GetNumberOfTuples()) !=
+    layout.NumberOfNodes() - layout.NumberOfLeaves())
+  {
+    return std::string();
+  }
+  CloudArrays tree(input);
+  tree.Cloud.Nodes = reinterpret_cast<const SurfelSplatting::HierarchyNode*>(nodes->GetPointer(0));
+  using SurfelSplatting::LeafPlacement;
+  const LeafPlacement::MoveKind move = FindLeafPlacement(tree.Cloud, layout).Kind;
+  return move == LeafPlacement::None || move == LeafPlacement::Translation
+    ? std::string()
+    : "The points of this hierarchy were turned, scaled or warped, and their kernels were not. Put "
+      "vtkPointsToSurfels after the filter that did so, or use the actor's matrix instead.";
+}
 }
 
 vtkStandardNewMacro(vtkSurfelHierarchy);
@@ -242,6 +280,11 @@ private:
   void AddFieldData(vtkPolyData* output)
   {
     output->GetFieldData()->ShallowCopy(this->Input->GetFieldData());
+    for (const char* ofAnother :
+      { Arrays::Clusters, Arrays::Extents, Arrays::NodeColors, Arrays::Samples, Arrays::Bounds })
+    {
+      output->GetFieldData()->RemoveArray(ofAnother);
+    }
     const auto leaves = SurfelGeometry::MakeArray<vtkIdTypeArray>(Arrays::Leaves, 2, 1);
     for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
     {
@@ -274,10 +317,10 @@ std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
   {
     return problem;
   }
-  if (input->GetFieldData()->HasArray(Arrays::Leaves))
+  const std::string moves = CheckMoves(input);
+  if (!moves.empty())
   {
-    return std::string("The input is already a hierarchy (field array ") + Arrays::Leaves +
-      "): connect its surfels instead.";
+    return moves;
   }
   if (input->GetNumberOfPoints() >
     static_cast<vtkIdType>(std::numeric_limits<std::uint32_t>::max()))

@@ -12,8 +12,10 @@
  *
  * The output is a vtkPolyData with the input's surfels and all of their point arrays, in the order
  * of the tree, and with the nodes above them in the field data (Documentation/DataContract.md). So
- * any VTK writer and reader preserves it, as do filters that keep the points and their order; the
- * mapper refuses a hierarchy that has lost points. It takes 48 bytes for each surfel besides the
+ * any VTK writer and reader preserves it, as do filters that keep the points and their order. If a
+ * filter behind it has turned, moved or scaled all points, the mapper draws them there; if it has
+ * selected some, the mapper warns and draws them without level of detail, and a second
+ * vtkSurfelHierarchy gives them one. The hierarchy takes 48 bytes for each surfel besides the
  * surfel itself.
  *
  * Colours from a lookup table are mapped at the surfels, and the mapper averages them for the

@@ -373,6 +373,10 @@ void vtkSurfelSplatter::MakeClouds(
       vtkErrorMacro(<< problem);
       continue;
     }
+    if (const std::string warning = cache.TakeWarning(); !warning.empty())
+    {
+      vtkWarningMacro(<< warning);
+    }
     scene.Clouds.push_back(scene.Sources[i].Cloud);
   }
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];

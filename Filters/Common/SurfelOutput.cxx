@@ -42,9 +42,19 @@ void SurfelOutput::Write(const double origin[3], vtkPolyData* output) const
   output->GetPointData()->AddArray(this->AreaVectors);
   output->GetPointData()->AddArray(this->TwoSided);
   output->GetPointData()->AddArray(this->Overlaps);
+  RemoveHierarchy(output);
   auto array = MakeArray<vtkDoubleArray>(Arrays::Origin, 3, 1);
   array->SetTuple(0, origin);
   output->GetFieldData()->AddArray(array);
+}
+
+void RemoveHierarchy(vtkPolyData* surfels)
+{
+  for (const char* name : { Arrays::Leaves, Arrays::Nodes, Arrays::Clusters, Arrays::Extents,
+         Arrays::NodeColors, Arrays::Samples, Arrays::Bounds })
+  {
+    surfels->GetFieldData()->RemoveArray(name);
+  }
 }
 
 void PassPointData(vtkPointSet* input, const std::vector<char>& kept, vtkPolyData* output)

@@ -28,13 +28,17 @@ struct SurfelOutput
 
   explicit SurfelOutput(vtkIdType count);
 
-  /// Adds the surfels to `output`: points, their cell, the point arrays and the origin.
+  /// Adds the surfels to `output`: points, their cell, the point arrays and the origin. If its
+  /// field data are those of a hierarchy, they become those of surfels.
   void Write(const double origin[3], vtkPolyData* output) const;
 
   vtkSmartPointer<vtkFloatArray> Positions, Covariances, AreaVectors;
   vtkSmartPointer<vtkUnsignedCharArray> TwoSided;
   vtkSmartPointer<vtkUnsignedCharArray> Overlaps; ///< 0 until the surfels are normalized
 };
+
+/// Removes what a hierarchy has in the field data of its surfels.
+void RemoveHierarchy(vtkPolyData* surfels);
 
 /// Passes the point data of those input points that are kept, and the field data.
 /// @param kept [input points] 1: the point is kept

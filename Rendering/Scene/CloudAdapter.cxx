@@ -236,6 +236,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   {
     return problem;
   }
+  cloud.LocalToWorld = Affine3();
   SetSurfels(surfels, source);
   SetColors(input.Colors, source);
   if (HierarchyCache::IsHierarchy(surfels))
@@ -253,6 +254,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   }
   Affine3 origin;
   GetSurfelOrigin(surfels, origin.T.data());
+  origin = Affine3::Compose(origin, cloud.LocalToWorld); // of a hierarchy that was moved
   cloud.LocalToWorld = Affine3::Compose(ToAffine(input.Matrix), origin);
   cloud.Opacity = input.Property->GetOpacity();
   cloud.Surface = MakeMaterial(input.Property, input.LinearLight);

@@ -53,6 +53,14 @@ vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layou
       layout.NumberOfNodes() - layout.NumberOfLeaves();
   return matches ? array : nullptr;
 }
+
+const HierarchyNode* NodesOf(vtkPolyData* input, const HierarchyLayout& layout)
+{
+  return reinterpret_cast<const HierarchyNode*>(FindNodes(input, layout)->GetPointer(0));
+}
+
+/// Surfels that a thread moves at a time.
+constexpr std::size_t SettleGrain = 16384;
 }
 
 bool HierarchyCache::IsHierarchy(vtkPolyData* input)
@@ -75,6 +83,19 @@ std::string HierarchyCache::CheckHierarchy(vtkPolyData* input)
     std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
     std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
     " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
+}
+
+bool HierarchyCache::IsWhole(vtkPolyData* input)
+{
+  return static_cast<std::uint64_t>(input->GetNumberOfPoints()) == LayoutOf(input).NumberOfLeaves();
+}
+
+LeafPlacement HierarchyCache::FindPlacement(vtkPolyData* input, const SurfelCloud& leaves)
+{
+  SurfelCloud tree = leaves;
+  const HierarchyLayout layout = LayoutOf(input);
+  tree.Nodes = NodesOf(input, layout);
+  return FindLeafPlacement(tree, layout);
 }
 
 HierarchyLayout HierarchyCache::LayoutOf(vtkPolyData* input)
@@ -139,43 +160,142 @@ const Value* ValuesOf(vtkDataArray* array)
 }
 }
 
+/// What an input that has changed needs before it is drawn. Returns what Update does.
+std::string HierarchyCache::Examine(
+  vtkPolyData* input, const Executor& executor, SurfelCloud& cloud)
+{
+  const HierarchyLayout layout = LayoutOf(input);
+  if (LackNormals(cloud, layout.NumberOfNodes() - layout.NumberOfLeaves()))
+  {
+    return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
+                       "point array ") +
+      Arrays::GaussianNormal + " was added later. Put vtkSurfelHierarchy after it.";
+  }
+  const std::size_t entries = ClusterBounds::NumberOfEntries(layout);
+  vtkDataArray* clusters =
+    FindComputed(input, Arrays::Clusters, sizeof(ClusterBounds::Node), entries);
+  vtkDataArray* extents =
+    FindComputed(input, Arrays::Extents, ClusterBounds::LevelsBelow * sizeof(NodeExtent), entries);
+  const bool areStored = clusters && extents;
+  this->Placement = areStored ? LeafPlacement() : FindLeafPlacement(cloud, layout);
+  this->Settle(cloud, executor);
+  this->ColorState = State();
+  this->HasColors = false;
+  this->LeafCovariances.clear();
+  if (this->Placement.Kind == LeafPlacement::Other)
+  {
+    this->Warning =
+      "The points of the hierarchy were moved, and not all in the same way, but their kernels were "
+      "not: the surfels are drawn as they were oriented, without level of detail. Put "
+      "vtkPointsToSurfels after filters that move points.";
+    return std::string();
+  }
+  this->UseSettled(cloud);
+  this->Bounds = areStored
+    ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters), ValuesOf<NodeExtent>(extents))
+    : ClusterBounds(cloud, layout, executor);
+  this->File = areStored ? FindArrayFile(FindNodes(input, layout)) : nullptr;
+  this->StoredTime = areStored ? clusters->GetMTime() : 0;
+  this->PreparedSurfels += areStored ? 0 : layout.NumberOfLeaves();
+  return std::string();
+}
+
+/// Moves surfels back to where the nodes know them.
+void HierarchyCache::Settle(const SurfelCloud& moved, const Executor& executor)
+{
+  const bool isMoved = this->Placement.Kind == LeafPlacement::Translation ||
+    this->Placement.Kind == LeafPlacement::AffineMap;
+  const std::size_t values = isMoved ? 3 * moved.NumberOfSurfels : 0;
+  const bool turnAreas = isMoved && this->Placement.MovedVectors;
+  this->SettledPoints.resize(values);
+  this->SettledAreas.resize(turnAreas ? values : 0);
+  if (!isMoved)
+  {
+    return;
+  }
+  const Affine3& back = this->Placement.Back;
+  executor.For(moved.NumberOfSurfels, SettleGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      const Vector3 p = back.Apply(moved.Position(i));
+      std::copy(p.begin(), p.end(), this->SettledPoints.begin() + 3 * i);
+      if (turnAreas)
+      {
+        const Vector3 a = back.ApplyLinear(moved.AreaVector(i));
+        std::copy(a.begin(), a.end(), this->SettledAreas.begin() + 3 * i);
+      }
+    }
+  });
+}
+
+void HierarchyCache::UseSettled(SurfelCloud& cloud) const
+{
+  if (this->SettledPoints.empty())
+  {
+    return;
+  }
+  cloud.LocalToWorld = this->Placement.Map;
+  cloud.PositionsFloat = this->SettledPoints.data();
+  cloud.PositionsDouble = nullptr;
+  if (!this->SettledAreas.empty())
+  {
+    cloud.AreaVectors = this->SettledAreas.data();
+  }
+}
+
+void HierarchyCache::NoteSelection(vtkPolyData* input)
+{
+  const State inputState{ input, input->GetMTime() };
+  if (this->InputState == inputState)
+  {
+    return;
+  }
+  this->InputState = inputState;
+  this->Warning = "The input was a hierarchy of " +
+    std::to_string(LayoutOf(input).NumberOfLeaves()) + " surfels and has " +
+    std::to_string(input->GetNumberOfPoints()) +
+    " points: they are drawn without level of detail. Put vtkSurfelHierarchy after filters that "
+    "select points.";
+}
+
+std::string HierarchyCache::TakeWarning()
+{
+  std::string taken;
+  taken.swap(this->Warning);
+  return taken;
+}
+
 std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, bool paperCut,
   const Executor& executor, SurfelCloud& cloud)
 {
+  if (!IsWhole(input))
+  {
+    this->NoteSelection(input);
+    return std::string();
+  }
   const std::string problem = CheckHierarchy(input);
   if (!problem.empty())
   {
     return problem;
   }
   const HierarchyLayout layout = LayoutOf(input);
-  vtkUnsignedCharArray* nodes = FindNodes(input, layout);
-  cloud.Nodes = reinterpret_cast<const HierarchyNode*>(nodes->GetPointer(0));
+  cloud.Nodes = NodesOf(input, layout);
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
   {
-    if (LackNormals(cloud, layout.NumberOfNodes() - layout.NumberOfLeaves()))
+    const std::string trouble = this->Examine(input, executor, cloud);
+    if (!trouble.empty())
     {
-      return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
-                         "point array ") +
-        Arrays::GaussianNormal + " was added later. Put vtkSurfelHierarchy after it.";
+      return trouble;
     }
-    const std::size_t entries = ClusterBounds::NumberOfEntries(layout);
-    vtkDataArray* clusters =
-      FindComputed(input, Arrays::Clusters, sizeof(ClusterBounds::Node), entries);
-    vtkDataArray* extents = FindComputed(
-      input, Arrays::Extents, ClusterBounds::LevelsBelow * sizeof(NodeExtent), entries);
-    const bool areStored = clusters && extents;
-    this->Bounds = areStored ? ClusterBounds(layout, ValuesOf<ClusterBounds::Node>(clusters),
-                                 ValuesOf<NodeExtent>(extents))
-                             : ClusterBounds(cloud, layout, executor);
-    this->File = areStored ? FindArrayFile(nodes) : nullptr;
-    this->StoredTime = areStored ? clusters->GetMTime() : 0;
     this->InputState = inputState;
-    this->ColorState = State();
-    this->HasColors = false;
-    this->LeafCovariances.clear();
-    this->PreparedSurfels += areStored ? 0 : layout.NumberOfLeaves();
   }
+  if (this->Placement.Kind == LeafPlacement::Other)
+  {
+    cloud.Nodes = nullptr;
+    return std::string();
+  }
+  this->UseSettled(cloud);
   if (colors && colors->GetMTime() > this->StoredTime && FindArrayFile(colors))
   {
     this->File = nullptr; // colours that were changed in memory differ from their checksums

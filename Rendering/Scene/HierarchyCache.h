@@ -10,6 +10,7 @@
 #include "Core/Base/Executor.h"
 #include "Core/Files/ArrayFile.h"
 #include "Core/Hierarchy/ClusterBounds.h"
+#include "Core/Hierarchy/LeafPlacement.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelCloud.h"
 
@@ -35,6 +36,13 @@ public:
   /// Returns an empty string, or why the input is no hierarchy that can be drawn.
   static std::string CheckHierarchy(vtkPolyData* input);
 
+  /// Whether a hierarchy has as many points as leaves: filters that select points leave its nodes.
+  static bool IsWhole(vtkPolyData* input);
+
+  /// Where its points are, as seen from its nodes; of an input that passes CheckHierarchy.
+  /// @param leaves with the input's arrays
+  static LeafPlacement FindPlacement(vtkPolyData* input, const SurfelCloud& leaves);
+
   /// Numbers of leaves; of an input that passes CheckHierarchy.
   static HierarchyLayout LayoutOf(vtkPolyData* input);
 
@@ -49,6 +57,10 @@ public:
    * colours. Computes the last two again only if the input or its colours have changed. Returns an
    * empty string, or what is wrong with the input and what to do. Throws DamagedMemory if the input
    * is from a file that is damaged.
+   *
+   * Where an affine map has moved the points, the cloud gets their old places, and the map becomes
+   * its LocalToWorld. If points were selected, or moved otherwise, the cloud gets no nodes:
+   * TakeWarning.
    * @param colors   of all surfels, or null
    * @param paperCut whether the paper's rule chooses the level of detail; it needs leaf covariances
    */
@@ -61,10 +73,17 @@ public:
   void UpdateHarmonics(
     vtkPolyData* input, vtkDataArray* coefficients, const Executor& executor, SurfelCloud& cloud);
 
+  /// What the last updates have to say, once for each state of an input; otherwise empty.
+  std::string TakeWarning();
+
   /// Number of surfels whose cluster bounds or colours were computed, in all updates together.
   std::uint64_t NumberOfPreparedSurfels() const { return this->PreparedSurfels; }
 
 private:
+  void NoteSelection(vtkPolyData* input);
+  std::string Examine(vtkPolyData* input, const Executor& executor, SurfelCloud& cloud);
+  void Settle(const SurfelCloud& moved, const Executor& executor);
+  void UseSettled(SurfelCloud& cloud) const;
   void CheckFile(const Executor& executor) const;
   const NodeColor* UpdateColors(vtkPolyData* input, vtkDataArray* colors,
     const HierarchyLayout& layout, const Executor& executor, const SurfelCloud& cloud);
@@ -81,6 +100,9 @@ private:
   };
 
   State InputState, ColorState, HarmonicsState;
+  LeafPlacement Placement;
+  std::vector<float> SettledPoints, SettledAreas; ///< where the nodes know them; empty: the input's
+  std::string Warning;
   ClusterBounds Bounds;
   Buffer<NodeColor> Colors;
   std::vector<float> LeafCovariances;

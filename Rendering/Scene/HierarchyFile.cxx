@@ -5,6 +5,7 @@
 #include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
+#include "Core/Hierarchy/LeafPlacement.h"
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
@@ -13,8 +14,10 @@
 #include "Rendering/Scene/SurfelBounds.h"
 
 #include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
+#include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -194,7 +197,10 @@ void Contents::AddFieldArrays()
   for (int i = 0; i < data->GetNumberOfArrays(); ++i)
   {
     vtkDataArray* array = data->GetArray(i);
-    if (array && array->GetName() && !IsComputed(array->GetName()))
+    const bool isOfAnother = this->Order && array && array->GetName() &&
+      (std::strcmp(array->GetName(), Arrays::Nodes) == 0 ||
+        std::strcmp(array->GetName(), Arrays::Leaves) == 0);
+    if (array && array->GetName() && !IsComputed(array->GetName()) && !isOfAnother)
     {
       const int number = this->AddCopy(array, ArrayRole::FieldData);
       this->Nodes = std::strcmp(array->GetName(), Arrays::Nodes) == 0 ? number : this->Nodes;
@@ -352,6 +358,48 @@ void Contents::Write(const std::string& path, const Executor& executor) const
 }
 }
 
+namespace
+{
+/// A hierarchy whose nodes know where the points are: the input, or if its points were translated,
+/// one of which SurfelOrigin was.
+vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)
+{
+  SurfelCloudSource source;
+  SetSurfels(input, source);
+  const LeafPlacement placement = HierarchyCache::FindPlacement(input, source.Cloud);
+  if (placement.Kind == LeafPlacement::None)
+  {
+    return input;
+  }
+  if (placement.Kind != LeafPlacement::Translation)
+  {
+    throw std::runtime_error("its points were turned, scaled or warped, and their kernels were "
+                             "not; put vtkPointsToSurfels "
+                             "after the filter that did so");
+  }
+  double origin[3];
+  GetSurfelOrigin(input, origin);
+  vtkNew<vtkPoints> points;
+  points->SetNumberOfPoints(input->GetNumberOfPoints());
+  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+  {
+    const Vector3 p = source.Cloud.Position(static_cast<std::size_t>(i));
+    const Vector3& t = placement.Map.T;
+    points->SetPoint(i, p[0] - t[0], p[1] - t[1], p[2] - t[2]);
+  }
+  vtkNew<vtkDoubleArray> moved;
+  moved->SetName(Arrays::Origin);
+  moved->SetNumberOfComponents(3);
+  moved->InsertNextTuple3(
+    origin[0] + placement.Map.T[0], origin[1] + placement.Map.T[1], origin[2] + placement.Map.T[2]);
+  auto settled = vtkSmartPointer<vtkPolyData>::New();
+  settled->ShallowCopy(input);
+  settled->SetPoints(points);
+  settled->GetFieldData()->AddArray(moved);
+  return settled;
+}
+}
+
 std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const Executor& executor)
 {
   std::string problem = "there are no surfels";
@@ -359,7 +407,8 @@ std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const 
   {
     problem = CheckStorable(input);
   }
-  const bool isHierarchy = problem.empty() && HierarchyCache::IsHierarchy(input);
+  const bool isHierarchy =
+    problem.empty() && HierarchyCache::IsHierarchy(input) && HierarchyCache::IsWhole(input);
   if (isHierarchy)
   {
     problem = HierarchyCache::CheckHierarchy(input);
@@ -372,14 +421,15 @@ std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const 
   {
     throw std::runtime_error(problem);
   }
-  KdTreeOrder order;
-  if (!isHierarchy)
+  if (isHierarchy)
   {
-    SurfelCloudSource source;
-    SetSurfels(input, source);
-    order = MakeKdTreeOrder(source.Cloud, executor);
+    Contents(Settled(input), nullptr).Write(path, executor);
+    return 0;
   }
-  Contents(input, isHierarchy ? nullptr : &order).Write(path, executor);
+  SurfelCloudSource source;
+  SetSurfels(input, source);
+  const KdTreeOrder order = MakeKdTreeOrder(source.Cloud, executor);
+  Contents(input, &order).Write(path, executor);
   return order.NumberOfInvalidSurfels;
 }
 }

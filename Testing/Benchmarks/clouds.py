@@ -13,7 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from surfelsplatting.views.cameras import View
-from surfelsplatting.views.framing import complete_view
+from surfelsplatting.views.framing import Samples, complete_view, surface_in_the_middle
 from surfelsplatting.vtkSurfelFilters import (vtkSurfelEstimation, vtkSurfelHierarchy,
                                               vtkSurfelNormalization)
 from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader
@@ -78,9 +78,11 @@ def framed_camera(surfels):
     """As surfelsplat render shows it."""
     anywhere = SimpleNamespace(viewpoint=None, columns=None)
     view = complete_view(View(size=(512, 512)), anywhere, surfels)
+    focus = surface_in_the_middle(Samples(surfels), np.array(view.position),
+                                  np.array(view.focal_point), view)
     return view_camera({"position": view.position, "focalPoint": view.focal_point,
                         "viewUp": view.view_up, "viewAngle": view.view_angle,
-                        "focalDistance": view.focal_distance})
+                        "focalDistance": focus})
 
 
 def largest_confusion(surfels, camera):

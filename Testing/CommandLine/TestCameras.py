@@ -237,20 +237,12 @@ class TestFraming(unittest.TestCase):
             view = self.view_of(half, half)
             self.assertGreater(view.position[axis] * sign, view.focal_point[axis] * sign)
 
-    def test_focus_is_on_the_front_of_the_middle(self):
-        view = self.view_of(self.points, self.normals)
-        position, target = np.array(view.position), np.array(view.focal_point)
-        forward = (target - position) / np.linalg.norm(target - position)
-        local = self.points - position
-        axis = np.linalg.norm(local - np.outer(local @ forward, forward), axis=1) < 0.3
-        front = (local @ forward)[axis & (self.normals @ forward < 0)]
-        self.assertTrue(front.min() <= view.focal_distance <= front.max())
+    def test_focus_on_a_surface_is_left_to_the_picture(self):
+        """focused_on_front finds it; what is asked for stays."""
+        for asked in (View(), View(position=(0, 9, 0)), View(focal_point=(0, 0, 0.5))):
+            self.assertEqual(self.view_of(self.points, self.normals, asked).focal_distance, 0)
         kept = self.view_of(self.points, self.normals, View(focal_distance=3.5))
         self.assertEqual(kept.focal_distance, 3.5)
-        given = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
-        self.assertTrue(8 <= given.focal_distance < 8.1)  # also where only the camera is placed
-        aimed = self.view_of(self.points, self.normals, View(focal_point=(0, 0, 0.5)))
-        self.assertEqual(aimed.focal_distance, 0)  # its focal point is in focus
 
     def test_what_is_given_stays(self):
         view = self.view_of(self.points, self.normals, View(position=(0, 9, 0)))
@@ -279,7 +271,6 @@ class TestFraming(unittest.TestCase):
                 picture_up = np.negative(front) if side == "top" else up
                 np.testing.assert_allclose(view.view_up, picture_up, atol=1e-9)
                 self.assertLess(np.abs(on_screen(view, self.points)[0]).max(), 1)
-                self.assertGreater(view.focal_distance, 0)
 
     def test_turned_view_is_whole(self):
         for wishes in (Wishes(azimuth=50), Wishes(elevation=60), Wishes(roll=90),
@@ -327,7 +318,6 @@ class TestSensors(unittest.TestCase):
                                    atol=1e-5)
         np.testing.assert_allclose(view.view_up, -self.TURN[:, 1], atol=1e-5)
         self.assertAlmostEqual(view.view_angle, self.angle(0.375), delta=1e-4)
-        self.assertAlmostEqual(view.focal_distance, 4, delta=1e-5)
         for size, tangent in (((400, 400), 0.5), ((900, 300), 0.375), ((300, 900), 1.5)):
             self.assertAlmostEqual(self.view_of(View(size=size)).view_angle, self.angle(tangent),
                                    delta=1e-4)

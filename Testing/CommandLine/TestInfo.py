@@ -46,6 +46,14 @@ class TestInfo(ToolCase):
                       "coordinates", text)
         self.assertRegex(text, r"bounds .* y 5333999.50\d* to 5334009.5, z ")
 
+    def test_surfels_with_an_origin(self):
+        """Their bounds are those of the world."""
+        write_ply("ball.ply", sphere()[0] + UTM, kind="double")
+        self.render("ball.ply", *SMALL, "--hierarchy", "ball.surfels", "-o", "out.png")
+        bounds = self.report("ball.surfels")["bounds"]
+        for i, axis in enumerate("xyz"):
+            np.testing.assert_allclose(bounds[axis], [UTM[i] - 1, UTM[i] + 1], rtol=0, atol=0.05)
+
     def test_noise(self):
         """Of some spacings, along the normals and in all directions; only without it is a scan clean."""
         points, _ = sphere(20000)

@@ -262,6 +262,7 @@ class TestMappedFiles(ToolCase):
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("SurfelNodes", result.stderr)
         self.assertFalse(os.path.exists("out.png"))
+        self.refuse_films()
         reader = vtkSurfelHierarchyReader()
         self.note_errors(reader)
         reader.SetFileName("damaged.surfels")
@@ -269,6 +270,15 @@ class TestMappedFiles(ToolCase):
         self.assertIn("SurfelNodes", self.errors[0])
         reader.SetFileName("ball.surfels")
         self.assertTrue(reader.CheckFile())
+
+    def refuse_films(self):
+        """What is in focus is the first thing that is drawn of them."""
+        for options in ([], ["--blur", "5"], ["--focus-pull"]):
+            result = self.run_tool("film", "damaged.surfels", *SMALL, "--frames", "2", *options,
+                                   "-o", "frames")
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn("SurfelNodes", result.stderr)
+            self.assertFalse(os.path.exists("frames"))
 
     def refused(self, path):
         """-> what the reader says."""

@@ -372,6 +372,30 @@ TEST_CASE("No points")
   CHECK(ByOneFilter(ToPolyData({ { 1, 2, 3 } }), filter)->GetNumberOfPoints() == 1);
 }
 
+/// What a filter behind a hierarchy has moved becomes new surfels.
+TEST_CASE("Points of a hierarchy")
+{
+  vtkNew<vtkPointsToSurfels> first, second;
+  vtkNew<vtkPolyData> turned;
+  turned->DeepCopy(ByOneFilter(MakeScene(), first));
+  for (vtkIdType i = 0; i < turned->GetNumberOfPoints(); ++i)
+  {
+    double p[3];
+    turned->GetPoint(i, p);
+    turned->GetPoints()->SetPoint(i, p[1], -p[0], p[2]);
+  }
+  vtkSmartPointer<vtkPolyData> surfels = ByOneFilter(turned, second);
+  CHECK(surfels->GetNumberOfPoints() == turned->GetNumberOfPoints());
+  CHECK(surfels->GetFieldData()->HasArray("SurfelNodes"));
+  second->BuildHierarchyOff();
+  surfels = ByOneFilter(turned, second);
+  CHECK(surfels->GetNumberOfPoints() == turned->GetNumberOfPoints());
+  for (const char* name : { "SurfelLeaves", "SurfelNodes" })
+  {
+    CHECK(!surfels->GetFieldData()->HasArray(name));
+  }
+}
+
 /// An abort in each of the three filters leaves nothing; the next execution is complete.
 TEST_CASE("Abort")
 {

@@ -162,10 +162,17 @@ TEST_CASE("Troubles")
   messages.Errors.clear();
   vtkNew<vtkSurfelHierarchy> first;
   first->SetInputData(SphereSurfels(100));
-  filter->SetInputConnection(first->GetOutputPort());
+  vtkNew<vtkPolyData> warped;
+  first->Update();
+  warped->DeepCopy(first->GetOutput());
+  for (vtkIdType i = 0; i < 100; i += 2)
+  {
+    warped->GetPoints()->SetPoint(i, 0.0, 0.01 * i, 3.0);
+  }
+  filter->SetInputData(warped);
   filter->Update();
   REQUIRE(!messages.Errors.empty());
-  CHECK(messages.Errors[0].find("already") != std::string::npos);
+  CHECK(messages.Errors[0].find("turned, scaled or warped") != std::string::npos);
 
   messages.Errors.clear();
   vtkSmartPointer<vtkPolyData> faulty = SphereSurfels(100);
@@ -194,6 +201,30 @@ TEST_CASE("Troubles")
   CHECK(messages.Errors.empty());
   CHECK(filter->GetNumberOfNodes() == 0);
   CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);
+}
+
+/// Of the surfels of a hierarchy, all or some of them.
+TEST_CASE("A hierarchy of another one")
+{
+  vtkNew<vtkSurfelHierarchy> first, second;
+  first->SetInputData(SphereSurfels(1000));
+  second->SetInputConnection(first->GetOutputPort());
+  second->Update();
+  CHECK(second->GetNumberOfLeaves() == 1000);
+  CHECK(second->GetNumberOfNodes() == first->GetNumberOfNodes());
+  vtkNew<vtkPolyData> some;
+  some->DeepCopy(first->GetOutput());
+  some->GetPoints()->SetNumberOfPoints(300);
+  for (int i = 0; i < some->GetPointData()->GetNumberOfArrays(); ++i)
+  {
+    some->GetPointData()->GetAbstractArray(i)->SetNumberOfTuples(300);
+  }
+  second->SetInputData(some);
+  second->Update();
+  CHECK(second->GetNumberOfLeaves() == 300);
+  vtkFieldData* field = second->GetOutput()->GetFieldData();
+  CHECK(field->GetArray("SurfelLeaves")->GetComponent(0, 0) == 300);
+  CHECK(field->GetArray("SurfelNodes")->GetNumberOfTuples() == second->GetNumberOfNodes() - 300);
 }
 
 TEST_CASE("Progress and abort")

@@ -184,39 +184,111 @@ class TestAccessor(PlotterCase):
         self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
 
 
+class TestLargeCoordinates(PlotterCase):
+    """Surfels in coordinates of a country, such as UTM, are where the points are."""
+
+    OFFSET = np.array([691608.0, 5334780.0, 512.0])
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.far = pv.PolyData(cls.cloud.points + cls.OFFSET)
+        cls.far["height"] = cls.cloud["height"]
+        cls.far_surfels = cls.far.surfels.estimate()
+
+    def picture_at(self, surfels, offset):
+        pl = self.plotter()
+        pl.surfels.add(surfels, "height", show_scalar_bar=False)
+        pl.camera_position = [offset + (0, 0, 6), offset, (0, 1, 0)]
+        pl.surfels.lens(coc=30, focus=offset + (0, 0, 1))
+        return self.picture(pl).astype(int)
+
+    def test_points_are_in_the_world(self):
+        self.assertEqual(self.far_surfels.points.dtype, np.float64)
+        np.testing.assert_allclose(self.far_surfels.bounds, self.far.bounds, atol=0.05)
+        self.assertEqual(self.surfels.points.dtype, np.float32)  # where that is enough
+
+    def test_pictures(self):
+        """The same as near the origin, with and without level of detail."""
+        near = self.picture_at(self.surfels, np.zeros(3))
+        rough = self.far.surfels.estimate(hierarchy=False)
+        for surfels in (self.far_surfels, rough):
+            self.assertLess(np.abs(self.picture_at(surfels, self.OFFSET) - near).mean(), 0.5)
+
+    def test_clip(self):
+        half = self.far_surfels.clip("x", origin=self.OFFSET)
+        self.assertAlmostEqual(half.n_points / self.far.n_points, 0.5, delta=0.05)
+        np.testing.assert_allclose(half.surfels.estimate().center, half.center, atol=0.05)
+
+    def picked(self, surfels, offset):
+        pl = self.plotter()
+        pl.surfels.add(surfels)
+        pl.camera_position = [offset + (0, 0, 6), offset, (0, 1, 0)]
+        pl.show(auto_close=False)
+        picker = pv._vtk.vtkPointPicker()
+        self.assertTrue(picker.Pick(140, 100, 0, pl.renderer))
+        return np.array(picker.GetPickPosition())
+
+    def test_picking(self):
+        near = self.picked(self.surfels, np.zeros(3))
+        self.assertAlmostEqual(np.linalg.norm(near), 1, delta=0.05)
+        far = self.picked(self.far_surfels, self.OFFSET)
+        np.testing.assert_allclose(far - self.OFFSET, near, atol=0.05)
+
+    def test_files_with_an_origin(self):
+        """As the tool writes them."""
+        local = self.far_surfels.copy()
+        local.points = (local.points - self.OFFSET).astype(np.float32)
+        local.field_data["SurfelOrigin"] = [self.OFFSET]
+        del local.field_data["SurfelPlaces"]
+        pl = self.plotter()
+        actor = pl.surfels.add(local)
+        np.testing.assert_allclose(actor.mapper.dataset.center, self.OFFSET, atol=0.01)
+
+
 class TestChangedSurfels(PlotterCase):
-    """Surfels that other filters moved or selected: what was estimated does not hold any more."""
+    """Surfels that other filters moved or selected: what was estimated holds for some of them only."""
 
     def picture_of(self, surfels):
         return surfels.surfels.plot(window_size=(160, 120), screenshot=True, return_img=True)
 
     def test_selected(self):
-        """Each point has a cell, which filters of cells need."""
+        """Each point has a cell, which filters of cells need. Surfels that are selected stay as they
+        are, with a hierarchy of their own."""
         self.surfels["number"] = np.arange(self.surfels.n_points)
         half = self.surfels.threshold(self.surfels.n_points // 2, scalars="number")
         self.assertAlmostEqual(half.n_points, self.surfels.n_points / 2, delta=2)
         for part in (half, self.surfels.clip("x")):
             self.assertFalse(part.surfels.are_estimated)
-            with self.assertWarnsRegex(UserWarning, "made anew"):
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
                 surfels = part.surfels.estimate()
             self.assertTrue(surfels.surfels.are_estimated)
-            self.assertEqual(surfels.n_points, part.n_points)
+            self.assertEqual(surfels.field_data["SurfelLeaves"].sum(), part.n_points)
+            before, after = (np.sort(cloud["SurfelAreaVector"], axis=0) for cloud in (part, surfels))
+            np.testing.assert_array_equal(before, after)
+        again = surfels.clip("y").surfels.estimate()
+        self.assertAlmostEqual(again.n_points / surfels.n_points, 0.5, delta=0.1)
+
+    def test_selected_and_turned(self):
+        """What was selected, or is little, does not tell whether it was turned."""
+        for change in (lambda data: data.rotate_z(30), lambda data: data.rotate_z(90)):
+            with self.assertWarnsRegex(UserWarning, "made anew") as caught:
+                turned = change(self.surfels.clip("y")).surfels.estimate()
+            self.assertEqual(caught.filename, __file__)
+            areas = turned["SurfelAreaVector"]
+            normals = areas / np.linalg.norm(areas, axis=1)[:, None]
+            cosines = np.einsum("ij,ij->i", normals, turned.points)
+            self.assertGreater(np.abs(cosines).mean(), 0.98)
+        few = self.surfels.extract_points(np.arange(20) * 400)
+        with self.assertWarnsRegex(UserWarning, "made anew"):
+            few.surfels.estimate()
 
     def test_moved(self):
         before = self.picture_of(self.surfels)
         with self.assertWarnsRegex(UserWarning, "made anew"):
             after = self.picture_of(self.surfels.translate((50, 0, 0)))
         self.assertLess(np.abs(after.astype(int) - before).mean(), 1)
-
-    def test_large_coordinates(self):
-        """Surfels made anew are where they were."""
-        offset = np.array([691608.0, 5334780.0, 512.0])
-        surfels = self.cloud.translate(offset).surfels.estimate()
-        with self.assertWarnsRegex(UserWarning, "made anew"):
-            half = surfels.clip("x").surfels.estimate()
-        for part in (surfels, half):
-            places = np.asarray(part.points) + part.field_data["SurfelOrigin"]
-            self.assertLess(np.abs(places.mean(axis=0) - offset).max(), 0.6)
 
     def test_saved(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors that are reported in one line."""
+"""Errors that are reported in one line, and warnings."""
+
+import sys
+import warnings
 
 
 class UserProblem(Exception):
     """An error that the user can fix; the text says what is wrong and what to do."""
+
+
+def warn_user(text):
+    """A warning of the line outside of this package that is the reason."""
+    package = __name__.partition(".")[0]
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, stacklevel=level)

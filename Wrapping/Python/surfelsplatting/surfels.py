@@ -2,14 +2,18 @@
 """Points to surfels in one call, with Python's exceptions and warnings instead of VTK's messages."""
 
 import math
-import warnings
+
+import numpy as np
 
 from .backend import vtk
+from .problems import warn_user
 from .vtkmessages import plain_text
 from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
-PLACES = "SurfelPlaces"  # field array
+PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
+MARKS = 1024  # surfels of which places and kernels are noted
+FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
 SIDES = ("auto", "two", "given")
 
@@ -35,32 +39,74 @@ def _places(data):
     return data.GetNumberOfPoints(), *data.GetBounds()
 
 
+def _rows(data):
+    """[n] of point and area vector, or of point and variances"""
+    arrays = data.GetPointData()
+    to_numpy = vtk("util.numpy_support").vtk_to_numpy
+    kernels = arrays.GetArray("GaussianCovariance") or arrays.GetArray("SurfelAreaVector")
+    return to_numpy(data.GetPoints().GetData()), to_numpy(kernels)[:, :3]
+
+
 def _note_places(surfels):
-    array = vtk("vtkCommonCore").vtkDoubleArray()
-    array.SetName(PLACES)
-    array.SetNumberOfComponents(7)
-    array.InsertNextTuple(_places(surfels))
-    surfels.GetFieldData().AddArray(array)
+    points, kernels = _rows(surfels)
+    some = slice(None, None, max(1, len(points) // MARKS))
+    for name, rows in ((PLACES, [_places(surfels)]),
+                       (MARKED, np.hstack([points[some], kernels[some]], dtype=float))):
+        array = vtk("util.numpy_support").numpy_to_vtk(np.array(rows, dtype=float), deep=True)
+        array.SetName(name)
+        surfels.GetFieldData().AddArray(array)
     return surfels
 
 
 def _are_current(data):
-    """Whether the points are where _note_places saw them, if it did."""
+    """Whether the points are where _note_places saw them, if it did. The mapper finds out where all
+    Gaussians were moved to."""
     array = data.GetFieldData().GetArray(PLACES)
-    return not array or array.GetTuple(0) == _places(data)
+    if not array:
+        return True
+    was, now = array.GetTuple(0), _places(data)
+    return was[0] == now[0] if holds_gaussians(data) else was == now
+
+
+def _are_selected(data):
+    """Whether the points are a part, and not a small one, of those that _note_places saw, and where it
+    saw them: their kernels hold."""
+    fields = data.GetFieldData()
+    if not (fields.HasArray(PLACES) and fields.HasArray(MARKED)):
+        return False
+    marked = vtk("util.numpy_support").vtk_to_numpy(fields.GetArray(MARKED))
+    expected = len(marked) * data.GetNumberOfPoints() / fields.GetArray(PLACES).GetTuple(0)[0]
+    if not FEW < expected < len(marked):
+        return False
+    points, kernels = _rows(data)
+    near = np.isin(points[:, 0], marked[:, 0])
+    found = set(map(tuple, np.hstack([points[near], kernels[near]], dtype=float).tolist()))
+    return sum(row in found for row in map(tuple, marked.tolist())) > expected / 2
+
+
+def in_the_world(surfels):
+    """The surfels with points in the world, in double, where they are relative to an origin of their
+    own: other filters find them in place then. The mapper finds out how the nodes of a hierarchy, which
+    stay where they are, lie to the points."""
+    origin = surfels.GetFieldData().GetArray("SurfelOrigin")
+    if not origin or not any(origin.GetTuple(0)):
+        return surfels
+    numpy_support = vtk("util.numpy_support")
+    local = numpy_support.vtk_to_numpy(surfels.GetPoints().GetData())
+    points = vtk("vtkCommonCore").vtkPoints()
+    points.SetData(numpy_support.numpy_to_vtk(local + np.array(origin.GetTuple(0)), deep=True))
+    moved = surfels.NewInstance()
+    moved.ShallowCopy(surfels)
+    moved.SetPoints(points)
+    moved.GetFieldData().RemoveArray("SurfelOrigin")
+    return _note_places(moved)
 
 
 def _without_surfels(data):
     """The points without what was found out about them before they were moved or selected."""
+    data = in_the_world(data)
     points = data.NewInstance()
     points.ShallowCopy(data)
-    origin = data.GetFieldData().GetArray("SurfelOrigin")
-    if origin and any(origin.GetTuple(0)):  # of coordinates that are too large for floats
-        places = vtk("vtkCommonCore").vtkPoints()
-        to_numpy, to_vtk = (getattr(vtk("util.numpy_support"), name)
-                            for name in ("vtk_to_numpy", "numpy_to_vtk"))
-        places.SetData(to_vtk(to_numpy(data.GetPoints().GetData()) + origin.GetTuple(0), deep=True))
-        points.SetPoints(places)
     for arrays in (points.GetPointData(), points.GetFieldData()):
         for name in [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]:
             if name and name.startswith("Surfel"):
@@ -120,7 +166,7 @@ def update(algorithm, what):
     if errors:
         raise RuntimeError(f"{what}: {errors[0]}")
     for text in texts:
-        warnings.warn(f"{what}: {' '.join(text.split())}", stacklevel=4)
+        warn_user(f"{what}: {' '.join(text.split())}")
 
 
 def scan(points):
@@ -155,10 +201,15 @@ def _set_sides(estimation, points, sides, viewpoint):
         estimation.SetViewpoint(viewpoint)
 
 
-def _with_hierarchy(gaussians):
+def _with_hierarchy(surfels):
+    """Of surfels or Gaussians, whatever data set holds them."""
+    points = vtk("vtkCommonDataModel").vtkPolyData()
+    points.SetPoints(surfels.GetPoints())
+    points.GetPointData().ShallowCopy(surfels.GetPointData())
+    points.GetFieldData().ShallowCopy(surfels.GetFieldData())
     filters = vtkSurfelHierarchy()
-    filters.SetInputData(gaussians)
-    update(filters, "level of detail of Gaussians")
+    filters.SetInputData(points)
+    update(filters, "level of detail")
     return _note_places(filters.GetOutput())
 
 
@@ -172,9 +223,11 @@ def make_surfels(points, *, cleaning="full", sides="auto", viewpoint=None, neigh
     count = points.GetNumberOfPoints()
     if count == 0:
         raise ValueError("the dataset has no points (0); surfels need the points of a surface")
+    if _are_selected(points):
+        return _with_hierarchy(points)
     if not _are_current(points):
-        warnings.warn("the points were moved or selected since they became surfels, which are made "
-                      "anew", stacklevel=3)
+        warn_user("the points were moved, or few of them selected, since they became surfels, which "
+                  "are made anew")
         points = _without_surfels(points)
     if holds_gaussians(points):
         return _with_hierarchy(points) if hierarchy and not is_surfels(points) else points

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """VTK's errors and warnings as Python data, without windows and without output on stderr."""
 
+from contextlib import contextmanager
 import re
 import sys
 import weakref
@@ -21,6 +22,23 @@ def plain_text(message):
     if message is None:
         return "the file is damaged (the message about it is not text)"
     return _PREFIX.sub("", message).strip()
+
+
+@contextmanager
+def errors_of(*objects):
+    """-> a list that gets the errors of VTK objects, which nobody else sees meanwhile."""
+    errors = []
+
+    def note(_caller, _event, text):
+        errors.append(plain_text(text))
+
+    note.CallDataType = vtk("vtkCommonCore").VTK_STRING
+    tags = [(observed, observed.AddObserver("ErrorEvent", note)) for observed in objects]
+    try:
+        yield errors
+    finally:
+        for observed, tag in tags:
+            observed.RemoveObserver(tag)
 
 
 _collectors = weakref.WeakSet()

@@ -94,7 +94,7 @@ def _turntable(asked, view, cloud, surfels, arguments):
     default = 40.0 if sensor or cloud.columns else 360.0
     degrees = default if arguments.turn is None else arguments.turn
     axis = up_in(asked, cloud, surfels).axis
-    # What complete_view has focused on is seen from the first place only.
+    # What complete_view has focused on in a volume is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)
     if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
         return lambda frames: turntable(view, view.focal_point, axis, frames, degrees)

@@ -14,7 +14,7 @@ from ..views.cameras import View
 from ..views.framing import Samples, up_in
 from ..views.rooms import is_room, may_be_room, options_inside
 from ..views.up import find_up, is_open
-from ..vtkSurfelFilters import vtkPointCloudCleaning
+from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
 from .session import Session
 from .volume import classify
 
@@ -57,9 +57,11 @@ def _fields(data):
             for array in arrays if array is not None]
 
 
-def _bounds(points):
-    """{axis: [low, high]} of the finite points."""
-    return {axis: _finite_range(points[:, i]) for i, axis in enumerate("xyz")}
+def _bounds(points, origin=(0.0, 0.0, 0.0)):
+    """{axis: [low, high]} of the finite points, which are relative to the origin."""
+    ranges = [_finite_range(points[:, i]) for i in range(3)]
+    return {axis: limits and [x + shift for x in limits]
+            for axis, limits, shift in zip("xyz", ranges, origin)}
 
 
 def _clean(cloud, session):
@@ -185,10 +187,11 @@ def _report(cloud, session):
     data = cloud.data
     kind = ("Gaussians" if cloud.is_gaussians else "hierarchy" if is_hierarchy(data) else
             "surfels" if cloud.is_surfels else "points")
-    points = vtk_to_numpy(data.GetPoints().GetData())
+    points, origin = vtk_to_numpy(data.GetPoints().GetData()), [0.0, 0.0, 0.0]
+    vtkSurfelHierarchy.ReadOrigin(data, origin)
     report = {"file": path, "bytes": os.path.getsize(path), "holds": kind,
               "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",
-              "fields": _fields(data.GetPointData()), "bounds": _bounds(points)}
+              "fields": _fields(data.GetPointData()), "bounds": _bounds(points, origin)}
     if cloud.viewpoint:
         report["sensor"] = list(map(float, cloud.viewpoint))
     if cloud.columns:

@@ -15,7 +15,7 @@ from ..views.cameras import View
 from ..clouds.reading import Cloud
 from ..views.focus import fronts_of
 from ..views.framing import complete_view
-from ..surfels import is_surfels, make_surfels, scan
+from ..surfels import in_the_world, is_surfels, make_surfels, scan
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
 SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
@@ -71,9 +71,11 @@ class SurfelAccessor:
         """Make surfels of the points.
 
         Cells are ignored. The surfels have the point data of the points that they are made from,
-        in another order. Normals of the data set are kept. The Gaussians of a capture stay what
+        in another order, and stay where these are in the world; in double, if float is too coarse
+        for coordinates such as those of UTM. Normals of the data set are kept. The Gaussians of a capture stay what
         they are and get their level of detail; the other parameters have no effect on them.
-        Surfels whose points are moved or selected afterwards are made anew when they are drawn.
+        Surfels whose points are moved afterwards are made anew when they are drawn; those that are
+        selected get a new level of detail.
 
         Parameters
         ----------
@@ -123,9 +125,9 @@ class SurfelAccessor:
             kind = type(self._dataset).__name__
             raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
                             "of a surface, for example those of dataset.contour()")
-        surfels = pv.wrap(make_surfels(
+        surfels = pv.wrap(in_the_world(make_surfels(
             self._dataset, cleaning=cleaning, sides=sides, viewpoint=viewpoint, neighbors=neighbors,
-            hierarchy=hierarchy))
+            hierarchy=hierarchy)))
         if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
             surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
         return surfels

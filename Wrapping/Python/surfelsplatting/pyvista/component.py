@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-import warnings
 import weakref
 
 import numpy as np
@@ -15,6 +14,8 @@ import pyvista as pv
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
+from ..problems import warn_user
+from ..surfels import in_the_world
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .mapper import SurfelMapper
@@ -337,8 +338,8 @@ class SurfelComponent:
 def _set_pass(renderer, render_pass):
     current = renderer.GetPass()
     if current is not None and current is not render_pass:
-        warnings.warn(f"surfels replace the {current.GetClassName()} of this subplot, since they need "
-                      "a render pass of their own", stacklevel=3)
+        warn_user(f"surfels replace the {current.GetClassName()} of this subplot, since they need a "
+                  "render pass of their own")
     if current is not render_pass:
         renderer.SetPass(render_pass)
 
@@ -380,7 +381,9 @@ def _surfels_and_scalars(cloud, scalars):
                              "points; give one row for each point")
         cloud = cloud.copy(deep=False)
         cloud.point_data[name] = values
-    return cloud if cloud.surfels.are_estimated else cloud.surfels.estimate(), name
+    if not cloud.surfels.are_estimated:
+        return cloud.surfels.estimate(), name
+    return pv.wrap(in_the_world(cloud)), name  # picking finds files of surfels in place, too
 
 
 def _are_colors(surfels, name):

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pyvista as pv
 
-from ..backend import vtk
 from ..problems import UserProblem
 from ..clouds.scanner import read_e57_cloud, read_las_cloud
 from ..surfels import note_scan, update

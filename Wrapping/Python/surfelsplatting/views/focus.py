@@ -8,6 +8,7 @@ import numpy as np
 
 from ..backend import vtk
 from ..problems import UserProblem
+from ..vtkmessages import errors_of
 from .cameras import LARGEST_BLUR, Wishes, dot, subtract
 from .framing import FRONT, MIDDLE
 from .turning import unit
@@ -39,7 +40,11 @@ def _one_sharp_picture(renderer, channels=0):
 
 
 def _update(renderer):
-    renderer.Update()
+    """UserProblem if there is no picture, for example of a file that is damaged."""
+    with errors_of(renderer.GetSplatter(), renderer, renderer.GetExecutive()) as errors:
+        renderer.Update()
+    if errors:
+        raise UserProblem(errors[0])
 
 
 def _plane_of(renderer, name):

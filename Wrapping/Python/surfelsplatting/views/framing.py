@@ -16,6 +16,7 @@ from .up import Up, find_up, floor_normal, is_open
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 
+FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 200_000
 FEW_SAMPLES = 20_000  # enough for a share within one percent
@@ -38,10 +39,8 @@ class Samples:
         points, areas, two_sided, covariances = (_stored_samples(surfels)
                                                  or _every_so_many(surfels, most))
         origin = surfels.GetFieldData().GetArray("SurfelOrigin")
-        self.has_origin = False  # that is far from the cloud, as in coordinates of a country
         if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
             points += _doubles(origin).ravel()
-            self.has_origin = bool(_doubles(origin).any())
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
         self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
         self.is_capture = not self.is_volume and covariances is not None and bool(
@@ -61,6 +60,8 @@ class Samples:
         self.two_sided = two_sided[keep]
         self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
         largest = max(np.abs(self.low).max(), np.abs(self.high).max())
+        # As in coordinates of a country, and as the filters decide.
+        self.is_far = bool(largest > FAR * np.linalg.norm(self.extent))
         if largest > LARGEST_CLOUD:
             raise UserProblem(f"the cloud reaches to coordinates of {largest:g}, and a view of it "
                               f"can be found up to {LARGEST_CLOUD:g} only; scale it down")
@@ -403,15 +404,17 @@ def _from_sensor(view, sensor, samples):
 
 
 def _focused(view, position, focal_point, samples):
-    """The view with the surface in its middle in focus, unless another focus is given."""
-    if view.focal_distance or view.focus_point or view.wishes.focus_pixel:
+    """The view of a volume with what is seen in its middle in focus, unless another focus is given. Of
+    surfaces, focused_on_front in focus.py finds it from a picture."""
+    if view.focal_distance or view.focus_point or view.wishes.focus_pixel or not samples.is_volume:
         return view
     distance = surface_in_the_middle(samples, position, focal_point, view)
     return replace(view, focal_distance=distance)
 
 
 def complete_view(view, cloud, surfels, hint=None):
-    """The view; everything that was not given is derived from the cloud.
+    """The view; everything that was not given is derived from the cloud, but for the focus on a
+    surface: focused_on_front in focus.py.
 
     hint: is called with a line about what is a guess, and which options tell it
     """

@@ -252,7 +252,7 @@ def find_up(samples):
     the walls of rooms and facades; a terrain's normal; up from a ground; away from an open bottom or
     a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
     with which most are trained."""
-    if samples.has_origin or samples.is_volume:
+    if samples.is_far or samples.is_volume:
         return Up(Z, True)
     thin = _thin_axis(samples)
     up = None if samples.is_capture else _of_kind(samples, thin)

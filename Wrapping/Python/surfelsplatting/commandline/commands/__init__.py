@@ -40,7 +40,8 @@ def _check_command(word, parser, names):
 def parse_arguments(words):
     """-> the arguments, with run(arguments); or UserProblem."""
     parser = Parser(prog="surfelsplat", description="Depth-of-field splatting of point clouds.",
-                    epilog="surfelsplat COMMAND --help lists the options of a command.")
+                    epilog="For example, surfelsplat view scan.ply shows a scan. "
+                           "surfelsplat COMMAND --help lists the options of a command.")
     parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True,
                                      parser_class=Parser)
@@ -48,8 +49,9 @@ def parse_arguments(words):
         command.add_parser(commands)
     complete(parser)
     words = list(split_numbers(words))
-    if words:
-        _check_command(words[0], parser, list(commands.choices))
+    if not words:
+        parser.exit(2, parser.format_help())
+    _check_command(words[0], parser, list(commands.choices))
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         _refuse(unknown, commands.choices[arguments.command])
