@@ -39,7 +39,11 @@ CaptureFormat FindCaptureFormat(const std::string& path)
   }
   try
   {
-    return IsCapture(ReadPLYHeader(file).Fields) ? CaptureFormat::PLY : CaptureFormat::None;
+    const PLYHeader header = ReadPLYHeader(file);
+    const PLYElement* vertices = header.Find("vertex");
+    const bool isCapture =
+      (vertices && IsCapture(vertices->Fields)) || PackedGaussians::Has(header);
+    return isCapture ? CaptureFormat::PLY : CaptureFormat::None;
   }
   catch (const std::runtime_error&)
   {
@@ -73,16 +77,29 @@ GaussianFile::GaussianFile(const std::string& path)
 void GaussianFile::OpenPLY(std::uint64_t bytes)
 {
   const PLYHeader header = ReadPLYHeader(this->File);
-  if (!IsCapture(header.Fields))
+  if (PackedGaussians::Has(header))
   {
-    throw std::runtime_error(
-      "a .ply file without scale_0, rot_0 and opacity: it holds points or a "
-      "mesh, which vtkPointCloudReader reads, or a compressed capture, which "
-      "other programs save as a plain .ply file.");
+    this->Packed.emplace(header, this->File, bytes);
+    this->Values = this->Packed->Layout();
+    this->Header.Width = static_cast<std::uint32_t>(this->Packed->Count());
+    return;
   }
-  if (header.HasLists || !header.IsFirst)
+  this->OpenVertices(header, bytes);
+}
+
+void GaussianFile::OpenVertices(const PLYHeader& header, std::uint64_t bytes)
+{
+  const PLYElement* vertices = header.Find("vertex");
+  if (!vertices || !IsCapture(vertices->Fields))
   {
-    throw std::runtime_error(header.HasLists
+    throw std::runtime_error("a .ply file without scale_0, rot_0 and opacity: it holds points or a "
+                             "mesh, which vtkPointCloudReader reads.");
+  }
+  const bool isFirst = std::all_of(
+    header.Elements.data(), vertices, [](const PLYElement& before) { return before.Count == 0; });
+  if (vertices->HasLists || !isFirst)
+  {
+    throw std::runtime_error(vertices->HasLists
         ? "its Gaussians have a list among their properties; captures have numbers only."
         : "its Gaussians are not the first element of the file; write them first.");
   }
@@ -92,11 +109,11 @@ void GaussianFile::OpenPLY(std::uint64_t bytes)
     throw std::runtime_error(
       "its format is neither ascii, binary_little_endian nor binary_big_endian.");
   }
-  this->Values = LayoutOfPLY(header.Fields, header.PointStep);
+  this->Values = LayoutOfPLY(vertices->Fields, vertices->Step);
   // In ascii a value takes at least a digit and a blank.
-  CheckSize(header.Count, isAscii ? 2 * header.Fields.size() - 1 : header.PointStep,
+  CheckSize(vertices->Count, isAscii ? 2 * vertices->Fields.size() - 1 : vertices->Step,
     bytes - static_cast<std::uint64_t>(this->File.tellg()));
-  this->Header.Width = static_cast<std::uint32_t>(header.Count);
+  this->Header.Width = static_cast<std::uint32_t>(vertices->Count);
   this->Header.Data = isAscii ? "ascii" : "binary";
   this->Header.Lines = header.Lines;
   this->IsSwapped = !isAscii && isBig != IsBigEndianMachine();
@@ -127,6 +144,12 @@ std::uint64_t GaussianFile::PartSize() const
 
 FieldCloud GaussianFile::Read(std::uint64_t count)
 {
+  const std::uint64_t first = this->Done;
+  this->Done += count;
+  if (this->Packed)
+  {
+    return this->Packed->Read(this->File, first, count);
+  }
   PCDHeader part = this->Header;
   part.Width = static_cast<std::uint32_t>(count);
   FieldCloud gaussians = DecodePCD(this->File, part);

@@ -6,10 +6,12 @@
 
 #include "Filters/Readers/FieldCloud.h"
 #include "Filters/Readers/GaussianLayout.h"
+#include "Filters/Readers/PackedGaussians.h"
 #include "Filters/Readers/PointCloudHeader.h"
 
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <string>
 
 namespace PointCloud
@@ -42,11 +44,14 @@ public:
 
 private:
   void OpenPLY(std::uint64_t bytes);
+  void OpenVertices(const PLYHeader& header, std::uint64_t bytes);
   void OpenSplat(std::uint64_t bytes);
 
   std::ifstream File;
   GaussianLayout Values;
   PCDHeader Header;       // as if it were a .pcd file: Gaussians are stored as its points are
   bool IsSwapped = false; // the other byte order than the machine's
+  std::optional<PackedGaussians> Packed;
+  std::uint64_t Done = 0; // Gaussians that were read
 };
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -63,17 +64,10 @@ double FromSignedByte(double x)
   return (x - 128.0) / 128.0;
 }
 
-const Field* Find(const std::vector<Field>& fields, const std::string& name)
-{
-  const auto found = std::find_if(
-    fields.begin(), fields.end(), [&](const Field& field) { return field.Name == name; });
-  return found == fields.end() ? nullptr : &*found;
-}
-
 GaussianValue ValueOf(
   const std::vector<Field>& fields, const std::string& name, double (*decode)(double))
 {
-  const Field* field = Find(fields, name);
+  const Field* field = FindField(fields, name);
   if (!field)
   {
     throw std::runtime_error("its Gaussians have no property " + name +
@@ -82,7 +76,22 @@ GaussianValue ValueOf(
   return { field->Offset, LoadOf(field->Type), decode };
 }
 
-/// Number of harmonics, from that of the fields f_rest_0, f_rest_1, ...
+/// Adds a field behind the others.
+GaussianValue AddValue(GaussianLayout& layout, Field::Types type, double (*decode)(double))
+{
+  layout.Fields.push_back({ std::string(), layout.Step, type, 1 });
+  layout.Step += SizeOf(type);
+  return { layout.Fields.back().Offset, LoadOf(type), decode };
+}
+}
+
+const Field* FindField(const std::vector<Field>& fields, const std::string& name)
+{
+  const auto found = std::find_if(
+    fields.begin(), fields.end(), [&](const Field& field) { return field.Name == name; });
+  return found == fields.end() ? nullptr : &*found;
+}
+
 int CountHarmonics(const std::vector<Field>& fields)
 {
   const auto rest = std::count_if(fields.begin(), fields.end(),
@@ -95,11 +104,10 @@ int CountHarmonics(const std::vector<Field>& fields)
   }
   return harmonics;
 }
-}
 
 bool IsCapture(const std::vector<Field>& fields)
 {
-  return Find(fields, "scale_0") && Find(fields, "rot_0") && Find(fields, "opacity");
+  return FindField(fields, "scale_0") && FindField(fields, "rot_0") && FindField(fields, "opacity");
 }
 
 GaussianLayout LayoutOfPLY(const std::vector<Field>& fields, std::size_t step)
@@ -113,7 +121,7 @@ GaussianLayout LayoutOfPLY(const std::vector<Field>& fields, std::size_t step)
     const std::string axis(1, static_cast<char>('x' + i));
     layout.Position[i] = ValueOf(fields, axis, Itself);
     layout.HasDoublePositions =
-      layout.HasDoublePositions || Find(fields, axis)->Type != Field::FLOAT32;
+      layout.HasDoublePositions || FindField(fields, axis)->Type != Field::FLOAT32;
     layout.Scale[i] = ValueOf(fields, "scale_" + std::to_string(i), std::exp);
     layout.Harmonics.push_back(ValueOf(fields, "f_dc_" + std::to_string(i), Itself));
   }
@@ -132,23 +140,32 @@ GaussianLayout LayoutOfPLY(const std::vector<Field>& fields, std::size_t step)
   return layout;
 }
 
+GaussianLayout LayoutOfUnpacked(int harmonics)
+{
+  GaussianLayout layout;
+  const auto add = [&layout] { return AddValue(layout, Field::FLOAT32, Itself); };
+  std::generate_n(layout.Position, 3, add);
+  std::generate_n(layout.Scale, 3, [&] { return AddValue(layout, Field::FLOAT32, std::exp); });
+  std::generate_n(layout.Rotation, 4, add);
+  layout.Opacity = add();
+  std::generate_n(std::back_inserter(layout.Harmonics), 3 * harmonics, add);
+  return layout;
+}
+
 GaussianLayout LayoutOfSplat()
 {
   GaussianLayout layout;
-  const auto add = [&layout](Field::Types type, double (*decode)(double)) -> GaussianValue {
-    layout.Fields.push_back({ std::string(), layout.Step, type, 1 });
-    layout.Step += SizeOf(type);
-    return { layout.Fields.back().Offset, LoadOf(type), decode };
-  };
-  std::generate_n(layout.Position, 3, [&] { return add(Field::FLOAT32, Itself); });
-  std::generate_n(layout.Scale, 3, [&] { return add(Field::FLOAT32, Itself); });
+  const auto addFloat = [&layout] { return AddValue(layout, Field::FLOAT32, Itself); };
+  std::generate_n(layout.Position, 3, addFloat);
+  std::generate_n(layout.Scale, 3, addFloat);
   layout.Color = layout.Step;
   for (int c = 0; c < 3; ++c)
   {
-    add(Field::UINT8, FromByte);
+    AddValue(layout, Field::UINT8, FromByte);
   }
-  layout.Opacity = add(Field::UINT8, FromByte);
-  std::generate_n(layout.Rotation, 4, [&] { return add(Field::UINT8, FromSignedByte); });
+  layout.Opacity = AddValue(layout, Field::UINT8, FromByte);
+  std::generate_n(
+    layout.Rotation, 4, [&] { return AddValue(layout, Field::UINT8, FromSignedByte); });
   return layout;
 }
 }

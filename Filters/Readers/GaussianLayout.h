@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace PointCloud
@@ -38,6 +39,13 @@ struct GaussianLayout
   bool HasDoublePositions = false;      ///< a float would round them
 };
 
+/// The field of a name, or nullptr.
+const Field* FindField(const std::vector<Field>& fields, const std::string& name);
+
+/// Number of harmonics, from that of the fields f_rest_0, f_rest_1, ... Throws std::runtime_error
+/// if no degree has so many.
+int CountHarmonics(const std::vector<Field>& fields);
+
 /// Whether the vertices of a .ply file with these fields are Gaussians, perhaps incomplete ones.
 bool IsCapture(const std::vector<Field>& fields);
 
@@ -47,6 +55,10 @@ bool IsCapture(const std::vector<Field>& fields);
  * Throws std::runtime_error if fields are missing.
  */
 GaussianLayout LayoutOfPLY(const std::vector<Field>& fields, std::size_t step);
+
+/// The layout of PackedGaussians.h, in floats: position, logarithms of scales, rotation, opacity,
+/// and red, green, blue of each of so many harmonics.
+GaussianLayout LayoutOfUnpacked(int harmonics);
 
 /// The layout of .splat files: 3 floats position, 3 floats scale, RGBA, (b - 128) / 128 rotation.
 GaussianLayout LayoutOfSplat();

@@ -64,8 +64,8 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
   throw std::runtime_error("the header has no end_header; the file is cut short.");
 }
 
-// Adds the property of a vertex that a line of a .ply header describes.
-void AddPLYProperty(const Words& words, PLYHeader& header)
+// Adds the property that a line of a .ply header describes.
+void AddPLYProperty(const Words& words, PLYElement& element)
 {
   static const std::map<std::string, Field::Types> types = { { "char", Field::INT8 },
     { "int8", Field::INT8 }, { "uchar", Field::UINT8 }, { "uint8", Field::UINT8 },
@@ -75,16 +75,16 @@ void AddPLYProperty(const Words& words, PLYHeader& header)
     { "float32", Field::FLOAT32 }, { "double", Field::FLOAT64 }, { "float64", Field::FLOAT64 } };
   if (words.size() > 1 && words[1] == "list")
   {
-    header.HasLists = true;
+    element.HasLists = true;
     return;
   }
   const auto type = words.size() == 3 ? types.find(words[1]) : types.end();
   if (type == types.end())
   {
-    Fail("a vertex has a property without known type and name");
+    Fail("an element has a property without known type and name");
   }
-  header.Fields.push_back({ words[2], header.PointStep, type->second, 1 });
-  header.PointStep += SizeOf(type->second);
+  element.Fields.push_back({ words[2], element.Step, type->second, 1 });
+  element.Step += SizeOf(type->second);
 }
 
 // Reads and counts the lines of a .pcd header up to DATA, as key -> values.
@@ -276,7 +276,6 @@ PCDHeader ReadPCDHeader(std::istream& file)
 PLYHeader ReadPLYHeader(std::istream& file)
 {
   PLYHeader header;
-  bool isVertex = false, hasVertices = false, isFirst = true;
   std::string line;
   while (std::getline(file, line) && line.size() < LongestLine)
   {
@@ -296,22 +295,24 @@ PLYHeader ReadPLYHeader(std::istream& file)
     }
     else if (words[0] == "element" && words.size() > 2)
     {
-      const std::uint64_t count = ParseCount("the number of elements " + words[1], words[2]);
-      isVertex = words[1] == "vertex" && !hasVertices;
-      if (isVertex)
-      {
-        hasVertices = true;
-        header.Count = count;
-        header.IsFirst = isFirst;
-      }
-      isFirst = isFirst && count == 0;
+      header.Elements.emplace_back();
+      header.Elements.back().Name = words[1];
+      header.Elements.back().Count = ParseCount("the number of elements " + words[1], words[2]);
     }
-    else if (words[0] == "property" && isVertex)
+    else if (words[0] == "property" && !header.Elements.empty())
     {
-      AddPLYProperty(words, header);
+      AddPLYProperty(words, header.Elements.back());
     }
   }
   throw std::runtime_error("the header has no end_header; the file is cut short.");
+}
+
+//------------------------------------------------------------------------------
+const PLYElement* PLYHeader::Find(const std::string& name) const
+{
+  const auto found = std::find_if(this->Elements.begin(), this->Elements.end(),
+    [&](const PLYElement& element) { return element.Name == name; });
+  return found == this->Elements.end() ? nullptr : &*found;
 }
 
 //------------------------------------------------------------------------------

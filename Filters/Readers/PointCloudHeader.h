@@ -46,16 +46,25 @@ struct PCDHeader
 /// Reads up to where the data begins. Throws as CheckFile does.
 PCDHeader ReadPCDHeader(std::istream& file);
 
+/// An element of a .ply file, such as its vertices.
+struct PLYElement
+{
+  std::string Name;
+  std::uint64_t Count = 0;
+  std::vector<Field> Fields; ///< without lists; offsets as in binary data without
+  std::size_t Step = 0;      ///< bytes of these fields
+  bool HasLists = false;
+};
+
 /// Header of a .ply file.
 struct PLYHeader
 {
-  std::string Format;        ///< ascii, binary_little_endian or binary_big_endian
-  std::uint64_t Count = 0;   ///< of vertices
-  std::vector<Field> Fields; ///< of a vertex, without lists; offsets as in binary data without
-  std::size_t PointStep = 0; ///< bytes of these fields
-  bool HasLists = false;     ///< whether a vertex has one
-  bool IsFirst = false;      ///< whether the data begins with the vertices
-  std::size_t Lines = 0;     ///< up to and with the line end_header
+  std::string Format; ///< ascii, binary_little_endian or binary_big_endian
+  std::vector<PLYElement> Elements;
+  std::size_t Lines = 0; ///< up to and with the line end_header
+
+  /// The first element of this name, or nullptr.
+  const PLYElement* Find(const std::string& name) const;
 };
 
 /// Reads up to where the data begins. Throws as CheckFile does, but not because of the file's size.

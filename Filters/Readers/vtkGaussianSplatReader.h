@@ -28,8 +28,10 @@
  * The header is checked against the size of the file before memory is allocated. Binary files are
  * decoded while they are read, so that no copy of the file is in memory.
  *
- * Not supported: .spz, since Debian packages no library for it, and compressed .ply files
- * (packed_position). Programs that show captures save both as plain .ply files.
+ * The compressed .ply files of SuperSplat and PlayCanvas (packed_position, PackedGaussians.h) have
+ * the same output as .ply files. Their values are as exact as their 16 bytes for each Gaussian.
+ *
+ * Not supported: .spz and .sog, for which Debian packages no library. SuperSplat saves both as .ply.
  *
  * @sa vtkPointCloudReader
  */
@@ -55,8 +57,8 @@ public:
   ///@}
 
   /**
-   * 1 if the file is a capture: a .ply file with scale_0, rot_0 and opacity in its header, or any
-   * other file that is not empty and is named .splat, since these have no header. Else 0, for
+   * 1 if the file is a capture: a .ply file with scale_0, rot_0 and opacity in its header, or with
+   * packed_position and chunks, or any other file that is not empty and is named .splat, since these have no header. Else 0, for
    * example for a scan.
    */
   static int CanReadFile(VTK_FILEPATH const char* fileName);

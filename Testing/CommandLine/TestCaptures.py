@@ -10,7 +10,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 
 from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
-                      write_columns, write_ply, write_splat)
+                      write_columns, write_packed, write_ply, write_splat)
 from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
 from surfelsplatting.clouds.reading import is_hierarchy
 from surfelsplatting.commandline.commands import parse_arguments
@@ -123,6 +123,61 @@ class TestCaptures(ToolCase):
         self.assertLess((error / expected[:, :3].max(axis=1)[:, None]).max(), EPSILON)
         self.assertEqual(set(arrays), {"RGB", "GaussianCovariance", "GaussianOpacity"})
 
+    def test_packed(self):
+        """Compressed .ply files: three chunks, the last one not full."""
+        ball = furry_ball(600)
+        for degree in range(4):
+            for has_colors in (True, False):
+                packed = write_packed("ball.compressed.ply", ball.of_degree(degree), has_colors)
+                reader, points, arrays = self.read("ball.compressed.ply")
+                self.assertEqual(reader.GetNumberOfInvalidGaussians(), 0)
+                np.testing.assert_allclose(points, packed.positions, 2 * EPSILON, 1e-7)
+                covariances = symmetric(packed.covariances())
+                error = np.abs(arrays["GaussianCovariance"] - covariances)
+                self.assertLess((error / covariances[:, :3].max(axis=1)[:, None]).max(), 1e-5)
+                np.testing.assert_allclose(arrays["GaussianOpacity"], packed.opacities, EPSILON)
+                np.testing.assert_allclose(arrays["GaussianHarmonics"],
+                                           packed.harmonics.reshape(600, -1), 2 * EPSILON, 1e-6)
+        # They are the Gaussians that were packed, as exactly as the bits tell.
+        spread = np.ptp(ball.positions, axis=0).max()
+        self.assertLess(np.abs(points - ball.positions).max(), spread / 1023 / 2 * 1.001)
+        self.assertLess(np.abs(arrays["GaussianHarmonics"] - ball.harmonics.reshape(600, -1))[:, 3:]
+                        .max(), 4 / 255 * 1.001)
+
+    def test_many_packed(self):
+        """More than are decoded at once, and a chunk that is damaged."""
+        many = furry_ball(1000).of_degree(1)[np.arange(150_000) % 1000]
+        packed = write_packed("many.ply", many)
+        with open("many.ply", "r+b") as file:
+            file.seek(file.read().index(b"end_header\n") + 11 + 300 * 18 * 4)
+            file.write(np.float32(np.nan).tobytes())
+        reader, points, arrays = self.read("many.ply")
+        self.assertEqual(reader.GetNumberOfInvalidGaussians(), 256)
+        kept = np.arange(150_000) // 256 != 300
+        np.testing.assert_allclose(points, packed.positions[kept], 2 * EPSILON, 1e-7)
+        np.testing.assert_allclose(arrays["GaussianOpacity"], packed.opacities[kept], EPSILON)
+
+    def test_wrong_packed_headers(self):
+        write_packed("capture.ply", furry_ball(600).of_degree(1))
+        for old, new, says in (
+                (b"vertex 600", b"vertex 601", "points, but the file has only"),
+                (b"vertex 600", b"vertex 512", "an element chunk for each 256"),
+                (b"sh 600", b"sh 599", "an element sh for each"),
+                (b"chunk 3", b"chunk 999999999", "999999999 points"),
+                (b"float max_scale_y", b"float most_scale_y", "no property max_scale_y of type float"),
+                (b"uint packed_scale", b"float packed_scale", "no property packed_scale of type uint"),
+                (b"f_rest_8", b"f_rest_9", "no property f_rest_8 of type uchar"),
+                (b"uchar f_rest_8", b"uchar g_rest_8", "8 properties f_rest_"),
+                (b"float min_x", b"list uchar float min_x", "element chunk has a list"),
+                (b"binary_little", b"binary_big", "not binary_little_endian"),
+                (b"packed_position", b"packet_position", "vtkPointCloudReader")):
+            self.assertIn(says, self.failure(self.with_header(old, new)), new)
+        size = os.path.getsize("capture.ply")
+        for left in (size - 1, size - 6000, 1200, 700, 300):
+            with open("capture.ply", "rb") as file, open("cut.ply", "wb") as cut:
+                cut.write(file.read(left))
+            self.assertRegex(self.failure("cut.ply"), "cut short|damaged")
+
     def test_extremes(self):
         """Infinite logits and logarithms have a meaning; other infinities and NaN have none."""
         columns = ply_columns(furry_ball(12).of_degree(0))
@@ -162,7 +217,7 @@ class TestCaptures(ToolCase):
                        "element vertex 0\nproperty uint packed_position\nend_header\n")
         readable = {name: vtkGaussianSplatReader.CanReadFile(name) for name in os.listdir(".")}
         self.assertEqual({name for name, can in readable.items() if can},
-                         {"capture.ply", "capture.dat", "ball.SPLAT"})
+                         {"capture.ply", "capture.dat", "ball.SPLAT", "compressed.ply"})
         self.assertEqual(vtkGaussianSplatReader.CanReadFile("missing.splat"), 0)
         self.assertEqual(vtkPointCloudReader.CanReadFile("capture.ply"), 1)  # as points
         for name in ("capture.dat", "ball.SPLAT"):

@@ -56,6 +56,25 @@ class TestPictures(ToolCase):
         self.assertAlmostEqual(depth[24, 32], 5.0, delta=0.05)
         self.assertEqual(depth[0, 0], 0)
 
+    def test_light_from_above(self):
+        """A ball is brightest above its middle, and a floor that is seen from the side is not black."""
+        picture = self.picture(*CAMERA, *SMALL, "--lit")
+        unlit = self.picture(*CAMERA, *SMALL, "--unlit")
+        inside = unlit[..., 3] > 0.99
+        brightness = np.where(inside, picture[..., 2] / np.maximum(unlit[..., 2], 0.1), 0)
+        row, column = np.unravel_index(brightness.argmax(), brightness.shape)
+        # 0.75 of a light 50 degrees above and 10 to the right, and 0.25 at the camera add up to
+        # (0.084, 0.575, 0.725), of length 0.929. The ball has a radius of 15.1 px.
+        self.assertAlmostEqual(row, 23.5 - 15.1 * 0.575 / 0.929, delta=2)
+        self.assertAlmostEqual(column, 31.5 + 15.1 * 0.084 / 0.929, delta=2)
+        self.assertAlmostEqual(brightness.max(), 0.929, delta=0.02)
+        x, y = (values.ravel() for values in np.meshgrid(*2 * [np.linspace(-1, 1, 80)]))
+        write_ply("floor.ply", np.column_stack([x, y, np.zeros_like(x)]),
+                  normals=np.tile((0.0, 0.0, 1.0), (len(x), 1)))
+        low = ("--position", 0, -4, 0.4, "--focal-point", 0, 0, 0, "--view-up", 0, 0, 1)
+        floor = self.picture(*low, *SMALL, cloud="floor.ply")
+        self.assertGreater(floor[24, 32, 0], 0.4)
+
     def test_background_is_composited(self):
         plain = self.picture(*CAMERA, *SMALL)
         opaque = self.picture(*CAMERA, *SMALL, "--background", "0.2", "0.4", "1")

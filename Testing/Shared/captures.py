@@ -8,6 +8,7 @@ import numpy as np
 from gaussianreference import harmonics_at
 
 C0 = 0.5 / np.sqrt(np.pi)  # the harmonic of degree 0
+CHUNK = 256  # Gaussians of a compressed .ply file with one range of values
 RESTS = (0, 9, 24, 45)  # properties f_rest_i of a .ply file, by degree
 
 
@@ -185,6 +186,67 @@ def write_splat(path, gaussians):
     record["rotation"] = np.clip(np.rint(128 * unit + 128), 0, 255)
     record.tofile(path)
     return record
+
+
+def _packed_between(values, bits):
+    """[n, k] numbers of values [n, k], of as many bits, between the least and the largest of each
+    chunk -> numbers, [chunks, 2 k] least and largest as floats, and the values they stand for"""
+    starts = np.arange(0, len(values), CHUNK)
+    least, most = (ufunc.reduceat(values, starts).astype(np.float32).astype(float)
+                   for ufunc in (np.minimum, np.maximum))
+    of = np.arange(len(values)) // CHUNK
+    levels = 2.0 ** np.array(bits) - 1
+    numbers = np.rint(levels * (values - least[of])
+                      / np.maximum(most - least, 1e-30)[of]).clip(0, levels)
+    return (numbers.astype(np.uint32), np.hstack([least, most]),
+            least[of] + numbers / levels * (most - least)[of])
+
+
+def _packed_rotations(rotations):
+    """-> [n] numbers, and the quaternions w x y z that they stand for"""
+    unit = rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
+    largest, rows = np.abs(unit).argmax(axis=1), np.arange(len(unit))
+    unit *= np.sign(unit[rows, largest])[:, None]
+    others = np.array([[j for j in range(4) if j != i] for i in range(4)])[largest]
+    numbers = np.rint(1023 * (unit[rows[:, None], others] / np.sqrt(2) + 0.5)).astype(np.uint32)
+    read = np.zeros_like(unit)
+    read[rows[:, None], others] = np.sqrt(2) * (numbers / 1023 - 0.5)
+    read[rows, largest] = np.sqrt(1 - (read ** 2).sum(axis=1))
+    packed = largest.astype(np.uint32) << 30
+    return packed | numbers[:, 0] << 20 | numbers[:, 1] << 10 | numbers[:, 2], read
+
+
+def write_packed(path, gaussians, has_colors=True):
+    """A compressed .ply file -> the Gaussians it stands for, in float64.
+
+    has_colors: whether chunks have ranges of colours; without them these are from 0 to 1."""
+    position, position_range, positions = _packed_between(gaussians.positions, (11, 10, 11))
+    scale, scale_range, logs = _packed_between(np.log(gaussians.scales), (11, 10, 11))
+    rotation, rotations = _packed_rotations(gaussians.rotations)
+    color, color_range, colors = _packed_between(0.5 + C0 * gaussians.harmonics[:, 0], (8, 8, 8))
+    if not has_colors:
+        color = np.rint(255 * (0.5 + C0 * gaussians.harmonics[:, 0])).clip(0, 255).astype(np.uint32)
+        colors = color / 255
+    alpha = np.rint(255 * gaussians.opacities).astype(np.uint32)
+    vertices = np.stack([position[:, 0] << 21 | position[:, 1] << 11 | position[:, 2], rotation,
+                         scale[:, 0] << 21 | scale[:, 1] << 11 | scale[:, 2],
+                         color[:, 0] << 24 | color[:, 1] << 16 | color[:, 2] << 8 | alpha], axis=1)
+    rest = np.rint((gaussians.harmonics[:, 1:] + 4) * 255 / 8).clip(0, 255).astype(np.uint8)
+    chunks = np.hstack([position_range, scale_range] + [color_range] * has_colors)
+    ends = [f"{end}_{axis}" for kind in ("x y z", "scale_x scale_y scale_z", "r g b")
+            for end in ("min", "max") for axis in kind.split()][:chunks.shape[1]]
+    header = ["ply", "format binary_little_endian 1.0", f"element chunk {len(chunks)}",
+              *(f"property float {name}" for name in ends), f"element vertex {len(vertices)}",
+              *(f"property uint packed_{name}" for name in "position rotation scale color".split())]
+    if rest.size:
+        header += [f"element sh {len(rest)}",
+                   *(f"property uchar f_rest_{i}" for i in range(3 * rest.shape[1]))]
+    with open(path, "wb") as file:
+        file.write("\n".join([*header, "end_header", ""]).encode())
+        file.write(chunks.astype("<f4").tobytes() + vertices.astype("<u4").tobytes())
+        file.write(rest.transpose(0, 2, 1).tobytes())
+    harmonics = np.concatenate([((colors - 0.5) / C0)[:, None], rest * (8 / 255) - 4], axis=1)
+    return Gaussians(positions, np.exp(logs), rotations, alpha / 255, harmonics)
 
 
 def read_surface(path):

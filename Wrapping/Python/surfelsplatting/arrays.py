@@ -20,7 +20,7 @@ from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .problems import UserProblem
 from .lens import Lens, focus_on_point
-from .lighting import needs_light
+from .lighting import needs_light, set_lights
 from .surfels import finite_triple, make_surfels, number_in, update
 from .vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
@@ -107,8 +107,8 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
         RGB from 0 to 1. With ``None`` the picture gets an alpha channel and has no background.
 
     lighting : bool, optional
-        Whether a light at the camera shades the points. By default it shades all but those with
-        colors as varied as those of photographs, which have light in them already.
+        Whether lights shade the points, the brightest one from above. By default they shade all
+        but colors as varied as those of photographs, which have light in them already.
 
     **estimation
         ``cleaning``, ``sides``, ``viewpoint``, ``neighbors`` and ``hierarchy``: how points become
@@ -281,6 +281,7 @@ def renderer_of(surfels, view, has_colors, lighting):
     camera.SetFocalDistance(view.focal_distance)
     renderer = vtkSurfelImageRenderer()
     renderer.AddActor(actor)
+    set_lights(renderer, actor)
     renderer.SetCamera(camera)
     renderer.SetSize(*view.size)
     return renderer

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether a cloud's colours need a light: photographs have the light of the day in them."""
+"""The lights, and whether a cloud's colours need them: photographs have the light of the day."""
 
 import numpy as np
 
@@ -9,6 +9,25 @@ from .backend import vtk
 # between them, where surfels mix them, have others. Half of a photograph has thousands.
 MOST_COLORS, MOST_GREYS = 256, 32
 SAMPLES = 100_000
+
+
+# Intensity, elevation and azimuth as seen from the camera, degrees: vtkLightKit's key, fill and
+# head light, all white. A lone light at the camera leaves floors and ceilings of rooms black.
+_LIGHTS = ((0.75, 50, 10), (0.25, -75, 0), (0.25, 0, 0))
+
+
+def set_lights(renderer, actor):
+    """Lights the surfels of an actor from above, in a vtkSurfelImageRenderer or vtkRenderer. Shaded
+    volumes keep the renderer's own light at the camera, which is that of VTK's ray casters."""
+    renderer.RemoveAllLights()
+    if actor.GetMapper().GetInput().GetPointData().HasArray("GaussianNormal"):
+        return
+    for intensity, elevation, azimuth in _LIGHTS:
+        light = vtk("vtkRenderingCore").vtkLight()
+        light.SetLightTypeToCameraLight()
+        light.SetDirectionAngle(elevation, azimuth)
+        light.SetIntensity(intensity)
+        renderer.AddLight(light)
 
 
 def are_photographs(colors):

@@ -199,6 +199,9 @@ def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
+    if extension in (".spz", ".sog"):
+        raise UserProblem(f"{path}: {extension} files of captures are not read; save it as .ply, for "
+                          "example with SuperSplat, which compresses it if asked to")
     if extension not in _READERS:
         raise UserProblem(f"{path}: unknown extension {extension!r}; a point "
                           f"cloud is one of {', '.join(sorted(_READERS))}")

@@ -93,8 +93,8 @@ def _add_color_options(parser):
                            "--unlit)")
     light = look.add_mutually_exclusive_group()
     light.add_argument("--lit", action="store_true",
-                       help="put a light at the camera (default: on, but off for colours as varied "
-                            "as those of photographs, which have light in them already)")
+                       help="light the cloud, most from above (default: on, but off for colours as "
+                            "varied as those of photographs, which have light in them already)")
     light.add_argument("--unlit", action="store_true", help="show the colours as they are")
     look.add_argument("--linear-light", action="store_true",
                       help="convert colours from sRGB to linear light before they are mixed; "

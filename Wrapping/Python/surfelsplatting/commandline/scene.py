@@ -3,7 +3,7 @@
 
 from ..backend import vtk
 from ..colormaps import color_by
-from ..lighting import needs_light
+from ..lighting import needs_light, set_lights
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from ..vtkSurfelVolumes import vtkVolumeSplatting
@@ -71,7 +71,9 @@ def set_splatter(splatter, arguments):
 
 def make_renderer(surfels, view, arguments):
     renderer = vtkSurfelImageRenderer()
-    renderer.AddActor(make_actor(surfels, arguments))
+    actor = make_actor(surfels, arguments)
+    renderer.AddActor(actor)
+    set_lights(renderer, actor)
     renderer.SetCamera(make_camera(view))
     renderer.SetSize(*view.size)
     _set_background(renderer, arguments)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..colormaps import scalar_names
+from ..lighting import set_lights
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
 from ..views.focus import (blur_at, distance_in_focus, focused_on_front, point_at_pixel,
@@ -84,6 +85,7 @@ class Viewer:
         self.renderer.RemoveAllActors()
         self.actor = self.look.make_actor(surfels, self.scalars)
         self.renderer.AddActor(self.actor)
+        set_lights(self.renderer, self.actor)
 
     def _first_view(self, size):
         hint = None if self.is_preview else self.look.hint_at_up

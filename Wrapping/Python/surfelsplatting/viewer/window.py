@@ -7,6 +7,7 @@ import signal
 import time
 
 from ..backend import vtk
+from ..lighting import set_lights
 from ..problems import UserProblem
 from ..vtkSurfelRendering import vtkSurfelSplattingPass
 from .mouse import Mouse
@@ -63,8 +64,8 @@ class Window:
         viewer = self._viewer
         self._renderer = core.vtkRenderer()
         self._renderer.SetBackground(viewer.look.background)
-        self._renderer.AddActor(viewer.actor)
-        self._actor = viewer.actor
+        self._actor = None
+        self._show_actor()
         self._pass = vtkSurfelSplattingPass()
         viewer.look.set_splatter(self._pass.GetSplatter())
         self._renderer.SetPass(self._pass)
@@ -126,15 +127,20 @@ class Window:
     def _is_moving(self):
         return self._mouse.is_down or time.monotonic() < self._rests_at
 
+    def _show_actor(self):
+        actor = self._viewer.actor
+        if actor is not self._actor:
+            self._renderer.RemoveActor(self._actor)
+            self._renderer.AddActor(actor)
+            set_lights(self._renderer, actor)
+            self._actor = actor
+
     def _draw(self):
         viewer = self._viewer
         size = self._window.GetSize()
         if size != viewer.view.size:
             viewer.resize(*size)
-        if viewer.actor is not self._actor:
-            self._renderer.RemoveActor(self._actor)
-            self._renderer.AddActor(viewer.actor)
-            self._actor = viewer.actor
+        self._show_actor()
         self._is_drawn_moving = self._is_moving()
         self._window.SetDesiredUpdateRate(self._rate if self._is_drawn_moving else STILL_RATE)
         viewer.update(self._pass.GetSplatter(), self._camera)
