@@ -12,6 +12,7 @@ import sys
 
 import vtkmodules.vtkInteractionStyle  # noqa: F401
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  (the text's font)
+from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersSources import vtkConeSource, vtkPointSource
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingAnnotation import vtkAxesActor
@@ -65,7 +66,10 @@ def main(cloud=None, picture="scene.png"):
     bounds = surfels.GetBounds()
     size = max(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4])
 
+    center = vtkTransform()
+    center.Translate(*surfels.GetCenter())
     axes = vtkAxesActor()
+    axes.SetUserTransform(center)
     axes.SetTotalLength(0.8 * size, 0.8 * size, 0.8 * size)
     text = vtkTextActor()
     text.SetInput("surfels, a mesh, axes and text")
@@ -79,7 +83,8 @@ def main(cloud=None, picture="scene.png"):
 
     # Depth of field needs only this line and a lens.
     renderer.SetPass(vtkSurfelSplattingPass())
-    renderer.ResetCamera()
+    renderer.ResetCamera(bounds)
+    renderer.GetActiveCamera().Zoom(0.7)  # for cone and axes
     camera = renderer.GetActiveCamera()
     camera.Azimuth(30)
     camera.Elevation(20)

@@ -58,7 +58,9 @@ class TestReadme(unittest.TestCase):
                        if name not in ("PYTHONPATH", *(() if display else ("DISPLAY",)))}
         result = subprocess.run([*display, "bash", "-e", "-c", commands], cwd=self.checkout,
                                 env=environment, capture_output=True, text=True, check=False)
-        self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
+        # Stages that take longer than 10 s, as on a busy machine, write their progress.
+        errors = re.sub(r"^surfelsplat: .* % .*after \d+:\d\d\n", "", result.stderr, flags=re.M)
+        self.assertEqual((result.returncode, errors), (0, ""), result.stdout)
 
     def run_python(self, script, display=()):
         [export] = re.findall(r"`(export PYTHONPATH=[^`]*)`", TEXT)

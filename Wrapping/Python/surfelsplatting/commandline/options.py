@@ -15,33 +15,34 @@ TRIPLE = dict(nargs=3, type=number, metavar=("X", "Y", "Z"))
 def add_camera_options(parser):
     """Where the camera is: by words and angles, and exactly."""
     seen = parser.add_argument_group(
-        "view", "Without any of these, the camera shows the whole cloud in a three-quarter view, or "
-        "a depth image from its sensor.")
+        "view", "Without any of these, the camera shows the whole cloud in a three-quarter view,\n"
+        "or a depth image from its sensor.")
     seen.add_argument("--view", choices=SIDES, help="the side from which the whole cloud is seen")
     seen.add_argument("--azimuth", type=number, default=0.0, metavar="A",
-                      help="the camera goes around what it looks at, to the right, degrees")
+                      help="move the camera to the right, around what it looks at, by A degrees")
     seen.add_argument("--elevation", type=number, default=0.0, metavar="A",
-                      help="the camera goes up, degrees")
+                      help="move the camera up, around what it looks at, by A degrees")
     seen.add_argument("--roll", type=number, default=0.0, metavar="A",
-                      help="the camera turns clockwise about its view direction, degrees")
+                      help="turn the camera clockwise about its view direction, by A degrees")
     seen.add_argument("--zoom", type=positive, default=1.0, metavar="Z",
-                      help="things become Z times larger")
+                      help="show things Z times as large")
     seen.add_argument("--up", choices=(*AXES, "auto"),
-                      help="the axis of the cloud that is up (default: auto, from the ground, the "
-                           "normals and the coordinates; --camera's)")
+                      help="the axis of the cloud that is up (default: that of --camera, or auto: "
+                           "the ground, the normals and the coordinates tell it)")
     seen.add_argument("--size", nargs=2, type=count, metavar=("W", "H"),
-                      help="of the picture in pixels; the blur of --camera grows with it (default: "
-                           "--camera's, or 800 600, in view and web 1280 800)")
+                      help="width and height of the picture in pixels; the blur of --camera grows "
+                           "with it (default: that of --camera, or 800 600; 1280 800 in view and "
+                           "web)")
     camera = parser.add_argument_group(
         "exact camera", "Each option of these groups overrides the value from --camera.")
     camera.add_argument("--camera", metavar="FILE.json[:VIEW]",
                         help="camera, lens and size from this file (default VIEW: the first one)")
     camera.add_argument("--position", help="position of the camera", **TRIPLE)
-    camera.add_argument("--focal-point", help="the point that the camera looks at, and that is in "
+    camera.add_argument("--focal-point", help="the point that the camera looks at; it is in "
                         "focus unless a focus is given", **TRIPLE)
     camera.add_argument("--view-up", help="the direction that is up in the picture", **TRIPLE)
     camera.add_argument("--view-angle", type=angle, metavar="A",
-                        help="vertical, in degrees (default: 30)")
+                        help="vertical angle of view in degrees (default: 30)")
     camera.add_argument("--focal-length", type=positive, metavar="MM",
                         help="instead of --view-angle: as on 35 mm film, whose shorter side is 24 "
                              "mm; 45 is about 30 degrees")
@@ -50,22 +51,22 @@ def add_camera_options(parser):
 def add_lens_options(parser):
     """What is in focus, and how much the rest is blurred."""
     focus = parser.add_argument_group(
-        "focus", "Default: the surface in the middle of the picture. It shows with a lens only.")
+        "focus", "Default: the surface in the middle of the picture. Without a lens all is sharp.")
     focus.add_argument("--focus-pixel", nargs=2, type=pixel_number, metavar=("X", "Y"),
-                       help="what is seen at this pixel of the picture, counted from its upper "
-                            "left corner")
+                       help="the surface that is seen at this pixel of the picture, counted "
+                            "from its upper left corner")
     focus.add_argument("--focus-point", help="the plane through this point, parallel to the "
                        "picture", **TRIPLE)
     focus.add_argument("--focal-distance", type=not_negative, metavar="F",
-                       help="the plane at this distance along the view direction (0: none)")
+                       help="the plane at this distance along the view direction (0: default)")
     lens = parser.add_argument_group(
         "lens", "Everything is sharp unless --camera or one of these gives a lens.")
     lens.add_argument("--blur", type=between(0, LARGEST_BLUR), metavar="PX",
                       help="radius of the blur in pixels at the far end of what is seen, or at the "
                            "near end if that is farther from the focus; try 10")
     lens.add_argument("--circle-of-confusion", type=between(0, LARGEST_BLUR), metavar="PX",
-                      help="radius of the blur in pixels of very distant points; things at twice "
-                           "the distance in focus have half of it")
+                      help="radius of the blur in pixels of very distant points; things twice as "
+                           "far as the focus have half of it")
     lens.add_argument("--f-number", type=positive, metavar="N",
                       help="focal length over diameter, as cameras have it, for clouds in metres; "
                            "see --focal-length")
@@ -78,21 +79,23 @@ def _add_color_options(parser):
     look = parser.add_argument_group("look")
     look.add_argument("--scalars", metavar="NAME",
                       help="colour by this column or array, such as intensity, or by a coordinate: "
-                           "x, y or z; of a volume, show this array")
+                           "x, y or z; for a volume: the array to show")
     look.add_argument("--colormap", metavar="NAME",
                       help="for --scalars and volumes: viridis, plasma, inferno, magma, cividis, "
                            "turbo, coolwarm, gray, or one of matplotlib if that is installed "
                            "(default: viridis)")
     look.add_argument("--range", nargs=2, type=number, metavar=("A", "B"),
-                      help="the scalars with the first and the last colour (default: the smallest "
-                           "and the largest)")
+                      help="the scalars that get the first and the last colour (default: the "
+                           "smallest and the largest)")
     look.add_argument("--background", nargs=3, type=between(0, 1), metavar=("R", "G", "B"),
-                      help="0 to 1; makes the picture opaque (default: none in .exr; in .png "
-                           "0.16 0.17 0.19, or black with --unlit)")
+                      help="colour behind the cloud, 0 to 1 each; makes the picture opaque "
+                           "(default: none in .exr; 0.16 0.17 0.19 in .png, or black with "
+                           "--unlit)")
     light = look.add_mutually_exclusive_group()
     light.add_argument("--lit", action="store_true",
-                       help="light it, most from the upper left (default: all but colours as varied as "
-                            "those of photographs, which have light in them already)")
+                       help="light the cloud, most from the upper left (default: on, but off for "
+                            "colours as varied as those of photographs, which have light in them "
+                            "already)")
     light.add_argument("--unlit", action="store_true", help="show the colours as they are")
     look.add_argument("--linear-light", action="store_true",
                       help="convert colours from sRGB to linear light before they are mixed; "
@@ -119,39 +122,40 @@ def _opacities(text):
 
 def _add_gaussian_options(parser):
     volume = parser.add_argument_group(
-        "volumes", "--scalars chooses the array, --colormap and --range its colours, unless the "
-        "array is colours: then the last of four components is the scalar, or else the luminance.")
+        "volumes", "--scalars chooses the array, --colormap and --range its colours. An array of\n"
+        "colours keeps them: the last of four components is the scalar, of three it is the\n"
+        "luminance.")
     volume.add_argument("--opacity", type=_opacities, metavar="V:O,...",
-                        help="the opacities O, 0 to 1, of scalars V, linear between them and "
+                        help="opacity O, 0 to 1, of scalar V, and so on; linear between them, "
                              "constant beyond (default: the most frequent scalar is transparent, "
                              "and those farthest from it are most opaque; -v prints it)")
     volume.add_argument("--unit-distance", type=positive, metavar="U",
-                        help="length over which the opacities are, world units: smaller is denser "
-                             "(default: about the diagonal of a cell, as in ParaView)")
+                        help="length in world units over which the opacities hold; smaller is "
+                             "denser (default: about the diagonal of a cell, as in ParaView)")
     volume.add_argument("--shade", action="store_true",
-                        help="light it as if the scalars had surfaces, across which they change "
-                             "fastest, with opacities and colours that show them unless --opacity "
-                             "and --range are given (default: as bright from all sides)")
+                        help="light the volume as if it had surfaces where its scalars change "
+                             "fastest; opacities and colours are chosen to show them, unless "
+                             "--opacity and --range are given (default: no light)")
     capture = parser.add_argument_group("captures")
     capture.add_argument("--capture-filter", choices=("classic", "antialiased"), default="classic",
-                         help="what is smaller than a pixel grows, as in the published method with "
-                              "which most captures are trained, or gets fainter, as in "
-                              "Mip-Splatting: for captures trained so, and seen from afar "
-                              "(default: classic)")
+                         help="how to draw what is smaller than a pixel: larger, as in the "
+                              "published method, with which most captures are trained, or fainter, "
+                              "as in Mip-Splatting, for captures trained with that and for views "
+                              "from afar (default: classic)")
 
 
 def _add_surfel_options(parser):
     points = parser.add_argument_group("points to surfels")
     points.add_argument("--cleaning", choices=("off", "outliers", "full"), default="full",
-                        help="what is done to the points first: outliers removes those that belong "
+                        help="what to do to the points first: outliers removes those that belong "
                              "to no surface, full also smooths noisy surfaces (default: full)")
     points.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
-                        help="auto: the normals in the file say which side is outside, or its "
-                             "viewpoint does; without them surfaces whose outside is known are "
-                             "visible from there only. two: all are visible from both sides. "
-                             "given: the normals in the file decide, nothing else (default: auto)")
+                        help="from which sides surfaces are visible. auto: from outside, as the "
+                             "normals or the viewpoint in the file tell it, or else the shape; "
+                             "from both sides where nothing does. two: from both sides. given: as "
+                             "the normals in the file tell it (default: auto)")
     points.add_argument("--neighbors", type=between(4, 256, count), metavar="K",
-                        help="number of points from which a normal is estimated, 4 to 256; more "
+                        help="number of points that a normal is estimated from, 4 to 256; more "
                              "for noisy scans (default: 16, or 30 for depth images)")
 
 
@@ -173,8 +177,8 @@ def _add_accuracy_options(parser):
                        help="average N pinhole pictures from points all over the lens: exact if N "
                             "is large, several hundred")
     accuracy.add_argument("--kernel", choices=("pearson", "gaussian"), default="pearson",
-                          help="of splats: pearson is close to the disc of a lens, gaussian "
-                               "is the paper's (default: pearson)")
+                          help="shape of the splats: pearson is close to the disc of a lens, "
+                               "gaussian is the paper's (default: pearson)")
     accuracy.add_argument("--cutoff", type=between(1, 20), metavar="C",
                           help="exponent at which a splat of the gaussian kernel ends, 1 to 20 "
                                "(default: 2.5)")
@@ -203,12 +207,12 @@ def add_other_outputs(parser):
     """What surfelsplat render writes beside its picture."""
     outputs = parser.add_argument_group("other outputs")
     outputs.add_argument("--save-camera", metavar="OUT.json",
-                         help="also write camera, lens and size; with --camera OUT.json the picture "
-                              "becomes the same")
+                         help="also write camera, lens and size; --camera OUT.json makes the same "
+                              "picture again")
     outputs.add_argument("--hierarchy", metavar="OUT.surfels",
-                         help="also write the hierarchy; a later run can use it as CLOUD and skip "
-                              "the estimation. A .surfels file is open at once, however large it "
-                              "is; .vtp is for captures and other programs")
+                         help="also write the hierarchy; a later run can take it as CLOUD and skip "
+                              "the estimation. A .surfels file opens at once, however large it "
+                              "is; OUT.vtp is for captures and other programs")
     outputs.add_argument("--surfels", metavar="OUT.vtp", help="also write the surfels")
     outputs.add_argument("--stats", metavar="OUT.json",
                          help="write counts and times: medians over all frames but the first")
@@ -219,14 +223,15 @@ def add_other_outputs(parser):
 def add_run_options(parser):
     run = parser.add_argument_group("run")
     run.add_argument("-v", "--verbose", action="store_true",
-                     help="print what is read, seen and in focus, and messages")
-    run.add_argument("--threads", type=count, metavar="N", help="default: all cores")
+                     help="print what is read, what is seen, what is in focus, and messages")
+    run.add_argument("--threads", type=count, metavar="N",
+                     help="number of threads (default: all cores)")
     run.add_argument("--points-per-part", type=between(1000, 1 << 30, count),
                      default=LARGEST_PART, metavar="N",
-                     help="larger clouds are processed in parts, which takes up to 140 bytes for "
-                          "each point while it is cleaned, then 70, and 320 for each point of one "
-                          "part; surfels without given normals are then two-sided "
-                          "(default: 10 million)")
+                     help="process larger clouds in parts of N points, to save memory: it takes "
+                          "70 bytes for each point, up to 140 while they are cleaned, and 320 for "
+                          "each point of one part. Surfels without given normals are then "
+                          "two-sided (default: 10 million)")
 
 
 # Of each of these at most one can be given.

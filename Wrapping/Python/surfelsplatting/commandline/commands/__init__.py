@@ -39,7 +39,7 @@ def _check_command(word, parser, names):
 
 def parse_arguments(words):
     """-> the arguments, with run(arguments); or UserProblem."""
-    parser = Parser(prog="surfelsplat", description="Depth-of-field splatting of point clouds.",
+    parser = Parser(prog="surfelsplat", description="Draws point clouds with depth of field.",
                     epilog="For example, surfelsplat view scan.ply shows a scan. "
                            "surfelsplat COMMAND --help lists the options of a command.")
     parser.add_argument("--version", action="version", version=f"surfelsplat {__version__}")

@@ -45,20 +45,21 @@ _distance = checked(number, lambda value: value > 0, "is not above 0")
 
 
 def _add_motion_options(parser):
-    group = parser.add_argument_group("motion", "Without any of these: --turn 360, or --turn 40 around "
-                                      "a depth image, which looks like nothing from behind.")
+    group = parser.add_argument_group(
+        "motion", "Without any of these: --turn 360, or --turn 40 around a depth image, which looks\n"
+        "like nothing from behind.")
     motion = group.add_mutually_exclusive_group()
     motion.add_argument("--turn", type=between(-36000, 36000), metavar="DEGREES",
-                        help="the camera goes around the cloud, counterclockwise seen from above; "
-                             "less than 360: it swings to both sides, in all by this angle")
+                        help="move the camera around the cloud, counterclockwise seen from above; "
+                             "an angle below 360 is that of a swing to both sides, in all")
     motion.add_argument("--focus-pull", nargs="*", type=_distance, metavar=("NEAR", "FAR"),
-                        help="the camera stands still, and the focus goes from one distance to the "
-                             "other, along the view direction; default: from the nearest surface "
-                             "to the farthest, with a lens that shows it if none is given")
+                        help="move the focus from one distance to the other, along the view "
+                             "direction, while the camera stands still; default: from the nearest "
+                             "surface to the farthest. If no lens is given, one that shows it is "
+                             "chosen")
     motion.add_argument("--through", nargs="+", metavar="FILE.json[:VIEW]",
-                        help="the camera goes from the first of these views to the last through "
-                             "the others; a FILE.json with several views means all of them, in "
-                             "their order")
+                        help="move the camera through these views; a FILE.json with several views "
+                             "means all of them, in their order")
     group.add_argument("--frames", type=between(1, LARGEST_FILM, count), default=240, metavar="N",
                        help="number of pictures (default: 240)")
     group.add_argument("--rate", type=between(1, 1000), default=30.0, metavar="R",

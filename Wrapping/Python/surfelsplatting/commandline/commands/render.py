@@ -11,11 +11,12 @@ from ..options import (add_camera_options, add_detail_options, add_lens_options,
 DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
 
-CLOUD is a .ply, .pcd, .las, .laz, .e57, .csv, .xyz, .txt, .asc, .pts, .vtp, .vtu or .vtk file, or the
-vertices of an .obj, .stl, .gltf or .glb file. Its colours, alpha and normals are used; surfelsplat
-info tells what is in it. A .surfels or .vtp file that already holds a hierarchy or surfels (see
---hierarchy and --surfels) is rendered directly, and so are captures of 3D Gaussian splatting, .ply or
-.splat files, and volumes, .vti, .vtk, .mhd, .mha, .nrrd or .nhdr files.
+CLOUD is one of these; surfelsplat info tells what is in it:
+  points     .ply .pcd .las .laz .e57 .csv .xyz .txt .asc .pts .vtp .vtu .vtk, with their colours,
+             alpha and normals; the vertices of .obj .stl .gltf .glb
+  captures   of 3D Gaussian splatting: .ply .splat
+  volumes    .vti .vtk .mhd .mha .nrrd .nhdr
+  surfels    that --hierarchy or --surfels has written: .surfels .vtp
 
 OUT.exr holds RGBA floats, premultiplied, alpha = coverage, and Z, the distance along the view
 direction. OUT.png holds 8 bits, 255 times the float values, over the background. Colours are mixed

@@ -27,7 +27,7 @@ def add_parser(commands):
     parser.add_argument("cloud", metavar="CLOUD", help="the point cloud; see surfelsplat render")
     page = parser.add_argument_group("page")
     page.add_argument("--port", type=_port, default=8080, metavar="N",
-                      help="of the page; 0 is any that is free (default: 8080)")
+                      help="port of the page; 0: any that is free (default: 8080)")
     page.add_argument("--token", action="store_true",
                       help="let nobody in without a secret word, which is part of the address that "
                            "is printed; for machines with several users")
