@@ -179,8 +179,24 @@ class TestUp(unittest.TestCase):
                 self.assertEqual(tuple(find_up(Samples(capture_of(places, faint))).axis), up)
         for points in (ball, rng.normal(size=(2000, 3)), np.zeros((3, 3))):
             self.assertEqual(tuple(find_up(Samples(capture_of(points))).axis), (0, -1, 0))
+        # A guess does not count against what is usual: this bowl is open between y and z.
+        tilted = capture_of(ball[ball @ (0, 0.5, 0.8) < 0.5])
+        up = find_up(Samples(tilted))
+        self.assertEqual((tuple(up.axis), up.is_clear), ((0, -1, 0), False))
         # The camera of COLMAP looks along z.
         self.assertLess(complete_view(View(), Cloud(capture_of(ball)), capture_of(ball)).position[2], -1)
+
+    def test_bulk_of_captures(self):
+        """A long neck is shown, a sky and a few stray Gaussians are not."""
+        rng = np.random.default_rng(2)
+        body = rng.uniform(-1, 1, (9000, 3))  # quartiles at +-0.5
+        neck = np.column_stack([rng.normal(size=(500, 2)) * 0.1, rng.uniform(1, 2.4, 500)])
+        stray = np.array([[0.0, 0, 4], [0, -5, 0]])
+        sky = 30 * sphere(500)[0]
+        guitar = np.vstack([body, neck, stray])
+        self.assertAlmostEqual(Samples(capture_of(guitar)).high[2], 2.4, delta=0.05)
+        self.assertAlmostEqual(Samples(capture_of(guitar)).low[1], -1, delta=0.05)
+        self.assertLess(Samples(capture_of(np.vstack([guitar, sky]))).high[2], 2.35)
 
 
 if __name__ == "__main__":

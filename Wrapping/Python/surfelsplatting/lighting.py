@@ -12,9 +12,9 @@ SAMPLES = 100_000
 
 
 # Intensity, elevation and azimuth as seen from the camera, degrees. A lone light at the camera leaves
-# floors and ceilings of rooms black. So there are the key, fill and head light of vtkLightKit, all
-# white, but the key light falls from the upper left, as on maps: from above, plains have no relief.
-_LIGHTS = ((0.75, 35, -40), (0.25, -75, 0), (0.25, 0, 0))
+# floors and ceilings of rooms black. So there are the key, fill, head and back lights of vtkLightKit,
+# all white, but the key light falls from the upper left, as on maps: from above, plains have no relief.
+_LIGHTS = ((0.75, 35, -40), (0.25, -75, 0), (0.25, 0, 0), (0.21, 0, 110), (0.21, 0, -110))
 
 
 def set_lights(renderer, actor):

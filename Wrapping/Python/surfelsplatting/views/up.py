@@ -47,6 +47,7 @@ class Up(NamedTuple):
     axis: np.ndarray
     is_clear: bool  # else it is a guess
     is_usual: bool = False  # a guess that is right for most things of this kind
+    is_alone: bool = True  # no other direction has about the same evidence
 
 
 def _is_usual(index, ups):
@@ -94,7 +95,8 @@ def _most(ends, ups, least):
     if ends[best][1] < FREE * ends[best][0]:  # walls are on opposite sides, and grounds are not
         scores = [min(score, low - high) for score, (low, high) in zip(scores, ends)]
     others = max([0.0, *scores[:best], *scores[best + 1:]])
-    return Up(ups[best], _is_usual(best, ups) and scores[best] > CLEAR * others)
+    is_alone = scores[best] > CLEAR * others
+    return Up(ups[best], is_alone and _is_usual(best, ups), is_alone=is_alone)
 
 
 def _of_ground(samples, ups):
@@ -131,7 +133,8 @@ def _of_openings(samples, ups):
     if along[best] < max(OPEN, np.abs(opening).max()):
         return None
     others = max([0.0, *(abs(x) for x, up in zip(along, ups) if up @ ups[best] == 0)])
-    return Up(ups[best], _is_usual(best, ups) and along[best] > CLEAR * others)
+    is_alone = along[best] > CLEAR * others
+    return Up(ups[best], is_alone and _is_usual(best, ups), is_alone=is_alone)
 
 
 def _of_base(samples, ups):
@@ -262,6 +265,8 @@ def find_up(samples):
     if thin:
         ups = [up for up in ups if up[thin]]
     up = _of_surface(samples, ups)
+    if samples.is_capture and up and not up.is_alone:
+        up = None  # what is usual says more
     if not up and thin == 0 and not samples.is_capture:
         return Up(Z, False)  # a wall
     # What is thin along y may be a wall.
