@@ -63,11 +63,12 @@ class TestPictures(ToolCase):
         inside = unlit[..., 3] > 0.99
         brightness = np.where(inside, picture[..., 2] / np.maximum(unlit[..., 2], 0.1), 0)
         row, column = np.unravel_index(brightness.argmax(), brightness.shape)
-        # 0.75 of a light 35 degrees above and 40 to the left, and 0.25 at the camera add up to
-        # (-0.395, 0.430, 0.721), of length 0.928. The ball has a radius of 15.1 px.
-        self.assertAlmostEqual(row, 23.5 - 15.1 * 0.430 / 0.928, delta=2)
-        self.assertAlmostEqual(column, 31.5 - 15.1 * 0.395 / 0.928, delta=2)
-        self.assertAlmostEqual(brightness.max(), 0.928, delta=0.02)
+        # 0.75 of a light 35 degrees above and 40 to the left, 0.25 at the camera, and 0.21 at 110
+        # degrees to the left add up to (-0.592, 0.430, 0.649), of length 0.978. The ball has a
+        # radius of 15.1 px.
+        self.assertAlmostEqual(row, 23.5 - 15.1 * 0.430 / 0.978, delta=2)
+        self.assertAlmostEqual(column, 31.5 - 15.1 * 0.592 / 0.978, delta=2)
+        self.assertAlmostEqual(brightness.max(), 0.978, delta=0.02)
         x, y = (values.ravel() for values in np.meshgrid(*2 * [np.linspace(-1, 1, 80)]))
         write_ply("floor.ply", np.column_stack([x, y, np.zeros_like(x)]),
                   normals=np.tile((0.0, 0.0, 1.0), (len(x), 1)))
