@@ -43,8 +43,9 @@ class TestRender(unittest.TestCase):
         # 0.785 of the light falls on what faces the camera; the cloud's grey is 204.
         np.testing.assert_allclose(picture[90, 120], 160, atol=4)
         self.assertEqual(picture[:, :20].max(), 0)
-        # A headlight makes a grey sphere: brighter in the middle than near its edge.
-        self.assertGreater(picture[90, 120, 0], picture[90, 70, 0] + 20)
+        # The brightest light comes from the left.
+        self.assertGreater(picture[90, 120, 0], picture[90, 170, 0] + 20)
+        self.assertGreater(picture[90, 100, 0], picture[90, 140, 0] + 20)
 
     def test_top_row_first_and_right_to_the_right(self):
         colors = np.zeros_like(self.points)
