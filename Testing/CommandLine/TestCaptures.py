@@ -174,9 +174,7 @@ class TestCaptures(ToolCase):
             self.assertIn(says, self.failure(self.with_header(old, new)), new)
         size = os.path.getsize("capture.ply")
         for left in (size - 1, size - 6000, 1200, 700, 300):
-            with open("capture.ply", "rb") as file, open("cut.ply", "wb") as cut:
-                cut.write(file.read(left))
-            self.assertRegex(self.failure("cut.ply"), "cut short|damaged")
+            self.assertRegex(self.failure(self.cut(left)), "cut short|damaged")
 
     def test_extremes(self):
         """Infinite logits and logarithms have a meaning; other infinities and NaN have none."""
@@ -243,6 +241,12 @@ class TestCaptures(ToolCase):
             file.write(content.replace(old, new, 1))
         return "wrong.ply"
 
+    def cut(self, left):
+        """The first bytes of capture.ply -> the name of a file"""
+        with open("capture.ply", "rb") as file, open("cut.ply", "wb") as cut:
+            cut.write(file.read(left))
+        return "cut.ply"
+
     def test_wrong_headers(self):
         write_ply("capture.ply", furry_ball(20))
         for old, new, says in (
@@ -268,9 +272,7 @@ class TestCaptures(ToolCase):
             write_ply("capture.ply", ball, form)
             size = os.path.getsize("capture.ply")
             for left in (size - 1, size - 300, size // 2, 1500, 300, 5):
-                with open("capture.ply", "rb") as file, open("cut.ply", "wb") as cut:
-                    cut.write(file.read(left))
-                reader = self.reader("cut.ply")
+                reader = self.reader(self.cut(left))
                 reader.Update()  # without its last digit a text may still be whole
                 self.assertEqual(reader.GetErrorCode() != 0, form != "ascii" or left < size - 1)
         with open("capture.ply", "rb") as file:

@@ -72,8 +72,9 @@ class SurfelAccessor:
 
         Cells are ignored. The surfels have the point data of the points that they are made from,
         in another order, and stay where these are in the world; in double, if float is too coarse
-        for coordinates such as those of UTM. Normals of the data set are kept. The Gaussians of a capture stay what
-        they are and get their level of detail; the other parameters have no effect on them.
+        for coordinates such as those of UTM. Normals of the data set are kept. The Gaussians of a
+        capture stay what they are and get their level of detail; the other parameters have no
+        effect on them.
         Surfels whose points are moved afterwards are made anew when they are drawn; those that are
         selected get a new level of detail.
 
