@@ -163,6 +163,21 @@ class TestUp(unittest.TestCase):
         self.check_up(surfels_of(points @ TO_Y.T, normals @ TO_Y.T), (0, 1, 0), True)
         self.check_up(surfels_of(points * (1, 1, -1), normals * (1, 1, -1)), (0, 0, 1), False)
 
+    def test_closed_things_stand(self):
+        """An animal on four legs, in the axes of either convention. What would lie on its back as well
+        as it stands does not tell."""
+        ball = sphere(2000)[0]
+        legs = [((x, y, 0.4), (0.1, 0.1, 0.4)) for x in (-0.6, 0.6) for y in (-0.25, 0.25)]
+        parts = [((0, 0, 1), (1, 0.4, 0.35)), ((1.2, 0, 1.4), (0.3, 0.2, 0.2)), *legs]
+        points = np.vstack([ball * size + place for place, size in parts])
+        normals = np.vstack([ball / size for _, size in parts])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        self.check_up(surfels_of(points, normals), (0, 0, 1), True)
+        self.check_up(surfels_of(points @ TO_Y.T, normals @ TO_Y.T), (0, 1, 0), True)
+        sizes = np.array((0.5, 1, 0.6))
+        stone = surfels_of(ball * sizes, ball / sizes)
+        self.check_up(stone, (0, 1, 0), False)
+
     def test_what_is_up_in_captures(self):
         """The same, through the centres of opaque Gaussians; without a sign it is -y."""
         rng = np.random.default_rng(1)

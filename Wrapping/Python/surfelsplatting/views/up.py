@@ -22,9 +22,10 @@ BASE = 0.08  # the same of closed things, at both ends; of balls it is 0.05
 SLAB = 0.15  # the same of any area, where noise hides what is level
 FREE = 0.25  # as much at the top as at the bottom, up to which nothing is above a ground
 CLEAR = 2.0  # times as much evidence as any other direction has
-AGAINST_USAGE = 3.0  # times as much of a ground at the top as at the bottom
+AGAINST_USAGE = 3.0  # times as much of a ground at the top as at the bottom, or as stable
 LEVEL = 0.95  # cosine of the slope up to which area is level
-FEW = 0.1  # two-sided parts of a closed surface
+STANCE, STABLE = 0.03, 0.1  # part of the height that touches the ground; slope up to which it stands
+FEW, HALF = 0.1, 0.5  # two-sided parts of a closed surface, and of one that mostly is
 OPEN = 0.05  # net area over area above which a surface has an open side
 OPAQUE = 0.5  # opacity of a capture's Gaussians that are taken for a surface
 ENOUGH = 50_000  # samples, of which what is up is told within a quarter of a second
@@ -137,6 +138,32 @@ def _of_openings(samples, ups):
     return Up(ups[best], is_alone and _is_usual(best, ups), is_alone=is_alone)
 
 
+def _stability(samples, up):
+    """The slope on which the surface would tip over: the distance of its centre from the edge of what
+    touches the ground, over the height of the centre; negative if it does not stand at all."""
+    area = np.linalg.norm(samples.areas, axis=1)
+    center = area @ samples.points / max(area.sum(), 1e-300)
+    height = samples.points @ up
+    low, high = np.percentile(height, BULK)
+    across = unit(np.cross(up, X if abs(up[0]) < 0.5 else Y))
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+    edges = np.cos(angle) * across + np.sin(angle) * np.cross(up, across)
+    feet = samples.points[height <= low + STANCE * (high - low)] - center
+    return (feet @ edges.T).max(axis=0).min() / max(center @ up - low, 1e-300)
+
+
+def _of_stance(samples, ups):
+    """Closed things stand in one of the usual directions. If they would in several, for example on
+    their backs, this tells nothing, unless one is far more stable."""
+    if samples.two_sided.mean() > HALF or is_open(samples):
+        return None
+    usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
+    stable = [_stability(samples, up) for up in usual]
+    best = int(np.argmax(stable))
+    others = max([STABLE / AGAINST_USAGE, *stable[:best], *stable[best + 1:]])
+    return Up(usual[best], True) if stable[best] > AGAINST_USAGE * others else None
+
+
 def _of_base(samples, ups):
     """Closed things stand on what is level, or have it on top; which of them, usage tells."""
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
@@ -243,17 +270,21 @@ def _of_kind(samples, thin):
 
 def _of_surface(samples, ups):
     """-> what the surface says, or None"""
-    surface = _surface_of(samples) if samples.is_capture else _some_of(samples)
+    rules = (_of_ground, _of_openings, _of_base, _of_slab)
+    if samples.is_capture:
+        surface = _surface_of(samples)
+    else:
+        surface, rules = _some_of(samples), (_of_stance, *rules)
     if surface is None:
         return None
-    found = (rule(surface, ups) for rule in (_of_ground, _of_openings, _of_base, _of_slab))
+    found = (rule(surface, ups) for rule in rules)
     return next((up for up in found if up), None)
 
 
 def find_up(samples):
     """-> Up: z in coordinates of a country, and of a volume, whose slices are stacked along it; along
-    the walls of rooms and facades; a terrain's normal; up from a ground; away from an open bottom or
-    a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
+    the walls of rooms and facades; a terrain's normal; as closed things stand; up from a ground; away
+    from an open bottom or a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
     with which most are trained."""
     if samples.is_far or samples.is_volume:
         return Up(Z, True)
@@ -269,9 +300,9 @@ def find_up(samples):
         up = None  # what is usual says more
     if not up and thin == 0 and not samples.is_capture:
         return Up(Z, False)  # a wall
-    # What is thin along y may be a wall.
-    up = up or Up(ups[0], thin == 2 or _is_alike_from(samples, OF_SCANS))
-    return up._replace(is_usual=bool(up.axis[1] > 0 and _is_model(samples)))
+    up = up or Up(ups[0], thin == 2)  # what is thin along y may be a wall
+    return up._replace(is_clear=up.is_clear or _is_alike_from(samples, OF_SCANS),
+                       is_usual=bool(up.axis[1] > 0 and _is_model(samples)))
 
 
 def floor_normal(samples, up):
