@@ -13,7 +13,7 @@ from plottercase import SOURCE, PlotterCase
 from TestAccessor import write_pcd
 
 with open(os.path.join(SOURCE, "Documentation", "PyVista.md"), encoding="utf-8") as page:
-    SCENE, ARRAYS = re.findall(r"```python\n(.*?)```", page.read(), re.S)
+    SCENE, WIDGET, ARRAYS = re.findall(r"```python\n(.*?)```", page.read(), re.S)
 
 
 class TestPage(PlotterCase):
@@ -25,6 +25,8 @@ class TestPage(PlotterCase):
             write_pcd("scan.pcd")
             names = {}
             exec(compile(SCENE, "PyVista.md", "exec"), names)
+            exec(compile(WIDGET, "PyVista.md", "exec"), names)
+            self.assertIn("half", names["pl"].actors)
             names["pl"].close()
             one, scene = (pv.read(name) for name in ("scan.png", "scene.png"))
             os.chdir(before)
