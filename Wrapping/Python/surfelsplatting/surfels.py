@@ -7,7 +7,7 @@ import numpy as np
 
 from .backend import vtk
 from .problems import warn_user
-from .vtkmessages import plain_text
+from .vtkmessages import errors_of
 from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
@@ -148,21 +148,9 @@ def one_of(value, choices, what):
 
 def update(algorithm, what):
     """Updates an algorithm. Raises its first error as a RuntimeError, and repeats its warnings."""
-    errors, texts = [], []
-    observed = (algorithm, algorithm.GetExecutive())
-    tags = []
-    for target in observed:
-        for event, found in (("ErrorEvent", errors), ("WarningEvent", texts)):
-            def note(_caller, _event, text, found=found):
-                found.append(plain_text(text))
-
-            note.CallDataType = vtk("vtkCommonCore").VTK_STRING
-            tags.append((target, target.AddObserver(event, note)))
-    try:
+    observed = algorithm, algorithm.GetExecutive()
+    with errors_of(*observed) as errors, errors_of(*observed, event="WarningEvent") as texts:
         algorithm.Update()
-    finally:
-        for target, tag in tags:
-            target.RemoveObserver(tag)
     if errors:
         raise RuntimeError(f"{what}: {errors[0]}")
     for text in texts:

@@ -25,17 +25,17 @@ def plain_text(message):
 
 
 @contextmanager
-def errors_of(*objects):
-    """-> a list that gets the errors of VTK objects, which nobody else sees meanwhile."""
-    errors = []
+def errors_of(*objects, event="ErrorEvent"):
+    """-> a list that gets the errors, or warnings, of VTK objects, which nobody else sees meanwhile."""
+    texts = []
 
     def note(_caller, _event, text):
-        errors.append(plain_text(text))
+        texts.append(plain_text(text))
 
     note.CallDataType = vtk("vtkCommonCore").VTK_STRING
-    tags = [(observed, observed.AddObserver("ErrorEvent", note)) for observed in objects]
+    tags = [(observed, observed.AddObserver(event, note)) for observed in objects]
     try:
-        yield errors
+        yield texts
     finally:
         for observed, tag in tags:
             observed.RemoveObserver(tag)

@@ -160,8 +160,8 @@ def _of_stance(samples, ups):
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
     stable = [_stability(samples, up) for up in usual]
     best = int(np.argmax(stable))
-    others = max([STABLE / AGAINST_USAGE, *stable[:best], *stable[best + 1:]])
-    return Up(usual[best], True) if stable[best] > AGAINST_USAGE * others else None
+    others = max([0.0, *stable[:best], *stable[best + 1:]])
+    return Up(usual[best], True) if stable[best] > max(STABLE, AGAINST_USAGE * others) else None
 
 
 def _of_base(samples, ups):
