@@ -103,14 +103,14 @@ void SortByComparison(const KeyRun& keys)
   std::sort(keys.Begin, keys.Begin + keys.Size);
 }
 
-/// Sorts keys of which each is at most a few places away from its own.
-void Insert(const KeyRun& keys)
+/// Copies keys of which each is at most a few places away from its own, sorted.
+void Insert(const KeyRun& keys, std::uint64_t* to)
 {
-  for (std::uint64_t* key = keys.Begin + 1; key < keys.Begin + keys.Size; ++key)
+  for (std::size_t i = 0; i < keys.Size; ++i)
   {
-    const std::uint64_t value = *key;
-    std::uint64_t* place = key;
-    for (; place > keys.Begin && place[-1] > value; --place)
+    const std::uint64_t value = keys.Begin[i];
+    std::uint64_t* place = to + i;
+    for (; place > to && place[-1] > value; --place)
     {
       *place = place[-1];
     }
@@ -119,33 +119,32 @@ void Insert(const KeyRun& keys)
 }
 }
 
-void KeySorter::Sort(std::vector<std::uint64_t>& keys)
+void KeySorter::Sort(std::uint64_t* keys, std::size_t size)
 {
   constexpr std::size_t few = 32, worthBins = 96;
-  if (keys.size() < few)
+  const KeyRun all{ keys, size };
+  if (size < few)
   {
-    std::sort(keys.begin(), keys.end());
+    SortByComparison(all);
     return;
   }
-  this->Work.resize(keys.size());
-  const std::uint32_t largest =
-    CopyToBins({ keys.data(), keys.size() }, this->Work.data(), this->Ends);
-  keys.swap(this->Work);
-  const KeyRun all{ keys.data(), keys.size() };
+  this->Work.resize(size);
+  const std::uint32_t largest = CopyToBins(all, this->Work.data(), this->Ends);
+  const KeyRun binned{ this->Work.data(), size };
   if (largest > Crowded)
   {
     // Where a few keys are far off, most share few bins.
-    ForCrowded(all, this->Ends, [this](const KeyRun& crowded) {
+    ForCrowded(binned, this->Ends, [&](const KeyRun& crowded) {
       if (crowded.Size < worthBins)
       {
         SortByComparison(crowded);
         return;
       }
-      CopyToBins(crowded, this->Work.data(), this->EndsInBin);
-      std::copy_n(this->Work.data(), crowded.Size, crowded.Begin);
+      CopyToBins(crowded, keys, this->EndsInBin);
+      std::copy_n(keys, crowded.Size, crowded.Begin);
       ForCrowded(crowded, this->EndsInBin, SortByComparison);
     });
   }
-  Insert(all);
+  Insert(binned, keys);
 }
 }

@@ -400,7 +400,7 @@ void Splatter::RenderCell(
   this->Stats.BinningMilliseconds = watch.Lap();
   if (!this->Cell.DepthBuffered)
   {
-    SortBins(this->List, executor, this->Bins);
+    SortBins(executor, this->Bins);
   }
   this->Stats.SortMilliseconds = watch.Lap();
 
@@ -434,7 +434,7 @@ void Splatter::RasterTiles(
       }
     }
   });
-  this->Stats.Pairs = this->Bins.Indices.size();
+  this->Stats.Pairs = this->Bins.Keys.size();
   for (const TileResult& tile : this->Tiles)
   {
     this->Stats.Fragments += tile.Counts.Fragments;

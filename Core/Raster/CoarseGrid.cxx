@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -23,60 +22,74 @@ struct Level
   const TileSet& Drawn;
 };
 
+/// First pixel whose centre is not before x, px, or the end of the picture.
+int FirstPixel(int x, int size)
+{
+  return std::min(std::max(x, 0), size);
+}
+
+/// Pixels under the tent of cell (x, y) of a level.
+PixelBox BoxOfTent(int x, int y, const Level& level)
+{
+  const int d = 1 << level.Number;
+  const PictureSize& picture = level.Drawn.Picture;
+  return { FirstPixel((x - 1) * d, picture.Width), FirstPixel((y - 1) * d, picture.Height),
+    FirstPixel((x + 1) * d, picture.Width), FirstPixel((y + 1) * d, picture.Height) };
+}
+
 /// Turns a level's layers into tents of the picture.
 class TentSink : public CellSink
 {
 public:
   explicit TentSink(const Level& level)
-    : Cell(static_cast<float>(1 << level.Number))
-    , Drawn(level.Drawn)
+    : Grid(level)
+    , CellSize(static_cast<float>(1 << level.Number))
   {
   }
 
-  std::vector<Tent>* Tents = nullptr;
+  TileTents* To = nullptr;
 
   void Receive(int x, int y, const PixelTile& tile, int block, int lane) override
   {
-    Tent t;
-    t.X = static_cast<float>(x) * this->Cell;
-    t.Y = static_cast<float>(y) * this->Cell;
-    t.InverseCell = 1.0f / this->Cell;
-    t.Box = { First(t.X - this->Cell, this->Drawn.Picture.Width),
-      First(t.Y - this->Cell, this->Drawn.Picture.Height),
-      First(t.X + this->Cell, this->Drawn.Picture.Width),
-      First(t.Y + this->Cell, this->Drawn.Picture.Height) };
-    if (IsEmpty(t.Box) || !this->Drawn.Touch(t.Box))
+    const PixelBox box = BoxOfTent(x, y, this->Grid);
+    if (IsEmpty(box) || !this->Grid.Drawn.Touch(box))
     {
       return;
     }
     const OpenLayers& open = tile.Open[block];
     const LayerDepths depths = DepthsOf(open, tile.Coarse[block], lane);
-    t.Weight = depths.Weight;
+    // Written where it stays: a copy would wait for each of its fields.
+    Tent& t = this->To->Add();
+    t.Box = box;
+    t.X = static_cast<float>(x) * this->CellSize;
+    t.Y = static_cast<float>(y) * this->CellSize;
+    t.InverseCell = 1.0f / this->CellSize;
     SetColor(open, tile.Lens[block], lane, t);
     SetCovariances(open, tile.Coarse[block], lane, t);
+    const auto cell = static_cast<std::uint32_t>(y % TileSize * TileSize + x % TileSize);
     const LayerPart whole = WholeLayer(depths);
     TwoNormals surfaces;
     LayerPart parts[2];
     if (!SplitLayer(depths, whole, surfaces, parts))
     {
-      this->Add(t, whole);
+      this->Place(t, whole, cell);
       return;
     }
     // Both have the layer's lens point: own ones take 1 % of a frame and gain no dB.
     Tent back = t;
     SplitColors({ open, tile.Coarse[block], lane }, depths, surfaces, t, back);
-    this->Add(t, parts[0]);
-    this->Add(back, parts[1]);
+    this->Place(t, parts[0], cell);
+    this->Place(this->To->Add() = back, parts[1], cell);
   }
 
 private:
-  void Add(Tent& t, const LayerPart& part)
+  void Place(Tent& t, const LayerPart& part, std::uint32_t cell)
   {
     t.Weight = part.Weight;
     t.Depth = part.Depth;
     t.Near = part.Near;
     t.Far = part.Far;
-    this->Tents->push_back(t);
+    this->To->Places[this->To->Places.Size() - 1] = { cell, part.Near };
   }
 
   static LayerDepths DepthsOf(const OpenLayers& open, const CoarseLayers& c, int l)
@@ -89,12 +102,12 @@ private:
   static void SetColor(const OpenLayers& open, const LensLayers& lens, int l, Tent& t)
   {
     const float inverse = open.Opacity[l] > 0.0f ? 1.0f / open.Opacity[l] : 0.0f;
-    t.Opacity = open.Opacity[l] / t.Weight;
+    t.Opacity = open.Opacity[l] / open.Weight[l];
     t.Red = open.Red[l] * inverse;
     t.Green = open.Green[l] * inverse;
     t.Blue = open.Blue[l] * inverse;
-    t.PointX = lens.FillX[l] / t.Weight;
-    t.PointY = lens.FillY[l] / t.Weight;
+    t.PointX = lens.FillX[l] / open.Weight[l];
+    t.PointY = lens.FillY[l] / open.Weight[l];
   }
 
   /// A layer of a cell.
@@ -146,15 +159,8 @@ private:
     t.YY = c.YY[l] * inverse - t.PointY * t.PointY;
   }
 
-  /// First pixel whose centre is not before x.
-  static int First(float x, int size)
-  {
-    return static_cast<int>(
-      std::min(std::max(std::ceil(x - 0.5f), 0.0f), static_cast<float>(size)));
-  }
-
-  float Cell; // px
-  const TileSet& Drawn;
+  const Level& Grid;
+  float CellSize; // px
 };
 
 /// Draws the tiles of a level.
@@ -162,68 +168,64 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
   const Executor& executor, Pool<TileRaster>& rasters, CoarseWork& work)
 {
   const std::size_t count = work.Bins.NumberOfTiles();
-  work.Tiles.resize(std::max(count, work.Tiles.size()));
+  std::vector<TileTents>& tiles = work.Levels[static_cast<std::size_t>(level.Number)];
+  tiles.resize(std::max(count, tiles.size()));
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     TentSink sink(level);
     const Pool<TileRaster>::Loan raster(rasters);
     raster->SetCoarse(settings, sink);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      TileTents& tents = work.Tiles[tile];
-      tents.Tents.clear();
-      sink.Tents = &tents.Tents;
+      TileTents& tents = tiles[tile];
+      tents.Clear();
+      sink.To = &tents;
       tents.Fragments = raster->Render(list, work.Bins, tile, level.Grid).Fragments;
     }
   });
 }
 
-/// The cell of a tent in its tile.
-std::size_t CellOf(const Tent& tent)
+/// Lists a tile's tents, cell by cell: their order decides between equal depths, and must not
+/// depend on what else was drawn with them.
+void ListInOrder(const TileTents& tile, int left, int bottom, const Level& level, SplatList& list)
 {
-  constexpr unsigned int last = TileSize - 1;
-  static_assert((TileSize & last) == 0, "a power of two");
-  const auto place = [&](
-                       float x) { return static_cast<unsigned int>(x * tent.InverseCell) & last; };
-  return TileSize * place(tent.Y) + place(tent.X);
-}
-
-/// Copies a tile's tents into the list, cell by cell: their order decides between equal depths, and
-/// must not depend on what else was drawn with them.
-void CopyInOrder(const TileTents& tile, SplatList& list)
-{
-  std::array<std::uint32_t, TileSize * TileSize + 1> places{};
-  for (const Tent& tent : tile.Tents)
+  std::array<std::uint32_t, TileSize * TileSize + 1> counts{};
+  for (std::size_t k = 0; k < tile.Places.Size(); ++k)
   {
-    ++places[CellOf(tent) + 1];
+    ++counts[tile.Places[k].Cell + 1];
   }
-  std::partial_sum(places.begin(), places.end(), places.begin());
-  for (const Tent& tent : tile.Tents)
+  std::partial_sum(counts.begin(), counts.end(), counts.begin());
+  for (std::size_t k = 0; k < tile.Places.Size(); ++k)
   {
-    const std::size_t i = tile.First + places[CellOf(tent)]++;
-    list.Tents[i] = tent;
-    list.TentBoxes[i] = tent.Box;
-    list.TentNears[i] = tent.Near;
+    const auto [cell, near] = tile.Places[k];
+    const std::size_t i = tile.First + counts[cell]++;
+    list.Tents[i] = &tile.Tents[k];
+    list.TentBoxes[i] = BoxOfTent(
+      left + static_cast<int>(cell % TileSize), bottom + static_cast<int>(cell / TileSize), level);
+    list.TentNears[i] = near;
   }
 }
 
 /// Appends a level's tents; returns the number of its fragments.
-std::uint64_t Append(CoarseWork& work, const Executor& executor, SplatList& list)
+std::uint64_t Append(
+  const Level& level, CoarseWork& work, const Executor& executor, SplatList& list)
 {
+  std::vector<TileTents>& tiles = work.Levels[static_cast<std::size_t>(level.Number)];
   const std::size_t count = work.Bins.NumberOfTiles();
   std::size_t size = list.Tents.Size();
   std::uint64_t fragments = 0;
   for (std::size_t i = 0; i < count; ++i)
   {
-    TileTents& tile = work.Tiles[i];
-    tile.First = size;
-    size += tile.Tents.size();
-    fragments += tile.Fragments;
+    tiles[i].First = size;
+    size += tiles[i].Tents.Size();
+    fragments += tiles[i].Fragments;
   }
   list.ResizeTents(size);
+  const std::size_t columns = static_cast<std::size_t>(work.Bins.TilesX);
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      CopyInOrder(work.Tiles[i], list);
+      ListInOrder(tiles[i], static_cast<int>(i % columns) * TileSize,
+        static_cast<int>(i / columns) * TileSize, level, list);
     }
   });
   return fragments;
@@ -245,10 +247,10 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const TileSet& drawn,
     const PictureSize grid{ CoarseSize(drawn.Picture.Width, 1 << level),
       CoarseSize(drawn.Picture.Height, 1 << level) };
     BinSplats(list, level, grid, executor, work.Bins);
-    SortBins(list, executor, work.Bins);
-    const Frame frame{ grid.Width, grid.Height, nullptr, nullptr };
-    DrawLevel(list, { level, frame, drawn }, settings, executor, rasters, work);
-    fragments += Append(work, executor, list);
+    SortBins(executor, work.Bins);
+    const Level drawing{ level, { grid.Width, grid.Height, nullptr, nullptr }, drawn };
+    DrawLevel(list, drawing, settings, executor, rasters, work);
+    fragments += Append(drawing, work, executor, list);
   }
   return fragments;
 }

@@ -15,11 +15,13 @@
  */
 #pragma once
 
+#include "Core/Base/Buffer.h"
 #include "Core/Base/CoarseLevels.h"
 #include "Core/Base/TileSet.h"
 #include "Core/Raster/TileBinning.h"
 #include "Core/Raster/TileRaster.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -28,16 +30,38 @@ namespace SurfelSplatting
 /// The result of a tile of a level.
 struct TileTents
 {
-  std::vector<Tent> Tents;
+  /// Where a tent belongs among those of its tile.
+  struct Place
+  {
+    std::uint32_t Cell; ///< of the tile, row by row
+    float Near;         ///< Tent::Near
+  };
+
+  Buffer<Tent> Tents; ///< in the order in which the raster closed them
+  Buffer<Place> Places;
   std::size_t First = 0; ///< index of the first one among SplatList::Tents
   std::uint64_t Fragments = 0;
+
+  void Clear()
+  {
+    this->Tents.Clear();
+    this->Places.Clear();
+  }
+  /// Appends one, undefined, and its place.
+  Tent& Add()
+  {
+    const std::size_t last = this->Tents.Size();
+    this->Tents.Resize(last + 1);
+    this->Places.Resize(last + 1);
+    return this->Tents[last];
+  }
 };
 
-/// Memory of ResolveCoarseLevels that is kept from frame to frame.
+/// Memory of ResolveCoarseLevels that is kept from frame to frame. SplatList::Tents points to it.
 struct CoarseWork
 {
   TileBins Bins;
-  std::vector<TileTents> Tiles;
+  std::array<std::vector<TileTents>, HighestCoarseLevel + 1> Levels;
 };
 
 /**

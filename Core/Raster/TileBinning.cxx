@@ -22,7 +22,7 @@ struct Share
   }
 };
 
-/// Calls function(tile, index) for every tile that a chunk's splats and tents touch.
+/// Calls function(tile, near depth, index) for every tile that a chunk's splats and tents touch.
 template <typename Function>
 void ForEachPair(
   const SplatList& list, int level, std::size_t chunk, int tilesX, Function&& function)
@@ -40,7 +40,7 @@ void ForEachPair(
       if (list.Levels[i] == level)
       {
         ForTiles(list.Boxes[i], tilesX,
-          [&](std::size_t tile) { function(tile, static_cast<std::uint32_t>(i)); });
+          [&](std::size_t tile) { function(tile, list.Nears[i], static_cast<std::uint32_t>(i)); });
       }
     }
   }
@@ -48,7 +48,7 @@ void ForEachPair(
   for (std::size_t t = tents.Begin; t < tents.End; ++t)
   {
     ForTiles(list.TentBoxes[t], tilesX, [&](std::size_t tile) {
-      function(tile, static_cast<std::uint32_t>(list.Splats.Size() + t));
+      function(tile, list.TentNears[t], static_cast<std::uint32_t>(list.Splats.Size() + t));
     });
   }
 }
@@ -67,8 +67,8 @@ void BinSplats(const SplatList& list, int level, const PictureSize& size, const 
     for (std::size_t chunk = begin; chunk < end; ++chunk)
     {
       std::uint64_t* counts = cursors.data() + chunk * tiles;
-      ForEachPair(
-        list, level, chunk, bins.TilesX, [&](std::size_t tile, std::uint32_t) { ++counts[tile]; });
+      ForEachPair(list, level, chunk, bins.TilesX,
+        [&](std::size_t tile, float, std::uint32_t) { ++counts[tile]; });
     }
   });
 
@@ -86,34 +86,27 @@ void BinSplats(const SplatList& list, int level, const PictureSize& size, const 
   }
   bins.Offsets[tiles] = total;
 
-  bins.Indices.resize(total);
+  bins.Keys.resize(total);
   executor.For(NumberOfChunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t chunk = begin; chunk < end; ++chunk)
     {
       std::uint64_t* cursor = cursors.data() + chunk * tiles;
-      ForEachPair(list, level, chunk, bins.TilesX,
-        [&](std::size_t tile, std::uint32_t index) { bins.Indices[cursor[tile]++] = index; });
+      ForEachPair(
+        list, level, chunk, bins.TilesX, [&](std::size_t tile, float near, std::uint32_t index) {
+          bins.Keys[cursor[tile]++] = KeyOf(near, index);
+        });
     }
   });
 }
 
-void SortBins(const SplatList& list, const Executor& executor, TileBins& bins)
+void SortBins(const Executor& executor, TileBins& bins)
 {
   executor.For(bins.NumberOfTiles(), 4, [&](std::size_t begin, std::size_t end) {
-    const Pool<TileBins::Sorting>::Loan sorting(bins.Sortings);
-    std::vector<std::uint64_t>& keys = sorting->Keys;
+    const Pool<KeySorter>::Loan sorter(bins.Sorters);
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      const auto first = bins.Indices.begin() + bins.Offsets[tile];
-      const auto last = bins.Indices.begin() + bins.Offsets[tile + 1];
-      keys.clear();
-      for (auto it = first; it != last; ++it)
-      {
-        keys.push_back(static_cast<std::uint64_t>(SortableBits(list.NearAt(*it))) << 32 | *it);
-      }
-      sorting->Sorter.Sort(keys);
-      std::transform(keys.begin(), keys.end(), first,
-        [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+      const std::uint64_t first = bins.Offsets[tile];
+      sorter->Sort(bins.Keys.data() + first, bins.Offsets[tile + 1] - first);
     }
   });
 }

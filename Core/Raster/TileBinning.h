@@ -20,16 +20,12 @@ struct TileBins
 {
   int TilesX = 0;
   int TilesY = 0;
-  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Indices
-  std::vector<std::uint32_t> Indices; ///< each tile's splats and tents, by ascending (Near, index)
+  std::vector<std::uint64_t> Offsets; ///< [tiles + 1] into Keys
+  /// Each tile's splats and tents: their near depths and indices (KeySorter.h), ascending.
+  std::vector<std::uint64_t> Keys;
 
   std::vector<std::uint64_t> Cursors; ///< memory of BinSplats
-  struct Sorting
-  {
-    std::vector<std::uint64_t> Keys;
-    KeySorter Sorter;
-  };
-  Pool<Sorting> Sortings; ///< memory of SortBins
+  Pool<KeySorter> Sorters;            ///< of SortBins
 
   std::size_t NumberOfTiles() const { return static_cast<std::size_t>(TilesX) * TilesY; }
 };
@@ -42,5 +38,5 @@ void BinSplats(const SplatList& list, int level, const PictureSize& size, const 
 
 /// Sorts the splats and tents of every tile; ties by index, so that the order does not depend on
 /// threads.
-void SortBins(const SplatList& list, const Executor& executor, TileBins& bins);
+void SortBins(const Executor& executor, TileBins& bins);
 }

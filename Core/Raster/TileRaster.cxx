@@ -17,6 +17,15 @@ const RasterTarget Target = SelectRasterTarget();
 /// Splats are read in the order of depth, not of memory, so this many are prefetched.
 constexpr std::size_t FetchAhead = 16;
 
+/// A tent's place is known only after its pointer has been read.
+inline __attribute__((always_inline)) void PrefetchPlace(const SplatList& list, std::size_t i)
+{
+  if (list.IsTent(i))
+  {
+    __builtin_prefetch(&list.Tents[i - list.Splats.Size()]);
+  }
+}
+
 /// GCC 12 treats a function that only prefetches as one without effects, and drops calls of it that
 /// are not inlined early.
 inline __attribute__((always_inline)) void Prefetch(const SplatList& list, std::size_t i)
@@ -135,7 +144,7 @@ TileRaster::Counts TileRaster::RenderNearest(
     this->Settings.Pass = pass;
     for (std::uint64_t i = bins.Offsets[tile]; i < bins.Offsets[tile + 1]; ++i)
     {
-      this->Add(list, bins.Indices[i]);
+      this->Add(list, IndexOfKey(bins.Keys[i]));
     }
     this->Flush();
   }
@@ -183,12 +192,12 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
       const PixelBox& box = list.Boxes[i];
       // Negative if all of the differences are.
       const int inside = (box.X0 - right) & (left - box.X1) & (box.Y0 - top) & (bottom - box.Y1);
-      this->Pending[size] = static_cast<std::uint64_t>(SortableBits(list.Nears[i])) << 32 | i;
+      this->Pending[size] = KeyOf(list.Nears[i], static_cast<std::uint32_t>(i));
       size += static_cast<unsigned int>(inside) >> 31;
     }
   }
   this->Pending.resize(size);
-  this->Sorter.Sort(this->Pending);
+  this->Sorter.Sort(this->Pending.data(), this->Pending.size());
 }
 
 /// Adds all splats and tents that begin in front of a depth, binned and pending ones merged by near
@@ -199,12 +208,11 @@ bool TileRaster::AddBefore(
   // Checking whether all of the tile is opaque costs about as much as a splat.
   constexpr std::uint64_t checkEvery = BatchSize;
   const auto nextBinned = [&] {
-    return this->Next < this->Last ? list.NearAt(bins.Indices[this->Next]) : Infinity;
+    return this->Next < this->Last ? DepthOfKey(bins.Keys[this->Next]) : Infinity;
   };
   const auto nextPending = [&] {
-    return this->PendingNext < this->Pending.size()
-      ? FloatOfBits(static_cast<std::uint32_t>(this->Pending[this->PendingNext] >> 32))
-      : Infinity;
+    return this->PendingNext < this->Pending.size() ? DepthOfKey(this->Pending[this->PendingNext])
+                                                    : Infinity;
   };
   float binned = nextBinned();
   for (std::uint64_t added = 0;; ++added)
@@ -220,19 +228,20 @@ bool TileRaster::AddBefore(
       return true;
     }
     // Of equal depths, splats come before tents, as in SortBins, whoever made the splats.
-    if (binned == pending ? !list.IsTent(bins.Indices[this->Next]) : binned < pending)
+    if (binned == pending ? !list.IsTent(IndexOfKey(bins.Keys[this->Next])) : binned < pending)
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
-      Prefetch(list, bins.Indices[ahead]);
-      this->Add(list, bins.Indices[this->Next++]);
+      const std::uint64_t before = std::min(this->Next + 2 * FetchAhead, this->Last - 1);
+      PrefetchPlace(list, IndexOfKey(bins.Keys[before]));
+      Prefetch(list, IndexOfKey(bins.Keys[ahead]));
+      this->Add(list, IndexOfKey(bins.Keys[this->Next++]));
       binned = nextBinned();
     }
     else
     {
       const std::size_t ahead = std::min(this->PendingNext + FetchAhead, this->Pending.size() - 1);
-      Prefetch(lazy->Splats(), static_cast<std::uint32_t>(this->Pending[ahead]));
-      this->AddSplat(
-        lazy->Splats(), static_cast<std::uint32_t>(this->Pending[this->PendingNext++]));
+      Prefetch(lazy->Splats(), IndexOfKey(this->Pending[ahead]));
+      this->AddSplat(lazy->Splats(), IndexOfKey(this->Pending[this->PendingNext++]));
       ++counts.LazyPairs;
     }
   }

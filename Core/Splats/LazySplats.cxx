@@ -89,10 +89,9 @@ void LazySplats::SortRuns()
   this->Order.clear();
   for (std::size_t r = 0; r < this->Runs.size(); ++r)
   {
-    this->Order.push_back(
-      static_cast<std::uint64_t>(SortableBits(this->Runs[r].Chosen.Near)) << 32 | r);
+    this->Order.push_back(KeyOf(this->Runs[r].Chosen.Near, static_cast<std::uint32_t>(r)));
   }
-  this->Sorter.Sort(this->Order);
+  this->Sorter.Sort(this->Order.data(), this->Order.size());
   this->Coarser.assign(this->LargestThrough > 0.0f ? this->Runs.size() : 0, {});
   const std::size_t states = this->Runs.size() + this->Coarser.size();
   if (this->NumberOfStates < states)

@@ -49,7 +49,7 @@ struct SplatList
   const Buffer<SplatGradient>* SharedGradients = nullptr;
   Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture
-  Buffer<Tent> Tents;               ///< of coarse grids
+  Buffer<const Tent*> Tents;        ///< of coarse grids, whose memory they are in (CoarseGrid.h)
   Buffer<PixelBox> TentBoxes;       ///< copies of Tent::Box and Near, close together for sorting
   Buffer<float> TentNears;
 
@@ -75,7 +75,7 @@ struct SplatList
   void Add(const Splat& splat, const PixelBox& box);
 
   bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
-  const Tent& TentAt(std::size_t i) const { return this->Tents[i - this->Splats.Size()]; }
+  const Tent& TentAt(std::size_t i) const { return *this->Tents[i - this->Splats.Size()]; }
   /// Of a splat or a tent.
   float NearAt(std::size_t i) const
   {

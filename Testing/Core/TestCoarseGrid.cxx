@@ -223,10 +223,10 @@ void AddWide(SplatList& list, float weight, float opacity, const float (&color)[
 }
 
 /// Turns the layers of the splats into tents of 32 x 32 px.
-void ResolveTents(SplatList& list)
+/// @param work keeps them
+void ResolveTents(SplatList& list, CoarseWork& work)
 {
   Pool<TileRaster> rasters;
-  CoarseWork work;
   RasterSettings settings{ 5.0f, 1.0f };
   settings.LensRadius = 0.1f;
   ResolveCoarseLevels(list, { { 32, 32 } }, settings, SerialExecutor(), rasters, work);
@@ -246,7 +246,8 @@ TEST_CASE("Tents")
     AddWide(list, weights[i], opacities, colors[i], nears[i], points[i]);
   }
   AddWide(list, 0.2f, 1.0f, colors[0], 9.0f, points[0]); // a layer of its own
-  ResolveTents(list);
+  CoarseWork work;
+  ResolveTents(list, work);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
   const double share[] = { 0.75, 0.25 };
   const auto mean = [&](double a, double b) { return share[0] * a + share[1] * b; };
@@ -259,7 +260,7 @@ TEST_CASE("Tents")
   int first = 0;
   for (std::size_t i = 0; i < list.Tents.Size(); ++i)
   {
-    const Tent& t = list.Tents[i];
+    const Tent& t = *list.Tents[i];
     if (t.Depth > 5.0f)
     {
       CHECK_NEAR(t.XX, 0.0, 1e-6); // one splat
@@ -305,11 +306,12 @@ TEST_CASE("Tents of two surfaces")
     AddWide(list, 0.004f, opacities[0], colors[0], bridge, point);
   }
   AddWide(list, weights[1], opacities[1], colors[1], nears[1], point);
-  ResolveTents(list);
+  CoarseWork work;
+  ResolveTents(list, work);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
   for (std::size_t i = 0; i < list.Tents.Size(); ++i)
   {
-    const Tent& t = list.Tents[i];
+    const Tent& t = *list.Tents[i];
     const int k = t.Depth < 4.0f ? 0 : 1;
     CHECK_NEAR(t.Weight, weights[k], 0.02);
     CHECK_NEAR(t.Depth, nears[k] + 0.5f, 0.06);

@@ -23,12 +23,12 @@ void TestSorter(std::size_t size, const char* what, const std::function<float(st
   std::vector<std::uint64_t> keys(size);
   for (std::size_t i = 0; i < size; ++i)
   {
-    keys[i] = static_cast<std::uint64_t>(SortableBits(depth(i))) << 32 | (i * 7919 % size);
+    keys[i] = KeyOf(depth(i), static_cast<std::uint32_t>(i * 7919 % size));
   }
   std::vector<std::uint64_t> expected = keys;
   std::sort(expected.begin(), expected.end());
   KeySorter sorter;
-  sorter.Sort(keys);
+  sorter.Sort(keys.data(), keys.size());
   if (keys != expected)
   {
     std::printf("%zu keys, %s:\n", size, what);

@@ -37,7 +37,7 @@ void FillList(const std::vector<Wide>& splats, bool onLens, SplatList& list, Til
     }
   }
   BinSplats(list, 0, { Size, Size }, SerialExecutor(), bins);
-  SortBins(list, SerialExecutor(), bins);
+  SortBins(SerialExecutor(), bins);
 }
 
 Pixel Draw(const std::vector<Wide>& splats, bool onLens)
