@@ -385,6 +385,60 @@ TEST_CASE("Foliage")
   CHECK(cleaning->GetNumberOfThickPoints() == cleaning->GetOutput()->GetNumberOfPoints());
 }
 
+/// A spruce as a laser sees it: a trunk with noise, and needles in tufts along boughs that are
+/// flatter than a ball. What is no surface stays where it is; the trunk is smoothed.
+TEST_CASE("Boughs")
+{
+  Random random(6);
+  const auto gauss = [&random] {
+    const double length = std::sqrt(-2.0 * std::log(1.0 - random()));
+    return length * std::cos(2.0 * Pi * random());
+  };
+  std::vector<Vec> points;
+  constexpr int needles = 24000, bark = 6000;
+  for (int bough = 0; bough < 60; ++bough)
+  {
+    const double height = 2.0 + 6.0 * random(), angle = 2.0 * Pi * random();
+    for (int tuft = 0; tuft < 20; ++tuft)
+    {
+      const double along = 0.3 + 1.2 * random(), aside = 0.25 * along * gauss();
+      const double droop = height - 0.2 * along + 0.05 * gauss();
+      for (int k = 0; k < needles / 60 / 20; ++k)
+      {
+        points.push_back({ along * std::cos(angle) - aside * std::sin(angle) + 0.03 * gauss(),
+          along * std::sin(angle) + aside * std::cos(angle) + 0.03 * gauss(),
+          droop + 0.03 * gauss() });
+      }
+    }
+  }
+  for (int k = 0; k < bark; ++k)
+  {
+    const double angle = 2.0 * Pi * random(), radius = 0.2 + 0.03 * gauss();
+    points.push_back({ radius * std::cos(angle), radius * std::sin(angle), 8.0 * random() });
+  }
+  vtkNew<vtkPointCloudCleaning> cleaning;
+  const auto data = ToPolyData(points);
+  cleaning->RemoveStrayPointsOff();
+  cleaning->GenerateShiftsOn();
+  cleaning->SetInputData(data);
+  cleaning->Update();
+  int moved[2] = { 0, 0 };
+  vtkDataArray* shifts = cleaning->GetOutput()->GetPointData()->GetArray("CleaningShift");
+  REQUIRE(shifts);
+  REQUIRE(shifts->GetNumberOfTuples() == needles + bark);
+  for (int i = 0; i < needles + bark; ++i)
+  {
+    Vec shift;
+    shifts->GetTuple(i, shift.data());
+    moved[i < needles ? 0 : 1] += Length(shift) > 0.0 ? 1 : 0;
+  }
+  CAPTURE(moved[0]);
+  CAPTURE(moved[1]);
+  CHECK(moved[0] < 0.5 * needles);
+  CHECK(moved[1] > 0.6 * bark);
+  CHECK(cleaning->GetNumberOfThickPoints() > 0.5 * needles);
+}
+
 TEST_CASE("Two sheets")
 {
   // Two scans with the same pattern become one; a leaf with two colours stays.
