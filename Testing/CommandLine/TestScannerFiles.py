@@ -48,6 +48,16 @@ class TestLas(ToolCase):
                 np.testing.assert_array_equal(arrays["RGB"], colors)
                 np.testing.assert_array_equal(arrays["intensity"], np.arange(200))
 
+    def test_z_is_up(self):
+        """By the LAS specification, also of a tree that was moved to the origin."""
+        header = laspy.LasHeader(point_format=0)
+        header.scales = [0.001] * 3
+        las = laspy.LasData(header)
+        las.x, las.y, las.z = (sphere(2000)[0] * (1, 1, 1.5)).T
+        las.write("local.las")
+        text = self.run_tool("info", "local.las").stdout
+        self.assertRegex(text, r"up +0 0 1\n")
+
     def test_scalars(self):
         points, _ = sphere(200)
         header = laspy.LasHeader(point_format=3)

@@ -10,7 +10,7 @@ import numpy as np
 
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
-from surfelsplatting.surfels import make_surfels
+from surfelsplatting.surfels import make_surfels, note_up
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import Samples, complete_view
 from surfelsplatting.views.up import find_up
@@ -109,6 +109,20 @@ class TestUp(unittest.TestCase):
         normals = np.vstack([np.tile([0, 0, 1.0], (3000, 1)), np.tile([0, 1.0, 0], (3000, 1))])
         np.testing.assert_array_equal(
             find_up(Samples(surfels_of(street, normals, two_sided=True))).axis, [0, 0, 1])
+
+    def test_trees_stand(self):
+        random = np.random.default_rng(8)
+        tree = random.normal(size=(3000, 3)) * (0.4, 0.5, 2)
+        for order, up, is_clear in (([0, 1, 2], (0, 0, 1), True), ([0, 2, 1], (0, 1, 0), False)):
+            normals = random.normal(size=tree.shape)
+            self.check_up(surfels_of(tree[:, order], normals, two_sided=True), up, is_clear)
+
+    def test_file_says_what_is_up(self):
+        ball = sphere(2000)[0]
+        surfels = surfels_of(ball * (1, 1, 2), ball)
+        for up, found in (((1, 0, 0), (1, 0, 0)), ((np.nan, 0, 0), (0, 1, 0)), ((1,), (0, 1, 0))):
+            note_up(surfels, up)
+            self.assertEqual(tuple(find_up(Samples(surfels)).axis), found)
 
     def test_open_bottom_tells_what_is_up(self):
         bowl = sphere(5000)[0]

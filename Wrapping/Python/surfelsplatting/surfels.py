@@ -167,13 +167,22 @@ def scan(points):
 
 def note_scan(points, viewpoint):
     """Stores the place of the sensor where `scan` and the filters find it; None is not stored."""
-    for name, values in (("ScanViewpoint", viewpoint), ("ScanBounds", points.GetBounds())):
-        if viewpoint is not None:
-            array = vtk("vtkCommonCore").vtkDoubleArray()
-            array.SetName(name)
-            array.SetNumberOfComponents(len(values))
-            array.InsertNextTuple(values)
-            points.GetFieldData().AddArray(array)
+    if viewpoint is not None:
+        _note(points, "ScanViewpoint", viewpoint)
+        _note(points, "ScanBounds", points.GetBounds())
+
+
+def note_up(points, up):
+    """Stores the direction that is up, a unit vector; surfels of the points have it, too."""
+    _note(points, "ScanUp", up)
+
+
+def _note(points, name, values):
+    array = vtk("vtkCommonCore").vtkDoubleArray()
+    array.SetName(name)
+    array.SetNumberOfComponents(len(values))
+    array.InsertNextTuple(values)
+    points.GetFieldData().AddArray(array)
 
 
 def _set_sides(estimation, points, sides, viewpoint):

@@ -106,9 +106,12 @@ def _read_text(path, _messages, _progress):
 
 
 def _read_las(path, _messages, _progress):
+    from ..surfels import note_up
     from .scanner import read_las_cloud
 
-    return Cloud(read_las_cloud(path))
+    data = read_las_cloud(path)
+    note_up(data, (0, 0, 1))  # z is the elevation (LAS specification)
+    return Cloud(data)
 
 
 def _read_e57(path, _messages, _progress):

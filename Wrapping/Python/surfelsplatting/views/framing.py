@@ -54,6 +54,7 @@ class Samples:
             self.opacities = _doubles(opacities, _some_of(surfels, most))[keep]
         else:
             keep &= _near_the_bulk(points, keep)
+        self.up = _stored_up(surfels)
         self.points, self.areas = points[keep], areas[keep]
         self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
         self.covariances = None if covariances is None else covariances[keep]
@@ -78,6 +79,14 @@ class Samples:
     def spacing(self):
         """Of the points on the surface: each has its area."""
         return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
+
+
+def _stored_up(surfels):
+    """-> what the file says is up, or None"""
+    array = surfels.GetFieldData().GetArray("ScanUp")
+    up = _doubles(array).ravel() if array else np.zeros(3)
+    is_known = up.shape == (3,) and abs(up @ up - 1) < 1e-6  # not finite is not known
+    return up if is_known else None
 
 
 def _some_of(surfels, most):

@@ -14,6 +14,7 @@ from .rooms import height_axis, is_room, may_be_room, profile_of
 from .turning import unit
 
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
+SLENDER, ROUND = 3.0, 2.0  # height over width, and width over depth, of trees and masts
 SLICES, THICK, NEAR_END = 60, 3, 9  # of the height; as thick as a ground is; where its end is
 BULK = (0.5, 99.5)  # percent of the heights
 GROUND = 0.03  # part of the area above which level area there is a ground
@@ -107,6 +108,18 @@ def _of_ground(samples, ups):
         slices = _thick_slices(samples, up.axis, np.linalg.norm(samples.areas, axis=1))
         up = up._replace(is_clear=not (slices[int(np.argmax(slices[:NEAR_END])):] < GAP).any())
     return up
+
+
+def _of_stem(samples, ups):
+    """Trees, masts and towers stand, whose outside is not known everywhere; closed models of long
+    things may lie. Wires along y lie, so that y is a guess."""
+    if samples.two_sided.mean() <= FEW and not is_open(samples):
+        return None
+    depth, width, height = np.sort(samples.extent)
+    longest = np.eye(3)[int(np.argmax(samples.extent))]
+    along = [up for up in ups if up @ longest > 0]
+    is_stem = height > SLENDER * width and width < ROUND * depth
+    return Up(along[0], bool(along[0] @ Z)) if is_stem and along else None
 
 
 def _of_slab(samples, ups):
@@ -228,7 +241,7 @@ def _is_model(samples):
 def _some_of(samples):
     some = slice(None, None, max(1, len(samples.points) // ENOUGH))
     return SimpleNamespace(points=samples.points[some], areas=samples.areas[some],
-                           two_sided=samples.two_sided[some])
+                           two_sided=samples.two_sided[some], extent=samples.extent)
 
 
 def _surface_of(samples):
@@ -274,7 +287,7 @@ def _of_surface(samples, ups):
     if samples.is_capture:
         surface = _surface_of(samples)
     else:
-        surface, rules = _some_of(samples), (_of_stance, *rules)
+        surface, rules = _some_of(samples), (_of_stance, _of_stem, *rules)
     if surface is None:
         return None
     found = (rule(surface, ups) for rule in rules)
@@ -282,10 +295,12 @@ def _of_surface(samples, ups):
 
 
 def find_up(samples):
-    """-> Up: z in coordinates of a country, and of a volume, whose slices are stacked along it; along
-    the walls of rooms and facades; a terrain's normal; as closed things stand; up from a ground; away
-    from an open bottom or a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
+    """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are stacked along it; along
+    the walls of rooms and facades; a terrain's normal; as closed things stand; as trees stand; up from a
+    ground; away from an open bottom or a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
     with which most are trained."""
+    if samples.up is not None:
+        return Up(samples.up, True)
     if samples.is_far or samples.is_volume:
         return Up(Z, True)
     thin = _thin_axis(samples)
