@@ -24,6 +24,7 @@ class Cloud:
     columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
+    path: str = ""  # of the file, beside which the cameras of a capture may be
     is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
     is_gaussians: bool = field(init=False)
@@ -214,6 +215,7 @@ def read_cloud(path, messages, progress):
         cloud = _READERS[extension](path, messages, progress)
     if cloud.data.GetNumberOfPoints() == 0:
         raise UserProblem(f"{path} holds no points")
+    cloud.path = path
     _name_arrays(cloud.data.GetPointData())
     _name_arrays(cloud.data.GetCellData())
     _name_arrays(cloud.data.GetFieldData())

@@ -11,9 +11,10 @@ from ..version import __version__
 from ..views.cameras import asked_view, camera_files, overridden, read_views
 from ..views.filming import focused_in_the_middle, whole_turn
 from ..views.focus import ends_of, focused_on_front, has_focus, settle_focus, sharp_depths
-from ..views.framing import complete_view, is_from_sensor, up_in
+from ..views.framing import complete_view, home_in, is_from_sensor, up_in
 from ..views.paths import check_views, focus_pull, through, turntable
 from ..views.sensor import sensor_of
+from ..views.trained import files_of
 from ..views.vtkcamera import make_camera, set_lens
 from .effects import without_effect
 from .frames import Frames
@@ -43,7 +44,8 @@ def _stamp(path):
 def _files(arguments):
     """-> paths of the input files that exist."""
     texts = [arguments.camera, *(arguments.through or ())]
-    candidates = [arguments.cloud, *(path for text in texts for path in camera_files(text))]
+    candidates = [arguments.cloud, *files_of(arguments.cloud),
+                  *(path for text in texts for path in camera_files(text))]
     return [path for path in candidates if os.path.exists(path)]
 
 
@@ -91,12 +93,13 @@ def _turntable(asked, view, cloud, surfels, arguments):
     """-> a function that gives the views of so many frames"""
     # A depth image looks like nothing from behind.
     sensor = sensor_of(cloud, surfels)
-    default = 40.0 if sensor or cloud.columns else 360.0
+    home = home_in(cloud, surfels)
+    default = 40.0 if sensor or cloud.columns else home.turn if home else 360.0
     degrees = default if arguments.turn is None else arguments.turn
     axis = up_in(asked, cloud, surfels).axis
     # What complete_view has focused on in a volume is seen from the first place only.
     view = replace(view, focal_distance=asked.focal_distance)
-    if asked.position or asked.focal_point or is_from_sensor(asked, sensor):
+    if asked.position or asked.focal_point or is_from_sensor(asked, sensor) or home:
         return lambda frames: turntable(view, view.focal_point, axis, frames, degrees)
     return whole_turn(view, axis, surfels, degrees)
 

@@ -11,9 +11,9 @@ from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
-from ..views.framing import Samples, up_in
+from ..views.framing import Samples, home_in, up_in
 from ..views.rooms import is_room, may_be_room, options_inside
-from ..views.up import find_up, is_open
+from ..views.up import is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
 from .session import Session
 from .volume import classify
@@ -122,7 +122,10 @@ def _gaussians(cloud):
     variances = np.linalg.eigvalsh(finite[:, (0, 3, 5, 3, 1, 4, 5, 4, 2)].reshape(-1, 3, 3))
     size = np.sqrt(np.median(np.maximum(variances[:, 2], 0.0))) if len(finite) else 0.0
     found = {"bounds_without_stray": _bounds(samples.points), "size": float(size),
-             **_up(find_up(samples))}
+             **_up(up_in(View(), cloud, cloud.data))}
+    home = home_in(cloud, cloud.data)
+    if home:
+        found["seen_from"] = home.what
     harmonics, opacity = data.GetArray("GaussianHarmonics"), data.GetArray("GaussianOpacity")
     if harmonics:
         found["harmonics_degree"] = math.isqrt(harmonics.GetNumberOfComponents() // 3) - 1
@@ -265,6 +268,8 @@ def _gaussian_lines(report):
         yield "opaque", f"{100 * report['opaque']:.3g} % have an opacity above {OPAQUE:g}"
     if "harmonics_degree" in report:
         yield "colours", f"spherical harmonics of degree {report['harmonics_degree']}"
+    if "seen_from" in report:
+        yield "view", report["seen_from"]
 
 
 def _volume_lines(report):

@@ -16,7 +16,7 @@ def add_camera_options(parser):
     """Where the camera is: by words and angles, and exactly."""
     seen = parser.add_argument_group(
         "view", "Without any of these, the camera shows the whole cloud in a three-quarter view,\n"
-        "or a depth image from its sensor.")
+        "a depth image from its sensor, or a capture from a camera of its training.")
     seen.add_argument("--view", choices=SIDES, help="the side from which the whole cloud is seen")
     seen.add_argument("--azimuth", type=number, default=0.0, metavar="A",
                       help="move the camera to the right, around what it looks at, by A degrees")
@@ -36,7 +36,9 @@ def add_camera_options(parser):
     camera = parser.add_argument_group(
         "exact camera", "Each option of these groups overrides the value from --camera.")
     camera.add_argument("--camera", metavar="FILE.json[:VIEW]",
-                        help="camera, lens and size from this file (default VIEW: the first one)")
+                        help="camera, lens and size from this file (default VIEW: the first one); "
+                             "of a cameras.json or transforms.json, with the cameras of a "
+                             "capture's training, VIEW is an image or a number from 0")
     camera.add_argument("--position", help="position of the camera", **TRIPLE)
     camera.add_argument("--focal-point", help="the point that the camera looks at; it is in "
                         "focus unless a focus is given", **TRIPLE)

@@ -7,8 +7,10 @@ from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
                            settle_focus, sharp_depths)
-from ..views.framing import complete_view, extent_of, is_from_sensor, share_facing_away
+from ..views.framing import (complete_view, extent_of, home_in, is_from_sensor,
+                             share_facing_away)
 from ..views.sensor import sensor_of
+from ..views.trained import files_of
 from .effects import without_effect
 from .outputs import (HIERARCHIES, PICTURES, check_distinct, check_output, write_hierarchy,
                       write_json, write_picture, write_surfels, write_view)
@@ -21,7 +23,7 @@ MOST_ASKED = 24  # views of a film
 
 
 def _check_outputs(arguments):
-    check_distinct((arguments.cloud, *camera_files(arguments.camera)),
+    check_distinct((arguments.cloud, *camera_files(arguments.camera), *files_of(arguments.cloud)),
                    (arguments.output, arguments.surfels, arguments.hierarchy, arguments.stats,
                     arguments.save_camera))
     check_output(arguments.output, PICTURES)
@@ -44,6 +46,9 @@ def _place(view, cloud, surfels, session):
     """-> the complete view"""
     if is_from_sensor(view, sensor_of(cloud, surfels)):
         session.say("the camera is at the sensor of the depth image")
+    home = home_in(cloud, surfels) if session.arguments.verbose and not view.position else None
+    if home:
+        session.say(home.what)
     return complete_view(view, cloud, surfels, session.note)
 
 

@@ -18,6 +18,7 @@ LARGEST_PICTURE = 1 << 28  # px; 4 GiB of float RGBA
 LARGEST_FLOAT = sys.float_info.max  # JSON has larger integers
 LARGEST = 1e17  # world units; as in the filters: sums of squares stay in float's range
 SMALLEST_ANGLE = 1e-4  # degrees; below it a pixel is smaller than the camera's rounding errors
+LARGEST_PHOTOGRAPH = 1600  # px, a side; the reference implementation trains with no larger ones
 FILM = 24.0  # mm, the shorter side of a picture on 35 mm film
 SIDES = ("front", "back", "left", "right", "top", "iso")
 AXES = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0),
@@ -38,6 +39,7 @@ class Wishes:
     zoom: float = 1.0  # how much larger things become
     f_number: Optional[float] = None  # of the lens, for clouds in metres
     blur: Optional[float] = None  # px, at the end of the picture's depth that blurs most
+    finds_focus: bool = False  # although there is a focal point: it was not placed on a surface
     focus_pixel: Optional[Tuple[int, int]] = None  # column and row from the upper left corner
 
 
@@ -140,16 +142,6 @@ def _split_name(text):
     return text, None
 
 
-def _load(path):
-    try:
-        with open(path, encoding="utf-8") as file:
-            return json.load(file)
-    except OSError as problem:
-        raise UserProblem(f"cannot read the camera file {path}: {problem.strerror}") from problem
-    except (ValueError, RecursionError) as problem:
-        raise UserProblem(f"{path} is not a camera file in JSON: {problem}") from problem
-
-
 def _pick(path, content, name):
     """The JSON objects of the views of this name, or of all."""
     views = content.get("views", [content]) if isinstance(content, dict) else content
@@ -168,14 +160,41 @@ def _pick(path, content, name):
 
 def read_view(text):
     """The view of FILE.json[:VIEW]; without a name the first one."""
-    path, name = _split_name(text)
-    return _view_of(path, text, _pick(path, _load(path), name)[0])
+    return read_views(text)[0]
 
 
 def read_views(text):
     """The view of FILE.json:VIEW, or all views of FILE.json."""
+    from .trained import is_trained, load_json  # here, since numpy takes time to begin
+
     path, name = _split_name(text)
-    return [_view_of(path, text, values) for values in _pick(path, _load(path), name)]
+    content = load_json(path)
+    if is_trained(content):
+        return _trained_views(path, content, name)
+    return [_view_of(path, text, values) for values in _pick(path, content, name)]
+
+
+def _trained_views(path, content, name):
+    """The views of cameras that a capture was trained with: as its photographs, but centred."""
+    from .trained import cameras_in, chosen, pivot_of
+
+    cameras = cameras_in(path, content)
+    pivot = pivot_of(cameras)
+    return [_photograph(camera, pivot)
+            for camera in (cameras if name is None else [chosen(path, cameras, name)])]
+
+
+def _photograph(camera, pivot):
+    """The view of a TrainedCamera. It turns about the place on its axis beside the pivot."""
+    place, forward = (tuple(map(float, vector)) for vector in (camera.position, camera.forward))
+    distance = 0.0 if pivot is None else dot(subtract(map(float, pivot), place), forward)
+    distance = distance if distance > 0 else 1.0
+    scale = min(1.0, LARGEST_PHOTOGRAPH / max(camera.size))
+    return View(position=place, focal_point=tuple(p + distance * f for p, f in zip(place, forward)),
+                view_up=tuple(map(float, camera.up)),
+                view_angle=2 * math.degrees(math.atan(camera.spread[1])),
+                size=tuple(max(1, round(scale * side)) for side in camera.size),
+                wishes=Wishes(finds_focus=True))
 
 
 def _view_of(path, text, values):
@@ -229,7 +248,8 @@ def _with_camera(view, arguments):
         scaled = view.circle_of_confusion * size[1] / view.size[1]
         view = replace(view, circle_of_confusion=min(scaled, LARGEST_BLUR))
     wishes = replace(view.wishes, side=arguments.view, azimuth=arguments.azimuth,
-                     elevation=arguments.elevation, roll=arguments.roll, zoom=arguments.zoom)
+                     elevation=arguments.elevation, roll=arguments.roll, zoom=arguments.zoom,
+                     finds_focus=view.wishes.finds_focus and not arguments.focal_point)
     if arguments.view:
         # From another side the distance to what was in focus is another one.
         view = replace(view, position=None, focal_point=None, view_up=None, focal_distance=0.0)

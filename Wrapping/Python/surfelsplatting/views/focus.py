@@ -157,8 +157,8 @@ def fronts_of(views, renderer, update=_update):
 
 def has_focus(asked):
     """Whether a view that is not complete says what is in focus."""
-    return bool(asked.focal_distance or asked.focus_point or asked.focal_point
-                or asked.wishes.focus_pixel)
+    is_aimed = asked.focal_point and not asked.wishes.finds_focus
+    return bool(asked.focal_distance or asked.focus_point or is_aimed or asked.wishes.focus_pixel)
 
 
 def focused_on_front(asked, view, renderer, update=_update):

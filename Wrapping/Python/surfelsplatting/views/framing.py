@@ -9,6 +9,7 @@ import numpy as np
 from ..backend import vtk
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from ..problems import UserProblem
+from .homes import home_of
 from .rooms import may_be_room, name_of, options_inside
 from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
@@ -49,9 +50,12 @@ class Samples:
             keep &= _all_finite(keep)
             self.masses = _masses(surfels, covariances, most)[keep]
         elif self.is_capture:
-            keep &= _within_fences(points, keep)
             opacities = surfels.GetPointData().GetArray("GaussianOpacity")
-            self.opacities = _doubles(opacities, _some_of(surfels, most))[keep]
+            opacities = _doubles(opacities, _some_of(surfels, most))
+            self.unfenced = points[keep], opacities[keep], covariances[keep]
+            self.count = surfels.GetNumberOfPoints()
+            keep &= _within_fences(points, keep)
+            self.opacities = opacities[keep]
         else:
             keep &= _near_the_bulk(points, keep)
         self.up = _stored_up(surfels)
@@ -318,14 +322,16 @@ def surface_in_the_middle(samples, position, focal_point, view):
     return float(np.percentile(in_the_middle, FRONT)) if len(in_the_middle) else 0.0
 
 
-def _up(view, sensor, samples):
+def _up(view, sensor, samples, home):
     """-> Up in the world, about which the camera goes around"""
     if view.view_up:
         return Up(unit(np.asarray(view.view_up)), True)
+    if home:
+        return home.up
     return Up(floor_normal(samples, sensor.up), True) if sensor else find_up(samples)
 
 
-def _aim(view, sensor, samples, up):
+def _aim(view, sensor, samples, up, home):
     """-> the direction to the camera, what is up in the picture, and the axis of azimuth; without
     turns."""
     if sensor and not are_parallel(up, sensor.direction, 0.1):
@@ -333,24 +339,33 @@ def _aim(view, sensor, samples, up):
         front = unit(direction - (direction @ up) * up)
     else:
         front = front_of(up)
-        direction = None if view.wishes.side else _three_quarter_direction(samples, up)
+        direction = None
     picture_up = up
+    if home and not are_parallel(up, home.direction, 0.1):
+        direction = home.direction
+    elif direction is None and not view.wishes.side:
+        direction = _three_quarter_direction(samples, up)
     if view.wishes.side:
         direction, picture_up = seen_from(view.wishes.side, front, up)
     return direction, picture_up, up
 
 
-def _placed(view, aim, samples):
+def _placed(view, aim, samples, home):
     """-> position, focal point, up in the picture"""
     direction, picture_up, axis = aim
     if not view.position:
         direction, up = turned(direction, picture_up, axis, view.wishes)
-        position, focal_point = fit(samples, direction, up, view)
+        if home:
+            focal_point = home.focal_point
+            position = focal_point + home.reach(view.wishes.side) * direction
+        else:
+            position, focal_point = fit(samples, direction, up, view)
         if view.focal_point:
             position = position - focal_point + np.asarray(view.focal_point)
             focal_point = np.asarray(view.focal_point)
         return position, focal_point, up
-    focal_point = np.asarray(view.focal_point or samples.center)
+    middle = home.focal_point if home else samples and samples.center
+    focal_point = np.asarray(view.focal_point or middle)
     arm = np.asarray(view.position) - focal_point
     distance = np.linalg.norm(arm)
     if not view.view_up:
@@ -381,14 +396,21 @@ def _doubt(view, samples, up):
         return f"it may be a room; {options_inside(samples, up.axis)} looks into it"
     if up.is_clear or up.is_usual:
         return None
-    first, second, third = (word for word in ("y", "z", "-y", "-z") if word != name_of(up.axis))
-    return (f"what is up is not clear; {name_of(up.axis)} was taken, and --up {first}, {second} or "
+    axis = np.eye(3)[int(np.argmax(np.abs(up.axis)))] * np.sign(up.axis[np.argmax(np.abs(up.axis))])
+    first, second, third = (word for word in ("y", "z", "-y", "-z") if word != name_of(axis))
+    return (f"what is up is not clear; {name_of(axis)} was taken, and --up {first}, {second} or "
             f"{third} turns it")
 
 
 def up_in(view, cloud, surfels):
     """-> Up in the world"""
-    return _up(view, sensor_of(cloud, surfels), Samples(surfels))
+    samples = Samples(surfels)
+    return _up(view, sensor_of(cloud, surfels), samples, home_of(cloud, samples))
+
+
+def home_in(cloud, surfels):
+    """-> Home of a capture, or None"""
+    return home_of(cloud, Samples(surfels))
 
 
 def is_from_sensor(view, sensor):
@@ -437,16 +459,18 @@ def complete_view(view, cloud, surfels, hint=None):
     samples = None if is_placed else Samples(surfels)
     if is_from_sensor(view, sensor):
         view, is_placed = _from_sensor(view, sensor, samples), True
-    view = replace(view, view_angle=view.view_angle or DEFAULT_ANGLE)
+    home = None if is_placed else home_of(cloud, samples, hint)
+    view = replace(view, view_angle=view.view_angle or (home.angle(view.size) if home else
+                                                        DEFAULT_ANGLE))
     if is_placed:
         aim = None, None, np.asarray(view.view_up)
     else:
-        up = _up(view, sensor, samples)
+        up = _up(view, sensor, samples, home)
         doubt = hint and _doubt(view, samples, up)
         if doubt:
             hint(doubt)
-        aim = _aim(view, sensor, samples, up.axis)
-    position, focal_point, up = _placed(view, aim, samples)
+        aim = _aim(view, sensor, samples, up.axis, home)
+    position, focal_point, up = _placed(view, aim, samples, home)
     if not has_focal_point:
         view = _focused(view, position, focal_point, samples)
     completed = _zoomed(replace(view, position=tuple(map(float, position)),
