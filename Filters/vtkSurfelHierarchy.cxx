@@ -3,7 +3,6 @@
 
 #include "Core/Hierarchy/HierarchyBuilder.h"
 #include "Core/Hierarchy/KdTreeOrder.h"
-#include "Core/Hierarchy/LeafPlacement.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Filters/Common/AvailableMemory.h"
 #include "Filters/Common/InputArrays.h"
@@ -13,6 +12,8 @@
 #include "Filters/Common/PointCells.h"
 #include "Filters/Common/ProgressExecutor.h"
 #include "Filters/Common/SurfelOutput.h"
+#include "SurfelData/HierarchyArrays.h"
+#include "SurfelData/SurfelCloudSource.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkDoubleArray.h"
@@ -27,7 +28,6 @@
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
 #include "vtkUnsignedCharArray.h"
-#include "vtkVariant.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,99 +47,18 @@ constexpr std::size_t Grain = 16384;
 /// mainly a node and its colour; and bytes per surfel while the filter works.
 constexpr double BytesPerSurfel = 61.0, BytesPerNode = 112.0, BytesOfWork = 64.0;
 
-/// The surfel arrays of a dataset as the core's SurfelCloud; copies if they have another type.
-struct CloudArrays
-{
-  explicit CloudArrays(vtkPolyData* data)
-  {
-    vtkPointData* arrays = data->GetPointData();
-    this->Cloud.NumberOfSurfels = static_cast<std::size_t>(data->GetNumberOfPoints());
-    if (vtkDataArray* gaussians = arrays->GetArray(Arrays::GaussianCovariance))
-    {
-      vtkDataArray* extinction = arrays->GetArray(Arrays::GaussianExtinction);
-      vtkDataArray* opacity = arrays->GetArray(Arrays::GaussianOpacity);
-      this->Cloud.Kind =
-        extinction ? SurfelSplatting::CloudKind::Volume : SurfelSplatting::CloudKind::Capture;
-      this->Cloud.Covariances = this->Pointer<vtkFloatArray>(gaussians);
-      this->Cloud.Densities = this->Pointer<vtkFloatArray>(extinction ? extinction : opacity);
-      this->Cloud.Normals = extinction
-        ? this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::GaussianNormal))
-        : nullptr;
-    }
-    else
-    {
-      this->Cloud.Covariances = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Covariance));
-      this->Cloud.AreaVectors = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::AreaVector));
-      this->Cloud.TwoSided =
-        this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::TwoSided));
-      this->Cloud.Overlaps = this->Pointer<vtkUnsignedCharArray>(arrays->GetArray(Arrays::Overlap));
-      this->Cloud.Opacities = this->Pointer<vtkFloatArray>(arrays->GetArray(Arrays::Opacity));
-    }
-    if (vtkPoints* points = data->GetPoints())
-    {
-      if (points->GetDataType() == VTK_FLOAT)
-      {
-        this->Cloud.PositionsFloat = this->Pointer<vtkFloatArray>(points->GetData());
-      }
-      else
-      {
-        this->Cloud.PositionsDouble = this->Pointer<vtkDoubleArray>(points->GetData());
-      }
-    }
-  }
-
-  SurfelSplatting::SurfelCloud Cloud;
-
-private:
-  template <typename Array>
-  typename Array::ValueType* Pointer(vtkDataArray* array)
-  {
-    if (!array)
-    {
-      return nullptr;
-    }
-    vtkSmartPointer<Array> typed = Array::SafeDownCast(array);
-    if (!typed)
-    {
-      typed = vtkSmartPointer<Array>::New();
-      typed->DeepCopy(array);
-    }
-    this->Kept.push_back(typed);
-    return typed->GetPointer(0);
-  }
-
-  std::vector<vtkSmartPointer<vtkDataArray>> Kept;
-};
-
 /// Returns an empty string, or what is wrong with surfels that were a hierarchy before. If points
 /// were selected, nothing is known.
 std::string CheckMoves(vtkPolyData* input)
 {
-  vtkDataArray* leaves = input->GetFieldData()->GetArray(Arrays::Leaves);
-  auto* nodes =
-    vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
-  const double points = static_cast<double>(input->GetNumberOfPoints());
-  if (!leaves || leaves->GetNumberOfValues() != HierarchyLayout::NumberOfTrees || !nodes ||
-    nodes->GetNumberOfComponents() != sizeof(SurfelSplatting::HierarchyNode))
+  using namespace SurfelSplatting;
+  if (!CheckHierarchy(input).empty())
   {
     return std::string();
   }
-  const double first = leaves->GetVariantValue(0).ToDouble();
-  if (!(first >= 0.0 && first + leaves->GetVariantValue(1).ToDouble() == points && first <= points))
-  {
-    return std::string();
-  }
-  const HierarchyLayout layout(
-    static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(points - first));
-  if (static_cast<std::uint64_t>(nodes->GetNumberOfTuples()) !=
-    layout.NumberOfNodes() - layout.NumberOfLeaves())
-  {
-    return std::string();
-  }
-  CloudArrays tree(input);
-  tree.Cloud.Nodes = reinterpret_cast<const SurfelSplatting::HierarchyNode*>(nodes->GetPointer(0));
-  using SurfelSplatting::LeafPlacement;
-  const LeafPlacement::MoveKind move = FindLeafPlacement(tree.Cloud, layout).Kind;
+  SurfelCloudSource leaves;
+  SetSurfels(input, leaves);
+  const LeafPlacement::MoveKind move = FindPlacement(input, leaves.Cloud).Kind;
   return move == LeafPlacement::None || move == LeafPlacement::Translation
     ? std::string()
     : "The points of this hierarchy were turned, scaled or warped, and their kernels were not. Put "
@@ -167,7 +86,8 @@ public:
   {
     const SurfelGeometry::StageProgress progress(this->Self, 0.0, 1.0);
     {
-      const CloudArrays surfels(this->Input);
+      SurfelSplatting::SurfelCloudSource surfels;
+      SetSurfels(this->Input, surfels);
       SurfelGeometry::ProgressExecutor ordering(progress.Part(0.0, 0.5));
       const KdTreeOrder order = MakeKdTreeOrder(surfels.Cloud, ordering);
       this->Layout = order.Layout;
@@ -271,7 +191,8 @@ private:
     const auto nodes =
       SurfelGeometry::MakeArray<vtkUnsignedCharArray>(Arrays::Nodes, sizeof(HierarchyNode),
         static_cast<vtkIdType>(this->Layout.NumberOfNodes() - this->Layout.NumberOfLeaves()));
-    const CloudArrays leaves(output);
+    SurfelSplatting::SurfelCloudSource leaves;
+    SetSurfels(output, leaves);
     SurfelSplatting::FillNodes(
       leaves.Cloud, this->Layout, executor, reinterpret_cast<HierarchyNode*>(nodes->GetPointer(0)));
     output->GetFieldData()->AddArray(nodes);
@@ -280,8 +201,7 @@ private:
   void AddFieldData(vtkPolyData* output)
   {
     output->GetFieldData()->ShallowCopy(this->Input->GetFieldData());
-    for (const char* ofAnother :
-      { Arrays::Clusters, Arrays::Extents, Arrays::NodeColors, Arrays::Samples, Arrays::Bounds })
+    for (const char* ofAnother : Arrays::Computed)
     {
       output->GetFieldData()->RemoveArray(ofAnother);
     }

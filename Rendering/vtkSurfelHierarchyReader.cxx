@@ -3,9 +3,9 @@
 
 #include "Core/Files/ArrayFile.h"
 #include "Core/Surfels/SurfelArrays.h"
-#include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/MappedArrays.h"
 #include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/HierarchyArrays.h"
 
 #include <vtkErrorCode.h>
 #include <vtkFieldData.h>
@@ -59,7 +59,7 @@ std::string ProblemOf(const Core::ArrayFile& file, vtkPolyData* output)
         " values for its " + std::to_string(count) + " points; write it again";
     }
   }
-  return Core::HierarchyCache::CheckHierarchy(output);
+  return Core::CheckHierarchy(output);
 }
 
 void AddArray(Core::ArrayRole role, vtkDataArray* array, vtkPolyData* output)
@@ -102,7 +102,7 @@ bool IsReadAtRandom(const Core::StoredArray& stored)
 }
 
 /// The arrays in the order of the file: those that are computed from others are behind them, and
-/// their later times say that they are up to date (HierarchyCache.h).
+/// their later times say that they are up to date (FindComputed in HierarchyArrays.h).
 void MapArrays(const std::shared_ptr<const Core::ArrayFile>& file, vtkPolyData* output)
 {
   for (const Core::StoredArray& stored : file->Arrays())

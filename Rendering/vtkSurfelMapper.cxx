@@ -54,7 +54,7 @@ int vtkSurfelMapper::CanUseTextureMapForColoring(vtkDataObject*)
 
 void vtkSurfelMapper::GetOrigin(double origin[3])
 {
-  SurfelSplatting::GetSurfelOrigin(this->GetInput(), origin);
+  SurfelSplatting::ReadOrigin(this->GetInput(), origin);
 }
 
 vtkDataArray* vtkSurfelMapper::GetFrameColors(bool linearLight)

@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-FOLDERS = ("Core/", "Filters/", "Rendering/", "Parallel/", "Plugins/")
+FOLDERS = ("Core/", "Filters/", "Rendering/", "Parallel/", "SurfelData/", "Plugins/")
 LIMITED = ("Core/", "Filters/", "Rendering/")
 MAX_LINES_OF_A_FILE = 600
 MAX_LINES_OF_A_FUNCTION = 60

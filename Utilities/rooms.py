@@ -17,7 +17,7 @@ import sys
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-TOPS = ("Core", "Parallel", "Filters", "Rendering", "Plugins")
+TOPS = ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins")
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The standard library's headers have neither a dot nor a folder.
 STANDARD = re.compile(r"[a-z_]+")

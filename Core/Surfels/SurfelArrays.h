@@ -51,5 +51,6 @@ constexpr const char* Extents = "SurfelClusterExtents"; // unsigned char[72]: No
 constexpr const char* NodeColors = "SurfelNodeColors";  // unsigned char[36]: NodeColor
 constexpr const char* Samples = "SurfelSamples";        // float[13]: some of the surfels
 constexpr const char* Bounds = "SurfelBounds";          // double[6]
+constexpr const char* Computed[] = { Clusters, Extents, NodeColors, Samples, Bounds };
 }
 }

@@ -4,12 +4,9 @@
 #include "Core/Surfels/SurfelArrays.h"
 
 #include "vtkDataArray.h"
-#include "vtkFieldData.h"
 #include "vtkPointData.h"
 #include "vtkPolyData.h"
-#include "vtkVariant.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace SurfelGeometry
@@ -87,16 +84,6 @@ std::string CheckNumberOfPoints(vtkIdType points)
   return points <= most ? std::string()
                         : "The input has " + std::to_string(points) +
       " points; the neighbour search takes up to " + std::to_string(most) + ". Split the cloud.";
-}
-
-void ReadOrigin(vtkPointSet* input, double origin[3])
-{
-  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
-  std::fill_n(origin, 3, 0.0);
-  for (int i = 0; array && array->GetNumberOfValues() == 3 && i < 3; ++i)
-  {
-    origin[i] = array->GetVariantValue(i).ToDouble();
-  }
 }
 
 vtkDataArray* FindNormals(vtkPointSet* input, const char* name)

@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "SurfelData/SurfelCloudSource.h"
+
 #include "vtkNew.h"
 #include "vtkType.h"
 
@@ -24,8 +26,7 @@ std::string CheckSurfels(vtkPolyData* input);
 /// Empty if the neighbour search takes this many points, else what is wrong and what to do.
 std::string CheckNumberOfPoints(vtkIdType points);
 
-/// The field array SurfelOrigin, three values in any shape; 0 if there is none.
-void ReadOrigin(vtkPointSet* input, double origin[3]);
+using SurfelSplatting::ReadOrigin;
 
 /// The point array with this name; otherwise the active normals or the point array "Normals". Null
 /// if there is none, or it has not three components.

@@ -50,10 +50,12 @@ void SurfelOutput::Write(const double origin[3], vtkPolyData* output) const
 
 void RemoveHierarchy(vtkPolyData* surfels)
 {
-  for (const char* name : { Arrays::Leaves, Arrays::Nodes, Arrays::Clusters, Arrays::Extents,
-         Arrays::NodeColors, Arrays::Samples, Arrays::Bounds })
+  vtkFieldData* data = surfels->GetFieldData();
+  data->RemoveArray(Arrays::Leaves);
+  data->RemoveArray(Arrays::Nodes);
+  for (const char* name : Arrays::Computed)
   {
-    surfels->GetFieldData()->RemoveArray(name);
+    data->RemoveArray(name);
   }
 }
 

@@ -6,17 +6,15 @@
 #include "Rendering/Scene/CameraAdapter.h"
 #include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/HierarchyArrays.h"
 
-#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkUnsignedCharArray.h>
-#include <vtkVariant.h>
 
 #include <algorithm>
 
@@ -24,21 +22,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// The values of an array: its own if it is of type Array, otherwise a converted copy. The source
-/// keeps the array alive.
-template <typename Array>
-typename Array::ValueType* Pointer(vtkDataArray* array, SurfelCloudSource& source)
-{
-  vtkSmartPointer<Array> typed = Array::SafeDownCast(array);
-  if (!typed)
-  {
-    typed = vtkSmartPointer<Array>::New();
-    typed->DeepCopy(array);
-  }
-  source.Arrays.push_back(typed);
-  return typed->GetPointer(0);
-}
-
 /// Returns an empty string if the array is as the data contract says, otherwise what to do.
 std::string CheckArray(vtkPolyData* input, const char* name, int components, bool required)
 {
@@ -96,58 +79,14 @@ void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
 {
   if (vtkFloatArray::SafeDownCast(colors))
   {
-    source.Cloud.ColorsFloat = Pointer<vtkFloatArray>(colors, source);
+    source.Cloud.ColorsFloat = source.Keep<vtkFloatArray>(colors);
   }
   else if (colors)
   {
-    source.Cloud.ColorsUChar = Pointer<vtkUnsignedCharArray>(colors, source);
-  }
-}
-}
-
-void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source)
-{
-  SurfelCloud& cloud = source.Cloud;
-  vtkPointData* data = surfels->GetPointData();
-  cloud.NumberOfSurfels = static_cast<std::size_t>(surfels->GetNumberOfPoints());
-  vtkDataArray* points = surfels->GetPoints()->GetData();
-  if (points->GetDataType() == VTK_DOUBLE)
-  {
-    cloud.PositionsDouble = Pointer<vtkDoubleArray>(points, source);
-  }
-  else
-  {
-    cloud.PositionsFloat = Pointer<vtkFloatArray>(points, source);
-  }
-  if (vtkDataArray* gaussians = data->GetArray(Arrays::GaussianCovariance))
-  {
-    vtkDataArray* extinction = data->GetArray(Arrays::GaussianExtinction);
-    cloud.Kind = extinction ? CloudKind::Volume : CloudKind::Capture;
-    cloud.Covariances = Pointer<vtkFloatArray>(gaussians, source);
-    cloud.Densities = Pointer<vtkFloatArray>(
-      extinction ? extinction : data->GetArray(Arrays::GaussianOpacity), source);
-    vtkDataArray* normals = extinction ? data->GetArray(Arrays::GaussianNormal) : nullptr;
-    cloud.Normals = normals ? Pointer<vtkFloatArray>(normals, source) : nullptr;
-    return;
-  }
-  cloud.Covariances = Pointer<vtkFloatArray>(data->GetArray(Arrays::Covariance), source);
-  cloud.AreaVectors = Pointer<vtkFloatArray>(data->GetArray(Arrays::AreaVector), source);
-  if (vtkDataArray* twoSided = data->GetArray(Arrays::TwoSided))
-  {
-    cloud.TwoSided = Pointer<vtkUnsignedCharArray>(twoSided, source);
-  }
-  if (vtkDataArray* overlap = data->GetArray(Arrays::Overlap))
-  {
-    cloud.Overlaps = Pointer<vtkUnsignedCharArray>(overlap, source);
-  }
-  if (vtkDataArray* opacity = data->GetArray(Arrays::Opacity))
-  {
-    cloud.Opacities = Pointer<vtkFloatArray>(opacity, source);
+    source.Cloud.ColorsUChar = source.Keep<vtkUnsignedCharArray>(colors);
   }
 }
 
-namespace
-{
 std::string CheckGaussians(vtkPolyData* gaussians)
 {
   vtkPointData* data = gaussians->GetPointData();
@@ -210,19 +149,6 @@ std::string CheckStorable(vtkPolyData* surfels)
     : CheckSurfels(surfels);
 }
 
-void GetSurfelOrigin(vtkPolyData* surfels, double origin[3])
-{
-  std::fill_n(origin, 3, 0.0);
-  vtkDataArray* array = surfels ? surfels->GetFieldData()->GetArray(Arrays::Origin) : nullptr;
-  if (array && array->GetNumberOfValues() == 3)
-  {
-    for (int i = 0; i < 3; ++i)
-    {
-      origin[i] = array->GetVariantValue(i).ToDouble();
-    }
-  }
-}
-
 std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
 {
   vtkPolyData* surfels = input.Surfels;
@@ -239,7 +165,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   cloud.LocalToWorld = Affine3();
   SetSurfels(surfels, source);
   SetColors(input.Colors, source);
-  if (HierarchyCache::IsHierarchy(surfels))
+  if (IsHierarchy(surfels))
   {
     problem = input.Hierarchy->Update(surfels, input.Colors, input.PaperCut, SMPExecutor(), cloud);
     if (!problem.empty())
@@ -253,7 +179,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
     input.Hierarchy->UpdateHarmonics(surfels, harmonics, SMPExecutor(), cloud);
   }
   Affine3 origin;
-  GetSurfelOrigin(surfels, origin.T.data());
+  ReadOrigin(surfels, origin.T.data());
   origin = Affine3::Compose(origin, cloud.LocalToWorld); // of a hierarchy that was moved
   cloud.LocalToWorld = Affine3::Compose(ToAffine(input.Matrix), origin);
   cloud.Opacity = input.Property->GetOpacity();

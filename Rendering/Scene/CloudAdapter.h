@@ -5,14 +5,11 @@
  */
 #pragma once
 
-#include "Core/Surfels/SurfelCloud.h"
-
-#include <vtkDataArray.h>
-#include <vtkSmartPointer.h>
+#include "SurfelData/SurfelCloudSource.h"
 
 #include <string>
-#include <vector>
 
+class vtkDataArray;
 class vtkMatrix4x4;
 class vtkPolyData;
 class vtkProperty;
@@ -20,10 +17,6 @@ class vtkProperty;
 namespace SurfelSplatting
 {
 class HierarchyCache;
-
-/// The local origin of the surfels (field array SurfelOrigin), to be added to their points;
-/// (0, 0, 0) if there is none.
-void GetSurfelOrigin(vtkPolyData* surfels, double origin[3]);
 
 /// Returns an empty string if the point arrays are as the data contract says, otherwise what is
 /// wrong and what to do.
@@ -43,16 +36,6 @@ struct CloudInput
   bool PaperCut = false;    ///< whether the paper's rule chooses the level of detail
   bool LinearLight = false; ///< whether the property's colours are sRGB codes of light
 };
-
-/// A cloud and the arrays that it points to.
-struct SurfelCloudSource
-{
-  SurfelCloud Cloud;
-  std::vector<vtkSmartPointer<vtkDataArray>> Arrays;
-};
-
-/// Points the cloud to the arrays of surfels that pass CheckSurfels.
-void SetSurfels(vtkPolyData* surfels, SurfelCloudSource& source);
 
 /// Makes a cloud. Returns an empty string, or what is missing from the input and what to do.
 std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source);

@@ -5,16 +5,14 @@
 #include "Core/Hierarchy/NodeHarmonics.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/MappedArrays.h"
+#include "SurfelData/HierarchyArrays.h"
 
 #include <vtkDataArray.h>
-#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
-#include <vtkVariant.h>
 
 #include <algorithm>
 
@@ -22,120 +20,9 @@ namespace SurfelSplatting
 {
 namespace
 {
-vtkDataArray* LeafCounts(vtkPolyData* input)
-{
-  return input ? input->GetFieldData()->GetArray(Arrays::Leaves) : nullptr;
-}
-
-HierarchyLayout ReadLayout(vtkDataArray* counts)
-{
-  if (counts->GetNumberOfValues() != HierarchyLayout::NumberOfTrees)
-  {
-    return HierarchyLayout();
-  }
-  std::uint64_t leaves[HierarchyLayout::NumberOfTrees];
-  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
-  {
-    const double count = counts->GetVariantValue(tree).ToDouble();
-    leaves[tree] = count >= 0.0 && count < 4294967296.0 ? static_cast<std::uint64_t>(count) : 0;
-  }
-  return HierarchyLayout(leaves[0], leaves[1]);
-}
-
-/// The array of the nodes above the leaves; null if the input does not match its layout.
-vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layout)
-{
-  auto* array =
-    vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
-  const bool matches = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
-    static_cast<std::uint64_t>(input->GetNumberOfPoints()) == layout.NumberOfLeaves() &&
-    static_cast<std::uint64_t>(array->GetNumberOfTuples()) ==
-      layout.NumberOfNodes() - layout.NumberOfLeaves();
-  return matches ? array : nullptr;
-}
-
-const HierarchyNode* NodesOf(vtkPolyData* input, const HierarchyLayout& layout)
-{
-  return reinterpret_cast<const HierarchyNode*>(FindNodes(input, layout)->GetPointer(0));
-}
-
 /// Surfels that a thread moves at a time.
 constexpr std::size_t SettleGrain = 16384;
-}
 
-bool HierarchyCache::IsHierarchy(vtkPolyData* input)
-{
-  return LeafCounts(input) != nullptr;
-}
-
-std::string HierarchyCache::CheckHierarchy(vtkPolyData* input)
-{
-  if (!IsHierarchy(input))
-  {
-    return std::string("There is no field array ") + Arrays::Leaves + ": it is no hierarchy.";
-  }
-  const HierarchyLayout layout = ReadLayout(LeafCounts(input));
-  if (FindNodes(input, layout))
-  {
-    return std::string();
-  }
-  return std::string("Field array ") + Arrays::Leaves + " announces a hierarchy of " +
-    std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
-    std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
-    " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
-}
-
-bool HierarchyCache::IsWhole(vtkPolyData* input)
-{
-  return static_cast<std::uint64_t>(input->GetNumberOfPoints()) == LayoutOf(input).NumberOfLeaves();
-}
-
-LeafPlacement HierarchyCache::FindPlacement(vtkPolyData* input, const SurfelCloud& leaves)
-{
-  SurfelCloud tree = leaves;
-  const HierarchyLayout layout = LayoutOf(input);
-  tree.Nodes = NodesOf(input, layout);
-  return FindLeafPlacement(tree, layout);
-}
-
-HierarchyLayout HierarchyCache::LayoutOf(vtkPolyData* input)
-{
-  return ReadLayout(LeafCounts(input));
-}
-
-vtkDataArray* HierarchyCache::FindComputed(
-  vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples)
-{
-  vtkDataArray* array = input->GetFieldData()->GetArray(name);
-  const bool matches = array && array->HasStandardMemoryLayout() &&
-    static_cast<std::size_t>(array->GetNumberOfTuples()) == tuples &&
-    static_cast<std::size_t>(array->GetNumberOfComponents()) * array->GetDataTypeSize() ==
-      bytesPerTuple;
-  if (!matches)
-  {
-    return nullptr;
-  }
-  vtkPointData* data = input->GetPointData();
-  for (vtkAbstractArray* source :
-    { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
-      data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
-      data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Overlap),
-      data->GetAbstractArray(Arrays::Opacity), data->GetAbstractArray(Arrays::GaussianCovariance),
-      data->GetAbstractArray(Arrays::GaussianOpacity),
-      data->GetAbstractArray(Arrays::GaussianExtinction),
-      data->GetAbstractArray(Arrays::GaussianNormal),
-      input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
-  {
-    if (source && source->GetMTime() > array->GetMTime())
-    {
-      return nullptr;
-    }
-  }
-  return array;
-}
-
-namespace
-{
 /// Whether the leaves of a volume have normals and none of the nodes above has: nodes have those of
 /// the leaves that they were made of.
 bool LackNormals(const SurfelCloud& cloud, std::size_t numberOfNodes)
@@ -164,7 +51,7 @@ const Value* ValuesOf(vtkDataArray* array)
 std::string HierarchyCache::Examine(
   vtkPolyData* input, const Executor& executor, SurfelCloud& cloud)
 {
-  const HierarchyLayout layout = LayoutOf(input);
+  const HierarchyLayout layout = ReadLayout(input);
   if (LackNormals(cloud, layout.NumberOfNodes() - layout.NumberOfLeaves()))
   {
     return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
@@ -252,7 +139,7 @@ void HierarchyCache::NoteSelection(vtkPolyData* input)
   }
   this->InputState = inputState;
   this->Warning = "The input was a hierarchy of " +
-    std::to_string(LayoutOf(input).NumberOfLeaves()) + " surfels and has " +
+    std::to_string(ReadLayout(input).NumberOfLeaves()) + " surfels and has " +
     std::to_string(input->GetNumberOfPoints()) +
     " points: they are drawn without level of detail. Put vtkSurfelHierarchy after filters that "
     "select points.";
@@ -278,7 +165,7 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
   {
     return problem;
   }
-  const HierarchyLayout layout = LayoutOf(input);
+  const HierarchyLayout layout = ReadLayout(input);
   cloud.Nodes = NodesOf(input, layout);
   const State inputState{ input, input->GetMTime() };
   if (!(this->InputState == inputState))
@@ -362,7 +249,7 @@ void HierarchyCache::UpdateHarmonics(
       floats = vtkSmartPointer<vtkFloatArray>::New();
       floats->DeepCopy(coefficients);
     }
-    const HierarchyLayout layout = cloud.Nodes ? LayoutOf(input) : HierarchyLayout();
+    const HierarchyLayout layout = cloud.Nodes ? ReadLayout(input) : HierarchyLayout();
     this->Harmonics =
       PackHarmonics(cloud, layout, floats->GetPointer(0), cloud.NumberOfHarmonics, executor);
     this->HarmonicColors.Resize(cloud.Nodes ? layout.NumberOfNodes() - layout.NumberOfLeaves() : 0);

@@ -30,28 +30,6 @@ namespace SurfelSplatting
 class HierarchyCache
 {
 public:
-  /// Whether the input declares that it is a hierarchy (field array Arrays::Leaves).
-  static bool IsHierarchy(vtkPolyData* input);
-
-  /// Returns an empty string, or why the input is no hierarchy that can be drawn.
-  static std::string CheckHierarchy(vtkPolyData* input);
-
-  /// Whether a hierarchy has as many points as leaves: filters that select points leave its nodes.
-  static bool IsWhole(vtkPolyData* input);
-
-  /// Where its points are, as seen from its nodes; of an input that passes CheckHierarchy.
-  /// @param leaves with the input's arrays
-  static LeafPlacement FindPlacement(vtkPolyData* input, const SurfelCloud& leaves);
-
-  /// Numbers of leaves; of an input that passes CheckHierarchy.
-  static HierarchyLayout LayoutOf(vtkPolyData* input);
-
-  /// A field array with values that were computed from the surfels, as it is in files; null if
-  /// there is none of this type and size, or the surfels were modified after it.
-  /// @param tuples number of them
-  static vtkDataArray* FindComputed(
-    vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples);
-
   /**
    * Points the cloud, whose surfel arrays are set, to the hierarchy's nodes, cluster bounds and
    * colours. Computes the last two again only if the input or its colours have changed. Returns an

@@ -9,9 +9,9 @@
 #include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
-#include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/MappedArrays.h"
 #include "Rendering/Scene/SurfelBounds.h"
+#include "SurfelData/HierarchyArrays.h"
 
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
@@ -60,9 +60,7 @@ bool AreColors(vtkDataArray* array)
 
 bool IsComputed(const char* name)
 {
-  const char* const names[] = { Arrays::Clusters, Arrays::Extents, Arrays::NodeColors,
-    Arrays::Samples, Arrays::Bounds };
-  return std::any_of(std::begin(names), std::end(names),
+  return std::any_of(std::begin(Arrays::Computed), std::end(Arrays::Computed),
     [name](const char* computed) { return std::strcmp(computed, name) == 0; });
 }
 
@@ -74,7 +72,7 @@ public:
   Contents(vtkPolyData* input, const KdTreeOrder* order)
     : Input(input)
     , Order(order)
-    , Layout(order ? order->Layout : HierarchyCache::LayoutOf(input))
+    , Layout(order ? order->Layout : ReadLayout(input))
   {
     this->AddPointArrays();
     this->AddFieldArrays();
@@ -366,7 +364,7 @@ vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)
 {
   SurfelCloudSource source;
   SetSurfels(input, source);
-  const LeafPlacement placement = HierarchyCache::FindPlacement(input, source.Cloud);
+  const LeafPlacement placement = FindPlacement(input, source.Cloud);
   if (placement.Kind == LeafPlacement::None)
   {
     return input;
@@ -378,7 +376,7 @@ vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)
                              "after the filter that did so");
   }
   double origin[3];
-  GetSurfelOrigin(input, origin);
+  ReadOrigin(input, origin);
   vtkNew<vtkPoints> points;
   points->SetNumberOfPoints(input->GetNumberOfPoints());
   for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
@@ -407,11 +405,10 @@ std::uint64_t WriteHierarchy(vtkPolyData* input, const std::string& path, const 
   {
     problem = CheckStorable(input);
   }
-  const bool isHierarchy =
-    problem.empty() && HierarchyCache::IsHierarchy(input) && HierarchyCache::IsWhole(input);
+  const bool isHierarchy = problem.empty() && IsHierarchy(input) && IsWhole(input);
   if (isHierarchy)
   {
-    problem = HierarchyCache::CheckHierarchy(input);
+    problem = CheckHierarchy(input);
   }
   else if (problem.empty() && input->GetNumberOfPoints() > MostSurfels)
   {

@@ -2,7 +2,7 @@
 #include "Rendering/Scene/SurfelBounds.h"
 
 #include "Core/Surfels/SurfelArrays.h"
-#include "Rendering/Scene/HierarchyCache.h"
+#include "SurfelData/HierarchyArrays.h"
 
 #include <vtkBoundingBox.h>
 #include <vtkDataArray.h>
@@ -20,7 +20,7 @@ namespace
 bool FindStoredBounds(vtkPolyData* surfels, double bounds[6])
 {
   constexpr std::size_t bytes = 6 * sizeof(double);
-  vtkDataArray* stored = HierarchyCache::FindComputed(surfels, Arrays::Bounds, bytes, 1);
+  vtkDataArray* stored = FindComputed(surfels, Arrays::Bounds, bytes, 1);
   if (!stored || stored->GetDataType() != VTK_DOUBLE)
   {
     return false;

@@ -26,8 +26,8 @@ constexpr const char* Points = "Points";
 vtkSmartPointer<vtkDataArray> ShiftedPoints(vtkPolyData* piece, vtkPolyData* first, int type)
 {
   double from[3], to[3];
-  GetSurfelOrigin(piece, from);
-  GetSurfelOrigin(first, to);
+  ReadOrigin(piece, from);
+  ReadOrigin(first, to);
   vtkDataArray* points = piece->GetPoints()->GetData();
   if (std::equal(from, from + 3, to) && points->GetDataType() == type &&
     points->HasStandardMemoryLayout())

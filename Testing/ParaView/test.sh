@@ -73,7 +73,7 @@ copy_sources() {
   rm -rf "$debian/source" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
   (cd "$root" && tar -cf - CMakeLists.txt Core Examples/ParaView Filters Parallel Plugins \
-    Rendering Testing/Benchmarks/measures.py Testing/ParaView Testing/Shared Utilities) |
+    Rendering SurfelData Testing/Benchmarks/measures.py Testing/ParaView Testing/Shared Utilities) |
     tar -xf - -C "$debian/source"
   if [ -d "$scans" ]; then
     cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"

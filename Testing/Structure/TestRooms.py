@@ -20,7 +20,7 @@ class Rooms(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.root = cls.folder / "copy"
-        for top in ("Core", "Parallel", "Filters", "Rendering", "Plugins"):
+        for top in ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins"):
             shutil.copytree(SOURCE / top, cls.root / top)
         cls.before = cls.problems()
 

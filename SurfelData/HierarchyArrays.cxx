@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfelData/HierarchyArrays.h"
+
+#include "Core/Surfels/SurfelArrays.h"
+
+#include <vtkDataArray.h>
+#include <vtkFieldData.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkVariant.h>
+
+#include <cstdint>
+
+namespace SurfelSplatting
+{
+namespace
+{
+vtkDataArray* LeafCounts(vtkPolyData* input)
+{
+  return input ? input->GetFieldData()->GetArray(Arrays::Leaves) : nullptr;
+}
+}
+
+bool IsHierarchy(vtkPolyData* input)
+{
+  return LeafCounts(input) != nullptr;
+}
+
+HierarchyLayout ReadLayout(vtkPolyData* input)
+{
+  vtkDataArray* counts = LeafCounts(input);
+  if (counts->GetNumberOfValues() != HierarchyLayout::NumberOfTrees)
+  {
+    return HierarchyLayout();
+  }
+  std::uint64_t leaves[HierarchyLayout::NumberOfTrees];
+  for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)
+  {
+    const double count = counts->GetVariantValue(tree).ToDouble();
+    leaves[tree] = count >= 0.0 && count < 4294967296.0 ? static_cast<std::uint64_t>(count) : 0;
+  }
+  return HierarchyLayout(leaves[0], leaves[1]);
+}
+
+vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layout)
+{
+  auto* array =
+    vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
+  const bool matches = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
+    static_cast<std::uint64_t>(input->GetNumberOfPoints()) == layout.NumberOfLeaves() &&
+    static_cast<std::uint64_t>(array->GetNumberOfTuples()) ==
+      layout.NumberOfNodes() - layout.NumberOfLeaves();
+  return matches ? array : nullptr;
+}
+
+const HierarchyNode* NodesOf(vtkPolyData* input, const HierarchyLayout& layout)
+{
+  return reinterpret_cast<const HierarchyNode*>(FindNodes(input, layout)->GetPointer(0));
+}
+
+std::string CheckHierarchy(vtkPolyData* input)
+{
+  if (!IsHierarchy(input))
+  {
+    return std::string("There is no field array ") + Arrays::Leaves + ": it is no hierarchy.";
+  }
+  const HierarchyLayout layout = ReadLayout(input);
+  if (FindNodes(input, layout))
+  {
+    return std::string();
+  }
+  return std::string("Field array ") + Arrays::Leaves + " announces a hierarchy of " +
+    std::to_string(layout.NumberOfLeaves()) + " surfels, but the input's " +
+    std::to_string(input->GetNumberOfPoints()) + " points and its field array " + Arrays::Nodes +
+    " do not match it. Put vtkSurfelHierarchy after filters that change the points.";
+}
+
+bool IsWhole(vtkPolyData* input)
+{
+  return static_cast<std::uint64_t>(input->GetNumberOfPoints()) ==
+    ReadLayout(input).NumberOfLeaves();
+}
+
+LeafPlacement FindPlacement(vtkPolyData* input, const SurfelCloud& leaves)
+{
+  SurfelCloud tree = leaves;
+  const HierarchyLayout layout = ReadLayout(input);
+  tree.Nodes = NodesOf(input, layout);
+  return FindLeafPlacement(tree, layout);
+}
+
+vtkDataArray* FindComputed(
+  vtkPolyData* input, const char* name, std::size_t bytesPerTuple, std::size_t tuples)
+{
+  vtkDataArray* array = input->GetFieldData()->GetArray(name);
+  const bool matches = array && array->HasStandardMemoryLayout() &&
+    static_cast<std::size_t>(array->GetNumberOfTuples()) == tuples &&
+    static_cast<std::size_t>(array->GetNumberOfComponents()) * array->GetDataTypeSize() ==
+      bytesPerTuple;
+  if (!matches)
+  {
+    return nullptr;
+  }
+  vtkPointData* data = input->GetPointData();
+  for (vtkAbstractArray* source :
+    { static_cast<vtkAbstractArray*>(input->GetPoints()->GetData()),
+      data->GetAbstractArray(Arrays::Covariance), data->GetAbstractArray(Arrays::AreaVector),
+      data->GetAbstractArray(Arrays::TwoSided), data->GetAbstractArray(Arrays::Overlap),
+      data->GetAbstractArray(Arrays::Opacity), data->GetAbstractArray(Arrays::GaussianCovariance),
+      data->GetAbstractArray(Arrays::GaussianOpacity),
+      data->GetAbstractArray(Arrays::GaussianExtinction),
+      data->GetAbstractArray(Arrays::GaussianNormal),
+      input->GetFieldData()->GetAbstractArray(Arrays::Nodes) })
+  {
+    if (source && source->GetMTime() > array->GetMTime())
+    {
+      return nullptr;
+    }
+  }
+  return array;
+}
+}
