@@ -4,7 +4,6 @@
 #include "Core/Base/MemoryGuard.h"
 #include "Core/Picture/DeepImage.h"
 #include "Core/Picture/Splatter.h"
-#include "Core/Splats/DepthImageSurfels.h"
 #include "Parallel/ControllerRanks.h"
 #include "Rendering/Scene/CameraAdapter.h"
 #include "Rendering/Scene/CloudAdapter.h"
@@ -12,6 +11,7 @@
 #include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/PictureArrays.h"
 #include "Rendering/Scene/PixelChannels.h"
+#include "Rendering/Scene/PropOccluders.h"
 #include "Rendering/Scene/SMPExecutor.h"
 #include "Rendering/Scene/SceneView.h"
 #include "vtkSurfelMapper.h"
@@ -31,7 +31,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <new>
 
 namespace
@@ -67,9 +66,7 @@ struct vtkSurfelSplatter::Internals
   vtkNew<vtkImageData> Output;
   SurfelSplatting::SplatContext Context;
   SurfelSplatting::FrameKey Key; // of the picture in Output
-  SurfelSplatting::DepthImageSurfels BlurredPixels;
-  std::vector<float> SharpDepth; // distances of other props without the pixels that are splatted
-  SurfelSplatting::Message RootDepth; // those of process 0
+  SurfelSplatting::PropOccluders Occluders;
   bool HasPicture = false;
   double SceneMilliseconds = 0.0;
   bool WarnedParallel = false;
@@ -307,30 +304,6 @@ void vtkSurfelSplatter::CompleteView(SceneView& view)
   }
 }
 
-/// Turns the pixels of other props that the lens blurs into a cloud of their own. Returns the
-/// distances of the props that stay sharp; null if there are no props.
-const float* vtkSurfelSplatter::SplatBlurredPixels(
-  const SceneView& view, std::vector<SurfelSplatting::SurfelCloud>& clouds)
-{
-  Internals& my = *this->Internal;
-  if (!view.OccluderDepth || !view.PropImage)
-  {
-    my.BlurredPixels = SurfelSplatting::DepthImageSurfels();
-    return view.OccluderDepth;
-  }
-  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
-  my.SharpDepth.assign(view.OccluderDepth, view.OccluderDepth + pixels);
-  SurfelSplatting::DepthImage props = *view.PropImage;
-  props.MinConfusion = view.MinConfusion();
-  my.BlurredPixels.MakeSurfels(my.Context.Camera, my.Context.Optics, props, my.SharpDepth.data(),
-    SurfelSplatting::SMPExecutor());
-  if (my.BlurredPixels.Size() > 0)
-  {
-    clouds.push_back(my.BlurredPixels.Get());
-  }
-  return my.SharpDepth.data();
-}
-
 bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
 {
   if (camera->GetParallelProjection() || this->LensMode == LENS_PINHOLE)
@@ -343,7 +316,7 @@ bool vtkSurfelSplatter::HasLens(vtkCamera* camera)
 
 const SurfelSplatting::DepthImageSurfels& vtkSurfelSplatter::GetBlurredPixels()
 {
-  return this->Internal->BlurredPixels;
+  return this->Internal->Occluders.GetBlurredPixels();
 }
 
 /// Makes the clouds of this process.
@@ -382,7 +355,8 @@ void vtkSurfelSplatter::MakeClouds(
   const vtkIdType pixels = static_cast<vtkIdType>(view.Size[0]) * view.Size[1];
   scene.Color = Core::NewPixelArray("Color", 4, pixels);
   scene.Depth = Core::NewPixelArray("Depth", 1, pixels);
-  scene.OccluderDepth = this->SplatBlurredPixels(view, scene.Clouds);
+  Internals& my = *this->Internal;
+  scene.OccluderDepth = my.Occluders.SplatBlurredPixels(view, my.Context, scene.Clouds);
 }
 
 /// Makes the clouds and, with a controller, gets the occluder depth of process 0. A process with
@@ -416,24 +390,7 @@ void vtkSurfelSplatter::MakeScene(
       "DeepSamples and Channels need a single process: the picture has only colours and depths. "
       "Unset the controller if you need them.");
   }
-  this->ShareOccluderDepth(view, scene);
-}
-
-/// Collective. Gives process 0's occluder depth, if there are any occluders, to all processes.
-void vtkSurfelSplatter::ShareOccluderDepth(const SceneView& view, SceneClouds& scene)
-{
-  const std::size_t pixels = static_cast<std::size_t>(view.Size[0]) * view.Size[1];
-  const float* depth = scene.OccluderDepth;
-  SurfelSplatting::Message& message = this->Internal->RootDepth;
-  message.clear();
-  if (depth && std::any_of(depth, depth + pixels, [](float distance) {
-        return distance < std::numeric_limits<float>::infinity();
-      }))
-  {
-    SurfelSplatting::Put(depth, pixels, message);
-  }
-  message = this->GetRanks()->FromRoot(message);
-  scene.OccluderDepth = message.empty() ? nullptr : reinterpret_cast<const float*>(message.data());
+  scene.OccluderDepth = this->Internal->Occluders.ShareDepth(view, scene.OccluderDepth, *ranks);
 }
 
 bool vtkSurfelSplatter::RenderScene(const SceneItems& items, const SceneView& view,

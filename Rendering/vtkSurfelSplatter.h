@@ -464,11 +464,8 @@ private:
   void MakeContext(const SceneView& view);
   SurfelSplatting::FrameKey MakeKey(const SceneItems& items, const SceneView& view);
   void WarnOfCamera(const SceneView& view);
-  const float* SplatBlurredPixels(
-    const SceneView& view, std::vector<SurfelSplatting::SurfelCloud>& clouds);
   void MakeClouds(const SceneItems& items, const SceneView& view, SceneClouds& scene);
   void MakeScene(const SceneItems& items, const SceneView& view, SceneClouds& scene);
-  void ShareOccluderDepth(const SceneView& view, SceneClouds& scene);
   bool RenderScene(const SceneItems& items, const SceneView& view,
     const std::chrono::steady_clock::time_point& start);
   void StorePicture(const SceneView& view, SceneClouds& scene);
