@@ -24,6 +24,19 @@ bool EndsWithSplat(const std::string& path)
     std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
       [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
 }
+
+/// The header of a file whose numbers all have known sizes; throws otherwise.
+PLYHeader ReadKnownHeader(std::istream& file)
+{
+  PLYHeader header = ReadPLYHeader(file);
+  if (std::any_of(header.Elements.begin(), header.Elements.end(),
+        [](const PLYElement& element) { return element.HasUnknown; }))
+  {
+    throw std::runtime_error(
+      "an element has a property without known type and name; the header is damaged.");
+  }
+  return header;
+}
 }
 
 CaptureFormat FindCaptureFormat(const std::string& path)
@@ -39,7 +52,7 @@ CaptureFormat FindCaptureFormat(const std::string& path)
   }
   try
   {
-    const PLYHeader header = ReadPLYHeader(file);
+    const PLYHeader header = ReadKnownHeader(file);
     const PLYElement* vertices = header.Find("vertex");
     const bool isCapture =
       (vertices && IsCapture(vertices->Fields)) || PackedGaussians::Has(header);
@@ -76,7 +89,7 @@ GaussianFile::GaussianFile(const std::string& path)
 
 void GaussianFile::OpenPLY(std::uint64_t bytes)
 {
-  const PLYHeader header = ReadPLYHeader(this->File);
+  const PLYHeader header = ReadKnownHeader(this->File);
   if (PackedGaussians::Has(header))
   {
     this->Packed.emplace(header, this->File, bytes);

@@ -46,24 +46,6 @@ std::uint64_t ParseCount(const std::string& key, const std::string& word)
   return std::stoull(word);
 }
 
-void CheckPLY(std::istream& file, std::uint64_t fileBytes)
-{
-  std::string line;
-  while (std::getline(file, line) && line.size() < LongestLine)
-  {
-    const Words words = Split(line);
-    if (words.size() > 2 && words[0] == "element")
-    {
-      CheckSize(ParseCount("the number of elements " + words[1], words[2]), 1, fileBytes);
-    }
-    if (!words.empty() && words[0] == "end_header")
-    {
-      return;
-    }
-  }
-  throw std::runtime_error("the header has no end_header; the file is cut short.");
-}
-
 // Adds the property that a line of a .ply header describes.
 void AddPLYProperty(const Words& words, PLYElement& element)
 {
@@ -81,10 +63,20 @@ void AddPLYProperty(const Words& words, PLYElement& element)
   const auto type = words.size() == 3 ? types.find(words[1]) : types.end();
   if (type == types.end())
   {
-    Fail("an element has a property without known type and name");
+    element.HasUnknown = true;
+    return;
   }
   element.Fields.push_back({ words[2], element.Step, type->second, 1 });
   element.Step += SizeOf(type->second);
+}
+
+void CheckPLY(std::istream& file, std::uint64_t fileBytes)
+{
+  const PLYHeader header = ReadPLYHeader(file);
+  for (const PLYElement& element : header.Elements)
+  {
+    CheckSize(element.Count, 1, fileBytes);
+  }
 }
 
 // Reads and counts the lines of a .pcd header up to DATA, as key -> values.

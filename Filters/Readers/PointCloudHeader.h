@@ -51,9 +51,10 @@ struct PLYElement
 {
   std::string Name;
   std::uint64_t Count = 0;
-  std::vector<Field> Fields; ///< without lists; offsets as in binary data without
+  std::vector<Field> Fields; ///< numbers of known types; offsets as in binary data of no others
   std::size_t Step = 0;      ///< bytes of these fields
   bool HasLists = false;
+  bool HasUnknown = false; ///< properties without known type and name
 };
 
 /// Header of a .ply file.
