@@ -79,34 +79,65 @@ int VTKType(const Field& field)
   }
 }
 
-// Copies `count` adjacent values of each point, `stride` values apart in `to`.
+// Converts a value of each point, `step` bytes apart, to those that are `stride` values apart.
 template <typename In, typename Out>
-void CopyValues(const FieldCloud& cloud, const Field& field, int count, Out* to, int stride)
+void ConvertValues(
+  const std::uint8_t* from, std::size_t step, vtkIdType points, Out* to, int stride)
 {
-  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType point, vtkIdType end) {
-    const std::uint8_t* from = cloud.Data.data() + field.Offset + point * cloud.PointStep;
-    Out* out = to + point * stride;
-    for (; point < end; ++point)
-    {
-      for (int i = 0; i < count; ++i)
-      {
-        In value;
-        std::memcpy(&value, from + i * sizeof(In), sizeof(In));
-        out[i] = static_cast<Out>(value);
-      }
-      from += cloud.PointStep;
-      out += stride;
-    }
-  });
+  for (vtkIdType i = 0; i < points; ++i, from += step, to += stride)
+  {
+    In value;
+    std::memcpy(&value, from, sizeof(In));
+    *to = static_cast<Out>(value);
+  }
 }
 
 // Copies one component from a field of any type.
 template <typename Out>
 void CopyComponent(const FieldCloud& cloud, const Field& field, Out* to, int stride)
 {
+  void (*convert)(const std::uint8_t*, std::size_t, vtkIdType, Out*, int) = nullptr;
   switch (VTKType(field))
   {
-    vtkTemplateMacro((CopyValues<VTK_TT, Out>(cloud, field, 1, to, stride)));
+    vtkTemplateMacro((convert = ConvertValues<VTK_TT, Out>));
+  }
+  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType begin, vtkIdType end) {
+    const std::uint8_t* from = cloud.Data.data() + field.Offset + begin * cloud.PointStep;
+    convert(from, cloud.PointStep, end - begin, to + begin * stride, stride);
+  });
+}
+
+// Copies the first `count` values of each point, bit by bit.
+template <typename Value>
+void CopyValues(const FieldCloud& cloud, const Field& field, int count, void* to)
+{
+  vtkSMPTools::For(0, Count(cloud), [&](vtkIdType point, vtkIdType end) {
+    const std::uint8_t* from = cloud.Data.data() + field.Offset + point * cloud.PointStep;
+    Value* out = static_cast<Value*>(to) + point * count;
+    for (; point < end; ++point, from += cloud.PointStep, out += count)
+    {
+      for (int i = 0; i < count; ++i)
+      {
+        std::memcpy(out + i, from + i * sizeof(Value), sizeof(Value));
+      }
+    }
+  });
+}
+
+// Copies a field to an array of its own type; only the size of the values matters.
+void CopyField(const FieldCloud& cloud, const Field& field, void* to)
+{
+  const int count = static_cast<int>(field.Count);
+  switch (SizeOf(field.Type))
+  {
+    case 1:
+      return CopyValues<std::uint8_t>(cloud, field, count, to);
+    case 2:
+      return CopyValues<std::uint16_t>(cloud, field, count, to);
+    case 4:
+      return CopyValues<std::uint32_t>(cloud, field, count, to);
+    default:
+      return CopyValues<std::uint64_t>(cloud, field, count, to);
   }
 }
 
@@ -152,7 +183,7 @@ vtkSmartPointer<vtkDataArray> DecodeNormals(const FieldCloud& cloud, const Tripl
 RawVector<std::uint32_t> DecodePackedColors(const FieldCloud& cloud, const Field& field)
 {
   RawVector<std::uint32_t> packed(Count(cloud));
-  CopyValues<std::uint32_t>(cloud, field, 1, packed.data(), 1);
+  CopyValues<std::uint32_t>(cloud, field, 1, packed.data());
   return packed;
 }
 
@@ -262,12 +293,7 @@ vtkSmartPointer<vtkDataArray> DecodeOther(const FieldCloud& cloud, const Field& 
   array->SetNumberOfTuples(Count(cloud));
   if (Count(cloud) > 0)
   {
-    void* to = array->GetVoidPointer(0);
-    switch (VTKType(field))
-    {
-      vtkTemplateMacro(
-        (CopyValues<VTK_TT>(cloud, field, components, static_cast<VTK_TT*>(to), components)));
-    }
+    CopyField(cloud, field, array->GetVoidPointer(0));
   }
   return array;
 }
