@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ..backend import vtk
 from .cameras import DEFAULT_ANGLE, Wishes, are_parallel, check_view, focal_length_of_angle
 from ..problems import UserProblem
 from .homes import home_of
-from .rooms import may_be_room, name_of, options_inside
+from .rooms import facing_of, may_be_room, name_of, options_inside, profile_of
 from .sensor import sensor_of
 from .turning import front_of, rotated, seen_from, turned, unit
 from .up import Up, find_up, floor_normal, is_open
@@ -78,6 +79,16 @@ class Samples:
     @property
     def extent(self):
         return self.high - self.low
+
+    @cached_property
+    def profiles(self):
+        """-> Profile along each axis"""
+        return [profile_of(self, axis) for axis in range(3)]
+
+    @cached_property
+    def facing(self):
+        """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
+        return facing_of(self)
 
     @property
     def spacing(self):

@@ -55,7 +55,7 @@ def profile_of(samples, axis):
                    part(level | (np.abs(cosine) <= WALL)))
 
 
-def _facing(samples):
+def facing_of(samples):
     """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
     areas = samples.areas[~samples.two_sided]
     total = np.linalg.norm(areas, axis=1).sum()
@@ -68,16 +68,15 @@ def _facing(samples):
 
 def is_room(samples):
     """Whether what is seen is the inside of a closed surface."""
-    return _facing(samples) < 0 and any(profile_of(samples, axis).has_floor_and_ceiling
-                                        for axis in (1, 2))
+    return samples.facing < 0 and any(samples.profiles[axis].has_floor_and_ceiling
+                                      for axis in (1, 2))
 
 
 def may_be_room(samples):
     """Whether what faces outward, or has two sides, has the shape of an empty room, and its size in
     metres or feet: it ends in planes on two axes, or on all if it may be open, at a room's height."""
-    axes = [axis for axis in range(3) if profile_of(samples, axis).has_floor_and_ceiling]
-    facing = _facing(samples)
-    return bool(len(axes) >= (2 if facing > 0 else 3) and facing >= 0
+    axes = [axis for axis in range(3) if samples.profiles[axis].has_floor_and_ceiling]
+    return bool(len(axes) >= (2 if samples.facing > 0 else 3) and samples.facing >= 0
                 and any(HEIGHTS[0] <= samples.extent[axis] <= HEIGHTS[1] for axis in axes if axis))
 
 
@@ -85,7 +84,7 @@ def height_axis(samples):
     """-> 1 or 2, and whether that is clear: furniture has more tops than bottoms, and most rooms are
     wider than high. Else z, as in most scans."""
     if is_room(samples):
-        y, z = (profile_of(samples, axis).tops for axis in (1, 2))
+        y, z = (samples.profiles[axis].tops for axis in (1, 2))
         if max(y, z) > TOPS and max(y, z) > CLEAR * min(y, z):
             return (1 if y > z else 2), True
     x, y, z = samples.extent

@@ -10,7 +10,7 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
-from .rooms import height_axis, is_room, may_be_room, profile_of
+from .rooms import height_axis, is_room, may_be_room
 from .turning import unit
 
 FLAT = 0.35  # thickness over width below which a cloud is a terrain
@@ -234,7 +234,7 @@ def _is_model(samples):
     Scans of places are open, and models of things have y up."""
     if samples.is_capture or samples.two_sided.mean() > FEW or is_open(samples):
         return False
-    along_y, along_z = (profile_of(samples, axis) for axis in (1, 2))
+    along_y, along_z = samples.profiles[1:]
     return max(along_z.floor, along_z.ceiling) <= max(BASE, along_y.floor, along_y.ceiling)
 
 
