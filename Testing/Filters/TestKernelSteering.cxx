@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Kernels are long along the edges of a texture, and still sum to one.
-#include "SurfelTesting.h"
-
-#include "vtkPointsToSurfels.h"
-#include "vtkSurfelEstimation.h"
+#include "SheetTesting.h"
 
 #include "vtkUnsignedCharArray.h"
 
@@ -13,14 +10,11 @@ using namespace SurfelTesting;
 
 namespace
 {
-constexpr double Spacing = 0.02;
-
-/// A sheet of random or jittered points with the colours of a function.
-vtkSmartPointer<vtkPolyData> MakeSheet(
+/// A sheet with the colours of a function.
+vtkSmartPointer<vtkPolyData> MakeColoredSheet(
   double jitter, const std::function<double(const Vec&)>& colorAt)
 {
-  auto data = ToPolyData(
-    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, Spacing, jitter, Random(3)).Points);
+  auto data = ToPolyData(MakeSheet(jitter));
   vtkNew<vtkUnsignedCharArray> colors;
   colors->SetName("Colors");
   colors->SetNumberOfComponents(3);
@@ -33,18 +27,6 @@ vtkSmartPointer<vtkPolyData> MakeSheet(
   }
   data->GetPointData()->SetScalars(colors);
   return data;
-}
-
-vtkSmartPointer<vtkPolyData> Process(vtkPolyData* data, bool interpolates)
-{
-  vtkNew<vtkPointsToSurfels> filter;
-  const Messages quiet(filter);
-  filter->CleanPointsOff();
-  filter->BuildHierarchyOff();
-  filter->GetEstimation()->SetInterpolateColors(interpolates);
-  filter->SetInputData(data);
-  filter->Update();
-  return filter->GetOutput();
 }
 
 bool IsInside(const Vec& p)
@@ -114,8 +96,8 @@ TEST_CASE("Edge")
       return std::cos(angle) * (p[0] - 0.5) + std::sin(angle) * (p[1] - 0.5);
     };
     const auto data =
-      MakeSheet(0.5, [&distance](const Vec& p) { return distance(p) < 0.0 ? 60.0 : 200.0; });
-    const auto result = Process(data, true);
+      MakeColoredSheet(0.5, [&distance](const Vec& p) { return distance(p) < 0.0 ? 60.0 : 200.0; });
+    const auto result = MakeSurfels(data, true);
     const MeanKernel near(
       result, angle, [&](const Vec& p) { return std::abs(distance(p)) < Spacing; });
     const MeanKernel far(
@@ -137,7 +119,7 @@ TEST_CASE("Fold")
 {
   const auto color = [](const Vec& p) { return p[0] < 0.5 ? 60.0 : 200.0; };
   const auto isNear = [](const Vec& p) { return std::abs(p[0] - 0.5) < Spacing; };
-  const auto flat = MakeSheet(0.5, color), folded = MakeSheet(0.5, color);
+  const auto flat = MakeColoredSheet(0.5, color), folded = MakeColoredSheet(0.5, color);
   for (vtkIdType i = 0; i < folded->GetNumberOfPoints(); ++i)
   {
     Vec p;
@@ -145,8 +127,8 @@ TEST_CASE("Fold")
     p[2] = -1.2 * std::max(0.0, p[0] - 0.5); // 50 degrees
     folded->GetPoints()->SetPoint(i, p.data());
   }
-  const MeanKernel edge(Process(flat, true), 0.0, isNear);
-  const MeanKernel fold(Process(folded, true), 0.0, isNear);
+  const MeanKernel edge(MakeSurfels(flat, true), 0.0, isNear);
+  const MeanKernel fold(MakeSurfels(folded, true), 0.0, isNear);
   CHECK(fold.Along < 0.8 * edge.Along); // 0.74; 1.15 if the fold counts like an edge
 }
 
@@ -161,8 +143,8 @@ TEST_CASE("Sum")
     const double dy = 8.0 * p[1] - std::round(8.0 * p[1]);
     return std::hypot(dx, dy) < 8.0 * 2.0 * Spacing;
   };
-  const auto data = MakeSheet(1.0, color); // in squares of a spacing: gaps of up to three
-  const auto plain = Process(data, false), steered = Process(data, true);
+  const auto data = MakeColoredSheet(1.0, color); // in squares of a spacing: gaps of up to three
+  const auto plain = MakeSurfels(data, false), steered = MakeSurfels(data, true);
   for (const bool corners : { false, true })
   {
     CAPTURE(corners);
@@ -177,8 +159,8 @@ TEST_CASE("Sum")
 /// Without an edge, kernels are what they were, bit by bit.
 TEST_CASE("OneColor")
 {
-  const auto data = MakeSheet(0.8, [](const Vec&) { return 120.0; });
-  const auto plain = Process(data, false), steered = Process(data, true);
+  const auto data = MakeColoredSheet(0.8, [](const Vec&) { return 120.0; });
+  const auto plain = MakeSurfels(data, false), steered = MakeSurfels(data, true);
   for (const char* name :
     { SurfelSplatting::Arrays::Covariance, SurfelSplatting::Arrays::AreaVector })
   {
@@ -198,8 +180,9 @@ TEST_CASE("OneColor")
 TEST_CASE("Noise")
 {
   Random random(8);
-  const auto data = MakeSheet(0.5, [&random](const Vec&) { return 60.0 + 100.0 * random(); });
-  const auto plain = Process(data, false), steered = Process(data, true);
+  const auto data =
+    MakeColoredSheet(0.5, [&random](const Vec&) { return 60.0 + 100.0 * random(); });
+  const auto plain = MakeSurfels(data, false), steered = MakeSurfels(data, true);
   const auto meanRatio = [](vtkPolyData* made) {
     const Surfels surfels(made);
     double sum = 0.0;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Colours of surfels: the splatted surface has those of the points at the points, without more
 // noise than these have.
-#include "SurfelTesting.h"
+#include "SheetTesting.h"
 
-#include "vtkPointsToSurfels.h"
-#include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
 #include "vtkUnsignedCharArray.h"
@@ -13,13 +11,6 @@ using namespace SurfelTesting;
 
 namespace
 {
-constexpr double Spacing = 0.02;
-
-std::vector<Vec> MakeSheet()
-{
-  return MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, Spacing, 0.4, Random(3)).Points;
-}
-
 /// The splatted colour at a point, the mean of the surfels' colours by their kernels.
 double SplattedRed(const Surfels& surfels, vtkDataArray* colors, const Vec& x)
 {
@@ -35,20 +26,6 @@ double SplattedRed(const Surfels& surfels, vtkDataArray* colors, const Vec& x)
     }
   }
   return sum / weights;
-}
-
-vtkSmartPointer<vtkPolyData> Process(
-  vtkPolyData* data, bool interpolates, int kernels = vtkSurfelEstimation::CELL)
-{
-  vtkNew<vtkPointsToSurfels> filter;
-  const Messages quiet(filter);
-  filter->CleanPointsOff();
-  filter->BuildHierarchyOff();
-  filter->GetEstimation()->SetInterpolateColors(interpolates);
-  filter->GetEstimation()->SetKernelMode(kernels);
-  filter->SetInputData(data);
-  filter->Update();
-  return filter->GetOutput();
 }
 
 /// What the splatted red lacks at the points, inside: 200 and 60 by turns, mixed where blurred.
@@ -95,10 +72,10 @@ double MeanRed(vtkPolyData* data)
 
 TEST_CASE("Edges")
 {
-  const auto data = ToPolyData(MakeSheet());
+  const auto data = ToPolyData(MakeSheet(0.4));
   AddCheckers(data, 0.25); // of 200 and 60: there is room for overshoots
   constexpr int round = vtkSurfelEstimation::CIRCULAR; // not steered
-  const auto plain = Process(data, false, round), sharp = Process(data, true, round);
+  const auto plain = MakeSurfels(data, false, round), sharp = MakeSurfels(data, true, round);
   const double before = ErrorAtPoints(data, plain), after = ErrorAtPoints(data, sharp);
   CAPTURE(before);
   CAPTURE(after);
@@ -119,9 +96,9 @@ TEST_CASE("Edges")
 /// neither side of an edge takes the other one's in the mean.
 TEST_CASE("SteeredEdges")
 {
-  const auto data = ToPolyData(MakeSheet());
+  const auto data = ToPolyData(MakeSheet(0.4));
   AddCheckers(data, 0.25);
-  const auto plain = Process(data, false), sharp = Process(data, true);
+  const auto plain = MakeSurfels(data, false), sharp = MakeSurfels(data, true);
   const double before = BlurAtPoints(data, plain), after = BlurAtPoints(data, sharp);
   CAPTURE(before);
   CAPTURE(after);
@@ -132,10 +109,10 @@ TEST_CASE("SteeredEdges")
 /// What has no edges stays: one colour bit by bit, a ramp up to rounding and to random cells.
 TEST_CASE("Smooth")
 {
-  const std::vector<Vec> points = MakeSheet();
+  const std::vector<Vec> points = MakeSheet(0.4);
   const auto data = ToPolyData(points);
   AddCheckers(data, 10.0);
-  const auto one = Process(data, true);
+  const auto one = MakeSurfels(data, true);
   auto* colors = vtkUnsignedCharArray::SafeDownCast(one->GetPointData()->GetScalars());
   REQUIRE(colors);
   for (vtkIdType i = 0; i < one->GetNumberOfPoints(); ++i)
@@ -147,7 +124,7 @@ TEST_CASE("Smooth")
   {
     ramp->SetComponent(static_cast<vtkIdType>(i), 0, 50.0 + 100.0 * points[i][0]);
   }
-  const auto changed = Process(data, true);
+  const auto changed = MakeSurfels(data, true);
   std::vector<double> changes;
   for (size_t i = 0; i < points.size(); ++i)
   {
@@ -161,7 +138,7 @@ TEST_CASE("Smooth")
 /// Colours that have nothing to do with their neighbours' are noise, which is not sharpened.
 TEST_CASE("Noise")
 {
-  const auto data = ToPolyData(MakeSheet());
+  const auto data = ToPolyData(MakeSheet(0.4));
   AddCheckers(data, 10.0);
   Random random(8);
   vtkDataArray* colors = data->GetPointData()->GetScalars();
@@ -171,7 +148,7 @@ TEST_CASE("Noise")
     colors->SetComponent(i, 0, 60.0 + 100.0 * random());
     reds.push_back(colors->GetComponent(i, 0));
   }
-  const auto result = Process(data, true);
+  const auto result = MakeSurfels(data, true);
   for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
   {
     changes.push_back(result->GetPointData()->GetScalars()->GetComponent(i, 0) - reds[i]);
@@ -196,7 +173,7 @@ TEST_CASE("Leaf")
   {
     colors->SetComponent(i, 0, 20.0);
   }
-  const auto result = Process(data, true);
+  const auto result = MakeSurfels(data, true);
   for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
   {
     REQUIRE(result->GetPointData()->GetScalars()->GetComponent(i, 0) == colors->GetComponent(i, 0));
@@ -206,14 +183,14 @@ TEST_CASE("Leaf")
 /// Surfels have such colours already, and other arrays are the user's.
 TEST_CASE("Again")
 {
-  const auto data = ToPolyData(MakeSheet());
+  const auto data = ToPolyData(MakeSheet(0.4));
   AddCheckers(data, 0.1);
   vtkNew<vtkUnsignedCharArray> other;
   other->DeepCopy(data->GetPointData()->GetScalars());
   other->SetName("Other");
   data->GetPointData()->AddArray(other);
-  const auto once = Process(data, true);
-  const auto twice = Process(once, true);
+  const auto once = MakeSurfels(data, true);
+  const auto twice = MakeSurfels(once, true);
   int changed = 0;
   for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
   {
