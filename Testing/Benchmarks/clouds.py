@@ -13,7 +13,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from surfelsplatting.views.cameras import View
-from surfelsplatting.views.framing import Samples, complete_view, surface_in_the_middle
+from surfelsplatting.views.framing import complete_view, surface_in_the_middle
+from surfelsplatting.views.samples import Samples
 from surfelsplatting.vtkSurfelFilters import (vtkSurfelEstimation, vtkSurfelHierarchy,
                                               vtkSurfelNormalization)
 from surfelsplatting.vtkSurfelReaders import vtkPointCloudReader

@@ -13,7 +13,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from surfelsplatting.commandline.commands import parse_arguments
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.views.cameras import View, Wishes, asked_view, read_view
-from surfelsplatting.views.framing import Samples, complete_view
+from surfelsplatting.views.framing import complete_view
+from surfelsplatting.views.samples import Samples
 from surfelsplatting.views.sensor import keep_sensor
 from surfelsplatting.views.up import floor_normal
 from surfelsplatting.views.vtkcamera import make_camera

@@ -16,7 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
-from surfelsplatting.views.framing import SAMPLES, Samples
+from surfelsplatting.views.samples import SAMPLES, Samples
 from toolcase import SMALL, ToolCase, arrays_of, sphere, write_ply
 
 LARGE = 700_000  # surfels: a file too large to be checked at once

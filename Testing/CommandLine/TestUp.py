@@ -12,7 +12,8 @@ from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.surfels import make_surfels, note_up
 from surfelsplatting.views.cameras import View
-from surfelsplatting.views.framing import Samples, complete_view
+from surfelsplatting.views.framing import complete_view
+from surfelsplatting.views.samples import Samples
 from surfelsplatting.views.up import find_up
 from roomclouds import Scan, facade, room
 from toolcase import ToolCase, sphere, write_ply

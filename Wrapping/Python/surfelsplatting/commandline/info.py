@@ -11,8 +11,9 @@ from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
-from ..views.framing import Samples, home_in, up_in
+from ..views.framing import home_in, up_in
 from ..views.rooms import is_room, may_be_room, options_inside
+from ..views.samples import Samples
 from ..views.up import is_open
 from ..vtkSurfelFilters import vtkPointCloudCleaning, vtkSurfelHierarchy
 from .session import Session

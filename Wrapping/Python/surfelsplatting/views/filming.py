@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from .focus import fronts_of
-from .framing import Samples, fit
+from .framing import fit
 from .paths import turntable
+from .samples import Samples
 from .turning import unit
 
 RINGS, RING_POINTS = 64, 64

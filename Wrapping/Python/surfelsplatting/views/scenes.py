@@ -163,6 +163,8 @@ def _upright(samples, gaussians, scene):
     near = np.linalg.norm(gaussians.points - scene.center, axis=1) < GROUND * scene.radius
     level = _levelling(_common_normal(gaussians, near, scene.radius ** 2))
     around = copy.copy(samples)
+    for found in ("profiles", "facing"):  # of all of the capture
+        vars(around).pop(found, None)
     around.points = gaussians.points[near] @ level.T
     around.opacities = gaussians.opacities[near]
     around.areas, around.two_sided = np.zeros_like(around.points), np.ones(near.sum(), bool)

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Some surfels of a cloud without stray ones, of which a view is found."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+
+from ..backend import vtk
+from ..problems import UserProblem
+from .rooms import facing_of, profile_of
+
+vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
+
+FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
+LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
+SAMPLES = 200_000
+
+
+class Samples:
+    """Some surfels, about `most`, without stray ones: centres in the world and area vectors; of
+    volumes also the integrals over space of the extinction for which each stands, of captures the
+    opacities."""
+
+    def __init__(self, surfels, most=SAMPLES):
+        points, areas, two_sided, covariances = (_stored_samples(surfels)
+                                                 or _every_so_many(surfels, most))
+        origin = surfels.GetFieldData().GetArray("SurfelOrigin")
+        if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
+            points += _doubles(origin).ravel()
+        keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
+        self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
+        self.is_capture = not self.is_volume and covariances is not None and bool(
+            surfels.GetPointData().HasArray("GaussianOpacity"))
+        if self.is_volume:
+            keep &= _all_finite(keep)
+            self.masses = _masses(surfels, covariances, most)[keep]
+        elif self.is_capture:
+            opacities = surfels.GetPointData().GetArray("GaussianOpacity")
+            opacities = _doubles(opacities, _some_of(surfels, most))
+            self.unfenced = points[keep], opacities[keep], covariances[keep]
+            self.count = surfels.GetNumberOfPoints()
+            keep &= _within_fences(points, keep)
+            self.opacities = opacities[keep]
+        else:
+            keep &= _near_the_bulk(points, keep)
+        self.up = _stored_up(surfels)
+        self.points, self.areas = points[keep], areas[keep]
+        self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
+        self.covariances = None if covariances is None else covariances[keep]
+        self.two_sided = two_sided[keep]
+        self.low, self.high = self.points.min(axis=0), self.points.max(axis=0)
+        largest = max(np.abs(self.low).max(), np.abs(self.high).max())
+        # As in coordinates of a country, and as the filters decide.
+        self.is_far = bool(largest > FAR * np.linalg.norm(self.extent))
+        if largest > LARGEST_CLOUD:
+            raise UserProblem(f"the cloud reaches to coordinates of {largest:g}, and a view of it "
+                              f"can be found up to {LARGEST_CLOUD:g} only; scale it down")
+
+    @property
+    def center(self):
+        return (self.low + self.high) / 2
+
+    @property
+    def extent(self):
+        return self.high - self.low
+
+    @cached_property
+    def profiles(self):
+        """-> Profile along each axis"""
+        return [profile_of(self, axis) for axis in range(3)]
+
+    @cached_property
+    def facing(self):
+        """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
+        return facing_of(self)
+
+    @property
+    def spacing(self):
+        """Of the points on the surface: each has its area."""
+        return math.sqrt(np.median(np.linalg.norm(self.areas, axis=1)))
+
+
+def _stored_up(surfels):
+    """-> what the file says is up, or None"""
+    array = surfels.GetFieldData().GetArray("ScanUp")
+    up = _doubles(array).ravel() if array else np.zeros(3)
+    is_known = up.shape == (3,) and abs(up @ up - 1) < 1e-6  # not finite is not known
+    return up if is_known else None
+
+
+def _some_of(surfels, most):
+    count = surfels.GetNumberOfPoints()
+    return slice(0, count, max(1, count // most))
+
+
+def _masses(surfels, covariances, most):
+    """[n] of the Gaussians of a volume"""
+    some = _some_of(surfels, most)
+    xx, yy, zz, xy, yz, xz = covariances.T
+    squares = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    extinctions = _doubles(surfels.GetPointData().GetArray("GaussianExtinction"), some)
+    masses = extinctions * np.sqrt((2 * math.pi) ** 3 * np.maximum(squares, 0))
+    return some.step * np.nan_to_num(masses, nan=0.0, posinf=0.0)
+
+
+def _every_so_many(surfels, most):
+    """-> points, area vectors, whether they are two-sided, covariances or None"""
+    data = surfels.GetPointData()
+    some = _some_of(surfels, most)
+    points = _doubles(surfels.GetPoints().GetData(), some)
+    if data.HasArray("GaussianCovariance"):  # no surface, so that no direction is outside
+        return (points, np.zeros_like(points), np.ones(len(points), bool),
+                _doubles(data.GetArray("GaussianCovariance"), some))
+    two_sided = data.GetArray("SurfelTwoSided")
+    two_sided = (vtk_to_numpy(two_sided)[some].astype(bool) if two_sided
+                 else np.zeros(len(points), bool))
+    covariances = data.GetArray("SurfelCovariance")
+    return (points, _doubles(data.GetArray("SurfelAreaVector"), some), two_sided,
+            _doubles(covariances, some) if covariances else None)
+
+
+def _stored_samples(surfels):
+    """The same of a mapped file, which is not to be read as a whole; None for others."""
+    array = surfels.GetFieldData().GetArray("SurfelSamples")
+    if not array or array.GetNumberOfComponents() != 13 or array.GetNumberOfTuples() == 0:
+        return None
+    if surfels.GetPoints().GetData().GetMTime() > array.GetMTime():  # they were moved
+        return None
+    values = _doubles(array)
+    return values[:, :3], values[:, 3:6], values[:, 6] != 0, values[:, 7:]
+
+
+def _doubles(array, some=slice(None)):
+    """Values of a damaged file may be signalling NaNs, which casts warn of."""
+    with np.errstate(invalid="ignore"):
+        return vtk_to_numpy(array)[some].astype(np.float64)
+
+
+def _near_the_bulk(points, finite):
+    """Which points lie within half a width of the box that holds the middle 96 % on every axis."""
+    if not finite.any():
+        raise UserProblem("none of the surfels has finite values; nothing can be drawn")
+    low, high = np.percentile(points[finite], (2, 98), axis=0)
+    # The largest width for all axes, so that the noise of a flat thing is not cut off.
+    slack = 0.5 * max((high - low).max(), 1e-30)
+    with np.errstate(invalid="ignore"):
+        return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+
+
+def _all_finite(finite):
+    """Volumes have no stray Gaussians."""
+    if not finite.any():
+        raise UserProblem("none of the Gaussians has finite values; nothing can be drawn")
+    return finite
+
+
+def _within_fences(points, finite):
+    """Which Gaussians of a capture lie within Tukey's fences, one and a half interquartile ranges
+    beyond the quartiles, on every axis. Captures have many stray ones, and a sky far away. Where
+    nearly nothing is beyond two ranges, these are the fences: a guitar has a long neck."""
+    _all_finite(finite)
+    low, high = np.percentile(points[finite], (25, 75), axis=0)
+    # The largest range for all axes, as above.
+    slack = max((high - low).max(), 1e-30)
+    with np.errstate(invalid="ignore"):
+        beyond = np.maximum(low - points, points - high).max(axis=1) / slack
+        return beyond <= (2.0 if np.mean(beyond[finite] > 2) < 0.001 else 1.5)
+
+
+def _typical_radius(covariances):
+    """Two standard deviations of a kernel; gives a cloud of one point an extent."""
+    trace = covariances[:, :3].sum(axis=1)
+    trace = trace[np.isfinite(trace) & (trace > 0)]
+    return 2 * math.sqrt(np.median(trace)) if len(trace) else 0.0
