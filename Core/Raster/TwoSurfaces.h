@@ -72,10 +72,6 @@ constexpr float LeastPart = 0.1f, FullPart = 0.2f;
 /// From this weight of the lighter one on, all of the gap counts.
 constexpr float WeightOfGap = 0.03f;
 
-/// Layers of more weight than the first have lost some of what did not fit (LimitWeight), most of
-/// it of the farther surface. From the second on they are one.
-constexpr float LargestWhole = 1.0f, LargestSplit = 1.25f;
-
 /// Variance of the depths.
 inline float VarianceOf(const LayerDepths& layer)
 {
@@ -150,16 +146,17 @@ inline float ShareOfWay(float x, float low, float high)
   return std::min((x - low) / (high - low), 1.0f);
 }
 
-/// Share of the gap between the two surfaces that counts, > 0 if the layer is split.
+/// Share of the gap between the two surfaces that counts, > 0 if the layer is split. Full layers
+/// have lost some of the farther surface (LimitWeight), but in front of it the nearer one hides
+/// nearly all.
 inline float GapThatCounts(const LayerDepths& layer, const TwoNormals& fit)
 {
   const float lighter = std::min(fit.FrontWeight, 1.0f - fit.FrontWeight);
-  if (!(lighter > LeastPart) || !(layer.Weight < LargestSplit))
+  if (!(lighter > LeastPart))
   {
     return 0.0f;
   }
   return ShareOfWay(fit.Apart, LeastApart, FullyApart) * ShareOfWay(lighter, LeastPart, FullPart) *
-    ShareOfWay(layer.Weight, LargestSplit, LargestWhole) *
     std::min(lighter * layer.Weight / WeightOfGap, 1.0f);
 }
 

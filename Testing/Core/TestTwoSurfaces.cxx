@@ -297,8 +297,8 @@ TEST_CASE("Begin of a gap")
   CHECK_NEAR(p[0].Near, whole.Near, 0.01);
   CHECK_NEAR(p[1].Far, whole.Far, 0.01);
   CHECK_NEAR(p[1].Near - p[0].Far, 0.0, 0.01);
-  // Layers that are full are not split.
-  CHECK(!Splits({ { 0.7, 5.0 }, { 0.56, 6.0 } }));
+  // Layers that are full are split as well.
+  CHECK(Splits({ { 0.7, 5.0 }, { 0.56, 6.0 } }));
   CHECK(Splits({ { 0.7, 5.0 }, { 0.3, 6.0 } }));
 }
 
