@@ -19,16 +19,6 @@ inline std::uint32_t SortableBits(float value)
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-/// A key, and what it is made of.
-inline std::uint64_t KeyOf(float depth, std::uint32_t index)
-{
-  return static_cast<std::uint64_t>(SortableBits(depth)) << 32 | index;
-}
-inline std::uint32_t IndexOfKey(std::uint64_t key)
-{
-  return static_cast<std::uint32_t>(key);
-}
-
 /// The float of these bits.
 inline float FloatOfBits(std::uint32_t sortable)
 {
@@ -38,12 +28,21 @@ inline float FloatOfBits(std::uint32_t sortable)
   return value;
 }
 
+/// A key, and what it is made of.
+inline std::uint64_t KeyOf(float depth, std::uint32_t index)
+{
+  return static_cast<std::uint64_t>(SortableBits(depth)) << 32 | index;
+}
+inline std::uint32_t IndexOfKey(std::uint64_t key)
+{
+  return static_cast<std::uint32_t>(key);
+}
 inline float DepthOfKey(std::uint64_t key)
 {
   return FloatOfBits(static_cast<std::uint32_t>(key >> 32));
 }
 
-/// Sorts keys of (SortableBits of a depth) << 32 | index, ascending: by bins of depth with about as
+/// Sorts keys, ascending by depth and index: by bins of depth with about as
 /// many bins as keys, and crowded bins once more.
 class KeySorter
 {

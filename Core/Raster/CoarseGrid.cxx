@@ -22,19 +22,14 @@ struct Level
   const TileSet& Drawn;
 };
 
-/// First pixel whose centre is not before x, px, or the end of the picture.
-int FirstPixel(int x, int size)
-{
-  return std::min(std::max(x, 0), size);
-}
-
-/// Pixels under the tent of cell (x, y) of a level.
+/// Pixels of the picture under the tent of cell (x, y) of a level.
 PixelBox BoxOfTent(int x, int y, const Level& level)
 {
   const int d = 1 << level.Number;
   const PictureSize& picture = level.Drawn.Picture;
-  return { FirstPixel((x - 1) * d, picture.Width), FirstPixel((y - 1) * d, picture.Height),
-    FirstPixel((x + 1) * d, picture.Width), FirstPixel((y + 1) * d, picture.Height) };
+  const auto within = [](int pixel, int size) { return std::clamp(pixel, 0, size); };
+  return { within((x - 1) * d, picture.Width), within((y - 1) * d, picture.Height),
+    within((x + 1) * d, picture.Width), within((y + 1) * d, picture.Height) };
 }
 
 /// Turns a level's layers into tents of the picture.
@@ -185,7 +180,7 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
 }
 
 /// Lists a tile's tents, cell by cell: their order decides between equal depths, and must not
-/// depend on what else was drawn with them.
+/// depend on what else was drawn with them. Does not read the tents, which would be fetched twice.
 void ListInOrder(const TileTents& tile, int left, int bottom, const Level& level, SplatList& list)
 {
   std::array<std::uint32_t, TileSize * TileSize + 1> counts{};

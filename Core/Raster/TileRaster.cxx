@@ -231,8 +231,8 @@ bool TileRaster::AddBefore(
     if (binned == pending ? !list.IsTent(IndexOfKey(bins.Keys[this->Next])) : binned < pending)
     {
       const std::uint64_t ahead = std::min(this->Next + FetchAhead, this->Last - 1);
-      const std::uint64_t before = std::min(this->Next + 2 * FetchAhead, this->Last - 1);
-      PrefetchPlace(list, IndexOfKey(bins.Keys[before]));
+      const std::uint64_t farAhead = std::min(this->Next + 2 * FetchAhead, this->Last - 1);
+      PrefetchPlace(list, IndexOfKey(bins.Keys[farAhead]));
       Prefetch(list, IndexOfKey(bins.Keys[ahead]));
       this->Add(list, IndexOfKey(bins.Keys[this->Next++]));
       binned = nextBinned();

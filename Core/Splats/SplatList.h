@@ -76,11 +76,6 @@ struct SplatList
 
   bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
   const Tent& TentAt(std::size_t i) const { return *this->Tents[i - this->Splats.Size()]; }
-  /// Of a splat or a tent.
-  float NearAt(std::size_t i) const
-  {
-    return this->IsTent(i) ? this->TentNears[i - this->Splats.Size()] : this->Nears[i];
-  }
 
   std::uint64_t NumberOfSplats() const;
   std::uint64_t NumberOfBlurredSplats() const; ///< by the lens

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <tuple>
 #include <utility>
 
 namespace SurfelGeometry
@@ -372,7 +371,8 @@ private:
   double Growth(int i, PointFit& fit) const
   {
     const auto fewer = static_cast<std::ptrdiff_t>(FewerNeighbors * fit.All.Count());
-    const auto& [ids, distances] = std::tie(fit.All.Ids, fit.All.SquaredDistances);
+    const auto& ids = fit.All.Ids;
+    const auto& distances = fit.All.SquaredDistances;
     fit.Nearest.Ids.assign(ids.begin(), ids.begin() + fewer);
     fit.Nearest.SquaredDistances.assign(distances.begin(), distances.begin() + fewer);
     fit.Near.Fit(this->Cloud, i, fit.Nearest);

@@ -25,6 +25,7 @@ class Cloud:
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
     path: str = ""  # of the file, beside which the cameras of a capture may be
+    home: object = None  # of a capture: what views.homes has found, which takes seconds of a scene
     is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
     is_gaussians: bool = field(init=False)

@@ -121,21 +121,31 @@ def _scene_home(samples):
                 "from inside: what is around the subject hides it from outside")
 
 
-def home_of(cloud, samples, note=None):
-    """-> Home of a capture, or None where it is to be shown from outside.
-
-    note: is called with a line about a file of cameras that is not used
-    """
-    if not samples.is_capture:
-        return None
-    file = cameras_file(cloud.path) if cloud.path else None
+def _find_home(path, samples):
+    """-> Home or None, and why a file of cameras is not used, or None"""
+    problem = None
+    file = cameras_file(path) if path else None
     if file:
         file = os.path.relpath(file)
         try:
             content = load_json(file)
             if is_trained(content):
-                return _trained_home(cameras_in(file, content), file, samples)
-        except UserProblem as problem:
-            if note:
-                note(f"{problem}; the view is found without it")
-    return _scene_home(samples)
+                return _trained_home(cameras_in(file, content), file, samples), None
+        except UserProblem as error:
+            problem = f"{error}; the view is found without it"
+    return _scene_home(samples), problem
+
+
+def home_of(cloud, samples, note=None):
+    """-> Home of a capture, or None where it is to be shown from outside. Found once for each cloud.
+
+    note: is called with a line about a file of cameras that is not used
+    """
+    if not samples.is_capture:
+        return None
+    if cloud.home is None:
+        cloud.home = _find_home(cloud.path, samples)
+    home, problem = cloud.home
+    if note and problem:
+        note(problem)
+    return home

@@ -295,10 +295,10 @@ def _of_surface(samples, ups):
 
 
 def find_up(samples):
-    """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are stacked along it; along
-    the walls of rooms and facades; a terrain's normal; as closed things stand; as trees stand; up from a
-    ground; away from an open bottom or a flat base; otherwise y, as is usual for models, or of a capture -y, as for the cameras of COLMAP,
-    with which most are trained."""
+    """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are stacked
+    along it; along the walls of rooms and facades; a terrain's normal; as closed things stand; as trees
+    stand; up from a ground; away from an open bottom or a flat base; otherwise y, as is usual for models,
+    or of a capture -y, as for the cameras of COLMAP, with which most are trained."""
     if samples.up is not None:
         return Up(samples.up, True)
     if samples.is_far or samples.is_volume:
