@@ -4,8 +4,8 @@
 #include "Core/Files/ArrayFile.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/MappedArrays.h"
-#include "Rendering/Scene/SMPExecutor.h"
 #include "SurfelData/HierarchyArrays.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkErrorCode.h>
 #include <vtkFieldData.h>

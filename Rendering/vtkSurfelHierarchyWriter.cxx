@@ -2,8 +2,8 @@
 #include "vtkSurfelHierarchyWriter.h"
 
 #include "Rendering/Scene/HierarchyFile.h"
-#include "Rendering/Scene/SMPExecutor.h"
 #include "Rendering/Scene/SurfelSpool.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>

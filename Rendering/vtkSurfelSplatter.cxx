@@ -12,8 +12,8 @@
 #include "Rendering/Scene/PictureArrays.h"
 #include "Rendering/Scene/PixelChannels.h"
 #include "Rendering/Scene/PropOccluders.h"
-#include "Rendering/Scene/SMPExecutor.h"
 #include "Rendering/Scene/SceneView.h"
+#include "SurfelData/SMPExecutor.h"
 #include "vtkSurfelMapper.h"
 
 #include <vtkActor.h>

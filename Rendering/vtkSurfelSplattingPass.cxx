@@ -10,9 +10,9 @@
 #include "Rendering/OpenGL/PropImage.h"
 #include "Rendering/Scene/PropStamp.h"
 #include "Rendering/Scene/RateGovernor.h"
-#include "Rendering/Scene/SMPExecutor.h"
 #include "Rendering/Scene/SceneView.h"
 #include "Rendering/SplattedMappers.h"
+#include "SurfelData/SMPExecutor.h"
 #include "vtkSurfelSplatter.h"
 
 #include <vtkCamera.h>

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -86,6 +87,41 @@ public:
 private:
   std::atomic<bool> Failed{ false };
   std::exception_ptr First;
+};
+
+/// A loop's pieces. Each of several threads takes the next one until none is left, so that none
+/// waits while another has more than its piece to do, and pieces begin in their order.
+class LoopPieces
+{
+public:
+  /// @param grain >= 1, elements of a piece @param function must outlive the pieces
+  LoopPieces(std::size_t size, std::size_t grain, const RangeFunction& function)
+    : Size(size)
+    , Grain(grain)
+    , Function(function)
+  {
+  }
+
+  std::size_t Count() const { return (this->Size + this->Grain - 1) / this->Grain; }
+
+  /// Called by each thread: runs pieces until all have begun.
+  void Run()
+  {
+    const auto take = [this] { return this->Next.fetch_add(this->Grain); };
+    for (std::size_t begin = take(); begin < this->Size; begin = take())
+    {
+      this->Carrier.Run([&] { this->Function(begin, std::min(this->Size, begin + this->Grain)); });
+    }
+  }
+
+  /// Call it after all threads have finished.
+  void Rethrow() const { this->Carrier.Rethrow(); }
+
+private:
+  const std::size_t Size, Grain;
+  const RangeFunction Function;
+  std::atomic<std::size_t> Next{ 0 };
+  ExceptionCarrier Carrier;
 };
 
 /// Runs everything on the calling thread.

@@ -2,7 +2,6 @@
 #include "Core/Base/ThreadExecutor.h"
 
 #include <algorithm>
-#include <atomic>
 #include <thread>
 #include <vector>
 
@@ -15,24 +14,17 @@ ThreadExecutor::ThreadExecutor(unsigned int numberOfThreads)
 
 void ThreadExecutor::For(std::size_t size, std::size_t grain, const RangeFunction& function) const
 {
-  std::atomic<std::size_t> next{ 0 };
-  ExceptionCarrier carrier;
-  auto work = [&]() {
-    for (std::size_t begin = next.fetch_add(grain); begin < size; begin = next.fetch_add(grain))
-    {
-      carrier.Run([&]() { function(begin, std::min(size, begin + grain)); });
-    }
-  };
+  LoopPieces pieces(size, grain, function);
   std::vector<std::thread> threads;
   for (unsigned int i = 1; i < this->NumberOfThreads; ++i)
   {
-    threads.emplace_back(work);
+    threads.emplace_back([&pieces] { pieces.Run(); });
   }
-  work();
+  pieces.Run();
   for (std::thread& thread : threads)
   {
     thread.join();
   }
-  carrier.Rethrow();
+  pieces.Rethrow();
 }
 }

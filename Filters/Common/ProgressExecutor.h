@@ -6,6 +6,7 @@
 
 #include "Core/Base/Executor.h"
 #include "Filters/Common/StageProgress.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <algorithm>
 
@@ -28,20 +29,14 @@ public:
 
   void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
   {
-    SurfelSplatting::ExceptionCarrier carrier;
     const std::size_t slice = std::max(grain, (size + Slices - 1) / Slices);
     for (std::size_t begin = 0; begin < size && !this->WasStopped; begin += slice)
     {
-      const std::size_t end = std::min(size, begin + slice);
-      vtkSMPTools::For(static_cast<vtkIdType>(begin), static_cast<vtkIdType>(end),
-        static_cast<vtkIdType>(grain), [&](vtkIdType first, vtkIdType last) {
-          carrier.Run(
-            [&]() { function(static_cast<std::size_t>(first), static_cast<std::size_t>(last)); });
-        });
+      SurfelSplatting::SMPExecutor().For(std::min(slice, size - begin), grain,
+        [&](std::size_t first, std::size_t last) { function(begin + first, begin + last); });
       this->Done += Share * (1.0 - this->Done);
       this->WasStopped = !this->Progress.Step(this->Done);
     }
-    carrier.Rethrow();
   }
 
 private:

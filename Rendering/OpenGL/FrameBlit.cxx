@@ -4,7 +4,7 @@
 #include "FrameBlitFS.h"
 #include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>

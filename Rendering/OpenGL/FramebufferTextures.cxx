@@ -2,7 +2,7 @@
 #include "Rendering/OpenGL/FramebufferTextures.h"
 
 #include "Rendering/OpenGL/Functions.h"
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkRenderer.h>
 

@@ -6,7 +6,7 @@
 #include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PropsBeyond.h"
 #include "Rendering/Scene/PropStamp.h"
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkCamera.h>
 #include <vtkMath.h>

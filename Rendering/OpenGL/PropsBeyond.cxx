@@ -3,7 +3,7 @@
 
 #include "Rendering/OpenGL/CameraChanges.h"
 #include "Rendering/Scene/PropStamp.h"
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>

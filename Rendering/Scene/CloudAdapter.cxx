@@ -5,8 +5,8 @@
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CameraAdapter.h"
 #include "Rendering/Scene/HierarchyCache.h"
-#include "Rendering/Scene/SMPExecutor.h"
 #include "SurfelData/HierarchyArrays.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>

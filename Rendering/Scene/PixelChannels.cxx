@@ -5,7 +5,7 @@
 #include "Core/Picture/MedianDepths.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/PictureArrays.h"
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>

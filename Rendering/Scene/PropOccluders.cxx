@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/Scene/PropOccluders.h"
 
-#include "Rendering/Scene/SMPExecutor.h"
+#include "SurfelData/SMPExecutor.h"
 
 #include <algorithm>
 #include <cstddef>

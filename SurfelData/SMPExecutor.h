@@ -9,6 +9,7 @@
 #include <vtkSMPTools.h>
 #include <vtkType.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace SurfelSplatting
@@ -18,13 +19,12 @@ class SMPExecutor : public Executor
 public:
   void For(std::size_t size, std::size_t grain, const RangeFunction& function) const override
   {
-    ExceptionCarrier carrier;
-    vtkSMPTools::For(0, static_cast<vtkIdType>(size), static_cast<vtkIdType>(grain),
-      [&](vtkIdType begin, vtkIdType end) {
-        carrier.Run(
-          [&]() { function(static_cast<std::size_t>(begin), static_cast<std::size_t>(end)); });
-      });
-    carrier.Rethrow();
+    LoopPieces pieces(size, grain, function);
+    const auto threads = static_cast<std::size_t>(vtkSMPTools::GetEstimatedNumberOfThreads());
+    // VTK's own pieces cost microseconds each, and some backends deal them out beforehand.
+    vtkSMPTools::For(0, static_cast<vtkIdType>(std::min(threads, pieces.Count())), 1,
+      [&pieces](vtkIdType, vtkIdType) { pieces.Run(); });
+    pieces.Rethrow();
   }
 };
 }
