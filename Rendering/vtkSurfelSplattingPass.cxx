@@ -380,7 +380,7 @@ bool vtkSurfelSplattingPass::PresentKept(const SurfelSplatting::PassFrame& frame
   {
     return false;
   }
-  if (!my.Finished.IsCopied || !my.Textures.CopyAgain(frame.Rectangle, my.Finished.Pixels))
+  if (!my.Finished.IsCopied || !my.Textures.CopyAgain(frame, my.Finished.Pixels))
   {
     this->Blend(frame);
   }
@@ -504,7 +504,7 @@ void vtkSurfelSplattingPass::DrawPicture(const SurfelSplatting::PassFrame& frame
   const auto finish = [&](std::size_t begin, std::size_t end) {
     my.Props.Finish(picture, frame.Range, deepest, begin, end);
   };
-  finished.IsCopied = finished.IsAll && my.Textures.Copy(frame.Rectangle, finished.Pixels, finish);
+  finished.IsCopied = finished.IsAll && my.Textures.Copy(frame, finished.Pixels, finish);
   if (!finished.IsCopied)
   {
     SurfelSplatting::SMPExecutor().For(picture.Pixels, 4096, finish);
@@ -553,6 +553,7 @@ bool vtkSurfelSplattingPass::FocusAt(vtkRenderer* renderer, int x, int y)
 void vtkSurfelSplattingPass::ReleaseGraphicsResources(vtkWindow* window)
 {
   this->Internal->Blit.ReleaseGraphicsResources(window);
+  this->Internal->Textures.ReleaseGraphicsResources(window);
   this->Internal->Props.ReleaseGraphicsResources(window);
   this->Internal->Accumulation.ReleaseGraphicsResources(window);
   this->Internal->Steps->ReleaseGraphicsResources(window);

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Rendering/OpenGL/FrameBlit.h"
 
-#include "FrameBlitFS.h"
 #include "Rendering/OpenGL/Functions.h"
 #include "Rendering/OpenGL/PixelTexture.h"
 #include "SurfelData/SMPExecutor.h"
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
-#include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
 
 #include <algorithm>
@@ -101,11 +99,7 @@ bool HasByteColors()
 }
 }
 
-FrameBlit::FrameBlit()
-  : Quad(FrameBlitFS)
-{
-}
-
+FrameBlit::FrameBlit() = default;
 FrameBlit::~FrameBlit() = default;
 
 bool FrameBlit::ReadDepth(
@@ -233,31 +227,9 @@ bool FrameBlit::Resolve(vtkOpenGLState* state, const PixelRectangle& r, int fram
 bool FrameBlit::Draw(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle,
   const float* color, const float* windowDepth, bool replace)
 {
-  vtkShaderProgram* program = this->Quad.Use(window);
-  if (!program || !Upload(window, this->Color, { rectangle.Width, rectangle.Height, 4, color }) ||
-    !Upload(window, this->Depth, { rectangle.Width, rectangle.Height, 1, windowDepth }))
-  {
-    return false;
-  }
-
-  vtkOpenGLState* state = window->GetState();
-  const QuadState quad(state); // no depth test: the splatter has left out hidden layers
-  vtkOpenGLState::ScopedglViewport viewport(state);
-  vtkOpenGLState::ScopedglScissor scissor(state);
-  const GLenum under = replace ? GL_ZERO : GL_ONE_MINUS_SRC_ALPHA;
-  state->vtkglBlendFuncSeparate(GL_ONE, under, GL_ONE, under);
-  state->vtkglViewport(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
-  state->vtkglScissor(rectangle.X, rectangle.Y, rectangle.Width, rectangle.Height);
-
-  this->Color->Activate();
-  this->Depth->Activate();
-  program->SetUniformi("frameColor", this->Color->GetTextureUnit());
-  program->SetUniformi("frameDepth", this->Depth->GetTextureUnit());
-  program->SetUniformi("replaces", replace ? 1 : 0);
-  this->Quad.Draw();
-  this->Depth->Deactivate();
-  this->Color->Deactivate();
-  return true;
+  return Upload(window, this->Color, PixelValues{ rectangle.Width, rectangle.Height, 4, color }) &&
+    Upload(window, this->Depth, PixelValues{ rectangle.Width, rectangle.Height, 1, windowDepth }) &&
+    this->Quad.Draw(window, rectangle, { this->Color, this->Depth }, replace);
 }
 
 void FrameBlit::Clear(vtkOpenGLRenderWindow* window, const PixelRectangle& rectangle)

@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "Rendering/OpenGL/FullScreenQuad.h"
+#include "Rendering/OpenGL/FrameQuad.h"
 #include "Rendering/OpenGL/PassFrame.h"
 
 #include <vtkNew.h>
@@ -85,6 +85,6 @@ private:
   std::vector<unsigned char> Bytes;
   vtkNew<vtkTextureObject> Color;
   vtkNew<vtkTextureObject> Depth;
-  FullScreenQuad Quad;
+  FrameQuad Quad;
 };
 }

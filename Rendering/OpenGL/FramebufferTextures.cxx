@@ -152,8 +152,34 @@ struct FramebufferTextures::Attachments
   }
 };
 
+/// Where a frame is written to.
+struct FramebufferTextures::Destination
+{
+  unsigned char* Color;
+  float* Depth;            // null: floats are where they are wanted
+  std::uint32_t* Integers; // null: no integers are wanted
+};
+
+/// Prepares pixels and writes them with all threads, a few at a time.
+void FramebufferTextures::Write(
+  std::size_t pixels, const FramePixels& frame, const RangeFunction& prepare, const Destination& to)
+{
+  SMPExecutor().For(pixels, PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+    prepare(begin, end);
+    ToBytes(frame.Color + 4 * begin, end - begin, frame.Under, to.Color + 4 * begin);
+    if (to.Depth)
+    {
+      std::copy(frame.Depth + begin, frame.Depth + end, to.Depth + begin);
+    }
+    if (to.Integers)
+    {
+      std::transform(frame.Depth + begin, frame.Depth + end, to.Integers + begin, ToInteger);
+    }
+  });
+}
+
 bool FramebufferTextures::Copy(
-  const PixelRectangle& rectangle, const FramePixels& frame, const RangeFunction& prepare)
+  const PassFrame& target, const FramePixels& frame, const RangeFunction& prepare)
 {
   if (!IsSimple())
   {
@@ -165,28 +191,29 @@ bool FramebufferTextures::Copy(
   {
     return false;
   }
-  const bool isFloat = attachments.HasFloatDepths();
+  const PixelRectangle& rectangle = target.Rectangle;
   const std::size_t pixels = static_cast<std::size_t>(rectangle.Width) * rectangle.Height;
+  this->Bytes.clear();
+  this->Depths.clear();
+  if (BufferedFrame::IsWorthwhile())
+  {
+    const BufferedFrame::Memory memory = this->Buffers.Begin(target.Window, rectangle);
+    if (memory.Color)
+    {
+      Write(pixels, frame, prepare, { memory.Color, memory.Depth, nullptr });
+      return this->Buffers.Draw(target.Window, rectangle);
+    }
+  }
+  const bool isFloat = attachments.HasFloatDepths();
   this->Bytes.resize(4 * pixels);
   this->Depths.resize(isFloat ? 0 : pixels);
-  SMPExecutor().For(pixels, PixelsAtATime, [&](std::size_t first, std::size_t last) {
-    for (std::size_t begin = first; begin < last; begin += PixelsAtATime)
-    {
-      const std::size_t end = std::min(begin + PixelsAtATime, last);
-      prepare(begin, end);
-      ToBytes(frame.Color + 4 * begin, end - begin, frame.Under, this->Bytes.data() + 4 * begin);
-      if (!isFloat)
-      {
-        std::transform(
-          frame.Depth + begin, frame.Depth + end, this->Depths.data() + begin, ToInteger);
-      }
-    }
-  });
+  Write(pixels, frame, prepare,
+    { this->Bytes.data(), nullptr, isFloat ? nullptr : this->Depths.data() });
   this->Upload(rectangle, frame, attachments);
   return true;
 }
 
-bool FramebufferTextures::CopyAgain(const PixelRectangle& rectangle, const FramePixels& frame)
+bool FramebufferTextures::CopyAgain(const PassFrame& target, const FramePixels& frame)
 {
   if (!IsSimple())
   {
@@ -194,14 +221,28 @@ bool FramebufferTextures::CopyAgain(const PixelRectangle& rectangle, const Frame
   }
   const TextureState state;
   const Attachments attachments;
+  if (!attachments.AreKnown())
+  {
+    return false;
+  }
+  if (this->Bytes.empty())
+  {
+    return this->Buffers.DrawAgain(target.Window, target.Rectangle);
+  }
+  const PixelRectangle& rectangle = target.Rectangle;
   const std::size_t pixels = static_cast<std::size_t>(rectangle.Width) * rectangle.Height;
-  if (!attachments.AreKnown() || this->Bytes.size() != 4 * pixels ||
+  if (this->Bytes.size() != 4 * pixels ||
     this->Depths.size() != (attachments.HasFloatDepths() ? 0 : pixels))
   {
     return false;
   }
   this->Upload(rectangle, frame, attachments);
   return true;
+}
+
+void FramebufferTextures::ReleaseGraphicsResources(vtkWindow* window)
+{
+  this->Buffers.ReleaseGraphicsResources(window);
 }
 
 void FramebufferTextures::Upload(

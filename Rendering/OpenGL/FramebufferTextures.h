@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Copies a picture into the textures of a framebuffer. Where nothing but one colour is under the
- * picture, this takes a fifth of the time of drawing it with Mesa's software OpenGL. Internal to
- * the module.
+ * Copies a picture with nothing but one colour under it into a framebuffer of textures, as bytes.
+ * With Mesa's software OpenGL this takes a fifth of the time of drawing it; a graphics card gets it
+ * through buffers. Internal to the module.
  */
 #pragma once
 
 #include "Core/Base/Executor.h"
+#include "Rendering/OpenGL/BufferedFrame.h"
 #include "Rendering/OpenGL/PassFrame.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -37,16 +39,21 @@ public:
    * @return false, and nothing is copied or prepared, unless the framebuffer consists of textures
    * with one sample of colours of eight bits and of depth without stencil
    */
-  bool Copy(
-    const PixelRectangle& rectangle, const FramePixels& frame, const RangeFunction& prepare);
+  bool Copy(const PassFrame& target, const FramePixels& frame, const RangeFunction& prepare);
 
   /// Copies the frame of the last Copy again, which must not have changed.
-  bool CopyAgain(const PixelRectangle& rectangle, const FramePixels& frame);
+  bool CopyAgain(const PassFrame& target, const FramePixels& frame);
+
+  void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
   struct Attachments;
+  struct Destination;
+  static void Write(std::size_t pixels, const FramePixels& frame, const RangeFunction& prepare,
+    const Destination& to);
   void Upload(const PixelRectangle& rectangle, const FramePixels& frame, const Attachments& to);
 
+  BufferedFrame Buffers; // for a graphics card; the others are empty then
   std::vector<unsigned char> Bytes;
   std::vector<std::uint32_t> Depths; // empty: the framebuffer takes floats
 };

@@ -4,6 +4,7 @@
 #include "Rendering/OpenGL/Functions.h"
 
 #include <vtkOpenGLRenderWindow.h>
+#include <vtkPixelBufferObject.h>
 #include <vtkTextureObject.h>
 
 namespace SurfelSplatting
@@ -20,6 +21,26 @@ bool SetUp(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, int width, 
   texture->SetWrapT(vtkTextureObject::ClampToEdge);
   return texture->GetHandle() && texture->GetWidth() == static_cast<unsigned int>(width) &&
     texture->GetHeight() == static_cast<unsigned int>(height);
+}
+
+/// How values in memory make up a pixel.
+struct PixelFormat
+{
+  int Components, Type; // constants of OpenGL
+};
+
+/// Copies into the memory that a texture has: allocating it costs as much as the copy.
+/// @param values null: those of the bound buffer
+void CopyInto(
+  vtkTextureObject* texture, int width, int height, const PixelFormat& format, const void* values)
+{
+  texture->Bind();
+  GLint alignment = 4;
+  glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, static_cast<GLenum>(format.Components),
+    static_cast<GLenum>(format.Type), values);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
 }
 }
 
@@ -43,14 +64,26 @@ bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const Pixe
       static_cast<unsigned int>(picture.Height), picture.Components, VTK_FLOAT,
       const_cast<float*>(picture.Values));
   }
-  // Into the memory that the texture has: allocating it costs as much as the copy.
-  texture->Bind();
-  GLint alignment = 4;
-  glGetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, picture.Width, picture.Height,
-    picture.Components == 1 ? GL_RED : GL_RGBA, GL_FLOAT, picture.Values);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+  CopyInto(texture, picture.Width, picture.Height,
+    { picture.Components == 1 ? GL_RED : GL_RGBA, GL_FLOAT }, picture.Values);
+  return true;
+}
+
+bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const BufferedPixels& pixels)
+{
+  const int width = pixels.Width, height = pixels.Height;
+  if (!SetUp(window, texture, width, height) &&
+    !texture->Allocate2D(static_cast<unsigned int>(width), static_cast<unsigned int>(height),
+      pixels.Components, pixels.Type))
+  {
+    return false;
+  }
+  pixels.Values->BindToUnPackedBuffer();
+  CopyInto(texture, width, height,
+    { pixels.Components == 1 ? GL_RED : GL_RGBA,
+      pixels.Type == VTK_FLOAT ? GL_FLOAT : GL_UNSIGNED_BYTE },
+    nullptr);
+  pixels.Values->UnBind();
   return true;
 }
 }

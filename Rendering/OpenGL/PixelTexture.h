@@ -5,6 +5,7 @@
 #pragma once
 
 class vtkOpenGLRenderWindow;
+class vtkPixelBufferObject;
 class vtkTextureObject;
 
 namespace SurfelSplatting
@@ -29,4 +30,16 @@ struct PixelValues
 
 /// Copies a picture into a texture. False if the texture could not be made.
 bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const PixelValues& picture);
+
+/// Pixels in a buffer of OpenGL's, row 0 at the bottom.
+struct BufferedPixels
+{
+  int Width, Height; ///< px
+  int Components;    ///< 1 or 4
+  int Type;          ///< VTK_FLOAT or VTK_UNSIGNED_CHAR
+  vtkPixelBufferObject* Values;
+};
+
+/// Copies pixels of a buffer into a texture. False if the texture could not be made.
+bool Upload(vtkOpenGLRenderWindow* window, vtkTextureObject* texture, const BufferedPixels& pixels);
 }
