@@ -18,6 +18,7 @@ FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
 AZIMUTH, ELEVATION, HIGH = math.radians(30), math.radians(22), math.radians(50)
 HIDDEN = 0.8  # part of what is seen from HIGH, below which walls hide what matters
+AROUND = 0.03  # part of the area beyond a side of the frame, above which the cloud goes on there
 RASTER = 128  # cells along a side, of a picture that tells what is seen
 SEEN_SAMPLES = 50_000
 MIDDLE = 0.25  # half-height of the picture's middle over the half-height of the picture
@@ -86,9 +87,24 @@ def _seen_area(samples, direction, up):
     return float(area[height > highest[cells] - 2 * within].sum())
 
 
+def _goes_on_around(samples, direction, up):
+    """Whether the cloud goes on to more than one side of what is shown, as around a scanner in a street;
+    what is behind a thing is at one side."""
+    points, areas = samples.beyond
+    right = unit(np.cross(up, direction))
+    local = points - samples.center
+    x, y = local @ right, local @ np.cross(right, up)
+    sides = np.where(np.abs(x) > np.abs(y), 0, 2) + (np.where(np.abs(x) > np.abs(y), x, y) > 0)
+    least = AROUND * (areas.sum() + np.linalg.norm(samples.areas, axis=1).sum())
+    return bool(np.sort(np.bincount(sides, areas, 4))[-2] > least)
+
+
 def _over_walls(samples, direction, up):
-    """The direction, or one from higher up where walls hide much, as of rooms without a ceiling."""
+    """The direction, or one from higher up where walls hide much, as of rooms without a ceiling, or
+    where the cloud goes on around what is shown: grounds are thin strips from below."""
     high = _raised(unit(direction - (direction @ up) * up), up, HIGH)
+    if _goes_on_around(samples, high, up):
+        return high
     seen = _seen_area(samples, direction, up)
     return direction if seen >= HIDDEN * _seen_area(samples, high, up) else high
 

@@ -15,6 +15,9 @@ vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
 FAR = 4.0  # largest coordinate over the diagonal of a cloud that is far from the origin
 LARGEST_CLOUD = 1e15  # the camera is farther away, and squares must stay in float's range
 SAMPLES = 200_000
+STEP = 0.1  # of the width of a box that grows
+SPARSE = 4.0  # times the usual distance between points
+ALONE = 2e-5  # part of the points, of strays that are left
 
 
 class Samples:
@@ -29,6 +32,7 @@ class Samples:
         if origin and origin.GetNumberOfValues() == 3:  # others are ignored, as by the filters
             points += _doubles(origin).ravel()
         keep = np.isfinite(points).all(axis=1) & np.isfinite(areas).all(axis=1)
+        self.beyond = np.zeros((0, 3)), np.zeros(0)  # points and areas that are left out
         self.is_volume = bool(surfels.GetPointData().HasArray("GaussianExtinction"))
         self.is_capture = not self.is_volume and covariances is not None and bool(
             surfels.GetPointData().HasArray("GaussianOpacity"))
@@ -43,7 +47,8 @@ class Samples:
             keep &= _within_fences(points, keep)
             self.opacities = opacities[keep]
         else:
-            keep &= _near_the_bulk(points, keep)
+            finite, keep = keep, _near_the_bulk(points, areas, keep)
+            self.beyond = points[finite & ~keep], np.linalg.norm(areas[finite & ~keep], axis=1)
         self.up = _stored_up(surfels)
         self.points, self.areas = points[keep], areas[keep]
         self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
@@ -137,15 +142,39 @@ def _doubles(array, some=slice(None)):
         return vtk_to_numpy(array)[some].astype(np.float64)
 
 
-def _near_the_bulk(points, finite):
-    """Which points lie within half a width of the box that holds the middle 96 % on every axis."""
+def _near_the_bulk(points, areas, finite):
+    """Which points lie in the box that holds the middle 90 % on every axis, or where the cloud goes on
+    beyond it, about as densely: a thin trunk does, far returns of a scanner in a street do not."""
     if not finite.any():
         raise UserProblem("none of the surfels has finite values; nothing can be drawn")
-    low, high = np.percentile(points[finite], (2, 98), axis=0)
-    # The largest width for all axes, so that the noise of a flat thing is not cut off.
-    slack = 0.5 * max((high - low).max(), 1e-30)
+    low = np.percentile(points[finite], 5, axis=0, method="lower")  # so that few points are all inside
+    high = np.percentile(points[finite], 95, axis=0, method="higher")
     with np.errstate(invalid="ignore"):
-        return ((points >= low - slack) & (points <= high + slack)).all(axis=1)
+        outside = finite & ((points < low) | (points > high)).any(axis=1)
+    sparse = SPARSE**2 * np.median(np.linalg.norm(areas[finite], axis=1))
+    low, high = _grown(low, high, points[outside], np.linalg.norm(areas[outside], axis=1) <= sparse,
+                       ALONE * finite.sum())
+    with np.errstate(invalid="ignore"):
+        return finite & ((points >= low) & (points <= high)).all(axis=1)
+
+
+def _grown(low, high, points, dense, least):
+    """-> the box that grows in steps at each side with more than `least` points before it, of which
+    half are dense; and by one step more, so that no edge and no noise is cut off."""
+    low, high = low.copy(), high.copy()
+    sides = [(axis, end) for axis in range(3) for end in (low, high)]
+    while sides:
+        step = STEP * max((high - low).max(), 1e-30)
+        growing = []
+        for axis, end in sides:
+            near = ((points >= low - step) & (points <= high + step)).all(axis=1)
+            near &= points[:, axis] < low[axis] if end is low else points[:, axis] > high[axis]
+            count = near.sum()
+            if count > least and 2 * dense[near].sum() >= count:
+                end[axis] += step if end is high else -step
+                growing.append((axis, end))
+        sides = growing
+    return low - step, high + step
 
 
 def _all_finite(finite):
