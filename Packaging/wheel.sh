@@ -3,12 +3,17 @@
 # Makes dist/surfelsplatting-*.whl: installs missing packages, builds, and puts the libraries that
 # other machines lack into the wheel. What was compiled stays in build/wheel.
 #
+#   bash Packaging/wheel.sh [--core PREFIX]      links the core installed there, compiles none
+#
 # Ends with 77 if there is no interpreter for it.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 work=$root/build/wheel
 venv=$work/venv
+
+core=
+[ "${1:-}" != --core ] || core=$(realpath "$2")
 
 source "$root/Utilities/packages.sh"
 source "$root/Packaging/findpython.sh"
@@ -32,7 +37,7 @@ if command -v ccache >/dev/null; then
 fi
 rm -rf "$work/raw" "$work/repaired"
 "$venv/bin/pip" wheel -q --disable-pip-version-check --no-deps --no-build-isolation \
-  -C build-dir="$work/cmake" -w "$work/raw" "$root"
+  -C build-dir="$work/cmake" -C cmake.define.SURFELSPLATTING_CORE_PREFIX="$core" -w "$work/raw" "$root"
 PATH=$venv/bin:$PATH auditwheel repair --exclude 'libvtk*' -w "$work/repaired" "$work"/raw/*.whl \
   >"$work/repair.log" 2>&1 || { cat "$work/repair.log" >&2; exit 1; }
 mkdir -p "$root/dist"

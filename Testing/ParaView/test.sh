@@ -3,21 +3,29 @@
 # Builds the ParaView plugin and runs its tests, in a separate Debian: python3-paraview cannot be
 # installed together with python3-vtk9, which everything else needs. It is kept between runs.
 #
-#   bash Testing/ParaView/test.sh [--release 12|13|bookworm|trixie] [FOLDER]        as root
+#   bash Testing/ParaView/test.sh [--release 12|13|bookworm|trixie] [--core PREFIX] [FOLDER]   as root
 #
 # The release is by default the one this machine runs, 13 on other systems; FOLDER is build/paraview.
+# The plugin links the core that this machine has installed in PREFIX if the releases are the same.
 # Real scans come from ../shared/scans beside the checkout. If the project is built in build/, their
 # pictures are compared with plain VTK's. Exit status 77: skipped, with a reason.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-if [ "${1:-}" = --release ]; then
-  release=${2:-}
+machine=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
+release=$machine core=
+[ "$release" = bookworm ] || release=trixie
+while [[ ${1:-} == --* ]]; do
+  case $1 in
+    --release) release=${2:-} ;;
+    --core) core=${2:-} ;;
+    *)
+      echo "test.sh: unknown option $1" >&2
+      exit 2
+      ;;
+  esac
   shift $(($# > 1 ? 2 : 1))
-else
-  release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
-  [ "$release" = bookworm ] || release=trixie
-fi
+done
 case $release in
   12 | bookworm) release=bookworm pcl=1.13 ;;
   13 | trixie) release=trixie pcl=1.15 ;;
@@ -26,6 +34,7 @@ case $release in
     exit 2
     ;;
 esac
+[ "$release" = "$machine" ] || core=
 folder=${1:-$root/build/paraview}/$release
 debian=$folder/debian
 scans=$root/../shared/scans
@@ -70,11 +79,13 @@ make_debian() {
 # The sources are copied: mounts would outlive a run that is cut short. Unchanged files keep
 # their time and are not built again.
 copy_sources() {
-  rm -rf "$debian/source" "$debian/scans" "$debian/results"
+  rm -rf "$debian/source" "$debian/core" "$debian/scans" "$debian/results"
   mkdir -p "$debian/source" "$debian/build" "$debian/scans" "$debian/results"
-  (cd "$root" && tar -cf - CMakeLists.txt Core Examples/ParaView Filters Parallel Plugins \
-    Rendering SurfelData Testing/Benchmarks/measures.py Testing/ParaView Testing/Shared Utilities) |
-    tar -xf - -C "$debian/source"
+  # Without its source nothing but the installed core can be compiled against.
+  (cd "$root" && tar -cf - CMakeLists.txt $([ "$core" ] || echo Core) Examples/ParaView Filters \
+    Parallel Plugins Rendering SurfelData Testing/Benchmarks/measures.py Testing/ParaView \
+    Testing/Shared Utilities) | tar -xf - -C "$debian/source"
+  [ -z "$core" ] || cp -a "$core" "$debian/core"
   if [ -d "$scans" ]; then
     cp "$scans"/*.pcd "$scans"/*.ply "$debian/scans"
   else
@@ -84,7 +95,7 @@ copy_sources() {
 
 build_plugin() {
   inside cmake -S /source -B /build -G Ninja -DSURFELSPLATTING_BUILD_PARAVIEW_PLUGIN=ON \
-    -DPCL_ROOT=/opt/pcl/usr \
+    -DPCL_ROOT=/opt/pcl/usr -DSURFELSPLATTING_CORE_PREFIX="${core:+/core}" \
     >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" && exit 1; }
   inside cmake --build /build
 }
