@@ -93,6 +93,11 @@ copy_sources() {
   fi
 }
 
+# Each process of ParaView's looks up the machine's name, and would wait for a name server.
+name_machine() {
+  echo "127.0.0.1 localhost $(hostname)" >"$debian/etc/hosts"
+}
+
 build_plugin() {
   inside cmake -S /source -B /build -G Ninja -DSURFELSPLATTING_BUILD_PARAVIEW_PLUGIN=ON \
     -DPCL_ROOT=/opt/pcl/usr -DSURFELSPLATTING_CORE_PREFIX="${core:+/core}" \
@@ -138,6 +143,7 @@ compare_with_plain_vtk() {
 mkdir -p "$folder"
 make_debian
 copy_sources
+name_machine
 build_plugin
 run_tests
 compare_with_plain_vtk
