@@ -134,14 +134,17 @@ public:
   Vector6 Solve() const
   {
     const Eigen::SelfAdjointEigenSolver<Matrix6> solver(this->Known);
-    int first = 0; // eigenvalues ascend
-    while (first < 6 && solver.eigenvalues()[first] < LeastKnown * this->Weight)
+    Matrix6 axes = solver.eigenvectors(), normals = Matrix6::Zero();
+    for (int i = 0; i < 6; ++i)
     {
-      ++first;
+      if (solver.eigenvalues()[i] <= LeastKnown * this->Weight)
+      {
+        axes.col(i).setZero();
+        normals(i, i) = 1.0;
+      }
     }
-    const Eigen::MatrixXd axes = solver.eigenvectors().rightCols(6 - first);
-    return axes *
-      (axes.transpose() * this->Normals * axes).ldlt().solve(axes.transpose() * this->Right);
+    normals += axes.transpose() * this->Normals * axes;
+    return axes * normals.llt().solve(axes.transpose() * this->Right);
   }
 
 private:
