@@ -316,9 +316,11 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
       "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
     this->PreviewActor->SetMapper(this->Preview);
   }
-  if (fresh || this->GetMTime() > this->PreviewTime)
+  if (fresh || this->GetMTime() > this->PreviewTime ||
+    this->GetInput()->GetMTime() > this->PreviewTime)
   {
     this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
+    this->MovePreview();
     // A texture of colours, for which dots have no coordinates: VTK 9.3 crashes.
     this->Preview->InterpolateScalarsBeforeMappingOff();
     this->PreviewTime.Modified();
@@ -328,6 +330,33 @@ void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
   // overlap, nearly as wide as their deviation. Their size is in world units, independent of the
   // actor's matrix.
   this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
+}
+
+/// Points far from the origin, in double precision, would lose theirs in vertex buffers: dots are
+/// drawn of copies about the cloud's centre.
+void vtkSurfelMapper::MovePreview()
+{
+  vtkPolyData* input = this->GetInput();
+  std::fill_n(this->PreviewOrigin, 3, 0.0);
+  if (input->GetPoints()->GetDataType() != VTK_DOUBLE)
+  {
+    return;
+  }
+  input->GetCenter(this->PreviewOrigin);
+  const vtkIdType count = input->GetNumberOfPoints();
+  vtkNew<vtkPoints> near;
+  near->SetNumberOfPoints(count);
+  for (vtkIdType i = 0; i < count; ++i)
+  {
+    double p[3];
+    input->GetPoint(i, p);
+    vtkMath::Subtract(p, this->PreviewOrigin, p);
+    near->SetPoint(i, p);
+  }
+  vtkNew<vtkPolyData> moved;
+  moved->ShallowCopy(input);
+  moved->SetPoints(near);
+  this->Preview->SetInputData(moved);
 }
 
 /// A picture of dots, unlike a selection, is hardly what was meant.
@@ -357,13 +386,14 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
     return;
   }
   this->WarnOfDots(renderer);
-  // The local origin goes into the matrix, in double precision. Adding it to the points would copy
-  // them and lose detail in the single precision of vertex buffers.
-  double origin[3];
-  this->GetOrigin(origin);
   vtkNew<vtkMatrix4x4> matrix;
   actor->GetMatrix(matrix);
-  const double scale = std::cbrt(std::abs(matrix->Determinant()));
+  this->UpdatePreview(renderer, std::cbrt(std::abs(matrix->Determinant())));
+  // The origins go into the matrix, in double precision. Adding them to the points would lose
+  // detail in the single precision of vertex buffers.
+  double origin[3];
+  this->GetOrigin(origin);
+  vtkMath::Add(origin, this->PreviewOrigin, origin);
   double moved[4] = { origin[0], origin[1], origin[2], 1.0 };
   matrix->MultiplyPoint(moved, moved);
   for (int i = 0; i < 3; ++i)
@@ -374,7 +404,6 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
   {
     this->PreviewMatrix->DeepCopy(matrix);
   }
-  this->UpdatePreview(renderer, scale);
   this->PreviewActor->SetProperty(actor->GetProperty());
   this->PreviewActor->SetPropertyKeys(actor->GetPropertyKeys());
   this->Preview->Render(renderer, this->PreviewActor);

@@ -140,6 +140,7 @@ private:
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
   void UpdatePreview(vtkRenderer* renderer, double scale);
   void WarnOfDots(vtkRenderer* renderer);
+  void MovePreview();
   void ReleasePreview();
   double MeanSpacing();
 
@@ -148,6 +149,7 @@ private:
   vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
   vtkNew<vtkActor> PreviewActor;
   vtkNew<vtkMatrix4x4> PreviewMatrix;
+  double PreviewOrigin[3] = { 0.0, 0.0, 0.0 }; // of the preview's points, beside the data's own
   vtkTimeStamp PreviewTime;
   double Spacing = 0.0;
   vtkTimeStamp SpacingTime;

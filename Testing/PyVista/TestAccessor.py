@@ -226,6 +226,9 @@ class TestLargeCoordinates(PlotterCase):
         pl.surfels.add(surfels)
         pl.camera_position = [offset + (0, 0, 6), offset, (0, 1, 0)]
         pl.show(auto_close=False)
+        seen = pv._vtk.vtkPropPicker()  # reads the dots' depth
+        self.assertTrue(seen.Pick(140, 100, 0, pl.renderer))
+        self.assertAlmostEqual(np.linalg.norm(seen.GetPickPosition() - offset), 1, delta=0.05)
         picker = pv._vtk.vtkPointPicker()
         picker.SetTolerance(self.TOLERANCE)
         self.assertTrue(picker.Pick(140, 100, 0, pl.renderer))

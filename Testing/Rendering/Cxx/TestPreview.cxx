@@ -20,6 +20,7 @@
 #include <vtkMath.h>
 #include <vtkPlane.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
@@ -46,6 +47,19 @@ void SetOrigin(vtkPolyData* data, double x, double y, double z)
   origin->SetNumberOfComponents(3);
   origin->InsertNextTuple3(x, y, z);
   data->GetFieldData()->AddArray(origin);
+}
+
+/// Points in double precision that are moved.
+void Move(vtkPolyData* data, const double by[3])
+{
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+  {
+    const double* p = data->GetPoint(i);
+    points->InsertNextPoint(p[0] + by[0], p[1] + by[1], p[2] + by[2]);
+  }
+  data->SetPoints(points);
 }
 
 vtkSmartPointer<vtkActor> MeshSphere()
@@ -290,6 +304,28 @@ TEST_CASE_FIXTURE(OnlyOfDots, "Actor in several windows")
   second.Renderer->RemoveActor(actor);
   actor = nullptr;
   CHECK_NEAR(Compare(second.Render(), meshOnly).Max, 0.0, 0.0);
+}
+
+TEST_CASE_FIXTURE(OnlyOfDots, "Dots of points at UTM")
+{
+  // Dots of points in double precision are where those of the same points near the origin are,
+  // also when others take their place.
+  const double utm[3] = { 431000.0, 5412000.0, 250.0 }, back[3] = { -431000.0, -5412000.0, -250.0 };
+  Scene scene(100, 100, 0, false);
+  vtkSmartPointer<vtkPolyData> surfels = UnitSphere();
+  vtkSmartPointer<vtkCamera> camera = FrontCamera(6.0);
+  scene.Renderer->AddActor(SurfelActor(surfels));
+  scene.See(camera);
+  const vtkSmartPointer<vtkImageData> near = scene.Render();
+  CHECK(CountBrighter(near, 200) > 1000);
+  Move(surfels, utm);
+  camera->SetPosition(utm[0], utm[1], utm[2] + 6.0);
+  camera->SetFocalPoint(utm);
+  CHECK_NEAR(Compare(near, scene.Render()).Mean, 0.0, 0.5);
+  Move(surfels, back);
+  camera->SetPosition(0.0, 0.0, 6.0);
+  camera->SetFocalPoint(0.0, 0.0, 0.0);
+  CHECK_NEAR(Compare(near, scene.Render()).Mean, 0.0, 0.5);
 }
 
 TEST_CASE_FIXTURE(OnlyOfDots, "Local origin at UTM")
