@@ -342,7 +342,10 @@ void vtkSurfelMapper::MovePreview()
   {
     return;
   }
-  input->GetCenter(this->PreviewOrigin);
+  double origin[3];
+  this->GetOrigin(origin);
+  this->GetCenter(this->PreviewOrigin); // without invalid points
+  vtkMath::Subtract(this->PreviewOrigin, origin, this->PreviewOrigin);
   const vtkIdType count = input->GetNumberOfPoints();
   vtkNew<vtkPoints> near;
   near->SetNumberOfPoints(count);

@@ -27,6 +27,8 @@ struct AttachedTexture
   GLuint Name = 0; ///< 0: there is none
   GLint Format = GL_NONE;
 
+  AttachedTexture() = default;
+
   explicit AttachedTexture(GLenum plane)
   {
     const auto ask = [plane](GLenum what) {
@@ -139,7 +141,17 @@ bool HasPlainBackground(vtkRenderer* renderer)
 /// Textures to write to.
 struct FramebufferTextures::Attachments
 {
-  AttachedTexture Colors{ GL_COLOR_ATTACHMENT0 }, Depths{ GL_DEPTH_ATTACHMENT };
+  AttachedTexture Colors, Depths;
+
+  Attachments()
+  {
+    if (IsSimple())
+    {
+      const TextureState state;
+      this->Colors = AttachedTexture(GL_COLOR_ATTACHMENT0);
+      this->Depths = AttachedTexture(GL_DEPTH_ATTACHMENT);
+    }
+  }
 
   bool HasFloatDepths() const { return this->Depths.Format == GL_DEPTH_COMPONENT32F; }
 
@@ -181,11 +193,6 @@ void FramebufferTextures::Write(
 bool FramebufferTextures::Copy(
   const PassFrame& target, const FramePixels& frame, const RangeFunction& prepare)
 {
-  if (!IsSimple())
-  {
-    return false;
-  }
-  const TextureState state;
   const Attachments attachments;
   if (!attachments.AreKnown())
   {
@@ -195,19 +202,25 @@ bool FramebufferTextures::Copy(
   const std::size_t pixels = static_cast<std::size_t>(rectangle.Width) * rectangle.Height;
   this->Bytes.clear();
   this->Depths.clear();
+  const auto nothing = [](std::size_t, std::size_t) {};
+  bool isPrepared = false;
   if (BufferedFrame::IsWorthwhile())
   {
     const BufferedFrame::Memory memory = this->Buffers.Begin(target.Window, rectangle);
-    if (memory.Color)
+    isPrepared = memory.Color != nullptr;
+    if (isPrepared)
     {
       Write(pixels, frame, prepare, { memory.Color, memory.Depth, nullptr });
-      return this->Buffers.Draw(target.Window, rectangle);
+      if (this->Buffers.Draw(target.Window, rectangle))
+      {
+        return true;
+      }
     }
   }
   const bool isFloat = attachments.HasFloatDepths();
   this->Bytes.resize(4 * pixels);
   this->Depths.resize(isFloat ? 0 : pixels);
-  Write(pixels, frame, prepare,
+  Write(pixels, frame, isPrepared ? RangeFunction(nothing) : prepare,
     { this->Bytes.data(), nullptr, isFloat ? nullptr : this->Depths.data() });
   this->Upload(rectangle, frame, attachments);
   return true;
@@ -215,11 +228,6 @@ bool FramebufferTextures::Copy(
 
 bool FramebufferTextures::CopyAgain(const PassFrame& target, const FramePixels& frame)
 {
-  if (!IsSimple())
-  {
-    return false;
-  }
-  const TextureState state;
   const Attachments attachments;
   if (!attachments.AreKnown())
   {
@@ -248,6 +256,7 @@ void FramebufferTextures::ReleaseGraphicsResources(vtkWindow* window)
 void FramebufferTextures::Upload(
   const PixelRectangle& rectangle, const FramePixels& frame, const Attachments& to)
 {
+  const TextureState state;
   const bool isFloat = to.HasFloatDepths();
   to.Colors.Copy(rectangle, GL_RGBA, GL_UNSIGNED_BYTE, this->Bytes.data());
   to.Depths.Copy(rectangle, GL_DEPTH_COMPONENT, isFloat ? GL_FLOAT : GL_UNSIGNED_INT,

@@ -322,6 +322,11 @@ TEST_CASE_FIXTURE(OnlyOfDots, "Dots of points at UTM")
   camera->SetPosition(utm[0], utm[1], utm[2] + 6.0);
   camera->SetFocalPoint(utm);
   CHECK_NEAR(Compare(near, scene.Render()).Mean, 0.0, 0.5);
+  // A point without a place takes no other one away.
+  surfels->GetPoints()->SetPoint(0, std::numeric_limits<double>::infinity(), utm[1], utm[2]);
+  surfels->Modified();
+  CHECK_NEAR(Compare(near, scene.Render()).Mean, 0.0, 0.5);
+  surfels->GetPoints()->SetPoint(0, utm[0], utm[1], utm[2] + 1.0);
   Move(surfels, back);
   camera->SetPosition(0.0, 0.0, 6.0);
   camera->SetFocalPoint(0.0, 0.0, 0.0);
