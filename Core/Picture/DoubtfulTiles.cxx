@@ -10,7 +10,7 @@ namespace SurfelSplatting
 namespace
 {
 /// The weight rises from 0 to 1 over so many pixels.
-constexpr int Rise = 8;
+constexpr float Rise = 8.0f;
 
 /// Distance of a pixel's centre from the border to the neighbour at -1, 0 or 1 tiles; 0 to none.
 float DistanceTo(int side, int inTile)
@@ -19,23 +19,22 @@ float DistanceTo(int side, int inTile)
   return side < 0 ? x : side > 0 ? static_cast<float>(TileSize) - x : 0.0f;
 }
 
-/// Weight of the mean at a pixel of a doubtful tile, [0, 1].
-/// @param doubtful the tile's neighbours, [row][column]
-float WeightOfMean(const std::array<std::array<bool, 3>, 3>& doubtful, int x, int y)
+/// Weight of the mean at a pixel of a doubtful tile, [0, 1]: at a border that of the lighter tile.
+/// @param tiles weights of the tile and its neighbours, [row][column]
+float WeightOfMean(const std::array<std::array<float, 3>, 3>& tiles, int x, int y)
 {
-  float nearest = Rise;
+  float least = 1.0f;
   for (int j = -1; j <= 1; ++j)
   {
     const float across = DistanceTo(j, y % TileSize);
     for (int i = -1; i <= 1; ++i)
     {
-      if (!doubtful[j + 1][i + 1])
-      {
-        nearest = std::min(nearest, std::max(DistanceTo(i, x % TileSize), across));
-      }
+      const float distance = std::max(DistanceTo(i, x % TileSize), across);
+      const float risen = std::min(distance / Rise, 1.0f), weight = tiles[j + 1][i + 1];
+      least = std::min(least, weight + (1.0f - weight) * risen);
     }
   }
-  return nearest / Rise;
+  return least;
 }
 
 /// @param weight of the mean, > 0
@@ -54,21 +53,24 @@ void DoubtfulTiles::Set(const PictureSize& size, const std::vector<float>& doubt
 {
   this->Columns = TileCount(size.Width);
   this->Rows = TileCount(size.Height);
+  std::vector<float> own(doubts.size());
+  std::transform(doubts.begin(), doubts.end(), own.begin(), [largest](float doubt) {
+    return std::clamp((doubt / largest - 1.0f) / (FullDoubt - 1.0f), 0.0f, 1.0f);
+  });
+  this->Weights = own;
   this->Flags.resize(doubts.size());
-  std::transform(doubts.begin(), doubts.end(), this->Flags.begin(),
-    [largest](float doubt) { return static_cast<unsigned char>(doubt > largest ? 1 : 0); });
-  const std::vector<unsigned char> found = this->Flags;
-  for (std::size_t tile = 0; tile < found.size(); ++tile)
+  for (std::size_t tile = 0; tile < own.size(); ++tile)
   {
     const int column = static_cast<int>(tile) % this->Columns;
     const int row = static_cast<int>(tile) / this->Columns;
-    int beside = 0;
-    for (const int step : { -1, 1 })
-    {
-      beside += column + step >= 0 && column + step < this->Columns ? found[tile + step] : 0;
-      beside += row + step >= 0 && row + step < this->Rows ? found[tile + step * this->Columns] : 0;
-    }
-    this->Flags[tile] = found[tile] != 0 || beside >= 3 ? 1 : 0;
+    std::array<float, 4> beside{};
+    beside[0] = column > 0 ? own[tile - 1] : 0.0f;
+    beside[1] = column + 1 < this->Columns ? own[tile + 1] : 0.0f;
+    beside[2] = row > 0 ? own[tile - this->Columns] : 0.0f;
+    beside[3] = row + 1 < this->Rows ? own[tile + this->Columns] : 0.0f;
+    std::sort(beside.begin(), beside.end());
+    this->Weights[tile] = std::max(own[tile], beside[1]);
+    this->Flags[tile] = this->Weights[tile] > 0.0f ? 1 : 0;
   }
 }
 
@@ -80,26 +82,26 @@ bool DoubtfulTiles::IsEmpty() const
 }
 
 /// Tiles beyond the picture are as those in it.
-bool DoubtfulTiles::IsFlagged(int column, int row) const
+float DoubtfulTiles::WeightAt(int column, int row) const
 {
   const int x = std::min(std::max(column, 0), this->Columns - 1);
   const int y = std::min(std::max(row, 0), this->Rows - 1);
-  return this->Flags[static_cast<std::size_t>(y) * this->Columns + x] != 0;
+  return this->Weights[static_cast<std::size_t>(y) * this->Columns + x];
 }
 
 DoubtfulTiles::Neighbors DoubtfulTiles::NeighborsOf(std::size_t tile) const
 {
   const int column = static_cast<int>(tile) % this->Columns;
   const int row = static_cast<int>(tile) / this->Columns;
-  Neighbors flags;
+  Neighbors weights;
   for (int j = 0; j < 3; ++j)
   {
     for (int i = 0; i < 3; ++i)
     {
-      flags[j][i] = this->IsFlagged(column + i - 1, row + j - 1);
+      weights[j][i] = this->WeightAt(column + i - 1, row + j - 1);
     }
   }
-  return flags;
+  return weights;
 }
 
 void DoubtfulTiles::Mix(const Frame& mean, const Frame& picture, const Executor& executor) const
@@ -111,14 +113,14 @@ void DoubtfulTiles::Mix(const Frame& mean, const Frame& picture, const Executor&
       {
         continue;
       }
-      const Neighbors doubtful = this->NeighborsOf(tile);
-      bool isSurrounded = true;
-      for (const auto& row : doubtful)
+      const Neighbors tiles = this->NeighborsOf(tile);
+      float lightest = 1.0f;
+      for (const auto& row : tiles)
       {
-        isSurrounded = isSurrounded && row[0] && row[1] && row[2];
+        lightest = std::min({ lightest, row[0], row[1], row[2] });
       }
       ForPixels(tile, { picture.Width, picture.Height }, [&](int x, int y, std::size_t p) {
-        MixPixel(mean, picture, p, isSurrounded ? 1.0f : WeightOfMean(doubtful, x, y));
+        MixPixel(mean, picture, p, lightest < 1.0f ? WeightOfMean(tiles, x, y) : 1.0f);
       });
     }
   });

@@ -22,6 +22,9 @@
 
 namespace SurfelSplatting
 {
+/// From so many times the largest doubt that is left, the mean has all of the weight.
+constexpr float FullDoubt = 2.0f;
+
 class DoubtfulTiles
 {
 public:
@@ -29,8 +32,9 @@ public:
   void Clear() { this->Flags.clear(); }
 
   /// Tiles with at least three doubtful neighbours of four are doubtful, too: what is doubtful
-  /// there seldom ends between them.
-  /// @param doubts [tile] largest doubt about a pixel @param largest that is left
+  /// there seldom ends between them. In motion doubts change, and no tile flips: the weight of the
+  /// mean rises from 0 at the largest doubt that is left to 1 at FullDoubt times as much.
+  /// @param doubts [tile] largest doubt about a pixel @param largest that is left, > 0
   void Set(const PictureSize& size, const std::vector<float>& doubts, float largest);
 
   bool Has(std::size_t tile) const { return this->Flags.empty() || this->Flags[tile] != 0; }
@@ -46,18 +50,19 @@ public:
 
   /**
    * Puts the mean of the cells into the picture through the whole lens, where that is doubtful.
-   * Within doubtful tiles the weight of the mean rises, so that no edge is seen.
+   * Within doubtful tiles the weight of the mean rises to the tile's, so that no edge is seen.
    * @param mean may hold anything outside of doubtful tiles
    */
   void Mix(const Frame& mean, const Frame& picture, const Executor& executor) const;
 
 private:
-  using Neighbors = std::array<std::array<bool, 3>, 3>; // [row][column], the tile in the middle
+  using Neighbors = std::array<std::array<float, 3>, 3>; // [row][column], the tile in the middle
 
-  bool IsFlagged(int column, int row) const;
+  float WeightAt(int column, int row) const;
   Neighbors NeighborsOf(std::size_t tile) const;
 
   int Columns = 0, Rows = 0;
-  std::vector<unsigned char> Flags; ///< [row][column]; empty: all
+  std::vector<float> Weights;       ///< [row][column] of the mean, [0, 1]
+  std::vector<unsigned char> Flags; ///< [row][column] whether the weight is > 0; empty: all
 };
 }

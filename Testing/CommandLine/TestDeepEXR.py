@@ -49,7 +49,7 @@ class TestDeepEXR(ToolCase):
     def test_composited_it_is_the_flat_picture(self):
         write_scene("scene.ply")
         blur = ["--circle-of-confusion", 6]
-        for lens in ([], blur, [*blur, "--lens-cells", 7]):
+        for lens in ([], [*blur, "--lens-cells", 1], [*blur, "--lens-cells", 7]):
             words = ["scene.ply", *CAMERA, *SMALL, *lens]
             self.render(*words, "-o", "flat.exr")
             self.render(*words, "--deep", "-o", "deep.exr")
@@ -71,7 +71,7 @@ class TestDeepEXR(ToolCase):
         view = ("--position", -100, 6, 6, "--focal-point", 20, 6, 6, "--view-up", 0, 0, 1,
                 "--view-angle", 5)
         look = ("--opacity", f"0:0,1:{1 - np.exp(-depth / 40)}", "--unit-distance", 1)
-        for lens in ((), ("--circle-of-confusion", 9)):
+        for lens in ((), ("--circle-of-confusion", 9, "--lens-cells", 1)):
             words = ("fog.vti", *view, *look, *SMALL, *lens)
             self.render(*words, "-o", "flat.exr")
             self.render(*words, "--deep", "-o", "deep.exr")

@@ -46,6 +46,15 @@ class TestLensCells(ToolCase):
         self.assertLess(errors[2], 0.6 * errors[1])
         self.assertLess(errors[2], 0.02)  # colours change from point to point
 
+    def test_seven_unless_the_picture_is_deep(self):
+        picture, statistics = self.run_with(*LENS)
+        self.assertEqual(statistics["lens"]["cells"], 7)
+        np.testing.assert_array_equal(picture, self.run_with(*LENS, "--lens-cells", "7")[0])
+        self.render("balls.ply", *CAMERA, *LENS, "--size", "96", "72", "--deep", "-o", "deep.exr",
+                    "--stats", "stats.json")
+        with open("stats.json", encoding="utf-8") as file:
+            self.assertEqual(json.load(file)["lens"]["cells"], 1)
+
     def test_few_points_are_not_enough(self):
         reference, _ = self.run_with(*LENS, "--reference", "200")
         few, _ = self.run_with(*LENS, "--reference", "4")

@@ -8,8 +8,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 import unittest
 
+import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
@@ -233,6 +235,7 @@ class TestScreen(ViewCase):
     def test_screen_is_the_saved_picture(self):
         """But for rounding: OpenGL blends the picture over the background in 8 bits."""
         viewer, window = self.make("--circle-of-confusion", "60", "--focus-pixel", "200", "100")
+        self.rest(window)
         grab = vtkWindowToImageFilter()
         grab.SetInput(window._window)
         grab.Update()
@@ -244,6 +247,54 @@ class TestScreen(ViewCase):
         self.assertGreater(saved[above].std(), 20)
         self.assertLessEqual(abs(screen - saved)[above].max(), 2)
         self.assertGreater(abs(screen - saved)[HEIGHT - 40:].max(), 50)
+
+    def test_finer_at_rest(self):
+        points, colors = sphere(10_000)
+        ball = 0.3 * points + (0.5, 0.1, 2.0)  # before the other one
+        write_ply("scan.ply", np.concatenate([points, ball]), np.concatenate([colors, 255 - colors]))
+        viewer, window = self.make("--circle-of-confusion", "60")
+        splatter = window._pass.GetSplatter()
+        self.assertEqual(splatter.GetLensCells(), 1)
+        window._on_timer()  # at once it may still be moved
+        self.assertEqual(splatter.GetLensCells(), 1)
+        self.rest(window)
+        self.assertEqual(splatter.GetLensCells(), 7)
+        self.assertFalse(window._may_be_finer())
+        splats = splatter.GetNumberOfSplats()
+        window._window.GetEventPending = lambda: True
+        viewer.aperture = 61  # another picture
+        time.sleep(0.25)  # VTK looks for events five times a second
+        window._draw(7)
+        self.assertTrue(window._must_draw)  # a button is pressed: not all cells are drawn
+        self.assertLess(splatter.GetNumberOfSplats(), splats)
+        window._mouse.press("Left", False, (200, 150))
+        window._mouse.move((250, 150))
+        window._on_timer()
+        self.assertEqual(splatter.GetLensCells(), 1)
+        window._mouse.release()
+        viewer.aperture = 0
+        self.rest(window)
+        self.assertEqual(splatter.GetLensCells(), 1)  # without a lens there is nothing to divide
+
+    def test_finer_page_at_rest(self):
+        from surfelsplatting.viewer.web import Area
+
+        viewer, _ = self.make("--circle-of-confusion", "60")
+        area, splatter = Area(viewer, None, False), viewer.renderer.GetSplatter()
+        cells = []
+        for change in (lambda: None, lambda: None, lambda: viewer.orbit(9, 0), lambda: None,
+                       lambda: viewer.color_by("z"), lambda: None):
+            change()
+            pixels, *size = area.img_cols_rows
+            self.assertEqual((pixels.shape, size), ((HEIGHT, WIDTH, 3), [WIDTH, HEIGHT]))
+            cells.append(splatter.GetLensCells())
+        self.assertEqual(cells, [1, 7, 1, 7, 1, 7])
+
+    @staticmethod
+    def rest(window):
+        window._draw()
+        window._drawn_at -= 1  # s
+        window._on_timer()
 
     def test_tells_when_it_coarsens(self):
         viewer, window = self.make()

@@ -81,6 +81,32 @@ TEST_CASE("The mean rises within doubtful tiles")
   CHECK(tiles.IsEmpty());
 }
 
+TEST_CASE("No tile flips as its doubt changes")
+{
+  constexpr float largest = 0.05f;
+  std::vector<float> doubts(15, FullDoubt * largest);
+  const auto atMiddle = [&](float doubt, int x) {
+    doubts[7] = doubt;
+    DoubtfulTiles tiles;
+    tiles.Set({ Width, Height }, doubts, largest);
+    Values whole(1.0f), mean(2.0f);
+    tiles.Mix(mean.Get(), whole.Get(), SerialExecutor());
+    return whole.Color[4 * (48 * Width + x)] - 1.0f;
+  };
+  std::fill(doubts.begin(), doubts.end(), 0.0f);
+  CHECK(atMiddle(largest, 80) == 0.0f);
+  CHECK_NEAR(atMiddle(1.001f * largest, 80), 0.001, 1e-4);
+  CHECK_NEAR(atMiddle(1.5f * largest, 80), 0.5, 1e-5);
+  CHECK(atMiddle(FullDoubt * largest, 80) == 1.0f);
+  CHECK(atMiddle(9.0f * largest, 80) == 1.0f);
+  // Beside a tile that has half of the weight, at x = 64, it rises from there.
+  std::fill(doubts.begin(), doubts.end(), FullDoubt * largest);
+  doubts[6] = doubts[1] = doubts[11] = 1.5f * largest;
+  CHECK_NEAR(atMiddle(FullDoubt * largest, 64), 0.5 + 0.5 * 0.5 / 8.0, 1e-5);
+  CHECK_NEAR(atMiddle(FullDoubt * largest, 63), 0.5, 1e-5);
+  CHECK(atMiddle(FullDoubt * largest, 72) == 1.0f);
+}
+
 TEST_CASE("Behind a veil nothing is doubtful")
 {
   // T is one half everywhere, and stays so whatever part of the veil has leaked.

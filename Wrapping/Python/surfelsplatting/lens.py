@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .surfels import finite_triple, number_in
+from .views.cameras import STILL_CELLS
 
 
 @dataclass(frozen=True)
@@ -28,23 +29,22 @@ class Lens:
         lower left corner, whose surface comes into focus. Without it, the focal point of the
         camera is in focus, or where no camera was given, the surface in the middle.
 
-    cells : int, default: 1
-        Number of parts that the lens is divided into, whose pictures are averaged. 7 is more
-        accurate where things at different depths cover one another, and takes up to 7 times as
-        long.
+    cells : int, default: 7
+        Number of parts that the lens is divided into, whose pictures are averaged where things at
+        different depths cover one another. 1 is less accurate there and fastest.
 
     Examples
     --------
     >>> import surfelsplatting
     >>> surfelsplatting.Lens(coc=12, focus=(0, 0, 1))
-    Lens(coc=12, diameter=None, focus=(0.0, 0.0, 1.0), cells=1)
+    Lens(coc=12, diameter=None, focus=(0.0, 0.0, 1.0), cells=7)
 
     """
 
     coc: float | None = None
     diameter: float | None = None
     focus: Sequence[float] | None = None
-    cells: int = 1
+    cells: int = STILL_CELLS
 
     def __post_init__(self) -> None:
         if self.coc is not None and self.diameter is not None:

@@ -4,7 +4,7 @@
 import argparse
 
 from ..problems import UserProblem
-from ..views.cameras import AXES, LARGEST_BLUR, SIDES, check_size
+from ..views.cameras import AXES, LARGEST_BLUR, SIDES, STILL_CELLS, check_size
 from .arguments import (angle, between, count, lens_parts, not_negative, number, pixel_number,
                         positive, refuse_together)
 
@@ -172,9 +172,10 @@ def add_look_options(parser):
 def _add_accuracy_options(parser):
     accuracy = parser.add_argument_group("accuracy")
     parts = accuracy.add_mutually_exclusive_group()
-    parts.add_argument("--lens-cells", type=lens_parts, default=1, metavar="K",
+    parts.add_argument("--lens-cells", type=lens_parts, metavar="K",
                        help="average the pictures of K smaller lenses where things overlap: more "
-                            "accurate, up to K times slower; try 7 (default: 1)")
+                            f"accurate and slower; 1 is fastest (default: {STILL_CELLS}; 1 for deep "
+                            "pictures)")
     parts.add_argument("--reference", type=lens_parts, metavar="N",
                        help="average N pinhole pictures from points all over the lens: exact if N "
                             "is large, several hundred")

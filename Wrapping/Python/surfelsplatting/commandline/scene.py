@@ -4,6 +4,7 @@
 from ..backend import vtk
 from ..colormaps import color_by
 from ..lighting import needs_light, set_lights
+from ..views.cameras import STILL_CELLS
 from ..views.vtkcamera import make_camera, set_lens
 from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
 from ..vtkSurfelVolumes import vtkVolumeSplatting
@@ -69,6 +70,12 @@ def set_splatter(splatter, arguments):
     _set_detail(splatter, arguments)
 
 
+def _parts_of_lens(arguments):
+    """A deep picture has the layers of each cell: one, unless they are asked for."""
+    cells = 1 if arguments.deep else STILL_CELLS
+    return arguments.reference or arguments.lens_cells or cells
+
+
 def make_renderer(surfels, view, arguments):
     renderer = vtkSurfelImageRenderer()
     actor = make_actor(surfels, arguments)
@@ -79,7 +86,7 @@ def make_renderer(surfels, view, arguments):
     _set_background(renderer, arguments)
     splatter = renderer.GetSplatter()
     set_lens(splatter, view)
-    splatter.SetLensCells(arguments.reference or arguments.lens_cells)
+    splatter.SetLensCells(_parts_of_lens(arguments))
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetDeepSamples(arguments.deep)
     splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))

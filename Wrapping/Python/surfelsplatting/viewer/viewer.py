@@ -12,6 +12,7 @@ from ..colormaps import scalar_names
 from ..lighting import set_lights
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
+from ..views.cameras import STILL_CELLS
 from ..views.focus import (blur_at, distance_in_focus, focused_on_front, point_at_pixel,
                            settle_focus)
 from ..views.framing import complete_view
@@ -190,19 +191,20 @@ class Viewer:
         errors, self._messages.errors = self._messages.errors, []
         return errors[0] if errors else None
 
-    def update(self, splatter, camera):
-        """Sets a splatter and a camera to the view."""
+    def update(self, splatter, camera, cells=1):
+        """Sets a splatter and a camera to the view. cells: of the lens"""
         set_camera(camera, self.view)
         set_lens(splatter, self.view)
+        splatter.SetLensCells(cells)
         self.renderer.SetSize(*self.view.size)
         direction = camera.GetDirectionOfProjection()
         if self.is_preview and direction != self._turned_to:
             turn_discs(self.actor.GetMapper().GetInput(), direction)
             self._turned_to = direction
 
-    def picture(self):
-        """-> vtkImageData, float RGBA"""
-        self.update(self.renderer.GetSplatter(), self.camera)
+    def picture(self, cells=STILL_CELLS):
+        """-> vtkImageData, float RGBA. cells: of the lens"""
+        self.update(self.renderer.GetSplatter(), self.camera, cells)
         self.renderer.Update()
         return self.renderer.GetOutput()
 

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from ..pictures import png_bytes, rgb_bytes
 from ..problems import UserProblem
-from ..views.cameras import view_values
+from ..views.cameras import STILL_CELLS, view_values
 from .access import PARAMETER, Gate, is_loopback, new_token
 from .mouse import Mouse
 from .page import AREA, build, gradient_of
@@ -52,11 +52,17 @@ class Area:
     def __init__(self, viewer, page, linear_light):
         self._viewer, self._page, self._linear_light = viewer, page, linear_light
         self._mouse = Mouse(viewer)
+        self._shown = None
 
     @property
     def img_cols_rows(self):
-        width, height = self._viewer.view.size
-        rgb = rgb_bytes(self._viewer.picture(), self._linear_light)
+        """trame-rca asks again for what does not change any more: that is drawn finely."""
+        viewer = self._viewer
+        width, height = viewer.view.size
+        asked = viewer.view, viewer.actor
+        cells = STILL_CELLS if asked == self._shown else 1
+        self._shown = asked
+        rgb = rgb_bytes(viewer.picture(cells), self._linear_light)
         return rgb.reshape(height, width, 3)[::-1].copy(), width, height
 
     def process_resize_event(self, width, height):

@@ -9,6 +9,7 @@ import time
 from ..backend import vtk
 from ..lighting import set_lights
 from ..problems import UserProblem
+from ..views.cameras import STILL_CELLS
 from ..vtkSurfelRendering import vtkSurfelSplattingPass
 from .mouse import Mouse
 from .words import Words
@@ -16,7 +17,7 @@ from .words import Words
 BUTTONS = ("Left", "Middle", "Right")
 TICK = 10  # ms between looks at what is to be done; VTK's loop takes all events in between
 POLL = 0.3  # s between looks at the estimation
-REST = 0.3  # s after the last turn of the wheel until the picture is drawn in full
+REST = 0.3  # s of rest until the picture is drawn in full, and then through the cells of the lens
 STILL_RATE = 0.0001  # frames a second; below 1 the pass draws in full
 RATES = (2, 4, 8, 15, 30, 60)  # frames a second to hold while moving, - raises and + lowers it
 FIRST_RATE = 15
@@ -52,7 +53,8 @@ class Window:
         self._rate = FIRST_RATE
         self._mouse = Mouse(viewer)
         self._rests_at = self._polls_at = 0.0  # times
-        self._must_draw = self._is_drawn_moving = False
+        self._drawn_at = 0.0
+        self._must_draw = self._is_drawn_moving = self._is_fine = False
         self._is_asked_to_end = False
         self._make_window()
         self._make_interactor()
@@ -76,6 +78,7 @@ class Window:
         self._window.SetSize(*viewer.view.size)
         self._window.SetWindowName(f"{os.path.basename(viewer.look.path)} - surfelsplat")
         self._window.AddRenderer(self._renderer)
+        self._window.AddObserver("AbortCheckEvent", lambda *_: self._stop_if_wanted())
         self._words = Words(self._renderer)
 
     def _make_interactor(self):
@@ -135,7 +138,8 @@ class Window:
             set_lights(self._renderer, actor)
             self._actor = actor
 
-    def _draw(self):
+    def _draw(self, cells=1):
+        """cells: of the lens"""
         viewer = self._viewer
         size = self._window.GetSize()
         if size != viewer.view.size:
@@ -143,12 +147,25 @@ class Window:
         self._show_actor()
         self._is_drawn_moving = self._is_moving()
         self._window.SetDesiredUpdateRate(self._rate if self._is_drawn_moving else STILL_RATE)
-        viewer.update(self._pass.GetSplatter(), self._camera)
+        viewer.update(self._pass.GetSplatter(), self._camera, cells)
         self._renderer.ResetCameraClippingRange()
         self._words.show(viewer, self._news())
+        self._must_draw, self._is_fine = False, cells > 1
         self._window.Render()
+        self._drawn_at = time.monotonic()
         self._words.message = viewer.take_problem() or self._words.message
-        self._must_draw = False
+
+    def _may_be_finer(self):
+        """Whether cells of the lens are worth their time: the picture has been at rest."""
+        if self._is_fine or self._estimation or self._is_moving() or not self._viewer.aperture:
+            return False
+        return time.monotonic() > self._drawn_at + REST
+
+    def _stop_if_wanted(self):
+        """A button that is pressed does not wait for the other cells of the lens."""
+        if self._is_fine and self._window.GetEventPending():
+            self._window.SetAbortRender(True)
+            self._draw_soon()
 
     def _news(self):
         if self._estimation:
@@ -164,6 +181,8 @@ class Window:
         self._poll()
         if self._must_draw or (self._is_drawn_moving and not self._is_moving()):
             self._draw()
+        elif self._may_be_finer():
+            self._draw(STILL_CELLS)
 
     def _poll(self):
         if not self._estimation or time.monotonic() < self._polls_at:

@@ -24,6 +24,7 @@ SIDES = ("front", "back", "left", "right", "top", "iso")
 AXES = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0),
         "-y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0)}
 LARGEST_BLUR = 1_000_000  # px, vtkSurfelSplatter's
+STILL_CELLS = 7  # of the lens, in pictures that do not move; see CommandLine.md
 PARALLEL = 1e-6  # sine of the angle below which two directions count as parallel
 
 
