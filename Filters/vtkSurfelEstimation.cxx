@@ -7,7 +7,6 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
-#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/ParallelMedian.h"
 #include "Filters/Common/PointColors.h"
 #include "Filters/Common/SurfelOutput.h"
@@ -38,7 +37,6 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -66,24 +64,25 @@ public:
   {
     this->Search(input);
     this->ReadNormals(input);
-    const NeighborSearch& tree = *this->Tree;
+    const NeighborSearch& tree = *this->Searched.Tree;
     const StageProgress progress(this->Self, 0.0, 1.0);
     const FitSettings settings = this->GetFitSettings();
     const bool fitted = progress.Step(0.1) &&
-      FitPlanes({ this->Cloud, tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
-        this->Graph);
+      FitPlanes({ this->Cloud(), tree, settings, this->Given }, progress.Part(0.1, 0.6), this->Fits,
+        this->Searched.Graph);
     ReturnFreeMemory(); // most of all is needed for the votes of the orientation
-    const OrientedCloud oriented{ this->Cloud, tree, this->Graph, this->Result.TwoSided };
+    const OrientedCloud oriented{ this->Cloud(), tree, this->Searched.Graph,
+      this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.91), this->Fits)) &&
       this->MakeKernels(input, oriented, progress.Part(0.91, 0.98));
-    this->Tree.reset(); // frees memory for the output, as the last lines do
+    this->Searched.ReleaseTree(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())
     {
-      this->Self->Neighbors->Graph = std::move(this->Graph);
+      this->Self->Neighbors->Graph = std::move(this->Searched.Graph);
     }
-    this->Graph = NeighborGraph();
+    this->Searched.Graph = NeighborGraph();
     ReturnFreeMemory();
     return finished;
   }
@@ -91,14 +90,14 @@ public:
   void Write(vtkPointSet* input, vtkPolyData* output)
   {
     const auto points = static_cast<size_t>(input->GetNumberOfPoints());
-    const bool areAll = this->Cloud.InputIds.size() == points;
+    const bool areAll = this->Cloud().InputIds.size() == points;
     std::vector<char> kept(points, areAll ? 1 : 0);
-    for (size_t i = 0; i < this->Cloud.InputIds.size() && !areAll; ++i)
+    for (size_t i = 0; i < this->Cloud().InputIds.size() && !areAll; ++i)
     {
-      kept[static_cast<size_t>(this->Cloud.InputIds[i])] = 1;
+      kept[static_cast<size_t>(this->Cloud().InputIds[i])] = 1;
     }
     PassPointData(input, kept, output);
-    this->Order = OrderOfInput(this->Cloud, kept);
+    this->Order = OrderOfInput(this->Cloud(), kept);
     this->WriteSurfels(output);
     if (!this->Colors.empty())
     {
@@ -113,8 +112,8 @@ public:
   void Count()
   {
     vtkSurfelEstimation* self = this->Self;
-    self->NumberOfNonFinitePoints = this->Cloud.NonFinite;
-    self->NumberOfDuplicatePoints = this->Cloud.Duplicates;
+    self->NumberOfNonFinitePoints = this->Cloud().NonFinite;
+    self->NumberOfDuplicatePoints = this->Cloud().Duplicates;
     std::atomic<vtkIdType> isolated{ 0 }, degenerate{ 0 }, twoSided{ 0 };
     const auto count = static_cast<vtkIdType>(this->Fits.size());
     vtkSMPTools::For(0, count, [&](vtkIdType i, vtkIdType end) {
@@ -141,28 +140,27 @@ public:
   }
 
 private:
+  const LocalCloud& Cloud() const { return this->Searched.Cloud; }
+
   /// Takes the search of the cleaning over, or makes one.
   void Search(vtkPointSet* input)
   {
-    SearchedCloud searched;
     if (!this->Shared && this->Self->Searched && this->Self->Searched->Tree)
     {
-      std::swap(searched, *this->Self->Searched);
+      std::swap(this->Searched, *this->Self->Searched);
     }
     else
     {
+      LocalCloud& cloud = this->Searched.Cloud;
       double origin[3] = { 0.0, 0.0, 0.0 };
       ReadOrigin(input, origin);
-      std::copy_n(origin, 3, searched.Cloud.Origin);
+      std::copy_n(origin, 3, cloud.Origin);
       if (input->GetPoints())
       {
-        GatherCloud(input->GetPoints(), origin, searched.Cloud);
+        GatherCloud(input->GetPoints(), origin, cloud);
       }
-      searched.Index();
+      this->Searched.Index();
     }
-    this->Cloud = std::move(searched.Cloud);
-    this->Tree = std::move(searched.Tree);
-    this->Graph = std::move(searched.Graph);
   }
 
   void ReadNormals(vtkPointSet* input)
@@ -173,11 +171,11 @@ private:
     {
       return;
     }
-    this->Given.assign(3 * static_cast<size_t>(this->Cloud.Size()), 0.0f);
-    for (int i = 0; i < this->Cloud.Size(); ++i)
+    this->Given.assign(3 * static_cast<size_t>(this->Cloud().Size()), 0.0f);
+    for (int i = 0; i < this->Cloud().Size(); ++i)
     {
       double tuple[3];
-      normals->GetTuple(this->Cloud.InputIds[i], tuple);
+      normals->GetTuple(this->Cloud().InputIds[i], tuple);
       const Vector3 zero{};
       const Vector3 normal = Normalized({ tuple[0], tuple[1], tuple[2] }, zero);
       this->Self->NumberOfInvalidNormals +=
@@ -209,7 +207,7 @@ private:
     switch (this->Self->OrientationMode)
     {
       case VIEWPOINT:
-        FaceViewpoint(this->Cloud, this->LocalViewpoint(this->Cloud.Origin), this->Fits);
+        FaceViewpoint(this->Cloud(), this->LocalViewpoint(this->Cloud().Origin), this->Fits);
         this->Result.TwoSided.assign(count, 0);
         return true;
       case TWO_SIDED:
@@ -224,8 +222,8 @@ private:
       this->Result.TwoSided.assign(count, 0);
       return true;
     }
-    if (!this->All(
-          TurnPlatesOutward(this->Cloud, this->Graph, progress.Part(0.0, 0.2), this->Fits)))
+    if (!this->All(TurnPlatesOutward(
+          this->Cloud(), this->Searched.Graph, progress.Part(0.0, 0.2), this->Fits)))
     {
       return false;
     }
@@ -234,12 +232,12 @@ private:
     if (this->Shared)
     {
       settings.Viewpoint = this->LocalViewpoint(this->Shared->Origin());
-      return this->Shared->Orient(
-        this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
+      return this->Shared->Orient(this->Cloud(), this->Searched.Graph, settings,
+        progress.Part(0.2, 1.0), this->Fits, this->Result);
     }
-    settings.Viewpoint = this->LocalViewpoint(this->Cloud.Origin);
-    return OrientConsistently(
-      this->Cloud, this->Graph, settings, progress.Part(0.2, 1.0), this->Fits, this->Result);
+    settings.Viewpoint = this->LocalViewpoint(this->Cloud().Origin);
+    return OrientConsistently(this->Cloud(), this->Searched.Graph, settings,
+      progress.Part(0.2, 1.0), this->Fits, this->Result);
   }
 
   /// Returns false if stopped.
@@ -249,7 +247,7 @@ private:
     KernelSteering steering;
     if (this->Self->InterpolateColors && FindColorsToInterpolate(input))
     {
-      this->Colors = GatherColors(input, this->Cloud);
+      this->Colors = GatherColors(input, this->Cloud());
       const double blur = isCell ? MeanBlur(this->Self->CellBlur) : this->Self->KernelScale;
       if (!SurfelGeometry::InterpolateColors(
             oriented, this->Fits, blur, progress.Part(0.0, 0.3), this->Colors, steering))
@@ -277,7 +275,7 @@ private:
 
   void WriteSurfels(vtkPolyData* output)
   {
-    const vtkIdType count = this->Cloud.Size();
+    const vtkIdType count = this->Cloud().Size();
     const SurfelOutput surfels(count);
     const bool isSorted = !this->SharesNeighbors();
     vtkSMPTools::For(0, count, [&](vtkIdType begin, vtkIdType end) {
@@ -290,7 +288,7 @@ private:
         const int from = isSorted ? this->Order[i] : static_cast<int>(i);
         const PlaneFit& fit = this->Fits[from];
         const SurfelKernel kernel = this->KernelOf(from);
-        const Vector3 p = Load(this->Cloud.Position(from));
+        const Vector3 p = Load(this->Cloud().Position(from));
         Store(this->HasCell(from) ? p + this->Cells[from].Centroid : p,
           surfels.Positions->GetPointer(3 * i));
         StoreCovariance(kernel, fit.Normal, surfels.Covariances->GetPointer(6 * i));
@@ -298,7 +296,7 @@ private:
         surfels.TwoSided->SetValue(i, this->Result.TwoSided[from]);
       }
     });
-    surfels.Write(this->Cloud.Origin, output);
+    surfels.Write(this->Cloud().Origin, output);
   }
 
   /// Starts loading what point i of the output is made of: in the order of the input, which may be
@@ -306,7 +304,7 @@ private:
   void Prefetch(vtkIdType i) const
   {
     const auto from = static_cast<size_t>(this->Order[i]);
-    SURFEL_PREFETCH(this->Cloud.Positions.data() + 3 * from);
+    SURFEL_PREFETCH(this->Cloud().Positions.data() + 3 * from);
     SURFEL_PREFETCH(this->Fits.data() + from);
     if (!this->Cells.empty())
     {
@@ -316,7 +314,7 @@ private:
 
   bool SharesNeighbors() const { return this->Self->Neighbors && !this->Shared; }
 
-  bool IsCounted(int i) const { return !this->Counted || this->Counted(this->Cloud.InputIds[i]); }
+  bool IsCounted(int i) const { return !this->Counted || this->Counted(this->Cloud().InputIds[i]); }
 
   /// Whether `condition` holds on all ranks that estimate one cloud.
   bool All(bool condition) { return this->Shared ? this->Shared->All(condition) : condition; }
@@ -326,11 +324,9 @@ private:
   vtkSurfelEstimation* Self;
   SharedOrientation* Shared;
   std::function<bool(vtkIdType)> Counted;
-  LocalCloud Cloud;
-  std::unique_ptr<NeighborSearch> Tree;
+  SearchedCloud Searched;
   std::vector<float> Given;
   PlaneFits Fits;
-  NeighborGraph Graph;
   std::vector<int> Order; // output id -> cloud index
   OrientationResult Result;
   VoronoiCells Cells;

@@ -8,7 +8,7 @@
 
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/Neighbors.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <pcl/surface/mls.h>

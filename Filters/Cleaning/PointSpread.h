@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/Neighbors.h"
 
 #include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>

@@ -2,6 +2,8 @@
 #include "Filters/Cleaning/ScanDistance.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Cleaning/LocalQuadric.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include "vtkSMPTools.h"
 

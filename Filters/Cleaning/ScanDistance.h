@@ -5,7 +5,6 @@
  */
 #pragma once
 
-#include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/VectorMath.h"
 
 #include "vtkType.h"
@@ -15,6 +14,7 @@
 namespace SurfelGeometry
 {
 struct CleaningProblem;
+struct SampledColors;
 
 /// A rigid motion of all points with an id from First on.
 struct ScanMotion

@@ -2,8 +2,10 @@
 #include "Filters/Cleaning/ScanRegistration.h"
 
 #include "Filters/Cleaning/CleaningProblem.h"
+#include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Cleaning/ScanSplit.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/PointColors.h"
 
 #include <Eigen/Dense>

@@ -6,6 +6,7 @@
 #include "Filters/Cleaning/LocalQuadric.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
+#include "Filters/Common/NeighborSearch.h"
 
 #include <algorithm>
 #include <atomic>

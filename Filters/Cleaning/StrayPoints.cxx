@@ -4,6 +4,7 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/PointSpread.h"
 #include "Filters/Common/Median.h"
+#include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>

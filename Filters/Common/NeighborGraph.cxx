@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Common/NeighborGraph.h"
 
+#include "Filters/Common/NeighborSearch.h"
+
 #include <algorithm>
 #include <cstdint>
 
@@ -116,9 +118,19 @@ void NeighborGraph::Get(const LocalCloud& cloud, int i, int count, Neighbors& ne
   }
 }
 
+SearchedCloud::SearchedCloud() = default;
+SearchedCloud::~SearchedCloud() = default;
+SearchedCloud::SearchedCloud(SearchedCloud&& other) noexcept = default;
+SearchedCloud& SearchedCloud::operator=(SearchedCloud&& other) noexcept = default;
+
 void SearchedCloud::Index()
 {
   this->Tree = std::make_unique<NeighborSearch>(this->Cloud.Positions.data(), this->Cloud.Size());
+}
+
+void SearchedCloud::ReleaseTree()
+{
+  this->Tree.reset();
 }
 
 void SearchedCloud::Find(int i, int count, Neighbors& neighbors) const

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/Neighbors.h"
 #include "Filters/Common/RawVector.h"
 #include "Filters/Common/StageProgress.h"
 
@@ -15,6 +15,8 @@
 
 namespace SurfelGeometry
 {
+class NeighborSearch;
+
 /// Number of neighbours stored for each point, and number of these that are edges of the graph for
 /// sign propagation.
 constexpr int KeptNeighbors = 20;
@@ -47,8 +49,16 @@ struct SearchedCloud
   std::unique_ptr<NeighborSearch> Tree; // of the cloud; null: unknown
   NeighborGraph Graph;                  // of the nearest points; empty: unknown
 
+  SearchedCloud();
+  ~SearchedCloud();
+  SearchedCloud(SearchedCloud&& other) noexcept;
+  SearchedCloud& operator=(SearchedCloud&& other) noexcept;
+
   /// Makes the tree.
   void Index();
+
+  /// Gives its memory back.
+  void ReleaseTree();
 
   /// The nearest points, from the graph if it has so many, else from the tree.
   void Find(int i, int count, Neighbors& neighbors) const;

@@ -7,36 +7,16 @@
  */
 #pragma once
 
-#include "Filters/Common/NearbyPoints.h"
+#include "Filters/Common/Neighbors.h"
 
 #include <pcl/point_types.h>
 #include <pcl/search/search.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 namespace SurfelGeometry
 {
-/// Result of a query, nearest first; points at equal distance by id. Each thread reuses one.
-struct Neighbors
-{
-  std::vector<int> Ids;
-  std::vector<float> SquaredDistances; // world units squared
-
-  int Count() const { return static_cast<int>(this->Ids.size()); }
-
-private:
-  friend class NeighborSearch;
-  std::vector<std::uint64_t> Found; // (squared distance, id)
-  int Last = -1;                    // point of the last query for the nearest ones, or -1
-  int LastWanted = 0;
-  float LastReach = 0.0f;
-  float UsualReach = 0.0f; // of the points so far
-  NearbyPoints Nearby; // of the points before NearbyEnd
-  int NearbyEnd = -1;
-};
-
 /// Queries are const and may run in parallel; their results do not depend on the threads.
 class NeighborSearch : public pcl::search::Search<pcl::PointXYZ>
 {
