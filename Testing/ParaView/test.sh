@@ -62,14 +62,15 @@ find_mmdebstrap() {
 }
 
 # Without py3compile packages leave out the compilation of all their Python modules: those that are
-# used are compiled on first use. libpcl-dev depends on the VTK that python3-paraview conflicts with:
-# only its headers are used.
+# used are compiled on first use. dpkg does not wait for the disk after each file. libpcl-dev depends
+# on the VTK that python3-paraview conflicts with: only its headers are used.
 make_debian() {
   [ "$(cat "$debian/complete" 2>/dev/null)" = "${packages[*]}" ] && return
   find_mmdebstrap
   rm -rf "$debian"
   mmdebstrap --mode=root --variant=apt --include="${packages[*]}" \
-    --dpkgopt='path-exclude=/usr/bin/py3compile' --customize-hook='chroot "$1" sh -ec "
+    --dpkgopt='path-exclude=/usr/bin/py3compile' --dpkgopt=force-unsafe-io \
+    --customize-hook='chroot "$1" sh -ec "
       cd /tmp && apt-get download -q libpcl-dev && dpkg -x libpcl-dev_*.deb /opt/pcl"' \
     "$release" "$debian" http://deb.debian.org/debian >"$folder/packages.log" 2>&1 ||
     skip "packages could not be installed, see $folder/packages.log"
