@@ -34,7 +34,6 @@ constexpr ClosedLimits AnyShape{ 0.4, 0.15 };
 /// face each other, so the areas of a tube cancel: the sum of the area vectors is at most
 /// MaxImbalance of that of the areas. Half a sphere has 0.5, half a tube 0.64, a sheet 1.
 constexpr ClosedLimits ThinTube{ 0.2, 0.05 };
-constexpr double MaxImbalance = 0.15;
 
 /// Largest radius of thin tubes, spacings. The wall of so thin a hole is hardly ever scanned: a
 /// scanner does not look into holes that are but a few of its samples wide. Nor does it look far

@@ -14,6 +14,9 @@ namespace SurfelGeometry
 {
 struct LocalCloud;
 
+/// Largest |sum of the area vectors| over the sum of the areas of what is closed.
+constexpr double MaxImbalance = 0.15;
+
 struct OutsideSettings
 {
   bool UseViewpoint = false;

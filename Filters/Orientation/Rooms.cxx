@@ -18,9 +18,6 @@ constexpr int MinPoints = 1000; // of a room
 constexpr int ShellSamples = 50'000;
 constexpr int ContentSamples = 500;
 
-/// Largest |sum of the area vectors| over the sum of the areas of what is closed.
-constexpr double MaxImbalance = 0.15;
-
 /// Largest cosine between a wall's normal and the axis, and the smallest of a floor's.
 constexpr double WallCosine = 0.3;
 constexpr double LevelCosine = 0.95;

@@ -19,7 +19,7 @@ namespace SurfelSplatting
 namespace
 {
 /// Few enough for their values to stay in a cache of the processor's.
-constexpr std::size_t PixelsAtATime = 4096;
+constexpr std::size_t PixelsPerPiece = 4096;
 
 /// A texture of the bound draw framebuffer.
 struct AttachedTexture
@@ -176,7 +176,7 @@ struct FramebufferTextures::Destination
 void FramebufferTextures::Write(
   std::size_t pixels, const FramePixels& frame, const RangeFunction& prepare, const Destination& to)
 {
-  SMPExecutor().For(pixels, PixelsAtATime, [&](std::size_t begin, std::size_t end) {
+  SMPExecutor().For(pixels, PixelsPerPiece, [&](std::size_t begin, std::size_t end) {
     prepare(begin, end);
     ToBytes(frame.Color + 4 * begin, end - begin, frame.Under, to.Color + 4 * begin);
     if (to.Depth)
