@@ -190,7 +190,8 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
   if (view.CellCount == 0)
   {
     // Channels are means over all cells; the picture that they belong to is as well.
-    context.Sampling = { this->LensCells, this->LensPinholes != 0, this->Channels != 0 };
+    context.Sampling = { view.IsMoving ? 1 : this->LensCells,
+      !view.IsMoving && this->LensPinholes != 0, this->Channels != 0 };
   }
   context.Settings.Kernel =
     this->Kernel == PEARSON_II ? Core::KernelType::PearsonII : Core::KernelType::Gaussian;

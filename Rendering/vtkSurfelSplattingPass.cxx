@@ -140,6 +140,7 @@ struct vtkSurfelSplattingPass::Internals
   SurfelSplatting::PropStamp Stamp;
   FinishedFrame Finished;
   int CellCount = 0; // while the steps are rendered once per cell
+  bool IsMoving = false;
 };
 
 vtkStandardNewMacro(vtkSurfelSplattingPass);
@@ -210,6 +211,7 @@ void vtkSurfelSplattingPass::Render(const vtkRenderState* state)
     this->RenderSelection(state);
     return;
   }
+  this->Internal->IsMoving = this->All(this->HoldsRate(state->GetRenderer()));
   if (this->DelegatePass)
   {
     this->RenderOpaqueStep(state, this->DelegatePass);
@@ -229,7 +231,7 @@ bool vtkSurfelSplattingPass::RenderCells(const vtkRenderState* state)
 {
   const SurfelSplatting::PassFrame frame(state);
   const SurfelSplatting::PixelRectangle& r = frame.Rectangle;
-  const int cells = this->Splatter->GetLensCells();
+  const int cells = this->Internal->IsMoving ? 1 : this->Splatter->GetLensCells();
   if (!this->OtherPropsThroughLens || cells < 2 || this->Splatter->GetDeepSamples() ||
     this->Splatter->GetChannels() != 0 ||
     !this->Splatter->HasLens(frame.Renderer->GetActiveCamera()) || !this->All(frame.CanBeDrawn()) ||
@@ -292,6 +294,7 @@ SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(const SurfelSplattin
   view.Aspect = frame.Aspect;
   view.Oversampling = Oversampling(frame);
   view.CellCount = this->Internal->CellCount;
+  view.IsMoving = this->Internal->IsMoving;
   vtkRenderWindow* window = frame.Window;
   view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };
   view.Camera->GetClippingRange(view.ClippingRange);
@@ -444,10 +447,14 @@ void vtkSurfelSplattingPass::ReportSharpProps()
                 "OtherPropsThroughLensOff().");
 }
 
+bool vtkSurfelSplattingPass::HoldsRate(vtkRenderer* renderer) const
+{
+  return this->HoldUpdateRate && IsInteractive(renderer);
+}
+
 double vtkSurfelSplattingPass::ChooseCoarsening(vtkRenderer* renderer)
 {
-  const double coarsening =
-    this->HoldUpdateRate && IsInteractive(renderer) ? this->Internal->Governor.Coarsening() : 1.0;
+  const double coarsening = this->HoldsRate(renderer) ? this->Internal->Governor.Coarsening() : 1.0;
   SurfelSplatting::Ranks* ranks = this->Splatter->GetRanks();
   return ranks ? ranks->RootValue(coarsening) : coarsening;
 }

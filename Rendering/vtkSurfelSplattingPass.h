@@ -91,9 +91,10 @@ public:
 
   ///@{
   /**
-   * Whether to draw surfels with a hierarchy coarser, to hold the update rate of the window, while
-   * it is above one frame per second (vtkRenderWindow::DesiredUpdateRate, which interactors raise
-   * while the mouse moves). Still pictures are not changed. Default on.
+   * Whether to draw one picture instead of LensCells, and surfels with a hierarchy coarser, to hold
+   * the update rate of the window, while it is above one frame per second
+   * (vtkRenderWindow::DesiredUpdateRate, which interactors raise while the mouse moves). Still
+   * pictures are not changed. Default on.
    */
   vtkSetMacro(HoldUpdateRate, vtkTypeBool);
   vtkGetMacro(HoldUpdateRate, vtkTypeBool);
@@ -147,6 +148,7 @@ private:
   void RenderSelection(const vtkRenderState* state);
   bool RenderCells(const vtkRenderState* state);
   void RenderOpaqueStep(const vtkRenderState* state, vtkRenderPass* delegate);
+  bool HoldsRate(vtkRenderer* renderer) const;
   double ChooseCoarsening(vtkRenderer* renderer);
   void LearnFrameTime(vtkRenderer* renderer);
   void ReportSharpProps();

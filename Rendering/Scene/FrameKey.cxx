@@ -45,10 +45,11 @@ void FrameKey::AddView(const SplatContext& context)
 {
   const View& v = context.Camera;
   this->Add(v.WorldToCamera);
-  for (const double value :
-    { v.Parallel ? 1.0 : 0.0, v.Fx, v.Fy, v.Cx, v.Cy, static_cast<double>(v.Width),
-      static_cast<double>(v.Height), v.Near, v.Far, context.Optics.Radius,
-      context.Optics.FocalDistance, context.Cut.Error, static_cast<double>(context.Lights.size()) })
+  for (const double value : { v.Parallel ? 1.0 : 0.0, v.Fx, v.Fy, v.Cx, v.Cy,
+         static_cast<double>(v.Width), static_cast<double>(v.Height), v.Near, v.Far,
+         context.Optics.Radius, context.Optics.FocalDistance,
+         static_cast<double>(context.Sampling.Count), context.Sampling.Pinholes ? 1.0 : 0.0,
+         context.Cut.Error, static_cast<double>(context.Lights.size()) })
   {
     this->Add(value);
   }

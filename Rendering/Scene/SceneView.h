@@ -43,6 +43,7 @@ struct SceneView
   double ClippingRange[2] = { 0, 1 }; ///< surfels with centres outside are not drawn; world units
   double Oversampling = 1.0;          ///< pixels of this picture per pixel of the window
   double Coarsening = 1.0;            ///< factor on the LODError, to hold a frame rate
+  bool IsMoving = false;              ///< the lens is not divided, for the same reason
 
   /// Number of lens cells if the camera is one of them, moved within the whole lens, and its
   /// FocalDisk is the diameter of that cell; 0 if the camera has the whole lens.

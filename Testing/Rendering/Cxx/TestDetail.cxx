@@ -293,6 +293,37 @@ TEST_CASE_FIXTURE(NoMessages, "Update rate is held")
   CHECK_NEAR(scene.Pass->GetCoarsening(), 1.0, 0.0);
 }
 
+/// Cells of the lens are for still pictures, with other props and without.
+TEST_CASE_FIXTURE(NoMessages, "One picture while moving")
+{
+  for (const bool hasProps : { false, true })
+  {
+    Scene scene(200, 150);
+    scene.Renderer->AddActor(SurfelActor(HierarchyOf(StripedSphere(20000))));
+    if (hasProps)
+    {
+      scene.Renderer->AddActor(
+        QuadActor({ -1.2, -0.9, 1.5 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 0, 0 }));
+    }
+    scene.See(LensCamera(2.0));
+    vtkSurfelSplatter* splatter = scene.Pass->GetSplatter();
+    vtkSmartPointer<vtkImageData> one = scene.Render();
+    splatter->SetLensCells(7);
+    vtkSmartPointer<vtkImageData> seven = scene.Render();
+    CHECK(Compare(one, seven).Mean > 0.0);
+    scene.Window->SetDesiredUpdateRate(2.0); // what any machine holds
+    CHECK(Compare(one, scene.Render()).Max == 0.0);
+    splatter->LensPinholesOn();
+    CHECK(Compare(one, scene.Render()).Max == 0.0);
+    splatter->LensPinholesOff();
+    scene.Window->SetDesiredUpdateRate(0.0001);
+    CHECK(Compare(seven, scene.Render()).Max == 0.0);
+    scene.Window->SetDesiredUpdateRate(2.0);
+    scene.Pass->HoldUpdateRateOff();
+    CHECK(Compare(seven, scene.Render()).Max == 0.0);
+  }
+}
+
 /// Bytes that are no nodes, as a damaged file may hold: whatever is drawn, no NaN comes out.
 TEST_CASE_FIXTURE(NoMessages, "Nodes of nonsense")
 {
