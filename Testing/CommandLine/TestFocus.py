@@ -124,6 +124,22 @@ class TestDefault(ToolCase):
             self.assertEqual(self.code, 0, said)
             self.assertAlmostEqual(read_view("out.json").focal_distance, 8, delta=0.1)
 
+    def test_bulk_counts_where_the_middle_shows_little(self):
+        """A trunk before the plane of its crown, which has most of what is seen; behind the trunk there
+        is nothing, or a wall, which fills the middle."""
+        rng = np.random.default_rng(1)
+        trunk, crown, wall = (np.column_stack([rng.uniform(-w, w, n), rng.uniform(*ys, n),
+                                               np.full(n, z)])
+                              for w, ys, z, n in ((0.03, (-1.5, 0.5), 1.0, 2000),
+                                                  (1.0, (0.5, 1.5), 0.0, 20_000),
+                                                  (1.0, (-1.5, 0.5), 0.5, 20_000)))
+        for name, parts, distance in (("tree", (trunk, crown), 9), ("wall", (trunk, crown, wall), 8.5)):
+            write_ply(name + ".ply", np.vstack(parts))
+            self.render(name + ".ply", *SMALL, "--position", 0, 0, 9, "--view-up", 0, 1, 0,
+                        "--sides", "two", "--save-camera", "out.json", "-o", "out.png")
+            found = read_view("out.json").focal_distance
+            self.assertAlmostEqual(found, distance, delta=0.1, msg=name)
+
 
 class TestCameraFile(ToolCase):
     def test_file_gives_the_same_view(self):

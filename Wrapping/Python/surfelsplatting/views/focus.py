@@ -15,6 +15,7 @@ from .turning import unit
 from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle
+FILLED = 0.5  # part of the middle below which it shows little
 LEAST_SEEN = 0.02  # alpha of a volume that is seen
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
@@ -134,11 +135,15 @@ def point_at_pixel(renderer, pixel, update=_update):
 
 
 def _front(depths):
-    """Distance to the front of the surface in the middle of a picture; 0 where it is empty."""
+    """Distance to the front of the surface in the middle of a picture; 0 where it is empty. The less the
+    middle shows, such as a trunk or a mast, the more of what is around it counts, and the less only
+    its front: where nothing is there, half of all that is seen is nearer."""
     rows, columns = np.ogrid[:depths.shape[0], :depths.shape[1]]
     off_axis = np.hypot(rows - (depths.shape[0] - 1) / 2, columns - (depths.shape[1] - 1) / 2)
-    seen = depths[(off_axis < MIDDLE * depths.shape[0] / 2) & (depths > 0)]
-    return float(np.percentile(seen, FRONT)) if len(seen) else 0.0
+    reach = MIDDLE * depths.shape[0] / 2
+    lack = max(0.0, 1 - np.mean(depths[off_axis < reach] > 0) / FILLED)
+    seen = depths[(off_axis < reach + lack * off_axis.max()) & (depths > 0)]
+    return float(np.percentile(seen, FRONT + lack * (50 - FRONT))) if len(seen) else 0.0
 
 
 def fronts_of(views, renderer, update=_update):
