@@ -62,7 +62,8 @@ class TestPictures(ToolCase):
     def test_level_of_detail(self):
         """Small things need few splats, and come no farther from a picture of 8 times the size."""
         write_ply("torus.ply", torus(4000))
-        far = ("render", "torus.ply", "--zoom", "0.1", "--up", "z", "-o", "out.exr", "--size")
+        far = ("render", "torus.ply", "--zoom", "0.1", "--up", "z", "--view", "front", "--azimuth", "30",
+               "--elevation", "22", "-o", "out.exr", "--size")
         pictures = []
         for words in ((960, 720, "--no-lod"), (120, 90, "--no-lod"),
                       (120, 90, "--stats", "s.json")):

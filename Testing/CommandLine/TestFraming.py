@@ -9,6 +9,7 @@ import numpy as np
 from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
+from toolcase import sphere
 from viewclouds import surfels_of
 
 
@@ -80,7 +81,16 @@ class TestFraming(unittest.TestCase):
         points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
         view = view_of(points, np.tile([0, 0, 0.25], (len(points), 1)), two_sided=True)
         self.assertTrue(in_picture(view, points).all())
-        self.assertLess(slope(view), 30)
+
+    def test_height_of_the_camera(self):
+        """Flat things are seen from higher up, slender ones from their side. Walls are neither."""
+        ball, areas = sphere(5000)[0], np.full((5000, 3), 1e-3)
+        for size, least, most in (((5, 4, 0.2), 49, 51), ((5, 4, 0.9), 30, 45), ((1, 1, 1), 21.9, 22.1),
+                                  ((0.3, 0.4, 3), 4.9, 5.1), ((0.5, 1, 2.1), 4.9, 5.1),
+                                  ((0.5, 1, 1.75), 10, 20),
+                                  ((5, 0.2, 4), 21.9, 22.1), ((5, 0.2, 1), 21.9, 22.1)):
+            found = slope(view_of(ball * size, areas, two_sided=True))
+            self.assertTrue(least < found < most, (size, found))
 
     def test_trunk(self):
         view = view_of(*tree(), two_sided=True)

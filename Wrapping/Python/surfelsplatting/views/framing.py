@@ -16,7 +16,11 @@ from .up import Up, find_up, floor_normal, is_open
 
 FEW_SAMPLES = 20_000  # enough for a share within one percent
 MARGIN = 0.92  # the fraction of the picture that the cloud fills
-AZIMUTH, ELEVATION, HIGH = math.radians(30), math.radians(22), math.radians(50)
+AZIMUTH = math.radians(30)
+LOW, ELEVATION, HIGH = math.radians(5), math.radians(22), math.radians(50)
+BULK = (1, 99)  # percent of the points, whose extents tell what is flat
+FLAT = 0.1, 0.35  # height over width of what is seen from HIGH, and from ELEVATION
+SLENDER = 1.5, 2.0  # the same of what is seen from ELEVATION, and from LOW
 HIDDEN = 0.8  # part of what is seen from HIGH, below which walls hide what matters
 AROUND = 0.03  # part of the area beyond a side of the frame, above which the cloud goes on there
 RASTER = 128  # cells along a side, of a picture that tells what is seen
@@ -44,26 +48,21 @@ def _share_facing_away(samples, view, by_angle):
     return float(away / max(np.abs(facing).sum(), 1e-300))
 
 
-def _directions(up):
-    """Directions to the camera: the usual side first, then in steps of 45 degrees around."""
-    for turn in range(8):
-        yield _raised(rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4), up, ELEVATION)
-
-
 def _raised(level, up, elevation):
     return math.cos(elevation) * level + math.sin(elevation) * up
 
 
 def _three_quarter_direction(samples, up):
-    """From the object to the lens: the usual side, unless another one shows much more."""
+    """From the object to the lens: the usual side, unless another one, in steps of 45 degrees around,
+    shows much more."""
     def facing(direction):
         projected = samples.areas @ direction
         return np.where(samples.two_sided, np.abs(projected), np.maximum(projected, 0)).sum()
 
-    directions = list(_directions(up))
-    shown = [facing(direction) for direction in directions]
+    levels = [rotated(front_of(up), up, AZIMUTH + turn * math.pi / 4) for turn in range(8)]
+    shown = [facing(_raised(level, up, ELEVATION)) for level in levels]
     best = int(np.argmax(shown))
-    return _over_walls(samples, directions[best if shown[best] > 1.5 * shown[0] else 0], up)
+    return _at_height(samples, levels[best if shown[best] > 1.5 * shown[0] else 0], up)
 
 
 def _seen_area(samples, direction, up):
@@ -99,14 +98,32 @@ def _goes_on_around(samples, direction, up):
     return bool(np.sort(np.bincount(sides, areas, 4))[-2] > least)
 
 
-def _over_walls(samples, direction, up):
-    """The direction, or one from higher up where walls hide much, as of rooms without a ceiling, or
-    where the cloud goes on around what is shown: grounds are thin strips from below."""
-    high = _raised(unit(direction - (direction @ up) * up), up, HIGH)
+def _elevation(samples, up):
+    """Of the camera, radians: higher above flat things and terrains, of which it would see a strip;
+    lower beside trees, masts and people, whose ends would be nearer and farther than the middle. Walls
+    are neither: they have little depth, and are wide."""
+    front = front_of(up)
+    depth, width, height = (np.ptp(np.percentile(samples.points @ axis, BULK))
+                            for axis in (front, np.cross(up, front), up))
+    flat = height / max(min(depth, width), 1e-300)
+    slender = height / max(depth, width, 1e-300)
+    return float(np.interp(flat, FLAT, (HIGH, ELEVATION)) if flat < FLAT[1] else
+                 np.interp(slender, SLENDER, (ELEVATION, LOW)))
+
+
+def _at_height(samples, level, up):
+    """The direction from an elevation that suits what is shown, or from higher up where walls hide much,
+    as of rooms without a ceiling, or where the cloud goes on around what is shown: grounds are thin
+    strips from below.
+
+    level: direction
+    """
+    high = _raised(level, up, HIGH)
     if _goes_on_around(samples, high, up):
         return high
-    seen = _seen_area(samples, direction, up)
-    return direction if seen >= HIDDEN * _seen_area(samples, high, up) else high
+    seen = _seen_area(samples, _raised(level, up, ELEVATION), up)
+    is_hidden = seen < HIDDEN * _seen_area(samples, high, up)
+    return high if is_hidden else _raised(level, up, _elevation(samples, up))
 
 
 def fit(samples, direction, up, view):
