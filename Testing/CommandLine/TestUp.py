@@ -22,10 +22,16 @@ from viewclouds import TO_Y, capture_of, scene, surfels_of
 TO_X = np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]])  # y to x
 
 
+def turned_about_x(degrees):
+    sine, cosine = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
+    return np.array([[1, 0, 0], [0, cosine, sine], [0, -sine, cosine]])
+
+
 class TestHint(ToolCase):
     def test_what_is_up_is_said_where_it_is_a_guess(self):
         write_ply("ball.ply", *sphere())
         write_ply("egg.ply", sphere()[0] * (1, 1, 1.5))
+        write_ply("leaning.ply", sphere()[0] * (0.6, 1.2, 0.6) @ turned_about_x(30))
         write_ply("floating.ply", scene() + np.where(np.arange(15_000) < 5000, 1.5, 0)[:, None]
                   * [0, 0, 1])
         block = Scan(0.03)
@@ -36,6 +42,7 @@ class TestHint(ToolCase):
         for words, says in (("floating.ply", "z was taken, and --up y, -y or -z turns it"),
                             ("floating.ply --up y", ""), ("floating.ply --view-up 0 1 0", ""),
                             ("ball.ply", ""), ("egg.ply", ""),  # as is usual for models
+                            ("leaning.ply", "y was taken, and --up z, -y or -z turns it"),
                             ("block.ply", "y was taken, and --up z, -y or -z turns it"),
                             ("scene.ply", ""), ("scene.ply --azimuth 30", ""),
                             ("turned.ply", "-z was taken, and --up y, z or -y turns it")):
@@ -117,6 +124,43 @@ class TestUp(unittest.TestCase):
         for order, up, is_clear in (([0, 1, 2], (0, 0, 1), True), ([0, 2, 1], (0, 1, 0), False)):
             normals = random.normal(size=tree.shape)
             self.check_up(surfels_of(tree[:, order], normals, two_sided=True), up, is_clear)
+
+    def test_wide_trees_stand_on_their_trunk(self):
+        random = np.random.default_rng(8)
+        crown = 2 * sphere(3000)[0] * random.uniform(0.3, 1, (3000, 1)) + [0, 0, 6]
+        trunk = random.uniform(-0.1, 0.1, (600, 3)) + np.linspace(0, 4, 600)[:, None] * [0, 0, 1]
+        tree = np.vstack([crown, trunk])
+        normals = random.normal(size=tree.shape)
+        self.check_up(surfels_of(tree, normals, two_sided=True), (0, 0, 1), True)
+        self.check_up(surfels_of(tree[:, [0, 2, 1]], normals, two_sided=True), (0, 1, 0), False)
+
+    def test_figures_stand(self):
+        """With arms spread they are thin, and would lie on their backs as safely as a plate."""
+        parts = [((0, 0, 1.1), (0.2, 0.12, 0.4)), ((0, 0, 1.65), (0.12, 0.12, 0.15)),
+                 ((0.5, 0, 1.4), (0.4, 0.06, 0.06)), ((-0.5, 0, 1.4), (0.4, 0.06, 0.06)),
+                 ((0.15, 0, 0.4), (0.09, 0.09, 0.4)), ((-0.15, 0, 0.4), (0.09, 0.09, 0.4)),
+                 ((0.15, 0, 0.04), (0.07, 0.13, 0.04)), ((-0.15, 0, 0.04), (0.07, 0.13, 0.04))]
+        ball = sphere(3000)[0]
+        points = np.vstack([ball * size + place for place, size in parts])
+        normals = np.vstack([ball / size for _, size in parts])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        for depth in (1, 3):
+            self.check_up(surfels_of(points * (1, depth, 1), normals), (0, 0, 1), True)
+            self.check_up(surfels_of(points * (1, depth, 1) @ TO_Y.T, normals @ TO_Y.T), (0, 1, 0),
+                          True)
+        plate = np.array((1, 0.9, 0.1))
+        self.check_up(surfels_of(ball * plate, ball / plate), (0, 0, 1), True)
+
+    def test_what_tips_over_is_not_upside_down(self):
+        """A statue with a hole below its nose, and so an open top if it were upside down, stands on its
+        base."""
+        ball = sphere(8000)[0]
+        for matrix, up in ((np.eye(3), (0, 0, 1)), (TO_Y, (0, 1, 0))):
+            cone = np.column_stack([ball[:, 0] * (1.2 - ball[:, 2]), ball[:, 1] * (1.2 - ball[:, 2]),
+                                    2 * ball[:, 2]]) + [0.8, 0, 0] * (ball[:, 2:] + 1)
+            kept = (ball @ (0, 0, 1.0) > -0.5)
+            points, normals = cone[kept] @ matrix.T, ball[kept] * (1, 1, -1) @ matrix.T
+            self.check_up(surfels_of(points, normals), up, False)
 
     def test_file_says_what_is_up(self):
         ball = sphere(2000)[0]

@@ -13,8 +13,9 @@ from ..surfels import make_surfels
 from .rooms import height_axis, is_room, may_be_room
 from .turning import unit
 
-FLAT = 0.35  # thickness over width below which a cloud is a terrain
-SLENDER, ROUND = 3.0, 2.0  # height over width, and width over depth, of trees and masts
+FLAT, LEAN = 0.35, 0.6  # thickness over width below which a cloud is a terrain; and of figures
+SLENDER, TALL, ROUND = 3.0, 1.5, 2.0  # height over width of masts, of trees; width over depth
+FOOT, NARROW = 0.2, 0.25  # part of the height that is trunk at least, its width over that of the tree
 SLICES, THICK, NEAR_END = 60, 3, 9  # of the height; as thick as a ground is; where its end is
 BULK = (0.5, 99.5)  # percent of the heights
 GROUND = 0.03  # part of the area above which level area there is a ground
@@ -110,6 +111,15 @@ def _of_ground(samples, ups):
     return up
 
 
+def _has_trunk(samples, up):
+    """Whether the lower end is as narrow as that of a tree"""
+    height = samples.points @ up
+    foot = samples.points[height <= np.percentile(height, BULK[0]) + FOOT * np.ptp(height)]
+    across = np.eye(3)[np.abs(up) < 0.5]
+    width = max(np.ptp(np.percentile(foot @ axis, PERCENTS)) for axis in across)
+    return bool(width < NARROW * max(np.ptp(samples.points @ axis) for axis in across))
+
+
 def _of_stem(samples, ups):
     """Trees, masts and towers stand, whose outside is not known everywhere; closed models of long
     things may lie. Wires along y lie, so that y is a guess."""
@@ -118,8 +128,10 @@ def _of_stem(samples, ups):
     depth, width, height = np.sort(samples.extent)
     longest = np.eye(3)[int(np.argmax(samples.extent))]
     along = [up for up in ups if up @ longest > 0]
-    is_stem = height > SLENDER * width and width < ROUND * depth
-    return Up(along[0], bool(along[0] @ Z)) if is_stem and along else None
+    if not along or width >= ROUND * depth or height <= TALL * width:
+        return None
+    is_stem = height > SLENDER * width or _has_trunk(samples, along[0])
+    return Up(along[0], bool(along[0] @ Z)) if is_stem else None
 
 
 def _of_slab(samples, ups):
@@ -177,6 +189,33 @@ def _of_stance(samples, ups):
     return Up(usual[best], True) if stable[best] > max(STABLE, AGAINST_USAGE * others) else None
 
 
+def _on_feet(samples):
+    """-> Up of a figure that spreads its arms, so that it is thin: it stands on two feet, with nothing
+    between them, and does not lie. So do animals, seen from their side. None for others."""
+    thin = _thin_axis(samples, LEAN)
+    if thin not in (1, 2) or samples.two_sided.mean() > HALF or is_open(samples):
+        return None
+    up = Z if thin == 1 else Y
+    if _stability(samples, up) <= 0:
+        return None
+    height = samples.points @ up
+    low, high = np.percentile(height, BULK)
+    places = samples.points[height <= low + STANCE * (high - low), 0]
+    thirds = np.histogram(places, 3)[0]
+    return Up(up, True) if thirds[1] == 0 else None
+
+
+def _upright(samples, found, ups):
+    """What was found, unless it is a guess by which the surface would tip over, while it stands in one
+    of the usual directions."""
+    if not found or found.is_clear or _stability(samples, found.axis) >= 0:
+        return found
+    usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
+    stable = [_stability(samples, up) for up in usual]
+    best = int(np.argmax(stable))
+    return Up(usual[best], False) if stable[best] > STABLE else found
+
+
 def _of_base(samples, ups):
     """Closed things stand on what is level, or have it on top; which of them, usage tells."""
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
@@ -230,9 +269,11 @@ def is_open(samples):
 
 
 def _is_model(samples):
-    """Whether a surface is closed, and may stand on its lower end along y as well as on that along z.
-    Scans of places are open, and models of things have y up."""
-    if samples.is_capture or samples.two_sided.mean() > FEW or is_open(samples):
+    """Whether a surface is closed, does not tip over along y, and may stand on its lower end there as
+    well as on that along z. Scans of places are open, and models of things have y up."""
+    if samples.is_capture or samples.two_sided.mean() > HALF or is_open(samples):
+        return False
+    if _stability(_some_of(samples), Y) < 0:
         return False
     along_y, along_z = samples.profiles[1:]
     return max(along_z.floor, along_z.ceiling) <= max(BASE, along_y.floor, along_y.ceiling)
@@ -268,9 +309,9 @@ def _is_alike_from(samples, ups):
     return bool(np.ptp(heights, axis=0).max() <= ALIKE * samples.extent[1:].max())
 
 
-def _thin_axis(samples):
+def _thin_axis(samples, most=FLAT):
     thin = int(np.argmin(samples.extent))
-    return thin if samples.extent[thin] < FLAT * np.delete(samples.extent, thin).min() else None
+    return thin if samples.extent[thin] < most * np.delete(samples.extent, thin).min() else None
 
 
 def _of_kind(samples, thin):
@@ -290,21 +331,25 @@ def _of_surface(samples, ups):
         surface, rules = _some_of(samples), (_of_stance, _of_stem, *rules)
     if surface is None:
         return None
-    found = (rule(surface, ups) for rule in rules)
-    return next((up for up in found if up), None)
+    found = next(filter(None, (rule(surface, ups) for rule in rules)), None)
+    return found if samples.is_capture else _upright(surface, found, ups)
 
 
 def find_up(samples):
-    """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are stacked
-    along it; along the walls of rooms and facades; a terrain's normal; as closed things stand; as trees
-    stand; up from a ground; away from an open bottom or a flat base; otherwise y, as is usual for models,
-    or of a capture -y, as for the cameras of COLMAP, with which most are trained."""
+    """-> Up: what the file says; z in coordinates of a country, and of a volume, whose slices are
+    stacked along it; along the walls of rooms and facades; a terrain's normal; as figures and closed
+    things stand; as trees stand; up from a ground; away from an open bottom or a flat base; otherwise
+    y, as is usual for models, or of a capture -y, as for the cameras of COLMAP, with which most are
+    trained."""
     if samples.up is not None:
         return Up(samples.up, True)
     if samples.is_far or samples.is_volume:
         return Up(Z, True)
     thin = _thin_axis(samples)
     up = None if samples.is_capture else _of_kind(samples, thin)
+    if up:
+        return up
+    up = None if samples.is_capture else _on_feet(_some_of(samples))
     if up:
         return up
     ups = OF_CAPTURES if samples.is_capture else OF_SCANS
