@@ -12,6 +12,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from surfelsplatting.clouds.datasets import read_dataset
 from surfelsplatting.clouds.gltf import read_gltf_cloud
 from surfelsplatting.clouds.meshes import read_obj_cloud, read_stl_cloud
+from surfelsplatting.clouds.reading import read_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere
@@ -211,6 +212,8 @@ class TestMeshes(ToolCase):
               + struct.pack("<I4s", len(text), b"JSON") + text
               + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer)
         self.check_gltf("a.glb")
+        up = read_cloud("a.glb", None, None).data.GetFieldData().GetArray("ScanUp")
+        self.assertEqual(up.GetTuple(0), (0, 1, 0))  # as the format says
 
     def test_gltf_that_cannot_be_read(self):
         content, _ = gltf()

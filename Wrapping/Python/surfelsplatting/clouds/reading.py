@@ -125,13 +125,23 @@ def _read_e57(path, _messages, _progress):
     return Cloud(data, viewpoint)
 
 
+OF_MESHES = "the vertices of its meshes"
+
+
 def _read_mesh(path, _messages, _progress):
-    from .gltf import read_gltf_cloud
     from .meshes import read_obj_cloud, read_stl_cloud
 
-    read = {".obj": read_obj_cloud, ".stl": read_stl_cloud}.get(
-        os.path.splitext(path)[1].lower(), read_gltf_cloud)
-    return Cloud(read(path), how="the vertices of its meshes")
+    is_stl = path.lower().endswith(".stl")
+    return Cloud((read_stl_cloud if is_stl else read_obj_cloud)(path), how=OF_MESHES)
+
+
+def _read_gltf(path, _messages, _progress):
+    from ..surfels import note_up
+    from .gltf import read_gltf_cloud
+
+    data = read_gltf_cloud(path)
+    note_up(data, (0, 1, 0))  # y is up (glTF 2.0, 3.4)
+    return Cloud(data, how=OF_MESHES)
 
 
 _READERS = {
@@ -149,8 +159,8 @@ _READERS = {
     ".nhdr": _read_dataset,
     ".obj": _read_mesh,
     ".stl": _read_mesh,
-    ".gltf": _read_mesh,
-    ".glb": _read_mesh,
+    ".gltf": _read_gltf,
+    ".glb": _read_gltf,
     ".xyz": _read_text,
     ".txt": _read_text,
     ".asc": _read_text,
