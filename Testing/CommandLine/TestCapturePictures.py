@@ -59,6 +59,24 @@ class TestPictures(ToolCase):
             self.assertIn("not Gaussians in space", self.errors[-1])
         self.assertEqual([name for name in os.listdir(".") if "surfels" in name], [])
 
+    def test_why_hardly_anything_is_seen(self):
+        points = sphere(4000)[0]
+        for name, count, deviation, opacity, says in (
+                ("ball", 4000, 0.05, 0.9, None), ("few", 200, 0.2, 0.9, None),
+                ("small", 200, 1e-3, 0.9, "are less than 0.0.* px wide, with gaps between them"),
+                ("faint", 4000, 0.02, 0.01, "have an opacity below 0.01$")):
+            some = points[::4000 // count]
+            write_ply(name + ".ply", round_ones(some, deviation, opacity, (1.0, 1, 1)))
+            said = self.tool("render", name + ".ply", "--up", "y", *SIZE, "-o", "out.png")
+            self.assertEqual(self.code, 0)
+            if says:
+                self.assertRegex(said, "warning: hardly anything .* half of its Gaussians " + says)
+            else:
+                self.assertEqual(said, "", name)
+        # Neither of what is far away.
+        self.assertEqual(self.tool("render", "ball.ply", "--up", "y", "--zoom", "0.05", *SIZE, "-o",
+                                   "out.png"), "")
+
     def test_level_of_detail(self):
         """Small things need few splats, and come no farther from a picture of 8 times the size."""
         write_ply("torus.ply", torus(4000))

@@ -5,6 +5,7 @@ import math
 
 from ..problems import UserProblem
 from ..views.cameras import asked_view, camera_files
+from ..views.faint import why_faint
 from ..views.focus import (blur_at, depths_of, distance_in_focus, ends_of, focused_on_front,
                            settle_focus, sharp_depths)
 from ..views.framing import (complete_view, extent_of, home_in, is_from_sensor,
@@ -71,16 +72,18 @@ def _write_outputs(renderer, surfels, drawn, arguments, session):
             write_hierarchy(drawn, arguments.hierarchy, session.messages)
 
 
-def _focus(renderer, asked, view, session):
+def _focus(renderer, asked, view, drawn, session):
     """-> the view with what is in focus, and the depths of the picture without the lens, or None
-    where nobody asks for them."""
+    where nobody asks for them. Warns of a capture that is hardly seen."""
     def update(algorithm):
         session.progress.update(algorithm, "focusing")
         session.messages.check()
 
     view = focused_on_front(asked, view, renderer, update)
     depths = sharp_depths(renderer, update) if session.arguments.verbose else None
-    return settle_focus(view, renderer, update, depths), depths
+    view = settle_focus(view, renderer, update, depths)
+    session.warn(filter(None, [why_faint(drawn, renderer, update)]))
+    return view, depths
 
 
 def warn_of_backs(surfels, views, are_made, session):
@@ -132,7 +135,7 @@ def render(arguments):
         session.hint_at_keeping(session.run.seconds_to_hierarchy())
         surfels = surfels if arguments.surfels else None
         renderer = make_renderer(drawn, view, arguments)
-        view, depths = _focus(renderer, asked, view, session)
+        view, depths = _focus(renderer, asked, view, drawn, session)
         session.say(str(view))
         warn_of_backs(drawn, [view], are_made, session)
         _render_frames(renderer, arguments.repeat, session)

@@ -16,12 +16,12 @@ from .vtkcamera import make_camera, set_lens
 
 SMALL = 120  # px, height of a picture that shows what is in the middle
 FILLED = 0.5  # part of the middle below which it shows little
-LEAST_SEEN = 0.02  # alpha of a volume that is seen
+LEAST_SEEN = 0.02  # alpha of what is seen, as of a volume
 ENDS = (1, 99)  # percent of the pixels that are nearer than the near and the far end of a picture
 
 
 @contextmanager
-def _one_sharp_picture(renderer, channels=0):
+def one_sharp_picture(renderer, channels=0):
     """Without the lens, through which a pixel sees a mixture, and without background."""
     splatter, opacity = renderer.GetSplatter(), renderer.GetBackgroundAlpha()
     settings = ("LensMode", "LensCells", "LensPinholes", "DeepSamples", "Channels")
@@ -48,7 +48,7 @@ def _update(renderer):
         raise UserProblem(errors[0])
 
 
-def _plane_of(renderer, name):
+def plane_of(renderer, name):
     """[height, width] of the picture, top row first; the last component"""
     values = vtk("util.numpy_support").vtk_to_numpy(
         renderer.GetOutput().GetPointData().GetArray(name))
@@ -58,7 +58,7 @@ def _plane_of(renderer, name):
 
 def depths_of(renderer):
     """[height, width], top row first: distance along the view direction, 0 where nothing is seen."""
-    return _plane_of(renderer, "Depth")
+    return plane_of(renderer, "Depth")
 
 
 def _shows_volume(renderer):
@@ -72,13 +72,13 @@ def sharp_depths(renderer, update=_update):
     """The same without the lens. Of a volume, which may be translucent everywhere, the distance at
     which half of what a pixel sees has been gathered."""
     if not _shows_volume(renderer):
-        with _one_sharp_picture(renderer):
+        with one_sharp_picture(renderer):
             update(renderer)
             return np.array(depths_of(renderer))
-    with _one_sharp_picture(renderer, renderer.GetSplatter().CHANNEL_MEDIAN_DEPTH):
+    with one_sharp_picture(renderer, renderer.GetSplatter().CHANNEL_MEDIAN_DEPTH):
         update(renderer)
-        return np.where(_plane_of(renderer, "Color") < LEAST_SEEN, 0.0,
-                        _plane_of(renderer, "MedianDepth"))
+        return np.where(plane_of(renderer, "Color") < LEAST_SEEN, 0.0,
+                        plane_of(renderer, "MedianDepth"))
 
 
 def _point(camera, size, pixel, depth):
