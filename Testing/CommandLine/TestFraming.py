@@ -104,6 +104,16 @@ class TestFraming(unittest.TestCase):
         self.assertFalse(in_picture(view, clump).any())
         self.assertTrue(in_picture(view, points).all())
 
+    def test_image_whose_sensor_would_be_in_its_plane(self):
+        """It was made of a photograph, at z = 0, and no viewpoint was written."""
+        column, row = np.meshgrid(np.arange(40.0), np.arange(30.0))
+        for height, is_from_there in ((0, False), (60, True)):
+            points = np.stack([column.ravel(), row.ravel(), np.full(1200, float(height))], axis=1)
+            cloud = Cloud(surfels_of(points, np.tile([0, 0, 1.0], (1200, 1))), (0, 0, 0), 40)
+            view = complete_view(View(), cloud, cloud.data)
+            self.assertEqual(view.position == (0, 0, 0), is_from_there)
+            self.assertEqual(slope(view) > 45, not is_from_there)
+
     def test_few_points(self):
         points = np.array([(x, x % 3, x % 2) for x in (*range(10), 25)], float)
         view = view_of(points, np.tile([0, 0, 1.0], (len(points), 1)))

@@ -60,6 +60,10 @@ def _rays(cloud):
     return rays[keep] / length[keep, None], ids % cloud.columns, ids // cloud.columns
 
 
+def _are_in_a_plane(rays):
+    return bool(np.linalg.eigvalsh(rays.T @ rays)[0] < ROUNDING ** 2 * len(rays))
+
+
 def _camera_of(rays, columns, rows):
     """-> [3, 3] C, so that the ray of a pixel is C (x, y, 1), where x and y go from -1 to 1 over the
     image; None if they are the rays of no camera with a plane image.
@@ -97,8 +101,11 @@ def _spread(camera, forward, up):
 
 
 def _sensor_of_rows(cloud):
-    """-> Sensor of a depth image, or None if too few of its pixels saw anything"""
+    """-> Sensor of a depth image, or None if too few of its pixels saw anything, or if it would see a
+    plane from its edge: then the place of the sensor was not written."""
     rays, columns, rows = _rays(cloud)
+    if len(rows) and np.ptp(rows) > 0 and _are_in_a_plane(rays):
+        return None
     heights = cloud.data.GetNumberOfPoints() // cloud.columns
     columns, rows = (2 * (columns + 0.5) / cloud.columns - 1, 2 * (rows + 0.5) / heights - 1)
     camera = _camera_of(rays, columns, rows)
