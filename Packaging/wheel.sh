@@ -13,7 +13,12 @@ work=$root/build/wheel
 venv=$work/venv
 
 core=
-[ "${1:-}" != --core ] || core=$(realpath "$2")
+if [ $# = 2 ] && [ "$1" = --core ]; then
+  core=$(realpath "$2")
+elif [ $# != 0 ]; then
+  echo "wheel.sh: $* is not understood; use: wheel.sh [--core PREFIX]" >&2
+  exit 2
+fi
 
 source "$root/Utilities/packages.sh"
 source "$root/Packaging/findpython.sh"

@@ -182,6 +182,16 @@ class TestAccessor(PlotterCase):
         middle, edge = (slice(85, 95), slice(110, 130)), (slice(85, 95), slice(40, 90))
         self.assertGreater(detail(blurred[middle]), 0.7 * detail(sharp[middle]))
         self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
+        # Through seven cells of the lens, as a still picture.
+        focus = (0, 0, 1)
+        plotted = self.surfels.surfels.plot(coc=60, focus=focus, background="navy", **options)
+        pl = pv.Plotter(off_screen=True, window_size=options["window_size"])
+        pl.set_background("navy")
+        pl.surfels.add(self.surfels, show_scalar_bar=False)
+        pl.camera_position = options["cpos"]
+        pl.surfels.lens(coc=60, focus=focus, cells=7)
+        np.testing.assert_array_equal(plotted, pl.screenshot(return_img=True))
+        pl.close()
 
 
 class TestLargeCoordinates(PlotterCase):

@@ -91,9 +91,9 @@ def _goes_on_around(samples, direction, up):
     what is behind a thing is at one side."""
     points, areas = samples.beyond
     right = unit(np.cross(up, direction))
-    local = points - samples.center
-    x, y = local @ right, local @ np.cross(right, up)
-    sides = np.where(np.abs(x) > np.abs(y), 0, 2) + (np.where(np.abs(x) > np.abs(y), x, y) > 0)
+    local = (points - samples.center) @ np.stack([right, np.cross(right, up)], axis=1)
+    axis = np.abs(local).argmax(axis=1)  # along which a point is farther off
+    sides = 2 * axis + (np.take_along_axis(local, axis[:, None], axis=1)[:, 0] > 0)
     least = AROUND * (areas.sum() + np.linalg.norm(samples.areas, axis=1).sum())
     return bool(np.sort(np.bincount(sides, areas, 4))[-2] > least)
 

@@ -161,20 +161,21 @@ def _near_the_bulk(points, areas, finite):
 def _grown(low, high, points, dense, least):
     """-> the box that grows in steps at each side with more than `least` points before it, of which
     half are dense; and by one step more, so that no edge and no noise is cut off."""
-    low, high = low.copy(), high.copy()
-    sides = [(axis, end) for axis in range(3) for end in (low, high)]
+    box = np.stack([low, high])
+    outward = (-1, 1)
+    sides = [(end, axis) for axis in range(3) for end in (0, 1)]
     while sides:
-        step = STEP * max((high - low).max(), 1e-30)
+        step = STEP * max(np.ptp(box, axis=0).max(), 1e-30)
         growing = []
-        for axis, end in sides:
-            near = ((points >= low - step) & (points <= high + step)).all(axis=1)
-            near &= points[:, axis] < low[axis] if end is low else points[:, axis] > high[axis]
+        for end, axis in sides:
+            near = ((points >= box[0] - step) & (points <= box[1] + step)).all(axis=1)
+            near &= outward[end] * (points[:, axis] - box[end, axis]) > 0
             count = near.sum()
             if count > least and 2 * dense[near].sum() >= count:
-                end[axis] += step if end is high else -step
-                growing.append((axis, end))
+                box[end, axis] += outward[end] * step
+                growing.append((end, axis))
         sides = growing
-    return low - step, high + step
+    return box[0] - step, box[1] + step
 
 
 def _all_finite(finite):
