@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the vertices of glTF 2.0 files, .gltf and .glb. VTK's reader would round places far from
-the origin to floats."""
+"""Reads the meshes of glTF 2.0 files, .gltf and .glb. VTK's reader would round places far from the
+origin to floats."""
 
 import base64
 import json
@@ -10,13 +10,14 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from .polydata import polydata_of
+from .polydata import cells_of, polydata_of
 from ..problems import UserProblem
 
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+TRIANGLES, STRIP, FAN = 4, 5, 6  # modes of primitives; others are points and lines
 DEEPEST = 1000  # nodes in one another
 
 
@@ -111,8 +112,28 @@ def _colors(values):
     return np.round(255 * np.clip(np.nan_to_num(values[:, :3]), 0, 1)).astype(np.uint8)
 
 
+def _faces(file, primitive, count, is_mirrored):
+    """-> [n, 3] numbers of vertices"""
+    mode = primitive.get("mode", TRIANGLES)
+    if mode not in (TRIANGLES, STRIP, FAN):
+        return np.zeros((0, 3), np.int64)
+    corners = np.arange(count)
+    if "indices" in primitive:
+        corners = file.values(primitive["indices"]).ravel().astype(np.int64)
+        corners[corners >= count] = -1  # of no vertex: such triangles are left out
+    if mode == TRIANGLES:
+        triangles = corners[:len(corners) - len(corners) % 3].reshape(-1, 3)
+    else:
+        triangles = np.column_stack([corners[:-2], corners[1:-1], corners[2:]])
+        if mode == FAN:
+            triangles[:, 0] = corners[0]
+        else:
+            triangles[1::2] = triangles[1::2, [1, 0, 2]]
+    return triangles[:, ::-1] if is_mirrored else triangles
+
+
 def _primitive(file, primitive, matrix):
-    """-> places, colours or None, normals or None"""
+    """-> places, colours or None, normals or None, triangles"""
     compressed = [name for name in primitive.get("extensions", {}) if "compression" in name]
     if compressed:
         raise ValueError(f"it is compressed by {compressed[0]}; store it without compression")
@@ -125,7 +146,16 @@ def _primitive(file, primitive, matrix):
         normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
     if any(len(a) != len(places) for a in (colors, normals) if a is not None):
         raise ValueError("a mesh has attributes of different lengths")
-    return places, colors, normals
+    is_mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    return places, colors, normals, _faces(file, primitive, len(places), is_mirrored)
+
+
+def _joined(parts, triangles):
+    """-> vtkCellArray of triangles of parts whose vertices come one part after another"""
+    firsts = np.cumsum([0, *map(len, parts)])
+    rows = np.concatenate([np.where(corners < 0, -1, corners + first)
+                           for corners, first in zip(triangles, firsts)])
+    return cells_of(rows.ravel(), np.arange(0, rows.size + 1, 3))
 
 
 def _read(path):
@@ -136,14 +166,16 @@ def _read(path):
     if not parts:
         raise ValueError("it holds no meshes")
     # What one of the parts lacks cannot be shown for all.
+    *attributes, triangles = zip(*parts)
     places, colors, normals = (None if any(p is None for p in part) else np.concatenate(part)
-                               for part in zip(*parts))
+                               for part in attributes)
     arrays = {"RGB": colors, "Normals": normals}
-    return polydata_of(places, {name: a for name, a in arrays.items() if a is not None})
+    return polydata_of(places, {name: a for name, a in arrays.items() if a is not None},
+                       _joined(attributes[0], triangles))
 
 
 def read_gltf_cloud(path):
-    """-> vtkPolyData with double points."""
+    """-> vtkPolyData with double points, and faces."""
     try:
         return _read(path)
     except OSError as problem:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the vertices of meshes: .obj and .stl files. VTK's readers would round them to floats."""
+"""Reads meshes: .obj and .stl files. VTK's readers would round their vertices to floats."""
+
+from array import array
 
 import numpy as np
 
 from .columns import RGB, XYZ, Columns, arrays_of_columns
-from .polydata import polydata_of
+from .faces import MOST_VERTICES
+from .polydata import cells_of, polydata_of
 from ..problems import UserProblem
 
 STL_HEADER = 84  # bytes; the last four are the number of triangles
@@ -33,15 +36,47 @@ def _table(path, keyword):
         raise UserProblem(f"{path}: its lines {keyword!r} are not numbers: {reason}") from problem
 
 
+def _obj_corners(words, vertices):
+    """-> numbers of vertices, from 1; 0 for those that are none.
+
+    words: v, v/vt, v//vn or v/vt/vn each; negative ones count back from the vertices so far
+    """
+    try:
+        numbers = [int(word.partition("/")[0]) for word in words]
+    except ValueError:
+        return [0]
+    if min(numbers) < 0 or max(numbers) > MOST_VERTICES:
+        numbers = [n if n >= 0 else max(vertices + 1 + n, 0) for n in numbers]
+        numbers = [n if n <= MOST_VERTICES else 0 for n in numbers]
+    return numbers
+
+
+def _obj_faces(path):
+    """-> vtkCellArray of the lines `f`"""
+    corners, ends, vertices = array("q"), array("q", [0]), 0
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for line in file:
+            keyword = line[:2] if line[:1] in "vf" else line.lstrip()[:2]
+            if keyword in ("v ", "v\t"):
+                vertices += 1
+            elif keyword in ("f ", "f\t"):
+                words = line.split()[1:]
+                if words:
+                    corners.extend(_obj_corners(words, vertices))
+                    ends.append(len(corners))
+    return cells_of(np.array(corners) - 1, ends)
+
+
 def read_obj_cloud(path):
-    """-> vtkPolyData with double points."""
+    """-> vtkPolyData with double points, and faces."""
     table = _table(path, "v")
     if table.shape[1] not in OBJ_COLUMNS:
         raise UserProblem(f"{path}: its vertices have {table.shape[1]} values; expected x y z or "
                           "x y z r g b")
     columns = Columns(list(OBJ_COLUMNS[table.shape[1]]), "by the format")
     places, arrays = arrays_of_columns(table, columns)
-    return polydata_of(places, {name: arrays[name] for name in arrays if name == "RGB"})
+    return polydata_of(places, {name: arrays[name] for name in arrays if name == "RGB"},
+                       _obj_faces(path) if len(places) <= MOST_VERTICES else None)
 
 
 def _binary_triangles(path):
@@ -61,7 +96,7 @@ def _binary_triangles(path):
 
 
 def read_stl_cloud(path):
-    """-> vtkPolyData with double points: each vertex once, although triangles repeat them."""
+    """-> vtkPolyData with double points: each vertex once, although triangles repeat them; faces."""
     triangles = _binary_triangles(path)
     if triangles is None:
         vertices = _table(path, "vertex")
@@ -70,4 +105,6 @@ def read_stl_cloud(path):
                               "expected")
     else:
         vertices = triangles.reshape(-1, 3).astype(float)
-    return polydata_of(np.unique(vertices, axis=0), {})
+    places, corners = np.unique(vertices, axis=0, return_inverse=True)
+    whole = len(vertices) - len(vertices) % 3
+    return polydata_of(places, {}, cells_of(corners.ravel()[:whole], np.arange(0, whole + 1, 3)))

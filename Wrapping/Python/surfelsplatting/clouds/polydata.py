@@ -14,16 +14,30 @@ def named_array(name, values, kind=None):
     return array
 
 
-def polydata_of(places, arrays):
+def cells_of(corners, ends):
+    """-> vtkCellArray; corners: numbers of points of all cells in a row; ends: [n + 1] where cells
+    begin and end there"""
+    core, cells = vtk("vtkCommonCore"), vtk("vtkCommonDataModel").vtkCellArray()
+    support = vtk("util.numpy_support")
+    cells.SetData(*(support.numpy_to_vtk(np.ascontiguousarray(values, np.int64), deep=True,
+                                         array_type=core.vtkIdTypeArray().GetDataType())
+                    for values in (ends, corners)))
+    return cells
+
+
+def polydata_of(places, arrays, faces=None):
     """-> vtkPolyData with double points.
 
     arrays: those there are of "RGB" (bytes), "Normals", "intensity" and other scalars, each with a
     row per point.
+    faces: vtkCellArray
     """
     points = vtk("vtkCommonCore").vtkPoints()
     points.SetData(named_array("Points", places, np.float64))
     cloud = vtk("vtkCommonDataModel").vtkPolyData()
     cloud.SetPoints(points)
+    if faces is not None:
+        cloud.SetPolys(faces)
     data = cloud.GetPointData()
     if "RGB" in arrays:
         data.SetScalars(named_array("RGB", arrays["RGB"], np.uint8))

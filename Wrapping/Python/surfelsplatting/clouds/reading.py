@@ -47,6 +47,21 @@ class Cloud:
         return self.is_surfels or self.is_gaussians
 
 
+def _of_mesh(data, how=""):
+    """-> Cloud of the points of a vtkPolyData, or of points on its faces where they tell more"""
+    from .faces import on_faces
+
+    sampled, why = on_faces(data)
+    return Cloud(data, how=how) if sampled is None else Cloud(sampled, how=why)
+
+
+def _of_vertices(data, how=""):
+    """The same of a file that is no longer a mesh once it is read."""
+    cloud = _of_mesh(data, how)
+    cloud.data.SetPolys(None)
+    return cloud
+
+
 def _read_scan(path, messages, progress):
     from ..vtkSurfelReaders import vtkPointCloudReader
 
@@ -55,8 +70,21 @@ def _read_scan(path, messages, progress):
     progress.update(reader, "reading")
     messages.check()
     columns, rows = reader.GetDimensions()
+    if path.lower().endswith(".ply") and rows <= 1 and not reader.GetHasViewpoint():
+        return _of_ply_mesh(path, reader.GetOutput())
     return Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
                  columns if rows > 1 else 0)
+
+
+def _of_ply_mesh(path, data):
+    from .faces import MOST_VERTICES
+    from .plyfaces import read_ply_faces
+
+    faces = read_ply_faces(path) if data.GetNumberOfPoints() <= MOST_VERTICES else None
+    if faces is None:
+        return Cloud(data)
+    data.SetPolys(faces)
+    return _of_vertices(data)
 
 
 def _read_capture(path, messages, progress):
@@ -87,7 +115,8 @@ def _read_dataset(path, messages, progress):
     how = ""
     if data.IsA("vtkImageData"):
         how = "a volume of {} x {} x {}".format(*data.GetDimensions())
-    return Cloud(data, how=how)
+    cloud = Cloud(data, how=how)
+    return cloud if cloud.is_volume or cloud.is_drawable else _of_mesh(data)
 
 
 def _read_mapped(path, messages, progress):
@@ -132,7 +161,7 @@ def _read_mesh(path, _messages, _progress):
     from .meshes import read_obj_cloud, read_stl_cloud
 
     is_stl = path.lower().endswith(".stl")
-    return Cloud((read_stl_cloud if is_stl else read_obj_cloud)(path), how=OF_MESHES)
+    return _of_vertices((read_stl_cloud if is_stl else read_obj_cloud)(path), OF_MESHES)
 
 
 def _read_gltf(path, _messages, _progress):
@@ -141,7 +170,7 @@ def _read_gltf(path, _messages, _progress):
 
     data = read_gltf_cloud(path)
     note_up(data, (0, 1, 0))  # y is up (glTF 2.0, 3.4)
-    return Cloud(data, how=OF_MESHES)
+    return _of_vertices(data, OF_MESHES)
 
 
 _READERS = {

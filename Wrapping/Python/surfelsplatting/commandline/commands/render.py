@@ -13,7 +13,8 @@ Renders a point cloud as a surface, with depth of field if a lens is given.
 
 CLOUD is one of these; surfelsplat info tells what is in it:
   points     .ply .pcd .las .laz .e57 .csv .xyz .txt .asc .pts .vtp .vtu .vtk, with their colours,
-             alpha and normals; the vertices of .obj .stl .gltf .glb
+             alpha and normals; meshes, by their vertices or by points on their faces:
+             .obj .stl .gltf .glb, and .ply .vtp .vtk with faces
   captures   of 3D Gaussian splatting: .ply .splat
   volumes    .vti .vtk .mhd .mha .nrrd .nhdr
   surfels    that --hierarchy or --surfels has written: .surfels .vtp
