@@ -152,6 +152,17 @@ class TestMeshFaces(ToolCase):
         again = places_of(read("a.obj"))[:, :2]
         np.testing.assert_array_equal(points, again)
 
+    def test_normals_are_smooth_but_for_creases(self):
+        places, triangles = ball(20)  # of faces that meet at up to 9 degrees
+        cloud = read(write_obj("ball.obj", places, triangles))
+        found = places_of(cloud)
+        normals = arrays_of(cloud.data)["Normals"]
+        radial = found / np.linalg.norm(found, axis=1)[:, None]
+        cosines = (normals * radial).sum(axis=1)
+        self.assertGreater(cosines.min(), np.cos(np.radians(2.5)))
+        cloud = read(write_obj("box.obj", BOX, SIDES))
+        self.assertGreater(np.abs(arrays_of(cloud.data)["Normals"]).max(axis=1).min(), 0.999)
+
     def test_colors(self):
         """Colours mix over a face, and so does what a .vtp has; classes stay what they are."""
         corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float) + [5e5, 5e6, 100]

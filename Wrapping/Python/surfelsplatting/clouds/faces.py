@@ -13,7 +13,8 @@ FEW_VERTICES = 20_000  # fewer are 6 px apart there or more: fingers and clothes
 # spread evenly: 0.7 in an even mesh. If half of the area lies in faces above, it has hardly any
 # points. Scans, sculptures and characters are at 1.6 at most; cars, rooms and CAD at 1.8 to 12.
 COARSE = 1.7
-MOST_VERTICES = 1_000_000  # of more, faces are not read: it would take seconds, and much memory
+MOST_VERTICES = SAMPLES  # of more, faces are not read: it would take seconds, and much memory
+CREASE = 30.0  # degrees between faces, from which on the edge between them is sharp
 SHARING = 6  # triangles that meet in a vertex of an even mesh
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
 STEPS = 0.7548776662466927, 0.5698402909980532
@@ -141,6 +142,10 @@ def _mixed_normals(values, corners, weights, faces):
     return np.where(mixed.any(axis=1)[:, None], mixed, faces)
 
 
+def _normals_of(data):
+    return data.GetPointData().GetNormals() or data.GetPointData().GetArray("Normals")
+
+
 def _sampled(data, triangles, vectors):
     """-> vtkPolyData with points on the triangles"""
     to_numpy = vtk("util.numpy_support").vtk_to_numpy
@@ -150,7 +155,7 @@ def _sampled(data, triangles, vectors):
     places = to_numpy(data.GetPoints().GetData())
     sampled = polydata_of(_mixed(places, corners, weights, True), {})
     old, new = data.GetPointData(), sampled.GetPointData()
-    given = old.GetNormals() or old.GetArray("Normals")
+    given = _normals_of(data)
     for array in filter(None, map(old.GetArray, range(old.GetNumberOfArrays()))):
         if array.GetDataTypeAsString() == "bit":  # not for numpy
             continue
@@ -168,6 +173,22 @@ def _sampled(data, triangles, vectors):
     return sampled
 
 
+def _with_normals(data, triangles):
+    """-> vtkPolyData of the triangles with normals that are smooth but for creases, whose vertices it
+    repeats"""
+    mesh = vtk("vtkCommonDataModel").vtkPolyData()
+    mesh.SetPoints(data.GetPoints())
+    mesh.GetPointData().ShallowCopy(data.GetPointData())
+    mesh.GetFieldData().ShallowCopy(data.GetFieldData())
+    mesh.SetPolys(cells_of(triangles.ravel(), np.arange(0, triangles.size + 1, 3)))
+    smooth = vtk("vtkFiltersCore").vtkPolyDataNormals()
+    smooth.SetInputData(mesh)
+    smooth.SetFeatureAngle(CREASE)
+    smooth.ConsistencyOff()
+    smooth.Update()
+    return smooth.GetOutput()
+
+
 def on_faces(data):
     """-> vtkPolyData with points on the faces of one, and why; or None, "" if its own tell the
     surface, or there are no faces."""
@@ -182,6 +203,9 @@ def on_faces(data):
     lacks = _what_lacks(places, triangles, areas)
     if lacks is None:
         return None, ""
+    if not _normals_of(data):
+        data = _with_normals(data, triangles)
+        triangles = _corners(data.GetPolys())[0].reshape(-1, 3)
     return _sampled(data, triangles, vectors), (
         f"points on the faces of its meshes, since its {count} vertices are too {lacks} to tell "
         "the surface")
