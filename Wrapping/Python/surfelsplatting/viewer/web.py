@@ -60,7 +60,7 @@ class Area:
         viewer = self._viewer
         width, height = viewer.view.size
         asked = viewer.view, viewer.actor
-        cells = STILL_CELLS if asked == self._shown else 1
+        cells = STILL_CELLS if asked == self._shown and not viewer.is_preview else 1
         self._shown = asked
         rgb = rgb_bytes(viewer.picture(cells), self._linear_light)
         return rgb.reshape(height, width, 3)[::-1].copy(), width, height
