@@ -163,6 +163,17 @@ class TestMeshFaces(ToolCase):
         cloud = read(write_obj("box.obj", BOX, SIDES))
         self.assertGreater(np.abs(arrays_of(cloud.data)["Normals"]).max(axis=1).min(), 0.999)
 
+    def test_faces_that_do_not_agree_have_no_sides(self):
+        places, triangles = ball(20)
+        mixed = triangles.copy()
+        mixed[::4] = mixed[::4, ::-1]
+        cloud = read(write_obj("mixed.obj", places, mixed))
+        self.assertEqual(cloud.how, WHY.format(len(places), "few"))
+        self.assertNotIn("Normals", arrays_of(cloud.data))
+        apart = places[triangles].reshape(-1, 3)  # as in .stl files: they meet by their places
+        cloud = read(write_obj("apart.obj", apart, np.arange(len(apart)).reshape(-1, 3)))
+        self.assertIn("Normals", arrays_of(cloud.data))
+
     def test_colors(self):
         """Colours mix over a face, and so does what a .vtp has; classes stay what they are."""
         corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float) + [5e5, 5e6, 100]

@@ -14,6 +14,7 @@ FEW_VERTICES = 20_000  # fewer are 6 px apart there or more: fingers and clothes
 # points. Scans, sculptures and characters are at 1.6 at most; cars, rooms and CAD at 1.8 to 12.
 COARSE = 1.7
 MOST_VERTICES = SAMPLES  # of more, faces are not read: it would take seconds, and much memory
+MIXED = 0.05  # part of the edges that two faces pass in the same direction, of a mesh without sides
 CREASE = 30.0  # degrees between faces, from which on the edge between them is sharp
 SHARING = 6  # triangles that meet in a vertex of an even mesh
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
@@ -166,11 +167,20 @@ def _sampled(data, triangles, vectors):
             is_smooth = values.dtype.kind == "f" or is_colors(array)
             new.AddArray(named_array(array.GetName(), _mixed(values, corners, weights, is_smooth),
                                      values.dtype))
-    new.SetNormals(named_array(given.GetName() if given else "Normals", normals, np.float32))
+    if given:
+        new.SetNormals(named_array(given.GetName(), normals, np.float32))
     if old.GetScalars():
         new.SetActiveScalars(old.GetScalars().GetName())
     sampled.GetFieldData().ShallowCopy(data.GetFieldData())
     return sampled
+
+
+def _has_sides(places, triangles):
+    """Whether the order of their corners tells from where the triangles are seen: two that meet pass
+    their edge in opposite directions."""
+    numbers = np.unique(places[triangles.ravel()], axis=0, return_inverse=True)[1].reshape(-1, 3)
+    edges = numbers * (numbers.max() + 1) + np.roll(numbers, -1, axis=1)
+    return edges.size - len(np.unique(edges)) <= MIXED * edges.size
 
 
 def _with_normals(data, triangles):
@@ -203,7 +213,7 @@ def on_faces(data):
     lacks = _what_lacks(places, triangles, areas)
     if lacks is None:
         return None, ""
-    if not _normals_of(data):
+    if not _normals_of(data) and _has_sides(places, triangles):
         data = _with_normals(data, triangles)
         triangles = _corners(data.GetPolys())[0].reshape(-1, 3)
     return _sampled(data, triangles, vectors), (
