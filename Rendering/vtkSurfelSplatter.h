@@ -109,7 +109,8 @@ public:
    * gives one picture, as in the paper. More cells are more accurate where things at different
    * depths cover one another; up to nine are drawn in tiles with such places only, and
    * multiply the time of these. More, or with channels or deep samples, are drawn everywhere. 7 is
-   * a good choice. Default 1, range [1, 65536].
+   * a good choice. A pass that holds an update rate draws one picture while that is above one
+   * frame per second (vtkSurfelSplattingPass::HoldUpdateRate). Default 1, range [1, 65536].
    */
   vtkSetClampMacro(LensCells, int, 1, 65536);
   vtkGetMacro(LensCells, int);

@@ -7,10 +7,9 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from TestReader import write_pcd
-from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_data, write_ply
 
 
 def pcd_columns(points, colors, kind="f4"):
@@ -30,13 +29,6 @@ def write_vtp(path, points, colors):
     array.SetName("paint")
     cloud.GetPointData().SetScalars(array)
     write_data(path, cloud)
-
-
-def write_data(path, data):
-    writer = vtkXMLPolyDataWriter()
-    writer.SetInputData(data)
-    writer.SetFileName(path)
-    writer.Write()
 
 
 class TestFormats(ToolCase):

@@ -12,13 +12,12 @@ from vtkmodules.vtkCommonCore import vtkBitArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from surfelsplatting.clouds import faces as limits
 from surfelsplatting.clouds.plyfaces import read_ply_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import OF_MESHES, read_cloud
-from toolcase import ToolCase, arrays_of
+from toolcase import ToolCase, arrays_of, write_data
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -41,13 +40,6 @@ def write_obj(path, rows, faces):
 def write_stl(path, places, triangles):
     rows = b"".join(struct.pack("<12fH", 0, 0, 0, *places[t].ravel(), 0) for t in triangles)
     return write(path, bytes(80) + struct.pack("<I", len(triangles)) + rows)
-
-
-def write_vtp(path, data):
-    writer = vtkXMLPolyDataWriter()
-    writer.SetInputData(data)
-    writer.SetFileName(path)
-    writer.Write()
 
 
 def read(path):
@@ -187,7 +179,7 @@ class TestMeshFaces(ToolCase):
             "RGB": np.round(255 * shades), "heat": shades[:, 0], "class": np.array([3, 9, 9, 3]),
             "Normals": np.array([[1, 0, 0], [1, 0, 0], [0, 0, 0], [0, 1, 0]])},
             cells_of([0, 1, 2, 3], [0, 4]))
-        write_vtp("a.vtp", data)
+        write_data("a.vtp", data)
         cloud = read("a.vtp")
         arrays, x = arrays_of(cloud.data), (places_of(cloud) - corners[0])[:, 0]
         self.assertLess(np.abs(arrays["heat"] - x).max(), 1e-6)
@@ -255,7 +247,7 @@ class TestMeshFaces(ToolCase):
         stripper.SetInputData(data)
         stripper.Update()
         self.assertGreater(stripper.GetOutput().GetNumberOfStrips(), 0)
-        write_vtp("a.vtp", stripper.GetOutput())
+        write_data("a.vtp", stripper.GetOutput())
         self.check_box("a.vtp")
 
     def test_concave_faces(self):
@@ -296,7 +288,7 @@ class TestMeshFaces(ToolCase):
         bits.SetName("bits")
         bits.SetNumberOfTuples(8)
         data.GetPointData().AddArray(bits)
-        write_vtp("a.vtp", data)
+        write_data("a.vtp", data)
         self.check_box("a.vtp")
 
     def test_clouds_stay(self):

@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
-from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 TOOL = os.environ["SURFELSPLAT"]
 PATIENCE = 60  # s, of tests that wait for another process
@@ -57,6 +57,14 @@ def write_ply(path, points, colors=None, normals=None, kind="float", form="binar
                 file.write((" ".join(repr(value) for value in row) + "\n").encode())
         else:
             file.write(record.tobytes())
+
+
+def write_data(path, data):
+    """Writes a vtkPolyData to a .vtp file."""
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(data)
+    writer.SetFileName(path)
+    writer.Write()
 
 
 def arrays_of(polydata):
