@@ -33,20 +33,23 @@ void SetMoments(std::vector<ApertureSample>& points, double variance)
   }
 }
 
+/// Up to so many cells lie on one ring.
+constexpr int LargestLoneRing = 6;
+
 /// Points on concentric rings, each in the middle of an equal share of the disc.
-std::vector<ApertureSample> Rings(int count)
+/// @param halves of the rings; an odd one is a point in the middle, or a lone ring
+std::vector<ApertureSample> Rings(int count, int halves)
 {
-  constexpr int largestLoneRing = 5;
-  const int rings =
-    count <= largestLoneRing ? 0 : static_cast<int>(std::ceil(0.5 * std::sqrt(count) - 0.6));
+  const int rings = (halves + 1) / 2;
   std::vector<ApertureSample> points;
-  for (int ring = 0; ring <= rings; ++ring)
+  for (int ring = 0; ring < rings; ++ring)
   {
     const double first = static_cast<double>(points.size());
-    const double border = (ring + 0.5) / (rings + 0.5);
-    const double last = ring == rings ? count : std::fmax(1.0, std::round(count * border * border));
-    const int number = static_cast<int>(last - first);
-    const double radius = number == 1 ? 0.0 : std::sqrt(0.5 * (first + last) / count);
+    const double border = (2.0 * (ring + 1) - halves % 2) / halves;
+    const double share = count * border * border;
+    const double last = halves % 2 == 0 ? std::ceil(share - 1e-9) : std::round(share);
+    const int number = static_cast<int>(std::fmax(last, 1.0) - first);
+    const double radius = number == 1 ? 0.0 : std::sqrt(0.5 * (2.0 * first + number) / count);
     // Rings are rotated by an irrational share of the spacing, so that no points line up.
     const double phase = 0.38196601125010515 * ring;
     for (int i = 0; i < number; ++i)
@@ -69,16 +72,31 @@ View ViewFrom(const View& view, const Lens& lens, const Vector3& center)
 }
 }
 
+double SubApertureRadius(int count)
+{
+  // Nothing covers the middle of a ring of five or six smaller ones.
+  constexpr double leastOnLoneRing = 0.49;
+  const double equalShare = 1.0 / std::sqrt(static_cast<double>(count));
+  return count <= LargestLoneRing ? std::fmax(equalShare, leastOnLoneRing) : equalShare;
+}
+
 std::vector<ApertureSample> SubApertureCenters(int count)
 {
-  std::vector<ApertureSample> points = Rings(count);
-  SetMoments(points, 0.25 * (1.0 - 1.0 / count));
+  // So cells are as far apart along a ring as the rings are.
+  const int halves = static_cast<int>(std::round(2.0 * std::sqrt(count / Pi)));
+  std::vector<ApertureSample> points = Rings(count, count <= LargestLoneRing ? 1 : halves);
+  const double radius = SubApertureRadius(count);
+  SetMoments(points, 0.25 * (1.0 - radius * radius));
   return points;
 }
 
 std::vector<ApertureSample> ApertureSamples(int count)
 {
-  std::vector<ApertureSample> points = Rings(count);
+  // The first point is always near the middle.
+  constexpr int largestLoneRing = 5;
+  const int rings =
+    count <= largestLoneRing ? 0 : static_cast<int>(std::ceil(0.5 * std::sqrt(count) - 0.6));
+  std::vector<ApertureSample> points = Rings(count, 2 * rings + 1);
   SetMoments(points, 0.25);
   return points;
 }
@@ -97,7 +115,7 @@ std::vector<SubAperture> DivideLens(
   }
   const int count = std::max(1, sampling.Count);
   Lens part = lens;
-  part.Radius = sampling.Pinholes ? 0.0 : lens.Radius / std::sqrt(static_cast<double>(count));
+  part.Radius = sampling.Pinholes ? 0.0 : lens.Radius * SubApertureRadius(count);
   std::vector<SubAperture> cells;
   for (const ApertureSample& p :
     sampling.Pinholes ? ApertureSamples(count) : SubApertureCenters(count))

@@ -5,7 +5,7 @@
  *
  * A single picture treats the visibility of different layers over the lens as independent, and the
  * footprint of a splat as the same from everywhere on the lens. Each of K cells of equal area looks
- * through a K-th of the lens from its own centre, so both errors shrink with K. With pinholes
+ * through about a K-th of the lens from its own centre, so both errors shrink with K. With pinholes
  * instead of cells this is multisampling of the lens (Haeberli and Akeley 1990).
  */
 #pragma once
@@ -23,18 +23,25 @@ struct ApertureSample
   double X, Y;
 };
 
+/// Radius r of K cells, in units of the lens's: 1 / sqrt(K), but at least 0.49 where all lie on one
+/// ring. @param count K >= 1
+double SubApertureRadius(int count);
+
 /**
- * Centres of K cells, each a disc of radius 1 / sqrt(K), innermost first: up to 5 lie on one ring,
- * 6 to 9 on a ring about a centre, more on further rings.
+ * Centres of K cells, each a disc, innermost first: up to 6 lie on one ring, 7 to 9 on a ring about
+ * a centre, 10 to 15 on two rings, 16 to 23 on two rings about a centre, and so on.
  *
- * The mean of the centres is 0. The mean of their squared distances is (1 - 1/K) / 2; together with
- * the 1 / (2K) of the cells this makes the 1/2 of the lens.
+ * The mean of the centres is 0. The mean of their squared distances is (1 - r^2) / 2; together with
+ * the r^2 / 2 of the cells this makes the 1/2 of the lens. Rings and r were chosen for the profile
+ * of a blurred edge: over all directions, its root mean square difference from that through the
+ * whole lens is at most 0.115 / K. This decides how many dB cells gain, more than their number:
+ * with 11 and 13 about a centre and with 6 smaller ones, scans have 1 to 4 dB less.
  * @param count K >= 1
  */
 std::vector<ApertureSample> SubApertureCenters(int count);
 
 /**
- * N >= 1 points on the same rings that sample the disc of the lens evenly, with its mean and its
+ * N >= 1 points on such rings that sample the disc of the lens evenly, with its mean and its
  * mean squared distance. Compared with the spiral of Vogel (1979), whose error falls nearly as 1/N,
  * the rings were measured to be 1 to 7 dB nearer to the limit at every N from 10 on.
  */

@@ -46,7 +46,8 @@ TEST_CASE("Moments")
     {
       CHECK_NEAR(mean, 0.0, rounding);
     }
-    CHECK_NEAR(c.Squares + 0.5 / count, 0.5, rounding); // each cell's own is 1 / (2 K)
+    const double radius = SubApertureRadius(count);
+    CHECK_NEAR(c.Squares + 0.5 * radius * radius, 0.5, rounding); // and each cell's own
     CHECK_NEAR(p.Squares, count > 1 ? 0.5 : 0.0, rounding);
     for (int i = 1; i < count; ++i)
     {
@@ -65,6 +66,44 @@ TEST_CASE("Moments")
     CHECK(std::hypot(p.X, p.Y) < 1.0);
   }
   CHECK_NEAR(inner, 250, 30); // one ring more or less
+}
+
+/// The part of a disc around 0, as a share, that lies below x.
+double PartOfDisc(double x)
+{
+  const double t = std::fmin(std::fmax(x, -1.0), 1.0);
+  return 0.5 + (t * std::sqrt(1.0 - t * t) + std::asin(t)) / Pi;
+}
+
+/// Together, the cells blur an edge as the whole lens does.
+TEST_CASE("Profile of an edge")
+{
+  CHECK(SubApertureRadius(1) == 1.0);
+  CHECK_NEAR(SubApertureRadius(4), 0.5, 1e-15);
+  CHECK(SubApertureRadius(6) > 1.0 / std::sqrt(6.0));
+  CHECK_NEAR(SubApertureRadius(7), 1.0 / std::sqrt(7.0), 1e-15);
+  for (int count = 1; count <= 64; ++count)
+  {
+    const std::vector<ApertureSample> cells = SubApertureCenters(count);
+    const double radius = SubApertureRadius(count);
+    double squares = 0.0;
+    constexpr int directions = 60, places = 100;
+    for (int d = 0; d < directions; ++d)
+    {
+      const double cosine = std::cos(Pi * d / directions), sine = std::sin(Pi * d / directions);
+      for (int i = 0; i <= places; ++i)
+      {
+        const double x = 1.3 * (2.0 * i / places - 1.0);
+        double part = 0.0;
+        for (const ApertureSample& c : cells)
+        {
+          part += PartOfDisc((x - cosine * c.X - sine * c.Y) / radius) / count;
+        }
+        squares += std::pow(part - PartOfDisc(x), 2) / (directions * places) * 1.3;
+      }
+    }
+    CHECK(std::sqrt(squares) <= (count == 1 ? 1e-12 : 0.115 / count));
+  }
 }
 
 /// The plane in focus stays where it is, and all else moves by C times the place on the lens.
