@@ -182,16 +182,23 @@ class TestAccessor(PlotterCase):
         middle, edge = (slice(85, 95), slice(110, 130)), (slice(85, 95), slice(40, 90))
         self.assertGreater(detail(blurred[middle]), 0.7 * detail(sharp[middle]))
         self.assertLess(detail(blurred[edge]), 0.7 * detail(sharp[edge]))
-        # Through seven cells of the lens, as a still picture.
-        focus = (0, 0, 1)
-        plotted = self.surfels.surfels.plot(coc=60, focus=focus, background="navy", **options)
-        pl = pv.Plotter(off_screen=True, window_size=options["window_size"])
-        pl.set_background("navy")
-        pl.surfels.add(self.surfels, show_scalar_bar=False)
-        pl.camera_position = options["cpos"]
-        pl.surfels.lens(coc=60, focus=focus, cells=7)
-        np.testing.assert_array_equal(plotted, pl.screenshot(return_img=True))
-        pl.close()
+
+    def test_cells(self):
+        """Still pictures are drawn through seven cells of the lens, unless others are wanted."""
+        pl = self.plotter()
+        pl.surfels.add(self.surfels, "stripes", show_scalar_bar=False)
+        pl.add_mesh(pv.Cube(center=(0.3, 0, 2), x_length=0.4, y_length=0.4), color="red")
+        pl.surfels.lens(coc=60, focus=(0, 0, 1))
+        self.assertEqual(pl.surfels.splatter.GetLensCells(), 7)
+        still = self.picture(pl)
+        pl.surfels.lens(cells=1)
+        one = self.picture(pl)
+        self.assertGreater(np.abs(still.astype(int) - one).max(), 3)
+        pl.surfels.lens(coc=60)
+        self.assertEqual(pl.surfels.splatter.GetLensCells(), 1)  # what is not given stays
+        pl.surfels.lens(cells=7)
+        pl.render_window.SetDesiredUpdateRate(30)  # the mouse turns the plot
+        np.testing.assert_array_equal(self.picture(pl), one)
 
 
 class TestLargeCoordinates(PlotterCase):

@@ -11,7 +11,7 @@ import pyvista as pv
 
 from ..backend import vtk
 from ..arrays import checked_size, renderer_of
-from ..views.cameras import STILL_CELLS, View
+from ..views.cameras import View
 from ..clouds.reading import Cloud
 from ..views.focus import fronts_of
 from ..views.framing import complete_view
@@ -190,8 +190,7 @@ class SurfelAccessor:
                 pl.camera_position = cpos
             if coc is not None:
                 middle = _surface_in_the_middle(pl, actor.mapper.dataset)
-                pl.surfels.lens(coc=coc, focus=middle if focus is None else focus,
-                                cells=STILL_CELLS)
+                pl.surfels.lens(coc=coc, focus=middle if focus is None else focus)
             return pl.show(**show_options)
         except BaseException:
             pl.close()
