@@ -141,6 +141,7 @@ class SurfelAccessor:
         ----------
         coc : float, optional
             Radius of the blur of very distant points, in pixels. Without it, everything is sharp.
+            The lens has the seven cells of ``plotter.surfels.lens``.
 
         focus : sequence[float], optional
             Point ``(x, y, z)``, or pixel ``(x, y)`` from the lower left corner, that is in focus.

@@ -89,6 +89,8 @@ class SurfelComponent:
         if key not in self._passes:
             if not self._passes:
                 self._keep_passes(plotter.render_window)
+                plotter.render_window.AddObserver(  # type: ignore[union-attr]
+                    "AbortCheckEvent", _stop_for_button)
             made = self._passes[key] = vtkSurfelSplattingPass()
             made.GetSplatter().SetLensModeToPinhole()
             made.GetSplatter().SetLensCells(STILL_CELLS)
@@ -109,7 +111,6 @@ class SurfelComponent:
                     _set_pass(renderer, component._passes[id(renderer)])
 
         window.AddObserver("StartEvent", before_frame)
-        window.AddObserver("AbortCheckEvent", _stop_for_button)
 
     @property
     def splatter(self) -> vtkSurfelSplatter:
@@ -281,8 +282,7 @@ class SurfelComponent:
             focus_on_point(splatter, camera, point)
         if coc is not None or diameter is not None:
             lens.set_size(splatter, camera)
-        if cells is not None:
-            splatter.SetLensCells(int(cells))
+        splatter.SetLensCells(int(lens.cells))
         if render:
             self._plotter.render()
 
