@@ -155,6 +155,23 @@ class TestMeshFaces(ToolCase):
         cloud = read(write_obj("box.obj", BOX, SIDES))
         self.assertGreater(np.abs(arrays_of(cloud.data)["Normals"]).max(axis=1).min(), 0.999)
 
+    def test_given_normals_are_sharp_at_creases(self):
+        """A box with one normal for each corner, the mean of three sides, and of another order of
+        corners: the normals tell what is outside. A ball's normals stay what they are."""
+        triangles = np.array(TRIANGLES)
+        for order in (triangles, triangles[:, ::-1]):
+            write_data("box.vtp", polydata_of(BOX, {"Normals": BOX - 0.5},
+                                              cells_of(order.ravel(), np.arange(0, 37, 3))))
+            normals = arrays_of(self.check_box("box.vtp").data)["Normals"]
+            self.assertGreater(np.abs(normals).max(axis=1).min(), 0.999)
+        places, triangles = ball(20)
+        write_data("ball.vtp", polydata_of(places, {"Normals": places}, cells_of(
+            triangles.ravel(), np.arange(0, triangles.size + 1, 3))))
+        cloud = read("ball.vtp")
+        found = places_of(cloud) / np.linalg.norm(places_of(cloud), axis=1)[:, None]
+        cosines = (arrays_of(cloud.data)["Normals"] * found).sum(axis=1)
+        self.assertGreater(cosines.min(), np.cos(np.radians(1)))
+
     def test_faces_that_do_not_agree_have_no_sides(self):
         places, triangles = ball(20)
         mixed = triangles.copy()

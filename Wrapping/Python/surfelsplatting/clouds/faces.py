@@ -138,9 +138,17 @@ def _unit(vectors):
 
 
 def _mixed_normals(values, corners, weights, faces):
-    """Unit vectors; those of the faces where there are none"""
-    mixed = _unit(_mixed(values, corners, weights, True))
-    return np.where(mixed.any(axis=1)[:, None], mixed, faces)
+    """Unit vectors. At corners where there are none, or where they lean on their face by more than
+    CREASE, as means of faces at both sides of an edge do, they are that of the face; given ones tell
+    which side it is."""
+    given = [_unit(values[corners[:, i]].astype(float)) for i in range(3)]
+    is_turned = (sum(given) * faces).sum(axis=1) < 0
+    faces = np.where(is_turned[:, None], -faces, faces)
+    mixed = 0
+    for i, normals in enumerate(given):
+        is_near = (normals * faces).sum(axis=1) > np.cos(np.radians(CREASE))
+        mixed = mixed + weights[:, i, None] * np.where(is_near[:, None], normals, faces)
+    return _unit(mixed)
 
 
 def _normals_of(data):
@@ -199,6 +207,7 @@ def _with_normals(data, triangles):
     return smooth.GetOutput()
 
 
+@np.errstate(all="ignore")  # places that are not finite warn
 def on_faces(data):
     """-> vtkPolyData with points on the faces of one, and why; or None, "" if its own tell the
     surface, or there are no faces."""
