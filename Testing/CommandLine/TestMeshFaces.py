@@ -9,9 +9,10 @@ from unittest import mock
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkBitArray
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import VTK_QUAD, VTK_VOXEL, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from surfelsplatting.clouds import faces as limits
 from surfelsplatting.clouds.plyfaces import read_ply_faces
@@ -257,6 +258,23 @@ class TestMeshFaces(ToolCase):
             cloud = read(write("a.gltf", json.dumps(content)))
             self.assertEqual(cloud.data.GetFieldData().GetArray("ScanUp").GetTuple(0), (0, 1, 0))
             self.check_box("a.gltf", count=24)
+
+    def test_grids_of_faces(self):
+        """Cells of an unstructured grid are faces, unless there are others."""
+        for sides, count in ((SIDES, 6), ([*SIDES, range(8)], 7)):
+            kinds = [VTK_QUAD] * 6 + [VTK_VOXEL]
+            grid = vtkUnstructuredGrid()
+            grid.SetPoints(polydata_of(BOX, {}).GetPoints())
+            grid.SetCells(kinds[:count], cells_of(np.concatenate([*sides]),
+                                                  np.cumsum([0, *map(len, sides)])))
+            writer = vtkXMLUnstructuredGridWriter()
+            writer.SetFileName("a.vtu")
+            writer.SetInputData(grid)
+            writer.Write()
+            if count == 6:
+                self.check_box("a.vtu")
+            else:
+                self.assertEqual(read("a.vtu").data.GetNumberOfPoints(), 8)
 
     def test_strips(self):
         data = polydata_of(BOX, {}, cells_of(np.ravel(TRIANGLES), np.arange(0, 37, 3)))

@@ -44,8 +44,21 @@ def _grid_points(grid):
     return points
 
 
-def _as_polydata(data):
-    """The points of a vtkDataSet and their arrays."""
+def _faces_of(grid):
+    """-> vtkCellArray of the cells of a vtkUnstructuredGrid; None if some of them are no faces, or
+    do not pass from corner to corner. Points and lines are cells with fewer than three corners."""
+    if not grid.GetNumberOfCells():
+        return None
+    types = vtk("vtkCommonDataModel")
+    flat = (types.VTK_VERTEX, types.VTK_LINE, types.VTK_TRIANGLE, types.VTK_QUAD, types.VTK_POLYGON)
+    # VTK 9.1 knows only the types of all cells, which are deprecated in 9.6.
+    found = getattr(grid, "GetDistinctCellTypesArray", grid.GetCellTypesArray)()
+    is_flat = np.isin(vtk("util.numpy_support").vtk_to_numpy(found), flat).all()
+    return grid.GetCells() if is_flat else None
+
+
+def as_polydata(data):
+    """The points of a vtkDataSet and their arrays, and its faces if it has no other cells."""
     if data is None or data.GetNumberOfPoints() <= 0:  # damaged extents make it negative
         return vtk("vtkCommonDataModel").vtkPolyData()
     if data.IsA("vtkPolyData"):
@@ -58,6 +71,8 @@ def _as_polydata(data):
     cloud.SetPoints(points)
     cloud.GetPointData().ShallowCopy(data.GetPointData())
     cloud.GetFieldData().ShallowCopy(data.GetFieldData())
+    if data.IsA("vtkUnstructuredGrid"):
+        cloud.SetPolys(_faces_of(data))
     return cloud
 
 
@@ -88,7 +103,7 @@ def _volume_or_points(data):
     """-> vtkImageData of a volume, or vtkPolyData of the points"""
     if data is not None and data.GetNumberOfPoints() > 0 and is_volume(data):
         return data
-    cloud = _as_polydata(data)
+    cloud = as_polydata(data)
     _use_colors(cloud)
     return cloud
 

@@ -47,17 +47,21 @@ class Cloud:
         return self.is_surfels or self.is_gaussians
 
 
-def _of_mesh(data, how=""):
-    """-> Cloud of the points of a vtkPolyData, or of points on its faces where they tell more"""
+def cloud_of(data, how=""):
+    """-> Cloud of the points of a vtkDataSet, or of points on the faces of a mesh where they tell more"""
+    from .datasets import as_polydata
     from .faces import on_faces
 
-    sampled, why = on_faces(data)
-    return Cloud(data, how=how) if sampled is None else Cloud(sampled, how=why)
+    cloud = Cloud(data, how=how)
+    if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
+        return cloud
+    sampled, why = on_faces(as_polydata(data))
+    return cloud if sampled is None else Cloud(sampled, how=why)
 
 
 def _of_vertices(data, how=""):
     """The same of a file that is no longer a mesh once it is read."""
-    cloud = _of_mesh(data, how)
+    cloud = cloud_of(data, how)
     cloud.data.SetPolys(None)
     return cloud
 
@@ -115,8 +119,7 @@ def _read_dataset(path, messages, progress):
     how = ""
     if data.IsA("vtkImageData"):
         how = "a volume of {} x {} x {}".format(*data.GetDimensions())
-    cloud = Cloud(data, how=how)
-    return cloud if cloud.is_volume or cloud.is_drawable else _of_mesh(data)
+    return cloud_of(data, how)
 
 
 def _read_mapped(path, messages, progress):
