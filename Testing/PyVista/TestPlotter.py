@@ -3,6 +3,7 @@
 
 import subprocess
 import sys
+import time
 import unittest
 import warnings
 
@@ -197,6 +198,26 @@ class TestLens(PlotterCase):
         np.testing.assert_allclose(pl.surfels.splatter.GetFocusPoint(), (0, 0, 1), atol=0.03)
         with self.assertRaisesRegex(ValueError, r"\(120, 90\) is no pixel of the active subplot"):
             pl.surfels.lens(focus=(120, 90))
+
+    def test_a_button_stops_the_cells(self):
+        """A still picture on a screen does not let who presses a button wait. Pictures that are only
+        saved are whole."""
+        pl = self.plotter()
+        before = 0.3 * self.cloud.points + (0.3, 0.1, 2)
+        pl.surfels.add(np.concatenate([self.cloud.points, before]))
+        self.picture(pl)
+        window, splatter = pl.render_window, pl.surfels.splatter
+        splats = []
+        for is_off_screen, is_pressed in ((True, False), (False, False), (False, True), (True, True)):
+            window.GetOffScreenRendering = lambda: is_off_screen
+            window.GetEventPending = lambda: is_pressed
+            pl.surfels.lens(coc=0)  # the picture that is there would do
+            time.sleep(0.25)  # VTK looks for events five times a second
+            pl.surfels.lens(coc=60, focus=(0, 0, 1))
+            splats.append(splatter.GetNumberOfSplats())
+        whole, shown, stopped, saved = splats
+        self.assertEqual([shown, saved], [whole, whole])
+        self.assertLess(stopped, whole / 2)
 
     def test_meshes_are_seen_through_it(self):
         pl = self.striped()
