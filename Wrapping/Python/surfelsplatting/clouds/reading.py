@@ -48,7 +48,7 @@ class Cloud:
 
 
 def cloud_of(data, how=""):
-    """-> Cloud of the points of a vtkDataSet, or of points on the faces of a mesh where they tell more"""
+    """-> Cloud of the points of a vtkDataSet, or of points on its faces where they tell more"""
     from .datasets import as_polydata
     from .faces import on_faces
 
