@@ -148,7 +148,7 @@ class TestAccessor(PlotterCase):
         self.assertEqual(surfels(part)["SurfelTwoSided"].min(), 1)
 
     def test_other_data_sets(self):
-        sphere = pv.Sphere(theta_resolution=40, phi_resolution=40)
+        sphere = pv.Icosphere(nsub=6)  # of 40962 vertices; with few ones: TestMeshes.py
         for data in (sphere, sphere.cast_to_unstructured_grid(), pv.PointSet(sphere.points)):
             with self.subTest(type(data).__name__):
                 self.assertEqual(data.surfels.estimate().n_points, sphere.n_points)

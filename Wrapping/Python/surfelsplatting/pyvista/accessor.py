@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``dataset.surfels``: surfels from the points of a data set."""
+"""``dataset.surfels``: surfels from the points of a data set, or on the faces of a mesh."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ..clouds.reading import Cloud
 from ..views.focus import fronts_of
 from ..views.framing import complete_view
 from ..surfels import in_the_world, is_surfels, make_surfels, scan
+from .points import points_of, with_scalars
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
 SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
@@ -31,7 +32,7 @@ class SurfelAccessor:
     Parameters
     ----------
     dataset : pyvista.DataSet
-        Data set with points of a surface, such as a scan.
+        Data set with points of a surface, such as a scan, or a mesh.
 
     Examples
     --------
@@ -70,11 +71,25 @@ class SurfelAccessor:
                  hierarchy: bool = True) -> pv.PolyData:
         """Make surfels of the points.
 
-        Cells are ignored. The surfels have the point data of the points that they are made from,
-        in another order, and stay where these are in the world; in double, if float is too coarse
-        for coordinates such as those of UTM. Normals of the data set are kept. The Gaussians of a
-        capture stay what they are and get their level of detail; the other parameters have no
-        effect on them.
+        Of a mesh whose vertices are too few or too uneven to tell its surface, such as
+        ``pyvista.Cube()``, low-poly cars and CAD, they are made of about 200,000 points on its
+        faces instead, as ``surfelsplat render`` does: below 20,000 vertices, and if half of the
+        area lies in faces that are large for so many vertices. That takes about a second. Faces
+        are those of a PolyData, or of an UnstructuredGrid that has no solid cells; other cells are
+        ignored. ``mesh.cast_to_pointset().surfels`` has the vertices only, and
+        ``grid.extract_surface().surfels`` the faces of other grids.
+
+        The surfels have the point data of the points that they are made from, in another order,
+        and stay where these are in the world; in double, if float is too coarse for coordinates
+        such as those of UTM. Normals of the data set are kept. On faces, real numbers and colors
+        are interpolated; whole numbers and booleans are those of a near corner, so that
+        ``mesh['vertex'] = numpy.arange(mesh.n_points)`` tells near which vertex a picked surfel
+        is. Cell data is not used; ``mesh.cell_data_to_point_data()`` makes point data of it.
+
+        Surfels are a data set of their own: to see what is changed in the points or the mesh
+        afterwards, make them anew, or change the arrays of the surfels. The Gaussians of a capture
+        stay what they are and get their level of detail; the other parameters have no effect on
+        them.
         Surfels whose points are moved afterwards are made anew when they are drawn; those that are
         selected get a new level of detail.
 
@@ -121,21 +136,26 @@ class SurfelAccessor:
         >>> surfels.n_points == cloud.n_points
         True
 
+        Of a mesh with few vertices, points on its faces.
+
+        >>> pv.Cube().surfels.estimate().n_points > 190_000
+        True
+
         """
         if not isinstance(self._dataset, vtk("vtkCommonDataModel").vtkPointSet):
             kind = type(self._dataset).__name__
             raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
                             "of a surface, for example those of dataset.contour()")
         surfels = pv.wrap(in_the_world(make_surfels(
-            self._dataset, cleaning=cleaning, sides=sides, viewpoint=viewpoint, neighbors=neighbors,
-            hierarchy=hierarchy)))
+            points_of(self._dataset), cleaning=cleaning, sides=sides, viewpoint=viewpoint,
+            neighbors=neighbors, hierarchy=hierarchy)))
         if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
             surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
         return surfels
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
-        """Plot the points as surfels.
+        """Plot the points, or the faces of a mesh with few vertices, as surfels.
 
         Parameters
         ----------
@@ -180,13 +200,16 @@ class SurfelAccessor:
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
         if plotter_options.get("window_size") is not None:
             checked_size(plotter_options["window_size"], "window_size")
+        # Here and not in add, since the view needs the points that surfels are made of, too.
+        cloud, scalars = with_scalars(self._dataset, kwargs.pop("scalars", None))
+        cloud = points_of(cloud)
         pl = pv.Plotter(**plotter_options)
         try:
             if background is not None:
                 pl.set_background(background)
-            actor = pl.surfels.add(self._dataset, **kwargs)
+            actor = pl.surfels.add(cloud, scalars, **kwargs)
             if cpos is None:
-                self._show_all(actor.mapper.dataset, pl)
+                _show_all(cloud, actor.mapper.dataset, pl)
             else:
                 pl.camera_position = cpos
             if coc is not None:
@@ -197,12 +220,12 @@ class SurfelAccessor:
             pl.close()
             raise
 
-    def _show_all(self, surfels, plotter):
-        """Places the camera: at the sensor of a depth image, or above the whole cloud."""
-        view = complete_view(View(size=tuple(plotter.window_size)),
-                             Cloud(self._dataset, *scan(self._dataset)), surfels)
-        plotter.camera_position = [view.position, view.focal_point, view.view_up]
-        plotter.camera.view_angle = view.view_angle
+
+def _show_all(cloud, surfels, plotter):
+    """Places the camera: at the sensor of a depth image, or above the whole cloud."""
+    view = complete_view(View(size=tuple(plotter.window_size)), Cloud(cloud, *scan(cloud)), surfels)
+    plotter.camera_position = [view.position, view.focal_point, view.view_up]
+    plotter.camera.view_angle = view.view_angle
 
 
 def _surface_in_the_middle(plotter, surfels):

@@ -20,6 +20,7 @@ from ..views.cameras import STILL_CELLS
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
 from .mapper import SurfelMapper
+from .points import with_scalars
 from .readers import read_capture
 
 if TYPE_CHECKING:
@@ -140,13 +141,16 @@ class SurfelComponent:
         Parameters
         ----------
         cloud : pyvista.DataSet | array_like[float] | str | Path
-            Surfels from ``cloud.surfels.estimate()``; or points, an array of points of shape
-            ``(n, 3)``, or a file, of which surfels are made first; or a capture of 3D Gaussian
-            splatting, or its ``.ply`` or ``.splat`` file, which is drawn as it is.
+            Surfels from ``cloud.surfels.estimate()``; or points or a mesh, an array of points of
+            shape ``(n, 3)``, or a file, of which surfels are made first, as ``estimate`` says; or a
+            capture of 3D Gaussian splatting, or its ``.ply`` or ``.splat`` file, which is drawn as
+            it is. What is changed in points or a mesh afterwards is seen when they are added
+            again, under the same ``name``.
 
         scalars : str | array_like, optional
-            Name of a point array, or an array with one row for each point. By default the active
-            scalars are used; without any, a capture shows the colors of its harmonics.
+            Name of a point array, or an array with one row for each point, which is a vertex of a
+            mesh. By default the active scalars of points are used; without any, a capture shows
+            the colors of its harmonics.
 
         color : ColorLike, optional
             One color for all surfels.
@@ -183,7 +187,7 @@ class SurfelComponent:
             If ``cloud`` is no data set, or one of another VTK.
 
         ValueError
-            If the scalars do not fit, or there are no points.
+            If the scalars do not fit or belong to cells, or there are no points.
 
         Examples
         --------
@@ -376,21 +380,7 @@ def _as_dataset(cloud):
 
 def _surfels_and_scalars(cloud, scalars):
     """Surfels, and the name of the point array to color them by, or None."""
-    if scalars is None:
-        name = cloud.point_data.active_scalars_name
-        name = None if name and name.startswith(("Surfel", "Gaussian")) else name
-    elif isinstance(scalars, str):
-        name = scalars
-        if name not in cloud.point_data:
-            raise ValueError(f"there is no point array {name!r}; there are "
-                             f"{', '.join(map(repr, cloud.point_data)) or 'none'}")
-    else:
-        name, values = pv.DEFAULT_SCALARS_NAME, np.asarray(scalars)
-        if values.ndim not in (1, 2) or len(values) != cloud.n_points:
-            raise ValueError(f"scalars have the shape {values.shape}, but there are {cloud.n_points} "
-                             "points; give one row for each point")
-        cloud = cloud.copy(deep=False)
-        cloud.point_data[name] = values
+    cloud, name = with_scalars(cloud, scalars)
     if not cloud.surfels.are_estimated:
         return cloud.surfels.estimate(), name
     return pv.wrap(in_the_world(cloud)), name  # picking finds files of surfels in place, too

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which points of a data set surfels are made of, and by which of their arrays they are coloured."""
+
+import numpy as np
+import pyvista as pv
+
+from ..clouds.reading import cloud_of
+
+
+def points_of(dataset):
+    """Points on the faces of a mesh whose vertices do not tell the surface; others as they are."""
+    return pv.wrap(cloud_of(dataset).data)
+
+
+def with_scalars(dataset, scalars):
+    """-> the data set with the scalars of pl.surfels.add, the name of their point array or None"""
+    if scalars is None:
+        name = dataset.point_data.active_scalars_name
+        return dataset, None if name and name.startswith(("Surfel", "Gaussian")) else name
+    if isinstance(scalars, str):
+        if scalars not in dataset.point_data:
+            raise ValueError(_no_array(dataset, scalars))
+        return dataset, scalars
+    name, values = pv.DEFAULT_SCALARS_NAME, np.asarray(scalars)
+    if values.ndim not in (1, 2) or len(values) != dataset.n_points:
+        raise ValueError(f"scalars have the shape {values.shape}, but there are {dataset.n_points} "
+                         "points; give one row for each point")
+    dataset = dataset.copy(deep=False)
+    dataset.point_data[name] = values
+    return dataset, name
+
+
+def _no_array(dataset, name):
+    if name in dataset.cell_data:
+        return (f"the array {name!r} is one of cells, but surfels are coloured by those of points; "
+                "dataset.cell_data_to_point_data() makes it one")
+    return (f"there is no point array {name!r}; there are "
+            f"{', '.join(map(repr, dataset.point_data)) or 'none'}")
