@@ -8,7 +8,7 @@ from unittest import mock
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkBitArray
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkStringArray
 from vtkmodules.vtkCommonDataModel import VTK_QUAD, VTK_VOXEL, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -315,16 +315,30 @@ class TestMeshFaces(ToolCase):
             sampled, why = limits.on_faces(polydata_of(BOX, {}, cells_of(corners, ends)))
             self.assertEqual((sampled, why), (None, ""))
 
-    def test_arrays_that_do_not_fit(self):
-        """Bits, and normals that are none."""
+    def test_normals_that_are_none(self):
         data = polydata_of(BOX, {"Normals": np.zeros((8, 2))},
                            cells_of(np.ravel(TRIANGLES), np.arange(0, 37, 3)))
-        bits = vtkBitArray()
-        bits.SetName("bits")
-        bits.SetNumberOfTuples(8)
-        data.GetPointData().AddArray(bits)
         write_data("a.vtp", data)
         self.check_box("a.vtp")
+
+    def test_bits_and_texts(self):
+        """Are those of one corner."""
+        data = polydata_of(BOX, {"corner": np.arange(8)},
+                           cells_of(np.ravel(TRIANGLES), np.arange(0, 37, 3)))
+        bits, texts = vtkBitArray(), vtkStringArray()
+        for array, name in ((bits, "bits"), (texts, "texts")):
+            array.SetName(name)
+            data.GetPointData().AddArray(array)
+        for corner in range(8):
+            bits.InsertNextValue(corner % 2)
+            texts.InsertNextValue(f"corner {corner}")
+        found = limits.on_faces(data)[0].GetPointData()
+        corners = vtk_to_numpy(found.GetArray("corner"))
+        for row in range(0, len(corners), 1000):
+            self.assertEqual(found.GetAbstractArray("bits").GetValue(row), corners[row] % 2)
+            self.assertEqual(found.GetAbstractArray("texts").GetValue(row), f"corner {corners[row]}")
+        write_data("a.vtp", data)
+        self.assertIn(WHY.format(8, "few"), self.tool("render", "a.vtp", "-o", "a.png", "-v"))
 
     def test_clouds_stay(self):
         """Points of which a few are corners of faces, and more points than are read with faces."""

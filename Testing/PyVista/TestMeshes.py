@@ -23,6 +23,7 @@ def heated_cube():
     cube = pv.Cube()
     cube["heat"] = cube.points[:, 0] + 0.5
     cube["vertex"] = np.arange(cube.n_points)
+    cube["name"] = [f"vertex {number}" for number in range(cube.n_points)]
     cube["is_right"] = cube.points[:, 0] > 0
     cube["RGB"] = np.round(255 * (cube.points + 0.5)).astype(np.uint8)
     cube.set_active_scalars("heat")
@@ -72,6 +73,7 @@ class TestEstimate(MeshCase):
         corners = self.cube.points[self.surfels["vertex"]]
         self.assertLess(np.linalg.norm(self.surfels.points - corners, axis=1).max(), 1)
         np.testing.assert_array_equal(self.surfels["is_right"], corners[:, 0] > 0)
+        np.testing.assert_array_equal(self.surfels["name"], self.cube["name"][self.surfels["vertex"]])
         self.assertEqual(self.surfels.point_data.active_scalars_name, "heat")
 
     def test_normals_need_not_be_given(self):

@@ -123,12 +123,40 @@ def _spread(areas, count):
     return np.minimum(triangles[inside], len(areas) - 1), weights[inside]
 
 
+def _nearest(corners, weights):
+    """-> [n] numbers of the vertices that the points have most of"""
+    return corners[np.arange(len(corners)), weights.argmax(axis=1)]
+
+
 def _mixed(values, corners, weights, is_smooth):
     """[n, ...] of an array of the vertices at the points; kinds and classes stay whole numbers"""
     if not is_smooth:
-        return values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
+        return values[_nearest(corners, weights)]
     mixed = sum((values[corners[:, i]].T.astype(float) * weights[:, i]).T for i in range(3))
     return mixed if values.dtype.kind == "f" else np.round(mixed)
+
+
+def _rows_of(array, numbers):
+    """-> an array of VTK with rows of one that is not for numpy, of bits or texts"""
+    wanted = vtk("vtkCommonCore").vtkIdList()
+    wanted.SetNumberOfIds(len(numbers))
+    for row, number in enumerate(numbers.tolist()):
+        wanted.SetId(row, number)
+    rows = array.NewInstance()
+    rows.SetName(array.GetName())
+    rows.SetNumberOfComponents(array.GetNumberOfComponents())
+    rows.SetNumberOfTuples(len(numbers))
+    array.GetTuples(wanted, rows)
+    return rows
+
+
+def _mixed_array(array, corners, weights):
+    """The same of an array of VTK"""
+    if array.GetDataTypeAsString() in ("bit", "string", "variant"):
+        return _rows_of(array, _nearest(corners, weights))
+    values = vtk("util.numpy_support").vtk_to_numpy(array)
+    is_smooth = values.dtype.kind == "f" or is_colors(array)
+    return named_array(array.GetName(), _mixed(values, corners, weights, is_smooth), values.dtype)
 
 
 def _unit(vectors):
@@ -165,17 +193,13 @@ def _sampled(data, triangles, vectors):
     sampled = polydata_of(_mixed(places, corners, weights, True), {})
     old, new = data.GetPointData(), sampled.GetPointData()
     given = _normals_of(data)
-    for array in filter(None, map(old.GetArray, range(old.GetNumberOfArrays()))):
-        if array.GetDataTypeAsString() == "bit":  # not for numpy
-            continue
-        values = to_numpy(array)
-        if array is given and values.shape[1:] == (3,) and values.dtype.kind == "f":
-            normals = _mixed_normals(values, corners, weights, normals)
-        elif array is not given and len(values) == len(places):
-            is_smooth = values.dtype.kind == "f" or is_colors(array)
-            new.AddArray(named_array(array.GetName(), _mixed(values, corners, weights, is_smooth),
-                                     values.dtype))
+    for array in map(old.GetAbstractArray, range(old.GetNumberOfArrays())):
+        if array is not given and array.GetNumberOfTuples() == len(places):
+            new.AddArray(_mixed_array(array, corners, weights))
     if given:
+        values = to_numpy(given)
+        if values.shape[1:] == (3,) and values.dtype.kind == "f":
+            normals = _mixed_normals(values, corners, weights, normals)
         new.SetNormals(named_array(given.GetName(), normals, np.float32))
     if old.GetScalars():
         new.SetActiveScalars(old.GetScalars().GetName())

@@ -82,7 +82,7 @@ class SurfelAccessor:
         The surfels have the point data of the points that they are made from, in another order,
         and stay where these are in the world; in double, if float is too coarse for coordinates
         such as those of UTM. Normals of the data set are kept. On faces, real numbers and colors
-        are interpolated; whole numbers and booleans are those of a near corner, so that
+        are interpolated; whole numbers, booleans and texts are those of a near corner, so that
         ``mesh['vertex'] = numpy.arange(mesh.n_points)`` tells near which vertex a picked surfel
         is. Cell data is not used; ``mesh.cell_data_to_point_data()`` makes point data of it.
 
