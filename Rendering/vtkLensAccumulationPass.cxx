@@ -67,7 +67,7 @@ void vtkLensAccumulationPass::Render(const vtkRenderState* state)
   vtkCamera* camera = frame.Renderer->GetActiveCamera();
   const int size[2] = { frame.Rectangle.Width, frame.Rectangle.Height };
   SurfelSplatting::LensViews views(SurfelSplatting::MakeView(camera, size, frame.Aspect),
-    SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, this->DelegateBlurs == 0 });
+    SurfelSplatting::MakeLens(camera), { this->NumberOfLensPoints, true });
   views.PixelFilter = this->PixelFilter;
   views.LinearLight = this->LinearLight != 0;
   // Hardware selection draws identities of props, which cannot be averaged.
@@ -101,7 +101,6 @@ void vtkLensAccumulationPass::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "NumberOfLensPoints: " << this->NumberOfLensPoints << "\n";
-  os << indent << "DelegateBlurs: " << this->DelegateBlurs << "\n";
   os << indent << "LinearLight: " << this->LinearLight << "\n";
   os << indent << "PixelFilter: " << this->PixelFilter << " px\n";
   os << indent << "DelegatePass: " << this->DelegatePass.Get() << "\n";

@@ -15,9 +15,8 @@
  *
  * Each view is rendered through a copy of the camera that is moved within the plane of the lens.
  * Its window centre is shifted, so that the plane in focus stays in place, and its FocalDisk is 0:
- * a pinhole. With DelegateBlurs, a delegate that blurs by itself, such as vtkSurfelSplattingPass,
- * gets a cell of the lens instead of a point, with a FocalDisk of FocalDisk / sqrt(N), as with
- * vtkSurfelSplatter::LensCells.
+ * a pinhole. vtkSurfelSplatter::LensCells divides the lens for a vtkSurfelSplattingPass, which
+ * takes fewer views.
  *
  * The frame buffer keeps the depth of the first view, which is that of the innermost point.
  *
@@ -61,17 +60,6 @@ public:
 
   ///@{
   /**
-   * Whether the delegate blurs through the lens of the camera that it is given
-   * (vtkSurfelSplatter::LENS_CAMERA). It then gets N smaller lenses instead of N pinholes. Default
-   * off.
-   */
-  vtkSetMacro(DelegateBlurs, vtkTypeBool);
-  vtkGetMacro(DelegateBlurs, vtkTypeBool);
-  vtkBooleanMacro(DelegateBlurs, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
    * Standard deviation in pixels of a Gaussian pixel filter, made by shifting each view. 1 gives
    * meshes the filter of splats (vtkSurfelSplatter::Prefilter). 0 is no filter, for delegates that
    * filter by themselves. Default 0, range [0, 10].
@@ -105,7 +93,6 @@ private:
 
   vtkSmartPointer<vtkRenderPass> DelegatePass;
   int NumberOfLensPoints = 64;
-  vtkTypeBool DelegateBlurs = 0;
   double PixelFilter = 0.0;
   vtkTypeBool LinearLight = 0;
 

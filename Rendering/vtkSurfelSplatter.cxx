@@ -286,6 +286,7 @@ void vtkSurfelSplatter::CompleteView(SceneView& view)
   lens = SurfelSplatting::MakeLens(view.Camera);
   if (view.CellCount > 0)
   {
+    lens.Shape = view.CellShape;
     return;
   }
   if (this->FocusMode == FOCUS_POINT)

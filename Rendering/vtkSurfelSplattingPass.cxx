@@ -294,6 +294,7 @@ SurfelSplatting::SceneView vtkSurfelSplattingPass::MakeView(const SurfelSplattin
   view.Aspect = frame.Aspect;
   view.Oversampling = Oversampling(frame);
   view.CellCount = this->Internal->CellCount;
+  view.CellShape = this->Internal->Accumulation.ShapeOfCell();
   view.IsMoving = this->Internal->IsMoving;
   vtkRenderWindow* window = frame.Window;
   view.Progress = [window](double) { return window->CheckAbortStatus() == 0; };

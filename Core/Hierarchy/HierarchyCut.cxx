@@ -105,6 +105,8 @@ public:
     , Optics(camera.Optics)
     , LensVariance(camera.LensVariance)
     , CellShare(camera.CellShare)
+    , LongestAxis(std::sqrt(camera.Optics.Shape.Largest()))
+    , CellReach(camera.CellReach * LongestAxis)
     , SupportRadius(camera.SupportRadius)
     , Prefilter(camera.Prefilter)
     , Settings(settings)
@@ -316,9 +318,8 @@ private:
       const double a = this->Optics.RelativeCircleOfConfusion(ball.Near());
       const double b = this->Optics.RelativeCircleOfConfusion(ball.Far());
       const bool inFocus = ball.Near() <= focus && focus <= ball.Far();
-      const double perCell = this->FocalLength * this->CellShare;
-      confusion[0] = inFocus ? 0.0 : perCell * std::fmin(a, b);
-      confusion[1] = perCell * std::fmax(a, b);
+      confusion[0] = inFocus ? 0.0 : this->FocalLength * this->CellShare * std::fmin(a, b);
+      confusion[1] = this->FocalLength * this->CellReach * std::fmax(a, b);
       nearest = ball.Near();
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
@@ -435,7 +436,7 @@ private:
       for (const double z : { ball.Near(), ball.Far() })
       {
         const double pixel = (std::sqrt(this->Prefilter) + 1.0) * z / this->FocalLength;
-        const double blur = 0.6 * this->Optics.RelativeCircleOfConfusion(z) * z;
+        const double blur = 0.6 * this->LongestAxis * this->Optics.RelativeCircleOfConfusion(z) * z;
         reach = std::fmax(reach, spread * stretch + pixel + blur);
       }
     }
@@ -500,7 +501,7 @@ private:
   const HierarchyLayout& Layout;
   const View& Camera;
   const Lens& Optics;
-  double LensVariance, CellShare, SupportRadius, Prefilter;
+  double LensVariance, CellShare, LongestAxis, CellReach, SupportRadius, Prefilter;
   CutSettings Settings;
   double LensShare;
   Affine3 LocalToCamera;

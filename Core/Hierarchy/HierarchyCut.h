@@ -73,7 +73,9 @@ struct CutCamera
   double SupportRadius;       ///< of the largest kernel, in standard deviations of W
   double Prefilter;           ///< h, px^2
   double LensVariance = 0.25; ///< that the lens adds, in units of C^2 (Lens.h, DefocusVariance)
-  double CellShare = 1.0; ///< radius of the cells of the lens (CutSettings::Cells) over the lens's
+  /// Of the cells of the lens (CutSettings::Cells), over the lens's radius: the smallest radius and
+  /// the largest semi-axis.
+  double CellShare = 1.0, CellReach = 1.0;
 };
 
 /// Memory of SelectCut, kept from frame to frame.

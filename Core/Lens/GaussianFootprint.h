@@ -74,16 +74,15 @@ constexpr double WholeGaussian = 0.99;
 /**
  * The kernel of a Gaussian in space: its Scale is 1, its Reach the raster's support.
  * @param w      footprint with prefilter and lens
- * @param squaredConfusion C^2, px^2
  * @param gaussianReach where the Gaussian in focus ends
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
-  const FootprintOf<Real>& w, const Real& squaredConfusion, const Real& gaussianReach)
+  const FootprintOf<Real>& w, const BlurShape<Real>& blur, const Real& gaussianReach)
 {
-  const Real one = Uniform<Real>(1.0), trace = w.Trace();
+  const Real one = Uniform<Real>(1.0), trace = blur.Trace, squared = blur.SquaredConfusion;
   const Real perDeterminant = w.InverseRoot * w.InverseRoot;
-  const Real lack = squaredConfusion * perDeterminant * squaredConfusion * perDeterminant *
+  const Real lack = squared * perDeterminant * squared * perDeterminant *
     (3.0 * trace * trace - 4.0 * w.Determinant) / 48.0; // 8 - K
   const Real share = Smaller((8.0 - FocusBellKurtosis - lack) / (8.0 - FocusBellKurtosis), one);
   const Real gaussian = share > WholeGaussian ? one : share;

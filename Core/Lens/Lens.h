@@ -111,12 +111,35 @@ SURFELSPLATTING_INLINE MeanVisibleArea<Real> MeanOverLens(const VisibleAreaOf<Re
   return mean;
 }
 
+/// An ellipse with the area of a disc: the covariance of its points over that of the disc's,
+/// determinant 1. The default is a disc.
+struct LensShape
+{
+  double XX = 1.0, YY = 1.0, XY = 0.0; ///< x right, y up in camera space
+
+  /// Smaller eigenvalue: the squared ratio of the smaller semi-axis to the disc's radius.
+  double Smallest() const { return 1.0 / this->Largest(); }
+  double Largest() const
+  {
+    const double half = 0.5 * (this->XX - this->YY);
+    return 0.5 * (this->XX + this->YY) + std::sqrt(half * half + this->XY * this->XY);
+  }
+
+  /// The symmetric square root: it maps a disc to the ellipse.
+  LensShape Root() const
+  {
+    const double scale = 1.0 / std::sqrt(this->XX + this->YY + 2.0);
+    return { scale * (this->XX + 1.0), scale * (this->YY + 1.0), scale * this->XY };
+  }
+};
+
 /// A lens in VTK's ray-tracing convention; Radius = vtkCamera::FocalDisk / 2. Radius 0 is a
 /// pinhole.
 struct Lens
 {
-  double Radius = 0.0;        ///< world units, >= 0
+  double Radius = 0.0;        ///< world units, >= 0; of an ellipse, that of a disc of its area
   double FocalDistance = 1.0; ///< distance in focus along the view direction, world units, > 0
+  LensShape Shape{};          ///< of cells (SubApertures.h)
 
   /// Radius of the circle of confusion in units of the focal length f in px: C = f * R |1/z_f -
   /// 1/z| (Potmesil and Chakravarty 1981, with the sensor scaled to pixels). z > 0.

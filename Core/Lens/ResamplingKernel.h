@@ -60,22 +60,35 @@ struct FootprintOf
 
   /**
    * @param projected M S M', px^2
-   * @param variance  isotropic part h + V_I in x and in y (different only for non-square pixels),
-   *                  px^2, > 0
+   * @param smooth    h I + V_I, px^2, positive definite; XY is 0 but for cells of a lens
    */
-  SURFELSPLATTING_INLINE FootprintOf(const Symmetric2Of<Real>& projected, const Real (&variance)[2])
+  SURFELSPLATTING_INLINE FootprintOf(
+    const Symmetric2Of<Real>& projected, const Symmetric2Of<Real>& smooth)
   {
-    // det W = det(M S M') + positive terms, so cancellation cannot make it zero or negative.
+    // det W = det(M S M') + terms of which the sum is positive, so cancellation cannot make it zero
+    // or negative.
     const Real determinant =
       Larger(projected.XX * projected.YY - projected.XY * projected.XY, Real{});
-    this->XY = projected.XY;
-    this->Determinant = determinant + variance[0] * projected.YY + variance[1] * projected.XX +
-      variance[0] * variance[1];
-    this->YY = projected.YY + variance[1];
+    this->XY = projected.XY + smooth.XY;
+    this->Determinant = determinant + smooth.XX * projected.YY + smooth.YY * projected.XX +
+      smooth.XX * smooth.YY - smooth.XY * (2.0 * projected.XY + smooth.XY);
+    this->YY = projected.YY + smooth.YY;
     this->CompleteFromDeterminant();
   }
 
+  /// @param variance the diagonal of h I + V_I
+  SURFELSPLATTING_INLINE FootprintOf(const Symmetric2Of<Real>& projected, const Real (&variance)[2])
+    : FootprintOf(projected, Symmetric2Of<Real>{ variance[0], variance[1], Real{} })
+  {
+  }
+
   SURFELSPLATTING_INLINE Real Trace() const { return this->XX + this->YY; }
+
+  /// det W tr(W^-1 S).
+  SURFELSPLATTING_INLINE Real Trace(const Symmetric2Of<Real>& s) const
+  {
+    return this->XX * s.YY + this->YY * s.XX - 2.0 * this->XY * s.XY;
+  }
 
   SURFELSPLATTING_INLINE Real SmallestEigenvalue() const
   {
@@ -175,21 +188,39 @@ SURFELSPLATTING_INLINE KernelProfile<Real> GaussianProfile(
     Uniform<Real>(1.0) };
 }
 
+/// What determines a kernel's shape: the lens's disc, or ellipse, in relation to W.
+template <class Real>
+struct BlurShape
+{
+  Real SquaredConfusion; ///< C^2, px^2
+  Real Trace;            ///< tr W, or det W tr(W^-1 S) of an ellipse of shape S, px^2
+
+  SURFELSPLATTING_INLINE BlurShape(const FootprintOf<Real>& w, const Real& squaredConfusion)
+    : SquaredConfusion(squaredConfusion)
+    , Trace(w.Trace())
+  {
+  }
+  SURFELSPLATTING_INLINE BlurShape(
+    const FootprintOf<Real>& w, const Real& squaredConfusion, const Symmetric2Of<Real>& shape)
+    : SquaredConfusion(squaredConfusion)
+    , Trace(w.Trace(shape))
+  {
+  }
+};
+
 /**
  * The kurtosis of (uniform disc of radius C convolved with the splat's own Gaussian), as the
  * exponent n of the Pearson-II kernel (1 - q/q0)^n that has it: K = mean of q^2 = 8 (n + 2) / (n +
  * 3). det and tr are those of W, which includes the disc's variance C^2/4:
  *   n + 3 = 384 det^2 / (C^4 (3 tr^2 - 4 det))
- * n is 0 if the footprint is all blur, and infinity or NaN in focus.
- * @param squaredConfusion C^2, px^2
+ * n is 0 if the footprint is all blur, and infinity or NaN in focus. Of an ellipse, with the
+ * covariance C^2/4 S and det S = 1, tr is det W tr(W^-1 S).
  */
 template <class Real>
-SURFELSPLATTING_INLINE Real PearsonExponent(
-  const FootprintOf<Real>& w, const Real& squaredConfusion)
+SURFELSPLATTING_INLINE Real PearsonExponent(const FootprintOf<Real>& w, const BlurShape<Real>& blur)
 {
-  const Real trace = w.Trace();
-  const Real spread =
-    squaredConfusion * squaredConfusion * (3.0 * trace * trace - 4.0 * w.Determinant);
+  const Real squared = blur.SquaredConfusion;
+  const Real spread = squared * squared * (3.0 * blur.Trace * blur.Trace - 4.0 * w.Determinant);
   return 384.0 * w.Determinant * w.Determinant / spread - 3.0;
 }
 
@@ -277,24 +308,21 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SmoothProfile(
     12.0 * steepness / reach };
 }
 
-/**
- * Chooses the kernel's profile for a footprint.
- * @param squaredConfusion C^2 of the disc that determines the kernel's shape, px^2
- */
+/// Chooses the kernel's profile for a footprint.
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
-  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const Real& squaredConfusion)
+  const TruncatedGaussian& gaussian, const FootprintOf<Real>& w, const BlurShape<Real>& blur)
 {
   if (type == KernelType::Gaussian)
   {
     return GaussianProfile(gaussian, w);
   }
   const double support = gaussian.Support();
-  if (!AnyLane<Real>(squaredConfusion != 0.0))
+  if (!AnyLane<Real>(blur.SquaredConfusion != 0.0))
   {
     return BellProfile(w, Uniform<Real>(FocusExponent), support);
   }
-  const Real exponent = PearsonExponent(w, squaredConfusion);
+  const Real exponent = PearsonExponent(w, blur);
   const KernelProfile<Real> bell = BellProfile(w, exponent, support);
   const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
   if (!AnyLane<Real>(smooth))

@@ -33,25 +33,35 @@ void SetMoments(std::vector<ApertureSample>& points, double variance)
   }
 }
 
-/// Up to so many cells lie on one ring.
-constexpr int LargestLoneRing = 6;
-
-/// Points on concentric rings, each in the middle of an equal share of the disc.
-/// @param halves of the rings; an odd one is a point in the middle, or a lone ring
-std::vector<ApertureSample> Rings(int count, int halves)
+/// How many of `count` parts of the disc of equal area are on each of some concentric rings, of
+/// nearly equal widths.
+/// @param halves of the rings; an odd one is a part in the middle, or a lone ring
+std::vector<int> NumbersOnRings(int count, int halves)
 {
-  const int rings = (halves + 1) / 2;
-  std::vector<ApertureSample> points;
-  for (int ring = 0; ring < rings; ++ring)
+  std::vector<int> numbers;
+  int first = 0;
+  for (int ring = 0; ring < (halves + 1) / 2; ++ring)
   {
-    const double first = static_cast<double>(points.size());
     const double border = (2.0 * (ring + 1) - halves % 2) / halves;
     const double share = count * border * border;
     const double last = halves % 2 == 0 ? std::ceil(share - 1e-9) : std::round(share);
-    const int number = static_cast<int>(std::fmax(last, 1.0) - first);
+    numbers.push_back(std::max(static_cast<int>(last), 1) - first);
+    first += numbers.back();
+  }
+  return numbers;
+}
+
+/// Points on concentric rings, each in the middle of an equal share of the disc.
+std::vector<ApertureSample> Rings(int count, int halves)
+{
+  std::vector<ApertureSample> points;
+  int ring = 0;
+  for (const int number : NumbersOnRings(count, halves))
+  {
+    const double first = static_cast<double>(points.size());
     const double radius = number == 1 ? 0.0 : std::sqrt(0.5 * (2.0 * first + number) / count);
     // Rings are rotated by an irrational share of the spacing, so that no points line up.
-    const double phase = 0.38196601125010515 * ring;
+    const double phase = 0.38196601125010515 * ring++;
     for (int i = 0; i < number; ++i)
     {
       const double angle = 2.0 * Pi * (i + phase) / number;
@@ -59,6 +69,35 @@ std::vector<ApertureSample> Rings(int count, int halves)
     }
   }
   return points;
+}
+
+/// Adds the cells of a ring between two radii; those at opposite places have the same shape.
+void AddRing(double inner, double outer, int number, std::vector<ApertureCell>& cells)
+{
+  if (number == 1)
+  {
+    cells.push_back({ { 0.0, 0.0 }, outer, {} });
+    return;
+  }
+  const double half = Pi / number, squares = inner * inner + outer * outer;
+  const double along = 2.0 / 3.0 * (squares + inner * outer) / (inner + outer);
+  const double mean = along * std::sin(half) / half, tilt = std::sin(2.0 * half) / (2.0 * half);
+  const double xx = 0.25 * squares * (1.0 + tilt) - mean * mean;
+  const double yy = 0.25 * squares * (1.0 - tilt);
+  const double area = std::sqrt(xx * yy);
+  const int step = number % 2 == 0 ? number / 2 : number;
+  for (int first = 0; first < step; ++first)
+  {
+    const double c = std::cos(2.0 * half * first), s = std::sin(2.0 * half * first);
+    const LensShape shape{ (xx * c * c + yy * s * s) / area, (xx * s * s + yy * c * c) / area,
+      (xx - yy) * c * s / area };
+    for (int i = first; i < number; i += step)
+    {
+      const double angle = 2.0 * half * i;
+      cells.push_back(
+        { { mean * std::cos(angle), mean * std::sin(angle) }, 2.0 * std::sqrt(area), shape });
+    }
+  }
 }
 
 View ViewFrom(const View& view, const Lens& lens, const Vector3& center)
@@ -72,22 +111,21 @@ View ViewFrom(const View& view, const Lens& lens, const Vector3& center)
 }
 }
 
-double SubApertureRadius(int count)
+std::vector<ApertureCell> ApertureCells(int count)
 {
-  // Nothing covers the middle of a ring of five or six smaller ones.
-  constexpr double leastOnLoneRing = 0.49;
-  const double equalShare = 1.0 / std::sqrt(static_cast<double>(count));
-  return count <= LargestLoneRing ? std::fmax(equalShare, leastOnLoneRing) : equalShare;
-}
-
-std::vector<ApertureSample> SubApertureCenters(int count)
-{
-  // So cells are as far apart along a ring as the rings are.
+  constexpr int largestLoneRing = 4;
   const int halves = static_cast<int>(std::round(2.0 * std::sqrt(count / Pi)));
-  std::vector<ApertureSample> points = Rings(count, count <= LargestLoneRing ? 1 : halves);
-  const double radius = SubApertureRadius(count);
-  SetMoments(points, 0.25 * (1.0 - radius * radius));
-  return points;
+  std::vector<ApertureCell> cells;
+  double inner = 0.0;
+  int first = 0;
+  for (const int number : NumbersOnRings(count, count <= largestLoneRing ? 2 : halves))
+  {
+    first += number;
+    const double outer = std::sqrt(static_cast<double>(first) / count);
+    AddRing(inner, outer, number, cells);
+    inner = outer;
+  }
+  return cells;
 }
 
 std::vector<ApertureSample> ApertureSamples(int count)
@@ -114,15 +152,24 @@ std::vector<SubAperture> DivideLens(
     return { SubAperture{ view, lens } };
   }
   const int count = std::max(1, sampling.Count);
-  Lens part = lens;
-  part.Radius = sampling.Pinholes ? 0.0 : lens.Radius * SubApertureRadius(count);
-  std::vector<SubAperture> cells;
-  for (const ApertureSample& p :
-    sampling.Pinholes ? ApertureSamples(count) : SubApertureCenters(count))
+  std::vector<SubAperture> parts;
+  const auto add = [&](const ApertureSample& at, double radius, const LensShape& shape) {
+    const Vector3 center{ lens.Radius * at.X, lens.Radius * at.Y, 0.0 };
+    parts.push_back({ ViewFrom(view, lens, center),
+      { lens.Radius * radius, lens.FocalDistance, shape }, center });
+  };
+  if (sampling.Pinholes)
   {
-    const Vector3 center{ lens.Radius * p.X, lens.Radius * p.Y, 0.0 };
-    cells.push_back({ ViewFrom(view, lens, center), part, center });
+    for (const ApertureSample& point : ApertureSamples(count))
+    {
+      add(point, 0.0, {});
+    }
+    return parts;
   }
-  return cells;
+  for (const ApertureCell& cell : ApertureCells(count))
+  {
+    add(cell.Center, cell.Radius, cell.Shape);
+  }
+  return parts;
 }
 }

@@ -53,6 +53,13 @@ void CheckFrame(const Frame& frame, const View& view)
 /// through the whole lens has finer nodes, which gain 0.03 to 0.7 dB there for at most a third of
 /// one picture's time.
 constexpr double WholeError = 0.75;
+
+/// Whether splats through one cell are those through another one, displaced.
+bool HaveSameShape(const Lens& a, const Lens& b)
+{
+  return a.Radius == b.Radius && a.Shape.XX == b.Shape.XX && a.Shape.YY == b.Shape.YY &&
+    a.Shape.XY == b.Shape.XY;
+}
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -98,7 +105,7 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   this->CellInPicture.CoarseGrids = false;
 }
 
-/// Makes the splats of this cell from those that all cells share; pinholes share none.
+/// Makes the splats of this cell from those that all cells of its shape share; pinholes share none.
 void Splatter::ShareSplats(const SubAperture& cell)
 {
   if (this->Cell.HasLens())
@@ -136,12 +143,12 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
   if (this->IsFirstCell)
   {
     const CutCamera camera{ this->Whole.Camera, lens, supportRadius, prefilter, lensVariance,
-      cell.Optics.Radius / lens.Radius };
+      this->CellShare, this->CellReach };
     this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, shared));
-    if (cell.Central && cell.Central->Holds(cloud))
-    {
-      cell.Central->Add(shared);
-    }
+  }
+  if (this->IsFirstOfShape && cell.Central && cell.Central->Holds(cloud))
+  {
+    cell.Central->Add(shared);
   }
   SeeFromCell(shared, this->Whole.Camera, lens, this->CellCenter, this->Ranges);
 }
@@ -245,6 +252,38 @@ void Splatter::RenderWhole(const SplatContext& context, const std::vector<Surfel
     doubtTimesCells / static_cast<float>(context.Sampling.Count));
 }
 
+/// Keeps what all cells of a lens have in common.
+void Splatter::SetDivision(const SplatContext& context, const std::vector<SubAperture>& cells)
+{
+  const double radius = context.Optics.Radius;
+  this->Whole = { context.Camera, context.Optics };
+  this->CellShare = 1.0;
+  this->CellReach = 0.0;
+  for (const SubAperture& cell : cells)
+  {
+    const double share = cell.Optics.Radius / radius;
+    this->CellShare = std::fmin(this->CellShare, share);
+    this->CellReach = std::fmax(this->CellReach, share * std::sqrt(cell.Optics.Shape.Largest()));
+  }
+}
+
+/// Forgets the splats of the last shape if the i-th cell is the first one of its shape; returns
+/// whether it is the only one.
+bool Splatter::BeginShape(
+  const SplatContext& context, const std::vector<SubAperture>& cells, std::size_t i)
+{
+  const auto isLike = [&](std::size_t k) {
+    return k < cells.size() && HaveSameShape(cells[k].Optics, cells[i].Optics);
+  };
+  this->IsFirstCell = i == 0;
+  this->IsFirstOfShape = i == 0 || !isLike(i - 1);
+  if (this->IsFirstOfShape)
+  {
+    this->Central.Clear(context);
+  }
+  return this->IsFirstOfShape && !isLike(i + 1);
+}
+
 /// Renders through the cells of the lens, one after another, and takes their mean.
 bool Splatter::RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
@@ -268,8 +307,7 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
     mean.Color = this->MeanColor.data();
     mean.Depth = this->MeanDepth.data();
   }
-  this->Whole = { context.Camera, context.Optics };
-  this->Central.Clear(context);
+  this->SetDivision(context, cells);
   this->Average.Start(mean, this->Doubtful, executor);
   RenderTarget cellTarget = target;
   cellTarget.Picture = this->Average.Next();
@@ -278,10 +316,13 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   bool goOn = true;
   while (goOn && done < cells.size() && !this->Doubtful.IsEmpty())
   {
+    const bool isAlone = this->BeginShape(context, cells, done);
     this->SetCell(context, cells[done]);
-    this->ShareSplats(cells[done]);
+    if (!isAlone)
+    {
+      this->ShareSplats(cells[done]);
+    }
     this->Cell.Cut.Cells = cells.size();
-    this->IsFirstCell = done == 0;
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
     this->Average.EndPicture();
@@ -358,6 +399,7 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
     settings.LensRadius = static_cast<float>(context.Optics.Radius);
     settings.BlurPerDepth =
       static_cast<float>(context.Optics.Radius / context.Optics.FocalDistance);
+    settings.SetShape(context.Optics.Shape);
   }
   settings.Pass = context.DepthBuffered ? RasterPass::Nearest : RasterPass::Layers;
   this->Stats.Fragments =

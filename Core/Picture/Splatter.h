@@ -111,6 +111,9 @@ private:
 
   void SetCell(const SplatContext& context, const SubAperture& cell);
   void ShareSplats(const SubAperture& cell);
+  void SetDivision(const SplatContext& context, const std::vector<SubAperture>& cells);
+  bool BeginShape(
+    const SplatContext& context, const std::vector<SubAperture>& cells, std::size_t i);
   void RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
@@ -137,8 +140,9 @@ private:
   SplatContext CellInPicture; // the same without coarse grids
   SubAperture Whole;          // the lens that is divided
   Vector3 CellCenter{ { 0, 0, 0 } };
-  bool IsFirstCell = true;
-  CentralSplats Central; // of all cells
+  bool IsFirstCell = true, IsFirstOfShape = true;
+  double CellShare = 1.0, CellReach = 1.0; // CutCamera
+  CentralSplats Central;                   // of all cells of one shape
   CutWork Cut;
   std::vector<std::vector<CutRange>> SharedCuts; // [cloud] of all cells
   std::vector<CutRange> Ranges;                  // the cut of one cloud

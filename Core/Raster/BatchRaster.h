@@ -112,7 +112,8 @@ struct BatchBlock
 {
   PixelTile& Tile;
   int Block;
-  Lanes X, Y; // centres of the pixels, px in the tile
+  Lanes X, Y;         // centres of the pixels, px in the tile
+  Lanes LensX, LensY; // ToDisc of them
   RasterSettings& Settings;
   const RasterCallbacks& Callbacks;
 };
@@ -379,7 +380,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   {
     const Lanes front = p.Area + p.AreaY * at.Y + p.AreaX * at.X;
     peak = Larger(front, 0.0f - p.Back * front);
-    u = { p.LensX + p.PerPixel * at.X, p.LensY + p.PerPixel * at.Y };
+    u = { p.LensX + p.PerPixel * at.LensX, p.LensY + p.PerPixel * at.LensY };
   }
   const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
@@ -496,7 +497,7 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
     const BatchItem& item = batch[k];
     touched[k] = item.Cell ? BlocksOf(item.Place.Span)
                            : BlocksOfSplat(*item.Body, item.Place, settings.Support);
-    Prepare<OnLens, Pass>(item, perSupport, prepared[k]);
+    Prepare<OnLens, Pass>(item, settings, perSupport, prepared[k]);
   }
   Transpose(touched);
   std::uint64_t fragments = 0;
@@ -506,8 +507,10 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
     {
       const Lanes x = Lanes::Load(RampX) + (FirstPixel[block % BlocksPerRow] + 0.5f);
       const Lanes y = Lanes::Load(RampY) + (FirstPixel[block / BlocksPerRow] + 0.5f);
+      const Lanes lensX = settings.ToDiscXX * x + settings.ToDiscXY * y;
+      const Lanes lensY = settings.ToDiscXY * x + settings.ToDiscYY * y;
       fragments += AddItemsToBlock<OnLens, Pass>(
-        { tile, block, x, y, settings, callbacks }, prepared, touched[block]);
+        { tile, block, x, y, lensX, lensY, settings, callbacks }, prepared, touched[block]);
     }
   }
   return fragments;

@@ -109,6 +109,22 @@ SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const Pi
   return OnLens ? Larger(color + x * d.X + y * d.Y, Real(0.0f)) : Real(color);
 }
 
+/// A lens point, of a lens with the area and the variance of a disc, becomes that of an ellipse S:
+/// E u becomes E S^(1/2) u, and L becomes S^(1/2) L S^(1/2).
+template <class Real>
+SURFELSPLATTING_INLINE void MapToDisc(
+  const RasterSettings& settings, ShareOfLens& share, Real& x, Real& y)
+{
+  // Of determinant 1: the inverse of ToDisc.
+  const float xx = settings.ToDiscYY, xy = -settings.ToDiscXY, yy = settings.ToDiscXX;
+  const Real along = xx * x + xy * y;
+  y = xy * x + yy * y;
+  x = along;
+  const float a = xx * share.XX + xy * share.XY, b = xx * share.XY + xy * share.YY;
+  const float c = xy * share.XX + yy * share.XY, d = xy * share.XY + yy * share.YY;
+  share = { a * xx + b * xy, a * xy + b * yy, c * xy + d * yy };
+}
+
 /// Fragments of a Gaussian in space. @param d BlockPixels or PairPixels
 template <bool OnLens, class Real, class Pixels>
 SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
@@ -119,15 +135,20 @@ SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
   const Real depth = s.Weight * EvaluateInSpace<Real>(s.Shape, d.Q, s.DepthX);
   const SpaceFootprint& lens = splat.Footprint;
   const float quarter = lens.Quarter;
-  const Real x = (quarter * s.A) * (d.X + s.K * d.Y);
+  Real x = (quarter * s.A) * (d.X + s.K * d.Y);
+  Real y = s.K * x + (quarter * s.B) * d.Y;
   const float square = 4.0f * quarter * quarter, xy = square * (s.A * s.K);
-  const ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
+  ShareOfLens share{ square * s.A, xy, xy * s.K + square * s.B };
+  if (!splat.Settings.IsLensRound())
+  {
+    MapToDisc(splat.Settings, share, x, y);
+  }
   const float mean = share.Mean();
   return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)),
     ColorInSpace<OnLens, Real>(s.Red, lens.RedX, lens.RedY, d),
     ColorInSpace<OnLens, Real>(s.Green, lens.GreenX, lens.GreenY, d),
     ColorInSpace<OnLens, Real>(s.Blue, lens.BlueX, lens.BlueY, d), s.Near,
-    share.MomentsAt<Real>(x, s.K * x + (quarter * s.B) * d.Y), share, mean, WeightOfRamp(mean),
+    share.MomentsAt<Real>(x, y), share, mean, WeightOfRamp(mean),
     WeightOfEllipse(mean, lens.Opacity) };
 }
 

@@ -29,7 +29,7 @@ struct alignas(64) PreparedItem
   float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
   ZRange Range;
   float Weight;                 ///< over RoomToFill
-  float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel (x, y)
+  float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel D (x, y), D: ToDisc
   float Area, AreaX, AreaY;     ///< as in LensFootprint, times Weight
   float Back;
   float Depth, DepthX, DepthY;
@@ -48,7 +48,8 @@ SURFELSPLATTING_INLINE ItemKernel KernelOf(float shape)
 }
 
 template <bool OnLens, RasterPass Pass>
-SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, PreparedItem& p)
+SURFELSPLATTING_INLINE void Prepare(
+  const BatchItem& item, const RasterSettings& settings, float perSupport, PreparedItem& p)
 {
   p.Item = &item;
   if (Pass == RasterPass::Layers && item.Cell)
@@ -78,8 +79,8 @@ SURFELSPLATTING_INLINE void Prepare(const BatchItem& item, float perSupport, Pre
   {
     const LensFootprint& lens = *item.Footprint;
     p.PerPixel = 2.0f * lens.PerPixel;
-    p.LensX = 2.0f * lens.MeanX - p.PerPixel * x;
-    p.LensY = 2.0f * lens.MeanY - p.PerPixel * y;
+    p.LensX = 2.0f * lens.MeanX - p.PerPixel * (settings.ToDiscXX * x + settings.ToDiscXY * y);
+    p.LensY = 2.0f * lens.MeanY - p.PerPixel * (settings.ToDiscXY * x + settings.ToDiscYY * y);
     p.AreaX = p.Weight * lens.AreaX;
     p.AreaY = p.Weight * lens.AreaY;
     p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);

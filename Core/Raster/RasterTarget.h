@@ -8,6 +8,7 @@
 #pragma once
 
 #include "Core/Base/Tiles.h"
+#include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"
 #include "Core/Splats/Splat.h"
 #include "Core/Splats/Tent.h"
@@ -156,10 +157,27 @@ struct RasterSettings
   float LargestColor;
   /// The radius of the blur at depth z, world units, is |z BlurPerDepth - LensRadius|. 0: no lens.
   float LensRadius = 0.0f, BlurPerDepth = 0.0f;
+  /// Symmetric, determinant 1: maps an ellipse as a lens to a disc (LensShape). Points of the lens
+  /// are those of the unit disc.
+  float ToDiscXX = 1.0f, ToDiscXY = 0.0f, ToDiscYY = 1.0f;
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false; ///< add nothing to opaque blocks
   bool Doubts = false;     ///< sum up PixelTile::Doubted
   bool HasLayers = true;   ///< the tile may have open layers
+
+  /// Called on every processor, so not in a target.
+  void SetShape(const LensShape& shape)
+  {
+    const LensShape root = shape.Root(); // of determinant 1
+    this->ToDiscXX = static_cast<float>(root.YY);
+    this->ToDiscXY = static_cast<float>(-root.XY);
+    this->ToDiscYY = static_cast<float>(root.XX);
+  }
+
+  SURFELSPLATTING_INLINE bool IsLensRound() const
+  {
+    return this->ToDiscXX == 1.0f && this->ToDiscXY == 0.0f;
+  }
 };
 
 /// A splat and its optional data.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * Splats through a cell at the centre of a divided lens (SubApertures.h), which those of all cells
- * follow from. Most of the set-up does not depend on the cell and is done once.
+ * of its shape follow from. Most of the set-up does not depend on the place and is done once.
  *
  * Depth and z-range are the same from everywhere on the lens. Through the cell at point u of the
  * lens, a unit disc, a splat is displaced by C u, and sees the part of Lens.h's VisibleArea that is

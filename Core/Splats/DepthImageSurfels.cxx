@@ -36,7 +36,8 @@ int MarginOf(
   double widest = 0.0;
   for (const double z : { nearest, farthest })
   {
-    widest = z > 0.0 ? std::fmax(widest, f * lens.RelativeCircleOfConfusion(z)) : INFINITY;
+    const double blur = std::sqrt(lens.Shape.Largest()) * lens.RelativeCircleOfConfusion(z);
+    widest = z > 0.0 ? std::fmax(widest, f * blur) : INFINITY;
   }
   // Kernels are up to a quarter wider than the disc; 3 px are for the pixel's own kernel. Squares
   // of pixels are the same whether or not there is a margin.

@@ -267,6 +267,15 @@ struct PlacedSurfels
   Real Overlap;                ///< SurfelCloud::OverlapOf
 };
 
+/// A slope over the lens, an ellipse, becomes that over the unit disc that Root() maps to it.
+template <class Real>
+SURFELSPLATTING_INLINE void ToUnitDisc(const LensShape& root, Real& x, Real& y)
+{
+  const Real along = root.XX * x + root.XY * y;
+  y = root.XY * x + root.YY * y;
+  x = along;
+}
+
 /// Replaces what the lens's centre sees by what each of its points sees.
 template <class Real>
 SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>& s)
@@ -274,7 +283,11 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
   const View& view = job.Camera;
   const Real scale = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) *
     (job.WeighedRadius * view.Fx * view.Fy) * s.Facing * s.InverseZ * s.InverseZ * s.InverseZ;
-  const Real x = scale * s.Area.X, y = scale * s.Area.Y;
+  Real x = scale * s.Area.X, y = scale * s.Area.Y;
+  if (!job.WeighsPart)
+  {
+    ToUnitDisc(job.ShapeRoot, x, y);
+  }
   const Real largest = s.Deposit + SquareRoot(x * x + y * y);
   const Real inverse = largest > 0.0 ? 1.0 / largest : Real{};
   s.Visible.Base = s.Deposit * inverse;
@@ -369,7 +382,7 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
   // spread it.
   const Real blur =
     Larger(job.InverseFocalDistance - s.InverseZ, s.InverseZ - job.InverseFocalDistance);
-  const double perBlur = 1.5 * job.WeighedRadius;
+  const double perBlur = 1.5 * job.WeighedRadius * __builtin_sqrt(job.LargestShape);
   const Real marginX = 4.0 + (perBlur * __builtin_fabs(view.Fx)) * blur;
   const Real marginY = 4.0 + (perBlur * __builtin_fabs(view.Fy)) * blur;
   const MaskOf<Real> isInside = (x.Low < view.Width + marginX) & (x.High > Real{} - marginX) &

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Last stage of the set-up where a lens is divided (CentralSplats.h): writes what all cells share,
- * and makes the splats of a cell from that.
+ * Last stage of the set-up where a lens is divided (CentralSplats.h): writes what cells of one
+ * shape share, and makes the splats of a cell from that.
  */
 #pragma once
 
@@ -100,15 +100,21 @@ SURFELSPLATTING_INLINE void EndBatch(const PlacedSurfels<Real>& s, CentralOutput
 /// @param share becomes the largest one, over the largest one of the whole lens
 template <class Real>
 SURFELSPLATTING_INLINE VisibleAreaOf<Real> SeenFromCell(
-  const VisibleAreaOf<Real>& whole, const CellOfLens& cell, Real& share)
+  const SetupJob& job, const VisibleAreaOf<Real>& whole, const CellOfLens& cell, Real& share)
 {
   const Real base = whole.Base + cell.X * whole.X + cell.Y * whole.Y;
   const MaskOf<Real> back = (base < 0.0) & whole.TwoSided;
-  share = (back ? -base : base) + cell.Radius * (1.0 - whole.Base);
+  Real x = whole.X, y = whole.Y, length = 1.0 - whole.Base;
+  if (job.LeastShape < 1.0)
+  {
+    ToUnitDisc(job.ShapeRoot, x, y);
+    length = SquareRoot(x * x + y * y);
+  }
+  share = (back ? -base : base) + cell.Radius * length;
   const Real inverse =
     (back ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) / (share > 0.0 ? share : Uniform<Real>(1.0));
   const Real slope = cell.Radius * inverse;
-  return { base * inverse, slope * whole.X, slope * whole.Y, whole.TwoSided };
+  return { base * inverse, slope * x, slope * y, whole.TwoSided };
 }
 
 /// The pixels that a splat may change. @param cell size of its grid's cells, px; 1: the picture
@@ -148,14 +154,14 @@ SURFELSPLATTING_INLINE void SeeBatch(const SetupJob& job, const CellOfLens& at,
   BoundOnScreen<Real>(job.Camera, cell, read(CentralOutput::HalfWidth),
     read(CentralOutput::HalfHeight), place, alive);
   Real share;
-  const VisibleAreaOf<Real> visible =
-    SeenFromCell<Real>({ read(CentralOutput::Area), read(CentralOutput::AreaX),
-                         read(CentralOutput::AreaY), read(CentralOutput::TwoSided) > 0.0 },
-      at, share);
+  const VisibleAreaOf<Real> visible = SeenFromCell<Real>(job,
+    { read(CentralOutput::Area), read(CentralOutput::AreaX), read(CentralOutput::AreaY),
+      read(CentralOutput::TwoSided) > 0.0 },
+    at, share);
   const Real weight = share * read(CentralOutput::Weight);
   alive &= weight >= MinSplatWeight;
   const LensFootprintFields<Real> lens(
-    visible, read(CentralOutput::Share), read(CentralOutput::PerPixel));
+    job, visible, read(CentralOutput::Share), read(CentralOutput::PerPixel));
   const FloatOf<Real> x = Narrow<Real>(place.X), y = Narrow<Real>(place.Y);
   const FloatOf<Real> w = Narrow<Real>(weight);
   const IntOf<Real> sizes = ConvertLanes<IntOf<Real>>(kind);

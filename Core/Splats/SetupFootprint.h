@@ -17,8 +17,19 @@ struct LensBlur
 {
   Real ConfusionX, ConfusionY; ///< C in x and y, px
   Real Signed;                 ///< C / f, negative in front of the focus
-  Real Variance[2];            ///< isotropic part of W, h + V_I, px^2
+  Symmetric2Of<Real> Smooth;   ///< h I + V_I, px^2
 };
+
+/// V_I, px^2.
+template <class Real>
+SURFELSPLATTING_INLINE Symmetric2Of<Real> LensVariance(
+  const SetupJob& job, const LensBlur<Real>& blur)
+{
+  const LensShape& shape = job.Shape;
+  return { (job.DefocusFactor * shape.XX) * blur.ConfusionX * blur.ConfusionX,
+    (job.DefocusFactor * shape.YY) * blur.ConfusionY * blur.ConfusionY,
+    (job.DefocusFactor * shape.XY) * blur.ConfusionX * blur.ConfusionY };
+}
 
 template <class Real>
 SURFELSPLATTING_INLINE LensBlur<Real> Blur(
@@ -28,21 +39,23 @@ SURFELSPLATTING_INLINE LensBlur<Real> Blur(
   const double fx = __builtin_fabs(view.Fx), fy = __builtin_fabs(view.Fy);
   LensBlur<Real> b;
   b.ConfusionX = b.ConfusionY = b.Signed = Real{};
-  b.Variance[0] = b.Variance[1] = Uniform<Real>(job.Prefilter);
+  b.Smooth = { Uniform<Real>(job.Prefilter), Uniform<Real>(job.Prefilter), Real{} };
   if (!view.Parallel && job.LensRadius > 0.0)
   {
     b.Signed = SignedConfusion(job.LensRadius, job.InverseFocalDistance, s.InverseZ);
     b.ConfusionX = fx * Magnitude(b.Signed);
     b.ConfusionY = fy * Magnitude(b.Signed);
-    b.Variance[0] += job.DefocusFactor * b.ConfusionX * b.ConfusionX;
-    b.Variance[1] += job.DefocusFactor * b.ConfusionY * b.ConfusionY;
+    const Symmetric2Of<Real> lens = LensVariance(job, b);
+    b.Smooth.XX += lens.XX;
+    b.Smooth.YY += lens.YY;
+    b.Smooth.XY = lens.XY;
   }
   if (index.HasNodes())
   {
     const Real perDepth = MinNodeBlur * s.InverseZ;
     const Real spacing = perDepth * perDepth * Norm(s.Area) * s.Patch;
-    b.Variance[0] = Larger(b.Variance[0], fx * fx * spacing);
-    b.Variance[1] = Larger(b.Variance[1], fy * fy * spacing);
+    b.Smooth.XX = Larger(b.Smooth.XX, fx * fx * spacing);
+    b.Smooth.YY = Larger(b.Smooth.YY, fy * fy * spacing);
   }
   return b;
 }
@@ -67,22 +80,25 @@ SURFELSPLATTING_INLINE Real CoveredShare(const SetupJob& job, const BatchIndices
 /**
  * Variance matrix of the smallest ellipse around two ellipses with the same centre (Krivanek and
  * Zara 2003, DC-TR-2003). Both are diagonal in the axes of the generalised eigenproblem A x = l B
- * x; the result takes the larger variance along each axis. B is diagonal here: V_I.
+ * x; the result takes the larger variance along each axis. B is V_I.
  */
 template <class Real>
 SURFELSPLATTING_INLINE Symmetric2Of<Real> Circumellipse(
-  const Symmetric2Of<Real>& a, const Real (&b)[2])
+  const Symmetric2Of<Real>& a, const Symmetric2Of<Real>& b)
 {
-  // In the coordinates where B is the identity, A' = B^-1/2 A B^-1/2 = R diag(l) R'.
-  const Real root = SquareRoot(b[0] * b[1]);
-  const Real x = a.XX / b[0], y = a.YY / b[1], xy = a.XY / root;
+  // With B = L L', L = (p, 0; s p, r): in the coordinates where B is the identity, A' = L^-1 A
+  // L'^-1 = R diag(l) R'.
+  const Real s = b.XY / b.XX, rr = b.YY - s * b.XY, root = SquareRoot(b.XX * rr);
+  const Real sheared = a.XY - s * a.XX;
+  const Real x = a.XX / b.XX, y = (a.YY - s * (a.XY + sheared)) / rr, xy = sheared / root;
   const Real mean = 0.5 * (x + y), half = 0.5 * (x - y);
   const Real radius = SquareRoot(half * half + xy * xy), one = Uniform<Real>(1.0);
   const Real low = Larger(mean - radius, one), high = Larger(mean + radius, one);
   const Real cosine = radius > 0.0 ? half / radius : one; // of the doubled angle
   const Real sine = radius > 0.0 ? xy / radius : Real{};
   const Real m = 0.5 * (low + high), d = 0.5 * (high - low);
-  return { (m + d * cosine) * b[0], (m - d * cosine) * b[1], d * sine * root };
+  const Real xx = (m + d * cosine) * b.XX, cross = d * sine * root;
+  return { xx, (m - d * cosine) * rr + s * (s * xx + 2.0 * cross), cross + s * xx };
 }
 
 /// V_r of nodes: the mean covariance of the leaves below.
@@ -108,9 +124,9 @@ SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
   // V_I of a pinhole is 0. A millionth of the pixel filter's variance keeps the eigenproblem
   // regular.
   const Real h = Uniform<Real>(job.Prefilter), least = 1e-6 * h;
-  const Real lens[2] = { Larger(job.DefocusFactor * blur.ConfusionX * blur.ConfusionX, least),
-    Larger(job.DefocusFactor * blur.ConfusionY * blur.ConfusionY, least) };
-  const Symmetric2Of<Real> difference = Circumellipse(level, lens);
+  const Symmetric2Of<Real> lens = LensVariance(job, blur);
+  const Symmetric2Of<Real> difference = Circumellipse(
+    level, Symmetric2Of<Real>{ Larger(lens.XX, least), Larger(lens.YY, least), lens.XY });
   const Real variance[2] = { h, h };
   return FootprintOf<Real>({ reconstruction.XX + difference.XX, reconstruction.YY + difference.YY,
                              reconstruction.XY + difference.XY },
@@ -130,13 +146,26 @@ struct ScreenFootprints
   MaskOf<Real> Tilted;          ///< has a colour gradient
 };
 
+/// How the lens shapes a kernel.
+template <class Real>
+SURFELSPLATTING_INLINE BlurShape<Real> ShapeOf(const SetupJob& job, const ScreenFootprints<Real>& f)
+{
+  if (job.LeastShape == 1.0)
+  {
+    return BlurShape<Real>(f.W, f.SquaredConfusion);
+  }
+  const LensShape& s = job.Shape;
+  return BlurShape<Real>(
+    f.W, f.SquaredConfusion, { Uniform<Real>(s.XX), Uniform<Real>(s.YY), Uniform<Real>(s.XY) });
+}
+
 /// Chooses the coarse grid of a splat (CoarseGrid.h). If the kernel's border is too narrow for the
 /// grid (GridCellsPerDeviation), the next finer grid is used. A gradient acts mainly in that
 /// border. If a node's gradient needs an even finer grid, the node is small compared with the blur,
 /// and its gradient is dropped.
 template <class Real>
-SURFELSPLATTING_INLINE void ChooseGrid(
-  const MaskOf<Real>& alive, const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
+SURFELSPLATTING_INLINE void ChooseGrid(const SetupJob& job, const MaskOf<Real>& alive,
+  const LensBlur<Real>& blur, ScreenFootprints<Real>& f)
 {
   const Real smallest = f.W.SmallestEigenvalue(), one = Uniform<Real>(1.0);
   f.Cell = CoarseCell(smallest);
@@ -146,7 +175,8 @@ SURFELSPLATTING_INLINE void ChooseGrid(
     return;
   }
   const Real confusion = Larger(blur.ConfusionX, blur.ConfusionY);
-  const Real sharp = SquareRoot(Larger(smallest - 0.25 * confusion * confusion, Real{}));
+  const Real sharp =
+    SquareRoot(Larger(smallest - (0.25 * job.LeastShape) * confusion * confusion, Real{}));
   const MaskOf<Real> finer =
     (f.Cell > 1.0) & Not<MaskOf<Real>>(f.Cell <= GridCellsPerDeviation * sharp);
   f.Tilted &= Not(finer) | (0.5 * f.Cell <= GridCellsPerDeviation * sharp);
@@ -155,7 +185,8 @@ SURFELSPLATTING_INLINE void ChooseGrid(
 
   const MaskOf<Real> coarse = f.Cell > 1.0;
   const Real softness = MinBorderDeviation * f.Cell;
-  const Real softened = Smaller(f.SquaredConfusion, 4.0 * (smallest - softness * softness));
+  const Real softened =
+    Smaller(f.SquaredConfusion, (4.0 / job.LeastShape) * (smallest - softness * softness));
   f.SquaredConfusion = coarse ? softened : f.SquaredConfusion;
   // The grid's interpolation adds d^2 / 6.
   f.W = Select<Real>(coarse, f.W.Without(f.Cell * f.Cell / 6.0), f.W);
@@ -170,15 +201,15 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
   ScreenFootprints<Real> f;
   f.Jacobian = ProjectionJacobian<Real>(view, s.P, s.InverseZ);
   f.Projected = f.Jacobian.Project(s.Covariance);
-  f.W = FootprintOf<Real>(f.Projected, blur.Variance);
+  f.W = FootprintOf<Real>(f.Projected, blur.Smooth);
   if (paper)
   {
     f.W = PaperFootprint(job, index, f.Jacobian, f.Projected, blur);
   }
-  const Real isotropic = view.Fx * view.Fx == view.Fy * view.Fy
-    ? blur.Variance[0]
-    : SquareRoot(blur.Variance[0] * blur.Variance[1]);
-  f.Smooth = Smaller(isotropic * f.W.InverseRoot, Uniform<Real>(1.0));
+  const Symmetric2Of<Real>& smooth = blur.Smooth;
+  const bool isRound = view.Fx * view.Fx == view.Fy * view.Fy && job.LeastShape == 1.0;
+  const Real area = isRound ? smooth.XX : SquareRoot(smooth.XX * smooth.YY - smooth.XY * smooth.XY);
+  f.Smooth = Smaller(area * f.W.InverseRoot, Uniform<Real>(1.0));
   const bool gradients =
     index.HasNodes() && !paper && job.Cloud.NodeColors && job.Colors == Paint::Own;
   f.Tilted = gradients ? s.Alive : MaskOf<Real>{};
@@ -186,7 +217,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> Project(const SetupJob& job,
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
   if (job.CoarseGrids)
   {
-    ChooseGrid(s.Alive, blur, f);
+    ChooseGrid(job, s.Alive, blur, f);
   }
   return f;
 }

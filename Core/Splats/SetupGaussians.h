@@ -121,14 +121,14 @@ SURFELSPLATTING_INLINE double Absorbs(const SetupJob& job, const BatchIndices<Re
 }
 
 /// C / 4 in px. In the cells of a run the lens is smaller: the interpolation between them spreads
-/// by d^2 / 6, a disc of radius C by C^2 / 4.
+/// by d^2 / 6, a disc of radius C by C^2 / 4, an ellipse in its shorter axis by less.
 template <class Real>
 SURFELSPLATTING_INLINE Real QuarterOfConfusion(const SetupJob& job, const SplatBatch<Real>& b)
 {
   const Real confusion =
     __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy)) * b.Blur.Signed;
   const Real& cell = b.Depths.SlopeY;
-  const Real spread = cell > 1.0 ? cell * cell * (1.0 / 1.5) : Real{};
+  const Real spread = cell > 1.0 ? cell * cell * (1.0 / (1.5 * job.LeastShape)) : Real{};
   const Real quarter = 0.25 * SquareRoot(Larger(confusion * confusion - spread, Real{}));
   return confusion < 0.0 ? -quarter : quarter;
 }
@@ -240,7 +240,7 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
   ScreenFootprints<Real> f;
   f.Jacobian = ProjectionJacobian<Real>(job.Camera, s.P, s.InverseZ);
   f.Projected = f.Jacobian.Project(s.Covariance);
-  f.W = FootprintOf<Real>(f.Projected, blur.Variance);
+  f.W = FootprintOf<Real>(f.Projected, blur.Smooth);
   f.Tilted = MaskOf<Real>{};
   f.Cell = Uniform<Real>(1.0);
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
@@ -260,7 +260,11 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   {
     return Uniform<Real>(1.0);
   }
-  const Real variance = Smaller(blur.Variance[0], blur.Variance[1]);
+  const Symmetric2Of<Real>& s = blur.Smooth;
+  const Real half = 0.5 * (s.XX - s.YY);
+  const Real variance = job.LeastShape == 1.0
+    ? Smaller(s.XX, s.YY)
+    : 0.5 * (s.XX + s.YY) - SquareRoot(half * half + s.XY * s.XY);
   Real cell = Uniform<Real>(1.0);
   for (int d = 2; d <= TileSize; d *= 2)
   {
@@ -273,13 +277,14 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
 /// Takes the interpolation between cells out of the footprints, and softens borders of discs that
 /// cells cannot resolve, as on coarse grids (ChooseGrid).
 template <class Real>
-SURFELSPLATTING_INLINE void UseCells(const Real& cell, ScreenFootprints<Real>& f)
+SURFELSPLATTING_INLINE void UseCells(
+  const SetupJob& job, const Real& cell, ScreenFootprints<Real>& f)
 {
   const MaskOf<Real> coarse = cell > 1.0;
   if (AnyLane<Real>(coarse))
   {
     const Real softness = MinBorderDeviation * cell;
-    const Real softened = 4.0 * (f.W.SmallestEigenvalue() - softness * softness);
+    const Real softened = (4.0 / job.LeastShape) * (f.W.SmallestEigenvalue() - softness * softness);
     f.SquaredConfusion =
       coarse ? Smaller(f.SquaredConfusion, Larger(softened, Real{})) : f.SquaredConfusion;
     f.W = f.W.Without(coarse ? cell * cell / 6.0 : Real{});
@@ -299,13 +304,13 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     FootprintOf<Real> sharp;
     ScreenFootprints<Real> f = ProjectGaussians(job, s, blur, sharp);
     const Real cell = RunCell(job, blur);
-    UseCells(cell, f);
+    UseCells(job, cell, f);
     SurfelColors<Real> colors = Color(job, index, s);
     const Real inFocus = colors.Opacity * WeighInFocus(job, s, f.Projected, sharp);
     const ColorSlopes<Real> slopes =
       FinishNodeColors(job, index, { s, f, inFocus }, output.Footprints != nullptr, colors);
     const Real reach = volume ? VolumeReach(inFocus) : CaptureReach(inFocus);
-    KernelProfile<Real> profile = SpaceProfile<Real>(f.W, f.SquaredConfusion, reach);
+    KernelProfile<Real> profile = SpaceProfile<Real>(f.W, ShapeOf(job, f), reach);
     const Real fainter = Smaller(f.W.InverseRoot / sharp.InverseRoot, Uniform<Real>(1.0));
     const Real beyond = volume
       ? 1.0 + (MassOverCutOff(inFocus) - 1.0) * Larger(Real{} - profile.Shape, Real{})

@@ -82,7 +82,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
     const LensBlur<Real> blur = Blur(job, index, s);
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel =
-      MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, f.SquaredConfusion), f.W);
+      MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, ShapeOf(job, f)), f.W);
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
     if (AnyLane<Real>(s.Overlap > 0.0))
     {

@@ -312,13 +312,13 @@ struct LensFootprintFields
   SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
   {
     const LensShare<Real> lens(job, b);
-    this->Set(b.Surfels.Visible, lens.Share, lens.PerCell);
+    this->Set(job, b.Surfels.Visible, lens.Share, lens.PerCell);
   }
 
   SURFELSPLATTING_INLINE LensFootprintFields(
-    const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
+    const SetupJob& job, const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
   {
-    this->Set(v, share, perCell);
+    this->Set(job, v, share, perCell);
   }
 
   SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
@@ -330,7 +330,7 @@ struct LensFootprintFields
 
 private:
   SURFELSPLATTING_INLINE void Set(
-    const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
+    const SetupJob& job, const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
   {
     static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
         offsetof(LensFootprint, Back) == 24,
@@ -340,7 +340,10 @@ private:
     const Real area = share * v.Base + rest * mean.Area;
     this->Parts[0] = { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y),
       Narrow<Real>(perCell), Narrow<Real>(area) };
-    this->Parts[1] = { Narrow<Real>(perCell * v.X), Narrow<Real>(perCell * v.Y),
+    // Root()'s inverse, since its determinant is 1.
+    const LensShape& root = job.ShapeRoot;
+    const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
+    this->Parts[1] = { Narrow<Real>(perCell * x), Narrow<Real>(perCell * y),
       Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} };
   }
 };

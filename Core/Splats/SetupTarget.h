@@ -11,6 +11,7 @@
 
 #include "Core/Base/TileSet.h"
 #include "Core/Hierarchy/CutRange.h"
+#include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"
 #include "Core/Lens/ResamplingKernel.h"
 #include "Core/Lens/View.h"
@@ -47,7 +48,10 @@ struct SetupJob
   TileSet Drawn;
   double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h
   double WeighedRadius = 0.0; ///< of the lens that the cell is part of; without cells, LensRadius
-  bool WeighsLens = false;    ///< weigh each point of the lens with the area it sees (Lens.h)
+  LensShape Shape, ShapeRoot; ///< of the lens or cell on the screen, and its root
+  double LeastShape = 1.0, LargestShape = 1.0; ///< its eigenvalues
+  bool WeighsPart = false; ///< the weighed lens is the whole one, this a cell of it
+  bool WeighsLens = false; ///< weigh each point of the lens with the area it sees (Lens.h)
 
   KernelType Kernel = KernelType::PearsonII;
   TruncatedGaussian Gaussian = TruncatedGaussian(2.5);
@@ -82,7 +86,7 @@ struct SplatOutput
   float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
 };
 
-/// Destination of a run's splats for all cells of the lens, one after another with those that are
+/// Destination of a run's splats for all cells of one shape, one after another with those that are
 /// not drawn (CentralSplats.h). Fields is [NumberOfFields][Stride].
 struct CentralOutput
 {
@@ -132,7 +136,7 @@ struct SetupTarget
   /// Appends the visible splats of `count` surfels or nodes of a run, without the first `skip`.
   void (*MakeSplats)(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
     SplatOutput& output);
-  /// Makes the splats that a run has for all cells of the lens.
+  /// Makes the splats that a run has for all cells of one shape.
   void (*MakeCentral)(const SetupJob& job, const CutRange& run, const CentralOutput& output);
   /// Appends those of them, without the first `skip`, that a cell sees.
   void (*SeeFromCell)(const SetupJob& job, const CellOfLens& cell, const CentralOutput& central,

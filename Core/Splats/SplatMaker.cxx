@@ -44,6 +44,7 @@ void SplatMaker::Set(
   this->SetTransforms(seen.Camera);
   this->SetOptics(context);
   this->Job.WeighedRadius = seen.Optics.Radius;
+  this->Job.WeighsPart = shares;
   this->SetLights(seen.Lights, cloud.Surface);
 }
 
@@ -74,6 +75,11 @@ void SplatMaker::SetOptics(const SplatContext& context)
   const SplatSettings& settings = context.Settings;
   j.LensRadius = context.Optics.Radius;
   j.InverseFocalDistance = 1.0 / context.Optics.FocalDistance;
+  j.Shape = context.Optics.Shape;
+  j.Shape.XY *= j.Camera.Fx * j.Camera.Fy < 0.0 ? -1.0 : 1.0;
+  j.ShapeRoot = j.Shape.Root();
+  j.LeastShape = j.Shape.Smallest();
+  j.LargestShape = j.Shape.Largest();
   j.Kernel = settings.Kernel;
   j.WeighsLens = context.HasLens() && j.Kernel != KernelType::Gaussian;
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
@@ -105,7 +111,8 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   j.NumberOfLights = this->Lights.size();
 }
 
-/// Makes the splats of a run for all cells, if none has asked for them, and those of this cell.
+/// Makes the splats of a run for all cells of its shape, if none has asked for them, and those of
+/// this cell.
 void SplatMaker::See(
   const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
 {

@@ -140,6 +140,7 @@ bool LensAccumulation::RenderView(
     CopyCamera(frame.Renderer->GetActiveCamera(), frame.Aspect);
   moved->SetFocalDistance(views.Optics.FocalDistance);
   moved->SetFocalDisk(2.0 * cell.Optics.Radius);
+  this->CellShape = cell.Optics.Shape;
   ShiftCamera(moved, cell.Center[0], cell.Center[1], u, v);
 
   const bool begun = this->Frame.Begin(frame.Window, width, height, CurrentSamples());

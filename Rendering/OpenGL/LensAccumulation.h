@@ -66,6 +66,9 @@ public:
    */
   bool Render(const PassFrame& frame, const LensViews& views, vtkRenderPass* delegate);
 
+  /// That of the cell whose view is rendered, which a camera cannot tell.
+  const LensShape& ShapeOfCell() const { return this->CellShape; }
+
   void ReleaseGraphicsResources(vtkWindow* window);
 
 private:
@@ -106,6 +109,7 @@ private:
   FrameBlit Blit;
   bool HasDepthBelow = false;
   bool HasColorBelow = false;
+  LensShape CellShape;
   FullScreenQuad Quad;
 };
 }

@@ -48,6 +48,7 @@ struct SceneView
   /// Number of lens cells if the camera is one of them, moved within the whole lens, and its
   /// FocalDisk is the diameter of that cell; 0 if the camera has the whole lens.
   int CellCount = 0;
+  LensShape CellShape; ///< of that cell
 
   /// [height][width] distance of other opaque props along the view direction, world units;
   /// infinity where there are none. May be null.

@@ -65,8 +65,10 @@ void SetValues(
     static_cast<double>(s.DepthY) * d[1];
   v.Color[0] = s.Red;
   v.OnLens = onLens;
-  v.U[0] = lens.MeanX + static_cast<double>(lens.PerPixel) * d[0];
-  v.U[1] = lens.MeanY + static_cast<double>(lens.PerPixel) * d[1];
+  const LensShape root = ShapeOfLens.Root(); // of determinant 1
+  const double perPixel = lens.PerPixel;
+  v.U[0] = lens.MeanX + perPixel * (root.YY * d[0] - root.XY * d[1]);
+  v.U[1] = lens.MeanY + perPixel * (root.XX * d[1] - root.XY * d[0]);
   f.Error = k.ValueError / k.Value + 4.0 * Epsilon;
   f.Error += onLens ? AreaError(lens, p, seen) : 0.0;
   f.ColorError = 4.0 * Epsilon;

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "Core/Lens/Lens.h"
 #include "Core/Raster/RasterTarget.h"
 #include "ReferenceLayers.h"
 #include "TestScene.h"
@@ -18,6 +19,9 @@ namespace SurfelSplatting
 {
 constexpr double Epsilon = 0x1p-24;
 constexpr float Support = 5.0f;
+
+/// Of the lens: an ellipse, as of cells.
+constexpr LensShape ShapeOfLens{ 2.0, 0.625, 0.5 };
 
 /// What a splat adds to a pixel, and bounds on what rounding does.
 struct ScalarFragment

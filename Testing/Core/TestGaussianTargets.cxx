@@ -5,6 +5,7 @@
  * ResamplingKernel.h.
  */
 #include "Core/Lens/GaussianFootprint.h"
+#include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"
 #include "Core/Raster/RasterTarget.h"
 #include "TargetUnderTest.h"
@@ -25,6 +26,7 @@ namespace
 {
 constexpr RasterCallbacks Nobody{ nullptr, nullptr, nullptr };
 constexpr int Pixels = TileSize * TileSize;
+constexpr LensShape Ellipse{ 2.0, 0.625, 0.5 };
 
 int BlockOf(int pixel)
 {
@@ -116,10 +118,15 @@ double AddTo(
   const double alpha =
     (1.0 - s.Opacity) * std::min<double>(w, MaxOpacity) - s.Opacity * std::expm1(-w);
   const double quarter = g.Footprint.Quarter;
-  const double ux = quarter * s.A * (dx + s.K * dy) + nudge.Of(2e-6);
-  const double uy = s.K * ux + quarter * s.B * dy + nudge.Of(2e-6);
+  const double mx = quarter * s.A * (dx + s.K * dy), my = s.K * mx + quarter * s.B * dy;
   const double square = 4.0 * quarter * quarter;
-  const double xx = square * s.A, xy = xx * s.K, yy = square * (s.A * s.K * s.K + s.B);
+  const double aa = square * s.A, ab = aa * s.K, bb = square * (s.A * s.K * s.K + s.B);
+  const LensShape r = Ellipse.Root();
+  const double ux = r.XX * mx + r.XY * my + nudge.Of(2e-6);
+  const double uy = r.XY * mx + r.YY * my + nudge.Of(2e-6);
+  const double xx = r.XX * r.XX * aa + 2.0 * r.XX * r.XY * ab + r.XY * r.XY * bb;
+  const double yy = r.XY * r.XY * aa + 2.0 * r.XY * r.YY * ab + r.YY * r.YY * bb;
+  const double xy = r.XX * r.XY * aa + (r.XX * r.YY + r.XY * r.XY) * ab + r.XY * r.YY * bb;
   const double mean = std::min(1.0, 0.5 * (xx + yy));
   const double rim = 2.0 * (ux * ux + uy * uy) - mean;
   const double ofEllipse = WeightOfEllipse(static_cast<float>(mean), g.Footprint.Opacity);
@@ -186,7 +193,7 @@ PlacedGaussian RandomGaussian(Random& random, bool onLens)
   g.X = static_cast<float>(random.Uniform(-10.0, 42.0));
   g.Y = static_cast<float>(random.Uniform(-10.0, 42.0));
   // C^2 / 4 is no more than the smaller variance.
-  const double least = 0.5 / std::sqrt(g.S.A * (1.0 + g.S.K * g.S.K) + g.S.B);
+  const double least = 0.5 / std::sqrt((g.S.A * (1.0 + g.S.K * g.S.K) + g.S.B) * Ellipse.Largest());
   g.Footprint.Opacity = static_cast<float>(random());
   g.Footprint.RedX = onLens ? static_cast<float>(random.Uniform(-0.02, 0.02)) : 0.0f;
   g.Footprint.RedY = onLens ? static_cast<float>(random.Uniform(-0.02, 0.02)) : 0.0f;
@@ -280,6 +287,7 @@ void TestAddGaussian(const RasterTarget& target, bool onLens)
   RasterSettings settings{ 5.0f, 1e30f };
   settings.HasLayers = false;
   settings.LensRadius = onLens ? 0.1f : 0.0f;
+  settings.SetShape(Ellipse);
   for (int repeat = 0; repeat < 30; ++repeat)
   {
     const auto tile = EmptyTile();
@@ -311,8 +319,8 @@ void TestInFocus(const RasterTarget& target)
   const auto tile = EmptyTile();
   const auto add = [&](PlacedGaussian g) {
     const LensFootprint stored = StoredOf(g.Footprint);
-    target.AddGaussian(*tile, { g.S, nullptr, &stored },
-      { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
+    target.AddGaussian(*tile, { g.S, nullptr, &stored }, { { 0, 0, TileSize, TileSize }, g.X, g.Y },
+      settings, Nobody);
   };
   for (int i = 0; i < 8; ++i)
   {

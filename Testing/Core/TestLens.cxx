@@ -8,6 +8,7 @@
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
+#include <algorithm>
 #include <cstdio>
 
 using namespace SurfelSplatting;
@@ -36,23 +37,13 @@ TEST_CASE("Moments")
 {
   for (int count = 1; count <= 200; ++count)
   {
-    const std::vector<ApertureSample> cells = SubApertureCenters(count),
-                                      points = ApertureSamples(count);
-    CHECK(cells.size() == static_cast<std::size_t>(count));
+    const std::vector<ApertureSample> points = ApertureSamples(count);
     CHECK(points.size() == static_cast<std::size_t>(count));
-    const Moments c = MomentsOf(cells), p = MomentsOf(points);
+    const Moments p = MomentsOf(points);
     const double rounding = 1e-14;
-    for (double mean : { c.X, c.Y, p.X, p.Y })
-    {
-      CHECK_NEAR(mean, 0.0, rounding);
-    }
-    const double radius = SubApertureRadius(count);
-    CHECK_NEAR(c.Squares + 0.5 * radius * radius, 0.5, rounding); // and each cell's own
+    CHECK_NEAR(p.X, 0.0, rounding);
+    CHECK_NEAR(p.Y, 0.0, rounding);
     CHECK_NEAR(p.Squares, count > 1 ? 0.5 : 0.0, rounding);
-    for (int i = 1; i < count; ++i)
-    {
-      CHECK(std::hypot(cells[i].X, cells[i].Y) > std::hypot(cells[0].X, cells[0].Y) - 0.15);
-    }
     if (count >= 6)
     {
       CHECK(std::hypot(points[0].X, points[0].Y) < 0.15); // innermost first
@@ -68,6 +59,51 @@ TEST_CASE("Moments")
   CHECK_NEAR(inner, 250, 30); // one ring more or less
 }
 
+/// All cells together have the lens's area, mean and covariance; those of one shape follow one
+/// another.
+TEST_CASE("Cells")
+{
+  for (int count = 1; count <= 200; ++count)
+  {
+    const std::vector<ApertureCell> cells = ApertureCells(count);
+    CHECK(cells.size() == static_cast<std::size_t>(count));
+    double area = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0, largest = 0;
+    std::vector<std::array<double, 2>> shapes;
+    for (const ApertureCell& cell : cells)
+    {
+      const ApertureSample& c = cell.Center;
+      const LensShape& s = cell.Shape;
+      const double own = 0.25 * cell.Radius * cell.Radius;
+      CHECK_NEAR(s.XX * s.YY - s.XY * s.XY, 1.0, 1e-12);
+      area += 4.0 * own;
+      x += c.X / count;
+      y += c.Y / count;
+      xx += (c.X * c.X + own * s.XX) / count;
+      yy += (c.Y * c.Y + own * s.YY) / count;
+      xy += (c.X * c.Y + own * s.XY) / count;
+      largest = std::max(largest, std::hypot(c.X, c.Y) + cell.Radius * std::sqrt(s.Largest()));
+      const std::array<double, 2> shape{ s.XX, s.XY };
+      if (shapes.empty() || shapes.back() != shape)
+      {
+        CHECK(std::find(shapes.begin(), shapes.end(), shape) == shapes.end());
+        shapes.push_back(shape);
+      }
+      CHECK(std::hypot(c.X, c.Y) > std::hypot(cells[0].Center.X, cells[0].Center.Y) - 1e-9);
+    }
+    const double rounding = 1e-13;
+    CHECK_NEAR(x, 0.0, rounding);
+    CHECK_NEAR(y, 0.0, rounding);
+    CHECK_NEAR(xx, 0.25, rounding);
+    CHECK_NEAR(yy, 0.25, rounding);
+    CHECK_NEAR(xy, 0.0, rounding);
+    CHECK_NEAR(area, 1.0, 0.08); // ellipses stand for sectors
+    CHECK(largest < 1.43);
+  }
+  CHECK(ApertureCells(1)[0].Radius == 1.0);
+  CHECK(ApertureCells(7)[0].Shape.Largest() == 1.0); // a disc in the middle
+  CHECK_NEAR(ApertureCells(7)[0].Radius, 1.0 / std::sqrt(7.0), 1e-15);
+}
+
 /// The part of a disc around 0, as a share, that lies below x.
 double PartOfDisc(double x)
 {
@@ -78,14 +114,9 @@ double PartOfDisc(double x)
 /// Together, the cells blur an edge as the whole lens does.
 TEST_CASE("Profile of an edge")
 {
-  CHECK(SubApertureRadius(1) == 1.0);
-  CHECK_NEAR(SubApertureRadius(4), 0.5, 1e-15);
-  CHECK(SubApertureRadius(6) > 1.0 / std::sqrt(6.0));
-  CHECK_NEAR(SubApertureRadius(7), 1.0 / std::sqrt(7.0), 1e-15);
   for (int count = 1; count <= 64; ++count)
   {
-    const std::vector<ApertureSample> cells = SubApertureCenters(count);
-    const double radius = SubApertureRadius(count);
+    const std::vector<ApertureCell> cells = ApertureCells(count);
     double squares = 0.0;
     constexpr int directions = 60, places = 100;
     for (int d = 0; d < directions; ++d)
@@ -95,14 +126,19 @@ TEST_CASE("Profile of an edge")
       {
         const double x = 1.3 * (2.0 * i / places - 1.0);
         double part = 0.0;
-        for (const ApertureSample& c : cells)
+        for (const ApertureCell& c : cells)
         {
-          part += PartOfDisc((x - cosine * c.X - sine * c.Y) / radius) / count;
+          const LensShape& s = c.Shape;
+          const double along =
+            cosine * cosine * s.XX + 2.0 * cosine * sine * s.XY + sine * sine * s.YY;
+          part += PartOfDisc(
+                    (x - cosine * c.Center.X - sine * c.Center.Y) / (c.Radius * std::sqrt(along))) /
+            count;
         }
         squares += std::pow(part - PartOfDisc(x), 2) / (directions * places) * 1.3;
       }
     }
-    CHECK(std::sqrt(squares) <= (count == 1 ? 1e-12 : 0.115 / count));
+    CHECK(std::sqrt(squares) <= (count == 1 ? 1e-12 : 0.046 / count));
   }
 }
 
@@ -114,13 +150,18 @@ TEST_CASE("Cell views")
   const Lens lens{ 0.2, 3.0 };
   for (bool pinholes : { false, true })
   {
-    const std::vector<ApertureSample> places =
-      pinholes ? ApertureSamples(13) : SubApertureCenters(13);
+    std::vector<ApertureSample> places = ApertureSamples(13);
+    const std::vector<ApertureCell> parts = ApertureCells(13);
+    for (std::size_t i = 0; i < parts.size() && !pinholes; ++i)
+    {
+      places[i] = parts[i].Center;
+    }
     const std::vector<SubAperture> cells = DivideLens(view, lens, { 13, pinholes });
     CHECK(cells.size() == 13);
     for (std::size_t i = 0; i < cells.size(); ++i)
     {
-      CHECK_NEAR(cells[i].Optics.Radius, pinholes ? 0.0 : 0.2 / std::sqrt(13.0), 1e-15);
+      CHECK_NEAR(cells[i].Optics.Radius, pinholes ? 0.0 : 0.2 * parts[i].Radius, 1e-15);
+      CHECK(cells[i].Optics.Shape.XY == (pinholes ? 0.0 : parts[i].Shape.XY));
       for (double z : { 1.0, 3.0, 8.0 })
       {
         const Vector3 p{ 0.3 * z, -0.2 * z, z };

@@ -34,6 +34,7 @@ RasterSettings LensSettings()
   RasterSettings settings = Settings;
   settings.LensRadius = static_cast<float>(WithLens.Radius);
   settings.BlurPerDepth = static_cast<float>(WithLens.Radius / WithLens.FocalDistance);
+  settings.SetShape(ShapeOfLens);
   return settings;
 }
 

@@ -20,7 +20,8 @@ constexpr double Pi = 3.14159265358979324;
 ResamplingKernel KernelOf(
   KernelType type, const Footprint& w, double squaredConfusion, const TruncatedGaussian& gaussian)
 {
-  return MakeKernel(ChooseProfile<double>(type, gaussian, w, squaredConfusion), w);
+  return MakeKernel(
+    ChooseProfile<double>(type, gaussian, w, BlurShape<double>(w, squaredConfusion)), w);
 }
 
 ResamplingKernel GaussianKernel(const Footprint& w, const TruncatedGaussian& gaussian)
@@ -216,6 +217,51 @@ TEST_CASE("Kurtosis")
     // A cell of the midpoint rule is 1/20000 of the support; the step at n = 0 is 1/1000 of it.
     CHECK_NEAR(Kurtosis(k, gaussian.Support(), scale), 8.0 * (n + 2.0) / (n + 3.0), 1e-4);
     last = k.Shape;
+  }
+}
+
+LensShape RandomShape(Random& random)
+{
+  const double ratio = std::pow(10.0, random.Uniform(-1.0, 1.0)), angle = random.Uniform(0.0, Pi);
+  const double c = std::cos(angle), s = std::sin(angle);
+  return { ratio * c * c + s * s / ratio, ratio * s * s + c * c / ratio,
+    (ratio - 1.0 / ratio) * c * s };
+}
+
+/// The map that makes a disc of an ellipse makes of its footprint the disc's, with the same kernel.
+TEST_CASE("Ellipses")
+{
+  Random random(6);
+  const TruncatedGaussian gaussian(2.5);
+  for (int i = 0; i < 200; ++i)
+  {
+    const LensShape shape = RandomShape(random), root = shape.Root();
+    CHECK_NEAR(root.XX * root.XX + root.XY * root.XY, shape.XX, 1e-13 * shape.XX);
+    CHECK_NEAR(root.XX * root.YY - root.XY * root.XY, 1.0, 1e-12);
+    CHECK_NEAR(shape.Smallest() + shape.Largest(), shape.XX + shape.YY, 1e-12 * shape.Largest());
+    const double confusion = std::pow(10.0, random.Uniform(0.0, 1.5));
+    const double v = 0.25 * confusion * confusion, u = random.Uniform(0.1, 20.0);
+    const Symmetric2 own{ u, random.Uniform(0.1, 20.0), 0.09 * u };
+    const Symmetric2 lens{ v * shape.XX, v * shape.YY, v * shape.XY };
+    const Footprint w(own, lens);
+    const double wxx = own.XX + lens.XX, wyy = own.YY + lens.YY, wxy = own.XY + lens.XY;
+    CHECK_NEAR(w.XX / wxx, 1.0, 1e-12);
+    CHECK_NEAR(w.XY, wxy, 1e-12 * (wxx + wyy));
+    CHECK_NEAR(w.Determinant / (wxx * wyy - wxy * wxy), 1.0, 1e-9);
+
+    const double a = root.YY, b = -root.XY, c = root.XX; // the inverse of root
+    const Symmetric2 mapped{ a * a * own.XX + 2.0 * a * b * own.XY + b * b * own.YY,
+      b * b * own.XX + 2.0 * b * c * own.XY + c * c * own.YY,
+      a * b * own.XX + (a * c + b * b) * own.XY + b * c * own.YY };
+    const double disc[2] = { v, v };
+    const Footprint ofDisc(mapped, disc);
+    const KernelProfile<double> profile = ChooseProfile<double>(KernelType::PearsonII, gaussian, w,
+      BlurShape<double>(w, 4.0 * v, { shape.XX, shape.YY, shape.XY }));
+    const KernelProfile<double> expected = ChooseProfile<double>(
+      KernelType::PearsonII, gaussian, ofDisc, BlurShape<double>(ofDisc, 4.0 * v));
+    CHECK_NEAR(profile.Reach, expected.Reach, 1e-6 * expected.Reach);
+    CHECK_NEAR(profile.Peak, expected.Peak, 1e-6 * expected.Peak);
+    CHECK_NEAR(profile.Shape, expected.Shape, 1e-6 * expected.Shape);
   }
 }
 

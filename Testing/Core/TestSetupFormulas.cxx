@@ -87,19 +87,21 @@ TEST_CASE("Circumellipse")
   {
     const double u = random.Uniform(0.01, 9), v = random.Uniform(0.01, 9);
     const Matrix2 a{ u, v, random.Uniform(-0.99, 0.99) * std::sqrt(u * v) };
-    const double b[2] = { random.Uniform(0.05, 5), random.Uniform(0.05, 5) };
-    const Symmetric2 e = Circumellipse<double>({ a.XX, a.YY, a.XY }, b);
+    const double s = random.Uniform(0.05, 5), t = random.Uniform(0.05, 5);
+    const Matrix2 b{ s, t, i % 2 == 0 ? 0.0 : random.Uniform(-0.9, 0.9) * std::sqrt(s * t) };
+    const Symmetric2 e =
+      Circumellipse<double>({ a.XX, a.YY, a.XY }, Symmetric2{ b.XX, b.YY, b.XY });
     // det(A - l B) = 0
-    const double half = 0.5 * (a.XX / b[0] + a.YY / b[1]);
-    const double root = std::sqrt(half * half - (a.XX * a.YY - a.XY * a.XY) / (b[0] * b[1]));
+    const double determinant = b.XX * b.YY - b.XY * b.XY;
+    const double half = 0.5 * (a.XX * b.YY + a.YY * b.XX - 2.0 * a.XY * b.XY) / determinant;
+    const double root = std::sqrt(half * half - (a.XX * a.YY - a.XY * a.XY) / determinant);
     double axes[2][2];
     for (int k = 0; k < 2; ++k)
     {
       const double l = half + (k == 0 ? root : -root);
-      axes[k][0] = a.XY;
-      axes[k][1] = l * b[0] - a.XX;
-      const double forms[2] = { Form(a, axes[k], axes[k]),
-        Form({ b[0], b[1], 0 }, axes[k], axes[k]) };
+      axes[k][0] = a.XY - l * b.XY;
+      axes[k][1] = l * b.XX - a.XX;
+      const double forms[2] = { Form(a, axes[k], axes[k]), Form(b, axes[k], axes[k]) };
       const double largest = std::fmax(forms[0], forms[1]);
       CHECK_NEAR(Form({ e.XX, e.YY, e.XY }, axes[k], axes[k]) / largest, 1.0, 1e-9);
     }
@@ -110,7 +112,7 @@ TEST_CASE("Circumellipse")
 }
 
 /// LensVisibility.h: M = C / (4 sqrt(det W)), and the share of the weight at lens point u = M d:
-/// the area that R u sees.
+/// the area that R u sees. Of an ellipse the points are those of the disc that its root maps to it.
 TEST_CASE("Points of the lens")
 {
   SplatContext context = Context();
@@ -118,6 +120,7 @@ TEST_CASE("Points of the lens")
   int seen = 0;
   for (int i = 0; i < 200; ++i)
   {
+    context.Optics.Shape = i % 2 == 0 ? LensShape() : LensShape{ 2.0, 0.625, 0.5 };
     TestCloud cloud;
     TestSurfel surfel;
     surfel.Position = { random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3),
@@ -135,7 +138,10 @@ TEST_CASE("Points of the lens")
       return -side * Dot(a, { p[0] - radius * ux, p[1] - radius * uy, p[2] });
     };
     const double slope[2] = { areaFrom(1, 0) - areaFrom(0, 0), areaFrom(0, 1) - areaFrom(0, 0) };
-    const double largest = areaFrom(0, 0) + std::hypot(slope[0], slope[1]);
+    const LensShape root = context.Optics.Shape.Root();
+    const double onDisc[2] = { root.XX * slope[0] + root.XY * slope[1],
+      root.XY * slope[0] + root.YY * slope[1] };
+    const double largest = areaFrom(0, 0) + std::hypot(onDisc[0], onDisc[1]);
     if (!splat.IsVisible)
     {
       CHECK(largest < 1e-3 * std::abs(Dot(a, p))); // or outside of the picture
@@ -144,8 +150,11 @@ TEST_CASE("Points of the lens")
     ++seen;
     CHECK(largest > 0.0);
     const double confusion = 300.0 * radius * (1.0 / context.Optics.FocalDistance - 1.0 / p[2]);
-    const Matrix2 w =
-      FootprintOnScreen(cloud.Get().Covariance(0), p, 300.0, 1.0 + 0.25 * confusion * confusion);
+    Matrix2 w = FootprintOnScreen(cloud.Get().Covariance(0), p, 300.0, 1.0);
+    const LensShape& shape = context.Optics.Shape;
+    w.XX += 0.25 * confusion * confusion * shape.XX;
+    w.YY += 0.25 * confusion * confusion * shape.YY;
+    w.XY += 0.25 * confusion * confusion * shape.XY;
     const double point = confusion / (4.0 * std::sqrt(w.XX * w.YY - w.XY * w.XY));
     const double share = confusion * point;
     const LensFootprint& f = splat.Footprint;
@@ -154,7 +163,7 @@ TEST_CASE("Points of the lens")
     CHECK_NEAR(f.AreaY, point * slope[1] / largest, 1e-6);
     CHECK(f.Back == (surfel.TwoSided ? 1.0f : 0.0f));
     const MeanVisibleArea<double> mean = MeanOverLens<double>(
-      { areaFrom(0, 0) / largest, slope[0] / largest, slope[1] / largest, surfel.TwoSided });
+      { areaFrom(0, 0) / largest, onDisc[0] / largest, onDisc[1] / largest, surfel.TwoSided });
     CHECK_NEAR(f.Area, share * areaFrom(0, 0) / largest + (1.0 - share) * mean.Area, 1e-6);
     CHECK_NEAR(f.MeanX, (1.0 - share) * mean.X, 1e-6);
     CHECK_NEAR(f.MeanY, (1.0 - share) * mean.Y, 1e-6);

@@ -131,24 +131,24 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
   CompareWith(scalar, kernel, context, cloud, run);
 }
 
-/// Two of the cells of a lens, whose splats follow from those of its centre.
+/// Cells of a lens, of three shapes, whose splats follow from those of its centre.
 void CompareCells(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
   const CutRange& run)
 {
-  CentralSplats expected, actual;
-  std::vector<CutRange> runs{ run };
-  for (CentralSplats* central : { &expected, &actual })
-  {
-    central->Clear(context);
-    central->Add(runs);
-  }
-  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 2 }))
+  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 5 }))
   {
     SplatContext part = context;
     part.Camera = cell.Camera;
     part.Optics = cell.Optics;
     SplatContext scalar = part;
     scalar.ScalarSetup = true;
+    CentralSplats expected, actual;
+    std::vector<CutRange> runs{ run };
+    for (CentralSplats* central : { &expected, &actual })
+    {
+      central->Clear(context);
+      central->Add(runs);
+    }
     expected.SetCell(cell.Center, cell.Optics.Radius);
     actual.SetCell(cell.Center, cell.Optics.Radius);
     scalar.Central = &expected;

@@ -115,28 +115,33 @@ TEST_CASE_FIXTURE(NoMessages, "In focus")
   CHECK(d.Max <= 1.0);
 }
 
-/// Surfels through pinholes and through cells: the splatter's own. Of more than nine cells all
-/// tiles are drawn through all, as here; of fewer only those in doubt.
+/// Surfels through pinholes: the splatter's own. And through cells with other props in the scene,
+/// which are drawn once per cell: the same without. Of more than nine cells all tiles are drawn
+/// through all, as here; of fewer only those in doubt.
 TEST_CASE_FIXTURE(NoMessages, "Surfels as the splatter does")
 {
   for (bool cells : { false, true })
   {
-    LensScene scene(13);
-    scene.Accumulation->SetDelegateBlurs(cells);
-    scene.Renderer->AddActor(TwoSpheres());
-    scene.See(LensCamera(1.0, 5.1));
-    vtkSmartPointer<vtkImageData> passes = scene.Render();
-
-    Scene own(Width, Height);
-    own.Renderer->AddActor(TwoSpheres());
-    own.Pass->GetSplatter()->SetLensCells(13);
-    own.Pass->GetSplatter()->SetLensPinholes(!cells);
-    own.See(LensCamera(1.0, 5.1));
-    const Difference d = Compare(passes, own.Render());
+    LensScene points(13);
+    Scene amongProps(Width, Height), own(Width, Height);
+    for (Scene* s : { static_cast<Scene*>(&points), &amongProps, &own })
+    {
+      s->Renderer->AddActor(TwoSpheres());
+      s->See(LensCamera(1.0, 5.1));
+    }
+    for (Scene* s : { &amongProps, &own })
+    {
+      s->Pass->GetSplatter()->SetLensCells(13);
+      s->Pass->GetSplatter()->SetLensPinholes(!cells);
+    }
+    // Beside the picture.
+    amongProps.Renderer->AddActor(QuadActor({ 90, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 1, 1 }));
+    vtkSmartPointer<vtkImageData> views = cells ? amongProps.Render() : points.Render();
+    const Difference d = Compare(views, own.Render());
     CHECK(d.Max <= 1.0); // the frame buffer's 8 bits
     own.Pass->GetSplatter()->SetLensCells(1);
     own.Pass->GetSplatter()->LensPinholesOff();
-    CHECK(Compare(passes, own.Render()).Max > 2.0); // and not that of one cell, which is near
+    CHECK(Compare(views, own.Render()).Max > 2.0); // and not that of one cell, which is near
   }
 }
 
