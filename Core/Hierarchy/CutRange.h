@@ -37,6 +37,5 @@ struct CutRange
   float Near = -1e30f;        ///< no splat of it begins in front of this
   float Far = 1e30f;          ///< no splat of it ends behind this
   PixelBox Box{ 0, 0, 0, 0 }; ///< contains all of its splats
-  std::size_t Central = 0;    ///< place among the splats of all cells (CentralSplats.h)
 };
 }

@@ -71,7 +71,7 @@ std::vector<ApertureSample> Rings(int count, int halves)
   return points;
 }
 
-/// Adds the cells of a ring between two radii; those at opposite places have the same shape.
+/// Adds the cells of a ring between two radii.
 void AddRing(double inner, double outer, int number, std::vector<ApertureCell>& cells)
 {
   if (number == 1)
@@ -85,18 +85,12 @@ void AddRing(double inner, double outer, int number, std::vector<ApertureCell>& 
   const double xx = 0.25 * squares * (1.0 + tilt) - mean * mean;
   const double yy = 0.25 * squares * (1.0 - tilt);
   const double area = std::sqrt(xx * yy);
-  const int step = number % 2 == 0 ? number / 2 : number;
-  for (int first = 0; first < step; ++first)
+  for (int i = 0; i < number; ++i)
   {
-    const double c = std::cos(2.0 * half * first), s = std::sin(2.0 * half * first);
+    const double c = std::cos(2.0 * half * i), s = std::sin(2.0 * half * i);
     const LensShape shape{ (xx * c * c + yy * s * s) / area, (xx * s * s + yy * c * c) / area,
       (xx - yy) * c * s / area };
-    for (int i = first; i < number; i += step)
-    {
-      const double angle = 2.0 * half * i;
-      cells.push_back(
-        { { mean * std::cos(angle), mean * std::sin(angle) }, 2.0 * std::sqrt(area), shape });
-    }
+    cells.push_back({ { mean * c, mean * s }, 2.0 * std::sqrt(area), shape });
   }
 }
 

@@ -41,15 +41,14 @@ struct ApertureCell
 };
 
 /**
- * K cells, those of one shape after one another, innermost first: up to 4 are on one ring, 5 to 9
+ * K cells, innermost first: up to 4 are on one ring, 5 to 9
  * on a ring about a centre, 10 to 15 on two rings, 16 to 23 on two rings about a centre, and so on:
  * as far apart along a ring as the rings are, since longer cells see less well what hides what.
  *
  * How well they blur decides how many dB cells gain, as much as their number: over all directions,
  * the root mean square difference of a blurred edge's profile from that through the whole lens is
  * at most 0.046 / K up to 64 cells. With equal discs it is up to 0.115 / K, and pictures of thin
- * things were worse through two to four cells than one picture. A shape takes a set-up of its own:
- * seven cells, of four shapes, take 1.09 times as long as as discs.
+ * things were worse through two to four cells than one picture.
  * @param count K >= 1
  */
 std::vector<ApertureCell> ApertureCells(int count);

@@ -53,13 +53,6 @@ void CheckFrame(const Frame& frame, const View& view)
 /// through the whole lens has finer nodes, which gain 0.03 to 0.7 dB there for at most a third of
 /// one picture's time.
 constexpr double WholeError = 0.75;
-
-/// Whether splats through one cell are those through another one, displaced.
-bool HaveSameShape(const Lens& a, const Lens& b)
-{
-  return a.Radius == b.Radius && a.Shape.XX == b.Shape.XX && a.Shape.YY == b.Shape.YY &&
-    a.Shape.XY == b.Shape.XY;
-}
 }
 
 void FrameStatistics::Add(const FrameStatistics& other)
@@ -105,16 +98,6 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   this->CellInPicture.CoarseGrids = false;
 }
 
-/// Makes the splats of this cell from those that all cells of its shape share; pinholes share none.
-void Splatter::ShareSplats(const SubAperture& cell)
-{
-  if (this->Cell.HasLens())
-  {
-    this->Central.SetCell(cell.Center, cell.Optics.Radius);
-    this->Cell.Central = this->CellInPicture.Central = &this->Central;
-  }
-}
-
 /// Selects the cut of a cloud into Ranges. Cells of the lens share one: its first cell makes it.
 void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const Executor& executor)
 {
@@ -145,10 +128,6 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
     const CutCamera camera{ this->Whole.Camera, lens, supportRadius, prefilter, lensVariance,
       this->CellShare, this->CellReach };
     this->Stats.Cut.Add(SelectCut(cloud, camera, cell.Cut, executor, this->Cut, shared));
-  }
-  if (this->IsFirstOfShape && cell.Central && cell.Central->Holds(cloud))
-  {
-    cell.Central->Add(shared);
   }
   SeeFromCell(shared, this->Whole.Camera, lens, this->CellCenter, this->Ranges);
 }
@@ -267,23 +246,6 @@ void Splatter::SetDivision(const SplatContext& context, const std::vector<SubApe
   }
 }
 
-/// Forgets the splats of the last shape if the i-th cell is the first one of its shape; returns
-/// whether it is the only one.
-bool Splatter::BeginShape(
-  const SplatContext& context, const std::vector<SubAperture>& cells, std::size_t i)
-{
-  const auto isLike = [&](std::size_t k) {
-    return k < cells.size() && HaveSameShape(cells[k].Optics, cells[i].Optics);
-  };
-  this->IsFirstCell = i == 0;
-  this->IsFirstOfShape = i == 0 || !isLike(i - 1);
-  if (this->IsFirstOfShape)
-  {
-    this->Central.Clear(context);
-  }
-  return this->IsFirstOfShape && !isLike(i + 1);
-}
-
 /// Renders through the cells of the lens, one after another, and takes their mean.
 bool Splatter::RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
   const Executor& executor, const RenderTarget& target, const CellFunction& afterCell)
@@ -316,12 +278,8 @@ bool Splatter::RenderCells(const SplatContext& context, const std::vector<Surfel
   bool goOn = true;
   while (goOn && done < cells.size() && !this->Doubtful.IsEmpty())
   {
-    const bool isAlone = this->BeginShape(context, cells, done);
+    this->IsFirstCell = done == 0;
     this->SetCell(context, cells[done]);
-    if (!isAlone)
-    {
-      this->ShareSplats(cells[done]);
-    }
     this->Cell.Cut.Cells = cells.size();
     this->RenderCell(clouds, executor, cellTarget);
     total.Add(this->Stats);
@@ -422,7 +380,6 @@ void Splatter::RenderCell(
   this->Cell.GaussianRuns = this->CellInPicture.GaussianRuns =
     this->Cell.GaussianRuns && this->Cell.CoarseGrids && !target.Sink;
   this->List.Clear(this->Cell.HasLens());
-  this->List.SharedGradients = this->Cell.Central ? &this->Central.AllGradients() : nullptr;
   this->Lazy.Clear(this->Cell);
   if (target.Exchange)
   {

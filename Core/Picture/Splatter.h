@@ -14,7 +14,6 @@
 #include "Core/Raster/Frame.h"
 #include "Core/Raster/TileBinning.h"
 #include "Core/Raster/TileRaster.h"
-#include "Core/Splats/CentralSplats.h"
 #include "Core/Splats/LazySplats.h"
 #include "Core/Splats/SplatList.h"
 #include "Core/Splats/SplatMaker.h"
@@ -110,10 +109,7 @@ private:
   };
 
   void SetCell(const SplatContext& context, const SubAperture& cell);
-  void ShareSplats(const SubAperture& cell);
   void SetDivision(const SplatContext& context, const std::vector<SubAperture>& cells);
-  bool BeginShape(
-    const SplatContext& context, const std::vector<SubAperture>& cells, std::size_t i);
   void RenderWhole(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
     const Executor& executor, const RenderTarget& target);
   bool RenderCells(const SplatContext& context, const std::vector<SurfelCloud>& clouds,
@@ -140,9 +136,8 @@ private:
   SplatContext CellInPicture; // the same without coarse grids
   SubAperture Whole;          // the lens that is divided
   Vector3 CellCenter{ { 0, 0, 0 } };
-  bool IsFirstCell = true, IsFirstOfShape = true;
+  bool IsFirstCell = true;
   double CellShare = 1.0, CellReach = 1.0; // CutCamera
-  CentralSplats Central;                   // of all cells of one shape
   CutWork Cut;
   std::vector<std::vector<CutRange>> SharedCuts; // [cloud] of all cells
   std::vector<CutRange> Ranges;                  // the cut of one cloud

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/LazySplats.h"
 
-#include "Core/Splats/CentralSplats.h"
-
 #include <algorithm>
 #include <chrono>
 #include <limits>
@@ -37,7 +35,6 @@ void LazySplats::Clear(const SplatContext& context)
   this->NumberOfClouds = 0;
   this->HasGuards = false;
   this->List.Clear(context.HasLens());
-  this->List.SharedGradients = context.Central ? &context.Central->AllGradients() : nullptr;
   this->Runs.clear();
   this->LargestThrough = 0.0f;
 }

@@ -282,12 +282,9 @@ SURFELSPLATTING_INLINE void SeeFromLens(const SetupJob& job, PlacedSurfels<Real>
 {
   const View& view = job.Camera;
   const Real scale = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) *
-    (job.WeighedRadius * view.Fx * view.Fy) * s.Facing * s.InverseZ * s.InverseZ * s.InverseZ;
+    (job.LensRadius * view.Fx * view.Fy) * s.Facing * s.InverseZ * s.InverseZ * s.InverseZ;
   Real x = scale * s.Area.X, y = scale * s.Area.Y;
-  if (!job.WeighsPart)
-  {
-    ToUnitDisc(job.ShapeRoot, x, y);
-  }
+  ToUnitDisc(job.ShapeRoot, x, y);
   const Real largest = s.Deposit + SquareRoot(x * x + y * y);
   const Real inverse = largest > 0.0 ? 1.0 / largest : Real{};
   s.Visible.Base = s.Deposit * inverse;
@@ -307,7 +304,7 @@ SURFELSPLATTING_INLINE void SeeFacingLeaves(
   const View& view = job.Camera;
   const Real sum = Dot(stored.Area, stored.Area), rest = stored.Size * stored.Size - sum;
   const Real distance = view.Parallel ? Uniform<Real>(1.0) : Dot(s.P, s.P);
-  const double radius = job.WeighsLens ? job.WeighedRadius : 0.0;
+  const double radius = job.WeighsLens ? job.LensRadius : 0.0;
   const Real lens = radius * radius * (s.Area.X * s.Area.X + s.Area.Y * s.Area.Y);
   const Real scale = view.Fx * view.Fy * s.InverseZ * s.InverseZ * s.InverseZ;
   // The squared spread times `sum`.
@@ -382,7 +379,7 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
   // spread it.
   const Real blur =
     Larger(job.InverseFocalDistance - s.InverseZ, s.InverseZ - job.InverseFocalDistance);
-  const double perBlur = 1.5 * job.WeighedRadius * __builtin_sqrt(job.LargestShape);
+  const double perBlur = 1.5 * job.LensRadius * __builtin_sqrt(job.LargestShape);
   const Real marginX = 4.0 + (perBlur * __builtin_fabs(view.Fx)) * blur;
   const Real marginY = 4.0 + (perBlur * __builtin_fabs(view.Fy)) * blur;
   const MaskOf<Real> isInside = (x.Low < view.Width + marginX) & (x.High > Real{} - marginX) &

@@ -319,7 +319,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     // Cells just outside of a tile's pixels belong to it.
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
     kernel.HalfHeight += cell > 1.0 ? cell : Real{};
-    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
+    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     // Without what its Gaussians cover of one another, by the lens's share of the footprint.
     const Real depth = inFocus * (1.0 - s.Overlap * (1.0 - fainter));
     const Real spread = depth * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;

@@ -9,12 +9,10 @@
  *   SetupColor.h        colour, shade
  *   SetupOutput.h       place on the screen; write
  *   this file           weight, depth
- *   SetupCells.h        the same for all cells of a lens, and what each of them sees
  *   SetupGaussians.h    all of it for Gaussians in space
  */
 #pragma once
 
-#include "Core/Splats/SetupCells.h"
 #include "Core/Splats/SetupGaussians.h"
 #include "Core/Splats/SetupOutput.h"
 
@@ -70,10 +68,9 @@ SURFELSPLATTING_INLINE SplatDepths<Real> Depths(
 }
 
 /// Makes the splats of as many surfels as Real has lanes.
-/// @param output SplatOutput or CentralOutput
-template <class Real, class Output>
+template <class Real>
 SURFELSPLATTING_INLINE void MakeBatch(
-  const SetupJob& job, const BatchIndices<Real>& index, Output& output)
+  const SetupJob& job, const BatchIndices<Real>& index, SplatOutput& output)
 {
   PlacedSurfels<Real> s = Place(job, index);
   if (AnyLane<Real>(s.Alive))
@@ -83,7 +80,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
     ScreenFootprints<Real> f = Project(job, index, s, blur);
     const ResamplingKernelOf<Real> kernel =
       MakeKernel(ChooseProfile<Real>(job.Kernel, job.Gaussian, f.W, ShapeOf(job, f)), f.W);
-    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel, output);
+    const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
     if (AnyLane<Real>(s.Overlap > 0.0))
     {
       s.Deposit *= 1.0 - CoveredShare(job, index, s, blur);
@@ -110,18 +107,11 @@ SURFELSPLATTING_INLINE void MakeAnyBatch(
   job.Cloud.IsInSpace() ? MakeGaussianBatch(job, index, output) : MakeBatch(job, index, output);
 }
 
-template <class Real>
-SURFELSPLATTING_INLINE void MakeAnyBatch(
-  const SetupJob& job, const BatchIndices<Real>& index, CentralOutput& output)
-{
-  MakeBatch(job, index, output);
-}
-
 /// Makes the splats of a part of a run.
 /// @param merging that of the run; a constant 0 leaves the code for pairs out
-template <class Real, class Output>
+template <class Real>
 SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, double merging,
-  std::size_t begin, std::size_t end, Output& output)
+  std::size_t begin, std::size_t end, SplatOutput& output)
 {
   constexpr std::size_t lanes = LaneTypes<Real>::Count;
   BatchIndices<Real> index;
@@ -140,31 +130,6 @@ SURFELSPLATTING_INLINE void MakeRun(const SetupJob& job, const CutRange& run, do
     }
     index.Present = GatherMask<Real>([&](int l) { return i + l < end; });
     MakeAnyBatch(job, index, output);
-  }
-}
-
-/// SetupTarget::MakeCentral.
-template <class Real>
-void MakeCentral(const SetupJob& job, const CutRange& run, const CentralOutput& central)
-{
-  CentralOutput output = central;
-  if (run.Merging > 0.0f)
-  {
-    MakeRun<Real>(job, run, run.Merging, 0, run.Count, output);
-    return;
-  }
-  MakeRun<Real>(job, run, 0.0, 0, run.Count, output);
-}
-
-/// SetupTarget::SeeFromCell.
-template <class Real>
-void SeeFromCell(const SetupJob& job, const CellOfLens& cell, const CentralOutput& central,
-  std::size_t skip, std::size_t count, SplatOutput& output)
-{
-  constexpr std::size_t lanes = LaneTypes<Real>::Count;
-  for (std::size_t i = skip; i < skip + count; i += lanes)
-  {
-    SeeBatch<Real>(job, cell, central, i, skip + count - i, output);
   }
 }
 

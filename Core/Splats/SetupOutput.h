@@ -85,7 +85,7 @@ SURFELSPLATTING_INLINE ScreenPlaces<Real> CenterOnScreen(
 /// @param s Alive becomes false for surfels whose support misses the picture
 template <class Real>
 SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
-  const Real& cell, const ResamplingKernelOf<Real>& kernel, const SplatOutput&)
+  const Real& cell, const ResamplingKernelOf<Real>& kernel)
 {
   ScreenPlaces<Real> place = CenterOnScreen(job.Camera, s, cell);
   const Real scale = 1.0 / cell;

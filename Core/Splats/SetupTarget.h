@@ -9,7 +9,6 @@
  */
 #pragma once
 
-#include "Core/Base/TileSet.h"
 #include "Core/Hierarchy/CutRange.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"
@@ -45,12 +44,9 @@ struct SetupJob
   double Stretch;             ///< |det Linear|, by which volumes grow
 
   View Camera;
-  TileSet Drawn;
   double LensRadius = 0.0, InverseFocalDistance = 0.0; ///< Lens.h
-  double WeighedRadius = 0.0; ///< of the lens that the cell is part of; without cells, LensRadius
-  LensShape Shape, ShapeRoot; ///< of the lens or cell on the screen, and its root
+  LensShape Shape, ShapeRoot;                  ///< of the lens or cell on the screen, and its root
   double LeastShape = 1.0, LargestShape = 1.0; ///< its eigenvalues
-  bool WeighsPart = false; ///< the weighed lens is the whole one, this a cell of it
   bool WeighsLens = false; ///< weigh each point of the lens with the area it sees (Lens.h)
 
   KernelType Kernel = KernelType::PearsonII;
@@ -86,61 +82,11 @@ struct SplatOutput
   float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
 };
 
-/// Destination of a run's splats for all cells of one shape, one after another with those that are
-/// not drawn (CentralSplats.h). Fields is [NumberOfFields][Stride].
-struct CentralOutput
-{
-  enum Field
-  {
-    X, ///< centre, px or cells of a coarse grid
-    Y,
-    ShiftX, ///< C in x and y, with signs: displacement at the border of the whole lens
-    ShiftY,
-    HalfWidth, ///< of the support
-    HalfHeight,
-    Near,   ///< Splat::Near
-    Weight, ///< of the point of the whole lens that sees most
-    Area,   ///< VisibleAreaOf the whole lens
-    AreaX,
-    AreaY,
-    TwoSided, ///< 0 or 1
-    PerPixel, ///< LensFootprint::PerPixel
-    Share,    ///< of W that comes from the lens
-    Cell,     ///< size of the coarse grid's cells, px; 1: the picture; 0: not drawn; -1: not finite
-    NumberOfFields
-  };
-  static constexpr std::size_t Group = 16; ///< a multiple of any target's lanes
-
-  Splat* Splats;
-  SplatGradient* Gradients; ///< [First] is that of the run's first splat
-  std::size_t First;
-  float* Fields;
-  std::size_t Stride; ///< a multiple of Group
-  std::size_t Next = 0;
-
-  SURFELSPLATTING_INLINE float* At(Field field, std::size_t i) const
-  {
-    return this->Fields + field * this->Stride + i;
-  }
-};
-
-/// A cell of a divided lens in units of its radius.
-struct CellOfLens
-{
-  double X = 0.0, Y = 0.0; ///< centre
-  double Radius = 1.0;
-};
-
 struct SetupTarget
 {
   /// Appends the visible splats of `count` surfels or nodes of a run, without the first `skip`.
   void (*MakeSplats)(const SetupJob& job, const CutRange& run, std::size_t skip, std::size_t count,
     SplatOutput& output);
-  /// Makes the splats that a run has for all cells of one shape.
-  void (*MakeCentral)(const SetupJob& job, const CutRange& run, const CentralOutput& output);
-  /// Appends those of them, without the first `skip`, that a cell sees.
-  void (*SeeFromCell)(const SetupJob& job, const CellOfLens& cell, const CentralOutput& central,
-    std::size_t skip, std::size_t count, SplatOutput& output);
   const char* Name;
 };
 

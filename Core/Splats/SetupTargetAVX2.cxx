@@ -2,7 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetAVX2 = {
-  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>,
-  SurfelSplatting::MakeCentral<SurfelSplatting::VectorReal>,
-  SurfelSplatting::SeeFromCell<SurfelSplatting::VectorReal>, "AVX2"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "AVX2"
 };

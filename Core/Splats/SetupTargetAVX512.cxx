@@ -2,7 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetAVX512 = {
-  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>,
-  SurfelSplatting::MakeCentral<SurfelSplatting::VectorReal>,
-  SurfelSplatting::SeeFromCell<SurfelSplatting::VectorReal>, "AVX-512"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "AVX-512"
 };

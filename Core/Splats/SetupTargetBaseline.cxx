@@ -2,7 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetBaseline = {
-  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>,
-  SurfelSplatting::MakeCentral<SurfelSplatting::VectorReal>,
-  SurfelSplatting::SeeFromCell<SurfelSplatting::VectorReal>, "baseline"
+  SurfelSplatting::MakeSplats<SurfelSplatting::VectorReal>, "baseline"
 };

@@ -2,6 +2,5 @@
 #include "Core/Splats/SetupImplementation.h"
 
 const SurfelSplatting::SetupTarget SurfelSplatting::SetupTargetScalar = {
-  SurfelSplatting::MakeSplats<double>, SurfelSplatting::MakeCentral<double>,
-  SurfelSplatting::SeeFromCell<double>, "scalar"
+  SurfelSplatting::MakeSplats<double>, "scalar"
 };

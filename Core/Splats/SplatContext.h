@@ -17,8 +17,6 @@
 
 namespace SurfelSplatting
 {
-class CentralSplats;
-
 struct SplatSettings
 {
   KernelType Kernel = KernelType::PearsonII;
@@ -32,8 +30,6 @@ struct SplatContext
   View Camera;
   Lens Optics;
   ApertureSampling Sampling; ///< how the splatter divides the lens
-  /// Splats that this cell of a divided lens shares with the others. May be null.
-  CentralSplats* Central = nullptr;
   std::vector<Light> Lights; ///< camera space
   TileSet Drawn;             ///< cells may leave out splats that touch no other tiles
   SplatSettings Settings;

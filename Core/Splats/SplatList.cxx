@@ -56,7 +56,6 @@ void SplatList::Clear(bool footprints)
   this->Boxes.Clear();
   this->Nears.Clear();
   this->Gradients.Clear();
-  this->SharedGradients = nullptr;
   this->Levels.Clear();
   this->ResizeTents(0);
 }

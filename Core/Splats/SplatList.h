@@ -43,10 +43,8 @@ struct SplatList
   std::vector<Part> Parts; ///< in the order of the surfels
   Buffer<Splat> Splats;
   Buffer<PixelBox> Boxes;
-  Buffer<float> Nears;             ///< copies of Splat::Near, close together for sorting
-  Buffer<SplatGradient> Gradients; ///< of the splats that have one
-  /// Instead of Gradients, those of all cells of the lens (CentralSplats.h), if there are any.
-  const Buffer<SplatGradient>* SharedGradients = nullptr;
+  Buffer<float> Nears;              ///< copies of Splat::Near, close together for sorting
+  Buffer<SplatGradient> Gradients;  ///< of the splats that have one
   Buffer<LensFootprint> Footprints; ///< of all splats if there is a lens; else empty
   Buffer<unsigned char> Levels;     ///< of the coarse grid that a splat is on; 0: the picture
   Buffer<const Tent*> Tents;        ///< of coarse grids, whose memory they are in (CoarseGrid.h)
@@ -59,8 +57,7 @@ struct SplatList
   /// @param s has a gradient
   const SplatGradient& GradientOf(const Splat& s) const
   {
-    const auto i = static_cast<std::size_t>(s.Gradient);
-    return this->SharedGradients ? (*this->SharedGradients)[i] : this->Gradients[i];
+    return this->Gradients[static_cast<std::size_t>(s.Gradient)];
   }
   void ResizeTents(std::size_t size);
   const LensFootprint* FootprintOf(std::size_t i) const

@@ -3,7 +3,6 @@
 
 #include "Core/Base/MemoryGuard.h"
 #include "Core/Lens/GaussianFootprint.h"
-#include "Core/Splats/CentralSplats.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,15 +36,9 @@ void SplatMaker::Set(
   this->Job.Cloud = cloud;
   this->Job.PaperDetail = cloud.LeafCovariances && context.Cut.Rule == CutRule::Paper;
   this->Job.Colors = context.Colors;
-  this->Job.Drawn = context.Drawn;
-  const bool shares = context.Central && context.Central->Holds(cloud);
-  this->Central = shares ? context.Central : nullptr;
-  const SplatContext& seen = shares ? this->Central->Whole() : context;
-  this->SetTransforms(seen.Camera);
+  this->SetTransforms(context.Camera);
   this->SetOptics(context);
-  this->Job.WeighedRadius = seen.Optics.Radius;
-  this->Job.WeighsPart = shares;
-  this->SetLights(seen.Lights, cloud.Surface);
+  this->SetLights(context.Lights, cloud.Surface);
 }
 
 void SplatMaker::SetTransforms(const View& view)
@@ -111,37 +104,8 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   j.NumberOfLights = this->Lights.size();
 }
 
-/// Makes the splats of a run for all cells of its shape, if none has asked for them, and those of
-/// this cell.
-void SplatMaker::See(
-  const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
-{
-  const CentralOutput central = this->Central->Get(run, [&](const CentralOutput& all) {
-    if (this->Job.Cloud.Guard)
-    {
-      this->Check(run, 0, run.Count);
-    }
-    this->Target->MakeCentral(this->Job, run, all);
-  });
-  const CellOfLens& cell = this->Central->Cell();
-  constexpr std::size_t group = CentralOutput::Group;
-  const std::size_t end = skip + count;
-  for (std::size_t next, i = skip; i < end; i = next)
-  {
-    next = std::min(end, i / group * group + group);
-    if (this->Job.Drawn.Touch(this->Central->Reach(run, i).From(cell)))
-    {
-      this->Target->SeeFromCell(this->Job, cell, central, i, next - i, output);
-    }
-  }
-}
-
 void SplatMaker::Prefetch(const CutRange& run) const
 {
-  if (this->Central && this->Central->Prefetch(run))
-  {
-    return;
-  }
   if (run.Merging > 0.0f)
   {
     this->PrefetchNodes(run.Parents, (run.Count + 1) / 2);

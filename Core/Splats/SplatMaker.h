@@ -35,11 +35,6 @@ public:
   /// @throw DamagedMemory if the cloud has a guard that finds damage
   void Make(const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const
   {
-    if (this->Central)
-    {
-      this->See(run, skip, count, output);
-      return;
-    }
     if (this->Job.Cloud.Guard)
     {
       this->Check(run, skip, count);
@@ -61,13 +56,11 @@ private:
   void ForMemory(
     const CutRange& run, std::size_t skip, std::size_t count, const Function& function) const;
   void Check(const CutRange& run, std::size_t skip, std::size_t count) const;
-  void See(const CutRange& run, std::size_t skip, std::size_t count, SplatOutput& output) const;
   void SetTransforms(const View& view);
   void SetOptics(const SplatContext& context);
   void SetLights(const std::vector<Light>& lights, const Material& material);
 
   const SetupTarget* Target = nullptr;
-  CentralSplats* Central = nullptr; // if the cloud's splats are made for all cells at once
   std::vector<ShadingLight> Lights;
   SetupJob Job;
 };

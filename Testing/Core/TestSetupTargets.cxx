@@ -4,7 +4,6 @@
  * every lens, kernel, grid and light, levels of a hierarchy, and values that are no
  * numbers.
  */
-#include "Core/Splats/CentralSplats.h"
 #include "Core/Splats/SplatMaker.h"
 #include "TargetUnderTest.h"
 #include "TestScene.h"
@@ -70,18 +69,11 @@ void CheckFields(const Fields& a, const Fields& b, const char* what)
   }
 }
 
-/// The gradient of the i-th splat.
-const SplatGradient& GradientOf(const SplatContext& context, const Output& output, std::size_t i)
+void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
+  const CutRange& run)
 {
-  return context.Central
-    ? context.Central->AllGradients()[static_cast<std::size_t>(output.Splats[i].Gradient)]
-    : output.Gradients[i];
-}
-
-/// @param scalar the context of the set-up that is compared with
-void CompareWith(const SplatContext& scalar, const SetupTarget& kernel, const SplatContext& context,
-  const SurfelCloud& cloud, const CutRange& run)
-{
+  SplatContext scalar = context;
+  scalar.ScalarSetup = true;
   Output expected(run.Count, context.HasLens()), actual(run.Count, context.HasLens());
   SplatMaker maker;
   maker.Set(scalar, cloud);
@@ -105,7 +97,8 @@ void CompareWith(const SplatContext& scalar, const SetupTarget& kernel, const Sp
     CHECK(a.Gradient == b.Gradient);
     if (HasGradient(b))
     {
-      CheckFields(GradientOf(context, actual, i), GradientOf(scalar, expected, i), "gradient");
+      const auto place = static_cast<std::size_t>(b.Gradient);
+      CheckFields(actual.Gradients[place], expected.Gradients[place], "gradient");
     }
     a.Gradient = b.Gradient = 0;
     CheckFields(a, b, "splat");
@@ -123,37 +116,16 @@ void CompareWith(const SplatContext& scalar, const SetupTarget& kernel, const Sp
   }
 }
 
-void Compare(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
-  const CutRange& run)
-{
-  SplatContext scalar = context;
-  scalar.ScalarSetup = true;
-  CompareWith(scalar, kernel, context, cloud, run);
-}
-
-/// Cells of a lens, of three shapes, whose splats follow from those of its centre.
+/// Cells of a lens, a disc and ellipses.
 void CompareCells(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
   const CutRange& run)
 {
-  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 5 }))
+  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 6 }))
   {
     SplatContext part = context;
     part.Camera = cell.Camera;
     part.Optics = cell.Optics;
-    SplatContext scalar = part;
-    scalar.ScalarSetup = true;
-    CentralSplats expected, actual;
-    std::vector<CutRange> runs{ run };
-    for (CentralSplats* central : { &expected, &actual })
-    {
-      central->Clear(context);
-      central->Add(runs);
-    }
-    expected.SetCell(cell.Center, cell.Optics.Radius);
-    actual.SetCell(cell.Center, cell.Optics.Radius);
-    scalar.Central = &expected;
-    part.Central = &actual;
-    CompareWith(scalar, kernel, part, cloud, runs[0]);
+    Compare(kernel, part, cloud, run);
   }
 }
 
