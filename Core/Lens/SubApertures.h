@@ -41,9 +41,9 @@ struct ApertureCell
 };
 
 /**
- * K cells, innermost first: up to 4 are on one ring, 5 to 9
- * on a ring about a centre, 10 to 15 on two rings, 16 to 23 on two rings about a centre, and so on:
- * as far apart along a ring as the rings are, since longer cells see less well what hides what.
+ * K cells, innermost first: up to 4 are on one ring, 5 to 9 on a ring about a centre, 10 to 15 on
+ * two rings, 16 to 23 on two rings about a centre, and so on: as far apart along a ring as the rings
+ * are, since longer cells see less well what hides what.
  *
  * How well they blur decides how many dB cells gain, as much as their number: over all directions,
  * the root mean square difference of a blurred edge's profile from that through the whole lens is

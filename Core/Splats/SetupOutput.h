@@ -311,14 +311,21 @@ struct LensFootprintFields
 
   SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
   {
+    static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
+        offsetof(LensFootprint, Back) == 24,
+      "first and last columns of the parts");
     const LensShare<Real> lens(job, b);
-    this->Set(job, b.Surfels.Visible, lens.Share, lens.PerCell);
-  }
-
-  SURFELSPLATTING_INLINE LensFootprintFields(
-    const SetupJob& job, const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
-  {
-    this->Set(job, v, share, perCell);
+    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+    const MeanVisibleArea<Real> mean = MeanOverLens(v);
+    const Real one = Uniform<Real>(1.0), rest = 1.0 - lens.Share;
+    const Real area = lens.Share * v.Base + rest * mean.Area;
+    this->Parts[0] = { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y),
+      Narrow<Real>(lens.PerCell), Narrow<Real>(area) };
+    // Root()'s inverse, since its determinant is 1.
+    const LensShape& root = job.ShapeRoot;
+    const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
+    this->Parts[1] = { Narrow<Real>(lens.PerCell * x), Narrow<Real>(lens.PerCell * y),
+      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} };
   }
 
   SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
@@ -326,25 +333,6 @@ struct LensFootprintFields
     char* row = reinterpret_cast<char*>(&to);
     this->Parts[0].Store(l, row);
     this->Parts[1].Store(l, row + sizeof(RowPart));
-  }
-
-private:
-  SURFELSPLATTING_INLINE void Set(
-    const SetupJob& job, const VisibleAreaOf<Real>& v, const Real& share, const Real& perCell)
-  {
-    static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
-        offsetof(LensFootprint, Back) == 24,
-      "first and last columns of the parts");
-    const MeanVisibleArea<Real> mean = MeanOverLens(v);
-    const Real one = Uniform<Real>(1.0), rest = 1.0 - share;
-    const Real area = share * v.Base + rest * mean.Area;
-    this->Parts[0] = { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y),
-      Narrow<Real>(perCell), Narrow<Real>(area) };
-    // Root()'s inverse, since its determinant is 1.
-    const LensShape& root = job.ShapeRoot;
-    const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
-    this->Parts[1] = { Narrow<Real>(perCell * x), Narrow<Real>(perCell * y),
-      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} };
   }
 };
 
