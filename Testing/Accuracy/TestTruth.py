@@ -77,10 +77,10 @@ class Truth(ToolCase):
         self.picture(f"{TRUTH}/bars.ply", "bars", "pinhole", "--hierarchy", "n.vtp")
         reference = self.picture("n.vtp", "bars", "coc36", "--reference", POINTS)
         reached = [psnr(self.picture("n.vtp", "bars", "coc36", "--lens-cells", str(cells)), reference)
-                   for cells in (1, 2, 3, 5, 7, 13)]
-        print("bars, coc36, 1, 2, 3, 5, 7 and 13 cells:", *(f"{value:.2f}" for value in reached))
+                   for cells in (1, 3, 7, 13)]
+        print("bars, coc36, 1, 3, 7 and 13 cells:", *(f"{value:.2f}" for value in reached))
         for fewer, more in zip(reached, reached[1:]):
-            self.assertGreater(more, fewer + 0.3)
+            self.assertGreater(more, fewer + 2)  # 41.5, 44.8, 48.8 and 53.7
 
 
 if __name__ == "__main__":

@@ -116,11 +116,11 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
   }
 }
 
-/// Cells of a lens, a disc and ellipses.
+/// Cells of a lens, ellipses.
 void CompareCells(const SetupTarget& kernel, const SplatContext& context, const SurfelCloud& cloud,
   const CutRange& run)
 {
-  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 6 }))
+  for (const SubAperture& cell : DivideLens(context.Camera, context.Optics, { 3 }))
   {
     SplatContext part = context;
     part.Camera = cell.Camera;

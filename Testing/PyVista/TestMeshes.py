@@ -9,11 +9,13 @@ import warnings
 
 import numpy as np
 import pyvista as pv
-from surfelsplatting.clouds.faces import FEW_VERTICES, SAMPLES, on_faces
+from surfelsplatting.clouds import faces
+from surfelsplatting.clouds.faces import FEW_VERTICES, on_faces
 from surfelsplatting.surfels import make_surfels
 
 from plottercase import PlotterCase
 
+faces.SAMPLES = SAMPLES = 40_000  # a fifth, for a fifth of the time
 SPACING = (6 / SAMPLES) ** 0.5  # of the points on a cube; surfels at its edges move by half of it
 CORNER = [(4, 3, 5), (0, 0, 0), (0, 1, 0)]  # camera that sees three sides of a cube
 
