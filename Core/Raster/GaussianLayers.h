@@ -109,8 +109,8 @@ SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const Pi
   return OnLens ? Larger(color + x * d.X + y * d.Y, Real(0.0f)) : Real(color);
 }
 
-/// A lens point, of a lens with the area and the variance of a disc, becomes that of an ellipse S:
-/// E u becomes E S^(1/2) u, and L becomes S^(1/2) L S^(1/2).
+/// From the lens points and the share L of a disc to those of an ellipse of shape S with its area,
+/// as points of the unit disc: S^(1/2) u and S^(1/2) L S^(1/2).
 template <class Real>
 SURFELSPLATTING_INLINE void MapToDisc(
   const RasterSettings& settings, ShareOfLens& share, Real& x, Real& y)

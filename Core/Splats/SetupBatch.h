@@ -267,7 +267,7 @@ struct PlacedSurfels
   Real Overlap;                ///< SurfelCloud::OverlapOf
 };
 
-/// A slope over the lens, an ellipse, becomes that over the unit disc that Root() maps to it.
+/// A slope over an ellipse becomes that over the unit disc of which `root` makes the ellipse.
 template <class Real>
 SURFELSPLATTING_INLINE void ToUnitDisc(const LensShape& root, Real& x, Real& y)
 {
@@ -305,7 +305,9 @@ SURFELSPLATTING_INLINE void SeeFacingLeaves(
   const Real sum = Dot(stored.Area, stored.Area), rest = stored.Size * stored.Size - sum;
   const Real distance = view.Parallel ? Uniform<Real>(1.0) : Dot(s.P, s.P);
   const double radius = job.WeighsLens ? job.LensRadius : 0.0;
-  const Real lens = radius * radius * (s.Area.X * s.Area.X + s.Area.Y * s.Area.Y);
+  Real x = s.Area.X, y = s.Area.Y;
+  ToUnitDisc(job.ShapeRoot, x, y);
+  const Real lens = radius * radius * (x * x + y * y);
   const Real scale = view.Fx * view.Fy * s.InverseZ * s.InverseZ * s.InverseZ;
   // The squared spread times `sum`.
   const Real squared =

@@ -150,10 +150,6 @@ struct ScreenFootprints
 template <class Real>
 SURFELSPLATTING_INLINE BlurShape<Real> ShapeOf(const SetupJob& job, const ScreenFootprints<Real>& f)
 {
-  if (job.LeastShape == 1.0)
-  {
-    return BlurShape<Real>(f.W, f.SquaredConfusion);
-  }
   const LensShape& s = job.Shape;
   return BlurShape<Real>(
     f.W, f.SquaredConfusion, { Uniform<Real>(s.XX), Uniform<Real>(s.YY), Uniform<Real>(s.XY) });

@@ -262,9 +262,7 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   }
   const Symmetric2Of<Real>& s = blur.Smooth;
   const Real half = 0.5 * (s.XX - s.YY);
-  const Real variance = job.LeastShape == 1.0
-    ? Smaller(s.XX, s.YY)
-    : 0.5 * (s.XX + s.YY) - SquareRoot(half * half + s.XY * s.XY);
+  const Real variance = 0.5 * (s.XX + s.YY) - SquareRoot(half * half + s.XY * s.XY);
   Real cell = Uniform<Real>(1.0);
   for (int d = 2; d <= TileSize; d *= 2)
   {

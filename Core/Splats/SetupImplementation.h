@@ -97,7 +97,7 @@ SURFELSPLATTING_INLINE void MakeBatch(
       Write(job, index, batch, output);
     }
   }
-  EndBatch(s, output);
+  output.Invalid += CountLanes<Real>(s.Invalid);
 }
 
 template <class Real>

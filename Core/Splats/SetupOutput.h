@@ -382,11 +382,4 @@ SURFELSPLATTING_INLINE void Write(
     WriteFootprints(job, b, first, output);
   }
 }
-
-/// Counts what is not finite.
-template <class Real>
-SURFELSPLATTING_INLINE void EndBatch(const PlacedSurfels<Real>& s, SplatOutput& output)
-{
-  output.Invalid += CountLanes<Real>(s.Invalid);
-}
 }

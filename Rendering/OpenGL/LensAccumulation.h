@@ -58,11 +58,11 @@ public:
   /**
    * Renders the views with `delegate` and draws their mean, and the first view's depth, into the
    * frame: over what is there if the renderer is transparent, otherwise instead of it. Each view is
-   * rendered through a copy of the camera within a cell of the lens, with the cell's diameter as
-   * its FocalDisk, and with as many samples as the current framebuffer has. If the window's
-   * rendering is aborted, the remaining views are left out. If the renderer preserves the depth of
-   * the layers below, every view has it. Returns false, and draws nothing, if the textures could
-   * not be made.
+   * rendered through a copy of the camera within a cell of the lens, with the diameter of a
+   * disc of the cell's area as its FocalDisk, and with as many samples as the current framebuffer
+   * has. If the window's rendering is aborted, the remaining views are left out. If the renderer
+   * preserves the depth of the layers below, every view has it. Returns false, and draws nothing,
+   * if the textures could not be made.
    */
   bool Render(const PassFrame& frame, const LensViews& views, vtkRenderPass* delegate);
 

@@ -46,7 +46,7 @@ struct SceneView
   bool IsMoving = false;              ///< the lens is not divided, for the same reason
 
   /// Number of lens cells if the camera is one of them, moved within the whole lens, and its
-  /// FocalDisk is the diameter of that cell; 0 if the camera has the whole lens.
+  /// FocalDisk is the diameter of a disc of that cell's area; 0 if the camera has the whole lens.
   int CellCount = 0;
   LensShape CellShape; ///< of that cell
 
