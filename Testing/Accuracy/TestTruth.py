@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Raw points in, unlit: PSNR of one picture against a path tracer's thin lens on the meshes that the
 clouds were sampled from, and no blurred view worse than its pinhole view; with seven lens cells, the
-default, at the widest aperture; and against the mean of many pinhole pictures of the same surfels."""
+default, at the widest aperture; and against the mean of many pinhole pictures of the same surfels, the
+better the more cells."""
 
 import os
 import sys
@@ -53,12 +54,23 @@ class Truth(ToolCase):
         self.assertGreater(value, CELLS_FLOORS[scene], scene)
 
     def check_own(self, nodes, scene):
+        """At coc12 against the mean of many pinhole pictures of the same surfels."""
         reference = self.picture(nodes, scene, "coc12", "--reference", POINTS)
-        reached = [psnr(self.picture(nodes, scene, "coc12", *options), reference)
-                   for options in (ONE, (), MANY)]
+
+        def reach(*options):
+            return psnr(self.picture(nodes, scene, "coc12", *options), reference)
+
+        reached = [reach(*options) for options in (ONE, (), MANY)]
         print(scene, "coc12, own reference:", *(f"{value:.2f}" for value in reached))
         for value, floor in zip(reached, OWN_FLOORS[scene]):
             self.assertGreater(value, floor, scene)
+        if scene == "bars":
+            # With discs in place of ellipses, three cells were worse than one picture.
+            one, seven, many = reached
+            three, thirteen = (reach("--lens-cells", cells) for cells in ("3", "13"))
+            print(f"3 and 13 cells: {three:.2f} {thirteen:.2f}")  # 48.3, 51.3, 52.2, 59.9 and 61.4
+            for fewer, more in zip((one, three, seven, thirteen), (three, seven, thirteen, many)):
+                self.assertGreater(more, fewer + 0.5)
 
     def test_scenes(self):
         for scene, floors in FLOORS.items():
@@ -71,16 +83,6 @@ class Truth(ToolCase):
                 self.assertGreaterEqual(value, reached[0], (scene, view))
             self.check_cells("n.vtp", scene)
             self.check_own("n.vtp", scene)
-
-    def test_more_cells(self):
-        """Few cells are better than one picture, more are better than few."""
-        self.picture(f"{TRUTH}/bars.ply", "bars", "pinhole", "--hierarchy", "n.vtp")
-        reference = self.picture("n.vtp", "bars", "coc36", "--reference", POINTS)
-        reached = [psnr(self.picture("n.vtp", "bars", "coc36", "--lens-cells", str(cells)), reference)
-                   for cells in (1, 3, 7, 13)]
-        print("bars, coc36, 1, 3, 7 and 13 cells:", *(f"{value:.2f}" for value in reached))
-        for fewer, more in zip(reached, reached[1:]):
-            self.assertGreater(more, fewer + 2)  # 41.5, 44.8, 48.8 and 53.7
 
 
 if __name__ == "__main__":
