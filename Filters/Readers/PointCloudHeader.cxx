@@ -79,6 +79,16 @@ void CheckPLY(std::istream& file, std::uint64_t fileBytes)
   }
 }
 
+// As std::getline, but false for longer lines: a file of gigabytes may be one.
+bool NextLine(std::istream& file, std::string& line)
+{
+  line.resize(LongestLine);
+  const bool isLine = static_cast<bool>(file.getline(&line[0], LongestLine));
+  const auto read = static_cast<std::size_t>(file.gcount());
+  line.resize(isLine && !file.eof() ? read - 1 : read); // gcount() has the end of the line
+  return isLine;
+}
+
 // Reads and counts the lines of a .pcd header up to DATA, as key -> values.
 std::map<std::string, Words> ReadPCDLines(std::istream& file, std::size_t& count)
 {
@@ -86,7 +96,7 @@ std::map<std::string, Words> ReadPCDLines(std::istream& file, std::size_t& count
     "VIEWPOINT", "POINTS", "DATA" };
   std::map<std::string, Words> lines;
   std::string line;
-  while (!lines.count("DATA") && std::getline(file, line) && line.size() < LongestLine)
+  while (!lines.count("DATA") && NextLine(file, line))
   {
     ++count;
     Words words = Split(line);
@@ -229,7 +239,7 @@ Format FindFormat(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);
   std::string line;
-  for (bool first = true; std::getline(file, line) && line.size() < LongestLine; first = false)
+  for (bool first = true; NextLine(file, line); first = false)
   {
     const Words words = Split(line);
     if (first && words.size() == 1 && words[0] == "ply")
@@ -269,7 +279,7 @@ PLYHeader ReadPLYHeader(std::istream& file)
 {
   PLYHeader header;
   std::string line;
-  while (std::getline(file, line) && line.size() < LongestLine)
+  while (NextLine(file, line))
   {
     ++header.Lines;
     const Words words = Split(line);
