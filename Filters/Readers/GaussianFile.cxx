@@ -17,9 +17,8 @@ bool IsBigEndianMachine()
   return *reinterpret_cast<const std::uint8_t*>(&one) == 0;
 }
 
-bool EndsWithSplat(const std::string& path)
+bool HasExtension(const std::string& path, const std::string& extension)
 {
-  const std::string extension = ".splat";
   return path.size() > extension.size() &&
     std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
       [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
@@ -46,9 +45,13 @@ CaptureFormat FindCaptureFormat(const std::string& path)
   {
     return CaptureFormat::None;
   }
+  if (SPZGaussians::Has(file))
+  {
+    return CaptureFormat::SPZ;
+  }
   if (FindFormat(path) != Format::PLY)
   {
-    return EndsWithSplat(path) ? CaptureFormat::Splat : CaptureFormat::None;
+    return HasExtension(path, ".splat") ? CaptureFormat::Splat : CaptureFormat::None;
   }
   try
   {
@@ -74,15 +77,16 @@ GaussianFile::GaussianFile(const std::string& path)
         : "the file cannot be opened; check name and rights.");
   }
   const bool isPLY = FindFormat(path) == Format::PLY;
-  if (!isPLY && !EndsWithSplat(path))
+  const bool isSPZ = SPZGaussians::Has(this->File) || HasExtension(path, ".spz");
+  if (!isPLY && !isSPZ && !HasExtension(path, ".splat"))
   {
-    throw std::runtime_error("neither a .ply file, judging by its first bytes, nor a .splat file, "
-                             "judging by its name.");
+    throw std::runtime_error("neither a .ply nor a .spz file, judging by its first bytes, nor a "
+                             ".splat file, judging by its name.");
   }
   this->File.seekg(0, std::ios::end);
   const auto bytes = static_cast<std::uint64_t>(this->File.tellg());
   this->File.seekg(0);
-  isPLY ? this->OpenPLY(bytes) : this->OpenSplat(bytes);
+  isPLY ? this->OpenPLY(bytes) : isSPZ ? this->OpenSPZ(bytes) : this->OpenSplat(bytes);
   this->Header.Fields = this->Values.Fields;
   this->Header.PointStep = this->Values.Step;
 }
@@ -148,6 +152,18 @@ void GaussianFile::OpenSplat(std::uint64_t bytes)
   this->IsSwapped = IsBigEndianMachine();
 }
 
+void GaussianFile::OpenSPZ(std::uint64_t bytes)
+{
+  this->Columns.emplace(this->File, bytes);
+  this->Values = this->Columns->Layout();
+  this->Header.Width = static_cast<std::uint32_t>(this->Columns->Count());
+}
+
+bool GaussianFile::Load(const std::function<bool(double)>& proceed)
+{
+  return !this->Columns || this->Columns->Inflate(this->File, proceed);
+}
+
 std::uint64_t GaussianFile::PartSize() const
 {
   // The decoder of text counts lines and points from where it begins.
@@ -162,6 +178,10 @@ FieldCloud GaussianFile::Read(std::uint64_t count)
   if (this->Packed)
   {
     return this->Packed->Read(this->File, first, count);
+  }
+  if (this->Columns)
+  {
+    return this->Columns->Read(first, count);
   }
   PCDHeader part = this->Header;
   part.Width = static_cast<std::uint32_t>(count);

@@ -8,9 +8,11 @@
 #include "Filters/Readers/GaussianLayout.h"
 #include "Filters/Readers/PackedGaussians.h"
 #include "Filters/Readers/PointCloudHeader.h"
+#include "Filters/Readers/SPZGaussians.h"
 
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -20,11 +22,13 @@ enum class CaptureFormat
 {
   None,
   PLY,
+  SPZ,
   Splat
 };
 
-/// The format: .ply by its header, .splat, which has none, by the file's name. None also for .ply
-/// files of other things, and if the file cannot be read.
+/// The format: .ply and .spz by their headers, .splat, which has none, by the file's name. None
+/// also for .ply files of other things, and if the file cannot be read. SPZ also for versions that
+/// cannot be read: the reader tells them.
 CaptureFormat FindCaptureFormat(const std::string& path);
 
 class GaussianFile
@@ -36,6 +40,17 @@ public:
   std::uint64_t Count() const { return this->Header.Width; }
   const GaussianLayout& Layout() const { return this->Values; }
 
+  /// Whether the file says that the capture was trained with antialiasing.
+  bool IsAntialiased() const { return this->Columns && this->Columns->IsAntialiased(); }
+
+  /// The share of the time that Load takes, 0..1.
+  double LoadShare() const { return this->Columns ? 0.35 : 0.0; }
+
+  /// Reads what must be in memory before the first Gaussian: of .spz files all columns. To be
+  /// called once. Gives the finished fraction to `proceed`, and stops where it says false. Returns
+  /// whether it is complete. Throws as Read does.
+  bool Load(const std::function<bool(double)>& proceed);
+
   /// Number of Gaussians to read at once.
   std::uint64_t PartSize() const;
 
@@ -46,12 +61,14 @@ private:
   void OpenPLY(std::uint64_t bytes);
   void OpenVertices(const PLYHeader& header, std::uint64_t bytes);
   void OpenSplat(std::uint64_t bytes);
+  void OpenSPZ(std::uint64_t bytes);
 
   std::ifstream File;
   GaussianLayout Values;
   PCDHeader Header;       // as if it were a .pcd file: Gaussians are stored as its points are
   bool IsSwapped = false; // the other byte order than the machine's
   std::optional<PackedGaussians> Packed;
+  std::optional<SPZGaussians> Columns;
   std::uint64_t Done = 0; // Gaussians that were read
 };
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/PackedGaussians.h"
 
-#include "vtkSMPTools.h"
+#include "Filters/Readers/UnpackedGaussians.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,11 +31,6 @@ std::size_t OffsetOf(const PLYElement& element, const std::string& name, Field::
       "; compressed captures have it.");
   }
   return field->Offset;
-}
-
-std::uint32_t LoadUnsigned(const std::uint8_t* at)
-{
-  return at[0] | at[1] << 8 | at[2] << 16 | static_cast<std::uint32_t>(at[3]) << 24;
 }
 
 double LoadFloat(const std::uint8_t* at)
@@ -171,15 +166,11 @@ void PackedGaussians::ReadChunks(const PLYElement& element, std::istream& file, 
   }
 }
 
-void PackedGaussians::Unpack(std::uint64_t i, const std::uint8_t* packed, const std::uint8_t* rest,
-  std::uint8_t* gaussian) const
+template <typename Store>
+void PackedGaussians::Unpack(
+  std::uint64_t i, const std::uint8_t* packed, const std::uint8_t* rest, const Store& store) const
 {
   const Chunk& chunk = this->Chunks[i / ChunkSize];
-  const auto store = [&gaussian](double number) {
-    const auto value = static_cast<float>(number);
-    std::memcpy(gaussian, &value, sizeof value);
-    gaussian += sizeof value;
-  };
   const auto between = [&chunk](int value, double share) {
     return (1.0 - share) * chunk.Least[value] + share * chunk.Most[value];
   };
@@ -216,20 +207,9 @@ FieldCloud PackedGaussians::Read(std::istream& file, std::uint64_t first, std::u
   };
   const Bytes packed = read(this->Vertices),
               rest = this->Rest > 0 ? read(this->Harmonics) : Bytes();
-  GaussianLayout layout = this->Layout();
-  FieldCloud gaussians;
-  gaussians.Width = static_cast<std::uint32_t>(count);
-  gaussians.Height = 1;
-  gaussians.PointStep = layout.Step;
-  gaussians.Fields.swap(layout.Fields);
-  gaussians.Data.resize(count * gaussians.PointStep);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(count), [&](vtkIdType i, vtkIdType end) {
-    for (; i < end; ++i)
-    {
-      this->Unpack(first + i, packed.data() + i * this->Vertices.Step,
-        rest.data() + i * this->Harmonics.Step, gaussians.Data.data() + i * gaussians.PointStep);
-    }
+  return UnpackGaussians(this->Layout(), count, [&](std::uint64_t i, const auto& store) {
+    this->Unpack(first + i, packed.data() + i * this->Vertices.Step,
+      rest.data() + i * this->Harmonics.Step, store);
   });
-  return gaussians;
 }
 }

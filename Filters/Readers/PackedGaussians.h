@@ -3,12 +3,12 @@
  * Captures in the compressed .ply files of PlayCanvas and SuperSplat: 16 bytes for each Gaussian,
  * and the ranges of its values for each chunk of 256 Gaussians.
  *
- * | vertex, uint    | bits, from the highest   | value |
- * |-----------------|--------------------------|---------------------------------------------------|
- * | packed_position | 11 x, 10 y, 11 z         | from min_x to max_x of the chunk, and so on | |
- * packed_rotation | 2 largest, 3 of 10 bits  | quaternion w x y z: the others, -1 to 1 / sqrt(2) |
- * | packed_scale    | 11 x, 10 y, 11 z         | logarithms, min_scale_x to max_scale_x | |
- * packed_color    | 8 each of R G B, opacity | min_r to max_r, or 0 to 1; opacity 0 to 1         |
+ * | vertex, uint    | bits, from the highest  | value                                             |
+ * |-----------------|-------------------------|---------------------------------------------------|
+ * | packed_position | 11 x, 10 y, 11 z        | from min_x to max_x of the chunk, and so on       |
+ * | packed_rotation | 2 largest, 3 of 10 bits | quaternion w x y z: the others, -1 to 1 / sqrt(2) |
+ * | packed_scale    | 11 x, 10 y, 11 z        | logarithms, min_scale_x to max_scale_x            |
+ * | packed_color    | 8 each: R G B, opacity  | min_r to max_r, or 0 to 1; opacity 0 to 1         |
  *
  * An element sh, if there is one, has harmonics from degree 1 on as bytes f_rest_i from -4 to 4,
  * channel by channel. The colour is that of the harmonic of degree 0.
@@ -58,8 +58,9 @@ private:
 
   static Block FindBlock(const PLYHeader& header, const char* name, std::uint64_t begin);
   void ReadChunks(const PLYElement& element, std::istream& file, const Block& block);
+  template <typename Store>
   void Unpack(std::uint64_t i, const std::uint8_t* packed, const std::uint8_t* rest,
-    std::uint8_t* gaussian) const;
+    const Store& store) const;
 
   Block Vertices, Harmonics;
   std::size_t Packed[4] = {}; ///< offsets of position, rotation, scale and colour

@@ -29,8 +29,14 @@ int vtkGaussianSplatReader::CanReadFile(const char* fileName)
 //------------------------------------------------------------------------------
 void vtkGaussianSplatReader::Read(vtkPolyData* output)
 {
-  const SurfelGeometry::StageProgress progress(this, 0.0, 1.0);
   PointCloud::GaussianFile file(this->FileName);
+  this->Antialiased = file.IsAntialiased();
+  const SurfelGeometry::StageProgress loading(this, 0.0, file.LoadShare());
+  const SurfelGeometry::StageProgress progress(this, file.LoadShare(), 1.0);
+  if (!file.Load([&loading](double fraction) { return loading.Step(fraction); }))
+  {
+    return;
+  }
   PointCloud::GaussianArrays arrays(file.Layout(), static_cast<vtkIdType>(file.Count()));
   for (std::uint64_t done = 0; done < file.Count();)
   {
@@ -57,6 +63,7 @@ int vtkGaussianSplatReader::RequestData(
 {
   vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
   this->NumberOfInvalidGaussians = 0;
+  this->Antialiased = false;
   this->SetErrorCode(vtkErrorCode::NoError);
   if (!this->FileName)
   {
@@ -90,4 +97,5 @@ void vtkGaussianSplatReader::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
   os << indent << "NumberOfInvalidGaussians: " << this->NumberOfInvalidGaussians << "\n";
+  os << indent << "Antialiased: " << this->Antialiased << "\n";
 }

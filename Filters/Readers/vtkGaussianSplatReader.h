@@ -5,8 +5,8 @@
  *
  * Reads the .ply files of the reference implementation (B. Kerbl, G. Kopanas, T. Leimkuehler,
  * G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field Rendering. SIGGRAPH 2023), ascii
- * and binary in either byte order, and .splat files. The output has the arrays of
- * Documentation/DataContract.md, "Gaussians in space":
+ * and binary in either byte order, .splat files, and Niantic's .spz files. The output has the arrays
+ * of Documentation/DataContract.md, "Gaussians in space":
  *
  * | output                         | from .ply                         | from .splat             |
  * |--------------------------------|-----------------------------------|-------------------------|
@@ -26,12 +26,18 @@
  * and 1, and a scale of 0 gives a flat Gaussian.
  *
  * The header is checked against the size of the file before memory is allocated. Binary files are
- * decoded while they are read, so that no copy of the file is in memory.
+ * decoded while they are read, so that no copy of the file is in memory; of .spz files, which hold
+ * one column after another, 19 to 65 bytes for each Gaussian are.
  *
  * The compressed .ply files of SuperSplat and PlayCanvas (packed_position, PackedGaussians.h) have
  * the same output as .ply files. Their values are as exact as their 16 bytes for each Gaussian.
  *
- * Not supported: .spz and .sog, for which Debian packages no library. SuperSplat saves both as .ply.
+ * .spz files of versions 2 and 3 (SPZGaussians.h) have the same output as .ply files, and the axes of
+ * these: right, down, front, where .spz mostly has right, up, back. So a capture that was converted
+ * from .ply looks as before. Places are exact to half of the step that the file's fractional bits
+ * give, mostly 1 / 4096, scales to 3 %; harmonics from degree 1 on are from -1 to 1.
+ *
+ * Not supported: .spz of version 4, compressed by zstd, and .sog. SuperSplat saves both as .ply.
  *
  * @sa vtkPointCloudReader
  */
@@ -58,8 +64,9 @@ public:
 
   /**
    * 1 if the file is a capture: a .ply file with scale_0, rot_0 and opacity in its header, or with
-   * packed_position and chunks, or any other file that is not empty and is named .splat, since these have no header. Else 0, for
-   * example for a scan.
+   * packed_position and chunks; a gzip stream that begins with NGSP, or a file that does, of any
+   * version of .spz; or any other file that is not empty and is named .splat, since these have no
+   * header. Else 0, for example for a scan.
    */
   static int CanReadFile(VTK_FILEPATH const char* fileName);
 
@@ -69,6 +76,12 @@ public:
    */
   vtkGetMacro(NumberOfInvalidGaussians, vtkIdType);
 
+  /**
+   * Whether the file says that the capture was trained with antialiasing, as .spz files can. It is
+   * then meant to be drawn with vtkSurfelSplatter::SetKeepCaptureMass. Valid after an update.
+   */
+  vtkGetMacro(Antialiased, bool);
+
 protected:
   vtkGaussianSplatReader() { this->SetNumberOfInputPorts(0); }
   ~vtkGaussianSplatReader() override { this->SetFileName(nullptr); }
@@ -77,6 +90,7 @@ protected:
 
   char* FileName = nullptr;
   vtkIdType NumberOfInvalidGaussians = 0;
+  bool Antialiased = false;
 
 private:
   vtkGaussianSplatReader(const vtkGaussianSplatReader&) = delete;

@@ -10,7 +10,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 import captures
-from captures import Gaussians, furry_ball, joined, of_surface, torus, write_ply, write_splat
+from captures import (Gaussians, furry_ball, joined, of_surface, torus, write_ply, write_splat,
+                      write_spz)
 from surfelsplatting import (vtkSurfelEstimation, vtkSurfelHierarchyWriter, vtkSurfelImageRenderer,
                              vtkSurfelMapper)
 from surfelsplatting.clouds.polydata import polydata_of
@@ -92,6 +93,16 @@ class TestPictures(ToolCase):
         truth = pictures[0].reshape(90, 8, 120, 8, 4).mean(axis=(1, 3))
         without, with_levels = (np.sqrt(np.mean((p - truth) ** 2)) for p in pictures[1:])
         self.assertLess(with_levels, 1.02 * without)  # rounding of nodes
+
+    def test_spz_file(self):
+        """It looks as the .ply file from which it was converted, harmonics included."""
+        gaussians = furry_ball(2000)
+        write_ply("ball.ply", gaussians)
+        plain = self.picture("ball.ply", "--up", "-y", "--blur", "5")
+        for version, most in ((2, 0.008), (3, 0.004)):
+            write_spz("ball.spz", gaussians, version)
+            seen = self.picture("ball.spz", "--up", "-y", "--blur", "5")
+            self.assertLess(np.sqrt(np.mean((seen - plain) ** 2)), most)
 
     def test_filter(self):
         """From afar, --capture-filter antialiased comes much nearer to a picture of 8 times the size,

@@ -6,9 +6,9 @@ import os
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 
+from capturecase import EPSILON, CaptureCase, symmetric
 from captures import (RESTS, Gaussians, furry_ball, matrices_of, ply_columns, torus,
                       write_columns, write_packed, write_ply, write_splat)
 from surfelsplatting import vtkGaussianSplatReader, vtkPointCloudReader
@@ -20,7 +20,6 @@ from surfelsplatting.views.framing import complete_view
 from toolcase import ToolCase, arrays_of, sphere, write_ply as write_scan
 
 FORMS = ("binary_little_endian", "binary_big_endian", "ascii")
-EPSILON = np.finfo(np.float32).eps
 
 
 def as_floats(gaussians):
@@ -33,27 +32,7 @@ def as_floats(gaussians):
     return Gaussians(positions, np.exp(logs), rotations, 1 / (1 + np.exp(-logits)), harmonics)
 
 
-def symmetric(matrices):
-    """[n, 6] XX YY ZZ XY YZ XZ of [n, 3, 3]"""
-    return matrices[:, (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
-
-
-class TestCaptures(ToolCase):
-    def reader(self, path):
-        reader = vtkGaussianSplatReader()
-        self.note_errors(reader)
-        reader.SetFileName(path)
-        return reader
-
-    def read(self, path):
-        """-> reader, points, point arrays"""
-        reader = self.reader(path)
-        reader.Update()
-        self.assertEqual((reader.GetErrorCode(), self.errors), (0, []))
-        output = reader.GetOutput()
-        self.assertEqual(output.GetNumberOfVerts(), 1)
-        return reader, vtk_to_numpy(output.GetPoints().GetData()), arrays_of(output)
-
+class TestCaptures(CaptureCase):
     def check(self, expected, points, arrays):
         """Within the rounding of float64 to float; entries of a covariance, which are sums of
         products, relative to the largest."""
@@ -220,17 +199,6 @@ class TestCaptures(ToolCase):
         self.assertEqual(vtkPointCloudReader.CanReadFile("capture.ply"), 1)  # as points
         for name in ("capture.dat", "ball.SPLAT"):
             self.assertEqual(len(self.read(name)[1]), 20)
-
-    def failure(self, path):
-        reader = self.reader(path)
-        reader.Update()
-        self.assertNotEqual(reader.GetErrorCode(), 0)
-        self.assertEqual(len(self.errors), 1, self.errors)
-        self.assertIn(path, self.errors[0])
-        output = reader.GetOutput()
-        self.assertEqual((output.GetNumberOfPoints(), output.GetPointData().GetNumberOfArrays()),
-                         (0, 0))
-        return self.errors[0]
 
     def with_header(self, old, new):
         """capture.ply with another header -> its name"""

@@ -140,7 +140,8 @@ class TestDamagedFiles(ToolCase):
         captures.write_ply("b.ply", captures.torus(40), "ascii")
         captures.write_splat("a.splat", captures.torus(40))
         captures.write_packed("c.ply", captures.torus(400))
-        for name in ("a.ply", "b.ply", "c.ply", "a.splat"):
+        captures.write_spz("a.spz", captures.torus(40))
+        for name in ("a.ply", "b.ply", "c.ply", "a.splat", "a.spz"):
             with open(name, "rb") as file:
                 whole = file.read()
             rnd = random.Random(name)

@@ -5,7 +5,7 @@ import numpy as np
 from paraview import simple
 from paraview.numpy_support import vtk_to_numpy
 
-from captures import of_surface, write_ply, write_splat
+from captures import of_surface, write_ply, write_splat, write_spz
 from plugincase import SIZE, PluginCase, run, screenshot, sphere
 
 RED, BLUE = (0.8, 0.2, 0.1), (0.1, 0.3, 0.9)
@@ -48,6 +48,11 @@ class Captures(PluginCase):
         display = self.show(source)
         simple.ColorBy(display, ("POINTS", "RGB"))
         display.MapScalars = 0
+        self.check(screenshot(self.view))
+
+    def test_spz_file(self):
+        write_spz("ball.spz", ball())
+        self.show(simple.OpenDataFile("ball.spz"))
         self.check(screenshot(self.view))
 
 

@@ -12,7 +12,7 @@ import pyvista as pv
 from plottercase import SOURCE, PlotterCase
 
 sys.path.insert(0, os.path.join(SOURCE, "Testing", "Shared"))
-from captures import of_surface, write_ply, write_splat  # noqa: E402
+from captures import of_surface, write_ply, write_splat, write_spz  # noqa: E402
 
 RED, BLUE = (204, 51, 26), (26, 77, 230)
 
@@ -23,9 +23,9 @@ def write_ball(folder):
     points /= np.linalg.norm(points, axis=1)[:, None]
     colors = np.where(points[:, :1] > 0, RED, BLUE) / 255
     gaussians = of_surface(points, points, colors, 0.05).of_degree(0)
-    paths = [os.path.join(folder, name) for name in ("ball.ply", "ball.splat")]
-    write_ply(paths[0], gaussians)
-    write_splat(paths[1], gaussians)
+    paths = [os.path.join(folder, name) for name in ("ball.ply", "ball.splat", "ball.spz")]
+    for write, path in zip((write_ply, write_splat, write_spz), paths):
+        write(path, gaussians)
     return paths
 
 
@@ -33,7 +33,7 @@ class TestCaptures(PlotterCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.ply, self.splat = write_ball(folder.name)
+        self.ply, self.splat, self.spz = write_ball(folder.name)
 
     def drawn(self, *args, **options):
         pl = self.plotter()
@@ -48,6 +48,8 @@ class TestCaptures(PlotterCase):
     def test_files(self):
         self.check(self.drawn(self.ply))
         self.check(self.drawn(self.splat))
+        self.check(self.drawn(self.spz))
+        self.assertIn("GaussianHarmonics", pv.read(self.spz).point_data)
         capture = pv.read(self.splat)
         self.assertIsInstance(capture, pv.PolyData)
         self.assertFalse(capture.surfels.are_estimated)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Captures of 3D Gaussian splatting for tests: scenes of Gaussians, and their files."""
 
+import gzip
 from dataclasses import dataclass
 
 import numpy as np
@@ -186,6 +187,67 @@ def write_splat(path, gaussians):
     record["rotation"] = np.clip(np.rint(128 * unit + 128), 0, 255)
     record.tofile(path)
     return record
+
+
+def mirrored(gaussians, signs):
+    """The same in other axes. signs: three of 1 and -1, by which x, y and z are multiplied"""
+    signs = np.array(signs, float)
+    directions = np.random.default_rng(5).normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    count = gaussians.harmonics.shape[1]
+    here, there = harmonics_at(directions, count), harmonics_at(directions * signs, count)
+    flips = np.sign((here * there).sum(axis=0))  # each harmonic is odd or even in each axis
+    x, y, z = signs
+    return Gaussians(gaussians.positions * signs, gaussians.scales,
+                     gaussians.rotations * (1, y * z, x * z, x * y), gaussians.opacities,
+                     gaussians.harmonics * flips[:, None])
+
+
+def _spz_rotations(rotations, version):
+    """-> bytes [n, 3] of version 2 or [n, 4] of version 3, and the quaternions that they stand for"""
+    unit = (rotations / np.linalg.norm(rotations, axis=1, keepdims=True))[:, (1, 2, 3, 0)]
+    rows = np.arange(len(unit))
+    largest = np.full(len(unit), 3) if version == 2 else np.abs(unit).argmax(axis=1)
+    unit *= np.where(unit[rows, largest] < 0, -1, 1)[:, None]
+    others = np.array([[j for j in range(4) if j != i] for i in range(4)])[largest]
+    rest = unit[rows[:, None], others]
+    if version == 2:
+        stored = np.rint(127.5 * rest + 127.5).clip(0, 255).astype(np.uint8)
+        rest = stored / 127.5 - 1
+    else:
+        sizes = np.rint(511 * np.sqrt(2) * np.abs(rest)).astype(np.uint32)
+        bits = sizes | np.where(rest < 0, 512, 0).astype(np.uint32)
+        packed = (largest.astype(np.uint32) << 30 | bits[:, 0] << 20 | bits[:, 1] << 10 | bits[:, 2])
+        stored = packed.astype("<u4").view(np.uint8).reshape(-1, 4)
+        rest = np.sign(rest) * sizes / 511 / np.sqrt(2)
+    read = np.empty_like(unit)
+    read[rows[:, None], others] = rest
+    read[rows, largest] = np.sqrt(np.maximum(0, 1 - (rest ** 2).sum(axis=1)))
+    return stored, read[:, (3, 0, 1, 2)]
+
+
+def write_spz(path, gaussians, version=3, bits=12, flags=0, extensions=b"", axes=(1, -1, -1)):
+    """A .spz file -> the Gaussians it stands for, in float64.
+
+    bits: fractional bits of the positions. flags: 1 antialiased, 2 extensions, whose bytes follow the
+    columns. axes: signs from x, y, z of the Gaussians to those of the file."""
+    there = mirrored(gaussians, axes)
+    places = np.rint(there.positions * 2.0 ** bits).astype("<i4")
+    logs = np.rint(16 * (np.log(there.scales) + 10)).clip(0, 255).astype(np.uint8)
+    alphas = np.rint(255 * there.opacities).astype(np.uint8)
+    colors = np.rint(255 * (0.15 * there.harmonics[:, 0] + 0.5)).clip(0, 255).astype(np.uint8)
+    rest = np.rint(128 * there.harmonics[:, 1:] + 128).clip(0, 255).astype(np.uint8)
+    stored, rotations = _spz_rotations(there.rotations, version)
+    degree = RESTS.index(3 * rest.shape[1])
+    header = (b"NGSP" + np.array([version, len(there)], "<u4").tobytes()
+              + bytes([degree, bits, flags, 0]))
+    columns = (places[:, :, None].view(np.uint8)[:, :, :3], alphas, colors, logs, stored, rest)
+    with open(path, "wb") as file:
+        file.write(gzip.compress(header + b"".join(column.tobytes() for column in columns)
+                                 + extensions, 1, mtime=0))
+    harmonics = np.concatenate([((colors / 255 - 0.5) / 0.15)[:, None], (rest - 128.0) / 128], axis=1)
+    return mirrored(Gaussians(places / 2.0 ** bits, np.exp(logs / 16 - 10), rotations, alphas / 255,
+                              harmonics), axes)
 
 
 def _packed_between(values, bits):

@@ -4,7 +4,7 @@ set(surfelsplatting_vtk_components
   CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
   FiltersCore FiltersGeneral FiltersSources
   ImagingCore IOImage IOPLY IOXML InteractionStyle ParallelCore
-  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2)
+  RenderingAnnotation RenderingCore RenderingFreeType RenderingOpenGL2 zlib)
 if (SURFELSPLATTING_WRAP_PYTHON)
   # Debian's interpreter, which sees python3-vtk9: a pyenv or conda python3 is often first on PATH.
   if (NOT Python3_EXECUTABLE AND EXISTS "/usr/bin/python3")

@@ -7,7 +7,7 @@ All classes are in this one namespace:
 
 Points to surfels
     vtkPointCloudReader             reads .pcd and .ply files
-    vtkGaussianSplatReader          reads captures of 3D Gaussian splatting, .ply and .splat
+    vtkGaussianSplatReader          reads captures of 3D Gaussian splatting, .ply, .spz, .splat
     vtkPointCloudCleaning           removes stray points, duplicates and noise
     vtkSurfelEstimation             points to surfels: normals, kernels, outside
     vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface

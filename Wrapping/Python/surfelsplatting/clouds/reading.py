@@ -25,6 +25,7 @@ class Cloud:
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
     path: str = ""  # of the file, beside which the cameras of a capture may be
+    is_antialiased: bool = False  # whether the file says that a capture was trained so
     home: object = None  # of a capture: what views.homes has found, which takes seconds of a scene
     is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
@@ -102,7 +103,9 @@ def _read_capture(path, messages, progress):
     invalid = reader.GetNumberOfInvalidGaussians()
     if invalid:
         how += f"; {invalid} Gaussians with values that are not finite are left out"
-    return Cloud(reader.GetOutput(), how=how)
+    if reader.GetAntialiased():
+        how += "; it was trained with antialiasing, as --capture-filter antialiased draws it"
+    return Cloud(reader.GetOutput(), how=how, is_antialiased=reader.GetAntialiased())
 
 
 def _read_ply(path, messages, progress):
@@ -180,6 +183,7 @@ _READERS = {
     ".surfels": _read_mapped,
     ".ply": _read_ply,
     ".splat": _read_capture,
+    ".spz": _read_capture,
     ".pcd": _read_scan,
     ".vtp": _read_dataset,
     ".vtu": _read_dataset,
@@ -246,9 +250,9 @@ def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
-    if extension in (".spz", ".sog"):
-        raise UserProblem(f"{path}: {extension} files of captures are not read; save it as .ply, for "
-                          "example with SuperSplat, which compresses it if asked to")
+    if extension == ".sog":
+        raise UserProblem(f"{path}: .sog files of captures are not read; save it as .ply or .spz, for "
+                          "example with SuperSplat")
     if extension not in _READERS:
         raise UserProblem(f"{path}: unknown extension {extension!r}; a point "
                           f"cloud is one of {', '.join(sorted(_READERS))}")

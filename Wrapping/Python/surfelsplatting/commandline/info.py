@@ -172,6 +172,8 @@ def _suggestions(report, cloud):
                       "looks into it, if it is a room"))
     if report.get("open") and not cloud.columns and not cloud.is_surfels:
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
+    if cloud.is_antialiased:
+        found.append(("--capture-filter antialiased", "the capture was trained with it"))
     if "points_found" in report:
         points, cleaned = report["points"], report["points_found"]
         changed = sum(cleaned[what] for what in ("noisy", "thick", "joined", "twin"))

@@ -59,10 +59,10 @@ def read_pcd(path: str) -> pv.PolyData:
 
 
 def read_capture(path: str | Path) -> pv.PolyData:
-    """Read a capture of 3D Gaussian splatting, a ``.splat`` or ``.ply`` file.
+    """Read a capture of 3D Gaussian splatting, a ``.splat``, ``.spz`` or ``.ply`` file.
 
-    :func:`pyvista.read` calls this for ``.splat`` files. It reads no more than the points of a
-    ``.ply`` file.
+    :func:`pyvista.read` calls this for ``.splat`` and ``.spz`` files. It reads no more than the
+    points of a ``.ply`` file.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def read_capture(path: str | Path) -> pv.PolyData:
     -------
     pyvista.PolyData
         The Gaussians: ``GaussianCovariance``, ``GaussianOpacity``, and ``GaussianHarmonics`` of a
-        ``.ply`` file or ``RGB`` of a ``.splat`` file.
+        ``.ply`` or ``.spz`` file or ``RGB`` of a ``.splat`` file.
 
     Examples
     --------

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Filters/Readers/SPZGaussians.h"
+
+#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Readers/UnpackedGaussians.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace PointCloud
+{
+namespace
+{
+constexpr std::size_t HeaderSize = 16;
+constexpr char Magic[5] = "NGSP";
+constexpr const char* SaveOtherwise =
+  "; save it in version 2 or 3, or as .ply, for example with SuperSplat.";
+
+[[noreturn]] void Refuse(const std::string& what)
+{
+  throw std::runtime_error(what);
+}
+
+/// Components x y z w of a quaternion of which all but the largest are stored.
+std::array<double, 4> SmallestThree(std::uint32_t packed)
+{
+  const std::uint32_t largest = packed >> 30;
+  std::array<double, 4> q = {};
+  double rest = 1.0;
+  for (std::uint32_t i = 0, shift = 20; i < 4; ++i)
+  {
+    if (i != largest)
+    {
+      const std::uint32_t bits = packed >> shift;
+      q[i] = (bits & 0x1ff) / 511.0 * std::sqrt(0.5) * (bits & 0x200 ? -1.0 : 1.0);
+      rest -= q[i] * q[i];
+      shift -= 10;
+    }
+  }
+  q[largest] = std::sqrt(std::fmax(0.0, rest));
+  return q;
+}
+
+/// The same of version 2, where w is left out.
+std::array<double, 4> WithoutW(const std::uint8_t* stored)
+{
+  std::array<double, 4> q = {};
+  double rest = 1.0;
+  for (int i = 0; i < 3; ++i)
+  {
+    q[i] = stored[i] / 127.5 - 1.0;
+    rest -= q[i] * q[i];
+  }
+  q[3] = std::sqrt(std::fmax(0.0, rest));
+  return q;
+}
+
+double Position(const std::uint8_t* at, int fractionalBits)
+{
+  const std::int32_t value = at[0] | at[1] << 8 | at[2] << 16;
+  return std::ldexp(value - (value >= 1 << 23 ? 1 << 24 : 0), -fractionalBits);
+}
+}
+
+bool SPZGaussians::Has(std::istream& file)
+{
+  char first[5] = {};
+  const bool isPlain = file.read(first, 4) && std::string(first) == Magic;
+  const bool isGzip = GzipStream::Has(first);
+  file.clear();
+  file.seekg(0);
+  if (isPlain || !isGzip)
+  {
+    return isPlain;
+  }
+  std::uint8_t inflated[5] = {};
+  try
+  {
+    GzipStream().Read(file, inflated, 4);
+  }
+  catch (const std::runtime_error&)
+  {
+    // Damaged: nothing tells that it is one.
+  }
+  file.clear();
+  file.seekg(0);
+  return reinterpret_cast<const char*>(inflated) == std::string(Magic);
+}
+
+SPZGaussians::SPZGaussians(std::istream& file, std::uint64_t bytes)
+  : FileBytes(bytes)
+{
+  std::uint8_t header[HeaderSize] = {};
+  const bool isPlain = file.peek() == Magic[0];
+  const std::size_t read = isPlain
+    ? static_cast<std::size_t>(file.read(reinterpret_cast<char*>(header), HeaderSize).gcount())
+    : this->Stream.Read(file, header, HeaderSize);
+  if (!std::equal(Magic, Magic + 4, header))
+  {
+    Refuse(
+      "neither it nor what it has compressed begins with NGSP, as .spz files do; it is of another "
+      "format.");
+  }
+  if (read < HeaderSize)
+  {
+    Refuse("its header is cut short; copy or download the file again.");
+  }
+  this->Version = LoadUnsigned(header + 4);
+  this->Gaussians = LoadUnsigned(header + 8);
+  this->Degree = header[12];
+  this->Rest = (this->Degree + 1) * (this->Degree + 1) - 1;
+  this->FractionalBits = header[13];
+  this->Flags = header[14];
+  if (isPlain)
+  {
+    Refuse("a .spz file of version " + std::to_string(this->Version) +
+      " that is not compressed by gzip, as versions 2 and 3 are" + SaveOtherwise);
+  }
+  this->CheckHeader();
+  this->SetAxes(0);
+}
+
+void SPZGaussians::CheckHeader() const
+{
+  if (this->Version != 2 && this->Version != 3)
+  {
+    Refuse("a .spz file of version " + std::to_string(this->Version) +
+      "; versions 2 and 3 are read" + SaveOtherwise);
+  }
+  if (this->Degree > 3)
+  {
+    Refuse("its harmonics are of degree " + std::to_string(this->Degree) +
+      "; those of degree 0 to 3 are read: save it with fewer.");
+  }
+  if (this->FractionalBits > 31)
+  {
+    Refuse("its header promises positions with " + std::to_string(this->FractionalBits) +
+      " fractional bits, of 24; it is damaged.");
+  }
+  // No code of deflate stands for more: 258 bytes in 2 bits.
+  constexpr std::uint64_t mostInflated = 1032;
+  if (this->Gaussians > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
+    this->Size() > mostInflated * this->FileBytes)
+  {
+    Refuse("the header promises " + std::to_string(this->Gaussians) + " Gaussians, of " +
+      std::to_string(this->Size()) + " bytes, but the file has only " +
+      std::to_string(this->FileBytes) + " compressed bytes; its header is wrong.");
+  }
+}
+
+/// All Gaussians may be alike: a small file then holds more than fits into memory.
+void SPZGaussians::CheckMemory() const
+{
+  constexpr double besidesHarmonics = 60.0; // points, covariances, opacities, cells, notes
+  const auto count = static_cast<vtkIdType>(std::max<std::uint64_t>(1, this->Gaussians));
+  const double columns = static_cast<double>(this->Size()) / static_cast<double>(count);
+  const std::string problem = SurfelGeometry::CheckMemory(
+    count, columns + besidesHarmonics + 12.0 * (1 + this->Rest), SurfelGeometry::AvailableMemory());
+  if (!problem.empty())
+  {
+    Refuse(problem);
+  }
+}
+
+bool SPZGaussians::Inflate(std::istream& file, const std::function<bool(double)>& proceed)
+{
+  constexpr unsigned hasExtensions = 2;
+  this->CheckMemory();
+  if (!this->InflateColumns(file, proceed))
+  {
+    return false;
+  }
+  std::uint8_t next;
+  if (this->Flags & hasExtensions)
+  {
+    this->ReadExtensions(file);
+  }
+  else if (this->Stream.Read(file, &next, 1) > 0)
+  {
+    Refuse("its columns go on after the " + std::to_string(this->Size()) + " bytes of the " +
+      std::to_string(this->Gaussians) +
+      " Gaussians that its header promises; its header is wrong.");
+  }
+  return true;
+}
+
+bool SPZGaussians::InflateColumns(std::istream& file, const std::function<bool(double)>& proceed)
+{
+  constexpr std::uint64_t part = 1 << 22, likelyRatio = 4;
+  const std::uint64_t size = this->Size();
+  for (std::uint64_t done = 0; done < size;)
+  {
+    if (done == this->Columns.size())
+    {
+      // The header may lie: memory grows with what is really there.
+      this->Columns.resize(
+        std::min(size, std::max({ part, likelyRatio * this->FileBytes, 2 * done })));
+    }
+    const std::uint64_t wanted = std::min(part, this->Columns.size() - done);
+    const std::uint64_t inflated = this->Stream.Read(file, this->Columns.data() + done, wanted);
+    done += inflated;
+    if (inflated < wanted)
+    {
+      Refuse("the header promises " + std::to_string(this->Gaussians) + " Gaussians, of " +
+        std::to_string(size) + " bytes, but its columns have only " + std::to_string(done) +
+        "; its header is wrong.");
+    }
+    if (!proceed(static_cast<double>(done) / static_cast<double>(size)))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+void SPZGaussians::ReadExtensions(std::istream& file)
+{
+  constexpr std::size_t most = 1 << 20;
+  constexpr std::uint32_t ofAxes = 0xADBE0003;
+  std::vector<std::uint8_t> bytes(most);
+  bytes.resize(this->Stream.Read(file, bytes.data(), most));
+  for (std::size_t at = 0; at < bytes.size();)
+  {
+    const std::size_t left = bytes.size() - at;
+    const std::uint32_t length = left < 8 ? 0 : LoadUnsigned(bytes.data() + at + 4);
+    if (left < 8 || length > left - 8 || bytes.size() == most)
+    {
+      Refuse("the extensions behind its columns are damaged, or longer than 1 MiB.");
+    }
+    if (LoadUnsigned(bytes.data() + at) == ofAxes && length >= 4)
+    {
+      this->SetAxes(LoadUnsigned(bytes.data() + at + 8));
+    }
+    at += 8 + length;
+  }
+}
+
+/// Axes are numbered from 1 (left, down, back): 1 more for right, 2 for up, 4 for front. 0 is
+/// unknown.
+void SPZGaussians::SetAxes(std::uint32_t axes)
+{
+  if (axes > 8)
+  {
+    Refuse("its axes have the number " + std::to_string(axes) +
+      " (extension ADBE0003); those of 1 to 8, whose second axis is up or down, are read: save it "
+      "with other axes, or as .ply.");
+  }
+  const std::uint32_t bits = (axes == 0 ? 4 : axes) - 1;
+  this->Signs[0] = bits & 1 ? 1.0 : -1.0;
+  this->Signs[1] = bits & 2 ? -1.0 : 1.0;
+  this->Signs[2] = bits & 4 ? 1.0 : -1.0;
+  // Of which axes harmonics are odd functions: 1 x, 2 y, 4 z.
+  constexpr unsigned odd[15] = { 2, 4, 1, 3, 6, 0, 5, 0, 2, 7, 2, 4, 1, 4, 1 };
+  for (int k = 0; k < 15; ++k)
+  {
+    this->HarmonicSigns[k] = 1.0;
+    for (int i = 0; i < 3; ++i)
+    {
+      this->HarmonicSigns[k] *= odd[k] >> i & 1 ? this->Signs[i] : 1.0;
+    }
+  }
+}
+
+template <typename Store>
+void SPZGaussians::Unpack(std::uint64_t i, const Store& store) const
+{
+  const std::uint64_t n = this->Gaussians, rotationBytes = this->RotationBytes();
+  const std::uint8_t* const columns = this->Columns.data();
+  const auto of = [&](std::uint64_t begin, std::uint64_t bytes) {
+    return columns + begin * n + bytes * i;
+  };
+  const std::uint8_t *position = of(0, 9), *opacity = of(9, 1), *color = of(10, 3),
+                     *scale = of(13, 3), *rotation = of(16, rotationBytes),
+                     *rest = of(16 + rotationBytes, 3 * this->Rest);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    store(this->Signs[axis] * Position(position + 3 * axis, this->FractionalBits));
+  }
+  std::for_each(scale, scale + 3, [&store](std::uint8_t s) { store(s / 16.0 - 10.0); });
+  const std::array<double, 4> q =
+    this->Version == 2 ? WithoutW(rotation) : SmallestThree(LoadUnsigned(rotation));
+  const double(&signs)[3] = this->Signs;
+  store(q[3]);
+  store(q[0] * signs[1] * signs[2]);
+  store(q[1] * signs[0] * signs[2]);
+  store(q[2] * signs[0] * signs[1]);
+  store(*opacity / 255.0);
+  std::for_each(color, color + 3, [&store](std::uint8_t c) { store((c / 255.0 - 0.5) / 0.15); });
+  for (int k = 0; k < this->Rest; ++k)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      store(this->HarmonicSigns[k] * (rest[3 * k + c] - 128.0) / 128.0);
+    }
+  }
+}
+
+FieldCloud SPZGaussians::Read(std::uint64_t first, std::uint64_t count) const
+{
+  return UnpackGaussians(this->Layout(), count,
+    [&](std::uint64_t i, const auto& store) { this->Unpack(first + i, store); });
+}
+}
