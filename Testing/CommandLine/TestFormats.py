@@ -72,7 +72,7 @@ class TestFormats(ToolCase):
         # Seen from +z: the near half, or, inside out, the far half through the culled near one.
         surfels = {}
         for name in ("out.ply", "in.ply"):
-            self.render(name, *CAMERA, *SMALL, "-o", "out.exr", "--surfels", "s.vtp")
+            self.render(name, *CAMERA, *SMALL, "--sides", "given", "-o", "out.exr")
             surfels[name] = self.read_exr("out.exr")["Z"][24, 32]
         self.assertAlmostEqual(surfels["out.ply"], 5, delta=0.05)
         self.assertAlmostEqual(surfels["in.ply"], 7, delta=0.05)

@@ -238,7 +238,7 @@ class TestDrawn(MeshCase):
         self.assertFalse(covered[0].any() or covered[:, 0].any() or covered[-1].any())
         self.assertGreater(covered.mean(), 0.25)
         place = self.cube.surfels.plot(return_cpos=True)[0]
-        sampled = pv.wrap(on_faces(self.cube)[0])
+        sampled = pv.wrap(on_faces(self.cube).data)
         np.testing.assert_array_equal(place, sampled.surfels.plot(return_cpos=True)[0])
 
 

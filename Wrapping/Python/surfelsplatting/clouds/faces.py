@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Points on the faces of meshes whose vertices do not tell the surface."""
 
+from typing import NamedTuple, Optional
+
 import numpy as np
 
 from ..backend import vtk
 from .colors import is_colors
+from .parts import parts_of
 from .polydata import cells_of, named_array, polydata_of
 
 SAMPLES = 200_000  # points: about 2 px apart in the 800 x 600 px that pictures have by default
@@ -19,6 +22,12 @@ CREASE = 30.0  # degrees between faces, from which on the edge between them is s
 SHARING = 6  # triangles that meet in a vertex of an even mesh
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
 STEPS = 0.7548776662466927, 0.5698402909980532
+
+
+class Sampled(NamedTuple):
+    data: object  # vtkPolyData with points on the faces of one
+    why: str
+    parts: Optional[np.ndarray]  # [n] of the points, as parts_of; None if nothing tells their sides
 
 
 def _corners(cells):
@@ -165,13 +174,17 @@ def _unit(vectors):
     return np.where(np.isfinite(lengths) & (lengths > 0), vectors / np.maximum(lengths, 1e-300), 0)
 
 
+def _are_turned(given, faces):
+    """-> [n] whether the given normals at the three corners tell the other side of the faces"""
+    return (sum(given) * faces).sum(axis=1) < 0
+
+
 def _mixed_normals(values, corners, weights, faces):
     """Unit vectors. At corners where there are none, or where they lean on their face by more than
     CREASE, as means of faces at both sides of an edge do, they are that of the face; given ones tell
     which side it is."""
     given = [_unit(values[corners[:, i]].astype(float)) for i in range(3)]
-    is_turned = (sum(given) * faces).sum(axis=1) < 0
-    faces = np.where(is_turned[:, None], -faces, faces)
+    faces = np.where(_are_turned(given, faces)[:, None], -faces, faces)
     mixed = 0
     for i, normals in enumerate(given):
         is_near = (normals * faces).sum(axis=1) > np.cos(np.radians(CREASE))
@@ -179,12 +192,16 @@ def _mixed_normals(values, corners, weights, faces):
     return _unit(mixed)
 
 
-def _normals_of(data):
+def normals_of(data):
     return data.GetPointData().GetNormals() or data.GetPointData().GetArray("Normals")
 
 
+def are_vectors(values):
+    return values.shape[1:] == (3,) and values.dtype.kind == "f"
+
+
 def _sampled(data, triangles, vectors):
-    """-> vtkPolyData with points on the triangles"""
+    """-> vtkPolyData with points on the triangles, [n] triangles on which they are"""
     to_numpy = vtk("util.numpy_support").vtk_to_numpy
     areas = np.linalg.norm(vectors, axis=1)
     chosen, weights = _spread(areas, max(SAMPLES, data.GetNumberOfPoints()))
@@ -192,26 +209,30 @@ def _sampled(data, triangles, vectors):
     places = to_numpy(data.GetPoints().GetData())
     sampled = polydata_of(_mixed(places, corners, weights, True), {})
     old, new = data.GetPointData(), sampled.GetPointData()
-    given = _normals_of(data)
+    given = normals_of(data)
     for array in map(old.GetAbstractArray, range(old.GetNumberOfArrays())):
         if array is not given and array.GetNumberOfTuples() == len(places):
             new.AddArray(_mixed_array(array, corners, weights))
     if given:
         values = to_numpy(given)
-        if values.shape[1:] == (3,) and values.dtype.kind == "f":
+        if are_vectors(values):
             normals = _mixed_normals(values, corners, weights, normals)
         new.SetNormals(named_array(given.GetName(), normals, np.float32))
     if old.GetScalars():
         new.SetActiveScalars(old.GetScalars().GetName())
     sampled.GetFieldData().ShallowCopy(data.GetFieldData())
-    return sampled
+    return sampled, chosen
 
 
-def _has_sides(places, triangles):
+def _same_places(places, triangles):
+    """-> [n, 3] numbers of the places of the corners, which faces that meet may number apart"""
+    return np.unique(places[triangles.ravel()], axis=0, return_inverse=True)[1].reshape(-1, 3)
+
+
+def _has_sides(corners):
     """Whether the order of their corners tells from where the triangles are seen: two that meet pass
-    their edge in opposite directions."""
-    numbers = np.unique(places[triangles.ravel()], axis=0, return_inverse=True)[1].reshape(-1, 3)
-    edges = numbers * (numbers.max() + 1) + np.roll(numbers, -1, axis=1)
+    their edge in opposite directions. corners: of _same_places"""
+    edges = corners * (corners.max() + 1) + np.roll(corners, -1, axis=1)
     return edges.size - len(np.unique(edges)) <= MIXED * edges.size
 
 
@@ -231,24 +252,41 @@ def _with_normals(data, triangles):
     return smooth.GetOutput()
 
 
-@np.errstate(all="ignore")  # places that are not finite warn
-def on_faces(data):
-    """-> vtkPolyData with points on the faces of one, and why; or None, "" if its own tell the
-    surface, or there are no faces."""
-    count = data.GetNumberOfPoints()
-    if not 0 < count <= MOST_VERTICES or not data.GetNumberOfPolys() + data.GetNumberOfStrips():
-        return None, ""
+def _parts(data, triangles, vectors, corners):
+    """-> [n] numbers of the connected parts whose faces, and normals, agree on their sides.
+    corners: of _same_places"""
+    values = vtk("util.numpy_support").vtk_to_numpy(normals_of(data))
+    if are_vectors(values):
+        given = [_unit(values[triangles[:, i]].astype(float)) for i in range(3)]
+        is_turned = _are_turned(given, vectors)
+        corners = np.where(is_turned[:, None], corners[:, ::-1], corners)
+    return parts_of(corners)
+
+
+def _lacking(data):
+    """-> what the vertices lack to tell the surface, or None; triangles, vectors as _triangles, places"""
     places = vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()).astype(float)
     triangles, vectors = _triangles(data, places)
     areas = np.linalg.norm(vectors, axis=1) / 2
-    if not len(areas) or not np.isfinite(areas.sum()):
-        return None, ""
-    lacks = _what_lacks(places, triangles, areas)
+    is_surface = len(areas) and np.isfinite(areas.sum())
+    return (_what_lacks(places, triangles, areas) if is_surface else None), triangles, vectors, places
+
+
+@np.errstate(all="ignore")  # places that are not finite warn
+def on_faces(data):
+    """-> Sampled, or None if the vertices of a vtkPolyData tell the surface, or there are no faces"""
+    count = data.GetNumberOfPoints()
+    if not 0 < count <= MOST_VERTICES or not data.GetNumberOfPolys() + data.GetNumberOfStrips():
+        return None
+    lacks, triangles, vectors, places = _lacking(data)
     if lacks is None:
-        return None, ""
-    if not _normals_of(data) and _has_sides(places, triangles):
+        return None
+    corners = _same_places(places, triangles)
+    if not normals_of(data) and _has_sides(corners):
         data = _with_normals(data, triangles)
         triangles = _corners(data.GetPolys())[0].reshape(-1, 3)
-    return _sampled(data, triangles, vectors), (
-        f"points on the faces of its meshes, since its {count} vertices are too {lacks} to tell "
-        "the surface")
+    parts = _parts(data, triangles, vectors, corners) if normals_of(data) else None
+    sampled, chosen = _sampled(data, triangles, vectors)
+    return Sampled(
+        sampled, f"points on the faces of its meshes, since its {count} vertices are too {lacks} to "
+        "tell the surface", None if parts is None else parts[chosen])

@@ -26,6 +26,7 @@ class Cloud:
     is_unsure: bool = False  # whether that was a guess which may be wrong
     path: str = ""  # of the file, beside which the cameras of a capture may be
     is_antialiased: bool = False  # whether the file says that a capture was trained so
+    parts: object = None  # of a mesh: [n] numbers of the parts whose normals are consistent, or None
     home: object = None  # of a capture: what views.homes has found, which takes seconds of a scene
     is_volume: bool = field(init=False)
     is_surfels: bool = field(init=False)
@@ -56,8 +57,8 @@ def cloud_of(data, how=""):
     cloud = Cloud(data, how=how)
     if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
         return cloud
-    sampled, why = on_faces(as_polydata(data))
-    return cloud if sampled is None else Cloud(sampled, how=why)
+    sampled = on_faces(as_polydata(data))
+    return cloud if sampled is None else Cloud(sampled.data, how=sampled.why, parts=sampled.parts)
 
 
 def _of_vertices(data, how=""):

@@ -12,7 +12,6 @@ import sys
 import time
 
 from ..backend import vtk
-from ..clouds.reading import read_cloud
 from ..problems import UserProblem
 from ..viewer.estimation import file_of
 from .session import Session
@@ -63,8 +62,7 @@ def _estimate(arguments):
     session = Session(arguments, is_silent=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window is told, too, and ends this process
     session.progress = _Lines()
-    cloud = session.drawn_as_points(
-        read_cloud(arguments.cloud, session.messages, session.progress))
+    cloud = session.drawn_as_points(session.cloud())
     surfels = session.surfels(cloud, with_hierarchy=True)
     return session.drawable(surfels, all_arrays=True)
 

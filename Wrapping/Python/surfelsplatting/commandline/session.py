@@ -9,6 +9,7 @@ from dataclasses import replace
 from ..backend import vtk
 from ..clouds.reading import read_cloud
 from ..colormaps import check_scalars, with_scalars
+from ..outward import turn_outward
 from ..views.sensor import keep_sensor
 from ..vtkmessages import VtkMessages
 from .effects import mixes_as_stored, without_effect_on
@@ -77,11 +78,18 @@ class Session:
         finally:
             self.progress.clear()
 
+    def cloud(self):
+        """-> Cloud as it is in the file, but for sides that are plainly wrong there"""
+        cloud = read_cloud(self.arguments.cloud, self.messages, self.progress)
+        if self.arguments.sides == "auto":
+            turn_outward(cloud)
+        return cloud
+
     def load(self):
-        """-> Cloud as it is in the file"""
+        """-> Cloud, and says how it was read"""
         path = self.arguments.cloud
         with self.run.stage("read"):
-            cloud = read_cloud(path, self.messages, self.progress)
+            cloud = self.cloud()
         self.say(f"{path}: {cloud.data.GetNumberOfPoints()} points"
                  + (f"; {cloud.how}" if cloud.how else ""))
         if cloud.is_unsure and not self.arguments.verbose:

@@ -101,8 +101,9 @@ class SurfelAccessor:
 
         sides : {'auto', 'two', 'given'}, default: 'auto'
             From where surfels are seen. ``'auto'``: closed surfaces from outside, others from both
-            sides; points with a ``viewpoint`` from there. ``'two'``: all from both sides.
-            ``'given'``: from where the normals of the data set point.
+            sides; points with a ``viewpoint`` from there. Parts of a mesh, and closed parts of points
+            with normals, that are inside out are turned, but for rooms. ``'two'``: all from both
+            sides. ``'given'``: from where the normals of the data set, or its faces, point.
 
         viewpoint : sequence[float], optional
             Place of the scanner, for a scan from one place. A ``.pcd`` file may know it; then it
@@ -147,7 +148,7 @@ class SurfelAccessor:
             raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
                             "of a surface, for example those of dataset.contour()")
         surfels = pv.wrap(in_the_world(make_surfels(
-            points_of(self._dataset), cleaning=cleaning, sides=sides, viewpoint=viewpoint,
+            points_of(self._dataset, sides), cleaning=cleaning, sides=sides, viewpoint=viewpoint,
             neighbors=neighbors, hierarchy=hierarchy)))
         if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
             surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
@@ -202,7 +203,7 @@ class SurfelAccessor:
             checked_size(plotter_options["window_size"], "window_size")
         # Here and not in add, since the view needs the points that surfels are made of, too.
         cloud, scalars = with_scalars(self._dataset, kwargs.pop("scalars", None))
-        cloud = points_of(cloud)
+        cloud = points_of(cloud, kwargs.get("sides", "auto"))
         pl = pv.Plotter(**plotter_options)
         try:
             if background is not None:

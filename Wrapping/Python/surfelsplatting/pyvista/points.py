@@ -5,11 +5,18 @@ import numpy as np
 import pyvista as pv
 
 from ..clouds.reading import cloud_of
+from ..outward import turn_outward
 
 
-def points_of(dataset):
-    """Points on the faces of a mesh whose vertices do not tell the surface; others as they are."""
-    return pv.wrap(cloud_of(dataset).data)
+def points_of(dataset, sides="auto"):
+    """Points on the faces of a mesh whose vertices do not tell the surface; others as they are.
+
+    sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned unless it is "given"
+    """
+    cloud = cloud_of(dataset)
+    if sides == "auto":
+        turn_outward(cloud)
+    return pv.wrap(cloud.data)
 
 
 def with_scalars(dataset, scalars):
