@@ -108,6 +108,13 @@ class TestOutward(ToolCase):
             places, triangles = ball(20)
             self.check_mesh(joined((places, triangles), turned((places + [x, 0, 0], triangles))), 1)
 
+    def test_solids_that_touch(self):
+        """Four faces meet at their edges. Faces of leaves with two sides are there twice."""
+        self.check_stays(box(), box(at=(1, 0, 0)))
+        self.check_mesh(joined(box(), turned(box(at=(1, 0, 0)))), 1)
+        leaves = [box(at=(0, 0, z), without=range(4)) for z in range(5)]
+        self.assertIsNone(cloud_of(data_of(joined(*leaves, *map(turned, leaves)))).parts)
+
     def test_two_walls(self):
         """Of a mug. An inner wall may be seen through the opening only."""
         outer, inner = bowl(), bowl(0.9)

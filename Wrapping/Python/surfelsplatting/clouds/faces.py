@@ -18,6 +18,7 @@ FEW_VERTICES = 20_000  # fewer are 6 px apart there or more: fingers and clothes
 COARSE = 1.7
 MOST_VERTICES = SAMPLES  # of more, faces are not read: it would take seconds, and much memory
 MIXED = 0.05  # part of the edges that two faces pass in the same direction, of a mesh without sides
+TWINS = 0.25  # part of the faces that are where others are: a third to a half in foliage
 CREASE = 30.0  # degrees between faces, from which on the edge between them is sharp
 SHARING = 6  # triangles that meet in a vertex of an even mesh
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
@@ -226,14 +227,28 @@ def _sampled(data, triangles, vectors):
 
 def _same_places(places, triangles):
     """-> [n, 3] numbers of the places of the corners, which faces that meet may number apart"""
-    return np.unique(places[triangles.ravel()], axis=0, return_inverse=True)[1].reshape(-1, 3)
+    return np.unique(places, axis=0, return_inverse=True)[1].ravel()[triangles]
+
+
+def _are_twins(corners):
+    """Whether many triangles are there twice, as leaves with two sides are. corners: of _same_places"""
+    count = len(np.unique(np.sort(corners, axis=1), axis=0))
+    return len(corners) - count > TWINS * len(corners)
 
 
 def _has_sides(corners):
     """Whether the order of their corners tells from where the triangles are seen: two that meet pass
-    their edge in opposite directions. corners: of _same_places"""
-    edges = corners * (corners.max() + 1) + np.roll(corners, -1, axis=1)
-    return edges.size - len(np.unique(edges)) <= MIXED * edges.size
+    their edge in opposite directions, and of solids that touch as many pass it in one as in the other.
+    corners: of _same_places"""
+    begin, end = corners.ravel().astype(np.int64), np.roll(corners, -1, axis=1).ravel()
+    edges = begin * (corners.max() + 1) + end
+    most = MIXED * edges.size
+    if edges.size - len(np.unique(edges)) <= most:
+        return True
+    either = np.minimum(begin, end) * (corners.max() + 1) + np.maximum(begin, end)
+    numbers = np.unique(either, return_inverse=True)[1]
+    surplus = np.abs(np.bincount(numbers, np.where(begin < end, 1, -1)))
+    return np.maximum(surplus - 1, 0).sum() <= most and not _are_twins(corners)
 
 
 def _with_normals(data, triangles):
@@ -264,7 +279,7 @@ def _parts(data, triangles, vectors, corners):
 
 
 def _lacking(data):
-    """-> what the vertices lack to tell the surface, or None; triangles, vectors as _triangles, places"""
+    """-> what the vertices lack to tell the surface, or None; triangles and vectors; places"""
     places = vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()).astype(float)
     triangles, vectors = _triangles(data, places)
     areas = np.linalg.norm(vectors, axis=1) / 2
