@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include "Core/Simd/RealLanes.h"
+
 #include <array>
 #include <cmath>
 
@@ -23,6 +25,26 @@ inline double Norm(const Vector3& a)
   return std::sqrt(Dot(a, a));
 }
 
+inline Vector3 operator+(const Vector3& a, const Vector3& b)
+{
+  return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
+}
+
+inline Vector3 operator-(const Vector3& a, const Vector3& b)
+{
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+}
+
+inline Vector3 operator*(double s, const Vector3& a)
+{
+  return { s * a[0], s * a[1], s * a[2] };
+}
+
+inline Vector3 Cross(const Vector3& a, const Vector3& b)
+{
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
 /// cos(acos(r) / 3) within 1e-10, for r from -1 to 1. With s = cos(acos(r) / 2) it is cos(2/3
 /// acos(s)), which is smooth for s from 0 to 1: a Chebyshev interpolant in 2 s - 1 of degree 10.
 inline double CosineOfThird(double r)
@@ -39,10 +61,20 @@ inline double CosineOfThird(double r)
   return sum;
 }
 
-/// Symmetric 3x3 matrix in VTK's component order XX, YY, ZZ, XY, YZ, XZ.
-struct Symmetric3
+/// Symmetric 3x3 matrix in VTK's component order XX, YY, ZZ, XY, YZ, XZ. Real is double or lanes of
+/// doubles (Core/Simd/RealLanes.h).
+template <class Real>
+struct Symmetric3Of
 {
-  double XX, YY, ZZ, XY, YZ, XZ;
+  Real XX, YY, ZZ, XY, YZ, XZ;
+
+  SURFELSPLATTING_INLINE Real Trace() const { return XX + YY + ZZ; }
+
+  /// Sum of the principal minors, tr adj S: that of the products of two eigenvalues.
+  SURFELSPLATTING_INLINE Real SumOfMinors() const
+  {
+    return XX * YY - XY * XY + YY * ZZ - YZ * YZ + XX * ZZ - XZ * XZ;
+  }
 
   /// S v.
   Vector3 Multiply(const Vector3& v) const
@@ -51,9 +83,7 @@ struct Symmetric3
       XZ * v[0] + YZ * v[1] + ZZ * v[2] };
   }
 
-  double Trace() const { return XX + YY + ZZ; }
-
-  /// Of Frobenius: the sum of the squared eigenvalues.
+  /// The square of the Frobenius norm: the sum of the squared eigenvalues.
   double SquaredNorm() const
   {
     return XX * XX + YY * YY + ZZ * ZZ + 2.0 * (XY * XY + YZ * YZ + XZ * XZ);
@@ -74,29 +104,21 @@ struct Symmetric3
       (x * (y * z - YZ * YZ) - XY * (XY * z - YZ * XZ) + XZ * (XY * YZ - y * XZ)) / (2.0 * p2 * p);
     return mean + 2.0 * p * CosineOfThird(std::fmin(1.0, std::fmax(-1.0, half)));
   }
-
-  /// Largest eigenvalue of an S of rank 2 or less, from its two invariants; never above the trace.
-  double LargestEigenvalueOfRankTwo() const
-  {
-    const double minors = XX * YY - XY * XY + YY * ZZ - YZ * YZ + XX * ZZ - XZ * XZ;
-    const double trace = this->Trace();
-    const double discriminant = trace * trace - 4.0 * minors;
-    return 0.5 * (trace + (discriminant > 0.0 ? std::sqrt(discriminant) : 0.0));
-  }
 };
+using Symmetric3 = Symmetric3Of<double>;
 
-/// Symmetric 3x3 matrix of numbers or of lanes (Core/Simd/RealLanes.h).
-template <class Real>
-struct Symmetric3Of
-{
-  Real XX, YY, ZZ, XY, YZ, XZ;
-};
-
-/// Symmetric 2x2 matrix.
+/// Symmetric 2x2 matrix. Its eigenvalues are Mean() - Radius() and Mean() + Radius().
 template <class Real>
 struct Symmetric2Of
 {
   Real XX, YY, XY;
+
+  SURFELSPLATTING_INLINE Real Mean() const { return 0.5 * (XX + YY); }
+  SURFELSPLATTING_INLINE Real Radius() const
+  {
+    const Real half = 0.5 * (XX - YY);
+    return SquareRoot(half * half + XY * XY);
+  }
 };
 using Symmetric2 = Symmetric2Of<double>;
 
@@ -114,13 +136,6 @@ struct Affine3
   Vector3 ApplyLinear(const Vector3& x) const
   {
     return { Dot(L[0], x), Dot(L[1], x), Dot(L[2], x) };
-  }
-
-  /// L S L'.
-  Symmetric3 ApplyToCovariance(const Symmetric3& s) const
-  {
-    const Vector3 x = s.Multiply(L[0]), y = s.Multiply(L[1]), z = s.Multiply(L[2]);
-    return { Dot(L[0], x), Dot(L[1], y), Dot(L[2], z), Dot(L[0], y), Dot(L[1], z), Dot(L[0], z) };
   }
 
   double Determinant() const
@@ -160,6 +175,23 @@ struct Affine3
       }
     }
     return c;
+  }
+
+  /// The inverse map. L must not be singular.
+  Affine3 Inverse() const
+  {
+    Affine3 inverse;
+    const std::array<Vector3, 3> area = this->AreaMatrix(); // |det L| L^-T
+    const double scale = 1.0 / std::abs(this->Determinant());
+    for (int i = 0; i < 3; ++i)
+    {
+      for (int j = 0; j < 3; ++j)
+      {
+        inverse.L[j][i] = scale * area[i][j];
+      }
+    }
+    inverse.T = inverse.ApplyLinear({ -T[0], -T[1], -T[2] });
+    return inverse;
   }
 };
 }

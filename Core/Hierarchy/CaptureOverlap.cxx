@@ -23,10 +23,8 @@ constexpr double LargestOverlap = 31.0 / 32.0;
 std::array<double, 3> EigenvaluesOf(const Symmetric3& s)
 {
   const double first = std::fmax(0.0, s.LargestEigenvalue());
-  const double minors =
-    s.XX * s.YY - s.XY * s.XY + s.YY * s.ZZ - s.YZ * s.YZ + s.XX * s.ZZ - s.XZ * s.XZ;
   const double sum = std::fmax(0.0, s.Trace() - first); // of the others
-  const double product = std::fmax(0.0, minors - first * sum);
+  const double product = std::fmax(0.0, s.SumOfMinors() - first * sum);
   const double root = std::sqrt(std::fmax(0.0, 0.25 * sum * sum - product));
   return { first, 0.5 * sum + root, std::fmax(0.0, 0.5 * sum - root) };
 }
@@ -107,8 +105,7 @@ double OverlapOfPatch(const SurfelCloud& leaves, std::size_t begin, std::size_t 
   Symmetric3 places{};
   for (std::size_t i = begin; i < end; ++i)
   {
-    const Vector3 p = leaves.Position(i);
-    AddOuterProduct(places, { p[0] - mean[0], p[1] - mean[1], p[2] - mean[2] }, 1.0 / count);
+    AddOuterProduct(places, leaves.Position(i) - mean, 1.0 / count);
   }
   const double covered = 2.0 * Pi * mass, area = PatchArea(places, count);
   if (!(covered > 0.0))

@@ -85,26 +85,20 @@ private:
   /// Mass over kernel area of a Gaussian.
   double DepthOf(std::size_t i) const
   {
-    return this->Tree.Area(i) / KernelAreaOf(this->Tree.Covariance(i));
+    return this->Tree.Area(i) / MeanKernelArea(this->Tree.Covariance(i));
   }
 
   Vector3 WeightedNormal(std::size_t i, double weight) const
   {
     const float* from = this->Tree.Normals + 3 * i;
     const Vector3 n{ from[0], from[1], from[2] };
-    const double scale = weight / std::max(1.0, Norm(n)); // a length of more counts as 1
-    return { scale * n[0], scale * n[1], scale * n[2] };
-  }
-
-  static double KernelAreaOf(const Symmetric3& s)
-  {
-    return MeanKernelArea(Symmetric3Of<double>{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ });
+    return weight / std::max(1.0, Norm(n)) * n; // a length of more counts as 1
   }
 
   /// Replaces the sum of the leaves' depths by what is stored, LeafScale (HierarchyNode.h).
   static NodeMoments WithLeafScale(NodeMoments moments)
   {
-    const double depth = moments.AreaVector[0], own = KernelAreaOf(moments.Covariance);
+    const double depth = moments.AreaVector[0], own = MeanKernelArea(moments.Covariance);
     const double leaf = depth > 0.0 ? std::fmin(moments.Area / depth, own) : own;
     const double scale = std::fmax(std::sqrt(leaf / own), 1.0 / PackedOne);
     moments.AreaVector = { moments.Area * scale, 0.0, 0.0 };
@@ -118,8 +112,7 @@ private:
     const Vector3 p = this->Tree.Position(node);
     for (std::size_t i = first; i < last; ++i)
     {
-      const Vector3 c = this->Tree.Position(i);
-      const Vector3 d{ c[0] - p[0], c[1] - p[1], c[2] - p[2] };
+      const Vector3 d = this->Tree.Position(i) - p;
       if (this->Tree.IsNode(i))
       {
         radius = std::max(radius, Norm(d) + this->Tree.Node(i).Bound);

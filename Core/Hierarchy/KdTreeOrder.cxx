@@ -3,12 +3,12 @@
 
 #include "Core/Base/Buffer.h"
 #include "Core/Base/KeySelection.h"
+#include "Core/Base/KeySorter.h"
 #include "Core/Base/Pieces.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <utility>
 
@@ -30,20 +30,16 @@ struct Leaf
 {
   float Position[3];
   float Normal[3];   ///< area vector
-  std::uint64_t Key; ///< see KeyOf
+  std::uint64_t Key; ///< KeyAt
 
-  std::uint32_t Surfel() const { return static_cast<std::uint32_t>(this->Key); }
+  std::uint32_t Surfel() const { return IndexOfKey(this->Key); }
 };
 
-/// An integer whose order is that of the places along the direction of a split, and of the surfels
-/// where these are equal.
-std::uint64_t KeyOf(double place, std::uint32_t surfel)
+/// The order is that of the places along the direction of a split, and of the surfels where these
+/// are equal.
+std::uint64_t KeyAt(double place, std::uint32_t surfel)
 {
-  const float single = static_cast<float>(place) + 0.0f; // not -0
-  std::uint32_t bits;
-  std::memcpy(&bits, &single, sizeof bits);
-  const std::uint32_t ordered = bits ^ (bits >> 31 != 0 ? 0xffffffffu : 0x80000000u);
-  return static_cast<std::uint64_t>(ordered) << 32 | surfel;
+  return KeyOf(static_cast<float>(place) + 0.0f, surfel); // not -0
 }
 
 Vector3 ToVector(const float* v)
@@ -60,7 +56,7 @@ void Store(const Vector3& v, float* out)
 /// von Mises's power iteration.
 Vector3 PrincipalDirection(const Symmetric3& s)
 {
-  const double trace = s.XX + s.YY + s.ZZ;
+  const double trace = s.Trace();
   if (!(trace > 0.0))
   {
     return { 0, 0, 0 };
@@ -96,24 +92,15 @@ struct Moments
       const float* x = leaves[i].*field;
       const Vector3 d{ static_cast<double>(x[0]) - place[0], static_cast<double>(x[1]) - place[1],
         static_cast<double>(x[2]) - place[2] };
-      this->AddFirst(d);
+      this->First = this->First + d;
       AddOuterProduct(this->Second, d, 1.0);
     }
   }
 
   void Add(const Moments& other)
   {
-    this->AddFirst(other.First);
+    this->First = this->First + other.First;
     this->Second = Mix(this->Second, 1.0, other.Second, 1.0);
-  }
-
-private:
-  void AddFirst(const Vector3& d)
-  {
-    for (int c = 0; c < 3; ++c)
-    {
-      this->First[c] += d[c];
-    }
   }
 };
 
@@ -149,10 +136,7 @@ bool IsFolded(const Leaf* leaves, std::size_t count)
   for (std::size_t i = 0; i < count; ++i)
   {
     const Vector3 a = ToVector(leaves[i].Normal);
-    for (int c = 0; c < 3; ++c)
-    {
-      sum[c] += a[c];
-    }
+    sum = sum + a;
     area += Norm(a);
   }
   return Coherence(sum, area) < FoldCoherence;
@@ -287,7 +271,7 @@ std::size_t Split(Leaf* leaves, std::size_t count, bool twoSided, const Executor
     for (std::size_t i = begin; i < end; ++i)
     {
       const double place = Dot(ToVector(leaves[i].*field), direction);
-      keys[i] = leaves[i].Key = KeyOf(place, leaves[i].Surfel());
+      keys[i] = leaves[i].Key = KeyAt(place, leaves[i].Surfel());
     }
   });
   const std::size_t left = LeftCount(count);
@@ -315,7 +299,7 @@ void SplitPair(Leaf* leaves)
   for (int i = 0; i < 2; ++i)
   {
     const double place = length != 0.0 ? Dot(ToVector(leaves[i].Position), d) / length : 0.0;
-    leaves[i].Key = KeyOf(place, leaves[i].Surfel());
+    leaves[i].Key = KeyAt(place, leaves[i].Surfel());
   }
   if (leaves[1].Key < leaves[0].Key)
   {
@@ -415,10 +399,7 @@ bool IsFinite(const SurfelCloud& cloud, std::size_t i)
     (!cloud.IsInSpace() || std::isfinite(cloud.Densities[i])) && HasFiniteNormal(cloud, i) &&
     std::isfinite(s.XX + s.YY + s.ZZ) && std::isfinite(s.XY + s.YZ + s.XZ);
 }
-}
 
-namespace
-{
 /// Surfels of a piece of the cloud, one-sided and two-sided ones apart; without non-finite ones.
 struct SortedPiece
 {
@@ -475,8 +456,7 @@ void FillLeaves(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces
         Leaf* leaf = leaves + pieces[piece].Begins[tree];
         for (const std::uint32_t surfel : pieces[piece].Sides[tree])
         {
-          const Vector3 p = cloud.Position(surfel);
-          Store(Vector3{ p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] }, leaf->Position);
+          Store(cloud.Position(surfel) - origin, leaf->Position);
           Store(cloud.AreaVector(surfel), leaf->Normal);
           leaf->Key = surfel;
           ++leaf;

@@ -30,16 +30,6 @@ struct Pair
   double Unseen;              ///< length of a move that does not count, from rounding or too small
 };
 
-Vector3 Difference(const Vector3& a, const Vector3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-Vector3 CrossOf(const Vector3& a, const Vector3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
-}
-
 double LargestCoordinate(const Vector3& p)
 {
   return std::fmax(std::abs(p[0]), std::fmax(std::abs(p[1]), std::abs(p[2])));
@@ -79,22 +69,6 @@ std::vector<Pair> FindPairs(const SurfelCloud& cloud, const HierarchyLayout& lay
   return pairs;
 }
 
-/// Of a map whose L is not singular.
-Affine3 InverseOf(const Affine3& map)
-{
-  const std::array<Vector3, 3> areas = map.AreaMatrix(); // |det L| L^-T
-  const double determinant = std::abs(map.Determinant());
-  Affine3 inverse;
-  for (int i = 0; i < 3; ++i)
-  {
-    inverse.L[i] = { areas[0][i] / determinant, areas[1][i] / determinant,
-      areas[2][i] / determinant };
-  }
-  const Vector3 t = inverse.ApplyLinear(map.T);
-  inverse.T = { -t[0], -t[1], -t[2] };
-  return inverse;
-}
-
 /// Adds what is lost where floats are rounded.
 void AllowForRounding(const SurfelCloud& cloud, std::vector<Pair>& pairs)
 {
@@ -117,7 +91,7 @@ void AllowForRounding(const SurfelCloud& cloud, std::vector<Pair>& pairs)
 bool Explains(const Affine3& map, const std::vector<Pair>& pairs, double scale)
 {
   return std::all_of(pairs.begin(), pairs.end(), [&](const Pair& pair) {
-    return Norm(Difference(map.Apply(pair.Node), pair.Leaves)) <= scale * pair.Unseen;
+    return Norm(map.Apply(pair.Node) - pair.Leaves) <= scale * pair.Unseen;
   });
 }
 
@@ -138,10 +112,10 @@ Vector3 MeanOf(const std::vector<Pair>& pairs, Vector3 Pair::*member)
 void TurnNormal(const Vector3& n, Affine3& map)
 {
   const Vector3 other = std::abs(n[0]) < 0.6 ? Vector3{ 1, 0, 0 } : Vector3{ 0, 1, 0 };
-  Vector3 u = CrossOf(n, other);
+  Vector3 u = Cross(n, other);
   const double length = Norm(u);
   u = { u[0] / length, u[1] / length, u[2] / length };
-  const Vector3 m = CrossOf(map.ApplyLinear(u), map.ApplyLinear(CrossOf(n, u)));
+  const Vector3 m = Cross(map.ApplyLinear(u), map.ApplyLinear(Cross(n, u)));
   const double scale = 1.0 / std::sqrt(std::fmax(Norm(m), std::numeric_limits<double>::min()));
   const Vector3 wrong = map.ApplyLinear(n);
   for (int i = 0; i < 3; ++i)
@@ -161,7 +135,7 @@ Affine3 SumOfProducts(const std::vector<Pair>& pairs, Vector3 Pair::*a, const Ve
   sum.L = {};
   for (const Pair& pair : pairs)
   {
-    const Vector3 x = Difference(pair.*a, meanOfA), y = Difference(pair.Node, meanOfNodes);
+    const Vector3 x = pair.*a - meanOfA, y = pair.Node - meanOfNodes;
     for (int i = 0; i < 3; ++i)
     {
       for (int j = 0; j < 3; ++j)
@@ -224,12 +198,12 @@ Affine3 FitAffine(const std::vector<Pair>& pairs)
   }
   const Vector3 normal = FindNormal(products);
   Affine3 map =
-    Affine3::Compose(SumOfProducts(pairs, &Pair::Leaves, leaves, nodes), InverseOf(products));
+    Affine3::Compose(SumOfProducts(pairs, &Pair::Leaves, leaves, nodes), products.Inverse());
   if (Norm(normal) > 0.0)
   {
     TurnNormal(normal, map);
   }
-  map.T = Difference(leaves, map.ApplyLinear(nodes));
+  map.T = leaves - map.ApplyLinear(nodes);
   return map;
 }
 
@@ -246,7 +220,7 @@ double AreaError(const std::array<Vector3, 3>& matrix, const std::vector<Pair>& 
   double error = 0.0;
   for (const Pair& pair : pairs)
   {
-    error += Norm(Difference(map.ApplyLinear(pair.NodeArea), pair.LeafArea));
+    error += Norm(map.ApplyLinear(pair.NodeArea) - pair.LeafArea);
   }
   return error;
 }
@@ -261,9 +235,9 @@ LeafPlacement FindLeafPlacement(const SurfelCloud& tree, const HierarchyLayout& 
   {
     return placement;
   }
-  placement.Map.T = Difference(MeanOf(pairs, &Pair::Leaves), MeanOf(pairs, &Pair::Node));
+  placement.Map.T = MeanOf(pairs, &Pair::Leaves) - MeanOf(pairs, &Pair::Node);
   placement.Kind = LeafPlacement::Translation;
-  placement.Back = InverseOf(placement.Map);
+  placement.Back = placement.Map.Inverse();
   if (Explains(placement.Map, pairs, 1.0))
   {
     return placement;
@@ -274,7 +248,7 @@ LeafPlacement FindLeafPlacement(const SurfelCloud& tree, const HierarchyLayout& 
   const bool isRegular = std::abs(determinant) > PlanarRatio * scale * scale * scale;
   placement.Kind = isRegular && Explains(placement.Map, pairs, scale) ? LeafPlacement::AffineMap
                                                                       : LeafPlacement::Other;
-  placement.Back = InverseOf(placement.Map);
+  placement.Back = placement.Map.Inverse();
   placement.MovedVectors =
     !tree.IsInSpace() && AreaError(placement.Map.L, pairs) < AreaError(Affine3().L, pairs);
   return placement;

@@ -28,12 +28,8 @@ WeightedColor JoinColors(const WeightedColor& a, const WeightedColor& b)
   const double wb = node.Area > 0.0 ? b.Area / node.Area : 0.5;
   const double fa = node.Mass > 0.0 ? a.Mass / node.Mass : 0.5;
   const double fb = 1.0 - fa;
-  Vector3 apart;
-  for (int x = 0; x < 3; ++x)
-  {
-    apart[x] = b.Position[x] - a.Position[x];
-    node.Position[x] = a.Position[x] + wb * apart[x];
-  }
+  const Vector3 apart = b.Position - a.Position;
+  node.Position = a.Position + wb * apart;
   for (int c = 0; c < 3; ++c)
   {
     const double ca = a.Moments.Color[c], cb = b.Moments.Color[c];

@@ -121,8 +121,8 @@ struct LensShape
   double Smallest() const { return 1.0 / this->Largest(); }
   double Largest() const
   {
-    const double half = 0.5 * (this->XX - this->YY);
-    return 0.5 * (this->XX + this->YY) + std::sqrt(half * half + this->XY * this->XY);
+    const Symmetric2 s{ this->XX, this->YY, this->XY };
+    return s.Mean() + s.Radius();
   }
 
   /// The symmetric square root: it maps a disc to the ellipse.

@@ -49,9 +49,8 @@ enum class KernelType
 
 /// Covariance W = M S M' + h I + V_I of a splat on the screen, px^2, and its determinant, px^4.
 template <class Real>
-struct FootprintOf
+struct FootprintOf : Symmetric2Of<Real>
 {
-  Real XX, YY, XY;
   Real Determinant;
   Real InverseYY;   ///< 1 / YY
   Real InverseRoot; ///< 1 / sqrt(Determinant)
@@ -92,8 +91,7 @@ struct FootprintOf
 
   SURFELSPLATTING_INLINE Real SmallestEigenvalue() const
   {
-    const Real half = 0.5 * (this->XX + this->YY), difference = 0.5 * (this->XX - this->YY);
-    return this->Determinant / (half + SquareRoot(difference * difference + this->XY * this->XY));
+    return this->Determinant / (this->Mean() + this->Radius());
   }
 
   /// W minus an isotropic variance, which must be smaller than the smallest eigenvalue.

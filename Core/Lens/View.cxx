@@ -7,11 +7,6 @@ namespace SurfelSplatting
 {
 namespace
 {
-Vector3 Cross(const Vector3& a, const Vector3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
-}
-
 Vector3 Normalized(const Vector3& a, const char* problem)
 {
   const double length = Norm(a);
@@ -31,9 +26,8 @@ View LookAt(const Vector3& position, const Vector3& focalPoint, const Vector3& v
     throw std::invalid_argument("LookAt needs a view angle between 0 and 180 degrees and a picture "
                                 "of at least one pixel");
   }
-  const Vector3 forward = Normalized(
-    { focalPoint[0] - position[0], focalPoint[1] - position[1], focalPoint[2] - position[2] },
-    "LookAt needs a finite position and focal point that differ");
+  const Vector3 forward =
+    Normalized(focalPoint - position, "LookAt needs a finite position and focal point that differ");
   const Vector3 right = Normalized(Cross(forward, viewUp),
     "LookAt needs a finite view-up that is not parallel to the view direction");
   const Vector3 up = Cross(right, forward);

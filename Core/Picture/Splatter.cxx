@@ -89,10 +89,7 @@ void Splatter::SetCell(const SplatContext& context, const SubAperture& cell)
   this->CellCenter = cell.Center;
   for (Light& light : part.Lights)
   {
-    for (int i = 0; i < 3; ++i)
-    {
-      light.Position[i] -= cell.Center[i];
-    }
+    light.Position = light.Position - cell.Center;
   }
   this->CellInPicture = part;
   this->CellInPicture.CoarseGrids = false;

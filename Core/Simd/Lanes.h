@@ -6,16 +6,12 @@
  */
 #pragma once
 
+#include "Core/Simd/Inline.h"
+
 #include <cstdint>
 
 #if defined(__AVX2__)
 #include <immintrin.h>
-#endif
-
-#if defined(__GNUC__)
-#define SURFELSPLATTING_INLINE __attribute__((always_inline)) inline
-#else
-#error "The raster uses vector types of GCC and Clang."
 #endif
 
 namespace SurfelSplatting

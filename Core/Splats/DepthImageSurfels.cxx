@@ -10,25 +10,6 @@
 
 namespace SurfelSplatting
 {
-namespace
-{
-Affine3 Inverse(const Affine3& a)
-{
-  Affine3 inverse;
-  const std::array<Vector3, 3> area = a.AreaMatrix(); // |det L| L^-T
-  const double scale = 1.0 / std::abs(a.Determinant());
-  for (int i = 0; i < 3; ++i)
-  {
-    for (int j = 0; j < 3; ++j)
-    {
-      inverse.L[j][i] = scale * area[i][j];
-    }
-  }
-  inverse.T = inverse.ApplyLinear({ -a.T[0], -a.T[1], -a.T[2] });
-  return inverse;
-}
-}
-
 int MarginOf(
   const View& camera, const Lens& lens, double nearest, double farthest, double minConfusion)
 {
@@ -351,7 +332,7 @@ void DepthImageSurfels::MakeSurfels(const View& camera, const Lens& lens, const 
   this->BlurredPixels.clear();
   this->MixedPixels.clear();
   this->Places.clear();
-  this->CameraToWorld = Inverse(camera.WorldToCamera);
+  this->CameraToWorld = camera.WorldToCamera.Inverse();
   if (camera.Parallel || lens.Radius == 0.0)
   {
     return;
@@ -461,8 +442,7 @@ void DepthImageSurfels::MakeSurfel(const View& camera, const DepthImage& image, 
   const Vector3 position{ rayX * z, rayY * z, z };
   const Vector3 alongX{ z / camera.Fx + rayX * slopeX, rayY * slopeX, slopeX };
   const Vector3 alongY{ rayX * slopeY, z / camera.Fy + rayY * slopeY, slopeY };
-  const Vector3 area{ alongX[1] * alongY[2] - alongX[2] * alongY[1],
-    alongX[2] * alongY[0] - alongX[0] * alongY[2], alongX[0] * alongY[1] - alongX[1] * alongY[0] };
+  const Vector3 area = Cross(alongX, alongY);
   const double faces = Dot(area, position) > 0.0 ? -1.0 : 1.0; // the lens
   // The variance of the mixture of the pixels' Gaussians.
   const double variance = PixelDeviation * PixelDeviation + (side * side - 1) / 12.0;

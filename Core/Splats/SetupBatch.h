@@ -182,6 +182,15 @@ SURFELSPLATTING_INLINE Vector3Of<Real> Mixed(
     Mixed(parent.Z, child.Z, share) };
 }
 
+template <class Real>
+SURFELSPLATTING_INLINE Symmetric3Of<Real> Mixed(
+  const Symmetric3Of<Real>& parent, const Symmetric3Of<Real>& child, const Real& share)
+{
+  return { Mixed(parent.XX, child.XX, share), Mixed(parent.YY, child.YY, share),
+    Mixed(parent.ZZ, child.ZZ, share), Mixed(parent.XY, child.XY, share),
+    Mixed(parent.YZ, child.YZ, share), Mixed(parent.XZ, child.XZ, share) };
+}
+
 /// t of CutRange.h.
 template <class Real>
 SURFELSPLATTING_INLINE double ShareOfChildren(const BatchIndices<Real>& index)
@@ -209,9 +218,7 @@ SURFELSPLATTING_INLINE void MergePairs(
   s.Patch = rest * s.Patch + (share > 0.0 ? (1.0 - rest) / share : one);
   s.Overlap = Mixed(parent.Overlap, s.Overlap, rest);
   s.Position = Mixed(parent.Position, s.Position, t);
-  const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
-  s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
-    Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
+  s.Covariance = Mixed(parent.Covariance, s.Covariance, rest);
 }
 
 /// Whether all values of a surfel are finite.

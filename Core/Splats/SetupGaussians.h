@@ -66,9 +66,7 @@ SURFELSPLATTING_INLINE void MergeGaussians(
   s.Position = Mixed(parent.Position, s.Position, t);
   s.Area.X = Mixed(parent.Area.X, s.Area.X, rest);
   s.Overlap = Mixed(parent.Overlap, s.Overlap, rest);
-  const Symmetric3Of<Real>&a = parent.Covariance, b = s.Covariance;
-  s.Covariance = { Mixed(a.XX, b.XX, rest), Mixed(a.YY, b.YY, rest), Mixed(a.ZZ, b.ZZ, rest),
-    Mixed(a.XY, b.XY, rest), Mixed(a.YZ, b.YZ, rest), Mixed(a.XZ, b.XZ, rest) };
+  s.Covariance = Mixed(parent.Covariance, s.Covariance, rest);
 }
 
 /// Gaussians in camera space; Deposit is the mass of volumes, in world units, and the opacity of
@@ -260,9 +258,7 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   {
     return Uniform<Real>(1.0);
   }
-  const Symmetric2Of<Real>& s = blur.Smooth;
-  const Real half = 0.5 * (s.XX - s.YY);
-  const Real variance = 0.5 * (s.XX + s.YY) - SquareRoot(half * half + s.XY * s.XY);
+  const Real variance = blur.Smooth.Mean() - blur.Smooth.Radius(); // the smaller eigenvalue
   Real cell = Uniform<Real>(1.0);
   for (int d = 2; d <= TileSize; d *= 2)
   {

@@ -43,10 +43,9 @@ SURFELSPLATTING_INLINE SplatDepths<Real> Depths(
 {
   const Symmetric3Of<Real>& s = surfels.Covariance;
   const ProjectionJacobian<Real>& m = f.Jacobian;
-  const Real minors =
-    s.XX * s.YY - s.XY * s.XY + s.YY * s.ZZ - s.YZ * s.YZ + s.XX * s.ZZ - s.XZ * s.XZ;
-  const Real trace = s.XX + s.YY + s.ZZ;
-  const Real largest = 0.5 * (trace + SquareRoot(Larger(trace * trace - 4.0 * minors, Real{})));
+  const Real trace = s.Trace();
+  const Real largest = // of the eigenvalues of a flat kernel, where the least is 0
+    0.5 * (trace + SquareRoot(Larger(trace * trace - 4.0 * s.SumOfMinors(), Real{})));
   const Real halfRange = DepthExtentAlongZ * SquareRoot(Larger(s.ZZ, Real{})) +
     DepthExtentIsotropic * SquareRoot(Larger(largest, Real{}));
   const Real cx = m.XX * s.XZ + m.XZ * s.ZZ, cy = m.YY * s.YZ + m.YZ * s.ZZ;

@@ -70,7 +70,7 @@ SURFELSPLATTING_INLINE void ShowNearSide(const SetupJob& job, const PlacedSurfel
   const Vector3Of<Real> row{ covariance.XX, covariance.XY, covariance.XZ };
   const Vector3Of<Real> x{ Uniform<Real>(1.0), Real{}, Real{} };
   const Real determinant = Dot(row, MultiplyAdjugate(covariance, x)), along = Dot(n, v);
-  const Real trace = covariance.XX + covariance.YY + covariance.ZZ, m = 0.25 * depth;
+  const Real trace = covariance.Trace(), m = 0.25 * depth;
   const Real squared = along * (determinant + rounding * trace * along);
   const Real scale = m / SquareRoot((1.0 + m * m) * squared);
   Real* const color[] = { &colors.Red, &colors.Green, &colors.Blue };

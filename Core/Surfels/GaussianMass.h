@@ -21,13 +21,6 @@
 
 namespace SurfelSplatting
 {
-/// Sum of the principal minors of S, tr adj S.
-template <class Real>
-SURFELSPLATTING_INLINE Real SumOfMinors(const Symmetric3Of<Real>& s)
-{
-  return s.XX * s.YY - s.XY * s.XY + s.YY * s.ZZ - s.YZ * s.YZ + s.XX * s.ZZ - s.XZ * s.XZ;
-}
-
 /**
  * The optical depth that a footprint of opacity o exp(-q/2) takes part in, over the opacity: the
  * ratio of the integrals of -ln(1 - o exp(-q/2)) and of o exp(-q/2), Li2(o) / o. By Li2's series to
@@ -97,8 +90,8 @@ SURFELSPLATTING_INLINE Real KernelVolume(const Symmetric3Of<Real>& s)
 template <class Real>
 SURFELSPLATTING_INLINE Real MeanKernelArea(const Symmetric3Of<Real>& s)
 {
-  const Real trace = s.XX + s.YY + s.ZZ;
+  const Real trace = s.Trace();
   const Real least = 1e-8 * trace * trace + 1e-60; // needles
-  return SquareRoot(Larger(SumOfMinors(s), least));
+  return SquareRoot(Larger(s.SumOfMinors(), least));
 }
 }

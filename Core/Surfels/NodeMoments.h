@@ -47,13 +47,9 @@ inline NodeMoments Join(const NodeMoments& a, const NodeMoments& b, bool twoSide
   const double wa = node.Area > 0.0 ? a.Area / node.Area : 0.5;
   const double wb = 1.0 - wa;
   const double sign = twoSided && Dot(a.AreaVector, b.AreaVector) < 0.0 ? -1.0 : 1.0;
-  Vector3 d;
-  for (int i = 0; i < 3; ++i)
-  {
-    d[i] = b.Position[i] - a.Position[i];
-    node.AreaVector[i] = a.AreaVector[i] + sign * b.AreaVector[i];
-    node.Position[i] = a.Position[i] + wb * d[i];
-  }
+  const Vector3 d = b.Position - a.Position;
+  node.AreaVector = a.AreaVector + sign * b.AreaVector;
+  node.Position = a.Position + wb * d;
   node.Covariance = Mix(a.Covariance, wa, b.Covariance, wb);
   AddOuterProduct(node.Covariance, d, wa * wb);
   node.Opacity = wa * a.Opacity + wb * b.Opacity;

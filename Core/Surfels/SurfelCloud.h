@@ -128,8 +128,7 @@ struct SurfelCloud
     {
       return Norm(this->AreaVector(i));
     }
-    const Symmetric3 s = this->Covariance(i);
-    const Symmetric3Of<double> covariance{ s.XX, s.YY, s.ZZ, s.XY, s.YZ, s.XZ };
+    const Symmetric3 covariance = this->Covariance(i);
     const double density = this->Densities[i] > 0.0f ? this->Densities[i] : 0.0;
     return this->Kind == CloudKind::Volume
       ? density * KernelVolume(covariance)

@@ -11,10 +11,14 @@
 
 namespace SurfelGeometry
 {
+using SurfelSplatting::Cross;
 using SurfelSplatting::Dot;
 using SurfelSplatting::Norm;
 using SurfelSplatting::Pi;
 using SurfelSplatting::Vector3;
+using SurfelSplatting::operator+;
+using SurfelSplatting::operator-;
+using SurfelSplatting::operator*;
 
 /// A vector stored for each point: half the memory of a Vector3, and half the time to move it.
 struct Float3
@@ -41,26 +45,10 @@ inline void Store(const Vector3& a, float* p)
   p[1] = static_cast<float>(a[1]);
   p[2] = static_cast<float>(a[2]);
 }
-inline Vector3 operator+(const Vector3& a, const Vector3& b)
-{
-  return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
-}
-inline Vector3 operator-(const Vector3& a, const Vector3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-inline Vector3 operator*(double s, const Vector3& a)
-{
-  return { s * a[0], s * a[1], s * a[2] };
-}
 /// In single precision.
 inline float SingleDot(const Float3& a, const Float3& b)
 {
   return a.X * b.X + a.Y * b.Y + a.Z * b.Z;
-}
-inline Vector3 Cross(const Vector3& a, const Vector3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
 }
 /// a / |a|, or `fallback` if a is zero or not finite.
 inline Vector3 Normalized(const Vector3& a, const Vector3& fallback)

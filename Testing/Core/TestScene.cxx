@@ -11,11 +11,6 @@
 
 namespace SurfelSplatting
 {
-Vector3 Cross(const Vector3& a, const Vector3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
-}
-
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v)
 {
   const Vector3 axis = std::abs(normal[0]) < 0.6 ? Vector3{ 1, 0, 0 } : Vector3{ 0, 1, 0 };

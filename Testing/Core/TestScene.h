@@ -153,7 +153,6 @@ public:
 
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);
-Vector3 Cross(const Vector3& a, const Vector3& b);
 
 /// Light leaving a surfel towards the lens, by Core/Surfels/Shading.h with one lane.
 /// @param ambientColor its ambient colour, which may be another than its own
