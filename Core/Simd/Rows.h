@@ -249,4 +249,14 @@ private:
     return bits;
   }
 };
+
+/// Writes the parts of a lane's row, one behind the other.
+template <class Real, std::size_t Count>
+SURFELSPLATTING_INLINE void StoreRow(const RowParts<Real> (&parts)[Count], int lane, void* to)
+{
+  for (std::size_t i = 0; i < Count; ++i)
+  {
+    parts[i].Store(lane, static_cast<char*>(to) + i * sizeof(RowPart));
+  }
+}
 }

@@ -396,6 +396,23 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
   return inFront & (isInside | Not(isNear));
 }
 
+/// Surfels in camera space. What they deposit is still to be set.
+template <class Real>
+SURFELSPLATTING_INLINE PlacedSurfels<Real> MoveToCamera(const SetupJob& job,
+  const BatchIndices<Real>& index, const StoredSurfels<Real>& stored, const MaskOf<Real>& finite)
+{
+  const View& view = job.Camera;
+  PlacedSurfels<Real> s;
+  const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
+  s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
+  s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
+  s.Covariance = ToCamera(job.Linear, stored.Covariance);
+  s.Overlap = stored.Overlap;
+  s.Invalid = index.Present & Not(finite);
+  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
+  return s;
+}
+
 template <class Real>
 SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   const SetupJob& job, const BatchIndices<Real>& index)
@@ -407,14 +424,8 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   {
     MergePairs(job.Cloud, index, stored);
   }
-  const MaskOf<Real> finite = AreFinite(stored);
-  PlacedSurfels<Real> s;
-  s.Invalid = index.Present & Not(finite);
-  const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
-  s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
+  PlacedSurfels<Real> s = MoveToCamera(job, index, stored, AreFinite(stored));
   s.Area = Multiply(job.AreaToCamera, stored.Area);
-  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far);
-  s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
   s.Deposit = ProjectedArea(view, s.Area, s.P, s.InverseZ);
   s.BackSide = (s.Deposit < 0.0) & stored.TwoSided;
   s.Deposit = s.BackSide ? -s.Deposit : s.Deposit;
@@ -429,9 +440,7 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
     SeeFromLens(job, s);
   }
   s.Alive &= s.Deposit > 0.0;
-  s.Covariance = ToCamera(job.Linear, stored.Covariance);
   s.Patch = stored.Patch;
-  s.Overlap = stored.Overlap;
   if (!view.Parallel)
   {
     const bool gaussian = job.Kernel == KernelType::Gaussian;

@@ -75,7 +75,6 @@ template <class Real>
 SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   const SetupJob& job, const BatchIndices<Real>& index)
 {
-  const View& view = job.Camera;
   const bool volume = job.Cloud.Kind == CloudKind::Volume;
   StoredSurfels<Real> stored;
   index.Level > 0 ? GatherGaussianNodes(job.Cloud, index, stored)
@@ -85,21 +84,14 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
     MergeGaussians(job.Cloud, index, stored);
   }
   const MaskOf<Real> finite = AreFinite(stored) & IsFinite(stored.Size);
-  PlacedSurfels<Real> s;
-  s.Invalid = index.Present & Not(finite);
-  const Vector3Of<Real> p = Multiply(job.Linear, stored.Position);
-  s.P = { p.X + job.Translation[0], p.Y + job.Translation[1], p.Z + job.Translation[2] };
+  PlacedSurfels<Real> s = MoveToCamera(job, index, stored, finite);
   s.Area = stored.Area;
   s.Patch = Larger(Smaller(stored.Area.X / MeanKernelArea(stored.Covariance), Uniform<Real>(1.0)),
     Uniform<Real>(LeastLeafScale));
   s.BackSide = MaskOf<Real>{};
-  s.Overlap = stored.Overlap;
-  s.Visible = { Uniform<Real>(1.0), Real{}, Real{}, MaskOf<Real>{} };
-  s.InverseZ = view.Parallel ? Uniform<Real>(1.0) : 1.0 / s.P.Z;
-  s.Covariance = ToCamera(job.Linear, stored.Covariance);
   s.Deposit = volume ? job.Stretch * stored.Size : stored.Size / MeanKernelArea(stored.Covariance);
-  s.Alive = index.Present & finite & (s.P.Z >= view.Near) & (s.P.Z <= view.Far) & (s.Deposit > 0.0);
-  if (!view.Parallel)
+  s.Alive &= s.Deposit > 0.0;
+  if (!job.Camera.Parallel)
   {
     s.Alive &= MayBeSeen(job, s, LeastGaussianReach);
   }
@@ -148,31 +140,18 @@ SURFELSPLATTING_INLINE Real OpacityOfCenter(
   return Smaller(inFocus + absorbs * (absorbed - inFocus), Uniform<Real>(1.0));
 }
 
-/// SpaceFootprints of a batch, in single precision.
 template <class Real>
-struct SpaceFootprintFields
+SURFELSPLATTING_INLINE FootprintRows<Real> SpaceFootprints(
+  const Real& quarter, const Real& opacity, const ColorSlopes<Real>& slopes)
 {
-  RowParts<Real> Parts[2];
-
-  SURFELSPLATTING_INLINE SpaceFootprintFields(
-    const Real& quarter, const Real& opacity, const ColorSlopes<Real>& slopes)
-    : Parts{ { Narrow<Real>(quarter), Narrow<Real>(opacity), Narrow<Real>(slopes.X[0]),
+  static_assert(offsetof(SpaceFootprint, GreenX) == 12 && offsetof(SpaceFootprint, BlueX) == 16 &&
+      offsetof(SpaceFootprint, BlueY) == 28,
+    "first and last columns of the parts");
+  return { { { Narrow<Real>(quarter), Narrow<Real>(opacity), Narrow<Real>(slopes.X[0]),
                Narrow<Real>(slopes.X[1]) },
-      { Narrow<Real>(slopes.X[2]), Narrow<Real>(slopes.Y[0]), Narrow<Real>(slopes.Y[1]),
-        Narrow<Real>(slopes.Y[2]) } }
-  {
-    static_assert(offsetof(SpaceFootprint, GreenX) == 12 && offsetof(SpaceFootprint, BlueX) == 16 &&
-        offsetof(SpaceFootprint, BlueY) == 28,
-      "first and last columns of the parts");
-  }
-
-  SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
-  {
-    char* row = reinterpret_cast<char*>(&to);
-    this->Parts[0].Store(l, row);
-    this->Parts[1].Store(l, row + sizeof(RowPart));
-  }
-};
+    { Narrow<Real>(slopes.X[2]), Narrow<Real>(slopes.Y[0]), Narrow<Real>(slopes.Y[1]),
+      Narrow<Real>(slopes.Y[2]) } } };
+}
 
 /// Makes splats that are written those of Gaussians in space (Splat.h, SpaceFootprint).
 /// @param inFocus weights there
@@ -200,16 +179,9 @@ SURFELSPLATTING_INLINE void MarkGaussians(const SetupJob& job, const BatchIndice
   }
   if (output.Footprints)
   {
-    const SpaceFootprintFields<Real> fields(
-      QuarterOfConfusion(job, b), OpacityOfCenter(job, index, inFocus), slopes);
-    place = first;
-    for (int l = 0; l < LaneTypes<Real>::Count; ++l)
-    {
-      if (LaneAt(b.Surfels.Alive, l))
-      {
-        fields.Store(l, output.Footprints[place++]);
-      }
-    }
+    WriteFootprints(
+      SpaceFootprints(QuarterOfConfusion(job, b), OpacityOfCenter(job, index, inFocus), slopes),
+      b.Surfels.Alive, first, output);
   }
 }
 
@@ -323,9 +295,6 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     s.Alive &= weight >= MinSplatWeight;
     const SplatDepths<Real> depths{ s.P.Z, s.P.Z, profile.Reach, cell };
     SplatBatch<Real> batch{ s, blur, f, kernel, places, weight, depths, colors };
-    const MaskOf<Real> representable = IsRepresentable(batch);
-    s.Invalid |= s.Alive & Not(representable);
-    s.Alive &= representable;
     Write(job, index, batch, output);
     MarkGaussians(job, index, batch, inFocus, slopes, output);
   }

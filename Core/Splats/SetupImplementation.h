@@ -90,9 +90,6 @@ SURFELSPLATTING_INLINE void MakeBatch(
       const SplatDepths<Real> depths = Depths(job, s, f);
       const SurfelColors<Real> colors = Color(job, index, s);
       SplatBatch<Real> batch{ s, blur, f, kernel, places, weight, depths, colors };
-      const MaskOf<Real> representable = IsRepresentable(batch);
-      s.Invalid |= s.Alive & Not(representable);
-      s.Alive &= representable;
       Write(job, index, batch, output);
     }
   }

@@ -44,53 +44,32 @@ SURFELSPLATTING_INLINE Real GridSize(int pixels, const Real& cell)
   });
 }
 
-/// Sets the bounding box.
-/// @param halfWidth, halfHeight of the support, px or cells
-/// @param alive becomes false for surfels whose support misses the picture
-template <class Real>
-SURFELSPLATTING_INLINE void BoundOnScreen(const View& view, const Real& cell, const Real& halfWidth,
-  const Real& halfHeight, ScreenPlaces<Real>& place, MaskOf<Real>& alive)
-{
-  Real width = Uniform<Real>(view.Width), height = Uniform<Real>(view.Height);
-  if (AnyLane<Real>(cell > 1.0))
-  {
-    width = GridSize(view.Width, cell);
-    height = GridSize(view.Height, cell);
-  }
-  place.X0 = FirstPixel<Real>(place.X - halfWidth, width);
-  place.Y0 = FirstPixel<Real>(place.Y - halfHeight, height);
-  place.X1 = FirstPixel<Real>(place.X + halfWidth, width);
-  place.Y1 = FirstPixel<Real>(place.Y + halfHeight, height);
-  alive &= ConvertLanes<MaskOf<Real>>((place.X0 < place.X1) & (place.Y0 < place.Y1));
-}
-
-/// The centre; no box.
-template <class Real>
-SURFELSPLATTING_INLINE ScreenPlaces<Real> CenterOnScreen(
-  const View& view, const PlacedSurfels<Real>& s, const Real& cell)
-{
-  ScreenPlaces<Real> place{};
-  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
-  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
-  const MaskOf<Real> coarse = cell > 1.0;
-  if (AnyLane<Real>(coarse))
-  {
-    const Real scale = 1.0 / cell;
-    place.X = coarse ? scale * place.X + CoarseOrigin : place.X;
-    place.Y = coarse ? scale * place.Y + CoarseOrigin : place.Y;
-  }
-  return place;
-}
-
+/// @param cell of the grids, px; 1: the picture
 /// @param s Alive becomes false for surfels whose support misses the picture
 template <class Real>
 SURFELSPLATTING_INLINE ScreenPlaces<Real> PlaceOnScreen(const SetupJob& job, PlacedSurfels<Real>& s,
   const Real& cell, const ResamplingKernelOf<Real>& kernel)
 {
-  ScreenPlaces<Real> place = CenterOnScreen(job.Camera, s, cell);
+  const View& view = job.Camera;
   const Real scale = 1.0 / cell;
-  BoundOnScreen<Real>(
-    job.Camera, cell, scale * kernel.HalfWidth, scale * kernel.HalfHeight, place, s.Alive);
+  ScreenPlaces<Real> place{};
+  place.X = view.Fx * s.P.X * s.InverseZ + view.Cx;
+  place.Y = view.Fy * s.P.Y * s.InverseZ + view.Cy;
+  Real width = Uniform<Real>(view.Width), height = Uniform<Real>(view.Height);
+  const MaskOf<Real> coarse = cell > 1.0;
+  if (AnyLane<Real>(coarse))
+  {
+    place.X = coarse ? scale * place.X + CoarseOrigin : place.X;
+    place.Y = coarse ? scale * place.Y + CoarseOrigin : place.Y;
+    width = GridSize(view.Width, cell);
+    height = GridSize(view.Height, cell);
+  }
+  const Real halfWidth = scale * kernel.HalfWidth, halfHeight = scale * kernel.HalfHeight;
+  place.X0 = FirstPixel<Real>(place.X - halfWidth, width);
+  place.Y0 = FirstPixel<Real>(place.Y - halfHeight, height);
+  place.X1 = FirstPixel<Real>(place.X + halfWidth, width);
+  place.Y1 = FirstPixel<Real>(place.Y + halfHeight, height);
+  s.Alive &= ConvertLanes<MaskOf<Real>>((place.X0 < place.X1) & (place.Y0 < place.Y1));
   return place;
 }
 
@@ -187,15 +166,6 @@ struct SplatFields
   SURFELSPLATTING_INLINE explicit SplatFields(const SplatBatch<Real>& b)
     : Parts{ Footprint(b), Range(b), DepthAndRed(b), Rest(b) }
   {
-  }
-
-  SURFELSPLATTING_INLINE void Store(int l, Splat& s) const
-  {
-    char* row = reinterpret_cast<char*>(&s);
-    for (std::size_t i = 0; i < 4; ++i)
-    {
-      this->Parts[i].Store(l, row + i * sizeof(RowPart));
-    }
   }
 
 private:
@@ -303,69 +273,66 @@ struct LensShare
   }
 };
 
-/// Where a batch's splats pass the lens, in single precision (LensVisibility.h).
+/// LensFootprints or SpaceFootprints of a batch (LensVisibility.h), in single precision.
 template <class Real>
-struct LensFootprintFields
+struct FootprintRows
 {
   RowParts<Real> Parts[2];
-
-  SURFELSPLATTING_INLINE LensFootprintFields(const SetupJob& job, const SplatBatch<Real>& b)
-  {
-    static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
-        offsetof(LensFootprint, Back) == 24,
-      "first and last columns of the parts");
-    const LensShare<Real> lens(job, b);
-    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
-    const MeanVisibleArea<Real> mean = MeanOverLens(v);
-    const Real one = Uniform<Real>(1.0), rest = 1.0 - lens.Share;
-    const Real area = lens.Share * v.Base + rest * mean.Area;
-    this->Parts[0] = { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y),
-      Narrow<Real>(lens.PerCell), Narrow<Real>(area) };
-    // Root()'s inverse, since its determinant is 1.
-    const LensShape& root = job.ShapeRoot;
-    const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
-    this->Parts[1] = { Narrow<Real>(lens.PerCell * x), Narrow<Real>(lens.PerCell * y),
-      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} };
-  }
-
-  SURFELSPLATTING_INLINE void Store(int l, LensFootprint& to) const
-  {
-    char* row = reinterpret_cast<char*>(&to);
-    this->Parts[0].Store(l, row);
-    this->Parts[1].Store(l, row + sizeof(RowPart));
-  }
 };
 
-/// Writes where the batch's splats pass the lens.
 template <class Real>
-SURFELSPLATTING_INLINE void WriteFootprints(
-  const SetupJob& job, const SplatBatch<Real>& b, std::size_t first, SplatOutput& output)
+SURFELSPLATTING_INLINE FootprintRows<Real> LensFootprints(
+  const SetupJob& job, const SplatBatch<Real>& b)
 {
-  const LensFootprintFields<Real> fields(job, b);
+  static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
+      offsetof(LensFootprint, Back) == 24,
+    "first and last columns of the parts");
+  const LensShare<Real> lens(job, b);
+  const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+  const MeanVisibleArea<Real> mean = MeanOverLens(v);
+  const Real one = Uniform<Real>(1.0), rest = 1.0 - lens.Share;
+  const Real area = lens.Share * v.Base + rest * mean.Area;
+  // Root()'s inverse, since its determinant is 1.
+  const LensShape& root = job.ShapeRoot;
+  const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
+  return { { { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y), Narrow<Real>(lens.PerCell),
+               Narrow<Real>(area) },
+    { Narrow<Real>(lens.PerCell * x), Narrow<Real>(lens.PerCell * y),
+      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} } } };
+}
+
+/// @param first of the batch's splats
+template <class Real>
+SURFELSPLATTING_INLINE void WriteFootprints(const FootprintRows<Real>& rows,
+  const MaskOf<Real>& alive, std::size_t first, SplatOutput& output)
+{
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
-    if (LaneAt(b.Surfels.Alive, l))
+    if (LaneAt(alive, l))
     {
-      fields.Store(l, output.Footprints[first++]);
+      StoreRow(rows.Parts, l, &output.Footprints[first++]);
     }
   }
 }
 
-/// Writes the splats of the lanes that are alive.
+/// Writes the splats of the lanes that are alive and representable.
 template <class Real>
 SURFELSPLATTING_INLINE void Write(
   const SetupJob& job, const BatchIndices<Real>& index, SplatBatch<Real>& b, SplatOutput& output)
 {
+  MaskOf<Real>& alive = b.Surfels.Alive;
+  const MaskOf<Real> representable = IsRepresentable(b);
+  b.Surfels.Invalid |= alive & Not(representable);
+  alive &= representable;
   const SplatFields<Real> fields(b);
   const RowParts<Real> boxes = b.Places.Boxes();
-  const MaskOf<Real>& alive = b.Surfels.Alive;
   const std::size_t first = output.Count;
   for (int l = 0; l < LaneTypes<Real>::Count; ++l)
   {
     if (LaneAt(alive, l))
     {
       Splat& s = output.Splats[output.Count];
-      fields.Store(l, s);
+      StoreRow(fields.Parts, l, &s);
       boxes.Store(l, &output.Boxes[output.Count]);
       output.Nears[output.Count] = s.Near;
       NoteGrid(s, static_cast<int>(LaneAt(b.Footprints.Cell, l)), output);
@@ -379,7 +346,7 @@ SURFELSPLATTING_INLINE void Write(
   }
   if (output.Footprints && !job.Cloud.IsInSpace())
   {
-    WriteFootprints(job, b, first, output);
+    WriteFootprints(LensFootprints(job, b), alive, first, output);
   }
 }
 }
