@@ -15,11 +15,13 @@ namespace
 /// Columns and rows of a block's pixels.
 alignas(64) constexpr float RampX[LaneCount] = { 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3 };
 alignas(64) constexpr float RampY[LaneCount] = { 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3 };
-/// Pixels of a block as a splat sees them.
+
+/// Pixels of a block as a splat sees them, or of two blocks (LanePair).
+template <class Real>
 struct BlockPixels
 {
-  Lanes X, Y; // px from the splat's centre
-  Lanes Q;    // squared radius in the kernel's own unit
+  Real X, Y; // px from the splat's centre
+  Real Q;    // squared radius in the kernel's own unit
 };
 
 /// Data that a Gaussian in space is drawn from: the copies that AddBlocks makes.

@@ -50,24 +50,6 @@ struct TwoBlocks
   }
 };
 
-/// The kernel of a Gaussian in space at q < reach, 1 at q = 0.
-template <class Real>
-SURFELSPLATTING_INLINE Real EvaluateInSpace(float shape, const Real& q, float reach)
-{
-  if (shape >= 0.0f)
-  {
-    return EvaluateKernel(shape, q, reach);
-  }
-  const Real gaussian = ExpOfMinus(Smaller(0.5f * q, Real(80.0f)));
-  if (shape <= -1.0f)
-  {
-    return gaussian;
-  }
-  const Real x = Larger(1.0f - q * static_cast<float>(1.0 / FocusBellReach), Real(0.0f));
-  const Real bell = x * (Edge + (1.0f - Edge) * (x * x * x));
-  return (1.0f + shape) * static_cast<float>(FocusBellPeak) * bell - shape * gaussian;
-}
-
 /// Opacity of a footprint (Splat.h). @param depth w k
 template <class Real>
 SURFELSPLATTING_INLINE Real OpacityInSpace(const Real& depth, float absorbs)
@@ -96,15 +78,9 @@ struct GaussianFragments
   float OfEllipse;      ///< weight of an ellipse of opacity 1 for T
 };
 
-/// Pixels of two blocks.
-struct PairPixels
-{
-  LanePair X, Y, Q;
-};
-
 /// A colour at a fragment, at least 0. @param x,y its change per px
-template <bool OnLens, class Real, class Pixels>
-SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const Pixels& d)
+template <bool OnLens, class Real>
+SURFELSPLATTING_INLINE Real ColorInSpace(float color, float x, float y, const BlockPixels<Real>& d)
 {
   return OnLens ? Larger(color + x * d.X + y * d.Y, Real(0.0f)) : Real(color);
 }
@@ -125,10 +101,10 @@ SURFELSPLATTING_INLINE void MapToDisc(
   share = { a * xx + b * xy, a * xy + b * yy, c * xy + d * yy };
 }
 
-/// Fragments of a Gaussian in space. @param d BlockPixels or PairPixels
-template <bool OnLens, class Real, class Pixels>
+/// Fragments of a Gaussian in space.
+template <bool OnLens, class Real>
 SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
-  const SplatCopy& splat, const Pixels& d)
+  const SplatCopy& splat, const BlockPixels<Real>& d)
 {
   const Splat& s = splat.S;
   const auto inside = d.Q < s.DepthX;
@@ -145,11 +121,10 @@ SURFELSPLATTING_INLINE GaussianFragments<Real> MakeFragments(
   }
   const float mean = share.Mean();
   return { inside, Select(inside, OpacityInSpace<Real>(depth, s.Opacity), Real(0.0f)),
-    ColorInSpace<OnLens, Real>(s.Red, lens.RedX, lens.RedY, d),
-    ColorInSpace<OnLens, Real>(s.Green, lens.GreenX, lens.GreenY, d),
-    ColorInSpace<OnLens, Real>(s.Blue, lens.BlueX, lens.BlueY, d), s.Near,
-    share.MomentsAt<Real>(x, y), share, mean, WeightOfRamp(mean),
-    WeightOfEllipse(mean, lens.Opacity) };
+    ColorInSpace<OnLens>(s.Red, lens.RedX, lens.RedY, d),
+    ColorInSpace<OnLens>(s.Green, lens.GreenX, lens.GreenY, d),
+    ColorInSpace<OnLens>(s.Blue, lens.BlueX, lens.BlueY, d), s.Near, share.MomentsAt<Real>(x, y),
+    share, mean, WeightOfRamp(mean), WeightOfEllipse(mean, lens.Opacity) };
 }
 
 /// Lets the layers leak that end in front of a depth.
@@ -351,13 +326,7 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
   AddTo(done.Red, red);
   AddTo(done.Green, green);
   AddTo(done.Blue, blue);
-  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  Select(median, f.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
-  after.Store(done.Transmittance);
-  if (!Any(after > MinTransmittance))
-  {
-    tile.Opaque |= std::uint64_t{ 1 } << block;
-  }
+  StoreThrough(tile, block, before, after, f.Depth);
   if (settings.Doubts)
   {
     AddGaussianDoubt(tile.Doubted[block], f, hides, before);
@@ -384,9 +353,9 @@ SURFELSPLATTING_INLINE void CompositeGaussian(PixelTile& tile, int block, const 
 /// Adds a Gaussian in space to a block.
 template <bool OnLens>
 SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const SplatCopy& splat,
-  const BlockPixels& d, const RasterCallbacks& callbacks)
+  const BlockPixels<Lanes>& d, const RasterCallbacks& callbacks)
 {
-  const GaussianFragments<Lanes> fragments = MakeFragments<OnLens, Lanes>(splat, d);
+  const GaussianFragments<Lanes> fragments = MakeFragments<OnLens>(splat, d);
   if (splat.Settings.HasLayers)
   {
     LeakBefore(tile, block, fragments, splat.Settings, callbacks);
@@ -394,13 +363,12 @@ SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const
   CompositeGaussian<OnLens>(tile, block, splat.S, fragments, splat.Settings, callbacks);
 }
 
-/// The same for one or two tilted blocks with nothing but finished layers. @param d as above
-template <class Blocks, class Pixels>
+/// The same for one or two tilted blocks with nothing but finished layers.
+template <class Blocks, class Real = typename Blocks::Real>
 SURFELSPLATTING_INLINE void AddGaussianToFinished(
-  const Blocks& done, const SplatCopy& splat, const Pixels& d)
+  const Blocks& done, const SplatCopy& splat, const BlockPixels<Real>& d)
 {
-  using Real = typename Blocks::Real;
-  const GaussianFragments<Real> f = MakeFragments<true, Real>(splat, d);
+  const GaussianFragments<Real> f = MakeFragments<true>(splat, d);
   const Real before = done.Load(&FinishedLayers::Transmittance);
   const auto visible = f.Inside & (done.Load(&FinishedLayers::OccluderDepth) >= f.Depth);
   const Real hides = Select(visible, HiddenOnLens(done, f, before), Real(0.0f));
@@ -408,7 +376,7 @@ SURFELSPLATTING_INLINE void AddGaussianToFinished(
   const Splat& s = splat.S;
   const SpaceFootprint& lens = splat.Footprint;
   const auto add = [&](FinishedField field, float color, float x, float y) {
-    done.Store(field, done.Load(field) + hides * ColorInSpace<true, Real>(color, x, y, d));
+    done.Store(field, done.Load(field) + hides * ColorInSpace<true>(color, x, y, d));
   };
   add(&FinishedLayers::Red, s.Red, lens.RedX, lens.RedY);
   add(&FinishedLayers::Green, s.Green, lens.GreenX, lens.GreenY);
@@ -418,12 +386,6 @@ SURFELSPLATTING_INLINE void AddGaussianToFinished(
     &FinishedLayers::Depth, Select(median, Real(f.Depth), done.Load(&FinishedLayers::Depth)));
   done.Store(&FinishedLayers::Transmittance, after);
   HideMoments(done, f, hides, before, after);
-}
-
-SURFELSPLATTING_INLINE void MarkOpaque(PixelTile& tile, int block)
-{
-  const bool open = Any(Lanes::Load(tile.Finished[block].Transmittance) > MinTransmittance);
-  tile.Opaque |= static_cast<std::uint64_t>(open ? 0 : 1) << block;
 }
 
 /// N x N cells about the pixels of a block, and their shares in these.
@@ -547,13 +509,7 @@ SURFELSPLATTING_INLINE void AddRunToBlock(PixelTile& tile, int block, const Pixe
   {
     tile.Tilted |= std::uint64_t{ 1 } << block;
   }
-  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
-  Select(median, run.Depth, Lanes::Load(done.Depth)).Store(done.Depth);
-  after.Store(done.Transmittance);
-  if (!Any(after > MinTransmittance))
-  {
-    tile.Opaque |= std::uint64_t{ 1 } << block;
-  }
+  StoreThrough(tile, block, before, after, run.Depth);
   if (doubts)
   {
     AddDoubtOfRun(tile, block, state, at);

@@ -153,21 +153,21 @@ int GaussianRun::EndCell(int pixel, int size) const
   return pixel < size ? pixel / this->Cell : TileSize / this->Cell + 1;
 }
 
-std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& splat,
-  const TilePlace& place, const RasterSettings& settings)
+std::uint64_t GaussianRun::Add(const RasterTarget& target, const Splat& splat,
+  const LensFootprint& lens, const TilePlace& place, const RasterSettings& settings)
 {
   const float cell = static_cast<float>(this->Cell), perCell = 1.0f / cell;
-  Splat s = splat.Body;
+  Splat s = splat;
   s.A *= cell * cell;
   s.B *= cell * cell;
-  SpaceFootprint lens = SpaceFootprintOf(*splat.Footprint);
-  lens.Quarter *= perCell;
+  SpaceFootprint scaled = SpaceFootprintOf(lens);
+  scaled.Quarter *= perCell;
   for (float* slope :
-    { &lens.RedX, &lens.GreenX, &lens.BlueX, &lens.RedY, &lens.GreenY, &lens.BlueY })
+    { &scaled.RedX, &scaled.GreenX, &scaled.BlueX, &scaled.RedY, &scaled.GreenY, &scaled.BlueY })
   {
     *slope *= cell;
   }
-  const LensFootprint footprint = StoredOf(lens);
+  const LensFootprint footprint = StoredOf(scaled);
   const PixelBox& pixels = place.Span;
   const PixelBox span{ this->FirstCell(pixels.X0), this->FirstCell(pixels.Y0),
     this->EndCell(pixels.X1, this->Width), this->EndCell(pixels.Y1, this->Height) };
@@ -175,7 +175,7 @@ std::uint64_t GaussianRun::Add(const RasterTarget& target, const SplatData& spla
   RasterSettings own = settings;
   own.HasLayers = false;
   return target.AddGaussian(
-    this->State, { s, nullptr, &footprint }, inCells, own, { nullptr, nullptr, nullptr });
+    this->State, s, &footprint, inCells, own, { nullptr, nullptr, nullptr });
 }
 
 float GaussianRun::LargestThrough() const

@@ -40,8 +40,8 @@ public:
   void Begin(const PixelTile& tile, int cell, int width, int height, bool doubts);
 
   /// Adds a Gaussian. @param place in the tile, px
-  std::uint64_t Add(const RasterTarget& target, const SplatData& splat, const TilePlace& place,
-    const RasterSettings& settings);
+  std::uint64_t Add(const RasterTarget& target, const Splat& splat, const LensFootprint& lens,
+    const TilePlace& place, const RasterSettings& settings);
 
   /// Whether nothing behind it is seen.
   bool IsOpaque() const { return ~this->State.Opaque == 0; }

@@ -141,6 +141,29 @@ SURFELSPLATTING_INLINE void CompositeColors(PixelTile& tile, int block, const La
   }
 }
 
+/// Pixels whose finished layers let something through. At others, layers need not leak.
+SURFELSPLATTING_INLINE LaneMask SeenPixels(const PixelTile& tile, int block)
+{
+  return Lanes::Load(tile.Finished[block].Transmittance) > MinTransmittance;
+}
+
+SURFELSPLATTING_INLINE void MarkOpaque(PixelTile& tile, int block)
+{
+  tile.Opaque |= static_cast<std::uint64_t>(Any(SeenPixels(tile, block)) ? 0 : 1) << block;
+}
+
+/// Stores T behind fragments, and their depth where T passes one half.
+/// @param before T in front of them @param after T behind them
+SURFELSPLATTING_INLINE void StoreThrough(
+  PixelTile& tile, int block, const Lanes& before, const Lanes& after, const Lanes& depth)
+{
+  FinishedLayers& done = tile.Finished[block];
+  const LaneMask median = (before > 0.5f) & (after <= 0.5f);
+  Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
+  after.Store(done.Transmittance);
+  MarkOpaque(tile, block);
+}
+
 /// Stores the transmittance behind the layers.
 SURFELSPLATTING_INLINE void StoreTransmittance(
   PixelTile& tile, int block, const Lanes& after, bool wantsDepth, LeakedLayers& leaked)
@@ -156,10 +179,7 @@ SURFELSPLATTING_INLINE void StoreTransmittance(
     Select(median, depth, Lanes::Load(done.Depth)).Store(done.Depth);
   }
   after.Store(done.Transmittance);
-  if (!Any(after > MinTransmittance))
-  {
-    tile.Opaque |= std::uint64_t{ 1 } << block;
-  }
+  MarkOpaque(tile, block);
 }
 
 /// The open layers' weights over the largest share of the lens that they can cover.
@@ -436,12 +456,6 @@ SURFELSPLATTING_INLINE float LeakBand(const ZRange& range, const RasterSettings&
   const float blur = __builtin_fabsf(depth * settings.BlurPerDepth - settings.LensRadius);
   const float band = blur + (range.Far - range.Near);
   return band > 1e-30f ? band : 1e-30f;
-}
-
-/// Pixels whose finished layers let something through. At others, layers need not leak.
-SURFELSPLATTING_INLINE LaneMask SeenPixels(const PixelTile& tile, int block)
-{
-  return Lanes::Load(tile.Finished[block].Transmittance) > MinTransmittance;
 }
 
 /// What an item does to the ends of the layers at a block's pixels.

@@ -16,12 +16,12 @@ constexpr bool AddsPairs = LanesPerPart == LaneCount;
 
 /// Adds a Gaussian in space.
 template <bool OnLens>
-std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-  const RasterSettings& shared, const RasterCallbacks& callbacks)
+std::uint64_t AddBlocks(PixelTile& tile, const Splat& splat, const LensFootprint* lens,
+  const TilePlace& place, const RasterSettings& shared, const RasterCallbacks& callbacks)
 {
   // Copies, because the compiler must assume that writes to the tile can change the originals.
-  const Splat s = splat.Body;
-  const SpaceFootprint footprint = OnLens ? SpaceFootprintOf(*splat.Footprint) : SpaceFootprint{};
+  const Splat s = splat;
+  const SpaceFootprint footprint = OnLens ? SpaceFootprintOf(*lens) : SpaceFootprint{};
   const RasterSettings settings = shared;
   const SplatCopy copy{ s, footprint, settings };
   const Lanes rampX = Lanes::Load(RampX) + (0.5f - place.X);
@@ -30,7 +30,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
     const Lanes dx = rampX + FirstPixel[block % BlocksPerRow];
     const Lanes dy = rampY + FirstPixel[block / BlocksPerRow];
     const Lanes u = dx + s.K * dy;
-    return BlockPixels{ dx, dy, s.A * u * u + s.B * dy * dy };
+    return BlockPixels<Lanes>{ dx, dy, s.A * u * u + s.B * dy * dy };
   };
   const bool pairs = OnLens && AddsPairs && !settings.HasLayers && !settings.Doubts &&
     !callbacks.Leaked && settings.LensRadius > 0.0f;
@@ -41,7 +41,7 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
        blocks != 0; blocks &= blocks - 1)
   {
     const int block = __builtin_ctzll(blocks);
-    const BlockPixels d = pixels(block);
+    const BlockPixels<Lanes> d = pixels(block);
     const unsigned int inside = (d.Q < s.DepthX).ToBits();
     fragments += static_cast<std::uint64_t>(__builtin_popcount(inside));
     if ((paired >> block & 1) != 0)
@@ -58,9 +58,9 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
     const int first = __builtin_ctzll(tilted);
     tilted &= tilted - 1;
     const int second = __builtin_ctzll(tilted);
-    const BlockPixels a = pixels(first), b = pixels(second);
+    const BlockPixels<Lanes> a = pixels(first), b = pixels(second);
     AddGaussianToFinished(TwoBlocks{ tile.Finished[first], tile.Finished[second] }, copy,
-      PairPixels{ { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
+      BlockPixels<LanePair>{ { a.X, b.X }, { a.Y, b.Y }, { a.Q, b.Q } });
     MarkOpaque(tile, first);
     MarkOpaque(tile, second);
   }
@@ -74,11 +74,11 @@ std::uint64_t AddBlocks(PixelTile& tile, const SplatData& splat, const TilePlace
 }
 
 /// RasterTarget::AddGaussian.
-std::uint64_t AddGaussian(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-  const RasterSettings& settings, const RasterCallbacks& callbacks)
+std::uint64_t AddGaussian(PixelTile& tile, const Splat& splat, const LensFootprint* lens,
+  const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks)
 {
-  return splat.Footprint ? AddBlocks<true>(tile, splat, place, settings, callbacks)
-                         : AddBlocks<false>(tile, splat, place, settings, callbacks);
+  return lens ? AddBlocks<true>(tile, splat, lens, place, settings, callbacks)
+              : AddBlocks<false>(tile, splat, lens, place, settings, callbacks);
 }
 
 /// Pixels of a block that nothing which begins behind a depth can change by more than

@@ -180,14 +180,6 @@ struct RasterSettings
   }
 };
 
-/// A splat and its optional data.
-struct SplatData
-{
-  const Splat& Body;
-  const SplatGradient* Gradient;  ///< or null: one colour
-  const LensFootprint* Footprint; ///< or null: in focus
-};
-
 /// Where a splat or a tent lies in a tile.
 struct TilePlace
 {
@@ -216,8 +208,9 @@ struct RasterTarget
   std::uint64_t (*AddBatch)(PixelTile& tile, const BatchItem* batch, int count,
     const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// Adds a Gaussian in space (Splat.h). Its fragments are composited at once.
-  std::uint64_t (*AddGaussian)(PixelTile& tile, const SplatData& splat, const TilePlace& place,
-    const RasterSettings& settings, const RasterCallbacks& callbacks);
+  /// @param lens its SpaceFootprint, or null: no lens
+  std::uint64_t (*AddGaussian)(PixelTile& tile, const Splat& splat, const LensFootprint* lens,
+    const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks);
   /// Composites a run of Gaussians behind the finished layers of a tile (GaussianRun.h).
   /// @param cell d, px @param doubts as in RasterSettings
   void (*AddRun)(

@@ -484,7 +484,7 @@ void TileRaster::AddGaussian(const SplatList& list, std::size_t i)
     return; // a plain z-buffer, for comparison, has none of them
   }
   this->Flush();
-  const SplatData data{ s, nullptr, list.FootprintOf(i) };
+  const LensFootprint* lens = list.FootprintOf(i);
   const TilePlace place = this->PlaceInTile(list.Boxes[i], s.X, s.Y);
   const int cell = static_cast<int>(s.DepthY);
   if (this->Run.IsOpen() && (this->Run.CellSize() != cell || s.Near > this->NearestProp))
@@ -497,8 +497,8 @@ void TileRaster::AddGaussian(const SplatList& list, std::size_t i)
       std::min(TileSize, this->Height - this->OriginY), this->Settings.Doubts);
   }
   this->Fragments += this->Run.IsOpen()
-    ? this->Run.Add(Target, data, place, this->Settings)
-    : Target.AddGaussian(this->Tile, data, place, this->Settings, this->Callbacks());
+    ? this->Run.Add(Target, s, *lens, place, this->Settings)
+    : Target.AddGaussian(this->Tile, s, lens, place, this->Settings, this->Callbacks());
 }
 
 /// LargestColor has the tent's splats already, from the coarse grid.

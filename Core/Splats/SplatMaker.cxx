@@ -74,7 +74,7 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.LeastShape = j.Shape.Smallest();
   j.LargestShape = j.Shape.Largest();
   j.Kernel = settings.Kernel;
-  j.WeighsLens = context.HasLens() && j.Kernel != KernelType::Gaussian;
+  j.WeighsLens = context.HasLens();
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
   j.KeepsMass = settings.KeepCaptureMass;
   j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter : settings.Prefilter;

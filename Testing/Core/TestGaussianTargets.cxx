@@ -297,7 +297,7 @@ void TestAddGaussian(const RasterTarget& target, bool onLens)
       PlacedGaussian g = RandomGaussian(random, onLens);
       g.S.Near = g.S.Far = 1.0f + static_cast<float>(i);
       const LensFootprint stored = StoredOf(g.Footprint);
-      target.AddGaussian(*tile, { g.S, nullptr, onLens ? &stored : nullptr },
+      target.AddGaussian(*tile, g.S, onLens ? &stored : nullptr,
         { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
       scalar.Add(g, onLens, roundings);
     }
@@ -319,8 +319,8 @@ void TestInFocus(const RasterTarget& target)
   const auto tile = EmptyTile();
   const auto add = [&](PlacedGaussian g) {
     const LensFootprint stored = StoredOf(g.Footprint);
-    target.AddGaussian(*tile, { g.S, nullptr, &stored }, { { 0, 0, TileSize, TileSize }, g.X, g.Y },
-      settings, Nobody);
+    target.AddGaussian(
+      *tile, g.S, &stored, { { 0, 0, TileSize, TileSize }, g.X, g.Y }, settings, Nobody);
   };
   for (int i = 0; i < 8; ++i)
   {

@@ -15,6 +15,14 @@ namespace SurfelSplatting
 {
 constexpr RasterCallbacks Nobody{ nullptr, nullptr, nullptr };
 
+/// A splat and its optional data.
+struct SplatData
+{
+  const Splat& Body;
+  const SplatGradient* Gradient;  ///< or null: one colour
+  const LensFootprint* Footprint; ///< or null: in focus
+};
+
 /// Adds one splat.
 inline std::uint64_t AddSplat(const RasterTarget& target, PixelTile& tile, const SplatData& splat,
   const TilePlace& place, const RasterSettings& settings, const RasterCallbacks& callbacks)
