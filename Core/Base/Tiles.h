@@ -33,18 +33,36 @@ struct TileRange
   }
 };
 
-/// Calls function(x, y, index) for the pixels of a tile.
-template <typename Function>
-void ForPixels(std::size_t tile, const PictureSize& size, Function&& function)
+inline std::size_t NumberOfTiles(const PictureSize& size)
+{
+  return static_cast<std::size_t>(TileCount(size.Width)) * TileCount(size.Height);
+}
+
+/// The tile of a pixel, in a picture of this width.
+inline std::size_t TileOf(int x, int y, int width)
+{
+  return static_cast<std::size_t>(y / TileSize) * TileCount(width) + x / TileSize;
+}
+
+/// The pixels of a tile.
+inline PixelBox BoxOfTile(std::size_t tile, const PictureSize& size)
 {
   const int columns = TileCount(size.Width);
   const int left = static_cast<int>(tile) % columns * TileSize;
   const int bottom = static_cast<int>(tile) / columns * TileSize;
-  const int right = left + TileSize < size.Width ? left + TileSize : size.Width;
-  const int top = bottom + TileSize < size.Height ? bottom + TileSize : size.Height;
-  for (int y = bottom; y < top; ++y)
+  const int right = left + TileSize, top = bottom + TileSize;
+  return { left, bottom, right < size.Width ? right : size.Width,
+    top < size.Height ? top : size.Height };
+}
+
+/// Calls function(x, y, index) for the pixels of a tile.
+template <typename Function>
+void ForPixels(std::size_t tile, const PictureSize& size, Function&& function)
+{
+  const PixelBox box = BoxOfTile(tile, size);
+  for (int y = box.Y0; y < box.Y1; ++y)
   {
-    for (int x = left; x < right; ++x)
+    for (int x = box.X0; x < box.X1; ++x)
     {
       function(x, y, static_cast<std::size_t>(y) * size.Width + x);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/DeepImage.h"
 
-#include "Core/Raster/RasterTarget.h"
+#include "Core/Base/Tiles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,11 +46,10 @@ void DeepImage::Begin(int width, int height, bool hasExtents)
   this->HasExtents = hasExtents;
   this->Columns = width;
   this->Rows = height;
-  this->TilesX = (width + TileSize - 1) / TileSize;
   this->Cells = 0;
   this->Last.resize(static_cast<std::size_t>(width) * height);
   this->Tiles.clear();
-  this->Tiles.resize(static_cast<std::size_t>(this->TilesX) * ((height + TileSize - 1) / TileSize));
+  this->Tiles.resize(NumberOfTiles({ width, height }));
   this->Ends.clear();
   this->All.clear();
 }
@@ -63,11 +62,6 @@ void DeepImage::BeginTile(const PixelBox& tile)
     std::fill_n(
       this->Last.begin() + static_cast<std::ptrdiff_t>(row + tile.X0), tile.X1 - tile.X0, 0u);
   }
-}
-
-std::size_t DeepImage::TileOf(int x, int y) const
-{
-  return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
 }
 
 /// Whether a layer becomes a part of the sample in front of it.
@@ -88,7 +82,7 @@ void DeepImage::Receive(int x, int y, const VisibleLayer& received)
 {
   VisibleLayer layer = received;
   layer.Spread = this->HasExtents ? layer.Spread : 0.0f;
-  Parts& parts = this->Tiles[this->TileOf(x, y)];
+  Parts& parts = this->Tiles[TileOf(x, y, this->Columns)];
   std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Columns + x];
   if (last > 0 && Joins(layer, parts[last - 1]))
   {
@@ -158,8 +152,7 @@ void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
   std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
     return a.Pixel != b.Pixel ? a.Pixel < b.Pixel : a.Visible.Depth < b.Visible.Depth;
   });
-  const int x0 = static_cast<int>(tile) % this->TilesX * TileSize;
-  const int y0 = static_cast<int>(tile) / this->TilesX * TileSize;
+  const PixelBox box = BoxOfTile(tile, { this->Columns, this->Rows });
   std::vector<DeepSample> pixel;
   for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end)
   {
@@ -177,8 +170,8 @@ void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
     const std::size_t before = samples.size();
     AppendTidy(
       pixel.data(), pixel.data() + pixel.size(), 1.0f / static_cast<float>(this->Cells), samples);
-    const int x = x0 + static_cast<int>(parts[begin].Pixel) % TileSize;
-    const int y = y0 + static_cast<int>(parts[begin].Pixel) / TileSize;
+    const int x = box.X0 + static_cast<int>(parts[begin].Pixel) % TileSize;
+    const int y = box.Y0 + static_cast<int>(parts[begin].Pixel) / TileSize;
     this->Ends[static_cast<std::size_t>(y) * this->Columns + x + 1] = samples.size() - before;
   }
   Parts().swap(parts);
@@ -202,14 +195,13 @@ void DeepImage::Finish(const Executor& executor)
   executor.For(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t tile = begin; tile < end; ++tile)
     {
-      const int x0 = static_cast<int>(tile) % this->TilesX * TileSize;
-      const int y0 = static_cast<int>(tile) / this->TilesX * TileSize;
+      const PixelBox box = BoxOfTile(tile, { this->Columns, this->Rows });
       const DeepSample* from = tiles[tile].data();
-      for (int y = y0; y < std::min(y0 + TileSize, this->Rows); ++y)
+      for (int y = box.Y0; y < box.Y1; ++y)
       {
         const std::size_t row = static_cast<std::size_t>(y) * this->Columns;
-        const std::uint64_t first = this->Ends[row + x0];
-        const std::uint64_t last = this->Ends[row + std::min(x0 + TileSize, this->Columns)];
+        const std::uint64_t first = this->Ends[row + box.X0];
+        const std::uint64_t last = this->Ends[row + box.X1];
         std::copy_n(from, last - first, this->All.begin() + static_cast<std::ptrdiff_t>(first));
         from += last - first;
       }

@@ -80,14 +80,12 @@ private:
   };
   using Parts = std::vector<Part>;
 
-  std::size_t TileOf(int x, int y) const;
   static bool Joins(const VisibleLayer& layer, const Part& part);
   static void ExtendMedia(Part* begin, Part* end);
   void FinishTile(std::size_t tile, std::vector<DeepSample>& samples);
 
   int Columns = 0;
   int Rows = 0;
-  int TilesX = 0;
   int Cells = 0;
   bool HasExtents = false;
   std::vector<std::uint32_t> Last; // [pixels] the pixel's last part in its tile, plus 1; 0: none

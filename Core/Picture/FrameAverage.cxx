@@ -24,16 +24,11 @@ void FrameAverage::Start(const Frame& frame, const DoubtfulTiles& where, const E
 template <typename Function>
 void FrameAverage::ForRows(std::size_t tile, const Function& function) const
 {
-  const PictureSize size{ this->Mean.Width, this->Mean.Height };
-  const std::size_t columns = static_cast<std::size_t>(TileCount(size.Width));
-  const int left = static_cast<int>(tile % columns) * TileSize;
-  const int bottom = static_cast<int>(tile / columns) * TileSize;
-  const int right = std::min(left + TileSize, size.Width);
-  const int top = std::min(bottom + TileSize, size.Height);
-  for (int y = bottom; y < top; ++y)
+  const PixelBox box = BoxOfTile(tile, { this->Mean.Width, this->Mean.Height });
+  for (int y = box.Y0; y < box.Y1; ++y)
   {
-    const std::size_t row = static_cast<std::size_t>(y) * size.Width;
-    function(row + left, row + right);
+    const std::size_t row = static_cast<std::size_t>(y) * this->Mean.Width;
+    function(row + box.X0, row + box.X1);
   }
 }
 
@@ -79,8 +74,7 @@ void FrameAverage::Finish()
       }
     }
   };
-  const std::size_t tiles =
-    static_cast<std::size_t>(TileCount(this->Mean.Width)) * TileCount(this->Mean.Height);
+  const std::size_t tiles = NumberOfTiles({ this->Mean.Width, this->Mean.Height });
   this->Threads->For(tiles, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t tile = begin; tile < end; ++tile)
     {

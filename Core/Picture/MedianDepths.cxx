@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/MedianDepths.h"
 
-#include "Core/Raster/RasterTarget.h"
+#include "Core/Base/Tiles.h"
 
 #include <algorithm>
 
@@ -9,22 +9,16 @@ namespace SurfelSplatting
 {
 MedianDepths::MedianDepths(int width, int height, float* depths)
   : Width(width)
-  , TilesX((width + TileSize - 1) / TileSize)
   , Depths(depths)
-  , Tiles(static_cast<std::size_t>(TilesX) * ((height + TileSize - 1) / TileSize))
+  , Tiles(NumberOfTiles({ width, height }))
   , Last(static_cast<std::size_t>(width) * height)
 {
   std::fill_n(depths, this->Last.size(), 0.0f);
 }
 
-std::size_t MedianDepths::TileOf(int x, int y) const
-{
-  return static_cast<std::size_t>(y / TileSize) * this->TilesX + x / TileSize;
-}
-
 void MedianDepths::Receive(int x, int y, const VisibleLayer& layer)
 {
-  Layers& layers = this->Tiles[this->TileOf(x, y)];
+  Layers& layers = this->Tiles[TileOf(x, y, this->Width)];
   std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Width + x];
   layers.push_back({ layer.Alpha, layer.Depth, last });
   last = static_cast<std::uint32_t>(layers.size());
@@ -32,7 +26,7 @@ void MedianDepths::Receive(int x, int y, const VisibleLayer& layer)
 
 void MedianDepths::EndTile(const PixelBox& tile)
 {
-  Layers& layers = this->Tiles[this->TileOf(tile.X0, tile.Y0)];
+  Layers& layers = this->Tiles[TileOf(tile.X0, tile.Y0, this->Width)];
   for (int y = tile.Y0; y < tile.Y1; ++y)
   {
     for (int x = tile.X0; x < tile.X1; ++x)

@@ -32,9 +32,7 @@ private:
   };
   using Layers = std::vector<Layer>;
 
-  std::size_t TileOf(int x, int y) const;
-
-  int Width, TilesX;
+  int Width;
   float* Depths;
   std::vector<Layers> Tiles;       // of those that are being drawn
   std::vector<std::uint32_t> Last; // [pixels] the pixel's last layer in its tile, plus 1; 0: none

@@ -36,17 +36,12 @@ RowRange RowsOf(const PixelBox& box, int level, int height)
   return { std::max(0, (box.Y0 - 1) * cell), std::min(height, box.Y1 * cell) };
 }
 
-int RowsOfTiles(int height)
-{
-  return (height + TileSize - 1) / TileSize;
-}
-
 /// Estimated work of each row of tiles for the splats of a list.
 std::vector<std::uint64_t> CostOfTiles(int width, int height, const SplatList& list)
 {
-  const auto count = static_cast<std::size_t>(RowsOfTiles(height));
+  const auto count = static_cast<std::size_t>(TileCount(height));
   std::vector<std::uint64_t> costs(
-    count, PixelsPerPair * static_cast<std::uint64_t>(RowsOfTiles(width)));
+    count, PixelsPerPair * static_cast<std::uint64_t>(TileCount(width)));
   for (const SplatList::Part& part : list.Parts)
   {
     for (std::size_t i = part.Begin; i < part.Begin + part.Count; ++i)
@@ -220,6 +215,7 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
   std::vector<Counts> counts = this->CountSplats(executor, list); // later: where each part's begin
   std::vector<Message> messages(ranks);
   std::vector<Header> headers(ranks);
+  const SplatList::Part all = list.Sum();
   for (std::size_t rank = 0; rank < ranks; ++rank)
   {
     Counts sum;
@@ -230,7 +226,7 @@ std::vector<Message> SplatExchange::Pack(const Executor& executor, const SplatLi
       sum.Splats += count.Splats;
       sum.Gradients += count.Gradients;
     }
-    headers[rank] = { sum.Splats, sum.Gradients, list.LargestCoarseColor(), list.LevelsInUse(),
+    headers[rank] = { sum.Splats, sum.Gradients, all.LargestCoarseColor, all.Levels,
       static_cast<unsigned char>(list.HasFootprints ? 1 : 0) };
     messages[rank].resize(Layout(headers[rank]).End);
     Write(headers[rank], 0, 0, messages[rank]);

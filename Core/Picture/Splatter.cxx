@@ -30,10 +30,7 @@ public:
 private:
   std::chrono::steady_clock::time_point Start = std::chrono::steady_clock::now();
 };
-}
 
-namespace
-{
 /// @throw std::invalid_argument if the frame is not one for this view
 void CheckFrame(const Frame& frame, const View& view)
 {
@@ -132,15 +129,7 @@ void Splatter::SelectRanges(const SurfelCloud& cloud, std::size_t index, const E
 void Splatter::Append(const SplatContext& context, const SurfelCloud& cloud,
   const CutRanges& ranges, const Executor& executor)
 {
-  if (!(cloud.Prefilter > 0.0))
-  {
-    this->Maker.Set(context, cloud);
-    AppendSplats(this->Maker, ranges, executor, this->List);
-    return;
-  }
-  SplatContext own = context;
-  own.Settings.Prefilter = cloud.Prefilter;
-  this->Maker.Set(own, cloud);
+  this->Maker.Set(context, cloud);
   AppendSplats(this->Maker, ranges, executor, this->List);
 }
 
@@ -315,9 +304,10 @@ void Splatter::MakeSplats(
     }
     this->Stats.SetupMilliseconds += watch.Lap();
   }
-  this->Stats.InvalidSurfels = this->List.NumberOfInvalidSurfels();
-  this->Stats.Splats = this->List.NumberOfSplats();
-  this->Stats.BlurredSplats = this->List.NumberOfBlurredSplats();
+  const SplatList::Part all = this->List.Sum();
+  this->Stats.InvalidSurfels = all.Invalid;
+  this->Stats.Splats = all.Count;
+  this->Stats.BlurredSplats = all.Blurred;
 }
 
 /// Makes all splats at once, because it is unknown which of them lie behind those of other ranks. A
@@ -348,7 +338,7 @@ RasterSettings Splatter::ResolveCoarseGrids(const Executor& executor)
   const SplatContext& context = this->Cell;
   const TruncatedGaussian gaussian(context.Settings.Cutoff);
   RasterSettings settings{ static_cast<float>(gaussian.Support()),
-    this->List.LargestCoarseColor() };
+    this->List.Sum().LargestCoarseColor };
   if (context.HasLens())
   {
     settings.LensRadius = static_cast<float>(context.Optics.Radius);

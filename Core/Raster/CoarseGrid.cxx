@@ -181,7 +181,7 @@ void DrawLevel(const SplatList& list, const Level& level, const RasterSettings& 
 
 /// Lists a tile's tents, cell by cell: their order decides between equal depths, and must not
 /// depend on what else was drawn with them. Does not read the tents, which would be fetched twice.
-void ListInOrder(const TileTents& tile, int left, int bottom, const Level& level, SplatList& list)
+void ListInOrder(const TileTents& tile, const PixelBox& cells, const Level& level, SplatList& list)
 {
   std::array<std::uint32_t, TileSize * TileSize + 1> counts{};
   for (std::size_t k = 0; k < tile.Places.Size(); ++k)
@@ -194,8 +194,8 @@ void ListInOrder(const TileTents& tile, int left, int bottom, const Level& level
     const auto [cell, near] = tile.Places[k];
     const std::size_t i = tile.First + counts[cell]++;
     list.Tents[i] = &tile.Tents[k];
-    list.TentBoxes[i] = BoxOfTent(
-      left + static_cast<int>(cell % TileSize), bottom + static_cast<int>(cell / TileSize), level);
+    list.TentBoxes[i] = BoxOfTent(cells.X0 + static_cast<int>(cell % TileSize),
+      cells.Y0 + static_cast<int>(cell / TileSize), level);
     list.TentNears[i] = near;
   }
 }
@@ -215,12 +215,11 @@ std::uint64_t Append(
     fragments += tiles[i].Fragments;
   }
   list.ResizeTents(size);
-  const std::size_t columns = static_cast<std::size_t>(work.Bins.TilesX);
+  const PictureSize grid{ level.Grid.Width, level.Grid.Height };
   executor.For(count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
     {
-      ListInOrder(tiles[i], static_cast<int>(i % columns) * TileSize,
-        static_cast<int>(i / columns) * TileSize, level, list);
+      ListInOrder(tiles[i], BoxOfTile(i, grid), level, list);
     }
   });
   return fragments;
@@ -232,7 +231,7 @@ std::uint64_t ResolveCoarseLevels(SplatList& list, const TileSet& drawn,
   CoarseWork& work)
 {
   std::uint64_t fragments = 0;
-  const unsigned int levels = list.LevelsInUse();
+  const unsigned int levels = list.Sum().Levels;
   for (int level = HighestCoarseLevel; level >= LowestCoarseLevel; --level)
   {
     if ((levels >> level & 1) == 0)

@@ -65,9 +65,11 @@ void TileRaster::SetCoarse(const RasterSettings& settings, CellSink& cells)
 TileRaster::Counts TileRaster::Render(const SplatList& list, const TileBins& bins, std::size_t tile,
   const Frame& frame, LazySplats* lazy)
 {
-  this->Place(tile, bins, frame);
-  const PixelBox box{ this->OriginX, this->OriginY, std::min(this->OriginX + TileSize, this->Width),
-    std::min(this->OriginY + TileSize, this->Height) };
+  const PixelBox box = BoxOfTile(tile, { frame.Width, frame.Height });
+  this->OriginX = box.X0;
+  this->OriginY = box.Y0;
+  this->Width = frame.Width;
+  this->Height = frame.Height;
   if (this->Sink)
   {
     this->Sink->BeginTile(box);
@@ -331,14 +333,6 @@ float TileRaster::LargestDoubt() const
     }
   }
   return largest;
-}
-
-void TileRaster::Place(std::size_t tile, const TileBins& bins, const Frame& frame)
-{
-  this->OriginX = static_cast<int>(tile % bins.TilesX) * TileSize;
-  this->OriginY = static_cast<int>(tile / bins.TilesX) * TileSize;
-  this->Width = frame.Width;
-  this->Height = frame.Height;
 }
 
 void TileRaster::Clear()

@@ -66,7 +66,6 @@ private:
   bool BecomesOpaque(float near);
   float LargestThrough() const;
   float LargestDoubt() const;
-  void Place(std::size_t tile, const TileBins& bins, const Frame& frame);
   void Clear();
   void ClearPixels();
   void Store(const Frame& frame) const;

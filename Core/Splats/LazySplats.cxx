@@ -118,7 +118,7 @@ void LazySplats::Bin(const PictureSize& size)
 {
   this->SortRuns();
   const int tilesX = TileCount(size.Width);
-  const std::size_t tiles = static_cast<std::size_t>(tilesX) * TileCount(size.Height);
+  const std::size_t tiles = NumberOfTiles(size);
   this->Offsets.assign(tiles + 1, 0);
   const auto forPairs = [&](auto&& function) {
     for (const std::uint64_t key : this->Order)

@@ -110,54 +110,18 @@ void SplatList::Add(const Splat& splat, const PixelBox& box)
   this->Parts.push_back({ i, 1, 0, 0, 0.0f, 1 });
 }
 
-std::uint64_t SplatList::NumberOfSplats() const
+SplatList::Part SplatList::Sum() const
 {
-  std::uint64_t count = 0;
+  Part sum{ 0 };
   for (const Part& part : this->Parts)
   {
-    count += part.Count;
+    sum.Count += part.Count;
+    sum.Invalid += part.Invalid;
+    sum.Blurred += part.Blurred;
+    sum.LargestCoarseColor = std::max(sum.LargestCoarseColor, part.LargestCoarseColor);
+    sum.Levels |= part.Levels;
   }
-  return count;
-}
-
-std::uint64_t SplatList::NumberOfBlurredSplats() const
-{
-  std::uint64_t count = 0;
-  for (const Part& part : this->Parts)
-  {
-    count += part.Blurred;
-  }
-  return count;
-}
-
-float SplatList::LargestCoarseColor() const
-{
-  float largest = 0.0f;
-  for (const Part& part : this->Parts)
-  {
-    largest = std::max(largest, part.LargestCoarseColor);
-  }
-  return largest;
-}
-
-unsigned int SplatList::LevelsInUse() const
-{
-  unsigned int levels = 0;
-  for (const Part& part : this->Parts)
-  {
-    levels |= part.Levels;
-  }
-  return levels;
-}
-
-std::uint64_t SplatList::NumberOfInvalidSurfels() const
-{
-  std::uint64_t count = 0;
-  for (const Part& part : this->Parts)
-  {
-    count += part.Invalid;
-  }
-  return count;
+  return sum;
 }
 
 void AllSurfels(const SurfelCloud& cloud, std::vector<CutRange>& runs)

@@ -32,7 +32,7 @@ struct SplatList
   {
     std::size_t Begin;
     std::size_t Count = 0;
-    std::size_t Invalid = 0;
+    std::size_t Invalid = 0;         ///< not drawn: non-finite values, or too large for float sums
     std::size_t Blurred = 0;         ///< by the lens
     float LargestCoarseColor = 0.0f; ///< of splats on coarse grids, all channels
     unsigned int Levels = 0;         ///< bit l: some are on the grid of level l (CoarseGrid.h)
@@ -74,12 +74,8 @@ struct SplatList
   bool IsTent(std::size_t i) const { return i >= this->Splats.Size(); }
   const Tent& TentAt(std::size_t i) const { return *this->Tents[i - this->Splats.Size()]; }
 
-  std::uint64_t NumberOfSplats() const;
-  std::uint64_t NumberOfBlurredSplats() const; ///< by the lens
-  float LargestCoarseColor() const;            ///< of splats on coarse grids, all channels
-  unsigned int LevelsInUse() const;            ///< bit l: some are on the grid of level l
-  /// Surfels that are not drawn: non-finite values, or too large for float sums.
-  std::uint64_t NumberOfInvalidSurfels() const;
+  /// All parts as one; its Begin means nothing.
+  Part Sum() const;
 
   bool HasFootprints = false;
 

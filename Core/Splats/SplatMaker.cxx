@@ -11,19 +11,14 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Prefetches elements [begin, begin + count) of an array. Does nothing if the array is null.
-void PrefetchElements(const void* array, std::size_t size, std::size_t begin, std::size_t count)
+void PrefetchBytes(const void* begin, std::size_t bytes)
 {
   constexpr std::size_t line = 64;
-  if (!array)
+  for (std::size_t offset = 0; offset < bytes; offset += line)
   {
-    return;
+    __builtin_prefetch(static_cast<const char*>(begin) + offset);
   }
-  const char* first = static_cast<const char*>(array) + size * begin;
-  for (std::size_t offset = 0; offset < size * count; offset += line)
-  {
-    __builtin_prefetch(first + offset);
-  }
+  __asm__ volatile(""); // GCC 12 drops calls of functions that only prefetch
 }
 }
 
@@ -77,7 +72,9 @@ void SplatMaker::SetOptics(const SplatContext& context)
   j.WeighsLens = context.HasLens();
   j.Gaussian = TruncatedGaussian(settings.Cutoff);
   j.KeepsMass = settings.KeepCaptureMass;
-  j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter : settings.Prefilter;
+  j.Prefilter = j.Cloud.IsInSpace() ? SpacePrefilter
+    : j.Cloud.Prefilter > 0.0       ? j.Cloud.Prefilter
+                                    : settings.Prefilter;
   j.DefocusFactor = DefocusVariance(settings.Kernel, 1.0, j.Gaussian);
   j.CoarseGrids = context.CoarseGrids && !j.Cloud.IsInSpace();
   j.GaussianRuns = context.GaussianRuns && context.HasLens();
@@ -102,34 +99,6 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   }
   j.Lights = this->Lights.data();
   j.NumberOfLights = this->Lights.size();
-}
-
-void SplatMaker::Prefetch(const CutRange& run) const
-{
-  if (run.Merging > 0.0f)
-  {
-    this->PrefetchNodes(run.Parents, (run.Count + 1) / 2);
-  }
-  if (run.Level > 0)
-  {
-    this->PrefetchNodes(run.Begin, run.Count);
-    return;
-  }
-  const SurfelCloud& c = this->Job.Cloud;
-  PrefetchElements(c.PositionsFloat, 3 * sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.Covariances, 6 * sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.AreaVectors, 3 * sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.Densities, sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.Normals, 3 * sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.Opacities, sizeof(float), run.Begin, run.Count);
-  PrefetchElements(c.ColorsUChar, 4, run.Begin, run.Count);
-}
-
-void SplatMaker::PrefetchNodes(std::size_t begin, std::size_t count) const
-{
-  const SurfelCloud& c = this->Job.Cloud;
-  PrefetchElements(c.Nodes, sizeof(HierarchyNode), begin - c.NumberOfSurfels, count);
-  PrefetchElements(c.NodeColors, sizeof(NodeColor), begin - c.NumberOfSurfels, count);
 }
 
 template <typename Function>
@@ -167,6 +136,12 @@ void SplatMaker::ForMemory(
   forElements(c.Overlaps, begin, count);
   forElements(c.Opacities, begin, count);
   forElements(c.ColorsUChar, 4 * begin, 4 * count);
+}
+
+void SplatMaker::Prefetch(const CutRange& run) const
+{
+  this->ForMemory(
+    run, 0, run.Count, [](const void* begin, std::size_t bytes) { PrefetchBytes(begin, bytes); });
 }
 
 void SplatMaker::Announce(const CutRange& run) const

@@ -50,7 +50,6 @@ public:
   const SurfelCloud& Cloud() const { return this->Job.Cloud; }
 
 private:
-  void PrefetchNodes(std::size_t begin, std::size_t count) const;
   /// Calls function(begin, bytes) for the memory that surfels [skip, skip + count) of a run need.
   template <typename Function>
   void ForMemory(
