@@ -188,9 +188,8 @@ private:
   void AddNodes(const SurfelSplatting::Executor& executor, vtkPolyData* output)
   {
     using SurfelSplatting::HierarchyNode;
-    const auto nodes =
-      SurfelGeometry::MakeArray<vtkUnsignedCharArray>(Arrays::Nodes, sizeof(HierarchyNode),
-        static_cast<vtkIdType>(this->Layout.NumberOfNodes() - this->Layout.NumberOfLeaves()));
+    const auto nodes = SurfelGeometry::MakeArray<vtkUnsignedCharArray>(Arrays::Nodes,
+      sizeof(HierarchyNode), static_cast<vtkIdType>(this->Layout.NumberOfInnerNodes()));
     SurfelSplatting::SurfelCloudSource leaves;
     SetSurfels(output, leaves);
     SurfelSplatting::FillNodes(

@@ -50,8 +50,7 @@ vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layou
     vtkUnsignedCharArray::SafeDownCast(input->GetFieldData()->GetAbstractArray(Arrays::Nodes));
   const bool matches = array && array->GetNumberOfComponents() == sizeof(HierarchyNode) &&
     static_cast<std::uint64_t>(input->GetNumberOfPoints()) == layout.NumberOfLeaves() &&
-    static_cast<std::uint64_t>(array->GetNumberOfTuples()) ==
-      layout.NumberOfNodes() - layout.NumberOfLeaves();
+    static_cast<std::uint64_t>(array->GetNumberOfTuples()) == layout.NumberOfInnerNodes();
   return matches ? array : nullptr;
 }
 

@@ -203,7 +203,7 @@ void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const E
 std::vector<float> MakeLeafCovariances(
   const SurfelCloud& tree, const HierarchyLayout& layout, const Executor& executor)
 {
-  std::vector<float> covariances(6 * (layout.NumberOfNodes() - layout.NumberOfLeaves()));
+  std::vector<float> covariances(6 * layout.NumberOfInnerNodes());
   ForNodesUpwards(layout, executor, LeafCovarianceFiller(tree, layout, covariances.data()));
   return covariances;
 }

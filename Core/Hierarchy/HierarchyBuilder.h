@@ -17,7 +17,7 @@ namespace SurfelSplatting
 /**
  * Computes moments and bounds of all nodes above the leaves, summing in double.
  * @param leaves the surfels in the order of the tree (KdTreeOrder.h)
- * @param nodes  [layout.NumberOfNodes() - layout.NumberOfLeaves()], the caller's memory
+ * @param nodes  [layout.NumberOfInnerNodes()], the caller's memory
  */
 void FillNodes(const SurfelCloud& leaves, const HierarchyLayout& layout, const Executor& executor,
   HierarchyNode* nodes);

@@ -51,6 +51,8 @@ public:
   std::uint64_t NumberOfLeaves() const { return this->Leaves[0] + this->Leaves[1]; }
   std::uint64_t NumberOfLeaves(int tree) const { return this->Leaves[tree]; }
   std::uint64_t NumberOfNodes() const { return this->Nodes; } ///< leaves included
+  /// Number of nodes above the leaves.
+  std::uint64_t NumberOfInnerNodes() const { return this->Nodes - this->NumberOfLeaves(); }
   int NumberOfLevels() const { return this->Levels; }
 
   /// Index of a level's first node in a tree.

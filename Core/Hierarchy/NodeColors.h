@@ -24,7 +24,7 @@ namespace SurfelSplatting
 {
 /// Computes the colours of all nodes above the leaves.
 /// @param tree   leaves and nodes; the colours and opacities of the leaves are read
-/// @param colors [layout.NumberOfNodes() - layout.NumberOfLeaves()]
+/// @param colors [layout.NumberOfInnerNodes()]
 void FillNodeColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   const Executor& executor, NodeColor* colors);
 }

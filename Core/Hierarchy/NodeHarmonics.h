@@ -29,7 +29,7 @@ std::vector<PackedHarmonics> PackHarmonics(const SurfelCloud& tree, const Hierar
 /// the leaves.
 /// @param tree   leaves and nodes, without colours of their own
 /// @param packed of the leaves
-/// @param colors [layout.NumberOfNodes() - layout.NumberOfLeaves()]
+/// @param colors [layout.NumberOfInnerNodes()]
 void FillHarmonicColors(const SurfelCloud& tree, const HierarchyLayout& layout,
   const PackedHarmonics* packed, const Executor& executor, NodeColor* colors);
 }

@@ -52,7 +52,7 @@ std::string HierarchyCache::Examine(
   vtkPolyData* input, const Executor& executor, SurfelCloud& cloud)
 {
   const HierarchyLayout layout = ReadLayout(input);
-  if (LackNormals(cloud, layout.NumberOfNodes() - layout.NumberOfLeaves()))
+  if (LackNormals(cloud, layout.NumberOfInnerNodes()))
   {
     return std::string("The nodes of the hierarchy have no normals, but its Gaussians have: the "
                        "point array ") +
@@ -67,7 +67,6 @@ std::string HierarchyCache::Examine(
   this->Placement = areStored ? LeafPlacement() : FindLeafPlacement(cloud, layout);
   this->Settle(cloud, executor);
   this->ColorState = State();
-  this->HasColors = false;
   this->LeafCovariances.clear();
   if (this->Placement.Kind == LeafPlacement::Other)
   {
@@ -196,7 +195,6 @@ std::string HierarchyCache::Update(vtkPolyData* input, vtkDataArray* colors, boo
   cloud.NodeColors = colors ? this->UpdateColors(input, colors, layout, executor, cloud) : nullptr;
   cloud.LeafCovariances = paperCut ? this->LeafCovariances.data() : nullptr;
   cloud.Guard = this->File.get();
-  this->HasColors = colors != nullptr;
   return std::string();
 }
 
@@ -213,8 +211,8 @@ void HierarchyCache::CheckFile(const Executor& executor) const
 const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* colors,
   const HierarchyLayout& layout, const Executor& executor, const SurfelCloud& cloud)
 {
-  vtkDataArray* stored = FindComputed(
-    input, Arrays::NodeColors, sizeof(NodeColor), layout.NumberOfNodes() - layout.NumberOfLeaves());
+  vtkDataArray* stored =
+    FindComputed(input, Arrays::NodeColors, sizeof(NodeColor), layout.NumberOfInnerNodes());
   const char* source = stored ? stored->GetComponentName(0) : nullptr;
   if (source && colors == input->GetPointData()->GetAbstractArray(source) &&
     colors->GetMTime() <= stored->GetMTime())
@@ -224,11 +222,11 @@ const NodeColor* HierarchyCache::UpdateColors(vtkPolyData* input, vtkDataArray* 
     return ValuesOf<NodeColor>(stored);
   }
   const State colorState{ colors, colors->GetMTime() };
-  if (!(this->HasColors && this->ColorState == colorState))
+  if (!(this->ColorState == colorState))
   {
     this->CheckFile(executor);
     this->Colors.Clear();
-    this->Colors.Resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
+    this->Colors.Resize(layout.NumberOfInnerNodes());
     FillNodeColors(cloud, layout, executor, this->Colors.Data());
     this->ColorState = colorState;
     this->PreparedSurfels += layout.NumberOfLeaves();
@@ -252,7 +250,7 @@ void HierarchyCache::UpdateHarmonics(
     const HierarchyLayout layout = cloud.Nodes ? ReadLayout(input) : HierarchyLayout();
     this->Harmonics =
       PackHarmonics(cloud, layout, floats->GetPointer(0), cloud.NumberOfHarmonics, executor);
-    this->HarmonicColors.Resize(cloud.Nodes ? layout.NumberOfNodes() - layout.NumberOfLeaves() : 0);
+    this->HarmonicColors.Resize(cloud.Nodes ? layout.NumberOfInnerNodes() : 0);
     if (cloud.Nodes)
     {
       FillHarmonicColors(

@@ -86,7 +86,6 @@ private:
   std::vector<float> LeafCovariances;
   std::vector<PackedHarmonics> Harmonics;
   Buffer<NodeColor> HarmonicColors;
-  bool HasColors = false;
   std::shared_ptr<const ArrayFile> File; ///< that the hierarchy is in and checked by, or null
   vtkMTimeType StoredTime = 0;           ///< of the bounds in the file
   std::uint64_t PreparedSurfels = 0;

@@ -38,20 +38,6 @@ constexpr std::size_t Grain = 16384;
 constexpr int None = -1;
 constexpr vtkIdType MostSurfels = std::numeric_limits<std::uint32_t>::max();
 
-/// The array itself if it is one block of memory of this type, otherwise a copy that is.
-vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type)
-{
-  if (array->GetDataType() == type && array->HasStandardMemoryLayout())
-  {
-    return array;
-  }
-  vtkSmartPointer<vtkDataArray> copy;
-  copy.TakeReference(vtkDataArray::CreateDataArray(type));
-  copy->DeepCopy(array);
-  copy->SetName(array->GetName());
-  return copy;
-}
-
 bool AreColors(vtkDataArray* array)
 {
   return array && array->GetDataType() == VTK_UNSIGNED_CHAR &&
@@ -209,7 +195,7 @@ void Contents::AddFieldArrays()
     this->Leaves = this->Add(
       Arrays::Leaves, ArrayRole::FieldData, ArrayType::Int64, HierarchyLayout::NumberOfTrees, 1);
     this->Nodes = this->Add(Arrays::Nodes, ArrayRole::FieldData, ArrayType::UInt8,
-      sizeof(HierarchyNode), this->Layout.NumberOfNodes() - this->Layout.NumberOfLeaves());
+      sizeof(HierarchyNode), this->Layout.NumberOfInnerNodes());
   }
 }
 
@@ -229,7 +215,7 @@ void Contents::AddComputedArrays()
   if (this->Colors != None)
   {
     this->NodeColors =
-      add(Arrays::NodeColors, bytes, sizeof(NodeColor), this->Layout.NumberOfNodes() - leaves);
+      add(Arrays::NodeColors, bytes, sizeof(NodeColor), this->Layout.NumberOfInnerNodes());
   }
   if (leaves > SampleCount)
   {
@@ -354,10 +340,7 @@ void Contents::Write(const std::string& path, const Executor& executor) const
   }
   file.Finish(executor);
 }
-}
 
-namespace
-{
 /// A hierarchy whose nodes know where the points are: the input, or if its points were translated,
 /// one of which SurfelOrigin was.
 vtkSmartPointer<vtkPolyData> Settled(vtkPolyData* input)

@@ -125,4 +125,17 @@ bool FindStoredType(vtkDataArray* array, ArrayType& type)
   }
   return false;
 }
+
+vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type)
+{
+  if (array->GetDataType() == type && array->HasStandardMemoryLayout())
+  {
+    return array;
+  }
+  vtkSmartPointer<vtkDataArray> copy;
+  copy.TakeReference(vtkDataArray::CreateDataArray(type));
+  copy->DeepCopy(array);
+  copy->SetName(array->GetName());
+  return copy;
+}
 }

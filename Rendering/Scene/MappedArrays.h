@@ -23,4 +23,7 @@ std::shared_ptr<const ArrayFile> FindArrayFile(vtkDataArray* array);
 
 /// The type of an array in a file; false if files have no such type.
 bool FindStoredType(vtkDataArray* array, ArrayType& type);
+
+/// The array itself if it is one block of memory of this VTK type, otherwise a copy that is.
+vtkSmartPointer<vtkDataArray> AsType(vtkDataArray* array, int type);
 }

@@ -3,6 +3,7 @@
 
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/CloudAdapter.h"
+#include "Rendering/Scene/MappedArrays.h"
 
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
@@ -46,19 +47,6 @@ vtkSmartPointer<vtkDataArray> ShiftedPoints(vtkPolyData* piece, vtkPolyData* fir
     }
   }
   return shifted;
-}
-
-/// The array in one block of memory, of this type.
-vtkSmartPointer<vtkDataArray> Converted(vtkDataArray* array, int type)
-{
-  if (array->GetDataType() == type && array->HasStandardMemoryLayout())
-  {
-    return array;
-  }
-  vtkSmartPointer<vtkDataArray> copy;
-  copy.TakeReference(vtkDataArray::CreateDataArray(type));
-  copy->DeepCopy(array);
-  return copy;
 }
 }
 
@@ -139,7 +127,7 @@ vtkSmartPointer<vtkDataArray> SurfelSpool::Values(vtkPolyData* piece, const Colu
       std::to_string(column.Components) +
       " components, which the first one has; give all pieces the same arrays");
   }
-  return Converted(array, column.Type);
+  return AsType(array, column.Type);
 }
 
 void SurfelSpool::Add(vtkPolyData* piece)

@@ -132,7 +132,7 @@ TestHierarchy::TestHierarchy(const TestCloud& cloud, const Executor& executor)
         cloud.Harmonics.data(), 3 * static_cast<std::size_t>(cloud.NumberOfHarmonics), harmonics);
     }
   }
-  this->Nodes.resize(layout.NumberOfNodes() - layout.NumberOfLeaves());
+  this->Nodes.resize(layout.NumberOfInnerNodes());
   FillNodes(this->Get(), layout, executor, this->Nodes.data());
   this->LeafCovariances = MakeLeafCovariances(this->Get(), layout, executor);
   this->Colors.resize(this->Nodes.size());
