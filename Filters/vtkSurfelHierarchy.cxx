@@ -13,6 +13,7 @@
 #include "Filters/Common/ProgressExecutor.h"
 #include "Filters/Common/SurfelOutput.h"
 #include "SurfelData/HierarchyArrays.h"
+#include "SurfelData/SurfelCheck.h"
 #include "SurfelData/SurfelCloudSource.h"
 
 #include "vtkBoundingBox.h"
@@ -231,7 +232,7 @@ vtkSurfelHierarchy::~vtkSurfelHierarchy() = default;
 //------------------------------------------------------------------------------
 std::string vtkSurfelHierarchy::CheckInput(vtkPolyData* input)
 {
-  const std::string problem = SurfelGeometry::CheckSurfels(input);
+  const std::string problem = SurfelSplatting::CheckSurfels(input);
   if (!problem.empty())
   {
     return problem;

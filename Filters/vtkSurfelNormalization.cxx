@@ -10,6 +10,7 @@
 #include "Filters/Normalization/KernelWeights.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "Parallel/ControllerRanks.h"
+#include "SurfelData/SurfelCheck.h"
 
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
@@ -445,7 +446,7 @@ int vtkSurfelNormalization::RequestDistributed(
 //------------------------------------------------------------------------------
 bool vtkSurfelNormalization::CheckInput(vtkPolyData* input)
 {
-  std::string problem = CheckSurfels(input);
+  std::string problem = SurfelSplatting::CheckSurfels(input);
   if (problem.empty())
   {
     problem = CheckNumberOfPoints(input->GetNumberOfPoints());

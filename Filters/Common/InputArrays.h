@@ -14,15 +14,10 @@
 #include <utility>
 
 class vtkDataArray;
-class vtkPolyData;
 class vtkPointSet;
 
 namespace SurfelGeometry
 {
-/// Empty if the input has surfels (Documentation/DataContract.md), else what is wrong and what to
-/// do.
-std::string CheckSurfels(vtkPolyData* input);
-
 /// Empty if the neighbour search takes this many points, else what is wrong and what to do.
 std::string CheckNumberOfPoints(vtkIdType points);
 

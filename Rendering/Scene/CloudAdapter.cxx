@@ -7,6 +7,7 @@
 #include "Rendering/Scene/HierarchyCache.h"
 #include "SurfelData/HierarchyArrays.h"
 #include "SurfelData/SMPExecutor.h"
+#include "SurfelData/SurfelCheck.h"
 
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
@@ -22,34 +23,15 @@ namespace SurfelSplatting
 {
 namespace
 {
-/// Returns an empty string if the array is as the data contract says, otherwise what to do.
-std::string CheckArray(vtkPolyData* input, const char* name, int components, bool required)
+/// CheckSurfels, and whether their place is known.
+std::string CheckPlacedSurfels(vtkPolyData* surfels)
 {
-  vtkDataArray* array = input->GetPointData()->GetArray(name);
-  if (!array)
+  const std::string problem = CheckSurfels(surfels);
+  if (!problem.empty())
   {
-    return required ? std::string("The input has no point array ") + name +
-        ": it holds points, not surfels. Put a vtkPointsToSurfels before the mapper."
-                    : std::string();
+    return problem;
   }
-  if (array->GetNumberOfComponents() != components)
-  {
-    return std::string("Point array ") + name + " has " +
-      std::to_string(array->GetNumberOfComponents()) + " components instead of " +
-      std::to_string(components) + ": see the data contract in the documentation.";
-  }
-  if (array->GetNumberOfTuples() != input->GetNumberOfPoints())
-  {
-    return std::string("Point array ") + name + " has " +
-      std::to_string(array->GetNumberOfTuples()) + " tuples for " +
-      std::to_string(input->GetNumberOfPoints()) + " points: each surfel needs one.";
-  }
-  return std::string();
-}
-
-std::string CheckOrigin(vtkPolyData* input)
-{
-  vtkDataArray* array = input->GetFieldData()->GetArray(Arrays::Origin);
+  vtkDataArray* array = surfels->GetFieldData()->GetArray(Arrays::Origin);
   return array && array->GetNumberOfValues() != 3 ? std::string("Field array ") + Arrays::Origin +
       " has " + std::to_string(array->GetNumberOfValues()) +
       " values instead of 3: the position of the surfels is unknown."
@@ -86,58 +68,6 @@ void SetColors(vtkDataArray* colors, SurfelCloudSource& source)
     source.Cloud.ColorsUChar = source.Keep<vtkUnsignedCharArray>(colors);
   }
 }
-
-std::string CheckGaussians(vtkPolyData* gaussians)
-{
-  vtkPointData* data = gaussians->GetPointData();
-  const bool isVolume = data->HasArray(Arrays::GaussianExtinction);
-  if (isVolume && data->HasArray(Arrays::GaussianOpacity))
-  {
-    return std::string("There are two point arrays ") + Arrays::GaussianOpacity + " and " +
-      Arrays::GaussianExtinction + ": keep one of them.";
-  }
-  const char* density = isVolume ? Arrays::GaussianExtinction : Arrays::GaussianOpacity;
-  vtkDataArray* harmonics = data->GetArray(Arrays::GaussianHarmonics);
-  const int components = harmonics ? harmonics->GetNumberOfComponents() : 3;
-  if (components % 3 != 0 || !IsNumberOfHarmonics(components / 3))
-  {
-    return std::string("Point array ") + Arrays::GaussianHarmonics + " has " +
-      std::to_string(components) + " components instead of 3, 12, 27 or 48: harmonics of degree 0" +
-      " to 3 for three colours.";
-  }
-  for (const std::string& problem :
-    { CheckArray(gaussians, Arrays::GaussianCovariance, 6, true),
-      CheckArray(gaussians, density, 1, true),
-      CheckArray(gaussians, Arrays::GaussianNormal, 3, false),
-      CheckArray(gaussians, Arrays::GaussianHarmonics, components, false), CheckOrigin(gaussians) })
-  {
-    if (!problem.empty())
-    {
-      return problem;
-    }
-  }
-  return std::string();
-}
-}
-
-std::string CheckSurfels(vtkPolyData* surfels)
-{
-  if (surfels->GetPointData()->HasArray(Arrays::GaussianCovariance))
-  {
-    return CheckGaussians(surfels);
-  }
-  for (const std::string& problem : { CheckArray(surfels, Arrays::Covariance, 6, true),
-         CheckArray(surfels, Arrays::AreaVector, 3, true),
-         CheckArray(surfels, Arrays::TwoSided, 1, false),
-         CheckArray(surfels, Arrays::Overlap, 1, false),
-         CheckArray(surfels, Arrays::Opacity, 1, false), CheckOrigin(surfels) })
-  {
-    if (!problem.empty())
-    {
-      return problem;
-    }
-  }
-  return std::string();
 }
 
 std::string CheckStorable(vtkPolyData* surfels)
@@ -146,7 +76,7 @@ std::string CheckStorable(vtkPolyData* surfels)
   return isInSpace
     ? std::string(".surfels files hold surfels, not Gaussians in space (point array ") +
       Arrays::GaussianCovariance + "); write a .vtp file with vtkXMLPolyDataWriter"
-    : CheckSurfels(surfels);
+    : CheckPlacedSurfels(surfels);
 }
 
 std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
@@ -157,7 +87,7 @@ std::string MakeCloud(const CloudInput& input, SurfelCloudSource& source)
   {
     return std::string();
   }
-  std::string problem = CheckSurfels(surfels);
+  std::string problem = CheckPlacedSurfels(surfels);
   if (!problem.empty())
   {
     return problem;

@@ -18,11 +18,8 @@ namespace SurfelSplatting
 {
 class HierarchyCache;
 
-/// Returns an empty string if the point arrays are as the data contract says, otherwise what is
-/// wrong and what to do.
-std::string CheckSurfels(vtkPolyData* surfels);
-
-/// The same of what a .surfels file can hold.
+/// Returns an empty string if a .surfels file can hold the surfels, otherwise what is wrong and
+/// what to do.
 std::string CheckStorable(vtkPolyData* surfels);
 
 /// Input that a cloud is made from.
