@@ -32,7 +32,7 @@ bool IsWhole(vtkPolyData* input);
 /// The array of the nodes above the leaves; null if the input does not match its layout.
 vtkUnsignedCharArray* FindNodes(vtkPolyData* input, const HierarchyLayout& layout);
 
-/// Its values, of an input that passes CheckHierarchy.
+/// The nodes of an input that passes CheckHierarchy.
 const HierarchyNode* NodesOf(vtkPolyData* input, const HierarchyLayout& layout);
 
 /// Where its points are, as seen from its nodes; of an input that passes CheckHierarchy.

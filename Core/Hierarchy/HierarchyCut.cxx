@@ -17,14 +17,14 @@ namespace
 /// to textured planes, and up to 1.1 dB at 36 px. Captures lose more where they are fine and
 /// textured: a tangle of tubes has 46.4 dB at 12 px, and 50.5 at an error of 0.5.
 constexpr double LensShareOfOne = 0.42;
-/// Of captures' nodes, only the variance by the places of the leaves counts where the lens blurs:
-/// leaves that overlap are no finer than their node. Half of the leaves' own counts where the lens
-/// has this many times the variance of the pixel filter; all of it in focus, for their colours.
-constexpr double UncountedFrom = 2.0;
 /// The same as a share of the pixel filter's: about one node per pixel, so that a cloud of any
 /// density costs as much as one with one surfel per pixel. Against all surfels, the picture has 50
 /// dB or more.
 constexpr double PixelShare = 0.95;
+/// The leaves of captures overlap and are no finer than their node. Where the lens blurs, only the
+/// variance of their places counts. In focus their own variance counts too, for their colours; half
+/// of it where the lens has this many times the variance of the pixel filter.
+constexpr double UncountedFrom = 2.0;
 
 /// An entry of the ClusterBounds draws its nodes of at most this many levels below. More would
 /// draw parts of it too finely, less would visit more entries.

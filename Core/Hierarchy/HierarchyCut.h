@@ -14,7 +14,7 @@
  *   circle of confusion or the pixel (Krivanek, Zara, Bouatouch 2003, section 4, "LOD selection").
  *   Its nodes have mean colours, and W = M V_r M' + h + circumellipse(M V_q M', V_I).
  *
- * Of captures, leaves that overlap are no finer than their node: where the lens blurs, sigma^2 is
+ * The leaves of captures overlap and are no finer than their node: where the lens blurs, sigma^2 is
  * without the leaves' own variance (NodeExtent::Coherence).
  *
  * Nodes whose area vectors cancel (thin or folded surfaces, where the sum no longer tells how much
@@ -73,8 +73,8 @@ struct CutCamera
   double SupportRadius;       ///< of the largest kernel, in standard deviations of W
   double Prefilter;           ///< h, px^2
   double LensVariance = 0.25; ///< that the lens adds, in units of C^2 (Lens.h, DefocusVariance)
-  /// Of the cells of the lens (CutSettings::Cells), over the lens's radius: the smallest radius and
-  /// the largest semi-axis.
+  /// Smallest radius and largest semi-axis of the lens's cells (CutSettings::Cells), over the
+  /// lens's radius.
   double CellShare = 1.0, CellReach = 1.0;
 };
 
@@ -102,8 +102,8 @@ struct CutWork
 };
 
 /// Writes the cut of a cloud with a ClusterBounds into runs, the same at any number of threads.
-/// With several cells of the lens it is one for all of them: what any point of the lens can see,
-/// with the boxes of a cell at the lens's centre, which may be beyond the picture.
+/// All cells of the lens share one cut: what any point of the lens can see, with the boxes of a
+/// cell at the lens's centre, which may be beyond the picture.
 /// @throw DamagedMemory if the cloud has a guard that finds damage
 CutStatistics SelectCut(const SurfelCloud& cloud, const CutCamera& camera,
   const CutSettings& settings, const Executor& executor, CutWork& work,

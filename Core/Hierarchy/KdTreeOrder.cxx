@@ -226,7 +226,7 @@ private:
   std::size_t Count = 0;
 };
 
-/// The same of many leaves, by all threads: `left` have keys below the limit.
+/// Divide() for many leaves, by all threads: `left` of them have keys below the limit.
 void DivideTogether(
   Leaf* leaves, std::size_t count, std::uint64_t limit, std::size_t left, const Executor& executor)
 {
@@ -427,7 +427,7 @@ std::vector<SortedPiece> SortBySide(const SurfelCloud& cloud, const Executor& ex
   return pieces;
 }
 
-/// Of the first surfel, or the origin without one.
+/// The position of the first finite surfel; the origin if there is none.
 Vector3 FirstPosition(const SurfelCloud& cloud, const std::vector<SortedPiece>& pieces)
 {
   for (int tree = 0; tree < HierarchyLayout::NumberOfTrees; ++tree)

@@ -113,8 +113,8 @@ constexpr float CentroidNoise = 0.04f;
 /// fully covered lens with a second surface in front of half of it is no less covered.
 constexpr float ExcessCentroid = 0.5f;
 
-/// Those of layers that cover little are uncertain as well: the centroid of a segment that covers
-/// less than 0.07 is noise of the level of detail. Such layers are not limited any further.
+/// Centroids of layers that cover little are uncertain as well: that of a segment that covers less
+/// than 0.07 is noise of the level of detail. Such layers are not limited any further.
 constexpr float MaxLensCentroid = 0.9f;
 
 /// LargestCover(c) is at least 1 - CoverLossPerCentroid c.
@@ -347,7 +347,7 @@ struct ShareOfLens
     y = t.Y - (this->XY * t.X + this->YY * t.Y);
   }
 
-  /// Of a fragment: the means over its footprint. @param x,y its lens point
+  /// Means over the footprint of a fragment. @param x,y its lens point
   template <class Real>
   SURFELSPLATTING_INLINE LensMoments<Real> MomentsAt(const Real& x, const Real& y) const
   {
@@ -587,7 +587,7 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
     stay / Larger(layer.Filled, Real(1.0f)) };
 }
 
-/// The same with keep = 0: the layer ends.
+/// Leak() with keep = 0: the layer ends.
 template <class Real>
 SURFELSPLATTING_INLINE LayerLeak<Real> End(const Real& through, const LayerCoverage<Real>& layer)
 {

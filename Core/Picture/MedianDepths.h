@@ -13,7 +13,7 @@
 
 namespace SurfelSplatting
 {
-/// Of a picture through one lens, not in cells.
+/// For pictures through the whole lens, not its cells.
 class MedianDepths : public LayerSink
 {
 public:

@@ -33,7 +33,8 @@ struct OneBlock
   SURFELSPLATTING_INLINE void Store(FinishedField f, const Real& x) const { x.Store(this->A.*f); }
 };
 
-/// Those of two blocks at a time: what blurred fragments do to one is a long chain of operations.
+/// The finished layers of two blocks. What blurred fragments do to one is a long chain of
+/// operations; two such chains together take hardly longer.
 struct TwoBlocks
 {
   using Real = LanePair;
@@ -91,7 +92,7 @@ template <class Real>
 SURFELSPLATTING_INLINE void MapToDisc(
   const RasterSettings& settings, ShareOfLens& share, Real& x, Real& y)
 {
-  // Of determinant 1: the inverse of ToDisc.
+  // The inverse of ToDisc, whose determinant is 1.
   const float xx = settings.ToDiscYY, xy = -settings.ToDiscXY, yy = settings.ToDiscXX;
   const Real along = xx * x + xy * y;
   y = xy * x + yy * y;
@@ -363,7 +364,7 @@ SURFELSPLATTING_INLINE void AddGaussianToBlock(PixelTile& tile, int block, const
   CompositeGaussian<OnLens>(tile, block, splat.S, fragments, splat.Settings, callbacks);
 }
 
-/// The same for one or two tilted blocks with nothing but finished layers.
+/// Adds a Gaussian to one or two tilted blocks that have nothing but finished layers.
 template <class Blocks, class Real = typename Blocks::Real>
 SURFELSPLATTING_INLINE void AddGaussianToFinished(
   const Blocks& done, const SplatCopy& splat, const BlockPixels<Real>& d)

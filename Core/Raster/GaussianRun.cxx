@@ -65,7 +65,7 @@ CellSums SumPixels(const PixelTile& tile, const CellPixels& columns, const CellP
   return sums;
 }
 
-/// Without the drifts, which are those of the run.
+/// Copies the doubt about a pixel, but not its drifts: a cell has those of the run.
 void CopyDoubt(const DoubtedLayers& from, int pixel, DoubtedLayers& to, int cell)
 {
   to.Width[cell] = from.Width[pixel];
@@ -76,8 +76,8 @@ void CopyDoubt(const DoubtedLayers& from, int pixel, DoubtedLayers& to, int cell
   to.RedDrift[cell] = to.GreenDrift[cell] = to.BlueDrift[cell] = 0.0f;
 }
 
-/// Of a cell's own pixels, or of all that take something over from it, if its own are darker: they
-/// may be open.
+/// Sums over a cell's own pixels. If these are dark, sums over all that take something over from
+/// the cell, since some of them may be open.
 CellSums SumCell(const PixelTile& tile, const int (&center)[2], int cell, const int (&size)[2])
 {
   constexpr float dark = 0.25f;

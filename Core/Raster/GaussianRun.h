@@ -56,7 +56,7 @@ public:
   void Drop() { this->Cell = 0; }
 
 private:
-  /// Of the cells whose centres are in a box of pixels.
+  /// Range of the cells whose centres are in a box of pixels, along an axis.
   int FirstCell(int pixel) const;
   int EndCell(int pixel, int size) const;
 

@@ -288,11 +288,12 @@ struct DoubtedShare
   Lanes Cover, Interval;
 };
 
-/// Of the interval of what is left of a layer, this share is in doubt. With 0, seven cells take 0.8
-/// times as long, but lose 0.6 dB on a bunny at 36 px; with 1, they take 1.2 times as long.
+/// What is left of a layer after a leak: this share of its interval is in doubt. With 0, seven
+/// cells take 0.8 times as long, but lose 0.6 dB on a bunny at 36 px; with 1, they take 1.2 times
+/// as long.
 constexpr float DoubtAboutRest = 0.1f;
 
-/// Those of the layers, of which what is left of an earlier leak counts as the whole did then.
+/// Cover and interval of layers. What is left of an earlier leak counts as the whole did then.
 SURFELSPLATTING_INLINE DoubtedShare ShareInDoubt(
   DoubtedLayers& doubted, const LayerCoverage<Lanes>& layer, const DoubtedLeak& leak)
 {

@@ -71,7 +71,7 @@ struct alignas(64) FinishedLayers
 {
   float Transmittance[PixelsPerBlock];                      ///< mean of T(u) over the lens
   float ThroughX[PixelsPerBlock], ThroughY[PixelsPerBlock]; ///< mean of u T(u)
-  /// Of Gaussians in space, means of (2 |u|^2 - 1) T(u), (u_x^2 - u_y^2) T(u), 2 u_x u_y T(u).
+  /// Means of (2 |u|^2 - 1) T(u), (u_x^2 - u_y^2) T(u), 2 u_x u_y T(u), by Gaussians in space.
   float ThroughRim[PixelsPerBlock], ThroughAcross[PixelsPerBlock], ThroughDiagonal[PixelsPerBlock];
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock], Depth[PixelsPerBlock];
   float OccluderDepth[PixelsPerBlock]; ///< layers behind this are hidden by another prop
@@ -84,12 +84,12 @@ struct alignas(64) DoubtedLayers
   float Doubt[PixelsPerBlock]; ///< so far
   float Width[PixelsPerBlock]; ///< share of the lens through which the last layers, or what is
                                ///< behind them, are seen
-  /// Of the last layer; of Gaussians in space, the mean.
+  /// Colour of the last layer; after Gaussians in space, their mean.
   float Red[PixelsPerBlock], Green[PixelsPerBlock], Blue[PixelsPerBlock];
   /// Doubts about Gaussians in space, signed: colours that vary at random add up to nothing.
   float RedDrift[PixelsPerBlock], GreenDrift[PixelsPerBlock], BlueDrift[PixelsPerBlock];
   float Variation[PixelsPerBlock]; ///< mean of |T(u) - T| over the lens
-  /// Of layers of which a part has leaked: the weight that stays, and the whole layers' share of
+  /// For layers of which a part has leaked: the weight that stays, and the whole layers' share of
   /// the lens and interval. What stays is seen beside what has leaked, of which there is no doubt.
   float LeftWeight[PixelsPerBlock], LeftCover[PixelsPerBlock], LeftInterval[PixelsPerBlock];
 };

@@ -288,7 +288,7 @@ bool TileRaster::IsOpaque(float near) const
   return true;
 }
 
-/// The same with what waits to be added: the batch, and the run, which ends if it is opaque itself.
+/// IsOpaque() after what waits is added: the batch, and the run, which ends if it is opaque itself.
 bool TileRaster::BecomesOpaque(float near)
 {
   this->Flush();

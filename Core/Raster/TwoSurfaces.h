@@ -65,8 +65,8 @@ constexpr float SmallestFourthPower = 1e-30f;
 /// at such a corner.)
 constexpr float LeastApart = 0.8f, FullyApart = 0.9f;
 
-/// The same of the lighter one's share of the weight: tails of kernels are light, and with 0.05 a
-/// bunny at 36 px without level of detail loses 0.2 dB.
+/// The same for the lighter surface's share of the weight: tails of kernels are light, and with
+/// 0.05 a bunny at 36 px without level of detail loses 0.2 dB.
 constexpr float LeastPart = 0.1f, FullPart = 0.2f;
 
 /// From this weight of the lighter one on, all of the gap counts.

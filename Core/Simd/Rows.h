@@ -226,7 +226,7 @@ struct RowParts
 
   SURFELSPLATTING_INLINE RowParts() = default;
 
-  /// Of four columns of integers or of floats.
+  /// @param a,b,c,d columns of integers or of floats
   template <class A, class B, class C, class D>
   SURFELSPLATTING_INLINE RowParts(const A& a, const B& b, const C& c, const D& d)
   {

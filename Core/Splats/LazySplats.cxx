@@ -12,8 +12,9 @@ namespace
 {
 /// Coarser runs are so many levels above.
 constexpr std::uint32_t LevelsAbove = 3;
-/// Of the light, at an error of 1 of the level of detail. Against all nodes of the cut, a sphere of
-/// a million Gaussians has 73 dB, a pixel at most 2 levels of 255, and takes 0.7 of the time.
+/// Share of the light at an error of 1 of the level of detail. Against all nodes of the cut, a
+/// sphere of a million Gaussians has 73 dB, a pixel at most 2 levels of 255, and takes 0.7 of the
+/// time.
 constexpr double LargestThroughOfOne = 0.04;
 
 /// Coarser runs end at this level of a cloud; 0: there are none.

@@ -117,7 +117,7 @@ SURFELSPLATTING_INLINE Real QuarterOfConfusion(const SetupJob& job, const SplatB
 {
   const Real confusion =
     __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy)) * b.Blur.Signed;
-  const Real& cell = b.Depths.SlopeY;
+  const Real& cell = b.Depths.SlopeY; // Splat.h, InSpace
   const Real spread = cell > 1.0 ? cell * cell * (1.0 / (1.5 * job.LeastShape)) : Real{};
   const Real quarter = 0.25 * SquareRoot(Larger(confusion * confusion - spread, Real{}));
   return confusion < 0.0 ? -quarter : quarter;
@@ -286,7 +286,7 @@ SURFELSPLATTING_INLINE void MakeGaussianBatch(
     kernel.HalfWidth += cell > 1.0 ? cell : Real{};
     kernel.HalfHeight += cell > 1.0 ? cell : Real{};
     const ScreenPlaces<Real> places = PlaceOnScreen(job, s, f.Cell, kernel);
-    // Without what its Gaussians cover of one another, by the lens's share of the footprint.
+    // The lens's share of the footprint decides how much of the overlap is left out.
     const Real depth = inFocus * (1.0 - s.Overlap * (1.0 - fainter));
     const Real spread = depth * (2.0 * Pi) * profile.Peak / sharp.InverseRoot;
     const double kept = volume ? KeptByVolumes : Absorbs(job, index);

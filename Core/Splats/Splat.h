@@ -30,8 +30,9 @@ constexpr std::int32_t NoGradient = -1;
 /// Splat::Gradient of Gaussians in space (Core/Lens/GaussianFootprint.h), which use some fields
 /// otherwise: Near is the depth of the centre, Far the same for captures, and for volumes one
 /// standard deviation along the view direction behind it; q is with respect to W itself, and ends
-/// at DepthX; Weight is w, the opacity or optical depth at the centre; the opacity is e (1 - exp(-w
-/// k)) + (1 - e) min(w k, MaxOpacity), e = Opacity.
+/// at DepthX; DepthY is the size of its run's cells, px (GaussianRun.h); Weight is w, the opacity
+/// or optical depth at the centre; the opacity is e (1 - exp(-w k)) + (1 - e) min(w k, MaxOpacity),
+/// e = Opacity.
 constexpr std::int32_t InSpace = -2;
 
 inline bool HasGradient(const Splat& s)

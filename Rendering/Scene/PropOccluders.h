@@ -27,7 +27,7 @@ public:
   /// @param depth of this process, or null
   const float* ShareDepth(const SceneView& view, const float* depth, Ranks& ranks);
 
-  /// Those of the last picture.
+  /// The blurred pixels of the last picture.
   const DepthImageSurfels& GetBlurredPixels() const { return this->BlurredPixels; }
 
 private:
