@@ -9,7 +9,7 @@
 #include "Filters/Common/PointColors.h"
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Common/VectorMath.h"
-#include "Filters/Partition/PartitionedSurfels.h"
+#include "Filters/Partition/PartitionedCloud.h"
 
 #include "vtkSmartPointer.h"
 

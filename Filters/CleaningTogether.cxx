@@ -3,8 +3,8 @@
 
 #include "Core/Base/Ranks.h"
 #include "Filters/Cleaning/CleaningProblem.h"
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/PointColors.h"
+#include "Filters/Partition/PartitionedSurfels.h"
 
 #include "vtkDataArray.h"
 #include "vtkPointSet.h"

@@ -3,6 +3,7 @@
 
 #include "Core/Base/CoarseLevels.h"
 #include "Core/Base/MemoryGuard.h"
+#include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Surfels/NodeMoments.h"
 
 #include <algorithm>

@@ -23,7 +23,6 @@
 #pragma once
 
 #include "Core/Base/Executor.h"
-#include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Hierarchy/CutRange.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/View.h"
@@ -33,6 +32,8 @@
 
 namespace SurfelSplatting
 {
+struct SurfelCloud;
+
 enum class CutRule
 {
   Leaves, ///< the finest level everywhere

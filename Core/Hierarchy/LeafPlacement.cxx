@@ -2,7 +2,6 @@
 #include "Core/Hierarchy/LeafPlacement.h"
 
 #include "Core/Surfels/NodeMoments.h"
-#include "Core/Surfels/NodePacking.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Picture/SplatExchange.h"
 
-#include "Core/Raster/RasterTarget.h"
+#include "Core/Base/Tiles.h"
 
 #include <algorithm>
 #include <cstdint>

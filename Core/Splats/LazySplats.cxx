@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/LazySplats.h"
 
+#include "Core/Base/Tiles.h"
+#include "Core/Hierarchy/ClusterBounds.h"
+
 #include <algorithm>
 #include <chrono>
 #include <limits>

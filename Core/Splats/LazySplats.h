@@ -14,7 +14,6 @@
 #pragma once
 
 #include "Core/Base/KeySorter.h"
-#include "Core/Base/Tiles.h"
 #include "Core/Hierarchy/HierarchyCut.h"
 #include "Core/Splats/SplatList.h"
 #include "Core/Splats/SplatMaker.h"

@@ -9,6 +9,7 @@
  */
 #pragma once
 
+#include "Core/Base/PixelBox.h"
 #include "Core/Hierarchy/CutRange.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/LensVisibility.h"

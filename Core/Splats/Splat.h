@@ -5,8 +5,6 @@
  */
 #pragma once
 
-#include "Core/Base/PixelBox.h"
-
 #include <cstdint>
 
 namespace SurfelSplatting

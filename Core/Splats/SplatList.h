@@ -12,10 +12,9 @@
 
 #include "Core/Base/Buffer.h"
 #include "Core/Base/Executor.h"
-#include "Core/Hierarchy/HierarchyCut.h"
+#include "Core/Hierarchy/CutRange.h"
 #include "Core/Splats/SetupTarget.h"
 #include "Core/Splats/Splat.h"
-#include "Core/Splats/SplatContext.h"
 #include "Core/Splats/Tent.h"
 
 #include <cstdint>

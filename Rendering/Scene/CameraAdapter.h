@@ -7,7 +7,7 @@
 #include "Core/Base/Geometry.h"
 #include "Core/Lens/Lens.h"
 #include "Core/Lens/View.h"
-#include "Core/Surfels/SurfelCloud.h"
+#include "Core/Surfels/Shading.h"
 
 #include <vector>
 

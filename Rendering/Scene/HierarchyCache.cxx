@@ -2,6 +2,7 @@
 #include "Rendering/Scene/HierarchyCache.h"
 
 #include "Core/Hierarchy/HierarchyBuilder.h"
+#include "Core/Hierarchy/NodeColors.h"
 #include "Core/Hierarchy/NodeHarmonics.h"
 #include "Core/Surfels/SurfelArrays.h"
 #include "Rendering/Scene/MappedArrays.h"

@@ -11,7 +11,6 @@
 #include "Core/Files/ArrayFile.h"
 #include "Core/Hierarchy/ClusterBounds.h"
 #include "Core/Hierarchy/LeafPlacement.h"
-#include "Core/Hierarchy/NodeColors.h"
 #include "Core/Surfels/SurfelCloud.h"
 
 #include <vtkType.h>

@@ -111,8 +111,8 @@ struct ScalarPixel
       largest = std::max({ largest, std::abs(layers.Color[0] - this->Layers.Color[0]),
         std::abs(layers.Through - this->Layers.Through) });
     }
-    // Each time that nothing is left of the light, rounding leaves half a unit of it, divided by
-    // LeastLeft.
+    // Each time that less than 1/512 of the light is left, rounding leaves half a unit of it, which
+    // a division by the rest enlarges.
     const double left = 512.0 * Epsilon * this->Layers.FaintLeaks;
     return 4.0 * largest + 2.0 * Epsilon * (this->Terms + 8.0 * this->Layers.Leaks) + left;
   }

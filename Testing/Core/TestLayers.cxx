@@ -153,7 +153,7 @@ TEST_CASE("Continuity in the weight")
       largest = i > 0 ? std::max(largest, Difference(p, last)) : 0.0;
       last = p;
     }
-    // What has room falls from all to nothing over FullKnee of the weight: by 10 times the step, of
+    // Room falls from all to nothing over RippleInFocus of the weight: by 10 times the step, of
     // a splat of 0.4.
     std::printf(
       "weight%s: %.1f of a step at most\n", onLens ? ", lens" : "", largest * Steps / 1.5);

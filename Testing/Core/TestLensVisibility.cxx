@@ -233,7 +233,7 @@ TEST_CASE("Leaks add up")
                             a = Leak(through, layer, first);
     const LayerLeak<double> b = Leak(a.Through,
       LayerCoverage<double>{ a.Weight * weight, a.Opacity * opacity, a.Seen * layer.Seen }, second);
-    CHECK_NEAR(b.Through, at.Through, 1e-6); // of three LeakRoots
+    CHECK_NEAR(b.Through, at.Through, 1e-6); // of three calls of LeakRoot
     CHECK_NEAR(a.Weight * b.Weight, at.Weight, 1e-6);
     CHECK_NEAR(a.Opacity * b.Opacity, at.Opacity, 1e-6);
   }
