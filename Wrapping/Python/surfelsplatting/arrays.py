@@ -18,6 +18,7 @@ from .views.cameras import View, check_view
 from .clouds.reading import Cloud
 from .views.focus import focused_on_front
 from .views.framing import complete_view
+from .views.vtkcamera import make_camera
 from .problems import UserProblem
 from .lens import Lens, focus_on_point
 from .lighting import needs_light, set_lights
@@ -264,25 +265,18 @@ def _as_polydata(points, colors, normals):
 
 def renderer_of(surfels, view, has_colors, lighting):
     """A vtkSurfelImageRenderer of surfels without a lens, seen in a complete view."""
-    core = vtk("vtkRenderingCore")
     mapper = vtkSurfelMapper()
     mapper.SetInputData(surfels)
     mapper.SetScalarVisibility(has_colors)
     mapper.SetColorModeToDirectScalars()
-    actor = core.vtkActor()
+    actor = vtk("vtkRenderingCore").vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(LIGHT_GREY)
     actor.GetProperty().SetLighting(needs_light(surfels) if lighting is None else bool(lighting))
-    camera = core.vtkCamera()
-    camera.SetPosition(view.position)
-    camera.SetFocalPoint(view.focal_point)
-    camera.SetViewUp(view.view_up)
-    camera.SetViewAngle(view.view_angle)
-    camera.SetFocalDistance(view.focal_distance)
     renderer = vtkSurfelImageRenderer()
     renderer.AddActor(actor)
     set_lights(renderer, actor)
-    renderer.SetCamera(camera)
+    renderer.SetCamera(make_camera(view))
     renderer.SetSize(*view.size)
     return renderer
 
