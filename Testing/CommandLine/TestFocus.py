@@ -3,7 +3,6 @@
 
 import math
 import os
-import random
 import subprocess
 import tempfile
 import unittest
@@ -19,7 +18,7 @@ from surfelsplatting.surfels import make_surfels
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.views.cameras import View, asked_view, read_view
 from surfelsplatting.views.focus import point_at_pixel
-from surfelsplatting.views.vtkcamera import make_camera, set_lens, view_of
+from surfelsplatting.views.vtkcamera import make_camera, set_lens
 from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 from vtkmodules.vtkRenderingCore import vtkActor
@@ -150,22 +149,14 @@ class TestCameraFile(ToolCase):
             write_view(view, "camera.json")
             self.assertEqual(read_view("camera.json"), view)
 
-    def test_file_of_a_window_gives_the_same_picture(self):
+    def test_file_gives_the_same_picture(self):
         renderer = renderer_of(VIEW)
-        camera, splatter = renderer.GetCamera(), renderer.GetSplatter()
-        randoms = random.Random(7)
-        for turn in range(40):
-            camera.Azimuth(randoms.uniform(-180, 180))
-            camera.Elevation(randoms.uniform(-40, 40))
-            camera.OrthogonalizeViewUp()
-            view = view_of(camera, splatter, VIEW.size)
-            self.assertEqual(view_of(make_camera(view), splatter, VIEW.size), view, turn)
         for lens in ({"circle_of_confusion": 15.0, "focus_point": tuple(UTM + (0.5, 0.5, 0.7))},
                      {"focal_disk": 0.7, "focal_distance": 5.2}, {}):
-            show(renderer, replace(view, **lens))
-            saved = view_of(renderer.GetCamera(), splatter, VIEW.size)
+            view = replace(VIEW, **lens)
+            show(renderer, view)
             before = picture_of(renderer)
-            write_view(saved, "camera.json")
+            write_view(view, "camera.json")
             show(renderer, VIEW)
             show(renderer, read_view("camera.json"))
             np.testing.assert_array_equal(picture_of(renderer), before)
