@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <cstddef>
+
 namespace SurfelSplatting
 {
 /// Size of a picture in px, or of a coarse grid in cells.
@@ -17,6 +19,12 @@ struct PixelBox
 {
   int X0, Y0, X1, Y1;
 };
+
+/// The place of a pixel in an array [height][width].
+inline std::size_t PixelIndex(int x, int y, int width)
+{
+  return static_cast<std::size_t>(y) * width + x;
+}
 
 inline bool IsEmpty(const PixelBox& box)
 {

@@ -64,7 +64,7 @@ void ForPixels(std::size_t tile, const PictureSize& size, Function&& function)
   {
     for (int x = box.X0; x < box.X1; ++x)
     {
-      function(x, y, static_cast<std::size_t>(y) * size.Width + x);
+      function(x, y, PixelIndex(x, y, size.Width));
     }
   }
 }

@@ -75,12 +75,6 @@ struct FootprintOf : Symmetric2Of<Real>
     this->CompleteFromDeterminant();
   }
 
-  /// @param variance the diagonal of h I + V_I
-  SURFELSPLATTING_INLINE FootprintOf(const Symmetric2Of<Real>& projected, const Real (&variance)[2])
-    : FootprintOf(projected, Symmetric2Of<Real>{ variance[0], variance[1], Real{} })
-  {
-  }
-
   SURFELSPLATTING_INLINE Real Trace() const { return this->XX + this->YY; }
 
   /// det W tr(W^-1 S).

@@ -83,7 +83,7 @@ void DeepImage::Receive(int x, int y, const VisibleLayer& received)
   VisibleLayer layer = received;
   layer.Spread = this->HasExtents ? layer.Spread : 0.0f;
   Parts& parts = this->Tiles[TileOf(x, y, this->Columns)];
-  std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Columns + x];
+  std::uint32_t& last = this->Last[PixelIndex(x, y, this->Columns)];
   if (last > 0 && Joins(layer, parts[last - 1]))
   {
     Part& part = parts[last - 1];
@@ -172,7 +172,7 @@ void DeepImage::FinishTile(std::size_t tile, std::vector<DeepSample>& samples)
       pixel.data(), pixel.data() + pixel.size(), 1.0f / static_cast<float>(this->Cells), samples);
     const int x = box.X0 + static_cast<int>(parts[begin].Pixel) % TileSize;
     const int y = box.Y0 + static_cast<int>(parts[begin].Pixel) / TileSize;
-    this->Ends[static_cast<std::size_t>(y) * this->Columns + x + 1] = samples.size() - before;
+    this->Ends[PixelIndex(x, y, this->Columns) + 1] = samples.size() - before;
   }
   Parts().swap(parts);
 }

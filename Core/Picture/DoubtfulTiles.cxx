@@ -86,7 +86,7 @@ float DoubtfulTiles::WeightAt(int column, int row) const
 {
   const int x = std::min(std::max(column, 0), this->Columns - 1);
   const int y = std::min(std::max(row, 0), this->Rows - 1);
-  return this->Weights[static_cast<std::size_t>(y) * this->Columns + x];
+  return this->Weights[PixelIndex(x, y, this->Columns)];
 }
 
 DoubtfulTiles::Neighbors DoubtfulTiles::NeighborsOf(std::size_t tile) const

@@ -28,7 +28,7 @@ public:
   void Finish();
 
 private:
-  std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y) * this->Width + x; }
+  std::size_t Index(int x, int y) const { return PixelIndex(x, y, this->Width); }
 
   int Width;
   int Cells = 0;

@@ -19,7 +19,7 @@ MedianDepths::MedianDepths(int width, int height, float* depths)
 void MedianDepths::Receive(int x, int y, const VisibleLayer& layer)
 {
   Layers& layers = this->Tiles[TileOf(x, y, this->Width)];
-  std::uint32_t& last = this->Last[static_cast<std::size_t>(y) * this->Width + x];
+  std::uint32_t& last = this->Last[PixelIndex(x, y, this->Width)];
   layers.push_back({ layer.Alpha, layer.Depth, last });
   last = static_cast<std::uint32_t>(layers.size());
 }
@@ -31,7 +31,7 @@ void MedianDepths::EndTile(const PixelBox& tile)
   {
     for (int x = tile.X0; x < tile.X1; ++x)
     {
-      const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+      const std::size_t p = PixelIndex(x, y, this->Width);
       float alpha = 0.0f;
       for (std::uint32_t i = this->Last[p]; i > 0; i = layers[i - 1].Before)
       {

@@ -387,7 +387,7 @@ void TileRaster::ClearPixels()
       done.Transmittance[l] = inside ? 1.0f : 0.0f;
       if (inside && this->OccluderDepth)
       {
-        done.OccluderDepth[l] = this->OccluderDepth[static_cast<std::size_t>(y) * this->Width + x];
+        done.OccluderDepth[l] = this->OccluderDepth[PixelIndex(x, y, this->Width)];
         this->NearestProp = std::min(this->NearestProp, done.OccluderDepth[l]);
       }
     }

@@ -2,6 +2,7 @@
 #include "Core/Splats/DepthImageSurfels.h"
 
 #include "Core/Base/LinearLight.h"
+#include "Core/Base/PixelBox.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,7 +63,7 @@ void DepthImageSurfels::FindConfusions(
 /// Whether a square of pixels can be one surfel.
 bool DepthImageSurfels::IsBlock(int x, int y, int side) const
 {
-  const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t corner = PixelIndex(x, y, this->Width);
   const float minConfusion =
     (this->Smooth.Has(x, y, side) ? MinSmoothConfusion : MinBlockConfusion)[side / 4];
   float nearest = this->Nearness[corner], farthest = nearest;
@@ -70,7 +71,7 @@ bool DepthImageSurfels::IsBlock(int x, int y, int side) const
   {
     for (int i = 0; i < side; ++i)
     {
-      const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
+      const std::size_t p = corner + PixelIndex(i, j, this->Width);
       if (!(this->Confusions[p] >= minConfusion))
       {
         return false;
@@ -90,7 +91,7 @@ void DepthImageSurfels::PlaceBlock(
   {
     return;
   }
-  const std::size_t corner = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t corner = PixelIndex(x, y, this->Width);
   const bool inside = x + side <= this->Width && y + side <= this->Height;
   if (side == 1 ? this->Confusions[corner] >= minConfusion : inside && this->IsBlock(x, y, side))
   {
@@ -146,7 +147,7 @@ void DepthImageSurfels::FindBlurredPixels(
 /// surface in front of it.
 std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
 {
-  const std::size_t own = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t own = PixelIndex(x, y, this->Width);
   for (int step = 2; step >= 1; --step)
   {
     const int i = x + step * dx, j = y + step * dy;
@@ -154,7 +155,7 @@ std::size_t DepthImageSurfels::Unmixed(int x, int y, int dx, int dy) const
     {
       continue;
     }
-    const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
+    const std::size_t p = PixelIndex(i, j, this->Width);
     if (std::abs(this->Nearness[p] - this->Nearness[own]) < SilhouetteExtension::MinStep)
     {
       return p;
@@ -230,13 +231,13 @@ void DepthImageSurfels::TakeBands()
 /// direction away from them.
 bool DepthImageSurfels::IsMixed(const DepthImage& image, int x, int y, int direction[2]) const
 {
-  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t p = PixelIndex(x, y, this->Width);
   int away[2] = { 0, 0 }, inFront = 0;
   for (int j = std::max(0, y - 1); j <= std::min(this->Height - 1, y + 1); ++j)
   {
     for (int i = std::max(0, x - 1); i <= std::min(this->Width - 1, x + 1); ++i)
     {
-      const std::size_t n = static_cast<std::size_t>(j) * this->Width + i;
+      const std::size_t n = PixelIndex(i, j, this->Width);
       if (this->Confusions[n] >= image.MinConfusion &&
         this->Nearness[n] - this->Nearness[p] >= SilhouetteExtension::MinStep)
       {
@@ -264,7 +265,7 @@ void DepthImageSurfels::FindMixed(
       const int y = static_cast<int>(row) + margin;
       for (int x = margin; x < camera.Width + margin; ++x)
       {
-        const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+        const std::size_t p = PixelIndex(x, y, this->Width);
         int away[2];
         if (this->Confusions[p] < image.MinConfusion && this->IsMixed(image, x, y, away))
         {
@@ -296,7 +297,7 @@ float DepthImageSurfels::RimDepth(const DepthImage& image, std::size_t place) co
   {
     for (int i = std::max(0, x - RimWidth); i <= std::min(this->Width - 1, x + RimWidth); ++i)
     {
-      const std::size_t p = static_cast<std::size_t>(j) * this->Width + i;
+      const std::size_t p = PixelIndex(i, j, this->Width);
       const float confusion = this->Confusions[p];
       if (confusion >= 0.0f && confusion <= maxConfusion)
       {
@@ -400,7 +401,7 @@ DepthImageSurfels::Sample DepthImageSurfels::MeanOf(
   {
     for (int i = 0; i < side; ++i)
     {
-      const std::size_t p = corner + static_cast<std::size_t>(j) * this->Width + i;
+      const std::size_t p = corner + PixelIndex(i, j, this->Width);
       const float* rgba = image.Colors + 4 * p;
       for (int c = 0; c < 4; ++c)
       {

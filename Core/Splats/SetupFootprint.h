@@ -127,10 +127,9 @@ SURFELSPLATTING_INLINE FootprintOf<Real> PaperFootprint(const SetupJob& job,
   const Symmetric2Of<Real> lens = LensVariance(job, blur);
   const Symmetric2Of<Real> difference = Circumellipse(
     level, Symmetric2Of<Real>{ Larger(lens.XX, least), Larger(lens.YY, least), lens.XY });
-  const Real variance[2] = { h, h };
-  return FootprintOf<Real>({ reconstruction.XX + difference.XX, reconstruction.YY + difference.YY,
-                             reconstruction.XY + difference.XY },
-    variance);
+  return { { reconstruction.XX + difference.XX, reconstruction.YY + difference.YY,
+             reconstruction.XY + difference.XY },
+    { h, h, Real{} } };
 }
 
 /// Footprints of surfels on the screen.

@@ -214,8 +214,8 @@ SURFELSPLATTING_INLINE ScreenFootprints<Real> ProjectGaussians(const SetupJob& j
   f.Tilted = MaskOf<Real>{};
   f.Cell = Uniform<Real>(1.0);
   f.SquaredConfusion = blur.ConfusionX * blur.ConfusionY;
-  const Real h[2] = { Uniform<Real>(job.Prefilter), Uniform<Real>(job.Prefilter) };
-  sharp = FootprintOf<Real>(f.Projected, h);
+  const Real h = Uniform<Real>(job.Prefilter);
+  sharp = FootprintOf<Real>(f.Projected, { h, h, Real{} });
   return f;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SilhouetteExtension.h"
 
+#include "Core/Base/PixelBox.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -59,7 +61,7 @@ void SilhouetteExtension::Clear(const Executor& executor)
 /// Whether any of the eight neighbours is farther by MinStep.
 inline bool SilhouetteExtension::IsStep(int x, int y) const
 {
-  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t p = PixelIndex(x, y, this->Width);
   const float limit = this->Nearness[p] - MinStep;
   if (this->Confusions[p] < this->MinConfusion)
   {
@@ -83,26 +85,25 @@ float SilhouetteExtension::Rise(int x, int y) const
   {
     for (int i = std::max(0, x - 1); i <= std::min(this->Width - 1, x + 1); ++i)
     {
-      nearest = std::max(nearest, this->Nearness[static_cast<std::size_t>(j) * this->Width + i]);
+      nearest = std::max(nearest, this->Nearness[PixelIndex(i, j, this->Width)]);
     }
   }
-  return nearest - this->Nearness[static_cast<std::size_t>(y) * this->Width + x];
+  return nearest - this->Nearness[PixelIndex(x, y, this->Width)];
 }
 
 /// Whether a surface ends between a pixel (x, y) and its neighbour (i, j) behind it. A slope goes
 /// on: it is as steep before, or it falls on, or the surface ends beyond the neighbour.
 inline bool SilhouetteExtension::IsEdge(int x, int y, int i, int j) const
 {
-  const float behind = this->Nearness[static_cast<std::size_t>(j) * this->Width + i];
-  const float step = this->Nearness[static_cast<std::size_t>(y) * this->Width + x] - behind;
+  const float behind = this->Nearness[PixelIndex(i, j, this->Width)];
+  const float step = this->Nearness[PixelIndex(x, y, this->Width)] - behind;
   if (!(step >= MinStep))
   {
     return false;
   }
   const int beyondX = std::clamp(2 * i - x, 0, this->Width - 1);
   const int beyondY = std::clamp(2 * j - y, 0, this->Height - 1);
-  const float next =
-    behind - this->Nearness[static_cast<std::size_t>(beyondY) * this->Width + beyondX];
+  const float next = behind - this->Nearness[PixelIndex(beyondX, beyondY, this->Width)];
   return next < MinNextStep * step && step > this->Rise(x, y);
 }
 
@@ -129,7 +130,7 @@ inline void SilhouetteExtension::Offer(int x, int y, std::size_t p, std::int32_t
 
 inline void SilhouetteExtension::OfferFrom(int x, int y, int i, int j)
 {
-  const std::size_t p = static_cast<std::size_t>(y) * this->Width + x;
+  const std::size_t p = PixelIndex(x, y, this->Width);
   if (i < 0 || i >= this->Width || j < 0 || j >= this->Height ||
     this->Confusions[p] < this->MinConfusion)
   {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Splats/SmoothCells.h"
 
+#include "Core/Base/PixelBox.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -108,7 +110,7 @@ void SmoothCells::Find(const Pixels& pixels, const Executor& executor)
         Range range = window[0][i];
         range.Join(window[1][i]);
         range.Join(window[2][i]);
-        this->Cells[static_cast<std::size_t>(middle) * this->Columns + i] = range.IsSmall() ? 1 : 0;
+        this->Cells[PixelIndex(i, middle, this->Columns)] = range.IsSmall() ? 1 : 0;
       }
     }
   });
@@ -121,7 +123,7 @@ bool SmoothCells::Has(int x, int y, int side) const
   {
     for (int i = x / 2; i < (x + side) / 2; ++i)
     {
-      smooth = smooth && this->Cells[static_cast<std::size_t>(j) * this->Columns + i] != 0;
+      smooth = smooth && this->Cells[PixelIndex(i, j, this->Columns)] != 0;
     }
   }
   return smooth;

@@ -125,12 +125,12 @@ void CheckBox(const ResamplingKernel& k, double support)
   CHECK(top >= k.HalfHeight * (1.0 - missed));
 }
 
-void CheckKernel(const Symmetric2& projected, const double (&variance)[2], double cutoff,
-  const ResamplingKernel& k)
+void CheckKernel(
+  const Symmetric2& projected, const Symmetric2& variance, double cutoff, const ResamplingKernel& k)
 {
   const TruncatedGaussian gaussian(cutoff);
   const Moments m = Integrate(k, gaussian.Support());
-  const double wxx = projected.XX + variance[0], wyy = projected.YY + variance[1];
+  const double wxx = projected.XX + variance.XX, wyy = projected.YY + variance.YY;
   const double determinant = wxx * wyy - projected.XY * projected.XY;
   // The integration is exact to rounding; tau loses digits as c^2 at small c, and the determinant
   // those of its terms.
@@ -156,7 +156,7 @@ TEST_CASE("Moments")
     {
       const Symmetric2 projected = RandomCovariance(random, i);
       const double v = random.Uniform(0.1, 100.0);
-      const double variance[2] = { v, i % 2 ? v : v * random.Uniform(0.2, 5.0) };
+      const Symmetric2 variance{ v, i % 2 ? v : v * random.Uniform(0.2, 5.0), 0.0 };
       const Footprint w(projected, variance);
       const TruncatedGaussian gaussian(cutoff);
       CheckKernel(projected, variance, cutoff, GaussianKernel(w, gaussian));
@@ -166,7 +166,7 @@ TEST_CASE("Moments")
       const Symmetric2 little{ i % 2 ? projected.XX : 0.0, i % 2 ? projected.YY : 0.0,
         i % 2 ? projected.XY : 0.0 };
       const ResamplingKernel lens = LensKernel(
-        Footprint(little, variance), 4.0 * std::min(variance[0], variance[1]) * share, gaussian);
+        Footprint(little, variance), 4.0 * std::min(variance.XX, variance.YY) * share, gaussian);
       kinds.insert(
         static_cast<int>(std::min(2.0 + SmoothShape, lens.Shape)) - (lens.Shape < 1.0 ? 1 : 0));
       smooth.insert(std::max(lens.Shape, SmoothShape));
@@ -197,7 +197,7 @@ double Kurtosis(const ResamplingKernel& k, double support, double scale)
 TEST_CASE("Kurtosis")
 {
   const TruncatedGaussian gaussian(2.5);
-  const double variance[2] = { 100.0, 100.0 };
+  const Symmetric2 variance{ 100.0, 100.0, 0.0 };
   double last = 1e300;
   for (double share : { 1.0, 0.98, 0.93, 0.85, 0.8, 0.75, 0.67, 0.65, 0.6, 0.3 })
   {
@@ -253,7 +253,7 @@ TEST_CASE("Ellipses")
     const Symmetric2 mapped{ a * a * own.XX + 2.0 * a * b * own.XY + b * b * own.YY,
       b * b * own.XX + 2.0 * b * c * own.XY + c * c * own.YY,
       a * b * own.XX + (a * c + b * b) * own.XY + b * c * own.YY };
-    const double disc[2] = { v, v };
+    const Symmetric2 disc{ v, v, 0.0 };
     const Footprint ofDisc(mapped, disc);
     const KernelProfile<double> profile = ChooseProfile<double>(KernelType::PearsonII, gaussian, w,
       BlurShape<double>(w, 4.0 * v, { shape.XX, shape.YY, shape.XY }));
@@ -270,7 +270,7 @@ TEST_CASE("Ellipses")
 TEST_CASE("Limits")
 {
   const TruncatedGaussian gaussian(2.5);
-  const double variance[2] = { 100.0, 100.0 };
+  const Symmetric2 variance{ 100.0, 100.0, 0.0 };
   const Footprint w({ 0, 0, 0 }, variance);
   const ResamplingKernel disc = LensKernel(w, 400.0, gaussian);
   CHECK_NEAR(disc.Peak, 1.0 / (Pi * 400.0), 1e-15); // 1 / (pi C^2)
@@ -284,7 +284,7 @@ TEST_CASE("Limits")
     last = shape;
   }
   CHECK(LensKernel(w, 0.0, gaussian).Shape == 1.0);
-  const double little[2] = { 1.0, 1.0 };
+  const Symmetric2 little{ 1.0, 1.0, 0.0 };
   CHECK(LensKernel(Footprint({ 3, 2, 1 }, little), 0.0, gaussian).Shape == 1.0);
 }
 
@@ -293,7 +293,7 @@ TEST_CASE("Limits")
 TEST_CASE("Continuity")
 {
   const TruncatedGaussian gaussian(2.5);
-  const double variance[2] = { 100.0, 100.0 };
+  const Symmetric2 variance{ 100.0, 100.0, 0.0 };
   const Footprint w({ 0, 0, 0 }, variance);
   constexpr int Steps = 20000, Places = 60;
   double last[Places] = {}, largest = 0.0;
@@ -347,7 +347,7 @@ TEST_CASE("Truncation")
 TEST_CASE("Indefinite")
 {
   const TruncatedGaussian gaussian(2.5);
-  const double variance[2] = { 1.0, 1.0 };
+  const Symmetric2 variance{ 1.0, 1.0, 0.0 };
   for (double excess : { 1e-7, 1e-3, 0.3 })
   {
     const Symmetric2 projected{ 1e4, 1e2, 1e3 * (1.0 + excess) };
