@@ -239,7 +239,7 @@ double MedianDeviation(vtkDataArray* covariances)
     double s[6];
     covariances->GetTuple(i, s);
     const double area = SurfelSplatting::MeanKernelArea(
-      SurfelSplatting::Symmetric3Of<double>{ s[0], s[1], s[2], s[3], s[4], s[5] });
+      SurfelSplatting::Symmetric3{ s[0], s[1], s[2], s[3], s[4], s[5] });
     if (std::isfinite(area))
     {
       deviations.push_back(std::sqrt(area));

@@ -121,6 +121,19 @@ constexpr float MaxLensCentroid = 0.9f;
 constexpr float CoverLossPerCentroid = 1.18f;
 
 /**
+ * Distance of a layer's centroid from the lens's centre, without its excess over full coverage.
+ * @param weight sum w, > 0
+ * @param moment length of sum w u
+ */
+template <class Real>
+SURFELSPLATTING_INLINE Real CentroidOfLayer(const Real& weight, const Real& moment)
+{
+  const Real excess = Larger(weight - 1.0f, Real(0.0f));
+  return Larger(moment - ExcessCentroid * excess, Real(0.0f)) /
+    Larger(Smaller(weight, Real(1.0f)), Real(1e-30f));
+}
+
+/**
  * Share of the lens that a layer can cover at most. Surfaces that cover one another through the
  * same side of the lens have a sum of weights that their centroid does not allow.
  * @param weight sum w, > 0
@@ -129,11 +142,8 @@ constexpr float CoverLossPerCentroid = 1.18f;
 template <class Real>
 SURFELSPLATTING_INLINE Real LargestCoverOfLayer(const Real& weight, const Real& moment)
 {
-  const Real excess = Larger(weight - 1.0f, Real(0.0f));
-  const Real centroid = Larger(moment - ExcessCentroid * excess, Real(0.0f)) /
-    Larger(Smaller(weight, Real(1.0f)), Real(1e-30f));
   constexpr float noise = CentroidNoise * CentroidNoise;
-  const Real c = Smaller(centroid, Real(1.0f));
+  const Real c = Smaller(CentroidOfLayer(weight, moment), Real(1.0f));
   const Real counted = c - c * (noise / (c * c + noise));
   return LargestCover(Smaller(counted, Real(MaxLensCentroid)));
 }
@@ -148,12 +158,9 @@ SURFELSPLATTING_INLINE Real LargestCoverOfLayer(const Real& weight, const Real& 
 template <class Real>
 SURFELSPLATTING_INLINE Real ShrinkMoment(const Real& weight, const Real& moment, const Real& shrink)
 {
-  const Real beyond =
-    Larger(moment - ExcessCentroid * Larger(weight - 1.0f, Real(0.0f)), Real(0.0f));
-  const Real centroid = beyond / Larger(Smaller(weight, Real(1.0f)), Real(1e-30f));
   const Real left = shrink * weight;
-  const Real wanted =
-    centroid * Smaller(left, Real(1.0f)) + ExcessCentroid * Larger(left - 1.0f, Real(0.0f));
+  const Real wanted = CentroidOfLayer(weight, moment) * Smaller(left, Real(1.0f)) +
+    ExcessCentroid * Larger(left - 1.0f, Real(0.0f));
   return Smaller(wanted / Larger(moment, Real(1e-30f)), shrink);
 }
 
@@ -171,14 +178,6 @@ constexpr float FullOfTents = 1.3f, RippleOfTents = 0.2f;
 /// A layer's coverage at a lens point is f0 + FillSlope 4 f1.u. With the whole slope, half a lens
 /// that is covered has 1.35 at its rim instead of 1, and what arrives there last would be dropped.
 constexpr float FillSlope = 0.6f;
-
-/// @param fill coverage of the layer at the fragment's lens point
-/// @param ripple RippleInFocus or RippleThroughLens
-template <class Real>
-SURFELSPLATTING_INLINE Real RoomInLayer(const Real& fill, float ripple)
-{
-  return Smaller(Larger((1.0f + ripple - fill) / ripple, Real(0.0f)), Real(1.0f));
-}
 
 /// A fragment of this weight (share of a pixel) makes its layer as long as the splat's z-range. One
 /// of less takes the layer's end closer to the splat's by its share of it: two halves do nearly

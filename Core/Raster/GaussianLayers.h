@@ -410,8 +410,8 @@ struct CellCorners
     for (int k = 0; k < N * N; ++k)
     {
       const int ci = i + k % N, cj = j + k / N;
-      this->Block[k] = cj / BlockSize * BlocksPerRow + ci / BlockSize;
-      this->Lane[k] = cj % BlockSize * BlockSize + ci % BlockSize;
+      this->Block[k] = BlockOfPixel(ci, cj);
+      this->Lane[k] = LaneOfPixel(ci, cj);
     }
   }
 

@@ -11,16 +11,6 @@ namespace
 /// Cells that let less through begin with this.
 constexpr float LeastStart = 1.0f / 64.0f;
 
-int BlockOfPixel(int x, int y)
-{
-  return y / BlockSize * BlocksPerRow + x / BlockSize;
-}
-
-int LaneOfPixel(int x, int y)
-{
-  return y % BlockSize * BlockSize + x % BlockSize;
-}
-
 /// Sums over the pixels of a cell, weighted with T, since nothing is seen behind a closed pixel.
 struct CellSums
 {

@@ -27,6 +27,16 @@ constexpr int PixelsPerBlock = BlockSize * BlockSize;
 constexpr int BlocksPerRow = TileSize / BlockSize;
 constexpr int BlocksPerTile = BlocksPerRow * BlocksPerRow;
 
+/// The block of a tile's pixel, and the pixel's place in it.
+SURFELSPLATTING_INLINE int BlockOfPixel(int x, int y)
+{
+  return y / BlockSize * BlocksPerRow + x / BlockSize;
+}
+SURFELSPLATTING_INLINE int LaneOfPixel(int x, int y)
+{
+  return y % BlockSize * BlockSize + x % BlockSize;
+}
+
 /// OpenLayers::Far where there is no layer. Every comparison with NaN is false: nothing ends there.
 constexpr float NoFar = __builtin_nanf("");
 

@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
+#include <string>
 
 namespace
 {
@@ -85,7 +86,7 @@ int vtkPointCloudReader::RequestData(
     vtkErrorMacro("No file to read: call SetFileName first.");
     return 0;
   }
-
+  std::string problem;
   try
   {
     const PointCloud::PointCloudFile file = PointCloud::ReadPointCloudFile(this->FileName);
@@ -99,23 +100,20 @@ int vtkPointCloudReader::RequestData(
     {
       AddSensor(file, output);
     }
+    return 1;
   }
   catch (const std::bad_alloc&)
   {
-    output->Initialize();
-    this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(<< this->FileName
-                  << " does not fit into memory: reduce the number of points first.");
-    return 0;
+    problem = "the points do not fit into memory: reduce their number first.";
   }
-  catch (const std::exception& problem)
+  catch (const std::exception& found)
   {
-    output->Initialize();
-    this->SetErrorCode(vtkErrorCode::FileFormatError);
-    vtkErrorMacro(<< this->FileName << ": " << PointCloud::Printable(problem.what()));
-    return 0;
+    problem = PointCloud::Printable(found.what());
   }
-  return 1;
+  output->Initialize();
+  this->SetErrorCode(vtkErrorCode::FileFormatError);
+  vtkErrorMacro(<< this->FileName << ": " << problem);
+  return 0;
 }
 
 //------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ struct Pixel
     }
     const double reach = std::fmin(1.0, weight / WeightOfReach);
     this->Far = begin + reach * std::fmax(0.0, s.Far - begin);
-    weight *= RoomInLayer(this->Weight, RippleInFocus);
+    weight *= std::clamp((1.0 + RippleInFocus - this->Weight) / RippleInFocus, 0.0, 1.0);
     this->Weight += weight;
     this->Opacity += weight * s.Opacity;
     this->Color[0] += weight * s.Opacity * s.Red;
