@@ -92,17 +92,6 @@ struct SurfelCloud
     return { s[0], s[1], s[2], s[3], s[4], s[5] };
   }
 
-  /// Mean covariance of the leaves below a node.
-  Symmetric3 LeafCovariance(std::size_t i) const
-  {
-    if (!this->IsNode(i) || !this->LeafCovariances)
-    {
-      return this->Covariance(i);
-    }
-    const float* s = this->LeafCovariances + 6 * (i - this->NumberOfSurfels);
-    return { s[0], s[1], s[2], s[3], s[4], s[5] };
-  }
-
   Vector3 AreaVector(std::size_t i) const
   {
     if (this->IsNode(i))

@@ -186,6 +186,13 @@ double LargestElement(const Symmetric3& s)
     std::abs(s.XZ) });
 }
 
+/// Mean covariance of the leaves below a node.
+Symmetric3 LeafCovariance(const SurfelCloud& tree, std::size_t node)
+{
+  const float* s = tree.LeafCovariances + 6 * (node - tree.NumberOfSurfels);
+  return { s[0], s[1], s[2], s[3], s[4], s[5] };
+}
+
 void CheckCovariance(const Symmetric3& stored, const Symmetric3& expected, double tolerance)
 {
   const Symmetric3 d = Mix(stored, 1.0, expected, -1.0);
@@ -224,7 +231,7 @@ void CheckSpread(const SurfelCloud& tree, std::size_t node, std::size_t first, s
   const double cone = ConeOf(tree.Node(node));
   CHECK((twoSided ? cone == -1.0 : cosine >= cone));
   CheckCovariance(tree.Covariance(node), covariance, 8.0 * Packed);
-  CheckCovariance(tree.LeafCovariance(node), leaves, 1e-6);
+  CheckCovariance(LeafCovariance(tree, node), leaves, 1e-6);
   // Opacities vary within the node, and means of position are by area: the first moment is about
   // centres that differ by that much.
   const ColorMoments colors = UnpackColor(tree.NodeColors[node - tree.NumberOfSurfels]);
@@ -340,7 +347,7 @@ bool IsFinite(const TestHierarchy& h)
     const std::array<double, 4> c = tree.Color(i);
     if (!std::isfinite(p[0] + p[1] + p[2]) || !std::isfinite(a[0] + a[1] + a[2]) ||
       !std::isfinite(tree.Covariance(i).Trace()) || !std::isfinite(tree.Node(i).Bound) ||
-      !std::isfinite(tree.LeafCovariance(i).Trace()) || !std::isfinite(c[0] + c[1] + c[2] + c[3]))
+      !std::isfinite(LeafCovariance(tree, i).Trace()) || !std::isfinite(c[0] + c[1] + c[2] + c[3]))
     {
       return false;
     }
