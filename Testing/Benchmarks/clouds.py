@@ -77,7 +77,7 @@ def view_camera(view):
 
 def framed_camera(surfels):
     """As surfelsplat render shows it."""
-    anywhere = SimpleNamespace(viewpoint=None, columns=None)
+    anywhere = SimpleNamespace(viewpoint=None, columns=None, image=None)
     view = complete_view(View(size=(512, 512)), anywhere, surfels)
     focus = surface_in_the_middle(Samples(surfels), np.array(view.position),
                                   np.array(view.focal_point), view)

@@ -190,7 +190,7 @@ class TestTurns(unittest.TestCase):
 
 class TestFraming(unittest.TestCase):
     def setUp(self):
-        self.cloud = SimpleNamespace(viewpoint=None, columns=0)
+        self.cloud = SimpleNamespace(viewpoint=None, columns=0, image=None)
         points, _ = sphere(5000)
         self.points, self.normals = points * [2, 1, 1], points
 
@@ -299,7 +299,8 @@ class TestSensors(unittest.TestCase):
         points[:len(points) // 3] = np.nan
         points[np.arange(len(points)) % columns > 0.6 * columns] = np.nan
         surfels = surfels_of(points, self.PLACE - points)
-        return SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=columns), surfels
+        return SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=columns,
+                               image=None), surfels
 
     def setUp(self):
         x, y = np.meshgrid((np.arange(40) - 19.5) / 40, (np.arange(30) - 14.5) / 40)
@@ -358,7 +359,8 @@ class TestSensors(unittest.TestCase):
         points = (depth[:, None] * self.rays) @ self.TURN.T + self.PLACE
         normals = np.where((depths[0] < depths[1])[:, None], normal, front)
         surfels = surfels_of(points, depth[:, None] ** 2 * normals @ self.TURN.T)
-        self.cloud = SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=40)
+        self.cloud = SimpleNamespace(data=surfels, viewpoint=tuple(self.PLACE), columns=40,
+                                     image=None)
         self.surfels = surfels
         np.testing.assert_allclose(self.view_of().view_up, -self.TURN[:, 1], atol=1e-5)
         for wishes in (Wishes("left"), Wishes(azimuth=50)):
@@ -369,7 +371,7 @@ class TestSensors(unittest.TestCase):
 
     def test_surfels_keep_it(self):
         """The surfels of a depth image have no rows, but what keep_sensor wrote."""
-        view, alone = self.view_of(), SimpleNamespace(viewpoint=None, columns=0)
+        view, alone = self.view_of(), SimpleNamespace(viewpoint=None, columns=0, image=None)
         self.assertNotEqual(complete_view(View(), alone, self.surfels), view)
         keep_sensor(self.cloud, self.surfels)
         self.assertEqual(complete_view(View(), alone, self.surfels), view)

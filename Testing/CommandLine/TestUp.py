@@ -58,7 +58,7 @@ class TestHint(ToolCase):
 
 class TestUp(unittest.TestCase):
     def view_of(self, points, normals, two_sided=False):
-        return complete_view(View(), SimpleNamespace(viewpoint=None, columns=0),
+        return complete_view(View(), SimpleNamespace(viewpoint=None, columns=0, image=None),
                              surfels_of(points, normals, two_sided=two_sided))
 
     def test_terrain_lies_flat(self):

@@ -7,6 +7,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
+from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import holds_gaussians
 
@@ -22,6 +23,7 @@ class Cloud:
     data: object  # vtkPolyData, or vtkImageData of a volume
     viewpoint: Optional[Tuple[float, float, float]] = None  # of the sensor, if the file has it
     columns: int = 0  # of a depth image, stored row by row; 0 for other clouds
+    image: object = None  # (forward, up) of a sensor whose depth image is not in rows: [3] each
     how: str = ""  # what was read, and how, where the file does not say it
     is_unsure: bool = False  # whether that was a guess which may be wrong
     path: str = ""  # of the file, beside which the cameras of a capture may be
@@ -47,6 +49,22 @@ class Cloud:
     def is_drawable(self):
         """Whether it can be drawn without surfels being made of it."""
         return self.is_surfels or self.is_gaussians
+
+
+def _with_image(cloud):
+    """The Cloud, with its sensor if it is a depth image that was saved without rows"""
+    from ..surfels import note_scan
+    from .depthimages import image_axes
+
+    if cloud.is_drawable or cloud.viewpoint or cloud.data.GetNumberOfPoints() == 0:
+        return cloud
+    points = vtk("util.numpy_support").vtk_to_numpy(cloud.data.GetPoints().GetData())
+    cloud.image = image_axes(points)
+    if cloud.image:
+        cloud.viewpoint = (0.0, 0.0, 0.0)
+        note_scan(cloud.data, cloud.viewpoint)
+        cloud.how = "; ".join(filter(None, (cloud.how, "a depth image that is not in rows")))
+    return cloud
 
 
 def cloud_of(data, how=""):
@@ -78,17 +96,20 @@ def _read_scan(path, messages, progress):
     columns, rows = reader.GetDimensions()
     if path.lower().endswith(".ply") and rows <= 1 and not reader.GetHasViewpoint():
         return _of_ply_mesh(path, reader.GetOutput())
-    return Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
-                 columns if rows > 1 else 0)
+    cloud = Cloud(reader.GetOutput(), reader.GetViewpoint() if reader.GetHasViewpoint() else None,
+                  columns if rows > 1 else 0)
+    return cloud if cloud.columns else _with_image(cloud)
 
 
 def _of_ply_mesh(path, data):
     from .faces import MOST_VERTICES
     from .plyfaces import read_ply_faces
 
-    faces = read_ply_faces(path) if data.GetNumberOfPoints() <= MOST_VERTICES else None
+    cloud = _with_image(Cloud(data))
+    is_mesh = not cloud.image and data.GetNumberOfPoints() <= MOST_VERTICES
+    faces = read_ply_faces(path) if is_mesh else None
     if faces is None:
-        return Cloud(data)
+        return cloud
     data.SetPolys(faces)
     return _of_vertices(data)
 
@@ -140,7 +161,7 @@ def _read_text(path, _messages, _progress):
     from .text import read_text_cloud
 
     data, columns = read_text_cloud(path)
-    return Cloud(data, how=str(columns), is_unsure=columns.unsure)
+    return _with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
 
 
 def _read_las(path, _messages, _progress):

@@ -170,7 +170,7 @@ def _suggestions(report, cloud):
     if "inside" in report:
         found.append((report["inside"], "looks into the room" if report["room"] == "yes" else
                       "looks into it, if it is a room"))
-    if report.get("open") and not cloud.columns and not cloud.is_surfels:
+    if report.get("open") and not (cloud.columns or cloud.image or cloud.is_surfels):
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if cloud.is_antialiased:
         found.append(("--capture-filter antialiased", "the capture was trained with it"))

@@ -124,6 +124,31 @@ def _sensor_of_rows(cloud):
     return Sensor(np.asarray(cloud.viewpoint, np.float64), direction, up, spread)
 
 
+def _sensor_of_image(cloud):
+    """-> Sensor of a depth image that is not in rows, at the origin. It looks at the middle of what
+    it has seen, which is a part of its image if somebody has cut it out."""
+    forward, up = cloud.image
+    right = np.cross(forward, up)
+    points = vtk_to_numpy(cloud.data.GetPoints().GetData()).astype(np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slopes = points @ np.stack([right, up], axis=1) / (points @ forward)[:, None]
+    slopes = slopes[np.isfinite(slopes).all(axis=1)]
+    middle = (slopes.min(axis=0) + slopes.max(axis=0)) / 2
+    looks = unit(forward + middle @ [right, up])
+    above = unit(up - (up @ looks) * looks)
+    rays = slopes @ [right, up] + forward
+    spread = np.array([np.abs(rays @ axis / (rays @ looks)).max()
+                       for axis in (np.cross(looks, above), above)])
+    return Sensor(np.zeros(3), _rounded(-looks), _rounded(above), spread)
+
+
+def _sensor_of(cloud):
+    """-> Sensor that a file tells, or None"""
+    if cloud.image:
+        return _sensor_of_image(cloud)
+    return _sensor_of_rows(cloud) if cloud.viewpoint and cloud.columns else None
+
+
 def _values_of(surfels, name, count):
     """-> [count] of a field array, or None if it is missing or damaged"""
     array = surfels.GetFieldData().GetArray(name)
@@ -154,14 +179,14 @@ def sensor_of(cloud, surfels):
 
     The surfels of a depth image are not in rows; keep_sensor has written for them what is known.
     """
-    if cloud.viewpoint and cloud.columns:
-        return _sensor_of_rows(cloud)
+    if cloud.image or (cloud.viewpoint and cloud.columns):
+        return _sensor_of(cloud)
     return _kept_sensor(surfels)
 
 
 def keep_sensor(cloud, surfels):
     """Writes into the surfels of a depth image from where its sensor has seen it."""
-    sensor = _sensor_of_rows(cloud) if cloud.viewpoint and cloud.columns else None
+    sensor = _sensor_of(cloud)
     for name, values in zip(ARRAYS, astuple(sensor) if sensor else ()):
         if values is not None:
             array = numpy_to_vtk(values.reshape(1, -1), deep=True)
