@@ -298,6 +298,16 @@ vtkSmartPointer<vtkDataArray> DecodeOther(const FieldCloud& cloud, const Field& 
   return array;
 }
 
+// Programs that have no colours leave zeros in them, which are none.
+void SetColors(const RawVector<std::uint32_t>& packed, bool mayHaveAlpha, vtkPointData* data)
+{
+  const auto isBlack = [](std::uint32_t color) { return (color & 0xFFFFFF) == 0; };
+  if (packed.empty() || !std::all_of(packed.begin(), packed.end(), isBlack))
+  {
+    data->SetScalars(UnpackColors(packed, mayHaveAlpha));
+  }
+}
+
 // Every field must lie inside its point, or the copies above would read past the data.
 void CheckFields(const FieldCloud& cloud)
 {
@@ -322,13 +332,13 @@ void AddColors(const FieldCloud& cloud, vtkPointData* data, std::set<const Field
   }
   if (packed && SizeOf(packed->Type) == 4)
   {
-    data->SetScalars(UnpackColors(DecodePackedColors(cloud, *packed), packed->Name == "rgba"));
+    SetColors(DecodePackedColors(cloud, *packed), packed->Name == "rgba", data);
     used.insert(packed);
   }
   else if (separate[0])
   {
     const Field* alpha = Find(cloud, "alpha");
-    data->SetScalars(UnpackColors(DecodeSeparateColors(cloud, separate, alpha), alpha != nullptr));
+    SetColors(DecodeSeparateColors(cloud, separate, alpha), alpha != nullptr, data);
     used.insert(separate.begin(), separate.end());
     used.insert(alpha);
   }

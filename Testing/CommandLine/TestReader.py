@@ -277,6 +277,14 @@ class TestReader(ToolCase):
         colors = arrays_of(self.read("cloud.pcd").GetOutput())["RGB"]
         np.testing.assert_array_equal(colors, [[1, 2, 99], [255, 255, 255]])
 
+    def test_colors_that_nobody_has_set(self):
+        points, _ = sphere(10)
+        write_ply("cloud.ply", points, np.zeros((10, 3), np.uint8))
+        write_pcd("cloud.pcd", [(name, [0, 1], "f4") for name in "xyz"] + [("rgb", [0, 0], "u4")],
+                  "binary")
+        for path in ("cloud.ply", "cloud.pcd"):
+            self.assertEqual(arrays_of(self.read(path).GetOutput()), {})
+
     def test_can_read_goes_by_content(self):
         write_ply("cloud.dat", sphere(10)[0])
         write_pcd("cloud.bin", [(name, [1, 2], "f4") for name in "xyz"], "binary")

@@ -156,7 +156,9 @@ def arrays_of_columns(table, columns):
 
     arrays, used = {}, set(XYZ)
     if set(RGB) <= set(columns.meanings):
-        arrays["RGB"] = _as_bytes(np.nan_to_num(triple(RGB), posinf=0.0, neginf=0.0))
+        colors = _as_bytes(np.nan_to_num(triple(RGB), posinf=0.0, neginf=0.0))
+        if colors.any():  # writers that have no colours leave zeros
+            arrays["RGB"] = colors
         used.update(RGB)
     if set(NORMALS) <= set(columns.meanings):
         arrays["Normals"] = np.nan_to_num(triple(NORMALS), posinf=0.0, neginf=0.0)
