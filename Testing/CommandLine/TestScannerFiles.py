@@ -138,12 +138,13 @@ class TestE57(ToolCase):
 
 class TestWithoutPackages(ToolCase):
     def test_says_what_to_install(self):
-        for name, requirement in (("laspy", "laspy[lazrs]"), ("pye57", "pye57")):
-            extension = "las" if name == "laspy" else "e57"
+        for missing, extension, requirement in ((["laspy"], "las", "laspy[lazrs]"),
+                                                (["lazrs", "laszip"], "laz", "laspy[lazrs]"),
+                                                (["pye57"], "e57", "pye57")):
             with open(f"scan.{extension}", "wb") as file:
                 file.write(b"LASF")
-            code = (f"import sys; sys.modules['{name}'] = None; sys.argv = ['surfelsplat', 'render', "
-                    f"'scan.{extension}', '-o', 'out.png']\n"
+            code = (f"import sys; sys.modules.update(dict.fromkeys({missing})); sys.argv = "
+                    f"['surfelsplat', 'render', 'scan.{extension}', '-o', 'out.png']\n"
                     "from surfelsplatting.commandline import main; sys.exit(main())")
             result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                                     check=False)

@@ -23,6 +23,14 @@ def _package(name, requirement, path):
                           f"{path} out.ply`") from None
 
 
+def _check_decoder(laspy, path):
+    """laspy itself reads what is not compressed."""
+    if path.lower().endswith(".laz") and not laspy.LazBackend.detect_available():
+        raise UserProblem(f"{path}: compressed files need a decoder for the Python package laspy: pip "
+                          f"install 'laspy[lazrs]'; or convert the file, for example with `pdal "
+                          f"translate {path} out.las`")
+
+
 def _arrays(rgb, intensity):
     """Colours of 8 or 16 bits as bytes, and intensity; each may be None. Writers that have no colours
     or intensities leave zeros."""
@@ -63,7 +71,7 @@ def _las_scalars(las):
 def read_las_cloud(path):
     """-> vtkPolyData with double points."""
     laspy = _package("laspy", "laspy[lazrs]", path)
-
+    _check_decoder(laspy, path)
     try:
         if path.lower().endswith(".laz"):
             _check_chunks(path)
