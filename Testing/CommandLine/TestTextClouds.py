@@ -6,6 +6,7 @@ import unittest
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from surfelsplatting.clouds.ptx import read_ptx_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.clouds.text import read_text_cloud
 from toolcase import SMALL, ToolCase, arrays_of, sphere
@@ -147,9 +148,61 @@ class TestTextClouds(ToolCase):
         result = self.run_tool("render", "cloud.xyz", *SMALL, "-o", "out.png", "-v")
         self.assertIn("x, y, z, red, green, blue, guessed", result.stderr)
 
+    def test_colors_that_nobody_has_set(self):
+        self.assertEqual(self.check_points("1 2 3 0 0 0\n4 5 6 0 0 0\n"), {})
+
     def test_unknown_layouts(self):
         for text in ("1 2\n", "1 2 3 4 5\n", "1 2 3 4 5 6 7 8 9 10\n"):
             with self.assertRaises(UserProblem, msg=text):
+                self.read(text)
+
+
+class TestPtx(ToolCase):
+    """Scans of laser scanners. The second one is turned by 90 degrees about z, and moved."""
+
+    AXES = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    FIRST = "1\n3\n" + AXES + "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+    SECOND = "2\n1\n" + AXES + "0 1 0 0\n-1 0 0 0\n0 0 1 0\n500000.125 20 30 1\n"
+
+    def read(self, text):
+        with open("scan.ptx", "w", encoding="utf-8") as file:
+            file.write(text)
+        cloud, viewpoint = read_ptx_cloud("scan.ptx")
+        return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud), viewpoint
+
+    def test_two_scans(self):
+        points, arrays, viewpoint = self.read(
+            self.FIRST + "1 2 3 0.25 9 8 7\n0 0 0 0.5 0 0 0\n4 5 6 0.75 0 0 255\n" + self.SECOND
+            + "\n1 2 3 0.5 1 1 1\n0 2 0 1 2 2 2\n")
+        np.testing.assert_array_equal(points, [[1, 2, 3], [4, 5, 6], [499998.125, 21, 33],
+                                               [499998.125, 20, 30]])
+        np.testing.assert_array_equal(arrays["intensity"], [0.25, 0.75, 0.5, 1])
+        np.testing.assert_array_equal(arrays["RGB"], [[9, 8, 7], [0, 0, 255], [1] * 3, [2] * 3])
+        self.assertIsNone(viewpoint)
+
+    def test_one_scan_has_a_viewpoint(self):
+        """And what it lacks at its end is not missed."""
+        points, arrays, viewpoint = self.read(self.SECOND + "1 2 3 0.5\n")
+        self.assertEqual((len(points), set(arrays)), (1, {"intensity"}))
+        self.assertEqual(viewpoint, (500000.125, 20, 30))
+        converted = self.FIRST.replace(self.AXES, 4 * "0 0 0\n")  # which no scanner has written
+        self.assertIsNone(self.read(converted + "1 2 3 0.5\n")[2])
+
+    def test_z_is_up(self):
+        with open("scan.ptx", "w", encoding="utf-8") as file:
+            file.write(self.FIRST)
+            np.savetxt(file, np.column_stack([sphere(500)[0] * (1, 3, 1) + (9, 0, 0), np.ones(500)]))
+        text = self.run_tool("info", "scan.ptx").stdout
+        self.assertRegex(text, r"sensor +at 0 0 0\n")
+        self.assertRegex(text, r"up +0 0 1\n")
+
+    def test_errors(self):
+        for text, says in (("5\n1 2 3 4\n", "scan.ptx is not .*: a scan begins with its columns"),
+                           (self.FIRST + "1 2 3 4 5\n", "its points have 5 numbers"),
+                           (self.FIRST + "1 2 3 bad\n", "'bad', line 11$"),
+                           (self.FIRST + "0 0 0 0.5\n", "holds no points"),
+                           (self.FIRST, "holds no points")):
+            with self.assertRaisesRegex(UserProblem, says, msg=text):
                 self.read(text)
 
 

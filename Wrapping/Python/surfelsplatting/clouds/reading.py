@@ -182,6 +182,17 @@ def _read_e57(path, _messages, _progress):
     return Cloud(data, viewpoint)
 
 
+def _read_ptx(path, _messages, _progress):
+    from ..surfels import note_scan, note_up
+    from .ptx import read_ptx_cloud
+
+    data, viewpoint = read_ptx_cloud(path)
+    note_scan(data, viewpoint)
+    if viewpoint:
+        note_up(data, (0, 0, 1))  # scanners are level
+    return Cloud(data, viewpoint)
+
+
 OF_MESHES = "the vertices of its meshes"
 
 
@@ -224,6 +235,7 @@ _READERS = {
     ".asc": _read_text,
     ".csv": _read_text,
     ".pts": _read_text,
+    ".ptx": _read_ptx,
     ".las": _read_las,
     ".laz": _read_las,
     ".e57": _read_e57,

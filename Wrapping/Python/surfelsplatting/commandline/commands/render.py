@@ -12,8 +12,8 @@ DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
 
 CLOUD is one of these; surfelsplat info tells what is in it:
-  points     .ply .pcd .las .laz .e57 .csv .xyz .txt .asc .pts .vtp .vtu .vtk, with their colours,
-             alpha and normals; meshes, by their vertices or by points on their faces:
+  points     .ply .pcd .las .laz .e57 .ptx .csv .xyz .txt .asc .pts .vtp .vtu .vtk, with their
+             colours, alpha and normals; meshes, by their vertices or by points on their faces:
              .obj .stl .gltf .glb, and .ply .vtp .vtk with faces
   captures   of 3D Gaussian splatting: .ply .spz .splat
   volumes    .vti .vtk .mhd .mha .nrrd .nhdr

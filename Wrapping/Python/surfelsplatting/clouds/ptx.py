@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads .ptx files of laser scanners: scans one after the other, each with its place, as text."""
+
+import itertools
+import re
+
+import numpy as np
+
+from .columns import RGB, XYZ, Columns, arrays_of_columns
+from .polydata import polydata_of
+from ..problems import UserProblem
+
+# Columns and rows of the scan, place and axes of the scanner, then the matrix by whose rows its points
+# are multiplied from the left.
+HEADER = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
+WITHOUT_COLORS, WITH_COLORS = 4, 7  # columns of the points: x y z intensity, r g b
+
+
+class _Lines:
+    """The lines that are not blank, and the number of the last one"""
+
+    def __init__(self, file):
+        self.number = 0
+        self._lines = (line for self.number, line in enumerate(file, 1) if line.strip())
+        self._next = None
+
+    def next_is_header(self):
+        self._next = self._next or next(self._lines, None)
+        return self._next is not None and len(self._next.split()) == 1
+
+    def header(self):
+        """-> [10 lists of numbers]"""
+        lines = list(itertools.islice(self.points(False), len(HEADER)))
+        header = [[float(word) for word in line.split()] for line in lines]
+        if tuple(map(len, header)) != HEADER:
+            raise ValueError("a scan begins with its columns, its rows, the place and three axes of the "
+                             "scanner, and a matrix of 4 x 4 numbers")
+        return header
+
+    def points(self, up_to_header=True):
+        """Lines up to the next scan, or all; a scan may hold less than its columns and rows say"""
+        while True:
+            line, self._next = self._next or next(self._lines, None), None
+            if line is None:
+                return
+            if up_to_header and len(line.split()) == 1:
+                self._next = line
+                return
+            yield line
+
+
+def _read_scan(lines):
+    """-> [n, 4 or 7] of the points that were seen, in the coordinates of all scans; the place of the
+    scanner, or None if it is not known"""
+    header = lines.header()
+    axes, matrix = np.array(header[3:6]), np.array(header[6:])
+    points = lines.points()
+    first = next(points, None)
+    if first is None:
+        return np.zeros((0, WITH_COLORS)), None
+    table = np.loadtxt(itertools.chain([first], points), ndmin=2)
+    if table.shape[1] not in (WITHOUT_COLORS, WITH_COLORS):
+        raise ValueError(f"its points have {table.shape[1]} numbers instead of {WITHOUT_COLORS} or "
+                         f"{WITH_COLORS}")
+    table = table[(table[:, :3] != 0).any(axis=1)]  # what was not seen has zeros
+    table[:, :3] = table[:, :3] @ matrix[:3, :3] + matrix[3, :3]
+    # Programs that only convert points write zeros.
+    is_known = np.allclose(axes @ axes.T, np.eye(3), atol=1e-3)
+    return table, tuple(map(float, matrix[3, :3])) if is_known else None
+
+
+def read_ptx_cloud(path):
+    """-> vtkPolyData with double points, and the place of the scanner if it was one scan."""
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        lines = _Lines(file)
+        scans = []
+        try:
+            while lines.next_is_header() or not scans:
+                scans.append(_read_scan(lines))
+        except ValueError as problem:
+            reason = re.sub(r" to float64.*| at row \d+.*", "", str(problem).split(";")[0])
+            raise UserProblem(f"{path} is not a readable .ptx file: {reason}, line "
+                              f"{lines.number}") from problem
+    tables = [table for table, _ in scans if len(table)]
+    if not tables:
+        raise UserProblem(f"{path} holds no points")
+    # What one of the scans lacks cannot be shown for all.
+    width = min(table.shape[1] for table in tables)
+    table = np.concatenate([table[:, :width] for table in tables])
+    columns = Columns([*XYZ, "intensity", *(RGB if width == WITH_COLORS else ())], "of the file")
+    cloud = polydata_of(*arrays_of_columns(table, columns))
+    return cloud, scans[0][1] if len(scans) == 1 else None
