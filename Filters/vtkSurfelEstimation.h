@@ -191,7 +191,8 @@ public:
    * Which side of a surfel is its outside.
    * - CONSISTENT (default): signs are propagated over neighbours; closed components, tubes whose
    *   ends stick in other things, and thin plates of two sheets are turned outward and are
-   *   one-sided; rooms that were scanned from inside are turned inward; open or undecided ones are two-sided, unless UseViewpoint.
+   *   one-sided; rooms that were scanned from inside are turned inward; open or undecided ones are
+   * two-sided, unless UseViewpoint.
    * - VIEWPOINT: every surfel faces Viewpoint and is one-sided. For scans from one place.
    * - AS_GIVEN: the kept normals decide, one-sided. An error if there are none to keep.
    * - TWO_SIDED: every surfel is visible from both sides.
@@ -229,8 +230,9 @@ public:
    * median of that distance among its neighbours, or IsolationFactor squared times the median of
    * the whole cloud, or if it is off the planes of its neighbours, all of which are about as far,
    * half of IsolationFactor times the median of their distances. It gets the median spacing of its
-   * neighbours, and is two-sided in CONSISTENT.
-   * Default 6, range 2 to 1000.
+   * neighbours, and is two-sided in CONSISTENT. So is a point whose neighbours lie in no plane, at
+   * 2 IsolationFactor times the usual distance; it gets at most IsolationFactor times the usual
+   * spacing. Default 6, range 2 to 1000.
    */
   vtkSetClampMacro(IsolationFactor, double, 2.0, 1000.0);
   vtkGetMacro(IsolationFactor, double);

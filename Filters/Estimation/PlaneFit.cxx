@@ -256,11 +256,17 @@ void MakeRound(double spacing, PlaneFit& fit)
 /// median reach of its neighbours, over `factor`.
 constexpr double AloneShare = 0.6, AlonePerFactor = 0.5;
 
+/// Points with a reach of 2 `factor` times that of the whole cloud, whose neighbours lie in no
+/// plane, such as far returns of a scanner that turns, get at most `factor` times the cloud's
+/// spacing.
+constexpr double NoPlane = 0.09, SparseFactors = 2.0;
+
 /// Finds isolated points, which would become giant discs: their reach exceeds `factor` times the
 /// median reach of their neighbours, or factor^2 times that of the whole cloud (a group of
 /// outliers, whose reaches are all large), or they are alone beside a surface: their nearest
 /// neighbour is factor / 2 times as far as their neighbours reach, off the planes of most. They get
-/// the median spacing of their neighbours, or of the cloud.
+/// the median spacing of their neighbours, or of the cloud. Sparse points on no plane are bounded,
+/// too.
 class IsolationTest
 {
 public:
@@ -286,13 +292,21 @@ public:
     }
     if (!this->IsFar(i, scratch) && !this->IsAlone(i, scratch))
     {
-      return -1.0f;
+      return this->IsSparse(fit) ? std::min(fit.Spacing, this->LargestOfSparse()) : -1.0f;
     }
     this->Collect(i, scratch, [this](int j) { return this->Fits[j].Spacing; });
     return std::min(fit.Spacing, Median(scratch));
   }
 
 private:
+  bool IsSparse(const PlaneFit& fit) const
+  {
+    return fit.Reach > SparseFactors * this->Factor * this->MedianReach && fit.Flatness > NoPlane &&
+      !fit.Given;
+  }
+
+  float LargestOfSparse() const { return static_cast<float>(this->Factor) * this->MedianSpacing; }
+
   /// Of the nearest neighbours.
   template <class Function>
   void Collect(int i, std::vector<float>& values, const Function& function) const

@@ -122,8 +122,8 @@ TEST_CASE("Isolated")
   CHECK(run.Estimation->GetNumberOfTwoSidedSurfels() == 5);
 }
 
-/// Seven spacings off a surface, all neighbours are about as far: without a bound such points become
-/// discs of several spacings. A denser surface beside a sparse one isolates none.
+/// Seven spacings off a surface, all neighbours are about as far: without a bound such points
+/// become discs of several spacings. A denser surface beside a sparse one isolates none.
 TEST_CASE("Isolated beside a surface")
 {
   const double spacing = std::sqrt(4.0 * Pi / 20000);
@@ -147,6 +147,33 @@ TEST_CASE("Isolated beside a surface")
   wall.insert(wall.end(), sparse.Points.begin(), sparse.Points.end());
   Run beside(wall);
   CHECK(beside.Estimation->GetNumberOfIsolatedPoints() == 0);
+}
+
+/// Far returns of a scanner that turns become fog if they are as large as the space about them. A
+/// wall that is as sparse stays whole.
+TEST_CASE("Sparse without a plane")
+{
+  std::vector<Vec> points = MakeSphere(1.0, 20000, Random(2)).Points;
+  Random random(5);
+  for (int i = 0; i < 600; ++i)
+  {
+    points.push_back({ 10 + 6 * random(), 6 * random(), 6 * random() });
+  }
+  Run run(points);
+  CHECK(run.Estimation->GetNumberOfIsolatedPoints() > 400);
+  const double largest = 6.0 * run.Estimation->GetMedianSpacing();
+  vtkIdType bounded = 0;
+  for (vtkIdType i = 20000; i < 20600; ++i)
+  {
+    bounded += run.Result().Area(i) <= 5.0 * largest * largest ? 1 : 0;
+  }
+  CHECK(bounded > 400);
+  points.resize(20000);
+  const Sampled wall =
+    MakeRectangle({ 10, 0, 0 }, { 0, 1, 0 }, 10, { 0, 0, 1 }, 10, 0.5, 0.4, Random(3));
+  points.insert(points.end(), wall.Points.begin(), wall.Points.end());
+  Run flat(points);
+  CHECK(flat.Estimation->GetNumberOfIsolatedPoints() == 0);
 }
 
 TEST_CASE("Collinear")
