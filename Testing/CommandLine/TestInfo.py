@@ -145,6 +145,15 @@ class TestInfo(ToolCase):
         result = self.run_tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
         self.assertIn("surfels that are made with --sides two show it", result.stderr)
 
+    def test_open_things_on_a_ground_that_shows_both_sides(self):
+        x, y = np.meshgrid(np.linspace(0, 8, 90), np.linspace(0, 8, 90))
+        ground = np.column_stack([x.ravel(), y.ravel(), 0.3 * np.sin(x.ravel())])
+        bowl = 0.7 * sphere(1500)[0] + (4, 4, 3)
+        write_ply("bowl.ply", np.vstack([ground, bowl[bowl[:, 2] < 3.45]]))
+        report = self.report("bowl.ply")
+        self.assertGreater(report["two_sided"], 0.8)
+        self.assertNotIn("--sides two", [each["options"] for each in report["suggestions"]])
+
     def test_inside_a_closed_surface(self):
         """One sees the backs of all of it; from outside half of it is hidden."""
         points, colors = sphere()

@@ -22,6 +22,7 @@ from .volume import classify
 NOISY = 0.05  # of the points; fewer are edges and corners
 FAR_OFF = 5  # spacings, by which stray points make the bounds larger
 OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
+SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two changes little
 LONG = 20_000_000  # points that take more than a minute to become surfels
 BULK = (0.5, 99.5)  # percentiles of a volume's scalars
 OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
@@ -170,7 +171,8 @@ def _suggestions(report, cloud):
     if "inside" in report:
         found.append((report["inside"], "looks into the room" if report["room"] == "yes" else
                       "looks into it, if it is a room"))
-    if report.get("open") and not (cloud.columns or cloud.image or cloud.is_surfels):
+    if (report.get("open") and report["two_sided"] < SHOWN
+            and not (cloud.columns or cloud.image or cloud.is_surfels)):
         found.append(("--sides two", "the surface is open; this shows it from its back as well"))
     if cloud.is_antialiased:
         found.append(("--capture-filter antialiased", "the capture was trained with it"))
