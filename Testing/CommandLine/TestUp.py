@@ -15,6 +15,8 @@ from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
 from surfelsplatting.views.samples import Samples
 from surfelsplatting.views.up import find_up
+from TestMeshFaces import write_obj
+from TestOutward import joined, table
 from roomclouds import Scan, facade, room
 from toolcase import ToolCase, sphere, write_ply
 from viewclouds import TO_Y, capture_of, scene, surfels_of
@@ -54,6 +56,16 @@ class TestHint(ToolCase):
                 self.assertIn(says, said)
                 self.assertEqual("is not clear" in said, bool(says), words)
         self.assertIn("0 1 0, a guess; --up turns it", self.run_tool("info", "egg.ply").stdout)
+
+    def test_tables_stand_on_their_legs(self):
+        """From its top, a table is a ground with poles on it; models have y or z up. A file of their
+        surfels is seen as they are."""
+        places, triangles = joined(*table())
+        write_obj("z.obj", places, triangles)
+        write_obj("y.obj", places[:, [0, 2, 1]] * (1, 1, -1), triangles)
+        self.tool("render", "z.obj", "--surfels", "z.vtp", "--size", "40x30", "-o", "z.png")
+        for path, up in (("z.obj", "0 0 1"), ("y.obj", "0 1 0"), ("z.vtp", "0 0 1")):
+            self.assertIn(f"up       {up}, a guess", self.run_tool("info", path).stdout)
 
 
 class TestUp(unittest.TestCase):

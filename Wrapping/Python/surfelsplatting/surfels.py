@@ -12,6 +12,7 @@ from .vtkSurfelFilters import vtkPointsToSurfels, vtkSurfelHierarchy
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 PLACES, MARKED = "SurfelPlaces", "SurfelMarks"  # field arrays
+MODEL = "ModelUp"  # a field array
 MARKS = 1024  # surfels of which places and kernels are noted
 FEW = 8  # of them tell too little
 CLEANING = ("off", "outliers", "full")
@@ -175,6 +176,11 @@ def note_scan(points, viewpoint):
 def note_up(points, up):
     """Stores the direction that is up, a unit vector; surfels of the points have it, too."""
     _note(points, "ScanUp", up)
+
+
+def note_model(points):
+    """Stores that a mesh is one as modelling programs make: y or z is up, and not the opposite."""
+    _note(points, MODEL, (1.0,))
 
 
 def _note(points, name, values):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..backend import vtk
 from ..problems import UserProblem
-from ..surfels import holds_gaussians
+from ..surfels import holds_gaussians, note_model
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 
@@ -76,7 +76,10 @@ def cloud_of(data, how=""):
     if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
         return cloud
     sampled = on_faces(as_polydata(data))
-    return cloud if sampled is None else Cloud(sampled.data, how=sampled.why, parts=sampled.parts)
+    if sampled is None:
+        return cloud
+    note_model(sampled.data)
+    return Cloud(sampled.data, how=sampled.why, parts=sampled.parts)
 
 
 def _of_vertices(data, how=""):
@@ -200,7 +203,9 @@ def _read_mesh(path, _messages, _progress):
     from .meshes import read_obj_cloud, read_stl_cloud
 
     is_stl = path.lower().endswith(".stl")
-    return _of_vertices((read_stl_cloud if is_stl else read_obj_cloud)(path), OF_MESHES)
+    data = (read_stl_cloud if is_stl else read_obj_cloud)(path)
+    note_model(data)
+    return _of_vertices(data, OF_MESHES)
 
 
 def _read_gltf(path, _messages, _progress):

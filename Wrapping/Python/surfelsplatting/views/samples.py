@@ -8,6 +8,7 @@ import numpy as np
 
 from ..backend import vtk
 from ..problems import UserProblem
+from ..surfels import MODEL
 from .rooms import facing_of, profile_of
 
 vtk_to_numpy = vtk("util.numpy_support").vtk_to_numpy
@@ -50,6 +51,7 @@ class Samples:
             finite, keep = keep, _near_the_bulk(points, areas, keep)
             self.beyond = points[finite & ~keep], np.linalg.norm(areas[finite & ~keep], axis=1)
         self.up = _stored_up(surfels)
+        self.is_model = bool(surfels.GetFieldData().HasArray(MODEL))
         self.points, self.areas = points[keep], areas[keep]
         self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
         self.covariances = None if covariances is None else covariances[keep]

@@ -340,7 +340,8 @@ def find_up(samples):
     stacked along it; along the walls of rooms and facades; a terrain's normal; as figures and closed
     things stand; as trees stand; up from a ground; away from an open bottom or a flat base; otherwise
     y, as is usual for models, or of a capture -y, as for the cameras of COLMAP, with which most are
-    trained."""
+    trained. A guess of the opposite is not taken for a model: a table looks like a ground with poles
+    on it."""
     if samples.up is not None:
         return Up(samples.up, True)
     if samples.is_far or samples.is_volume:
@@ -361,6 +362,8 @@ def find_up(samples):
     if not up and thin == 0 and not samples.is_capture:
         return Up(Z, False)  # a wall
     up = up or Up(ups[0], thin == 2)  # what is thin along y may be a wall
+    if samples.is_model and not up.is_clear and up.axis.sum() < 0:
+        up = up._replace(axis=0 - up.axis)
     return up._replace(is_clear=up.is_clear or _is_alike_from(samples, OF_SCANS),
                        is_usual=bool(up.axis[1] > 0 and _is_model(samples)))
 
