@@ -7,7 +7,8 @@ import unittest
 import numpy as np
 
 from surfelsplatting.clouds.depthimages import image_axes
-from toolcase import SMALL, ToolCase, write_ply
+from surfelsplatting.clouds.polydata import polydata_of
+from toolcase import SMALL, ToolCase, write_data, write_ply
 
 FOCAL = 90.0  # pixels
 AXES = {"OpenCV": np.eye(3), "OpenGL": np.diag([1.0, -1, -1]),
@@ -69,6 +70,10 @@ class TestDepthImages(ToolCase):
         self.assertEqual(view["position"], [0, 0, 0])
         np.testing.assert_allclose(view["viewUp"], [0, -1, 0], atol=1e-3)
         self.assertGreater((self.read_png("out.png")[..., :3].max(axis=-1) > 80).mean(), 0.7)
+
+    def test_file_of_vtk(self):
+        write_data("image.vtp", polydata_of(image(), {}))
+        self.assertEqual(self.view_of("image.vtp")["position"], [0, 0, 0])
 
     def test_part_of_an_image(self):
         """It fills the picture."""

@@ -97,6 +97,34 @@ class TestAccessor(PlotterCase):
                         with open(path, "wb"), self.assertRaisesRegex(ValueError, "pip install"):
                             pv.read(path)
 
+    def test_ptx_files(self):
+        header = "1\n5\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
+        rows = "".join(f"{x} 0 -5 0.5 255 0 0\n" for x in range(4)) + "0 0 0 0 0 0 0\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "scan.ptx")
+            with open(path, "w", encoding="ascii") as file:
+                file.write(header + rows)
+            cloud = pv.read(path)
+            with open(path, "w", encoding="ascii") as file:
+                file.write(header + "1 2\n")
+            with self.assertRaisesRegex(ValueError, "its points have 2 numbers"):
+                pv.read(path)
+        np.testing.assert_array_equal(cloud.points, [[1 + x, 2, -2] for x in range(4)])
+        np.testing.assert_array_equal(cloud["RGB"], [[255, 0, 0]] * 4)
+        np.testing.assert_array_equal(cloud.field_data["ScanViewpoint"].ravel(), [1, 2, 3])
+
+    def test_depth_image_without_rows(self):
+        """Told by its pixels, and seen from its sensor, which also tells its sides."""
+        u, v = np.meshgrid(np.arange(80) - 39.5, np.arange(60) - 29.5)
+        z = 2 + 0.3 * np.sin(u / 9) * np.cos(v / 7)
+        cloud = pv.PolyData(np.stack([u * z / 90, v * z / 90, z], axis=-1).reshape(-1, 3))
+        self.assertEqual(cloud.surfels.estimate()["SurfelTwoSided"].max(), 0)
+        position, middle, up = cloud.surfels.plot(return_cpos=True, off_screen=True)
+        np.testing.assert_array_equal(position, [0, 0, 0])
+        self.assertGreater(middle[2], 1)
+        np.testing.assert_allclose(up, [0, -1, 0], atol=1e-3)
+        self.assertFalse(cloud.field_data.keys())
+
     def test_one_call_from_file_to_picture(self):
         """The wall as its sensor saw it, with red to the left."""
         cloud = pv.read(self.wall_file())

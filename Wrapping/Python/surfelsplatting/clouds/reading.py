@@ -56,12 +56,15 @@ def _with_image(cloud):
     from ..surfels import note_scan
     from .depthimages import image_axes
 
-    if cloud.is_drawable or cloud.viewpoint or cloud.data.GetNumberOfPoints() == 0:
+    data = cloud.data
+    is_known = cloud.viewpoint or data.GetFieldData().HasArray("ScanViewpoint")
+    if cloud.is_drawable or is_known or data.GetNumberOfPoints() == 0:
         return cloud
-    points = vtk("util.numpy_support").vtk_to_numpy(cloud.data.GetPoints().GetData())
-    cloud.image = image_axes(points)
+    cloud.image = image_axes(vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()))
     if cloud.image:
         cloud.viewpoint = (0.0, 0.0, 0.0)
+        cloud.data = data.NewInstance()  # who gave it may need it
+        cloud.data.ShallowCopy(data)
         note_scan(cloud.data, cloud.viewpoint)
         cloud.how = "; ".join(filter(None, (cloud.how, "a depth image that is not in rows")))
     return cloud
@@ -74,6 +77,9 @@ def cloud_of(data, how=""):
 
     cloud = Cloud(data, how=how)
     if cloud.is_drawable or not (data.IsA("vtkPolyData") or data.IsA("vtkUnstructuredGrid")):
+        return cloud
+    cloud = _with_image(cloud)
+    if cloud.image:
         return cloud
     sampled = on_faces(as_polydata(data))
     if sampled is None:
@@ -108,11 +114,10 @@ def _of_ply_mesh(path, data):
     from .faces import MOST_VERTICES
     from .plyfaces import read_ply_faces
 
-    cloud = _with_image(Cloud(data))
-    is_mesh = not cloud.image and data.GetNumberOfPoints() <= MOST_VERTICES
+    is_mesh = data.GetNumberOfPoints() <= MOST_VERTICES
     faces = read_ply_faces(path) if is_mesh else None
     if faces is None:
-        return cloud
+        return _with_image(Cloud(data))
     data.SetPolys(faces)
     return _of_vertices(data)
 

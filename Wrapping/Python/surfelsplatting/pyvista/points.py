@@ -6,16 +6,20 @@ import pyvista as pv
 
 from ..clouds.reading import cloud_of
 from ..outward import turn_outward
+from ..views.sensor import keep_sensor
 
 
 def points_of(dataset, sides="auto"):
-    """Points on the faces of a mesh whose vertices do not tell the surface; others as they are.
+    """Points on the faces of a mesh whose vertices do not tell the surface; others as they are. Those of
+    a depth image know its sensor.
 
     sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned unless it is "given"
     """
     cloud = cloud_of(dataset)
     if sides == "auto":
         turn_outward(cloud)
+    if cloud.image:
+        keep_sensor(cloud, cloud.data)
     return pv.wrap(cloud.data)
 
 

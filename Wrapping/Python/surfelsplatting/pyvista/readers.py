@@ -8,6 +8,7 @@ from pathlib import Path
 import pyvista as pv
 
 from ..problems import UserProblem
+from ..clouds.ptx import read_ptx_cloud
 from ..clouds.scanner import read_e57_cloud, read_las_cloud
 from ..surfels import note_scan, update
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
@@ -130,12 +131,41 @@ def read_e57(path: str) -> pv.PolyData:
     >>> cloud = pv.read('scan.e57')  # doctest: +SKIP
 
     """
-    def read(name):
-        cloud, viewpoint = read_e57_cloud(name)
+    return _scan_of(read_e57_cloud, path)
+
+
+def read_ptx(path: str) -> pv.PolyData:
+    """Read a ``.ptx`` file of a laser scanner.
+
+    Parameters
+    ----------
+    path : str
+        Path of the file.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The points that were seen, of all scans in their places, with their intensities, and their
+        colors (``RGB``) where the file has them. The field data has the place of the scanner if
+        there is one scan; ``estimate()`` uses it.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> cloud = pv.read('scan.ptx')  # doctest: +SKIP
+
+    """
+    return _scan_of(read_ptx_cloud, path)
+
+
+def _scan_of(read, path):
+    """The cloud of a function that also tells the place of the scanner"""
+    def noted(name):
+        cloud, viewpoint = read(name)
         note_scan(cloud, viewpoint)
         return cloud
 
-    return _cloud_of(read, path)
+    return _cloud_of(noted, path)
 
 
 def _cloud_of(read, path):
