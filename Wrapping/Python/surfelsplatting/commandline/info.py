@@ -277,6 +277,12 @@ def _gaussian_lines(report):
         yield "view", report["seen_from"]
 
 
+def _suggestion_lines(suggestions):
+    width = max([15, *(len(suggestion["options"]) for suggestion in suggestions)])
+    for suggestion in suggestions:
+        yield "try", f"{suggestion['options']:<{width}}  {suggestion['reason']}"
+
+
 def _volume_lines(report):
     size, spacing = _size(report["bytes"]), report["spacing"]
     yield "file", f"{report['file']}, {size}, {report['read_as']} points"
@@ -284,8 +290,7 @@ def _volume_lines(report):
     yield "spacing", " x ".join(f"{x:.4g}" for x in spacing)
     for field in report["fields"]:
         yield "field", _field_text(field)
-    for suggestion in report["suggestions"]:
-        yield "try", f"{suggestion['options']:<16} {suggestion['reason']}"
+    yield from _suggestion_lines(report["suggestions"])
 
 
 def _lines(report):
@@ -321,8 +326,7 @@ def _lines(report):
     if report.get("two_sided"):
         share = f"{100 * report['two_sided']:.3g} %"
         yield "sides", f"{share} of the surface shows both sides, as its outside is not known"
-    for suggestion in report["suggestions"]:
-        yield "try", f"{suggestion['options']:<16} {suggestion['reason']}"
+    yield from _suggestion_lines(report["suggestions"])
 
 
 def info(arguments):
