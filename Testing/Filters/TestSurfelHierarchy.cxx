@@ -157,7 +157,7 @@ TEST_CASE("Troubles")
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(2)).Points));
   filter->Update();
   REQUIRE(!messages.Errors.empty());
-  CHECK(messages.Errors[0].find("vtkSurfelEstimation") != std::string::npos);
+  CHECK(messages.Errors[0].find("vtkPointsToSurfels") != std::string::npos);
 
   messages.Errors.clear();
   vtkNew<vtkSurfelHierarchy> first;

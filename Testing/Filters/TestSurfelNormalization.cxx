@@ -165,7 +165,7 @@ TEST_CASE("Trouble")
   filter->SetInputData(ToPolyData(MakeSphere(1.0, 100, Random(15)).Points));
   filter->Update();
   REQUIRE(!messages.Errors.empty());
-  CHECK(messages.Errors[0].find("SurfelAreaVector") != std::string::npos);
+  CHECK(messages.Errors[0].find("SurfelCovariance") != std::string::npos);
 
   Pipeline empty{ Sampled() };
   CHECK(empty.Run().Count() == 0);
