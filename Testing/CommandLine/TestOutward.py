@@ -103,7 +103,10 @@ class TestOutward(ToolCase):
     def test_parts(self):
         self.check_stays(*table())
         for wrong in ([0], [1, 4], range(5)):
-            self.check_mesh(joined(*table(wrong)), len(wrong))
+            places, triangles = joined(*table(wrong))
+            self.check_mesh((places, triangles), len(wrong))
+            mixed = np.random.default_rng(1).permutation(triangles)  # those of all parts by turns
+            self.check_mesh((places, mixed), len(wrong))
         for x in (1.0, 3.0):  # one meets the other, or is apart
             places, triangles = ball(20)
             self.check_mesh(joined((places, triangles), turned((places + [x, 0, 0], triangles))), 1)

@@ -13,6 +13,7 @@ import numpy as np
 
 from .backend import vtk
 from .clouds.faces import are_vectors, normals_of
+from .clouds.parts import parts_of_points
 from .clouds.polydata import named_array, polydata_of
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
 
@@ -33,7 +34,7 @@ CONTENT = 0.02  # part of the area, of what is in a room
 MOST_POINTS = 100_000  # of a cloud, that are looked at
 FEWEST_POINTS = 100
 FEW_BACKS = 0.02  # of what is seen of a cloud; more is worth to look for parts
-REACH = 4.0  # spacings from point to point in a part
+REACH = 4.0  # spacings, from which on there is a gap between parts, about
 
 
 class _Shell(NamedTuple):
@@ -165,17 +166,6 @@ def _inward_of_mesh(places, normals, cloud):
                                     f"{np.count_nonzero(is_inward)} of {len(is_inward)}")
 
 
-def _parts_of_points(places):
-    """-> [n] numbers of the parts between which there are gaps"""
-    connected = vtk("vtkFiltersPoints").vtkConnectedPointsFilter()
-    connected.SetInputData(polydata_of(places, {}))
-    connected.SetRadius(REACH * np.sqrt(_area(places) / len(places)))
-    connected.SetExtractionModeToAllRegions()
-    connected.Update()
-    labels = connected.GetOutput().GetPointData().GetArray("RegionLabels")
-    return vtk("util.numpy_support").vtk_to_numpy(labels).astype(np.int64)
-
-
 def _nearest_of(places, values, wanted):
     """-> [m] values of the nearest of the places. values: [n]; wanted: [m, 3]"""
     nearest = vtk("vtkFiltersPoints").vtkPointInterpolator()
@@ -201,7 +191,7 @@ def _inward_of_points(places, normals, _cloud):
     looks = _looks(some, facing)
     front, back = looks.sum(axis=1)
     if back > FEW_BACKS * front:
-        parts = _parts_of_points(some)
+        parts = parts_of_points(some, REACH / 2 * np.sqrt(_area(some) / len(some)))
         found = inward_parts(some, facing, parts, looks, False)
         if found.any():
             is_inward[usable] = _nearest_of(some, found[parts].astype(float), places[usable]) > 0
