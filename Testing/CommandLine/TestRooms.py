@@ -93,7 +93,7 @@ class TestRooms(ToolCase):
             write_ply("room.ply", *room(**dict.fromkeys(options, True)))
             text = self.run_tool("info", "room.ply").stdout
             self.assertEqual("seen from inside" in text, says)
-            self.assertRegex(text, f"--position .* --view-angle 75 {tries}")
+            self.assertRegex(text, f"--position .* --view-angle 75  {tries}")
         write_ply("box.ply", *room((0.5, 0.4, 0.25), 0.005))
         self.assertNotIn("room", self.run_tool("info", "box.ply").stdout.replace("box.ply", ""))
 
