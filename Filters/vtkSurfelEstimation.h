@@ -192,7 +192,7 @@ public:
    * - CONSISTENT (default): signs are propagated over neighbours; closed components, tubes whose
    *   ends stick in other things, and thin plates of two sheets are turned outward and are
    *   one-sided; rooms that were scanned from inside are turned inward; open or undecided ones are
-   * two-sided, unless UseViewpoint.
+   *   two-sided, unless UseViewpoint.
    * - VIEWPOINT: every surfel faces Viewpoint and is one-sided. For scans from one place.
    * - AS_GIVEN: the kept normals decide, one-sided. An error if there are none to keep.
    * - TWO_SIDED: every surfel is visible from both sides.

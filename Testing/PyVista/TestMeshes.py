@@ -11,6 +11,7 @@ import numpy as np
 import pyvista as pv
 from surfelsplatting.clouds import faces
 from surfelsplatting.clouds.faces import FEW_VERTICES, on_faces
+from surfelsplatting.pyvista.points import points_of
 from surfelsplatting.surfels import make_surfels
 
 from plottercase import PlotterCase
@@ -91,6 +92,15 @@ class TestEstimate(MeshCase):
         for mesh in (strips, grid, grid.extract_cells(range(6)), blocks):
             with self.subTest(type(mesh).__name__):
                 self.check_cube(mesh.surfels.estimate())
+
+    def test_sides_are_told_once(self):
+        """plot() gives the points of a room in centimetres to estimate(), which knows no parts of it."""
+        shell = pv.Box((0, 500, 0, 400, 0, 250))
+        shell = pv.PolyData.from_regular_faces(shell.points, shell.regular_faces[:, ::-1])
+        legs = [pv.Box((x, x + 10, y, y + 10, 0, 140)) for x in (100, 290) for y in (100, 210)]
+        furnished = shell.append_polydata(pv.Box((100, 300, 100, 220, 140, 150)), *legs)
+        points = points_of(furnished)
+        np.testing.assert_array_equal(points_of(points)["Normals"], points["Normals"])
 
     def test_vertices_alone(self):
         """A way to keep them."""

@@ -34,7 +34,7 @@ CONTENT = 0.02  # part of the area, of what is in a room
 MOST_SAMPLES = 100_000  # of a mesh of many parts, that are looked at
 MOST_POINTS = 20_000  # of a cloud, which take 40 ms; a part of it may have a hundredth of them
 FEWEST_POINTS = 100
-FEW_BACKS = 0.02  # of what is seen of a cloud; more is worth to look for parts
+FEW_BACKS = 0.02  # of what is seen of a cloud; parts are looked for if there is more
 REACH = 4.0  # spacings, from which on there is a gap between parts, about
 
 
@@ -179,7 +179,7 @@ def _nearest_of(places, values, wanted):
 
 
 def _inward_of_points(places, normals, _cloud):
-    """The same of other points."""
+    """-> [n] whether the normals of other points are to be turned, and what to say of it"""
     lengths = np.linalg.norm(normals, axis=1)
     usable = np.flatnonzero(np.isfinite(places).all(axis=1) & np.isfinite(lengths) & (lengths > 0))
     chosen = usable

@@ -6,6 +6,7 @@ import pyvista as pv
 
 from ..clouds.reading import cloud_of
 from ..outward import turn_outward
+from ..surfels import MODEL
 from ..views.sensor import keep_sensor
 
 
@@ -16,7 +17,8 @@ def points_of(dataset, sides="auto"):
     sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned unless it is "given"
     """
     cloud = cloud_of(dataset)
-    if sides == "auto":
+    # plot() hands on to estimate() what it gets here: the parts of a mesh are no longer known then.
+    if sides == "auto" and not dataset.GetFieldData().HasArray(MODEL):
         turn_outward(cloud)
     if cloud.image:
         keep_sensor(cloud, cloud.data)
