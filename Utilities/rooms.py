@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks what the sources include, and prints each problem with its file and line:
+"""Checks what the sources include and what lies at the top level, and prints each problem:
 
 - cycles between files (those of one stem, as View.h and View.cxx, are one) and between folders;
 - includes against the order of the folders in rooms.txt;
 - a core that needs more than itself and the C++ standard library (CORE_NEEDS: three exceptions);
-- public headers (vtk*.h) that need more than VTK, the standard library and one another.
+- public headers (vtk*.h) that need more than VTK, the standard library and one another;
+- files that git tracks at the top level and that are not in TOP_FILES.
 
     python3 Utilities/rooms.py          exit status 1: there are problems
     python3 Utilities/rooms.py --draw   prints which folder includes which, the highest first
@@ -13,11 +14,15 @@
 
 import argparse
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 TOPS = ("Core", "Parallel", "SurfelData", "Filters", "Rendering", "Plugins")
+TOP_FILES = {".clang-format", ".gitignore", "CHANGELOG.md", "CITATION.cff", "CMakeLists.txt",
+             "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The standard library's headers have neither a dot nor a folder.
 STANDARD = re.compile(r"[a-z_]+")
@@ -163,6 +168,16 @@ def check_surroundings(includes):
     return problems
 
 
+def check_top_level(root):
+    """Tools leave files there that `git add --all` takes along. Without git nothing is known."""
+    if not shutil.which("git"):
+        return []
+    tracked = subprocess.run(["git", "-C", root, "ls-files", "--full-name", ":/"],
+                             capture_output=True, text=True, check=False).stdout.splitlines()
+    return [f"{name} does not belong to the top level (TOP_FILES)" for name in tracked
+            if "/" not in name and name not in TOP_FILES]
+
+
 def check(sources, includes, order):
     return [*find_cycles(make_graph(includes, unit_of), "files"),
             *find_cycles(make_graph(includes, room_of), "folders"),
@@ -196,7 +211,7 @@ def main():
     if arguments.draw:
         draw(includes, order)
         return
-    problems = check(sources, includes, order)
+    problems = [*check(sources, includes, order), *check_top_level(arguments.root)]
     print("\n".join(problems) or f"{len(sources)} sources, {len(includes)} includes: no problems")
     sys.exit(1 if problems else 0)
 

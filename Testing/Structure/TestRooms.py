@@ -111,6 +111,16 @@ class Rooms(unittest.TestCase):
         for line, problem in enumerate(problems, 2):
             self.assertTrue(problem.startswith(f"Filters/vtkPublic.h:{line} includes "), problem)
 
+    def test_stray_file_at_the_top_level(self):
+        for name in ("README.md", "wheel-1.0-py3-none-any.whl", "Core/Base/Stray.whl"):
+            (self.root / name).touch()
+        git = ["git", "-C", self.root]
+        subprocess.run([*git, "init", "--quiet"], check=True)
+        self.addCleanup(shutil.rmtree, self.root / ".git")
+        subprocess.run([*git, "add", "--all", "."], check=True)
+        self.assertEqual(self.new_problems(), [
+            "wheel-1.0-py3-none-any.whl does not belong to the top level (TOP_FILES)"])
+
     def test_headers_of_the_core_that_do_not_compile_alone(self):
         self.put("Core/Base/Whole.h", "#include <vector>", "using Whole = std::vector<int>;")
         self.put("Core/Base/Half.h", "using Half = std::vector<int>;")
