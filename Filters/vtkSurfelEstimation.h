@@ -23,7 +23,7 @@
  *
  * The result does not depend on the number of threads.
  *
- * Memory: about 250 bytes per point at the peak, output included; vtkSurfelNormalization takes
+ * Memory: about 235 bytes per point at the peak, output included; vtkSurfelNormalization takes
  * less.
  *
  * Several processes with a controller, each with a part of a cloud (or nothing), estimate the
@@ -125,11 +125,11 @@ public:
    * - ELLIPTICAL: of the same area, stretched like the distribution of the neighbours.
    * - CELL (default): area, centroid and covariance of the point's Voronoi cell on the surface,
    *   blurred by CellBlur, and long along edges of the colours (InterpolateColors). The surfel sits
-   * at the cell's centroid, a fraction of the spacing from the point, in its tangent plane. Cells
-   * tile the surface, so these kernels sum to one where the others leave holes and heaps. On random
-   * samplings the standard deviation of their sum is 0.10 before normalization; that of round
-   * kernels is 0.30 before and 0.18 after. Sharp pictures were 1.4 to 1.7 dB nearer to a ray
-   * tracer's.
+   *   at the cell's centroid, a fraction of the spacing from the point, in its tangent plane. Cells
+   *   tile the surface, so these kernels sum to one where the others leave holes and heaps. On
+   *   random samplings the standard deviation of their sum is 0.13 before normalization; that of
+   *   round kernels is 0.30 before and 0.18 after. Sharp pictures were 1.4 to 1.7 dB nearer to a
+   *   ray tracer's.
    */
   vtkSetClampMacro(KernelMode, int, CIRCULAR, CELL);
   vtkGetMacro(KernelMode, int);

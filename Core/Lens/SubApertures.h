@@ -3,10 +3,11 @@
  * Divides a lens into several smaller ones whose pictures are averaged. With more of them, the
  * picture approaches that of a distributed ray tracer.
  *
- * A single picture treats the visibility of different layers over the lens as independent, and the
- * footprint of a splat as the same from everywhere on the lens. Each of K cells of equal area looks
- * through a K-th of the lens from its own centre, so both errors shrink with K. With pinholes
- * instead of cells this is multisampling of the lens (Haeberli and Akeley 1990).
+ * A single picture knows the visibility of layers over the lens by first moments only
+ * (LensVisibility.h), and takes the footprint of a splat as the same from everywhere on the lens.
+ * Each of K cells of equal area looks through a K-th of the lens from its own centre, so both
+ * errors shrink with K. With pinholes instead of cells this is multisampling of the lens (Haeberli
+ * and Akeley 1990).
  *
  * The cells are sectors of rings, and stand for them as ellipses: the one of a sector has its mean
  * and its covariance, so that all together have those of the lens. A sector between the radii a and
@@ -42,8 +43,8 @@ struct ApertureCell
 
 /**
  * K cells, innermost first: up to 4 are on one ring, 5 to 9 on a ring about a centre, 10 to 15 on
- * two rings, 16 to 23 on two rings about a centre, and so on: as far apart along a ring as the rings
- * are, since longer cells see less well what hides what.
+ * two rings, 16 to 23 on two rings about a centre, and so on: as far apart along a ring as the
+ * rings are, since longer cells see less well what hides what.
  *
  * How well they blur decides how many dB cells gain, as much as their number: over all directions,
  * the root mean square difference of a blurred edge's profile from that through the whole lens is

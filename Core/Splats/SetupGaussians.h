@@ -9,8 +9,8 @@
  *   volumes:  M f^2 |p| / z^3 / (2 pi sqrt(det W)), M the mass (GaussianMass.h)
  *
  * Where that is an optical depth, the lens keeps the opacity instead (KeepOpacity); of volumes,
- * half of each. Of nodes of captures, it leaves out what their Gaussians cover of one another
- * (CaptureOverlap.h).
+ * three quarters of the way (KeptByVolumes). Of nodes of captures, it leaves out what their
+ * Gaussians cover of one another (CaptureOverlap.h).
  */
 #pragma once
 
