@@ -3,6 +3,7 @@
 
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
+#include "Filters/Common/SurfaceFold.h"
 
 #include <cmath>
 
@@ -21,9 +22,10 @@ struct RawSheet
   alignas(32) int EitherTwoSided[NearSheet::Capacity] = {};
 };
 
-/// Maps the neighbours to the tangent plane, if they are of one sheet: see AreOfOneSheet.
-SURFEL_MULTIVERSION void Flatten(
-  const RawSheet& raw, const Float3& normal, const Float3& u, const Float3& v, NearSheet& sheet)
+/// Maps the neighbours to the tangent plane, if they are of one sheet (AreOfOneSheet) or across a
+/// fold within a distance.
+SURFEL_MULTIVERSION void Flatten(const RawSheet& raw, const Float3& normal, const Float3& u,
+  const Float3& v, float foldReach, NearSheet& sheet)
 {
   constexpr auto leastCosine = static_cast<float>(SheetCosine);
   constexpr auto mostClimb = static_cast<float>(SheetClimb * SheetClimb);
@@ -31,23 +33,31 @@ SURFEL_MULTIVERSION void Flatten(
   {
     const float dx = raw.DX[k], dy = raw.DY[k], dz = raw.DZ[k];
     const float cosine = normal.X * raw.NX[k] + normal.Y * raw.NY[k] + normal.Z * raw.NZ[k];
-    const float climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
+    const float sign = (raw.EitherTwoSided[k] != 0) & (cosine < 0.0f) ? -1.0f : 1.0f;
+    const float nx = sign * raw.NX[k], ny = sign * raw.NY[k], nz = sign * raw.NZ[k];
+    FoldedNeighbor at;
+    at.X = u.X * dx + u.Y * dy + u.Z * dz;
+    at.Y = v.X * dx + v.Y * dy + v.Z * dz;
+    at.Climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
+    at.OtherClimb = nx * dx + ny * dy + nz * dz;
+    at.Cosine = sign * cosine;
+    at.TiltX = u.X * nx + u.Y * ny + u.Z * nz;
+    at.TiltY = v.X * nx + v.Y * ny + v.Z * nz;
     const float squared = dx * dx + dy * dy + dz * dz;
-    const float x = u.X * dx + u.Y * dy + u.Z * dz;
-    const float y = v.X * dx + v.Y * dy + v.Z * dz;
-    const float flat = x * x + y * y;
-    const float agreement = raw.EitherTwoSided[k] != 0 ? std::abs(cosine) : cosine;
-    const bool isOfSheet = (agreement >= leastCosine) & (climb * climb <= mostClimb * squared);
-    const float scale = isOfSheet ? std::sqrt(squared / (flat > 0.0f ? flat : 1.0f)) : 0.0f;
-    sheet.X[k] = scale * x;
-    sheet.Y[k] = scale * y;
+    const bool isOfSheet =
+      (at.Cosine >= leastCosine) & (at.Climb * at.Climb <= mostClimb * squared);
+    const bool isNear = isOfSheet | at.HasFoldWithin(foldReach);
+    sheet.Folded[k] = isNear & at.HasFold() ? 1.0f : 0.0f;
+    at.Unroll();
+    sheet.X[k] = isNear ? at.X : 0.0f;
+    sheet.Y[k] = isNear ? at.Y : 0.0f;
     sheet.OfSheet[k] = isOfSheet ? 1.0f : 0.0f;
   }
 }
 }
 
-void NearSheet::Load(
-  const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids, int count)
+void NearSheet::Load(const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids,
+  int count, float foldReach)
 {
   const float* p = oriented.Cloud.Position(i);
   const float inverse = 1.0f / fits[i].Spacing;
@@ -66,6 +76,6 @@ void NearSheet::Load(
     raw.EitherTwoSided[k] = oriented.TwoSided[i] | oriented.TwoSided[j];
   }
   TangentFrame(fits[i].Normal, this->U, this->V);
-  Flatten(raw, fits[i].Normal, this->U, this->V, *this);
+  Flatten(raw, fits[i].Normal, this->U, this->V, foldReach, *this);
 }
 }

@@ -17,14 +17,18 @@ struct NearSheet
   static constexpr int Capacity = (KeptNeighbors + Lanes - 1) / Lanes * Lanes;
 
   Vector3 U, V; // of the tangent plane, unit
-  /// Places at their distances in space: the surface is unrolled, so that far points of a thin tube
-  /// do not come too near. Zero for what is not of the sheet.
+  /// Places on the unrolled surface (SurfaceFold.h), so that far points of a thin tube do not come
+  /// too near. Zero for what is neither of the sheet nor across a fold.
   alignas(32) float X[Capacity], Y[Capacity];
   alignas(32) float OfSheet[Capacity]; // 1 or 0
+  alignas(32) float Folded[Capacity];  // 1 behind a fold, or 0
 
   /// Loads neighbours of point i, whose spacing is not 0.
   /// @param ids [count] at most Capacity
-  void Load(const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids, int count);
+  /// @param foldReach distance of both points from a fold, spacings; 0: without what is across
+  /// folds
+  void Load(const OrientedCloud& oriented, const PlaneFits& fits, int i, const int* ids, int count,
+    float foldReach = 0.0f);
 };
 
 /// Sum over all lanes of an array.

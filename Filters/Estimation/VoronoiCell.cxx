@@ -5,6 +5,7 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/SurfaceFold.h"
 #include "Filters/Estimation/CellPolygon.h"
 #include "Filters/Estimation/NearSheet.h"
 #include "Filters/Estimation/SteeredPlane.h"
@@ -52,20 +53,73 @@ constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.57;
 constexpr int BorderSteps = 12;
 
-/// Neighbours of a point on its sheet, nearest first.
+/// Cosine of the angle up to which folds have one direction, and standard deviation of the
+/// distances, in spacings, up to which they are one line. Normals with noise give many lines.
+constexpr float FoldCosine = 0.9f, FoldSpread = 0.05f;
+
+/// What bounds a cell towards a neighbour: the line X x + Y y = Offset.
+struct CellSide
+{
+  float X, Y, Offset;
+};
+
+CellSide BisectorTo(const FlatNeighbor& at)
+{
+  return { at.CutX, at.CutY, at.Offset() };
+}
+
+/// Neighbours of a point on its sheet and behind folds, nearest first.
 struct FlatSheet
 {
   int Count;
   FlatNeighbor At[SheetCapacity];
+  CellSide Sides[SheetCapacity];
+  FoldLine Folds[SheetCapacity];
   float Areas[SheetCapacity]; // spacings squared
 
-  void Add(const FlatNeighbor& neighbor, float area)
+  void Add(const FlatNeighbor& neighbor, const FoldLine& fold, float area)
   {
     this->At[this->Count] = neighbor;
+    this->Sides[this->Count] = BisectorTo(neighbor);
+    this->Folds[this->Count] = fold;
     this->Areas[this->Count] = area;
     ++this->Count;
   }
 };
+
+/// The mean distance of the folds in the direction of the k-th, if they are one line; else 0.
+float DistanceOfFold(const FoldLine* folds, int count, int k)
+{
+  float alike = 0.0f, sum = 0.0f, squares = 0.0f;
+  for (int m = 0; m < count; ++m)
+  {
+    const auto& [x, y, distance] = folds[m];
+    if (distance > 0.0f && x * folds[k].X + y * folds[k].Y > FoldCosine)
+    {
+      alike += 1.0f;
+      sum += distance;
+      squares += distance * distance;
+    }
+  }
+  const float mean = sum / alike;
+  const bool isLine = alike > 1.0f && squares / alike - mean * mean < FoldSpread * FoldSpread;
+  return isLine ? mean : 0.0f;
+}
+
+/// Cells end at folds: calls set(k, side) for each neighbour behind one.
+template <class Set>
+void FindFoldSides(const SteeredPlane& plane, const FoldLine* folds, int count, const Set& set)
+{
+  for (int k = 0; k < count; ++k)
+  {
+    const float distance = folds[k].Distance > 0.0f ? DistanceOfFold(folds, count, k) : 0.0f;
+    if (distance > 0.0f)
+    {
+      const auto& [x, y, own] = folds[k];
+      set(k, CellSide{ plane.Back.X(x, y), plane.Back.Y(x, y), distance });
+    }
+  }
+}
 
 /// Bisectors of the nearest neighbours; for SIMD loops.
 struct NearBisectors
@@ -74,7 +128,7 @@ struct NearBisectors
                     SZ[NearSheet::Capacity] = {}; // steering
   alignas(32) float CutX[NearSheet::Capacity], CutY[NearSheet::Capacity];
   alignas(32) float Offsets[NearSheet::Capacity];   // see FlatNeighbor
-  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: of another sheet
+  alignas(32) float Distances[NearSheet::Capacity]; // squared; infinite: not beside the point
 };
 
 SURFEL_MULTIVERSION void FindBisectors(
@@ -103,11 +157,10 @@ void CutCell(const FlatSheet& sheet, double reach, CellPolygon& cell)
   cell.Reset(reach);
   for (int k = 0; k < sheet.Count; ++k)
   {
-    const FlatNeighbor& at = sheet.At[k];
-    const float offset = at.Offset(), length = at.CutX * at.CutX + at.CutY * at.CutY;
-    if (offset > 0.0f && offset * offset < cell.SquaredRadius() * length)
+    const auto& [x, y, offset] = sheet.Sides[k];
+    if (offset > 0.0f && offset * offset < cell.SquaredRadius() * (x * x + y * y))
     {
-      cell.Cut(at.CutX, at.CutY, offset);
+      cell.Cut(x, y, offset);
     }
   }
 }
@@ -239,7 +292,10 @@ private:
   /// @return whether the cell is open: the neighbours do not bound it on all sides
   bool CutAndMeasure(int i, double reach, VoronoiCell& cell)
   {
-    CutCell(this->Sheet, reach, this->Cell);
+    FlatSheet& sheet = this->Sheet;
+    FindFoldSides(this->Plane, sheet.Folds, sheet.Count,
+      [&](int k, const CellSide& side) { sheet.Sides[k] = side; });
+    CutCell(sheet, reach, this->Cell);
     // A cell that its neighbours bound is inside the surface, whatever the angles between them.
     const bool open = this->IsOpen(reach);
     if (open && this->HaveGap())
@@ -334,7 +390,7 @@ private:
   /// Loads the nearest neighbours of point i into its plane.
   void LoadNear(int i, const int* ids, int count)
   {
-    this->Near.Load(this->Oriented, this->Fits, i, ids, count);
+    this->Near.Load(this->Oriented, this->Fits, i, ids, count, static_cast<float>(CellReach));
     this->Plane = SteeredPlane(this->Near.U, this->Near.V, this->SteeringOf(i));
     for (int k = 0; k < count && !this->Steering.empty(); ++k)
     {
@@ -344,6 +400,30 @@ private:
       this->Bisectors.SZ[k] = steering.Z;
     }
     FindBisectors(this->Near, this->Plane, this->Bisectors);
+    if (LaneSum(this->Near.Folded) > 0.0f)
+    {
+      this->UseFolds(i, ids, count);
+    }
+  }
+
+  /// Of the nearest neighbours.
+  void UseFolds(int i, const int* ids, int count)
+  {
+    FoldLine folds[NearSheet::Capacity] = {};
+    for (int k = 0; k < count; ++k)
+    {
+      if (this->Near.Folded[k] != 0.0f)
+      {
+        folds[k] = this->FoldBetween(i, ids[k], this->SeenFrom(i, ids[k]));
+      }
+    }
+    NearBisectors& s = this->Bisectors;
+    FindFoldSides(this->Plane, folds, count, [&](int k, const CellSide& side) {
+      s.CutX[k] = side.X;
+      s.CutY[k] = side.Y;
+      s.Offsets[k] = side.Offset;
+      s.Distances[k] = side.Offset * side.Offset / (side.X * side.X + side.Y * side.Y);
+    });
   }
 
   bool IsOpen(double reach) const
@@ -356,32 +436,53 @@ private:
     return this->Steering.empty() ? Float3() : this->Steering[static_cast<std::size_t>(i)];
   }
 
-  /// Adds point j, if it is on the same sheet, at its distance in space: the surface is unrolled,
-  /// so that far points of a thin tube do not come too near.
+  /// Adds point j, if it is on the same sheet or behind a fold, where it is on the unrolled
+  /// surface, so that far points of a thin tube do not come too near.
   /// @return whether it is
   bool AddToSheet(int i, int j)
   {
-    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
-    if (!this->AreOfSheet(i, j, d))
-    {
-      return false;
-    }
+    FoldedNeighbor at = this->SeenFrom(i, j);
     FlatSheet& sheet = this->Sheet;
-    if (sheet.Count == SheetCapacity)
+    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+    if (sheet.Count == SheetCapacity ||
+      !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(static_cast<float>(CellReach))))
     {
       return false;
     }
-    const double inverse = 1.0 / this->Fits[i].Spacing;
-    const double x = Dot(d, this->Plane.U), y = Dot(d, this->Plane.V);
-    const double flat = x * x + y * y;
-    const double scale = flat > 0.0 ? inverse * std::sqrt(Dot(d, d) / flat) : 0.0;
+    const FoldLine fold = this->FoldBetween(i, j, at);
+    at.Unroll();
     const Float3 steering = this->SteeringOf(j);
-    const auto spacing = static_cast<float>(inverse * this->Fits[j].Spacing);
-    sheet.Add(PlaceInMetric(this->Plane, static_cast<float>(scale * x),
-                static_cast<float>(scale * y), static_cast<float>(Dot(steering, this->Plane.U)),
-                static_cast<float>(Dot(steering, this->Plane.V)), SingleDot(steering, steering)),
-      spacing * spacing);
+    const float spacing = this->Fits[j].Spacing / this->Fits[i].Spacing;
+    sheet.Add(
+      PlaceInMetric(this->Plane, at.X, at.Y, static_cast<float>(Dot(steering, this->Plane.U)),
+        static_cast<float>(Dot(steering, this->Plane.V)), SingleDot(steering, steering)),
+      fold, spacing * spacing);
     return true;
+  }
+
+  /// The fold in front of point j, if it is known where: normals that are fitted are means over it.
+  FoldLine FoldBetween(int i, int j, const FoldedNeighbor& at) const
+  {
+    return this->Fits[i].Given && this->Fits[j].Given ? at.Line() : FoldLine();
+  }
+
+  /// Point j in the plane of point i, in spacings of i.
+  FoldedNeighbor SeenFrom(int i, int j) const
+  {
+    const Vector3 n = this->Fits[i].Normal;
+    Vector3 m = this->Fits[j].Normal;
+    if ((this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j]) && Dot(n, m) < 0.0)
+    {
+      m = -1.0 * m;
+    }
+    const Vector3& u = this->Plane.U;
+    const Vector3& v = this->Plane.V;
+    const Vector3 d = (1.0 / this->Fits[i].Spacing) *
+      (Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i)));
+    const auto dot = [](const Vector3& a, const Vector3& b) {
+      return static_cast<float>(Dot(a, b));
+    };
+    return { dot(d, u), dot(d, v), dot(d, n), dot(d, m), dot(n, m), dot(m, u), dot(m, v) };
   }
 
   /// Whether all neighbours are on one side.

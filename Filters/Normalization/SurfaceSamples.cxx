@@ -8,6 +8,7 @@
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/NeighborGraph.h"
 #include "Filters/Common/NeighborSearch.h"
+#include "Filters/Common/SurfaceFold.h"
 
 #include "vtkSMPThreadLocal.h"
 
@@ -37,7 +38,7 @@ constexpr double GoldenAngle = 2.39996322972865332;
 /// Whether two surfels can be on the same sheet of surface.
 bool AreCompatible(const WeightedKernel& a, const WeightedKernel& b)
 {
-  return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > 0.0f);
+  return a.TwoSided == b.TwoSided && (a.TwoSided || SingleDot(a.Normal, b.Normal) > SharpestFold);
 }
 
 /// A kernel as it covers what lies behind or in front of it along a direction: it is evaluated
@@ -56,6 +57,24 @@ WeightedKernel SeenAlong(const Float3& direction, const WeightedKernel& kernel)
     row->Z -= along * n.Z;
   }
   return seen;
+}
+
+/// A neighbour's kernel at the owner's samples. Across a fold it is evaluated along the mean of
+/// both normals, which unrolls the surface: a place beyond the fold is that on the other side of
+/// it.
+WeightedKernel Unrolled(const WeightedKernel& owner, const WeightedKernel& kernel)
+{
+  const float cosine = SingleDot(owner.Normal, kernel.Normal);
+  if (std::abs(cosine) > FlattestFold)
+  {
+    return kernel;
+  }
+  const float sign = owner.TwoSided && cosine < 0.0f ? -1.0f : 1.0f;
+  Float3 mean;
+  mean.X = owner.Normal.X + sign * kernel.Normal.X;
+  mean.Y = owner.Normal.Y + sign * kernel.Normal.Y;
+  mean.Z = owner.Normal.Z + sign * kernel.Normal.Z;
+  return SeenAlong(mean, kernel);
 }
 
 /// Places of the owner and its neighbours on the same sheet, relative to the owner, in units of its
@@ -415,7 +434,8 @@ private:
     const float reach = radius + neighbor.Reach;
     if (neighbor.Squared < reach * reach)
     {
-      this->Kernels.Add(neighbor.Number, neighbor.At, other, spacing, this->OwnSheet());
+      this->Kernels.Add(
+        neighbor.Number, neighbor.At, Unrolled(owner, other), spacing, this->OwnSheet());
     }
     // On smooth surfaces no sample is so far off the planes of kernels.
     const float cosine = SingleDot(owner.Normal, other.Normal), sigma = other.Sigma / spacing;
