@@ -249,6 +249,21 @@ class TestUp(unittest.TestCase):
         stone = surfels_of(ball * sizes, ball / sizes)
         self.check_up(stone, (0, 1, 0), False)
 
+    def test_cars_that_lean_settle(self):
+        """A car that leans forward touches the ground with two wheels, and would fall on its side, where
+        it lies firmly; but it falls on its other wheels."""
+        ball = sphere(2000)[0]
+        wheels = [((x, y, 0.2), (0.2, 0.14, 0.2)) for x in (-0.6, 0.6) for y in (-0.3, 0.3)]
+        parts = [((0, 0, 0.45), (1, 0.42, 0.25)), ((-0.2, 0, 0.7), (0.5, 0.36, 0.2)), *wheels]
+        car = np.vstack([ball * size + place for place, size in parts])
+        normals = np.vstack([ball / size for _, size in parts])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        for degrees in (0, 5):
+            lean = TO_X.T @ turned_about_x(degrees) @ TO_X @ TO_Y.T
+            self.check_up(surfels_of(car @ lean, normals @ lean), (0, 1, 0), False)
+        lying = TO_X.T @ turned_about_x(40) @ TO_X @ TO_Y.T  # too far
+        self.check_up(surfels_of(car @ lying, normals @ lying), (0, 0, 1), True)
+
     def test_what_is_up_in_captures(self):
         """The same, through the centres of opaque Gaussians; without a sign it is -y."""
         rng = np.random.default_rng(1)

@@ -27,6 +27,8 @@ CLEAR = 2.0  # times as much evidence as any other direction has
 AGAINST_USAGE = 3.0  # times as much of a ground at the top as at the bottom, or as stable
 LEVEL = 0.95  # cosine of the slope up to which area is level
 STANCE, STABLE = 0.03, 0.1  # part of the height that touches the ground; slope up to which it stands
+SETTLED, FAR_OFF = 0.985, 10.0  # cosine of the turn by which a thing settles; tangent of one too far
+TIPS = 8  # times at most that it touches the ground elsewhere
 FEW, HALF = 0.1, 0.5  # two-sided parts of a closed surface, and of one that mostly is
 OPEN = 0.05  # net area over area above which a surface has an open side
 OPAQUE = 0.5  # opacity of a capture's Gaussians that are taken for a surface
@@ -163,9 +165,10 @@ def _of_openings(samples, ups):
     return Up(ups[best], is_alone and _is_usual(best, ups), is_alone=is_alone)
 
 
-def _stability(samples, up):
-    """The slope on which the surface would tip over: the distance of its centre from the edge of what
-    touches the ground, over the height of the centre; negative if it does not stand at all."""
+def _stance(samples, up):
+    """-> the slope on which the surface would tip over: the distance of its centre from the nearest edge
+    of what touches the ground, over the height of the centre; negative if it does not stand at all.
+    And what is up in it once it has tipped over that edge, until more of it touches the ground."""
     area = np.linalg.norm(samples.areas, axis=1)
     center = area @ samples.points / max(area.sum(), 1e-300)
     height = samples.points @ up
@@ -174,17 +177,40 @@ def _stability(samples, up):
     angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
     edges = np.cos(angle) * across + np.sin(angle) * np.cross(up, across)
     feet = samples.points[height <= low + STANCE * (high - low)] - center
-    return (feet @ edges.T).max(axis=0).min() / max(center @ up - low, 1e-300)
+    reach = (feet @ edges.T).max(axis=0)
+    nearest, edge, tipped = reach.min(), edges[int(np.argmin(reach))], up
+    if nearest < 0:
+        beyond = (samples.points - center) @ edge - nearest
+        slopes = np.maximum(height - low, 0)[beyond > 0] / beyond[beyond > 0]
+        tipped = unit(up - slopes.min(initial=FAR_OFF) * edge)
+    return nearest / max(center @ up - low, 1e-300), tipped
+
+
+def _stability(samples, up):
+    return _stance(samples, up)[0]
+
+
+def _settled_stability(samples, up):
+    """The same once it has settled: what leans forward stands on two of four wheels, and tips over onto
+    the others. Negative if it would turn far."""
+    settled = up
+    for _ in range(TIPS):
+        stability, settled = _stance(samples, settled)
+        if stability >= 0 or settled @ up < SETTLED:
+            break
+    return stability
 
 
 def _of_stance(samples, ups):
     """Closed things stand in one of the usual directions. If they would in several, for example on
-    their backs, this tells nothing, unless one is far more stable."""
+    their backs, this tells nothing, unless one is far more stable; nor if a more usual one is only
+    a little off."""
     if samples.two_sided.mean() > HALF or is_open(samples):
         return None
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
     stable = [_stability(samples, up) for up in usual]
     best = int(np.argmax(stable))
+    stable[:best] = [_settled_stability(samples, up) for up in usual[:best]]
     others = max([0.0, *stable[:best], *stable[best + 1:]])
     return Up(usual[best], True) if stable[best] > max(STABLE, AGAINST_USAGE * others) else None
 
