@@ -2,6 +2,7 @@
 #include "Filters/Readers/GaussianArrays.h"
 
 #include "Core/Surfels/SurfelArrays.h"
+#include "Filters/Common/AvailableMemory.h"
 #include "Filters/Readers/PointCloudFields.h"
 
 #include "vtkCellArray.h"
@@ -70,6 +71,13 @@ void MakeCovariance(const double (&scale)[3], double (&q)[4], double (&covarianc
     covariance[i] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   }
 }
+}
+
+std::string CheckMemory(vtkIdType gaussians, int harmonics, double otherBytes)
+{
+  constexpr double besidesHarmonics = 60.0; // points, covariances, opacities, cells, notes
+  return SurfelGeometry::CheckMemory(gaussians, otherBytes + besidesHarmonics + 12.0 * harmonics,
+    SurfelGeometry::AvailableMemory());
 }
 
 GaussianArrays::GaussianArrays(const GaussianLayout& layout, vtkIdType count)

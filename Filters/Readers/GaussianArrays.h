@@ -12,6 +12,7 @@
 #include "vtkType.h"
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 class vtkDataArray;
@@ -22,6 +23,10 @@ class vtkUnsignedCharArray;
 
 namespace PointCloud
 {
+/// An error message if so many Gaussians with so many harmonics, and other bytes for each, do not
+/// fit into memory; empty if they do.
+std::string CheckMemory(vtkIdType gaussians, int harmonics, double otherBytes);
+
 class GaussianArrays
 {
 public:

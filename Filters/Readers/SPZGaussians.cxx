@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Readers/SPZGaussians.h"
 
-#include "Filters/Common/AvailableMemory.h"
+#include "Filters/Readers/GaussianArrays.h"
 #include "Filters/Readers/UnpackedGaussians.h"
 
 #include <algorithm>
@@ -156,11 +156,9 @@ void SPZGaussians::CheckHeader() const
 /// All Gaussians may be alike: a small file then holds more than fits into memory.
 void SPZGaussians::CheckMemory() const
 {
-  constexpr double besidesHarmonics = 60.0; // points, covariances, opacities, cells, notes
   const auto count = static_cast<vtkIdType>(std::max<std::uint64_t>(1, this->Gaussians));
   const double columns = static_cast<double>(this->Size()) / static_cast<double>(count);
-  const std::string problem = SurfelGeometry::CheckMemory(
-    count, columns + besidesHarmonics + 12.0 * (1 + this->Rest), SurfelGeometry::AvailableMemory());
+  const std::string problem = PointCloud::CheckMemory(count, 1 + this->Rest, columns);
   if (!problem.empty())
   {
     Refuse(problem);

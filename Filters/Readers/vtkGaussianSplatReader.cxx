@@ -27,6 +27,13 @@ int vtkGaussianSplatReader::CanReadFile(const char* fileName)
 }
 
 //------------------------------------------------------------------------------
+std::string vtkGaussianSplatReader::CheckMemory(
+  vtkIdType gaussians, int harmonics, double otherBytes)
+{
+  return PointCloud::CheckMemory(gaussians, harmonics, otherBytes);
+}
+
+//------------------------------------------------------------------------------
 void vtkGaussianSplatReader::Read(vtkPolyData* output)
 {
   PointCloud::GaussianFile file(this->FileName);

@@ -47,6 +47,8 @@
 #include "vtkPolyDataAlgorithm.h"
 #include "vtkSurfelReadersModule.h" // for the export macro
 
+#include <string>
+
 class VTKSURFELREADERS_EXPORT vtkGaussianSplatReader : public vtkPolyDataAlgorithm
 {
 public:
@@ -69,6 +71,12 @@ public:
    * header. Else 0, for example for a scan.
    */
   static int CanReadFile(VTK_FILEPATH const char* fileName);
+
+  /**
+   * For readers of other formats: an error message if so many Gaussians with so many harmonics, and
+   * other bytes for each of them, do not fit into memory; empty if they do.
+   */
+  static std::string CheckMemory(vtkIdType gaussians, int harmonics, double otherBytes);
 
   /**
    * How many Gaussians of the file were left out because a value is not finite. Valid after an

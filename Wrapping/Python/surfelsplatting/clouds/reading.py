@@ -7,6 +7,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
+from .sogfiles import folder_meta
 from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import holds_gaussians, note_model
@@ -122,6 +123,15 @@ def _of_ply_mesh(path, data):
     return _of_vertices(data)
 
 
+def _capture_cloud(data, invalid, is_antialiased):
+    how = "a capture of 3D Gaussian splatting"
+    if invalid:
+        how += f"; {invalid} Gaussians with values that are not finite are left out"
+    if is_antialiased:
+        how += "; it was trained with antialiasing, as --capture-filter antialiased draws it"
+    return Cloud(data, how=how, is_antialiased=is_antialiased)
+
+
 def _read_capture(path, messages, progress):
     from ..vtkSurfelReaders import vtkGaussianSplatReader
 
@@ -129,13 +139,14 @@ def _read_capture(path, messages, progress):
     reader.SetFileName(path)
     progress.update(reader, "reading")
     messages.check()
-    how = "a capture of 3D Gaussian splatting"
-    invalid = reader.GetNumberOfInvalidGaussians()
-    if invalid:
-        how += f"; {invalid} Gaussians with values that are not finite are left out"
-    if reader.GetAntialiased():
-        how += "; it was trained with antialiasing, as --capture-filter antialiased draws it"
-    return Cloud(reader.GetOutput(), how=how, is_antialiased=reader.GetAntialiased())
+    return _capture_cloud(reader.GetOutput(), reader.GetNumberOfInvalidGaussians(),
+                          reader.GetAntialiased())
+
+
+def _read_sog(path, _messages, _progress):
+    from .sog import read_sog_capture
+
+    return _capture_cloud(*read_sog_capture(path))
 
 
 def _read_ply(path, messages, progress):
@@ -227,6 +238,8 @@ _READERS = {
     ".ply": _read_ply,
     ".splat": _read_capture,
     ".spz": _read_capture,
+    ".sog": _read_sog,
+    ".json": _read_sog,
     ".pcd": _read_scan,
     ".vtp": _read_dataset,
     ".vtu": _read_dataset,
@@ -292,11 +305,9 @@ def _check_arrays(data, path):
 
 def read_cloud(path, messages, progress):
     """-> Cloud with at least one point, or UserProblem."""
+    path = folder_meta(path)
     extension = os.path.splitext(path)[1].lower()
     _check_file(path)
-    if extension == ".sog":
-        raise UserProblem(f"{path}: .sog files of captures are not read; save it as .ply or .spz, for "
-                          "example with SuperSplat")
     if extension not in _READERS:
         raise UserProblem(f"{path}: unknown extension {extension!r}; a point "
                           f"cloud is one of {', '.join(sorted(_READERS))}")

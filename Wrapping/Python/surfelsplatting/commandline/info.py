@@ -9,6 +9,7 @@ import numpy as np
 
 from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
+from ..clouds.sogfiles import bytes_of
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
@@ -197,7 +198,7 @@ def _report(cloud, session):
             "surfels" if cloud.is_surfels else "points")
     points, origin = vtk_to_numpy(data.GetPoints().GetData()), [0.0, 0.0, 0.0]
     vtkSurfelHierarchy.ReadOrigin(data, origin)
-    report = {"file": path, "bytes": os.path.getsize(path), "holds": kind,
+    report = {"file": path, "bytes": bytes_of(path), "holds": kind,
               "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",
               "fields": _fields(data.GetPointData()), "bounds": _bounds(points, origin)}
     if cloud.viewpoint:

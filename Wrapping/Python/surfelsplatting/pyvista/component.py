@@ -143,8 +143,8 @@ class SurfelComponent:
         cloud : pyvista.DataSet | array_like[float] | str | Path
             Surfels from ``cloud.surfels.estimate()``; or points or a mesh, an array of points of
             shape ``(n, 3)``, or a file, of which surfels are made first, as ``estimate`` says; or a
-            capture of 3D Gaussian splatting, or its ``.ply``, ``.spz`` or ``.splat`` file, which is
-            drawn as it is. What is changed in points or a mesh afterwards is seen when they are added
+            capture of 3D Gaussian splatting, or its ``.ply``, ``.spz``, ``.sog`` or ``.splat`` file,
+            which is drawn as it is. What is changed in points or a mesh afterwards is seen when they are added
             again, under the same ``name``.
 
         scalars : str | array_like, optional

@@ -10,6 +10,8 @@ import pyvista as pv
 from ..problems import UserProblem
 from ..clouds.ptx import read_ptx_cloud
 from ..clouds.scanner import read_e57_cloud, read_las_cloud
+from ..clouds.sog import read_sog_capture
+from ..clouds.sogfiles import folder_meta
 from ..surfels import note_scan, update
 from ..vtkSurfelReaders import vtkGaussianSplatReader, vtkPointCloudReader
 
@@ -60,21 +62,21 @@ def read_pcd(path: str) -> pv.PolyData:
 
 
 def read_capture(path: str | Path) -> pv.PolyData:
-    """Read a capture of 3D Gaussian splatting, a ``.splat``, ``.spz`` or ``.ply`` file.
+    """Read a capture of 3D Gaussian splatting, a ``.splat``, ``.spz``, ``.sog`` or ``.ply`` file.
 
-    :func:`pyvista.read` calls this for ``.splat`` and ``.spz`` files. It reads no more than the
-    points of a ``.ply`` file.
+    :func:`pyvista.read` calls this for ``.splat``, ``.spz`` and ``.sog`` files. It reads no more than
+    the points of a ``.ply`` file.
 
     Parameters
     ----------
     path : str | Path
-        Path of the file.
+        Path of the file, or of the ``meta.json`` of a ``.sog`` capture in a folder, or of this folder.
 
     Returns
     -------
     pyvista.PolyData
-        The Gaussians: ``GaussianCovariance``, ``GaussianOpacity``, and ``GaussianHarmonics`` of a
-        ``.ply`` or ``.spz`` file or ``RGB`` of a ``.splat`` file.
+        The Gaussians: ``GaussianCovariance``, ``GaussianOpacity``, and ``RGB`` of a
+        ``.splat`` file or ``GaussianHarmonics`` of the others.
 
     Examples
     --------
@@ -83,6 +85,9 @@ def read_capture(path: str | Path) -> pv.PolyData:
     >>> capture.surfels.plot(coc=15)  # doctest: +SKIP
 
     """
+    path = folder_meta(str(path))
+    if path.lower().endswith((".sog", ".json")):
+        return _cloud_of(lambda name: read_sog_capture(name)[0], path)
     reader = vtkGaussianSplatReader()
     reader.SetFileName(str(path))
     update(reader, str(path))
