@@ -62,7 +62,8 @@ def _numbers(value, counts, what):
         wanted = counts[0] if len(counts) == 1 else f"1 to {counts[-1]}"
         raise SogProblem(f"its meta.json has {found} as {what}, and not {wanted} numbers; {AGAIN}")
     for i, number in enumerate(value):
-        if type(number) not in (int, float) or not abs(number) <= LARGEST:  # NaN is not, either
+        is_number = isinstance(number, (int, float)) and not isinstance(number, bool)
+        if not is_number or not abs(number) <= LARGEST:  # NaN is not, either
             raise SogProblem(f"its meta.json has {_shortened(number)} as number {i} of {what}, which is "
                              f"no finite float; {AGAIN}")
     return np.array(value, dtype=float)
@@ -88,7 +89,8 @@ def _images(section, what, count):
     """-> names of images, which lie beside the meta.json"""
     names = section.get("files")
     if not isinstance(names, list) or len(names) < count or not all(
-            isinstance(name, str) and name and not set(name) & set("/\\\0") for name in names):
+            isinstance(name, str) and name and name.isprintable() and not set(name) & set("/\\")
+            for name in names):
         raise SogProblem(f"its meta.json has {_shortened(names)} as files of {what!r}, and not the names "
                          f"of {count} image{'s' if count > 1 else ''}; {AGAIN}")
     return tuple(names[:count])
