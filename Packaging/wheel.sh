@@ -27,7 +27,7 @@ python=$(find_python 3.12 3.13 3.14) || {
     "or of pyenv; install it, for example with 'pyenv install 3.12'" >&2
   exit 77
 }
-install_missing_packages g++ libpcl-dev libopenexr-dev
+install_missing_packages g++ libpcl-dev libopenexr-dev libzstd-dev
 
 # One environment instead of pip's temporary ones: a second run compiles only what has changed.
 [ -x "$venv/bin/pip" ] || "$python" -m venv "$venv"

@@ -11,9 +11,9 @@ build=$root/build
 python=/usr/bin/python3
 
 source "$root/Utilities/packages.sh"
-packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev doctest-dev openexr python3
-  libpython3-dev python3-pip python3-vtk9 python3-numpy universal-ctags xvfb xauth xdotool chromium
-  ffmpeg help2man man-db python3-argcomplete)
+packages=(cmake ninja-build g++ libvtk9-dev libpcl-dev libopenexr-dev libzstd-dev doctest-dev openexr
+  python3 libpython3-dev python3-pip python3-vtk9 python3-numpy python3-pil universal-ctags xvfb
+  xauth xdotool chromium ffmpeg help2man man-db python3-argcomplete)
 
 # False for the build folder of another source tree and for one whose configuration failed.
 is_configured() {

@@ -76,8 +76,8 @@ void MakeCovariance(const double (&scale)[3], double (&q)[4], double (&covarianc
 std::string CheckMemory(vtkIdType gaussians, int harmonics, double otherBytes)
 {
   constexpr double besidesHarmonics = 60.0; // points, covariances, opacities, cells, notes
-  return SurfelGeometry::CheckMemory(gaussians, otherBytes + besidesHarmonics + 12.0 * harmonics,
-    SurfelGeometry::AvailableMemory());
+  return SurfelGeometry::CheckMemory(
+    gaussians, otherBytes + besidesHarmonics + 12.0 * harmonics, SurfelGeometry::AvailableMemory());
 }
 
 GaussianArrays::GaussianArrays(const GaussianLayout& layout, vtkIdType count)

@@ -77,7 +77,6 @@ GzipStream::GzipStream()
 }
 
 GzipStream::~GzipStream() = default;
-GzipStream::GzipStream(GzipStream&&) noexcept = default;
 
 std::size_t GzipStream::Read(std::istream& file, std::uint8_t* to, std::size_t count)
 {

@@ -2,7 +2,9 @@
 #include "Filters/Readers/SPZGaussians.h"
 
 #include "Filters/Readers/GaussianArrays.h"
+#include "Filters/Readers/GzipStream.h"
 #include "Filters/Readers/UnpackedGaussians.h"
+#include "Filters/Readers/ZstdStream.h"
 
 #include <algorithm>
 #include <array>
@@ -16,14 +18,33 @@ namespace PointCloud
 {
 namespace
 {
-constexpr std::size_t HeaderSize = 16;
+constexpr std::size_t HeaderSize = 16, PlainHeaderSize = 32;
+constexpr std::uint64_t MostExtensions = 1 << 20; // bytes
 constexpr char Magic[5] = "NGSP";
+constexpr unsigned HasExtensions = 2; // of the flags
 constexpr const char* SaveOtherwise =
-  "; save it in version 2 or 3, or as .ply, for example with SuperSplat.";
+  "; save it in another version, or as .ply, for example with SuperSplat.";
 
 [[noreturn]] void Refuse(const std::string& what)
 {
   throw std::runtime_error(what);
+}
+
+[[noreturn]] void RefuseCutHeader()
+{
+  Refuse("its header is cut short; copy or download the file again.");
+}
+
+/// Returns how many bytes there were.
+std::size_t ReadPlainBytes(std::istream& file, std::uint8_t* to, std::size_t count)
+{
+  file.read(reinterpret_cast<char*>(to), static_cast<std::streamsize>(count));
+  return static_cast<std::size_t>(file.gcount());
+}
+
+std::uint64_t LoadLong(const std::uint8_t* at)
+{
+  return LoadUnsigned(at) | static_cast<std::uint64_t>(LoadUnsigned(at + 4)) << 32;
 }
 
 /// Components x y z w of a quaternion of which all but the largest are stored.
@@ -97,9 +118,12 @@ SPZGaussians::SPZGaussians(std::istream& file, std::uint64_t bytes)
 {
   std::uint8_t header[HeaderSize] = {};
   const bool isPlain = file.peek() == Magic[0];
-  const std::size_t read = isPlain
-    ? static_cast<std::size_t>(file.read(reinterpret_cast<char*>(header), HeaderSize).gcount())
-    : this->Stream.Read(file, header, HeaderSize);
+  if (!isPlain)
+  {
+    this->Stream = std::make_unique<GzipStream>();
+  }
+  const std::size_t read = isPlain ? ReadPlainBytes(file, header, HeaderSize)
+                                   : this->Stream->Read(file, header, HeaderSize);
   if (!std::equal(Magic, Magic + 4, header))
   {
     Refuse(
@@ -108,7 +132,7 @@ SPZGaussians::SPZGaussians(std::istream& file, std::uint64_t bytes)
   }
   if (read < HeaderSize)
   {
-    Refuse("its header is cut short; copy or download the file again.");
+    RefuseCutHeader();
   }
   this->Version = LoadUnsigned(header + 4);
   this->Gaussians = LoadUnsigned(header + 8);
@@ -116,22 +140,94 @@ SPZGaussians::SPZGaussians(std::istream& file, std::uint64_t bytes)
   this->Rest = (this->Degree + 1) * (this->Degree + 1) - 1;
   this->FractionalBits = header[13];
   this->Flags = header[14];
-  if (isPlain)
-  {
-    Refuse("a .spz file of version " + std::to_string(this->Version) +
-      " that is not compressed by gzip, as versions 2 and 3 are" + SaveOtherwise);
-  }
+  this->CheckVersion(isPlain);
   this->CheckHeader();
   this->SetAxes(0);
+  if (isPlain)
+  {
+    this->ReadPlain(file, header[15]);
+  }
+}
+
+void SPZGaussians::CheckVersion(bool isPlain) const
+{
+  const std::uint32_t version = this->Version;
+  if (isPlain ? version != 4 : version != 2 && version != 3)
+  {
+    Refuse("a .spz file of version " + std::to_string(version) +
+      (isPlain ? " that is not compressed by gzip; of these, version 4 is read"
+               : ", compressed by gzip; of these, versions 2 and 3 are read") +
+      SaveOtherwise);
+  }
+}
+
+/// What follows the first 16 bytes of version 4 and is not compressed.
+void SPZGaussians::ReadPlain(std::istream& file, unsigned streams)
+{
+  this->Stream = std::make_unique<ZstdStream>();
+  std::uint8_t rest[PlainHeaderSize - HeaderSize];
+  if (ReadPlainBytes(file, rest, sizeof rest) < sizeof rest)
+  {
+    RefuseCutHeader();
+  }
+  const std::uint64_t table = LoadUnsigned(rest);
+  if (table < PlainHeaderSize || table > this->FileBytes)
+  {
+    Refuse("its header has the table of its columns at byte " + std::to_string(table) +
+      ", and the file has " + std::to_string(this->FileBytes) + " bytes; its header is wrong.");
+  }
+  if (this->Flags & HasExtensions)
+  {
+    std::vector<std::uint8_t> bytes(std::min(MostExtensions, table - PlainHeaderSize));
+    ReadPlainBytes(file, bytes.data(), bytes.size());
+    this->SetExtensions(bytes);
+  }
+  file.seekg(static_cast<std::streamoff>(table));
+  this->CheckTable(file, table, streams);
+}
+
+/// The sizes of the columns, compressed and unpacked; the file is where they begin.
+void SPZGaussians::CheckTable(std::istream& file, std::uint64_t at, unsigned streams) const
+{
+  std::vector<std::uint64_t> columns;
+  for (const int bytes : { 9, 1, 3, 3, 4, 3 * this->Rest })
+  {
+    if (this->Gaussians * bytes > 0)
+    {
+      columns.push_back(this->Gaussians * bytes);
+    }
+  }
+  if (streams != columns.size())
+  {
+    Refuse("its header promises " + std::to_string(streams) + " columns, and its Gaussians have " +
+      std::to_string(columns.size()) + "; its header is wrong.");
+  }
+  std::uint64_t end = at + 16 * columns.size();
+  for (const std::uint64_t column : columns)
+  {
+    std::uint8_t sizes[16];
+    if (ReadPlainBytes(file, sizes, sizeof sizes) < sizeof sizes || end > this->FileBytes ||
+      LoadLong(sizes) > this->FileBytes - end)
+    {
+      Refuse("its columns are cut short; copy or download the file again.");
+    }
+    if (LoadLong(sizes + 8) != column)
+    {
+      Refuse("the table of its columns has one of " + std::to_string(LoadLong(sizes + 8)) +
+        " bytes, which for its " + std::to_string(this->Gaussians) + " Gaussians has " +
+        std::to_string(column) + "; its header is wrong.");
+    }
+    end += LoadLong(sizes);
+  }
+  if (end != this->FileBytes)
+  {
+    Refuse("its columns end at byte " + std::to_string(end) + ", and the file has " +
+      std::to_string(this->FileBytes) + "; its header is wrong.");
+  }
 }
 
 void SPZGaussians::CheckHeader() const
 {
-  if (this->Version != 2 && this->Version != 3)
-  {
-    Refuse("a .spz file of version " + std::to_string(this->Version) +
-      "; versions 2 and 3 are read" + SaveOtherwise);
-  }
   if (this->Degree > 3)
   {
     Refuse("its harmonics are of degree " + std::to_string(this->Degree) +
@@ -142,8 +238,9 @@ void SPZGaussians::CheckHeader() const
     Refuse("its header promises positions with " + std::to_string(this->FractionalBits) +
       " fractional bits, of 24; it is damaged.");
   }
-  // No code of deflate stands for more: 258 bytes in 2 bits.
-  constexpr std::uint64_t mostInflated = 1032;
+  // No code of deflate stands for more: 258 bytes in 2 bits. No block of zstd does: 128 KiB in 4
+  // bytes.
+  const std::uint64_t mostInflated = this->Version == 4 ? 1 << 15 : 1032;
   if (this->Gaussians > static_cast<std::uint64_t>(std::numeric_limits<int>::max()) ||
     this->Size() > mostInflated * this->FileBytes)
   {
@@ -167,18 +264,19 @@ void SPZGaussians::CheckMemory() const
 
 bool SPZGaussians::Inflate(std::istream& file, const std::function<bool(double)>& proceed)
 {
-  constexpr unsigned hasExtensions = 2;
   this->CheckMemory();
   if (!this->InflateColumns(file, proceed))
   {
     return false;
   }
   std::uint8_t next;
-  if (this->Flags & hasExtensions)
+  if (this->Version < 4 && this->Flags & HasExtensions)
   {
-    this->ReadExtensions(file);
+    std::vector<std::uint8_t> bytes(MostExtensions);
+    bytes.resize(this->Stream->Read(file, bytes.data(), bytes.size()));
+    this->SetExtensions(bytes);
   }
-  else if (this->Stream.Read(file, &next, 1) > 0)
+  else if (this->Stream->Read(file, &next, 1) > 0)
   {
     Refuse("its columns go on after the " + std::to_string(this->Size()) + " bytes of the " +
       std::to_string(this->Gaussians) +
@@ -200,7 +298,7 @@ bool SPZGaussians::InflateColumns(std::istream& file, const std::function<bool(d
         std::min(size, std::max({ part, likelyRatio * this->FileBytes, 2 * done })));
     }
     const std::uint64_t wanted = std::min(part, this->Columns.size() - done);
-    const std::uint64_t inflated = this->Stream.Read(file, this->Columns.data() + done, wanted);
+    const std::uint64_t inflated = this->Stream->Read(file, this->Columns.data() + done, wanted);
     done += inflated;
     if (inflated < wanted)
     {
@@ -216,19 +314,16 @@ bool SPZGaussians::InflateColumns(std::istream& file, const std::function<bool(d
   return true;
 }
 
-void SPZGaussians::ReadExtensions(std::istream& file)
+void SPZGaussians::SetExtensions(const std::vector<std::uint8_t>& bytes)
 {
-  constexpr std::size_t most = 1 << 20;
   constexpr std::uint32_t ofAxes = 0xADBE0003;
-  std::vector<std::uint8_t> bytes(most);
-  bytes.resize(this->Stream.Read(file, bytes.data(), most));
   for (std::size_t at = 0; at < bytes.size();)
   {
     const std::size_t left = bytes.size() - at;
     const std::uint32_t length = left < 8 ? 0 : LoadUnsigned(bytes.data() + at + 4);
-    if (left < 8 || length > left - 8 || bytes.size() == most)
+    if (left < 8 || length > left - 8 || bytes.size() == MostExtensions)
     {
-      Refuse("the extensions behind its columns are damaged, or longer than 1 MiB.");
+      Refuse("its extensions are damaged, or longer than 1 MiB.");
     }
     if (LoadUnsigned(bytes.data() + at) == ofAxes && length >= 4)
     {

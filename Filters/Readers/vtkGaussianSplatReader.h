@@ -5,8 +5,8 @@
  *
  * Reads the .ply files of the reference implementation (B. Kerbl, G. Kopanas, T. Leimkuehler,
  * G. Drettakis. 3D Gaussian Splatting for Real-Time Radiance Field Rendering. SIGGRAPH 2023), ascii
- * and binary in either byte order, .splat files, and Niantic's .spz files. The output has the arrays
- * of Documentation/DataContract.md, "Gaussians in space":
+ * and binary in either byte order, .splat files, and Niantic's .spz files. The output has the
+ * arrays of Documentation/DataContract.md, "Gaussians in space":
  *
  * | output                         | from .ply                         | from .splat             |
  * |--------------------------------|-----------------------------------|-------------------------|
@@ -32,12 +32,15 @@
  * The compressed .ply files of SuperSplat and PlayCanvas (packed_position, PackedGaussians.h) have
  * the same output as .ply files. Their values are as exact as their 16 bytes for each Gaussian.
  *
- * .spz files of versions 2 and 3 (SPZGaussians.h) have the same output as .ply files, and the axes of
- * these: right, down, front, where .spz mostly has right, up, back. So a capture that was converted
- * from .ply looks as before. Places are exact to half of the step that the file's fractional bits
- * give, mostly 1 / 4096, scales to 3 %; harmonics from degree 1 on are from -1 to 1.
+ * .spz files of versions 2 to 4 (SPZGaussians.h) have the same output as .ply files, and the axes
+ * of these: right, down, front, where .spz mostly has right, up, back. So a capture that was
+ * converted from .ply looks as before. Places are exact to half of the step that the file's
+ * fractional bits give, mostly 1 / 4096, scales to 3 %; harmonics from degree 1 on are from -1
+ * to 1.
  *
- * Not supported: .spz of version 4, compressed by zstd, and .sog. SuperSplat saves both as .ply.
+ * Version 4 is compressed by zstd: it gets an error where the module was built without libzstd.
+ *
+ * Not supported: .sog, which the Python package reads.
  *
  * @sa vtkPointCloudReader
  */

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaussianreference import harmonics_at
+from zstdframes import compressed
 
 C0 = 0.5 / np.sqrt(np.pi)  # the harmonic of degree 0
 CHUNK = 256  # Gaussians of a compressed .ply file with one range of values
@@ -204,7 +205,7 @@ def mirrored(gaussians, signs):
 
 
 def _spz_rotations(rotations, version):
-    """-> bytes [n, 3] of version 2 or [n, 4] of version 3, and the quaternions that they stand for"""
+    """-> bytes [n, 3] of version 2 or [n, 4] of those after it, and the quaternions that they stand for"""
     unit = (rotations / np.linalg.norm(rotations, axis=1, keepdims=True))[:, (1, 2, 3, 0)]
     rows = np.arange(len(unit))
     largest = np.full(len(unit), 3) if version == 2 else np.abs(unit).argmax(axis=1)
@@ -226,11 +227,19 @@ def _spz_rotations(rotations, version):
     return stored, read[:, (3, 0, 1, 2)]
 
 
+def zstd_columns(header, columns, extensions=b"", frame=compressed):
+    """-> bytes of a .spz file of version 4; header: its first 15 bytes"""
+    frames = [(frame(column), len(column)) for column in columns if column]
+    table = [size for content, unpacked in frames for size in (len(content), unpacked)]
+    return (header + bytes([len(frames)]) + np.array([32 + len(extensions), 0, 0, 0], "<u4").tobytes()
+            + extensions + np.array(table, "<u8").tobytes() + b"".join(content for content, _ in frames))
+
+
 def write_spz(path, gaussians, version=3, bits=12, flags=0, extensions=b"", axes=(1, -1, -1)):
     """A .spz file -> the Gaussians it stands for, in float64.
 
     bits: fractional bits of the positions. flags: 1 antialiased, 2 extensions, whose bytes follow the
-    columns. axes: signs from x, y, z of the Gaussians to those of the file."""
+    columns, in version 4 the header. axes: signs from x, y, z of the Gaussians to those of the file."""
     there = mirrored(gaussians, axes)
     places = np.rint(there.positions * 2.0 ** bits).astype("<i4")
     logs = np.rint(16 * (np.log(there.scales) + 10)).clip(0, 255).astype(np.uint8)
@@ -240,11 +249,12 @@ def write_spz(path, gaussians, version=3, bits=12, flags=0, extensions=b"", axes
     stored, rotations = _spz_rotations(there.rotations, version)
     degree = RESTS.index(3 * rest.shape[1])
     header = (b"NGSP" + np.array([version, len(there)], "<u4").tobytes()
-              + bytes([degree, bits, flags, 0]))
-    columns = (places[:, :, None].view(np.uint8)[:, :, :3], alphas, colors, logs, stored, rest)
+              + bytes([degree, bits, flags]))
+    columns = [column.tobytes() for column in (places[:, :, None].view(np.uint8)[:, :, :3], alphas,
+                                               colors, logs, stored, rest)]
     with open(path, "wb") as file:
-        file.write(gzip.compress(header + b"".join(column.tobytes() for column in columns)
-                                 + extensions, 1, mtime=0))
+        file.write(zstd_columns(header, columns, extensions) if version == 4 else
+                   gzip.compress(header + b"\0" + b"".join(columns) + extensions, 1, mtime=0))
     harmonics = np.concatenate([((colors / 255 - 0.5) / 0.15)[:, None], (rest - 128.0) / 128], axis=1)
     return mirrored(Gaussians(places / 2.0 ** bits, np.exp(logs / 16 - 10), rotations, alphas / 255,
                               harmonics), axes)

@@ -1,4 +1,4 @@
-# Finds VTK, Python, PCL (with FLANN), Eigen and OpenEXR so that nothing more than what is used comes along.
+# Finds VTK, Python, PCL (with FLANN), zstd, Eigen and OpenEXR so that nothing more than what is used comes along.
 
 set(surfelsplatting_vtk_components
   CommonColor CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
@@ -29,6 +29,9 @@ endif ()
 find_package(PCL 1.13 QUIET REQUIRED COMPONENTS ${pcl_components})
 # The parser of .ply files, for which PCL's configuration has no target.
 find_library(SURFELSPLATTING_PCL_IO_PLY pcl_io_ply REQUIRED)
+# For .spz files of version 4.
+find_library(SURFELSPLATTING_ZSTD zstd REQUIRED)
+find_path(SURFELSPLATTING_ZSTD_INCLUDE zstd.h REQUIRED)
 # For tests PCL's configuration finds VTK again for modules that they do not use. Its targets pcl_2d,
 # pcl_features and pcl_io would link 35 VTK libraries, Qt and two depth cameras' drivers.
 foreach (pcl_target IN ITEMS pcl_2d pcl_features pcl_io)

@@ -18,7 +18,7 @@ configure_file(Wrapping/Python/surfelsplatting/version.py.in version.py @ONLY)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/version.py" DESTINATION surfelsplatting)
 
 # Licences of what is compiled in, or put beside by auditwheel.
-foreach (package IN ITEMS libeigen3 libflann libimath liblz4 libopenexr libpcl)
+foreach (package IN ITEMS libeigen3 libflann libimath liblz4 libopenexr libpcl libzstd)
   install(FILES "/usr/share/doc/${package}-dev/copyright"
     DESTINATION "${SKBUILD_METADATA_DIR}/licenses" RENAME "${package}.txt" OPTIONAL)
 endforeach ()
