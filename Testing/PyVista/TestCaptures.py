@@ -5,6 +5,7 @@ import os
 import sys
 import tempfile
 import unittest
+import zipfile
 
 import numpy as np
 import pyvista as pv
@@ -13,6 +14,8 @@ from plottercase import SOURCE, PlotterCase
 
 sys.path.insert(0, os.path.join(SOURCE, "Testing", "Shared"))
 from captures import of_surface, write_ply, write_splat, write_spz  # noqa: E402
+from sogcaptures import write_sog  # noqa: E402
+from surfelsplatting.pyvista.readers import read_capture  # noqa: E402
 
 RED, BLUE = (204, 51, 26), (26, 77, 230)
 
@@ -23,8 +26,8 @@ def write_ball(folder):
     points /= np.linalg.norm(points, axis=1)[:, None]
     colors = np.where(points[:, :1] > 0, RED, BLUE) / 255
     gaussians = of_surface(points, points, colors, 0.05).of_degree(0)
-    paths = [os.path.join(folder, name) for name in ("ball.ply", "ball.splat", "ball.spz")]
-    for write, path in zip((write_ply, write_splat, write_spz), paths):
+    paths = [os.path.join(folder, name) for name in ("ball.ply", "ball.splat", "ball.spz", "ball.sog")]
+    for write, path in zip((write_ply, write_splat, write_spz, write_sog), paths):
         write(path, gaussians)
     return paths
 
@@ -33,7 +36,8 @@ class TestCaptures(PlotterCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.ply, self.splat, self.spz = write_ball(folder.name)
+        self.folder = folder.name
+        self.ply, self.splat, self.spz, self.sog = write_ball(folder.name)
 
     def drawn(self, *args, **options):
         pl = self.plotter()
@@ -49,7 +53,9 @@ class TestCaptures(PlotterCase):
         self.check(self.drawn(self.ply))
         self.check(self.drawn(self.splat))
         self.check(self.drawn(self.spz))
-        self.assertIn("GaussianHarmonics", pv.read(self.spz).point_data)
+        self.check(self.drawn(self.sog))
+        for path in (self.spz, self.sog):
+            self.assertIn("GaussianHarmonics", pv.read(path).point_data)
         capture = pv.read(self.splat)
         self.assertIsInstance(capture, pv.PolyData)
         self.assertFalse(capture.surfels.are_estimated)
@@ -57,6 +63,17 @@ class TestCaptures(PlotterCase):
         self.assertTrue(prepared.surfels.are_estimated)
         self.assertEqual(prepared.n_points, 8000)
         self.check(self.drawn(prepared))
+
+    def test_folder(self):
+        """A .sog capture need not be one file."""
+        folder = os.path.join(self.folder, "ball")
+        with zipfile.ZipFile(self.sog) as file:
+            file.extractall(folder)
+        for path in (folder, os.path.join(folder, "meta.json")):
+            np.testing.assert_array_equal(read_capture(path).points, pv.read(self.sog).points)
+        os.remove(os.path.join(folder, "quats.webp"))
+        with self.assertRaisesRegex(ValueError, "its quats.webp is missing"):
+            read_capture(folder)
 
     def test_color_and_scalars_win(self):
         lime = self.drawn(self.ply, color="lime")
