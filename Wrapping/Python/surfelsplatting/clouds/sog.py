@@ -30,7 +30,7 @@ from ..problems import UserProblem
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 
 PART = 1 << 16  # Gaussians that are decoded at once
-ROW = 64  # entries of the palette
+ROW, MOST_ENTRIES = 64, 1 << 16  # of the palette
 HARMONICS = (1, 4, 9, 16)  # by degree
 BYTES_OF_IMAGES = 24.0  # for each Gaussian, while these are decoded
 # Of w x y z, by the one that is left out.
@@ -118,7 +118,7 @@ def _covariances(files, meta):
 
 def _palette(files, palette):
     """-> [entries, harmonics from degree 1 on, 3]"""
-    image = files.image(palette.centroids.name, (HARMONICS[-1] - 1) * (1 << 16))
+    image = files.image(palette.centroids.name, 1, (HARMONICS[-1] - 1) * MOST_ENTRIES)
     widths = {ROW * (count - 1): degree for degree, count in enumerate(HARMONICS) if degree}
     degree = widths.get(image.shape[1])
     if degree is None or palette.degree not in (None, degree):

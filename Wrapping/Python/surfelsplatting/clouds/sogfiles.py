@@ -105,15 +105,11 @@ class SogFiles:
 
     def pixels(self, name, count):
         """-> [count, 4] bytes, RGBA of the first pixels of an image"""
-        width, height, pixels = self._image(name, count, max(MOST_UNUSED * count, LEAST_PIXELS))
-        return pixels[:count]
+        image = self.image(name, count, max(MOST_UNUSED * count, LEAST_PIXELS))
+        return image.reshape(-1, 4)[:count]
 
-    def image(self, name, most):
-        """-> [height, width, 4] bytes"""
-        width, height, pixels = self._image(name, 1, most)
-        return pixels.reshape(height, width, 4)
-
-    def _image(self, name, least, most):
+    def image(self, name, least, most):
+        """-> [height, width, 4] bytes, RGBA of an image with so many pixels"""
         from PIL import Image, UnidentifiedImageError
 
         content = self._read(name, 4 * most + (1 << 16))
@@ -125,11 +121,10 @@ class SogFiles:
                     if not least <= width * height <= most:
                         raise SogProblem(f"its {name} has {width} x {height} pixels, and not {least} to "
                                          f"{most}; {AGAIN}")
-                    pixels = np.asarray(image if image.mode == "RGBA" else image.convert("RGBA"))
+                    return np.asarray(image if image.mode == "RGBA" else image.convert("RGBA"))
         except (SogProblem, MemoryError):
             raise
         except UnidentifiedImageError:
             raise SogProblem(f"its {name} is no WebP image; {AGAIN}") from None
         except Exception as error:  # Pillow has no common class of errors
             raise SogProblem(f"its {name} cannot be decoded ({error}); {AGAIN}") from None
-        return width, height, pixels.reshape(-1, 4)
