@@ -52,8 +52,7 @@ def _floats(name, count, components):
     array = vtk("vtkCommonCore").vtkFloatArray()
     array.SetName(name)
     array.SetNumberOfComponents(components)
-    if count and not array.Resize(count):
-        raise MemoryError
+    np.empty((count, components), np.float32)  # a MemoryError, where VTK would end the process
     array.SetNumberOfTuples(count)
     values = vtk("util.numpy_support").vtk_to_numpy(array)
     return array, values.reshape(count, components)
