@@ -59,20 +59,40 @@ void LocalQuadric::FitOthers(const LocalCloud& cloud, int i, const Neighbors& ne
   this->FitTo(1, neighbors);
 }
 
-Residuals LocalQuadric::Measure(double spacing) const
+template <typename Visit>
+void LocalQuadric::ForResiduals(double spacing, Visit&& visit) const
 {
-  double squares = 0.0, fourths = 0.0;
   for (const pcl::PointXYZ& p : this->Near)
   {
     double u, v, w;
     this->Surface.getMLSCoordinates(p.getVector3fMap().cast<double>(), u, v, w);
-    const double distance = (w - this->Surface.getPolynomialValue(u, v)) / spacing;
-    squares += distance * distance;
-    fourths += std::pow(distance, 4);
+    visit((w - this->Surface.getPolynomialValue(u, v)) / spacing);
   }
+}
+
+double LocalQuadric::DeviationOf(double squares) const
+{
   const double count = static_cast<double>(this->Near.size());
-  return { std::sqrt(squares / std::max(1.0, count - QuadricTerms)),
+  return std::sqrt(squares / std::max(1.0, count - QuadricTerms));
+}
+
+Residuals LocalQuadric::Measure(double spacing) const
+{
+  double squares = 0.0, fourths = 0.0;
+  this->ForResiduals(spacing, [&](double residual) {
+    squares += residual * residual;
+    fourths += std::pow(residual, 4);
+  });
+  const double count = static_cast<double>(this->Near.size());
+  return { this->DeviationOf(squares),
     squares > 0.0 ? count * fourths / (squares * squares) : 0.0 };
+}
+
+double LocalQuadric::Deviation(double spacing) const
+{
+  double squares = 0.0;
+  this->ForResiduals(spacing, [&](double residual) { squares += residual * residual; });
+  return this->DeviationOf(squares);
 }
 
 Vector3 LocalQuadric::Shift() const

@@ -73,6 +73,9 @@ public:
 
   Residuals Measure(double spacing) const;
 
+  /// Their deviation alone, several times as fast.
+  double Deviation(double spacing) const;
+
   /// From the point to the surface, along the normal of the plane below it.
   Vector3 Shift() const;
 
@@ -98,6 +101,12 @@ public:
 
 private:
   void Load(const LocalCloud& cloud, int i, const Neighbors& neighbors);
+  double DeviationOf(double squares) const;
+
+  /// Calls visit(residual) for the point and its neighbours.
+  template <typename Visit>
+  void ForResiduals(double spacing, Visit&& visit) const;
+
   void FitTo(size_t first, const Neighbors& neighbors);
 
   NearCloud Near; // the point itself, then its neighbours

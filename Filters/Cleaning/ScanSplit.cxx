@@ -79,7 +79,7 @@ float SplitSearch::Measure(
     return CleanContrast;
   }
   quadric.Fit(this->Cloud, i, neighbors);
-  if (!quadric.IsValid() || quadric.Measure(SpacingOf(neighbors)).Deviation < CleanResidual)
+  if (!quadric.IsValid() || quadric.Deviation(SpacingOf(neighbors)) < CleanResidual)
   {
     return CleanContrast;
   }

@@ -290,12 +290,13 @@ public:
           {
             continue;
           }
-          if (noise.IsLeafy && this->Growth(i, fit) > LargestGrowth)
+          const double deviation = fit.Quadric.Deviation(1.0);
+          if (noise.IsLeafy && this->Growth(i, deviation, fit) > LargestGrowth)
           {
             ++leaves;
             continue;
           }
-          smooth.Shifts[i] = ShiftOf(fit);
+          smooth.Shifts[i] = ShiftOf(fit, deviation);
           if (noise.Displacement > 0.0f)
           {
             PutVoters(
@@ -338,8 +339,7 @@ private:
   SampleFit MeasureAt(int i, PointFit& fit) const
   {
     SampleFit sample;
-    if (!this->Fit(i, NearFit, fit) ||
-      fit.Quadric.Measure(SpacingOf(fit.All)).Deviation < CleanResidual)
+    if (!this->Fit(i, NearFit, fit) || fit.Quadric.Deviation(SpacingOf(fit.All)) < CleanResidual)
     {
       return sample;
     }
@@ -363,13 +363,15 @@ private:
     sample.Thickness = static_cast<float>(fit.Quadric.Thickness(this->Cloud, i, fit.All));
     if (this->Fit(i, NeighborsFor(residuals.Deviation), fit))
     {
-      sample.Growth = static_cast<float>(this->Growth(i, fit));
+      const double deviation = fit.Quadric.Deviation(1.0);
+      sample.Growth = static_cast<float>(this->Growth(i, deviation, fit));
     }
     return sample;
   }
 
   /// How many times as large the residuals are as those of the nearest neighbours.
-  double Growth(int i, PointFit& fit) const
+  /// @param deviation of the residuals, world units
+  double Growth(int i, double deviation, PointFit& fit) const
   {
     const auto fewer = static_cast<std::ptrdiff_t>(FewerNeighbors * fit.All.Count());
     const auto& ids = fit.All.Ids;
@@ -377,17 +379,17 @@ private:
     fit.Nearest.Ids.assign(ids.begin(), ids.begin() + fewer);
     fit.Nearest.SquaredDistances.assign(distances.begin(), distances.begin() + fewer);
     fit.Near.Fit(this->Cloud, i, fit.Nearest);
-    const double near = fit.Near.IsValid() ? fit.Near.Measure(1.0).Deviation : 0.0;
-    return near > 0.0 ? fit.Quadric.Measure(1.0).Deviation / near : 0.0;
+    const double near = fit.Near.IsValid() ? fit.Near.Deviation(1.0) : 0.0;
+    return near > 0.0 ? deviation / near : 0.0;
   }
 
-  static Vector3 ShiftOf(const PointFit& fit)
+  /// @param deviation of the residuals, world units
+  static Vector3 ShiftOf(const PointFit& fit, double deviation)
   {
-    const double spacing = SpacingOf(fit.All);
-    const double deviation = fit.Quadric.Measure(spacing).Deviation;
     const Vector3 shift = fit.Quadric.Shift();
-    const double limit = LargestShift * deviation * spacing;
-    const bool isNoise = deviation > CleanResidual && Dot(shift, shift) <= limit * limit;
+    const double limit = LargestShift * deviation;
+    const bool isNoise =
+      deviation > CleanResidual * SpacingOf(fit.All) && Dot(shift, shift) <= limit * limit;
     return isNoise ? shift : Vector3{};
   }
 

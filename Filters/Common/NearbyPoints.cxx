@@ -16,8 +16,9 @@ constexpr float Rounding = 1e-4f;
 /// Below this, squares of distances lose digits.
 constexpr float LeastSquare = 1e-30f;
 
-/// More keys are sorted faster by std::sort.
-constexpr int MostRanked = 96;
+/// More keys are sorted faster by buckets, and more in one bucket by std::sort.
+constexpr int MostRanked = 64, MostInserted = 16;
+constexpr int MostBuckets = 512;
 
 /// In the order of FLANN's sum, so that all distances are the same to the last bit.
 void FindSquares(const float place[3], const float* __restrict x, const float* __restrict y,
@@ -43,6 +44,59 @@ SURFEL_MULTIVERSION void SortByRank(
       rank += static_cast<std::int64_t>(keys[k]) < key ? 1 : 0;
     }
     sorted[rank] = keys[i];
+  }
+}
+
+void SortBucket(std::uint64_t* begin, std::uint64_t* end)
+{
+  if (end - begin > MostInserted)
+  {
+    std::sort(begin, end);
+    return;
+  }
+  for (std::uint64_t* next = begin + 1; next < end; ++next)
+  {
+    const std::uint64_t key = *next;
+    std::uint64_t* to = next;
+    for (; to > begin && to[-1] > key; --to)
+    {
+      *to = to[-1];
+    }
+    *to = key;
+  }
+}
+
+/// Sorts distinct keys, from the smallest to number `wanted` at least. The squared distances of the
+/// points of a surface are spread evenly, so that each bucket has about one.
+/// @param limit squared distance of none is larger
+void SortByBuckets(
+  const std::uint64_t* keys, int count, int wanted, float limit, std::uint64_t* sorted)
+{
+  int ends[MostBuckets];
+  const int buckets = std::min(count, MostBuckets);
+  const float scale = static_cast<float>(buckets) / std::max(limit, LeastSquare);
+  const auto bucketOf = [&](std::uint64_t key) {
+    return std::min(static_cast<int>(scale * SquaredDistanceOf(key)), buckets - 1);
+  };
+  std::fill_n(ends, buckets, 0);
+  for (int k = 0; k < count; ++k)
+  {
+    ++ends[bucketOf(keys[k])];
+  }
+  int sum = 0;
+  for (int b = 0; b < buckets; ++b)
+  {
+    const int size = ends[b];
+    ends[b] = sum; // first its beginning
+    sum += size;
+  }
+  for (int k = 0; k < count; ++k)
+  {
+    sorted[ends[bucketOf(keys[k])]++] = keys[k];
+  }
+  for (int b = 0, begin = 0; begin < wanted; begin = ends[b++])
+  {
+    SortBucket(sorted + begin, sorted + ends[b]);
   }
 }
 }
@@ -94,10 +148,12 @@ bool NearbyPoints::FindNearest(
   this->Keys.resize(this->Ids.size() + 1);
   FindSquares(place, this->X.data(), this->Y.data(), this->Z.data(),
     static_cast<int>(this->Ids.size()), this->Squared.data());
-  int count = this->Select(place, std::min(likely, sure * sure));
+  float limit = std::min(likely, sure * sure);
+  int count = this->Select(place, limit);
   if (count < wanted && likely < sure * sure)
   {
-    count = this->Select(place, sure * sure);
+    limit = sure * sure;
+    count = this->Select(place, limit);
   }
   if (count < wanted)
   {
@@ -110,8 +166,7 @@ bool NearbyPoints::FindNearest(
   }
   else
   {
-    std::partial_sort_copy(
-      this->Keys.begin(), this->Keys.begin() + count, found.begin(), found.begin() + wanted);
+    SortByBuckets(this->Keys.data(), count, wanted, limit, found.data());
   }
   return true;
 }
