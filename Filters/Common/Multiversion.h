@@ -15,9 +15,17 @@
 /// when the loader decides.
 #if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
   !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define SURFEL_MULTIVERSION __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define SURFEL_MULTIVERSION \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define SURFEL_MULTIVERSION
+#endif
+
+/// Also goes before it if the loops are in functions that it calls: these become part of it.
+#if defined(__GNUC__)
+#define SURFEL_FLATTEN __attribute__((flatten))
+#else
+#define SURFEL_FLATTEN
 #endif
 
 /// Starts loading the data at an address that will be read soon.

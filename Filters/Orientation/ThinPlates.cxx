@@ -2,13 +2,13 @@
 #include "Filters/Orientation/ThinPlates.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/HeightCuts.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace SurfelGeometry
 {
@@ -17,9 +17,6 @@ namespace
 /// Flatter neighbourhoods are of one sheet. Two sheets a distance g apart have the variance g^2 / 4
 /// across and, at 16 neighbours of spacing s of both, 16 s^2 / (4 pi) along: 0.1 is g = 0.7 s.
 constexpr double MinFlatness = 0.1;
-
-/// Smallest number of points on either sheet, the point itself included.
-constexpr int MinOnSheet = 4;
 
 /// Largest deviation of the heights within the sheets, over the distance of the sheets. Noise of
 /// one sheet does not pass: cut in halves, its heights have 0.38 (normal) or 0.29 (uniform).
@@ -38,15 +35,8 @@ constexpr int NearestOfTriples = 5;
 constexpr double MinTripleSine = 0.5;
 constexpr int Refinements = 2;
 
-constexpr int MaxPoints = KeptNeighbors + 1;
-
-/// Points cut in two by their heights along a direction.
-struct Split
-{
-  double Within = std::numeric_limits<double>::infinity(); // variance of the heights in the parts
-  double Gap = 0.0;                                        // distance of the parts' means
-  double Limit = 0.0;                                      // height of the cut
-};
+/// The point's own normal, and those of the planes through it and two of these neighbours.
+constexpr int MaxCandidates = 1 + NearestOfTriples * (NearestOfTriples - 1) / 2;
 
 class PlateFit
 {
@@ -55,36 +45,32 @@ public:
   PlateFit(const LocalCloud& cloud, int i, const int* row)
   {
     const Vector3 p = Load(cloud.Position(i));
-    this->Points[this->Count++] = {};
+    this->Points.At[this->Points.Count++] = {};
     for (int k = 0; k < KeptNeighbors && row[k] >= 0; ++k)
     {
-      this->Points[this->Count++] = Load(cloud.Position(row[k])) - p;
+      this->Points.At[this->Points.Count++] = Load(cloud.Position(row[k])) - p;
     }
   }
 
   /// The outward normal in `normal`, if the points are on a plate.
   bool Find(double spacing, Vector3& normal) const
   {
-    if (this->Count < 2 * MinOnSheet)
+    if (this->Points.Count < 2 * MinOnSheet)
     {
       return false;
     }
-    Split best = this->Cut(normal);
-    for (int a = 1; a < NearestOfTriples && !AreTwoSheets(best, spacing); ++a)
-    {
-      for (int b = a + 1; b <= NearestOfTriples && !AreTwoSheets(best, spacing); ++b)
-      {
-        const Vector3 across = Cross(this->Points[a], this->Points[b]);
-        const double area = Norm(across);
-        if (area > MinTripleSine * Norm(this->Points[a]) * Norm(this->Points[b]))
-        {
-          this->Improve((1.0 / area) * across, normal, best);
-        }
-      }
-    }
+    Split best = this->CutByPlanes(spacing, normal);
     for (int step = 0; step < Refinements; ++step)
     {
-      this->Improve(this->CommonNormal(normal, best.Limit), normal, best);
+      const Vector3 common = this->CommonNormal(normal, best.Limit);
+      Split split;
+      CutHeights(this->Points, &common, 1, &split);
+      if (!IsBetter(split, best))
+      {
+        break; // and so would be the next one
+      }
+      best = split;
+      normal = common;
     }
     if (!AreTwoSheets(best, spacing) || !this->Covers(normal, best.Limit))
     {
@@ -101,43 +87,54 @@ private:
       split.Within <= MaxDeviation * MaxDeviation * split.Gap * split.Gap;
   }
 
-  /// The cut that leaves the least variance (k-means of two clusters in one dimension, exact).
-  Split Cut(const Vector3& normal) const
+  static bool IsBetter(const Split& a, const Split& b)
   {
-    std::array<double, MaxPoints> heights;
-    double sum = 0.0, squares = 0.0;
-    for (int k = 0; k < this->Count; ++k)
-    {
-      heights[k] = Dot(this->Points[k], normal);
-      sum += heights[k];
-      squares += heights[k] * heights[k];
-    }
-    std::sort(heights.begin(), heights.begin() + this->Count);
+    return a.Within * b.Gap * b.Gap < b.Within * a.Gap * a.Gap;
+  }
+
+  /// The best cut along `normal` and the normals of planes through near neighbours, or the first
+  /// one that parts two sheets. Its direction goes to `normal`.
+  Split CutByPlanes(double spacing, Vector3& normal) const
+  {
+    std::array<Vector3, MaxCandidates> candidates;
+    const int count = this->FindCandidates(normal, candidates);
+    std::array<Split, CutLanes> splits;
     Split best;
-    double below = 0.0;
-    for (int k = 1; k <= this->Count - MinOnSheet; ++k)
+    for (int c = 0; c < count && !AreTwoSheets(best, spacing); ++c)
     {
-      below += heights[k - 1];
-      const double above = sum - below;
-      const double within =
-        (squares - below * below / k - above * above / (this->Count - k)) / this->Count;
-      if (k >= MinOnSheet && within < best.Within)
+      const int lane = c % CutLanes;
+      if (lane == 0)
       {
-        best = { std::max(0.0, within), above / (this->Count - k) - below / k,
-          0.5 * (heights[k - 1] + heights[k]) };
+        CutHeights(this->Points, &candidates[c], std::min(count - c, CutLanes), splits.data());
+      }
+      if (c == 0 || IsBetter(splits[lane], best))
+      {
+        best = splits[lane];
+        normal = candidates[c];
       }
     }
     return best;
   }
 
-  void Improve(const Vector3& candidate, Vector3& normal, Split& best) const
+  /// Returns their number.
+  int FindCandidates(const Vector3& normal, std::array<Vector3, MaxCandidates>& candidates) const
   {
-    const Split split = this->Cut(candidate);
-    if (split.Within * best.Gap * best.Gap < best.Within * split.Gap * split.Gap)
+    const std::array<Vector3, KeptNeighbors + 1>& at = this->Points.At;
+    int count = 0;
+    candidates[count++] = normal;
+    for (int a = 1; a < NearestOfTriples; ++a)
     {
-      best = split;
-      normal = candidate;
+      for (int b = a + 1; b <= NearestOfTriples; ++b)
+      {
+        const Vector3 across = Cross(at[a], at[b]);
+        const double area = Norm(across);
+        if (area > MinTripleSine * Norm(at[a]) * Norm(at[b]))
+        {
+          candidates[count++] = (1.0 / area) * across;
+        }
+      }
     }
+    return count;
   }
 
   /// Normal of two parallel planes through the two parts.
@@ -145,17 +142,17 @@ private:
   {
     std::array<Vector3, 2> sums{};
     std::array<int, 2> counts{};
-    for (int k = 0; k < this->Count; ++k)
+    for (int k = 0; k < this->Points.Count; ++k)
     {
-      const int part = Dot(this->Points[k], normal) > limit ? 1 : 0;
-      sums[part] = sums[part] + this->Points[k];
+      const int part = Dot(this->Points.At[k], normal) > limit ? 1 : 0;
+      sums[part] = sums[part] + this->Points.At[k];
       ++counts[part];
     }
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    for (int k = 0; k < this->Count; ++k)
+    for (int k = 0; k < this->Points.Count; ++k)
     {
-      const int part = Dot(this->Points[k], normal) > limit ? 1 : 0;
-      const Vector3 d = this->Points[k] - (1.0 / counts[part]) * sums[part];
+      const int part = Dot(this->Points.At[k], normal) > limit ? 1 : 0;
+      const Vector3 d = this->Points.At[k] - (1.0 / counts[part]) * sums[part];
       const Eigen::Vector3d e(d[0], d[1], d[2]);
       covariance.noalias() += e * e.transpose();
     }
@@ -171,23 +168,22 @@ private:
     std::array<Vector3, 2> sums{};
     std::array<int, 2> counts{};
     double squares = 0.0;
-    for (int k = 0; k < this->Count; ++k)
+    for (int k = 0; k < this->Points.Count; ++k)
     {
-      const double height = Dot(this->Points[k], normal);
-      const Vector3 flat = this->Points[k] - height * normal;
+      const double height = Dot(this->Points.At[k], normal);
+      const Vector3 flat = this->Points.At[k] - height * normal;
       const int part = height > limit ? 1 : 0;
       sums[part] = sums[part] + flat;
       ++counts[part];
       squares += Dot(flat, flat);
     }
-    const Vector3 middle = (1.0 / this->Count) * (sums[0] + sums[1]);
+    const Vector3 middle = (1.0 / this->Points.Count) * (sums[0] + sums[1]);
     const Vector3 shift = (1.0 / counts[1]) * sums[1] - (1.0 / counts[0]) * sums[0];
-    const double variance = squares / this->Count - Dot(middle, middle);
+    const double variance = squares / this->Points.Count - Dot(middle, middle);
     return Dot(shift, shift) <= MaxShift * MaxShift * variance;
   }
 
-  std::array<Vector3, MaxPoints> Points;
-  int Count = 0;
+  PlatePoints Points;
 };
 }
 
