@@ -332,8 +332,10 @@ void NeighborSearch::GatherNearby(int i, int wanted, Neighbors& neighbors) const
 /// Tries to answer a query by the points about one before it.
 bool NeighborSearch::FindNearby(int i, int wanted, Neighbors& neighbors) const
 {
-  // Only for points in their order, and after one query that tells the reach.
-  if (neighbors.Last < 0 || i != neighbors.Last + 1 || wanted != neighbors.LastWanted)
+  // Only for points in their order, some of which may be left out, and after one query that tells
+  // the reach.
+  if (neighbors.Last < 0 || i <= neighbors.Last || i > neighbors.Last + GroupSize ||
+    wanted != neighbors.LastWanted)
   {
     neighbors.NearbyEnd = -1;
     return false;
