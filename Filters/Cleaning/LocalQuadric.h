@@ -52,6 +52,12 @@ struct SurfaceFoot
   double Height;
 };
 
+/// A point for which the quadric's source file has some functions of PCL anew.
+struct QuadricPoint : pcl::PointXYZ
+{
+  using PointXYZ::PointXYZ;
+};
+
 /// A shade on the quadric, and how it changes along it.
 struct LocalShade
 {
@@ -94,7 +100,7 @@ public:
   double ColorContrast(int i, const Neighbors& neighbors, const SampledColors& colors) const;
 
   /// Of the neighbours, whatever was fitted: their smallest variance over the middle one.
-  double Thickness(const LocalCloud& cloud, int i, const Neighbors& neighbors);
+  static double Thickness(const LocalCloud& cloud, int i, const Neighbors& neighbors);
 
   /// Place k, of the point itself (0) and its neighbours in their order, in the plane below.
   void Project(int k, double& u, double& v) const;
@@ -109,7 +115,7 @@ private:
 
   void FitTo(size_t first, const Neighbors& neighbors);
 
-  NearCloud Near; // the point itself, then its neighbours
+  pcl::PointCloud<QuadricPoint> Near; // the point itself, then its neighbours
   pcl::Indices Indices;
   pcl::MLSResult Surface;
 };

@@ -360,7 +360,7 @@ private:
       sample.Colors = vote.Measure();
     }
     this->Tree.FindNearest(i, MostNeighbors, fit.All);
-    sample.Thickness = static_cast<float>(fit.Quadric.Thickness(this->Cloud, i, fit.All));
+    sample.Thickness = static_cast<float>(LocalQuadric::Thickness(this->Cloud, i, fit.All));
     if (this->Fit(i, NeighborsFor(residuals.Deviation), fit))
     {
       const double deviation = fit.Quadric.Deviation(1.0);
