@@ -178,9 +178,9 @@ bool SplitEvidence::Share(
   {
     for (const SplitChange& c : some)
     {
+      const double high = std::floor(c.Id / HighPart);
       packed.insert(packed.end(),
-        { static_cast<float>(std::floor(c.Id / HighPart)),
-          static_cast<float>(std::fmod(c.Id, HighPart)), c.Change });
+        { static_cast<float>(high), static_cast<float>(c.Id - HighPart * high), c.Change });
     }
   }
   if (!problem.Gather(true, packed))

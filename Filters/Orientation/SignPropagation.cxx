@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
 
 namespace SurfelGeometry
 {
@@ -58,29 +60,74 @@ std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, ParityUnionFind& sig
   return Concatenated(found);
 }
 
-/// Removes the edges within a set from `edges`. Returns the votes of the others, summed for each
-/// pair of sets.
-std::vector<Pair> VotesBetweenSets(std::vector<Edge>& edges, ParityUnionFind& signs)
+Pair VoteOf(const Edge& edge, ParityUnionFind& signs)
 {
-  std::vector<Pair> votes;
+  const auto [rootA, flipA] = signs.Find(edge.A);
+  const auto [rootB, flipB] = signs.Find(edge.B);
+  const double vote = flipA != flipB ? -edge.Vote : edge.Vote;
+  const std::uint64_t key = static_cast<std::uint64_t>(std::min(rootA, rootB)) << 32 |
+    static_cast<std::uint64_t>(std::max(rootA, rootB));
+  return { key, vote, std::abs(vote) };
+}
+
+/// Sorts by key; those with the same stay in their order.
+void SortByKey(Pair* begin, Pair* end)
+{
+  constexpr std::ptrdiff_t few = 16;
+  if (end - begin > few)
+  {
+    std::stable_sort(begin, end, [](const Pair& a, const Pair& b) { return a.Key < b.Key; });
+    return;
+  }
+  for (Pair* next = begin; next < end; ++next)
+  {
+    const Pair pair = *next;
+    Pair* to = next;
+    for (; to > begin && to[-1].Key > pair.Key; --to)
+    {
+      *to = to[-1];
+    }
+    *to = pair;
+  }
+}
+
+/// Removes the edges within a set from `edges`. Returns the votes of the others, sorted by key: by
+/// counting those of each first set, most of which have a few.
+/// @param points number of all
+std::vector<Pair> SortedVotes(size_t points, std::vector<Edge>& edges, ParityUnionFind& signs)
+{
+  std::vector<std::uint32_t> ends(points + 1);
   size_t kept = 0;
   for (const Edge& edge : edges)
   {
-    const auto [rootA, flipA] = signs.Find(edge.A);
-    const auto [rootB, flipB] = signs.Find(edge.B);
-    if (rootA == rootB)
-    {
-      continue;
-    }
-    const double vote = flipA != flipB ? -edge.Vote : edge.Vote;
-    const std::uint64_t key = static_cast<std::uint64_t>(std::min(rootA, rootB)) << 32 |
-      static_cast<std::uint64_t>(std::max(rootA, rootB));
-    votes.push_back({ key, vote, std::abs(vote) });
-    edges[kept++] = edge;
+    const Pair vote = VoteOf(edge, signs);
+    const bool isBetween = vote.First() != vote.Second();
+    ends[static_cast<size_t>(vote.First()) + 1] += isBetween ? 1 : 0;
+    edges[kept] = edge;
+    kept += isBetween ? 1 : 0;
   }
   edges.resize(kept);
-  std::stable_sort(
-    votes.begin(), votes.end(), [](const Pair& a, const Pair& b) { return a.Key < b.Key; });
+  std::partial_sum(ends.begin(), ends.end(), ends.begin()); // their beginnings first
+  std::vector<Pair> votes(kept);
+  for (const Edge& edge : edges)
+  {
+    const Pair vote = VoteOf(edge, signs);
+    votes[ends[static_cast<size_t>(vote.First())]++] = vote;
+  }
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : ends)
+  {
+    SortByKey(votes.data() + begin, votes.data() + end);
+    begin = end;
+  }
+  return votes;
+}
+
+/// Removes the edges within a set from `edges`. Returns the votes of the others, summed for each
+/// pair of sets.
+std::vector<Pair> VotesBetweenSets(size_t points, std::vector<Edge>& edges, ParityUnionFind& signs)
+{
+  std::vector<Pair> votes = SortedVotes(points, edges, signs);
   size_t pairs = 0;
   for (size_t v = 0; v < votes.size(); ++v)
   {
@@ -135,7 +182,7 @@ bool IsTrusted(const Pair& pair, const ParityUnionFind& signs, bool isLast)
 bool JoinSets(
   std::vector<Edge>& edges, bool isLast, ParityUnionFind& signs, std::vector<signed char>& sides)
 {
-  std::vector<Pair> pairs = VotesBetweenSets(edges, signs);
+  std::vector<Pair> pairs = VotesBetweenSets(sides.size(), edges, signs);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                 [&](const Pair& pair) { return !IsTrusted(pair, signs, isLast); }),
     pairs.end());
