@@ -205,7 +205,7 @@ double LocalQuadric::Thickness(const LocalCloud& cloud, int i, const Neighbors& 
 {
   NearCloud near;
   LoadNear(cloud, i, neighbors, near);
-  const Eigen::Vector3d variances = SpreadOf(near).Variances;
+  const Eigen::Vector3d variances = VariancesOf(near);
   return variances[1] > 0.0 ? variances[0] / variances[1] : 0.0;
 }
 

@@ -37,6 +37,17 @@ struct PointSpread
   Eigen::Matrix3d Axes; // columns
 };
 
+/// The variances alone.
+inline Eigen::Vector3d VariancesOf(const NearCloud& near)
+{
+  Eigen::Matrix3d covariance;
+  Eigen::Vector4d mean;
+  Eigen::Vector3d variances;
+  pcl::computeMeanAndCovarianceMatrix(near, covariance, mean);
+  pcl::eigen33(covariance, variances);
+  return variances.cwiseMax(0.0);
+}
+
 inline PointSpread SpreadOf(const NearCloud& near)
 {
   Eigen::Matrix3d covariance;

@@ -46,6 +46,13 @@ struct SplitChange
   }
 };
 
+/// Each thread reuses one. Queries for one number of neighbours share searches of the tree.
+struct SplitScratch
+{
+  Neighbors Few, Many;
+  LocalQuadric Quadric;
+};
+
 class SplitSearch
 {
 public:
@@ -58,8 +65,7 @@ public:
 
   /// Contrast of the colours of the two sides of the surface about a sample; where that is not
   /// clean, appends how well the order of the points tells the sides apart.
-  float Measure(
-    int i, Neighbors& neighbors, LocalQuadric& quadric, std::vector<SplitChange>& changes) const;
+  float Measure(int i, SplitScratch& scratch, std::vector<SplitChange>& changes) const;
 
 private:
   void PutChanges(int i, const Neighbors& neighbors, const std::vector<char>& sides,
@@ -70,16 +76,16 @@ private:
   const SampledColors& Colors;
 };
 
-float SplitSearch::Measure(
-  int i, Neighbors& neighbors, LocalQuadric& quadric, std::vector<SplitChange>& changes) const
+float SplitSearch::Measure(int i, SplitScratch& scratch, std::vector<SplitChange>& changes) const
 {
-  this->Tree.FindNearest(i, FlatNeighbors, neighbors);
-  if (neighbors.Count() < FlatNeighbors)
+  auto& [few, neighbors, quadric] = scratch;
+  this->Tree.FindNearest(i, FlatNeighbors, few);
+  if (few.Count() < FlatNeighbors)
   {
     return CleanContrast;
   }
-  quadric.Fit(this->Cloud, i, neighbors);
-  if (!quadric.IsValid() || quadric.Deviation(SpacingOf(neighbors)) < CleanResidual)
+  quadric.Fit(this->Cloud, i, few);
+  if (!quadric.IsValid() || quadric.Deviation(SpacingOf(few)) < CleanResidual)
   {
     return CleanContrast;
   }
@@ -142,11 +148,10 @@ bool SplitEvidence::Gather(const CleaningProblem& problem, const SplitSearch& se
   std::vector<float> contrasts(samples.size());
   std::vector<std::vector<SplitChange>> changes(samples.size());
   vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
-    Neighbors neighbors;
-    LocalQuadric quadric;
+    SplitScratch scratch;
     for (; k < end; ++k)
     {
-      contrasts[k] = search.Measure(samples[k], neighbors, quadric, changes[k]);
+      contrasts[k] = search.Measure(samples[k], scratch, changes[k]);
     }
   });
   if (!problem.Gather(running, contrasts))

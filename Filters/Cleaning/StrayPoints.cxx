@@ -8,6 +8,7 @@
 #include "Filters/Common/VectorMath.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -110,9 +111,10 @@ bool MayBeOffPlane(const NearCloud& near)
   return 3.0 * squared * squared > least * least * invariant;
 }
 
-bool FillsSpaceAround(const PointSpread& spread)
+/// @param variances ascending
+bool FillsSpaceAround(const Eigen::Vector3d& variances)
 {
-  return spread.Variances[0] > FillsSpace * spread.Variances[2];
+  return variances[0] > FillsSpace * variances[2];
 }
 
 double MeanDistance(const Neighbors& neighbors)
@@ -146,23 +148,59 @@ bool IsFlat(const SearchedCloud& searched, int i, Neighbors& neighbors, NearClou
 {
   searched.Find(i, StrayNeighbors, neighbors);
   LoadNear(searched.Cloud, i, neighbors, near);
-  return !AreApart(neighbors) && !FillsSpaceAround(SpreadOf(near));
+  return !AreApart(neighbors) && !FillsSpaceAround(VariancesOf(near));
 }
 
-/// Chance makes single sets of stray points flat, but not those of most neighbours too.
-bool IsOnSurface(const SearchedCloud& searched, int i)
+/// Which points are in flat sets. Of a small cloud, many are asked for again and again.
+class FlatPoints
 {
-  Neighbors neighbors;
-  NearCloud near;
-  if (!IsFlat(searched, i, neighbors, near))
+public:
+  explicit FlatPoints(const SearchedCloud& searched)
+    : Searched(searched)
+    , Known(static_cast<size_t>(searched.Cloud.Size()))
   {
-    return false;
   }
-  const std::vector<int> ids = neighbors.Ids;
-  const auto flat = std::count_if(
-    ids.begin(), ids.end(), [&](int j) { return IsFlat(searched, j, neighbors, near); });
-  return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
-}
+
+  /// Chance makes single sets of stray points flat, but not those of most neighbours too.
+  bool IsOnSurface(int i)
+  {
+    if (!this->IsFlat(i))
+    {
+      return false;
+    }
+    Neighbors neighbors;
+    this->Searched.Find(i, StrayNeighbors, neighbors);
+    const std::vector<int>& ids = neighbors.Ids;
+    const auto flat =
+      std::count_if(ids.begin(), ids.end(), [this](int j) { return this->IsFlat(j); });
+    return 2 * flat > static_cast<std::ptrdiff_t>(ids.size());
+  }
+
+private:
+  enum Answer : unsigned char
+  {
+    Unknown,
+    Flat,
+    Thick
+  };
+
+  /// Threads that ask at the same time find the same.
+  bool IsFlat(int i)
+  {
+    std::atomic<unsigned char>& known = this->Known[static_cast<size_t>(i)];
+    if (known.load(std::memory_order_relaxed) == Unknown)
+    {
+      Neighbors neighbors;
+      NearCloud near;
+      const bool isFlat = SurfelGeometry::IsFlat(this->Searched, i, neighbors, near);
+      known.store(isFlat ? Flat : Thick, std::memory_order_relaxed);
+    }
+    return known.load(std::memory_order_relaxed) == Flat;
+  }
+
+  const SearchedCloud& Searched;
+  std::vector<std::atomic<unsigned char>> Known; // [n] Answer
+};
 
 /// How dense the surfaces of the cloud are, place by place.
 class SurfaceDensity
@@ -173,10 +211,11 @@ public:
   {
     const std::vector<int> samples = problem.Samples(ShareOf(SurfaceSamples, problem));
     std::vector<char> areOnSurface(samples.size());
+    FlatPoints flat(problem.Searched);
     vtkSMPTools::For(0, static_cast<vtkIdType>(samples.size()), [&](vtkIdType k, vtkIdType end) {
       for (; k < end; ++k)
       {
-        areOnSurface[k] = IsOnSurface(problem.Searched, samples[k]) ? 1 : 0;
+        areOnSurface[k] = flat.IsOnSurface(samples[k]) ? 1 : 0;
       }
     });
     std::vector<float> values;
@@ -348,7 +387,8 @@ private:
       }
       neighbors.Ids.resize(StrayNeighbors);
     }
-    else if (!IsBeside(spread) && !FillsSpaceAround(spread) && this->Distances[i] <= this->Sparse)
+    else if (!IsBeside(spread) && !FillsSpaceAround(spread.Variances) &&
+      this->Distances[i] <= this->Sparse)
     {
       return false;
     }
