@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/ColorVote.h"
 
+#include "Filters/Common/Multiversion.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +20,21 @@ constexpr float NearDistance = 1.0f, FarDistances[] = { 1.5f, 2.5f };
 /// Shares of noise in the variogram at one spacing: noise of half a spacing in all directions has
 /// hardly any, and needs no vote; noise of one spacing has a third.
 constexpr float LeastNoise = 0.15f, FullNoise = 0.25f;
+
+/// What each colour costs: the weighted sum of its differences from all.
+SURFEL_MULTIVERSION void FindCosts(const float* __restrict red, const float* __restrict green,
+  const float* __restrict blue, const float* __restrict weights, int count, float* __restrict costs)
+{
+  std::fill_n(costs, count, 0.0f);
+  for (int k = 0; k < count; ++k)
+  {
+    const float r = red[k], g = green[k], b = blue[k], weight = weights[k];
+    for (int i = 0; i < count; ++i)
+    {
+      costs[i] += weight * (std::abs(red[i] - r) + std::abs(green[i] - g) + std::abs(blue[i] - b));
+    }
+  }
+}
 }
 
 void ColorVote::Add(float u, float v, const Vector3& color)
@@ -64,21 +81,13 @@ float ColorVote::Displacement(const ColorVariogram& sum)
 void ColorVote::Choose(float displacement, unsigned char* result) const
 {
   const float deviation = VoteReach * displacement, scale = -0.5f / (deviation * deviation);
-  float weights[Capacity], costs[Capacity] = {};
+  float weights[Capacity], costs[Capacity];
   for (int k = 0; k < this->Count; ++k)
   {
     weights[k] = std::exp(scale * this->SquaredDistance(0, k));
   }
   weights[0] *= OwnWeight;
-  for (int i = 0; i < this->Count; ++i)
-  {
-    for (int k = 0; k < this->Count; ++k)
-    {
-      costs[i] += weights[k] *
-        (std::abs(this->Red[i] - this->Red[k]) + std::abs(this->Green[i] - this->Green[k]) +
-          std::abs(this->Blue[i] - this->Blue[k]));
-    }
-  }
+  FindCosts(this->Red, this->Green, this->Blue, weights, this->Count, costs);
   const auto chosen = std::min_element(costs, costs + this->Count) - costs;
   result[0] = static_cast<unsigned char>(this->Red[chosen]);
   result[1] = static_cast<unsigned char>(this->Green[chosen]);
