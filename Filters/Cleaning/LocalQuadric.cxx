@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Cleaning/LocalQuadric.h"
 
+#include "Filters/Common/Multiversion.h"
+
 #include "vtkDataArray.h"
 
 #include <pcl/surface/impl/mls.hpp>
@@ -40,6 +42,43 @@ namespace
 constexpr double ColorNoise = 64.0;
 
 constexpr int QuadricTerms = 6;
+
+/// What is needed for heights above a quadric: PCL's getMLSCoordinates() and getPolynomialValue().
+struct HeightFormula
+{
+  static constexpr int MostPoints = 64; // at a time
+
+  Vector3 Mean, U, V, W;
+  double Terms[QuadricTerms];
+
+  explicit HeightFormula(const pcl::MLSResult& s)
+    : Mean(ToVector(s.mean))
+    , U(ToVector(s.u_axis))
+    , V(ToVector(s.v_axis))
+    , W(ToVector(s.plane_normal))
+  {
+    std::copy_n(s.c_vec.data(), QuadricTerms, this->Terms);
+  }
+
+  static Vector3 ToVector(const Eigen::Vector3d& a) { return { a[0], a[1], a[2] }; }
+};
+
+/// @param points [4 count] x, y, z, and something else
+SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
+  const HeightFormula& formula, double* __restrict heights)
+{
+  const auto [mean, a, b, c, terms] = formula;
+  for (int k = 0; k < count; ++k)
+  {
+    const double x = points[4 * k] - mean[0], y = points[4 * k + 1] - mean[1],
+                 z = points[4 * k + 2] - mean[2];
+    const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
+    const double w = x * c[0] + (y * c[1] + z * c[2]);
+    heights[k] = w -
+      (terms[0] + terms[1] * v + terms[2] * (v * v) + terms[3] * u + terms[4] * u * v +
+        terms[5] * (u * u));
+  }
+}
 }
 
 Vector3 SampledColors::Get(int i) const
@@ -92,11 +131,13 @@ void LocalQuadric::FitOthers(const LocalCloud& cloud, int i, const Neighbors& ne
 template <typename Visit>
 void LocalQuadric::ForResiduals(double spacing, Visit&& visit) const
 {
-  for (const QuadricPoint& p : this->Near)
+  const HeightFormula formula(this->Surface);
+  double heights[HeightFormula::MostPoints];
+  for (size_t first = 0; first < this->Near.size(); first += HeightFormula::MostPoints)
   {
-    double u, v, w;
-    this->Surface.getMLSCoordinates(p.getVector3fMap().cast<double>(), u, v, w);
-    visit((w - this->Surface.getPolynomialValue(u, v)) / spacing);
+    const auto count = std::min<size_t>(HeightFormula::MostPoints, this->Near.size() - first);
+    FindHeights(this->Near[first].data, static_cast<int>(count), formula, heights);
+    std::for_each(heights, heights + count, [&](double height) { visit(height / spacing); });
   }
 }
 
