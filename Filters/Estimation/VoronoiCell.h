@@ -6,7 +6,8 @@
  * alike. A Gaussian with the cell's centroid and with the cell's covariance plus that of the blur
  * has the moments of the blurred indicator up to the second. So kernels made from cells sum to
  * nearly one before any normalization. They also close the gaps of a random sampling, where round
- * kernels of an average spacing leave holes. At a fold (SurfaceFold.h) the cells of both sides meet.
+ * kernels of an average spacing leave holes. At a fold (SurfaceFold.h) the cells of both sides
+ * meet.
  *
  * The metric may be steered (KernelSteering.h): cells and blur are then long along the edges of a
  * texture, and tile as well.
