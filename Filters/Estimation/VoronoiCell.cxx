@@ -53,6 +53,10 @@ constexpr double BorderSmoothing = 1.0;
 constexpr double BorderCoverage = 0.57;
 constexpr int BorderSteps = 12;
 
+/// Both sides of a fold have points within so many spacings of it. With 2, a paw grows onto the
+/// floor beside it, and where both are blurred there is a seam.
+constexpr float FoldReach = 1.75f;
+
 /// Cosine of the angle up to which folds have one direction, and standard deviation of the
 /// distances, in spacings, up to which they are one line. Normals with noise give many lines.
 constexpr float FoldCosine = 0.9f, FoldSpread = 0.05f;
@@ -390,7 +394,7 @@ private:
   /// Loads the nearest neighbours of point i into its plane.
   void LoadNear(int i, const int* ids, int count)
   {
-    this->Near.Load(this->Oriented, this->Fits, i, ids, count, static_cast<float>(CellReach));
+    this->Near.Load(this->Oriented, this->Fits, i, ids, count, FoldReach);
     this->Plane = SteeredPlane(this->Near.U, this->Near.V, this->SteeringOf(i));
     for (int k = 0; k < count && !this->Steering.empty(); ++k)
     {
@@ -444,8 +448,7 @@ private:
     FoldedNeighbor at = this->SeenFrom(i, j);
     FlatSheet& sheet = this->Sheet;
     const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
-    if (sheet.Count == SheetCapacity ||
-      !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(static_cast<float>(CellReach))))
+    if (sheet.Count == SheetCapacity || !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(FoldReach)))
     {
       return false;
     }
