@@ -13,6 +13,7 @@
 #include "Filters/Estimation/ColorInterpolation.h"
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/PointPlanes.h"
+#include "Filters/Estimation/SharpNormals.h"
 #include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Orientation/Orientation.h"
@@ -76,6 +77,7 @@ public:
     const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.91), this->Fits)) &&
+      SharpenNormals(oriented, progress.Part(0.9, 0.91), this->Fits) &&
       this->MakeKernels(input, oriented, progress.Part(0.91, 0.98));
     this->Searched.ReleaseTree(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())

@@ -19,6 +19,20 @@ namespace SurfelGeometry
 /// that are sharp enough to tell where they are; and at the flattest ones.
 constexpr float SharpestFold = -0.7f, SharpFold = 0.6f, FlattestFold = 0.87f;
 
+/// Of surfels that are two-sided, normals have the signs that agree. The cosine of less than this
+/// does not tell; there the sign is that of a fold.
+constexpr float TellingCosine = 0.3f;
+
+/// The sign of the second of two normals, of surfels of which one is two-sided.
+/// @param cosine     of the angle between both
+/// @param climb      d.n, d from the first surfel to the second
+/// @param otherClimb d.m
+inline float AgreeingSign(float cosine, float climb, float otherClimb)
+{
+  const bool tells = std::abs(cosine) >= TellingCosine;
+  return (tells & (cosine < 0.0f)) | (!tells & (climb * otherClimb > 0.0f)) ? -1.0f : 1.0f;
+}
+
 /// The line X x + Y y = Distance in a tangent plane, (X, Y) a unit vector.
 struct FoldLine
 {

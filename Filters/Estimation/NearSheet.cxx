@@ -33,13 +33,16 @@ SURFEL_MULTIVERSION void Flatten(const RawSheet& raw, const Float3& normal, cons
   {
     const float dx = raw.DX[k], dy = raw.DY[k], dz = raw.DZ[k];
     const float cosine = normal.X * raw.NX[k] + normal.Y * raw.NY[k] + normal.Z * raw.NZ[k];
-    const float sign = (raw.EitherTwoSided[k] != 0) & (cosine < 0.0f) ? -1.0f : 1.0f;
+    const float climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
+    const float otherClimb = raw.NX[k] * dx + raw.NY[k] * dy + raw.NZ[k] * dz;
+    const float agreeing = AgreeingSign(cosine, climb, otherClimb);
+    const float sign = raw.EitherTwoSided[k] != 0 ? agreeing : 1.0f;
     const float nx = sign * raw.NX[k], ny = sign * raw.NY[k], nz = sign * raw.NZ[k];
     FoldedNeighbor at;
     at.X = u.X * dx + u.Y * dy + u.Z * dz;
     at.Y = v.X * dx + v.Y * dy + v.Z * dz;
-    at.Climb = normal.X * dx + normal.Y * dy + normal.Z * dz;
-    at.OtherClimb = nx * dx + ny * dy + nz * dz;
+    at.Climb = climb;
+    at.OtherClimb = sign * otherClimb;
     at.Cosine = sign * cosine;
     at.TiltX = u.X * nx + u.Y * ny + u.Z * nz;
     at.TiltY = v.X * nx + v.Y * ny + v.Z * nz;

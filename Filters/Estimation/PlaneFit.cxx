@@ -5,11 +5,7 @@
 #include "Filters/Common/Median.h"
 #include "Filters/Common/NeighborSearch.h"
 #include "Filters/Common/ParallelMedian.h"
-
-#include <pcl/common/centroid.h>
-#include <pcl/common/eigen.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
+#include "Filters/Estimation/PrincipalPlane.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,66 +30,6 @@ constexpr double LineVariance = 12.0 / (16.0 * 9.8696044);
 /// A neighbourhood is mixed if this many of the GraphDegree nearest are on another sheet.
 constexpr int MixedNeighbors = 3;
 
-/// The neighbourhood of a point as PCL sees it. Each thread reuses one.
-class Patch
-{
-public:
-  /// Covariance of point i and its neighbours about their mean, divided by the number of
-  /// neighbours: an unbiased estimate. In a disc of radius r, whose centre is the point itself and
-  /// whose rim the outermost neighbour is on, it is exactly r^2/4 per axis.
-  Eigen::Matrix3d Covariance(const LocalCloud& cloud, int i, const Neighbors& neighbors)
-  {
-    const float* p = cloud.Position(i);
-    const int count = neighbors.Count();
-    this->Points.resize(static_cast<std::size_t>(count) + 1);
-    this->Points[0] = pcl::PointXYZ(0.0f, 0.0f, 0.0f);
-    for (int k = 0; k < count; ++k)
-    {
-      // Differences to the point itself are exact where neighbours are near each other.
-      const float* q = cloud.Position(neighbors.Ids[k]);
-      this->Points[k + 1] = pcl::PointXYZ(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
-    }
-    Eigen::Matrix3d covariance;
-    Eigen::Vector4d mean;
-    pcl::computeMeanAndCovarianceMatrix(this->Points, covariance, mean);
-    return (count + 1.0) / std::max(count, 1) * covariance;
-  }
-
-private:
-  pcl::PointCloud<pcl::PointXYZ> Points; // relative to point i, the first one
-};
-
-/// Principal variances of a neighbourhood, ascending, and the direction of the first, of length 1.
-struct Principal
-{
-  Eigen::Vector3d Variances;
-  Eigen::Vector3d Normal;
-
-  explicit Principal(const Eigen::Matrix3d& covariance)
-  {
-    pcl::eigen33(covariance, this->Variances);
-    if (this->Variances[1] - this->Variances[0] > ClearGap * this->Variances[2])
-    {
-      pcl::computeCorrespondingEigenVector(covariance, this->Variances[0], this->Normal);
-    }
-    else
-    {
-      Eigen::Matrix3d directions; // columns
-      pcl::eigen33(covariance, directions, this->Variances);
-      this->Normal = directions.col(0);
-    }
-  }
-
-private:
-  /// Of the variances, in the largest. With less, only all directions together are exact.
-  static constexpr double ClearGap = 0.05;
-};
-
-Vector3 ToVector(const Eigen::Vector3d& a)
-{
-  return { a[0], a[1], a[2] };
-}
-
 class Fitter
 {
 public:
@@ -107,14 +43,14 @@ public:
   /// Fits point i to its neighbours. Changes `neighbors`.
   PlaneFit Fit(int i, const float* given, Neighbors& neighbors)
   {
-    Eigen::Matrix3d covariance = this->Around.Covariance(this->Cloud, i, neighbors);
+    Eigen::Matrix3d covariance = this->CovarianceAround(i, neighbors);
     Principal principal(covariance);
     PlaneFit fit;
     fit.Reach = ReachOf(neighbors);
     if (neighbors.Count() >= 3 && principal.Variances[1] < LineRatio * principal.Variances[2])
     {
       this->Find(i, LineGrowth, neighbors);
-      covariance = this->Around.Covariance(this->Cloud, i, neighbors);
+      covariance = this->CovarianceAround(i, neighbors);
       principal = Principal(covariance);
     }
     this->SetNormal(principal, given, fit);
@@ -161,11 +97,17 @@ public:
     {
       neighbors.Ids.resize(kept);
       neighbors.SquaredDistances.resize(kept);
-      this->SetExtent(this->Around.Covariance(this->Cloud, i, neighbors), neighbors, fit);
+      this->SetExtent(this->CovarianceAround(i, neighbors), neighbors, fit);
     }
   }
 
 private:
+  Eigen::Matrix3d CovarianceAround(int i, const Neighbors& neighbors)
+  {
+    this->Around.Load(this->Cloud, i, neighbors.Ids.data(), neighbors.Count());
+    return this->Around.Covariance();
+  }
+
   void Find(int i, int growth, Neighbors& neighbors) const
   {
     const int count = growth * this->Settings.NumberOfNeighbors;

@@ -51,6 +51,7 @@ struct PlaneFit
   bool Isolated = false;
   bool Given = false;   // the normal was given, not fitted
   bool OnPlate = false; // of two sheets; the normal points outward (Orientation/ThinPlates.h)
+  bool Sharp = false;   // of one of the planes that meet at a fold (SharpNormals.h)
 };
 
 using PlaneFits = RawVector<PlaneFit>;

@@ -463,10 +463,13 @@ private:
     return true;
   }
 
-  /// The fold in front of point j, if it is known where: normals that are fitted are means over it.
+  /// Whether the normal is that of one side of a fold: others are means over it.
+  static bool IsOfOneSide(const PlaneFit& fit) { return fit.Given || fit.Sharp; }
+
+  /// The fold in front of point j, if it is known where.
   FoldLine FoldBetween(int i, int j, const FoldedNeighbor& at) const
   {
-    return this->Fits[i].Given && this->Fits[j].Given ? at.Line() : FoldLine();
+    return IsOfOneSide(this->Fits[i]) && IsOfOneSide(this->Fits[j]) ? at.Line() : FoldLine();
   }
 
   /// Point j in the plane of point i, in spacings of i.
@@ -474,10 +477,6 @@ private:
   {
     const Vector3 n = this->Fits[i].Normal;
     Vector3 m = this->Fits[j].Normal;
-    if ((this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j]) && Dot(n, m) < 0.0)
-    {
-      m = -1.0 * m;
-    }
     const Vector3& u = this->Plane.U;
     const Vector3& v = this->Plane.V;
     const Vector3 d = (1.0 / this->Fits[i].Spacing) *
@@ -485,6 +484,10 @@ private:
     const auto dot = [](const Vector3& a, const Vector3& b) {
       return static_cast<float>(Dot(a, b));
     };
+    if (this->Oriented.TwoSided[i] || this->Oriented.TwoSided[j])
+    {
+      m = AgreeingSign(dot(n, m), dot(d, n), dot(d, m)) * m;
+    }
     return { dot(d, u), dot(d, v), dot(d, n), dot(d, m), dot(n, m), dot(m, u), dot(m, v) };
   }
 

@@ -62,14 +62,17 @@ WeightedKernel SeenAlong(const Float3& direction, const WeightedKernel& kernel)
 /// A neighbour's kernel at the owner's samples. Across a fold it is evaluated along the mean of
 /// both normals, which unrolls the surface: a place beyond the fold is that on the other side of
 /// it.
-WeightedKernel Unrolled(const WeightedKernel& owner, const WeightedKernel& kernel)
+/// @param at the neighbour, seen from the owner
+WeightedKernel Unrolled(const WeightedKernel& owner, const WeightedKernel& kernel, const Float3& at)
 {
   const float cosine = SingleDot(owner.Normal, kernel.Normal);
   if (std::abs(cosine) > FlattestFold)
   {
     return kernel;
   }
-  const float sign = owner.TwoSided && cosine < 0.0f ? -1.0f : 1.0f;
+  const float sign = owner.TwoSided
+    ? AgreeingSign(cosine, SingleDot(at, owner.Normal), SingleDot(at, kernel.Normal))
+    : 1.0f;
   Float3 mean;
   mean.X = owner.Normal.X + sign * kernel.Normal.X;
   mean.Y = owner.Normal.Y + sign * kernel.Normal.Y;
@@ -434,8 +437,8 @@ private:
     const float reach = radius + neighbor.Reach;
     if (neighbor.Squared < reach * reach)
     {
-      this->Kernels.Add(
-        neighbor.Number, neighbor.At, Unrolled(owner, other), spacing, this->OwnSheet());
+      this->Kernels.Add(neighbor.Number, neighbor.At, Unrolled(owner, other, neighbor.At), spacing,
+        this->OwnSheet());
     }
     // On smooth surfaces no sample is so far off the planes of kernels.
     const float cosine = SingleDot(owner.Normal, other.Normal), sigma = other.Sigma / spacing;
