@@ -35,11 +35,19 @@ void SensorSettings::Use(const ScanSensor& sensor)
     this->Cleaning->SetColumns(sensor.Columns);
     this->Cleaning->SetViewpoint(v[0], v[1], v[2]);
   }
-  if (sensor.HasViewpoint && this->OrientationMode == vtkSurfelEstimation::CONSISTENT &&
-    !this->Estimation->GetUseViewpoint())
+  if (this->OrientationMode != vtkSurfelEstimation::CONSISTENT ||
+    this->Estimation->GetUseViewpoint())
+  {
+    return;
+  }
+  if (sensor.HasViewpoint)
   {
     this->Estimation->SetOrientationModeToViewpoint();
     this->Estimation->SetViewpoint(v[0], v[1], v[2]);
+  }
+  else if (sensor.HasScanners)
+  {
+    this->Estimation->SetOrientationModeToScanners();
   }
 }
 

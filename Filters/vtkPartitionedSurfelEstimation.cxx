@@ -65,6 +65,9 @@ public:
     this->Normals = self->Estimation->GetKeepNormals()
       ? FindNormals(input, self->Estimation->GetNormalsArrayName())
       : nullptr;
+    this->ToScanner = self->Estimation->GetOrientationMode() == vtkSurfelEstimation::SCANNERS
+      ? FindScanners(input)
+      : nullptr;
     this->Colors =
       self->Estimation->GetInterpolateColors() ? FindColorsToInterpolate(input) : nullptr;
   }
@@ -136,6 +139,21 @@ private:
     }
   }
 
+  /// Those of some points, as floats.
+  static vtkSmartPointer<vtkFloatArray> VectorsOf(
+    vtkDataArray* vectors, const char* name, const std::vector<vtkIdType>& ids)
+  {
+    const auto count = static_cast<vtkIdType>(ids.size());
+    vtkSmartPointer<vtkFloatArray> some = MakeArray<vtkFloatArray>(name, 3, count);
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      double vector[3]; // they may be double
+      vectors->GetTuple(ids[i], vector);
+      some->SetTuple(i, vector);
+    }
+    return some;
+  }
+
   vtkSmartPointer<vtkPolyData> Extract(const CloudRegion& region) const
   {
     const std::vector<vtkIdType> ids = FindInside(this->Positions, region);
@@ -158,14 +176,11 @@ private:
     part->GetFieldData()->AddArray(origin);
     if (this->Normals)
     {
-      auto normals = MakeArray<vtkFloatArray>("Normals", 3, count);
-      for (vtkIdType i = 0; i < count; ++i)
-      {
-        double n[3]; // the input's normals may be double
-        this->Normals->GetTuple(ids[i], n);
-        normals->SetTuple(i, n);
-      }
-      part->GetPointData()->SetNormals(normals);
+      part->GetPointData()->SetNormals(VectorsOf(this->Normals, "Normals", ids));
+    }
+    if (this->ToScanner)
+    {
+      part->GetPointData()->AddArray(VectorsOf(this->ToScanner, ToScannerArray, ids));
     }
     if (this->Colors)
     {
@@ -290,7 +305,7 @@ private:
 
   vtkPartitionedSurfelEstimation* Self;
   vtkPointSet* Input;
-  vtkDataArray *Normals, *Colors; ///< null: none; colours stay as they are
+  vtkDataArray *Normals, *ToScanner, *Colors; ///< null: none; colours stay as they are
   double Origin[3] = { 0.0, 0.0, 0.0 }, LocalOrigin[3] = { 0.0, 0.0, 0.0 };
   std::vector<float> Positions;
   std::vector<CloudPart> Parts;

@@ -16,10 +16,9 @@
 #include "Filters/Estimation/SharpNormals.h"
 #include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
-#include "Filters/Orientation/Orientation.h"
-#include "Filters/Orientation/ThinPlates.h"
 #include "Filters/Partition/PartitionedSurfels.h"
 #include "Filters/Partition/SharedOrientation.h"
+#include "Filters/SurfelSides.h"
 #include "Parallel/ControllerRanks.h"
 
 #include "vtkDataArray.h"
@@ -45,6 +44,24 @@ using namespace SurfelGeometry;
 namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelEstimation);
+
+namespace
+{
+/// Those of the arrays that any rank has.
+std::vector<PartitionedCloud::Array> SharedArrays(
+  SurfelSplatting::Ranks& ranks, const std::vector<PartitionedCloud::Array>& arrays)
+{
+  std::vector<PartitionedCloud::Array> shared;
+  for (const PartitionedCloud::Array& array : arrays)
+  {
+    if (ranks.Any(array.Values != nullptr))
+    {
+      shared.push_back(array);
+    }
+  }
+  return shared;
+}
+}
 
 /// One execution: from the input's points to the output's arrays.
 class vtkSurfelEstimation::Execution
@@ -74,7 +91,7 @@ public:
     ReturnFreeMemory(); // most of all is needed for the votes of the orientation
     const OrientedCloud oriented{ this->Cloud(), tree, this->Searched.Graph,
       this->Result.TwoSided };
-    const bool finished = this->All(fitted) && this->Orient(progress.Part(0.6, 0.85)) &&
+    const bool finished = this->All(fitted) && this->Orient(input, progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
       (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.91), this->Fits)) &&
       SharpenNormals(oriented, progress.Part(0.9, 0.91), this->Fits) &&
@@ -197,49 +214,19 @@ private:
     return settings;
   }
 
-  Vector3 LocalViewpoint(const double origin[3]) const
+  /// Returns false if stopped.
+  bool Orient(vtkPointSet* input, const StageProgress& progress)
   {
-    const double* world = this->Self->Viewpoint;
-    return { world[0] - origin[0], world[1] - origin[1], world[2] - origin[2] };
-  }
-
-  bool Orient(const StageProgress& progress)
-  {
-    const size_t count = this->Fits.size();
-    switch (this->Self->OrientationMode)
-    {
-      case VIEWPOINT:
-        FaceViewpoint(this->Cloud(), this->LocalViewpoint(this->Cloud().Origin), this->Fits);
-        this->Result.TwoSided.assign(count, 0);
-        return true;
-      case TWO_SIDED:
-        this->Result.TwoSided.assign(count, 1);
-        return true;
-      default:
-        break;
-    }
-    if (this->All(std::all_of(
-          this->Fits.begin(), this->Fits.end(), [](const PlaneFit& fit) { return fit.Given; })))
-    {
-      this->Result.TwoSided.assign(count, 0);
-      return true;
-    }
-    if (!this->All(TurnPlatesOutward(
-          this->Cloud(), this->Searched.Graph, progress.Part(0.0, 0.2), this->Fits)))
-    {
-      return false;
-    }
-    OutsideSettings settings;
-    settings.UseViewpoint = this->Self->UseViewpoint != 0;
-    if (this->Shared)
-    {
-      settings.Viewpoint = this->LocalViewpoint(this->Shared->Origin());
-      return this->Shared->Orient(this->Cloud(), this->Searched.Graph, settings,
-        progress.Part(0.2, 1.0), this->Fits, this->Result);
-    }
-    settings.Viewpoint = this->LocalViewpoint(this->Cloud().Origin);
-    return OrientConsistently(this->Cloud(), this->Searched.Graph, settings,
-      progress.Part(0.2, 1.0), this->Fits, this->Result);
+    const vtkSurfelEstimation* self = this->Self;
+    const int mode = self->OrientationMode;
+    const SideRule rule = mode == VIEWPOINT ? SideRule::Viewpoint
+      : mode == SCANNERS                    ? SideRule::Scanners
+      : mode == TWO_SIDED                   ? SideRule::TwoSided
+                                            : SideRule::Shape;
+    const double* v = self->Viewpoint;
+    return DecideSides({ rule, self->UseViewpoint != 0, { v[0], v[1], v[2] }, this->Shared,
+                         this->Cloud(), this->Searched.Graph, FindScanners(input) },
+      progress, this->Fits, this->Result);
   }
 
   /// Returns false if stopped.
@@ -389,6 +376,13 @@ int vtkSurfelEstimation::Execute(vtkPointSet* input, vtkPolyData* output)
     vtkErrorMacro(<< memory << " vtkPartitionedSurfelEstimation processes the cloud in parts.");
     return 0;
   }
+  if (this->OrientationMode == SCANNERS && input->GetNumberOfPoints() > 0 && !FindScanners(input))
+  {
+    vtkErrorMacro("OrientationMode is SCANNERS but there is no point array \""
+      << ToScannerArray << "\" of three components: give the points the vectors to their scanners,"
+      << " or use CONSISTENT, VIEWPOINT or TWO_SIDED.");
+    return 0;
+  }
   Execution execution(this);
   if (!execution.Run(input))
   {
@@ -416,18 +410,14 @@ int vtkSurfelEstimation::RequestDistributed(
   }
   PartitionedCloud cloud(ranks, input);
   vtkDataArray* normals = this->KeepNormals ? FindNormals(input, this->NormalsArrayName) : nullptr;
-  std::vector<PartitionedCloud::Array> arrays;
-  if (ranks.Any(normals != nullptr))
-  {
-    arrays.push_back({ "Normals", 3, normals });
-  }
-  vtkDataArray* colors = this->InterpolateColors ? FindColorsToInterpolate(input) : nullptr;
-  if (ranks.Any(colors != nullptr))
-  {
-    arrays.push_back({ FetchedColorsArray, ColorComponents, colors });
-  }
+  const std::vector<PartitionedCloud::Array> arrays = SharedArrays(ranks,
+    { { "Normals", 3, normals },
+      { FetchedColorsArray, ColorComponents,
+        this->InterpolateColors ? FindColorsToInterpolate(input) : nullptr },
+      { ToScannerArray, 3, this->OrientationMode == SCANNERS ? FindScanners(input) : nullptr } });
   const bool areGiven = ranks.All(!input || input->GetNumberOfPoints() == 0 || normals);
-  const bool orients = ranks.IsRoot() && this->OrientationMode == CONSISTENT && !areGiven;
+  const bool orients = ranks.IsRoot() && !areGiven &&
+    (this->OrientationMode == CONSISTENT || this->OrientationMode == SCANNERS);
   if (!this->CheckDistributedMemory(ranks, cloud.NumberOfPoints(), orients))
   {
     return 0;

@@ -78,7 +78,8 @@ public:
     CONSISTENT = 0,
     VIEWPOINT = 1,
     AS_GIVEN = 2,
-    TWO_SIDED = 3
+    TWO_SIDED = 3,
+    SCANNERS = 4
   };
 
   ///@{
@@ -196,13 +197,18 @@ public:
    * - VIEWPOINT: every surfel faces Viewpoint and is one-sided. For scans from one place.
    * - AS_GIVEN: the kept normals decide, one-sided. An error if there are none to keep.
    * - TWO_SIDED: every surfel is visible from both sides.
+   * - SCANNERS: every surfel faces the scanner of its point, to which the vectors in the point
+   * array ToScanner lead (Documentation/DataContract.md), and is one-sided. For scans from several
+   *   places. Where a single point does not tell, at edges, in noise and where a scanner looks
+   * along a surface, its neighbours decide; what nothing tells is two-sided. Given normals stay.
    */
-  vtkSetClampMacro(OrientationMode, int, CONSISTENT, TWO_SIDED);
+  vtkSetClampMacro(OrientationMode, int, CONSISTENT, SCANNERS);
   vtkGetMacro(OrientationMode, int);
   void SetOrientationModeToConsistent() { this->SetOrientationMode(CONSISTENT); }
   void SetOrientationModeToViewpoint() { this->SetOrientationMode(VIEWPOINT); }
   void SetOrientationModeToAsGiven() { this->SetOrientationMode(AS_GIVEN); }
   void SetOrientationModeToTwoSided() { this->SetOrientationMode(TWO_SIDED); }
+  void SetOrientationModeToScanners() { this->SetOrientationMode(SCANNERS); }
   ///@}
 
   ///@{
@@ -277,8 +283,8 @@ public:
    * - DegeneratePoints: kept; fewer than three neighbours or all of them on a line, so that
    *   the direction of the normal is arbitrary.
    * - InvalidNormals: points whose given normal was zero or not finite.
-   * - TwoSidedSurfels, Components, ClosedComponents: in the output; only CONSISTENT counts
-   *   components.
+   * - TwoSidedSurfels, Components, ClosedComponents: in the output; only CONSISTENT and SCANNERS
+   *   count components. Of SCANNERS, all that surely faces scanners is one.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);

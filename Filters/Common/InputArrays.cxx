@@ -9,6 +9,15 @@
 
 namespace SurfelGeometry
 {
+namespace
+{
+bool AreVectorsOf(vtkPointSet* points, vtkDataArray* array)
+{
+  return array && array->GetNumberOfComponents() == 3 &&
+    array->GetNumberOfTuples() == points->GetNumberOfPoints();
+}
+}
+
 std::string CheckNumberOfPoints(vtkIdType points)
 {
   constexpr vtkIdType most = std::numeric_limits<int>::max() / 2;
@@ -23,10 +32,13 @@ vtkDataArray* FindNormals(vtkPointSet* input, const char* name)
   vtkDataArray* normals = name ? data->GetArray(name) : nullptr;
   normals = normals ? normals : data->GetNormals();
   normals = normals ? normals : data->GetArray("Normals");
-  return normals && normals->GetNumberOfComponents() == 3 &&
-      normals->GetNumberOfTuples() == input->GetNumberOfPoints()
-    ? normals
-    : nullptr;
+  return AreVectorsOf(input, normals) ? normals : nullptr;
+}
+
+vtkDataArray* FindScanners(vtkPointSet* input)
+{
+  vtkDataArray* ways = input->GetPointData()->GetArray(ToScannerArray);
+  return AreVectorsOf(input, ways) ? ways : nullptr;
 }
 
 std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts)

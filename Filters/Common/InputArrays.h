@@ -27,6 +27,11 @@ using SurfelSplatting::ReadOrigin;
 /// if there is none, or it has not three components.
 vtkDataArray* FindNormals(vtkPointSet* input, const char* name);
 
+/// The point array of the vectors from points to their scanners, world units, which may be zero.
+/// Null if there is none, or it has not three components.
+vtkDataArray* FindScanners(vtkPointSet* input);
+constexpr const char* ToScannerArray = "ToScanner";
+
 /// Lists the counts above 0 for a warning: "3 duplicates dropped; 1 ..."; empty if there are none.
 std::string ListCounts(std::initializer_list<std::pair<vtkIdType, const char*>> counts);
 

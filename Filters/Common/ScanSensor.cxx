@@ -26,7 +26,7 @@ struct Piece
 {
   double Count = 0.0; // of its points
   double Bounds[6];   // of its points
-  bool HasScan = false, HasViewpoint = false;
+  bool HasScan = false, HasViewpoint = false, HasScanners = false;
   double ScanBounds[6] = {}, Viewpoint[3] = {};
   double Dimensions[2] = { 0.0, 0.0 }; // columns, rows
 };
@@ -59,6 +59,7 @@ Piece ReadPiece(vtkPointSet* points)
   {
     points->GetBounds(piece.Bounds);
   }
+  piece.HasScanners = FindScanners(points) != nullptr;
   piece.HasScan = ReadField(points, "ScanBounds", piece.ScanBounds);
   piece.HasViewpoint = ReadField(points, "ScanViewpoint", piece.Viewpoint);
   ReadField(points, "ScanDimensions", piece.Dimensions);
@@ -97,6 +98,8 @@ ScanSensor FindSensor(vtkPointSet* points, SurfelSplatting::Ranks* ranks)
   const auto scan =
     std::find_if(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.HasScan; });
   ScanSensor sensor;
+  sensor.HasScanners =
+    std::any_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.HasScanners; });
   if (scan == pieces.end())
   {
     return sensor;

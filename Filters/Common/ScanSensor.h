@@ -22,10 +22,11 @@ struct ScanSensor
   bool HasViewpoint = false;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 }; // world units
   bool IsDepthImage = false;
-  int Columns = 0; // of a depth image whose points are all here, row by row; otherwise 0
+  bool HasScanners = false; // there are vectors from points to their scanners (InputArrays.h)
+  int Columns = 0;          // of a depth image whose points are all here, row by row; otherwise 0
 };
 
-/// Nothing, if the points are no longer those of the file: moved, cut or merged.
+/// No more than HasScanners, if the points are no longer those of the file: moved, cut or merged.
 /// @param ranks have the pieces of one cloud, all of them call this; null: this process is alone
 ScanSensor FindSensor(vtkPointSet* points, SurfelSplatting::Ranks* ranks);
 }

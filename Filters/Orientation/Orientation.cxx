@@ -7,6 +7,7 @@
 #include "Filters/Orientation/OrientationGraph.h"
 #include "Filters/Orientation/ParityUnionFind.h"
 #include "Filters/Orientation/Rooms.h"
+#include "Filters/Orientation/ScannerSides.h"
 #include "Filters/Orientation/SignPropagation.h"
 
 #include "vtkSMPTools.h"
@@ -40,6 +41,7 @@ public:
   /// Returns false if stopped.
   bool Run(const StageProgress& progress, OrientationResult& result)
   {
+    this->JoinSeen();
     JoinSureEdges(this->Graph, this->Edges, this->Signs);
     ReturnFreeMemory();
     const bool finished = progress.Step(0.3) &&
@@ -52,7 +54,7 @@ public:
         [this, &result](const OutsideInput& input, const Component& component) {
           this->TakeComponent(input, component, result);
         });
-    if (finished)
+    if (finished && !this->Settings.UseScanners)
     {
       this->TurnRooms(result);
     }
@@ -61,6 +63,30 @@ public:
   }
 
 private:
+  /// Joins the points that surely face their scanners, before votes that contradict this.
+  void JoinSeen()
+  {
+    for (int i = 0; this->Settings.UseScanners && i < this->Cloud.Size(); ++i)
+    {
+      if (IsSurelySeen(this->Fits[i], this->Settings.Facings[i]))
+      {
+        this->FirstSeen = this->FirstSeen < 0 ? i : this->FirstSeen;
+        this->Signs.Join(this->FirstSeen, i, false);
+      }
+    }
+  }
+
+  /// The side of a set with points that JoinSeen has joined; 0 for others.
+  int SeenSide(const Component& set)
+  {
+    if (this->FirstSeen < 0)
+    {
+      return 0;
+    }
+    const auto [root, flip] = this->Signs.Find(this->FirstSeen);
+    return this->Signs.Find(set.Ids[0]).first == root ? (flip ? -1 : 1) : 0;
+  }
+
   /// Calls decide(input, set) for the sets that are joined so far. Returns false if stopped.
   template <typename Decide>
   bool DecideSets(const StageProgress& progress, Decide&& decide)
@@ -92,12 +118,14 @@ private:
 
   void TakePatch(const OutsideInput& input, const Component& patch)
   {
-    if (patch.Count < MinPatch)
+    const int seen = this->SeenSide(patch);
+    if (patch.Count < MinPatch && seen == 0)
     {
       return;
     }
     signed char& side = this->SideOf(patch);
-    side = static_cast<signed char>(DecidePatch(input, patch).Sign);
+    side =
+      static_cast<signed char>(seen != 0 ? seen : DecidePatch(input, this->Settings, patch).Sign);
     for (int m = 0; side == 0 && m < patch.Count; ++m)
     {
       this->AreOpen[patch.Ids[m]] = 1;
@@ -161,6 +189,7 @@ private:
   ParityUnionFind Signs;
   std::vector<signed char> Sides;     // [n] as in JoinPatches
   std::vector<unsigned char> AreOpen; // [n] 1 in patches whose outside is unknown
+  int FirstSeen = -1;                 // a point that surely faces its scanner
   int NumberOfSets = 0;
 };
 }

@@ -2,6 +2,7 @@
 /**
  * Turns the normals of a cloud consistently outward.
  *
+ * 0. Points that surely face their scanners, if these are known, are one patch (ScannerSides.h).
  * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals
  *    (OrientationGraph.h).
  * 2. Reliable edges join points to patches, along a maximum spanning forest.
@@ -11,6 +12,9 @@
  * 5. The outside of the other components is decided. A component with a known outside is one-sided,
  *    any other is two-sided.
  * 6. Rooms, which were scanned from inside, are turned inward (Rooms.h).
+ *
+ * Where scanners are known, shapes tell nothing: 3. to 5. ask whether a patch faces its scanners,
+ * and there is no 6. So a part of a cloud has the sides that it has in the whole.
  */
 #pragma once
 

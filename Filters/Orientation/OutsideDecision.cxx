@@ -131,7 +131,7 @@ int ClosedSign(const OutsideInput& input, const Component& component, const Clos
   return closed ? static_cast<int>(sign) : 0;
 }
 
-/// +1 if enough of the area faces the viewpoint, -1 if enough faces away from it; else 0.
+/// +1 if enough of the area faces the viewpoint or the scanners, -1 if enough faces away; else 0.
 int FacingSign(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
@@ -141,9 +141,17 @@ int FacingSign(
   {
     const int i = component.Ids[m];
     const PlaneFit& fit = input.Oriented.Fits[i];
-    const Vector3 direction =
-      Normalized(settings.Viewpoint - Load(input.Oriented.Cloud.Position(i)), { 0.0, 0.0, 0.0 });
-    const double facing = fit.Spacing * fit.Spacing * Dot(input.Oriented.Normal(i), direction);
+    double cosine = 0.0;
+    if (settings.UseScanners)
+    {
+      cosine = input.Oriented.Flips[i] ? -settings.Facings[i] : settings.Facings[i];
+    }
+    else
+    {
+      cosine = Dot(input.Oriented.Normal(i),
+        Normalized(settings.Viewpoint - Load(input.Oriented.Cloud.Position(i)), { 0.0, 0.0, 0.0 }));
+    }
+    const double facing = fit.Spacing * fit.Spacing * cosine;
     (facing > 0.0 ? toward : away) += std::abs(facing);
   }
   const double needed = settings.FacingAgreement * (toward + away);
@@ -178,7 +186,8 @@ int KnownSign(const OutsideInput& input, const Component& component, int least, 
 }
 }
 
-OutsideSign DecidePatch(const OutsideInput& input, const Component& patch)
+OutsideSign DecidePatch(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& patch)
 {
   const int given = KnownSign(input, patch, 1, [](const PlaneFit& fit) { return fit.Given; });
   if (given != 0)
@@ -187,7 +196,11 @@ OutsideSign DecidePatch(const OutsideInput& input, const Component& patch)
   }
   int sign =
     KnownSign(input, patch, (patch.Count + 1) / 2, [](const PlaneFit& fit) { return fit.OnPlate; });
-  if (sign == 0 && patch.Count >= MinClosedPoints)
+  if (sign == 0 && patch.Count >= MinClosedPoints && settings.UseScanners)
+  {
+    sign = FacingSign(input, settings, patch);
+  }
+  else if (sign == 0 && patch.Count >= MinClosedPoints)
   {
     const double radius = TubeRadius(input, patch);
     if (std::isfinite(radius) && input.Conflict(patch) <= MaxConflict)
@@ -201,8 +214,8 @@ OutsideSign DecidePatch(const OutsideInput& input, const Component& patch)
 OutsideSign DecideComponent(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component)
 {
-  const OutsideSign alone = DecidePatch(input, component);
-  if (alone.Sign != 0 || input.Conflict(component) > MaxConflict)
+  const OutsideSign alone = DecidePatch(input, settings, component);
+  if (alone.Sign != 0 || settings.UseScanners || input.Conflict(component) > MaxConflict)
   {
     return alone;
   }

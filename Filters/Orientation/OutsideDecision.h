@@ -22,6 +22,8 @@ struct OutsideSettings
   bool UseViewpoint = false;
   Vector3 Viewpoint{};          // relative to the cloud's origin
   double FacingAgreement = 0.8; // share of the area that must face the viewpoint, or face away
+  bool UseScanners = false;     // what scanners have seen faces them; shapes tell nothing
+  std::vector<float> Facings{}; // [n] with UseScanners: cosines as of FaceScanners
 };
 
 /// Points whose normals have consistent signs.
@@ -45,9 +47,10 @@ struct OutsideSign
 };
 
 /// The side of a patch that is known without its surroundings: normals were given, or it is a thin
-/// plate, or a thin or long tube, whose ends may stick in other things. The wall of a wide hole
-/// looks like a short tube.
-OutsideSign DecidePatch(const OutsideInput& input, const Component& patch);
+/// plate, or faces the scanners, or is a thin or long tube, whose ends may stick in other things.
+/// The wall of a wide hole looks like a short tube.
+OutsideSign DecidePatch(
+  const OutsideInput& input, const OutsideSettings& settings, const Component& patch);
 
 OutsideSign DecideComponent(
   const OutsideInput& input, const OutsideSettings& settings, const Component& component);

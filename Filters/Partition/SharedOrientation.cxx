@@ -28,6 +28,7 @@ struct FittedPoint
   vtkIdType Id;
   float Position[3]; // relative to the distributed cloud's origin
   PlaneFit Fit;
+  float Facing;                     // to its scanner, if the settings say so
   vtkIdType Neighbors[GraphDegree]; // nearest first, NoPoint at the end
 };
 
@@ -44,6 +45,7 @@ struct WholeCloud
   LocalCloud Cloud;
   NeighborGraph Graph;
   PlaneFits Fits;
+  std::vector<float> Facings;
   std::vector<int> Indices; // [id] in the cloud, or NoPoint
 };
 
@@ -69,11 +71,13 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
   const auto count = static_cast<size_t>(whole.Cloud.Size());
   whole.Indices.assign(static_cast<size_t>(ids), static_cast<int>(NoPoint));
   whole.Fits.resize(count);
+  whole.Facings.resize(count);
   for (size_t i = 0; i < count; ++i)
   {
     const FittedPoint& point = fitted[static_cast<size_t>(whole.Cloud.InputIds[i])];
     whole.Indices[static_cast<size_t>(point.Id)] = static_cast<int>(i);
     whole.Fits[i] = point.Fit;
+    whole.Facings[i] = point.Facing;
   }
   whole.Graph.Ids.assign(KeptNeighbors * count, static_cast<int>(NoPoint));
   for (size_t i = 0; i < count; ++i)
@@ -93,8 +97,8 @@ void Assemble(const std::vector<FittedPoint>& fitted, const double origin[3], Wh
 }
 
 /// The points of this rank's region, and the ids of all fetched points, whose signs it asks for.
-Message SharedOrientation::PackRegion(
-  const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits) const
+Message SharedOrientation::PackRegion(const LocalCloud& cloud, const NeighborGraph& graph,
+  const PlaneFits& fits, const std::vector<float>& facings) const
 {
   const std::vector<vtkIdType> globalIds = this->Partition.GlobalIds();
   const auto count = static_cast<size_t>(cloud.Size());
@@ -113,6 +117,7 @@ Message SharedOrientation::PackRegion(
     point.Id = ids[i];
     std::copy_n(this->Partition.Position(fetched), 3, point.Position);
     point.Fit = fits[i];
+    point.Facing = facings.empty() ? 0.0f : facings[i];
     const int* row = graph.Row(i);
     for (int k = 0; k < GraphDegree; ++k)
     {
@@ -147,6 +152,7 @@ std::vector<Message> SharedOrientation::OrientAll(std::vector<Message> messages,
   Assemble(fitted, this->Partition.Origin(), whole);
   std::vector<FittedPoint>().swap(fitted);
   OutsideSettings own = settings;
+  own.Facings = std::move(whole.Facings);
   const double* from = this->Partition.Origin();
   const double* to = whole.Cloud.Origin;
   own.Viewpoint = settings.Viewpoint + Vector3{ from[0] - to[0], from[1] - to[1], from[2] - to[2] };
@@ -183,7 +189,8 @@ bool SharedOrientation::Orient(const LocalCloud& cloud, const NeighborGraph& gra
   const OutsideSettings& settings, const StageProgress& progress, PlaneFits& fits,
   OrientationResult& result)
 {
-  std::vector<Message> messages = this->Group.ToRoot(this->PackRegion(cloud, graph, fits));
+  std::vector<Message> messages =
+    this->Group.ToRoot(this->PackRegion(cloud, graph, fits, settings.Facings));
   std::vector<Message> answers(static_cast<size_t>(this->Group.Size()));
   if (this->Group.IsRoot())
   {

@@ -47,8 +47,8 @@ public:
     const StageProgress& progress, PlaneFits& fits, OrientationResult& result);
 
 private:
-  SurfelSplatting::Message PackRegion(
-    const LocalCloud& cloud, const NeighborGraph& graph, const PlaneFits& fits) const;
+  SurfelSplatting::Message PackRegion(const LocalCloud& cloud, const NeighborGraph& graph,
+    const PlaneFits& fits, const std::vector<float>& facings) const;
   std::vector<SurfelSplatting::Message> OrientAll(std::vector<SurfelSplatting::Message> messages,
     const OutsideSettings& settings, const StageProgress& progress) const;
 
