@@ -4,6 +4,7 @@
 import numpy as np
 
 from ..backend import vtk
+from .stations import TO_SCANNER
 
 
 def named_array(name, values, kind=None):
@@ -28,8 +29,8 @@ def cells_of(corners, ends):
 def polydata_of(places, arrays, faces=None):
     """-> vtkPolyData with double points.
 
-    arrays: those there are of "RGB" (bytes), "Normals", "intensity" and other scalars, each with a
-    row per point.
+    arrays: those there are of "RGB" (bytes), "Normals", "ToScanner", "intensity" and other scalars,
+    each with a row per point.
     faces: vtkCellArray
     """
     points = vtk("vtkCommonCore").vtkPoints()
@@ -43,8 +44,10 @@ def polydata_of(places, arrays, faces=None):
         data.SetScalars(named_array("RGB", arrays["RGB"], np.uint8))
     if "Normals" in arrays:
         data.SetNormals(named_array("Normals", arrays["Normals"], np.float32))
+    if TO_SCANNER in arrays:  # filters that turn points turn active vectors with them
+        data.SetVectors(named_array(TO_SCANNER, arrays[TO_SCANNER], np.float32))
     for name, values in arrays.items():
-        if name not in ("RGB", "Normals"):
+        if name not in ("RGB", "Normals", TO_SCANNER):
             kind = np.float32 if name == "intensity" else values.dtype  # times need all digits
             data.AddArray(named_array(name, values, kind))
     return cloud

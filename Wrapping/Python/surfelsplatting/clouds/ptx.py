@@ -8,6 +8,7 @@ import numpy as np
 
 from .columns import RGB, XYZ, Columns, arrays_of_columns
 from .polydata import polydata_of
+from .stations import trusted_places, ways_of
 from ..problems import UserProblem
 
 # Columns and rows of the scan, place and axes of the scanner, then the matrix by whose rows its points
@@ -70,7 +71,8 @@ def _read_scan(lines):
 
 
 def read_ptx_cloud(path):
-    """-> vtkPolyData with double points, and the place of the scanner if it was one scan."""
+    """-> vtkPolyData with double points, which know their scanners, and the place of the scanner if it
+    was one scan."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = _Lines(file)
         scans = []
@@ -86,7 +88,9 @@ def read_ptx_cloud(path):
         raise UserProblem(f"{path} holds no points")
     # What one of the scans lacks cannot be shown for all.
     width = min(table.shape[1] for table in tables)
+    scanners = trusted_places([place for table, place in scans if len(table)])
+    ways = ways_of([table[:, :3] for table in tables], scanners)
     table = np.concatenate([table[:, :width] for table in tables])
     columns = Columns([*XYZ, "intensity", *(RGB if width == WITH_COLORS else ())], "of the file")
-    cloud = polydata_of(*arrays_of_columns(table, columns))
-    return cloud, scans[0][1] if len(scans) == 1 else None
+    places, arrays = arrays_of_columns(table, columns)
+    return polydata_of(places, {**arrays, **ways}), scanners[0] if len(scans) == 1 else None

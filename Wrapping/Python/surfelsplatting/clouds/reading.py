@@ -8,6 +8,7 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from .sogfiles import folder_meta
+from .stations import TO_SCANNER
 from ..backend import vtk
 from ..problems import UserProblem
 from ..surfels import holds_gaussians, note_model
@@ -58,7 +59,8 @@ def _with_image(cloud):
     from .depthimages import image_axes
 
     data = cloud.data
-    is_known = cloud.viewpoint or data.GetFieldData().HasArray("ScanViewpoint")
+    is_known = (cloud.viewpoint or data.GetFieldData().HasArray("ScanViewpoint")
+                or data.GetPointData().HasArray(TO_SCANNER))
     if cloud.is_drawable or is_known or data.GetNumberOfPoints() == 0:
         return cloud
     cloud.image = image_axes(vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()))
@@ -207,7 +209,7 @@ def _read_ptx(path, _messages, _progress):
 
     data, viewpoint = read_ptx_cloud(path)
     note_scan(data, viewpoint)
-    if viewpoint:
+    if data.GetPointData().HasArray(TO_SCANNER):
         note_up(data, (0, 0, 1))  # scanners are level
     return Cloud(data, viewpoint)
 

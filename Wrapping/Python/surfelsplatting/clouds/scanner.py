@@ -7,6 +7,7 @@ import os
 import numpy as np
 
 from .polydata import polydata_of
+from .stations import trusted_places, ways_of
 from ..problems import UserProblem
 
 CHUNKS_OFFSET_AT = 96  # byte of the header with the offset of the points, which begin with that of
@@ -100,18 +101,20 @@ def _read_e57_scan(file, index):
 
 
 def read_e57_cloud(path):
-    """-> vtkPolyData with double points, and the place of the scanner if it was one scan."""
+    """-> vtkPolyData with double points, which know their scanners, and the place of the scanner if it
+    was one scan."""
     pye57 = _package("pye57", "pye57", path)
     try:
         with pye57.E57(path) as file:
             parts = list(zip(*(_read_e57_scan(file, i) for i in range(file.scan_count))))
-            header = file.get_header(0)
-            one = file.scan_count == 1 and header.has_pose()
-            viewpoint = tuple(map(float, header.translation)) if one else None
+            headers = [file.get_header(i) for i in range(file.scan_count)]
+            scanners = trusted_places([tuple(map(float, header.translation)) if header.has_pose()
+                                       else None for header in headers])
+        ways = ways_of(parts[0], scanners)
         # What one of the scans lacks cannot be shown for all.
         places, *attributes = (None if any(p is None for p in part) else np.concatenate(part)
                                for part in parts)
-        cloud = polydata_of(places, _arrays(*attributes))
+        cloud = polydata_of(places, {**_arrays(*attributes), **ways})
     except Exception as error:  # pye57 has no common class of errors
         raise UserProblem(f"{path} is not a readable .e57 file: {error}") from error
-    return cloud, viewpoint
+    return cloud, scanners[0] if len(scanners) == 1 else None

@@ -10,6 +10,7 @@ import numpy as np
 from ..backend import vtk
 from ..clouds.reading import Cloud, is_hierarchy
 from ..clouds.sogfiles import bytes_of
+from ..clouds.stations import TO_SCANNER, scanners_of
 from ..clouds.volumes import scalar_names
 from ..views.cameras import View
 from ..views.framing import home_in, up_in
@@ -24,6 +25,7 @@ NOISY = 0.05  # of the points; fewer are edges and corners
 FAR_OFF = 5  # spacings, by which stray points make the bounds larger
 OPAQUE = 0.9  # opacity above which a Gaussian hides what is behind it
 SHOWN = 0.8  # part of the surface that shows both sides, from which --sides two changes little
+LISTED = 20  # places of scanners
 LONG = 20_000_000  # points that take more than a minute to become surfels
 BULK = (0.5, 99.5)  # percentiles of a volume's scalars
 OUTLYING = 4  # times as long as the bulk's is a range of scalars that outliers stretch
@@ -48,6 +50,8 @@ def _meaning(array, data):
         return "surfels"
     if (array.GetName() or "").startswith("Gaussian"):
         return "Gaussians"
+    if array.GetName() == TO_SCANNER:
+        return "ways to the scanners"
     return "scalars" if array.GetNumberOfComponents() == 1 else "values"
 
 
@@ -203,6 +207,10 @@ def _report(cloud, session):
               "fields": _fields(data.GetPointData()), "bounds": _bounds(points, origin)}
     if cloud.viewpoint:
         report["sensor"] = list(map(float, cloud.viewpoint))
+    elif kind == "points":
+        places, known = scanners_of(data)
+        if known:
+            report["scanners"] = {"places": places, "known": known}
     if cloud.columns:
         report["depth_image"] = [cloud.columns, data.GetNumberOfPoints() // cloud.columns]
     if kind == "Gaussians":
@@ -243,9 +251,26 @@ def _field_text(field):
     text = f"{field['name']}: {field['meaning']}, {field['type']}"
     if field["components"] > 1:
         text += f", {field['components']} values a point"
-    if field["range"] and field["meaning"] not in ("normals", "surfels", "Gaussians"):
+    if field["range"] and field["meaning"] not in ("normals", "surfels", "Gaussians", "ways to the scanners"):
         text += ", {:.7g} to {:.7g}".format(*field["range"])
     return text
+
+
+def _place_text(place):
+    return "at " + " ".join(f"{x:.7g}" for x in place)
+
+
+def _scanner_lines(found):
+    part = "" if found["known"] == 1 else f", of {100 * found['known']:.3g} % of the points"
+    places = found["places"]
+    if places is None:
+        yield "scanners", f"known{part}, and with them the sides; at too many places to list"
+        return
+    yield "scanners", f"{len(places)}, which tell the sides{part}"
+    for place in places[:LISTED]:
+        yield "scanners", _place_text(place)
+    if len(places) > LISTED:
+        yield "scanners", f"and at {len(places) - LISTED} other places"
 
 
 def _found_lines(report):
@@ -312,7 +337,9 @@ def _lines(report):
     for field in report["fields"] or [None]:
         yield "field", _field_text(field) if field else "none but places"
     if "sensor" in report:
-        yield "sensor", "at " + " ".join(f"{x:.7g}" for x in report["sensor"])
+        yield "sensor", _place_text(report["sensor"])
+    if "scanners" in report:
+        yield from _scanner_lines(report["scanners"])
     if "depth_image" in report:
         yield "image", "a depth image of {} x {} pixels".format(*report["depth_image"])
     if "points_found" in report:

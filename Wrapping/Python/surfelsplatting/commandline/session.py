@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..backend import vtk
 from ..clouds.reading import read_cloud
+from ..clouds.stations import TO_SCANNER
 from ..colormaps import check_scalars, with_scalars
 from ..outward import turn_outward
 from ..views.sensor import keep_sensor
@@ -122,7 +123,7 @@ class Session:
         with_hierarchy = with_hierarchy and not self.arguments.no_lod
         if with_hierarchy and not all_arrays and not cloud.is_drawable:
             cloud = replace(cloud, data=without_unused_arrays(
-                cloud.data, self.arguments.scalars, *cloud.normals))
+                cloud.data, self.arguments.scalars, TO_SCANNER, *cloud.normals))
         surfels = make_surfels(
             cloud, self.arguments, with_hierarchy, self.messages, self.progress, self.run)
         keep_sensor(cloud, surfels)

@@ -5,6 +5,7 @@ import numpy as np
 import pyvista as pv
 
 from ..clouds.reading import cloud_of
+from ..clouds.stations import TO_SCANNER
 from ..outward import turn_outward
 from ..surfels import MODEL
 from ..views.sensor import keep_sensor
@@ -29,7 +30,8 @@ def with_scalars(dataset, scalars):
     """-> the data set with the scalars of pl.surfels.add, the name of their point array or None"""
     if scalars is None:
         name = dataset.point_data.active_scalars_name
-        return dataset, None if name and name.startswith(("Surfel", "Gaussian")) else name
+        is_color = not (name and name.startswith(("Surfel", "Gaussian", TO_SCANNER)))
+        return dataset, name if is_color else None
     if isinstance(scalars, str):
         if scalars not in dataset.point_data:
             raise ValueError(_no_array(dataset, scalars))
