@@ -284,7 +284,7 @@ public:
    *   the direction of the normal is arbitrary.
    * - InvalidNormals: points whose given normal was zero or not finite.
    * - TwoSidedSurfels, Components, ClosedComponents: in the output; only CONSISTENT and SCANNERS
-   *   count components. Of SCANNERS, all that surely faces scanners is one.
+   *   count components.
    */
   vtkGetMacro(NumberOfNonFinitePoints, vtkIdType);
   vtkGetMacro(NumberOfDuplicatePoints, vtkIdType);

@@ -31,7 +31,10 @@ public:
     , Graph(graph)
     , Settings(settings)
     , Fits(fits)
-    , Edges(CollectVotes(cloud, fits, graph))
+    , Seen(settings.UseScanners ? FindSurelySeen(fits, settings.Facings)
+                                : std::vector<unsigned char>())
+    , Evidence(Seen.begin(), Seen.end())
+    , Edges(CollectVotes(cloud, fits, graph, Seen))
     , Signs(cloud.Size())
     , Sides(fits.size(), 0)
     , AreOpen(fits.size(), 0)
@@ -41,8 +44,7 @@ public:
   /// Returns false if stopped.
   bool Run(const StageProgress& progress, OrientationResult& result)
   {
-    this->JoinSeen();
-    JoinSureEdges(this->Graph, this->Edges, this->Signs);
+    JoinSureEdges(this->Graph, this->Edges, this->Signs, this->Evidence);
     ReturnFreeMemory();
     const bool finished = progress.Step(0.3) &&
       this->DecideSets(progress.Part(0.3, 0.5),
@@ -63,30 +65,6 @@ public:
   }
 
 private:
-  /// Joins the points that surely face their scanners, before votes that contradict this.
-  void JoinSeen()
-  {
-    for (int i = 0; this->Settings.UseScanners && i < this->Cloud.Size(); ++i)
-    {
-      if (IsSurelySeen(this->Fits[i], this->Settings.Facings[i]))
-      {
-        this->FirstSeen = this->FirstSeen < 0 ? i : this->FirstSeen;
-        this->Signs.Join(this->FirstSeen, i, false);
-      }
-    }
-  }
-
-  /// The side of a set with points that JoinSeen has joined; 0 for others.
-  int SeenSide(const Component& set)
-  {
-    if (this->FirstSeen < 0)
-    {
-      return 0;
-    }
-    const auto [root, flip] = this->Signs.Find(this->FirstSeen);
-    return this->Signs.Find(set.Ids[0]).first == root ? (flip ? -1 : 1) : 0;
-  }
-
   /// Calls decide(input, set) for the sets that are joined so far. Returns false if stopped.
   template <typename Decide>
   bool DecideSets(const StageProgress& progress, Decide&& decide)
@@ -116,16 +94,33 @@ private:
     return this->Sides[this->Signs.Find(set.Ids[0]).first];
   }
 
+  /// What its points have seen for the sign of a set's root.
+  int EvidenceOf(const Component& set)
+  {
+    return this->Evidence.empty() ? 0 : this->Evidence[this->Signs.Find(set.Ids[0]).first];
+  }
+
+  /// Whether a normal with its final sign is turned away from its scanner.
+  bool IsTurnedAway(const OutsideInput& input, int i, int side) const
+  {
+    if (!this->Settings.UseScanners)
+    {
+      return false;
+    }
+    const bool isFlipped = (input.Oriented.Flips[i] != 0) != (side < 0);
+    return (isFlipped ? -1.0 : 1.0) * this->Settings.Facings[i] < -MostTurnedAway;
+  }
+
   void TakePatch(const OutsideInput& input, const Component& patch)
   {
-    const int seen = this->SeenSide(patch);
-    if (patch.Count < MinPatch && seen == 0)
+    const int seen = this->EvidenceOf(patch);
+    signed char& side = this->SideOf(patch);
+    if (patch.Count < MinPatch)
     {
+      side = static_cast<signed char>(seen >= EnoughSeen ? 1 : seen <= -EnoughSeen ? -1 : 0);
       return;
     }
-    signed char& side = this->SideOf(patch);
-    side =
-      static_cast<signed char>(seen != 0 ? seen : DecidePatch(input, this->Settings, patch).Sign);
+    side = static_cast<signed char>(DecidePatch(input, this->Settings, patch).Sign);
     for (int m = 0; side == 0 && m < patch.Count; ++m)
     {
       this->AreOpen[patch.Ids[m]] = 1;
@@ -152,7 +147,8 @@ private:
         const int i = component.Ids[m];
         PlaneFit& fit = this->Fits[i];
         const bool isKnown = isWhole || (side != 0 && !this->AreOpen[i]);
-        const bool hasOutside = fit.Given || (isKnown && !fit.Isolated && !fit.Degenerate);
+        const bool hasOutside = fit.Given ||
+          (isKnown && !fit.Isolated && !fit.Degenerate && !this->IsTurnedAway(input, i, side));
         result.TwoSided[i] = hasOutside ? 0 : 1;
         if (!fit.Given)
         {
@@ -185,11 +181,12 @@ private:
   const NeighborGraph& Graph;
   const OutsideSettings& Settings;
   PlaneFits& Fits;
+  std::vector<unsigned char> Seen; // [n] with UseScanners
+  std::vector<int> Evidence;       // [n] as in JoinSeen, with UseScanners
   EdgeVotes Edges;
   ParityUnionFind Signs;
   std::vector<signed char> Sides;     // [n] as in JoinPatches
   std::vector<unsigned char> AreOpen; // [n] 1 in patches whose outside is unknown
-  int FirstSeen = -1;                 // a point that surely faces its scanner
   int NumberOfSets = 0;
 };
 }

@@ -2,7 +2,6 @@
 /**
  * Turns the normals of a cloud consistently outward.
  *
- * 0. Points that surely face their scanners, if these are known, are one patch (ScannerSides.h).
  * 1. Every edge of the neighbourhood graph votes on the relative sign of its two normals
  *    (OrientationGraph.h).
  * 2. Reliable edges join points to patches, along a maximum spanning forest.
@@ -13,8 +12,9 @@
  *    any other is two-sided.
  * 6. Rooms, which were scanned from inside, are turned inward (Rooms.h).
  *
- * Where scanners are known, shapes tell nothing: 3. to 5. ask whether a patch faces its scanners,
- * and there is no 6. So a part of a cloud has the sides that it has in the whole.
+ * Where scanners are known, shapes tell nothing: 2. keeps patches apart that face them from
+ * opposite sides, 3. and 5. ask whether a patch faces them (ScannerSides.h), and there is no 6. So
+ * a part of a cloud has the sides that it has in the whole.
  */
 #pragma once
 

@@ -4,6 +4,7 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Orientation/ScannerSides.h"
 
 #include <algorithm>
 #include <cmath>
@@ -190,9 +191,17 @@ unsigned char ClassOf(float vote)
   return static_cast<unsigned char>(std::clamp(
     static_cast<int>(doubt * SureEdges::NumberOfClasses), 0, SureEdges::NumberOfClasses - 1));
 }
+
+/// The same where scanners are known: edges between points that surely face theirs come first.
+unsigned char ClassAmongSeen(float vote, bool areSeen)
+{
+  constexpr int half = SureEdges::NumberOfClasses / 2;
+  return static_cast<unsigned char>(ClassOf(vote) / 2 + (areSeen ? 0 : half));
+}
 }
 
-EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph)
+EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph,
+  const std::vector<unsigned char>& seen)
 {
   const vtkIdType count = cloud.Size();
   EdgeVotes edges;
@@ -215,10 +224,11 @@ EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const Nei
         bool sure;
         const float vote = VoteOf(cloud, fits, static_cast<int>(i), j, sure);
         const vtkIdType slot = GraphDegree * (i - first) + k;
-        votes[slot] = vote;
-        if (sure && areSure[i] && areSure[j])
+        const bool areSeen = !seen.empty() && seen[i] && seen[j];
+        votes[slot] = areSeen && vote < 0.0f ? 0.0f : vote;
+        if (sure && areSure[i] && areSure[j] && votes[slot] != 0.0f)
         {
-          classes[slot] = ClassOf(vote);
+          classes[slot] = seen.empty() ? ClassOf(vote) : ClassAmongSeen(vote, areSeen);
         }
       });
     }
@@ -227,7 +237,8 @@ EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const Nei
   return edges;
 }
 
-void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs)
+void JoinSureEdges(
+  const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence)
 {
   const std::vector<SureEdges> pieces = std::move(edges.Sure);
   for (int sureness = 0; sureness < SureEdges::NumberOfClasses; ++sureness)
@@ -247,8 +258,16 @@ void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind
         signs.Prefetch(static_cast<int>(next / GraphDegree));
         signs.Prefetch(OtherEnd(graph, next));
         const size_t slot = first + sure.Slots[e];
-        signs.Join(
-          static_cast<int>(slot / GraphDegree), OtherEnd(graph, slot), edges.Votes[slot] < 0.0f);
+        const auto i = static_cast<int>(slot / GraphDegree);
+        const bool differ = edges.Votes[slot] < 0.0f;
+        if (evidence.empty())
+        {
+          signs.Join(i, OtherEnd(graph, slot), differ);
+        }
+        else
+        {
+          JoinSeen(i, OtherEnd(graph, slot), differ, signs, evidence);
+        }
       }
     }
   }

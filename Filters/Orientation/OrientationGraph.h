@@ -44,12 +44,17 @@ struct EdgeVotes
   vtkIdType Count() const { return static_cast<vtkIdType>(this->Votes.size() / GraphDegree); }
 };
 
-/// Computes the votes of all edges.
-EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph);
+/// Computes the votes of all edges. Those between points whose normals surely face their scanners
+/// do not count if they contradict that, and come first otherwise.
+/// @param seen [n] 1: such a point; empty: scanners are not known
+EdgeVotes CollectVotes(const LocalCloud& cloud, const PlaneFits& fits, const NeighborGraph& graph,
+  const std::vector<unsigned char>& seen);
 
 /// Joins the sure edges, the surest first, and drops them: Kruskal's algorithm with the votes in
 /// classes.
-void JoinSureEdges(const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs);
+/// @param evidence as in ScannerSides.h; empty: scanners are not known
+void JoinSureEdges(
+  const NeighborGraph& graph, EdgeVotes& edges, ParityUnionFind& signs, std::vector<int>& evidence);
 
 /// Points per piece of a parallel loop.
 constexpr vtkIdType PieceSize = 1 << 14;

@@ -2,14 +2,30 @@
 #include "Filters/Orientation/ScannerSides.h"
 
 #include "Filters/Common/LocalCloud.h"
+#include "Filters/Orientation/ParityUnionFind.h"
 
 #include "vtkDataArray.h"
 #include "vtkSMPTools.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace SurfelGeometry
 {
+namespace
+{
+/// Largest variance across the tangent plane over that along it of points that tell their sides
+/// alone. At edges, where the plane leans on both of their faces, it is larger.
+constexpr double SeenFlatness = 0.15;
+
+bool IsSurelySeen(const PlaneFit& fit, double facing)
+{
+  return facing > 0.0 && facing * facing > fit.Flatness && fit.Flatness <= SeenFlatness &&
+    !fit.Isolated && !fit.Degenerate;
+}
+}
+
 std::vector<float> FaceScanners(const LocalCloud& cloud, vtkDataArray* toScanner, PlaneFits& fits)
 {
   std::vector<float> facings(fits.size(), 0.0f);
@@ -36,5 +52,31 @@ std::vector<float> FaceScanners(const LocalCloud& cloud, vtkDataArray* toScanner
     }
   });
   return facings;
+}
+
+std::vector<unsigned char> FindSurelySeen(const PlaneFits& fits, const std::vector<float>& facings)
+{
+  std::vector<unsigned char> seen(fits.size());
+  for (size_t i = 0; i < fits.size(); ++i)
+  {
+    seen[i] = IsSurelySeen(fits[i], facings[i]) ? 1 : 0;
+  }
+  return seen;
+}
+
+void JoinSeen(int a, int b, bool differ, ParityUnionFind& signs, std::vector<int>& evidence)
+{
+  const auto [rootA, flipA] = signs.Find(a);
+  const auto [rootB, flipB] = signs.Find(b);
+  const int sign = (flipA != flipB) != differ ? -1 : 1; // of root a relative to root b
+  const int ofA = evidence[rootA], ofB = sign * evidence[rootB];
+  const bool contradicts =
+    (ofA < 0) != (ofB < 0) && std::min(std::abs(ofA), std::abs(ofB)) >= EnoughSeen;
+  if (rootA != rootB && !contradicts)
+  {
+    signs.Join(a, b, differ);
+    evidence[rootA] = ofA + ofB;
+    evidence[rootB] = sign * (ofA + ofB);
+  }
 }
 }
