@@ -96,9 +96,9 @@ class TestLas(ToolCase):
 
 
 class TestE57(ToolCase):
-    def write(self, *scans, pose=None):
+    def write(self, *scans, pose=None, poses=()):
         with pye57.E57("scan.e57", mode="w") as file:
-            for points, colors in scans:
+            for (points, colors), pose in zip(scans, poses or len(scans) * [pose]):
                 data = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T))
                 if colors is not None:
                     data.update(zip(("colorRed", "colorGreen", "colorBlue"), colors.T))
@@ -121,6 +121,22 @@ class TestE57(ToolCase):
         np.testing.assert_allclose(places_of(cloud)[200:], points + 3 + FAR, atol=1e-6)
         np.testing.assert_array_equal(arrays_of(cloud)["RGB"], np.tile(colors, (2, 1)))
         self.write((points, colors), (points + 3, None), pose=FAR)
+        self.assertEqual(set(arrays_of(read_e57_cloud("scan.e57")[0])), {"ToScanner"})
+
+    def test_scans_know_their_scanners(self):
+        """But not if several are at the origin: their points were put into their places."""
+        points, _ = sphere(200)
+        for shift in (0, 5):
+            self.write((points, None), (points, None), poses=(FAR, FAR + [shift, 0, 0]))
+            cloud, _ = read_e57_cloud("scan.e57")
+            np.testing.assert_allclose(arrays_of(cloud)["ToScanner"], -np.tile(points, (2, 1)),
+                                       atol=1e-6)
+        self.assertEqual(cloud.GetPointData().GetVectors().GetName(), "ToScanner")
+        text = self.run_tool("info", "scan.e57").stdout
+        self.assertRegex(text, r"scanners +2, which tell the sides\n +at 500000 5400000 300\n"
+                               r" +at 500005 5400000 300\n")
+        self.assertRegex(text, r"up +0 0 1\n")
+        self.write((points, None), (points + 3, None), poses=(np.zeros(3),) * 2)
         self.assertEqual(arrays_of(read_e57_cloud("scan.e57")[0]), {})
 
     def test_picture(self):

@@ -178,12 +178,23 @@ class TestPtx(ToolCase):
                                                [499998.125, 20, 30]])
         np.testing.assert_array_equal(arrays["intensity"], [0.25, 0.75, 0.5, 1])
         np.testing.assert_array_equal(arrays["RGB"], [[9, 8, 7], [0, 0, 255], [1] * 3, [2] * 3])
+        np.testing.assert_array_equal(arrays["ToScanner"], [[-1, -2, -3], [-4, -5, -6], [2, -1, -3],
+                                                            [2, 0, 0]])
         self.assertIsNone(viewpoint)
+
+    def test_scans_of_unknown_places(self):
+        """One that a program has converted, and several at the origin, as programs write them that
+        have put all points into their places."""
+        converted = self.FIRST.replace(self.AXES, 4 * "0 0 0\n")
+        arrays = self.read(converted + "1 2 3 0.5\n" + self.SECOND + "1 2 3 0.5\n")[1]
+        np.testing.assert_array_equal(arrays["ToScanner"], [[0, 0, 0], [2, -1, -3]])
+        arrays = self.read(2 * (self.FIRST + "1 2 3 0.5\n"))[1]
+        self.assertEqual(set(arrays), {"intensity"})
 
     def test_one_scan_has_a_viewpoint(self):
         """And what it lacks at its end is not missed."""
         points, arrays, viewpoint = self.read(self.SECOND + "1 2 3 0.5\n")
-        self.assertEqual((len(points), set(arrays)), (1, {"intensity"}))
+        self.assertEqual((len(points), set(arrays)), (1, {"intensity", "ToScanner"}))
         self.assertEqual(viewpoint, (500000.125, 20, 30))
         converted = self.FIRST.replace(self.AXES, 4 * "0 0 0\n")  # which no scanner has written
         self.assertIsNone(self.read(converted + "1 2 3 0.5\n")[2])

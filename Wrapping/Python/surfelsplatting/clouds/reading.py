@@ -194,24 +194,25 @@ def _read_las(path, _messages, _progress):
     return Cloud(data)
 
 
-def _read_e57(path, _messages, _progress):
-    from ..surfels import note_scan
-    from .scanner import read_e57_cloud
-
-    data, viewpoint = read_e57_cloud(path)
-    note_scan(data, viewpoint)
-    return Cloud(data, viewpoint)
-
-
-def _read_ptx(path, _messages, _progress):
+def _of_scanners(data, viewpoint):
     from ..surfels import note_scan, note_up
-    from .ptx import read_ptx_cloud
 
-    data, viewpoint = read_ptx_cloud(path)
     note_scan(data, viewpoint)
     if data.GetPointData().HasArray(TO_SCANNER):
         note_up(data, (0, 0, 1))  # scanners are level
     return Cloud(data, viewpoint)
+
+
+def _read_e57(path, _messages, _progress):
+    from .scanner import read_e57_cloud
+
+    return _of_scanners(*read_e57_cloud(path))
+
+
+def _read_ptx(path, _messages, _progress):
+    from .ptx import read_ptx_cloud
+
+    return _of_scanners(*read_ptx_cloud(path))
 
 
 OF_MESHES = "the vertices of its meshes"
