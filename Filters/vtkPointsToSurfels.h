@@ -79,7 +79,9 @@ public:
    * sensor (vtkPointCloudReader writes them; Documentation/DataContract.md) is used where nothing
    * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
    * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
-   * UseViewpoint. Not for points that were moved, cut or merged. Default on.
+   * UseViewpoint. Not for points that were moved, cut or merged. Where the field arrays tell no
+   * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one.
+   * Default on.
    */
   vtkSetMacro(UseSensor, vtkTypeBool);
   vtkGetMacro(UseSensor, vtkTypeBool);

@@ -153,7 +153,7 @@ def _add_surfel_options(parser):
                              "to no surface, full also smooths noisy surfaces (default: full)")
     points.add_argument("--sides", choices=("auto", "two", "given"), default="auto",
                         help="from which sides surfaces are visible. auto: from outside, as the "
-                             "normals or the viewpoint in the file tell it, or else the shape; "
+                             "normals or the scanners in the file tell it, or else the shape; "
                              "from both sides where nothing does; parts that are inside out are "
                              "turned. two: from both sides. given: as the normals or faces in the "
                              "file tell it (default: auto)")
@@ -234,8 +234,8 @@ def add_run_options(parser):
                      default=LARGEST_PART, metavar="N",
                      help="process larger clouds in parts of N points, to save memory: it takes "
                           "70 bytes for each point, up to 140 while they are cleaned, and 320 for "
-                          "each point of one part. Surfels without given normals are then "
-                          "two-sided (default: 10 million)")
+                          "each point of one part. Surfels are then two-sided unless normals "
+                          "or scanners are known (default: 10 million)")
 
 
 # Of each of these at most one can be given.

@@ -127,8 +127,9 @@ def read_e57(path: str) -> pv.PolyData:
     Returns
     -------
     pyvista.PolyData
-        The points of all scans with their colors (``RGB``) and intensities. The field data has
-        the place of the scanner if there is one scan; ``estimate()`` uses it.
+        The points of all scans with their colors (``RGB``) and intensities, and the vectors to
+        their scanners (``ToScanner``) where the file has the places; ``estimate()`` uses them, also
+        of clouds that were merged or clipped.
 
     Examples
     --------
@@ -151,8 +152,8 @@ def read_ptx(path: str) -> pv.PolyData:
     -------
     pyvista.PolyData
         The points that were seen, of all scans in their places, with their intensities, and their
-        colors (``RGB``) where the file has them. The field data has the place of the scanner if
-        there is one scan; ``estimate()`` uses it.
+        colors (``RGB``) where the file has them, and the vectors to their scanners
+        (``ToScanner``); ``estimate()`` uses them, also of clouds that were merged or clipped.
 
     Examples
     --------
