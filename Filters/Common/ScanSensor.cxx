@@ -59,7 +59,8 @@ Piece ReadPiece(vtkPointSet* points)
   {
     points->GetBounds(piece.Bounds);
   }
-  piece.HasScanners = FindScanners(points) != nullptr;
+  vtkDataArray* toScanner = FindScanners(points);
+  piece.HasScanners = toScanner && toScanner->GetMaxNorm() > 0.0; // 0: unknown
   piece.HasScan = ReadField(points, "ScanBounds", piece.ScanBounds);
   piece.HasViewpoint = ReadField(points, "ScanViewpoint", piece.Viewpoint);
   ReadField(points, "ScanDimensions", piece.Dimensions);

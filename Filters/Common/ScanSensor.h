@@ -22,7 +22,7 @@ struct ScanSensor
   bool HasViewpoint = false;
   double Viewpoint[3] = { 0.0, 0.0, 0.0 }; // world units
   bool IsDepthImage = false;
-  bool HasScanners = false; // there are vectors from points to their scanners (InputArrays.h)
+  bool HasScanners = false; // some points know theirs (FindScanners in InputArrays.h)
   int Columns = 0;          // of a depth image whose points are all here, row by row; otherwise 0
 };
 

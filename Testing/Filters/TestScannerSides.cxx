@@ -306,6 +306,14 @@ TEST_CASE("Points to surfels")
   filter->Update();
   CHECK(SidesOf(filter->GetOutput(), hall).Right > 0.995);
   CHECK(filter->GetEstimation()->GetOrientationMode() == vtkSurfelEstimation::CONSISTENT);
+
+  Scans closed; // no scanner is known: its shape tells
+  closed.Add(MakeSphere(1.0, 3000, Random(15)), Unknown);
+  filter->SetInputData(ToData(closed));
+  filter->Update();
+  CHECK(SidesOf(filter->GetOutput(), closed).Right == doctest::Approx(1.0));
+
+  filter->SetInputData(ToData(hall));
   filter->UseSensorOff();
   filter->Update();
   CHECK(SidesOf(filter->GetOutput(), hall).Right < 0.1);
