@@ -18,7 +18,7 @@ from surfelsplatting.views.samples import Samples
 from surfelsplatting.views.sensor import keep_sensor
 from surfelsplatting.views.up import floor_normal
 from surfelsplatting.views.vtkcamera import make_camera
-from toolcase import ToolCase, sphere
+from toolcase import ToolCase, sphere, write
 from viewclouds import surfels_of
 
 VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
@@ -41,8 +41,7 @@ def on_screen(view, points):
 
 class TestCameras(ToolCase):
     def write(self, content):
-        with open("camera.json", "w") as file:
-            json.dump(content, file)
+        write("camera.json", json.dumps(content))
 
     def asked(self, *options):
         return asked_view(parse_arguments(["render", "cloud.ply", "-o", "out.png", *options]))

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Captures of 3D Gaussian splatting through the commands: views, lens, layers, colours, files."""
 
-import json
 import os
 import unittest
 
@@ -15,7 +14,7 @@ from captures import (Gaussians, furry_ball, joined, of_surface, torus, write_pl
 from surfelsplatting import (vtkSurfelEstimation, vtkSurfelHierarchyWriter, vtkSurfelImageRenderer,
                              vtkSurfelMapper)
 from surfelsplatting.clouds.polydata import polydata_of
-from toolcase import CAMERA, ToolCase, sphere
+from toolcase import CAMERA, ToolCase, read_json, sphere
 
 SIZE = ["--size", "120", "90"]
 
@@ -88,8 +87,7 @@ class TestPictures(ToolCase):
                       (120, 90, "--stats", "s.json")):
             self.assertEqual(self.tool(*far, *words), "")
             pictures.append(self.read_rgba("out.exr"))
-        with open("s.json", encoding="utf-8") as file:
-            self.assertLess(json.load(file)["splats"], 1000)
+        self.assertLess(read_json("s.json")["splats"], 1000)
         truth = pictures[0].reshape(90, 8, 120, 8, 4).mean(axis=(1, 3))
         without, with_levels = (np.sqrt(np.mean((p - truth) ** 2)) for p in pictures[1:])
         self.assertLess(with_levels, 1.02 * without)  # rounding of nodes
@@ -122,8 +120,7 @@ class TestPictures(ToolCase):
         sharp = self.picture(*camera)
         self.assertEqual(self.tool("render", *camera, *SIZE, "--focus-pixel", "60", "45", "--blur",
                                    "8", "--save-camera", "c.json", "-o", "out.exr"), "")
-        with open("c.json", encoding="utf-8") as file:
-            focus = json.load(file)["focusPoint"]
+        focus = read_json("c.json")["focusPoint"]
         np.testing.assert_allclose(focus, (0, 0, 1), atol=0.05)  # one standard deviation
         blurred = self.read_rgba("out.exr")
         np.testing.assert_allclose(blurred[45, 60], sharp[45, 60], atol=0.02)
@@ -181,8 +178,7 @@ class TestPictures(ToolCase):
         for gaussians in (scene, joined(scene, strays)):
             write_ply("scene.ply", gaussians)
             self.tool("render", "scene.ply", *SIZE, "--save-camera", "c.json", "-o", "out.png")
-            with open("c.json", encoding="utf-8") as file:
-                view = json.load(file)
+            view = read_json("c.json")
             self.assertLess(np.linalg.norm(view["focalPoint"]), 1.0)
             distances.append(np.linalg.norm(view["position"]))
         self.assertLess(distances[1], 4 * distances[0])  # not 50 away

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What an .exr has of each pixel besides colour and depth: against closed forms on a sphere."""
 
-import json
 import math
 import unittest
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from toolcase import ToolCase, arrays_of, sphere, write_ply
+from toolcase import ToolCase, arrays_of, read_json, sphere, write_ply
 
 WIDTH, HEIGHT, DISTANCE, ANGLE, FOCUS = 160, 120, 5.0, 30.0, 4.1
 FOCAL_LENGTH = 0.5 * HEIGHT / math.tan(math.radians(0.5 * ANGLE))
@@ -89,8 +88,7 @@ class TestChannels(ToolCase):
     def test_fragments_are_all_of_them(self):
         self.render("glass.ply", *VIEW, "--pinhole", "--no-lod", "--channels", "fragments",
                     "-o", "out.exr", "--stats", "out.json")
-        with open("out.json") as file:
-            total = json.load(file)["fragments"]
+        total = read_json("out.json")["fragments"]
         self.assertEqual(self.read_exr("out.exr")["fragments"].sum(), total)
 
     def test_levels(self):
@@ -126,9 +124,7 @@ class TestChannels(ToolCase):
                             (["-o", "out.png", "--channels", "normal"], "--channels needs an OUT.exr"),
                             (["-o", "out.exr", "--deep", "--channels", "all"],
                              "--deep and --channels")):
-            result = self.run_tool("render", "opaque.ply", *words)
-            self.assertEqual((result.returncode, result.stdout), (2, ""))
-            self.assertIn(says, result.stderr)
+            self.refuse("render", "opaque.ply", *words, says=says)
 
 
 if __name__ == "__main__":

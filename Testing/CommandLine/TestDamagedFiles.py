@@ -17,10 +17,10 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLUnstructuredGridWri
 import captures
 from surfelsplatting import vtkPointsToSurfels, vtkSurfelHierarchyWriter
 from surfelsplatting.commandline.main import main
-from TestDataSets import gltf, write
+from TestDataSets import gltf
 from TestFormats import pcd_columns, write_vtp
 from TestReader import write_pcd
-from toolcase import SMALL, ToolCase, sphere, write_ply
+from toolcase import SMALL, ToolCase, content_of, sphere, write, write_ply
 
 ROUNDS = 12  # of damage to each file
 NO_PICTURE, NO_PROBLEM = 2, 0
@@ -122,8 +122,7 @@ class TestDamagedFiles(ToolCase):
         self.write_files()
         names = [name for name in sorted(os.listdir(".")) if not name.endswith(".bin")]
         for name in names:
-            with open(name, "rb") as file:
-                whole = file.read()
+            whole = content_of(name)
             words = (*SMALL, "-o", "out.png")
             self.assertIn(self.run_in_child("render", name, *words)[0], (NO_PROBLEM,), name)
             rnd = random.Random(name)
@@ -142,8 +141,7 @@ class TestDamagedFiles(ToolCase):
         captures.write_packed("c.ply", captures.torus(400))
         captures.write_spz("a.spz", captures.torus(40))
         for name in ("a.ply", "b.ply", "c.ply", "a.splat", "a.spz"):
-            with open(name, "rb") as file:
-                whole = file.read()
+            whole = content_of(name)
             rnd = random.Random(name)
             for number in range(ROUNDS):
                 path = write("damaged" + os.path.splitext(name)[1], damage(whole, rnd))

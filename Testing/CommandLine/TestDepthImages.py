@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Depth images that were saved as a list of points, and clouds that look like them."""
 
-import json
 import unittest
 
 import numpy as np
 
 from surfelsplatting.clouds.depthimages import image_axes
 from surfelsplatting.clouds.polydata import polydata_of
-from toolcase import SMALL, ToolCase, write_data, write_ply
+from toolcase import SMALL, ToolCase, read_json, write_data, write_ply
 
 FOCAL = 90.0  # pixels
 AXES = {"OpenCV": np.eye(3), "OpenGL": np.diag([1.0, -1, -1]),
@@ -60,12 +59,11 @@ class TestImageAxes(unittest.TestCase):
 class TestDepthImages(ToolCase):
     def view_of(self, path):
         self.render(path, *SMALL, "-o", "out.png", "--save-camera", "view.json")
-        with open("view.json") as file:
-            return json.load(file)
+        return read_json("view.json")
 
     def test_seen_from_its_sensor(self):
         write_ply("image.ply", image())
-        self.assertIn("a depth image that is not in rows", self.run_tool("info", "image.ply").stdout)
+        self.assertIn("a depth image that is not in rows", self.info("image.ply"))
         view = self.view_of("image.ply")
         self.assertEqual(view["position"], [0, 0, 0])
         np.testing.assert_allclose(view["viewUp"], [0, -1, 0], atol=1e-3)

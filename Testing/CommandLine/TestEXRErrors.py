@@ -13,10 +13,10 @@ import unittest
 import numpy as np
 
 from deepfiles import deep_image
-from exrfiles import PARTS, TILED, attribute, deep_file, flat_file, header, join, write
+from exrfiles import PARTS, TILED, attribute, deep_file, flat_file, header, join
 from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRWriter
 from TestEXRWriter import image_of
-from toolcase import ToolCase
+from toolcase import ToolCase, content_of, write
 
 CANNOT_OPEN, UNKNOWN_TYPE, BAD_FORMAT, NO_NAME = 20002, 20003, 20005, 20006  # vtkErrorCode
 ZIP, DWAB = 3, 9  # OpenEXR's numbers
@@ -131,8 +131,7 @@ class TestEXRErrors(ToolCase):
     def test_numbers_of_samples_that_are_too_large(self):
         many, line = 2**31 // 40, "<iQQQ"
         deep_file("deep.exr", np.ones((1, 1), int), {c: np.ones(1, "f4") for c in "RGBAZ"})
-        with open("deep.exr", "rb") as file:
-            data = file.read()
+        data = content_of("deep.exr")
         place = len(data) - struct.calcsize(line) - 4 - 20
         chunk = struct.pack(line, 0, 4, 20, 20 * many) + struct.pack("<i", many)
         write("deep.exr", data[:place] + chunk + data[-20:])

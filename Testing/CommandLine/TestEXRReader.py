@@ -16,7 +16,7 @@ from deepfiles import deep_image, flatten, sphere_renderer
 from exrfiles import attribute, deep_file, flat_file
 from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRReader, vtkSurfelEXRWriter
 from TestEXRWriter import image_of
-from toolcase import ToolCase, arrays_of, sphere
+from toolcase import ToolCase, arrays_of, sphere, write
 
 CENTER, RADIUS = np.array([3.0, -2.0, 1.0]), 0.5
 
@@ -355,8 +355,7 @@ class TestPipeline(ReaderCase):
 
     def test_can_read_goes_by_content(self):
         flat_file("picture.dat", {"Z": np.ones((2, 2), "f4")})
-        with open("text.exr", "w") as file:
-            file.write("no picture\n")
+        write("text.exr", "no picture\n")
         found = [vtkSurfelEXRReader.CanReadFile(name)
                  for name in ("picture.dat", "text.exr", "missing.exr", ".")]
         self.assertEqual(found, [1, 0, 0, 0])

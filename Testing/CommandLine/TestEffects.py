@@ -114,29 +114,29 @@ class TestEffects(ToolCase):
             self.check("a volume", option, others, reason)
 
     def test_they_are_printed(self):
-        result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--lens-cells", "3",
-                               "-o", "out.png")
-        self.assertEqual(result.returncode, 0)
-        self.assertEqual(result.stderr.splitlines(), [
+        said = self.tool("render", "ball.vtp", *SMALL, "--sides", "two", "--lens-cells", "3",
+                         "-o", "out.png")
+        self.assertEqual(self.code, 0)
+        self.assertEqual(said.splitlines(), [
             f"surfelsplat: warning: --lens-cells has no effect {NO_LENS}",
             "surfelsplat: warning: --sides has no effect on ball.vtp, which holds surfels already; "
             "give the points that they were made of"])
 
     def test_several_at_once(self):
-        result = self.run_tool("render", "ball.vtp", *SMALL, "--sides", "two", "--cleaning", "off",
-                               "-o", "out.png")
-        self.assertIn("--cleaning and --sides have no effect on ball.vtp", result.stderr)
+        said = self.tool("render", "ball.vtp", *SMALL, "--sides", "two", "--cleaning", "off",
+                         "-o", "out.png")
+        self.assertIn("--cleaning and --sides have no effect on ball.vtp", said)
 
     def test_levels_without_levels(self):
-        result = self.run_tool("render", "ball.vtp", *SMALL, "--color-by", "level", "--no-lod",
-                               "-o", "out.png")
-        self.assertRegex(result.stderr, r"\Asurfelsplat: warning: --color-by level makes all white")
+        said = self.tool("render", "ball.vtp", *SMALL, "--color-by", "level", "--no-lod",
+                         "-o", "out.png")
+        self.assertRegex(said, r"\Asurfelsplat: warning: --color-by level makes all white")
 
     def test_lens_that_blurs_nothing(self):
         """A lens of 2 px at infinity blurs a ball by a fraction of that."""
-        result = self.run_tool("render", "ball.vtp", *SMALL, "--circle-of-confusion", "2",
-                               "-o", "out.png")
-        self.assertRegex(result.stderr, r"warning: the lens blurs nothing .* more than 0\.\d+ px")
+        said = self.tool("render", "ball.vtp", *SMALL, "--circle-of-confusion", "2",
+                         "-o", "out.png")
+        self.assertRegex(said, r"warning: the lens blurs nothing .* more than 0\.\d+ px")
 
 
 if __name__ == "__main__":

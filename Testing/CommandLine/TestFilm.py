@@ -19,7 +19,7 @@ from surfelsplatting.views.cameras import View
 from surfelsplatting.views.focus import distance_in_focus
 from TestFormats import pcd_columns
 from TestReader import write_pcd
-from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+from toolcase import SMALL, TOOL, ToolCase, content_of, sphere, write, write_ply
 
 Z = (0.0, 0.0, 1.0)
 UTM = np.array([691000.123, 5334000.456, 512.789])
@@ -124,22 +124,18 @@ class FilmCase(ToolCase):
         write_ply("ball.ply", *sphere(2000))
 
     def film(self, *words):
-        result = self.run_tool("film", "ball.ply", *SMALL, *words)
-        self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", ""), words)
+        self.make("ball.ply", *words)
 
-    def refuse(self, says, *words):
-        result = self.run_tool("film", "ball.ply", *SMALL, *words)
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn(says, result.stderr)
-        self.assertEqual(result.stderr.count("\n"), 1)
+    def make(self, cloud, *words):
+        said = self.tool("film", cloud, *SMALL, *words)
+        self.assertEqual((self.code, said, self.printed), (0, "", ""), words)
+
+    def refuse_film(self, says, *words):
+        self.refuse("film", "ball.ply", *SMALL, *words, says=says)
 
     @staticmethod
     def contents(folder):
-        found = {}
-        for name in sorted(os.listdir(folder)):
-            with open(os.path.join(folder, name), "rb") as file:
-                found[name] = file.read()
-        return found
+        return {name: content_of(os.path.join(folder, name)) for name in sorted(os.listdir(folder))}
 
     def stopped(self, end, *words):
         """A run that gets a signal after its first pictures."""
@@ -175,11 +171,9 @@ class TestFilm(FilmCase):
         colors = np.full((len(x), 3), 200, np.uint8)
         write_pcd("depth.pcd", pcd_columns(points, colors), "binary", 80, 60)
         for words in (("-o", "default"), ("-o", "turn", "--turn", "40")):
-            result = self.run_tool("film", "depth.pcd", *SMALL, "--frames", "3", *words)
-            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.make("depth.pcd", "--frames", "3", *words)
         self.render("depth.pcd", *SMALL, "-o", "one.png", "--hierarchy", "depth.surfels")
-        result = self.run_tool("film", "depth.surfels", *SMALL, "--frames", "3", "-o", "kept")
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.make("depth.surfels", "--frames", "3", "-o", "kept")
         np.testing.assert_array_equal(self.read_png("kept/0001.png"),
                                       self.read_png("default/0001.png"))
         # The first frame is what the sensor saw.
@@ -190,8 +184,8 @@ class TestFilm(FilmCase):
         points, colors = sphere()
         points, colors = points[points[:, 0] > 0], colors[points[:, 0] > 0]
         write_ply("half.ply", points, colors, normals=points)
-        result = self.run_tool("film", "half.ply", *SMALL, "--frames", "4", "-o", "half")
-        self.assertIn("turns its back to the camera in a frame and is not drawn", result.stderr)
+        said = self.tool("film", "half.ply", *SMALL, "--frames", "4", "-o", "half")
+        self.assertIn("turns its back to the camera in a frame and is not drawn", said)
 
     def test_a_view_of_the_user_is_the_first_frame(self):
         camera = ["--position", "0", "-6", "1", "--focal-point", "0", "0", "0",
@@ -231,10 +225,8 @@ class TestFilm(FilmCase):
         self.keys = [{"position": [0, -6, 1], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1]},
                      {"position": [4, 0, 1], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1]}]
         for number, key in enumerate(self.keys):
-            with open(f"{number}.json", "w") as file:
-                json.dump(key, file)
-        with open("both.json", "w") as file:
-            json.dump({"views": self.keys}, file)
+            write(f"{number}.json", json.dumps(key))
+        write("both.json", json.dumps({"views": self.keys}))
         self.film("--through", "0.json", "1.json", "--frames", "3", "-o", "out")
         self.film("--through", "both.json", "--frames", "3", "-o", "two")
         first, second = self.contents("out"), self.contents("two")
@@ -242,8 +234,8 @@ class TestFilm(FilmCase):
                          [second[f"000{k}.png"] for k in range(3)])
         self.render("ball.ply", *SMALL, "--camera", "1.json", "-o", "one.png")
         np.testing.assert_array_equal(self.read_png("out/0002.png"), self.read_png("one.png"))
-        self.refuse("0.json is one view", "--through", "0.json", "-o", "three")
-        self.refuse("--through and --position", "--through", "both.json", "--position", "1", "2",
+        self.refuse_film("0.json is one view", "--through", "0.json", "-o", "three")
+        self.refuse_film("--through and --position", "--through", "both.json", "--position", "1", "2",
                     "3", "-o", "three")
 
     def test_killed_and_resumed_run_makes_the_same_bytes(self):
@@ -253,8 +245,7 @@ class TestFilm(FilmCase):
         self.assertLess(len(done), 100)
         with open("out/0002.png", "r+b") as file:  # as after a power failure
             file.truncate(100)
-        with open("out/0007.12345.part.png", "wb") as file:
-            file.write(b"begun")
+        write("out/0007.12345.part.png", b"begun")
         self.film("--frames", "100", "-o", "out", "--resume")
         self.assertEqual(self.contents("out"), self.contents("whole"))
 
@@ -272,15 +263,15 @@ class TestFilm(FilmCase):
         self.film("--frames", "2", "-o", "out")
         made = self.contents("out")
         for resume in ([], ["--resume"]):
-            self.refuse("out holds another film: circle_of_confusion differs; remove it, or give "
+            self.refuse_film("out holds another film: circle_of_confusion differs; remove it, or give "
                         "another OUT", "--frames", "2", "-o", "out", "--circle-of-confusion", "9",
                         *resume)
-            self.refuse("frames differs", "--frames", "3", "-o", "out", *resume)
+            self.refuse_film("frames differs", "--frames", "3", "-o", "out", *resume)
             self.assertEqual(self.contents("out"), made)
             self.film("--frames", "2", "-o", "out", *resume)
             self.assertEqual(self.contents("out"), made)
         os.utime("ball.ply", (1, 1))
-        self.refuse("files differs", "--frames", "2", "-o", "out", "--resume")
+        self.refuse_film("files differs", "--frames", "2", "-o", "out", "--resume")
         for name in ("0000.png", "0001.png"):
             os.remove(f"out/{name}")
         self.film("--frames", "1", "-o", "out")  # nothing is lost
@@ -288,18 +279,15 @@ class TestFilm(FilmCase):
 
     def test_folders(self):
         os.mkdir("mine")
-        with open("mine/0000.png", "w") as file:
-            file.write("a picture of mine")
-        self.refuse("mine holds other files", "-o", "mine")
-        self.refuse("'.ply' is no film", "-o", "ball.ply")
-        self.refuse("does not exist", "-o", "no/folder")
-        self.refuse("'.avi'", "-o", "out.avi")
-        self.refuse("takes no distance or two", "--focus-pull", "3", "-o", "out")
+        write("mine/0000.png", "a picture of mine")
+        self.refuse_film("mine holds other files", "-o", "mine")
+        self.refuse_film("'.ply' is no film", "-o", "ball.ply")
+        self.refuse_film("does not exist", "-o", "no/folder")
+        self.refuse_film("'.avi'", "-o", "out.avi")
+        self.refuse_film("takes no distance or two", "--focus-pull", "3", "-o", "out")
         self.assertEqual(self.contents("mine"), {"0000.png": b"a picture of mine"})
-        with open("empty.xyz", "w"):
-            pass
-        result = self.run_tool("film", "empty.xyz", "-o", "out")
-        self.assertEqual((result.returncode, os.path.exists("out")), (2, False), result.stderr)
+        write("empty.xyz", "")
+        self.refuse("film", "empty.xyz", "-o", "out", says="empty")
 
 
 class TestMovie(FilmCase):
@@ -314,8 +302,7 @@ class TestMovie(FilmCase):
         said, _ = self.stopped(signal.SIGINT, "-o", "out.mp4")
         self.assertIn("pictures are in out.frames", said)
         self.film("--frames", "100", "-o", "out.mp4", "--resume")
-        with open("again.mp4", "rb") as one, open("out.mp4", "rb") as two:
-            self.assertEqual(one.read(), two.read())
+        self.assertEqual(content_of("again.mp4"), content_of("out.mp4"))
         self.assertEqual(sorted(os.listdir(".")),
                          ["again.mp4", "ball.ply", "out.mp4", "whole.mp4"])
 

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from TestReader import write_pcd
-from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_data, write_ply
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, content_of, sphere, write_data, write_ply
 
 
 def pcd_columns(points, colors, kind="f4"):
@@ -132,9 +132,8 @@ class TestFormats(ToolCase):
                                       colors.reshape(rows, columns, 3)[seen] / 255)
         for cloud in ("surfels.vtp", "depth.surfels"):
             self.render(cloud, *frame, "-o", "again.exr", "--save-camera", "again.json")
-            with open("view.json") as one, open("again.json") as two:
-                self.assertEqual(one.read(), two.read(), cloud)
-        said = self.run_tool("render", "depth.surfels", *frame, "-v", "-o", "again.exr").stderr
+            self.assertEqual(content_of("view.json"), content_of("again.json"), cloud)
+        said = self.tool("render", "depth.surfels", *frame, "-v", "-o", "again.exr")
         self.assertIn("the camera is at the sensor of the depth image\n", said)
         self.assertIn("camera at 0 0 0 looking at 0 0 1.9", said)
         surfels = self.read_vtp("surfels.vtp")

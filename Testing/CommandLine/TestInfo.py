@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat info: what is in a point cloud, as text and as JSON."""
 
-import json
 import subprocess
 import unittest
 
@@ -9,22 +8,12 @@ import numpy as np
 
 from TestFormats import pcd_columns
 from TestReader import write_pcd
-from toolcase import SMALL, TOOL, ToolCase, sphere, write_ply
+from toolcase import SMALL, TOOL, ToolCase, read_json, sphere, write, write_ply
 
 UTM = np.array([691000.125, 5334000.5, 512.75])
 
 
 class TestInfo(ToolCase):
-    def text(self, path):
-        result = self.run_tool("info", path)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        return result.stdout
-
-    def report(self, path):
-        result = self.run_tool("info", path, "--json")
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        return json.loads(result.stdout)
-
     def test_cloud(self):
         points, colors = sphere()
         points = np.concatenate([points, [[9, 9, 9], points[0], [np.nan] * 3]])
@@ -40,7 +29,7 @@ class TestInfo(ToolCase):
         # Each of the points has its part of the sphere.
         self.assertAlmostEqual(report["spacing"], np.sqrt(4 * np.pi / 3000), delta=0.005)
         self.assertEqual([field["meaning"] for field in report["fields"]], ["colours"])
-        text = self.text("ball.ply")
+        text = self.info("ball.ply")
         self.assertIn("3003 points", text)
         self.assertIn("1 stray points, 1 duplicates (at the place of another point), 1 without finite "
                       "coordinates", text)
@@ -71,7 +60,7 @@ class TestInfo(ToolCase):
                     self.assertAlmostEqual(found["noise"], deviation, delta=0.2 * deviation)
                 options = [suggestion["options"] for suggestion in report["suggestions"]]
                 self.assertEqual("--cleaning off" in options, spacings == 0)
-        self.assertRegex(self.text("noisy.ply"), r"noise +\d+ points \((99\S+|100) %\) fill space: ")
+        self.assertRegex(self.info("noisy.ply"), r"noise +\d+ points \((99\S+|100) %\) fill space: ")
 
     def test_two_scans(self):
         """One beside the other, and a scan that is there twice."""
@@ -82,13 +71,13 @@ class TestInfo(ToolCase):
         self.assertEqual(found["duplicate"], 0)
         self.assertEqual(found["twin"] + found["joined"], 20000)
         self.assertGreater(found["twin"], 19900)
-        text = self.text("two.ply")
+        text = self.info("two.ply")
         self.assertIn("\nscans    two: the last 20000 points are a second scan", text)
         self.assertIn("0 duplicates", text)
         write_ply("twice.ply", np.concatenate([points, points]))
         found = self.report("twice.ply")["points_found"]
         self.assertEqual((found["duplicate"], found["twin"], found["joined"]), (20000, 0, 0))
-        self.assertIn("20000 duplicates (at the place of another point)", self.text("twice.ply"))
+        self.assertIn("20000 duplicates (at the place of another point)", self.info("twice.ply"))
 
     def test_scalars_and_suggestions(self):
         points, _ = sphere(2000)
@@ -101,7 +90,7 @@ class TestInfo(ToolCase):
         options = [suggestion["options"] for suggestion in report["suggestions"]]
         self.assertIn("--scalars 'intensity'", options)
         self.assertIn("--cleaning off", options)
-        self.assertIn("--scalars 'intensity'", self.text("cloud.csv"))
+        self.assertIn("--scalars 'intensity'", self.info("cloud.csv"))
 
     def test_depth_image(self):
         u, v = np.meshgrid(np.arange(80) - 39.5, np.arange(60) - 29.5)
@@ -111,13 +100,12 @@ class TestInfo(ToolCase):
         write_pcd("depth.pcd", pcd_columns(points, colors), "binary", 80, 60)
         report = self.report("depth.pcd")
         self.assertEqual((report["sensor"], report["depth_image"]), ([0, 0, 0], [80, 60]))
-        self.assertIn("a depth image of 80 x 60 pixels", self.text("depth.pcd"))
+        self.assertIn("a depth image of 80 x 60 pixels", self.info("depth.pcd"))
         # What is up is what it is for a picture, not what the wall's shape would say.
-        self.assertRegex(self.text("depth.pcd"), r"\nup +0 -1 0\n")
+        self.assertRegex(self.info("depth.pcd"), r"\nup +0 -1 0\n")
         self.render("depth.pcd", *SMALL, "-o", "out.png", "--save-camera", "view.json",
                     "--hierarchy", "depth.surfels")
-        with open("view.json") as file:
-            up = json.load(file)["viewUp"]
+        up = read_json("view.json")["viewUp"]
         for cloud in ("depth.pcd", "depth.surfels"):
             np.testing.assert_allclose(self.report(cloud)["up"], up, atol=1e-12)
 
@@ -127,7 +115,7 @@ class TestInfo(ToolCase):
                     "h.vtp")
         self.assertEqual(self.report("s.vtp")["holds"], "surfels")
         self.assertEqual(self.report("h.vtp")["holds"], "hierarchy")
-        self.assertIn("surfels", self.text("h.vtp"))
+        self.assertIn("surfels", self.info("h.vtp"))
 
     def test_open_surface(self):
         points, colors = sphere()
@@ -138,12 +126,12 @@ class TestInfo(ToolCase):
         behind = ("--position", "0", "0", "-4", "--focal-point", "0", "0", "0")
         for options, warns in ((behind, True), ((*behind, "--sides", "two"), False),
                                (("--view", "top"), False)):
-            result = self.run_tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
-            self.assertEqual("turns its back to the camera" in result.stderr, warns, options)
+            said = self.tool("render", "half.ply", *SMALL, *options, "-o", "out.png")
+            self.assertEqual("turns its back to the camera" in said, warns, options)
         self.render("half.ply", *SMALL, "-o", "out.png", "--hierarchy", "half.surfels")
-        self.assertNotIn("--sides", self.text("half.surfels"))
-        result = self.run_tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
-        self.assertIn("surfels that are made with --sides two show it", result.stderr)
+        self.assertNotIn("--sides", self.info("half.surfels"))
+        said = self.tool("render", "half.surfels", *SMALL, *behind, "-o", "out.png")
+        self.assertIn("surfels that are made with --sides two show it", said)
 
     def test_open_things_on_a_ground_that_shows_both_sides(self):
         x, y = np.meshgrid(np.linspace(0, 8, 90), np.linspace(0, 8, 90))
@@ -160,9 +148,9 @@ class TestInfo(ToolCase):
         write_ply("ball.ply", points, colors)
         for position, warns in ((("0", "0", "0.5"), True), (("0", "0", "1.2"), False),
                                 (("3", "0", "4"), False)):
-            result = self.run_tool("render", "ball.ply", *SMALL, "--position", *position,
-                                   "--focal-point", "0", "0", "-1", "-o", "out.png")
-            self.assertEqual("turns its back to the camera" in result.stderr, warns, position)
+            said = self.tool("render", "ball.ply", *SMALL, "--position", *position,
+                             "--focal-point", "0", "0", "-1", "-o", "out.png")
+            self.assertEqual("turns its back to the camera" in said, warns, position)
 
     def test_broken_pipe(self):
         points, colors = sphere(500)
@@ -173,11 +161,8 @@ class TestInfo(ToolCase):
 
     def test_no_cloud(self):
         for name, content in (("empty.xyz", ""), ("nan.xyz", "nan nan nan\n" * 30)):
-            with open(name, "w") as file:
-                file.write(content)
-            result = self.run_tool("info", name)
-            self.assertEqual(result.returncode, 2, name)
-            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            write(name, content)
+            self.refuse("info", name, says=name)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The lens in cells and in points, from the command line."""
 
-import json
 import unittest
 
 import numpy as np
 
-from toolcase import CAMERA, ToolCase, sphere, write_ply
+from toolcase import CAMERA, ToolCase, read_json, sphere, write_ply
 
 LENS = ["--circle-of-confusion", "25", "--focal-distance", "3"]
 
@@ -25,12 +24,11 @@ class TestLensCells(ToolCase):
 
     def run_with(self, *options, warning=""):
         """-> picture, statistics"""
-        result = self.run_tool("render", "balls.ply", *CAMERA, "--size", "96", "72", "--unlit",
-                               *options, "-o", "out.exr", "--stats", "stats.json")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, rf"\A{warning}\Z")
-        with open("stats.json", encoding="utf-8") as file:
-            return self.read_rgba("out.exr"), json.load(file)
+        said = self.tool("render", "balls.ply", *CAMERA, "--size", "96", "72", "--unlit",
+                         *options, "-o", "out.exr", "--stats", "stats.json")
+        self.assertEqual(self.code, 0, said)
+        self.assertRegex(said, rf"\A{warning}\Z")
+        return self.read_rgba("out.exr"), read_json("stats.json")
 
     def test_cells_approach_the_reference(self):
         reference, statistics = self.run_with(*LENS, "--reference", "200")
@@ -52,8 +50,7 @@ class TestLensCells(ToolCase):
         np.testing.assert_array_equal(picture, self.run_with(*LENS, "--lens-cells", "7")[0])
         self.render("balls.ply", *CAMERA, *LENS, "--size", "96", "72", "--deep", "-o", "deep.exr",
                     "--stats", "stats.json")
-        with open("stats.json", encoding="utf-8") as file:
-            self.assertEqual(json.load(file)["lens"]["cells"], 1)
+        self.assertEqual(read_json("stats.json")["lens"]["cells"], 1)
 
     def test_few_points_are_not_enough(self):
         reference, _ = self.run_with(*LENS, "--reference", "200")
@@ -74,9 +71,7 @@ class TestLensCells(ToolCase):
                 (("--lens-cells", "0"), "'0' is not a whole number of at least 1"),
                 (("--reference", "70000"), "70000 is more than 65536"),
                 (("--lens-cells", "2", "--reference", "3"), "not allowed with")):
-            result = self.run_tool("render", "balls.ply", *options, "-o", "out.exr")
-            self.assertEqual(result.returncode, 2, options)
-            self.assertIn(words, result.stderr)
+            self.refuse("render", "balls.ply", *options, "-o", "out.exr", says=words)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 every damage."""
 
 import gc
-import json
 import os
 import unittest
 
@@ -17,7 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
 from surfelsplatting.views.samples import SAMPLES, Samples
-from toolcase import SMALL, ToolCase, arrays_of, sphere, write_ply
+from toolcase import SMALL, ToolCase, arrays_of, content_of, read_json, sphere, write, write_ply
 
 LARGE = 700_000  # surfels: a file too large to be checked at once
 PAGE = 4096
@@ -61,14 +60,14 @@ def hierarchy_of(surfels):
     return hierarchy.GetOutput()
 
 
-def write(surfels, path="ball.surfels"):
+def save(surfels, path="ball.surfels"):
     writer = vtkSurfelHierarchyWriter()
     writer.SetFileName(path)
     writer.SetInputData(surfels)
     assert writer.Write() == 1
 
 
-def read(path="ball.surfels"):
+def load(path="ball.surfels"):
     reader = vtkSurfelHierarchyReader()
     reader.SetFileName(path)
     reader.Update()
@@ -119,14 +118,11 @@ class TestMappedFiles(ToolCase):
             self.render("ball.vtp", *options, *look, "-o", "a.exr")
             self.render("ball.surfels", *options, *look, "-o", "b.exr")
             np.testing.assert_array_equal(self.read_rgba("a.exr"), self.read_rgba("b.exr"), str(look))
-            with open("stats.json", encoding="utf-8") as file:
-                statistics = json.load(file)
+            statistics = read_json("stats.json")
             self.assertNotIn("hierarchy", statistics["milliseconds"])
             if look in ([], ["--view", "left"]):
                 self.assertEqual(statistics["detail"]["prepared"], 0)
-        info = self.run_tool("info", "ball.surfels")
-        self.assertEqual((info.returncode, info.stderr), (0, ""))
-        self.assertIn("4000 surfels with a hierarchy", info.stdout)
+        self.assertIn("4000 surfels with a hierarchy", self.info("ball.surfels"))
 
     def test_surfels_that_are_not_finite_are_left_out(self):
         surfels = ball(3000)
@@ -137,17 +133,17 @@ class TestMappedFiles(ToolCase):
         writer.SetFileName("ball.surfels")
         writer.SetInputData(surfels)
         self.assertEqual((writer.Write(), len(warnings)), (1, 1))
-        self.assertEqual(read().GetNumberOfPoints(), 2950)
+        self.assertEqual(load().GetNumberOfPoints(), 2950)
         filtered = vtkSurfelHierarchy()
         filtered.AddObserver("WarningEvent", lambda *_: None)
         filtered.SetInputData(surfels)
         filtered.Update()
-        self.assert_same_picture(filtered.GetOutput(), read())
+        self.assert_same_picture(filtered.GetOutput(), load())
 
     def test_arrays(self):
         surfels = hierarchy_of(ball(3000))
-        write(surfels)
-        mapped = read()
+        save(surfels)
+        mapped = load()
         before, after = arrays_of(surfels), arrays_of(mapped)
         self.assertEqual(list(before), list(after))
         for name in set(before) - {"RGB"}:
@@ -158,13 +154,12 @@ class TestMappedFiles(ToolCase):
         self.assertEqual(mapped.GetFieldData().GetArray("SurfelLeaves").GetNumberOfValues(), 2)
         bounds = [Picture(cloud).mapper.GetBounds() for cloud in (surfels, mapped)]
         self.assertEqual(*bounds)
-        write(mapped, "again.surfels")
-        with open("ball.surfels", "rb") as one, open("again.surfels", "rb") as other:
-            self.assertEqual(one.read(), other.read())
+        save(mapped, "again.surfels")
+        self.assertEqual(content_of("ball.surfels"), content_of("again.surfels"))
 
     def test_arrays_keep_the_file(self):
-        write(ball(500))
-        height = read().GetPointData().GetArray("height")
+        save(ball(500))
+        height = load().GetPointData().GetArray("height")
         os.remove("ball.surfels")
         gc.collect()
         self.assertLess(np.abs(vtk_to_numpy(height)).max(), 1.001)
@@ -173,8 +168,8 @@ class TestMappedFiles(ToolCase):
 
     def test_changed_arrays_count(self):
         surfels = hierarchy_of(ball(3000))
-        write(surfels)
-        mapped = read()
+        save(surfels)
+        mapped = load()
         picture = Picture(mapped)
         first = picture.pixels()
         self.assertEqual(picture.prepared, 0)
@@ -186,7 +181,7 @@ class TestMappedFiles(ToolCase):
         self.assertEqual(picture.prepared, 3000)
         self.assertGreater(np.abs(changed - first).max(), 0.1)
         np.testing.assert_array_equal(changed, Picture(surfels).pixels())
-        np.testing.assert_array_equal(first, Picture(read()).pixels())  # the file is as before
+        np.testing.assert_array_equal(first, Picture(load()).pixels())  # the file is as before
 
     def test_pieces_are_one_hierarchy(self):
         pieces = [ball(1000, 1), ball(2000, 2, origin=64.0, offset=0.0), ball(500, 3)]
@@ -205,14 +200,14 @@ class TestMappedFiles(ToolCase):
             append.AddInputData(piece)
         append.Update()
         whole = hierarchy_of(append.GetOutput())
-        self.assert_same_picture(whole, read("pieces.surfels"))
-        write(append.GetOutput(), "whole.surfels")
-        self.assert_same_picture(whole, read("whole.surfels"))
+        self.assert_same_picture(whole, load("pieces.surfels"))
+        save(append.GetOutput(), "whole.surfels")
+        self.assert_same_picture(whole, load("whole.surfels"))
 
     def test_the_view_needs_samples_only(self):
         surfels = hierarchy_of(ball(LARGE))
-        write(surfels)
-        mapped = read()
+        save(surfels)
+        mapped = load()
         samples = mapped.GetFieldData().GetArray("SurfelSamples")
         self.assertLess(samples.GetNumberOfTuples(), 2 * SAMPLES)
         one, other = Samples(surfels), Samples(mapped)
@@ -224,7 +219,7 @@ class TestMappedFiles(ToolCase):
 
     def change_colors_of_a_large_file(self):
         """That is no damage."""
-        mapped = read()
+        mapped = load()
         colors = mapped.GetPointData().GetScalars()
         vtk_to_numpy(colors)[:, :3] = 51
         colors.Modified()
@@ -234,18 +229,17 @@ class TestMappedFiles(ToolCase):
 
     def damage_where_it_is_drawn(self):
         """One byte in each page of the nodes."""
-        nodes = vtk_to_numpy(read().GetFieldData().GetArray("SurfelNodes")).tobytes()
+        nodes = vtk_to_numpy(load().GetFieldData().GetArray("SurfelNodes")).tobytes()
         with open("ball.surfels", "rb") as file:
             content = bytearray(file.read())
         begin = content.index(nodes[:PAGE])
         for place in range(begin, begin + len(nodes), PAGE):
             content[place] ^= 1
-        with open("damaged.surfels", "wb") as file:
-            file.write(content)
+        write("damaged.surfels", content)
 
     def refuse_damaged_arrays(self):
         """A large file opens; what is drawn of it is checked."""
-        picture = Picture(read("damaged.surfels"))
+        picture = Picture(load("damaged.surfels"))
         errors = []
 
         def note(_caller, _event, text):
@@ -258,11 +252,10 @@ class TestMappedFiles(ToolCase):
         picture.renderer.Update()
         self.assertEqual(len(errors), 1)
         self.assertIn("its array SurfelNodes is not what was written", errors[0])
-        result = self.run_tool("render", "damaged.surfels", "-o", "out.png")
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("SurfelNodes", result.stderr)
-        self.assertFalse(os.path.exists("out.png"))
-        self.refuse_films()
+        self.refuse("render", "damaged.surfels", "-o", "out.png", says="SurfelNodes")
+        for options in ([], ["--blur", "5"], ["--focus-pull"]):  # what is in focus is drawn first
+            self.refuse("film", "damaged.surfels", *SMALL, "--frames", "2", *options, "-o", "frames",
+                        says="SurfelNodes")
         reader = vtkSurfelHierarchyReader()
         self.note_errors(reader)
         reader.SetFileName("damaged.surfels")
@@ -270,15 +263,6 @@ class TestMappedFiles(ToolCase):
         self.assertIn("SurfelNodes", self.errors[0])
         reader.SetFileName("ball.surfels")
         self.assertTrue(reader.CheckFile())
-
-    def refuse_films(self):
-        """What is in focus is the first thing that is drawn of them."""
-        for options in ([], ["--blur", "5"], ["--focus-pull"]):
-            result = self.run_tool("film", "damaged.surfels", *SMALL, "--frames", "2", *options,
-                                   "-o", "frames")
-            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
-            self.assertIn("SurfelNodes", result.stderr)
-            self.assertFalse(os.path.exists("frames"))
 
     def refused(self, path):
         """-> what the reader says."""
@@ -296,18 +280,13 @@ class TestMappedFiles(ToolCase):
         self.assertIn("SetFileName", self.refused(None))
         self.assertIn("No such file", self.refused("none.surfels"))
         self.assertIn("no regular file", self.refused("."))
-        with open("text.surfels", "w", encoding="utf-8") as file:
-            file.write("no surfels at all " * 10)
+        write("text.surfels", "no surfels at all " * 10)
         self.assertIn("does not begin", self.refused("text.surfels"))
-        write(ball(300))
-        with open("ball.surfels", "rb") as file:
-            content = file.read()
-        with open("half.surfels", "wb") as file:
-            file.write(content[:len(content) // 2])
+        save(ball(300))
+        content = content_of("ball.surfels")
+        write("half.surfels", content[:len(content) // 2])
         self.assertIn("not whole", self.refused("half.surfels"))
-        result = self.run_tool("render", "half.surfels", "-o", "out.png")
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertRegex(result.stderr, "^surfelsplat: .*half.surfels.*not whole")
+        self.refuse("render", "half.surfels", "-o", "out.png", says=("half.surfels", "not whole"))
 
     def refused_to_write(self, surfels, path):
         """-> what the writer says; it leaves nothing."""

@@ -18,18 +18,12 @@ from surfelsplatting.clouds import faces as limits
 from surfelsplatting.clouds.plyfaces import read_ply_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import OF_MESHES, read_cloud
-from toolcase import ToolCase, arrays_of, write_data
+from toolcase import ToolCase, arrays_of, content_of, write, write_data
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 TRIANGLES = [side[i:j] + side[k:l] for side in SIDES for i, j, k, l in ((0, 3, 0, 0), (0, 1, 2, 4))]
 WHY = "points on the faces of its meshes, since its {} vertices are too {} to tell the surface"
-
-
-def write(path, content):
-    with open(path, "wb" if isinstance(content, bytes) else "w") as file:
-        file.write(content)
-    return path
 
 
 def write_obj(path, rows, faces):
@@ -112,7 +106,7 @@ class TestMeshFaces(ToolCase):
     def test_says_so(self):
         write_stl("cube.stl", BOX, TRIANGLES)
         self.assertIn(WHY.format(8, "few"), self.tool("render", "cube.stl", "-o", "a.png", "-v"))
-        self.assertIn(WHY.format(8, "few"), self.run_tool("info", "cube.stl").stdout)
+        self.assertIn(WHY.format(8, "few"), self.info("cube.stl"))
 
     def test_dense_mesh_stays(self):
         vertices, triangles = ball(120)
@@ -225,8 +219,7 @@ class TestMeshFaces(ToolCase):
             for form in ("ascii", "binary_little_endian", "binary_big_endian"):
                 cloud = self.check_box(self.write_ply("a.ply", form, sides))
                 self.assertTrue((arrays_of(cloud.data)["RGB"] == [250, 99, 0]).all())
-                with open("a.ply", "rb") as file:
-                    content = file.read()
+                content = content_of("a.ply")
                 if form != "ascii":
                     self.assertIsNone(read_ply_faces(write("cut.ply", content[:-3])))
         self.assertIsNone(read_ply_faces(write("a.ply", b"ply\nformat ascii 1.0\n")))

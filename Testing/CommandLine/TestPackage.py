@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from toolcase import TOOL, ToolCase
+from toolcase import TOOL, ToolCase, write
 
 CLASSES = ["vtkDeepEXRWriter", "vtkLensAccumulationPass", "vtkPartitionedSurfelEstimation",
            "vtkPointCloudReader", "vtkSurfelEXRReader", "vtkSurfelEXRWriter",
@@ -76,8 +76,7 @@ class TestPackage(ToolCase):
     def test_launcher_through_a_link_and_a_foreign_python(self):
         os.symlink(TOOL, "link")
         os.mkdir("bin")
-        with open("bin/python3", "w") as file:
-            file.write("#!/bin/sh\nexit 99\n")
+        write("bin/python3", "#!/bin/sh\nexit 99\n")
         os.chmod("bin/python3", 0o755)
         result = subprocess.run(["./link", "render", "--help"], capture_output=True, text=True,
                                 env={"PATH": os.path.abspath("bin") + ":/usr/bin:/bin"}, check=True)

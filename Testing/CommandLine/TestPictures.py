@@ -10,7 +10,8 @@ import unittest
 
 import numpy as np
 
-from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write_ply
+from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, read_json, sphere, write,
+                      write_ply)
 
 
 class TestPictures(ToolCase):
@@ -166,18 +167,14 @@ class TestPictures(ToolCase):
         self.assertGreater(alpha[-16:].min(), 0.9)
 
     def test_inputs_are_not_written_over(self):
-        with open("ball.ply", "rb") as file:
-            before = file.read()
-        result = self.run_tool("render", "ball.ply", "-o", "out.exr", "--stats", "./ball.ply")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("also an input", result.stderr)
-        with open("ball.ply", "rb") as file:
-            self.assertEqual(file.read(), before)
+        before = content_of("ball.ply")
+        self.refuse("render", "ball.ply", "-o", "out.exr", "--stats", "./ball.ply",
+                    says="also an input")
+        self.assertEqual(content_of("ball.ply"), before)
 
     def test_single_point_fills_its_picture(self):
         for place in ("1 2 3", "500000.1 5400000.2 300.3"):
-            with open("one.xyz", "w", encoding="utf-8") as file:
-                file.write(place + "\n")
+            write("one.xyz", place + "\n")
             self.render("one.xyz", *SMALL, "-o", "one.exr")
             alpha = self.read_rgba("one.exr")[..., 3]
             self.assertGreater(alpha[24, 32], 0.4)  # the peak of one kernel
@@ -189,8 +186,7 @@ class TestPictures(ToolCase):
             self.render("ball.ply", *SMALL, "-o", "link" + extension)
             self.assertTrue(os.path.islink("link" + extension))
             self.assertGreater(os.path.getsize("real" + extension), 0)
-        result = self.run_tool("render", "ball.ply", *SMALL, "-o", "out.png", "--stats",
-                               "/dev/stdout")
+        result = self.run_tool("render", "ball.ply", *SMALL, "-o", "out.png", "--stats", "/dev/stdout")
         self.assertEqual(result.returncode, 0)
         self.assertEqual(json.loads(result.stdout)["points"], 6000)
 
@@ -201,8 +197,7 @@ class TestPictures(ToolCase):
             content = reader.stdout.read()
         self.assertTrue(stat.S_ISFIFO(os.stat("pipe.exr").st_mode))
         self.render("ball.ply", *SMALL, "-o", "out.exr")
-        with open("out.exr", "rb") as file:
-            self.assertEqual(content, file.read())
+        self.assertEqual(content_of("out.exr"), content)
 
     def test_kernel_reaches_the_splatter(self):
         blur = (*CAMERA, *SMALL, "--circle-of-confusion", "8")
@@ -216,8 +211,7 @@ class TestPictures(ToolCase):
         for cutoff in ("1.5", "6"):
             self.picture(*CAMERA, *SMALL, "--kernel", "gaussian", "--cutoff", cutoff,
                          "--stats", "stats.json")
-            with open("stats.json") as file:
-                counts.append(json.load(file)["fragments"])
+            counts.append(read_json("stats.json")["fragments"])
         self.assertGreater(counts[1], 1.5 * counts[0])
 
     def test_threads_do_not_change_the_picture(self):
@@ -244,8 +238,7 @@ class TestPictures(ToolCase):
     def test_statistics(self):
         self.render("ball.ply", *CAMERA, *SMALL, "-o", "out.png", "--stats", "stats.json",
                     "--repeat", "4", "--threads", "2")
-        with open("stats.json") as file:
-            stats = json.load(file)
+        stats = read_json("stats.json")
         self.assertEqual(stats["points"], 6000)
         self.assertEqual(stats["surfels"], 6000)
         self.assertEqual(stats["invalid"], {"points": 0, "surfels": 0})
@@ -275,8 +268,7 @@ class TestPictures(ToolCase):
 
         def run(cloud, *options):
             self.render(cloud, *CAMERA, *SMALL, *options, "-o", "out.exr", "--stats", "stats.json")
-            with open("stats.json", encoding="utf-8") as file:
-                return self.read_rgba("out.exr"), json.load(file)
+            return self.read_rgba("out.exr"), read_json("stats.json")
 
         clean, stats = run("ball.ply")
         self.assertEqual(set(stats["cleaned"].values()), {0})
@@ -297,22 +289,21 @@ class TestPictures(ToolCase):
         points[::100] = np.nan
         write_ply("holes.ply", points, colors)
         self.render("holes.ply", *SMALL, "-o", "out.png", "--stats", "stats.json")
-        with open("stats.json") as file:
-            stats = json.load(file)
+        stats = read_json("stats.json")
         self.assertEqual(stats["invalid"]["points"], 10)
         self.assertEqual((stats["points"], stats["surfels"]), (1000, 990))
 
     def test_verbose_speaks_on_stderr_only(self):
-        result = self.run_tool("render", "ball.ply", *SMALL, "-o", "out.png", "-v")
-        self.assertEqual((result.returncode, result.stdout), (0, ""))
-        self.assertIn("6000 points", result.stderr)
-        self.assertIn("out.png", result.stderr)
+        said = self.tool("render", "ball.ply", *SMALL, "-o", "out.png", "-v")
+        self.assertEqual((self.code, self.printed), (0, ""))
+        self.assertIn("6000 points", said)
+        self.assertIn("out.png", said)
 
     def test_camera_that_looks_away_is_told(self):
-        result = self.run_tool("render", "ball.ply", *SMALL, "--position", "0", "0", "9",
-                               "--focal-point", "0", "0", "99", "-o", "out.png")
-        self.assertEqual(result.returncode, 0)
-        self.assertRegex(result.stderr,
+        said = self.tool("render", "ball.ply", *SMALL, "--position", "0", "0", "9",
+                         "--focal-point", "0", "0", "99", "-o", "out.png")
+        self.assertEqual(self.code, 0)
+        self.assertRegex(said,
                          r"\Asurfelsplat: warning: the camera sees nothing[^\n]+\n\Z")
         self.assertTrue(os.path.exists("out.png"))
 

@@ -9,7 +9,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 
 from surfelsplatting import vtkPointCloudReader
-from toolcase import ToolCase, arrays_of, sphere, write_ply
+from toolcase import ToolCase, arrays_of, content_of, sphere, write, write_ply
 
 
 def compress_lzf(data):
@@ -106,8 +106,7 @@ class TestReader(ToolCase):
                             "property uchar g", "property uchar b", "property short scalar_age",
                             "end_header", ""])
         rows = "\n".join(" ".join(map(str, [*row, 1, 2, 3, -7])) for row in centimetres)
-        with open("whole.ply", "w") as file:
-            file.write(header + rows + "\n")
+        write("whole.ply", header + rows + "\n")
         reader = self.read("whole.ply")
         np.testing.assert_array_equal(self.points(reader), centimetres)
         arrays = arrays_of(reader.GetOutput())
@@ -288,8 +287,7 @@ class TestReader(ToolCase):
     def test_can_read_goes_by_content(self):
         write_ply("cloud.dat", sphere(10)[0])
         write_pcd("cloud.bin", [(name, [1, 2], "f4") for name in "xyz"], "binary")
-        with open("fake.ply", "w") as file:
-            file.write("plywood\n")
+        write("fake.ply", "plywood\n")
         found = [vtkPointCloudReader.CanReadFile(name)
                  for name in ("cloud.dat", "cloud.bin", "fake.ply", "missing.ply")]
         self.assertEqual(found, [1, 1, 0, 0])
@@ -309,14 +307,12 @@ class TestReader(ToolCase):
                   "binary_compressed")
         rng = np.random.default_rng(3)
         for name in ("whole.ply", "whole.pcd"):
-            with open(name, "rb") as file:
-                whole = file.read()
+            whole = content_of(name)
             for _ in range(150):
                 damaged = bytearray(whole)
                 for place in rng.integers(0, min(len(whole), 400), 3):
                     damaged[place] = rng.integers(0, 256)
-                with open("damaged" + name[-4:], "wb") as file:
-                    file.write(damaged)
+                write("damaged" + name[-4:], damaged)
                 reader = vtkPointCloudReader()
                 reader.AddObserver("ErrorEvent", lambda *_: None)
                 reader.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Rooms that were scanned from inside, without normals and without the place of the scanner."""
 
-import json
 import math
 import re
 import unittest
@@ -9,7 +8,7 @@ import unittest
 import numpy as np
 
 from roomclouds import CEILING, CUPBOARD, FLOOR, WALLS, room
-from toolcase import ToolCase, write_ply
+from toolcase import ToolCase, read_json, write_ply
 from viewclouds import TO_Y
 
 
@@ -21,8 +20,7 @@ class TestRooms(ToolCase):
         said = self.tool("render", "cloud.ply", "--unlit", "--size", "160x120", "-o", "out.png",
                          "--save-camera", "camera.json", *options)
         self.assertEqual(self.code, 0, said)
-        with open("camera.json") as file:
-            camera = json.load(file)
+        camera = read_json("camera.json")
         picture = self.read_png("out.png")[..., :3].astype(int)
         return said, camera, [np.mean(np.abs(picture - color).max(axis=-1) < 12)
                               for color in (FLOOR, CEILING, WALLS, CUPBOARD)]
@@ -91,11 +89,11 @@ class TestRooms(ToolCase):
         for options, says, tries in ((["table"], True, "looks into the room"),
                                      ([], False, "looks into it, if it is a room")):
             write_ply("room.ply", *room(**dict.fromkeys(options, True)))
-            text = self.run_tool("info", "room.ply").stdout
+            text = self.info("room.ply")
             self.assertEqual("seen from inside" in text, says)
             self.assertRegex(text, f"--position .* --view-angle 75  {tries}")
         write_ply("box.ply", *room((0.5, 0.4, 0.25), 0.005))
-        self.assertNotIn("room", self.run_tool("info", "box.ply").stdout.replace("box.ply", ""))
+        self.assertNotIn("room", self.info("box.ply").replace("box.ply", ""))
 
 
 if __name__ == "__main__":

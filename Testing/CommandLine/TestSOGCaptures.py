@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Captures in .sog files, which need Pillow."""
 
-import contextlib
 import copy
-import io
 import json
 import os
 import random
@@ -26,7 +24,7 @@ from surfelsplatting import vtkGaussianSplatReader
 from surfelsplatting.clouds.sog import read_sog_capture
 from surfelsplatting.clouds.sogfiles import folder_meta
 from surfelsplatting.problems import UserProblem
-from toolcase import ToolCase, arrays_of
+from toolcase import ToolCase, arrays_of, content_of, write
 
 ROUNDS = 200  # of damage of either kind
 SIZE = ("--size", "120", "90")
@@ -196,11 +194,9 @@ class TestSOGCaptures(ToolCase):
 
     def test_cut(self):
         write_sog("whole.sog", torus(30))
-        with open("whole.sog", "rb") as file:
-            whole = file.read()
+        whole = content_of("whole.sog")
         for left in range(0, len(whole), 1 + len(whole) // 60):
-            with open("cut.sog", "wb") as file:
-                file.write(whole[:left])
+            write("cut.sog", whole[:left])
             self.assertIn("no readable zip file", self.failure("cut.sog"))
 
     def damaged(self, content, rnd):
@@ -213,13 +209,11 @@ class TestSOGCaptures(ToolCase):
         """Of any byte of the file, of the images below their checksums, and of the meta.json"""
         meta, images, stored = sog_files(torus(30))
         store("whole.sog", meta, images)
-        with open("whole.sog", "rb") as file:
-            whole = file.read()
+        whole = content_of("whole.sog")
         rnd, known = random.Random(7), 0
         for i in range(3 * ROUNDS):
             if i % 3 == 0:
-                with open("damaged.sog", "wb") as file:
-                    file.write(self.damaged(whole, rnd))
+                write("damaged.sog", self.damaged(whole, rnd))
             elif i % 3 == 1:
                 name = rnd.choice([*images])
                 store("damaged.sog", meta, {**images, name: self.damaged(images[name], rnd)})
@@ -249,9 +243,7 @@ class TestSOGCaptures(ToolCase):
         meta, images, _ = sog_files(furry_ball(300))
         images["quats.webp"] = image_of(np.tile((128, 128, 128, 255), (299, 1)))
         store("ball", {**meta, "antialias": True}, images)
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            self.assertEqual(self.tool("info", "ball", "--json"), "")
-        report = json.loads(printed.getvalue())
+        report = self.report("ball")
         self.assertEqual((report["holds"], report["points"], report["harmonics_degree"]),
                          ("Gaussians", 299, 3))
         self.assertIn("1 Gaussians with values that are not finite", report["read_as"])

@@ -2,7 +2,6 @@
 """vtkGaussianSplatReader: captures in .spz files."""
 
 import gzip
-import json
 import os
 import random
 import struct
@@ -13,6 +12,7 @@ import numpy as np
 from capturecase import EPSILON, CaptureCase, symmetric
 from captures import furry_ball, torus, write_ply, write_spz, zstd_columns
 from surfelsplatting import vtkGaussianSplatReader
+from toolcase import content_of, write
 from zstdframes import raw_frame, repeated_frame
 
 ROUNDS = 150  # of damage of either kind
@@ -25,12 +25,6 @@ def header(count, version=3, degree=0, bits=12, flags=0, magic=b"NGSP"):
 
 def extension(kind, content):
     return struct.pack("<II", kind, len(content)) + content
-
-
-def write(path, content):
-    with open(path, "wb") as file:
-        file.write(content)
-    return path
 
 
 class TestSPZCaptures(CaptureCase):
@@ -214,16 +208,14 @@ class TestSPZCaptures(CaptureCase):
     def test_cut(self):
         for version in (2, 3, 4):
             write_spz("whole.spz", torus(30), version)
-            with open("whole.spz", "rb") as file:
-                whole = file.read()
+            whole = content_of("whole.spz")
             for left in range(0, len(whole), 1 + len(whole) // 60):
                 self.assertRegex(self.failure(write("cut.spz", whole[:left])), "cut short|empty")
 
     def test_damage(self):
         """The checksum finds all of it but that of the name of the system in gzip's header."""
         stored = write_spz("whole.spz", torus(30))
-        with open("whole.spz", "rb") as file:
-            whole = file.read()
+        whole = content_of("whole.spz")
         rnd = random.Random(7)
         for _ in range(ROUNDS):
             damaged = bytearray(whole)
@@ -255,8 +247,7 @@ class TestSPZCaptures(CaptureCase):
         """There are no checksums: what is found is an error, the rest other Gaussians."""
         write_spz("whole.spz", torus(30), 4, flags=3,
                   extensions=extension(OF_AXES, struct.pack("<I", 4)))
-        with open("whole.spz", "rb") as file:
-            whole = file.read()
+        whole = content_of("whole.spz")
         rnd = random.Random(9)
         for _ in range(2 * ROUNDS):
             damaged = bytearray(whole)
@@ -285,9 +276,7 @@ class TestSPZCaptures(CaptureCase):
 
     def test_info(self):
         write_spz("ball.spz", furry_ball(300), flags=1)
-        result = self.run_tool("info", "ball.spz", "--json")
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        report = json.loads(result.stdout)
+        report = self.report("ball.spz")
         self.assertEqual((report["holds"], report["points"], report["harmonics_degree"]),
                          ("Gaussians", 300, 3))
         self.assertIn("--capture-filter antialiased",

@@ -15,7 +15,7 @@ except ImportError as problem:
     sys.exit(77)
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.clouds.scanner import read_e57_cloud, read_las_cloud
-from toolcase import SMALL, ToolCase, arrays_of, sphere
+from toolcase import SMALL, ToolCase, arrays_of, content_of, sphere, write
 
 FAR = np.array([500_000.0, 5_400_000.0, 300.0])  # UTM
 
@@ -55,7 +55,7 @@ class TestLas(ToolCase):
         las = laspy.LasData(header)
         las.x, las.y, las.z = (sphere(2000)[0] * (1, 1, 1.5)).T
         las.write("local.las")
-        text = self.run_tool("info", "local.las").stdout
+        text = self.info("local.las")
         self.assertRegex(text, r"up +0 0 1\n")
 
     def test_scalars(self):
@@ -86,11 +86,9 @@ class TestLas(ToolCase):
 
     def test_damaged(self):
         self.write("scan.las", sphere(200)[0] + FAR)
-        with open("scan.las", "rb") as file:
-            content = file.read()
+        content = content_of("scan.las")
         for path, part in (("cut.las", content[:100]), ("half.laz", content[:1500])):
-            with open(path, "wb") as file:
-                file.write(part)
+            write(path, part)
             with self.assertRaisesRegex(UserProblem, f"{path} is not a readable"):
                 read_las_cloud(path)
 
@@ -146,8 +144,7 @@ class TestE57(ToolCase):
         self.assertGreater(self.read_rgba("out.exr")[24, 32, 3], 0.9)
 
     def test_damaged(self):
-        with open("scan.e57", "wb") as file:
-            file.write(b"ASTM-E57" + bytes(500))
+        write("scan.e57", b"ASTM-E57" + bytes(500))
         with self.assertRaisesRegex(UserProblem, "scan.e57 is not a readable"):
             read_e57_cloud("scan.e57")
 
@@ -157,8 +154,7 @@ class TestWithoutPackages(ToolCase):
         for missing, extension, requirement in ((["laspy"], "las", "laspy[lazrs]"),
                                                 (["lazrs", "laszip"], "laz", "laspy[lazrs]"),
                                                 (["pye57"], "e57", "pye57")):
-            with open(f"scan.{extension}", "wb") as file:
-                file.write(b"LASF")
+            write(f"scan.{extension}", b"LASF")
             code = (f"import sys; sys.modules.update(dict.fromkeys({missing})); sys.argv = "
                     f"['surfelsplat', 'render', 'scan.{extension}', '-o', 'out.png']\n"
                     "from surfelsplatting.commandline import main; sys.exit(main())")

@@ -144,7 +144,7 @@ class TestScenes(ToolCase):
         write_ply("garden.ply", garden())
         self.assertEqual(self.tool("render", "garden.ply", "--size", "90", "60", "-o", "a.exr"), "")
         self.assertGreater(self.read_rgba("a.exr")[..., 3].min(), 0.5)
-        self.assertIn("from inside", self.run_tool("info", "garden.ply").stdout)
+        self.assertIn("from inside", self.info("garden.ply"))
 
 
 if __name__ == "__main__":

@@ -9,13 +9,12 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from surfelsplatting.clouds.ptx import read_ptx_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.clouds.text import read_text_cloud
-from toolcase import SMALL, ToolCase, arrays_of, sphere
+from toolcase import SMALL, ToolCase, arrays_of, sphere, write
 
 
 class TestTextClouds(ToolCase):
     def read(self, text, path="cloud.xyz"):
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
+        write(path, text)
         cloud, self.columns = read_text_cloud(path)
         return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud)
 
@@ -141,12 +140,12 @@ class TestTextClouds(ToolCase):
         points, colors = sphere(500)
         gray = colors[:, :1] // 2
         np.savetxt("cloud.xyz", np.column_stack([points, gray, colors]), fmt="%.9g")
-        result = self.run_tool("render", "cloud.xyz", *SMALL, "-o", "out.png")
-        self.assertEqual(result.returncode, 0)
-        self.assertIn("x, y, z, intensity, red, green, blue, guessed", result.stderr)
+        said = self.tool("render", "cloud.xyz", *SMALL, "-o", "out.png")
+        self.assertEqual(self.code, 0)
+        self.assertIn("x, y, z, intensity, red, green, blue, guessed", said)
         np.savetxt("cloud.xyz", np.column_stack([points, colors]), fmt="%.9g")
-        result = self.run_tool("render", "cloud.xyz", *SMALL, "-o", "out.png", "-v")
-        self.assertIn("x, y, z, red, green, blue, guessed", result.stderr)
+        said = self.tool("render", "cloud.xyz", *SMALL, "-o", "out.png", "-v")
+        self.assertIn("x, y, z, red, green, blue, guessed", said)
 
     def test_colors_that_nobody_has_set(self):
         self.assertEqual(self.check_points("1 2 3 0 0 0\n4 5 6 0 0 0\n"), {})
@@ -165,8 +164,7 @@ class TestPtx(ToolCase):
     SECOND = "2\n1\n" + AXES + "0 1 0 0\n-1 0 0 0\n0 0 1 0\n500000.125 20 30 1\n"
 
     def read(self, text):
-        with open("scan.ptx", "w", encoding="utf-8") as file:
-            file.write(text)
+        write("scan.ptx", text)
         cloud, viewpoint = read_ptx_cloud("scan.ptx")
         return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud), viewpoint
 
@@ -203,7 +201,7 @@ class TestPtx(ToolCase):
         with open("scan.ptx", "w", encoding="utf-8") as file:
             file.write(self.FIRST)
             np.savetxt(file, np.column_stack([sphere(500)[0] * (1, 3, 1) + (9, 0, 0), np.ones(500)]))
-        text = self.run_tool("info", "scan.ptx").stdout
+        text = self.info("scan.ptx")
         self.assertRegex(text, r"sensor +at 0 0 0\n")
         self.assertRegex(text, r"up +0 0 1\n")
 

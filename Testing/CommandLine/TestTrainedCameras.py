@@ -16,7 +16,7 @@ from surfelsplatting.views.cameras import View, asked_view, read_view, read_view
 from surfelsplatting.views.focus import has_focus
 from surfelsplatting.views.framing import complete_view, home_in
 from surfelsplatting.views.trained import cameras_file, cameras_in, pivot_of
-from toolcase import ToolCase
+from toolcase import ToolCase, write
 from viewclouds import capture_of
 
 PIVOT, UP = np.array([0.3, -0.2, 0.1]), np.array([0.0, -0.8, -0.6])  # as of COLMAP, tilted
@@ -54,8 +54,7 @@ def as_frame(camera):
 
 class TestTrainedCameras(ToolCase):
     def write(self, content, path="cameras.json"):
-        with open(path, "w") as file:
-            json.dump(content, file)
+        write(path, json.dumps(content))
 
     def cloud(self, path="capture.ply"):
         """A capture at the pivot, as if it was in this file"""
@@ -230,7 +229,7 @@ class TestTrainedCameras(ToolCase):
         self.assertEqual(self.tool("render", *options[:-1], "transforms.json"), "")
         self.assertEqual(self.tool("render", *options[:-1], "transforms.json"), "")  # of this tool
         os.remove("transforms.json")
-        self.assertIn("of 3 in cameras.json", self.run_tool("info", "torus.ply").stdout)
+        self.assertIn("of 3 in cameras.json", self.info("torus.ply"))
 
     def test_other_clouds(self):
         """Clouds without Gaussians, and views that are complete, are as without a file."""

@@ -55,7 +55,7 @@ class TestHint(ToolCase):
                 self.assertEqual(self.code, 0, said)
                 self.assertIn(says, said)
                 self.assertEqual("is not clear" in said, bool(says), words)
-        self.assertIn("0 1 0, a guess; --up turns it", self.run_tool("info", "egg.ply").stdout)
+        self.assertIn("0 1 0, a guess; --up turns it", self.info("egg.ply"))
 
     def test_tables_stand_on_their_legs(self):
         """From its top, a table is a ground with poles on it; models have y or z up. A file of their
@@ -65,7 +65,7 @@ class TestHint(ToolCase):
         write_obj("y.obj", places[:, [0, 2, 1]] * (1, 1, -1), triangles)
         self.tool("render", "z.obj", "--surfels", "z.vtp", "--size", "40x30", "-o", "z.png")
         for path, up in (("z.obj", "0 0 1"), ("y.obj", "0 1 0"), ("z.vtp", "0 0 1")):
-            self.assertIn(f"up       {up}, a guess", self.run_tool("info", path).stdout)
+            self.assertIn(f"up       {up}, a guess", self.info(path))
 
 
 class TestUp(unittest.TestCase):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfelsplat view: a window with a real mouse and real keys, in a display of its own."""
 
-import json
 import math
 import os
 import shutil
@@ -16,7 +15,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 import captures
-from toolcase import PATIENCE, TOOL, ToolCase, sphere, wait_for, write_ply
+from toolcase import PATIENCE, TOOL, ToolCase, content_of, read_json, sphere, wait_for, write_ply
 
 WIDTH, HEIGHT = 400, 300
 LOOK = ["--position", "0", "0", "6", "--focal-point", "0", "0", "0", "--view-up", "0", "1", "0"]
@@ -85,8 +84,7 @@ class Window:
         """Presses s. -> the camera file's content"""
         self.key("s")
         wait_for(lambda: f"scan-{number}.camera.json saved" in self.read_log(), "saving")
-        with open(f"scan-{number}.camera.json", encoding="utf-8") as file:
-            return json.load(file)
+        return read_json(f"scan-{number}.camera.json")
 
     def wait(self):
         return self.process.wait(PATIENCE)
@@ -111,13 +109,12 @@ class ViewCase(ToolCase):
 
     def render(self, *words):
         super().render("scan.ply", *words, "-o", "rendered.png")
-        with open("rendered.png", "rb") as file:
-            return file.read()
+        return content_of("rendered.png")
 
     def check_saved(self, number):
         """The picture is what render makes of the camera file, to the last byte."""
-        with open(f"scan-{number}.png", "rb") as file:
-            self.assertEqual(file.read(), self.render("--camera", f"scan-{number}.camera.json"))
+        self.assertEqual(content_of(f"scan-{number}.png"),
+                         self.render("--camera", f"scan-{number}.camera.json"))
 
 
 class TestWindow(ViewCase):
@@ -137,8 +134,7 @@ class TestWindow(ViewCase):
         # As --focus-pixel puts it, to the last bit.
         focused = self.render("--camera", "scan-1.camera.json", "--focus-pixel", "160", "110",
                               "--circle-of-confusion", "16")
-        with open("scan-2.png", "rb") as file:
-            self.assertEqual(file.read(), focused)
+        self.assertEqual(content_of("scan-2.png"), focused)
         window.click(5, 5)  # sees nothing
         window.key("Down", "l")
         third = window.save(3)

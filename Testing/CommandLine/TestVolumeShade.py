@@ -11,7 +11,7 @@ from surfelsplatting.commandline.outputs import write_surfels
 from surfelsplatting.transfer import MOST_OPACITY, QUIET, surface_look
 from surfelsplatting.vtkmessages import VtkMessages
 from toolcase import SMALL, ToolCase, arrays_of
-from volumefiles import add, ball, make_image, write
+from volumefiles import add, ball, make_image, write_image
 
 
 class TestVolumeShade(ToolCase):
@@ -21,7 +21,7 @@ class TestVolumeShade(ToolCase):
     def test_shade(self):
         """A ball is brightest where it faces the lamp at the camera: its material is that of
         vtkVolumeProperty. Hierarchies in files keep it, and nothing else is lit."""
-        write("ball.vti", make_image(ball(61)))
+        write_image("ball.vti", make_image(ball(61)))
         look = ("--opacity", "0.45:0,0.5:0.95", "--colormap", "gray", "--range", -1, 0.5)
         self.draw("ball.vti", *look)
         plain = self.read_rgba("out.exr")
@@ -52,7 +52,7 @@ class TestVolumeShade(ToolCase):
 
     def test_normals_that_came_later(self):
         """Nodes without the normals of their leaves would be dark."""
-        write("ball.vti", make_image(ball(31)))
+        write_image("ball.vti", make_image(ball(31)))
         for options, is_refused in (((), True), (("--shade",), False)):
             self.draw("ball.vti", *options, "--hierarchy", "ball.vtp")
             surfels = self.read_vtp("ball.vtp")
@@ -71,7 +71,7 @@ class TestVolumeShade(ToolCase):
         solid = np.clip(3 * ball(41), 0, 1)
         for values in (ball(41), 1000 * solid - 1000 + rng.normal(0, 10, solid.shape), 1 - solid,
                        np.hypot(*np.indices((41, 41, 41))[:2] - 20.0)):
-            write("ball.vti", make_image(values))
+            write_image("ball.vti", make_image(values))
             view = ("--view", "front", "--colormap", "gray")
             self.draw("ball.vti", *view, "--unlit")
             dim = self.read_rgba("out.exr")[24, 32]
@@ -87,7 +87,7 @@ class TestVolumeShade(ToolCase):
         noise."""
         rng = np.random.default_rng(1)
         solid = 1000 * np.clip(3 * ball(41), 0, 1) - 1000
-        write("cut.vti", make_image((solid + rng.normal(0, 10, solid.shape))[:, 20:]))
+        write_image("cut.vti", make_image((solid + rng.normal(0, 10, solid.shape))[:, 20:]))
         self.draw("cut.vti", "--view", "front", "--colormap", "gray", "--range", -2000, 0, "--shade")
         face = self.read_rgba("out.exr")[20:29, 28:37, 0]
         self.assertGreater(face.min(), 0.9)
@@ -98,8 +98,8 @@ class TestVolumeShade(ToolCase):
         mask = (ball(61) > 0.1).astype(np.uint8)
         look = ("--view", "front", "--colormap", "gray", "--range", -1, 1, "--opacity", "0.1:0,0.5:0.99",
                 *SMALL, "-o", "out.exr")
-        write("soft.vti", make_image(np.clip(10 * (ball(61) - 0.05), 0, 1)))
-        write("mask.vti", make_image(mask))
+        write_image("soft.vti", make_image(np.clip(10 * (ball(61) - 0.05), 0, 1)))
+        write_image("mask.vti", make_image(mask))
         pictures = {}
         for name, shade in (("soft", True), ("mask", True), ("mask", False)):
             said = self.tool("render", name + ".vti", *look, *(["--shade"] if shade else ["--unlit"]))

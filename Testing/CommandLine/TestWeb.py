@@ -22,7 +22,7 @@ import unittest
 
 import numpy as np
 
-from toolcase import PATIENCE, ToolCase, sphere, wait_for, write_ply
+from toolcase import PATIENCE, ToolCase, content_of, sphere, wait_for, write, write_ply
 
 SKIPPED = 77
 PACKAGES = ("trame", "trame-rca", "playwright")
@@ -131,8 +131,7 @@ class WebCase(ToolCase):
 
     def render(self, *words):
         super().render("scan.ply", *words, "-o", "rendered.png")
-        with open("rendered.png", "rb") as file:
-            return file.read()
+        return content_of("rendered.png")
 
 
 class TestPage(WebCase):
@@ -179,8 +178,7 @@ class TestPage(WebCase):
         with self.page.expect_download() as download:
             self.page.locator(f"#{which}").click()
         download.value.save_as(name)
-        with open(name, "rb") as file:
-            content = file.read()
+        content = content_of(name)
         return json.loads(content) if which == "camera" else content
 
     def camera(self):
@@ -329,8 +327,7 @@ class TestAccess(WebCase):
 
     def test_no_other_files(self):
         server = self.serve()
-        with open("secret.txt", "w", encoding="utf-8") as file:
-            file.write("secret")
+        write("secret.txt", "secret")
         for path in ("/secret.txt", "/scan.ply", "/web.log", "/etc/passwd"):
             for prefix in ("", "/..", "/../../../../../..", "/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e",
                            "/assets/../../../../../../../..", "/..%2f..%2f..%2f..%2f..", "//"):

@@ -5,6 +5,8 @@ import struct
 
 import numpy as np
 
+from toolcase import write
+
 MAGIC, TILED, DEEP, PARTS = 20000630, 0x200, 0x800, 0x1000
 KINDS = {np.dtype("u4"): 0, np.dtype("f2"): 1, np.dtype("f4"): 2}
 
@@ -72,8 +74,3 @@ def deep_file(path, counts, samples, corner=(0, 0), order=0, kind="deepscanline"
         chunks.append(struct.pack("<iQQQ", top + row, *sizes) + table + data)
         first = end
     write(path, join(begin, chunks, order))
-
-
-def write(path, data):
-    with open(path, "wb") as file:
-        file.write(data)

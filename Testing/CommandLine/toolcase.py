@@ -2,13 +2,15 @@
 """What the tests share: a folder of their own, the tool, clouds to feed it, and its pictures."""
 
 import contextlib
-import io
+import json
 import os
 import re
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -73,6 +75,42 @@ def arrays_of(polydata):
             for i in range(data.GetNumberOfArrays())}
 
 
+def write(path, content):
+    """Text or bytes. -> path"""
+    with open(path, "wb") as file:
+        file.write(content if isinstance(content, (bytes, bytearray)) else content.encode())
+    return path
+
+
+def content_of(path):
+    """-> bytes"""
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def read_json(path):
+    return json.loads(content_of(path))
+
+
+@contextlib.contextmanager
+def caught(descriptor):
+    """-> a list, which gets the text that is written to 1 or 2 meanwhile, by libraries, too"""
+    texts, kept = [], os.dup(descriptor)
+    with tempfile.TemporaryFile() as file:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os.dup2(file.fileno(), descriptor)
+        try:
+            yield texts
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os.dup2(kept, descriptor)
+            os.close(kept)
+            file.seek(0)
+            texts.append(file.read().decode(errors="replace"))
+
+
 def wait_for(condition, what):
     """AssertionError if it does not become true in PATIENCE."""
     ends = time.monotonic() + PATIENCE
@@ -92,24 +130,43 @@ class ToolCase(unittest.TestCase):
         os.chdir(folder.name)
 
     def run_tool(self, *words, **options):
-        """Without a display, as on a server."""
+        """In a process of its own. Without a display, as on a server."""
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "PYTHONPATH")}
         return subprocess.run([TOOL, *map(str, words)], capture_output=True, text=True,
                               env=environment, timeout=200, check=False, **options)
 
     def tool(self, *words):
-        """-> what it says. In this process, which has loaded VTK; self.code becomes its exit code."""
+        """-> what it says on stderr. In this process, which has loaded VTK; self.code becomes its exit
+        code, self.printed what it prints on stdout."""
         from surfelsplatting.commandline.main import main
-        said = io.StringIO()
-        with contextlib.redirect_stderr(said):
+        with caught(1) as printed, caught(2) as said, mock.patch.dict(os.environ):
+            os.environ.pop("DISPLAY", None)  # as on a server
             self.code = main([*map(str, words)])
-        return said.getvalue()
+        self.printed = printed[0]
+        return said[0]
 
     def render(self, *words):
         """A run that must succeed, and in silence, but for the progress of a busy machine."""
-        result = self.run_tool("render", *words)
-        said = PROGRESS.sub("", result.stderr)
-        self.assertEqual((result.returncode, said, result.stdout), (0, "", ""), words)
+        said = PROGRESS.sub("", self.tool("render", *words))
+        self.assertEqual((self.code, said, self.printed), (0, "", ""), words)
+
+    def info(self, *words):
+        """-> what surfelsplat info prints"""
+        self.assertEqual((self.tool("info", *words), self.code), ("", 0))
+        return self.printed
+
+    def report(self, path):
+        return json.loads(self.info(path, "--json"))
+
+    def refuse(self, *words, says):
+        """One line says these texts, in any order; nothing is written."""
+        before = sorted(os.listdir("."))
+        said = self.tool(*words)
+        self.assertEqual((self.code, self.printed), (2, ""), (words, said))
+        self.assertRegex(said, r"\Asurfelsplat: [^\n]+\n\Z")
+        for text in [says] if isinstance(says, str) else says:
+            self.assertIn(text, said)
+        self.assertEqual(sorted(os.listdir(".")), before)
 
     def note_errors(self, algorithm):
         """Its errors go into self.errors, those of its executive nowhere."""

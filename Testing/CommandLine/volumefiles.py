@@ -24,7 +24,7 @@ def make_image(values, spacing=1.0):
     return image
 
 
-def write(path, image):
+def write_image(path, image):
     writer = vtkXMLImageDataWriter() if path.endswith("vti") else vtkDataSetWriter()
     if path.endswith("vtk"):
         writer.SetFileTypeToBinary()
