@@ -19,24 +19,10 @@ from surfelsplatting.views.sensor import keep_sensor
 from surfelsplatting.views.up import floor_normal
 from surfelsplatting.views.vtkcamera import make_camera
 from toolcase import ToolCase, sphere, write
-from viewclouds import surfels_of
+from viewclouds import on_screen, surfels_of
 
 VIEW = {"name": "one", "position": [1, 2, 3], "focalPoint": [0, 0, 0], "viewUp": [0, 0, 1],
         "viewAngle": 25.0, "size": [320, 200], "focalDisk": 0.5, "focalDistance": 4}
-
-
-def on_screen(view, points):
-    """Where points come to lie: [n, 2], -1 to 1 over the picture, and their depths."""
-    position, target, up = (np.array(v) for v in (view.position, view.focal_point, view.view_up))
-    forward = (target - position) / np.linalg.norm(target - position)
-    right = np.cross(forward, up)
-    right /= np.linalg.norm(right)
-    local = points - position
-    depth = local @ forward
-    tan_y = math.tan(math.radians(view.view_angle) / 2)
-    tan_x = tan_y * view.size[0] / view.size[1]
-    return np.column_stack([local @ right / depth / tan_x,
-                            local @ np.cross(right, forward) / depth / tan_y]), depth
 
 
 class TestCameras(ToolCase):

@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
@@ -15,6 +15,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from deepfiles import deep_image, flatten, sphere_renderer
 from exrfiles import attribute, deep_file, flat_file
 from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRReader, vtkSurfelEXRWriter
+from surfelsplatting.clouds.polydata import named_array
 from TestEXRWriter import image_of
 from toolcase import ToolCase, arrays_of, sphere, write
 
@@ -59,9 +60,7 @@ class TestFlat(ReaderCase):
     def test_what_our_writer_wrote_bit_by_bit(self):
         image = image_of(np.stack([self.plane() for _ in "RGBA"], axis=-1))
         for name in ("Depth", "other"):
-            array = numpy_to_vtk(self.plane().ravel(), deep=True)
-            array.SetName(name)
-            image.GetPointData().AddArray(array)
+            image.GetPointData().AddArray(named_array(name, self.plane().ravel()))
         image.GetPointData().GetScalars().SetName("Color")
         writer = self.exr_writer(vtkSurfelEXRWriter, image)
         writer.AddChannel("Depth", "Z")
@@ -268,9 +267,7 @@ class TestCamera(ReaderCase):
     def test_window_of_width_one(self):
         image = image_of(self.plane(shape=(4, 8, 3)))
         for name, values in (("ScreenWindow", (0, 0, 1)), ("CameraLens", (16, 0.5, 3))):
-            array = numpy_to_vtk(np.array([values], float), deep=True)
-            array.SetName(name)
-            image.GetFieldData().AddArray(array)
+            image.GetFieldData().AddArray(named_array(name, [values], float))
         self.exr_writer(vtkSurfelEXRWriter, image).Write()
         read = self.read("out.exr").GetOutput()
         np.testing.assert_allclose(field(read, "ScreenWindow")[0], (0, 0, 1), rtol=2e-7)

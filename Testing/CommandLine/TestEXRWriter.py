@@ -10,6 +10,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from surfelsplatting import vtkSurfelEXRWriter
+from surfelsplatting.clouds.polydata import named_array
 from toolcase import ToolCase
 
 HALF, FLOAT, ZIP = 1, 2, 3  # OpenEXR's numbers
@@ -63,9 +64,7 @@ class TestEXRWriter(ToolCase):
     def test_further_channels(self):
         image = image_of(self.colors)
         depth = np.arange(17 * 31, dtype=np.float32).reshape(17, 31)
-        array = numpy_to_vtk(np.ascontiguousarray(depth[::-1].ravel()), deep=True)
-        array.SetName("Depth")
-        image.GetPointData().AddArray(array)
+        image.GetPointData().AddArray(named_array("Depth", depth[::-1].ravel()))
         self.write(image, ("Depth", "Z"))
         planes = self.read_exr("out.exr")
         np.testing.assert_array_equal(planes["Z"], depth)
@@ -75,9 +74,8 @@ class TestEXRWriter(ToolCase):
         image = image_of(self.colors)
         values = {"Depth": 1, "Normal": 3, "Coverage": 1, "mine": 1, "pair": 2}
         for i, (name, components) in enumerate(values.items()):
-            array = numpy_to_vtk(np.full((17 * 31, components), i + 0.5, np.float32), deep=True)
-            array.SetName(name)
-            image.GetPointData().AddArray(array)
+            image.GetPointData().AddArray(
+                named_array(name, np.full((17 * 31, components), i + 0.5, np.float32)))
         writer = self.writer(image)
         writer.AllChannelsOn()
         writer.AddChannel("mine", "theirs")
@@ -87,9 +85,7 @@ class TestEXRWriter(ToolCase):
                          ["A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "coverage", "theirs"])
         self.assertTrue((planes["N.Y"] == 1.5).all() and (planes["theirs"] == 3.5).all())
         for name in ("R", "Z"):
-            array = numpy_to_vtk(np.zeros(17 * 31, np.float32), deep=True)
-            array.SetName(name)
-            image.GetPointData().AddArray(array)
+            image.GetPointData().AddArray(named_array(name, np.zeros(17 * 31, np.float32)))
             os.remove("out.exr")
             self.refuse_to_write(writer, f"array {name} would be a second channel {name}")
             self.errors.clear()

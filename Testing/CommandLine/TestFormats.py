@@ -4,10 +4,11 @@
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from surfelsplatting.clouds.polydata import named_array
 from TestReader import write_pcd
 from toolcase import CAMERA, SMALL, ToolCase, arrays_of, content_of, sphere, write_data, write_ply
 
@@ -23,11 +24,9 @@ def pcd_columns(points, colors, kind="f4"):
 def write_vtp(path, points, colors):
     cloud = vtkPolyData()
     vertices = vtkPoints()
-    vertices.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    vertices.SetData(named_array("Points", points))
     cloud.SetPoints(vertices)
-    array = numpy_to_vtk(np.ascontiguousarray(colors), deep=True)
-    array.SetName("paint")
-    cloud.GetPointData().SetScalars(array)
+    cloud.GetPointData().SetScalars(named_array("paint", colors))
     write_data(path, cloud)
 
 

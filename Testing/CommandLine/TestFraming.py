@@ -10,7 +10,7 @@ from surfelsplatting.clouds.reading import Cloud
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
 from toolcase import sphere
-from viewclouds import surfels_of
+from viewclouds import on_screen, surfels_of
 
 
 def street(reach=90.0):
@@ -47,17 +47,8 @@ def view_of(points, areas, two_sided=False):
 
 def in_picture(view, points):
     """Which points are in a picture of the view."""
-    position = np.array(view.position)
-    forward = np.array(view.focal_point) - position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, view.view_up)
-    right /= np.linalg.norm(right)
-    local = np.asarray(points, float) - position
-    depth = local @ forward
-    along = math.tan(math.radians(view.view_angle) / 2)
-    across = along * view.size[0] / view.size[1]
-    return ((depth > 0) & (np.abs(local @ right) < across * depth)
-            & (np.abs(local @ np.cross(right, forward)) < along * depth))
+    screen, depth = on_screen(view, points)
+    return (depth > 0) & (np.abs(screen) < 1).all(axis=1)
 
 
 def slope(view):
@@ -67,7 +58,6 @@ def slope(view):
 
 
 class TestFraming(unittest.TestCase):
-
     def test_street(self):
         points, areas = street()
         view = view_of(points, areas, two_sided=True)

@@ -7,7 +7,7 @@ import os
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
@@ -15,17 +15,13 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSurfelHierarchyWriter,
                              vtkSurfelImageRenderer, vtkSurfelMapper)
+from surfelsplatting.clouds.polydata import named_array
 from surfelsplatting.views.samples import SAMPLES, Samples
+from surfelsplatting.vtkmessages import errors_of
 from toolcase import SMALL, ToolCase, arrays_of, content_of, read_json, sphere, write, write_ply
 
 LARGE = 700_000  # surfels: a file too large to be checked at once
 PAGE = 4096
-
-
-def to_vtk(name, values):
-    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-    array.SetName(name)
-    return array
 
 
 def ball(count, seed=1, origin=None, offset=0.0):
@@ -39,17 +35,17 @@ def ball(count, seed=1, origin=None, offset=0.0):
         [1 - x * x, 1 - y * y, 1 - z * z, -x * y, -y * z, -x * z])
     surfels = vtkPolyData()
     points = vtkPoints()
-    points.SetData(to_vtk("Points", (normals + offset - (origin or 0)).astype(np.float32)))
+    points.SetData(named_array("Points", (normals + offset - (origin or 0)).astype(np.float32)))
     surfels.SetPoints(points)
     data = surfels.GetPointData()
-    data.AddArray(to_vtk("SurfelCovariance", covariances.astype(np.float32)))
-    data.AddArray(to_vtk("SurfelAreaVector", (area * normals).astype(np.float32)))
-    data.AddArray(to_vtk("SurfelTwoSided", (x > 0).astype(np.uint8)))
-    data.AddArray(to_vtk("SurfelOverlap", rnd.integers(0, 256, count).astype(np.uint8)))
-    data.AddArray(to_vtk("height", z))
-    data.SetScalars(to_vtk("RGB", (127 + 100 * np.sin(9 * normals)).astype(np.uint8)))
+    data.AddArray(named_array("SurfelCovariance", covariances.astype(np.float32)))
+    data.AddArray(named_array("SurfelAreaVector", (area * normals).astype(np.float32)))
+    data.AddArray(named_array("SurfelTwoSided", (x > 0).astype(np.uint8)))
+    data.AddArray(named_array("SurfelOverlap", rnd.integers(0, 256, count).astype(np.uint8)))
+    data.AddArray(named_array("height", z))
+    data.SetScalars(named_array("RGB", (127 + 100 * np.sin(9 * normals)).astype(np.uint8)))
     if origin is not None:
-        surfels.GetFieldData().AddArray(to_vtk("SurfelOrigin", np.full((1, 3), float(origin))))
+        surfels.GetFieldData().AddArray(named_array("SurfelOrigin", np.full((1, 3), float(origin))))
     return surfels
 
 
@@ -240,16 +236,9 @@ class TestMappedFiles(ToolCase):
     def refuse_damaged_arrays(self):
         """A large file opens; what is drawn of it is checked."""
         picture = Picture(load("damaged.surfels"))
-        errors = []
-
-        def note(_caller, _event, text):
-            errors.append(text)
-
-        note.CallDataType = "string0"
-        picture.renderer.GetSplatter().AddObserver("ErrorEvent", note)
-        picture.renderer.AddObserver("ErrorEvent", lambda *_: None)
-        picture.renderer.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
-        picture.renderer.Update()
+        with errors_of(picture.renderer.GetSplatter()) as errors, errors_of(
+                picture.renderer, picture.renderer.GetExecutive()):
+            picture.renderer.Update()
         self.assertEqual(len(errors), 1)
         self.assertIn("its array SurfelNodes is not what was written", errors[0])
         self.refuse("render", "damaged.surfels", "-o", "out.png", says="SurfelNodes")

@@ -54,21 +54,14 @@ class TestReader(ToolCase):
         return reader
 
     def failure(self, path):
-        errors = []
-
-        def note(_caller, _event, text):
-            errors.append(text)
-
-        note.CallDataType = "string0"
         reader = vtkPointCloudReader()
-        reader.AddObserver("ErrorEvent", note)
-        reader.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+        self.note_errors(reader)
         reader.SetFileName(path)
         reader.Update()
         self.assertEqual(reader.GetOutput().GetNumberOfPoints(), 0)
         self.assertNotEqual(reader.GetErrorCode(), 0)
-        self.assertEqual(len(errors), 1)
-        return errors[0]
+        self.assertEqual(len(self.errors), 1)
+        return self.errors[0]
 
     def points(self, reader):
         return vtk_to_numpy(reader.GetOutput().GetPoints().GetData())
@@ -314,8 +307,7 @@ class TestReader(ToolCase):
                     damaged[place] = rng.integers(0, 256)
                 write("damaged" + name[-4:], damaged)
                 reader = vtkPointCloudReader()
-                reader.AddObserver("ErrorEvent", lambda *_: None)
-                reader.GetExecutive().AddObserver("ErrorEvent", lambda *_: None)
+                self.note_errors(reader)
                 reader.SetFileName("damaged" + name[-4:])
                 reader.Update()
                 if reader.GetErrorCode():

@@ -15,6 +15,11 @@ def symmetric(matrices):
     return matrices[:, (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
 
 
+def covariance_error(found, expected):
+    """The largest of [n, 6], relative to the largest variance of each Gaussian"""
+    return (np.abs(found - expected) / expected[:, :3].max(axis=1)[:, None]).max()
+
+
 class CaptureCase(ToolCase):
     def reader(self, path):
         reader = vtkGaussianSplatReader()

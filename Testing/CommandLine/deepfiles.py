@@ -2,21 +2,17 @@
 """Deep pictures: some to write, what was read of a file, and what must hold of it."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from surfelsplatting import vtkSurfelEstimation, vtkSurfelImageRenderer
+from surfelsplatting.clouds.polydata import named_array, polydata_of
 
 
 def sphere_renderer(points):
     """Points of a sphere about the origin through a lens, with deep samples."""
-    cloud, positions = vtkPolyData(), vtkPoints()
-    positions.SetData(numpy_to_vtk(points, deep=True))
-    cloud.SetPoints(positions)
     estimation = vtkSurfelEstimation()
-    estimation.SetInputData(cloud)
+    estimation.SetInputData(polydata_of(points, {}))
     camera = vtkCamera()
     camera.SetPosition(0, 0, 5)
     camera.SetFocalPoint(0, 0, 0)
@@ -35,12 +31,9 @@ def deep_image(counts, samples):
     """counts: [height, width], top row first; samples: [n, 5] from the lowest row up."""
     image = vtkImageData()
     image.SetDimensions(counts.shape[1], counts.shape[0], 1)
-    array = numpy_to_vtk(np.ascontiguousarray(counts[::-1].ravel().astype(np.uint32)), deep=True)
-    array.SetName("SampleCount")
-    image.GetPointData().AddArray(array)
-    values = numpy_to_vtk(np.asarray(samples, np.float32).reshape(-1, 5), deep=True)
-    values.SetName("DeepSamples")
-    image.GetFieldData().AddArray(values)
+    image.GetPointData().AddArray(named_array("SampleCount", counts[::-1].ravel(), np.uint32))
+    image.GetFieldData().AddArray(
+        named_array("DeepSamples", np.reshape(samples, (-1, 5)), np.float32))
     return image
 
 

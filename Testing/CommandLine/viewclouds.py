@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Surfels, captures and scenes for the tests of views."""
 
+import math
+
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
@@ -15,17 +16,13 @@ TO_Y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # turns z to y; its transpo
 def surfels_of(points, normals, origin=None, two_sided=False):
     surfels = vtkPolyData()
     vertices = vtkPoints()
-    vertices.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
+    vertices.SetData(named_array("Points", points, np.float32))
     surfels.SetPoints(vertices)
     for name, values, kind in (("SurfelAreaVector", normals, np.float32),
                                ("SurfelTwoSided", np.full(len(points), two_sided), np.uint8)):
-        array = numpy_to_vtk(np.ascontiguousarray(values, kind), deep=True)
-        array.SetName(name)
-        surfels.GetPointData().AddArray(array)
+        surfels.GetPointData().AddArray(named_array(name, values, kind))
     if origin is not None:
-        array = numpy_to_vtk(np.array([origin], np.float64), deep=True)
-        array.SetName("SurfelOrigin")
-        surfels.GetFieldData().AddArray(array)
+        surfels.GetFieldData().AddArray(named_array("SurfelOrigin", [origin], float))
     return surfels
 
 
@@ -37,6 +34,20 @@ def capture_of(points, faint=False):
     for name, values in (("GaussianCovariance", covariance), ("GaussianOpacity", opacity)):
         capture.GetPointData().AddArray(named_array(name, values, np.float32))
     return capture
+
+
+def on_screen(view, points):
+    """Where points come to lie: [n, 2], -1 to 1 over the picture, and their depths."""
+    position, target, up = (np.array(v) for v in (view.position, view.focal_point, view.view_up))
+    forward = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    local = points - position
+    depth = local @ forward
+    tan_y = math.tan(math.radians(view.view_angle) / 2)
+    tan_x = tan_y * view.size[0] / view.size[1]
+    return np.column_stack([local @ right / depth / tan_x,
+                            local @ np.cross(right, forward) / depth / tan_y]), depth
 
 
 def scene(noise=0.0):

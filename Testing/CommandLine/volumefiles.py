@@ -2,15 +2,15 @@
 """Volumes for tests, and their files."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
+from surfelsplatting.clouds.polydata import named_array
+
 
 def add(data, name, values):
-    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-    array.SetName(name)
+    array = named_array(name, values)
     data.AddArray(array)
     return array
 
