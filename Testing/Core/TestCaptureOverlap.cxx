@@ -229,11 +229,7 @@ TEST_CASE("No jump between levels")
   {
     context.Cut.Error = error;
     const Picture picture = RenderPicture(context, { foliage.Get() });
-    double alpha = 0.0;
-    for (std::size_t i = 3; i < picture.Color.size(); i += 4)
-    {
-      alpha += picture.Color[i] / (128.0 * 128.0);
-    }
+    const double alpha = SumOfAlpha(picture) / (128.0 * 128.0);
     largest = before > 0.0 ? std::fmax(largest, std::abs(alpha - before)) : 0.0;
     before = alpha;
     least = std::fmin(least, alpha);

@@ -61,18 +61,11 @@ TestCloud Room(int count, Random& random)
 View LookAt(const Vector3& from, const Vector3& to, double roll, int size, double f)
 {
   View view = PinholeView(size, size, f);
-  Vector3 z{ to[0] - from[0], to[1] - from[1], to[2] - from[2] };
-  const double length = Norm(z);
-  z = { z[0] / length, z[1] / length, z[2] / length };
+  const Vector3 z = Normalized(to - from);
   Vector3 u, v;
   Tangents(z, u, v);
   const double c = std::cos(roll), s = std::sin(roll);
-  for (int i = 0; i < 3; ++i)
-  {
-    view.WorldToCamera.L[0][i] = c * u[i] + s * v[i];
-    view.WorldToCamera.L[1][i] = -s * u[i] + c * v[i];
-    view.WorldToCamera.L[2][i] = z[i];
-  }
+  view.WorldToCamera.L = { c * u + s * v, c * v - s * u, z };
   for (int i = 0; i < 3; ++i)
   {
     view.WorldToCamera.T[i] = -Dot(view.WorldToCamera.L[i], from);

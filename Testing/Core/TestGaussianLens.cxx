@@ -48,16 +48,6 @@ TestCloud One(CloudKind kind, double sigmaX, double sigmaY, float density)
   return cloud;
 }
 
-double SumOfAlpha(const Picture& picture)
-{
-  double sum = 0.0;
-  for (std::size_t i = 3; i < picture.Color.size(); i += 4)
-  {
-    sum += picture.Color[i];
-  }
-  return sum;
-}
-
 /// Thin Gaussians: the sum of alpha is 2 pi o sqrt(det W_0) of captures, and M f^2 |p| / z^3 of
 /// volumes, from focus to a blur of 20 px, with and without cells.
 TEST_CASE("Mass")

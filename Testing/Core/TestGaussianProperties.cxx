@@ -252,20 +252,6 @@ TEST_CASE("Cells of the lens")
   CHECK(MeanSquareDifference(seven, mean) < MeanSquareDifference(one, mean));
 }
 
-bool IsSane(const Picture& picture)
-{
-  for (std::size_t i = 0; i < picture.Color.size(); ++i)
-  {
-    const float x = picture.Color[i];
-    if (!(x >= 0.0f && x < Infinity && (i % 4 < 3 || x <= 1.0f)))
-    {
-      return false;
-    }
-  }
-  return std::all_of(
-    picture.Depth.begin(), picture.Depth.end(), [](float z) { return std::isfinite(z); });
-}
-
 const float OddValues[] = { NotANumber, Infinity, -Infinity, 1e-45f, 1e-38f, 3.4e38f, -3.4e38f,
   1e30f, -1e30f, 1e20f, 0.0f, -0.0f, -1.0f };
 

@@ -266,6 +266,30 @@ double MeanSquareDifference(const Picture& a, const Picture& b)
   return sum / static_cast<double>(a.Color.size());
 }
 
+bool IsSane(const Picture& picture)
+{
+  for (std::size_t i = 0; i < picture.Color.size(); ++i)
+  {
+    const float x = picture.Color[i];
+    if (!(x >= 0.0f && std::isfinite(x) && (i % 4 < 3 || x <= 1.0f)))
+    {
+      return false;
+    }
+  }
+  return std::all_of(
+    picture.Depth.begin(), picture.Depth.end(), [](float z) { return std::isfinite(z); });
+}
+
+double SumOfAlpha(const Picture& picture)
+{
+  double sum = 0.0;
+  for (std::size_t i = 3; i < picture.Color.size(); i += 4)
+  {
+    sum += picture.Color[i];
+  }
+  return sum;
+}
+
 bool Same(const Picture& a, const Picture& b)
 {
   return std::memcmp(a.Color.data(), b.Color.data(), a.Color.size() * sizeof(float)) == 0 &&

@@ -132,6 +132,10 @@ Picture RenderPicture(const SplatContext& context, const TestCloud& cloud);
 double LargestDifference(const Picture& a, const Picture& b);
 double MeanSquareDifference(const Picture& a, const Picture& b);
 
+/// Whether every pixel is written, finite and not negative, and alpha is at most 1.
+bool IsSane(const Picture& picture);
+double SumOfAlpha(const Picture& picture);
+
 /// Whether colors and depths are equal bit for bit.
 bool Same(const Picture& a, const Picture& b);
 
@@ -150,6 +154,11 @@ public:
     }
   }
 };
+
+inline Vector3 Normalized(const Vector3& v)
+{
+  return (1.0 / Norm(v)) * v;
+}
 
 /// Unit vectors that span the plane across a unit normal.
 void Tangents(const Vector3& normal, Vector3& u, Vector3& v);

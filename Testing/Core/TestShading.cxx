@@ -3,6 +3,7 @@
  * The light model against the formulas of VTK's shader (vtkOpenGLPolyDataMapper, positional
  * lights), written out here.
  */
+#include "Core/Base/LinearLight.h"
 #include "TestScene.h"
 #include "Testing/Shared/Check.h"
 
@@ -12,25 +13,10 @@ using namespace SurfelSplatting;
 
 namespace
 {
-Vector3 Scaled(const Vector3& v, double s)
-{
-  return { v[0] * s, v[1] * s, v[2] * s };
-}
-
-Vector3 Difference(const Vector3& a, const Vector3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-Vector3 Normalized(const Vector3& v)
-{
-  return Scaled(v, 1.0 / Norm(v));
-}
-
 /// GLSL's reflect(i, n).
 Vector3 Reflect(const Vector3& i, const Vector3& n)
 {
-  return Difference(i, Scaled(n, 2.0 * Dot(n, i)));
+  return i - 2.0 * Dot(n, i) * n;
 }
 
 struct Lambert
@@ -46,9 +32,9 @@ Lambert ShaderLight(const Light& light, double coneAngle, double power, const Ve
   Vector3 direction = light.Direction;
   if (light.Positional)
   {
-    direction = Difference(vertexVC, light.Position);
+    direction = vertexVC - light.Position;
     const double distance = Norm(direction);
-    direction = Scaled(direction, 1.0 / distance);
+    direction = (1.0 / distance) * direction;
     attenuation = 1.0 /
       (light.Attenuation[0] + light.Attenuation[1] * distance +
         light.Attenuation[2] * distance * distance);
@@ -62,7 +48,7 @@ Lambert ShaderLight(const Light& light, double coneAngle, double power, const Ve
   }
   const double df = std::max(0.0, attenuation * -Dot(normalVC, direction));
   const double cosine =
-    std::max(0.0, Dot(Reflect(direction, normalVC), Normalized(Scaled(vertexVC, -1.0))));
+    std::max(0.0, Dot(Reflect(direction, normalVC), Normalized(-1.0 * vertexVC)));
   const double sf = (df > 0.0 ? 1.0 : 0.0) * attenuation * std::pow(cosine, power);
   return { df, sf };
 }
@@ -76,7 +62,7 @@ Light RandomLight(Random& random, int kind, double& coneAngle)
   }
   light.Direction = random.Direction();
   light.Positional = kind > 0;
-  light.Position = Scaled(random.Direction(), random.Uniform(0.5, 5.0));
+  light.Position = random.Uniform(0.5, 5.0) * random.Direction();
   coneAngle = 90.0;
   if (kind > 0)
   {
@@ -127,7 +113,7 @@ TEST_CASE("Against shader")
     const Vector3 position{ random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(0.5, 5) };
     const Vector3 normal = random.Direction();
     const std::array<double, 3> result =
-      Shade(material, lights, color, ambient, position, normal, Normalized(Scaled(position, -1.0)));
+      Shade(material, lights, color, ambient, position, normal, Normalized(-1.0 * position));
     for (int c = 0; c < 3; ++c)
     {
       double expected = material.Ambient * ambient[c];
@@ -201,4 +187,20 @@ TEST_CASE("Back side")
   surfel.TwoSided = false;
   CHECK_NEAR(RedAtCentre(surfel, fromLens), -1.0, 0.0); // turned away: not seen
 }
+}
+
+/// Values of the standard, both ways and above 1.
+TEST_CASE("sRGB")
+{
+  CHECK_NEAR(LightOfCode(0.0), 0.0, 0.0);
+  CHECK_NEAR(LightOfCode(1.0), 1.0, 1e-12);
+  CHECK_NEAR(LightOfCode(0.5), 0.21404114048, 1e-9);
+  CHECK_NEAR(CodeOfLight(0.5), 0.73535698305, 1e-9);
+  CHECK_NEAR(LightOfCode(-1.0), 0.0, 0.0);
+  CHECK_NEAR(CodeOfLight(-1.0), 0.0, 0.0);
+  for (int i = 0; i <= 1000; ++i)
+  {
+    const double v = 0.01 * i;
+    CHECK_NEAR(CodeOfLight(LightOfCode(v)), v, 1e-7 * (1.0 + v)); // the two pieces meet to 1e-8
+  }
 }

@@ -7,8 +7,6 @@
 #include "Testing/Shared/Check.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
 #include <limits>
 
 using namespace SurfelSplatting;
@@ -27,37 +25,6 @@ SplatContext MakeContext(int width = 40, int height = 36)
   context.Camera = PinholeView(width, height, 40.0);
   context.Optics = { 0.05, 2.0 };
   return context;
-}
-
-/// True where every pixel is written, finite and in range.
-bool IsSane(const Picture& picture)
-{
-  for (std::size_t i = 0; i < picture.Depth.size(); ++i)
-  {
-    const float* rgba = &picture.Color[4 * i];
-    for (int k = 0; k < 4; ++k)
-    {
-      if (!(rgba[k] >= 0.0f && rgba[k] < Infinity))
-      {
-        return false;
-      }
-    }
-    if (rgba[3] > 1.0f || !std::isfinite(picture.Depth[i]))
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-double SumOfAlpha(const Picture& picture)
-{
-  double sum = 0.0;
-  for (std::size_t i = 3; i < picture.Color.size(); i += 4)
-  {
-    sum += picture.Color[i];
-  }
-  return sum;
 }
 
 TestSurfel BigSurfel(double z)
@@ -427,29 +394,5 @@ TEST_CASE("Depth limits")
     limit[i] = OddValues[i % (sizeof(OddValues) / sizeof(float))];
   }
   CHECK(IsSane(RenderPicture(MakeContext(), { cloud.Get() }, SerialExecutor(), limit.data())));
-}
-
-/// A million surfels on one spot: time in proportion to their number, saturated sums.
-TEST_CASE("Coincident")
-{
-  const std::size_t count = 1000000;
-  const TestSurfel surfel = BigSurfel(2.0);
-  TestCloud cloud;
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    cloud.Add(surfel);
-  }
-  const auto start = std::chrono::steady_clock::now();
-  SplatContext context = MakeContext();
-  context.Camera.Fx = context.Camera.Fy = 10.0;
-  const Picture picture = RenderPicture(context, cloud);
-  const double seconds =
-    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  CHECK(IsSane(picture));
-  CHECK_NEAR(picture.At(20, 18, 3), 1.0, 1e-4);
-  // A few tenths of a second in a release build; a sanitizer multiplies it by ten. Quadratic work
-  // would take hours.
-  CHECK(seconds < 60.0);
-  std::printf("a million coincident surfels: %.2f s\n", seconds);
 }
 }

@@ -14,16 +14,6 @@ using namespace SurfelSplatting;
 
 namespace
 {
-Vector3 Scaled(const Vector3& v, double s)
-{
-  return { v[0] * s, v[1] * s, v[2] * s };
-}
-
-Vector3 Normalized(const Vector3& v)
-{
-  return Scaled(v, 1.0 / Norm(v));
-}
-
 Vector3Of<double> Lane(const Vector3& v)
 {
   return { v[0], v[1], v[2] };
@@ -69,11 +59,11 @@ TEST_CASE("Against VTK's ray caster")
     const Material material = SomeMaterial();
     Light light;
     light.Direction = random.Direction();
-    const Vector3 l = Scaled(light.Direction, -1.0), v = random.Direction();
+    const Vector3 l = -1.0 * light.Direction, v = random.Direction();
     const double length = i % 2 == 0 ? 1.0 : random();
     Vector3 n = random.Direction();
-    const double found = ShadeOne(material, light, Scaled(n, length), v);
-    n = Dot(n, v) < 0.0 ? Scaled(n, -1.0) : n;
+    const double found = ShadeOne(material, light, length * n, v);
+    n = Dot(n, v) < 0.0 ? -1.0 * n : n;
     const Vector3 h = Normalized({ l[0] + v[0], l[1] + v[1], l[2] + v[2] });
     double expected = material.Ambient;
     if (Dot(n, l) > 0.0)
@@ -219,8 +209,7 @@ TestCloud Layer(int across, std::uint64_t seed, bool signs)
     g.Covariance = { sigma * sigma, sigma * sigma, 0.2 * sigma * sigma, 0, 0, 0 };
     g.Density = static_cast<float>(1.5 / sigma);
     const Vector3 n = Normalized({ random.Uniform(-0.6, 0.6), random.Uniform(-0.6, 0.6), -1.0 });
-    g.Normal =
-      Scaled(n, (signs && random.Integer(0, 1) == 1 ? -1.0 : 1.0) * random.Uniform(0.8, 1.0));
+    g.Normal = (signs && random.Integer(0, 1) == 1 ? -1.0 : 1.0) * random.Uniform(0.8, 1.0) * n;
     cloud.Add(g);
   }
   return cloud;
@@ -243,7 +232,7 @@ TEST_CASE("Nodes have the mean normal, whatever the signs")
   const SurfelCloud tree = hierarchy.Get();
   const std::size_t root = hierarchy.NumberOfNodes() - 1;
   Vector3 found = tree.AreaVector(root);
-  found = found[2] > 0.0 ? Scaled(found, -1.0) : found;
+  found = found[2] > 0.0 ? -1.0 * found : found;
   for (int k = 0; k < 3; ++k)
   {
     CHECK_NEAR(found[k] / mass, sum[k] / mass, 1.0 / PackedOne + 1e-6);
