@@ -216,8 +216,7 @@ private:
       const int j = this->Found.Ids[k];
       if (k < CellNeighbors || this->MayMeet(i, j, this->Found.SquaredDistances[k]))
       {
-        sparsest =
-          this->AddToSheet(i, j) ? std::max<double>(sparsest, this->Fits[j].Spacing) : sparsest;
+        this->AddToSheet(i, j, sparsest);
       }
     }
     const double reach = this->ReachTo(i, sparsest, MaximumSparsity);
@@ -242,7 +241,7 @@ private:
   /// Whether point j is one of the sparse points beyond a gap, within 60 degrees of its middle.
   bool IsSparse(int i, int j, const Vector3& outward) const
   {
-    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+    const Vector3 d = this->Between(i, j);
     const double along = Dot(d, outward), squared = Dot(d, d);
     return along > 0.0 && along * along > 0.25 * squared &&
       this->Fits[j].Spacing > LeastSparsity * this->Fits[i].Spacing &&
@@ -283,8 +282,7 @@ private:
       }
       for (const int j : this->Sparse)
       {
-        sparsest =
-          this->AddToSheet(i, j) ? std::max<double>(sparsest, this->Fits[j].Spacing) : sparsest;
+        this->AddToSheet(i, j, sparsest);
       }
       if (!this->CutAndMeasure(i, this->ReachTo(i, sparsest, MaximumBeyondGap), cell))
       {
@@ -418,7 +416,8 @@ private:
     {
       if (this->Near.Folded[k] != 0.0f)
       {
-        folds[k] = this->FoldBetween(i, ids[k], this->SeenFrom(i, ids[k]));
+        folds[k] =
+          this->FoldBetween(i, ids[k], this->SeenFrom(i, ids[k], this->Between(i, ids[k])));
       }
     }
     NearBisectors& s = this->Bisectors;
@@ -442,15 +441,15 @@ private:
 
   /// Adds point j, if it is on the same sheet or behind a fold, where it is on the unrolled
   /// surface, so that far points of a thin tube do not come too near.
-  /// @return whether it is
-  bool AddToSheet(int i, int j)
+  /// @param sparsest is raised to its spacing then
+  void AddToSheet(int i, int j, double& sparsest)
   {
-    FoldedNeighbor at = this->SeenFrom(i, j);
     FlatSheet& sheet = this->Sheet;
-    const Vector3 d = Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+    const Vector3 d = this->Between(i, j);
+    FoldedNeighbor at = this->SeenFrom(i, j, d);
     if (sheet.Count == SheetCapacity || !(this->AreOfSheet(i, j, d) || at.HasFoldWithin(FoldReach)))
     {
-      return false;
+      return;
     }
     const FoldLine fold = this->FoldBetween(i, j, at);
     at.Unroll();
@@ -460,7 +459,7 @@ private:
       PlaceInMetric(this->Plane, at.X, at.Y, static_cast<float>(Dot(steering, this->Plane.U)),
         static_cast<float>(Dot(steering, this->Plane.V)), SingleDot(steering, steering)),
       fold, spacing * spacing);
-    return true;
+    sparsest = std::max<double>(sparsest, this->Fits[j].Spacing);
   }
 
   /// Whether the normal is that of one side of a fold: others are means over it.
@@ -472,15 +471,20 @@ private:
     return IsOfOneSide(this->Fits[i]) && IsOfOneSide(this->Fits[j]) ? at.Line() : FoldLine();
   }
 
+  Vector3 Between(int i, int j) const
+  {
+    return Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i));
+  }
+
   /// Point j in the plane of point i, in spacings of i.
-  FoldedNeighbor SeenFrom(int i, int j) const
+  /// @param between from point i to point j
+  FoldedNeighbor SeenFrom(int i, int j, const Vector3& between) const
   {
     const Vector3 n = this->Fits[i].Normal;
     Vector3 m = this->Fits[j].Normal;
     const Vector3& u = this->Plane.U;
     const Vector3& v = this->Plane.V;
-    const Vector3 d = (1.0 / this->Fits[i].Spacing) *
-      (Load(this->Cloud.Position(j)) - Load(this->Cloud.Position(i)));
+    const Vector3 d = (1.0 / this->Fits[i].Spacing) * between;
     const auto dot = [](const Vector3& a, const Vector3& b) {
       return static_cast<float>(Dot(a, b));
     };
