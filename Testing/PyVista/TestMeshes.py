@@ -94,7 +94,7 @@ class TestEstimate(MeshCase):
                 self.check_cube(mesh.surfels.estimate())
 
     def test_sides_are_told_once(self):
-        """plot() gives the points of a room in centimetres to estimate(), which knows no parts of it."""
+        """Points on the faces of a room in centimetres, of which no parts are known any more, stay."""
         shell = pv.Box((0, 500, 0, 400, 0, 250))
         shell = pv.PolyData.from_regular_faces(shell.points, shell.regular_faces[:, ::-1])
         legs = [pv.Box((x, x + 10, y, y + 10, 0, 140)) for x in (100, 290) for y in (100, 210)]

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..backend import vtk
 from ..arrays import checked_size, renderer_of
 from ..views.cameras import View
 from ..clouds.reading import Cloud
@@ -143,16 +142,8 @@ class SurfelAccessor:
         True
 
         """
-        if not isinstance(self._dataset, vtk("vtkCommonDataModel").vtkPointSet):
-            kind = type(self._dataset).__name__
-            raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
-                            "of a surface, for example those of dataset.contour()")
-        surfels = pv.wrap(in_the_world(make_surfels(
-            points_of(self._dataset, sides), cleaning=cleaning, sides=sides, viewpoint=viewpoint,
-            neighbors=neighbors, hierarchy=hierarchy)))
-        if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
-            surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
-        return surfels
+        return _surfels_of(points_of(self._dataset, sides), cleaning=cleaning, sides=sides,
+                           viewpoint=viewpoint, neighbors=neighbors, hierarchy=hierarchy)
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
@@ -203,12 +194,13 @@ class SurfelAccessor:
             checked_size(plotter_options["window_size"], "window_size")
         # Here and not in add, since the view needs the points that surfels are made of, too.
         cloud, scalars = with_scalars(self._dataset, kwargs.pop("scalars", None))
-        cloud = points_of(cloud, kwargs.get("sides", "auto"))
+        cloud = points_of(cloud)
+        surfels = cloud if is_surfels(cloud) else _surfels_of(cloud)
         pl = pv.Plotter(**plotter_options)
         try:
             if background is not None:
                 pl.set_background(background)
-            actor = pl.surfels.add(cloud, scalars, **kwargs)
+            actor = pl.surfels.add(surfels, scalars, **kwargs)
             if cpos is None:
                 _show_all(cloud, actor.mapper.dataset, pl)
             else:
@@ -220,6 +212,14 @@ class SurfelAccessor:
         except BaseException:
             pl.close()
             raise
+
+
+def _surfels_of(points, **options):
+    """A PolyData. points: of `points_of`; options: of `SurfelAccessor.estimate`"""
+    surfels = pv.wrap(in_the_world(make_surfels(points, **options)))
+    if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
+        surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
+    return surfels
 
 
 def _show_all(cloud, surfels, plotter):

@@ -4,6 +4,7 @@
 import numpy as np
 import pyvista as pv
 
+from ..backend import vtk
 from ..clouds.reading import cloud_of
 from ..clouds.stations import TO_SCANNER
 from ..outward import turn_outward
@@ -15,10 +16,14 @@ def points_of(dataset, sides="auto"):
     """Points on the faces of a mesh whose vertices do not tell the surface; others as they are. Those of
     a depth image know its sensor.
 
-    sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned unless it is "given"
+    sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned if it is "auto"
     """
+    if not isinstance(dataset, vtk("vtkCommonDataModel").vtkPointSet):
+        kind = type(dataset).__name__
+        raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
+                        "of a surface, for example those of dataset.contour()")
     cloud = cloud_of(dataset)
-    # plot() hands on to estimate() what it gets here: the parts of a mesh are no longer known then.
+    # Of points that were made of a mesh, the parts are no longer known.
     if sides == "auto" and not dataset.GetFieldData().HasArray(MODEL):
         turn_outward(cloud)
     if cloud.image:
