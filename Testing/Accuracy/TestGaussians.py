@@ -4,15 +4,15 @@ mean of many pinholes; pictures of volumes against rays that march through them.
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera
 
 import captures
 import gaussianreference
-from surfelsplatting import vtkSurfelHierarchy, vtkSurfelImageRenderer, vtkSurfelMapper
+from clouds import hierarchy_of
+from surfelsplatting import vtkSurfelImageRenderer, vtkSurfelMapper
+from surfelsplatting.clouds.polydata import named_array, polydata_of
 from volumepictures import View, Volume, make_property, splat, volume_picture
 
 TARGET = np.zeros(3)
@@ -20,25 +20,14 @@ COLORS = [(37, 0.1, 0.2, 0.9), (157, 0.9, 0.9, 0.8), (277, 0.8, 0.1, 0.1)]  # of
 
 
 def to_polydata(gaussians):
-    data, points = vtkPolyData(), vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(gaussians.positions), deep=1))
-    data.SetPoints(points)
+    data = polydata_of(gaussians.positions, {})
     s = gaussians.covariances()
     arrays = {"GaussianCovariance": s[:, (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)],
               "GaussianOpacity": gaussians.opacities,
               "GaussianHarmonics": gaussians.harmonics.reshape(len(s), -1)}
     for name, values in arrays.items():
-        array = numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=1)
-        array.SetName(name)
-        data.GetPointData().AddArray(array)
+        data.GetPointData().AddArray(named_array(name, values, np.float32))
     return data
-
-
-def with_hierarchy(data):
-    hierarchy = vtkSurfelHierarchy()
-    hierarchy.SetInputData(data)
-    hierarchy.Update()
-    return hierarchy.GetOutput()
 
 
 def make_camera(position, angle):
@@ -102,7 +91,7 @@ class TestGaussians(unittest.TestCase):
             for detail in (False, True):
                 with self.subTest(name, detail=detail):
                     data = to_polydata(gaussians)
-                    found = picture(with_hierarchy(data) if detail else data, camera, size,
+                    found = picture(hierarchy_of(data) if detail else data, camera, size,
                                     detail=detail)
                     self.assertGreater(psnr(found, expected), 45)
 
@@ -116,7 +105,7 @@ class TestGaussians(unittest.TestCase):
             for blur, least in limits:
                 with self.subTest(name, blur=blur):
                     expected = picture(data, camera, size, blur, 64, detail=False)
-                    found = picture(with_hierarchy(data), camera, size, blur)
+                    found = picture(hierarchy_of(data), camera, size, blur)
                     self.assertGreater(psnr(found, expected), least)
 
     def test_mass(self):
@@ -147,7 +136,7 @@ class TestGaussians(unittest.TestCase):
                 ("opaque", ((180, 0), (190, 0.95), (277, 0.99)), (27.5, 35))):
             with self.subTest(name):
                 prop = make_property(opacities, COLORS)
-                data = with_hierarchy(splat(source.GetOutput(), prop))
+                data = hierarchy_of(splat(source.GetOutput(), prop))
                 volume = Volume(source.GetOutput(), prop)
                 middle = volume_picture(volume, View(sharp, size), 0.25)
                 whole = volume_picture(volume, View(lens, size), 0.5, 32)

@@ -9,8 +9,7 @@ import unittest
 
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkConnectivityFilter
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
@@ -19,10 +18,10 @@ from vtkmodules.vtkFiltersPoints import (
 from vtkmodules.vtkRenderingCore import (
     vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter)
 
+from clouds import hierarchy_of, points_of, read, surfels_of, view_camera
 from measures import psnr
-from surfelsplatting import (
-    vtkPointCloudReader, vtkSurfelEstimation, vtkSurfelHierarchy, vtkSurfelMapper,
-    vtkSurfelNormalization, vtkSurfelSplattingPass)
+from surfelsplatting import vtkSurfelMapper, vtkSurfelSplattingPass
+from surfelsplatting.clouds.polydata import named_array
 
 TRUTH = os.environ["TRUTH"]
 SCENE = f"{TRUTH}/stanford-bunny"
@@ -33,26 +32,19 @@ WALL = -1.9  # z; the wall behind the bunny is farther
 FLOORS = {("coc12", 1): 37.0, ("coc12", 7): 37.5, ("coc36", 1): 38.5, ("coc36", 7): 42.0}
 
 
-def points_of(points, colors=None):
-    data, positions = vtkPolyData(), vtkPoints()
-    positions.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32), deep=True))
-    data.SetPoints(positions)
-    if colors is not None:
-        scalars = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8), deep=True)
-        scalars.SetName("RGB")
-        data.GetPointData().SetScalars(scalars)
+def cloud_of(points, colors):
+    data = vtkPolyData()
+    data.SetPoints(points_of(points))
+    data.GetPointData().SetScalars(named_array("RGB", colors, np.uint8))
     return data
 
 
 def bunny_points():
-    reader = vtkPointCloudReader()
-    reader.SetFileName(SCENE + ".ply")
-    reader.Update()
-    cloud = reader.GetOutput()
+    cloud = read(SCENE + ".ply")
     points = vtk_to_numpy(cloud.GetPoints().GetData())
     colors = vtk_to_numpy(cloud.GetPointData().GetScalars())[:, :3]
     bunny = points[:, 2] > WALL
-    return points_of(points[bunny], colors[bunny])
+    return cloud_of(points[bunny], colors[bunny])
 
 
 def reconstruct(cloud):
@@ -101,18 +93,8 @@ def sample(mesh, count):
     u, v = rng.random((2, count))
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     weights = np.stack([1 - u - v, u, v], axis=1)
-    return points_of(np.einsum("ni,nij->nj", weights, points[chosen]),
-                     np.einsum("ni,nij->nj", weights, colors[chosen]).round())
-
-
-def surfels_of(cloud):
-    estimation, normalization, hierarchy = (
-        vtkSurfelEstimation(), vtkSurfelNormalization(), vtkSurfelHierarchy())
-    estimation.SetInputData(cloud)
-    normalization.SetInputConnection(estimation.GetOutputPort())
-    hierarchy.SetInputConnection(normalization.GetOutputPort())
-    hierarchy.Update()
-    return hierarchy.GetOutput()
+    return cloud_of(np.einsum("ni,nij->nj", weights, points[chosen]),
+                    np.einsum("ni,nij->nj", weights, colors[chosen]).round())
 
 
 def picture(mapper, view, cells):
@@ -129,13 +111,9 @@ def picture(mapper, view, cells):
     actor.SetMapper(mapper)
     actor.GetProperty().LightingOff()
     renderer.AddActor(actor)
-    camera = renderer.GetActiveCamera()
-    camera.SetPosition(view["position"])
-    camera.SetFocalPoint(view["focalPoint"])
-    camera.SetViewUp(view["viewUp"])
-    camera.SetViewAngle(view["viewAngle"])
+    camera = view_camera(view)
     camera.SetFocalDisk(view["focalDisk"])
-    camera.SetFocalDistance(view["focalDistance"])
+    renderer.SetActiveCamera(camera)
     renderer.ResetCameraClippingRange()
     window.Render()
     grabbed = vtkWindowToImageFilter()
@@ -152,7 +130,7 @@ class MeshAndCloud(unittest.TestCase):
         self.assertGreater(mesh.GetNumberOfPolys(), 100000)
         mesh_mapper, cloud_mapper = vtkPolyDataMapper(), vtkSurfelMapper()
         mesh_mapper.SetInputData(mesh)
-        cloud_mapper.SetInputData(surfels_of(sample(mesh, 500000)))
+        cloud_mapper.SetInputData(hierarchy_of(surfels_of(sample(mesh, 500000))))
         with open(SCENE + ".json") as file:
             views = {view["name"]: view for view in json.load(file)["views"]}
         for (view, cells), floor in FLOORS.items():

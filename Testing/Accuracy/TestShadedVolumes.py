@@ -12,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkLight
 
 from raycaster import cast_rays, phantom, wavelet
 from surfelsplatting import vtkVolumeSplatting
-from TestGaussians import COLORS, make_camera, picture, psnr, show, with_hierarchy
+from TestGaussians import COLORS, hierarchy_of, make_camera, picture, psnr, show
 from volumepictures import make_property, splat
 
 SIZE = 512
@@ -114,7 +114,7 @@ class TestShadedVolumes(unittest.TestCase):
             data = splat(image, prop)
             with self.subTest(scene.__name__):
                 leaves, nodes = (shaded(d, prop, make_light("side"))
-                                 for d in (data, with_hierarchy(data)))
+                                 for d in (data, hierarchy_of(data)))
 
                 def draw(renderer, *lens):
                     detail = renderer is nodes

@@ -28,12 +28,12 @@ import os
 import statistics
 import sys
 
-from clouds import (TRUTH_SCENES, framed_camera, largest_confusion, read, read_exr, surfels_of,
-                    truth_views, view_camera)
+from clouds import (TRUTH_SCENES, largest_confusion, read, read_exr, surfels_of, truth_views,
+                    view_camera)
 from measures import errors
 from meshes import MeshScene
 from report import write_plots, write_tables
-from scenes import DEFAULT, Drawing, Way, multisampling
+from scenes import DEFAULT, Drawing, Way, multisampling, scan_drawing
 
 CELLS = (4, 7, 19, 37)
 WAYS = (DEFAULT, Way(error=0.5), Way(error=2.0), Way(lod="Off"), Way("Gaussian"),
@@ -170,11 +170,8 @@ def truth_scene_views(arguments):
 
 
 def scan_views(arguments):
-    surfels = surfels_of(read(arguments.scan))
-    camera = framed_camera(surfels)
-    drawing = Drawing(os.path.basename(arguments.scan).split("_")[0].split(".")[0], surfels,
-                      camera, lit=True)
-    reach = largest_confusion(surfels, camera)
+    drawing = scan_drawing(arguments.scan)
+    reach = largest_confusion(drawing.surfels, drawing.camera)
     for largest in (0, 12, 24):
         yield View(drawing, round(largest / reach, 2), 512)
 

@@ -7,11 +7,12 @@ import subprocess
 from types import SimpleNamespace
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkCamera
 
+from surfelsplatting.clouds.polydata import named_array
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view, surface_in_the_middle
 from surfelsplatting.views.samples import Samples
@@ -52,9 +53,7 @@ def resample(surfels, count):
     cloud.SetPoints(points_of(moved))
     scalars = surfels.GetPointData().GetScalars()
     if scalars:
-        colors = numpy_to_vtk(np.ascontiguousarray(vtk_to_numpy(scalars)[pick]), deep=True)
-        colors.SetName("RGB")
-        cloud.GetPointData().SetScalars(colors)
+        cloud.GetPointData().SetScalars(named_array("RGB", vtk_to_numpy(scalars)[pick]))
     return cloud
 
 
@@ -115,23 +114,26 @@ def read_exr(dump, path):
 
 def points_of(positions):
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(positions, np.float32), deep=True))
+    points.SetData(named_array("Points", positions, np.float32))
     return points
 
 
 def color_array(values):
     """[n, 3] in [0, 1] -> unsigned char RGB."""
-    array = numpy_to_vtk(np.round(255 * np.clip(values, 0, 1)).astype(np.uint8), deep=True)
-    array.SetName("RGB")
-    return array
+    return named_array("RGB", np.round(255 * np.clip(values, 0, 1)), np.uint8)
+
+
+def unit_sphere(count):
+    """[n, 3] points, evenly spread"""
+    k = np.arange(count) + 0.5
+    z = 1 - 2 * k / count
+    ring, angle = np.sqrt(1 - z * z), k * 2.399963229728653
+    return np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
 
 
 def bumpy_ball(count=60_000):
     """Points of a textured ball, without any file."""
-    k = np.arange(count) + 0.5
-    z = 1 - 2 * k / len(k)
-    ring, angle = np.sqrt(1 - z * z), k * 2.399963
-    unit = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
+    unit = unit_sphere(count)
     cloud = vtkPolyData()
     cloud.SetPoints(points_of(unit * (1 + 0.05 * np.sin(9 * unit).prod(axis=1))[:, None]))
     cloud.GetPointData().SetScalars(color_array(0.5 + 0.5 * np.sin(20 * unit)))
@@ -140,10 +142,7 @@ def bumpy_ball(count=60_000):
 
 def sphere_surfels(count):
     """Surfels on the unit sphere, by formula: millions of points need no estimation here."""
-    k = np.arange(count) + 0.5
-    z = 1 - 2 * k / count
-    ring, angle = np.sqrt(1 - z * z), k * 2.399963229728653
-    normals = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
+    normals = unit_sphere(count)
     area = 4 * math.pi / count
     s = 0.25 * area * np.stack([1 - normals[:, 0] ** 2, 1 - normals[:, 1] ** 2,
                                 1 - normals[:, 2] ** 2, -normals[:, 0] * normals[:, 1],
@@ -151,8 +150,6 @@ def sphere_surfels(count):
     surfels = vtkPolyData()
     surfels.SetPoints(points_of(normals))
     for name, values in (("SurfelCovariance", s), ("SurfelAreaVector", area * normals)):
-        array = numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=True)
-        array.SetName(name)
-        surfels.GetPointData().AddArray(array)
+        surfels.GetPointData().AddArray(named_array(name, values, np.float32))
     surfels.GetPointData().SetScalars(color_array(0.5 + 0.5 * np.sin(20 * normals)))
     return surfels

@@ -22,10 +22,10 @@ from types import SimpleNamespace
 
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from clouds import (TRUTH_SCENES, bumpy_ball, framed_camera, largest_confusion, read, read_exr,
-                    resample, sphere_surfels, surfels_of, truth_views, view_camera)
+from clouds import (TRUTH_SCENES, largest_confusion, read, read_exr, resample, sphere_surfels,
+                    surfels_of, truth_views, view_camera)
 from measures import psnr
-from scenes import DEFAULT, Drawing, Way
+from scenes import DEFAULT, Drawing, Way, ball_drawing, scan_drawing
 
 SIZES = (512, 1024)
 ERRORS = (0.5, 1.0, 2.0)
@@ -66,11 +66,10 @@ def truth_scenes(folder, dump):
 
 
 def scan_scenes(path):
-    surfels = surfels_of(read(path))
-    name = os.path.basename(path).split("_")[0].split(".")[0]
-    camera = framed_camera(surfels)
-    yield Drawing(name, surfels, camera, lit=True), {}
-    yield Drawing(name + " 1M", surfels_of(resample(surfels, 1_000_000)), camera, lit=True), {}
+    scan = scan_drawing(path)
+    dense = surfels_of(resample(scan.surfels, 1_000_000))
+    yield scan, {}
+    yield Drawing(scan.name + " 1M", dense, scan.camera, lit=True), {}
 
 
 def measure_density(frames):
@@ -99,11 +98,6 @@ def measure_density(frames):
             print(f"| {density} | {drawing.count:,} | {radius} | {frame:.1f} | "
                   f"{frame / unit:.2f} |", flush=True)
     return rows
-
-
-def generated_scene():
-    surfels = surfels_of(bumpy_ball())
-    yield Drawing("ball", surfels, framed_camera(surfels), lit=False), {}
 
 
 def measure(scenes, frames, sizes):
@@ -198,7 +192,7 @@ def main():
     if arguments.scan:
         rows += measure(scan_scenes(arguments.scan), arguments.frames, arguments.sizes)
     if not rows:
-        rows += measure(generated_scene(), arguments.frames, arguments.sizes)
+        rows += measure([(ball_drawing(), {})], arguments.frames, arguments.sizes)
     with open(arguments.out + ".json", "w", encoding="utf-8") as file:
         json.dump(rows, file, indent=1)
     write_table(rows, arguments.out + ".md")

@@ -12,7 +12,6 @@ reference of 200 images. PSNR against the reference.
 """
 
 import argparse
-import os
 import statistics
 
 import numpy as np
@@ -20,10 +19,9 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 
-from clouds import (bumpy_ball, framed_camera, largest_confusion, read, surfels_of, truth_views,
-                    view_camera)
+from clouds import largest_confusion, read, surfels_of, truth_views, view_camera
 from measures import psnr
-from scenes import DEFAULT, PAPER, Drawing, Way, multisampling
+from scenes import DEFAULT, PAPER, Drawing, Way, ball_drawing, multisampling, scan_drawing
 
 APERTURES = (12, 48)  # largest circle of confusion in px: the paper's differ by 4, too
 IMAGES = 200
@@ -83,12 +81,9 @@ def drawings(arguments):
         yield Drawing("plane", surfels_of(read(arguments.truth + "/plane.ply")), view_camera(view),
                       lit=False)
     if arguments.scan:
-        surfels = surfels_of(read(arguments.scan))
-        name = os.path.basename(arguments.scan).split("_")[0].split(".")[0]
-        yield Drawing(name, surfels, framed_camera(surfels), lit=True)
+        yield scan_drawing(arguments.scan)
     if not arguments.truth and not arguments.scan:
-        surfels = surfels_of(bumpy_ball())
-        yield Drawing("ball", surfels, framed_camera(surfels), lit=False)
+        yield ball_drawing()
 
 
 def main():

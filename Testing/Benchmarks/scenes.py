@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Surfels through one camera, drawn in every way that the splatter has."""
 
-from dataclasses import dataclass, field
+import os
+from dataclasses import dataclass
 
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkActor
 
-from clouds import hierarchy_of
+from clouds import bumpy_ball, framed_camera, hierarchy_of, read, surfels_of
 from surfelsplatting.vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 
 
@@ -45,7 +46,6 @@ class Frame:
     milliseconds: float
     splats: int
     fragments: int
-    counters: dict = field(default_factory=dict)
 
 
 class Drawing:
@@ -92,3 +92,16 @@ class Drawing:
         picture = colors.reshape(size, size, 4)[::-1, :, :3].astype(float)
         return Frame(picture, splatter.GetFrameMilliseconds(), splatter.GetNumberOfSplats(),
                      splatter.GetNumberOfFragments())
+
+
+def scan_drawing(path):
+    """A scan, as surfelsplat render shows it"""
+    surfels = surfels_of(read(path))
+    name = os.path.basename(path).split("_")[0].split(".")[0]
+    return Drawing(name, surfels, framed_camera(surfels), lit=True)
+
+
+def ball_drawing():
+    """Without any file"""
+    surfels = surfels_of(bumpy_ball())
+    return Drawing("ball", surfels, framed_camera(surfels), lit=False)

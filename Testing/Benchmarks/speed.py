@@ -24,9 +24,8 @@ FILTERS = ("estimation", "normalization", "hierarchy")
 
 
 def cloud(arguments):
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-
     from clouds import points_of, read, resample, surfels_of
+    from surfelsplatting.clouds.polydata import named_array
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     if arguments.scan:
@@ -37,9 +36,8 @@ def cloud(arguments):
     bumps = 1 + 0.08 * np.prod(np.sin(9 * directions), axis=1)
     data = vtkPolyData()
     data.SetPoints(points_of(directions * bumps[:, None]))
-    colors = numpy_to_vtk((128 + 100 * np.sin(40 * directions)).astype(np.uint8), deep=True)
-    colors.SetName("RGB")
-    data.GetPointData().SetScalars(colors)
+    data.GetPointData().SetScalars(
+        named_array("RGB", 128 + 100 * np.sin(40 * directions), np.uint8))
     return data
 
 
@@ -144,16 +142,20 @@ def measure_windows(arguments):
 PARTS = {"filters": measure_filters, "frames": measure_frames, "windows": measure_windows}
 
 
-def run(part, threads, arguments):
-    """A part in a process of its own."""
-    command = [sys.executable, os.path.abspath(__file__), arguments.out, "--part", part,
+def run_part(script, part, arguments, options=(), **variables):
+    """A part in a process of its own. -> its times"""
+    command = [sys.executable, os.path.abspath(script), arguments.out, "--part", part,
                "--points", str(arguments.points), "--size", str(arguments.size),
-               "--frames", str(arguments.frames)]
+               "--frames", str(arguments.frames), *options]
     if arguments.scan:
         command += ["--scan", arguments.scan]
-    environment = dict(os.environ, VTK_SMP_MAX_THREADS=str(threads), LP_NUM_THREADS=str(threads))
-    output = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE).stdout
+    output = subprocess.run(command, env={**os.environ, **variables}, check=True,
+                            stdout=subprocess.PIPE).stdout
     return json.loads(output.splitlines()[-1])
+
+
+def run(part, threads, arguments):
+    return run_part(__file__, part, arguments, VTK_SMP_MAX_THREADS=threads, LP_NUM_THREADS=threads)
 
 
 def search_alone(arguments):

@@ -13,12 +13,11 @@ threads instead, where other programs share the processor. Needs a display (xvfb
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 import time
 
 import numpy as np
+
+from speed import camera_for, cloud, median, run_part
 
 ROUNDS = 3
 # Radius of the lens and distance in focus, by the blur of the sphere in 1024 px.
@@ -148,7 +147,6 @@ class SurfelFrames:
 
 def measure_surfels(arguments):
     from clouds import hierarchy_of, surfels_of
-    from speed import camera_for, cloud
 
     surfels = hierarchy_of(surfels_of(cloud(arguments)))
     camera = camera_for(surfels)
@@ -162,24 +160,9 @@ PARTS = {"meshes": measure_meshes, "surfels": measure_surfels}
 
 
 def run(part, packages, arguments):
-    """A part in a process of its own. -> its times"""
-    command = [sys.executable, os.path.abspath(__file__), arguments.out, "--part", part,
-               "--frames", str(arguments.frames), "--points", str(arguments.points),
-               "--size", str(arguments.size)]
-    if arguments.scan:
-        command += ["--scan", arguments.scan]
-    if arguments.processor_time:
-        command.append("--processor-time")
-    environment = dict(os.environ, PYTHONPATH=packages) if packages else None
-    output = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE).stdout
-    return json.loads(output.splitlines()[-1])
-
-
-def median(rows):
-    """Medians of the values of nested dictionaries with the same keys."""
-    if isinstance(rows[0], dict):
-        return {key: median([row[key] for row in rows]) for key in rows[0]}
-    return float(np.median(rows))
+    options = ["--processor-time"] if arguments.processor_time else []
+    variables = {"PYTHONPATH": packages} if packages else {}
+    return run_part(__file__, part, arguments, options, **variables)
 
 
 def table(rows):
