@@ -75,6 +75,12 @@ def hull_area(points):
 
 
 class TestMeshFaces(ToolCase):
+    def setUp(self):
+        super().setUp()
+        fewer = mock.patch.object(limits, "SAMPLES", 50_000)
+        fewer.start()
+        self.addCleanup(fewer.stop)
+
     def check_box(self, path, why="few", count=8):
         cloud = read(path)
         self.assertEqual(cloud.how, WHY.format(count, why))
