@@ -15,11 +15,13 @@
 #include "vtkDoubleArray.h"
 #include "vtkExecutive.h"
 #include "vtkFieldData.h"
+#include "vtkFloatArray.h"
 #include "vtkNew.h"
 #include "vtkPointData.h"
 #include "vtkPoints.h"
 #include "vtkPolyData.h"
 #include "vtkPolyDataAlgorithm.h"
+#include "vtkSMPTools.h"
 #include "vtkSmartPointer.h"
 #include "vtkUnsignedCharArray.h"
 
@@ -65,6 +67,27 @@ inline void AddNormals(vtkPolyData* data, const std::vector<Vec>& normals)
     array->InsertNextTuple(n.data());
   }
   data->GetPointData()->SetNormals(array);
+}
+
+/// Adds the array Id: the number of each point.
+inline void AddIds(vtkPolyData* data)
+{
+  vtkNew<vtkFloatArray> ids;
+  ids->SetName("Id");
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+  {
+    ids->InsertNextValue(static_cast<float>(i));
+  }
+  data->GetPointData()->AddArray(ids);
+}
+
+inline void AddField(const char* name, const std::vector<double>& values, vtkPolyData* data)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(static_cast<int>(values.size()));
+  array->InsertNextTuple(values.data());
+  data->GetFieldData()->AddArray(array);
 }
 
 /// Adds the array Checkers, the active scalars: red 200 and 60 by turns in cubes of this size, and
@@ -223,6 +246,24 @@ private:
   vtkDataArray* Overlaps;
   vtkDataArray* Origin;
 };
+
+/// What a function returns with each of these numbers of threads.
+template <class Function>
+auto WithThreads(const std::vector<int>& counts, const Function& function)
+{
+  // Plain threads where VTK has them: TBB gives no more than there are cores.
+  const std::string backend = vtkSMPTools::GetBackend();
+  vtkSMPTools::SetBackend("STDThread");
+  std::vector<decltype(function())> results;
+  for (const int count : counts)
+  {
+    vtkSMPTools::Initialize(count);
+    results.push_back(function());
+  }
+  vtkSMPTools::Initialize(0);
+  vtkSMPTools::SetBackend(backend.c_str());
+  return results;
+}
 
 /// Mean and standard deviation of a list.
 struct Spread

@@ -2,9 +2,7 @@
 // Stray points are removed, whatever the density; noise is smoothed; clean clouds stay as they are.
 #include "CleaningTesting.h"
 
-#include "vtkFloatArray.h"
 #include "vtkPointCloudCleaning.h"
-#include "vtkSMPTools.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <limits>
@@ -102,13 +100,7 @@ TEST_CASE("Stray points")
     {
       const Scan scan(share, { shift, 0.5 * shift, 0.0 });
       const auto data = ToPolyData(scan.Points, VTK_DOUBLE);
-      vtkNew<vtkFloatArray> ids;
-      ids->SetName("Id");
-      for (size_t i = 0; i < scan.Points.size(); ++i)
-      {
-        ids->InsertNextValue(static_cast<float>(i));
-      }
-      data->GetPointData()->AddArray(ids);
+      AddIds(data);
       vtkNew<vtkPointCloudCleaning> cleaning;
       const Messages said(cleaning);
       cleaning->GenerateStrayPointsOn();
@@ -524,12 +516,7 @@ TEST_CASE("Threads")
   {
     p[2] += 0.03 * random();
   }
-  const std::string backend = vtkSMPTools::GetBackend();
-  vtkSMPTools::SetBackend("STDThread");
-  std::vector<double> sums;
-  for (const int threads : { 1, 2, 8 })
-  {
-    vtkSMPTools::Initialize(threads);
+  const auto sums = WithThreads({ 1, 2, 8 }, [&] {
     vtkNew<vtkPointCloudCleaning> cleaning;
     const Messages said(cleaning);
     cleaning->SetInputData(ToPolyData(scan.Points));
@@ -542,10 +529,8 @@ TEST_CASE("Threads")
       cleaning->GetOutput()->GetPoint(i, p.data());
       sum += (1.0 + i % 7) * (p[0] + 2 * p[1] + 3 * p[2]);
     }
-    sums.push_back(sum);
-  }
-  vtkSMPTools::Initialize(0);
-  vtkSMPTools::SetBackend(backend.c_str());
+    return sum;
+  });
   CHECK(sums[0] == sums[1]);
   CHECK(sums[0] == sums[2]);
 }

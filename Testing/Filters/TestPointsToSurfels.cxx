@@ -9,9 +9,7 @@
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
-#include "vtkDoubleArray.h"
 #include "vtkIdTypeArray.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -176,18 +174,10 @@ TEST_CASE("Neighbours of its own")
 TEST_CASE("Threads")
 {
   const auto data = MakeScene();
-  const std::string backend = vtkSMPTools::GetBackend();
-  vtkSMPTools::SetBackend("STDThread"); // TBB gives no more threads than there are cores
-  vtkSmartPointer<vtkPolyData> results[3];
-  const int threads[3] = { 1, 2, 8 };
-  for (int t = 0; t < 3; ++t)
-  {
-    vtkSMPTools::Initialize(threads[t]);
+  const auto results = WithThreads({ 1, 2, 8 }, [&] {
     vtkNew<vtkPointsToSurfels> filter;
-    results[t] = ByOneFilter(data, filter);
-  }
-  vtkSMPTools::Initialize(0);
-  vtkSMPTools::SetBackend(backend.c_str());
+    return ByOneFilter(data, filter);
+  });
   for (int t = 1; t < 3; ++t)
   {
     CHECK(SamePlaces(results[0], results[t]));
@@ -222,15 +212,6 @@ namespace
 {
 constexpr int Columns = 160, Rows = 120;
 const double SensorPlace[3] = { 0.5, -1.0, 2.0 };
-
-void AddField(const char* name, const std::vector<double>& values, vtkPolyData* data)
-{
-  vtkNew<vtkDoubleArray> array;
-  array->SetName(name);
-  array->SetNumberOfComponents(static_cast<int>(values.size()));
-  array->InsertNextTuple(values.data());
-  data->GetFieldData()->AddArray(array);
-}
 
 /// A tilted wall in steps of 1/z, and what vtkPointCloudReader says of its sensor.
 vtkSmartPointer<vtkPolyData> MakeDepthImage()

@@ -2,7 +2,6 @@
 // A second scan moves to the first, if nothing tells that it is the other side of things.
 #include "CleaningTesting.h"
 
-#include "vtkFloatArray.h"
 
 #include <algorithm>
 
@@ -113,13 +112,7 @@ TEST_CASE("Two scans")
     const TwoScans scans(c.Thing);
     const auto data =
       WithShades(scans.Points, c.HasColors ? scans.Shades : std::vector<unsigned char>());
-    vtkNew<vtkFloatArray> ids;
-    ids->SetName("Id");
-    for (size_t i = 0; i < scans.Points.size(); ++i)
-    {
-      ids->InsertNextValue(static_cast<float>(i));
-    }
-    data->GetPointData()->AddArray(ids);
+    AddIds(data);
     vtkNew<vtkPointCloudCleaning> cleaning;
     const Messages said(cleaning);
     cleaning->SetInputData(data);

@@ -10,7 +10,6 @@
 
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <cstring>
@@ -235,21 +234,14 @@ TEST_CASE("Dropped points")
 TEST_CASE("Threads")
 {
   const auto data = ToPolyData(MakeScene().Points);
-  vtkSmartPointer<vtkPolyData> results[2];
-  const std::string backend = vtkSMPTools::GetBackend();
-  vtkSMPTools::SetBackend("STDThread");
-  for (int t = 0; t < 2; ++t)
-  {
-    vtkSMPTools::Initialize(t == 0 ? 1 : 8);
+  const auto results = WithThreads({ 1, 8 }, [&] {
     vtkNew<vtkPartitionedSurfelEstimation> partitioned;
     partitioned->CleanPointsOff();
     partitioned->SetInputData(data);
     partitioned->SetPointsPerPart(9000);
     partitioned->Update();
-    results[t] = partitioned->GetOutput();
-  }
-  vtkSMPTools::Initialize(0);
-  vtkSMPTools::SetBackend(backend.c_str());
+    return vtkSmartPointer<vtkPolyData>(partitioned->GetOutput());
+  });
   const auto areas = [&](
                        int t) { return results[t]->GetPointData()->GetArray("SurfelAreaVector"); };
   CHECK(areas(0)->GetNumberOfTuples() == areas(1)->GetNumberOfTuples());

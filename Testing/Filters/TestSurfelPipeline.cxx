@@ -8,7 +8,6 @@
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
 #include "vtkPointSet.h"
-#include "vtkSMPTools.h"
 #include "vtkStringArray.h"
 #include "vtkStructuredGrid.h"
 #include "vtkUnsignedCharArray.h"
@@ -73,18 +72,7 @@ TEST_CASE("Threads")
   }
   scene.Append(rough);
   const auto data = ToPolyData(scene.Points);
-  vtkSmartPointer<vtkPolyData> results[3];
-  const int threads[3] = { 1, 2, 8 };
-  // Plain threads where VTK has them: TBB gives no more than there are cores.
-  const std::string backend = vtkSMPTools::GetBackend();
-  vtkSMPTools::SetBackend("STDThread");
-  for (int t = 0; t < 3; ++t)
-  {
-    vtkSMPTools::Initialize(threads[t]);
-    results[t] = Process(data);
-  }
-  vtkSMPTools::Initialize(0);
-  vtkSMPTools::SetBackend(backend.c_str());
+  const auto results = WithThreads({ 1, 2, 8 }, [&] { return Process(data); });
   CHECK(results[0]->GetPointData()->GetArray("SurfelOverlap")->GetRange()[1] > 50.0);
   CHECK(SameSurfels(results[0], results[1]));
   CHECK(SameSurfels(results[0], results[2]));

@@ -9,7 +9,6 @@
 #include "vtkSurfelEstimation.h"
 #include "vtkSurfelNormalization.h"
 
-#include "vtkDoubleArray.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
@@ -212,15 +211,6 @@ TEST_CASE("Points to surfels")
 
 namespace
 {
-void AddField(const char* name, const std::vector<double>& values, vtkPolyData* data)
-{
-  vtkNew<vtkDoubleArray> array;
-  array->SetName(name);
-  array->SetNumberOfComponents(static_cast<int>(values.size()));
-  array->InsertNextTuple(values.data());
-  data->GetFieldData()->AddArray(array);
-}
-
 /// Number of surfels that do not face a place, or are two-sided.
 vtkIdType CountAway(vtkPolyData* data, const Vec& place)
 {
