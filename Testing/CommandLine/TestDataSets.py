@@ -15,7 +15,7 @@ from surfelsplatting.clouds.meshes import read_obj_cloud, read_stl_cloud
 from surfelsplatting.clouds.reading import read_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.vtkmessages import VtkMessages
-from toolcase import CAMERA, SMALL, ToolCase, arrays_of, sphere, write
+from toolcase import CAMERA, SMALL, ToolCase, arrays_of, places_of, sphere, write
 
 UTM = np.array([691000.123, 5334000.456, 512.789])
 POINTS = np.array([[0, 0, 0], [0.001, 0, 0], [0, 0.002, 0], [0, 0, 0.5]]) + UTM
@@ -29,10 +29,6 @@ class Silent:
 
 def text_of(rows):
     return "\n".join(" ".join(map(repr, row)) for row in np.asarray(rows).tolist())
-
-
-def places_of(cloud):
-    return vtk_to_numpy(cloud.GetPoints().GetData())
 
 
 def vtu(colors=COLORS, kind="UInt8"):

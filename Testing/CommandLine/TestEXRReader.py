@@ -17,7 +17,7 @@ from exrfiles import attribute, deep_file, flat_file
 from surfelsplatting import vtkDeepEXRWriter, vtkSurfelEXRReader, vtkSurfelEXRWriter
 from surfelsplatting.clouds.polydata import named_array
 from TestEXRWriter import image_of
-from toolcase import ToolCase, arrays_of, sphere, write
+from toolcase import ToolCase, arrays_of, places_of, sphere, write
 
 CENTER, RADIUS = np.array([3.0, -2.0, 1.0]), 0.5
 
@@ -38,7 +38,7 @@ def points_of(reader):
     points = reader.GetOutputDataObject(1)
     if points.GetNumberOfPoints() == 0:
         return np.empty((0, 3))
-    return vtk_to_numpy(points.GetPoints().GetData())
+    return places_of(points)
 
 
 class ReaderCase(ToolCase):

@@ -10,7 +10,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from surfelsplatting.clouds.polydata import named_array
 from TestReader import write_pcd
-from toolcase import CAMERA, SMALL, ToolCase, arrays_of, content_of, sphere, write_data, write_ply
+from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write_data,
+                      write_ply)
 
 
 def pcd_columns(points, colors, kind="f4"):
@@ -86,7 +87,7 @@ class TestFormats(ToolCase):
             self.render(name, *SMALL, "-o", "out.exr", "--surfels", "surfels.vtp")
             surfels = self.read_vtp("surfels.vtp")
             origin = vtk_to_numpy(surfels.GetFieldData().GetArray("SurfelOrigin")).reshape(3)
-            world = vtk_to_numpy(surfels.GetPoints().GetData()).astype(np.float64) + origin
+            world = places_of(surfels).astype(np.float64) + origin
             # A kernel sits in the middle of its point's cell; cells are 0.004 wide. Single
             # precision alone would be off by 0.03 in x and 0.25 in y.
             np.testing.assert_allclose(world, utm, rtol=0, atol=0.001, err_msg=name)
@@ -100,7 +101,7 @@ class TestFormats(ToolCase):
         empty.SetName("SurfelOrigin")
         empty.SetNumberOfComponents(3)
         surfels.GetFieldData().AddArray(empty)
-        points = vtk_to_numpy(surfels.GetPoints().GetData())
+        points = places_of(surfels)
         points.view(np.uint32)[0] = 0x7fa00000  # a signalling NaN
         write_data("damaged.vtp", surfels)
         self.render("damaged.vtp", *SMALL, "-o", "damaged.exr")  # without a word
@@ -137,7 +138,7 @@ class TestFormats(ToolCase):
         self.assertIn("camera at 0 0 0 looking at 0 0 1.9", said)
         surfels = self.read_vtp("surfels.vtp")
         arrays = arrays_of(surfels)
-        points = vtk_to_numpy(surfels.GetPoints().GetData())
+        points = places_of(surfels)
         self.assertEqual(len(points), (np.arange(columns * rows) % 37 != 0).sum())
         self.assertTrue(((arrays["SurfelAreaVector"] * points).sum(axis=1) < 0).all())
 

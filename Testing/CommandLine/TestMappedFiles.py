@@ -18,7 +18,8 @@ from surfelsplatting import (vtkSurfelHierarchy, vtkSurfelHierarchyReader, vtkSu
 from surfelsplatting.clouds.polydata import named_array
 from surfelsplatting.views.samples import SAMPLES, Samples
 from surfelsplatting.vtkmessages import errors_of
-from toolcase import SMALL, ToolCase, arrays_of, content_of, read_json, sphere, write, write_ply
+from toolcase import (SMALL, ToolCase, arrays_of, content_of, places_of, read_json, sphere, write,
+                      write_ply)
 
 LARGE = 700_000  # surfels: a file too large to be checked at once
 PAGE = 4096
@@ -122,7 +123,7 @@ class TestMappedFiles(ToolCase):
 
     def test_surfels_that_are_not_finite_are_left_out(self):
         surfels = ball(3000)
-        vtk_to_numpy(surfels.GetPoints().GetData())[100:150] = np.nan
+        places_of(surfels)[100:150] = np.nan
         warnings = []
         writer = vtkSurfelHierarchyWriter()
         writer.AddObserver("WarningEvent", lambda *_: warnings.append(1))

@@ -120,22 +120,6 @@ class TestOpenEXRPackage(unittest.TestCase):
         self.assertGreater(picture[..., 3].max(), 0.99)
         np.testing.assert_allclose(flatten(counts, samples), picture, atol=1.0 / 255.0)
 
-    def test_deep_file_of_the_command(self):
-        import OpenEXR
-
-        from toolcase import CAMERA, SMALL, sphere, write_ply
-
-        points, colors = sphere()
-        cloud = os.path.join(os.path.dirname(self.path), "sphere.ply")
-        write_ply(cloud, points, colors, points)
-        subprocess.run([os.environ["SURFELSPLAT"], "render", cloud, *map(str, [*CAMERA, *SMALL]),
-                        "--deep", "-o", self.path], check=True, capture_output=True)
-        with OpenEXR.File(self.path, separate_channels=True) as file:
-            self.assertEqual(file.header()["type"], OpenEXR.deepscanline)
-            self.assertNotIn("deepImageState", file.header())
-            alpha = [a for a in file.channels()["A"].pixels.ravel() if a is not None and len(a)]
-        self.assertGreater(np.concatenate(alpha).max(), 0.99)
-
 
 if __name__ == "__main__":
     fetch_package(sys.argv.pop(1))

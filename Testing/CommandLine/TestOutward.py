@@ -16,7 +16,7 @@ from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import Cloud, cloud_of
 from surfelsplatting.outward import turn_outward
 from TestMeshFaces import BOX, TRIANGLES, ball, write_stl
-from toolcase import ToolCase, arrays_of, sphere, write_ply
+from toolcase import ToolCase, arrays_of, places_of, sphere, write_ply
 
 FLOOR, CEILING = 4, 5  # of the sides of a box
 LEGS = [(x, y, 0) for x in (0, 0.95) for y in (0, 0.55)]
@@ -56,7 +56,7 @@ def parametric(function):
     source.GenerateNormalsOff()
     source.Update()
     mesh = source.GetOutput()
-    return (vtk_to_numpy(mesh.GetPoints().GetData()).astype(float),
+    return (places_of(mesh).astype(float),
             vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3))
 
 

@@ -9,7 +9,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 
 from surfelsplatting import vtkPointCloudReader
-from toolcase import ToolCase, arrays_of, content_of, sphere, write, write_ply
+from toolcase import ToolCase, arrays_of, content_of, places_of, sphere, write, write_ply
 
 
 def compress_lzf(data):
@@ -64,7 +64,7 @@ class TestReader(ToolCase):
         return self.errors[0]
 
     def points(self, reader):
-        return vtk_to_numpy(reader.GetOutput().GetPoints().GetData())
+        return places_of(reader.GetOutput())
 
     def test_ply_containers(self):
         points, colors = sphere(100)

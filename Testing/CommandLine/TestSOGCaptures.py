@@ -11,7 +11,6 @@ import unittest
 import zipfile
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
 try:
     from sogcaptures import image_of, sog_files, store, write_sog
@@ -24,7 +23,7 @@ from surfelsplatting import vtkGaussianSplatReader
 from surfelsplatting.clouds.sog import read_sog_capture
 from surfelsplatting.clouds.sogfiles import folder_meta
 from surfelsplatting.problems import UserProblem
-from toolcase import ToolCase, arrays_of, content_of, write
+from toolcase import ToolCase, arrays_of, content_of, places_of, write
 
 ROUNDS = 200  # of damage of either kind
 SIZE = ("--size", "120", "90")
@@ -33,7 +32,7 @@ SIZE = ("--size", "120", "90")
 def read(path):
     """-> points, point arrays, number of Gaussians that were left out, whether antialiased"""
     capture, invalid, is_antialiased = read_sog_capture(path)
-    return vtk_to_numpy(capture.GetPoints().GetData()), arrays_of(capture), invalid, is_antialiased
+    return places_of(capture), arrays_of(capture), invalid, is_antialiased
 
 
 def changed(meta, names, value):

@@ -30,13 +30,6 @@ class TestSides(ToolCase):
         self.assertTrue(self.surfels("ball.ply", "--sides", "two", "--points-per-part", "1000")[1]
                         .all())
 
-    def test_given(self):
-        points, colors = sphere()
-        write_ply("inward.ply", points, colors, -points)
-        areas, two_sided = self.surfels("inward.ply", "--sides", "given")
-        self.assertFalse(two_sided.any())
-        self.assertTrue(((areas * points).sum(axis=1) < 0).all())
-
     def test_given_without_normals(self):
         points, colors = sphere()
         write_ply("ball.ply", points, colors)

@@ -4,19 +4,18 @@
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from surfelsplatting.clouds.ptx import read_ptx_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.clouds.text import read_text_cloud
-from toolcase import SMALL, ToolCase, arrays_of, sphere, write
+from toolcase import SMALL, ToolCase, arrays_of, places_of, sphere, write
 
 
 class TestTextClouds(ToolCase):
     def read(self, text, path="cloud.xyz"):
         write(path, text)
         cloud, self.columns = read_text_cloud(path)
-        return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud)
+        return places_of(cloud), arrays_of(cloud)
 
     def check_points(self, text, expected=((1, 2, 3), (4, 5, 6)), path="cloud.xyz"):
         points, arrays = self.read(text, path)
@@ -166,7 +165,7 @@ class TestPtx(ToolCase):
     def read(self, text):
         write("scan.ptx", text)
         cloud, viewpoint = read_ptx_cloud("scan.ptx")
-        return vtk_to_numpy(cloud.GetPoints().GetData()), arrays_of(cloud), viewpoint
+        return places_of(cloud), arrays_of(cloud), viewpoint
 
     def test_two_scans(self):
         points, arrays, viewpoint = self.read(

@@ -2,10 +2,9 @@
 """What the tests of vtkGaussianSplatReader share."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from surfelsplatting import vtkGaussianSplatReader
-from toolcase import ToolCase, arrays_of
+from toolcase import ToolCase, arrays_of, places_of
 
 EPSILON = np.finfo(np.float32).eps
 
@@ -34,7 +33,7 @@ class CaptureCase(ToolCase):
         self.assertEqual((reader.GetErrorCode(), self.errors), (0, []))
         output = reader.GetOutput()
         self.assertEqual(output.GetNumberOfVerts(), 1)
-        return reader, vtk_to_numpy(output.GetPoints().GetData()), arrays_of(output)
+        return reader, places_of(output), arrays_of(output)
 
     def failure(self, path):
         reader = self.reader(path)

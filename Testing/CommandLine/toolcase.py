@@ -75,6 +75,11 @@ def arrays_of(polydata):
             for i in range(data.GetNumberOfArrays())}
 
 
+def places_of(data):
+    """-> [n, 3]"""
+    return vtk_to_numpy(data.GetPoints().GetData())
+
+
 def write(path, content):
     """Text or bytes. -> path"""
     with open(path, "wb") as file:
