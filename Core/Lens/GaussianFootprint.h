@@ -35,6 +35,9 @@ constexpr double FocusBellPeak = 2.0 / (FocusBellReach * FocusBellMass);
 constexpr double FocusBellKurtosis =
   FocusBellReach * FocusBellReach * (BellEdge / 12.0 + (1.0 - BellEdge) / 105.0) / FocusBellMass;
 
+/// The exponent of that kurtosis, nearly: where the mixture begins.
+constexpr double FocusBellExponent = 2.9;
+
 /// A Gaussian ends, in q, no nearer than this. One of a capture ends about where it is a level of
 /// 255, 2 ln(255 w), up to the larger one.
 constexpr double LeastGaussianReach = 9.0, LargestGaussianReach = 11.09;
@@ -96,8 +99,9 @@ SURFELSPLATTING_INLINE KernelProfile<Real> SpaceProfile(
   const Real exponent = 8.0 / Larger(lack, Uniform<Real>(1e-30)) - 3.0;
   const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
   const Real most = Uniform<Real>(MaxSmoothExponent);
-  KernelProfile<Real> blurred = Select<Real>(
-    smooth, SmoothProfile(w, smooth ? exponent : most, 1.0), BellProfile(w, exponent, 1.0));
+  KernelProfile<Real> blurred =
+    Select<Real>(smooth, SmoothProfile(w, smooth ? exponent : most, 1.0),
+      BellProfile(w, exponent, FocusBellExponent, 1.0));
   blurred.Scale = one;
   return Select<Real>(bell, blurred, sharp);
 }

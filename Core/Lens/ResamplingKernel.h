@@ -220,8 +220,12 @@ SURFELSPLATTING_INLINE Real PearsonExponent(const FootprintOf<Real>& w, const Bl
 /// BellProfile. At 2 both are (1 - q/q0)^2.
 constexpr double MaxSmoothExponent = 1.99;
 
-/// From this exponent on, the kernel is that of a splat in focus.
-constexpr double FocusExponent = 2.9;
+/// From this exponent on, the kernel of a surfel is that in focus: the lens has a share of at most
+/// 0.48 of W. The kernel in focus ends with a slope, which the blur takes away. The mixture below
+/// it is the closest one to the disc convolved with the kernel in focus (the test Disc and kernel
+/// in focus). With 2.9, where the kurtosis of both kernels is the same, slightly blurred surfaces
+/// are speckled, and a plane at 12 px has 0.06 dB less; with 100, a plane at 4 px has 0.1 dB less.
+constexpr double FocusExponent = 10.0;
 
 /// a: the larger it is, the smaller is the support of a splat in focus, and the more do neighbours
 /// ripple. With 0.5, pinhole pictures have the error that the Gaussian cut off at c = 2.5 gives;
@@ -238,21 +242,21 @@ constexpr double BellEdge = 0.4;
  * Gradients have the derivative of the kernel (1 - q/q0)^2, which ends in zero as well: t =
  * peak 12 m0 / q0 x.
  *
- * r grows from 0 to 1 between the exponents above. Mass and variance are exact for every r: with
+ * r grows from 0 to 1 from MaxSmoothExponent on. Mass and variance are exact for every r: with
  * the moments m0 = integral of k over x, m1 = that of (1 - x) k, q0 = 2 m0 / m1.
  * @param exponent from PearsonExponent
+ * @param focus    the exponent from which on r is 1
  * @param support  Q of the Gaussian
  */
 template <class Real>
 SURFELSPLATTING_INLINE KernelProfile<Real> BellProfile(
-  const FootprintOf<Real>& w, const Real& exponent, double support)
+  const FootprintOf<Real>& w, const Real& exponent, double focus, double support)
 {
   constexpr double focus0 = BellEdge / 2.0 + (1.0 - BellEdge) / 5.0;  // m0 at r = 1
   constexpr double focus1 = BellEdge / 6.0 + (1.0 - BellEdge) / 30.0; // m1
-  constexpr double perExponent = 1.0 / (FocusExponent - MaxSmoothExponent);
-  const Real share = (exponent - MaxSmoothExponent) * perExponent;
+  const Real share = (exponent - MaxSmoothExponent) * (1.0 / (focus - MaxSmoothExponent));
   const Real one = Uniform<Real>(1.0);
-  const Real r = exponent < FocusExponent ? Larger(share, Real{}) : one; // NaN: in focus
+  const Real r = exponent < focus ? Larger(share, Real{}) : one; // NaN: in focus
   const Real m0 = 1.0 / 3.0 + (focus0 - 1.0 / 3.0) * r;
   const Real reach = 2.0 * m0 / (1.0 / 12.0 + (focus1 - 1.0 / 12.0) * r), inverse = 1.0 / reach;
   return { reach, support * inverse, (1.0 / Pi) * inverse * w.InverseRoot / m0, r,
@@ -312,10 +316,10 @@ SURFELSPLATTING_INLINE KernelProfile<Real> ChooseProfile(KernelType type,
   const double support = gaussian.Support();
   if (!AnyLane<Real>(blur.SquaredConfusion != 0.0))
   {
-    return BellProfile(w, Uniform<Real>(FocusExponent), support);
+    return BellProfile(w, Uniform<Real>(FocusExponent), FocusExponent, support);
   }
   const Real exponent = PearsonExponent(w, blur);
-  const KernelProfile<Real> bell = BellProfile(w, exponent, support);
+  const KernelProfile<Real> bell = BellProfile(w, exponent, FocusExponent, support);
   const MaskOf<Real> smooth = exponent < MaxSmoothExponent;
   if (!AnyLane<Real>(smooth))
   {

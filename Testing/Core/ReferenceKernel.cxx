@@ -77,7 +77,7 @@ ReferenceKernel ChooseReferenceKernel(double n)
     return kernel;
   }
   kernel.Type = ReferenceKernel::Bell;
-  kernel.P = std::min(1.0, (n - 1.99) / 0.91);
+  kernel.P = std::min(1.0, (n - 1.99) / 8.01);
   constexpr int Steps = 2000; // Simpson's rule: 1e-13 for a polynomial of fifth degree
   for (int i = 0; i <= Steps; ++i)
   {

@@ -220,6 +220,50 @@ TEST_CASE("Kurtosis")
   }
 }
 
+/// Distance of a kernel of variance 1 to the disc of radius C convolved with the kernel in focus of
+/// variance 1 - C^2 / 4, root mean square over the plane, relative.
+double OffConvolution(double confusion, const TruncatedGaussian& gaussian)
+{
+  const double rest = 1.0 - 0.25 * confusion * confusion;
+  const ResamplingKernel focus =
+    LensKernel(Footprint({ 0, 0, 0 }, { rest, rest, 0.0 }), 0.0, gaussian);
+  const ResamplingKernel lens =
+    LensKernel(Footprint({ 0, 0, 0 }, { 1.0, 1.0, 0.0 }), confusion * confusion, gaussian);
+  const auto at = [&](const ResamplingKernel& k, double x, double y) {
+    const double q = k.A * x * x + k.B * y * y;
+    return q < gaussian.Support() ? k.Peak * ShapeAt(k, q, gaussian.Support()) : 0.0;
+  };
+  constexpr int Points = 4000, Steps = 90;
+  double off = 0.0, all = 0.0;
+  for (int i = 0; i < Steps; ++i)
+  {
+    const double r = 4.5 * (i + 0.5) / Steps;
+    double mean = 0.0;
+    for (int p = 0; p < Points; ++p) // Vogel's spiral
+    {
+      const double u = confusion * std::sqrt((p + 0.5) / Points), angle = 2.399963229728653 * p;
+      mean += at(focus, r - u * std::cos(angle), u * std::sin(angle)) / Points;
+    }
+    const double difference = at(lens, r, 0.0) - mean;
+    off += r * difference * difference;
+    all += r * mean * mean;
+  }
+  return std::sqrt(off / all);
+}
+
+/// Where a surfel is about as wide as its blur, its kernel is close to the disc convolved with that
+/// in focus. If the kernel in focus goes on up to the exponent 2.9, it is off by up to 0.084.
+TEST_CASE("Disc and kernel in focus")
+{
+  const TruncatedGaussian gaussian(2.5);
+  for (const double share : { 0.45, 0.5, 0.55, 0.6, 0.65, 0.7 })
+  {
+    const double off = OffConvolution(2.0 * std::sqrt(share), gaussian);
+    std::printf("the lens has %.2f of the variance: off by %.4f\n", share, off);
+    CHECK(off < 0.05);
+  }
+}
+
 LensShape RandomShape(Random& random)
 {
   const double ratio = std::pow(10.0, random.Uniform(-1.0, 1.0)), angle = random.Uniform(0.0, Pi);
