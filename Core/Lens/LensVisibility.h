@@ -5,13 +5,15 @@
  *
  * A fragment d px from the centre of its splat passes the lens, a unit disc, on average at
  *
- *   u = (1 - l) m + M d,   M = C / (4 sqrt(det W)),   C signed: negative in front of the focus
+ *   u = (I - L) m + M d,   M = C/4 S^(1/2) W^-1,   C signed: negative in front of the focus
  *
- * the regression of C u, of variance C^2 / 4, on the footprint's W. (Of an ellipse, LensShape S, u
- * is the point of the unit disc that S^(1/2) maps to its own, and d stands for S^(-1/2) d.) The
- * lens's share of W is l = |C M|. The rest of u does not depend on d; m is its mean where the
- * surfel is seen (Lens.h). In a wide blur u is on one side of the lens. There the fragment's weight
- * is that of what u sees of the surfel: the kernel, times Base + (X, Y).M d.
+ * the regression of u, of covariance I/4, on d, of covariance W. (Of an ellipse, LensShape S, u is
+ * the point of the unit disc that S^(1/2) maps to its own; of a disc S is I.) Splats of surfels
+ * that are nearly edge-on are thin: across them u changes faster than along them. The lens's share
+ * of W is L = C M S^(1/2). The rest of u does not depend on d; m is its mean where the surfel is
+ * seen (Lens.h). In a wide blur u is on one side of the lens. There the fragment's weight
+ * is that of what u sees of the surfel: the kernel, times Base + (X, Y).M d (LensFootprints in
+ * Core/Splats/SetupOutput.h).
  *
  * A function f on the lens is kept as its mean f0 and its first moment f1 = mean of u f(u); its
  * linear reconstruction is
@@ -29,13 +31,13 @@
 
 namespace SurfelSplatting
 {
-/// Where the light of a splat's fragments passes through the lens, u = (MeanX, MeanY) + PerPixel
-/// S^(-1/2) (dx, dy), and its share of the splat's weight, x = Area + AreaX dx + AreaY dy where x
-/// is positive, -Back x elsewhere. The offset (dx, dy) from the centre is in px, or in cells of a
-/// coarse grid.
+/// Where the light of a splat's fragments passes through the lens, u = (MeanX, MeanY) + PerForm
+/// S^(1/2) Q (dx, dy), Q the matrix of the raster's q (ResamplingKernel.h), and its share of the
+/// splat's weight, x = Area + AreaX dx + AreaY dy where x is positive, -Back x elsewhere. The
+/// offset (dx, dy) from the centre is in px, or in cells of a coarse grid.
 struct alignas(32) LensFootprint
 {
-  float MeanX, MeanY, PerPixel;
+  float MeanX, MeanY, PerForm;
   float Area, AreaX, AreaY;
   float Back;   ///< 1: two-sided, 0: seen from one side
   float Unused; ///< all bytes of a SpaceFootprint are copied

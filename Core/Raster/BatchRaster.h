@@ -112,8 +112,7 @@ struct BatchBlock
 {
   PixelTile& Tile;
   int Block;
-  Lanes X, Y;         // centres of the pixels, px in the tile
-  Lanes LensX, LensY; // ToDisc of them
+  Lanes X, Y; // centres of the pixels, px in the tile
   RasterSettings& Settings;
   const RasterCallbacks& Callbacks;
 };
@@ -380,7 +379,8 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   {
     const Lanes front = p.Area + p.AreaY * at.Y + p.AreaX * at.X;
     peak = Larger(front, 0.0f - p.Back * front);
-    u = { p.LensX + p.PerPixel * at.LensX, p.LensY + p.PerPixel * at.LensY };
+    u = { p.LensX + p.LensXY * at.Y + p.LensXX * at.X,
+      p.LensY + p.LensYY * at.Y + p.LensYX * at.X };
   }
   const Lanes most = Select(inside, peak * kernel, 0.0f); // lanes outside may hold anything
   if (Pass != RasterPass::Nearest)
@@ -507,10 +507,8 @@ std::uint64_t AddItems(PixelTile& tile, const BatchItem* batch, int count,
     {
       const Lanes x = Lanes::Load(RampX) + (FirstPixel[block % BlocksPerRow] + 0.5f);
       const Lanes y = Lanes::Load(RampY) + (FirstPixel[block / BlocksPerRow] + 0.5f);
-      const Lanes lensX = settings.ToDiscXX * x + settings.ToDiscXY * y;
-      const Lanes lensY = settings.ToDiscXY * x + settings.ToDiscYY * y;
       fragments += AddItemsToBlock<OnLens, Pass>(
-        { tile, block, x, y, lensX, lensY, settings, callbacks }, prepared, touched[block]);
+        { tile, block, x, y, settings, callbacks }, prepared, touched[block]);
     }
   }
   return fragments;

@@ -92,8 +92,7 @@ template <class Real>
 SURFELSPLATTING_INLINE void MapToDisc(
   const RasterSettings& settings, ShareOfLens& share, Real& x, Real& y)
 {
-  // The inverse of ToDisc, whose determinant is 1.
-  const float xx = settings.ToDiscYY, xy = -settings.ToDiscXY, yy = settings.ToDiscXX;
+  const float xx = settings.RootXX, xy = settings.RootXY, yy = settings.RootYY;
   const Real along = xx * x + xy * y;
   y = xy * x + yy * y;
   x = along;

@@ -28,9 +28,10 @@ struct alignas(64) PreparedItem
 {
   float UX, UY, U0, VY, V0; ///< q / support = (UX x + UY y + U0)^2 + (VY y + V0)^2
   ZRange Range;
-  float Weight;                 ///< over RoomToFill
-  float LensX, LensY, PerPixel; ///< 2 u = (LensX, LensY) + PerPixel D (x, y), D: ToDisc
-  float Area, AreaX, AreaY;     ///< as in LensFootprint, times Weight
+  float Weight;                         ///< over RoomToFill
+  float LensX, LensY;                   ///< 2 u = (LensX, LensY) +
+  float LensXX, LensXY, LensYX, LensYY; ///< (LensXX x + LensXY y, LensYX x + LensYY y)
+  float Area, AreaX, AreaY;             ///< as in LensFootprint, times Weight
   float Back;
   float Depth, DepthX, DepthY;
   float Red, Green, Blue, Opacity;
@@ -78,9 +79,14 @@ SURFELSPLATTING_INLINE void Prepare(
   if (OnLens)
   {
     const LensFootprint& lens = *item.Footprint;
-    p.PerPixel = 2.0f * lens.PerPixel;
-    p.LensX = 2.0f * lens.MeanX - p.PerPixel * (settings.ToDiscXX * x + settings.ToDiscXY * y);
-    p.LensY = 2.0f * lens.MeanY - p.PerPixel * (settings.ToDiscXY * x + settings.ToDiscYY * y);
+    const float xx = 2.0f * lens.PerForm * s.A, xy = xx * s.K;
+    const float yy = 2.0f * lens.PerForm * s.B + xy * s.K;
+    p.LensXX = settings.RootXX * xx + settings.RootXY * xy;
+    p.LensXY = settings.RootXX * xy + settings.RootXY * yy;
+    p.LensYX = settings.RootXY * xx + settings.RootYY * xy;
+    p.LensYY = settings.RootXY * xy + settings.RootYY * yy;
+    p.LensX = 2.0f * lens.MeanX - (p.LensXX * x + p.LensXY * y);
+    p.LensY = 2.0f * lens.MeanY - (p.LensYX * x + p.LensYY * y);
     p.AreaX = p.Weight * lens.AreaX;
     p.AreaY = p.Weight * lens.AreaY;
     p.Area = p.Weight * lens.Area - (p.AreaX * x + p.AreaY * y);

@@ -167,9 +167,9 @@ struct RasterSettings
   float LargestColor;
   /// The radius of the blur at depth z, world units, is |z BlurPerDepth - LensRadius|. 0: no lens.
   float LensRadius = 0.0f, BlurPerDepth = 0.0f;
-  /// Symmetric, determinant 1: maps an ellipse as a lens to a disc (LensShape). Points of the lens
+  /// Symmetric, determinant 1: maps a disc to an ellipse as a lens (LensShape). Points of the lens
   /// are those of the unit disc.
-  float ToDiscXX = 1.0f, ToDiscXY = 0.0f, ToDiscYY = 1.0f;
+  float RootXX = 1.0f, RootXY = 0.0f, RootYY = 1.0f;
   RasterPass Pass = RasterPass::Layers;
   bool SkipHidden = false; ///< add nothing to opaque blocks
   bool Doubts = false;     ///< sum up PixelTile::Doubted
@@ -179,14 +179,14 @@ struct RasterSettings
   void SetShape(const LensShape& shape)
   {
     const LensShape root = shape.Root(); // of determinant 1
-    this->ToDiscXX = static_cast<float>(root.YY);
-    this->ToDiscXY = static_cast<float>(-root.XY);
-    this->ToDiscYY = static_cast<float>(root.XX);
+    this->RootXX = static_cast<float>(root.XX);
+    this->RootXY = static_cast<float>(root.XY);
+    this->RootYY = static_cast<float>(root.YY);
   }
 
   SURFELSPLATTING_INLINE bool IsLensRound() const
   {
-    return this->ToDiscXX == 1.0f && this->ToDiscXY == 0.0f;
+    return this->RootXX == 1.0f && this->RootXY == 0.0f;
   }
 };
 

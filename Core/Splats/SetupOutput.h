@@ -256,20 +256,63 @@ SURFELSPLATTING_INLINE void WriteGradients(const SetupJob& job, const BatchIndic
   }
 }
 
-/// How much of where a splat passes the lens depends on the pixel.
+/// What of the lens a splat's fragments are seen through, as LensFootprint has it: the regression
+/// of u on the offset from the centre (LensVisibility.h).
 template <class Real>
-struct LensShare
+struct LensRegression
 {
-  Real Share;   ///< of W that comes from the lens, [0, 1]
-  Real PerCell; ///< LensFootprint::PerPixel
+  Real MeanX, MeanY, PerForm;
+  Real Area, AreaX, AreaY;
 
-  SURFELSPLATTING_INLINE LensShare(const SetupJob& job, const SplatBatch<Real>& b)
+  SURFELSPLATTING_INLINE LensRegression(const SetupJob& job, const SplatBatch<Real>& b)
   {
     const double f = __builtin_sqrt(__builtin_fabs(job.Camera.Fx * job.Camera.Fy));
-    const Real confusion = f * b.Blur.Signed;
-    const Real perPixel = 0.25 * confusion * b.Footprints.W.InverseRoot;
-    this->Share = Smaller(confusion * perPixel, Uniform<Real>(1.0));
-    this->PerCell = perPixel * b.Footprints.Cell;
+    const Real confusion = f * b.Blur.Signed, quarter = 0.25 * confusion;
+    const FootprintOf<Real>& w = b.Footprints.W;
+    const VisibleAreaOf<Real>& v = b.Surfels.Visible;
+    const LensShape& root = job.ShapeRoot;
+    // M'v, the slope of v.u, and L v.
+    const Real x = root.XX * v.X + root.XY * v.Y, y = root.XY * v.X + root.YY * v.Y;
+    const Real perDeterminant = quarter * w.InverseRoot * w.InverseRoot;
+    const Real slopeX = perDeterminant * (w.YY * x - w.XY * y);
+    const Real slopeY = perDeterminant * (w.XX * y - w.XY * x);
+    const Real shareX = confusion * (root.XX * slopeX + root.XY * slopeY);
+    const Real shareY = confusion * (root.XY * slopeX + root.YY * slopeY);
+    const Real squared = Larger(v.X * v.X + v.Y * v.Y, Uniform<Real>(1e-30));
+    const Real share = Smaller(
+      (shareX * v.X + shareY * v.Y) / squared, Uniform<Real>(1.0)); // of the area's variance
+    // m is along v.
+    const MeanVisibleArea<Real> mean = MeanOverLens(v);
+    const Real along = (mean.X * v.X + mean.Y * v.Y) / squared;
+    this->MeanX = mean.X - along * shareX;
+    this->MeanY = mean.Y - along * shareY;
+    this->PerForm = quarter / (b.Kernel.B * w.YY * b.Footprints.Cell);
+    this->SetArea(b, { slopeX, slopeY }, share, mean.Area, 4.0 * mean.Area * along);
+  }
+
+private:
+  struct Slope
+  {
+    Real X, Y;
+  };
+
+  /**
+   * Where l = 1, the pixel tells u, and the area is that of u. Where l = 0 it does not, and the
+   * best line over all of the lens counts. The weight l^2 of the first is closest to the mean over
+   * 400 points of the lens, for surfels of any slope; with l, those that only a part of the lens
+   * sees are 5 to 10 % farther away.
+   * @param share l, of the variance of the area that depends on the pixel
+   * @param mean of the area over the lens @param steep slope of the best line, over that of the
+   * area where it is seen
+   */
+  SURFELSPLATTING_INLINE void SetArea(const SplatBatch<Real>& b, const Slope& slope,
+    const Real& share, const Real& mean, const Real& steep)
+  {
+    const Real known = share * share;
+    const Real scale = b.Footprints.Cell * (steep + known * (1.0 - steep));
+    this->Area = mean + known * (b.Surfels.Visible.Base - mean);
+    this->AreaX = scale * slope.X;
+    this->AreaY = scale * slope.Y;
   }
 };
 
@@ -287,18 +330,11 @@ SURFELSPLATTING_INLINE FootprintRows<Real> LensFootprints(
   static_assert(offsetof(LensFootprint, Area) == 12 && offsetof(LensFootprint, AreaX) == 16 &&
       offsetof(LensFootprint, Back) == 24,
     "first and last columns of the parts");
-  const LensShare<Real> lens(job, b);
-  const VisibleAreaOf<Real>& v = b.Surfels.Visible;
-  const MeanVisibleArea<Real> mean = MeanOverLens(v);
-  const Real one = Uniform<Real>(1.0), rest = 1.0 - lens.Share;
-  const Real area = lens.Share * v.Base + rest * mean.Area;
-  // Root()'s inverse, since its determinant is 1.
-  const LensShape& root = job.ShapeRoot;
-  const Real x = root.YY * v.X - root.XY * v.Y, y = root.XX * v.Y - root.XY * v.X;
-  return { { { Narrow<Real>(rest * mean.X), Narrow<Real>(rest * mean.Y), Narrow<Real>(lens.PerCell),
-               Narrow<Real>(area) },
-    { Narrow<Real>(lens.PerCell * x), Narrow<Real>(lens.PerCell * y),
-      Narrow<Real>(v.TwoSided ? one : Real{}), FloatOf<Real>{} } } };
+  const LensRegression<Real> lens(job, b);
+  return { { { Narrow<Real>(lens.MeanX), Narrow<Real>(lens.MeanY), Narrow<Real>(lens.PerForm),
+               Narrow<Real>(lens.Area) },
+    { Narrow<Real>(lens.AreaX), Narrow<Real>(lens.AreaY),
+      Narrow<Real>(b.Surfels.Visible.TwoSided ? Uniform<Real>(1.0) : Real{}), FloatOf<Real>{} } } };
 }
 
 /// @param first of the batch's splats

@@ -69,7 +69,7 @@ struct ReferenceSplat
   double W[2][2];         ///< covariance of the untruncated Gaussian, W / tau
   double Inverse[2][2];   ///< its inverse
   double Near, Far, Depth, DepthX, DepthY;
-  double PointX = 0, PointY = 0, PerPixel = 0; ///< of the lens, as in LensVisibility.h
+  double Point[2] = { 0, 0 }, PerPixel[2][2] = { { 0, 0 }, { 0, 0 } }; ///< of the lens
   double Area = 1, AreaX = 0, AreaY = 0, Back = 0;
   double Color[3], Opacity;
 };
@@ -258,15 +258,36 @@ LensView SeeFromLens(const CameraSurfel& s, double radius, double facing, bool t
   return view;
 }
 
-/// The lens's share of the footprint depends on the pixel, the rest is the mean.
-void SetLens(const LensView& lens, double perPixel, double share, ReferenceSplat& splat)
+/// The regression of the lens point u on the offset d, u = m + C/4 W^-1 (d - C m), and of the area
+/// that is seen: that of u where d tells it, the best line over the lens where it does not.
+/// @param inverse W^-1 @param confusion C, signed
+void SetLens(
+  const LensView& lens, const double (&inverse)[2][2], double confusion, ReferenceSplat& splat)
 {
-  splat.PerPixel = perPixel;
-  splat.PointX = (1.0 - share) * lens.Point[0];
-  splat.PointY = (1.0 - share) * lens.Point[1];
-  splat.Area = share * lens.Center / lens.Largest + (1.0 - share) * lens.Mean;
-  splat.AreaX = perPixel * lens.Slope[0] / lens.Largest;
-  splat.AreaY = perPixel * lens.Slope[1] / lens.Largest;
+  double slope[2], squared = 0.0, known = 0.0, along = 0.0;
+  for (int a = 0; a < 2; ++a)
+  {
+    splat.Point[a] = lens.Point[a];
+    slope[a] = 0.0;
+    for (int b = 0; b < 2; ++b)
+    {
+      splat.PerPixel[a][b] = 0.25 * confusion * inverse[a][b];
+      splat.Point[a] -= confusion * splat.PerPixel[a][b] * lens.Point[b];
+      slope[a] += splat.PerPixel[a][b] * lens.Slope[b] / lens.Largest;
+    }
+    const double v = lens.Slope[a] / lens.Largest;
+    squared += v * v;
+    known += confusion * slope[a] * v;
+    along += 4.0 * lens.Mean * lens.Point[a] * v;
+  }
+  splat.Area = lens.Mean;
+  if (squared > 1e-30)
+  {
+    const double share = std::min(known / squared, 1.0), weight = share * share;
+    splat.Area += weight * (lens.Center / lens.Largest - lens.Mean);
+    splat.AreaX = (weight + (1.0 - weight) * along / squared) * slope[0];
+    splat.AreaY = (weight + (1.0 - weight) * along / squared) * slope[1];
+  }
 }
 
 /// Whether the outline of a support q <= k^2 that nearly reaches the lens plane is in the picture.
@@ -376,8 +397,9 @@ bool MakeReferenceSplat(
   if (context.Optics.Radius > 0.0 && !view.Parallel)
   {
     const double sign = p[2] > context.Optics.FocalDistance ? 1.0 : -1.0;
-    const double perPixel = std::sqrt(cx * cy / det) / 4.0;
-    SetLens(lens, sign * perPixel, perPixel * std::sqrt(cx * cy), splat);
+    const double inverse[2][2] = { { w[1][1] / det, -w[0][1] / det },
+      { -w[1][0] / det, w[0][0] / det } };
+    SetLens(lens, inverse, sign * std::sqrt(cx * cy), splat);
   }
   ReferenceDepth(s, rows, w, splat);
   ReferenceColor(context, cloud, i, s, back, splat);
@@ -437,8 +459,8 @@ Fragment MakeFragment(
   f.DepthError = 5.0 * Epsilon *
     (std::abs(s.Depth) + std::abs(s.DepthX) * (std::abs(s.X) + 32.0) +
       std::abs(s.DepthY) * (std::abs(s.Y) + 32.0));
-  f.PointError =
-    4.0 * Epsilon * (0.25 + std::abs(s.PerPixel) * (std::abs(s.X) + std::abs(s.Y) + 64.0));
+  const double steepest = std::max(std::abs(s.PerPixel[0][0]), std::abs(s.PerPixel[1][1]));
+  f.PointError = 8.0 * Epsilon * (0.25 + steepest * (std::abs(s.X) + std::abs(s.Y) + 64.0));
   v.Near = s.Near;
   v.Far = s.Far;
   const double area = s.Area + s.AreaX * dx + s.AreaY * dy;
@@ -452,8 +474,10 @@ Fragment MakeFragment(
   v.Depth = s.Depth + s.DepthX * dx + s.DepthY * dy;
   std::copy(std::begin(s.Color), std::end(s.Color), v.Color);
   v.OnLens = onLens;
-  v.U[0] = s.PointX + s.PerPixel * dx;
-  v.U[1] = s.PointY + s.PerPixel * dy;
+  for (int k = 0; k < 2; ++k)
+  {
+    v.U[k] = s.Point[k] + s.PerPixel[k][0] * dx + s.PerPixel[k][1] * dy;
+  }
   return f;
 }
 

@@ -65,10 +65,11 @@ void SetValues(
     static_cast<double>(s.DepthY) * d[1];
   v.Color[0] = s.Red;
   v.OnLens = onLens;
-  const LensShape root = ShapeOfLens.Root(); // of determinant 1
-  const double perPixel = lens.PerPixel;
-  v.U[0] = lens.MeanX + perPixel * (root.YY * d[0] - root.XY * d[1]);
-  v.U[1] = lens.MeanY + perPixel * (root.XX * d[1] - root.XY * d[0]);
+  const LensShape root = ShapeOfLens.Root();
+  // Half of the gradient of q.
+  const double qx = s.A * (d[0] + s.K * d[1]), qy = s.K * qx + s.B * d[1];
+  v.U[0] = lens.MeanX + lens.PerForm * (root.XX * qx + root.XY * qy);
+  v.U[1] = lens.MeanY + lens.PerForm * (root.XY * qx + root.YY * qy);
   f.Error = k.ValueError / k.Value + 4.0 * Epsilon;
   f.Error += onLens ? AreaError(lens, p, seen) : 0.0;
   f.ColorError = 4.0 * Epsilon;

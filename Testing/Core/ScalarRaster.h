@@ -67,7 +67,7 @@ struct ScalarPixel
       moved.Color[0] += random.Uniform(-f.ColorError, f.ColorError);
       for (double& u : moved.U)
       {
-        u += random.Uniform(-64.0 * Epsilon, 64.0 * Epsilon); // PerPixel up to 0.08, 60 px away
+        u += random.Uniform(-64.0 * Epsilon, 64.0 * Epsilon); // up to 0.08 a pixel, 60 px away
       }
       this->Moved[i].Prepare(moved);
     }

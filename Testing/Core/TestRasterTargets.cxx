@@ -516,7 +516,7 @@ void TestLargest(const RasterTarget& target)
     s.Far = near + static_cast<float>(random.Integer(0, 2)) * 0.02f;
     const float reach = random.Integer(0, 3) == 0 ? 1e6f : 1.0f;
     const LensFootprint footprint = WholeLens(reach * static_cast<float>(random.Uniform(-1.0, 1.0)),
-      reach * static_cast<float>(random.Uniform(-1.0, 1.0)), 0.01f);
+      reach * static_cast<float>(random.Uniform(-1.0, 1.0)), 1e18f);
     AddSplat(target, *tile, { s, nullptr, &footprint }, { { 0, 0, TileSize, TileSize }, 16, 16 },
       settings, Nobody);
     for (int l = 0; l < PixelsPerBlock; ++l)

@@ -111,8 +111,15 @@ TEST_CASE("Circumellipse")
   }
 }
 
-/// LensVisibility.h: M = C / (4 sqrt(det W)), and the share of the weight at lens point u = M d:
-/// the area that R u sees. Of an ellipse the points are those of the disc that its root maps to it.
+using Vector2 = std::array<double, 2>;
+
+Vector2 Multiply(const LensShape& s, const Vector2& x)
+{
+  return { s.XX * x[0] + s.XY * x[1], s.XY * x[0] + s.YY * x[1] };
+}
+
+/// LensVisibility.h: M = C/4 S^(1/2) W^-1, and the share of the weight at offset d, the area that
+/// is seen from there. Of an ellipse the points are those of the disc that its root maps to it.
 TEST_CASE("Points of the lens")
 {
   SplatContext context = Context();
@@ -137,11 +144,11 @@ TEST_CASE("Points of the lens")
     const auto areaFrom = [&](double ux, double uy) {
       return -side * Dot(a, { p[0] - radius * ux, p[1] - radius * uy, p[2] });
     };
-    const double slope[2] = { areaFrom(1, 0) - areaFrom(0, 0), areaFrom(0, 1) - areaFrom(0, 0) };
     const LensShape root = context.Optics.Shape.Root();
-    const double onDisc[2] = { root.XX * slope[0] + root.XY * slope[1],
-      root.XY * slope[0] + root.YY * slope[1] };
-    const double largest = areaFrom(0, 0) + std::hypot(onDisc[0], onDisc[1]);
+    Vector2 v = Multiply( // by the point of the disc
+      root, { areaFrom(1, 0) - areaFrom(0, 0), areaFrom(0, 1) - areaFrom(0, 0) });
+    const double largest = areaFrom(0, 0) + std::hypot(v[0], v[1]);
+    v = { v[0] / largest, v[1] / largest };
     if (!splat.IsVisible)
     {
       CHECK(largest < 1e-3 * std::abs(Dot(a, p))); // or outside of the picture
@@ -155,18 +162,30 @@ TEST_CASE("Points of the lens")
     w.XX += 0.25 * confusion * confusion * shape.XX;
     w.YY += 0.25 * confusion * confusion * shape.YY;
     w.XY += 0.25 * confusion * confusion * shape.XY;
-    const double point = confusion / (4.0 * std::sqrt(w.XX * w.YY - w.XY * w.XY));
-    const double share = confusion * point;
+    const double det = w.XX * w.YY - w.XY * w.XY;
+    const auto perPixel = [&](const Vector2& v) { // M'v = C/4 W^-1 S^(1/2) v
+      const Vector2 x = Multiply(root, v);
+      return Vector2{ 0.25 * confusion / det * (w.YY * x[0] - w.XY * x[1]),
+        0.25 * confusion / det * (w.XX * x[1] - w.XY * x[0]) };
+    };
+    const auto share = [&](const Vector2& v) { // L v = C S^(1/2) M'v
+      const Vector2 x = Multiply(root, perPixel(v));
+      return Vector2{ confusion * x[0], confusion * x[1] };
+    };
     const LensFootprint& f = splat.Footprint;
-    CHECK_NEAR(f.PerPixel, point, 1e-6 * std::abs(point));
-    CHECK_NEAR(f.AreaX, point * slope[0] / largest, 1e-6);
-    CHECK_NEAR(f.AreaY, point * slope[1] / largest, 1e-6);
+    CHECK_NEAR(f.PerForm * splat.S.A * det / w.YY, 0.25 * confusion, 1e-5 * std::abs(confusion));
     CHECK(f.Back == (surfel.TwoSided ? 1.0f : 0.0f));
-    const MeanVisibleArea<double> mean = MeanOverLens<double>(
-      { areaFrom(0, 0) / largest, onDisc[0] / largest, onDisc[1] / largest, surfel.TwoSided });
-    CHECK_NEAR(f.Area, share * areaFrom(0, 0) / largest + (1.0 - share) * mean.Area, 1e-6);
-    CHECK_NEAR(f.MeanX, (1.0 - share) * mean.X, 1e-6);
-    CHECK_NEAR(f.MeanY, (1.0 - share) * mean.Y, 1e-6);
+    const MeanVisibleArea<double> mean =
+      MeanOverLens<double>({ areaFrom(0, 0) / largest, v[0], v[1], surfel.TwoSided });
+    const double squared = v[0] * v[0] + v[1] * v[1];
+    const Vector2 known = share(v), m = share({ mean.X, mean.Y }), slope = perPixel(v);
+    const double l = (known[0] * v[0] + known[1] * v[1]) / squared;
+    const double line = 4.0 * mean.Area * (mean.X * v[0] + mean.Y * v[1]) / squared;
+    CHECK_NEAR(f.Area, l * l * areaFrom(0, 0) / largest + (1.0 - l * l) * mean.Area, 1e-6);
+    CHECK_NEAR(f.AreaX, (l * l + (1.0 - l * l) * line) * slope[0], 1e-6);
+    CHECK_NEAR(f.AreaY, (l * l + (1.0 - l * l) * line) * slope[1], 1e-6);
+    CHECK_NEAR(f.MeanX, mean.X - m[0], 1e-6);
+    CHECK_NEAR(f.MeanY, mean.Y - m[1], 1e-6);
   }
   CHECK(seen > 100);
 }

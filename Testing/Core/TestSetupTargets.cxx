@@ -109,8 +109,8 @@ void Compare(const SetupTarget& kernel, const SplatContext& context, const Surfe
     {
       const LensFootprint &u = actual.Footprints[i], &v = expected.Footprints[i];
       CheckFields(
-        std::array<float, 7>{ u.MeanX, u.MeanY, u.PerPixel, u.Area, u.AreaX, u.AreaY, u.Back },
-        std::array<float, 7>{ v.MeanX, v.MeanY, v.PerPixel, v.Area, v.AreaX, v.AreaY, v.Back },
+        std::array<float, 7>{ u.MeanX, u.MeanY, u.PerForm, u.Area, u.AreaX, u.AreaY, u.Back },
+        std::array<float, 7>{ v.MeanX, v.MeanY, v.PerForm, v.Area, v.AreaX, v.AreaY, v.Back },
         "footprint");
     }
   }

@@ -6,9 +6,9 @@
 namespace SurfelSplatting
 {
 /// The footprint of a splat of which all points of the lens see the same.
-/// @param perPixel of the lens point
-inline LensFootprint WholeLens(float meanX, float meanY, float perPixel)
+/// @param perForm of the lens point
+inline LensFootprint WholeLens(float meanX, float meanY, float perForm)
 {
-  return { meanX, meanY, perPixel, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+  return { meanX, meanY, perForm, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 }
 }
