@@ -6,6 +6,8 @@ import subprocess
 import sys
 import unittest
 
+import numpy as np
+
 from toolcase import TOOL, ToolCase, write
 
 CLASSES = ["vtkDeepEXRWriter", "vtkLensAccumulationPass", "vtkPartitionedSurfelEstimation",
@@ -59,6 +61,30 @@ class TestPackage(ToolCase):
         for name, expected in (("codes.png", [0, 128, 255]), ("light.png", [0, 188, 255])):
             self.assertEqual(self.read_png(name)[0].tolist(), [[value] * 3 for value in expected])
         self.assertEqual(self.read_png("renderer.png")[0].tolist(), [[51, 102, 255]] * 2)
+
+    def test_png_of_any_size(self):
+        """Strips of 64 rows are compressed by different threads."""
+        files = {}
+        for threads in (1, 2):
+            self.run_python(
+                "import numpy as np\n"
+                "from surfelsplatting import write_png\n"
+                "from vtkmodules.util.numpy_support import numpy_to_vtk\n"
+                "from vtkmodules.vtkCommonCore import vtkSMPTools\n"
+                "from vtkmodules.vtkCommonDataModel import vtkImageData\n"
+                f"vtkSMPTools.Initialize({threads})\n"
+                "for height in (1, 64, 65, 200):\n"
+                "    pixels = np.random.default_rng(height).integers(0, 256, (height, 7, 4))\n"
+                "    image = vtkImageData(); image.SetDimensions(7, height, 1)\n"
+                "    colors = np.float32(pixels[::-1].reshape(-1, 4) / 255)\n"
+                "    image.GetPointData().SetScalars(numpy_to_vtk(colors, deep=True))\n"
+                "    write_png(image, f'{height}.png'); np.save(f'{height}.npy', pixels)\n")
+            for height in (1, 64, 65, 200):
+                expected = np.load(f"{height}.npy")[:, :, :3]
+                self.assertEqual(self.read_png(f"{height}.png").tolist(), expected.tolist())
+                with open(f"{height}.png", "rb") as file:
+                    content = file.read()
+                self.assertEqual(files.setdefault(height, content), content, threads)
 
     def test_module_runs_the_tool(self):
         result = subprocess.run([sys.executable, "-s", "-m", "surfelsplatting.commandline",
