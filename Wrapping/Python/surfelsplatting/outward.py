@@ -7,7 +7,6 @@ is inside of. So are rooms, which stay.
 
 import math
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from .clouds.faces import are_vectors, normals_of
 from .clouds.parts import parts_of_points
 from .clouds.polydata import named_array, polydata_of
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
+from .views.samples import Surface
 
 # Axes, diagonals of faces and of the cube: a look along each, from both ends.
 LINES = np.array([line for line in product((-1, 0, 1), repeat=3) if line > (0, 0, 0)], float)
@@ -36,14 +36,6 @@ MOST_POINTS = 20_000  # of a cloud, which take 40 ms; a part of it may have a hu
 FEWEST_POINTS = 100
 FEW_BACKS = 0.02  # of what is seen of a cloud; parts are looked for if there is more
 REACH = 4.0  # spacings, from which on there is a gap between parts, about
-
-
-class _Shell(NamedTuple):
-    """What views.rooms asks of samples: [n, 3] each, and [n] nowhere two-sided."""
-
-    points: np.ndarray
-    areas: np.ndarray
-    two_sided: np.ndarray
 
 
 def _area(places):
@@ -110,7 +102,7 @@ def _are_closed(normals, parts):
 
 def _profiles(places, normals):
     """-> Profile of a shell along each axis"""
-    shell = _Shell(places, normals, np.zeros(len(places), bool))
+    shell = Surface(places, normals, np.zeros(len(places), bool))
     return [profile_of(shell, axis) for axis in range(3)]
 
 

@@ -1,6 +1,4 @@
 # SPDX-License-Identifier: BSD-3-Clause
-import sys
+from .main import run
 
-from .main import main
-
-sys.exit(main())
+run()

@@ -3,6 +3,7 @@
 
 import os
 import sys
+from contextlib import suppress
 
 from .commands import parse_arguments
 from ..problems import UserProblem
@@ -28,3 +29,13 @@ def main(words=None):
               file=sys.stderr)
         return 130
     return 0
+
+
+def run():
+    """The program. It ends without destructors: those of a cloud of a million points and of the
+    libraries take 40 ms."""
+    code = main()
+    with suppress(BrokenPipeError):  # what was printed before an error
+        sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -11,7 +11,7 @@ from .homes import home_of
 from .rooms import may_be_room, name_of, options_inside
 from .samples import Samples
 from .sensor import sensor_of
-from .turning import front_of, rotated, seen_from, turned, unit
+from .turning import front_of, lengths, rotated, seen_from, turned, unit
 from .up import Up, find_up, floor_normal, is_open
 
 FEW_SAMPLES = 20_000  # enough for a share within one percent
@@ -39,7 +39,7 @@ def share_facing_away(surfels, views):
 
 def _share_facing_away(samples, view, by_angle):
     rays = samples.points - np.asarray(view.position)
-    distance = np.maximum(np.linalg.norm(rays, axis=1), 1e-300)
+    distance = np.maximum(lengths(rays), 1e-300)
     rays /= distance[:, None]
     if by_angle:
         rays /= np.maximum(distance, 0.1 * np.median(distance))[:, None] ** 2
@@ -78,7 +78,7 @@ def _seen_area(samples, direction, up):
     places -= places.min(axis=0)
     width = max(places.max(), 1e-300) / RASTER
     cells = (places / width).astype(int) @ (1, RASTER + 1)
-    height, area = points @ direction, np.linalg.norm(areas, axis=1)
+    height, area = points @ direction, lengths(areas)
     across = np.maximum(np.abs(areas @ direction), np.maximum(0.05 * area, 1e-300))
     within = width * area / across  # one cell, of a slope
     highest = np.full((RASTER + 1) ** 2, -np.inf)
@@ -94,7 +94,7 @@ def _goes_on_around(samples, direction, up):
     local = (points - samples.center) @ np.stack([right, np.cross(right, up)], axis=1)
     axis = np.abs(local).argmax(axis=1)  # along which a point is farther off
     sides = 2 * axis + (np.take_along_axis(local, axis[:, None], axis=1)[:, 0] > 0)
-    least = AROUND * (areas.sum() + np.linalg.norm(samples.areas, axis=1).sum())
+    least = AROUND * (areas.sum() + samples.sizes.sum())
     return bool(np.sort(np.bincount(sides, areas, 4))[-2] > least)
 
 
@@ -194,7 +194,7 @@ def surface_in_the_middle(samples, position, focal_point, view):
         return _half_way(samples, position, forward, 2 * tangent)
     local = samples.points - position
     depth = local @ forward
-    off_axis = np.linalg.norm(local - np.outer(depth, forward), axis=1)
+    off_axis = lengths(local - np.outer(depth, forward))
     window = tangent * depth
     facing = samples.two_sided | (samples.areas @ forward < 0)
     in_the_middle = depth[(depth > 0) & (off_axis < window) & facing]
@@ -310,7 +310,7 @@ def _from_sensor(view, sensor, samples):
     if view.focal_point:
         return placed
     distance = (surface_in_the_middle(samples, sensor.place, np.asarray(placed.focal_point), placed)
-                or np.median(np.linalg.norm(samples.points - sensor.place, axis=1)))
+                or np.median(lengths(samples.points - sensor.place)))
     point = sensor.place - distance * sensor.direction
     return replace(placed, focal_point=tuple(map(float, point)))
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .cameras import AXES
+from .turning import lengths
 
 BULK = (0.5, 99.5)  # percent of the heights
 END = 0.05  # part of the height, at both ends, in which floor and ceiling are
@@ -39,7 +40,7 @@ class Profile(NamedTuple):
 
 def profile_of(samples, axis):
     heights = samples.points[:, axis]
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     low, high = np.percentile(heights, BULK)
     share = (heights - low) / max(high - low, 1e-300)
     cosine = samples.areas[:, axis] / np.maximum(area, 1e-300)
@@ -57,12 +58,13 @@ def profile_of(samples, axis):
 
 def facing_of(samples):
     """-> 1 if a closed surface faces outward, -1 inward, 0 if it is not closed"""
-    areas = samples.areas[~samples.two_sided]
-    total = np.linalg.norm(areas, axis=1).sum()
-    if (not total or total < ONE_SIDED * np.linalg.norm(samples.areas, axis=1).sum()
+    one_sided = ~samples.two_sided
+    areas = np.compress(one_sided, samples.areas, axis=0)
+    total = samples.sizes[one_sided].sum()
+    if (not total or total < ONE_SIDED * samples.sizes.sum()
             or np.linalg.norm(areas.sum(axis=0)) > CLOSED * total):
         return 0
-    points = samples.points[~samples.two_sided]
+    points = np.compress(one_sided, samples.points, axis=0)
     return int(np.sign(np.einsum("ij,ij", areas, points - points.mean(axis=0))))
 
 
@@ -118,10 +120,10 @@ def _place_inside(samples, up):
     places = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
     spaces = np.array([_space_around(points - place) for place in places])
     wide = places[spaces >= ROOMY * spaces.max()]
-    return wide[int(np.argmax(np.linalg.norm(wide - samples.center, axis=1)))]
+    return wide[int(np.argmax(lengths(wide - samples.center)))]
 
 
 def _space_around(rays):
     """-> the distance to the nearest point; 0 unless there are points in all eight octants"""
     octants = np.bincount((rays > 0) @ (1, 2, 4), minlength=8)
-    return np.linalg.norm(rays, axis=1).min() if octants.min() > 0 else 0.0
+    return lengths(rays).min() if octants.min() > 0 else 0.0

@@ -163,7 +163,7 @@ def _upright(samples, gaussians, scene):
     near = np.linalg.norm(gaussians.points - scene.center, axis=1) < GROUND * scene.radius
     level = _levelling(_common_normal(gaussians, near, scene.radius ** 2))
     around = copy.copy(samples)
-    for found in ("profiles", "facing"):  # of all of the capture
+    for found in ("profiles", "facing", "sizes"):  # of all of the capture
         vars(around).pop(found, None)
     around.points = gaussians.points[near] @ level.T
     around.opacities = gaussians.opacities[near]

@@ -2,7 +2,6 @@
 """What is up in a cloud, whose file does not say it."""
 
 import warnings
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,8 @@ from ..backend import vtk
 from ..clouds.polydata import polydata_of
 from ..surfels import make_surfels
 from .rooms import height_axis, is_room, may_be_room
-from .turning import unit
+from .samples import Surface
+from .turning import lengths, unit
 
 FLAT, LEAN = 0.35, 0.6  # thickness over width below which a cloud is a terrain; and of figures
 SLENDER, TALL, ROUND = 3.0, 1.5, 2.0  # height over width of masts, of trees; width over depth
@@ -66,7 +66,7 @@ def _thick_slices(samples, up, areas):
     low, high = np.percentile(height, BULK)
     share = np.clip((height - low) / max(high - low, 1e-300), 0, 1)
     slices = np.histogram(share, SLICES, (0, 1), weights=areas)[0]
-    total = max(np.linalg.norm(samples.areas, axis=1).sum(), 1e-300)
+    total = max(samples.sizes.sum(), 1e-300)
     return np.convolve(slices, np.ones(THICK), "valid") / total
 
 
@@ -79,7 +79,7 @@ def _near_ends(samples, up, areas):
 
 def _level_ends(samples, up):
     """-> the same of level area that faces up; area without a known outside faces both ways."""
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     along = samples.areas @ up
     level = np.where(samples.two_sided, np.abs(along), along) > LEVEL * area
     return _near_ends(samples, up, area * level)
@@ -108,7 +108,7 @@ def _of_ground(samples, ups):
     """A guess if nothing stands on it: then it may be a wall, behind what is seen."""
     up = _most([_level_ends(samples, up) for up in ups], ups, GROUND)
     if up and up.is_clear:
-        slices = _thick_slices(samples, up.axis, np.linalg.norm(samples.areas, axis=1))
+        slices = _thick_slices(samples, up.axis, samples.sizes)
         up = up._replace(is_clear=not (slices[int(np.argmax(slices[:NEAR_END])):] < GAP).any())
     return up
 
@@ -140,7 +140,7 @@ def _of_slab(samples, ups):
     """Most points of scenes are at the ground. Where noise hides what is level, this remains."""
     if samples.two_sided.mean() < 0.5:
         return None
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     every = (*ups, X, 0 - X)
     up = _most([_near_ends(samples, up, area) for up in every], every, SLAB)
     return up if up and up.is_clear and up.axis @ X == 0 else None
@@ -148,9 +148,9 @@ def _of_slab(samples, ups):
 
 def _opening(samples):
     """-> the sum of the area vectors whose outside is known, over the sum of the areas"""
-    one_sided = samples.areas[~samples.two_sided]
-    total = np.linalg.norm(one_sided, axis=1).sum()
-    return one_sided.sum(axis=0) / total if total > 0 else np.zeros(3)
+    one_sided = ~samples.two_sided
+    total = samples.sizes[one_sided].sum()
+    return samples.areas[one_sided].sum(axis=0) / total if total > 0 else np.zeros(3)
 
 
 def _of_openings(samples, ups):
@@ -169,7 +169,7 @@ def _stance(samples, up):
     """-> the slope on which the surface would tip over: the distance of its centre from the nearest edge
     of what touches the ground, over the height of the centre; negative if it does not stand at all.
     And what is up in it once it has tipped over that edge, until more of it touches the ground."""
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     center = area @ samples.points / max(area.sum(), 1e-300)
     height = samples.points @ up
     low, high = np.percentile(height, BULK)
@@ -245,8 +245,8 @@ def _upright(samples, found, ups):
 def _of_base(samples, ups):
     """Closed things stand on what is level, or have it on top; which of them, usage tells."""
     usual = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
-    outward = SimpleNamespace(points=samples.points, two_sided=np.zeros_like(samples.two_sided),
-                              areas=np.where(samples.two_sided[:, None], 0.0, samples.areas))
+    outward = Surface(samples.points, np.where(samples.two_sided[:, None], 0.0, samples.areas),
+                      np.zeros_like(samples.two_sided))
     base = [_level_ends(outward, 0 - up)[1] for up in usual]
     most = [low + _level_ends(outward, up)[1] for low, up in zip(base, usual)]
     best = int(np.argmax(most))
@@ -260,7 +260,7 @@ def _is_facade(samples, thin):
     """Whether a flat thing is a wall: the sides of its windows, and their sills and lintels, face
     along the other axes. Slopes of a terrain face everywhere; where rooms have no ceiling, most is
     steep."""
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     cosines = np.abs(samples.areas) / np.maximum(area, 1e-300)[:, None]
     steep = cosines[:, thin] < STEEP
     relief = area[steep].sum()
@@ -272,7 +272,7 @@ def _is_facade(samples, thin):
 def _has_two_sides(samples, thin):
     """Whether something is before most of a flat thing and something is behind it. Things stand on
     grounds, and few lie below."""
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     slices = _thick_slices(samples, np.eye(3)[thin], area)
     most = int(np.argmax(slices))
     before, behind = slices[:max(0, most - THICK)], slices[most + THICK + 1:]
@@ -306,9 +306,10 @@ def _is_model(samples):
 
 
 def _some_of(samples):
-    some = slice(None, None, max(1, len(samples.points) // ENOUGH))
-    return SimpleNamespace(points=samples.points[some], areas=samples.areas[some],
-                           two_sided=samples.two_sided[some], extent=samples.extent)
+    step = max(1, len(samples.points) // ENOUGH)
+    some = Surface(samples.points[::step], samples.areas[::step], samples.two_sided[::step])
+    some.extent = samples.extent
+    return some
 
 
 def _surface_of(samples):
@@ -324,9 +325,9 @@ def _surface_of(samples):
     except (RuntimeError, ValueError):  # they are no surface
         return None
     to_numpy, data = vtk("util.numpy_support").vtk_to_numpy, surfels.GetPointData()
-    return SimpleNamespace(points=to_numpy(surfels.GetPoints().GetData()).astype(float),
-                           areas=to_numpy(data.GetArray("SurfelAreaVector")).astype(float),
-                           two_sided=to_numpy(data.GetArray("SurfelTwoSided")).astype(bool))
+    return Surface(to_numpy(surfels.GetPoints().GetData()).astype(float),
+                   to_numpy(data.GetArray("SurfelAreaVector")).astype(float),
+                   to_numpy(data.GetArray("SurfelTwoSided")).astype(bool))
 
 
 def _is_alike_from(samples, ups):
@@ -397,7 +398,7 @@ def find_up(samples):
 def floor_normal(samples, up):
     """The normal of a depth image's floor, or the direction that is up in the image if there is none:
     sensors look down at things. Walls are too steep, and ceilings face down."""
-    area = np.linalg.norm(samples.areas, axis=1)
+    area = samples.sizes
     normals = samples.areas / np.maximum(area, 1e-300)[:, None]
     tried = normals[normals @ up > STEEPEST]
     if not len(tried):
