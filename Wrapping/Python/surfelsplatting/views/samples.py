@@ -62,13 +62,15 @@ class Samples(Surface):
             self.opacities = opacities[keep]
         else:
             finite, keep = keep, _near_the_bulk(points, areas, keep)
-            self.beyond = points[finite & ~keep], lengths(areas[finite & ~keep])
+            beyond = finite & ~keep
+            self.beyond = points[beyond], lengths(areas[beyond])
         self.up = _stored_up(surfels)
         self.is_model = bool(surfels.GetFieldData().HasArray(MODEL))
         super().__init__(np.compress(keep, points, axis=0), np.compress(keep, areas, axis=0),
                          two_sided[keep])
-        self.radius = 0.0 if covariances is None else _typical_radius(covariances[keep])
-        self.covariances = None if covariances is None else covariances[keep]
+        self.covariances = (None if covariances is None else
+                            np.compress(keep, covariances, axis=0))
+        self.radius = 0.0 if covariances is None else _typical_radius(self.covariances)
         self.low, self.high = (np.array([end(x) for x in self.points.T]) for end in (np.min, np.max))
         largest = max(np.abs(self.low).max(), np.abs(self.high).max())
         # As in coordinates of a country, and as the filters decide.
