@@ -40,6 +40,10 @@ std::vector<Edge> EdgesBetweenSets(const PatchVotes& votes, ParityUnionFind& sig
 {
   signs.Flatten();
   const vtkIdType count = votes.Edges.Count();
+  if (count > 0 && signs.Size(signs.FindReadOnly(0).first) == count)
+  {
+    return {}; // one set, as of most closed surfaces
+  }
   std::vector<std::vector<Edge>> found(PieceCount(count));
   ForPieces(count, [&](vtkIdType p, vtkIdType first, vtkIdType last) {
     for (vtkIdType i = first; i < last; ++i)
@@ -211,6 +215,10 @@ bool JoinPatches(const PatchVotes& votes, const StageProgress& progress, ParityU
   std::vector<signed char>& sides)
 {
   std::vector<Edge> open = EdgesBetweenSets(votes, signs);
+  if (open.empty())
+  {
+    return true;
+  }
   // Plates are joined with other things only in the last rounds.
   const auto mixed = std::stable_partition(open.begin(), open.end(),
     [&](const Edge& edge) { return votes.Fits[edge.A].OnPlate == votes.Fits[edge.B].OnPlate; });
