@@ -285,6 +285,8 @@ bool SharpenNormals(const OrientedCloud& oriented, const StageProgress& progress
     {
       const bool isRound = IsRound(oriented.Graph, fits, edges.Ids[e]);
       edges.Fits[e] = isRound ? round.Fits[e] : edges.Fits[e];
+      // Of all neighbours, as before: it tells other steps where edges are.
+      edges.Fits[e].Flatness = round.Fits[e].Flatness;
     }
   };
   if (!ParallelFor(count, progress.Part(Rounds / (Rounds + 1.0), 1.0), check))
