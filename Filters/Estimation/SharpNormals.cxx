@@ -15,16 +15,16 @@ namespace SurfelGeometry
 {
 namespace
 {
-/// Neighbourhoods flatter than this have no edge that is worth a test: half a spacing from one of
-/// 30 degrees they have 0.02.
+/// Neighbourhoods flatter than this have no edge that is worth a test: across the middle of an edge
+/// of 30 degrees, two half planes have about tan^2(15 degrees) / 4, 0.018.
 constexpr double LeastFlatness = 0.015;
 
 /// The plane of one side has so much of the variance that all neighbours have along their normal.
 constexpr double PlaneShare = 0.2;
 
 /// A plane is better than a smooth surface if its points are off it by so much of the variance
-/// that they have about a quadric through all neighbours. With 1/2, one normal of 100 on noisy
-/// spheres of 3 spacings radius is turned, with 1/4 one of 1000.
+/// that they have about a quadric through all neighbours. With 1/2, up to 0.9 % of the normals of
+/// spheres and tubes with little noise change, with 1/4 0.16 %.
 constexpr double SmoothShare = 0.25;
 
 /// Points lie in a plane if they are no farther off than so many deviations of its points, and a
@@ -39,8 +39,9 @@ constexpr double LeastRoundness = 0.06;
 /// normal and that of one side, at least: edges up to 150 degrees have no others.
 constexpr double SteadyCosine = 0.9, LeastCosine = 0.25;
 
-/// In a second round the planes of the first reach what is nearer to the edge. Of the wrong normals
-/// half a spacing from an edge of 110 degrees it leaves half; a third round leaves these.
+/// In a second round the planes of the first reach what is nearer to the edge. Of the normals half
+/// a spacing from an edge of 110 degrees, 17 % are wrong after one and 7 % after two; a third round
+/// gains nothing.
 constexpr int Rounds = 2;
 
 /// Edges are long. A normal stays sharp if of its nearest neighbours at most so many lie in no
