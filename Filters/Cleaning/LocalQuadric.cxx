@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace pcl
 {
@@ -79,6 +80,39 @@ SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
         terms[5] * (u * u));
   }
 }
+
+/// @param heights [count] to squared distances from the quadric, to first order
+SURFEL_MULTIVERSION void FindSquares(const float* __restrict points, int count,
+  const HeightFormula& formula, double* __restrict heights)
+{
+  const auto [mean, a, b, c, terms] = formula;
+  for (int k = 0; k < count; ++k)
+  {
+    const double x = points[4 * k] - mean[0], y = points[4 * k + 1] - mean[1],
+                 z = points[4 * k + 2] - mean[2];
+    const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
+    const double alongU = terms[3] + terms[4] * v + 2.0 * terms[5] * u;
+    const double alongV = terms[1] + 2.0 * terms[2] * v + terms[4] * u;
+    heights[k] *= heights[k] / (1.0 + alongU * alongU + alongV * alongV);
+  }
+}
+
+/// Second derivatives of a quadric along its axes.
+struct Curvatures
+{
+  double UU, VV, UV;
+
+  explicit Curvatures(const Eigen::VectorXd& terms)
+    : UU(2.0 * terms[5])
+    , VV(2.0 * terms[2])
+    , UV(terms[4])
+  {
+  }
+
+  /// The eigenvalues are Mean() + Half() and Mean() - Half().
+  double Mean() const { return 0.5 * (this->UU + this->VV); }
+  double Half() const { return std::hypot(0.5 * (this->UU - this->VV), this->UV); }
+};
 }
 
 Vector3 SampledColors::Get(int i) const
@@ -112,8 +146,8 @@ void LocalQuadric::FitTo(size_t first, const Neighbors& neighbors)
   {
     this->Indices[k] = static_cast<pcl::index_t>(k + first);
   }
-  const double reach = std::sqrt(neighbors.SquaredDistances.back());
-  this->Surface.computeMLSSurface(this->Near, 0, this->Indices, reach, 2);
+  this->Reach = std::sqrt(neighbors.SquaredDistances.back());
+  this->Surface.computeMLSSurface(this->Near, 0, this->Indices, this->Reach, 2);
 }
 
 void LocalQuadric::Fit(const LocalCloud& cloud, int i, const Neighbors& neighbors)
@@ -164,6 +198,47 @@ double LocalQuadric::Deviation(double spacing) const
   double squares = 0.0;
   this->ForResiduals(spacing, [&](double residual) { squares += residual * residual; });
   return this->DeviationOf(squares);
+}
+
+double LocalQuadric::Squares() const
+{
+  const HeightFormula formula(this->Surface);
+  double values[HeightFormula::MostPoints], sum = 0.0;
+  for (size_t first = 0; first < this->Near.size(); first += HeightFormula::MostPoints)
+  {
+    const auto count = std::min<size_t>(HeightFormula::MostPoints, this->Near.size() - first);
+    FindHeights(this->Near[first].data, static_cast<int>(count), formula, values);
+    FindSquares(this->Near[first].data, static_cast<int>(count), formula, values);
+    sum = std::accumulate(values, values + count, sum);
+  }
+  return sum;
+}
+
+double LocalQuadric::UnbiasedSquares() const
+{
+  const double count = static_cast<double>(this->Near.size());
+  return count / std::max(1.0, count - QuadricTerms) * this->Squares();
+}
+
+double LocalQuadric::Bend() const
+{
+  const Curvatures curvatures(this->Surface.c_vec);
+  return this->Reach * (std::abs(curvatures.Mean()) + curvatures.Half());
+}
+
+Vector3 LocalQuadric::WayAcross() const
+{
+  const Curvatures curvatures(this->Surface.c_vec);
+  double cosine, sine;
+  PrincipalAxis(curvatures.UU, curvatures.VV, curvatures.UV, cosine, sine);
+  const Vector3 u = HeightFormula::ToVector(this->Surface.u_axis);
+  const Vector3 v = HeightFormula::ToVector(this->Surface.v_axis);
+  return curvatures.Mean() >= 0.0 ? cosine * u + sine * v : cosine * v - sine * u;
+}
+
+Vector3 LocalQuadric::PlaneNormal() const
+{
+  return HeightFormula::ToVector(this->Surface.plane_normal);
 }
 
 Vector3 LocalQuadric::Shift() const

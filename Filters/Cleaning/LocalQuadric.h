@@ -57,6 +57,7 @@ struct QuadricPoint : pcl::PointXYZ
 {
   using PointXYZ::PointXYZ;
 };
+using QuadricCloud = pcl::PointCloud<QuadricPoint>;
 
 /// A shade on the quadric, and how it changes along it.
 struct LocalShade
@@ -81,6 +82,23 @@ public:
 
   /// Their deviation alone, several times as fast.
   double Deviation(double spacing) const;
+
+  /// Squared distances of the points to the quadric, summed. World units squared.
+  double Squares() const;
+
+  /// For the degrees of freedom of the quadric, times count / (count - 6).
+  double UnbiasedSquares() const;
+
+  /// How much the slope of the quadric changes from its middle to the farthest point, at most.
+  double Bend() const;
+
+  /// The direction in which it changes most: across a fold.
+  Vector3 WayAcross() const;
+
+  Vector3 PlaneNormal() const;
+
+  /// The point itself, then its neighbours, relative to it.
+  const QuadricCloud& Points() const { return this->Near; }
 
   /// From the point to the surface, along the normal of the plane below it.
   Vector3 Shift() const;
@@ -115,8 +133,9 @@ private:
 
   void FitTo(size_t first, const Neighbors& neighbors);
 
-  pcl::PointCloud<QuadricPoint> Near; // the point itself, then its neighbours
+  QuadricCloud Near; // the point itself, then its neighbours
   pcl::Indices Indices;
   pcl::MLSResult Surface;
+  double Reach = 0.0; // of the farthest neighbour, world units
 };
 }

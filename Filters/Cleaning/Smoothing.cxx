@@ -4,6 +4,7 @@
 #include "Filters/Cleaning/CleaningProblem.h"
 #include "Filters/Cleaning/ColorVote.h"
 #include "Filters/Cleaning/LocalQuadric.h"
+#include "Filters/Cleaning/RoofFit.h"
 #include "Filters/Common/Median.h"
 #include "Filters/Common/MortonGrid.h"
 #include "Filters/Common/NeighborSearch.h"
@@ -59,6 +60,19 @@ constexpr int MostNeighbors = 160;
 
 /// Points farther from the surface than this many standard deviations of the noise are not moved.
 constexpr double LargestShift = 4.0;
+
+/// Folds need more points than quadrics to be seen in noise; beyond this noise, in spacings, more
+/// than MostNeighbors.
+constexpr double RoofNeighbors = 2.5;
+constexpr int LeastRoofNeighbors = 64;
+constexpr double LargestRoofNoise = 1.6;
+constexpr int MostRoofNeighbors = 400;
+
+/// No fold is where the slope of the quadric changes less (at one of 40 degrees 0.5).
+constexpr double LeastBend = 0.4;
+
+/// A roof is better than the quadric through its points if it has so much of its squares.
+constexpr double RoofShare = 0.85;
 
 Vector3 ColorOf(const CloudColors& colors, int i)
 {
@@ -297,6 +311,11 @@ public:
             continue;
           }
           smooth.Shifts[i] = ShiftOf(fit, deviation);
+          if (noise.Deviation < LargestRoofNoise && fit.Quadric.Bend() > LeastBend &&
+            this->FitRoof(i, fit))
+          {
+            smooth.Shifts[i] = fit.Roof.Shift();
+          }
           if (noise.Displacement > 0.0f)
           {
             PutVoters(
@@ -315,8 +334,9 @@ private:
   /// The quadric through a point's neighbours, and through the nearest of them.
   struct PointFit
   {
-    Neighbors All, Nearest;
+    Neighbors All, Nearest, Wide;
     LocalQuadric Quadric, Near;
+    RoofFit Roof;
   };
 
   static int NeighborsFor(double deviation)
@@ -334,6 +354,17 @@ private:
     }
     fit.Quadric.Fit(this->Cloud, i, fit.All);
     return fit.Quadric.IsValid();
+  }
+
+  /// Whether a fold is nearer to the points about point i than any quadric.
+  bool FitRoof(int i, PointFit& fit) const
+  {
+    const int count = static_cast<int>(RoofNeighbors * fit.All.Count());
+    this->Tree.FindNearest(i, std::clamp(count, LeastRoofNeighbors, MostRoofNeighbors), fit.Wide);
+    fit.Near.Fit(this->Cloud, i, fit.Wide);
+    return fit.Near.IsValid() && fit.Roof.Fit(fit.Near, RoofShare * fit.Near.Squares()) &&
+      fit.Roof.SquaresOf(fit.Near, fit.All.Count() + 1) < fit.Quadric.UnbiasedSquares() &&
+      !fit.Roof.IsRounded(fit.Near, SpacingOf(fit.Wide));
   }
 
   SampleFit MeasureAt(int i, PointFit& fit) const

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * Two planes that meet in a fold, through the points about a place: what a quadric cannot be, and
+ * noise hides from fits to few points.
+ *
+ * Both normals point away from the other plane's points, so the surface is where the larger of the
+ * two heights is zero, be it a ridge or a valley. (Fleishman, Cohen-Or and Silva 2005, "Robust
+ * moving least-squares fitting with sharp features", join pieces of a surface alike.)
+ */
+#pragma once
+
+#include "Filters/Cleaning/LocalQuadric.h"
+#include "Filters/Common/VectorMath.h"
+
+namespace SurfelGeometry
+{
+/// Of some points: what their plane follows from.
+struct PlaneMoments
+{
+  double Count = 0.0;
+  Vector3 Sum{};
+  double XX = 0.0, XY = 0.0, XZ = 0.0, YY = 0.0, YZ = 0.0, ZZ = 0.0;
+
+  /// @param weight 1, or -1 for one that leaves
+  void Add(const Vector3& p, double weight);
+  void Add(const PlaneMoments& other, double weight);
+};
+
+/// Each thread reuses one.
+class RoofFit
+{
+public:
+  /// Through the points of the quadric, by least squares of their distances. Returns false if there
+  /// is no roof of 53 to 150 degrees inside, each side with a tenth of the points, whose squares
+  /// are below `most`.
+  bool Fit(const LocalQuadric& quadric, double most);
+
+  /// Squared distances of all points, summed. World units squared.
+  double Squares() const { return this->Best.Squares; }
+
+  /// Those of the first points.
+  double SquaresOf(const LocalQuadric& quadric, int count) const;
+
+  /// Whether the points at the fold are below it: the edge is not sharp.
+  bool IsRounded(const LocalQuadric& quadric, double spacing) const;
+
+  /// From the point to the surface.
+  Vector3 Shift() const;
+
+private:
+  /// Unit normal, and the height of the point above the plane.
+  struct Plane
+  {
+    Vector3 Normal;
+    double Height;
+  };
+
+  struct Roof
+  {
+    Plane Sides[2];
+    double Squares;
+
+    double Height(const Vector3& p) const;
+  };
+
+  void TryAcross(const QuadricCloud& points, const Vector3& way);
+  double SplitAcross(const QuadricCloud& points, const Vector3& way, PlaneMoments sides[2]);
+  bool Assign(const QuadricCloud& points, Roof& roof, PlaneMoments sides[2]);
+
+  std::vector<float> Ways;         // [points] along the way across the fold
+  std::vector<unsigned char> Side; // [points] 0 or 1
+  Roof Best;
+};
+}
