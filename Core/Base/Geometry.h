@@ -107,7 +107,7 @@ struct Symmetric3Of
 };
 using Symmetric3 = Symmetric3Of<double>;
 
-/// Symmetric 2x2 matrix. Its eigenvalues are Mean() - Radius() and Mean() + Radius().
+/// Symmetric 2x2 matrix. Real is double or lanes of doubles.
 template <class Real>
 struct Symmetric2Of
 {
@@ -119,6 +119,8 @@ struct Symmetric2Of
     const Real half = 0.5 * (XX - YY);
     return SquareRoot(half * half + XY * XY);
   }
+  SURFELSPLATTING_INLINE Real LargestEigenvalue() const { return this->Mean() + this->Radius(); }
+  SURFELSPLATTING_INLINE Real SmallestEigenvalue() const { return this->Mean() - this->Radius(); }
 };
 using Symmetric2 = Symmetric2Of<double>;
 

@@ -119,11 +119,7 @@ struct LensShape
 
   /// Smaller eigenvalue: the squared ratio of the smaller semi-axis to the disc's radius.
   double Smallest() const { return 1.0 / this->Largest(); }
-  double Largest() const
-  {
-    const Symmetric2 s{ this->XX, this->YY, this->XY };
-    return s.Mean() + s.Radius();
-  }
+  double Largest() const { return Symmetric2{ this->XX, this->YY, this->XY }.LargestEigenvalue(); }
 
   /// The symmetric square root: it maps a disc to the ellipse.
   LensShape Root() const

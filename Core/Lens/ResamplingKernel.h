@@ -83,9 +83,10 @@ struct FootprintOf : Symmetric2Of<Real>
     return this->XX * s.YY + this->YY * s.XX - 2.0 * this->XY * s.XY;
   }
 
+  /// Without the cancellation of Mean() - Radius() in long footprints.
   SURFELSPLATTING_INLINE Real SmallestEigenvalue() const
   {
-    return this->Determinant / (this->Mean() + this->Radius());
+    return this->Determinant / this->LargestEigenvalue();
   }
 
   /// W minus an isotropic variance, which must be smaller than the smallest eigenvalue.

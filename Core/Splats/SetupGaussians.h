@@ -230,7 +230,7 @@ SURFELSPLATTING_INLINE Real RunCell(const SetupJob& job, const LensBlur<Real>& b
   {
     return Uniform<Real>(1.0);
   }
-  const Real variance = blur.Smooth.Mean() - blur.Smooth.Radius(); // the smaller eigenvalue
+  const Real variance = blur.Smooth.SmallestEigenvalue();
   Real cell = Uniform<Real>(1.0);
   for (int d = 2; d <= TileSize; d *= 2)
   {
