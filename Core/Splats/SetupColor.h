@@ -36,15 +36,14 @@ template <class Real>
 SURFELSPLATTING_INLINE ShadedColor<Real> ShadeSurfels(
   const SetupJob& job, const PlacedSurfels<Real>& s)
 {
-  if (!job.Surface.Lit)
+  if (!job.Shading.Surface.Lit)
   {
     const Real one = Uniform<Real>(1.0);
     return { { Real{}, Real{}, Real{} }, { one, one, one } };
   }
   const Real sign = (s.BackSide ? Uniform<Real>(-1.0) : Uniform<Real>(1.0)) / Norm(s.Area);
   const Vector3Of<Real> normal{ s.Area.X * sign, s.Area.Y * sign, s.Area.Z * sign };
-  return Shade(job.Surface, job.Lights, job.NumberOfLights,
-    Facet<Real>{ s.P, normal, DirectionToViewer(job, s) });
+  return Shade(job.Shading, Facet<Real>{ s.P, normal, DirectionToViewer(job, s) });
 }
 
 /// Mean normals of a volume's Gaussians or nodes, local, length 0 to 1.
@@ -83,7 +82,7 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeGaussians(
   const Vector3Of<Real> n = Multiply(job.AreaToCamera, mean);
   const Real length = Norm(n);
   const Real scale = length > 0.0 ? Norm(mean) / length : length; // NaN stays
-  return ShadeMeanNormal(job.Surface, job.Lights, job.NumberOfLights,
+  return ShadeMeanNormal(job.Shading,
     Facet<Real>{ s.P, { scale * n.X, scale * n.Y, scale * n.Z }, DirectionToViewer(job, s) });
 }
 
@@ -290,8 +289,9 @@ SURFELSPLATTING_INLINE SurfelColors<Real> Color(
     PaintNormals(job, s, c);
   }
   SurfelColors<Real> colors;
-  const ShadedColor<Real>& shaded = colors.Shaded =
-    job.Surface.Lit && job.Cloud.Normals ? ShadeGaussians(job, index, s) : ShadeSurfels(job, s);
+  const ShadedColor<Real>& shaded = colors.Shaded = job.Shading.Surface.Lit && job.Cloud.Normals
+    ? ShadeGaussians(job, index, s)
+    : ShadeSurfels(job, s);
   constexpr double largest = MaxSplatColor;
   colors.Red = ClampColor(shaded.Base[0] + shaded.Share[0] * c[0], largest);
   colors.Green = ClampColor(shaded.Base[1] + shaded.Share[1] * c[1], largest);

@@ -62,9 +62,7 @@ struct SetupJob
 
   Paint Colors = Paint::Own;
   double Color[3] = { 1, 1, 1 }; ///< of surfels without colours of their own
-  ShadingMaterial Surface;
-  const ShadingLight* Lights = nullptr;
-  std::size_t NumberOfLights = 0;
+  Lighting Shading;              ///< not lit unless Colors is Paint::Own
 };
 
 /// Destination of the splats. The arrays have room for all surfels of a call. Gradients holds only

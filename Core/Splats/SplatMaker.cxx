@@ -26,7 +26,6 @@ void SplatMaker::Set(
   const SplatContext& context, const SurfelCloud& cloud, const SetupTarget& target)
 {
   this->Target = context.ScalarSetup ? &SetupTargetScalar : &target;
-  this->Lights.clear();
   this->Job = SetupJob();
   this->Job.Cloud = cloud;
   this->Job.PaperDetail = cloud.LeafCovariances && context.Cut.Rule == CutRule::Paper;
@@ -92,13 +91,9 @@ void SplatMaker::SetLights(const std::vector<Light>& lights, const Material& mat
   {
     return;
   }
-  j.Surface = ToShading(material, this->Job.Cloud.ColorsUChar || this->Job.Cloud.ColorsFloat);
-  for (const Light& light : lights)
-  {
-    this->Lights.push_back(ToShading(light));
-  }
-  j.Lights = this->Lights.data();
-  j.NumberOfLights = this->Lights.size();
+  this->Lights = lights;
+  j.Shading = { material, j.Cloud.ColorsUChar || j.Cloud.ColorsFloat, this->Lights.data(),
+    this->Lights.size() };
 }
 
 template <typename Function>

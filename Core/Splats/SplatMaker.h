@@ -60,7 +60,7 @@ private:
   void SetLights(const std::vector<Light>& lights, const Material& material);
 
   const SetupTarget* Target = nullptr;
-  std::vector<ShadingLight> Lights;
+  std::vector<Light> Lights;
   SetupJob Job;
 };
 }

@@ -10,7 +10,6 @@
 
 #include <array>
 #include <cstddef>
-#include <vector>
 
 namespace SurfelSplatting
 {
@@ -41,55 +40,20 @@ struct Material
   std::array<double, 3> SpecularColor{ 1, 1, 1 };
 };
 
-/// A light and a material as plain numbers, for the formulas below (Core/Simd/Inline.h).
-struct ShadingLight
+/// What light falls on, and how it is reflected.
+struct Lighting
 {
-  double Color[3], Position[3], Direction[3], Attenuation[3];
-  double ConeCosine, Exponent;
-  bool Positional, LoneHeadlight;
-};
-
-struct ShadingMaterial
-{
-  bool Lit = false;
+  Material Surface;
   bool HasSurfelColors = false; ///< these are then the ambient colour too
-  double Ambient = 0.0, Diffuse = 1.0, Specular = 0.0, SpecularPower = 1.0;
-  double AmbientColor[3] = { 1, 1, 1 }, SpecularColor[3] = { 1, 1, 1 };
+  const Light* Lights = nullptr;
+  std::size_t NumberOfLights = 0;
 };
 
-inline ShadingLight ToShading(const Light& light)
+/// Components of a vector or a colour. std::array's own functions are not always inlined
+/// (Core/Simd/Inline.h).
+SURFELSPLATTING_INLINE const double* Components(const std::array<double, 3>& a)
 {
-  ShadingLight l;
-  for (int i = 0; i < 3; ++i)
-  {
-    l.Color[i] = light.Color[i];
-    l.Position[i] = light.Position[i];
-    l.Direction[i] = light.Direction[i];
-    l.Attenuation[i] = light.Attenuation[i];
-  }
-  l.ConeCosine = light.ConeCosine;
-  l.Exponent = light.Exponent;
-  l.Positional = light.Positional;
-  l.LoneHeadlight = light.LoneHeadlight;
-  return l;
-}
-
-/// @param hasSurfelColors whether surfels have colours of their own
-inline ShadingMaterial ToShading(const Material& material, bool hasSurfelColors)
-{
-  ShadingMaterial m;
-  m.Lit = material.Lit;
-  m.HasSurfelColors = hasSurfelColors;
-  m.Ambient = material.Ambient;
-  m.Diffuse = material.Diffuse;
-  m.Specular = material.Specular;
-  m.SpecularPower = material.SpecularPower;
-  for (int c = 0; c < 3; ++c)
-  {
-    m.AmbientColor[c] = material.AmbientColor[c];
-    m.SpecularColor[c] = material.SpecularColor[c];
-  }
-  return m;
+  return reinterpret_cast<const double*>(&a);
 }
 
 /// The shaded colour of a surfel is Base + Share * its own colour, channel by channel. Since this
@@ -104,24 +68,24 @@ struct ShadedColor
 /// @param toLight receives the direction to the light, unit length
 template <class Real>
 SURFELSPLATTING_INLINE Real Incidence(
-  const ShadingLight& light, const Vector3Of<Real>& p, Vector3Of<Real>& toLight)
+  const Light& light, const Vector3Of<Real>& p, Vector3Of<Real>& toLight)
 {
+  const double *d = Components(light.Direction), *from = Components(light.Position);
   if (!light.Positional)
   {
-    toLight = { Uniform<Real>(-light.Direction[0]), Uniform<Real>(-light.Direction[1]),
-      Uniform<Real>(-light.Direction[2]) };
+    toLight = { Uniform<Real>(-d[0]), Uniform<Real>(-d[1]), Uniform<Real>(-d[2]) };
     return Uniform<Real>(1.0);
   }
-  toLight = { light.Position[0] - p.X, light.Position[1] - p.Y, light.Position[2] - p.Z };
+  toLight = { from[0] - p.X, from[1] - p.Y, from[2] - p.Z };
   const Real distance = Norm(toLight);
   const Real inverse = distance > 0.0 ? 1.0 / distance : Real{};
   toLight = { toLight.X * inverse, toLight.Y * inverse, toLight.Z * inverse };
-  const double* a = light.Attenuation;
+  const double* a = Components(light.Attenuation);
   const Real falloff = a[0] + a[1] * distance + a[2] * distance * distance;
   Real strength = falloff > 0.0 ? 1.0 / falloff : Uniform<Real>(1.0);
   if (light.ConeCosine > -1.0)
   {
-    const Real cosine = -Dot(light.Direction, toLight);
+    const Real cosine = -(d[0] * toLight.X + d[1] * toLight.Y + d[2] * toLight.Z);
     // Behind a spot wider than a half space the cosine is negative.
     strength *= cosine >= light.ConeCosine ? Power(Larger(cosine, Real{}), light.Exponent) : Real{};
   }
@@ -143,14 +107,15 @@ struct Facet
  *                  of Material::Specular
  */
 template <class Real, class Highlight>
-SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet,
-  const Highlight& highlight)
+SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(
+  const Lighting& lighting, const Facet<Real>& facet, const Highlight& highlight)
 {
+  const Material& material = lighting.Surface;
   Real diffuse[3] = {}, specular[3] = {};
-  for (std::size_t i = 0; i < numberOfLights; ++i)
+  for (std::size_t i = 0; i < lighting.NumberOfLights; ++i)
   {
-    const ShadingLight& light = lights[i];
+    const Light& light = lighting.Lights[i];
+    const double* color = Components(light.Color);
     Vector3Of<Real> toLight;
     Real strength = Incidence(light, facet.Position, toLight);
     const Real cosine = Dot(facet.Normal, toLight);
@@ -158,16 +123,18 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(const ShadingMaterial& material
     const Real shine = material.Specular > 0.0 ? highlight(light, toLight, cosine) : Real{};
     for (int c = 0; c < 3; ++c)
     {
-      diffuse[c] += strength > 0.0 ? strength * cosine * light.Color[c] : Real{};
-      specular[c] += strength > 0.0 ? strength * shine * light.Color[c] : Real{};
+      diffuse[c] += strength > 0.0 ? strength * cosine * color[c] : Real{};
+      specular[c] += strength > 0.0 ? strength * shine * color[c] : Real{};
     }
   }
-  const bool own = material.HasSurfelColors;
+  const bool own = lighting.HasSurfelColors;
+  const double *ambientColor = Components(material.AmbientColor),
+               *specularColor = Components(material.SpecularColor);
   ShadedColor<Real> shaded;
   for (int c = 0; c < 3; ++c)
   {
-    const double ambient = own ? 0.0 : material.Ambient * material.AmbientColor[c];
-    shaded.Base[c] = ambient + material.Specular * material.SpecularColor[c] * specular[c];
+    const double ambient = own ? 0.0 : material.Ambient * ambientColor[c];
+    shaded.Base[c] = ambient + material.Specular * specularColor[c] * specular[c];
     shaded.Share[c] = (own ? material.Ambient : 0.0) + material.Diffuse * diffuse[c];
   }
   return shaded;
@@ -176,17 +143,17 @@ SURFELSPLATTING_INLINE ShadedColor<Real> Reflect(const ShadingMaterial& material
 /// Light that a surfel reflects. Like VTK, the highlight is (n.l)^p for a lone headlight, and
 /// otherwise Phong's (r.v)^p with the mirror direction r = 2 (n.l) n - l.
 template <class Real>
-SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& facet)
+SURFELSPLATTING_INLINE ShadedColor<Real> Shade(const Lighting& lighting, const Facet<Real>& facet)
 {
-  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
-                           const Real& cosine) {
+  const auto highlight = [&](
+                           const Light& light, const Vector3Of<Real>& toLight, const Real& cosine) {
     const Vector3Of<Real>&n = facet.Normal, v = facet.ToViewer;
     const Real reflected =
       light.LoneHeadlight ? cosine : 2.0 * cosine * Dot(n, v) - Dot(toLight, v);
-    return reflected > 0.0 ? Power(Larger(reflected, Real{}), material.SpecularPower) : Real{};
+    return reflected > 0.0 ? Power(Larger(reflected, Real{}), lighting.Surface.SpecularPower)
+                           : Real{};
   };
-  return Reflect(material, lights, numberOfLights, facet, highlight);
+  return Reflect(lighting, facet, highlight);
 }
 
 /// Cosine between a facet's normal and the half vector, l + v (Blinn 1977); 0 without any.
@@ -211,9 +178,10 @@ SURFELSPLATTING_INLINE Real HalfVectorCosine(
  * @param mean its normal has the length 0 to 1: how much the normals agree
  */
 template <class Real>
-SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& material,
-  const ShadingLight* lights, std::size_t numberOfLights, const Facet<Real>& mean)
+SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(
+  const Lighting& lighting, const Facet<Real>& mean)
 {
+  const Material& material = lighting.Surface;
   const Vector3Of<Real>& n = mean.Normal;
   const Real length = Norm(n);
   const Real inverse = length > 0.0 ? 1.0 / length : Real{};
@@ -227,15 +195,15 @@ SURFELSPLATTING_INLINE ShadedColor<Real> ShadeMeanNormal(const ShadingMaterial& 
   const Real wider = power * agreement / spread,
              fade = Smaller(4.0 * agreement, Uniform<Real>(1.0));
   const Real peak = fade * (1.0 + wider) / (1.0 + power);
-  const auto highlight = [&](const ShadingLight& light, const Vector3Of<Real>& toLight,
-                           const Real& cosine) {
+  const auto highlight = [&](
+                           const Light& light, const Vector3Of<Real>& toLight, const Real& cosine) {
     const Real reflected = light.LoneHeadlight ? cosine : HalfVectorCosine(facet, toLight, cosine);
     return reflected > 0.0 ? peak * Powers(Larger(reflected, Real{}), wider) : Real{};
   };
-  ShadedColor<Real> shaded = Reflect(material, lights, numberOfLights, facet, highlight);
+  ShadedColor<Real> shaded = Reflect(lighting, facet, highlight);
   for (int c = 0; c < 3; ++c)
   {
-    const double ambient = material.HasSurfelColors ? material.Ambient : 0.0;
+    const double ambient = lighting.HasSurfelColors ? material.Ambient : 0.0;
     shaded.Share[c] = ambient + agreement * (shaded.Share[c] - ambient);
   }
   return shaded;

@@ -227,16 +227,11 @@ std::array<double, 3> Shade(const Material& material, const std::vector<Light>& 
   {
     return color;
   }
-  ShadingMaterial surface = ToShading(material, false);
-  std::copy(ambientColor.begin(), ambientColor.end(), surface.AmbientColor);
-  std::vector<ShadingLight> plain;
-  for (const Light& light : lights)
-  {
-    plain.push_back(ToShading(light));
-  }
+  Lighting lighting{ material, false, lights.data(), lights.size() };
+  lighting.Surface.AmbientColor = ambientColor;
   const auto lane = [](const Vector3& v) { return Vector3Of<double>{ v[0], v[1], v[2] }; };
-  const ShadedColor<double> shaded = Shade(surface, plain.data(), plain.size(),
-    Facet<double>{ lane(position), lane(normal), lane(toViewer) });
+  const ShadedColor<double> shaded =
+    Shade(lighting, Facet<double>{ lane(position), lane(normal), lane(toViewer) });
   std::array<double, 3> result;
   for (int c = 0; c < 3; ++c)
   {

@@ -34,10 +34,8 @@ Material SomeMaterial()
 double ShadeOne(
   const Material& material, const Light& light, const Vector3& mean, const Vector3& toViewer)
 {
-  const ShadingMaterial surface = ToShading(material, true);
-  const ShadingLight plain = ToShading(light);
-  const ShadedColor<double> shaded =
-    ShadeMeanNormal(surface, &plain, 1, Facet<double>{ { 0, 0, 1 }, Lane(mean), Lane(toViewer) });
+  const ShadedColor<double> shaded = ShadeMeanNormal(Lighting{ material, true, &light, 1 },
+    Facet<double>{ { 0, 0, 1 }, Lane(mean), Lane(toViewer) });
   return shaded.Base[0] + shaded.Share[0];
 }
 
