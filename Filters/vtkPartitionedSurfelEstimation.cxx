@@ -47,6 +47,8 @@ const char* const IdArray = "PartitionedPointId";
 /// Memory besides the input in bytes: for each point of the cloud (local position and output), and
 /// for each point of the part that is processed (its copy and the filters' memory).
 constexpr double BytesPerCloudPoint = 12.0 + 62.0, BytesPerPartPoint = BytesPerPointOfBoth + 30.0;
+
+constexpr double CleaningShare = 0.15; ///< of the progress
 }
 
 /// One execution. Surfels are stored at the index of their input point; then gaps are closed.
@@ -73,7 +75,7 @@ public:
   }
 
   /// Returns false if stopped, or after an error, which is in Error.
-  bool Run()
+  bool Run(const StageProgress& progress)
   {
     const vtkIdType count = this->Input->GetNumberOfPoints();
     this->Kept.assign(static_cast<size_t>(count), 0);
@@ -85,9 +87,8 @@ public:
     for (size_t i = 0; i < this->Parts.size(); ++i)
     {
       const double n = static_cast<double>(this->Parts.size());
-      const StageProgress progress(
-        this->Self, static_cast<double>(i) / n, (static_cast<double>(i) + 1.0) / n);
-      if (!this->RunPart(this->Parts[i], progress))
+      const auto done = static_cast<double>(i);
+      if (!this->RunPart(this->Parts[i], progress.Part(done / n, (done + 1.0) / n)))
       {
         return false;
       }
@@ -122,13 +123,16 @@ private:
     {
       haloWidth = std::max(haloWidth, 2.0 * this->Self->Estimation->GetRadius());
     }
+    double done = 0.0, next = 0.9; // wider halos, which few parts need, share the rest
     for (int widenings = 0;; ++widenings, haloWidth *= 2.0)
     {
       vtkSmartPointer<vtkPolyData> surfels;
-      if (!this->Estimate(part.Region.Grown(haloWidth), alone, progress, surfels))
+      if (!this->Estimate(part.Region.Grown(haloWidth), alone, progress.Part(done, next), surfels))
       {
         return false;
       }
+      done = next;
+      next = 0.5 * (1.0 + next);
       const vtkIdType uncertain = this->Keep(part, haloWidth, surfels);
       if (uncertain <= ToleratedShare * static_cast<double>(part.Size) ||
         widenings == MaximumWidenings)
@@ -381,7 +385,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
     input = clean;
   }
   Execution execution(this, input);
-  if (!execution.Run())
+  if (!execution.Run(StageProgress(this, this->CleanPoints ? CleaningShare : 0.0, 1.0)))
   {
     return this->EndEarly(execution.Error);
   }
@@ -412,8 +416,7 @@ int vtkPartitionedSurfelEstimation::EndEarly(const std::string& error)
 bool vtkPartitionedSurfelEstimation::Clean(
   vtkPointSet* input, vtkPolyData* output, std::string& error)
 {
-  const WorkerListener listener(StageProgress(this, 0.0, 0.15), this->Cleaning);
-  this->Cleaning->SetAbortExecute(0); // from a stopped execution
+  const WorkerListener listener(StageProgress(this, 0.0, CleaningShare), this->Cleaning);
   this->Cleaning->Execute(input, output);
   if (!listener.Warning.empty())
   {

@@ -93,8 +93,8 @@ public:
       this->Result.TwoSided };
     const bool finished = this->All(fitted) && this->Orient(input, progress.Part(0.6, 0.85)) &&
       RefineExtents(oriented, settings, progress.Part(0.85, 0.9), this->Fits) &&
-      (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.91), this->Fits)) &&
-      SharpenNormals(oriented, progress.Part(0.9, 0.91), this->Fits) &&
+      (this->Given.empty() || TurnToPoints(oriented, progress.Part(0.9, 0.905), this->Fits)) &&
+      SharpenNormals(oriented, progress.Part(0.905, 0.91), this->Fits) &&
       this->MakeKernels(input, oriented, progress.Part(0.91, 0.98));
     this->Searched.ReleaseTree(); // frees memory for the output, as the last lines do
     if (this->SharesNeighbors())

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // All filters in one against the single filters, which search for neighbours on their own.
+#include "ProgressWatch.h"
 #include "SurfelTesting.h"
 
 #include "vtkPartitionedSurfelEstimation.h"
@@ -380,31 +381,17 @@ TEST_CASE("Points of a hierarchy")
 /// An abort in each of the three filters leaves nothing; the next execution is complete.
 TEST_CASE("Abort")
 {
-  struct Watch
-  {
-    double AbortAt, Last = 0.0;
-    bool Backwards = false;
-  } watch{ 2.0 };
   vtkNew<vtkPointsToSurfels> filter;
-  vtkNew<vtkCallbackCommand> command;
-  command->SetClientData(&watch);
-  command->SetCallback([](vtkObject* caller, unsigned long, void* data, void*) {
-    auto* w = static_cast<Watch*>(data);
-    auto* algorithm = static_cast<vtkAlgorithm*>(caller);
-    w->Backwards = w->Backwards || algorithm->GetProgress() < w->Last;
-    w->Last = algorithm->GetProgress();
-    algorithm->SetAbortExecute(w->Last >= w->AbortAt ? 1 : 0);
-  });
-  filter->AddObserver(vtkCommand::ProgressEvent, command);
+  ProgressWatch watch(filter);
   const vtkIdType count = ByOneFilter(MakeScene(), filter)->GetNumberOfPoints();
   CHECK(count > 10000);
   CHECK(!watch.Backwards);
   CHECK(watch.Last == 1.0);
   for (const double at : { 0.1, 0.5, 0.9 })
   {
-    watch = Watch{ at };
+    watch.Restart(at);
     CHECK(ByOneFilter(MakeScene(), filter)->GetNumberOfPoints() == 0);
-    watch = Watch{ 2.0 };
+    watch.Restart();
     CHECK(ByOneFilter(MakeScene(), filter)->GetNumberOfPoints() == count);
   }
 }

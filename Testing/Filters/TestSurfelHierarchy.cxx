@@ -3,6 +3,7 @@
  * vtkSurfelHierarchy in the pipeline: arrays, attributes, origin, errors, abort, round trip. (What
  * its nodes hold: Core.Hierarchy.)
  */
+#include "ProgressWatch.h"
 #include "SurfelTesting.h"
 
 #include "vtkSurfelEstimation.h"
@@ -231,35 +232,14 @@ TEST_CASE("Progress and abort")
 {
   vtkNew<vtkSurfelHierarchy> filter;
   filter->SetInputData(SphereSurfels(60000));
-  struct Watch
-  {
-    int Events = 0;
-    double Last = -1.0;
-    bool Backwards = false;
-    double AbortAt = 2.0;
-  } watch;
-  vtkNew<vtkCallbackCommand> command;
-  command->SetClientData(&watch);
-  command->SetCallback([](vtkObject* caller, unsigned long, void* self, void*) {
-    auto* w = static_cast<Watch*>(self);
-    auto* algorithm = vtkAlgorithm::SafeDownCast(caller);
-    ++w->Events;
-    w->Backwards = w->Backwards || algorithm->GetProgress() < w->Last;
-    w->Last = algorithm->GetProgress();
-    if (w->Last >= w->AbortAt)
-    {
-      algorithm->SetAbortExecute(1);
-    }
-  });
-  filter->AddObserver(vtkCommand::ProgressEvent, command);
+  ProgressWatch watch(filter);
   filter->Update();
   CHECK(watch.Events > 20);
   CHECK(!watch.Backwards);
   CHECK(watch.Last == 1.0);
   for (double at : { 0.01, 0.3, 0.6 })
   {
-    watch = Watch();
-    watch.AbortAt = at;
+    watch.Restart(at);
     filter->Modified();
     filter->Update();
     CHECK(filter->GetOutput()->GetNumberOfPoints() == 0);

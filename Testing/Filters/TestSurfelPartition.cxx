@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A cloud in parts gives the surfels of the whole cloud: seams, dropped points, normals, abort.
+#include "ProgressWatch.h"
 #include "SurfelTesting.h"
 
 #include "vtkPartitionedSurfelEstimation.h"
@@ -282,18 +283,42 @@ TEST_CASE("Abort")
 {
   vtkNew<vtkPartitionedSurfelEstimation> partitioned;
   partitioned->CleanPointsOff();
-  vtkNew<vtkCallbackCommand> command;
-  command->SetCallback([](vtkObject* caller, unsigned long, void*, void* progress) {
-    if (*static_cast<double*>(progress) > 0.4)
-    {
-      static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(1);
-    }
-  });
-  partitioned->AddObserver(vtkCommand::ProgressEvent, command);
+  ProgressWatch watch(partitioned, 0.4);
   partitioned->SetInputData(ToPolyData(MakeScene().Points));
   partitioned->SetPointsPerPart(10000);
   partitioned->Update();
   CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
+
+  // While points are cleaned; the next execution is complete.
+  partitioned->CleanPointsOn();
+  watch.Restart(0.01);
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() == 0);
+  CHECK(watch.Last < 0.15);
+  watch.Restart();
+  partitioned->Modified();
+  partitioned->Update();
+  CHECK(partitioned->GetOutput()->GetNumberOfPoints() > 10000);
+}
+
+/// With points that are cleaned first, and a sparse part behind dense ones, which needs a wider
+/// halo than they do.
+TEST_CASE("Progress")
+{
+  Sampled scene =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1.0, { 0, 1, 0 }, 1.0, 0.01, 0.2, Random(1));
+  scene.Append(
+    MakeRectangle({ 1, 0, 0 }, { 1, 0, 0 }, 80.0, { 0, 1, 0 }, 80.0, 1.0, 0.2, Random(2)));
+  vtkNew<vtkPartitionedSurfelEstimation> partitioned;
+  partitioned->SetInputData(ToPolyData(scene.Points));
+  partitioned->SetPointsPerPart(3000);
+  Messages quiet(partitioned);
+  const ProgressWatch watch(partitioned);
+  partitioned->Update();
+  CHECK(partitioned->GetNumberOfParts() > 3);
+  CHECK(watch.Events > 100);
+  CHECK(!watch.Backwards);
+  CHECK(watch.Last == 1.0);
 }
 
 /// Normals may be of any type.

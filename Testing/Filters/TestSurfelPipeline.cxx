@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The filters in VTK's pipeline: arrays passed, coordinates far out, threads, files, abort.
+#include "ProgressWatch.h"
 #include "SurfelTesting.h"
 
 #include "vtkSurfelEstimation.h"
@@ -225,18 +226,26 @@ TEST_CASE("Files")
   CHECK(SameSurfels(surfels, reader->GetOutput()));
 }
 
-/// Asks the algorithm to stop once it has reported some progress.
-void StopAt(vtkAlgorithm* algorithm, double progress, vtkCallbackCommand* command, double* limit)
+/// Given normals are turned to the points; those that are estimated, one in ten here, become sharp
+/// at edges.
+TEST_CASE("Progress")
 {
-  *limit = progress;
-  command->SetClientData(limit);
-  command->SetCallback([](vtkObject* caller, unsigned long, void* client, void* call) {
-    if (*static_cast<double*>(call) >= *static_cast<double*>(client))
-    {
-      static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(1);
-    }
-  });
-  algorithm->AddObserver(vtkCommand::ProgressEvent, command);
+  Sampled scene = MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, 0.02, 0.3, Random(1));
+  scene.Append(MakeRectangle({ 0, 0, 0 }, { 0, 1, 0 }, 1, { 0, 0, 1 }, 1, 0.02, 0.3, Random(2)));
+  for (std::size_t i = 0; i < scene.Normals.size(); i += 10)
+  {
+    scene.Normals[i] = {};
+  }
+  const auto data = ToPolyData(scene.Points);
+  AddNormals(data, scene.Normals);
+  vtkNew<vtkSurfelEstimation> estimation;
+  Messages quiet(estimation);
+  estimation->SetInputData(data);
+  const ProgressWatch watch(estimation);
+  estimation->Update();
+  CHECK(estimation->GetNumberOfInvalidNormals() == 500);
+  CHECK(!watch.Backwards);
+  CHECK(watch.Last == 1.0);
 }
 
 TEST_CASE("Abort")
@@ -246,17 +255,13 @@ TEST_CASE("Abort")
   for (const double progress : { 0.01, 0.3, 0.65 })
   {
     vtkNew<vtkSurfelEstimation> estimation;
-    vtkNew<vtkCallbackCommand> command;
-    double limit;
-    StopAt(estimation, progress, command, &limit);
+    const ProgressWatch watch(estimation, progress);
     estimation->SetInputData(data);
     estimation->Update();
     CHECK(estimation->GetOutput()->GetNumberOfPoints() == 0);
 
     vtkNew<vtkSurfelNormalization> normalization;
-    vtkNew<vtkCallbackCommand> second;
-    double secondLimit;
-    StopAt(normalization, progress, second, &secondLimit);
+    const ProgressWatch second(normalization, progress);
     normalization->SetInputData(surfels);
     normalization->Update();
     CHECK(normalization->GetOutput()->GetNumberOfPoints() == 0);
