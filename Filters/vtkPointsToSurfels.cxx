@@ -28,7 +28,6 @@
 #include "vtkPolyData.h"
 #include "vtkSMPTools.h"
 #include "vtkSmartPointer.h"
-#include "vtkVersionMacros.h"
 
 #include <algorithm>
 #include <cstring>
@@ -148,13 +147,6 @@ private:
   bool Work(Filter* filter, double from, double to, Input* input, vtkPolyData* output)
   {
     const WorkerListener listener(StageProgress(this->Self, from, to), filter);
-    if (filter->GetAbortExecute())
-    {
-      filter->SetAbortExecute(0); // from a stopped execution
-    }
-#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
-    filter->SetAbortOutput(false); // what CheckAbort() has kept of it
-#endif
     filter->InvokeEvent(vtkCommand::StartEvent);
     const bool succeeded = filter->Execute(input, output) != 0;
     filter->InvokeEvent(vtkCommand::EndEvent);

@@ -2,7 +2,9 @@
 #include "Filters/Common/WorkerListener.h"
 
 #include "vtkCallbackCommand.h"
+#include "vtkCommand.h"
 #include "vtkExecutive.h"
+#include "vtkVersionMacros.h"
 
 namespace SurfelGeometry
 {
@@ -29,6 +31,13 @@ WorkerListener::WorkerListener(const StageProgress& progress, vtkAlgorithm* work
     worker->AddObserver(event, this->Command);
   }
   worker->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Command);
+  if (worker->GetAbortExecute())
+  {
+    worker->SetAbortExecute(0);
+  }
+#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
+  worker->SetAbortOutput(false); // what CheckAbort() has kept of it
+#endif
 }
 
 WorkerListener::~WorkerListener()

@@ -15,7 +15,8 @@ class vtkObject;
 
 namespace SurfelGeometry
 {
-/// Passes a worker's progress on, stops it, and stores what it says, which nobody else hears.
+/// Passes a worker's progress on, stops it, and stores what it says, which nobody else hears. That
+/// an earlier execution of the worker was stopped is forgotten.
 class WorkerListener
 {
 public:
