@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
- * Messages that may quote a damaged file.
+ * What the readers say of a file that they cannot read.
  */
 #pragma once
 
+#include <exception>
+#include <new>
 #include <string>
 
 namespace PointCloud
@@ -26,5 +28,25 @@ inline std::string Printable(const std::string& message)
     }
   }
   return text;
+}
+
+/// Calls read(). Returns an empty string, or what is wrong: the exception that it has thrown.
+/// @param contents what the file has, in the plural
+template <typename Function>
+std::string ReadingProblem(const std::string& contents, const Function& read)
+{
+  try
+  {
+    read();
+    return std::string();
+  }
+  catch (const std::bad_alloc&)
+  {
+    return "the " + contents + " do not fit into memory: reduce their number first.";
+  }
+  catch (const std::exception& found)
+  {
+    return Printable(found.what());
+  }
 }
 }

@@ -4,7 +4,7 @@
 #include "Filters/Common/StageProgress.h"
 #include "Filters/Readers/GaussianArrays.h"
 #include "Filters/Readers/GaussianFile.h"
-#include "Filters/Readers/PrintableText.h"
+#include "Filters/Readers/ReadingProblem.h"
 
 #include "vtkErrorCode.h"
 #include "vtkInformation.h"
@@ -13,8 +13,6 @@
 #include "vtkPolyData.h"
 
 #include <algorithm>
-#include <exception>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -78,19 +76,10 @@ int vtkGaussianSplatReader::RequestData(
     vtkErrorMacro("No file to read: call SetFileName first.");
     return 0;
   }
-  std::string problem;
-  try
+  const std::string problem = PointCloud::ReadingProblem("Gaussians", [&] { this->Read(output); });
+  if (problem.empty())
   {
-    this->Read(output);
     return 1;
-  }
-  catch (const std::bad_alloc&)
-  {
-    problem = "the Gaussians do not fit into memory: reduce their number first.";
-  }
-  catch (const std::exception& found)
-  {
-    problem = PointCloud::Printable(found.what());
   }
   output->Initialize();
   this->SetErrorCode(vtkErrorCode::FileFormatError);

@@ -4,7 +4,7 @@
 #include "Filters/Readers/PointCloudFields.h"
 #include "Filters/Readers/PointCloudFile.h"
 #include "Filters/Readers/PointCloudHeader.h"
-#include "Filters/Readers/PrintableText.h"
+#include "Filters/Readers/ReadingProblem.h"
 
 #include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"
@@ -16,7 +16,6 @@
 #include "vtkPolyData.h"
 
 #include <algorithm>
-#include <exception>
 #include <initializer_list>
 #include <string>
 
@@ -72,6 +71,22 @@ int vtkPointCloudReader::CanReadFile(const char* fileName)
 }
 
 //------------------------------------------------------------------------------
+void vtkPointCloudReader::Read(vtkPolyData* output)
+{
+  const PointCloud::PointCloudFile file = PointCloud::ReadPointCloudFile(this->FileName);
+  this->UpdateProgress(0.6);
+  PointCloud::DecodeFields(file.Cloud, output);
+  std::copy_n(file.Viewpoint, 3, this->Viewpoint);
+  this->HasViewpoint = file.HasViewpoint;
+  this->Dimensions[0] = static_cast<int>(file.Cloud.Width);
+  this->Dimensions[1] = static_cast<int>(file.Cloud.Height);
+  if (file.HasViewpoint || file.Cloud.Height > 1)
+  {
+    AddSensor(file, output);
+  }
+}
+
+//------------------------------------------------------------------------------
 int vtkPointCloudReader::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -86,29 +101,10 @@ int vtkPointCloudReader::RequestData(
     vtkErrorMacro("No file to read: call SetFileName first.");
     return 0;
   }
-  std::string problem;
-  try
+  const std::string problem = PointCloud::ReadingProblem("points", [&] { this->Read(output); });
+  if (problem.empty())
   {
-    const PointCloud::PointCloudFile file = PointCloud::ReadPointCloudFile(this->FileName);
-    this->UpdateProgress(0.6);
-    PointCloud::DecodeFields(file.Cloud, output);
-    std::copy_n(file.Viewpoint, 3, this->Viewpoint);
-    this->HasViewpoint = file.HasViewpoint;
-    this->Dimensions[0] = static_cast<int>(file.Cloud.Width);
-    this->Dimensions[1] = static_cast<int>(file.Cloud.Height);
-    if (file.HasViewpoint || file.Cloud.Height > 1)
-    {
-      AddSensor(file, output);
-    }
     return 1;
-  }
-  catch (const std::bad_alloc&)
-  {
-    problem = "the points do not fit into memory: reduce their number first.";
-  }
-  catch (const std::exception& found)
-  {
-    problem = PointCloud::Printable(found.what());
   }
   output->Initialize();
   this->SetErrorCode(vtkErrorCode::FileFormatError);

@@ -83,6 +83,8 @@ protected:
 private:
   vtkPointCloudReader(const vtkPointCloudReader&) = delete;
   void operator=(const vtkPointCloudReader&) = delete;
+
+  void Read(vtkPolyData* output);
 };
 
 #endif
