@@ -202,10 +202,7 @@ void vtkSurfelSplatter::MakeContext(const SceneView& view)
     : this->LODMode == LOD_PAPER              ? Core::CutRule::Paper
                                               : Core::CutRule::Moments;
   context.Cut.Error = this->LODError * view.Coarsening;
-  context.Cut.SkipOutside = this->FrustumCulling != 0;
-  context.Cut.SkipBackFaces = this->BackfaceCulling != 0;
   context.CoarseGrids = this->CoarseGrids != 0;
-  context.SkipHidden = this->OcclusionCulling != 0;
   context.Colors = this->ColorByLevel ? Core::Paint::LevelColors : Core::Paint::Own;
   this->Internal->Context = context;
 }
@@ -528,9 +525,6 @@ void vtkSurfelSplatter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "KeepCaptureMass: " << (this->KeepCaptureMass ? "on" : "off") << "\n";
   os << indent << "LODMode: " << this->LODMode << "\n";
   os << indent << "LODError: " << this->LODError << "\n";
-  os << indent << "FrustumCulling: " << this->FrustumCulling << "\n";
-  os << indent << "BackfaceCulling: " << this->BackfaceCulling << "\n";
-  os << indent << "OcclusionCulling: " << this->OcclusionCulling << "\n";
   os << indent << "CoarseGrids: " << this->CoarseGrids << "\n";
   os << indent << "FrameReuse: " << this->FrameReuse << "\n";
   os << indent << "LinearLight: " << this->LinearLight << "\n";

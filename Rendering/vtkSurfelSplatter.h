@@ -212,31 +212,6 @@ public:
 
   ///@{
   /**
-   * Whether to skip invisible parts of a hierarchy: those outside the picture that do not blur into
-   * it (FrustumCulling), and one-sided surfels seen from behind (BackfaceCulling). The picture is
-   * the same. Default on.
-   */
-  vtkSetMacro(FrustumCulling, vtkTypeBool);
-  vtkGetMacro(FrustumCulling, vtkTypeBool);
-  vtkBooleanMacro(FrustumCulling, vtkTypeBool);
-  vtkSetMacro(BackfaceCulling, vtkTypeBool);
-  vtkGetMacro(BackfaceCulling, vtkTypeBool);
-  vtkBooleanMacro(BackfaceCulling, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
-   * Whether to skip surfels behind opaque layers. A tile of the picture is finished when every
-   * pixel lets less than 1/512 through. Nodes of a hierarchy are set up only when an unfinished
-   * tile needs them. Pictures differ by at most 1/512. Default on.
-   */
-  vtkSetMacro(OcclusionCulling, vtkTypeBool);
-  vtkGetMacro(OcclusionCulling, vtkTypeBool);
-  vtkBooleanMacro(OcclusionCulling, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
    * Whether to draw wide splats on coarse grids and interpolate, so that time depends on the number
    * of splats instead of their area. Pictures are as near to a ray tracer's as without them.
    * Default on.
@@ -446,9 +421,6 @@ private:
   vtkTypeBool KeepCaptureMass = false;
   int LODMode = LOD_MOMENTS;
   double LODError = 1.0;
-  vtkTypeBool FrustumCulling = 1;
-  vtkTypeBool BackfaceCulling = 1;
-  vtkTypeBool OcclusionCulling = 1;
   vtkTypeBool CoarseGrids = 1;
   vtkTypeBool FrameReuse = 1;
   vtkTypeBool ColorByLevel = 0;
