@@ -2,49 +2,37 @@
 #include "vtkSurfelMapper.h"
 
 #include "Core/Base/LinearLight.h"
-#include "Core/Surfels/GaussianMass.h"
-#include "Core/Surfels/SurfelArrays.h"
-#include "Rendering/Scene/CloudAdapter.h"
+#include "Rendering/OpenGL/SurfelDots.h"
 #include "Rendering/Scene/HierarchyCache.h"
 #include "Rendering/Scene/SurfelBounds.h"
+#include "SurfelData/SurfelCloudSource.h"
 
 #include <vtkActor.h>
 #include <vtkDataArray.h>
-#include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkHardwareSelector.h>
 #include <vtkMath.h>
-#include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
-#include <vtkPointGaussianMapper.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSMPTools.h>
 #include <vtkUnsignedCharArray.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <vector>
-
-namespace Arrays = SurfelSplatting::Arrays;
 
 vtkStandardNewMacro(vtkSurfelMapper);
 
 vtkSurfelMapper::vtkSurfelMapper()
   : HierarchyCache(new SurfelSplatting::HierarchyCache)
+  , Dots(new SurfelSplatting::SurfelDots)
 {
-  this->PreviewActor->SetUserMatrix(this->PreviewMatrix);
 }
 
 vtkSurfelMapper::~vtkSurfelMapper()
 {
   this->SetPointIdArrayName(nullptr);
   this->SetCompositeIdArrayName(nullptr);
-  this->ReleasePreview();
 }
 
 int vtkSurfelMapper::CanUseTextureMapForColoring(vtkDataObject*)
@@ -208,160 +196,6 @@ void vtkSurfelMapper::ComputeBounds()
   this->BoundsTime.Modified();
 }
 
-namespace
-{
-/// Mean over surfels of the root of their area, world units; 0 if none is finite.
-double MeanRootOfAreas(vtkDataArray* areas)
-{
-  double sum = 0.0;
-  vtkIdType count = 0;
-  for (vtkIdType i = 0; i < areas->GetNumberOfTuples(); ++i)
-  {
-    double a[3];
-    areas->GetTuple(i, a);
-    const double length = vtkMath::Norm(a);
-    if (std::isfinite(length))
-    {
-      sum += std::sqrt(length);
-      ++count;
-    }
-  }
-  return count > 0 ? sum / count : 0.0;
-}
-
-/// Median standard deviation of Gaussians as seen from all sides, world units; 0 if none is finite.
-/// The mean would be that of a few stray ones, which are huge.
-double MedianDeviation(vtkDataArray* covariances)
-{
-  std::vector<double> deviations;
-  for (vtkIdType i = 0; i < covariances->GetNumberOfTuples(); ++i)
-  {
-    double s[6];
-    covariances->GetTuple(i, s);
-    const double area = SurfelSplatting::MeanKernelArea(
-      SurfelSplatting::Symmetric3{ s[0], s[1], s[2], s[3], s[4], s[5] });
-    if (std::isfinite(area))
-    {
-      deviations.push_back(std::sqrt(area));
-    }
-  }
-  if (deviations.empty())
-  {
-    return 0.0;
-  }
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
-  return *middle;
-}
-}
-
-double vtkSurfelMapper::MeanSpacing()
-{
-  vtkPolyData* input = this->GetInput();
-  if (this->SpacingTime > input->GetMTime() && this->SpacingTime > this->GetMTime())
-  {
-    return this->Spacing;
-  }
-  vtkDataArray* gaussians = input->GetPointData()->GetArray(Arrays::GaussianCovariance);
-  vtkDataArray* areas = input->GetPointData()->GetArray(Arrays::AreaVector);
-  this->Spacing = 0.0;
-  if (gaussians && gaussians->GetNumberOfComponents() == 6)
-  {
-    this->Spacing = MedianDeviation(gaussians);
-  }
-  else if (areas && areas->GetNumberOfComponents() == 3)
-  {
-    this->Spacing = MeanRootOfAreas(areas);
-  }
-  this->SpacingTime.Modified();
-  return this->Spacing;
-}
-
-void vtkSurfelMapper::ReleasePreview()
-{
-  // vtkPointGaussianMapper does not bind its OpenGL objects to their window: released while another
-  // context is current, they would delete objects of that context. If their own context is gone,
-  // the mapper is leaked instead.
-  this->PreviewActor->SetMapper(nullptr);
-  if (this->Preview && this->PreviewWindow)
-  {
-    this->PreviewWindow->PushContext();
-    this->Preview = nullptr;
-    this->PreviewWindow->PopContext();
-  }
-  else if (this->Preview)
-  {
-    this->Preview->Register(nullptr);
-    this->Preview = nullptr;
-  }
-  this->PreviewWindow = nullptr;
-}
-
-void vtkSurfelMapper::UpdatePreview(vtkRenderer* renderer, double scale)
-{
-  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  if (this->PreviewWindow != window)
-  {
-    this->ReleasePreview();
-  }
-  const bool fresh = !this->Preview;
-  if (fresh)
-  {
-    this->PreviewWindow = window;
-    this->Preview = vtkSmartPointer<vtkPointGaussianMapper>::New();
-    this->Preview->EmissiveOff();
-    // An opaque disc instead of a Gaussian, so that dots hide what is behind them.
-    this->Preview->SetSplatShaderCode(
-      "//VTK::Color::Impl\n"
-      "if (dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy) > 1.0) discard;\n");
-    this->PreviewActor->SetMapper(this->Preview);
-  }
-  if (fresh || this->GetMTime() > this->PreviewTime ||
-    this->GetInput()->GetMTime() > this->PreviewTime)
-  {
-    this->Preview->ShallowCopy(this); // input, scalars, lookup table, clipping planes
-    this->MovePreview();
-    // A texture of colours, for which dots have no coordinates: VTK 9.3 crashes.
-    this->Preview->InterpolateScalarsBeforeMappingOff();
-    this->PreviewTime.Modified();
-  }
-  this->Preview->SetScalarVisibility(this->ScalarVisibility && !this->AreColorsTooLong());
-  // Dots of the mean area, wide enough to close the gaps between neighbours; of Gaussians, which
-  // overlap, nearly as wide as their deviation. Their size is in world units, independent of the
-  // actor's matrix.
-  this->Preview->SetScaleFactor(0.8 * this->MeanSpacing() * scale);
-}
-
-/// Points far from the origin, in double precision, would lose theirs in vertex buffers: dots are
-/// drawn of copies about the cloud's centre.
-void vtkSurfelMapper::MovePreview()
-{
-  vtkPolyData* input = this->GetInput();
-  std::fill_n(this->PreviewOrigin, 3, 0.0);
-  if (input->GetPoints()->GetDataType() != VTK_DOUBLE)
-  {
-    return;
-  }
-  double origin[3];
-  this->GetOrigin(origin);
-  this->GetCenter(this->PreviewOrigin); // without invalid points
-  vtkMath::Subtract(this->PreviewOrigin, origin, this->PreviewOrigin);
-  const vtkIdType count = input->GetNumberOfPoints();
-  vtkNew<vtkPoints> near;
-  near->SetNumberOfPoints(count);
-  for (vtkIdType i = 0; i < count; ++i)
-  {
-    double p[3];
-    input->GetPoint(i, p);
-    vtkMath::Subtract(p, this->PreviewOrigin, p);
-    near->SetPoint(i, p);
-  }
-  vtkNew<vtkPolyData> moved;
-  moved->ShallowCopy(input);
-  moved->SetPoints(near);
-  this->Preview->SetInputData(moved);
-}
-
 /// A picture of dots, unlike a selection, is hardly what was meant.
 void vtkSurfelMapper::WarnOfDots(vtkRenderer* renderer)
 {
@@ -389,35 +223,14 @@ void vtkSurfelMapper::RenderPiece(vtkRenderer* renderer, vtkActor* actor)
     return;
   }
   this->WarnOfDots(renderer);
-  vtkNew<vtkMatrix4x4> matrix;
-  actor->GetMatrix(matrix);
-  this->UpdatePreview(renderer, std::cbrt(std::abs(matrix->Determinant())));
-  // The origins go into the matrix, in double precision. Adding them to the points would lose
-  // detail in the single precision of vertex buffers.
-  double origin[3];
-  this->GetOrigin(origin);
-  vtkMath::Add(origin, this->PreviewOrigin, origin);
-  double moved[4] = { origin[0], origin[1], origin[2], 1.0 };
-  matrix->MultiplyPoint(moved, moved);
-  for (int i = 0; i < 3; ++i)
-  {
-    matrix->SetElement(i, 3, moved[i]);
-  }
-  if (!std::equal(matrix->GetData(), matrix->GetData() + 16, this->PreviewMatrix->GetData()))
-  {
-    this->PreviewMatrix->DeepCopy(matrix);
-  }
-  this->PreviewActor->SetProperty(actor->GetProperty());
-  this->PreviewActor->SetPropertyKeys(actor->GetPropertyKeys());
-  this->Preview->Render(renderer, this->PreviewActor);
+  this->Dots->Render(this, this->ScalarVisibility && !this->AreColorsTooLong(), renderer, actor);
 }
 
 void vtkSurfelMapper::ProcessSelectorPixelBuffers(
   vtkHardwareSelector* selector, std::vector<unsigned int>& pixeloffsets, vtkProp* prop)
 {
-  if (this->Preview)
+  if (this->Dots->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop))
   {
-    this->Preview->ProcessSelectorPixelBuffers(selector, pixeloffsets, prop);
     this->RenamePoints(selector, pixeloffsets);
   }
 }
@@ -470,7 +283,7 @@ void vtkSurfelMapper::RenamePoints(
 
 void vtkSurfelMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
-  this->ReleasePreview();
+  this->Dots->Release();
   this->Superclass::ReleaseGraphicsResources(window);
 }
 

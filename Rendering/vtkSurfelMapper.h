@@ -28,23 +28,19 @@
 #ifndef vtkSurfelMapper_h
 #define vtkSurfelMapper_h
 
-#include "vtkNew.h"                // for members
-#include "vtkOpenGLRenderWindow.h" // for the weak pointer
 #include "vtkPolyDataMapper.h"
 #include "vtkSmartPointer.h"          // for members
 #include "vtkSurfelRenderingModule.h" // for export macro
-#include "vtkWeakPointer.h"           // for members
 
 #include <memory> // for members
 
 namespace SurfelSplatting
 {
 class HierarchyCache;
+class SurfelDots;
 }
 class vtkDataArray;
 class vtkFloatArray;
-class vtkMatrix4x4;
-class vtkPointGaussianMapper;
 class vtkUnsignedCharArray;
 
 class VTKSURFELRENDERING_EXPORT vtkSurfelMapper : public vtkPolyDataMapper
@@ -138,21 +134,10 @@ private:
   vtkFloatArray* GetDirectColors();
   vtkFloatArray* GetLinearColors(vtkUnsignedCharArray* bytes);
   void RenamePoints(vtkHardwareSelector* selector, const std::vector<unsigned int>& pixeloffsets);
-  void UpdatePreview(vtkRenderer* renderer, double scale);
   void WarnOfDots(vtkRenderer* renderer);
-  void MovePreview();
-  void ReleasePreview();
-  double MeanSpacing();
 
   std::unique_ptr<SurfelSplatting::HierarchyCache> HierarchyCache;
-  vtkSmartPointer<vtkPointGaussianMapper> Preview;
-  vtkWeakPointer<vtkOpenGLRenderWindow> PreviewWindow;
-  vtkNew<vtkActor> PreviewActor;
-  vtkNew<vtkMatrix4x4> PreviewMatrix;
-  double PreviewOrigin[3] = { 0.0, 0.0, 0.0 }; // of the preview's points, beside the data's own
-  vtkTimeStamp PreviewTime;
-  double Spacing = 0.0;
-  vtkTimeStamp SpacingTime;
+  std::unique_ptr<SurfelSplatting::SurfelDots> Dots;
   vtkTimeStamp BoundsTime;
   vtkSmartPointer<vtkFloatArray> DirectColors;
   vtkSmartPointer<vtkDataArray> DirectColorsSource;
