@@ -328,21 +328,6 @@ vtkPartitionedSurfelEstimation::vtkPartitionedSurfelEstimation()
 vtkPartitionedSurfelEstimation::~vtkPartitionedSurfelEstimation() = default;
 
 //------------------------------------------------------------------------------
-int vtkPartitionedSurfelEstimation::FillInputPortInformation(
-  int vtkNotUsed(port), vtkInformation* info)
-{
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
-  return 1;
-}
-
-//------------------------------------------------------------------------------
-vtkMTimeType vtkPartitionedSurfelEstimation::GetMTime()
-{
-  return std::max({ this->Superclass::GetMTime(), this->Cleaning->GetMTime(),
-    this->Estimation->GetMTime(), this->Normalization->GetMTime() });
-}
-
-//------------------------------------------------------------------------------
 int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(request),
   vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
@@ -435,13 +420,4 @@ void vtkPartitionedSurfelEstimation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfNonFinitePoints: " << this->NumberOfNonFinitePoints << "\n";
   os << indent << "NumberOfDuplicatePoints: " << this->NumberOfDuplicatePoints << "\n";
   os << indent << "NumberOfDoubtfulSurfels: " << this->NumberOfDoubtfulSurfels << "\n";
-  os << indent << "CleanPoints: " << this->CleanPoints << "\n";
-  os << indent << "UseSensor: " << this->UseSensor << "\n";
-  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
-  os << indent << "Cleaning:\n";
-  this->Cleaning->PrintSelf(os, indent.GetNextIndent());
-  os << indent << "Estimation:\n";
-  this->Estimation->PrintSelf(os, indent.GetNextIndent());
-  os << indent << "Normalization:\n";
-  this->Normalization->PrintSelf(os, indent.GetNextIndent());
 }

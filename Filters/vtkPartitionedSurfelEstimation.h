@@ -3,9 +3,10 @@
  * @class   vtkPartitionedSurfelEstimation
  * @brief   normalized surfels of a cloud that is too large to process at once
  *
- * Cleans the cloud by vtkPointCloudCleaning, and cuts it into boxes of at most PointsPerPart
- * points. Runs vtkSurfelEstimation and vtkSurfelNormalization on one box after another, each with a
- * halo of points around it, and keeps the surfels of the box itself. The input is a vtkPointSet.
+ * Cleans the cloud by vtkPointCloudCleaning, all at once, and cuts it into boxes of at most
+ * PointsPerPart points. Runs vtkSurfelEstimation and vtkSurfelNormalization, with the settings of
+ * GetEstimation() and GetNormalization(), on one box after another, each with a halo of points
+ * around it, and keeps the surfels of the box itself. The input is a vtkPointSet.
  * The output is that of vtkSurfelNormalization: one surfel for each point that is not dropped, in
  * the order of the input, with its point data. Besides input and output (53 bytes per point) the
  * filter takes 12 bytes per point of the cloud, and for one part at a time the memory of
@@ -16,30 +17,26 @@
  * Weights differ by the normalization's random samples.
  *
  * The outside of a surface cannot be decided from a part of it. So CONSISTENT orientation becomes
- * AS_GIVEN if there are normals, else TWO_SIDED. A cloud of one part keeps CONSISTENT. Scanners tell
- * the sides of parts, too (SCANNERS).
+ * AS_GIVEN if there are normals, else TWO_SIDED. A cloud of one part keeps CONSISTENT. Scanners
+ * tell the sides of parts, too (SCANNERS).
  *
  * @sa vtkSurfelEstimation vtkSurfelNormalization
  */
 #ifndef vtkPartitionedSurfelEstimation_h
 #define vtkPartitionedSurfelEstimation_h
 
-#include "vtkNew.h" // for the filters
-#include "vtkPolyDataAlgorithm.h"
+#include "vtkPointsToSurfelsBase.h"
 #include "vtkSurfelFiltersModule.h" // for export macro
 
 #include <string> // for messages
 
-class vtkPointCloudCleaning;
 class vtkPointSet;
-class vtkSurfelEstimation;
-class vtkSurfelNormalization;
 
-class VTKSURFELFILTERS_EXPORT vtkPartitionedSurfelEstimation : public vtkPolyDataAlgorithm
+class VTKSURFELFILTERS_EXPORT vtkPartitionedSurfelEstimation : public vtkPointsToSurfelsBase
 {
 public:
   static vtkPartitionedSurfelEstimation* New();
-  vtkTypeMacro(vtkPartitionedSurfelEstimation, vtkPolyDataAlgorithm);
+  vtkTypeMacro(vtkPartitionedSurfelEstimation, vtkPointsToSurfelsBase);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   ///@{
@@ -50,50 +47,6 @@ public:
   vtkSetClampMacro(PointsPerPart, vtkIdType, 1000, vtkIdType(1) << 30);
   vtkGetMacro(PointsPerPart, vtkIdType);
   ///@}
-
-  ///@{
-  /**
-   * Whether the points are cleaned first, all at once. Default on.
-   */
-  vtkSetMacro(CleanPoints, vtkTypeBool);
-  vtkGetMacro(CleanPoints, vtkTypeBool);
-  vtkBooleanMacro(CleanPoints, vtkTypeBool);
-  vtkPointCloudCleaning* GetCleaning() { return this->Cleaning; }
-  ///@}
-
-  ///@{
-  /**
-   * The settings for all parts. These filters are not executed.
-   */
-  vtkSurfelEstimation* GetEstimation() { return this->Estimation; }
-  vtkSurfelNormalization* GetNormalization() { return this->Normalization; }
-  ///@}
-
-  ///@{
-  /**
-   * Whether what the input's field arrays ScanViewpoint, ScanBounds and ScanDimensions say of the
-   * sensor (vtkPointCloudReader writes them; Documentation/DataContract.md) is used where nothing
-   * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
-   * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
-   * UseViewpoint. Not for points that were moved, cut or merged. Where the field arrays tell no
-   * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one.
-   * Default on.
-   */
-  vtkSetMacro(UseSensor, vtkTypeBool);
-  vtkGetMacro(UseSensor, vtkTypeBool);
-  vtkBooleanMacro(UseSensor, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
-   * Number of nearest neighbours from which a normal is estimated. Default 0: as GetEstimation()
-   * says, but 30 for depth images, which are noisy along the line of sight.
-   */
-  vtkSetClampMacro(NumberOfNeighbors, int, 0, 256);
-  vtkGetMacro(NumberOfNeighbors, int);
-  ///@}
-
-  vtkMTimeType GetMTime() override;
 
   ///@{
   /**
@@ -111,14 +64,10 @@ protected:
   vtkPartitionedSurfelEstimation();
   ~vtkPartitionedSurfelEstimation() override;
 
-  int FillInputPortInformation(int port, vtkInformation* info) override;
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
   vtkIdType PointsPerPart = 4000000;
-  vtkTypeBool CleanPoints = 1;
-  vtkTypeBool UseSensor = 1;
-  int NumberOfNeighbors = 0;
 
 private:
   vtkPartitionedSurfelEstimation(const vtkPartitionedSurfelEstimation&) = delete;
@@ -129,9 +78,6 @@ private:
   bool Clean(vtkPointSet* input, vtkPolyData* output, std::string& error);
   int EndEarly(const std::string& error);
 
-  vtkNew<vtkPointCloudCleaning> Cleaning;
-  vtkNew<vtkSurfelEstimation> Estimation;
-  vtkNew<vtkSurfelNormalization> Normalization;
   int NumberOfParts = 0;
   vtkIdType NumberOfNonFinitePoints = 0;
   vtkIdType NumberOfDuplicatePoints = 0;

@@ -165,13 +165,6 @@ vtkPointsToSurfels::vtkPointsToSurfels() = default;
 vtkPointsToSurfels::~vtkPointsToSurfels() = default;
 
 //------------------------------------------------------------------------------
-int vtkPointsToSurfels::FillInputPortInformation(int vtkNotUsed(port), vtkInformation* info)
-{
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
-  return 1;
-}
-
-//------------------------------------------------------------------------------
 void vtkPointsToSurfels::SetController(vtkMultiProcessController* controller)
 {
   this->Cleaning->SetController(controller);
@@ -182,8 +175,7 @@ void vtkPointsToSurfels::SetController(vtkMultiProcessController* controller)
 //------------------------------------------------------------------------------
 vtkMTimeType vtkPointsToSurfels::GetMTime()
 {
-  return std::max({ this->Superclass::GetMTime(), this->Cleaning->GetMTime(),
-    this->Estimation->GetMTime(), this->Normalization->GetMTime(), this->Hierarchy->GetMTime() });
+  return std::max(this->Superclass::GetMTime(), this->Hierarchy->GetMTime());
 }
 
 //------------------------------------------------------------------------------
@@ -262,15 +254,6 @@ void vtkPointsToSurfels::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "BuildHierarchy: " << this->BuildHierarchy << "\n";
-  os << indent << "CleanPoints: " << this->CleanPoints << "\n";
-  os << indent << "UseSensor: " << this->UseSensor << "\n";
-  os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
-  os << indent << "Cleaning:\n";
-  this->Cleaning->PrintSelf(os, indent.GetNextIndent());
-  os << indent << "Estimation:\n";
-  this->Estimation->PrintSelf(os, indent.GetNextIndent());
-  os << indent << "Normalization:\n";
-  this->Normalization->PrintSelf(os, indent.GetNextIndent());
   os << indent << "Hierarchy:\n";
   this->Hierarchy->PrintSelf(os, indent.GetNextIndent());
 }

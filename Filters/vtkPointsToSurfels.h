@@ -24,44 +24,26 @@
 #ifndef vtkPointsToSurfels_h
 #define vtkPointsToSurfels_h
 
-#include "vtkNew.h" // for the filters
-#include "vtkPolyDataAlgorithm.h"
+#include "vtkPointsToSurfelsBase.h"
 #include "vtkSurfelFiltersModule.h" // for export macro
 
 #include <string> // for messages
 
 class vtkMultiProcessController;
-class vtkPointCloudCleaning;
 class vtkPointSet;
-class vtkSurfelEstimation;
 class vtkSurfelHierarchy;
-class vtkSurfelNormalization;
 
-class VTKSURFELFILTERS_EXPORT vtkPointsToSurfels : public vtkPolyDataAlgorithm
+class VTKSURFELFILTERS_EXPORT vtkPointsToSurfels : public vtkPointsToSurfelsBase
 {
 public:
   static vtkPointsToSurfels* New();
-  vtkTypeMacro(vtkPointsToSurfels, vtkPolyDataAlgorithm);
+  vtkTypeMacro(vtkPointsToSurfels, vtkPointsToSurfelsBase);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  ///@{
   /**
-   * The filters, for their settings and counts; they have no connections.
+   * The last filter, for its counts.
    */
-  vtkPointCloudCleaning* GetCleaning() { return this->Cleaning; }
-  vtkSurfelEstimation* GetEstimation() { return this->Estimation; }
-  vtkSurfelNormalization* GetNormalization() { return this->Normalization; }
   vtkSurfelHierarchy* GetHierarchy() { return this->Hierarchy; }
-  ///@}
-
-  ///@{
-  /**
-   * Whether the points are cleaned first. Default on.
-   */
-  vtkSetMacro(CleanPoints, vtkTypeBool);
-  vtkGetMacro(CleanPoints, vtkTypeBool);
-  vtkBooleanMacro(CleanPoints, vtkTypeBool);
-  ///@}
 
   ///@{
   /**
@@ -71,30 +53,6 @@ public:
   vtkSetMacro(BuildHierarchy, vtkTypeBool);
   vtkGetMacro(BuildHierarchy, vtkTypeBool);
   vtkBooleanMacro(BuildHierarchy, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
-   * Whether what the input's field arrays ScanViewpoint, ScanBounds and ScanDimensions say of the
-   * sensor (vtkPointCloudReader writes them; Documentation/DataContract.md) is used where nothing
-   * else is set: the steps of a depth image are smoothed if GetCleaning() has no columns, and
-   * surfels face the viewpoint if GetEstimation() has the orientation CONSISTENT without
-   * UseViewpoint. Not for points that were moved, cut or merged. Where the field arrays tell no
-   * viewpoint, surfels face the scanners to which the point array ToScanner leads, if there is one.
-   * Default on.
-   */
-  vtkSetMacro(UseSensor, vtkTypeBool);
-  vtkGetMacro(UseSensor, vtkTypeBool);
-  vtkBooleanMacro(UseSensor, vtkTypeBool);
-  ///@}
-
-  ///@{
-  /**
-   * Number of nearest neighbours from which a normal is estimated. Default 0: as GetEstimation()
-   * says, but 30 for depth images, which are noisy along the line of sight.
-   */
-  vtkSetClampMacro(NumberOfNeighbors, int, 0, 256);
-  vtkGetMacro(NumberOfNeighbors, int);
   ///@}
 
   ///@{
@@ -118,14 +76,10 @@ protected:
   vtkPointsToSurfels();
   ~vtkPointsToSurfels() override;
 
-  int FillInputPortInformation(int port, vtkInformation* info) override;
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
-  vtkTypeBool CleanPoints = 1;
   vtkTypeBool BuildHierarchy = 1;
-  vtkTypeBool UseSensor = 1;
-  int NumberOfNeighbors = 0;
 
 private:
   vtkPointsToSurfels(const vtkPointsToSurfels&) = delete;
@@ -135,9 +89,6 @@ private:
   bool IsAlone();
   std::string CheckMemory(vtkPointSet* input);
 
-  vtkNew<vtkPointCloudCleaning> Cleaning;
-  vtkNew<vtkSurfelEstimation> Estimation;
-  vtkNew<vtkSurfelNormalization> Normalization;
   vtkNew<vtkSurfelHierarchy> Hierarchy;
 };
 
