@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/SurfelSides.h"
 
-#include "Filters/Common/LocalCloud.h"
 #include "Filters/Orientation/ScannerSides.h"
 #include "Filters/Orientation/ThinPlates.h"
 #include "Filters/Partition/SharedOrientation.h"

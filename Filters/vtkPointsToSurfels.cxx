@@ -32,7 +32,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <utility>
 #include <vector>
 
 using namespace SurfelGeometry;

@@ -5,8 +5,6 @@
 #include "Filters/Common/Multiversion.h"
 #include "Filters/Common/SurfaceFold.h"
 
-#include <cmath>
-
 namespace SurfelGeometry
 {
 namespace

@@ -24,7 +24,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <string>
 
 using namespace SurfelVolumes;

@@ -11,7 +11,6 @@
 #include "vtkFloatArray.h"
 
 #include <cmath>
-#include <limits>
 
 using namespace SurfelTesting;
 

@@ -10,7 +10,6 @@
 #include "vtkSurfelHierarchy.h"
 #include "vtkSurfelNormalization.h"
 
-#include "vtkCellArray.h"
 #include "vtkFloatArray.h"
 #include "vtkIdTypeArray.h"
 #include "vtkStringArray.h"
@@ -18,8 +17,6 @@
 #include "vtkXMLPolyDataReader.h"
 #include "vtkXMLPolyDataWriter.h"
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 
 using namespace SurfelTesting;
