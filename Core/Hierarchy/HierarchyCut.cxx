@@ -324,6 +324,7 @@ private:
       nearest = ball.Near();
       stretch = Norm(ball.Center) / ball.Center[2] + ball.Radius / nearest;
     }
+    run.Blur = static_cast<float>(confusion[0]);
     run.Wide = CoarseCell(this->Prefilter + 0.25 * confusion[0] * confusion[0]) > 1.0;
     const double size = sigma * this->FocalLength * stretch / nearest;
     const double margin = this->LargestReach(size, confusion[1], run.Wide);

@@ -170,16 +170,22 @@ void TileRaster::TakeRuns(LazySplats& lazy, const std::uint32_t*& run, const std
   const int bottom = this->OriginY, top = bottom + TileSize;
   const SplatList& list = lazy.Splats();
   lazy.Announce(run, end);
-  const bool coarser = lazy.CoarserBelow() > 0.0f && this->LargestThrough() < lazy.CoarserBelow();
+  const TileThrough through =
+    lazy.CoarserBelow() > 0.0f ? this->Through() : TileThrough{ 1.0f, 1.0f };
+  const bool dim = through.Largest < lazy.CoarserBelow();
+  const bool dimInBlur = through.LargestOfBlock < lazy.CoarserInBlurBelow();
+  const auto choose = [&](std::uint32_t r) {
+    return lazy.Choose(r, dim || (dimInBlur && lazy.IsBlurred(r)));
+  };
   std::size_t size = before;
   while (run != end && size < wanted && !(size > 0 && lazy.Near(*run) > this->PendingFar))
   {
     this->PendingFar = std::max(this->PendingFar, lazy.Far(*run));
     if (run + 2 < end)
     {
-      lazy.Prefetch(lazy.Choose(run[2], coarser));
+      lazy.Prefetch(choose(run[2]));
     }
-    const LazySplats::Wanted wanted = lazy.Choose(*run++, coarser);
+    const LazySplats::Wanted wanted = choose(*run++);
     const SplatList::Part& part = lazy.Get(wanted);
     const PixelBox& all = lazy.Box(wanted);
     if (all.X0 >= right || all.X1 <= left || all.Y0 >= top || all.Y1 <= bottom)
@@ -303,16 +309,24 @@ bool TileRaster::BecomesOpaque(float near)
   return this->IsOpaque(near);
 }
 
-/// Largest transmittance of the tile's pixels, as far as it is known: open layers let all through.
-float TileRaster::LargestThrough() const
+TileThrough TileRaster::Through() const
 {
-  float largest = 0.0f;
+  TileThrough through;
+  float square = 0.0f;
   for (const FinishedLayers& done : this->Tile.Finished)
   {
-    largest =
-      std::max(largest, *std::max_element(done.Transmittance, done.Transmittance + PixelsPerBlock));
+    float sum = 0.0f;
+    for (const float t : done.Transmittance)
+    {
+      through.Largest = std::max(through.Largest, t);
+      sum += t * t;
+    }
+    square = std::max(square, sum / PixelsPerBlock);
   }
-  return this->Run.IsOpen() ? largest * this->Run.LargestThrough() : largest;
+  const float ofRun = this->Run.IsOpen() ? this->Run.LargestThrough() : 1.0f;
+  through.Largest *= ofRun;
+  through.LargestOfBlock = ofRun * std::sqrt(square);
+  return through;
 }
 
 /// The background that shines through the last layers may have any colour.

@@ -9,7 +9,8 @@
  * by the first tile that needs it; its splats do not depend on which tile this is.
  *
  * Little shines through a capture in front of its far side, but not nothing. A tile that lets less
- * than CoarserBelow() through can ask for a run's ancestors instead, an eighth as many.
+ * than CoarserBelow() through can ask for a run's ancestors instead, an eighth as many. Where the
+ * lens blurs the run, CoarserInBlurBelow() is little enough.
  */
 #pragma once
 
@@ -41,6 +42,8 @@ public:
 
   /// The transmittance below which coarser runs are good enough; 0: there are none.
   float CoarserBelow() const { return this->LargestThrough; }
+  /// The same for runs that the lens blurs, of the root mean square in a block of pixels.
+  float CoarserInBlurBelow() const { return this->LargestThroughInBlur; }
 
   /// Runs that can reach a tile, by ascending near depth.
   const std::uint32_t* Begin(std::size_t tile) const
@@ -51,6 +54,8 @@ public:
   {
     return this->TileRuns.data() + this->Offsets[tile + 1];
   }
+  /// Whether the lens blurs all of a run by a pixel or more.
+  bool IsBlurred(std::uint32_t run) const { return this->Runs[run].Chosen.Blur >= 1.0f; }
   float Near(std::uint32_t run) const { return this->Runs[run].Chosen.Near; }
   float Far(std::uint32_t run) const { return this->Runs[run].Chosen.Far; }
 
@@ -131,6 +136,7 @@ private:
   std::vector<std::unique_ptr<SplatMaker>> Makers; // of the clouds so far, and of earlier frames
   bool HasGuards = false;                          // some clouds are in files
   std::size_t NumberOfClouds = 0;
+  float LargestThroughInBlur = 0.0f;
   float LargestThrough = 0.0f;
   std::vector<Run> Runs;
   std::vector<Made> Coarser;        // of each run, if some clouds have coarser ones

@@ -238,6 +238,31 @@ TEST_CASE("Behind a curtain")
   }
 }
 
+/// What more of the light shows is drawn coarsely where the lens blurs it, and only there.
+TEST_CASE("Behind a thin curtain")
+{
+  const TestHierarchy curtain(MakeSheet(1.5, 0.5f, true)), wall(MakeSheet(3.0, 0.9f, false));
+  for (const double radius : { 0.0, 0.05 })
+  {
+    SplatContext context = ContextOf(radius);
+    const auto render = [&](bool skip) {
+      context.SkipHidden = skip;
+      Splatter splatter;
+      Picture picture(Width, Height);
+      splatter.Render(context, { curtain.Get(), wall.Get() }, SerialExecutor(), picture.Get());
+      return std::pair(std::move(picture), splatter.Statistics().Splats);
+    };
+    const auto [all, allSplats] = render(false);
+    const auto [some, fewer] = render(true);
+    const double difference = LargestDifference(all, some);
+    std::printf("thin curtain: %.0f splats instead of %.0f, pixels off by %.5f at most\n",
+      1.0 * fewer, 1.0 * allSplats, difference);
+    CHECK((fewer < 0.75 * allSplats) == (radius > 0.0));
+    CHECK(difference < 0.04);
+    CHECK(MeanSquareDifference(all, some) < 0.8 / 255.0 * 0.8 / 255.0);
+  }
+}
+
 /// Cells of the lens come closer to the pinholes.
 TEST_CASE("Cells of the lens")
 {
