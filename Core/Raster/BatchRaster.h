@@ -268,14 +268,17 @@ SURFELSPLATTING_INLINE void AddDepthMoments(
 
 /// Adds what a coarse grid's cell needs besides (Tent.h, TwoSurfaces.h).
 /// @param depth behind the layer's near end
-SURFELSPLATTING_INLINE void AddMoments(CoarseLayers& coarse, const Lanes& opaque,
-  const WeightedColors& c, const Lanes& depth, const LensPoints& twice)
+SURFELSPLATTING_INLINE void AddMoments(CoarseLayers& coarse, const Lanes& weight,
+  const Lanes& opaque, const WeightedColors& c, const Lanes& depth, const LensPoints& twice)
 {
   AddTo(coarse.OpacityDepth, opaque * depth);
   AddTo(coarse.RedDepth, c.Red * depth);
   AddTo(coarse.GreenDepth, c.Green * depth);
   AddTo(coarse.BlueDepth, c.Blue * depth);
   const LensPoints u{ 0.5f * twice.X, 0.5f * twice.Y };
+  const Lanes far = weight * depth;
+  AddTo(coarse.PointDepthX, far * u.X);
+  AddTo(coarse.PointDepthY, far * u.Y);
   AddTo(coarse.RedX, c.Red * u.X);
   AddTo(coarse.RedY, c.Red * u.Y);
   AddTo(coarse.GreenX, c.Green * u.X);
@@ -410,7 +413,7 @@ SURFELSPLATTING_INLINE unsigned int AddSplatToBlock(
   if (Pass == RasterPass::Collect)
   {
     AddDepthMoments(open, weight, depth, 0.5f * (p.Range.Far - p.Range.Near));
-    AddMoments(at.Tile.Coarse[at.Block], visible,
+    AddMoments(at.Tile.Coarse[at.Block], weight, visible,
       { visible * c.Red, visible * c.Green, visible * c.Blue }, depth, u);
   }
   return bits;

@@ -70,9 +70,11 @@ public:
       this->Place(t, whole, cell);
       return;
     }
-    // Both have the layer's lens point: own ones take 1 % of a frame and gain no dB.
+    const Tent all = t;
     Tent back = t;
-    SplitColors({ open, tile.Coarse[block], lane }, depths, surfaces, t, back);
+    const CellLayer layer{ open, tile.Coarse[block], lane };
+    SplitColors(layer, depths, surfaces, t, back);
+    SplitPoints(layer, depths, surfaces, all, t, back);
     this->Place(t, parts[0], cell);
     this->Place(this->To->Add() = back, parts[1], cell);
   }
@@ -138,6 +140,43 @@ private:
     color(open.Red, c.RedDepth, &Tent::Red);
     color(open.Green, c.GreenDepth, &Tent::Green);
     color(open.Blue, c.BlueDepth, &Tent::Blue);
+  }
+
+  /// Surfaces beside one another, each before its own part of the lens, must not seem to cover one
+  /// another. Both get the covariances that are left of the layer's.
+  /// @param whole the layer @param front,back have their own colours and opacities
+  static void SplitPoints(const CellLayer& layer, const LayerDepths& depths,
+    const TwoNormals& surfaces, const Tent& whole, Tent& front, Tent& back)
+  {
+    const int l = layer.Lane;
+    const float inverse = 1.0f / depths.Weight, mean = depths.First * inverse;
+    const auto covariance = [&](float point, const float* products) {
+      return products[l] * inverse - point * mean;
+    };
+    const PartPoints points = SplitPoint(depths, whole.PointX, whole.PointY,
+      covariance(whole.PointX, layer.Coarse.PointDepthX),
+      covariance(whole.PointY, layer.Coarse.PointDepthY), surfaces);
+    front.PointX = points.FrontX;
+    front.PointY = points.FrontY;
+    back.PointX = points.BackX;
+    back.PointY = points.BackY;
+    const float inFront = surfaces.FrontWeight * front.Opacity;
+    const float inBack = (1.0f - surfaces.FrontWeight) * back.Opacity;
+    const float share = inFront / std::max(inFront + inBack, 1e-30f);
+    const auto leave = [&](float Tent::*to, float Tent::*value, float Tent::*point) {
+      const auto product = [&](const Tent& t) { return t.*value * (t.*point); };
+      const float ofMeans = share * product(front) + (1.0f - share) * product(back);
+      front.*to = back.*to = whole.*to + product(whole) - ofMeans;
+    };
+    leave(&Tent::RedX, &Tent::Red, &Tent::PointX);
+    leave(&Tent::RedY, &Tent::Red, &Tent::PointY);
+    leave(&Tent::GreenX, &Tent::Green, &Tent::PointX);
+    leave(&Tent::GreenY, &Tent::Green, &Tent::PointY);
+    leave(&Tent::BlueX, &Tent::Blue, &Tent::PointX);
+    leave(&Tent::BlueY, &Tent::Blue, &Tent::PointY);
+    leave(&Tent::XX, &Tent::PointX, &Tent::PointX);
+    leave(&Tent::XY, &Tent::PointX, &Tent::PointY);
+    leave(&Tent::YY, &Tent::PointY, &Tent::PointY);
   }
 
   static void SetCovariances(const OpenLayers& open, const CoarseLayers& c, int l, Tent& t)

@@ -433,8 +433,8 @@ SURFELSPLATTING_INLINE void CollectLayers(
   }
   float* const sums[] = { open.Weight, open.Opacity, open.Depth, open.Red, open.Green, open.Blue,
     lens.FillX, lens.FillY, c.RedX, c.RedY, c.GreenX, c.GreenY, c.BlueX, c.BlueY, c.XX, c.XY, c.YY,
-    c.HalfRange, c.SquaredDepth, c.CubedDepth, c.FourthDepth, c.OpacityDepth, c.RedDepth,
-    c.GreenDepth, c.BlueDepth };
+    c.HalfRange, c.SquaredDepth, c.CubedDepth, c.FourthDepth, c.PointDepthX, c.PointDepthY,
+    c.OpacityDepth, c.RedDepth, c.GreenDepth, c.BlueDepth };
   for (float* sum : sums)
   {
     Put(sum, chosen, 0.0f);

@@ -71,7 +71,8 @@ struct alignas(64) CoarseLayers
   float SquaredDepth[PixelsPerBlock]; ///< sum w (z - Near)^2
   float CubedDepth[PixelsPerBlock];   ///< sum w (z - Near)^3
   float FourthDepth[PixelsPerBlock];  ///< sum w (z - Near)^4
-  float OpacityDepth[PixelsPerBlock]; ///< sum w o (z - Near)
+  float PointDepthX[PixelsPerBlock], PointDepthY[PixelsPerBlock]; ///< sum w u (z - Near)
+  float OpacityDepth[PixelsPerBlock];                             ///< sum w o (z - Near)
   float RedDepth[PixelsPerBlock], GreenDepth[PixelsPerBlock],
     BlueDepth[PixelsPerBlock]; ///< sum w o c (z - Near)
 };

@@ -19,6 +19,8 @@
  */
 #pragma once
 
+#include "Core/Lens/LensVisibility.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -214,5 +216,47 @@ inline PartMeans SplitMean(float mean, float covariance, const TwoNormals& fit)
   const float shifted = mean - covariance / fit.Back;
   const float inFront = std::min(std::max(shifted, 0.0f), mean / front);
   return { inFront, std::max((mean - front * inFront) / back, 0.0f) };
+}
+
+/// Points of the lens, a unit disc, through which the two surfaces are seen on average.
+struct PartPoints
+{
+  float FrontX, FrontY, BackX, BackY;
+};
+
+/// Longest way s in (dx, dy), at most 1, from (x, y) that does not leave the disc of a radius.
+inline float WayInDisc(float x, float y, float dx, float dy, float radius)
+{
+  const float squared = dx * dx + dy * dy, along = x * dx + y * dy;
+  const float left = radius * radius - x * x - y * y;
+  if (!(left > 0.0f) || !(squared > 0.0f))
+  {
+    return 0.0f;
+  }
+  return std::min((std::sqrt(along * along + squared * left) - along) / squared, 1.0f);
+}
+
+/**
+ * By the covariance with depth. The surfaces are no farther off the lens's middle than segments of
+ * it that cover as much: covariances are uncertain, and layers at the rim cover little
+ * (LargestCoverOfLayer). Together they have the layer's point.
+ * @param x,y the layer's point @param covarianceX,covarianceY with depth
+ */
+inline PartPoints SplitPoint(const LayerDepths& layer, float x, float y, float covarianceX,
+  float covarianceY, const TwoNormals& fit)
+{
+  const float front = fit.FrontWeight, back = 1.0f - front;
+  const auto radius = [](float cover) {
+    const double mean = std::min(static_cast<double>(cover), 1.0);
+    return static_cast<float>(LargestMoment(mean) / mean);
+  };
+  // The variance of the two means is -Front Back.
+  const float scale = 1.0f / (fit.Back * -fit.Front);
+  const float dx = covarianceX * scale, dy = covarianceY * scale; // per depth
+  const float way =
+    std::min(WayInDisc(x, y, fit.Front * dx, fit.Front * dy, radius(front * layer.Weight)),
+      WayInDisc(x, y, fit.Back * dx, fit.Back * dy, radius(back * layer.Weight)));
+  return { x + way * fit.Front * dx, y + way * fit.Front * dy, x + way * fit.Back * dx,
+    y + way * fit.Back * dy };
 }
 }

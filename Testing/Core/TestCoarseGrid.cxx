@@ -292,20 +292,21 @@ TEST_CASE("Tents")
   CHECK(first == 17 * 17);
 }
 
-/// Two surfaces that light splats bridge are two tents, with the opacities and colours of each.
+/// Two surfaces that light splats bridge are two tents, with the opacities, colours and lens points
+/// of each.
 TEST_CASE("Tents of two surfaces")
 {
   SplatList list;
   list.Clear(true);
   const float weights[] = { 0.4f, 0.35f }, opacities[] = { 0.9f, 0.4f }, nears[] = { 2.0f, 4.6f };
   const float colors[2][3] = { { 0.9f, 0.1f, 0.5f }, { 0.2f, 0.6f, 0.3f } };
-  const LensFootprint point = WholeLens(0.2f, -0.1f, 0.0f);
-  AddWide(list, weights[0], opacities[0], colors[0], nears[0], point);
+  const LensFootprint points[] = { WholeLens(0.4f, -0.2f, 0.0f), WholeLens(-0.3f, 0.35f, 0.0f) };
+  AddWide(list, weights[0], opacities[0], colors[0], nears[0], points[0]);
   for (const float bridge : { 2.9f, 3.8f })
   {
-    AddWide(list, 0.004f, opacities[0], colors[0], bridge, point);
+    AddWide(list, 0.004f, opacities[0], colors[0], bridge, points[0]);
   }
-  AddWide(list, weights[1], opacities[1], colors[1], nears[1], point);
+  AddWide(list, weights[1], opacities[1], colors[1], nears[1], points[1]);
   CoarseWork work;
   ResolveTents(list, work);
   CHECK(list.Tents.Size() == 2 * 17 * 17);
@@ -319,6 +320,12 @@ TEST_CASE("Tents of two surfaces")
     CHECK_NEAR(t.Red, colors[k][0], 0.03);
     CHECK_NEAR(t.Green, colors[k][1], 0.03);
     CHECK_NEAR(t.Blue, colors[k][2], 0.03);
+    CHECK_NEAR(t.PointX, points[k].MeanX, 0.03);
+    CHECK_NEAR(t.PointY, points[k].MeanY, 0.03);
+    for (const float covariance : { t.RedX, t.RedY, t.GreenX, t.BlueY, t.XX, t.XY, t.YY })
+    {
+      CHECK_NEAR(covariance, 0.0, 0.01); // one splat
+    }
     CHECK((k == 0 ? t.Far - 4.0f : 4.0f - t.Near) < 0.0f);
   }
 }

@@ -155,6 +155,41 @@ TEST_CASE("Means of the two")
   CHECK(SplitMean(-0.1f, 1.0f, fit).Back == -0.1f);
 }
 
+/// Lens points by depth: exact for surfaces of one point, together those of the layer, and, unless
+/// they stay where the layer's is, no farther off the middle than a segment of the lens with their
+/// weight.
+TEST_CASE("Points of the two")
+{
+  const double weights[] = { 0.3, 0.5 };
+  std::vector<Sample> samples;
+  AddNormal(samples, weights[0], 2.0, 0.1);
+  AddNormal(samples, weights[1], 3.0, 0.1);
+  const LayerDepths layer = DepthsOf(samples);
+  TwoNormals fit{};
+  CHECK(FitTwoNormals(layer, fit));
+  const float front = fit.FrontWeight, back = 1.0f - front;
+  // Covariances of a layer whose surfaces are dx, dy apart on the lens.
+  const auto split = [&](float x, float y, float dx, float dy) {
+    const float perApart = front * back * (fit.Back - fit.Front);
+    return SplitPoint(layer, x, y, perApart * dx, perApart * dy, fit);
+  };
+  const PartPoints exact = split(0.03f, -0.02f, -0.4f, 0.6f);
+  CHECK_NEAR(exact.BackX - exact.FrontX, -0.4, 1e-5);
+  CHECK_NEAR(exact.BackY - exact.FrontY, 0.6, 1e-5);
+  for (const float far : { 0.5f, 1.5f, 9.0f })
+  {
+    const PartPoints p = split(0.1f, -0.2f, far, -2.0f * far);
+    CHECK_NEAR(front * p.FrontX + back * p.BackX, 0.1, 1e-5);
+    CHECK_NEAR(front * p.FrontY + back * p.BackY, -0.2, 1e-5);
+    CHECK(std::hypot(p.FrontX, p.FrontY) <= LargestMoment(weights[0]) / weights[0] + 0.01);
+    CHECK(std::hypot(p.BackX, p.BackY) <= LargestMoment(weights[1]) / weights[1] + 0.01);
+    CHECK(p.BackX > p.FrontX + 0.1f);
+  }
+  const PartPoints outside = split(0.9f, 0.1f, -0.2f, 0.0f);
+  CHECK(outside.FrontX == 0.9f);
+  CHECK(outside.BackX == 0.9f);
+}
+
 double RightSide(double squaredSkewness, double r)
 {
   return 2.0 * (1.0 - r * r) + squaredSkewness * (1.0 / r - 1.0);
