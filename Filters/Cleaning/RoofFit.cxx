@@ -220,6 +220,11 @@ double RoofFit::Roof::Height(const Vector3& p) const
   return std::max(Dot(a.Normal, p) + a.Height, Dot(b.Normal, p) + b.Height);
 }
 
+double RoofFit::Deviation(const LocalQuadric& quadric) const
+{
+  return std::sqrt(this->Best.Squares / static_cast<double>(quadric.Points().size()));
+}
+
 double RoofFit::SquaresOf(const LocalQuadric& quadric, int count) const
 {
   const QuadricCloud& points = quadric.Points();
@@ -234,7 +239,7 @@ bool RoofFit::IsRounded(const LocalQuadric& quadric, double spacing) const
 {
   const auto& [a, b] = this->Best.Sides;
   const QuadricCloud& points = quadric.Points();
-  const double deviation = std::sqrt(this->Best.Squares / static_cast<double>(points.size()));
+  const double deviation = this->Deviation(quadric);
   const double reach = std::max(spacing, FoldReach * deviation);
   double sum = 0.0, count = 0.0;
   for (const QuadricPoint& point : points)

@@ -35,10 +35,10 @@ public:
   /// are below `most`.
   bool Fit(const LocalQuadric& quadric, double most);
 
-  /// Squared distances of all points, summed. World units squared.
-  double Squares() const { return this->Best.Squares; }
+  /// Of all points from the surface, world units.
+  double Deviation(const LocalQuadric& quadric) const;
 
-  /// Those of the first points.
+  /// Squared distances of the first points, summed. World units squared.
   double SquaresOf(const LocalQuadric& quadric, int count) const;
 
   /// Whether the points at the fold are below it: the edge is not sharp.

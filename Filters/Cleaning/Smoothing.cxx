@@ -68,7 +68,8 @@ constexpr int LeastRoofNeighbors = 64;
 constexpr double LargestRoofNoise = 1.6;
 constexpr int MostRoofNeighbors = 400;
 
-/// No fold is where the slope of the quadric changes less (at one of 40 degrees 0.5).
+/// No fold is where the slope of the quadric changes less (at one of 30 degrees, without noise and
+/// in the middle of the points, by 0.55).
 constexpr double LeastBend = 0.4;
 
 /// A roof is better than the quadric through its points if it has so much of its squares.
@@ -312,7 +313,7 @@ public:
           }
           smooth.Shifts[i] = ShiftOf(fit, deviation);
           if (noise.Deviation < LargestRoofNoise && fit.Quadric.Bend() > LeastBend &&
-            this->FitRoof(i, fit))
+            this->FitRoof(i, fit) && IsNear(fit.Roof.Shift(), fit.Roof.Deviation(fit.Near)))
           {
             smooth.Shifts[i] = fit.Roof.Shift();
           }
@@ -418,10 +419,14 @@ private:
   static Vector3 ShiftOf(const PointFit& fit, double deviation)
   {
     const Vector3 shift = fit.Quadric.Shift();
-    const double limit = LargestShift * deviation;
-    const bool isNoise =
-      deviation > CleanResidual * SpacingOf(fit.All) && Dot(shift, shift) <= limit * limit;
+    const bool isNoise = deviation > CleanResidual * SpacingOf(fit.All) && IsNear(shift, deviation);
     return isNoise ? shift : Vector3{};
+  }
+
+  static bool IsNear(const Vector3& shift, double deviation)
+  {
+    const double limit = LargestShift * deviation;
+    return Dot(shift, shift) <= limit * limit;
   }
 
   const CleaningProblem& Problem;

@@ -267,7 +267,7 @@ std::vector<Vec> NoisyFold(int count, double share)
   return points;
 }
 
-/// Quadrics alone are off by 0.26 and 0.44 spacings (root mean square), roofs by 0.14 and 0.2.
+/// Quadrics alone are off by 0.25 and 0.42 spacings (root mean square), roofs by 0.14 and 0.18.
 TEST_CASE("Noisy folds stay sharp")
 {
   for (const double share : { 0.3, 0.6 })
