@@ -118,7 +118,7 @@ class TestProgress(ToolCase):
             result = subprocess.run([sys.executable, "-c", script, *words.split(), *SMALL],
                                     capture_output=True, text=True, check=True)
             if says:
-                self.assertRegex(result.stderr, r"\Asurfelsplat: ball.ply: to make surfels took \d "
+                self.assertRegex(result.stderr, r"\Asurfelsplat: ball.ply: to make surfels took \d+ "
                                  + says + r"\n\Z")
             else:
                 self.assertEqual(result.stderr, "", words)
