@@ -213,7 +213,7 @@ class TestBadInput(ToolCase):
         self.refuse("ok.ply", says="first, for example surfelsplat view ok.ply")
         self.refuse_options("--background", "white", says="expected 3 arguments: R G B")
         self.refuse("render", says="CLOUD")
-        self.refuse("render", "ok.ply", says="--output")
+        self.refuse("film", "ok.ply", says="--output")
 
     # --- outputs --------------------------------------------------------------------------------
     def test_outputs_that_cannot_be(self):

@@ -161,8 +161,8 @@ class ToolCase(unittest.TestCase):
         self.assertEqual((self.tool("info", *words), self.code), ("", 0))
         return self.printed
 
-    def report(self, path):
-        return json.loads(self.info(path, "--json"))
+    def report(self, *paths):
+        return json.loads(self.info(*paths, "--json"))
 
     def refuse(self, *words, says):
         """One line says these texts, in any order; nothing is written."""

@@ -270,7 +270,7 @@ _READERS = {
 
 def _check_file(path):
     if os.path.isdir(path):
-        raise UserProblem(f"{path} is a folder; give a point cloud file")
+        raise UserProblem(f"{path} is a folder; give a point cloud file, or several")
     if not os.path.exists(path):
         raise UserProblem(f"{path} does not exist")
     if not os.access(path, os.R_OK):

@@ -44,7 +44,7 @@ def _stamp(path):
 def _files(arguments):
     """-> paths of the input files that exist."""
     texts = [arguments.camera, *(arguments.through or ())]
-    candidates = [arguments.cloud, *files_of(arguments.cloud),
+    candidates = [*arguments.clouds, *files_of(arguments.clouds[0]),
                   *(path for text in texts for path in camera_files(text))]
     return [path for path in candidates if os.path.exists(path)]
 

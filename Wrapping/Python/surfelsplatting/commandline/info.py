@@ -144,7 +144,7 @@ def _gaussians(cloud):
 def _volume(cloud, session):
     """-> what a volume is, and how it would be drawn."""
     data = cloud.data
-    report = {"file": session.arguments.cloud, "bytes": os.path.getsize(session.arguments.cloud),
+    report = {"file": session.arguments.cloud, "bytes": bytes_of(cloud.path),
               "holds": "volume", "points": data.GetNumberOfPoints(), "read_as": cloud.how,
               "fields": _fields(data.GetPointData()) + _fields(data.GetCellData()),
               "bounds": dict(zip("xyz", np.reshape(data.GetBounds(), (3, 2)).tolist())),
@@ -196,13 +196,13 @@ def _suggestions(report, cloud):
 def _report(cloud, session):
     if cloud.is_volume:
         return _volume(cloud, session)
-    path = session.arguments.cloud
+    clouds = session.arguments.clouds
     data = cloud.data
     kind = ("Gaussians" if cloud.is_gaussians else "hierarchy" if is_hierarchy(data) else
             "surfels" if cloud.is_surfels else "points")
     points, origin = vtk_to_numpy(data.GetPoints().GetData()), [0.0, 0.0, 0.0]
     vtkSurfelHierarchy.ReadOrigin(data, origin)
-    report = {"file": path, "bytes": bytes_of(path), "holds": kind,
+    report = {"file": session.arguments.cloud, "bytes": sum(map(bytes_of, clouds)), "holds": kind,
               "points": data.GetNumberOfPoints(), "read_as": cloud.how or "as the file says",
               "fields": _fields(data.GetPointData()), "bounds": _bounds(points, origin)}
     if cloud.viewpoint:

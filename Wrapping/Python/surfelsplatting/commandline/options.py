@@ -12,6 +12,19 @@ LARGEST_PART = 10_000_000  # points; 4.2 GB while a part is processed
 TRIPLE = dict(nargs=3, type=number, metavar=("X", "Y", "Z"))
 
 
+class _Clouds(argparse.Action):
+    """Notes the files, and what messages call the cloud that they are."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        namespace.clouds = values
+        more = len(values) - 1
+        namespace.cloud = f"{values[0]} and {more} more" if more else values[0]
+
+
+def add_clouds(parser, text="the point cloud; several files are one cloud"):
+    parser.add_argument("clouds", metavar="CLOUD", nargs="+", action=_Clouds, help=text)
+
+
 def add_camera_options(parser):
     """Where the camera is: by words and angles, and exactly."""
     seen = parser.add_argument_group(

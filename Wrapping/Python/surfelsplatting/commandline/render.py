@@ -24,7 +24,8 @@ MOST_ASKED = 24  # views of a film
 
 
 def _check_outputs(arguments):
-    check_distinct((arguments.cloud, *camera_files(arguments.camera), *files_of(arguments.cloud)),
+    clouds = arguments.clouds
+    check_distinct((*clouds, *camera_files(arguments.camera), *files_of(clouds[0])),
                    (arguments.output, arguments.surfels, arguments.hierarchy, arguments.stats,
                     arguments.save_camera))
     check_output(arguments.output, PICTURES)
@@ -145,4 +146,5 @@ def render(arguments):
         write_view(view, arguments.save_camera)
     if arguments.stats:
         write_json(session.run.summary(points, count, view), arguments.stats)
-    session.say(f"{arguments.output} written")
+    say = session.tell if arguments.is_output_chosen else session.say
+    say(f"{arguments.output} written")

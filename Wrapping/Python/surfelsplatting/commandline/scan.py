@@ -22,7 +22,7 @@ class Look:
     def __init__(self, arguments, session):
         self._arguments, self._messages = arguments, session.messages
         self.hint = session.note
-        self.path, self.scalars = arguments.cloud, arguments.scalars
+        self.path, self.scalars = arguments.clouds[0], arguments.scalars
         self.background = backdrop_of(arguments)
 
     def make_actor(self, surfels, scalars):

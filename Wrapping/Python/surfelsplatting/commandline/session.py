@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from ..backend import vtk
-from ..clouds.reading import read_cloud
+from ..clouds.several import read_clouds
 from ..clouds.stations import TO_SCANNER
 from ..colormaps import check_scalars, with_scalars
 from ..outward import turn_outward
@@ -47,15 +47,18 @@ class Session:
 
     def say(self, text):
         """Prints a line for --verbose."""
+        if self.arguments.verbose:
+            self.tell(text)
+
+    def tell(self, text):
+        """Prints a line, whether verbose or not."""
         self.progress.clear()
-        if self.arguments.verbose and not self._is_silent:
+        if not self._is_silent:
             print("surfelsplat: " + text, file=sys.stderr)
 
     def note(self, text):
         """Prints a line about the cloud, whether verbose or not."""
-        self.progress.clear()
-        if not self._is_silent:
-            print(f"surfelsplat: {self.arguments.cloud}: {text}", file=sys.stderr)
+        self.tell(f"{self.arguments.cloud}: {text}")
 
     def warn(self, texts):
         self.progress.clear()
@@ -67,7 +70,7 @@ class Session:
         options = self.arguments
         is_kept = getattr(options, "hierarchy", None) or getattr(options, "surfels", None)
         if seconds > LONG and not is_kept and not options.no_lod:
-            name = os.path.splitext(os.path.basename(options.cloud))[0] + ".surfels"
+            name = os.path.splitext(os.path.basename(options.clouds[0]))[0] + ".surfels"
             self.note(f"to make surfels took {seconds:.0f} s; {command}--hierarchy {name} keeps them, "
                       f"and {name} is drawn at once")
 
@@ -81,7 +84,7 @@ class Session:
 
     def cloud(self):
         """-> Cloud as it is in the file, but for sides that are plainly wrong there"""
-        cloud = read_cloud(self.arguments.cloud, self.messages, self.progress)
+        cloud = read_clouds(self.arguments.clouds, self.messages, self.progress)
         if self.arguments.sides == "auto":
             turn_outward(cloud)
         return cloud

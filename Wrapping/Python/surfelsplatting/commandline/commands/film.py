@@ -6,8 +6,8 @@ import os
 
 from ...problems import UserProblem
 from ..arguments import between, checked, count, number, refuse_together
-from ..options import (add_camera_options, add_detail_options, add_lens_options, add_look_options,
-                       add_run_options, check_options)
+from ..options import (add_camera_options, add_clouds, add_detail_options, add_lens_options,
+                       add_look_options, add_run_options, check_options)
 
 DESCRIPTION = """\
 Makes a film of a point cloud: the camera goes around it, the focus moves through it, or the camera
@@ -69,10 +69,10 @@ def _add_motion_options(parser):
 def add_parser(commands):
     """Adds the command and its options."""
     film = commands.add_parser("film", help="make a film: a turntable, a focus pull or a path",
-                               usage="surfelsplat film CLOUD -o OUT [options]",
+                               usage="surfelsplat film CLOUD ... -o OUT [options]",
                                formatter_class=argparse.RawDescriptionHelpFormatter,
                                description=DESCRIPTION, epilog=EXAMPLES)
-    film.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    add_clouds(film)
     film.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.mp4 or a folder")
     film.add_argument("--resume", action="store_true",
                       help="keep the pictures that an earlier run of the same command has made")

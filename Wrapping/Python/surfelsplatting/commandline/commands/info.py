@@ -3,7 +3,7 @@
 
 import argparse
 
-from ..options import add_run_options
+from ..options import add_clouds, add_run_options
 
 DESCRIPTION = """\
 Says what is in a point cloud: how many points and where, what the columns or arrays of the file
@@ -20,10 +20,10 @@ examples:
 def add_parser(commands):
     """Adds the command and its options."""
     info = commands.add_parser("info", help="say what is in a point cloud",
-                               usage="surfelsplat info CLOUD [options]",
+                               usage="surfelsplat info CLOUD ... [options]",
                                formatter_class=argparse.RawDescriptionHelpFormatter,
                                description=DESCRIPTION, epilog=EXAMPLES)
-    info.add_argument("cloud", metavar="CLOUD", help="the point cloud")
+    add_clouds(info)
     info.add_argument("--json", action="store_true", help="print the same as JSON")
     add_run_options(info)
     # The cleaning is done apart from the rest, to see what it does.

@@ -2,11 +2,12 @@
 """surfelsplat render: its options."""
 
 import argparse
+import os
 
 from ...problems import UserProblem
 from ..arguments import refuse_together
-from ..options import (add_camera_options, add_detail_options, add_lens_options, add_look_options,
-                       add_other_outputs, add_run_options, check_options)
+from ..options import (add_camera_options, add_clouds, add_detail_options, add_lens_options,
+                       add_look_options, add_other_outputs, add_run_options, check_options)
 
 DESCRIPTION = """\
 Renders a point cloud as a surface, with depth of field if a lens is given.
@@ -28,8 +29,10 @@ CHANNELS = ("normal", "coc", "coverage", "fragments", "level")
 
 EXAMPLES = """\
 examples:
-  surfelsplat render bunny.ply -o bunny.png
-                        the whole cloud, all of it sharp
+  surfelsplat render bunny.ply
+                        the whole cloud, all of it sharp: bunny.ply.png
+  surfelsplat render tiles/*.laz -o hills.png
+                        all tiles of a survey as one cloud
   surfelsplat render bunny.ply -o bunny.png --view left --blur 20 --focus-pixel 310 240
                         from the left, sharp at a pixel of the picture before
   surfelsplat render bunny.ply -o bunny.png --blur 20 --save-camera bunny.json
@@ -57,11 +60,13 @@ def _channels(text):
 def add_parser(commands):
     """Adds the command and its options."""
     render = commands.add_parser("render", help="render a point cloud to .png or .exr",
-                                 usage="surfelsplat render CLOUD -o OUT [options]",
+                                 usage="surfelsplat render CLOUD ... [-o OUT] [options]",
                                  formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION, epilog=EXAMPLES)
-    render.add_argument("cloud", metavar="CLOUD", help="the point cloud")
-    render.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.png or OUT.exr")
+    add_clouds(render)
+    render.add_argument("-o", "--output", metavar="OUT",
+                        help="OUT.png or OUT.exr (default: CLOUD.png in the current folder, with the "
+                             "extension of the cloud before it: scan.ply.png)")
     render.add_argument("--deep", action="store_true",
                         help="write the layers to OUT.exr: deep scan lines with R, G, B, A and Z "
                              "of each sample, of volumes also ZBack, nearest first, without "
@@ -79,9 +84,22 @@ def add_parser(commands):
     render.set_defaults(check=check, run=run)
 
 
+def _name_output(arguments):
+    """The default is a name that nothing else has: scan.png beside scan.obj may be its texture."""
+    pictures = [path for path in arguments.clouds if path.lower().endswith((".png", ".exr"))]
+    if pictures:
+        raise UserProblem(f"{pictures[0]} is a picture, not a cloud; to write it, give -o "
+                          f"{pictures[0]}")
+    arguments.is_output_chosen = arguments.output is None
+    if arguments.is_output_chosen:
+        extension = ".exr" if arguments.deep or arguments.channels else ".png"
+        arguments.output = os.path.basename(os.path.normpath(arguments.clouds[0])) + extension
+
+
 def check(arguments):
     """Raises UserProblem about options that cannot be combined."""
     check_options(arguments)
+    _name_output(arguments)
     refuse_together(("--no-lod", arguments.no_lod), ("--hierarchy", arguments.hierarchy))
     for option, is_given in (("--deep", arguments.deep), ("--channels", arguments.channels)):
         if is_given and not arguments.output.lower().endswith(".exr"):

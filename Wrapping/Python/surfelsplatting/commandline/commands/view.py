@@ -3,8 +3,8 @@
 
 import argparse
 
-from ..options import (add_camera_options, add_lens_options, add_look_options, add_run_options,
-                       check_options)
+from ..options import (add_camera_options, add_clouds, add_lens_options, add_look_options,
+                       add_run_options, check_options)
 
 # The options of render that a moving picture does without. Its focus has an effect without a lens,
 # too, as in a camera file, since the lens may be opened later.
@@ -33,10 +33,10 @@ def add_scan_options(parser):
 def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("view", help="look at a point cloud in a window",
-                                 usage="surfelsplat view CLOUD [options]",
+                                 usage="surfelsplat view CLOUD ... [options]",
                                  formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION)
-    parser.add_argument("cloud", metavar="CLOUD", help="the point cloud; see surfelsplat render")
+    add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     add_scan_options(parser)
     parser.set_defaults(run=run)
 

@@ -4,6 +4,7 @@
 import argparse
 
 from ..arguments import between
+from ..options import add_clouds
 from .view import add_scan_options
 
 DESCRIPTION = """\
@@ -21,10 +22,10 @@ def _port(text):
 def add_parser(commands):
     """Adds the command and its options."""
     parser = commands.add_parser("web", help="look at a point cloud in a browser",
-                                 usage="surfelsplat web CLOUD [options]",
+                                 usage="surfelsplat web CLOUD ... [options]",
                                  formatter_class=argparse.RawDescriptionHelpFormatter,
                                  description=DESCRIPTION)
-    parser.add_argument("cloud", metavar="CLOUD", help="the point cloud; see surfelsplat render")
+    add_clouds(parser, "the point cloud; several files are one cloud; see surfelsplat render")
     page = parser.add_argument_group("page")
     page.add_argument("--port", type=_port, default=8080, metavar="N",
                       help="port of the page; 0: any that is free (default: 8080)")

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several files are one cloud, and a picture without a name gets one."""
+
+import json
+import os
+import unittest
+
+import numpy as np
+
+from TestReader import write_pcd
+from stationclouds import Scene
+from toolcase import CAMERA, SMALL, ToolCase, content_of, sphere, write, write_ply
+
+
+def columns_of(points, **more):
+    return [(axis, points[:, i], "f4") for i, axis in enumerate("xyz")] + [
+        (name, values, "f4") for name, values in more.items()]
+
+
+class TestSeveral(ToolCase):
+    def picture(self, *clouds):
+        self.render(*clouds, *CAMERA, *SMALL, "-o", "out.exr")
+        return self.read_rgba("out.exr")
+
+    def test_tiles_are_one_cloud(self):
+        points, colors = sphere()
+        points = points.astype(np.float32).astype(np.float64)
+        write_ply("whole.ply", points, colors)
+        write_ply("low.ply", points[:1400], colors[:1400])
+        np.savetxt("high.xyz", np.column_stack([points[1400:], colors[1400:]]), fmt="%.17g")
+        whole = self.picture("whole.ply")
+        self.assertGreater(whole[24, 32, 3], 0.9)
+        np.testing.assert_array_equal(self.picture("low.ply", "high.xyz"), whole)
+        self.assertGreater(np.abs(self.picture("high.xyz") - whole).max(), 0.5)
+
+    def test_a_survey_keeps_its_digits(self):
+        """Of places in a country, where floats are half a metre apart."""
+        points, _ = sphere()
+        points += (500_000, 5_400_000.125, 300)
+        for name, part in (("a.xyz", points[:1000]), ("b.xyz", points[1000:])):
+            np.savetxt(name, part, fmt="%.6f")
+        bounds = self.report("a.xyz", "b.xyz")["bounds"]
+        np.testing.assert_allclose(bounds["y"], (5_399_999.125, 5_400_001.125), atol=2e-3)
+
+    def test_what_not_all_have_is_left_out_and_said(self):
+        points, colors = sphere()
+        height = points[:, 2]
+        write_pcd("a.pcd", columns_of(points[:1400], height=height[:1400], noise=height[:1400]), "binary")
+        write_pcd("b.pcd", columns_of(points[1400:], height=height[1400:]), "binary")
+        self.tool("info", "a.pcd", "b.pcd", "--json")
+        report = json.loads(self.printed)
+        self.assertEqual([field["name"] for field in report["fields"]], ["height"])
+        self.assertEqual(report["points"], 3000)
+        self.assertEqual(report["bytes"], os.path.getsize("a.pcd") + os.path.getsize("b.pcd"))
+        self.assertEqual(report["file"], "a.pcd and 1 more")
+        said = self.tool("render", "a.pcd", "b.pcd", *CAMERA, *SMALL, "-o", "out.png")
+        self.assertIn("a.pcd and 1 more: left out", said)
+        self.assertIn("noise", said)
+        self.assertNotIn("height", said)
+
+    def test_each_scan_has_its_sensor(self):
+        """A corridor, scanned from both ends, faces them."""
+        scene = Scene().box((0, 0, 0), (12, 3, 2.5))
+        places = (2.0, 1.5, 1.5), (10.0, 1.5, 1.5)
+        for name, place in zip(("a.pcd", "b.pcd"), places):
+            write_pcd(name, columns_of(scene.scan(place, step=2)[0]), "binary",
+                      viewpoint="{} {} {} 1 0 0 0".format(*place))
+        report = self.report("a.pcd", "b.pcd")
+        np.testing.assert_allclose(report["scanners"]["places"], places, atol=1e-3)
+        self.assertGreater(report["scanners"]["known"], 0.99)
+
+    def test_only_points_are_joined(self):
+        points, colors = sphere(300)
+        write_ply("a.ply", points, colors)
+        self.render("a.ply", *CAMERA, *SMALL, "--hierarchy", "a.surfels", "-o", "a.png")
+        self.refuse("render", "a.ply", "a.surfels", "-o", "out.png", says="a.surfels holds surfels")
+        self.refuse("render", "a.ply", "b.ply", "-o", "out.png", says="b.ply does not exist")
+        self.refuse("render", "a.ply", "a.png", "-o", "a.png", says="a.png is a picture")
+
+    def test_picture_without_a_name(self):
+        """It replaces no scan.png that may be a photograph, only what an earlier run has written."""
+        points, colors = sphere(300)
+        os.mkdir("scans")
+        write_ply("scans/ball.ply", points, colors)
+        write("ball.png", "a photograph")
+        for _ in range(2):
+            self.assertEqual(self.tool("render", "scans/ball.ply", *CAMERA, *SMALL),
+                             "surfelsplat: ball.ply.png written\n")
+        self.render("scans/ball.ply", *CAMERA, *SMALL, "-o", "named.png")
+        self.assertEqual(sorted(os.listdir(".")), ["ball.ply.png", "ball.png", "named.png", "scans"])
+        self.assertEqual(content_of("ball.ply.png"), content_of("named.png"))
+        self.tool("render", "scans/ball.ply", *CAMERA, *SMALL, "--channels", "coc")
+        self.assertIn("CoC", self.read_exr("ball.ply.exr"))
+
+    def test_forgotten_option_of_the_output(self):
+        points, colors = sphere(300)
+        write_ply("a.ply", points, colors)
+        self.refuse("render", "a.ply", "out.png", says="-o out.png")
+
+
+if __name__ == "__main__":
+    unittest.main()
