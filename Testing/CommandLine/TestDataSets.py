@@ -12,6 +12,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from surfelsplatting.clouds.datasets import read_dataset
 from surfelsplatting.clouds.gltf import read_gltf_cloud
 from surfelsplatting.clouds.meshes import read_obj_cloud, read_stl_cloud
+from surfelsplatting.clouds.off import read_off_cloud
 from surfelsplatting.clouds.reading import read_cloud
 from surfelsplatting.problems import UserProblem
 from surfelsplatting.vtkmessages import VtkMessages
@@ -172,6 +173,40 @@ class TestMeshes(ToolCase):
                                       np.unique((POINTS - UTM).astype(np.float32), axis=0))
         with self.assertRaisesRegex(UserProblem, "says 2 triangles, and it holds 1"):
             read_stl_cloud(write("a.stl", content[:-1]))
+
+    def test_off(self):
+        """With and without colours and normals; of many programs, some of which forget a line end."""
+        ups = np.tile([0.0, 0.0, 1.0], (len(POINTS), 1))
+        bytes_, fractions = text_of(np.column_stack([POINTS, COLORS])), COLORS / 255
+        alpha = np.column_stack([POINTS, fractions, np.ones(len(POINTS))])
+        for head, rows in (("OFF\n4 2 0\n", bytes_), ("COFF 4 2 0\n", text_of(alpha)),
+                           ("# by hand\n\nOFF4 2 0\n", bytes_.replace("\n", " # a\n\n"))):
+            path = write("a.off", f"{head}{rows}\n3 0 1 2\n3 1 2 3 255 0 0\n")
+            cloud = read_off_cloud(path)
+            np.testing.assert_array_equal(places_of(cloud), POINTS)
+            np.testing.assert_array_equal(arrays_of(cloud)["RGB"], COLORS)
+            self.assertEqual(cloud.GetNumberOfPolys(), 2)
+            np.testing.assert_array_equal(
+                vtk_to_numpy(cloud.GetPolys().GetConnectivityArray()), [0, 1, 2, 1, 2, 3])
+        rows = text_of(np.column_stack([POINTS, ups, COLORS]))
+        cloud = read_off_cloud(write("a.off", f"CNOFF\n4 0 0\n{rows}\n"))
+        np.testing.assert_array_equal(arrays_of(cloud)["Normals"], ups)
+        np.testing.assert_array_equal(arrays_of(cloud)["RGB"], COLORS)
+        self.assertEqual(cloud.GetNumberOfPolys(), 0)
+
+    def test_damaged_off(self):
+        for content, says in (("ply\n", "begins with 'ply'"), ("OFF BINARY\n4 2 0\n", "save it as text"),
+                              ("OFF\n", "missing"), ("OFF\n0 0 0\n", "no points"),
+                              ("OFF\n2 0 0\n1 2 3\n", "2 vertices, and holds 1"),
+                              ("OFF\n1 0 0\n1 2 x\n", "not numbers"),
+                              ("NOFF\n1 0 0\n1 2 3\n", "too few for NOFF"),
+                              ("4OFF\n1 0 0\n1 2 3 4\n", "kind 4OFF")):
+            with self.assertRaisesRegex(UserProblem, says):
+                read_off_cloud(write("bad.off", content))
+        rows = "1 0 0\n0 1 0\n0 0 1\n"
+        cloud = read_off_cloud(write("a.off", f"OFF\n3 4 0\n{rows}3 0 1 x\n3 0 1 {10 ** 30}\n3 0\n3 0 1 2"))
+        self.assertEqual(cloud.GetNumberOfPolys(), 3)
+        self.render("a.off", "--up", "z", "-o", "a.png")
 
     def check_gltf(self, path):
         cloud = read_gltf_cloud(path)

@@ -220,9 +220,10 @@ OF_MESHES = "the vertices of its meshes"
 
 def _read_mesh(path, _messages, _progress):
     from .meshes import read_obj_cloud, read_stl_cloud
+    from .off import read_off_cloud
 
-    is_stl = path.lower().endswith(".stl")
-    data = (read_stl_cloud if is_stl else read_obj_cloud)(path)
+    readers = {".obj": read_obj_cloud, ".stl": read_stl_cloud, ".off": read_off_cloud}
+    data = readers[os.path.splitext(path)[1].lower()](path)
     note_model(data)
     return _of_vertices(data, OF_MESHES)
 
@@ -254,6 +255,7 @@ _READERS = {
     ".nhdr": _read_dataset,
     ".obj": _read_mesh,
     ".stl": _read_mesh,
+    ".off": _read_mesh,
     ".gltf": _read_gltf,
     ".glb": _read_gltf,
     ".xyz": _read_text,
