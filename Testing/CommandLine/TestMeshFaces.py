@@ -17,7 +17,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 from surfelsplatting.clouds import faces as limits
 from surfelsplatting.clouds.plyfaces import read_ply_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
-from surfelsplatting.clouds.reading import OF_MESHES, read_cloud
+from surfelsplatting.clouds.reading import OF_MESHES, cloud_of, read_cloud
+from surfelsplatting.surfels import is_model
 from toolcase import ToolCase, arrays_of, content_of, write, write_data
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -114,8 +115,26 @@ class TestMeshFaces(ToolCase):
         self.assertIn(WHY.format(8, "few"), self.tool("render", "cube.stl", "-o", "a.png", "-v"))
         self.assertIn(WHY.format(8, "few"), self.info("cube.stl"))
 
-    def test_dense_mesh_stays(self):
+    def test_scanned_mesh(self):
+        """Its fins are thinner than its vertices are apart, and its axes are not known."""
         vertices, triangles = ball(120)
+        vertices[:, 2] *= 0.002
+        self.assertGreater(len(vertices), limits.MODEL_VERTICES)
+        cloud = read(write_obj("fin.obj", vertices, triangles))
+        self.assertEqual(cloud.how, WHY.format(len(vertices), "few"))
+        places, normals = places_of(cloud), arrays_of(cloud.data)["Normals"]
+        inside = np.hypot(*places[:, :2].T) < 0.4
+        self.assertGreater(inside.sum(), 1000)
+        self.assertTrue((normals[inside, 2] * places[inside, 2] > 0).all())
+        self.assertTrue(is_model(cloud.data))  # as all .obj files
+        cells = cells_of(triangles.ravel(), np.arange(0, triangles.size + 1, 3))
+        self.assertFalse(is_model(cloud_of(polydata_of(vertices, {}, cells)).data))
+        vertices, triangles = ball(20)
+        cells = cells_of(triangles.ravel(), np.arange(0, triangles.size + 1, 3))
+        self.assertTrue(is_model(cloud_of(polydata_of(vertices, {}, cells)).data))
+
+    def test_dense_mesh_stays(self):
+        vertices, triangles = ball(165)
         self.assertGreater(len(vertices), limits.FEW_VERTICES)
         cloud = read(write_obj("ball.obj", vertices, triangles))
         np.testing.assert_array_equal(places_of(cloud), vertices)
@@ -128,7 +147,7 @@ class TestMeshFaces(ToolCase):
 
     def test_uneven_mesh(self):
         """A ball on a plate: most of the area has four vertices."""
-        vertices, triangles = ball(120)
+        vertices, triangles = ball(165)
         plate = np.array([[-2, -2, -0.6], [2, -2, -0.6], [2, 2, -0.6], [-2, 2, -0.6]])
         rows = np.concatenate([vertices, plate])
         first = len(vertices)

@@ -178,9 +178,16 @@ def note_up(points, up):
     _note(points, "ScanUp", up)
 
 
-def note_model(points):
-    """Stores that a mesh is one as modelling programs make: y or z is up, and not the opposite."""
-    _note(points, MODEL, (1.0,))
+def note_model(points, is_one=True):
+    """Stores of a mesh whether it is one as modelling programs make: y or z is up, and not the
+    opposite."""
+    _note(points, MODEL, (float(is_one),))
+
+
+def is_model(points):
+    """Whether note_model has stored that it is one."""
+    array = points.GetFieldData().GetArray(MODEL)
+    return bool(array and array.GetNumberOfTuples() and array.GetTuple(0)[0])
 
 
 def _note(points, name, values):

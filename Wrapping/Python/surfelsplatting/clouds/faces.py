@@ -11,7 +11,10 @@ from .parts import parts_of
 from .polydata import cells_of, named_array, polydata_of
 
 SAMPLES = 200_000  # points: about 2 px apart in the 800 x 600 px that pictures have by default
-FEW_VERTICES = 20_000  # fewer are 6 px apart there or more: fingers and clothes are one
+# Fewer are 4 px apart there or more, or 6 px where half of them are inside: fins, fingers and clothes
+# are ragged, and neighbours across a gap are one.
+FEW_VERTICES = SAMPLES // 4
+MODEL_VERTICES = 20_000  # modelling programs make fewer, whose axes are known; scans have more
 # Square root of the area of a face over the spacing that the vertices would have if they were
 # spread evenly: 0.7 in an even mesh. If half of the area lies in faces above, it has hardly any
 # points. Scans, sculptures and characters are at 1.6 at most; cars, rooms and CAD at 1.8 to 12.
@@ -20,7 +23,6 @@ MOST_VERTICES = SAMPLES  # of more, faces are not read: it would take seconds, a
 MIXED = 0.05  # part of the edges that two faces pass in the same direction, of a mesh without sides
 TWINS = 0.25  # part of the faces that are where others are: a third to a half in foliage
 CREASE = 30.0  # degrees between faces, from which on the edge between them is sharp
-SHARING = 6  # triangles that meet in a vertex of an even mesh
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
 STEPS = 0.7548776662466927, 0.5698402909980532
 
@@ -29,6 +31,7 @@ class Sampled(NamedTuple):
     data: object  # vtkPolyData with points on the faces of one
     why: str
     parts: Optional[np.ndarray]  # [n] of the points, as parts_of; None if nothing tells their sides
+    is_model: bool  # whether the mesh is one as modelling programs make
 
 
 def _corners(cells):
@@ -106,19 +109,18 @@ def _coarseness(areas, count):
 
 
 def _what_lacks(places, triangles, areas):
-    """-> what the vertices are too much or too little of to tell the surface; None if they do"""
+    """-> what the vertices are too much or too little of to tell the surface, None if they do; whether
+    the mesh is a model"""
     is_used = np.zeros(len(places), bool)
     is_used[triangles] = True
     count = np.count_nonzero(is_used)
     if count < len(places) / 2:
-        return None  # a cloud with a few faces
-    if count > SHARING * FEW_VERTICES and _coarseness(areas, count) <= COARSE:
-        return None  # without seconds of counting
-    if count >= FEW_VERTICES:  # faces that meet may have vertices of their own
+        return None, False  # a cloud with a few faces
+    if count >= MODEL_VERTICES:  # faces that meet may have vertices of their own
         count = len(np.unique(places[is_used], axis=0))
-    if count < FEW_VERTICES:
-        return "few"
-    return "uneven" if _coarseness(areas, count) > COARSE else None
+    is_coarse = _coarseness(areas, count) > COARSE
+    lacks = "few" if count < FEW_VERTICES else "uneven" if is_coarse else None
+    return lacks, count < MODEL_VERTICES or is_coarse
 
 
 def _spread(areas, count):
@@ -279,12 +281,13 @@ def _parts(data, triangles, vectors, corners):
 
 
 def _lacking(data):
-    """-> what the vertices lack to tell the surface, or None; triangles and vectors; places"""
+    """-> what _what_lacks says; triangles and vectors; places"""
     places = vtk("util.numpy_support").vtk_to_numpy(data.GetPoints().GetData()).astype(float)
     triangles, vectors = _triangles(data, places)
     areas = np.linalg.norm(vectors, axis=1) / 2
     is_surface = len(areas) and np.isfinite(areas.sum())
-    return (_what_lacks(places, triangles, areas) if is_surface else None), triangles, vectors, places
+    said = _what_lacks(places, triangles, areas) if is_surface else (None, False)
+    return said, triangles, vectors, places
 
 
 @np.errstate(all="ignore")  # places that are not finite warn
@@ -293,7 +296,7 @@ def on_faces(data):
     count = data.GetNumberOfPoints()
     if not 0 < count <= MOST_VERTICES or not data.GetNumberOfPolys() + data.GetNumberOfStrips():
         return None
-    lacks, triangles, vectors, places = _lacking(data)
+    (lacks, is_model), triangles, vectors, places = _lacking(data)
     if lacks is None:
         return None
     corners = _same_places(places, triangles)
@@ -304,4 +307,4 @@ def on_faces(data):
     sampled, chosen = _sampled(data, triangles, vectors)
     return Sampled(
         sampled, f"points on the faces of its meshes, since its {count} vertices are too {lacks} to "
-        "tell the surface", None if parts is None else parts[chosen])
+        "tell the surface", None if parts is None else parts[chosen], is_model)

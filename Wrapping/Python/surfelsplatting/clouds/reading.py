@@ -11,7 +11,7 @@ from .sogfiles import folder_meta
 from .stations import TO_SCANNER
 from ..backend import vtk
 from ..problems import UserProblem
-from ..surfels import holds_gaussians, note_model
+from ..surfels import holds_gaussians, is_model, note_model
 
 SURFEL_ARRAYS = ("SurfelCovariance", "SurfelAreaVector")
 
@@ -87,7 +87,7 @@ def cloud_of(data, how=""):
     sampled = on_faces(as_polydata(data))
     if sampled is None:
         return cloud
-    note_model(sampled.data)
+    note_model(sampled.data, sampled.is_model or is_model(data))
     return Cloud(sampled.data, how=sampled.why, parts=sampled.parts)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..backend import vtk
 from ..problems import UserProblem
-from ..surfels import MODEL
+from ..surfels import is_model
 from .rooms import facing_of, profile_of
 from .turning import lengths
 
@@ -65,7 +65,7 @@ class Samples(Surface):
             beyond = finite & ~keep
             self.beyond = points[beyond], lengths(areas[beyond])
         self.up = _stored_up(surfels)
-        self.is_model = bool(surfels.GetFieldData().HasArray(MODEL))
+        self.is_model = is_model(surfels)
         super().__init__(np.compress(keep, points, axis=0), np.compress(keep, areas, axis=0),
                          two_sided[keep])
         self.covariances = (None if covariances is None else
