@@ -111,7 +111,11 @@ struct Curvatures
 
   /// The eigenvalues are Mean() + Half() and Mean() - Half().
   double Mean() const { return 0.5 * (this->UU + this->VV); }
-  double Half() const { return std::hypot(0.5 * (this->UU - this->VV), this->UV); }
+  double Half() const
+  {
+    const double half = 0.5 * (this->UU - this->VV);
+    return std::sqrt(half * half + this->UV * this->UV); // std::hypot would need glibc 2.35
+  }
 };
 }
 
