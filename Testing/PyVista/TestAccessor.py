@@ -184,7 +184,7 @@ class TestAccessor(PlotterCase):
     def test_errors_say_what_to_do(self):
         cases = [
             (ValueError, r"the dataset has no points \(0\)", pv.PolyData().surfels.estimate),
-            (TypeError, "an ImageData is a grid without points", pv.ImageData().surfels.estimate),
+            (TypeError, "^ImageData is a grid without points", pv.ImageData().surfels.estimate),
             (ValueError, "sides is 'left'; it must be one of 'auto', 'two', 'given'",
              lambda: self.cloud.surfels.estimate(sides="left")),
             (ValueError, "none of the 5 points gives a surfel",
@@ -193,6 +193,8 @@ class TestAccessor(PlotterCase):
              lambda: self.surfels.surfels.plot(cpos=[(np.nan, 0, 6), (0, 0, 0), (0, 1, 0)])),
             (ValueError, "there is no point array 'heat'; there are 'height', 'RGB', 'stripes'",
              lambda: self.cloud.surfels.plot(scalars="heat")),
+            (TypeError, "surfels.plot has no argument 'show_axes'; a pyvista.Plotter",
+             lambda: self.cloud.surfels.plot(show_axes=True)),
         ]
         for kind, text, call in cases:
             with self.subTest(text), self.assertRaisesRegex(kind, text), warnings.catch_warnings():

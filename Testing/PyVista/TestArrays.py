@@ -2,7 +2,9 @@
 """surfelsplatting.render: arrays to pictures, and its errors."""
 
 import doctest
+from pathlib import Path
 import sys
+import tempfile
 import unittest
 import warnings
 
@@ -159,6 +161,25 @@ class TestRender(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "rendering: .*camera"):
             write_png(vtkSurfelImageRenderer(), "never.png")
 
+    def test_write_png_of_arrays(self):
+        """The pictures of render, as they are."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "picture.png"
+            for background in ((0.1, 0.2, 0.3), None):
+                picture = self.picture(background=background)
+                write_png(picture, path)
+                reader = vtk("vtkIOImage").vtkPNGReader()
+                reader.SetFileName(str(path))
+                reader.Update()
+                rows = vtk("util.numpy_support").vtk_to_numpy(
+                    reader.GetOutput().GetPointData().GetScalars())
+                np.testing.assert_array_equal(rows.reshape(picture.shape)[::-1], picture)
+            with self.assertRaisesRegex(RuntimeError, "nowhere"):
+                write_png(picture, Path(folder) / "nowhere" / "picture.png")
+        for wrong in (None, picture / 255.0, picture[..., 0], picture[:0]):
+            with self.assertRaisesRegex(TypeError, "give a vtkSurfelImageRenderer, its output, or uint8"):
+                write_png(wrong, "never.png")
+
     def test_few_points(self):
         """One, two, and many on a line are seen, also in numpy's numbers for a lens."""
         line = np.outer(np.linspace(0, 1, 50), (1.0, 2.0, 3.0))
@@ -200,6 +221,9 @@ class TestRender(unittest.TestCase):
              lambda: render(points, camera=[(0, 0, 5), (0, 0, 5), (0, 1, 0)])),
             (ValueError, "camera is .*; it must be a surfelsplatting.Camera",
              lambda: render(points, camera=[(0, 0, 5)])),
+            (ValueError, "camera is 3; it must be", lambda: render(points, camera=3)),
+            (TypeError, r"no argument 'coc'; give lens=surfelsplatting.Lens\(coc=...\)",
+             lambda: render(points, coc=3)),
             (ValueError, r"the pixel \(0, 0\) sees nothing, so the lens cannot focus on it",
              lambda: render(points, lens=Lens(coc=3, focus=(0, 0)))),
             (ValueError, r"\(0, 900\) is no pixel of a picture of 800 x 600",

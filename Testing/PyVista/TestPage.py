@@ -17,19 +17,20 @@ with open(os.path.join(SOURCE, "Documentation", "PyVista.md"), encoding="utf-8")
 
 
 class TestPage(PlotterCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(folder.name)
+
     def test_scene(self):
-        with tempfile.TemporaryDirectory() as folder:
-            before = os.getcwd()
-            os.chdir(folder)
-            self.addCleanup(os.chdir, before)
-            write_pcd("scan.pcd")
-            names = {}
-            exec(compile(SCENE, "PyVista.md", "exec"), names)
-            exec(compile(WIDGET, "PyVista.md", "exec"), names)
-            self.assertIn("half", names["pl"].actors)
-            names["pl"].close()
-            one, scene = (pv.read(name) for name in ("scan.png", "scene.png"))
-            os.chdir(before)
+        write_pcd("scan.pcd")
+        names = {}
+        exec(compile(SCENE, "PyVista.md", "exec"), names)
+        exec(compile(WIDGET, "PyVista.md", "exec"), names)
+        self.assertIn("half", names["pl"].actors)
+        names["pl"].close()
+        one, scene = (pv.read(name) for name in ("scan.png", "scene.png"))
         for picture in (one, scene):
             colors = np.unique(picture["PNGImage"], axis=0)
             self.assertGreater(len(colors), 100)
@@ -39,6 +40,7 @@ class TestPage(PlotterCase):
         exec(compile(ARRAYS, "PyVista.md", "exec"), names)
         self.assertEqual(names["picture"].shape, (300, 400, 3))
         self.assertGreater(names["picture"][150, 200, 2], 150)
+        self.assertEqual(pv.read("sphere.png").dimensions, (400, 300, 1))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ from .clouds.reading import Cloud
 from .views.focus import focused_on_front
 from .views.framing import complete_view
 from .views.vtkcamera import make_camera
-from .problems import UserProblem
+from .problems import UserProblem, check_names
 from .lens import Lens, focus_on_point
 from .lighting import needs_light, set_lights
 from .surfels import finite_triple, make_surfels, number_in, update
@@ -146,7 +145,10 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     (200, 300, 3)
 
     """
-    _check_names(estimation)
+    known = [*render.__kwdefaults__, *make_surfels.__kwdefaults__]
+    of_lens = Lens.__dataclass_fields__.keys() & estimation.keys()
+    check_names(estimation, known, "render", f"give lens=surfelsplatting.Lens({min(of_lens)}=...)"
+                if of_lens else f"it has {', '.join(known)}")
     lens = _as_lens(lens)
     asked = _as_view(camera, checked_size(size, "size"))
     cloud = _as_polydata(points, colors, normals)
@@ -167,15 +169,6 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     _set_lens(renderer, lens)
     update(renderer, "rendering")
     return _as_array(renderer.GetOutput(), background is None)
-
-
-def _check_names(estimation):
-    known = [*render.__kwdefaults__, *make_surfels.__kwdefaults__]
-    for name in estimation:
-        if name not in known:
-            near = get_close_matches(name, known, 1)
-            raise TypeError(f"render has no argument {name!r}; "
-                            + (f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"))
 
 
 def _as_lens(lens):
@@ -202,7 +195,7 @@ def _as_view(camera, size):
     if camera is None:
         camera = Camera()
     elif not isinstance(camera, Camera):
-        if len(camera) != 3:
+        if isinstance(camera, (str, dict)) or not hasattr(camera, "__len__") or len(camera) != 3:
             raise ValueError(f"camera is {camera!r}; it must be a surfelsplatting.Camera, or a "
                              "position, a focal point and a view-up")
         camera = Camera(*camera)

@@ -83,12 +83,35 @@ def png_bytes(picture, linear_light=False):
                      _chunk(b"IDAT", struct.pack(">I", checksum)), _chunk(b"IEND", b"")))
 
 
+def _write_array(picture, path):
+    """Writes an array of bytes, [height, width, 3 or 4] with the top row first, as `render` makes it."""
+    import numpy as np
+
+    array = np.asarray(picture)
+    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise TypeError(f"the picture is of the type {type(picture).__name__}"
+                        + (f", {array.dtype} and the shape {array.shape}" if array.ndim else "")
+                        + "; give a vtkSurfelImageRenderer, its output, or uint8 of the shape "
+                          "(height, width, 3) or (height, width, 4)")
+    image = vtk("vtkCommonDataModel").vtkImageData()
+    image.SetDimensions(array.shape[1], array.shape[0], 1)
+    rows = np.ascontiguousarray(array[::-1]).reshape(-1, array.shape[2])
+    image.GetPointData().SetScalars(vtk("util.numpy_support").numpy_to_vtk(rows, deep=True))
+    writer = vtk("vtkIOImage").vtkPNGWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(image)
+    update(writer, str(path), writer.Write)
+
+
 def write_png(picture, path, linear_light=False):
     """Writes a picture to a .png file; see png_bytes.
 
-    picture: a vtkSurfelImageRenderer, which is updated first, or its output.
+    picture: a vtkSurfelImageRenderer, which is updated first, or its output; or an array of `render`.
     RuntimeError: what the renderer says if it cannot render.
     """
+    if not hasattr(picture, "IsA"):
+        _write_array(picture, path)
+        return
     if not picture.IsA("vtkDataObject"):
         update(picture, "rendering")
         picture = picture.GetOutput()

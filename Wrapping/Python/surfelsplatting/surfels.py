@@ -110,7 +110,7 @@ def _without_surfels(data):
     points.ShallowCopy(data)
     for arrays in (points.GetPointData(), points.GetFieldData()):
         for name in [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]:
-            if name and name.startswith("Surfel"):
+            if name and name.startswith(("Surfel", "ScanSensor")):
                 arrays.RemoveArray(name)
     return points
 
@@ -147,11 +147,12 @@ def one_of(value, choices, what):
     return value
 
 
-def update(algorithm, what):
-    """Updates an algorithm. Raises its first error as a RuntimeError, and repeats its warnings."""
+def update(algorithm, what, run=None):
+    """Updates an algorithm, or runs it. Raises its first error as a RuntimeError, and repeats its
+    warnings."""
     observed = algorithm, algorithm.GetExecutive()
     with errors_of(*observed) as errors, errors_of(*observed, event="WarningEvent") as texts:
-        algorithm.Update()
+        (run or algorithm.Update)()
     if errors:
         raise RuntimeError(f"{what}: {errors[0]}")
     for text in texts:

@@ -11,17 +11,18 @@ import pyvista as pv
 
 from ..arrays import checked_size, renderer_of
 from ..views.cameras import View
-from ..clouds.reading import Cloud
 from ..views.focus import fronts_of
-from ..views.framing import complete_view
-from ..surfels import in_the_world, is_surfels, make_surfels, scan
-from .points import points_of, with_scalars
+from ..problems import check_names
+from ..surfels import is_surfels
+from .component import ADD_NAMES
+from .points import as_one, points_of, surfels_of
 
 PLOTTER_OPTIONS = ("notebook", "off_screen", "theme", "window_size")
 SHOW_OPTIONS = ("auto_close", "interactive", "jupyter_backend", "jupyter_kwargs", "return_cpos",
                 "return_img", "return_viewer", "screenshot", "title")
 
 
+@pv.register_dataset_accessor("surfels", pv.MultiBlock)
 @pv.register_dataset_accessor("surfels", pv.DataSet)
 class SurfelAccessor:
     """Surfels from the points of a data set.
@@ -30,8 +31,8 @@ class SurfelAccessor:
 
     Parameters
     ----------
-    dataset : pyvista.DataSet
-        Data set with points of a surface, such as a scan, or a mesh.
+    dataset : pyvista.DataSet | pyvista.MultiBlock
+        Data set with points of a surface, such as a scan, or a mesh. Blocks become one cloud.
 
     Examples
     --------
@@ -43,7 +44,7 @@ class SurfelAccessor:
 
     """
 
-    def __init__(self, dataset: pv.DataSet) -> None:
+    def __init__(self, dataset: pv.DataSet | pv.MultiBlock) -> None:
         self._dataset = dataset
 
     @property
@@ -63,7 +64,7 @@ class SurfelAccessor:
         False
 
         """
-        return is_surfels(self._dataset)
+        return is_surfels(as_one(self._dataset))
 
     def estimate(self, *, cleaning: str = "full", sides: str = "auto",
                  viewpoint: Sequence[float] | None = None, neighbors: int | None = None,
@@ -142,8 +143,8 @@ class SurfelAccessor:
         True
 
         """
-        return _surfels_of(points_of(self._dataset, sides), cleaning=cleaning, sides=sides,
-                           viewpoint=viewpoint, neighbors=neighbors, hierarchy=hierarchy)
+        return surfels_of(points_of(as_one(self._dataset), sides), cleaning=cleaning, sides=sides,
+                          viewpoint=viewpoint, neighbors=neighbors, hierarchy=hierarchy)
 
     def plot(self, *, coc: float | None = None, focus: Sequence[float] | None = None,
              cpos: Any = None, background: Any = None, **kwargs: Any) -> Any:
@@ -188,22 +189,20 @@ class SurfelAccessor:
         if cpos is not None and not isinstance(cpos, str):
             if not np.isfinite(np.asarray(list(cpos), dtype=float)).all():
                 raise ValueError(f"cpos is {cpos!r}; it must be finite")
+        check_names(kwargs, {*ADD_NAMES, *PLOTTER_OPTIONS, *SHOW_OPTIONS}, "surfels.plot",
+                    "a pyvista.Plotter has what else there is, with pl.surfels.add and pl.surfels.lens")
         plotter_options = {name: kwargs.pop(name) for name in PLOTTER_OPTIONS if name in kwargs}
         show_options = {name: kwargs.pop(name) for name in SHOW_OPTIONS if name in kwargs}
         if plotter_options.get("window_size") is not None:
             checked_size(plotter_options["window_size"], "window_size")
-        # Here and not in add, since the view needs the points that surfels are made of, too.
-        cloud, scalars = with_scalars(self._dataset, kwargs.pop("scalars", None))
-        cloud = points_of(cloud)
-        surfels = cloud if is_surfels(cloud) else _surfels_of(cloud)
         pl = pv.Plotter(**plotter_options)
         try:
             if background is not None:
                 pl.set_background(background)
-            actor = pl.surfels.add(surfels, scalars, **kwargs)
-            if cpos is None:
-                _show_all(cloud, actor.mapper.dataset, pl)
-            else:
+            if cpos is not None:
+                kwargs.setdefault("reset_camera", True)
+            actor = pl.surfels.add(self._dataset, **kwargs)
+            if cpos is not None:
                 pl.camera_position = cpos
             if coc is not None:
                 middle = _surface_in_the_middle(pl, actor.mapper.dataset)
@@ -212,21 +211,6 @@ class SurfelAccessor:
         except BaseException:
             pl.close()
             raise
-
-
-def _surfels_of(points, **options):
-    """A PolyData. points: of `points_of`; options: of `SurfelAccessor.estimate`"""
-    surfels = pv.wrap(in_the_world(make_surfels(points, **options)))
-    if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
-        surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
-    return surfels
-
-
-def _show_all(cloud, surfels, plotter):
-    """Places the camera: at the sensor of a depth image, or above the whole cloud."""
-    view = complete_view(View(size=tuple(plotter.window_size)), Cloud(cloud, *scan(cloud)), surfels)
-    plotter.camera_position = [view.position, view.focal_point, view.view_up]
-    plotter.camera.view_angle = view.view_angle
 
 
 def _surface_in_the_middle(plotter, surfels):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 import weakref
@@ -14,13 +15,14 @@ import pyvista as pv
 from ..arrays import point_rows
 from ..lens import Lens, focus_on_point
 from ..lighting import are_photographs
-from ..problems import warn_user
-from ..surfels import in_the_world
+from ..problems import check_names, warn_user
+from ..surfels import in_the_world, is_surfels
 from ..views.cameras import STILL_CELLS
 from ..vtkSurfelReaders import vtkGaussianSplatReader
 from ..vtkSurfelRendering import vtkSurfelSplatter, vtkSurfelSplattingPass
+from .firstview import FirstView
 from .mapper import SurfelMapper
-from .points import with_scalars
+from .points import as_one, points_of, surfels_of, with_scalars
 from .readers import read_capture
 
 if TYPE_CHECKING:
@@ -56,6 +58,7 @@ class SurfelComponent:
     def __init__(self, plotter: pv.Plotter) -> None:
         self._plotter_ref = weakref.ref(plotter)
         self._passes: dict[int, vtkSurfelSplattingPass] = {}  # by the renderer's id()
+        self._first_views: dict[int, FirstView] = {}  # until the first frame
 
     @property
     def _plotter(self) -> pv.Plotter:
@@ -101,7 +104,8 @@ class SurfelComponent:
         return self._passes[key]
 
     def _keep_passes(self, window):
-        """Before each frame, undoes that PyVista has replaced a pass."""
+        """Before each frame, undoes that PyVista has replaced a pass; and before the first one, has all
+        be seen that was added."""
         reference = weakref.ref(self)
 
         def before_frame(_window, _event):
@@ -110,6 +114,8 @@ class SurfelComponent:
             for renderer in plotter.renderers if plotter else ():
                 if id(renderer) in component._passes:
                     _set_pass(renderer, component._passes[id(renderer)])
+                if id(renderer) in component._first_views:
+                    component._first_views.pop(id(renderer)).show_others(renderer)
 
         window.AddObserver("StartEvent", before_frame)
 
@@ -132,7 +138,7 @@ class SurfelComponent:
         """
         return self.render_pass.GetSplatter()
 
-    def add(self, cloud: pv.DataSet | ArrayLike | str | Path,
+    def add(self, cloud: pv.DataSet | pv.MultiBlock | ArrayLike | str | Path,
             scalars: str | ArrayLike | None = None, *, color: Any = None, rgb: bool | None = None,
             show_scalar_bar: bool | None = None, scalar_bar_args: dict[str, Any] | None = None,
             reset_camera: bool | None = None, render: bool = True, **kwargs: Any) -> pv.Actor:
@@ -140,7 +146,7 @@ class SurfelComponent:
 
         Parameters
         ----------
-        cloud : pyvista.DataSet | array_like[float] | str | Path
+        cloud : pyvista.DataSet | pyvista.MultiBlock | array_like[float] | str | Path
             Surfels from ``cloud.surfels.estimate()``; or points or a mesh, an array of points of
             shape ``(n, 3)``, or a file, of which surfels are made first, as ``estimate`` says; or a
             capture of 3D Gaussian splatting, or its ``.ply``, ``.spz``, ``.sog`` or ``.splat`` file,
@@ -166,7 +172,8 @@ class SurfelComponent:
             Arguments of :meth:`pyvista.Plotter.add_scalar_bar`.
 
         reset_camera : bool, optional
-            Whether to show all of the scene. By default, if no camera was set.
+            Whether to show all of the scene. By default, if no camera was set: the cloud stands
+            upright, as in ``cloud.surfels.plot()``, and a depth image is seen from its sensor.
 
         render : bool, default: True
             Whether to render, if the plotter is shown already.
@@ -202,8 +209,12 @@ class SurfelComponent:
         useless = [name for name in kwargs if name in MEANINGLESS]
         if useless:
             raise TypeError(f"surfels have no {useless[0]}; leave it out, or use add_mesh")
+        check_names(kwargs, ADD_NAMES, "surfels.add", "it has most of those of add_mesh")
+        if rgb is None:
+            rgb = kwargs.pop("rgba", None)
         plotter = self._plotter
-        surfels, name = _surfels_and_scalars(_as_dataset(cloud), scalars)
+        points, name = with_scalars(_as_dataset(cloud), scalars)
+        points, surfels = _points_and_surfels(points)
         if rgb is None and color is None and kwargs.get("cmap") is None:
             rgb = _are_colors(surfels, name)
         if rgb and _are_colors(surfels, name) and are_photographs(surfels.point_data[name]):
@@ -225,11 +236,18 @@ class SurfelComponent:
         if show_scalar_bar and mapper.scalar_visibility and not rgb:
             plotter.add_scalar_bar(mapper=mapper, render=False,
                                    **{"title": name, **(scalar_bar_args or {})})
-        if reset_camera or (reset_camera is None and not plotter.renderer.camera_set):
-            plotter.reset_camera(render=False)  # type: ignore[call-arg]
+        self._show(actor, points, reset_camera)
         if render:
             plotter.render()
         return actor
+
+    def _show(self, actor, points, reset_camera):
+        """Moves the camera if that is asked for, or none was set."""
+        renderer = self._plotter.renderer
+        if reset_camera is None and not renderer.camera_set and actor.GetMatrix().IsIdentity():
+            self._first_views[id(renderer)] = FirstView(renderer, actor, points)
+        elif reset_camera or (reset_camera is None and not renderer.camera_set):
+            renderer.reset_camera(render=False)
 
     def lens(self, coc: float | None = None, focus: Sequence[float] | None = None, *,
              diameter: float | None = None, cells: int | None = None, render: bool = True) -> None:
@@ -300,9 +318,10 @@ class SurfelComponent:
                              f"of {width} x {height}")
         distance = self._distance_at(pixel)
         if distance is None:
-            why = ("the camera has a parallel projection" if camera.parallel_projection
-                   else "sees nothing")
-            raise ValueError(f"the pixel {pixel}: {why}, so the lens cannot focus on it; choose a "
+            if camera.parallel_projection:
+                raise ValueError("the camera has a parallel projection, with which all is sharp, so the "
+                                 f"lens cannot focus on the pixel {pixel}; disable_parallel_projection()")
+            raise ValueError(f"the pixel {pixel} sees nothing, so the lens cannot focus on it; choose a "
                              "pixel that shows a surface, or give a point (x, y, z)")
         renderer.SetDisplayPoint(*pixel, 0)
         renderer.DisplayToWorld()
@@ -343,6 +362,11 @@ class SurfelComponent:
         self.__plotter_close__()
 
 
+# add_mesh takes some under other names, too, which its signature does not have.
+ADD_NAMES = {*inspect.signature(SurfelComponent.add).parameters, "colormap", "rgba", "rng",
+             *inspect.signature(pv.Plotter.add_mesh).parameters} - {"self", "mesh", "kwargs", *MEANINGLESS}
+
+
 def _set_pass(renderer, render_pass):
     current = renderer.GetPass()
     if current is not None and current is not render_pass:
@@ -359,18 +383,15 @@ def _stop_for_button(window, _event):
 
 
 def _as_dataset(cloud):
-    if isinstance(cloud, pv.DataSet):
-        return cloud
+    if isinstance(cloud, (pv.DataSet, pv.MultiBlock)):
+        return as_one(cloud)
     if isinstance(cloud, np.ndarray):
         return pv.PolyData(point_rows(cloud))
     if isinstance(cloud, (str, Path)):
         is_capture = vtkGaussianSplatReader.CanReadFile(str(cloud))  # PyVista reads .ply as a mesh
         return read_capture(cloud) if is_capture else _as_dataset(pv.read(cloud))
-    if isinstance(cloud, pv.MultiBlock):
-        raise TypeError(f"cloud is a MultiBlock of {cloud.n_blocks} blocks; combine them first with "
-                        "cloud.combine(), or add each")
-    if isinstance(cloud, pv._vtk.vtkDataSet):
-        return pv.wrap(cloud)
+    if isinstance(cloud, (pv._vtk.vtkDataSet, pv._vtk.vtkMultiBlockDataSet)):
+        return as_one(pv.wrap(cloud))
     if hasattr(cloud, "GetClassName"):
         package = type(cloud).__module__.partition(".")[0]
         raise TypeError(f"cloud is a {cloud.GetClassName()} of {package}, which PyVista does not use "
@@ -378,12 +399,11 @@ def _as_dataset(cloud):
     return pv.PolyData(point_rows(cloud))
 
 
-def _surfels_and_scalars(cloud, scalars):
-    """Surfels, and the name of the point array to color them by, or None."""
-    cloud, name = with_scalars(cloud, scalars)
-    if not cloud.surfels.are_estimated:
-        return cloud.surfels.estimate(), name
-    return pv.wrap(in_the_world(cloud)), name  # picking finds files of surfels in place, too
+def _points_and_surfels(cloud):
+    if is_surfels(cloud):
+        return cloud, pv.wrap(in_the_world(cloud))  # picking finds files of surfels in place, too
+    points = points_of(cloud)
+    return points, surfels_of(points)
 
 
 def _are_colors(surfels, name):

@@ -5,11 +5,16 @@ import numpy as np
 import pyvista as pv
 
 from ..backend import vtk
-from ..clouds.reading import cloud_of
+from ..clouds.reading import Cloud, cloud_of
 from ..clouds.stations import TO_SCANNER
 from ..outward import turn_outward
-from ..surfels import MODEL
+from ..surfels import MODEL, in_the_world, make_surfels, scan
 from ..views.sensor import keep_sensor
+
+
+def as_one(dataset):
+    """The data set; of a MultiBlock, all of its blocks."""
+    return dataset.combine() if isinstance(dataset, pv.MultiBlock) else dataset
 
 
 def points_of(dataset, sides="auto"):
@@ -19,9 +24,8 @@ def points_of(dataset, sides="auto"):
     sides: that of `SurfelAccessor.estimate`; parts that are inside out are turned if it is "auto"
     """
     if not isinstance(dataset, vtk("vtkCommonDataModel").vtkPointSet):
-        kind = type(dataset).__name__
-        raise TypeError(f"an {kind} is a grid without points of its own; surfels need the points "
-                        "of a surface, for example those of dataset.contour()")
+        raise TypeError(f"{type(dataset).__name__} is a grid without points of its own; surfels need the "
+                        "points of a surface, for example those of dataset.contour()")
     cloud = cloud_of(dataset)
     # Of points that were made of a mesh, the parts are no longer known.
     if sides == "auto" and not dataset.GetFieldData().HasArray(MODEL):
@@ -29,6 +33,16 @@ def points_of(dataset, sides="auto"):
     if cloud.image:
         keep_sensor(cloud, cloud.data)
     return pv.wrap(cloud.data)
+
+
+def surfels_of(points, **options):
+    """A PolyData. points: of `points_of`; options: of `SurfelAccessor.estimate`"""
+    surfels = pv.wrap(in_the_world(make_surfels(points, **options)))
+    if surfels is not points:  # which is so for Gaussians with their level of detail
+        keep_sensor(Cloud(points, *scan(points)), surfels)
+    if surfels.n_cells == 1:  # of all points; filters select cells, so that each gets its own
+        surfels.verts = np.insert(np.arange(surfels.n_points), range(surfels.n_points), 1)
+    return surfels
 
 
 def with_scalars(dataset, scalars):
