@@ -13,6 +13,7 @@ SensorSettings::SensorSettings(vtkPointCloudCleaning* cleaning, vtkSurfelEstimat
   , Columns(cleaning->GetColumns())
   , NumberOfNeighbors(estimation->GetNumberOfNeighbors())
   , OrientationMode(estimation->GetOrientationMode())
+  , UseViewpoint(estimation->GetUseViewpoint())
 {
   cleaning->GetViewpoint(this->CleaningViewpoint);
   estimation->GetViewpoint(this->Viewpoint);
@@ -24,10 +25,11 @@ SensorSettings::~SensorSettings()
   this->Cleaning->SetViewpoint(this->CleaningViewpoint);
   this->Estimation->SetNumberOfNeighbors(this->NumberOfNeighbors);
   this->Estimation->SetOrientationMode(this->OrientationMode);
+  this->Estimation->SetUseViewpoint(this->UseViewpoint);
   this->Estimation->SetViewpoint(this->Viewpoint);
 }
 
-void SensorSettings::Use(const ScanSensor& sensor)
+void SensorSettings::Use(const ScanSensor& sensor, bool seesBacks)
 {
   const double* v = sensor.Viewpoint;
   if (this->Columns == 0 && sensor.HasViewpoint)
@@ -35,14 +37,16 @@ void SensorSettings::Use(const ScanSensor& sensor)
     this->Cleaning->SetColumns(sensor.Columns);
     this->Cleaning->SetViewpoint(v[0], v[1], v[2]);
   }
-  if (this->OrientationMode != vtkSurfelEstimation::CONSISTENT ||
-    this->Estimation->GetUseViewpoint())
+  if (this->OrientationMode != vtkSurfelEstimation::CONSISTENT || this->UseViewpoint)
   {
     return;
   }
   if (sensor.HasViewpoint)
   {
-    this->Estimation->SetOrientationModeToViewpoint();
+    const bool isTwoSided = seesBacks && sensor.IsDepthImage;
+    this->Estimation->SetOrientationMode(
+      isTwoSided ? vtkSurfelEstimation::TWO_SIDED : vtkSurfelEstimation::VIEWPOINT);
+    this->Estimation->SetUseViewpoint(isTwoSided);
     this->Estimation->SetViewpoint(v[0], v[1], v[2]);
   }
   else if (sensor.HasScanners)

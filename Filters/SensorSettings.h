@@ -21,7 +21,8 @@ public:
   void operator=(const SensorSettings&) = delete;
 
   /// Fills in what was not set: the depth image and the side of the surfels.
-  void Use(const ScanSensor& sensor);
+  /// @param seesBacks depth images are seen from both sides
+  void Use(const ScanSensor& sensor, bool seesBacks);
 
   /// @param neighbors 0: as set, but DepthImageNeighbors for a depth image
   void SetNumberOfNeighbors(int neighbors, const ScanSensor& sensor);
@@ -29,7 +30,7 @@ public:
 private:
   vtkPointCloudCleaning* Cleaning;
   vtkSurfelEstimation* Estimation;
-  int Columns, NumberOfNeighbors, OrientationMode;
+  int Columns, NumberOfNeighbors, OrientationMode, UseViewpoint;
   double CleaningViewpoint[3], Viewpoint[3];
 };
 }

@@ -36,6 +36,10 @@ bool DecideSides(const SidesInput& input, const StageProgress& progress, PlaneFi
   }
   if (input.Rule == SideRule::TwoSided)
   {
+    if (input.UseViewpoint)
+    {
+      FaceViewpoint(input.Cloud, LocalViewpoint(input, input.Cloud.Origin), fits);
+    }
     result.TwoSided.assign(fits.size(), 1);
     return true;
   }

@@ -357,7 +357,7 @@ int vtkPartitionedSurfelEstimation::RequestData(vtkInformation* vtkNotUsed(reque
   }
   SensorSettings settings(this->Cleaning, this->Estimation);
   const ScanSensor sensor = this->UseSensor ? FindSensor(input, nullptr) : ScanSensor();
-  settings.Use(sensor);
+  settings.Use(sensor, false);
   settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   vtkNew<vtkPolyData> clean;
   if (this->CleanPoints)

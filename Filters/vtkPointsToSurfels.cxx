@@ -195,7 +195,7 @@ int vtkPointsToSurfels::RequestData(vtkInformation* vtkNotUsed(request),
   {
     SurfelSplatting::ControllerRanks ranks(this->Estimation->GetController());
     sensor = FindSensor(input, this->IsAlone() ? nullptr : &ranks);
-    settings.Use(sensor);
+    settings.Use(sensor, this->SeesBacksOfDepthImages);
   }
   settings.SetNumberOfNeighbors(this->NumberOfNeighbors, sensor);
   Execution execution(this);

@@ -80,6 +80,7 @@ protected:
     vtkInformationVector* outputVector) override;
 
   vtkTypeBool BuildHierarchy = 1;
+  bool SeesBacksOfDepthImages = false; // with UseSensor; programs that turn the cloud need them
 
 private:
   vtkPointsToSurfels(const vtkPointsToSurfels&) = delete;

@@ -214,7 +214,7 @@ public:
   ///@{
   /**
    * Position of the sensor, world units. Default (0, 0, 0). Used by VIEWPOINT, and by
-   * CONSISTENT if UseViewpoint is on.
+   * CONSISTENT and TWO_SIDED if UseViewpoint is on.
    */
   vtkSetVector3Macro(Viewpoint, double);
   vtkGetVector3Macro(Viewpoint, double);
@@ -223,7 +223,8 @@ public:
   ///@{
   /**
    * For CONSISTENT: components that are not closed face Viewpoint, one-sided, where more than
-   * 80 % of their facing area agrees. Default off.
+   * 80 % of their facing area agrees. For TWO_SIDED: the area vectors point to its side. Default
+   * off.
    */
   vtkSetMacro(UseViewpoint, vtkTypeBool);
   vtkGetMacro(UseViewpoint, vtkTypeBool);

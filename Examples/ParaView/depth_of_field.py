@@ -30,7 +30,6 @@ def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
     display.Representation = "Surfel Splats"
     if "RGB" in scan.PointData.keys():
         simple.ColorBy(display, ("POINTS", "RGB"))
-        display.MapScalars = 0  # the array holds colours
     bounds = scan.GetDataInformation().GetBounds()
     center = [(low + high) / 2 for low, high in zip(bounds[0::2], bounds[1::2])]
     distance = math.dist(bounds[0::2], bounds[1::2]) / 2 / math.sin(math.radians(15)) / zoom
@@ -38,7 +37,6 @@ def show(scan, size=(900, 700), seen_from=(0, -1, 0), up=(0, 0, 1), zoom=1.4):
     view.CameraFocalPoint = center
     view.CameraPosition = [c + distance * d for c, d in zip(center, seen_from)]
     view.CameraViewUp = up
-    display.SurfelLensMode = "Pinhole"
     simple.Render(view)
     return view, display
 

@@ -243,18 +243,25 @@ TEST_CASE("Modes")
   vtkNew<vtkSurfelEstimation> estimation;
   estimation->SetViewpoint(0, 0, 5);
   estimation->SetOrientationModeToViewpoint();
-  Estimate(sphere, estimation);
+  estimation->UseViewpointOn(); // without effect here
+  for (bool isTwoSided : { false, true })
   {
+    if (isTwoSided)
+    {
+      estimation->SetOrientationModeToTwoSided();
+    }
+    Estimate(sphere, estimation);
     const Surfels surfels(estimation->GetOutput());
     vtkIdType wrong = 0;
     for (vtkIdType i = 0; i < surfels.Count(); ++i)
     {
       const Vec toward = Minus({ 0, 0, 5 }, surfels.Position(i));
-      wrong += surfels.IsTwoSided(i) || Dot(toward, surfels.Normal(i)) < 0.0 ? 1 : 0;
+      const bool isAway = Dot(toward, surfels.Normal(i)) < 0.0;
+      wrong += surfels.IsTwoSided(i) != isTwoSided || isAway ? 1 : 0;
     }
     CHECK(wrong == 0);
   }
-  estimation->SetOrientationModeToTwoSided();
+  estimation->UseViewpointOff();
   CHECK(Estimate(sphere, estimation).TwoSided >= 0.9999);
   CHECK(estimation->GetNumberOfTwoSidedSurfels() == 5000);
 

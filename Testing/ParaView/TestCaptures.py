@@ -31,6 +31,7 @@ class Captures(PluginCase):
         source = simple.GaussianSplatReader(FileName="ball.ply")
         display = self.show(source)
         self.check(screenshot(self.view))
+        display.SurfelLensMode = "Camera"
         self.view.CameraFocalDisk = 0.3
         self.view.CameraFocalDistance = 4.0
         self.check(screenshot(self.view))
@@ -47,7 +48,6 @@ class Captures(PluginCase):
         self.assertEqual(simple.Show(source, self.view).Representation, "Surfel Splats")
         display = self.show(source)
         simple.ColorBy(display, ("POINTS", "RGB"))
-        display.MapScalars = 0
         self.check(screenshot(self.view))
 
     def test_spz_file(self):

@@ -104,11 +104,22 @@ class Sensor(PluginCase):
         self.show(simple.PointsToSurfels(Input=self.scan))
         self.assertLess(np.abs(screenshot(self.view) - raw).max(), 2)
 
+    def test_depth_images_are_seen_from_behind(self):
+        """As ParaView's first view may be; their normals point to the sensor all the same."""
+        surfels = simple.PointsToSurfels(Input=self.scan)
+        points, arrays = fetch(surfels)
+        self.assertEqual(arrays["SurfelTwoSided"].min(), 1)
+        self.assertTrue((np.sum(arrays["SurfelAreaVector"] * (SENSOR - points), 1) > 0).all())
+        self.view.CameraPosition = [0.5, 3, 8]
+        self.view.CameraFocalPoint = [0.5, -0.5, 4.5]
+        self.show(self.scan)
+        self.assertGreater((screenshot(self.view).max(2) > 40).mean(), 0.1)
+
     def test_points_that_were_moved_have_no_sensor(self):
         moved = simple.Transform(Input=self.scan)
         moved.Transform.Translate = [0, 0, -20]  # the sensor would be behind the floor
         for source, two_sided in ((self.scan, 0), (moved, 1)):
-            arrays = fetch(simple.PointsToSurfels(Input=source))[1]
+            arrays = fetch(simple.PartitionedSurfelEstimation(Input=source))[1]
             self.assertAlmostEqual(arrays["SurfelTwoSided"].mean(), two_sided, 3)
 
     def test_noise_and_stray_points(self):

@@ -7,7 +7,7 @@ import unittest
 
 import numpy as np
 from paraview import simple
-from paraview.numpy_support import vtk_to_numpy
+from paraview.numpy_support import numpy_to_vtk, vtk_to_numpy
 from paraview.vtk.vtkCommonCore import vtkFloatArray, vtkPoints
 from paraview.vtk.vtkCommonDataModel import vtkPolyData
 from paraview.vtk.vtkIOImage import vtkPNGReader
@@ -28,15 +28,21 @@ def sphere(count, center, radius=1.0):
     return np.stack([r * np.cos(t), r * np.sin(t), z], 1) * radius + center
 
 
-def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0)):
-    """Points alone, with their height as a scalar."""
+def write_sphere(path, count=20000, center=(0.0, 0.0, 0.0), colors=False):
+    """Points alone, with their height as a scalar; or with colours, red at the left, blue at the right."""
     data, points, height = vtkPolyData(), vtkPoints(), vtkFloatArray()
     height.SetName("height")
-    for p in sphere(count, center):
+    places = sphere(count, center)
+    for p in places:
         points.InsertNextPoint(p)
         height.InsertNextValue(p[2])
     data.SetPoints(points)
     data.GetPointData().AddArray(height)
+    if colors:
+        red_or_blue = np.where(places[:, :1] < 0, (255, 0, 0), (0, 0, 255)).astype(np.uint8)
+        array = numpy_to_vtk(red_or_blue, deep=1)
+        array.SetName("RGB")
+        data.GetPointData().AddArray(array)
     writer = vtkPolyDataWriter()
     writer.SetInputData(data)
     writer.SetFileName(path)

@@ -98,6 +98,10 @@ def draw_camera_lens():
     for kind in ("RenderView", "SurfelRenderView"):
         scene = Scene(kind)
         scene.view.CameraFocalDisk = 0.5
+        for display in scene.displays.values():
+            display.SurfelLensMode = "Camera"
+        if kind == "SurfelRenderView":
+            scene.view.LensMode = "Camera"
         scene.save("camera")
 
 

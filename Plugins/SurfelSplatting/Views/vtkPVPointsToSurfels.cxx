@@ -9,7 +9,12 @@
 
 vtkStandardNewMacro(vtkPVPointsToSurfels);
 
-vtkPVPointsToSurfels::vtkPVPointsToSurfels() = default;
+vtkPVPointsToSurfels::vtkPVPointsToSurfels()
+{
+  // ParaView's first view may be from behind, as may be others when the mouse turns the cloud.
+  this->SeesBacksOfDepthImages = true;
+}
+
 vtkPVPointsToSurfels::~vtkPVPointsToSurfels() = default;
 
 int vtkPVPointsToSurfels::RequestData(

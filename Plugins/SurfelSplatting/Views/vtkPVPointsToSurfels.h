@@ -44,8 +44,8 @@ public:
   ///@{
   /**
    * Which side of a surfel is outside: the one that faces the sensor, or as decided by
-   * vtkSurfelEstimation if the sensor is unknown; both; or the side of the input's normals. Default
-   * SIDES_AUTOMATIC.
+   * vtkSurfelEstimation if the sensor is unknown, but both of depth images; both; or the side of
+   * the input's normals. Default SIDES_AUTOMATIC.
    */
   vtkSetClampMacro(SidesMode, int, SIDES_AUTOMATIC, SIDES_GIVEN);
   vtkGetMacro(SidesMode, int);

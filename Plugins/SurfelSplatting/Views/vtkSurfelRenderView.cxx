@@ -18,6 +18,8 @@ vtkStandardNewMacro(vtkSurfelRenderView);
 vtkSurfelRenderView::vtkSurfelRenderView()
   : Focus(new SurfelViews::Focus)
 {
+  // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
+  this->Pass->GetSplatter()->SetLensModeToPinhole();
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
   this->EmptyActor->SetMapper(this->EmptyMapper);
   this->GetRenderer()->AddActor(this->EmptyActor);

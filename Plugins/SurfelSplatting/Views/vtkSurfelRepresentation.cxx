@@ -26,8 +26,10 @@
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
+#include <vtkScalarsToColors.h>
 #include <vtkSequencePass.h>
 #include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkVersionMacros.h>
 #include <vtkWeakPointer.h>
 
@@ -45,6 +47,21 @@ using CompositeMapper = vtkCompositePolyDataMapper2;
 
 namespace
 {
+/// Whether a mapper's array, of these points, has colours. Their magnitude tells nothing, so that a
+/// colour map is for a single component of them only.
+bool AreColors(vtkPolyData* points, vtkMapper* mapper)
+{
+  int isOfCells = 0;
+  vtkDataArray* array = points
+    ? vtkAbstractMapper::GetScalars(points, mapper->GetScalarMode(), mapper->GetArrayAccessMode(),
+        mapper->GetArrayId(), mapper->GetArrayName(), isOfCells)
+    : nullptr;
+  vtkScalarsToColors* table = mapper->GetLookupTable();
+  return vtkUnsignedCharArray::SafeDownCast(array) && array->GetNumberOfComponents() >= 3 &&
+    array->GetNumberOfComponents() <= 4 &&
+    !(table && table->GetVectorMode() == vtkScalarsToColors::COMPONENT);
+}
+
 /// A block as it is drawn.
 struct Cloud
 {
@@ -84,17 +101,22 @@ struct Cloud
   void UpdateMapper(const SurfelViews::Block& block, vtkMapper* mapper)
   {
     const bool isOfVolume = SurfelViews::IsOfVolume(this->Mapper->GetInput());
+    const bool areColors = AreColors(this->Mapper->GetInput(), mapper);
     if (this->SettingsTime != mapper->GetMTime() || this->HasColor != block.HasColor ||
-      this->IsOfVolume != isOfVolume)
+      this->IsOfVolume != isOfVolume || this->ScalarsAreColors != areColors)
     {
       this->SettingsTime = mapper->GetMTime();
       this->HasColor = block.HasColor;
       this->IsOfVolume = isOfVolume;
+      this->ScalarsAreColors = areColors;
       this->Mapper->vtkMapper::ShallowCopy(mapper);
       this->Mapper->SetScalarVisibility(!block.HasColor && mapper->GetScalarVisibility());
       if (isOfVolume)
       {
         this->Mapper->SetScalarModeToUsePointData();
+      }
+      if (isOfVolume || areColors)
+      {
         this->Mapper->SetColorModeToDefault();
       }
     }
@@ -131,7 +153,7 @@ private:
   std::vector<vtkSmartPointer<vtkPolyData>> Source;
   vtkMTimeType SourceTime = 0;
   vtkMTimeType PropertyTime = 0, SettingsTime = 0;
-  bool HasColor = false, IsOfVolume = false;
+  bool HasColor = false, IsOfVolume = false, ScalarsAreColors = false;
 };
 }
 
@@ -157,6 +179,8 @@ vtkSurfelRepresentation::vtkSurfelRepresentation()
   vtkNew<vtkSequencePass> nothing;
   this->Internal->Pass->SetDelegatePass(nothing);
   this->Internal->Pass->OtherPropsThroughLensOff();
+  // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
+  this->Internal->Pass->GetSplatter()->SetLensModeToPinhole();
   this->Internal->EmptyActor->SetMapper(this->Internal->EmptyMapper);
   this->Internal->EmptyActor->SetPass(this->Internal->Pass);
   this->HidePolygons();
