@@ -10,7 +10,7 @@ import numpy as np
 
 from surfelsplatting.clouds.polydata import polydata_of
 from surfelsplatting.clouds.reading import Cloud
-from surfelsplatting.surfels import make_surfels, note_up
+from surfelsplatting.surfels import make_surfels, note_model, note_up
 from surfelsplatting.views.cameras import View
 from surfelsplatting.views.framing import complete_view
 from surfelsplatting.views.samples import Samples
@@ -249,6 +249,22 @@ class TestUp(unittest.TestCase):
         sizes = np.array((0.5, 1, 0.6))
         stone = surfels_of(ball * sizes, ball / sizes)
         self.check_up(stone, (0, 1, 0), False)
+
+    def test_what_stands_rather_than_y(self):
+        """A bird with short legs in front settles on them with z up, and would fall from the wing that
+        it stands on with y up. So z is the guess, unless it is a model."""
+        ball = sphere(2000)[0]
+        legs = [((x, y, 0.4 + lift), (0.1, 0.1, 0.4 - lift)) for x, lift in ((-0.6, 0.0), (0.6, 0.05))
+                for y in (-0.25, 0.25)]
+        wings = [((0, y, 1.1), (0.3, 0.6, 0.05)) for y in (-0.9, 0.9)]
+        parts = [((0, 0, 1), (1, 0.4, 0.35)), ((1.2, 0, 1.4), (0.3, 0.2, 0.2)), *wings, *legs]
+        points = np.vstack([ball * size + place for place, size in parts])
+        normals = np.vstack([ball / size for _, size in parts])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        bird = surfels_of(points, normals)
+        self.check_up(bird, (0, 0, 1), False)
+        note_model(bird)
+        self.check_up(bird, (0, 1, 0), False)
 
     def test_cars_that_lean_settle(self):
         """A car that leans forward touches the ground with two wheels, and would fall on its side, where

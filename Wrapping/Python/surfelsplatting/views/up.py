@@ -231,6 +231,18 @@ def _on_feet(samples):
     return Up(up, True) if thirds[1] == 0 else None
 
 
+def _as_usual(samples, ups):
+    """-> a guess where nothing tells: the first of the usual directions, or if it would tip over that
+    way, the other one if it stands along that."""
+    first, *others = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
+    if samples.is_capture or samples.is_model or samples.two_sided.mean() > HALF:
+        return first
+    some = _some_of(samples)
+    if _settled_stability(some, first) >= 0:
+        return first
+    return next((up for up in others if _settled_stability(some, up) > STABLE), first)
+
+
 def _upright(samples, found, ups):
     """What was found, unless it is a guess by which the surface would tip over, while it stands in one
     of the usual directions."""
@@ -388,7 +400,7 @@ def find_up(samples):
         up = None  # what is usual says more
     if not up and thin == 0 and not samples.is_capture:
         return Up(Z, False)  # a wall
-    up = up or Up(ups[0], thin == 2)  # what is thin along y may be a wall
+    up = up or Up(_as_usual(samples, ups), thin == 2)  # what is thin along y may be a wall
     if samples.is_model and not up.is_clear and up.axis.sum() < 0:
         up = up._replace(axis=0 - up.axis)
     return up._replace(is_clear=up.is_clear or _is_alike_from(samples, OF_SCANS),
