@@ -359,30 +359,81 @@ SURFELSPLATTING_INLINE ImageBounds<Real> BoundImage(
   return { Smaller(first, last), Larger(first, last) };
 }
 
+/// The images of kernels' supports, and which supports nearly reach the lens plane.
+template <class Real>
+struct NearImages
+{
+  ImageBounds<Real> X, Y;
+  MaskOf<Real> AreNear;
+};
+
+/// The part of an affine footprint's half width that its image has towards the picture, if its
+/// centre is beside that; otherwise 1.
+/// @param variance along x or y, px^2
+template <class Real>
+SURFELSPLATTING_INLINE Real ShareTowardsPicture(
+  const ImageBounds<Real>& image, const Real& center, double size, const Real& variance)
+{
+  const Real way = center < 0.0 ? image.High - center : center - image.Low;
+  const Real share = way / SquareRoot(Larger(variance, Uniform<Real>(1e-300)));
+  const MaskOf<Real> beside = (center < 0.0) | (center > size);
+  return beside ? Larger(Smaller(share, Uniform<Real>(1.0)), Real{}) : Uniform<Real>(1.0);
+}
+
+/**
+ * Shortens near kernels whose centre is beside the picture so that their affine footprint reaches
+ * as far towards it as their image. Blur brings such kernels into the picture, and without this
+ * they would be a fog over it. S becomes A S A', where A scales across the line of sight: M A =
+ * diag(along x, along y) M.
+ */
+template <class Real>
+SURFELSPLATTING_INLINE void ShortenNear(
+  const SetupJob& job, const NearImages<Real>& images, double reach, PlacedSurfels<Real>& s)
+{
+  const View& view = job.Camera;
+  Symmetric3Of<Real>& c = s.Covariance;
+  const Symmetric2Of<Real> w = ProjectionJacobian<Real>(view, s.P, s.InverseZ).Project(c);
+  const Real x = s.P.X * s.InverseZ, y = s.P.Y * s.InverseZ, one = Uniform<Real>(1.0);
+  const Real alongX = ShareTowardsPicture<Real>(
+    images.X, view.Fx * x + view.Cx, static_cast<double>(view.Width), reach * w.XX);
+  const Real alongY = ShareTowardsPicture<Real>(
+    images.Y, view.Fy * y + view.Cy, static_cast<double>(view.Height), reach * w.YY);
+  const Real fx = images.AreNear ? alongX : one, fy = images.AreNear ? alongY : one;
+  const Real tx = (1.0 - fx) * x, ty = (1.0 - fy) * y; // A = (fx 0 tx; 0 fy ty; 0 0 1)
+  c.XX = fx * fx * c.XX + tx * (2.0 * fx * c.XZ + tx * c.ZZ);
+  c.YY = fy * fy * c.YY + ty * (2.0 * fy * c.YZ + ty * c.ZZ);
+  c.XY = fx * (fy * c.XY + ty * c.XZ) + tx * (fy * c.YZ + ty * c.ZZ);
+  c.XZ = fx * c.XZ + tx * c.ZZ;
+  c.YZ = fy * c.YZ + ty * c.ZZ;
+  s.Deposit *= fx * fy;
+}
+
 /**
  * Whether kernels may be seen. If one's support reaches the lens plane, the affine footprint does
  * not approximate its image: a surfel beside the lens would cover the whole screen. If it nearly
  * does, the footprint reaches farther towards the middle than the image; what has an image beside
  * the picture is left out.
  * @param reach k^2, of the support
+ * @param images of what may be seen; set if AnyLane(images.AreNear)
  */
 template <class Real>
 SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
-  const SetupJob& job, const PlacedSurfels<Real>& s, double reach)
+  const SetupJob& job, const PlacedSurfels<Real>& s, double reach, NearImages<Real>& images)
 {
   constexpr double near = 16.0; // supports of a quarter of their depth
   const Symmetric3Of<Real>& c = s.Covariance;
   const Real a = s.P.Z * s.P.Z - reach * c.ZZ;
   const MaskOf<Real> inFront = a >= 0.0, isNear = near * reach * c.ZZ > s.P.Z * s.P.Z;
-  if (!AnyLane<Real>(s.Alive & inFront & isNear))
+  images.AreNear = s.Alive & inFront & isNear;
+  if (!AnyLane<Real>(images.AreNear))
   {
     return inFront;
   }
   const View& view = job.Camera;
   const Real positive = Larger(a, Uniform<Real>(1e-300));
-  const ImageBounds<Real> x =
+  images.X =
     BoundImage<Real>({ s.P.X, reach * c.XX, reach * c.XZ }, s.P.Z, positive, view.Fx, view.Cx);
-  const ImageBounds<Real> y =
+  images.Y =
     BoundImage<Real>({ s.P.Y, reach * c.YY, reach * c.YZ }, s.P.Z, positive, view.Fy, view.Cy);
   // The lens's disc, whose kernel ends at 1.42 radii (MaxKernelReach / 2), and the pixel filter
   // spread it.
@@ -391,8 +442,9 @@ SURFELSPLATTING_INLINE MaskOf<Real> MayBeSeen(
   const double perBlur = 1.5 * job.LensRadius * __builtin_sqrt(job.LargestShape);
   const Real marginX = 4.0 + (perBlur * __builtin_fabs(view.Fx)) * blur;
   const Real marginY = 4.0 + (perBlur * __builtin_fabs(view.Fy)) * blur;
-  const MaskOf<Real> isInside = (x.Low < view.Width + marginX) & (x.High > Real{} - marginX) &
-    (y.Low < view.Height + marginY) & (y.High > Real{} - marginY);
+  const MaskOf<Real> isInside = (images.X.Low < view.Width + marginX) &
+    (images.X.High > Real{} - marginX) & (images.Y.Low < view.Height + marginY) &
+    (images.Y.High > Real{} - marginY);
   return inFront & (isInside | Not(isNear));
 }
 
@@ -443,9 +495,15 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> Place(
   s.Patch = stored.Patch;
   if (!view.Parallel)
   {
-    const bool gaussian = job.Kernel == KernelType::Gaussian;
-    s.Alive &= MayBeSeen(job, s,
-      gaussian ? job.Gaussian.Support() / job.Gaussian.Tau : MaxKernelReach * MaxKernelReach);
+    const double reach = job.Kernel == KernelType::Gaussian
+      ? job.Gaussian.Support() / job.Gaussian.Tau
+      : MaxKernelReach * MaxKernelReach;
+    NearImages<Real> images{};
+    s.Alive &= MayBeSeen(job, s, reach, images);
+    if (AnyLane<Real>(images.AreNear & s.Alive))
+    {
+      ShortenNear(job, images, reach, s);
+    }
   }
   return s;
 }

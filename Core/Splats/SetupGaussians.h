@@ -93,7 +93,8 @@ SURFELSPLATTING_INLINE PlacedSurfels<Real> PlaceGaussians(
   s.Alive &= s.Deposit > 0.0;
   if (!job.Camera.Parallel)
   {
-    s.Alive &= MayBeSeen(job, s, LeastGaussianReach);
+    NearImages<Real> images{};
+    s.Alive &= MayBeSeen(job, s, LeastGaussianReach, images);
   }
   return s;
 }

@@ -323,12 +323,56 @@ bool IsOutlineInside(const SplatContext& context, const CameraSurfel& s, double 
   return true;
 }
 
+/// A surfel whose support nearly reaches the lens plane, with its centre beside the picture,
+/// becomes as short on the screen as its outline is from there towards the picture.
+/// @return the part of its area that is left
+double Shorten(const SplatContext& context, double reach, CameraSurfel& s)
+{
+  const View& view = context.Camera;
+  const Vector3& p = s.Position;
+  if (view.Parallel || 16.0 * reach * s.Covariance[2][2] <= p[2] * p[2])
+  {
+    return 1.0;
+  }
+  const double focal[] = { view.Fx, view.Fy }, center[] = { view.Cx, view.Cy };
+  const int size[] = { view.Width, view.Height };
+  const auto conic = [&](int i, int k) { return p[i] * p[k] - reach * s.Covariance[i][k]; };
+  Vector3 rows[2];
+  Jacobian(view, p, rows);
+  Matrix3 change = { { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
+  for (int axis = 0; axis < 2; ++axis)
+  {
+    const double at = center[axis] + focal[axis] * p[axis] / p[2];
+    const double middle = conic(axis, 2) / conic(2, 2);
+    const double half = std::sqrt(std::max(0.0, middle * middle - conic(axis, axis) / conic(2, 2)));
+    const double shift = focal[axis] * (middle - p[axis] / p[2]);
+    const double around = std::abs(focal[axis]) * half;
+    const double affine = std::sqrt(reach * Dot(rows[axis], Multiply(s.Covariance, rows[axis])));
+    if (at < 0.0 || at > size[axis])
+    {
+      const double share = (at < 0.0 ? around + shift : around - shift) / affine;
+      change[axis][axis] = std::min(1.0, share);
+      change[axis][2] = (1.0 - change[axis][axis]) * p[axis] / p[2];
+    }
+  }
+  Matrix3 changed{};
+  for (int i = 0; i < 3; ++i)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      changed[i][k] = Dot(change[i], Multiply(s.Covariance, change[k]));
+    }
+  }
+  s.Covariance = changed;
+  return change[0][0] * change[1][1];
+}
+
 /// False where the surfel is not seen.
 bool MakeReferenceSplat(
   const SplatContext& context, const SurfelCloud& cloud, std::size_t i, ReferenceSplat& splat)
 {
   const View& view = context.Camera;
-  const CameraSurfel s = ToCamera(view, cloud, i);
+  CameraSurfel s = ToCamera(view, cloud, i);
   const Vector3& p = s.Position;
   if (!(p[2] >= view.Near && p[2] <= view.Far))
   {
@@ -338,10 +382,12 @@ bool MakeReferenceSplat(
   const double c0 = context.Settings.Cutoff;
   const double tau0 = 1.0 - c0 * std::exp(-c0) / (1.0 - std::exp(-c0));
   const bool isGaussian = context.Settings.Kernel == KernelType::Gaussian;
-  if (!view.Parallel && !IsOutlineInside(context, s, isGaussian ? 2.0 * c0 / tau0 : 8.0))
+  const double reach = isGaussian ? 2.0 * c0 / tau0 : 8.0;
+  if (!view.Parallel && !IsOutlineInside(context, s, reach))
   {
     return false;
   }
+  const double left = Shorten(context, reach, s);
   double facing = view.Parallel ? -s.Area[2] : -Dot(s.Area, p);
   const bool twoSided = cloud.TwoSided && cloud.TwoSided[i];
   const bool back = facing < 0.0 && twoSided;
@@ -358,6 +404,7 @@ bool MakeReferenceSplat(
   const double center = std::abs(
     Dot(rows[0], s.AreaU) * Dot(rows[1], s.AreaV) - Dot(rows[0], s.AreaV) * Dot(rows[1], s.AreaU));
   double deposit = weighs ? view.Fx * view.Fy / (p[2] * p[2] * p[2]) * lens.Largest : center;
+  deposit *= left;
 
   const double confusion = view.Parallel
     ? 0.0

@@ -562,6 +562,41 @@ TEST_CASE("Wall beside the camera")
   }
 }
 
+/// A floor's surfel below the picture, which nearly reaches the plane of the lens, with a blur that
+/// would bring its image up to 15 px below the picture: no pinhole in the lens sees it.
+TEST_CASE("Large surfel below the picture")
+{
+  TestSurfel s;
+  s.Position = { -0.5, 3.88, 2.85 };
+  s.Normal = { 0, -1, 0 };
+  s.SigmaU = s.SigmaV = 0.97;
+  s.Area = 10.0;
+  TestCloud cloud;
+  cloud.Add(s);
+  SplatContext context = TestContext();
+  context.Camera = PinholeView(80, 60, 112.0);
+  context.Optics.FocalDistance = 15.48;
+  for (const double radius : { 0.0, 0.5, 1.0, 1.1 })
+  {
+    context.Optics.Radius = radius;
+    const Picture picture = RenderPicture(context, cloud);
+    double most = 0.0;
+    for (int y = 0; y < 60; ++y)
+    {
+      for (int x = 0; x < 80; ++x)
+      {
+        most = std::max<double>(most, picture.At(x, y, 3));
+      }
+    }
+    CHECK(most == 0.0);
+  }
+  context.Optics.Radius = 1.1;
+  context.Camera = PinholeView(80, 260, 112.0); // the same, farther down
+  context.Camera.Cy = 30.0;
+  const Picture below = RenderPicture(context, cloud);
+  CHECK(below.At(20, 180, 3) > 0.9);
+}
+
 TEST_CASE("Linear texture")
 {
   for (const double confusion : { 0.0, 3.0, 8.0 })
