@@ -29,6 +29,10 @@ class TestTextClouds(ToolCase):
                      "x,y,z\n1,2,3\n4,5,6\n", "1 2 3\r\n4 5 6\r\n"):
             self.assertEqual(self.check_points(text), {}, repr(text))
 
+    def test_marks_in_pts_files(self):
+        for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
+            self.check_points(text, path="cloud.pts")
+
     def test_utm_coordinates_keep_their_detail(self):
         points, _ = self.read("691000.00015 5334000.12345 512.5\n691000.0003 5334000.1235 512\n")
         np.testing.assert_array_equal(points, [[691000.00015, 5334000.12345, 512.5],

@@ -179,10 +179,25 @@ def _read_mapped(path, messages, progress):
 
 
 def _read_text(path, _messages, _progress):
+    from .colmap import HOW, is_colmap, read_colmap_cloud
     from .text import read_text_cloud
 
+    if is_colmap(path):
+        return Cloud(read_colmap_cloud(path), how=HOW)
     data, columns = read_text_cloud(path)
     return _with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
+
+
+def _read_bin(path, _messages, _progress):
+    from ..surfels import note_up
+    from .colmap import HOW, is_colmap, read_colmap_cloud
+    from .sweeps import read_sweep
+
+    if is_colmap(path):
+        return Cloud(read_colmap_cloud(path), how=HOW)
+    data, how = read_sweep(path)
+    note_up(data, (0, 0, 1))  # lidars stand on cars and robots
+    return Cloud(data, how=how)
 
 
 def _read_las(path, _messages, _progress):
@@ -264,6 +279,7 @@ _READERS = {
     ".csv": _read_text,
     ".pts": _read_text,
     ".ptx": _read_ptx,
+    ".bin": _read_bin,
     ".las": _read_las,
     ".laz": _read_las,
     ".e57": _read_e57,

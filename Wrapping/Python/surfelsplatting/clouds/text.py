@@ -14,6 +14,7 @@ from ..problems import UserProblem
 
 COMMENTS = ("#", "//")
 BLANK = " \t\r\n,;\""
+PTS_MARK = re.compile(r"\d+|BEGIN|END")  # a scan may begin with the number of its points, or a word
 HEAD = 1000  # lines in which the first point is looked for
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
@@ -121,8 +122,8 @@ def _lines(file, path, layout, at):
         lines = (line.replace('"', "") for line in lines)
     if layout.has_decimal_comma:
         lines = (line.replace(",", ".") for line in lines)
-    if path.lower().endswith(".pts"):  # each scan in it begins with the number of its points
-        lines = (line for line in lines if not line.strip().isdigit())
+    if path.lower().endswith(".pts"):
+        lines = (line for line in lines if not PTS_MARK.fullmatch(line.strip()))
     return lines
 
 
