@@ -204,7 +204,8 @@ class TestMeshes(ToolCase):
             with self.assertRaisesRegex(UserProblem, says):
                 read_off_cloud(write("bad.off", content))
         rows = "1 0 0\n0 1 0\n0 0 1\n"
-        cloud = read_off_cloud(write("a.off", f"OFF\n3 4 0\n{rows}3 0 1 x\n3 0 1 {10 ** 30}\n3 0\n3 0 1 2"))
+        faces = f"3 0 1 x\n3 0 1 {10 ** 30}\n3 0\n3 0 1 2"
+        cloud = read_off_cloud(write("a.off", f"OFF\n3 4 0\n{rows}{faces}"))
         self.assertEqual(cloud.GetNumberOfPolys(), 3)
         self.render("a.off", "--up", "z", "-o", "a.png")
 

@@ -4,12 +4,15 @@
 import json
 import os
 import unittest
+from unittest import mock
 
 import numpy as np
 
+from surfelsplatting.clouds.several import read_clouds
 from TestReader import write_pcd
 from stationclouds import Scene
-from toolcase import CAMERA, SMALL, ToolCase, content_of, sphere, write, write_ply
+from toolcase import (CAMERA, SMALL, ToolCase, arrays_of, content_of, places_of, sphere, write,
+                      write_ply)
 
 
 def columns_of(points, **more):
@@ -45,7 +48,8 @@ class TestSeveral(ToolCase):
     def test_what_not_all_have_is_left_out_and_said(self):
         points, colors = sphere()
         height = points[:, 2]
-        write_pcd("a.pcd", columns_of(points[:1400], height=height[:1400], noise=height[:1400]), "binary")
+        write_pcd("a.pcd", columns_of(points[:1400], height=height[:1400], noise=height[:1400]),
+                  "binary")
         write_pcd("b.pcd", columns_of(points[1400:], height=height[1400:]), "binary")
         self.tool("info", "a.pcd", "b.pcd", "--json")
         report = json.loads(self.printed)
@@ -57,6 +61,19 @@ class TestSeveral(ToolCase):
         self.assertIn("a.pcd and 1 more: left out", said)
         self.assertIn("noise", said)
         self.assertNotIn("height", said)
+
+    def test_scans_without_colours_are_grey(self):
+        points, colors = sphere()
+        write_ply("a.ply", points[:1400], colors[:1400])
+        write_ply("b.ply", points[1400:])
+        for names in (("a.ply", "b.ply"), ("b.ply", "a.ply")):
+            progress = mock.Mock()
+            progress.update = lambda algorithm, _label: algorithm.Update()
+            cloud = read_clouds(names, mock.Mock(), progress).data
+            self.assertEqual(cloud.GetPointData().GetScalars().GetName(), "RGB")
+            found = arrays_of(cloud)["RGB"][np.argsort(-places_of(cloud)[:, 2])]
+            np.testing.assert_array_equal(found[:1400], colors[:1400])
+            self.assertTrue((found[1400:] == 204).all())
 
     def test_each_scan_has_its_sensor(self):
         """A corridor, scanned from both ends, faces them."""

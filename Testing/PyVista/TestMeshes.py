@@ -112,7 +112,7 @@ class TestEstimate(MeshCase):
 
     def test_clouds_stay(self):
         """Bit by bit: points without cells, points with cells of their own, dense meshes, solids."""
-        dense = pv.Sphere(theta_resolution=160, phi_resolution=160)
+        dense = pv.Sphere(theta_resolution=230, phi_resolution=230)
         self.assertGreater(dense.n_points, FEW_VERTICES)
         bare = pv.PolyData()
         bare.points = self.cloud_points()

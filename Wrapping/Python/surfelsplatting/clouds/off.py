@@ -79,7 +79,8 @@ def read_off_cloud(path):
             reason = str(problem).split(";")[0].rstrip(".")
             raise UserProblem(f"{path}: its vertices are not numbers: {reason}") from problem
         if len(table) < vertices:
-            raise UserProblem(f"{path} is not whole: it says {vertices} vertices, and holds {len(table)}")
+            raise UserProblem(f"{path} is not whole: it says {vertices} vertices, and holds "
+                              f"{len(table)}")
         cells = _faces(lines, faces) if faces and vertices <= MOST_VERTICES else None
     places, arrays = arrays_of_columns(table, _columns(table.shape[1], keyword, path))
     return polydata_of(places, {name: arrays[name] for name in arrays if name in ("RGB", "Normals")},

@@ -10,6 +10,7 @@ from .polydata import named_array, polydata_of
 from .reading import Cloud, read_cloud
 from .stations import TO_SCANNER, trusted_places, ways_of
 
+GREY = 204  # of points without colours beside others that have them; such clouds alone are as grey
 COMMON_FIELDS = ("ScanUp", "ModelUp")  # hold for the whole if they are the same in all files
 
 
@@ -42,6 +43,22 @@ def _joined(arrays):
     if len(kinds) > 1:
         return None
     return named_array(arrays[0].GetName(), np.concatenate([_values(array) for array in arrays]))
+
+
+def _with_grey(clouds):
+    """-> clouds of which all have colours, if one has: some scanners have no camera"""
+    colors = [cloud.data.GetPointData().GetScalars() for cloud in clouds]
+    named = next((array for array in colors if is_colors(array)), None)
+    if named is None:
+        return clouds
+    for cloud in clouds:
+        points = cloud.data.GetPointData()
+        if not points.HasArray(named.GetName()) and not is_colors(points.GetScalars()):
+            grey = np.full((cloud.data.GetNumberOfPoints(), named.GetNumberOfComponents()), GREY,
+                           np.uint8)
+            grey[:, 3:] = 255
+            points.SetScalars(named_array(named.GetName(), grey))
+    return clouds
 
 
 def _join_arrays(clouds, whole):
@@ -102,7 +119,7 @@ def _joined_cloud(clouds):
     for cloud in clouds:
         _check_points(cloud)
     whole = polydata_of(np.concatenate([_places(cloud) for cloud in clouds]), {})
-    left_out = [name for name in _join_arrays(clouds, whole) if name != TO_SCANNER]
+    left_out = [name for name in _join_arrays(_with_grey(clouds), whole) if name != TO_SCANNER]
     _join_ways(clouds, whole)
     _join_fields(clouds, whole)
     how = [f"{cloud.path}: {cloud.how}" for cloud in clouds if cloud.is_unsure]
