@@ -266,6 +266,23 @@ class TestUp(unittest.TestCase):
         note_model(bird)
         self.check_up(bird, (0, 1, 0), False)
 
+    def test_statue_on_a_small_base(self):
+        """With wings behind it, by which it would settle on its back with y up."""
+        ball = sphere(6000)[0]
+        ball = ball[ball[:, 2] > -0.9]
+        x, y = np.random.default_rng(1).uniform(-0.4, 0.4, (2, 400))
+        inside = np.hypot(x, y) < 0.43
+        base = np.column_stack([x, y, np.full(400, -0.9)])[inside] * (0.5, 0.3, 1)
+        wings = [0.1 * sphere(200)[0] * (1, 1, 2) + (x, -0.31, 0.5) for x in (-0.6, 0.6)]
+        points = np.vstack([ball * (0.5, 0.3, 1), base, *wings])
+        outward = ball / (0.5, 0.3, 1)
+        normals = np.vstack([outward / np.linalg.norm(outward, axis=1)[:, None],
+                             np.tile([0, 0, -1.0], (len(base), 1)), *[sphere(200)[0]] * 2])
+        for is_one in (False, True):
+            statue = surfels_of(points, normals)
+            note_model(statue, is_one)
+            self.check_up(statue, (0, 0, 1), False)
+
     def test_cars_that_lean_settle(self):
         """A car that leans forward touches the ground with two wheels, and would fall on its side, where
         it lies firmly; but it falls on its other wheels."""

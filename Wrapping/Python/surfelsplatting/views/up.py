@@ -231,14 +231,26 @@ def _on_feet(samples):
     return Up(up, True) if thirds[1] == 0 else None
 
 
+def _stands_on_base(samples, up):
+    """Whether it stands as it is, on level area that it has at this end only; a car has two sides."""
+    below, above = _level_ends(samples, 0 - up)[1], _level_ends(samples, up)[1]
+    return below > max(GROUND, CLEAR * above) and _stability(samples, up) > STABLE
+
+
 def _as_usual(samples, ups):
-    """-> a guess where nothing tells: the first of the usual directions, or if it would tip over that
-    way, the other one if it stands along that."""
+    """-> a guess where nothing tells: the first of the usual directions; or if it does not stand along
+    that, one along which it stands on a base; or of scans one along which it stands, if it would tip
+    over along the first."""
     first, *others = [up for index, up in enumerate(ups) if _is_usual(index, ups)]
-    if samples.is_capture or samples.is_model or samples.two_sided.mean() > HALF:
+    if samples.is_capture or samples.two_sided.mean() > HALF:
         return first
     some = _some_of(samples)
-    if _settled_stability(some, first) >= 0:
+    if _stability(some, first) >= 0:
+        return first
+    based = next((up for up in others if _stands_on_base(some, up)), None)
+    if based is not None:
+        return based
+    if samples.is_model or _settled_stability(some, first) >= 0:
         return first
     return next((up for up in others if _settled_stability(some, up) > STABLE), first)
 
