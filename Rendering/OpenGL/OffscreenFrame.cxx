@@ -51,7 +51,7 @@ bool OffscreenFrame::Allocate(int width, int height, int samples)
     const auto w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
     const auto s = static_cast<unsigned int>(samples);
     if (!this->MultiColor->Create(GL_RGBA16F, w, h, s) ||
-      !this->MultiDepth->Create(GL_DEPTH_COMPONENT32F, w, h, s))
+      !this->MultiDepth->Create(GL_DEPTH_COMPONENT32, w, h, s))
     {
       return false;
     }

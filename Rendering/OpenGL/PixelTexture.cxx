@@ -52,7 +52,7 @@ bool FitTexture(
     return true;
   }
   const auto w = static_cast<unsigned int>(width), h = static_cast<unsigned int>(height);
-  return kind == TextureKind::Depth ? texture->AllocateDepth(w, h, vtkTextureObject::Float32)
+  return kind == TextureKind::Depth ? texture->AllocateDepth(w, h, vtkTextureObject::Fixed32)
                                     : texture->Allocate2D(w, h, 4, VTK_FLOAT);
 }
 

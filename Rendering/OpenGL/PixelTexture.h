@@ -13,7 +13,7 @@ namespace SurfelSplatting
 enum class TextureKind
 {
   Color, ///< RGBA, 32-bit float
-  Depth  ///< depth attachment, 32-bit float
+  Depth  ///< depth attachment, 32-bit integer as in VTK's framebuffers: its volumes need a copy
 };
 
 /// Gives a texture a size, px, unless it has it already. False if it could not be made.

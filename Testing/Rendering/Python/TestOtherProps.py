@@ -189,6 +189,14 @@ def test_cells_converge_to_many_views():
     assert quality[7] > quality[1] + 2 and quality[19] > quality[7] and quality[19] > 32, quality
 
 
+def test_volumes_are_drawn_in_cells():
+    """The cells' own framebuffers are like that of the window, from which VTK copies depths."""
+    for samples in (0, 4):
+        covered = [sum(max(p) > 20 for row in picture([cube_of_light()], 5.0, 6, samples=samples, **options)
+                       for p in row) for options in ({"cells": 1}, {"cells": 7}, {"views": 7})]
+        assert covered[0] > 5000 and max(covered) < 1.1 * min(covered), (samples, covered)
+
+
 def test_text_stays_sharp():
     def actors():
         text = vtkTextActor()
