@@ -147,6 +147,38 @@ class SurfelSplats(PluginCase):
         ids = np.asarray(group.GetSelectionInput(0).Input[0].IDs).reshape(-1, 3)
         self.assertEqual(set(ids[:, 0]), {2})  # flat index of the second block
 
+    def test_faces_of_meshes(self):
+        """Of meshes of few vertices the faces are drawn, as by ParaView itself, with what is between
+        their corners. Each surfel is a point of the source to a selection."""
+        self.view.CameraPosition = [1.5, 2, 2.5]
+        for mesh in (simple.Box(), simple.Sphere(), simple.Cylinder(), simple.Plane()):
+            source = simple.Elevation(Input=mesh, LowPoint=[0, -0.5, 0], HighPoint=[0, 0.5, 0])
+            display = simple.Show(source, self.view)
+            simple.ColorBy(display, ("POINTS", "Elevation"))
+            display.Ambient, display.Diffuse = 1, 0
+            pictures = []
+            for display.Representation in ("Surface", "Surfel Splats"):
+                pictures.append(screenshot(self.view))
+            # Half covered: the colours' brightest channel is 180 to 220.
+            covered, expected = (picture.max(2) > 100 for picture in reversed(pictures))
+            self.assertLess((covered ^ expected).sum(), 0.02 * expected.sum(), mesh)
+            inside = covered & expected
+            error = np.abs(pictures[0] - pictures[1])[inside]
+            self.assertLess(error.mean(), 3, mesh)
+            simple.SelectSurfacePoints(Rectangle=[140, 140, 160, 160], View=self.view)
+            ids = np.asarray(source.GetSelectionInput(0).Input[0].IDs)[1::2]
+            self.assertGreater(len(ids), 0)
+            self.assertLess(ids.max(), source.GetDataInformation().GetNumberOfPoints())
+            simple.Hide(source, self.view)
+
+    def test_dense_meshes_and_clouds_are_their_points(self):
+        for source in (simple.Sphere(ThetaResolution=200, PhiResolution=120), self.points):
+            surfels = simple.PointsToSurfels(Input=source)
+            surfels.UpdatePipeline()
+            count = source.GetDataInformation().GetNumberOfPoints()
+            self.assertAlmostEqual(
+                surfels.GetDataInformation().GetNumberOfPoints(), count, delta=5)
+
     def test_other_kinds_of_data(self):
         for source in (simple.MergeBlocks(Input=simple.SurfelEstimation(Input=self.points)),
                        simple.Wavelet()):

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPVPointsToSurfels.h"
 
+#include "FacePoints.h"
 #include "vtkPointCloudCleaning.h"
 #include "vtkSurfelEstimation.h"
 
+#include <vtkDataObject.h>
 #include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkLogger.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
 
 vtkStandardNewMacro(vtkPVPointsToSurfels);
 
@@ -34,7 +40,26 @@ int vtkPVPointsToSurfels::RequestData(
     default:
       estimation->SetOrientationModeToConsistent();
   }
-  return this->Superclass::RequestData(request, inputVector, outputVector);
+  vtkPolyData* mesh = vtkPolyData::GetData(inputVector[0]);
+  if (!mesh)
+  {
+    return this->Superclass::RequestData(request, inputVector, outputVector);
+  }
+  const vtkSmartPointer<vtkPolyData> points = SurfelViews::PointsOnFaces(mesh);
+  if (points != mesh)
+  {
+    vtkLogF(INFO,
+      "%lld points on the faces of the mesh are taken, since its %lld vertices do not tell the "
+      "surface.",
+      static_cast<long long>(points->GetNumberOfPoints()),
+      static_cast<long long>(mesh->GetNumberOfPoints()));
+  }
+  vtkNew<vtkInformation> information;
+  information->Set(vtkDataObject::DATA_OBJECT(), points);
+  vtkNew<vtkInformationVector> vector;
+  vector->Append(information);
+  vtkInformationVector* input[1] = { vector };
+  return this->Superclass::RequestData(request, input, outputVector);
 }
 
 void vtkPVPointsToSurfels::PrintSelf(ostream& os, vtkIndent indent)

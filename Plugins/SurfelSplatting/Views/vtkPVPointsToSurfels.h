@@ -3,7 +3,8 @@
  * @class   vtkPVPointsToSurfels
  * @brief   vtkPointsToSurfels with settings that a panel can show
  *
- * Every other setting is the filters' default.
+ * Every other setting is the filters' default. Meshes whose vertices do not tell the surface, such
+ * as those of CAD, are replaced by points on their faces.
  */
 #ifndef vtkPVPointsToSurfels_h
 #define vtkPVPointsToSurfels_h
