@@ -110,15 +110,31 @@ class TestEstimate(MeshCase):
         self.assertEqual(surfels.n_points, sphere.n_points)
         np.testing.assert_allclose(surfels["height"], surfels.points[:, 2], atol=1e-3)
 
+    def test_surfaces_of_grids(self):
+        """Of solid cells only the surface is drawn, with its scalars; and of structured grids."""
+        block = pv.ImageData(dimensions=(9, 9, 9)).cast_to_structured_grid()
+        sheet = pv.ImageData(dimensions=(9, 9, 1)).cast_to_structured_grid()
+        for grid in (block, block.cast_to_unstructured_grid(), sheet):
+            with self.subTest(type(grid).__name__, dimensions=grid.dimensionality):
+                grid["height"] = grid.points[:, 1]
+                surfels = grid.surfels.estimate()
+                self.assertGreater(surfels.n_points, 0.95 * SAMPLES)
+                np.testing.assert_allclose(surfels["height"], surfels.points[:, 1], atol=8 * SPACING)
+                if grid is not sheet:
+                    depth = np.minimum(surfels.points, 8 - surfels.points).min(axis=1)
+                    self.assertLess(depth.max(), 8 * SPACING)
+                self.assertEqual(sorted(surfels.array_names), sorted(
+                    grid.extract_surface(algorithm="dataset_surface", pass_pointid=False,
+                                         pass_cellid=False).surfels.estimate().array_names))
+
     def test_clouds_stay(self):
-        """Bit by bit: points without cells, points with cells of their own, dense meshes, solids."""
+        """Bit by bit: points without cells, points with cells of their own, dense meshes."""
         dense = pv.Sphere(theta_resolution=230, phi_resolution=230)
         self.assertGreater(dense.n_points, FEW_VERTICES)
         bare = pv.PolyData()
         bare.points = self.cloud_points()
         lines = pv.lines_from_points(self.cloud_points())
-        solid = pv.ImageData(dimensions=(9, 9, 9)).cast_to_unstructured_grid()
-        for cloud in (pv.PolyData(self.cloud_points()), bare, lines, dense, solid,
+        for cloud in (pv.PolyData(self.cloud_points()), bare, lines, dense,
                       pv.PointSet(self.cloud_points())):
             with self.subTest(type(cloud).__name__), warnings.catch_warnings():
                 warnings.simplefilter("ignore")

@@ -74,10 +74,9 @@ class SurfelAccessor:
         Of a mesh whose vertices are too few or too uneven to tell its surface, such as
         ``pyvista.Cube()``, low-poly cars and CAD, they are made of about 200,000 points on its
         faces instead, as ``surfelsplat render`` does: below 20,000 vertices, and if half of the
-        area lies in faces that are large for so many vertices. That takes about a second. Faces
-        are those of a PolyData, or of an UnstructuredGrid that has no solid cells; other cells are
-        ignored. ``mesh.cast_to_pointset().surfels`` has the vertices only, and
-        ``grid.extract_surface().surfels`` the faces of other grids.
+        area lies in faces that are large for so many vertices. That takes about a second. Of grids,
+        such as those with solid cells, the surface is a mesh. ``mesh.cast_to_pointset().surfels``
+        has the vertices only.
 
         The surfels have the point data of the points that they are made from, in another order,
         and stay where these are in the world; in double, if float is too coarse for coordinates

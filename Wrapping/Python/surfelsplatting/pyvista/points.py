@@ -26,13 +26,28 @@ def points_of(dataset, sides="auto"):
     if not isinstance(dataset, vtk("vtkCommonDataModel").vtkPointSet):
         raise TypeError(f"{type(dataset).__name__} is a grid without points of its own; surfels need the "
                         "points of a surface, for example those of dataset.contour()")
-    cloud = cloud_of(dataset)
+    cloud = cloud_of(_surface_of(dataset))
     # Of points that were made of a mesh, the parts are no longer known.
     if sides == "auto" and not dataset.GetFieldData().HasArray(MODEL):
         turn_outward(cloud)
     if cloud.image:
         keep_sensor(cloud, cloud.data)
     return pv.wrap(cloud.data)
+
+
+def _surface_of(dataset):
+    """Of solid cells, inside of which nothing is seen, and of structured grids, the faces, as PyVista
+    itself draws them; others as they are."""
+    model = vtk("vtkCommonDataModel")
+    if not isinstance(dataset, (model.vtkUnstructuredGrid, model.vtkStructuredGrid)):
+        return dataset
+    least = 3 if isinstance(dataset, model.vtkUnstructuredGrid) else 2
+    if Cloud(dataset).is_drawable or pv.wrap(dataset).max_cell_dimensionality < least:
+        return dataset
+    surface = vtk("vtkFiltersGeometry").vtkDataSetSurfaceFilter()
+    surface.SetInputData(dataset)
+    surface.Update()
+    return surface.GetOutput()
 
 
 def surfels_of(points, **options):
