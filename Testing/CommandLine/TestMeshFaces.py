@@ -133,6 +133,22 @@ class TestMeshFaces(ToolCase):
         cells = cells_of(triangles.ravel(), np.arange(0, triangles.size + 1, 3))
         self.assertTrue(is_model(cloud_of(polydata_of(vertices, {}, cells)).data))
 
+    def test_wire_beside_a_plate(self):
+        """It has a hundredth of the area, and is a tenth as thick as points on all are apart."""
+        plate, sides = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], float), [[0, 1, 2, 3]]
+        spacing = (100 / limits.SAMPLES) ** 0.5
+        angle, along = np.meshgrid(2 * np.pi * np.arange(6) / 6, np.linspace(0, 10, 41))
+        radius = spacing / 2
+        wire = np.column_stack([along.ravel(), radius * np.cos(angle.ravel()) + 5,
+                                radius * np.sin(angle.ravel()) + 1])
+        rings = [[4 + 6 * k + i, 4 + 6 * k + (i + 1) % 6, 10 + 6 * k + (i + 1) % 6, 10 + 6 * k + i]
+                 for k in range(40) for i in range(6)]
+        places = places_of(read(write_obj("a.obj", np.vstack([plate, wire]), sides + rings)))
+        is_wire = places[:, 2] > 0.5
+        self.assertGreater(np.diff(np.sort(places[is_wire, 0])).size, 10 / spacing * 10)
+        self.assertLess(np.diff(np.sort(places[is_wire, 0])).max(), spacing)
+        self.assertGreater((~is_wire).sum(), 0.6 * limits.SAMPLES)
+
     def test_dense_mesh_stays(self):
         vertices, triangles = ball(165)
         self.assertGreater(len(vertices), limits.FEW_VERTICES)

@@ -22,6 +22,8 @@ COARSE = 1.7
 MOST_VERTICES = SAMPLES  # of more, faces are not read: it would take seconds, and much memory
 MIXED = 0.05  # part of the edges that two faces pass in the same direction, of a mesh without sides
 TWINS = 0.25  # part of the faces that are where others are: a third to a half in foliage
+AROUND = 12.0  # points around a wire: it is as round as its surfels can show
+DENSER = 16.0, 8.0, 4.0, 2.0  # times as many points in the same area, at most
 CREASE = 30.0  # degrees between faces, from which on the edge between them is sharp
 # Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
 STEPS = 0.7548776662466927, 0.5698402909980532
@@ -123,6 +125,29 @@ def _what_lacks(places, triangles, areas):
     return lacks, count < MODEL_VERTICES or is_coarse
 
 
+def _weighed(areas, corners, parts, count):
+    """-> areas, larger in parts around which fewer than AROUND points would fit of so many on all: wires
+    and rods would be dashes otherwise. Others lose a third of their points at most.
+
+    corners: [n, 3, 3]. parts: [n] numbers. Within a part all points are as far apart.
+    """
+    order = np.argsort(parts, kind="stable")
+    begins = np.flatnonzero(np.diff(parts[order], prepend=-1))
+    low, high = corners.min(axis=1)[order], corners.max(axis=1)[order]
+    extents = np.maximum.reduceat(high, begins) - np.minimum.reduceat(low, begins)
+    lengths = np.maximum(np.linalg.norm(extents, axis=1), 1e-300)
+    girths = np.add.reduceat(areas[order], begins) / lengths
+    around = girths / np.sqrt(areas.sum() / count)
+    denser = np.empty(len(areas))
+    denser[order] = np.repeat((AROUND / np.maximum(around, 1e-300)) ** 2,
+                              np.diff(begins, append=len(areas)))
+    for most in DENSER:
+        weighed = areas * np.clip(denser, 1.0, most)
+        if weighed.sum() <= 1.5 * areas.sum():
+            return weighed
+    return areas
+
+
 def _spread(areas, count):
     """-> [n] triangles, [n, 3] weights of their corners, of about count points, evenly by area"""
     number = np.arange(2 * count)
@@ -203,13 +228,16 @@ def are_vectors(values):
     return values.shape[1:] == (3,) and values.dtype.kind == "f"
 
 
-def _sampled(data, triangles, vectors):
-    """-> vtkPolyData with points on the triangles, [n] triangles on which they are"""
+def _sampled(data, triangles, vectors, parts):
+    """-> vtkPolyData with points on the triangles, [n] triangles on which they are. parts: numbers of
+    those of the triangles, or None"""
     to_numpy = vtk("util.numpy_support").vtk_to_numpy
-    areas = np.linalg.norm(vectors, axis=1)
-    chosen, weights = _spread(areas, max(SAMPLES, data.GetNumberOfPoints()))
-    corners, normals = triangles[chosen], _unit(vectors)[chosen]
     places = to_numpy(data.GetPoints().GetData())
+    areas, count = np.linalg.norm(vectors, axis=1) / 2, max(SAMPLES, data.GetNumberOfPoints())
+    if parts is not None:
+        areas = _weighed(areas, places[triangles], parts, count)
+    chosen, weights = _spread(areas, count)
+    corners, normals = triangles[chosen], _unit(vectors)[chosen]
     sampled = polydata_of(_mixed(places, corners, weights, True), {})
     old, new = data.GetPointData(), sampled.GetPointData()
     given = normals_of(data)
@@ -304,7 +332,7 @@ def on_faces(data):
         data = _with_normals(data, triangles)
         triangles = _corners(data.GetPolys())[0].reshape(-1, 3)
     parts = _parts(data, triangles, vectors, corners) if normals_of(data) else None
-    sampled, chosen = _sampled(data, triangles, vectors)
+    sampled, chosen = _sampled(data, triangles, vectors, parts)
     return Sampled(
         sampled, f"points on the faces of its meshes, since its {count} vertices are too {lacks} to "
         "tell the surface", None if parts is None else parts[chosen], is_model)
