@@ -33,6 +33,27 @@ class TestTextClouds(ToolCase):
         for text in ("2\n1 2 3\n4 5 6\n", "BEGIN\n1 2 3\n4 5 6\nEND\n", "1\n1 2 3\n1\n4 5 6\n"):
             self.check_points(text, path="cloud.pts")
 
+    def test_degrees_become_metres(self):
+        """A minute of latitude is a sea mile, about 1852 m, and one of longitude at the equator; at 60
+        degrees half of it."""
+        for header in ("lon,lat,alt", "Longitude, Latitude, Height", "latitude,longitude,elevation"):
+            for latitude, wide, long in ((0, 1855.3, 1842.9), (60, 930.0, 1856.9)):
+                rows = np.array([[11, latitude, 500], [11 + 1 / 60, latitude, 510],
+                                 [11, latitude + 1 / 60, 520]])
+                if header.startswith("lat"):
+                    rows = rows[:, [1, 0, 2]]
+                text = "\n".join(",".join(f"{x:.12f}" for x in row) for row in rows)
+                points, _ = self.read(f"{header}\n{text}\n", "a.csv")
+                self.assertTrue(self.columns.are_degrees)
+                steps = points[1:] - points[0]
+                np.testing.assert_allclose(steps, [[wide, 0, 10], [0, long, 20]], rtol=3e-4, atol=1e-3)
+        points, _ = self.read("x,y,z,lat,lon\n1,2,3,4,5\n4,5,6,7,8\n", "a.csv")
+        np.testing.assert_array_equal(points, [[1, 2, 3], [4, 5, 6]])
+        points, _ = self.read("lon,lat,alt\n0,0,0\nnan,inf,0\n0,0.01,0\n", "a.csv")
+        np.testing.assert_allclose(points[[0, 2], 1], [-552.9, 552.9], atol=0.1)
+        self.read("lon,lat,alt\nnan,nan,0\nnan,0,0\n", "a.csv")
+        self.assertIn("degrees as metres", self.info(write("b.csv", f"{header}\n{text}\n")))
+
     def test_utm_coordinates_keep_their_detail(self):
         points, _ = self.read("691000.00015 5334000.12345 512.5\n691000.0003 5334000.1235 512\n")
         np.testing.assert_array_equal(points, [[691000.00015, 5334000.12345, 512.5],
@@ -113,10 +134,10 @@ class TestTextClouds(ToolCase):
         self.check_points("# made by me\n1 2 3\n4 5 6\n")
 
     def test_names_that_say_nothing_of_places(self):
-        arrays = self.check_points("lon,lat,alt,value\n1,2,3,4\n4,5,6,7\n")
+        arrays = self.check_points("u,v,w,value\n1,2,3,4\n4,5,6,7\n")
         np.testing.assert_array_equal(arrays["value"], [4, 7])
         self.assertTrue(self.columns.unsure)
-        self.assertIn("lon, lat, alt", str(self.columns))
+        self.assertIn("u, v, w", str(self.columns))
 
     def test_tables_of_office_programs(self):
         for text in ("\ufeffx;y;z\n1,0;2,0;3,0\n4;5;6\n", "x\ty\tz\n1,0\t2,0\t3,0\n4\t5\t6\n",

@@ -25,6 +25,8 @@ NAMES = {
     "intensity": ("intensity", "i", "scalar_intensity", "reflectance", "reflectivity", "remission",
                   "amplitude"),
 }
+DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
+EARTH, FLATNESS = 6378137.0, 0.0066943799901413165  # m, squared eccentricity (WGS 84)
 XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 LAYOUTS = ("expected x y z, then nothing, intensity, r g b, nx ny nz, intensity with either, or "
            "r g b and nx ny nz; or a first line with the names of the columns, such as "
@@ -38,6 +40,7 @@ class Columns:
     meanings: list  # of NAMES, or else the name of a scalar
     source: str  # of the meanings, for people
     unsure: bool = False
+    are_degrees: bool = False  # whether x and y are longitudes and latitudes
 
     def __str__(self):
         advice = "; if that is wrong, write their names into the first line" if self.unsure else ""
@@ -51,18 +54,30 @@ def _known(name):
     return next((meaning for meaning, names in NAMES.items() if plain in names), None)
 
 
+def _known_degrees(names):
+    """-> [n] x and y for longitudes and latitudes, z for heights, else what _known says"""
+    plain = [name.lower().split("(")[0].strip(" \t_") for name in names]
+    return [next((axis for axis, words in DEGREES.items() if name in words), _known(name))
+            for name in plain]
+
+
 def by_names(names):
     """-> Columns"""
+    all_known = [_known(name) for name in names]
+    degrees = _known_degrees(names)
+    are_degrees = not {"x", "y"} & set(all_known) and set(XYZ) <= set(degrees)
+    if are_degrees:
+        all_known = degrees
     meanings = []
-    for name in names:
-        known = _known(name)
+    for name, known in zip(names, all_known):
         meanings.append(known if known and known not in meanings else name.strip() or "column")
     for triple in (RGB, NORMALS):  # an r without g is no colour
         if not set(triple) <= set(meanings):
             meanings = [name if meaning in triple else meaning
                         for meaning, name in zip(meanings, names)]
     if set(XYZ) <= set(meanings):
-        return Columns(meanings, "by their names")
+        return Columns(meanings, "by their names, degrees as metres from their middle" if are_degrees
+                       else "by their names", are_degrees=are_degrees)
     first = ", ".join(names[:3])
     return Columns([*XYZ, *(f"{m}_" if m in XYZ else m for m in meanings[3:])],
                    f"as the first three, {first}, seem to be places", True)
@@ -149,6 +164,19 @@ def _as_bytes(triple):
     return np.round(np.clip(triple * scale, 0, 255)).astype(np.uint8)
 
 
+def _as_metres(places):
+    """-> [n, 3] east, north and up of longitudes, latitudes and heights, from the middle of those"""
+    finite = places[np.isfinite(places).all(axis=1)]
+    if not len(finite):
+        return places
+    middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
+    bend = 1 - FLATNESS * np.sin(np.radians(middle[1])) ** 2
+    north = EARTH * (1 - FLATNESS) / bend ** 1.5
+    east = EARTH / bend ** 0.5 * np.cos(np.radians(middle[1]))
+    return np.column_stack([np.radians(places[:, 0] - middle[0]) * east,
+                            np.radians(places[:, 1] - middle[1]) * north, places[:, 2]])
+
+
 def arrays_of_columns(table, columns):
     """-> [n, 3] places, {name: array} of the others: RGB, Normals, intensity, scalars."""
     def triple(names):
@@ -166,4 +194,5 @@ def arrays_of_columns(table, columns):
     for number, name in enumerate(columns.meanings):
         if name not in used and name not in arrays:
             arrays[name] = table[:, number]
-    return triple(XYZ), arrays
+    places = triple(XYZ)
+    return (_as_metres(places) if columns.are_degrees else places), arrays

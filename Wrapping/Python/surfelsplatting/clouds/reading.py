@@ -179,12 +179,15 @@ def _read_mapped(path, messages, progress):
 
 
 def _read_text(path, _messages, _progress):
+    from ..surfels import note_up
     from .colmap import HOW, is_colmap, read_colmap_cloud
     from .text import read_text_cloud
 
     if is_colmap(path):
         return Cloud(read_colmap_cloud(path), how=HOW)
     data, columns = read_text_cloud(path)
+    if columns.are_degrees:
+        note_up(data, (0, 0, 1))
     return _with_image(Cloud(data, how=str(columns), is_unsure=columns.unsure))
 
 
