@@ -180,6 +180,21 @@ class TestRender(unittest.TestCase):
             with self.assertRaisesRegex(TypeError, "give a vtkSurfelImageRenderer, its output, or uint8"):
                 write_png(wrong, "never.png")
 
+    def test_one_color_for_all(self):
+        for color in ((255, 0, 0), (1.0, 0.0, 0.0), np.array([255, 0, 0, 255], np.uint8)):
+            every = self.picture(colors=np.tile(color, (len(self.points), 1)))
+            np.testing.assert_array_equal(self.picture(colors=color), every)
+        self.assertEqual(every[90, 120, 1:].max(), 0)
+
+    def test_masked_points_are_left_out(self):
+        half = self.points[:, :1] > 0
+        masked = np.ma.array(self.points, mask=np.repeat(half, 3, axis=1))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            np.testing.assert_array_equal(
+                render(masked, camera=FRONT, size=(240, 180)),
+                render(np.where(half, NAN, self.points), camera=FRONT, size=(240, 180)))
+
     def test_few_points(self):
         """One, two, and many on a line are seen, also in numpy's numbers for a lens."""
         line = np.outer(np.linspace(0, 1, 50), (1.0, 2.0, 3.0))

@@ -83,11 +83,12 @@ def render(points: ArrayLike, *, colors: ArrayLike | None = None, normals: Array
     Parameters
     ----------
     points : array_like[float]
-        Points of a surface, of shape ``(n, 3)``, in world units.
+        Points of a surface, of shape ``(n, 3)``, in world units. Masked ones are left out.
 
     colors : array_like, optional
-        RGB or RGBA of each point, of shape ``(n, 3)`` or ``(n, 4)``: integers from 0 to 255, or
-        floats from 0 to 1. Points without colors are light grey.
+        RGB or RGBA of each point, of shape ``(n, 3)`` or ``(n, 4)``, or one of shape ``(3,)`` or
+        ``(4,)`` for all: integers from 0 to 255, or floats from 0 to 1. Points without colors are
+        light grey.
 
     normals : array_like[float], optional
         Outward normals, of shape ``(n, 3)``. Without them they are estimated.
@@ -227,12 +228,16 @@ def point_rows(points):
     if isinstance(points, (str, os.PathLike)):
         raise TypeError(f"points are {points!r}; give an array of shape (n, 3), for example "
                         "pyvista.read(file).points")
+    if np.ma.isMaskedArray(points):
+        points = np.ma.filled(points.astype(np.float64), np.nan)
     points = _rows(points, None, (3,), "points")
     return points if points.dtype == np.float32 else points.astype(np.float64)
 
 
 def color_rows(colors, count):
     """RGB or RGBA of points as bytes; floats are from 0 to 1."""
+    if np.shape(colors) in ((3,), (4,)):  # one for all
+        colors = np.tile(colors, (count, 1))
     colors = _rows(colors, count, (3, 4), "colors")
     largest = 1 if colors.dtype.kind == "f" else 255
     if colors.size and not (colors.min() >= 0 and colors.max() <= largest):  # not if NaN, either
