@@ -4,6 +4,7 @@
 import numpy as np
 from paraview import simple
 from paraview.numpy_support import vtk_to_numpy
+from paraview.vtk.vtkCommonCore import vtkOutputWindow
 
 from plugincase import FOCAL_LENGTH, SIZE, PluginCase, run, screenshot, write_sphere
 
@@ -178,6 +179,18 @@ class SurfelSplats(PluginCase):
             count = source.GetDataInformation().GetNumberOfPoints()
             self.assertAlmostEqual(
                 surfels.GetDataInformation().GetNumberOfPoints(), count, delta=5)
+
+    def test_exports(self):
+        """Go through all actors of a view, also those that only have the surfels drawn."""
+        self.show(self.points)
+        screenshot(self.view)
+        errors = []
+        window = vtkOutputWindow.GetInstance()
+        tag = window.AddObserver("ErrorEvent", lambda *_: errors.append(1))
+        for name in ("scene.x3d", "scene.gltf"):
+            simple.ExportView(name, self.view)
+        window.RemoveObserver(tag)
+        self.assertEqual(errors, [])
 
     def test_other_kinds_of_data(self):
         for source in (simple.MergeBlocks(Input=simple.SurfelEstimation(Input=self.points)),

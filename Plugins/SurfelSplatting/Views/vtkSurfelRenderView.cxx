@@ -7,8 +7,10 @@
 #include "vtkSurfelSplattingPass.h"
 #include "vtkSurfelViewActor.h"
 
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPVSynchronizedRenderer.h>
+#include <vtkPolyData.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -21,6 +23,8 @@ vtkSurfelRenderView::vtkSurfelRenderView()
   // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
   this->Pass->GetSplatter()->SetLensModeToPinhole();
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
+  vtkNew<vtkPolyData> noPoints; // exporters update the mappers of all actors
+  this->EmptyMapper->SetInputData(noPoints);
   this->EmptyActor->SetMapper(this->EmptyMapper);
   this->GetRenderer()->AddActor(this->EmptyActor);
 }

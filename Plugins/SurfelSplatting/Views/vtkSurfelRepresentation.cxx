@@ -181,6 +181,8 @@ vtkSurfelRepresentation::vtkSurfelRepresentation()
   this->Internal->Pass->OtherPropsThroughLensOff();
   // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
   this->Internal->Pass->GetSplatter()->SetLensModeToPinhole();
+  vtkNew<vtkPolyData> noPoints; // exporters update the mappers of all actors
+  this->Internal->EmptyMapper->SetInputData(noPoints);
   this->Internal->EmptyActor->SetMapper(this->Internal->EmptyMapper);
   this->Internal->EmptyActor->SetPass(this->Internal->Pass);
   this->HidePolygons();
