@@ -22,7 +22,7 @@ namespace
 {
 /// These are of Wrapping/Python/surfelsplatting/clouds/faces.py, which says why.
 constexpr vtkIdType Samples = 200000;
-constexpr vtkIdType FewVertices = 20000;
+constexpr vtkIdType FewVertices = Samples / 4;
 constexpr double Coarse = 1.7;                // of a face, over the spacing of the vertices
 constexpr double Crease = 0.8660254037844387; // cosine of 30 degrees
 constexpr double Steps[2] = { 0.7548776662466927, 0.5698402909980532 }; // Roberts' R2 sequence

@@ -73,7 +73,7 @@ class SurfelAccessor:
 
         Of a mesh whose vertices are too few or too uneven to tell its surface, such as
         ``pyvista.Cube()``, low-poly cars and CAD, they are made of about 200,000 points on its
-        faces instead, as ``surfelsplat render`` does: below 20,000 vertices, and if half of the
+        faces instead, as ``surfelsplat render`` does: below 50,000 vertices, and if half of the
         area lies in faces that are large for so many vertices. That takes about a second. Of grids,
         such as those with solid cells, the surface is a mesh. ``mesh.cast_to_pointset().surfels``
         has the vertices only.
