@@ -157,8 +157,8 @@ template <class Real>
 SURFELSPLATTING_INLINE Real ShrinkMoment(const Real& weight, const Real& moment, const Real& shrink)
 {
   const Real one(1.0f), cover = Smaller(weight, one), left = shrink * weight;
-  const Real wanted = MomentOfCover(weight, moment) * Smaller(left, one) +
-    ExcessCentroid * cover * Larger(left - 1.0f, Real(0.0f));
+  const Real excess = ExcessCentroid * Larger(left - 1.0f, Real(0.0f));
+  const Real wanted = MomentOfCover(weight, moment) * Smaller(left, one) + cover * excess;
   return Smaller(wanted / Larger(cover * moment, Real(1e-30f)), shrink);
 }
 
@@ -493,20 +493,14 @@ struct LayerCoverage
 };
 
 /// The part of the lens through which a layer is seen, [0, T]: within Frechet's bounds for the
-/// overlap of the layer with T. @param through mean of T @param scale 1 / max(1, Filled)
-template <class Real>
-SURFELSPLATTING_INLINE Real VisibleShare(
-  const Real& through, const LayerCoverage<Real>& layer, const Real& scale)
-{
-  const Real alpha = scale * layer.Opacity;
-  const Real least = Larger(through + alpha - 1.0f, Real(0.0f));
-  return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
-}
-
+/// overlap of the layer with T. @param through mean of T
 template <class Real>
 SURFELSPLATTING_INLINE Real VisibleShare(const Real& through, const LayerCoverage<Real>& layer)
 {
-  return VisibleShare(through, layer, 1.0f / Larger(layer.Filled, Real(1.0f)));
+  const Real scale = 1.0f / Larger(layer.Filled, Real(1.0f));
+  const Real alpha = scale * layer.Opacity;
+  const Real least = Larger(through + alpha - 1.0f, Real(0.0f));
+  return Smaller(Larger(scale * layer.Seen, least), Smaller(through, alpha));
 }
 
 /// Width of Frechet's bounds for the visible share: how much of it is not known without the
@@ -544,11 +538,9 @@ struct LayerLeak
   Real Opacity; ///< factor of the opacities that stay
 };
 
-/**
- * Root of h^4 - s h^3 - l = 0 for s, l >= 0, s + l <= 1: off by 1e-7. With x = s^2 + sqrt(l),
- * h / sqrt(x) depends on p = s / sqrt(x) alone, in [0, 1]: a polynomial, 1 at both ends, is off by
- * 0.0021. A step of Halley's method follows, which divides once; Newton's would need two.
- */
+/// Root of h^4 - s h^3 - l = 0 for s, l >= 0, s + l <= 1: off by 1e-7. With x = s^2 + sqrt(l),
+/// h / sqrt(x) depends on p = s / sqrt(x) alone: a polynomial, 1 at p = 0 and 1, is off by 0.0021.
+/// A step of Halley's method follows, which divides once; Newton's would need two.
 template <class Real>
 SURFELSPLATTING_INLINE Real LeakRoot(const Real& s, const Real& l)
 {
@@ -559,8 +551,8 @@ SURFELSPLATTING_INLINE Real LeakRoot(const Real& s, const Real& l)
     (pp * pp) * (2.982667f * p - 5.675818f);
   const Real h = x * perRoot * scaled;
   const Real cubed = h * h * h, off = cubed * (h - s) - l, steep = 4.0f * h - 3.0f * s;
-  return h -
-    off * (h * steep) / Larger(cubed * (steep * steep) - 3.0f * off * (2.0f * h - s), none);
+  const Real below = cubed * (steep * steep) - 3.0f * off * (2.0f * h - s);
+  return h - off * (h * steep) / Larger(below, none);
 }
 
 /**
@@ -583,8 +575,7 @@ template <class Real>
 SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   const Real& through, const LayerCoverage<Real>& layer, const Real& keep)
 {
-  const Real scale = 1.0f / Larger(layer.Filled, Real(1.0f));
-  const Real all = VisibleShare(through, layer, scale);
+  const Real all = VisibleShare(through, layer);
   const Real left = 1.0f - Smaller(all / Larger(through, Real(1e-30f)), Real(1.0f));
   const Real stays = keep * (1.0f - left);
   const Real h = LeakRoot(stays, left);
@@ -593,8 +584,9 @@ SURFELSPLATTING_INLINE LayerLeak<Real> Leak(
   // Opacities are divided by max(1, Filled) when they are seen.
   const Real stay = weight * Larger(weight * layer.Filled, Real(1.0f));
   const Real perSeen = 1.0f / Larger(layer.Seen, Real(1e-30f));
-  return { (1.0f - rest) * through * perSeen, rest * through, stay * rest * (all * perSeen), weight,
-    stay * scale };
+  const Real scale = 1.0f / Larger(layer.Filled, Real(1.0f)); // VisibleShare has divided by it
+  const Real seen = stay * rest * (all * perSeen);
+  return { (1.0f - rest) * through * perSeen, rest * through, seen, weight, stay * scale };
 }
 
 /// Leak() with keep = 0: the layer ends.
