@@ -81,9 +81,9 @@ SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
   }
 }
 
-/// @param heights [count] to squared distances from the quadric, to first order
+/// @param squares [count] squared distances from the quadric, to first order
 SURFEL_MULTIVERSION void FindSquares(const float* __restrict points, int count,
-  const HeightFormula& formula, double* __restrict heights)
+  const HeightFormula& formula, double* __restrict squares)
 {
   const auto [mean, a, b, c, terms] = formula;
   for (int k = 0; k < count; ++k)
@@ -91,9 +91,13 @@ SURFEL_MULTIVERSION void FindSquares(const float* __restrict points, int count,
     const double x = points[4 * k] - mean[0], y = points[4 * k + 1] - mean[1],
                  z = points[4 * k + 2] - mean[2];
     const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
+    const double w = x * c[0] + (y * c[1] + z * c[2]);
+    const double height = w -
+      (terms[0] + terms[1] * v + terms[2] * (v * v) + terms[3] * u + terms[4] * u * v +
+        terms[5] * (u * u));
     const double alongU = terms[3] + terms[4] * v + 2.0 * terms[5] * u;
     const double alongV = terms[1] + 2.0 * terms[2] * v + terms[4] * u;
-    heights[k] *= heights[k] / (1.0 + alongU * alongU + alongV * alongV);
+    squares[k] = height * height / (1.0 + alongU * alongU + alongV * alongV);
   }
 }
 
@@ -157,7 +161,7 @@ void LocalQuadric::FitTo(size_t first, const Neighbors& neighbors)
 void LocalQuadric::Fit(const LocalCloud& cloud, int i, const Neighbors& neighbors)
 {
   this->Load(cloud, i, neighbors);
-  this->FitTo(0, neighbors);
+  this->Fit(neighbors);
 }
 
 void LocalQuadric::FitOthers(const LocalCloud& cloud, int i, const Neighbors& neighbors)
@@ -211,7 +215,6 @@ double LocalQuadric::Squares() const
   for (size_t first = 0; first < this->Near.size(); first += HeightFormula::MostPoints)
   {
     const auto count = std::min<size_t>(HeightFormula::MostPoints, this->Near.size() - first);
-    FindHeights(this->Near[first].data, static_cast<int>(count), formula, values);
     FindSquares(this->Near[first].data, static_cast<int>(count), formula, values);
     sum = std::accumulate(values, values + count, sum);
   }

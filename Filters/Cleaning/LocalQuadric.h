@@ -70,6 +70,10 @@ struct LocalShade
 class LocalQuadric
 {
 public:
+  /// The places alone: Fit(neighbors) may follow.
+  void Load(const LocalCloud& cloud, int i, const Neighbors& neighbors);
+  void Fit(const Neighbors& neighbors) { this->FitTo(0, neighbors); }
+
   /// Through the point and its neighbours.
   void Fit(const LocalCloud& cloud, int i, const Neighbors& neighbors);
 
@@ -124,7 +128,6 @@ public:
   void Project(int k, double& u, double& v) const;
 
 private:
-  void Load(const LocalCloud& cloud, int i, const Neighbors& neighbors);
   double DeviationOf(double squares) const;
 
   /// Calls visit(residual) for the point and its neighbours.

@@ -72,6 +72,11 @@ constexpr int MostRoofNeighbors = 400;
 /// in the middle of the points, by 0.55).
 constexpr double LeastBend = 0.4;
 
+/// The variance about a roof is that of the noise, which the quadric of the smoothing knows. About
+/// tubes and leaves it is larger: so most of these are known before a quadric is fitted to as many
+/// points. (With 1.5 some of the points near corners of boxes are lost.)
+constexpr double RoofVariance = 3.0;
+
 /// A roof is better than the quadric through its points if it has so much of its squares.
 constexpr double RoofShare = 0.85;
 
@@ -313,9 +318,9 @@ public:
           }
           smooth.Shifts[i] = ShiftOf(fit, deviation);
           if (noise.Deviation < LargestRoofNoise && fit.Quadric.Bend() > LeastBend &&
-            this->FitRoof(i, fit) && IsNear(fit.Roof.Shift(), fit.Roof.Deviation(fit.Near)))
+            this->FitRoof(i, fit))
           {
-            smooth.Shifts[i] = fit.Roof.Shift();
+            smooth.Shifts[i] = fit.ToRoof;
           }
           if (noise.Displacement > 0.0f)
           {
@@ -338,6 +343,7 @@ private:
     Neighbors All, Nearest, Wide;
     LocalQuadric Quadric, Near;
     RoofFit Roof;
+    Vector3 ToRoof; // from the point
   };
 
   static int NeighborsFor(double deviation)
@@ -357,15 +363,31 @@ private:
     return fit.Quadric.IsValid();
   }
 
-  /// Whether a fold is nearer to the points about point i than any quadric.
+  /// Whether a fold is nearer to the points about point i than any quadric. A fold beyond the
+  /// neighbours of the smoothing is none: the two planes are those of two things, such as leaves.
   bool FitRoof(int i, PointFit& fit) const
   {
     const int count = static_cast<int>(RoofNeighbors * fit.All.Count());
     this->Tree.FindNearest(i, std::clamp(count, LeastRoofNeighbors, MostRoofNeighbors), fit.Wide);
-    fit.Near.Fit(this->Cloud, i, fit.Wide);
-    return fit.Near.IsValid() && fit.Roof.Fit(fit.Near, RoofShare * fit.Near.Squares()) &&
-      fit.Roof.SquaresOf(fit.Near, fit.All.Count() + 1) < fit.Quadric.UnbiasedSquares() &&
-      !fit.Roof.IsRounded(fit.Near, SpacingOf(fit.Wide));
+    fit.Near.Load(this->Cloud, i, fit.Wide);
+    const QuadricCloud& points = fit.Near.Points();
+    const int nearest = fit.All.Count() + 1;
+    const double squares = fit.Quadric.UnbiasedSquares();
+    const double most = RoofVariance * squares * static_cast<double>(points.size()) / nearest;
+    if (!fit.Roof.MayFit(points, fit.Quadric, most))
+    {
+      return false;
+    }
+    fit.Near.Fit(fit.Wide);
+    if (!fit.Near.IsValid() || !fit.Roof.Fit(fit.Near, RoofShare * fit.Near.Squares()) ||
+      fit.Roof.SquaresOf(points, nearest) >= squares ||
+      fit.Roof.FoldDistance() > std::sqrt(fit.All.SquaredDistances.back()) ||
+      fit.Roof.IsRounded(points, SpacingOf(fit.Wide)))
+    {
+      return false;
+    }
+    fit.ToRoof = fit.Roof.Shift();
+    return IsNear(fit.ToRoof, fit.Roof.Deviation(points));
   }
 
   SampleFit MeasureAt(int i, PointFit& fit) const
