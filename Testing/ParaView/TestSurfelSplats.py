@@ -173,7 +173,7 @@ class SurfelSplats(PluginCase):
             simple.Hide(source, self.view)
 
     def test_dense_meshes_and_clouds_are_their_points(self):
-        for source in (simple.Sphere(ThetaResolution=200, PhiResolution=120), self.points):
+        for source in (simple.Sphere(ThetaResolution=300, PhiResolution=200), self.points):
             surfels = simple.PointsToSurfels(Input=source)
             surfels.UpdatePipeline()
             count = source.GetDataInformation().GetNumberOfPoints()

@@ -176,7 +176,7 @@ class TestAccessor(PlotterCase):
         self.assertEqual(surfels(part)["SurfelTwoSided"].min(), 1)
 
     def test_other_data_sets(self):
-        sphere = pv.Icosphere(nsub=6)  # of 40962 vertices; with few ones: TestMeshes.py
+        sphere = pv.Icosphere(nsub=7)  # of 163842 vertices; with few ones: TestMeshes.py
         for data in (sphere, sphere.cast_to_unstructured_grid(), pv.PointSet(sphere.points)):
             with self.subTest(type(data).__name__):
                 self.assertEqual(data.surfels.estimate().n_points, sphere.n_points)
