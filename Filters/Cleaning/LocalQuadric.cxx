@@ -64,20 +64,31 @@ struct HeightFormula
   static Vector3 ToVector(const Eigen::Vector3d& a) { return { a[0], a[1], a[2] }; }
 };
 
+/// A place on the plane's axes, and the height above the quadric there.
+struct PlaceAboveQuadric
+{
+  double U, V, Height;
+};
+
+inline PlaceAboveQuadric PlaceAbove(const float* point, const HeightFormula& formula)
+{
+  const auto& [mean, a, b, c, terms] = formula;
+  const double x = point[0] - mean[0], y = point[1] - mean[1], z = point[2] - mean[2];
+  const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
+  const double w = x * c[0] + (y * c[1] + z * c[2]);
+  return { u, v,
+    w -
+      (terms[0] + terms[1] * v + terms[2] * (v * v) + terms[3] * u + terms[4] * u * v +
+        terms[5] * (u * u)) };
+}
+
 /// @param points [4 count] x, y, z, and something else
 SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
   const HeightFormula& formula, double* __restrict heights)
 {
-  const auto [mean, a, b, c, terms] = formula;
   for (int k = 0; k < count; ++k)
   {
-    const double x = points[4 * k] - mean[0], y = points[4 * k + 1] - mean[1],
-                 z = points[4 * k + 2] - mean[2];
-    const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
-    const double w = x * c[0] + (y * c[1] + z * c[2]);
-    heights[k] = w -
-      (terms[0] + terms[1] * v + terms[2] * (v * v) + terms[3] * u + terms[4] * u * v +
-        terms[5] * (u * u));
+    heights[k] = PlaceAbove(points + 4 * k, formula).Height;
   }
 }
 
@@ -85,16 +96,10 @@ SURFEL_MULTIVERSION void FindHeights(const float* __restrict points, int count,
 SURFEL_MULTIVERSION void FindSquares(const float* __restrict points, int count,
   const HeightFormula& formula, double* __restrict squares)
 {
-  const auto [mean, a, b, c, terms] = formula;
+  const double* terms = formula.Terms;
   for (int k = 0; k < count; ++k)
   {
-    const double x = points[4 * k] - mean[0], y = points[4 * k + 1] - mean[1],
-                 z = points[4 * k + 2] - mean[2];
-    const double u = x * a[0] + (y * a[1] + z * a[2]), v = x * b[0] + (y * b[1] + z * b[2]);
-    const double w = x * c[0] + (y * c[1] + z * c[2]);
-    const double height = w -
-      (terms[0] + terms[1] * v + terms[2] * (v * v) + terms[3] * u + terms[4] * u * v +
-        terms[5] * (u * u));
+    const auto [u, v, height] = PlaceAbove(points + 4 * k, formula);
     const double alongU = terms[3] + terms[4] * v + 2.0 * terms[5] * u;
     const double alongV = terms[1] + 2.0 * terms[2] * v + terms[4] * u;
     squares[k] = height * height / (1.0 + alongU * alongU + alongV * alongV);

@@ -29,12 +29,6 @@ struct ReferencePixel
   int Layers = 0;              ///< times that a layer leaked or ended
 };
 
-/// Variance in px^2 of the lens's Gaussian for a circle of confusion of radius c px, and the factor
-/// on a splat's weight that makes up for what min(1, sum w) loses to ripple; smooth is the
-/// share of the footprint that lens and pixel filter make.
-double ReferenceLensVariance(double c, double cutoff);
-double ReferenceRippleCompensation(double smooth, double cosine);
-
 /// What a pixel may be off by beyond its bound for rounding. Where T depends on the point of the
 /// lens, two short cuts of the raster add to it (ReferenceLayers.h). Without translucent surfels
 /// only the threshold MinTilt = 1/512 is left, of which 1/20 was measured. With opacities drawn at

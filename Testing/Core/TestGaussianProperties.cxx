@@ -207,6 +207,18 @@ TestCloud MakeSheet(double z, float opacity, bool isGrey)
   return cloud;
 }
 
+/// -> the picture of a curtain before a wall, and the number of splats
+/// @param skip draws coarsely what is hidden
+std::pair<Picture, std::size_t> RenderTwo(
+  SplatContext context, const TestHierarchy& curtain, const TestHierarchy& wall, bool skip)
+{
+  context.SkipHidden = skip;
+  Splatter splatter;
+  Picture picture(Width, Height);
+  splatter.Render(context, { curtain.Get(), wall.Get() }, SerialExecutor(), picture.Get());
+  return { std::move(picture), splatter.Statistics().Splats };
+}
+
 /// What little shines through a curtain is drawn coarsely, and looks the same.
 TEST_CASE("Behind a curtain")
 {
@@ -214,13 +226,7 @@ TEST_CASE("Behind a curtain")
   for (const double radius : { 0.0, 0.01, 0.15 }) // the last one in runs
   {
     SplatContext context = ContextOf(radius);
-    const auto render = [&](bool skip) {
-      context.SkipHidden = skip;
-      Splatter splatter;
-      Picture picture(Width, Height);
-      splatter.Render(context, { curtain.Get(), wall.Get() }, SerialExecutor(), picture.Get());
-      return std::pair(std::move(picture), splatter.Statistics().Splats);
-    };
+    const auto render = [&](bool skip) { return RenderTwo(context, curtain, wall, skip); };
     const auto [all, allSplats] = render(false);
     const auto [some, fewer] = render(true);
     const double difference = LargestDifference(all, some);
@@ -245,13 +251,7 @@ TEST_CASE("Behind a thin curtain")
   for (const double radius : { 0.0, 0.05 })
   {
     SplatContext context = ContextOf(radius);
-    const auto render = [&](bool skip) {
-      context.SkipHidden = skip;
-      Splatter splatter;
-      Picture picture(Width, Height);
-      splatter.Render(context, { curtain.Get(), wall.Get() }, SerialExecutor(), picture.Get());
-      return std::pair(std::move(picture), splatter.Statistics().Splats);
-    };
+    const auto render = [&](bool skip) { return RenderTwo(context, curtain, wall, skip); };
     const auto [all, allSplats] = render(false);
     const auto [some, fewer] = render(true);
     const double difference = LargestDifference(all, some);

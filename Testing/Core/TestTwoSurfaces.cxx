@@ -122,22 +122,29 @@ TEST_CASE("Two normal distributions")
   }
 }
 
+constexpr double Weights[] = { 0.3, 0.5 }; // of the surfaces of LayerOfTwo
+
+/// Surfaces at 2 and 3, each with a deviation of 0.1.
+LayerDepths LayerOfTwo()
+{
+  std::vector<Sample> samples;
+  AddNormal(samples, Weights[0], 2.0, 0.1);
+  AddNormal(samples, Weights[1], 3.0, 0.1);
+  return DepthsOf(samples);
+}
+
 /// Means by depth: exact for surfaces of one value, never negative, together those of the layer.
 TEST_CASE("Means of the two")
 {
-  const double weights[] = { 0.3, 0.5 };
-  std::vector<Sample> samples;
-  AddNormal(samples, weights[0], 2.0, 0.1);
-  AddNormal(samples, weights[1], 3.0, 0.1);
-  const LayerDepths layer = DepthsOf(samples);
+  const LayerDepths layer = LayerOfTwo();
   TwoNormals fit{};
   CHECK(FitTwoNormals(layer, fit));
   for (const double front : { 0.0, 0.2, 0.9 })
   {
     for (const double back : { 0.0, 0.5, 1.5 })
     {
-      const double mean = (weights[0] * front + weights[1] * back) / 0.8;
-      const double product = (weights[0] * front * 2.0 + weights[1] * back * 3.0) / 0.8;
+      const double mean = (Weights[0] * front + Weights[1] * back) / 0.8;
+      const double product = (Weights[0] * front * 2.0 + Weights[1] * back * 3.0) / 0.8;
       const PartMeans both =
         SplitMean(static_cast<float>(mean), static_cast<float>(product - mean * layer.Mean), fit);
       CHECK_NEAR(both.Front, front, 5e-3);
@@ -160,11 +167,7 @@ TEST_CASE("Means of the two")
 /// weight.
 TEST_CASE("Points of the two")
 {
-  const double weights[] = { 0.3, 0.5 };
-  std::vector<Sample> samples;
-  AddNormal(samples, weights[0], 2.0, 0.1);
-  AddNormal(samples, weights[1], 3.0, 0.1);
-  const LayerDepths layer = DepthsOf(samples);
+  const LayerDepths layer = LayerOfTwo();
   TwoNormals fit{};
   CHECK(FitTwoNormals(layer, fit));
   const float front = fit.FrontWeight, back = 1.0f - front;
@@ -181,8 +184,8 @@ TEST_CASE("Points of the two")
     const PartPoints p = split(0.1f, -0.2f, far, -2.0f * far);
     CHECK_NEAR(front * p.FrontX + back * p.BackX, 0.1, 1e-5);
     CHECK_NEAR(front * p.FrontY + back * p.BackY, -0.2, 1e-5);
-    CHECK(std::hypot(p.FrontX, p.FrontY) <= LargestMoment(weights[0]) / weights[0] + 0.01);
-    CHECK(std::hypot(p.BackX, p.BackY) <= LargestMoment(weights[1]) / weights[1] + 0.01);
+    CHECK(std::hypot(p.FrontX, p.FrontY) <= LargestMoment(Weights[0]) / Weights[0] + 0.01);
+    CHECK(std::hypot(p.BackX, p.BackY) <= LargestMoment(Weights[1]) / Weights[1] + 0.01);
     CHECK(p.BackX > p.FrontX + 0.1f);
   }
   const PartPoints outside = split(0.9f, 0.1f, -0.2f, 0.0f);

@@ -34,7 +34,8 @@ def _columns(file, path):
         words = line.split()
         if words and not words[0].startswith("#"):
             if len(words) < 7:
-                raise UserProblem(f"{path}: its points do not all have a number, X Y Z and R G B")
+                raise UserProblem(f"{path}: its points do not all have a number, X Y Z and R G B; export "
+                                  "it from COLMAP again")
             yield " ".join(words[1:7])
 
 

@@ -26,7 +26,7 @@ NAMES = {
                   "amplitude"),
 }
 DEGREES = {"x": ("lon", "long", "lng", "longitude"), "y": ("lat", "latitude"), "z": ("alt", "ele")}
-EARTH, FLATNESS = 6378137.0, 0.0066943799901413165  # m, squared eccentricity (WGS 84)
+EARTH, ECCENTRICITY2 = 6378137.0, 0.0066943799901413165  # m, and squared, of the WGS 84 ellipsoid
 XYZ, RGB, NORMALS = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 LAYOUTS = ("expected x y z, then nothing, intensity, r g b, nx ny nz, intensity with either, or "
            "r g b and nx ny nz; or a first line with the names of the columns, such as "
@@ -165,13 +165,14 @@ def _as_bytes(triple):
 
 
 def _as_metres(places):
-    """-> [n, 3] east, north and up of longitudes, latitudes and heights, from the middle of those"""
+    """-> [n, 3] east, north and up of longitudes, latitudes and heights, from the middle of those: on the
+    radii of curvature of the ellipsoid there, along the parallel and along the meridian"""
     finite = places[np.isfinite(places).all(axis=1)]
     if not len(finite):
         return places
     middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
-    bend = 1 - FLATNESS * np.sin(np.radians(middle[1])) ** 2
-    north = EARTH * (1 - FLATNESS) / bend ** 1.5
+    bend = 1 - ECCENTRICITY2 * np.sin(np.radians(middle[1])) ** 2
+    north = EARTH * (1 - ECCENTRICITY2) / bend ** 1.5
     east = EARTH / bend ** 0.5 * np.cos(np.radians(middle[1]))
     return np.column_stack([np.radians(places[:, 0] - middle[0]) * east,
                             np.radians(places[:, 1] - middle[1]) * north, places[:, 2]])

@@ -65,8 +65,8 @@ def add_parser(commands):
                                  description=DESCRIPTION, epilog=EXAMPLES)
     add_clouds(render)
     render.add_argument("-o", "--output", metavar="OUT",
-                        help="OUT.png or OUT.exr (default: CLOUD.png in the current folder, with the "
-                             "extension of the cloud before it: scan.ply.png)")
+                        help="OUT.png or OUT.exr (default: of scan.ply, scan.ply.png in the current "
+                             "folder)")
     render.add_argument("--deep", action="store_true",
                         help="write the layers to OUT.exr: deep scan lines with R, G, B, A and Z "
                              "of each sample, of volumes also ZBack, nearest first, without "
