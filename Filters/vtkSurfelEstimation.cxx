@@ -14,6 +14,7 @@
 #include "Filters/Estimation/PlaneFit.h"
 #include "Filters/Estimation/PointPlanes.h"
 #include "Filters/Estimation/SharpNormals.h"
+#include "Filters/Estimation/SurfaceHeights.h"
 #include "Filters/Estimation/SurfelKernel.h"
 #include "Filters/Estimation/VoronoiCell.h"
 #include "Filters/Partition/PartitionedSurfels.h"
@@ -245,8 +246,9 @@ private:
       }
     }
     return !isCell ||
-      MeasureCells(
-        oriented, steering, this->Self->CellBlur, progress.Part(0.3, 1.0), this->Fits, this->Cells);
+      (MeasureHeights(oriented, this->Fits, progress.Part(0.3, 0.4), this->Heights) &&
+        MeasureCells(oriented, steering, this->Self->CellBlur, progress.Part(0.4, 1.0), this->Fits,
+          this->Cells));
   }
 
   /// Kernel of the cloud's point i.
@@ -258,6 +260,15 @@ private:
       : SpacingKernel(fit, this->Self->KernelScale, this->Self->KernelMode == ELLIPTICAL);
     BoundAxes(this->Self->MaximumAxisRatio, kernel);
     return kernel;
+  }
+
+  /// Where that is, relative to the cloud's origin.
+  Vector3 CenterOf(int i) const
+  {
+    const Vector3 p = Load(this->Cloud().Position(i));
+    return this->HasCell(i)
+      ? p + this->Cells[i].Centroid + double{ this->Heights[i] } * this->Fits[i].Normal
+      : p;
   }
 
   bool HasCell(int i) const { return !this->Cells.empty() && this->Cells[i].Area > 0.0f; }
@@ -277,9 +288,7 @@ private:
         const int from = isSorted ? this->Order[i] : static_cast<int>(i);
         const PlaneFit& fit = this->Fits[from];
         const SurfelKernel kernel = this->KernelOf(from);
-        const Vector3 p = Load(this->Cloud().Position(from));
-        Store(this->HasCell(from) ? p + this->Cells[from].Centroid : p,
-          surfels.Positions->GetPointer(3 * i));
+        Store(this->CenterOf(from), surfels.Positions->GetPointer(3 * i));
         StoreCovariance(kernel, fit.Normal, surfels.Covariances->GetPointer(6 * i));
         Store(kernel.Area * fit.Normal, surfels.AreaVectors->GetPointer(3 * i));
         surfels.TwoSided->SetValue(i, this->Result.TwoSided[from]);
@@ -319,7 +328,8 @@ private:
   std::vector<int> Order; // output id -> cloud index
   OrientationResult Result;
   VoronoiCells Cells;
-  CloudColors Colors; // empty: those of the input stay
+  RawVector<float> Heights; // of the surface above the points; with cells only
+  CloudColors Colors;       // empty: those of the input stay
 };
 
 //------------------------------------------------------------------------------

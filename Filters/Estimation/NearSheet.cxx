@@ -49,6 +49,8 @@ SURFEL_MULTIVERSION void Flatten(const RawSheet& raw, const Float3& normal, cons
       (at.Cosine >= leastCosine) & (at.Climb * at.Climb <= mostClimb * squared);
     const bool isNear = isOfSheet | at.HasFoldWithin(foldReach);
     sheet.Folded[k] = isNear & at.HasFold() ? 1.0f : 0.0f;
+    sheet.Cosines[k] = at.Cosine;
+    sheet.Heights[k] = 0.5f * (at.Climb + at.OtherClimb);
     at.Unroll();
     sheet.X[k] = isNear ? at.X : 0.0f;
     sheet.Y[k] = isNear ? at.Y : 0.0f;

@@ -22,6 +22,8 @@ struct NearSheet
   alignas(32) float X[Capacity], Y[Capacity];
   alignas(32) float OfSheet[Capacity]; // 1 or 0
   alignas(32) float Folded[Capacity];  // 1 behind a fold, or 0
+  alignas(32) float Cosines[Capacity]; // n.m, n and m the normals of point and neighbour
+  alignas(32) float Heights[Capacity]; // d.(n + m) / 2, d from the point to the neighbour
 
   /// Loads neighbours of point i, whose spacing is not 0.
   /// @param ids [count] at most Capacity

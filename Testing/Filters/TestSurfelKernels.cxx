@@ -217,6 +217,53 @@ TEST_CASE("Cells of random points")
   CHECK(deviation[1] <= deviation[0] / 3.0);
 }
 
+/// Root of the mean square of the kernels' heights above a surface whose points were moved by some
+/// along their normals. The normals are given.
+double KernelHeights(const Sampled& surface, const std::vector<double>& heights)
+{
+  Sampled points = surface;
+  for (size_t i = 0; i < points.Points.size(); ++i)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      points.Points[i][c] += heights[i] * points.Normals[i][c];
+    }
+  }
+  const vtkSmartPointer<vtkPolyData> scan = ToPolyData(points.Points);
+  AddNormals(scan, points.Normals);
+  vtkNew<vtkSurfelEstimation> estimation;
+  estimation->SetInputData(scan);
+  estimation->Update();
+  const Surfels surfels(estimation->GetOutput());
+  double sum = 0.0;
+  for (vtkIdType i = 0; i < surfels.Count(); ++i)
+  {
+    const double height = Dot(Minus(surfels.Position(i), surface.Points[i]), surface.Normals[i]);
+    sum += height * height;
+  }
+  return std::sqrt(sum / static_cast<double>(surfels.Count()));
+}
+
+/// Kernels lie on the surface of the normals: on a sphere in the tangent planes of the points, and
+/// of noise a root of the number of neighbours is left.
+TEST_CASE("Cells on the surface")
+{
+  const Sampled sphere = MakeSphere(1.0, 5000, Random(8));
+  CHECK(KernelHeights(sphere, std::vector<double>(sphere.Points.size(), 0.0)) < 1e-6);
+  const double pitch = 0.01, noise = 0.2 * pitch;
+  const Sampled plane =
+    MakeRectangle({ 0, 0, 0 }, { 1, 0, 0 }, 1, { 0, 1, 0 }, 1, pitch, 1.0, Random(4));
+  std::vector<double> heights;
+  Random random(9);
+  for (size_t i = 0; i < plane.Points.size(); ++i)
+  {
+    heights.push_back(noise * std::sqrt(3.0) * (2.0 * random() - 1.0));
+  }
+  const double left = KernelHeights(plane, heights) / noise;
+  CHECK(left > 0.15);
+  CHECK(left < 0.3);
+}
+
 /// Scan lines six times as far apart as their points: cells reach from line to line.
 TEST_CASE("Cells of scan lines")
 {

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * How far from its point a kernel lies, so that kernels lie on the surface that the normals
+ * describe.
+ *
+ * Normals are means over a neighbourhood, points are not: what is left of noise makes the slopes
+ * between points differ from those of their tangent planes. Where a slope faces the viewer more
+ * than its planes do, kernels cover too little. At grazing angles that leaves holes.
+ *
+ * On a circle, d.(n + m) = 0 for any two points with normals n and m, d from the one to the other.
+ * Elsewhere half of it is how far the first point must rise to be on an arc with the second one. A
+ * point rises by the mean over itself and its neighbours on the sheet, then once more by the mean
+ * where these have risen. Noise shrinks; what is smooth at the size of a neighbourhood stays, to
+ * third order.
+ */
+#pragma once
+
+#include "Filters/Estimation/PlaneFit.h"
+
+namespace SurfelGeometry
+{
+/// Measures how far the surface is above each point, along its normal. Returns false if stopped.
+/// @param heights [n] world units; 0 where the points are flat, or the point has no plane
+bool MeasureHeights(const OrientedCloud& oriented, const PlaneFits& fits,
+  const StageProgress& progress, RawVector<float>& heights);
+}
