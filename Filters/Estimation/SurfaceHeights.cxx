@@ -14,8 +14,9 @@ namespace
 /// Points that are flatter than this do not rise: noise of a 30th of a spacing leaves no holes.
 constexpr float FlatEnough = 1e-3f;
 
-/// The mean height of a point, 0, and of its neighbours on the sheet, weighted by (n.m)^16. At
-/// edges and on thin tubes, normals tell less of the surface between the points.
+/// The mean height of a point, 0, and of its neighbours on the sheet, weighted by
+/// (n.m)^16 (1 - h^4)^2. On thin tubes, normals tell less of the surface between the points; what
+/// is a spacing or more above or below is another sheet.
 /// @param raised [NearSheet::Capacity] how far the neighbours have risen, spacings of the point
 SURFEL_MULTIVERSION float MeanHeight(const NearSheet& near, const float* raised)
 {
@@ -24,8 +25,10 @@ SURFEL_MULTIVERSION float MeanHeight(const NearSheet& near, const float* raised)
   {
     const float second = near.Cosines[k] * near.Cosines[k], fourth = second * second;
     const float eighth = fourth * fourth;
-    weights[k] = near.OfSheet[k] * eighth * eighth;
-    heights[k] = near.Heights[k] + raised[k];
+    const float height = near.Heights[k] + raised[k], squared = height * height;
+    const float rest = 1.0f - squared * squared, alike = rest > 0.0f ? rest : 0.0f;
+    weights[k] = near.OfSheet[k] * eighth * eighth * alike * alike;
+    heights[k] = height;
   }
   return LaneDot(weights, heights) / (1.0f + LaneSum(weights));
 }
@@ -54,7 +57,8 @@ public:
     {
       this->Raised[k] = (raised[ids[k]] - raised[i]) / fit.Spacing;
     }
-    const float mean = MeanHeight(this->Near, this->Raised);
+    const bool hasFold = LaneSum(this->Near.Folded) > 0.0f; // normals may be means over it
+    const float mean = hasFold ? 0.0f : MeanHeight(this->Near, this->Raised);
     return (raised ? raised[i] : 0.0f) + fit.Spacing * mean;
   }
 

@@ -20,7 +20,8 @@
 namespace SurfelGeometry
 {
 /// Measures how far the surface is above each point, along its normal. Returns false if stopped.
-/// @param heights [n] world units; 0 where the points are flat, or the point has no plane
+/// @param heights [n] world units; 0 where the points are flat or beside a fold, and without a
+/// plane
 bool MeasureHeights(const OrientedCloud& oriented, const PlaneFits& fits,
   const StageProgress& progress, RawVector<float>& heights);
 }
