@@ -139,7 +139,7 @@ class FilmCase(ToolCase):
 
     def stopped(self, end, *words):
         """A run that gets a signal after its first pictures."""
-        words = [TOOL, "film", "ball.ply", *SMALL, "--frames", "100", *words]
+        words = [TOOL, "film", "ball.ply", *SMALL, "--frames", "400", *words]
         folder = words[-1].replace(".mp4", ".frames")
         with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
             while not os.path.exists(os.path.join(folder, "0003.png")):
@@ -239,14 +239,14 @@ class TestFilm(FilmCase):
                     "3", "-o", "three")
 
     def test_killed_and_resumed_run_makes_the_same_bytes(self):
-        self.film("--frames", "100", "-o", "whole")
+        self.film("--frames", "400", "-o", "whole")
         self.stopped(signal.SIGKILL, "-o", "out")
         done = [name for name in os.listdir("out") if name.endswith(".png")]
-        self.assertLess(len(done), 100)
+        self.assertLess(len(done), 400)
         with open("out/0002.png", "r+b") as file:  # as after a power failure
             file.truncate(100)
         write("out/0007.12345.part.png", b"begun")
-        self.film("--frames", "100", "-o", "out", "--resume")
+        self.film("--frames", "400", "-o", "out", "--resume")
         self.assertEqual(self.contents("out"), self.contents("whole"))
 
     def test_interrupt_keeps_what_is_done(self):
@@ -255,7 +255,7 @@ class TestFilm(FilmCase):
         done = [name for name in os.listdir("out") if name.endswith(".png")]
         self.assertGreater(len(done), 3)
         self.assertFalse([name for name in done if "part" in name])
-        self.assertEqual(said, f"surfelsplat: interrupted; {len(done)} of 100 pictures are in out; "
+        self.assertEqual(said, f"surfelsplat: interrupted; {len(done)} of 400 pictures are in out; "
                                "the same command with --resume makes the others\n")
 
     def test_another_film_is_kept(self):
@@ -293,15 +293,15 @@ class TestFilm(FilmCase):
 class TestMovie(FilmCase):
     @unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is needed")
     def test_movie(self):
-        self.film("--frames", "100", "-o", "whole.mp4", "--rate", "25", "--size", "61", "47")
+        self.film("--frames", "400", "-o", "whole.mp4", "--rate", "25", "--size", "61", "47")
         words = ["ffprobe", "-v", "error", "-show_entries",
                  "stream=width,height,nb_frames,r_frame_rate,pix_fmt", "-of", "csv=p=0"]
         probed = subprocess.run([*words, "whole.mp4"], capture_output=True, text=True, check=True)
-        self.assertEqual(probed.stdout.strip(), "62,48,yuv420p,25/1,100")  # even sizes
-        self.film("--frames", "100", "-o", "again.mp4")
+        self.assertEqual(probed.stdout.strip(), "62,48,yuv420p,25/1,400")  # even sizes
+        self.film("--frames", "400", "-o", "again.mp4")
         said, _ = self.stopped(signal.SIGINT, "-o", "out.mp4")
         self.assertIn("pictures are in out.frames", said)
-        self.film("--frames", "100", "-o", "out.mp4", "--resume")
+        self.film("--frames", "400", "-o", "out.mp4", "--resume")
         self.assertEqual(content_of("again.mp4"), content_of("out.mp4"))
         self.assertEqual(sorted(os.listdir(".")),
                          ["again.mp4", "ball.ply", "out.mp4", "whole.mp4"])

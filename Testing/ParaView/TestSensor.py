@@ -79,11 +79,11 @@ class Sensor(PluginCase):
     def test_depth_steps_become_smooth(self):
         surfels = simple.PointsToSurfels(Input=self.scan)
         error, points, arrays = self.error(surfels)
-        self.assertLess(error, 0.4 * ROUNDING)  # 0.25 measured
+        self.assertLess(error, 0.05 * ROUNDING)  # 0.01 measured
         away = np.sum(arrays["SurfelAreaVector"] * (points - SENSOR), 1) > 0
         self.assertEqual(away.sum(), 0)
         surfels.Cleaning = "Off"
-        self.assertGreater(self.error(surfels)[0], 0.7 * ROUNDING)  # surfels are means of pixels
+        self.assertGreater(self.error(surfels)[0], 0.1 * ROUNDING)  # surfels are means of pixels
         surfels.Cleaning = "Full"
         surfels.Sides = "Two-sided"
         self.assertEqual(fetch(surfels)[1]["SurfelTwoSided"].min(), 1)
@@ -132,7 +132,8 @@ class Sensor(PluginCase):
         self.assertLess(distance[surface].std(), 0.01)  # 0.02 before
         surfels.Cleaning = "Outliers"
         distance = np.linalg.norm(fetch(surfels)[0], axis=1)
-        self.assertGreater(distance[np.abs(distance - 1) < 0.1].std(), 0.015)
+        # Surfels lie on the surface of their normals: 0.0147.
+        self.assertGreater(distance[np.abs(distance - 1) < 0.1].std(), 0.013)
 
 
 if __name__ == "__main__":
