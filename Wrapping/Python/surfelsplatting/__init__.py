@@ -11,9 +11,9 @@ Points to surfels
     vtkPointCloudCleaning           removes stray points, duplicates and noise
     vtkSurfelEstimation             points to surfels: normals, kernels, outside
     vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface
-    vtkPartitionedSurfelEstimation  both, for clouds too large to be processed at once
+    vtkPartitionedSurfelEstimation  these three, for clouds too large to be processed at once
     vtkSurfelHierarchy              level of detail
-    vtkPointsToSurfels              estimation, normalization and hierarchy in one, faster
+    vtkPointsToSurfels              cleaning, estimation, normalization and hierarchy in one, faster
 Volumes to Gaussians in space
     vtkVolumeSplatting              classifies images with scalars, or particles
 Surfels to pictures
@@ -29,7 +29,7 @@ Files
 Arrays of numpy to pictures
     render                          points, and perhaps colours and normals, to an array of pixels
     Camera, Lens                    what render() sees them through
-PyVista finds dataset.surfels, plotter.surfels and the reader of .pcd files by itself.
+PyVista finds dataset.surfels, plotter.surfels and the readers of .pcd and other files by itself.
 
 help() of each class describes its methods, with units, defaults and ranges.
 """
