@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Filters/Orientation/ConsistentSets.h"
 
-#include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Common/ParityUnionFind.h"
 
 #include <algorithm>
 #include <atomic>

@@ -5,7 +5,7 @@
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Orientation/ConsistentSets.h"
 #include "Filters/Orientation/OrientationGraph.h"
-#include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Orientation/Rooms.h"
 #include "Filters/Orientation/ScannerSides.h"
 #include "Filters/Orientation/SignPropagation.h"

@@ -3,7 +3,7 @@
 
 #include "Filters/Common/LocalCloud.h"
 #include "Filters/Common/Multiversion.h"
-#include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Common/ParityUnionFind.h"
 #include "Filters/Orientation/ScannerSides.h"
 
 #include <algorithm>

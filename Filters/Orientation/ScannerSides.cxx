@@ -2,7 +2,7 @@
 #include "Filters/Orientation/ScannerSides.h"
 
 #include "Filters/Common/LocalCloud.h"
-#include "Filters/Orientation/ParityUnionFind.h"
+#include "Filters/Common/ParityUnionFind.h"
 
 #include "vtkDataArray.h"
 #include "vtkSMPTools.h"

@@ -14,7 +14,7 @@ from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-from surfelsplatting.clouds import faces as limits
+from surfelsplatting.clouds.faces import MOST_VERTICES, on_faces
 from surfelsplatting.clouds.plyfaces import read_ply_faces
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import OF_MESHES, cloud_of, read_cloud
@@ -24,6 +24,7 @@ from toolcase import ToolCase, arrays_of, content_of, write, write_data
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 TRIANGLES = [side[i:j] + side[k:l] for side in SIDES for i, j, k, l in ((0, 3, 0, 0), (0, 1, 2, 4))]
+SAMPLES, FEW_VERTICES, MODEL_VERTICES = 200_000, 50_000, 20_000
 WHY = "points on the faces of its meshes, since its {} vertices are too {} to tell the surface"
 
 
@@ -76,17 +77,11 @@ def hull_area(points):
 
 
 class TestMeshFaces(ToolCase):
-    def setUp(self):
-        super().setUp()
-        fewer = mock.patch.object(limits, "SAMPLES", 50_000)
-        fewer.start()
-        self.addCleanup(fewer.stop)
-
     def check_box(self, path, why="few", count=8):
         cloud = read(path)
         self.assertEqual(cloud.how, WHY.format(count, why))
         places, normals = places_of(cloud), arrays_of(cloud.data)["Normals"]
-        self.assertAlmostEqual(len(places) / limits.SAMPLES, 1, delta=0.001)
+        self.assertAlmostEqual(len(places) / SAMPLES, 1, delta=0.001)
         on_side = np.minimum(np.abs(places), np.abs(places - 1)).min(axis=1)
         self.assertLess(on_side.max(), 1e-12)
         np.testing.assert_allclose(places.mean(axis=0), 0.5, atol=1e-3)
@@ -119,7 +114,7 @@ class TestMeshFaces(ToolCase):
         """Its fins are thinner than its vertices are apart, and its axes are not known."""
         vertices, triangles = ball(120)
         vertices[:, 2] *= 0.002
-        self.assertGreater(len(vertices), limits.MODEL_VERTICES)
+        self.assertGreater(len(vertices), MODEL_VERTICES)
         cloud = read(write_obj("fin.obj", vertices, triangles))
         self.assertEqual(cloud.how, WHY.format(len(vertices), "few"))
         places, normals = places_of(cloud), arrays_of(cloud.data)["Normals"]
@@ -136,7 +131,7 @@ class TestMeshFaces(ToolCase):
     def test_wire_beside_a_plate(self):
         """It has a hundredth of the area, and is a tenth as thick as points on all are apart."""
         plate, sides = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], float), [[0, 1, 2, 3]]
-        spacing = (100 / limits.SAMPLES) ** 0.5
+        spacing = (100 / SAMPLES) ** 0.5
         angle, along = np.meshgrid(2 * np.pi * np.arange(6) / 6, np.linspace(0, 10, 41))
         radius = spacing / 2
         wire = np.column_stack([along.ravel(), radius * np.cos(angle.ravel()) + 5,
@@ -147,11 +142,11 @@ class TestMeshFaces(ToolCase):
         is_wire = places[:, 2] > 0.5
         self.assertGreater(np.diff(np.sort(places[is_wire, 0])).size, 10 / spacing * 10)
         self.assertLess(np.diff(np.sort(places[is_wire, 0])).max(), spacing)
-        self.assertGreater((~is_wire).sum(), 0.6 * limits.SAMPLES)
+        self.assertGreater((~is_wire).sum(), 0.6 * SAMPLES)
 
     def test_dense_mesh_stays(self):
         vertices, triangles = ball(165)
-        self.assertGreater(len(vertices), limits.FEW_VERTICES)
+        self.assertGreater(len(vertices), FEW_VERTICES)
         cloud = read(write_obj("ball.obj", vertices, triangles))
         np.testing.assert_array_equal(places_of(cloud), vertices)
         self.assertEqual((cloud.how, arrays_of(cloud.data), cloud.data.GetNumberOfPolys()),
@@ -346,7 +341,7 @@ class TestMeshFaces(ToolCase):
     def test_damaged_cells(self):
         for corners, ends in (([0, 1, 2], [0, 3, 2]), ([0, 1, 2], [0, 9]), ([0, 1, 99], [0, 3]),
                               ([0, -5, 2], [0, 3]), ([0, 1, 2], [-3, 0])):
-            self.assertIsNone(limits.on_faces(polydata_of(BOX, {}, cells_of(corners, ends))))
+            self.assertIsNone(on_faces(polydata_of(BOX, {}, cells_of(corners, ends))))
 
     def test_normals_that_are_none(self):
         data = polydata_of(BOX, {"Normals": np.zeros((8, 2))},
@@ -365,7 +360,7 @@ class TestMeshFaces(ToolCase):
         for corner in range(8):
             bits.InsertNextValue(corner % 2)
             texts.InsertNextValue(f"corner {corner}")
-        found = limits.on_faces(data).data.GetPointData()
+        found = on_faces(data).data.GetPointData()
         corners = vtk_to_numpy(found.GetArray("corner"))
         for row in range(0, len(corners), 1000):
             self.assertEqual(found.GetAbstractArray("bits").GetValue(row), corners[row] % 2)
@@ -374,13 +369,15 @@ class TestMeshFaces(ToolCase):
         self.assertIn(WHY.format(8, "few"), self.tool("render", "a.vtp", "-o", "a.png", "-v"))
 
     def test_clouds_stay(self):
-        """Points of which a few are corners of faces, and more points than are read with faces."""
+        """Points of which a few are corners of faces, and so many that faces do not count."""
         points = np.concatenate([BOX, np.random.default_rng(1).random((100, 3))])
         cells = cells_of(np.ravel(TRIANGLES), np.arange(0, 37, 3))
-        self.assertIsNone(limits.on_faces(polydata_of(points, {}, cells)))
-        with mock.patch.object(limits, "MOST_VERTICES", 7):
-            self.assertIsNone(limits.on_faces(polydata_of(BOX, {}, cells)))
-        self.assertIsNone(limits.on_faces(vtkPolyData()))
+        self.assertIsNone(on_faces(polydata_of(points, {}, cells)))
+        for count, is_mesh in ((MOST_VERTICES - 2, True), (MOST_VERTICES + 1, False)):
+            points = np.random.default_rng(1).random((count, 3))
+            cells = cells_of(np.arange(count), np.arange(0, count + 1, 3))
+            self.assertEqual(on_faces(polydata_of(points, {}, cells)) is not None, is_mesh)
+        self.assertIsNone(on_faces(vtkPolyData()))
 
 
 if __name__ == "__main__":

@@ -11,12 +11,11 @@ from vtkmodules.vtkFiltersSources import vtkParametricFunctionSource
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from roomclouds import room
-from surfelsplatting.clouds import faces as limits
 from surfelsplatting.clouds.polydata import cells_of, polydata_of
 from surfelsplatting.clouds.reading import Cloud, cloud_of
 from surfelsplatting.outward import turn_outward
 from TestMeshFaces import BOX, TRIANGLES, ball, write_stl
-from toolcase import ToolCase, arrays_of, places_of, sphere, write_ply
+from toolcase import ToolCase, arrays_of, fewer_on_faces, places_of, sphere, write_ply
 
 FLOOR, CEILING = 4, 5  # of the sides of a box
 LEGS = [(x, y, 0) for x in (0, 0.95) for y in (0, 0.55)]
@@ -73,7 +72,7 @@ def normals_of(cloud):
 class TestOutward(ToolCase):
     def setUp(self):
         super().setUp()
-        fewer = mock.patch.object(limits, "SAMPLES", 10_000)
+        fewer = fewer_on_faces(10_000)
         fewer.start()
         self.addCleanup(fewer.stop)
 

@@ -17,6 +17,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
+from surfelsplatting import vtkSurfelFilters as filters
+
 TOOL = os.environ["SURFELSPLAT"]
 PATIENCE = 60  # s, of tests that wait for another process
 # What the tool says of its time on a busy machine
@@ -124,6 +126,15 @@ def wait_for(condition, what):
         if time.monotonic() > ends:
             raise AssertionError(f"{what} did not happen in {PATIENCE} s")
         time.sleep(0.05)
+
+
+def fewer_on_faces(count):
+    """-> a patch by which meshes get so many points on their faces, for less time"""
+    class Fewer(filters.vtkPointsOnFaces):
+        def __init__(self):
+            self.SetNumberOfPoints(count)
+
+    return mock.patch.object(filters, "vtkPointsOnFaces", Fewer)
 
 
 class ToolCase(unittest.TestCase):

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPVPointsToSurfels.h"
 
-#include "FacePoints.h"
 #include "vtkPointCloudCleaning.h"
+#include "vtkPointsOnFaces.h"
 #include "vtkSurfelEstimation.h"
 
 #include <vtkDataObject.h>
@@ -45,8 +45,12 @@ int vtkPVPointsToSurfels::RequestData(
   {
     return this->Superclass::RequestData(request, inputVector, outputVector);
   }
-  const vtkSmartPointer<vtkPolyData> points = SurfelViews::PointsOnFaces(mesh);
-  if (points != mesh)
+  vtkNew<vtkPointsOnFaces> faces;
+  faces->SetInputData(mesh);
+  faces->MakeNormalsOff(); // of parts that are inside out they would be wrong
+  faces->Update();
+  vtkPolyData* points = faces->GetOutput();
+  if (faces->GetLack() != vtkPointsOnFaces::NO_LACK)
   {
     vtkLogF(INFO,
       "%lld points on the faces of the mesh are taken, since its %lld vertices do not tell the "

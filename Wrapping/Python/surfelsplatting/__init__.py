@@ -8,6 +8,7 @@ All classes are in this one namespace:
 Points to surfels
     vtkPointCloudReader             reads .pcd and .ply files
     vtkGaussianSplatReader          reads captures of 3D Gaussian splatting, .ply, .spz, .splat
+    vtkPointsOnFaces                points on the faces of meshes with few vertices
     vtkPointCloudCleaning           removes stray points, duplicates and noise
     vtkSurfelEstimation             points to surfels: normals, kernels, outside
     vtkSurfelNormalization          weights, so that the kernels sum to 1 over the surface

@@ -11,7 +11,6 @@ from itertools import product
 import numpy as np
 
 from .backend import vtk
-from .clouds.faces import are_vectors, normals_of
 from .clouds.parts import parts_of_points
 from .clouds.polydata import named_array, polydata_of
 from .views.rooms import FLAT, HEIGHTS, LEAST, UPRIGHT, profile_of
@@ -196,12 +195,13 @@ def _inward_of_points(places, normals, _cloud):
 def turn_outward(cloud):
     """Turns the normals of a Cloud where they are those of a mesh or of a closed surface, and point
     inward, and says so in `how`. Where the place of the sensor is known, they stay."""
-    array = normals_of(cloud.data)
+    arrays = cloud.data.GetPointData()
+    array = arrays.GetNormals() or arrays.GetArray("Normals")
     if cloud.is_drawable or cloud.is_volume or cloud.viewpoint or cloud.columns or array is None:
         return
     to_numpy = vtk("util.numpy_support").vtk_to_numpy
     normals = to_numpy(array)
-    if not are_vectors(normals):
+    if normals.shape[1:] != (3,) or normals.dtype.kind != "f":
         return
     inward_of = _inward_of_points if cloud.parts is None else _inward_of_mesh
     is_inward, what = inward_of(to_numpy(cloud.data.GetPoints().GetData()), normals, cloud)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Connected parts of meshes whose faces agree on their sides, and of clouds."""
+"""Connected parts of clouds."""
 
 from itertools import product
 
@@ -7,19 +7,6 @@ import numpy as np
 
 from ..backend import vtk
 from .polydata import cells_of, polydata_of
-
-
-def _agreeing(corners):
-    """-> [m, 2] triangles that share an edge with no third one, and pass it in opposite directions"""
-    begin, end = corners.ravel().astype(np.int64), np.roll(corners, -1, axis=1).ravel()
-    edges = np.minimum(begin, end) * (corners.max() + 1) + np.maximum(begin, end)
-    order = np.argsort(edges, kind="stable")
-    edges = edges[order]
-    firsts = np.flatnonzero(np.append(True, edges[1:] != edges[:-1]))
-    firsts = firsts[np.diff(np.append(firsts, len(edges))) == 2]
-    first, second = order[firsts], order[firsts + 1]
-    agree = (begin[first] < end[first]) != (begin[second] < end[second])
-    return np.column_stack([first[agree], second[agree]]) // 3
 
 
 def _connected(pairs, count):
@@ -38,12 +25,6 @@ def _connected(pairs, count):
     parts = np.empty(count, np.int64)
     parts[number] = region  # its points are in the order in which it has found them
     return parts
-
-
-def parts_of(corners):
-    """-> [n] numbers, from 0, of the parts that triangles belong to. corners: [n, 3] numbers of places
-    in their order as seen from outside"""
-    return _connected(_agreeing(corners), len(corners))
 
 
 def parts_of_points(places, size):

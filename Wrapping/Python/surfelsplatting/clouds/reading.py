@@ -117,8 +117,7 @@ def _of_ply_mesh(path, data):
     from .faces import MOST_VERTICES
     from .plyfaces import read_ply_faces
 
-    is_mesh = data.GetNumberOfPoints() <= MOST_VERTICES
-    faces = read_ply_faces(path) if is_mesh else None
+    faces = read_ply_faces(path) if data.GetNumberOfPoints() <= MOST_VERTICES else None
     if faces is None:
         return _with_image(Cloud(data))
     data.SetPolys(faces)
