@@ -2,15 +2,12 @@
 #include "vtkSurfelRenderView.h"
 
 #include "DistributedView.h"
-#include "vtkSurfelMapper.h"
 #include "vtkSurfelSplatter.h"
 #include "vtkSurfelSplattingPass.h"
 #include "vtkSurfelViewActor.h"
 
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPVSynchronizedRenderer.h>
-#include <vtkPolyData.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -20,12 +17,7 @@ vtkStandardNewMacro(vtkSurfelRenderView);
 vtkSurfelRenderView::vtkSurfelRenderView()
   : Focus(new SurfelViews::Focus)
 {
-  // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
-  this->Pass->GetSplatter()->SetLensModeToPinhole();
   this->SynchronizedRenderers->SetRenderPass(this->Pass);
-  vtkNew<vtkPolyData> noPoints; // exporters update the mappers of all actors
-  this->EmptyMapper->SetInputData(noPoints);
-  this->EmptyActor->SetMapper(this->EmptyMapper);
   this->GetRenderer()->AddActor(this->EmptyActor);
 }
 

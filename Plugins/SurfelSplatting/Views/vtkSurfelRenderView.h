@@ -19,7 +19,6 @@ namespace SurfelViews
 {
 struct Focus;
 }
-class vtkSurfelMapper;
 class vtkSurfelSplattingPass;
 class vtkSurfelViewActor;
 
@@ -64,7 +63,6 @@ private:
 
   vtkNew<vtkSurfelSplattingPass> Pass;
   vtkNew<vtkSurfelViewActor> EmptyActor; // draws nothing; its bounds may cover the view
-  vtkNew<vtkSurfelMapper> EmptyMapper;
   std::unique_ptr<SurfelViews::Focus> Focus;
 };
 

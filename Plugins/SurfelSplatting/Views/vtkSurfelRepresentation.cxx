@@ -162,7 +162,6 @@ struct vtkSurfelRepresentation::Internals
   vtkNew<vtkSurfelSplattingPass> Pass;
   SurfelViews::Focus Focus;
   vtkNew<vtkSurfelViewActor> EmptyActor; // has the pass drawn on processes without surfels, too
-  vtkNew<vtkSurfelMapper> EmptyMapper;
   std::vector<std::unique_ptr<Cloud>> Clouds;
   vtkWeakPointer<vtkPVRenderView> View;
   bool IsPartitioned = false;                        // the input is a partitioned data set
@@ -179,11 +178,6 @@ vtkSurfelRepresentation::vtkSurfelRepresentation()
   vtkNew<vtkSequencePass> nothing;
   this->Internal->Pass->SetDelegatePass(nothing);
   this->Internal->Pass->OtherPropsThroughLensOff();
-  // ParaView's cameras have a focal disk of one unit, which blurs small things completely.
-  this->Internal->Pass->GetSplatter()->SetLensModeToPinhole();
-  vtkNew<vtkPolyData> noPoints; // exporters update the mappers of all actors
-  this->Internal->EmptyMapper->SetInputData(noPoints);
-  this->Internal->EmptyActor->SetMapper(this->Internal->EmptyMapper);
   this->Internal->EmptyActor->SetPass(this->Internal->Pass);
   this->HidePolygons();
   this->SetSuppressLOD(true);

@@ -6,13 +6,22 @@
 
 #include <vtkHardwareSelector.h>
 #include <vtkMapper.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
 #include <vtkRenderState.h>
 #include <vtkRenderer.h>
 
 vtkStandardNewMacro(vtkSurfelViewActor);
 
-vtkSurfelViewActor::vtkSurfelViewActor() = default;
+vtkSurfelViewActor::vtkSurfelViewActor()
+{
+  vtkNew<vtkPolyData> noPoints; // exporters update the mappers of all actors
+  vtkNew<vtkSurfelMapper> mapper;
+  mapper->SetInputData(noPoints);
+  this->SetMapper(mapper);
+}
+
 vtkSurfelViewActor::~vtkSurfelViewActor() = default;
 
 void vtkSurfelViewActor::SetPass(vtkSurfelSplattingPass* pass)

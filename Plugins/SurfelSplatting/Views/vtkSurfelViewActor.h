@@ -6,7 +6,7 @@
  * After opaque and translucent props, the first actor of this class splats all visible surfels of
  * the renderer into one A-buffer. Opaque props hide what is behind them; other props stay sharp. In
  * a vtkSurfelRenderView the view's pass splats instead. Hardware selection renders the mapper's
- * dots.
+ * dots. A new actor has a mapper without points.
  *
  * @sa vtkSurfelSplattingPass
  */
