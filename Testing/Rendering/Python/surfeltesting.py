@@ -123,8 +123,9 @@ def check_baseline(picture, name, largest, mean):
 
 
 def run(module):
-    """Runs the functions test_* of a script."""
-    tests = [(n, f) for n, f in vars(module).items() if n.startswith("test_")]
+    """Runs the functions test_* of a script, or those that its arguments name."""
+    names = sys.argv[1:] or [name for name in vars(module) if name.startswith("test_")]
+    tests = [(name, getattr(module, name)) for name in names]
     assert tests, "no tests"
     for name, function in tests:
         function()
