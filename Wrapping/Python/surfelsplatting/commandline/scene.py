@@ -6,17 +6,12 @@ from ..colormaps import color_by
 from ..lighting import needs_light, set_lights
 from ..views.cameras import STILL_CELLS
 from ..views.vtkcamera import make_camera, set_lens
-from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper, vtkSurfelSplatter
+from ..vtkSurfelRendering import vtkSurfelImageRenderer, vtkSurfelMapper
 from ..vtkSurfelVolumes import vtkVolumeSplatting
+from .commands.render import CHANNELS
 
 LIGHT_GREY = (0.8, 0.8, 0.8)  # the colour of clouds without colours
 BACKDROP = (0.16, 0.17, 0.19)  # the background of lit .png pictures
-
-CHANNEL_BITS = {"normal": vtkSurfelSplatter.CHANNEL_NORMAL,
-                "coc": vtkSurfelSplatter.CHANNEL_CIRCLE_OF_CONFUSION,
-                "coverage": vtkSurfelSplatter.CHANNEL_COVERAGE,
-                "fragments": vtkSurfelSplatter.CHANNEL_FRAGMENTS,
-                "level": vtkSurfelSplatter.CHANNEL_LEVEL}
 
 
 def _has_colors(surfels):
@@ -89,7 +84,8 @@ def make_renderer(surfels, view, arguments):
     splatter.SetLensCells(_parts_of_lens(arguments))
     splatter.SetLensPinholes(arguments.reference is not None)
     splatter.SetDeepSamples(arguments.deep)
-    splatter.SetChannels(sum({CHANNEL_BITS[name] for name in arguments.channels or ()}))
+    splatter.SetChannels(sum({getattr(splatter, f"CHANNEL_{CHANNELS[name]}")
+                              for name in arguments.channels or ()}))
     splatter.FrameReuseOff()  # render again for --repeat
     set_splatter(splatter, arguments)
     return renderer

@@ -25,7 +25,9 @@ direction. OUT.png holds 8 bits, 255 times the float values, over the background
 as they are stored; with --linear-light they are converted from sRGB to linear light first.
 """
 
-CHANNELS = ("normal", "coc", "coverage", "fragments", "level")
+# Names of vtkSurfelSplatter's CHANNEL_...
+CHANNELS = {"normal": "NORMAL", "coc": "CIRCLE_OF_CONFUSION", "coverage": "COVERAGE",
+            "fragments": "FRAGMENTS", "level": "LEVEL"}
 
 EXAMPLES = """\
 examples:
@@ -54,7 +56,7 @@ def _channels(text):
     if unknown:
         raise argparse.ArgumentTypeError(
             f"{unknown[0]!r} is unknown; choose from {', '.join(CHANNELS)}, all")
-    return CHANNELS if "all" in names else tuple(names)
+    return tuple(CHANNELS if "all" in names else names)
 
 
 def add_parser(commands):
