@@ -28,11 +28,7 @@ CELLS_FLOORS = {"plane": 46.9, "stanford-bunny": 47.6, "bars": 39.0, "veil": 52.
 MANY = ("--lens-cells", "19")
 # At coc12 against the own reference: one picture, seven cells and many; what was measured less 0.5.
 # Seven are drawn only where things cover one another: the rest of a picture is as one is, and the
-# plane is all rest. Everywhere they had 60.6, 58.6, 52.7 and 65.6. Many are drawn everywhere. Both
-# pictures have sharper textures since the surfels' colours interpolate those of the points and since
-# kernels are narrow across edges. So the same error of the lens, in edges that are blurred by it, has
-# 0.7 and then up to 2.8 dB less (the bunny's wall); against the ray tracer, which is 10 dB farther
-# away, one picture gained 1.7 dB.
+# plane is all rest. Everywhere they had 60.6, 58.6, 52.7 and 65.6. Many are drawn everywhere.
 POINTS = "200"
 OWN_FLOORS = {"plane": (52.8, 53.5, 66.8), "stanford-bunny": (52.9, 53.5, 61.4),
               "bars": (47.8, 51.7, 60.7), "veil": (59.5, 60.8, 70.9)}
