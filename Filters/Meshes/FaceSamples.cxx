@@ -19,16 +19,19 @@ namespace SurfelGeometry
 {
 namespace
 {
-constexpr double Around = 12.0; // points around a wire: it is as round as its surfels can show
-constexpr double Denser[] = { 16.0, 8.0, 4.0,
-  2.0 };                         // times as many points in the same area, at most
-constexpr double MostArea = 1.5; // all points over those that are not denser
+/// Around a wire: it is as round as its surfels can show.
+constexpr double PointsAround = 12.0;
+
+/// Times as many points in the same area, at most: the first for which there are not more than
+/// MostArea times as many in all.
+constexpr double TimesDenser[] = { 16.0, 8.0, 4.0, 2.0 };
+constexpr double MostArea = 1.5;
 
 /// Multiples of these, modulo 1, fill the unit square evenly (Roberts' R2 sequence).
-constexpr double Steps[] = { 0.7548776662466927, 0.5698402909980532 };
+constexpr double SequenceSteps[] = { 0.7548776662466927, 0.5698402909980532 };
 
 /// A connected part: its bounds and its area.
-struct Part
+struct MeshPart
 {
   Vector3 Low{ VTK_DOUBLE_MAX, VTK_DOUBLE_MAX, VTK_DOUBLE_MAX };
   Vector3 High{ -VTK_DOUBLE_MAX, -VTK_DOUBLE_MAX, -VTK_DOUBLE_MAX };
@@ -61,7 +64,7 @@ std::vector<double> AreasToFill(const std::vector<MeshTriangle>& triangles,
   {
     return areas;
   }
-  std::vector<Part> parts(
+  std::vector<MeshPart> parts(
     1 + static_cast<std::size_t>(*std::max_element(numbers.begin(), numbers.end())));
   for (std::size_t t = 0; t < triangles.size(); ++t)
   {
@@ -69,13 +72,13 @@ std::vector<double> AreasToFill(const std::vector<MeshTriangle>& triangles,
   }
   const double total = TotalArea(triangles);
   const double spacing = std::sqrt(total / static_cast<double>(count));
-  for (const double most : Denser)
+  for (const double most : TimesDenser)
   {
     std::vector<double> filled(areas);
     double sum = 0.0;
     for (std::size_t t = 0; t < triangles.size(); ++t)
     {
-      const double lacking = Around * spacing / std::max(parts[numbers[t]].Girth(), 1e-300);
+      const double lacking = PointsAround * spacing / std::max(parts[numbers[t]].Girth(), 1e-300);
       filled[t] *= std::clamp(lacking * lacking, 1.0, most);
       sum += filled[t];
     }
@@ -120,10 +123,10 @@ bool IsSmooth(vtkDataArray* array)
     (array->GetDataType() == VTK_UNSIGNED_CHAR && (components == 3 || components == 4));
 }
 
-class Sampler
+class FaceSampler
 {
 public:
-  Sampler(const std::vector<MeshTriangle>& triangles, const std::vector<FaceSample>& samples)
+  FaceSampler(const std::vector<MeshTriangle>& triangles, const std::vector<FaceSample>& samples)
     : Triangles(triangles)
     , Samples(samples)
   {
@@ -228,8 +231,8 @@ std::vector<FaceSample> SpreadSamples(const std::vector<MeshTriangle>& triangles
     {
       ++t;
     }
-    const double second = std::fmod(number * Steps[0], 1.0);
-    const double third = std::fmod(number * Steps[1], 1.0);
+    const double second = std::fmod(number * SequenceSteps[0], 1.0);
+    const double third = std::fmod(number * SequenceSteps[1], 1.0);
     const double first = 1.0 - second - third;
     if (first >= 0.0)
     {
@@ -242,7 +245,7 @@ std::vector<FaceSample> SpreadSamples(const std::vector<MeshTriangle>& triangles
 void InterpolateSamples(vtkPolyData* mesh, const std::vector<MeshTriangle>& triangles,
   const std::vector<FaceSample>& samples, vtkDataArray* normals, vtkPolyData* output)
 {
-  const Sampler sampler(triangles, samples);
+  const FaceSampler sampler(triangles, samples);
   vtkNew<vtkDoubleArray> places;
   places->SetNumberOfComponents(3);
   places->SetNumberOfTuples(sampler.Size());

@@ -17,13 +17,13 @@ namespace SurfelGeometry
 {
 namespace
 {
-using Corners = std::array<vtkIdType, 3>;
+using PointIds = std::array<vtkIdType, 3>;
 
-/// Cells as they are stored: VTK's own iterators trust damaged ones.
-class Cells
+/// StoredCells as they are stored: VTK's own iterators trust damaged ones.
+class StoredCells
 {
 public:
-  explicit Cells(vtkCellArray* cells)
+  explicit StoredCells(vtkCellArray* cells)
   {
     // Newer versions of VTK have arrays that are formulas.
     this->Points->DeepCopy(cells->GetConnectivityArray());
@@ -65,7 +65,7 @@ bool AreFinite(const vtkIdType* ids, vtkIdType count, const std::vector<Vector3>
 }
 
 /// Appends the triangles of polygons with more corners.
-void Split(vtkPoints* points, vtkCellArray* polygons, std::vector<Corners>& triangles)
+void SplitPolygons(vtkPoints* points, vtkCellArray* polygons, std::vector<PointIds>& triangles)
 {
   vtkNew<vtkPolyData> mesh;
   mesh->SetPoints(points);
@@ -73,7 +73,7 @@ void Split(vtkPoints* points, vtkCellArray* polygons, std::vector<Corners>& tria
   vtkNew<vtkTriangleFilter> split;
   split->SetInputData(mesh);
   split->Update();
-  const Cells cells(split->GetOutput()->GetPolys());
+  const StoredCells cells(split->GetOutput()->GetPolys());
   for (vtkIdType cell = 0; cell < cells.Size(); ++cell)
   {
     const vtkIdType* ids = cells.Of(cell);
@@ -82,9 +82,9 @@ void Split(vtkPoints* points, vtkCellArray* polygons, std::vector<Corners>& tria
 }
 
 void AppendPolygons(
-  vtkPolyData* mesh, const std::vector<Vector3>& positions, std::vector<Corners>& triangles)
+  vtkPolyData* mesh, const std::vector<Vector3>& positions, std::vector<PointIds>& triangles)
 {
-  const Cells cells(mesh->GetPolys());
+  const StoredCells cells(mesh->GetPolys());
   vtkNew<vtkCellArray> larger;
   for (vtkIdType cell = 0; cell < cells.Size(); ++cell)
   {
@@ -105,19 +105,20 @@ void AppendPolygons(
   }
   if (larger->GetNumberOfCells() > 0)
   {
-    Split(mesh->GetPoints(), larger, triangles);
+    SplitPolygons(mesh->GetPoints(), larger, triangles);
   }
 }
 
 void AppendStrips(
-  vtkPolyData* mesh, const std::vector<Vector3>& positions, std::vector<Corners>& triangles)
+  vtkPolyData* mesh, const std::vector<Vector3>& positions, std::vector<PointIds>& triangles)
 {
-  const Cells cells(mesh->GetStrips());
+  const StoredCells cells(mesh->GetStrips());
   for (vtkIdType cell = 0; cell < cells.Size(); ++cell)
   {
     const vtkIdType size = cells.SizeOf(cell);
     const vtkIdType* ids = cells.Of(cell);
-    for (vtkIdType i = 0; AreFinite(ids, size, positions) && i + 2 < size; ++i)
+    const vtkIdType triangleCount = AreFinite(ids, size, positions) ? size - 2 : 0;
+    for (vtkIdType i = 0; i < triangleCount; ++i)
     {
       const vtkIdType odd = i % 2; // every other triangle is numbered the other way round
       triangles.push_back({ ids[i + odd], ids[i + 1 - odd], ids[i + 2] });
@@ -138,12 +139,12 @@ std::vector<Vector3> PositionsOf(vtkPoints* points)
 
 std::vector<MeshTriangle> TrianglesOf(vtkPolyData* mesh, const std::vector<Vector3>& positions)
 {
-  std::vector<Corners> all;
+  std::vector<PointIds> all;
   AppendPolygons(mesh, positions, all);
   AppendStrips(mesh, positions, all);
   std::vector<MeshTriangle> triangles;
   triangles.reserve(all.size());
-  for (const Corners& c : all)
+  for (const PointIds& c : all)
   {
     const Vector3& first = positions[c[0]];
     const Vector3 vector = Cross(positions[c[1]] - first, positions[c[2]] - first);
