@@ -9,6 +9,12 @@ SOURCE = os.environ["SOURCE"]
 FILE_NAME = re.compile(r"`(?:bash )?([\w/.-]*\w\.(?:h|cxx|py|sh|md|xml|glsl|txt))`")
 
 
+def place_of(heading):
+    """The #name that links to it."""
+    words = re.sub(r"[^\w -]", "", re.sub(r"\]\(.*?\)", "", heading))
+    return words.lower().replace(" ", "-")
+
+
 def project_files():
     """Paths relative to the project's top; build folders and hidden ones are left out."""
     paths = []
@@ -36,6 +42,18 @@ class TestDocumentation(unittest.TestCase):
                 if not re.match(r"\w+:", link):
                     target = os.path.join(SOURCE, os.path.dirname(path), link)
                     self.assertTrue(os.path.exists(target), f"{path}: {link}")
+                    count += 1
+        self.assertGreater(count, 20)
+
+    def test_places_in_pages(self):
+        """Of a heading."""
+        count = 0
+        for path, text in self.texts.items():
+            for link, name in re.findall(r"\]\(([^)#\s]*)#([^)]+)\)", text):
+                if not re.match(r"\w+:", link):
+                    target = os.path.normpath(os.path.join(os.path.dirname(path), link)) if link else path
+                    self.assertIn(name, map(place_of, re.findall(r"^#+ (.*)$", self.texts[target], re.M)),
+                                  f"{path}: {link}")
                     count += 1
         self.assertGreater(count, 20)
 
