@@ -52,8 +52,8 @@ class TestDocumentation(unittest.TestCase):
             for link, name in re.findall(r"\]\(([^)#\s]*)#([^)]+)\)", text):
                 if not re.match(r"\w+:", link):
                     target = os.path.normpath(os.path.join(os.path.dirname(path), link)) if link else path
-                    self.assertIn(name, map(place_of, re.findall(r"^#+ (.*)$", self.texts[target], re.M)),
-                                  f"{path}: {link}")
+                    names = [place_of(line) for line in re.findall(r"^#+ (.*)$", self.texts[target], re.M)]
+                    self.assertIn(name, names, f"{path}: {link}")
                     count += 1
         self.assertGreater(count, 20)
 
